@@ -96,7 +96,6 @@ pub struct Job {
     pub title: String,
     /// The machine of the grid, at its first belt speed and damping.
     pub machine: Option<Machine>,
-    /// The uncertain quantities of that machine.
     pub(crate) uncertain: Vec<Uncertain>,
     /// The configuration file.
     pub config_file: PathBuf,
@@ -214,7 +213,7 @@ impl Job {
             title,
             machine,
             uncertain,
-            config_file: source.file().to_owned(),
+            config_file: source.file.clone(),
             config_text: source.text(),
             output: path,
             proof,
@@ -305,33 +304,29 @@ fn grid_error(error: &GridError, names: &[&str], nodes: &[(Vec<f64>, Node)]) -> 
         let at = (0..values.len()).find(|&i| wanted(values, i)).unwrap_or(0);
         (node, at)
     };
-    let report = |(node, at): (&Node, usize), problem: String, remedy: String| match node.shape() {
-        source::Shape::List(elements) => elements[at].error(&problem, remedy),
-        _ => node.error(&problem, remedy),
+    let report = |(node, at): (&Node, usize), problem: &str, remedy: &str| match node.shape() {
+        source::Shape::List(elements) => elements[at].error(problem, remedy),
+        _ => node.error(problem, remedy),
     };
     match error {
-        GridError::Empty { axis } => report(
-            find(axis, &|_, _| true),
-            "the axis has no values".into(),
-            "give it at least one number".into(),
-        ),
-        GridError::NotFinite { axis, value } => report(
-            find(axis, &|values, i| same(values[i], *value)),
-            format!("{axis} must be finite"),
-            "write a number".into(),
-        ),
-        GridError::OutOfDomain { axis, value, domain } => report(
-            find(axis, &|values, i| same(values[i], *value)),
-            format!("{axis} must be {domain}"),
-            format!("choose values of {axis} that are {domain}"),
-        ),
+        GridError::Empty { axis } => {
+            report(find(axis, &|_, _| true), "the axis has no values", "give it at least one number")
+        }
+        GridError::NotFinite { axis, value } => {
+            let at = find(axis, &|values, i| same(values[i], *value));
+            report(at, &format!("{axis} must be finite"), "write a number")
+        }
+        GridError::OutOfDomain { axis, value, domain } => {
+            let at = find(axis, &|values, i| same(values[i], *value));
+            let remedy = format!("choose values of {axis} that are {domain}");
+            report(at, &format!("{axis} must be {domain}"), &remedy)
+        }
         GridError::NotIncreasing { axis, previous, next } => {
             let at =
                 find(axis, &|values, i| i > 0 && same(values[i - 1], *previous) && same(values[i], *next));
-            if previous == next {
-                report(at, format!("{next} appears twice"), "take out the repetition".into())
-            } else {
-                report(at, format!("{next} follows {previous}"), "sort the list: axes increase".into())
+            match previous == next {
+                true => report(at, &format!("{next} appears twice"), "take out the repetition"),
+                false => report(at, &format!("{next} follows {previous}"), "sort the list: axes increase"),
             }
         }
         // One list was made per axis of the law.
@@ -414,7 +409,6 @@ pub fn check_tolerance(value: f64) -> Result<(), String> {
     }
 }
 
-/// Reads a text of one line.
 fn line<'a>(node: &Node<'a>) -> Result<&'a str, ConfigError> {
     let text = node.text()?;
     if text.trim().is_empty() {
@@ -439,7 +433,6 @@ fn output_path(node: &Node) -> Result<PathBuf, ConfigError> {
     Ok(path.to_owned())
 }
 
-/// Reads the stored fields.
 fn fields(node: &Node, simulated: bool) -> Result<Vec<Field>, ConfigError> {
     let chosen = choices(node, &Field::ALL.map(|field| (field.name(), field)), "field")?;
     let needs_flow = chosen.iter().find(|field| field.needs_flow());

@@ -45,20 +45,18 @@ impl Motion {
     /// The SI unit of a dimension: of a rotation those of angles, torques and moments of inertia.
     #[must_use]
     pub fn unit(self, dimension: Dimension) -> &'static str {
-        match (self, dimension) {
-            (_, Dimension::Time) => "s",
-            (Motion::Translation, Dimension::Length) => "m",
-            (Motion::Rotation, Dimension::Length) => "rad",
-            (Motion::Translation, Dimension::Velocity) => "m/s",
-            (Motion::Rotation, Dimension::Velocity) => "rad/s",
-            (Motion::Translation, Dimension::Force) => "N",
-            (Motion::Rotation, Dimension::Force) => "N m",
-            (Motion::Translation, Dimension::Damping) => "N s/m",
-            (Motion::Rotation, Dimension::Damping) => "N m s/rad",
-            (Motion::Translation, Dimension::Mass) => "kg",
-            (Motion::Rotation, Dimension::Mass) => "kg m^2",
-            (Motion::Translation, Dimension::Stiffness) => "N/m",
-            (Motion::Rotation, Dimension::Stiffness) => "N m/rad",
+        let [translation, rotation] = match dimension {
+            Dimension::Time => ["s", "s"],
+            Dimension::Length => ["m", "rad"],
+            Dimension::Velocity => ["m/s", "rad/s"],
+            Dimension::Force => ["N", "N m"],
+            Dimension::Damping => ["N s/m", "N m s/rad"],
+            Dimension::Mass => ["kg", "kg m^2"],
+            Dimension::Stiffness => ["N/m", "N m/rad"],
+        };
+        match self {
+            Motion::Translation => translation,
+            Motion::Rotation => rotation,
         }
     }
 }
@@ -110,6 +108,7 @@ pub struct Model {
 
 /// The units of the dimensionless oscillator, in SI.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Units {
     /// s.
     pub time: f64,
@@ -119,7 +118,8 @@ pub struct Units {
     pub velocity: f64,
     /// N.
     pub force: f64,
-    /// N s/m: d of c = 1 at eps = 1.
+    /// N s/m: d of c = 1 at eps = 1. Not serialised: it is force over velocity.
+    #[cfg_attr(feature = "serde", serde(skip))]
     pub damping: f64,
 }
 
@@ -149,7 +149,6 @@ impl Units {
         }
     }
 
-    /// The units of such an array.
     pub(crate) fn from_array([time, length, velocity, force, damping]: [f64; 5]) -> Self {
         Self { time, length, velocity, force, damping }
     }
@@ -163,9 +162,7 @@ impl Units {
 /// The units of a machine with their names, which convert dimensionless numbers to SI.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SiUnits {
-    /// Kind of motion.
     pub(crate) motion: Motion,
-    /// Its units.
     pub(crate) units: Units,
 }
 
@@ -241,7 +238,6 @@ impl Machine {
         Some(machine)
     }
 
-    /// Returns whether its numbers are legal.
     pub(crate) fn is_legal(&self) -> bool {
         let positive = [self.mass, self.stiffness, self.normal_force, self.belt_speed];
         positive.iter().all(|value| *value > 0.0 && value.is_finite())
@@ -284,7 +280,6 @@ impl Model {
     }
 }
 
-/// An example machine for tests.
 #[cfg(test)]
 pub(crate) fn example(law: Law) -> Machine {
     Machine::from_array(Motion::Translation, law, [2.0, 800.0, 4.0, 50.0, 0.4, 0.3, 0.25, 0.02, 0.1])

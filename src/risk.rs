@@ -43,7 +43,6 @@ pub enum Spread {
 pub(crate) struct Estimate {
     /// The estimate.
     pub value: f64,
-    /// The limits.
     pub(crate) limits: [f64; 2],
 }
 
@@ -51,7 +50,6 @@ pub(crate) struct Estimate {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub(crate) struct RareBy {
-    /// The given probability.
     pub(crate) probability: f64,
     /// The damping, N s/m (of a rotation N m s/rad); `None` where there are too few draws for limits.
     pub(crate) damping: Option<Estimate>,
@@ -180,7 +178,7 @@ impl<'a> Drawn<'a> {
     }
 
     fn draw(mut self, uncertain: &[Uncertain], draws: usize, mut random: Random) -> Result<Self, NoRisk> {
-        let machine = self.groups.nominal();
+        let machine = self.groups.nominal;
         let measured = has_standard_errors(machine);
         for _ in 0..draws {
             let drawn = draw(machine, uncertain, &mut random).ok_or(NoRisk::Illegal)?;
@@ -224,28 +222,24 @@ impl Needed {
         }
         let all_legal_from = needed.iter().map(|draw| draw.legal_from).fold(f64::NEG_INFINITY, f64::max);
         let needed = Self { draws: needed, all_legal_from, failed, redrawn: all.redrawn, error: found.error };
-        match needed.legal_at(machine.damping) {
+        match needed.legal_of(&needed.draws, machine.damping) {
             0 => Err(NoRisk::Illegal),
             legal => Ok(Self { redrawn: needed.redrawn + needed.draws.len() - legal, ..needed }),
         }
     }
 
-    /// Number of the draws that are legal at this nominal damping.
-    fn legal_at(&self, damping: f64) -> usize {
+    /// How many of these draws, all or some, are legal at this nominal damping.
+    fn legal_of(&self, draws: &[NeededDraw], damping: f64) -> usize {
         match self.all_legal_from <= damping {
-            true => self.draws.len(),
-            false => self.draws.iter().filter(|draw| draw.legal_from <= damping).count(),
+            true => draws.len(),
+            false => draws.iter().filter(|draw| draw.legal_from <= damping).count(),
         }
     }
 
     /// Probability that the machine may stick-slip at this nominal damping.
     fn probability(&self, damping: f64) -> Estimate {
         let more = &self.draws[self.draws.partition_point(|draw| draw.damping <= damping)..];
-        let stick_slip = match self.all_legal_from <= damping {
-            true => more.len(),
-            false => more.iter().filter(|draw| draw.legal_from <= damping).count(),
-        };
-        share(stick_slip, self.legal_at(damping))
+        share(self.legal_of(more, damping), self.legal_of(&self.draws, damping))
     }
 
     /// The nominal damping at which the machine may stick-slip with this probability.
@@ -277,7 +271,7 @@ pub fn risk(machine: &Machine, uncertain: &[Uncertain], draws: usize, rare: &[f6
     let rare_by =
         rare.iter().map(|&probability| RareBy { probability, damping: needed.quantile(probability) });
     Ok(Risk {
-        draws: needed.legal_at(machine.damping),
+        draws: needed.legal_of(&needed.draws, machine.damping),
         failed: needed.failed,
         redrawn: needed.redrawn,
         critical_damping_error: needed.error,

@@ -37,17 +37,3 @@ fn claim(column: &Column) -> Claim {
         Err(_) => Claim::NOTHING,
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::certify::test_columns::stribeck;
-
-    #[test]
-    fn edge_by_hand() {
-        // gamma (1 - alpha) - 4 beta V = 1 - 1/16.
-        let claim = (TEST.claim)(&stribeck(1.0, 0.5, 0.0078125, 2.0, 2.0));
-        assert_eq!(claim.present_below, 0.9375);
-        assert_eq!(claim.absent_above, f64::INFINITY);
-    }
-}

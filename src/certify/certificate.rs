@@ -18,7 +18,6 @@ use super::recheck::{self, divides};
 use super::validated::surface::Surface;
 use super::validated::tile::{GroupBox, MODES, Tile, UNIT};
 
-/// The name of the format.
 const FORMAT: &str = "slipmap proof 1";
 /// First bytes of every certificate as they are written here, of any version of the format.
 const BEGINNING: &str = "{\"format\":\"slipmap proof ";
@@ -68,16 +67,15 @@ pub struct Certificate {
     format: String,
     statement: String,
     written_by: String,
-    /// The run that wrote it.
+    /// The run that it names as its origin.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    run: Option<String>,
+    pub(crate) run: Option<String>,
     unit: f64,
     domain: GroupBox,
     open: Vec<GroupBox>,
     tiles: Vec<StoredTile>,
 }
 
-/// A tile as stored.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct StoredTile {
@@ -126,13 +124,10 @@ impl<'de> Deserialize<'de> for Multiple {
 /// The result of a check.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Checked {
-    /// The domain of the surface.
     pub(crate) domain: GroupBox,
-    /// Number of tiles.
     pub(crate) tiles: usize,
     /// Number of tiles that were proved again.
     pub(crate) confirmed: usize,
-    /// The largest radius claimed.
     pub(crate) largest_radius: f64,
     /// Share of the domain in which nothing is claimed; valid if there are no problems.
     pub(crate) open_share: f64,
@@ -166,7 +161,7 @@ impl Certificate {
             written_by: format!("slipmap {} (git {})", env!("CARGO_PKG_VERSION"), env!("SLIPMAP_GIT")),
             run: Some(run.into()),
             unit: UNIT,
-            domain: surface.domain(),
+            domain: surface.domain,
             open: surface.open().collect(),
             tiles: surface.tiles().map(StoredTile::of).collect(),
         }
@@ -190,11 +185,6 @@ impl Certificate {
     /// None is known: the numbers of a surface are finite.
     pub fn text(&self) -> serde_json::Result<String> {
         Ok(serde_json::to_string(self)?.replace("{\"domain\"", "\n{\"domain\"") + "\n")
-    }
-
-    /// The run that it names as its origin.
-    pub(crate) fn run(&self) -> Option<&str> {
-        self.run.as_deref()
     }
 
     /// Verifies every claim, by [`super::recheck`].

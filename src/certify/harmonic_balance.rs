@@ -43,17 +43,3 @@ fn claim(column: &Column) -> Claim {
         ..Claim::NOTHING
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::certify::test_columns::stribeck;
-
-    #[test]
-    fn edge_by_hand() {
-        // k = 4, q = 3: 2 / (3 * 8) - 2 beta V = 1/12 - 1/32; a few roundings.
-        let claim = (TEST.claim)(&stribeck(1.0, 0.5, 0.0078125, 2.0, 2.0));
-        assert!((claim.present_below - 5.0 / 96.0).abs() <= 4.0 * f64::EPSILON / 12.0);
-        assert_eq!(claim.absent_above, claim.present_below);
-    }
-}

@@ -32,7 +32,6 @@ pub const TEST: Test = Test {
     claims: Some(|columns| symmetric::TEST.claims(columns).into_iter().map(presence_of).collect()),
 };
 
-/// The presence that `symmetric` claims.
 fn presence_of(symmetric: Claim) -> Claim {
     Claim { absent_above: Claim::NOTHING.absent_above, ..symmetric }
 }
@@ -40,15 +39,7 @@ fn presence_of(symmetric: Claim) -> Claim {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::certify::test_columns::{random_columns, stribeck};
-
-    #[test]
-    fn edge_by_hand() {
-        // k = 4: 1/25 - 2 beta V = 1/25 - 1/32; a few roundings.
-        let claim = (TEST.claim)(&stribeck(1.0, 0.5, 0.0078125, 2.0, 2.0));
-        assert!((claim.present_below - (0.04 - 0.03125)).abs() <= 4.0 * f64::EPSILON * 0.04);
-        assert_eq!(claim.absent_above, f64::INFINITY);
-    }
+    use crate::certify::test_columns::random_columns;
 
     #[test]
     fn the_edge_is_the_divergence_at_the_equilibrium_for_the_stribeck_law() {

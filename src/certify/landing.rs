@@ -299,7 +299,7 @@ fn recede(energy: f64, from: f64, to: f64, d: f64) -> Option<f64> {
 }
 
 /// m^2 + x^2 with x = kick + sqrt(kick^2 + gap) >= 0, inflated.
-#[inline]
+#[inline(always)]
 fn exit_energy(kick: f64, gap: f64, m: f64) -> f64 {
     let x = kick + (kick * kick + gap).sqrt();
     // Written so that a NaN passes through and becomes a failed bound.

@@ -65,16 +65,19 @@ use std::cell::OnceCell;
 use std::ops::Deref;
 
 use crate::friction::Column;
+use crate::named::named;
 
-/// The verdict of a test at one point.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Decision {
-    /// A stick-slip limit cycle exists.
-    Present,
-    /// None exists.
-    Absent,
-    /// The test does not apply here, or does not decide.
-    Undecided,
+named! {
+    /// The verdict of a test at one point, with its name in proofs.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Decision {
+        /// A stick-slip limit cycle exists.
+        Present => "present",
+        /// None exists.
+        Absent => "absent",
+        /// The test does not apply here, or does not decide.
+        Undecided => "undecided",
+    }
 }
 
 /// The verdicts of a test along a whole column: presence for c >= 0 in [`sticks_from`, `present_below`),
@@ -142,32 +145,20 @@ fn is_reliable(column: &Column, bound: f64) -> bool {
     column.curve.is_normal() && !bound.is_subnormal()
 }
 
-/// Strength of a verdict.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Guarantee {
-    /// True in the limit eps -> 0; may be wrong at any given eps.
-    Asymptotic,
-    /// A theorem at every eps > 0, evaluated in double precision.
-    FiniteEpsilon,
-    /// Numerical integration with an error estimate.
-    Numerical,
-    /// A theorem including round-off.
-    Validated,
-    /// No claim of correctness: a method that is included to be measured.
-    None,
-}
-
-impl Guarantee {
-    /// Name in map files.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Guarantee::Asymptotic => "asymptotic",
-            Guarantee::FiniteEpsilon => "finite_epsilon",
-            Guarantee::Numerical => "numerical",
-            Guarantee::Validated => "validated",
-            Guarantee::None => "none",
-        }
+named! {
+    /// Strength of a verdict, with its name in map files.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Guarantee {
+        /// True in the limit eps -> 0; may be wrong at any given eps.
+        Asymptotic => "asymptotic",
+        /// A theorem at every eps > 0, evaluated in double precision.
+        FiniteEpsilon => "finite_epsilon",
+        /// Numerical integration with an error estimate.
+        Numerical => "numerical",
+        /// A theorem including round-off.
+        Validated => "validated",
+        /// No claim of correctness: a method that is included to be measured.
+        None => "none",
     }
 }
 
@@ -182,7 +173,6 @@ impl<'a> Columns<'a> {
         Self { columns, symmetric: vec![OnceCell::new(); columns.len()] }
     }
 
-    /// The claim of [`symmetric`] on a column.
     pub(crate) fn symmetric(&self, number: usize) -> Claim {
         *self.symmetric[number].get_or_init(|| (symmetric::TEST.claim)(&self.columns[number]))
     }
@@ -196,7 +186,6 @@ impl Deref for Columns<'_> {
     }
 }
 
-/// Computes the claims of many columns.
 pub(crate) type ManyClaims = fn(&Columns) -> Vec<Claim>;
 
 /// A closed-form test.
@@ -269,6 +258,31 @@ mod tests {
         assert_eq!(Claim { sticks_from: 1.5, ..claim }.edge(), None);
         assert_eq!(Claim { present_below: -0.1, ..claim }.edge(), None);
         assert_eq!(Claim::NOTHING.decide(0.0), Decision::Undecided);
+    }
+
+    #[test]
+    fn edges_by_hand() {
+        // gamma (1 - alpha) = 1 with each eps, 2 beta V = 1/32, and k = 4 with eps = 1.
+        let column = |eps: f64| test_columns::stribeck(eps, 0.5, 0.0078125, 2.0, 2.0);
+        let never = f64::INFINITY;
+        for (test, eps, present_below, absent_above) in [
+            (perturbation::TEST, 1.0, 1.0 - 0.03125, 1.0 - 0.03125),
+            (perturbation::TEST, 1e-3, 1.0 - 0.03125, 1.0 - 0.03125),
+            (bendixson_leading::TEST, 1.0, 1.0 - 0.0625, never),
+            (instability::TEST, 1.0, 1.0 / 25.0 - 0.03125, never),
+            (symmetric::TEST, 1.0, 1.0 / 25.0 - 0.03125, (1.0 + 1.0 / 81.0) / 2.0 - 0.03125),
+            // q = 3: 2 / (q (1 + k + q)).
+            (harmonic_balance::TEST, 1.0, 1.0 / 12.0 - 0.03125, 1.0 / 12.0 - 0.03125),
+        ] {
+            let claim = (test.claim)(&column(eps));
+            // A few roundings of the terms, and none of whole numbers and halves.
+            let rounding =
+                |edge: f64| if test.first_order { 0.0 } else { 4.0 * f64::EPSILON * (edge + 0.03125) };
+            let is = |found: f64, edge: f64| found == edge || (found - edge).abs() <= rounding(edge);
+            assert!(is(claim.present_below, present_below), "{}: {claim:?}", test.name);
+            assert!(is(claim.absent_above, absent_above), "{}: {claim:?}", test.name);
+            assert!(!test.first_order || claim.sticks_from == f64::NEG_INFINITY, "{}: {claim:?}", test.name);
+        }
     }
 
     /// Methods share claims; the answer of each is what it would be alone.

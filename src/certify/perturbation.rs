@@ -42,20 +42,3 @@ fn claim(column: &Column) -> Claim {
         Err(_) => Claim::NOTHING,
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::certify::test_columns::stribeck;
-
-    #[test]
-    fn edge_by_hand() {
-        // gamma (1 - alpha) - 2 beta V = 1 - 1/32, at every eps.
-        for eps in [1.0, 1e-3] {
-            let claim = (TEST.claim)(&stribeck(eps, 0.5, 0.0078125, 2.0, 2.0));
-            assert_eq!(claim.present_below, 0.96875);
-            assert_eq!(claim.absent_above, 0.96875);
-            assert_eq!(claim.sticks_from, f64::NEG_INFINITY);
-        }
-    }
-}

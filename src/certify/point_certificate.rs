@@ -12,7 +12,6 @@ use super::{Claim, Decision};
 use crate::friction::Law;
 use crate::point::{LawParameters, Point};
 
-/// The name of the format.
 const FORMAT: &str = "slipmap proof of a point 1";
 /// The statement of every certificate.
 const STATEMENT: &str = "With x1' = x2, x2' = -x1 - epsilon c x2 - sign(x2 - V) phi(|x2 - V|) and the friction law phi \
@@ -35,8 +34,9 @@ pub struct PointCertificate {
     belt_speed: f64,
     #[serde(rename = "c")]
     damping: f64,
-    critical_c: [Option<f64>; 2],
-    verdict: String,
+    /// The bounds of the critical damping that it claims.
+    pub(crate) critical_c: [Option<f64>; 2],
+    pub(crate) verdict: String,
 }
 
 impl PointCertificate {
@@ -54,7 +54,7 @@ impl PointCertificate {
             belt_speed: point.belt_speed,
             damping: point.damping,
             critical_c: critical(&claim),
-            verdict: name(claim.decide(point.damping)).into(),
+            verdict: claim.decide(point.damping).name().into(),
         }
     }
 
@@ -76,16 +76,6 @@ impl PointCertificate {
     /// None is known: the numbers of a point are finite.
     pub(crate) fn text(&self) -> serde_json::Result<String> {
         Ok(serde_json::to_string(self)? + "\n")
-    }
-
-    /// The verdict that it claims.
-    pub(crate) fn verdict(&self) -> &str {
-        &self.verdict
-    }
-
-    /// The bounds of the critical damping that it claims.
-    pub(crate) fn critical_c(&self) -> [Option<f64>; 2] {
-        self.critical_c
     }
 
     /// Proves every claim again; returns the problems, none if the certificate is sound.
@@ -132,8 +122,8 @@ impl PointCertificate {
             let [below, above] = [below, above].map(|c| c.map_or("unknown".into(), |c| c.to_string()));
             problems.push(format!("the critical damping is proved to lie in {below} to {above} only"));
         }
-        let proved = name(claim.decide(point.damping));
-        if self.verdict != proved && self.verdict != name(Decision::Undecided) {
+        let proved = claim.decide(point.damping).name();
+        if self.verdict != proved && self.verdict != Decision::Undecided.name() {
             problems.push(format!("the verdict that is proved is {proved}"));
         }
         problems
@@ -143,14 +133,6 @@ impl PointCertificate {
 /// The bounds of the critical damping in a claim.
 fn critical(claim: &Claim) -> [Option<f64>; 2] {
     [claim.present_below, claim.absent_above].map(|c| c.is_finite().then_some(c))
-}
-
-fn name(decision: Decision) -> &'static str {
-    match decision {
-        Decision::Present => "present",
-        Decision::Absent => "absent",
-        Decision::Undecided => "undecided",
-    }
 }
 
 #[cfg(test)]

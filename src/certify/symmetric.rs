@@ -57,17 +57,3 @@ fn claim(column: &Column) -> Claim {
         absent_above: absence_edge(column, even.hi),
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::certify::test_columns::stribeck;
-
-    #[test]
-    fn edges_by_hand() {
-        // k = 4: 1/25 - 2 beta V = 1/25 - 1/32, and (1 + 1/81)/2 - 1/32; a few roundings each.
-        let claim = (TEST.claim)(&stribeck(1.0, 0.5, 0.0078125, 2.0, 2.0));
-        assert!((claim.present_below - (0.04 - 0.03125)).abs() <= 4.0 * f64::EPSILON * 0.04);
-        assert!((claim.absent_above - (41.0 / 81.0 - 0.03125)).abs() <= 4.0 * f64::EPSILON);
-    }
-}

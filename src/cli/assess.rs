@@ -64,19 +64,16 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     if let Some(path) = &arguments.out {
         refuse_existing("--out", path, arguments.overwrite)?;
     }
-    let all = assess(&job.machine).ok_or_else(|| {
-        Failure::BadInput("the friction leaves the numbers\n  help: check the units".into())
-    })?;
+    let leaves = || Failure::bad_input("the friction leaves the numbers", "check the units");
+    let all = assess(&job.machine).ok_or_else(leaves)?;
     let risk = match is_uncertain(&job.machine, &job.uncertain) {
         false => None,
         true => {
             let draws = arguments.draws as usize;
             let found = risk(&job.machine, &job.uncertain, draws, &arguments.rare);
             Some(found.map_err(|why| match why {
-                NoRisk::Illegal => Failure::BadInput(format!("{why}\n  help: choose smaller spreads")),
-                NoRisk::NoneFound | NoRisk::Interrupted => {
-                    Failure::BadInput(format!("{why}\n  help: check the units"))
-                }
+                NoRisk::Illegal => Failure::bad_input(why, "choose smaller spreads"),
+                NoRisk::NoneFound | NoRisk::Interrupted => Failure::bad_input(why, "check the units"),
             })?)
         }
     };

@@ -34,29 +34,23 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     match (&arguments.map, &arguments.proof) {
         (Some(map), _) => check_map(map, arguments.json),
         (None, Some(file)) => proof::check(file, arguments.json),
-        (None, None) => {
-            Err(Failure::BadInput("nothing to check\n  help: name a map, or a proof with --proof".into()))
-        }
+        (None, None) => Err(Failure::bad_input("nothing to check", "name a map, or a proof with --proof")),
     }
 }
 
 fn check_map(map: &Path, as_json: bool) -> Result<Ended, Failure> {
     let name = map.display();
     if map.metadata().is_err_and(|error| error.kind() == io::ErrorKind::NotFound) {
-        return Err(Failure::BadInput(format!("{name}: there is no such file\n  help: check the path")));
+        return Err(Failure::bad_input(format!("{name}: there is no such file"), "check the path"));
     }
     if map.is_dir() {
-        return Err(Failure::BadInput(format!(
-            "{name}: this is a folder\n  help: name a map file inside it"
-        )));
+        return Err(Failure::bad_input(format!("{name}: this is a folder"), "name a map file inside it"));
     }
     let report = store::check(map).map_err(|error| Failure::BadInput(error.to_string()))?;
     let problems: Vec<String> = report.problems.iter().map(ToString::to_string).collect();
     if report.variables == 0 {
-        return Err(Failure::BadInput(format!(
-            "{name} cannot be read as a map:\n  {}\n  help: name a file written by `slipmap run`",
-            problems.join("\n  ")
-        )));
+        let problem = format!("{name} cannot be read as a map:\n  {}", problems.join("\n  "));
+        return Err(Failure::bad_input(problem, "name a file written by `slipmap run`"));
     }
     if as_json {
         print_json(&json!({

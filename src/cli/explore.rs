@@ -68,6 +68,6 @@ fn listen(port: Option<u16>) -> Result<TcpListener, Failure> {
     };
     bound.map_err(|error| {
         let port = port.unwrap_or(USUAL_PORT);
-        Failure::BadInput(format!("--port {port}: {error}\n  help: choose another port, or leave it out"))
+        Failure::bad_input(format!("--port {port}: {error}"), "choose another port, or leave it out")
     })
 }

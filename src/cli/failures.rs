@@ -56,11 +56,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     let job = Job::load(&arguments.config, &arguments.sets)?;
     let grid = &job.plan.grid;
     if grid.cells() > MOST_CELLS {
-        return Err(Failure::BadInput(format!(
-            "the grid has {} cells; a catalogue takes at most {}\n  help: take fewer points on the axes",
-            count(grid.cells()),
-            count(MOST_CELLS)
-        )));
+        let (cells, most) = (count(grid.cells()), count(MOST_CELLS));
+        let problem = format!("the grid has {cells} cells; a catalogue takes at most {most}");
+        return Err(Failure::bad_input(problem, "take fewer points on the axes"));
     }
     if let Some(folder) = &arguments.out {
         refuse_existing(folder, arguments.overwrite)?;
@@ -109,13 +107,10 @@ const FILES: [&str; 3] = ["failures.md", "methods.csv", "classes.csv"];
 /// computed.
 fn refuse_existing(folder: &Path, overwrite: bool) -> Result<(), Failure> {
     let there = FILES.iter().map(|name| folder.join(name)).find(|path| path.symlink_metadata().is_ok());
-    match there {
-        Some(path) if !overwrite => Err(Failure::BadInput(format!(
-            "{} exists already\n  help: add --overwrite to replace it, or choose another folder with --out",
-            path.display()
-        ))),
-        _ => Ok(()),
-    }
+    there.filter(|_| !overwrite).map_or(Ok(()), |path| {
+        let help = "add --overwrite to replace it, or choose another folder with --out";
+        Err(Failure::bad_input(format!("{} exists already", path.display()), help))
+    })
 }
 
 /// Writes every file under a temporary name first, so that no file is ever half written.
@@ -130,7 +125,6 @@ fn write_files(folder: &Path, report: &CataloguePage) -> Result<(), Failure> {
 
 /// The catalogue and what is said of it.
 struct CataloguePage<'a> {
-    /// The command that made it.
     command: String,
     job: &'a Job,
     catalogue: &'a Catalogue,

@@ -34,12 +34,9 @@ pub(super) fn check_single(
 ) -> Result<(), Failure> {
     for (name, values) in [("belt_speed", &job.belt_speeds), ("damping", &job.dampings)] {
         if values.len() > 1 && !is_chosen(name) {
-            return Err(Failure::BadInput(format!(
-                "{}: {name} has {} values\n  help: choose one, for example --set {name}={}",
-                file.display(),
-                values.len(),
-                short(values[0])
-            )));
+            let problem = format!("{}: {name} has {} values", file.display(), values.len());
+            let help = format!("choose one, for example --set {name}={}", short(values[0]));
+            return Err(Failure::bad_input(problem, help));
         }
     }
     Ok(())

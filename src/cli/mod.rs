@@ -30,6 +30,7 @@ mod summary;
 mod threads;
 mod work_precision;
 
+use std::fmt::Display;
 use std::io::{self, Write as _};
 use std::process::ExitCode;
 
@@ -105,6 +106,13 @@ enum Failure {
     Interrupted(String),
     /// The reader of standard output closed it: a reason to stop, not an error.
     ReaderGone,
+}
+
+impl Failure {
+    /// Bad input: the problem, and what to do about it.
+    fn bad_input(problem: impl Display, help: impl Display) -> Self {
+        Failure::BadInput(format!("{problem}\n  help: {help}"))
+    }
 }
 
 impl From<ConfigError> for Failure {

@@ -131,10 +131,7 @@ impl Ranks {
         let (Ok(job), Some((&GO_ON, ahead))) = (job, go.split_first()) else { return Ok(Ended::Fine) };
 
         let (more, tiles) = channel();
-        for tile in ahead.iter().filter_map(|&tile| usize::try_from(tile).ok()) {
-            // The receiver is alive: it waits below.
-            let _ = more.send(tile);
-        }
+        hand_on(ahead, &more);
         // A rank that gets no tile now gets none later.
         let more = (!ahead.is_empty()).then_some(more);
         let tiles = Mutex::new(tiles);
@@ -180,11 +177,7 @@ impl Ranks {
                 wait_for(&writer, NEXT);
                 let (next, _) = writer.receive_vec_with_tag::<u64>(NEXT);
                 match (next.split_first(), &more) {
-                    (Some((&GO_ON, tiles)), Some(more)) => {
-                        for tile in tiles.iter().filter_map(|&tile| usize::try_from(tile).ok()) {
-                            let _ = more.send(tile);
-                        }
-                    }
+                    (Some((&GO_ON, tiles)), Some(more)) => hand_on(tiles, more),
                     _ => more = None,
                 }
             }
@@ -315,6 +308,13 @@ impl Ranks {
             }
         }
         outcome.map(|()| sum)
+    }
+}
+
+/// Passes the numbers of tiles to the workers of this rank, who wait as long as there is a sender.
+fn hand_on(tiles: &[u64], more: &Sender<usize>) {
+    for tile in tiles.iter().filter_map(|&tile| usize::try_from(tile).ok()) {
+        let _ = more.send(tile);
     }
 }
 

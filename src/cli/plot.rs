@@ -103,26 +103,18 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     let view = if arguments.dimensionless { View::dimensionless(&map) } else { View::new(&map) };
     let table = arguments.out.with_extension("csv");
     let existing = existing(arguments.overwrite);
-    let mut written: Vec<&PathBuf> = vec![&arguments.out];
-    written.extend(arguments.curves.then_some(&table));
-    written.extend(&arguments.data);
+    let mut written: Vec<(&PathBuf, Kind)> = vec![(&arguments.out, Kind::Figure)];
+    written.extend(arguments.curves.then_some((&table, Kind::Table("curve"))));
+    written.extend(arguments.data.iter().map(|data| (data, Kind::Table(""))));
     if let (true, Some(data)) = (arguments.curves, arguments.data.as_ref().filter(|data| **data == table)) {
-        return Err(Failure::BadInput(format!(
-            "--data {}: the points of the curves go there\n  help: choose another name",
-            data.display()
-        )));
-    }
-    if arguments.overwrite {
-        replace::check(&arguments.out, Some(&arguments.map), Kind::Figure)?;
-        if arguments.curves {
-            replace::check(&table, Some(&arguments.map), Kind::Table("curve"))?;
-        }
-        if let Some(data) = &arguments.data {
-            replace::check(data, Some(&arguments.map), Kind::Table(""))?;
-        }
+        let problem = format!("--data {}: the points of the curves go there", data.display());
+        return Err(Failure::bad_input(problem, "choose another name"));
     }
     // Checked before the work starts.
-    written.iter().try_for_each(|path| refuse_existing(path, arguments.overwrite))?;
+    written.into_iter().try_for_each(|(path, kind)| match arguments.overwrite {
+        true => replace::check(path, Some(&arguments.map), kind),
+        false => refuse_existing(path, false),
+    })?;
     let plot = Plot {
         x: &arguments.x,
         y: arguments.y.as_deref(),

@@ -59,33 +59,25 @@ impl LawArguments {
         let name = self.law.as_deref().or(given).unwrap_or(Law::Stribeck.name());
         if let Some(given) = given.filter(|given| *given != name) {
             let flag = if given == "table" { "--table" } else { "--phi" };
-            return Err(Failure::BadInput(format!(
-                "{flag} is for the law `{given}`, not for `{name}`\n  help: leave one of them out"
-            )));
+            let problem = format!("{flag} is for the law `{given}`, not for `{name}`");
+            return Err(Failure::bad_input(problem, "leave one of them out"));
         }
         if !(self.static_level > 0.0 && self.static_level.is_finite()) {
-            return Err(Failure::BadInput(format!(
-                "--static {}: the static level must be greater than 0\n  help: give the friction at slip speed 0",
-                self.static_level
-            )));
+            let problem = format!("--static {}: the static level must be greater than 0", self.static_level);
+            return Err(Failure::bad_input(problem, "give the friction at slip speed 0"));
         }
         match (name, &self.phi, &self.table) {
-            (_, Some(phi), _) => match Expression::new(phi, self.static_level) {
-                Ok(law) => Ok(Law::Expression(law)),
-                Err(error) => {
-                    let problem = point_into(phi, &error);
-                    Err(Failure::BadInput(format!("--phi: {problem}\n  help: {}", error.remedy)))
-                }
-            },
-            (_, None, Some(path)) => match read_table(path, self.static_level) {
-                Ok(table) => Ok(Law::Table(table)),
-                Err((problem, remedy)) => {
-                    Err(Failure::BadInput(format!("--table: {problem}\n  help: {remedy}")))
-                }
-            },
+            (_, Some(phi), _) => {
+                Expression::new(phi, self.static_level).map(Law::Expression).map_err(|error| {
+                    Failure::bad_input(format!("--phi: {}", point_into(phi, &error)), error.remedy)
+                })
+            }
+            (_, None, Some(path)) => read_table(path, self.static_level)
+                .map(Law::Table)
+                .map_err(|(problem, remedy)| Failure::bad_input(format!("--table: {problem}"), remedy)),
             (name, None, None) => Law::BUILT_IN.into_iter().find(|law| law.name() == name).ok_or_else(|| {
                 let flag = if name == "table" { "--table FILE.csv" } else { "--phi FORMULA" };
-                Failure::BadInput(format!("the law `{name}` needs {flag}\n  help: add it"))
+                Failure::bad_input(format!("the law `{name}` needs {flag}"), "add it")
             }),
         }
     }
@@ -95,7 +87,8 @@ impl LawArguments {
 /// `--set NAME=NUMBER`.
 #[derive(Clone, Debug)]
 pub(super) struct PointArguments {
-    given: Vec<(String, f64)>,
+    /// The given parameters, by name.
+    pub(super) given: Vec<(String, f64)>,
 }
 
 fn parse_number(text: &str) -> Result<f64, String> {
@@ -111,16 +104,6 @@ pub(super) fn parse_setting(text: &str) -> Result<(String, f64), String> {
 }
 
 impl PointArguments {
-    /// The given parameters, by name.
-    pub(super) fn given(&self) -> &[(String, f64)] {
-        &self.given
-    }
-
-    /// Returns whether no parameter was given.
-    pub(super) fn is_empty(&self) -> bool {
-        self.given.is_empty()
-    }
-
     /// The point of `law`; every axis of the law must have been given, and no other.
     pub(super) fn point(&self, law: &Law) -> Result<Point, Failure> {
         let axes = Grid::axis_names(law);
@@ -135,28 +118,20 @@ impl PointArguments {
             // mistake.
             let slip = ["v", "x", "s", "w"].iter().any(|name| axes.contains(name) && value(name).is_none());
             let slip = if slip { "the slip speed is called u; " } else { "" };
-            return Err(Failure::BadInput(format!(
-                "the law `{}` also needs {}\n  help: {slip}give every parameter, or a table with --points IN.csv --out OUT.csv",
-                law.name(),
-                missing.join(", ")
-            )));
+            let help = format!("{slip}give every parameter, or a table with --points IN.csv --out OUT.csv");
+            let problem = format!("the law `{}` also needs {}", law.name(), missing.join(", "));
+            return Err(Failure::bad_input(problem, help));
         }
         if let Some((foreign, _)) = self.given.iter().find(|(name, _)| !axes.contains(&name.as_str())) {
-            return Err(Failure::BadInput(format!(
-                "--{foreign} is not a parameter of the law `{}`\n  help: its parameters are {}",
-                law.name(),
-                axes.join(", ")
-            )));
+            let problem = format!("--{foreign} is not a parameter of the law `{}`", law.name());
+            return Err(Failure::bad_input(problem, format!("its parameters are {}", axes.join(", "))));
         }
         let values: Vec<f64> = axes.iter().filter_map(|name| value(name)).collect();
         let point = point_of(law, &values).map_err(|error| {
             // A grid of one cell has no other errors.
             let Some((name, value, wanted)) = error.illegal() else { unreachable!("{error}") };
-            let value = exact(value);
-            Failure::BadInput(format!(
-                "{}{value}: not a legal value\n  help: {name} must be {wanted}",
-                flag(name)
-            ))
+            let problem = format!("{}{}: not a legal value", flag(name), exact(value));
+            Failure::bad_input(problem, format!("{name} must be {wanted}"))
         })?;
         check_law(law, &point).map_err(Failure::BadInput)?;
         Ok(point)

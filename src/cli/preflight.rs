@@ -64,9 +64,8 @@ impl Preflight {
         let same =
             |a: &Path, b: &Path| a.canonicalize().is_ok_and(|a| b.canonicalize().is_ok_and(|b| a == b));
         if same(&job.output, &job.config_file) {
-            return Err(Failure::BadInput(format!(
-                "{name} is the configuration itself\n  help: choose another place with --set output.path=.."
-            )));
+            let problem = format!("{name} is the configuration itself");
+            return Err(Failure::bad_input(problem, "choose another place with --set output.path=.."));
         }
         check_back_steps(&job.output)?;
         let replaces = match job.output.symlink_metadata() {
@@ -103,14 +102,15 @@ impl Preflight {
             return Ok(Ended::Fine);
         }
         let grid = &job.plan.grid;
-        Err(Failure::BadInput(format!(
-            "{}: the grid has {} cells ({}), {} before compression; the run needs {need}\n  \
-             help: take fewer points on the longest axes or fewer output.fields, or choose another disk",
+        let problem = format!(
+            "{}: the grid has {} cells ({}), {} before compression; the run needs {need}",
             job.config_file.display(),
             count(grid.cells()),
             sizes(grid),
             bytes(job.plan.bytes()),
-        )))
+        );
+        let help = "take fewer points on the longest axes or fewer output.fields, or choose another disk";
+        Err(Failure::bad_input(problem, help))
     }
 
     /// Returns whether the map might not fit, so that its size must be sampled.
@@ -151,11 +151,9 @@ fn check_back_steps(path: &Path) -> Result<(), Failure> {
 fn check_folder(path: &Path, key: &str) -> Result<(), Failure> {
     let folder = first_folder(path);
     tempfile::tempfile_in(&folder).map(drop).map_err(|error| {
-        Failure::BadInput(format!(
-            "{}: cannot write into the folder {}: {error}\n  help: choose another place with --set {key}=..",
-            path.display(),
-            folder.display()
-        ))
+        let problem =
+            format!("{}: cannot write into the folder {}: {error}", path.display(), folder.display());
+        Failure::bad_input(problem, format!("choose another place with --set {key}=.."))
     })
 }
 
@@ -164,9 +162,8 @@ fn check_folder(path: &Path, key: &str) -> Result<(), Failure> {
 fn check_proof(job: &Job, proof: &Path, permission: Permission) -> Result<Place, Failure> {
     let name = proof.display();
     let refuse = |problem: String| {
-        Err(Failure::BadInput(format!(
-            "validated.proof: {problem}\n  help: choose another place with --set validated.proof=.."
-        )))
+        let help = "choose another place with --set validated.proof=..";
+        Err(Failure::bad_input(format!("validated.proof: {problem}"), help))
     };
     let (here, output) = (resolved(proof), resolved(&job.output));
     if here.starts_with(&output) || output.starts_with(&here) {
@@ -184,10 +181,10 @@ fn check_proof(job: &Job, proof: &Path, permission: Permission) -> Result<Place,
     match proof::state(proof) {
         PathState::Nothing => Ok(Place::Free),
         PathState::OutOfReach(error) => refuse(format!("{name} cannot be written: {error}")),
-        PathState::Other => Err(Failure::BadInput(format!(
-            "{name} is not a proof, and only proofs are replaced\n  \
-             help: move it away, or choose another place with --set validated.proof=.."
-        ))),
+        PathState::Other => Err(Failure::bad_input(
+            format!("{name} is not a proof, and only proofs are replaced"),
+            "move it away, or choose another place with --set validated.proof=..",
+        )),
         PathState::Proof(_) if permission == Permission::Overwrite => {
             Ok(Place::Replaces(format!("the proof {name}")))
         }
@@ -228,9 +225,10 @@ fn replaced(output: &Path, metadata: &std::fs::Metadata) -> Result<String, Failu
     };
     // In this order: opening a pipe would wait for its other end.
     if !(metadata.is_file() && is_map()) {
-        return Err(Failure::BadInput(format!(
-            "{name} is not a map, and only maps are replaced\n  help: move it away, or choose another place with --set output.path=.."
-        )));
+        return Err(Failure::bad_input(
+            format!("{name} is not a map, and only maps are replaced"),
+            "move it away, or choose another place with --set output.path=..",
+        ));
     }
     Ok(format!("{name} ({})", bytes(metadata.len().into())))
 }
@@ -248,13 +246,10 @@ fn first_folder(output: &Path) -> PathBuf {
     PathBuf::from(".")
 }
 
-/// Creates the folders of the output's path.
 pub(super) fn create_folders(output: &Path) -> Result<(), Failure> {
     let folder = folder_of(output);
     files::create_folders(folder).map_err(|error| {
-        Failure::BadInput(format!(
-            "the folder {} cannot be created: {error}\n  help: choose another place with --set output.path=..",
-            folder.display()
-        ))
+        let problem = format!("the folder {} cannot be created: {error}", folder.display());
+        Failure::bad_input(problem, "choose another place with --set output.path=..")
     })
 }

@@ -77,17 +77,17 @@ pub(super) struct Arguments {
     out: Option<PathBuf>,
     /// Replace OUT.csv, the figure, the orbit or the proof if it exists
     #[arg(long)]
-    overwrite: bool,
+    pub(super) overwrite: bool,
     /// Number of threads for a table; default: one per core, at most 16 per core
     #[arg(long, requires = "points", value_name = "NUMBER", value_parser = super::threads::parse)]
-    threads: Option<usize>,
+    pub(super) threads: Option<usize>,
     /// Also append epsilon_limit_METHOD: up to which epsilon each method says what the simulation says; takes
     /// some twenty times as long
     #[arg(long, requires = "points")]
-    epsilon_limits: bool,
+    pub(super) epsilon_limits: bool,
     /// No progress bar
     #[arg(long, requires = "points")]
-    quiet: bool,
+    pub(super) quiet: bool,
 }
 
 const EXAMPLES: &str = "\
@@ -131,11 +131,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     }
     let law = arguments.law.law()?;
     if arguments.points.is_some() {
-        if !arguments.point.is_empty() {
-            return Err(Failure::BadInput(
-                "both a point and a table were given\n  help: leave out either the parameters or --points"
-                    .into(),
-            ));
+        if !arguments.point.given.is_empty() {
+            let help = "leave out either the parameters or --points";
+            return Err(Failure::bad_input("both a point and a table were given", help));
         }
         return probe_table(arguments, About::Law(law), tolerance);
     }
@@ -145,31 +143,21 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
 
 fn probe_machine(arguments: &Arguments, file: &Path, tolerance: f64) -> Result<Ended, Failure> {
     if arguments.points.is_some() {
-        let job = load_machine(file, arguments.point.given())?;
+        let job = load_machine(file, &arguments.point.given)?;
         super::machine::warn(&job.machine);
         return probe_table(arguments, About::Machine(&job, file), tolerance);
     }
-    let job = super::machine::load(file, arguments.point.given())?;
-    let leaves = || Failure::BadInput("the friction leaves the numbers\n  help: check the units".into());
+    let job = super::machine::load(file, &arguments.point.given)?;
+    let leaves = || Failure::bad_input("the friction leaves the numbers", "check the units");
     let model = job.model_of(&job.machine).ok_or_else(leaves)?;
     probe_point(arguments, &model.law, &model.point, tolerance, Some((&job.machine, &model)))
 }
 
-/// Probes each row of a table.
 fn probe_table(arguments: &Arguments, about: About, tolerance: f64) -> Result<Ended, Failure> {
     let (Some(input), Some(output)) = (&arguments.points, &arguments.out) else {
-        return Err(Failure::BadInput("--points needs --out\n  help: name the table to be written".into()));
+        return Err(Failure::bad_input("--points needs --out", "name the table to be written"));
     };
-    probe_table::run(&probe_table::Job {
-        input,
-        output,
-        overwrite: arguments.overwrite,
-        about,
-        tolerance,
-        threads: arguments.threads,
-        epsilon_limits: arguments.epsilon_limits,
-        quiet: arguments.quiet,
-    })
+    probe_table::run(&probe_table::Job { input, output, about, tolerance, arguments })
 }
 
 /// Probes one point, which may be a machine's.
@@ -218,11 +206,9 @@ fn write_orbit(
         arguments.orbit.iter().try_for_each(|path| replace::check(path, None, Kind::Table("x1")))?;
     }
     if arguments.figure.is_none() && arguments.orbit.is_none() {
+        let help = "add --orbit FILE.csv or --figure FILE";
         return match arguments.from.is_some() || arguments.duration.is_some() {
-            true => Err(Failure::BadInput(
-                "--from and --duration are about an orbit\n  help: add --orbit FILE.csv or --figure FILE"
-                    .into(),
-            )),
+            true => Err(Failure::bad_input("--from and --duration are about an orbit", help)),
             false => Ok(()),
         };
     }

@@ -9,6 +9,7 @@ use indicatif::ProgressBar;
 use rayon::prelude::*;
 
 use super::output::{exact, short};
+use super::probe::Arguments;
 use super::replace::{self, Kind};
 use super::report::existing;
 use super::{Ended, Failure, interrupt, machine, point};
@@ -30,18 +31,12 @@ pub(super) struct Job<'a> {
     pub(super) input: &'a Path,
     /// The table to write, `-` for standard output.
     pub(super) output: &'a Path,
-    /// Whether to replace the output.
-    pub(super) overwrite: bool,
     /// Contents of the rows.
     pub(super) about: About<'a>,
     /// Bound on the error of the scaled grazing margin.
     pub(super) tolerance: f64,
-    /// Number of threads; `None` for one per core.
-    pub(super) threads: Option<usize>,
-    /// Whether to append the limits in eps.
-    pub(super) epsilon_limits: bool,
-    /// Whether to leave out the progress bar.
-    pub(super) quiet: bool,
+    /// The other choices.
+    pub(super) arguments: &'a Arguments,
 }
 
 /// Contents of the rows of a table.
@@ -65,10 +60,10 @@ pub(super) fn run(job: &Job) -> Result<Ended, Failure> {
         }
     };
     check_header(&table, job)?;
-    let mut output = Output::open(job.output, job.input, job.overwrite)?;
-    let pool = map::pool(job.threads)
+    let mut output = Output::open(job.output, job.input, job.arguments.overwrite)?;
+    let pool = map::pool(job.arguments.threads)
         .map_err(|error| Failure::Broken(format!("cannot start the threads: {error}")))?;
-    let bar = super::progress::bar(job.quiet, None, "rows");
+    let bar = super::progress::bar(job.arguments.quiet, None, "rows");
     pool.install(|| convert(job, table, &mut output, stop, &bar))?;
     bar.finish_and_clear();
     output.publish()?;
@@ -83,11 +78,11 @@ fn convert(
     stop: &AtomicBool,
     bar: &ProgressBar,
 ) -> Result<(), Failure> {
-    let mut header = table.header().clone();
+    let mut header = table.header.clone();
     for name in answer_columns(job) {
         header.push_field(name.as_bytes());
     }
-    let mut writer = WriterBuilder::new().from_writer(&mut output.file);
+    let mut writer = WriterBuilder::new().from_writer(output.writer());
     let write_error =
         |error: csv::Error| Failure::Broken(format!("cannot write {}: {error}", job.output.display()));
     writer.write_byte_record(&header).map_err(write_error)?;
@@ -136,7 +131,7 @@ fn answer_columns(job: &Job) -> Vec<String> {
     names.extend(critical);
     names.push("regime".to_owned());
     names.extend(QUANTITIES.into_iter().flat_map(|field| Quantity::of(field, 0, 0)).map(|q| unit(q.name())));
-    if job.epsilon_limits {
+    if job.arguments.epsilon_limits {
         names.extend(Method::usual().map(|method| format!("epsilon_limit_{}", method.name())));
     }
     names
@@ -147,12 +142,12 @@ const QUANTITIES: [Field; 3] = [Field::Landing, Field::Cycle, Field::Basin];
 
 /// Refuses a table that already has a column with an appended name.
 fn check_header(table: &PointTable, job: &Job) -> Result<(), Failure> {
-    let header: Vec<_> = table.header().iter().map(|field| String::from_utf8_lossy(field)).collect();
+    let header: Vec<_> = table.header.iter().map(|field| String::from_utf8_lossy(field)).collect();
     match answer_columns(job).into_iter().find(|name| header.iter().any(|field| field.trim() == name)) {
-        Some(taken) => Err(Failure::BadInput(format!(
-            "{}:1: the column `{taken}` is there already, and would be added\n  help: rename it or take it out",
-            table.name()
-        ))),
+        Some(taken) => Err(Failure::bad_input(
+            format!("{}:1: the column `{taken}` is there already, and would be added", table.name),
+            "rename it or take it out",
+        )),
         None => Ok(()),
     }
 }
@@ -198,7 +193,6 @@ fn oscillator(
     }
 }
 
-/// Appends the answers to a row.
 fn answer(table: &PointTable, mut row: ByteRecord, job: &Job) -> Result<ByteRecord, Failure> {
     let (law, point, si) = oscillator(table, &row, &job.about)?;
     let answer = Answer::of(&law, &point, job.tolerance, Method::usual());
@@ -226,7 +220,7 @@ fn answer(table: &PointTable, mut row: ByteRecord, job: &Job) -> Result<ByteReco
     for quantity in QUANTITIES.into_iter().flat_map(|field| Quantity::of(field, 0, 0)) {
         row.push_field(number(described.value(quantity) * factor(quantity.name())).as_bytes());
     }
-    if job.epsilon_limits {
+    if job.arguments.epsilon_limits {
         for limit in answer.limits() {
             row.push_field(number(limit.equal.value()).as_bytes());
         }
@@ -235,78 +229,60 @@ fn answer(table: &PointTable, mut row: ByteRecord, job: &Job) -> Result<ByteReco
 }
 
 /// The table being written, under a temporary name until it is complete.
-struct Output {
-    file: Spool,
-    overwrite: bool,
-}
-
-enum Spool {
+enum Output {
     /// In a temporary file beside its final path.
-    Beside { file: BufWriter<tempfile::NamedTempFile>, path: PathBuf },
+    Beside { file: BufWriter<tempfile::NamedTempFile>, path: PathBuf, overwrite: bool },
     /// For standard output.
     Standard(tempfile::SpooledTempFile),
 }
 
-impl Write for Spool {
-    fn write(&mut self, buffer: &[u8]) -> io::Result<usize> {
-        match self {
-            Spool::Beside { file, .. } => file.write(buffer),
-            Spool::Standard(file) => file.write(buffer),
-        }
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        match self {
-            Spool::Beside { file, .. } => file.flush(),
-            Spool::Standard(file) => file.flush(),
-        }
-    }
-}
-
 impl Output {
+    fn writer(&mut self) -> &mut dyn Write {
+        match self {
+            Output::Beside { file, .. } => file,
+            Output::Standard(file) => file,
+        }
+    }
+
     fn open(path: &Path, input: &Path, overwrite: bool) -> Result<Self, Failure> {
         if path == Path::new("-") {
-            return Ok(Self { file: Spool::Standard(tempfile::spooled_tempfile(SPOOL)), overwrite });
+            return Ok(Self::Standard(tempfile::spooled_tempfile(SPOOL)));
         }
         let name = path.display();
         if overwrite {
             replace::check(path, Some(input), Kind::Table("verdict_"))?;
         }
         if path.is_dir() {
-            return Err(Failure::BadInput(format!(
-                "--out {name}: this is a folder\n  help: name a CSV file"
-            )));
+            return Err(Failure::bad_input(format!("--out {name}: this is a folder"), "name a CSV file"));
         }
         replace::refuse_existing("--out", path, overwrite)?;
         let folder = folder_of(path);
         let file = temporary_in(folder).map_err(|error| {
-            Failure::BadInput(format!(
-                "--out {name}: cannot write into the folder {}: {error}\n  help: choose a folder that exists and is yours",
-                folder.display()
-            ))
+            let problem = format!("--out {name}: cannot write into the folder {}: {error}", folder.display());
+            Failure::bad_input(problem, "choose a folder that exists and is yours")
         })?;
         let temporary = file.path().to_owned();
         interrupt::on_abandonment(super::NOTHING_LEFT.to_owned(), move || {
             // Nothing more can be done if it cannot be removed.
             let _ = std::fs::remove_file(temporary);
         });
-        Ok(Self { file: Spool::Beside { file: BufWriter::new(file), path: path.to_owned() }, overwrite })
+        Ok(Self::Beside { file: BufWriter::new(file), path: path.to_owned(), overwrite })
     }
 
     /// Gives the complete table its name, or copies it to standard output.
     fn publish(self) -> Result<(), Failure> {
-        match self.file {
-            Spool::Standard(mut file) => {
+        match self {
+            Output::Standard(mut file) => {
                 file.seek(SeekFrom::Start(0))?;
                 let mut out = io::stdout().lock();
                 io::copy(&mut file, &mut out)?;
                 Ok(out.flush()?)
             }
-            Spool::Beside { file, path } => {
+            Output::Beside { file, path, overwrite } => {
                 let failed =
                     |error: io::Error| Failure::Broken(format!("cannot write {}: {error}", path.display()));
                 let file = file.into_inner().map_err(|error| failed(error.into_error()))?;
-                publish_file(file, &path, existing(self.overwrite)).map_err(|error| match error.kind() {
+                publish_file(file, &path, existing(overwrite)).map_err(|error| match error.kind() {
                     io::ErrorKind::AlreadyExists => replace::exists("--out", &path),
                     _ => failed(error),
                 })

@@ -40,9 +40,7 @@ pub(super) fn state(path: &Path) -> PathState {
         Ok(_) => {}
     }
     match read(path) {
-        Ok(Some((_, text))) => {
-            PathState::Proof(Certificate::parse(&text).ok().and_then(|read| read.run().map(str::to_owned)))
-        }
+        Ok(Some((_, text))) => PathState::Proof(Certificate::parse(&text).ok().and_then(|read| read.run)),
         Ok(None) => match path.metadata().map(|metadata| metadata.len()) {
             Ok(0) => PathState::Nothing,
             _ => PathState::Other,
@@ -68,18 +66,16 @@ fn read(path: &Path) -> io::Result<Option<(Subject, String)>> {
 /// Refuses a path for the certificate of a point that exists and may not be replaced, or is not a proof.
 pub(super) fn check_place(path: &Path, overwrite: bool) -> Result<(), Failure> {
     let name = path.display();
-    let problem = match state(path) {
+    let (problem, help) = match state(path) {
         PathState::Nothing => return Ok(()),
         PathState::Proof(_) if overwrite => return Ok(()),
         PathState::Proof(_) => {
-            "exists already\n  help: add --overwrite to replace it, or choose another name".into()
+            ("exists already".into(), "add --overwrite to replace it, or choose another name")
         }
-        PathState::Other => {
-            "is not a proof, and only proofs are replaced\n  help: choose another name".into()
-        }
-        PathState::OutOfReach(error) => format!("cannot be written: {error}\n  help: choose another name"),
+        PathState::Other => ("is not a proof, and only proofs are replaced".into(), "choose another name"),
+        PathState::OutOfReach(error) => (format!("cannot be written: {error}"), "choose another name"),
     };
-    Err(Failure::BadInput(format!("--proof {name} {problem}")))
+    Err(Failure::bad_input(format!("--proof {name} {problem}"), help))
 }
 
 /// Writes the certificate of a surface atomically. Replaces an existing one if `overwrite` is set, or if it
@@ -110,7 +106,7 @@ pub(super) fn write_text(
 /// Verifies a certificate.
 pub(super) fn check(path: &Path, as_json: bool) -> Result<Ended, Failure> {
     let name = path.display();
-    let bad = |problem: String, help: &str| Failure::BadInput(format!("{name}: {problem}\n  help: {help}"));
+    let bad = |problem: String, help: &str| Failure::bad_input(format!("{name}: {problem}"), help);
     let (subject, text) = read(path)
         .and_then(|proof| proof.ok_or_else(|| io::Error::other("it is not a proof")))
         .map_err(|error| {
@@ -158,12 +154,12 @@ pub(super) fn check(path: &Path, as_json: bool) -> Result<Ended, Failure> {
 
 fn check_point(path: &Path, certificate: &PointCertificate, as_json: bool) -> Result<Ended, Failure> {
     let problems = certificate.check();
-    let [lo, hi] = certificate.critical_c();
+    let [lo, hi] = certificate.critical_c;
     if as_json {
         output::print_json(&json!({
             "proof": path.to_string_lossy(),
             "sound": problems.is_empty(),
-            "verdict": certificate.verdict(),
+            "verdict": certificate.verdict,
             "critical_c": [lo, hi],
             "problems": problems,
         }))?;
@@ -174,7 +170,7 @@ fn check_point(path: &Path, certificate: &PointCertificate, as_json: bool) -> Re
             out,
             "{}: one point, {}; critical c from {} to {}",
             path.display(),
-            output::without_control_characters(certificate.verdict()),
+            output::without_control_characters(&certificate.verdict),
             end(lo),
             end(hi)
         )?;

@@ -28,10 +28,8 @@ pub(super) fn refuse_existing(option: &str, path: &Path, overwrite: bool) -> Res
 
 /// The file of an option exists.
 pub(super) fn exists(option: &str, path: &Path) -> Failure {
-    Failure::BadInput(format!(
-        "{option} {}: the file exists already\n  help: choose another name, or add --overwrite to replace it",
-        path.display()
-    ))
+    let problem = format!("{option} {}: the file exists already", path.display());
+    Failure::bad_input(problem, "choose another name, or add --overwrite to replace it")
 }
 
 /// Refuses an existing output that is `input` or of another kind.
@@ -39,9 +37,8 @@ pub(super) fn check(output: &Path, input: Option<&Path>, kind: Kind) -> Result<(
     let name = output.display();
     let same = |a: &Path, b: &Path| a.canonicalize().is_ok_and(|a| b.canonicalize().is_ok_and(|b| a == b));
     if input.is_some_and(|input| same(output, input)) {
-        return Err(Failure::BadInput(format!(
-            "--out {name}: this is what is read\n  help: choose another name for what is written"
-        )));
+        let problem = format!("--out {name}: this is what is read");
+        return Err(Failure::bad_input(problem, "choose another name for what is written"));
     }
     let Ok(metadata) = output.symlink_metadata() else { return Ok(()) };
     // A folder is refused when it is written to. A pipe is never opened, since that could block for ever.
@@ -58,10 +55,10 @@ pub(super) fn check(output: &Path, input: Option<&Path>, kind: Kind) -> Result<(
     };
     match fits {
         true => Ok(()),
-        false => Err(Failure::BadInput(format!(
-            "--out {name}: this is not {what}, and only those are replaced\n  \
-             help: move it away, or choose another name"
-        ))),
+        false => Err(Failure::bad_input(
+            format!("--out {name}: this is not {what}, and only those are replaced"),
+            "move it away, or choose another name",
+        )),
     }
 }
 

@@ -55,10 +55,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     // Checked before the work starts.
     refuse_existing(&folder, arguments.overwrite)?;
     if folder.is_file() {
-        return Err(Failure::BadInput(format!(
-            "--out {}: this is a file\n  help: name a folder",
-            folder.display()
-        )));
+        let problem = format!("--out {}: this is a file", folder.display());
+        return Err(Failure::bad_input(problem, "name a folder"));
     }
     let bar = progress::bar(arguments.quiet, Some(map.grid().cells() as u64), "cells");
     let on_cells = |cells| bar.inc(cells as u64);
@@ -79,7 +77,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
 /// Opens and verifies a map; one that cannot be read or is damaged is bad input.
 pub(super) fn open(path: &Path) -> Result<MapFile, Failure> {
     let map = MapFile::open(path).map_err(|error| unreadable(&error))?;
-    if !map.is_sealed() {
+    if !map.sealed {
         say(&format!(
             "note: {} has no seal, since another program has written to it or copied it; each of its cells and \
              attributes was compared with its fingerprint instead",
@@ -117,10 +115,10 @@ pub(super) fn existing(overwrite: bool) -> Existing {
 
 pub(super) fn failure(error: ReportError) -> Failure {
     match error {
-        ReportError::Exists(path) => Failure::BadInput(format!(
-            "{} exists already\n  help: add --overwrite to replace it, or choose another place with --out",
-            path.display()
-        )),
+        ReportError::Exists(path) => Failure::bad_input(
+            format!("{} exists already", path.display()),
+            "add --overwrite to replace it, or choose another place with --out",
+        ),
         ReportError::NoFolder { .. }
         | ReportError::NotYours { .. }
         | ReportError::Format { .. }

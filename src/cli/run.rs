@@ -217,7 +217,7 @@ fn compute(
     let on_plane = || planes.get().map_or((), |bar: &ProgressBar| bar.inc(1));
     let threads = arguments.threads;
     let control = Control { threads, on_cells: &on_cells, on_plane: &on_plane, stop };
-    let earlier_seconds = map.seconds();
+    let earlier_seconds = map.found.seconds;
     let earlier = Earlier { account: map.account().clone(), seconds: earlier_seconds };
     let computed = map::run_with(&job.plan, &control, earlier, others, || {
         let computed = tiles(&map, &control, &queue);
@@ -273,10 +273,10 @@ fn report_resumption(map: &PartialMap, resume: bool) {
     } else if resume {
         say("note: there is nothing to resume; starting from the beginning");
     }
-    if map.lost() > 0 {
+    if map.found.lost > 0 {
         say(&format!(
             "note: the last {} of the finished tiles are cut short or damaged; they are computed again",
-            bytes(map.lost().into())
+            bytes(map.found.lost.into())
         ));
     }
     if !map.is_locked() {

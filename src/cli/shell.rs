@@ -38,7 +38,6 @@ pub(crate) struct CompletionArguments {
     shell: Shell,
 }
 
-/// The page of one command.
 fn page(command: &Command) -> io::Result<Vec<u8>> {
     let mut text = Vec::new();
     clap_mangen::Man::new(command.clone()).render(&mut text)?;
@@ -59,10 +58,8 @@ pub(crate) fn man(mut program: Command, arguments: &ManArguments) -> Result<Ende
             Some(command) => page(command)?,
             None => {
                 let names: Vec<&str> = program.get_subcommands().map(Command::get_name).collect();
-                return Err(Failure::BadInput(format!(
-                    "there is no command `{name}`\n  help: the commands are {}",
-                    names.join(", ")
-                )));
+                let help = format!("the commands are {}", names.join(", "));
+                return Err(Failure::bad_input(format!("there is no command `{name}`"), help));
             }
         },
     };

@@ -2,14 +2,14 @@
 
 use std::io::Write;
 
-use serde_json::{Value, json};
+use serde_json::json;
 
 use super::Failure;
 use super::output::{self, Align, Table, bytes, count, duration, number_of, object, short};
 use crate::config::Job;
 use crate::map::{Axis, LISTED, PlaneCurves, Summary, Verdict};
-use crate::probe::command_line;
-use crate::probe::fate_name;
+use crate::point::Point;
+use crate::probe::{command_line, fate_name};
 use crate::report::proved::{Rounded, proved_percent};
 use crate::simulate::bifurcation::Bifurcation;
 
@@ -64,7 +64,6 @@ impl RunReport<'_> {
     }
 }
 
-/// Prints the report as text.
 pub(super) fn print(report: &RunReport, out: &mut dyn Write) -> Result<(), Failure> {
     use Align::{Left, Right};
     let RunReport { job, summary, .. } = report;
@@ -254,24 +253,7 @@ pub(super) fn json(report: &RunReport) -> Result<(), Failure> {
         let cost = [("cells", json!(method.cells)), ("seconds", json!(method.seconds))];
         (method.method.name(), object(cost.into_iter().chain(verdicts)))
     }));
-    let disagreements: Vec<Value> = account
-        .audit
-        .disagreements
-        .iter()
-        .map(|disagreement| {
-            json!({
-                "method": disagreement.method,
-                "stored": disagreement.stored.name(),
-                "direct": Verdict::from(&disagreement.direct.fate).name(),
-                "probe": command_line(law, &disagreement.point, tolerance),
-            })
-        })
-        .collect();
-    let failed: Vec<Value> = account
-        .failed
-        .iter()
-        .map(|cell| json!({ "method": cell.method.name(), "probe": command_line(law, &cell.point, tolerance) }))
-        .collect();
+    let probe = |point: &Point| command_line(law, point, tolerance);
     output::print_json(&json!({
         "title": job.title,
         "output": job.output.to_string_lossy(),
@@ -290,7 +272,12 @@ pub(super) fn json(report: &RunReport) -> Result<(), Failure> {
             "agreed": account.audit.agreed,
             "within_margin": account.audit.within_margin,
             "unresolved": account.audit.unresolved,
-            "disagreements": disagreements,
+            "disagreements": account.audit.disagreements.iter().map(|found| json!({
+                "method": found.method,
+                "stored": found.stored.name(),
+                "direct": Verdict::from(&found.direct.fate).name(),
+                "probe": probe(&found.point),
+            })).collect::<Vec<_>>(),
             "thread_seconds": account.stages.audit,
         },
         "contradictions": {
@@ -299,7 +286,7 @@ pub(super) fn json(report: &RunReport) -> Result<(), Failure> {
                 "verdicts": object(
                     job.plan.methods.iter().zip(&cell.verdicts).map(|(method, verdict)| (method.name(), verdict.name())),
                 ),
-                "probe": command_line(law, &cell.point, tolerance),
+                "probe": probe(&cell.point),
             })).collect::<Vec<_>>(),
         },
         "unknown": { "regimes": account.unknown.regimes, "critical_c": account.unknown.critical },
@@ -323,7 +310,10 @@ pub(super) fn json(report: &RunReport) -> Result<(), Failure> {
         "pack_thread_seconds": account.stages.pack,
         "stages": object(report.stages()),
         "failed": report.failed(),
-        "failed_cells": failed,
+        "failed_cells": account.failed.iter().map(|cell| json!({
+            "method": cell.method.name(),
+            "probe": probe(&cell.point),
+        })).collect::<Vec<_>>(),
     }))
 }
 
@@ -419,14 +409,15 @@ mod tests {
 
         let fine = summary(0, Vec::new());
         let report = of(&job, &fine);
-        assert!(!report.is_flawed());
-        assert!(!text(&report).contains("slipmap probe"));
+        assert!(!report.is_flawed() && !text(&report).contains("slipmap probe"));
+        let says = |summary: &Summary, words: &str| {
+            let report = of(&job, summary);
+            assert!(report.is_flawed() && text(&report).contains(words), "{}", text(&report));
+        };
 
         let mut failed = summary(1, Vec::new());
         failed.account.failed = vec![FailedCell { tile: 0, point, method: Method::Simulation }];
-        let report = of(&job, &failed);
-        assert!(report.is_flawed());
-        assert!(text(&report).contains(&format!("simulation: {line}\n")), "{}", text(&report));
+        says(&failed, &format!("simulation: {line}\n"));
 
         let mut contradictory = summary(0, Vec::new());
         let methods = job.plan.methods.iter();
@@ -437,24 +428,14 @@ mod tests {
         });
         let cell = Contradiction { tile: 0, point, verdicts: verdicts.collect() };
         contradictory.account.contradictions = Contradictions { cells: 1, first: vec![cell] };
-        let report = of(&job, &contradictory);
-        assert!(report.is_flawed());
-        let printed = text(&report);
-        assert!(printed.contains("1 cell in which methods with a guarantee contradict"), "{printed}");
-        assert!(
-            printed.contains(&format!("present by symmetric; absent by simulation: {line}\n")),
-            "{printed}"
-        );
+        says(&contradictory, "1 cell in which methods with a guarantee contradict");
+        says(&contradictory, &format!("present by symmetric; absent by simulation: {line}\n"));
 
         let fate = Fate::Failed(Breakdown::StepBudget);
         let direct = Flow { fate, margin: f64::NAN, margin_error: f64::NAN, rhs: 0 };
         let disagreement = Disagreement { point, method: "symmetric", stored: Verdict::Present, direct };
         let contradicted = summary(0, vec![disagreement]);
-        let report = of(&job, &contradicted);
-        assert!(report.is_flawed());
-        assert!(
-            text(&report).contains(&format!("symmetric says present, the direct engine failed: {line}\n"))
-        );
+        says(&contradicted, &format!("symmetric says present, the direct engine failed: {line}\n"));
     }
 
     #[test]

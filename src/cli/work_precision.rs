@@ -55,10 +55,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     refuse_existing(&folder, arguments.overwrite)?;
     // Checked before minutes of work.
     if let Some(peers) = arguments.peers.as_ref().filter(|peers| !peers.is_file()) {
-        return Err(Failure::BadInput(format!(
-            "--peers {}: there is no such file\n  help: scripts/peers makes one",
-            peers.display()
-        )));
+        let problem = format!("--peers {}: there is no such file", peers.display());
+        return Err(Failure::bad_input(problem, "scripts/peers makes one"));
     }
     let who = contestants();
     let bar = progress::bar(arguments.quiet, Some(who.len() as u64), "settings");

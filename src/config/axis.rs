@@ -8,7 +8,6 @@ const MOST_POINTS: i64 = 1_000_000;
 
 pub(super) const RANGE_KEYS: [&str; 4] = ["from", "to", "points", "spacing"];
 
-/// Reads the nodes of the axis at `node`.
 pub(super) fn nodes(node: &Node) -> Result<Vec<f64>, ConfigError> {
     match node.shape() {
         Shape::Number(value) => Ok(vec![value]),

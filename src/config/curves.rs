@@ -10,7 +10,6 @@ const PLANE_KEYS: [&str; 3] = ["x", "y", "at"];
 
 const EXAMPLE: &str = "{ x = \"V\", y = \"c\" }";
 
-/// Reads `[curves]`.
 pub(super) fn read(section: &Section, grid: &Grid) -> Result<Vec<Plane>, ConfigError> {
     let Some(node) = section.get("planes") else {
         return match section.is_present() {

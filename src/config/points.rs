@@ -25,9 +25,11 @@ const LONGEST_ROW: u64 = 1 << 20;
 
 /// Reader of a table of points, or of machines.
 pub struct PointTable {
-    name: String,
+    /// The file's name in messages.
+    pub(crate) name: String,
     reader: csv::Reader<Rows>,
-    header: ByteRecord,
+    /// The names of its columns.
+    pub(crate) header: ByteRecord,
     /// Names of the parameters or quantities, and the column of each.
     columns: Vec<(&'static str, usize)>,
     parsed: Arc<AtomicU64>,
@@ -59,15 +61,12 @@ impl PointTable {
             if path.is_dir() {
                 return Err(ConfigError::new(name, "this is a folder", "name a CSV file"));
             }
-            let file = File::open(path).map_err(|cause| match cause.kind() {
-                io::ErrorKind::NotFound => {
-                    ConfigError::new(name.clone(), "there is no such file", "check the path")
-                }
-                _ => ConfigError::new(
-                    name.clone(),
-                    format!("cannot be read: {cause}"),
-                    "check its permissions",
-                ),
+            let file = File::open(path).map_err(|cause| {
+                let (problem, remedy) = match cause.kind() {
+                    io::ErrorKind::NotFound => ("there is no such file".into(), "check the path"),
+                    _ => (format!("cannot be read: {cause}"), "check its permissions"),
+                };
+                ConfigError::new(name.clone(), problem, remedy)
             })?;
             (name, Box::new(BufReader::new(file)))
         };
@@ -81,16 +80,6 @@ impl PointTable {
         }
         let columns = find_axes(&name, &header, names, all)?;
         Ok(Self { name, reader, header, columns, parsed })
-    }
-
-    /// The file's name in messages.
-    pub(crate) fn name(&self) -> &str {
-        &self.name
-    }
-
-    /// The header: names of the columns.
-    pub(crate) fn header(&self) -> &ByteRecord {
-        &self.header
     }
 
     /// Returns whether it has the column of this parameter or quantity.
@@ -133,17 +122,13 @@ impl PointTable {
 
     /// The numbers of a row by the names of their columns.
     pub(crate) fn values(&self, row: &ByteRecord) -> Result<Vec<(&'static str, f64)>, ConfigError> {
-        let number = |&(name, _): &(&'static str, usize)| match self.text(row, name).parse() {
-            Ok(value) => Ok((name, value)),
-            Err(_) => {
-                let problem = format!("column {name}: `{}` is not a number", short(&self.text(row, name)));
-                let remedy = decimal_comma(&self.text(row, name));
-                Err(ConfigError::new(
-                    self.place(row),
-                    problem,
-                    remedy.unwrap_or("write a number such as 0.5 or 1e-3".into()),
-                ))
-            }
+        let number = |&(name, _): &(&'static str, usize)| {
+            let text = self.text(row, name);
+            text.parse().map(|value| (name, value)).map_err(|_| {
+                let problem = format!("column {name}: `{}` is not a number", short(&text));
+                let remedy = decimal_comma(&text).unwrap_or("write a number such as 0.5 or 1e-3".into());
+                ConfigError::new(self.place(row), problem, remedy)
+            })
         };
         self.columns.iter().map(number).collect()
     }

@@ -48,7 +48,7 @@ enum Step {
 /// A configuration file with its overrides applied.
 #[derive(Debug)]
 pub(super) struct Source {
-    file: PathBuf,
+    pub(super) file: PathBuf,
     original: Document<String>,
     effective: DocumentMut,
     overrides: Vec<Override>,
@@ -64,10 +64,6 @@ impl Source {
             source.set(argument)?;
         }
         Ok(source)
-    }
-
-    pub(super) fn file(&self) -> &Path {
-        &self.file
     }
 
     /// The text with the overridden values replaced; comments are kept.
@@ -177,10 +173,7 @@ enum Entry<'a> {
 
 impl<'a> Entry<'a> {
     fn as_array(self) -> Option<&'a Array> {
-        match self {
-            Entry::Item(item) => item.as_array(),
-            Entry::Value(value) => value.as_array(),
-        }
+        self.as_value()?.as_array()
     }
 
     fn as_value(self) -> Option<&'a Value> {
@@ -255,13 +248,11 @@ impl<'a> Section<'a> {
         })
     }
 
-    /// Error: the key is unknown.
     pub(super) fn unknown(&self, key: &str, remedy: String) -> ConfigError {
         let place = self.name().map(|section| format!(" in {section}")).unwrap_or_default();
         self.source.error(&self.child(key), true, format!("unknown key `{key}`{place}"), remedy)
     }
 
-    /// Error: the key is missing.
     pub(super) fn missing(&self, key: &str, remedy: String) -> ConfigError {
         let place = self.name().map(|section| format!(" from {section}")).unwrap_or_default();
         self.source.error(&self.child(key), true, format!("`{key}` is missing{place}"), remedy)
@@ -451,7 +442,6 @@ fn override_value(text: &str) -> Result<Value, String> {
 /// Largest size of a configuration in bytes.
 const LONGEST: u64 = 16 << 20;
 
-/// Reads the file's text.
 fn read(file: &Path) -> Result<String, ConfigError> {
     let error = |problem: &str, remedy: &str| ConfigError::new(file.display().to_string(), problem, remedy);
     if file.is_dir() {
@@ -487,12 +477,9 @@ fn read(file: &Path) -> Result<String, ConfigError> {
     }
     String::from_utf8(bytes).map_err(|e| {
         let valid = String::from_utf8_lossy(&e.as_bytes()[..e.utf8_error().valid_up_to()]).into_owned();
-        let problem = "the text is not UTF-8 from here on";
-        ConfigError::new(
-            position(file, &valid, valid.len()),
-            problem,
-            "save the file with the encoding UTF-8",
-        )
+        let (problem, remedy) =
+            ("the text is not UTF-8 from here on", "save the file with the encoding UTF-8");
+        ConfigError::new(position(file, &valid, valid.len()), problem, remedy)
     })
 }
 

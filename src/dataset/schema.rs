@@ -63,7 +63,6 @@ pub enum Cells<'a> {
 pub struct Variable {
     /// Name of the dataset.
     pub name: String,
-    /// Source of its cells.
     pub(crate) content: Content,
     /// Its attributes, apart from fingerprints and counts, which are known only at the end.
     pub attributes: Vec<(&'static str, Value)>,
@@ -178,7 +177,6 @@ impl Schema {
         own.chain(auxiliary.filter_map(|name| Some((name, axes_of(name, &self.grid)?)))).collect()
     }
 
-    /// Number of tiles.
     pub(crate) fn tiles(&self) -> usize {
         self.grid.tile_count(&self.tile_shape)
     }
@@ -237,7 +235,6 @@ impl Schema {
     }
 }
 
-/// Adds one variable per method.
 fn per_method(
     variables: &mut Vec<Variable>,
     methods: &[MethodInfo],

@@ -27,12 +27,10 @@ const FILES: [(&str, &str, &str); 16] = [
 ];
 const SCRIPT: &str = "text/javascript";
 
-/// The page itself.
 pub(super) async fn page() -> Response {
     ([(CONTENT_TYPE, "text/html; charset=utf-8")], include_str!("assets/index.html")).into_response()
 }
 
-/// A file of the page.
 pub(super) async fn file(Path(name): Path<String>) -> Result<Response, Refusal> {
     let found = FILES.iter().find(|(known, ..)| *known == name);
     let (_, kind, content) = found.ok_or_else(|| Refusal::malformed("the page has no such file"))?;

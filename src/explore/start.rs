@@ -52,7 +52,6 @@ impl Start {
         self.map.as_ref()
     }
 
-    /// The contents as JSON.
     pub(super) fn to_json(&self) -> serde_json::Value {
         let Some(grid) = &self.grid else { return serde_json::Value::Null };
         let units = self.machine.as_ref().map(Machine::units);

@@ -82,11 +82,7 @@ impl Form {
             Form::Table(law) => law.corners(),
             Form::Function(law) => law.corners(),
             Form::Custom(law) => law.corners(),
-            Form::Stribeck(_)
-            | Form::Exponential(_)
-            | Form::Lorentzian(_)
-            | Form::Expression(_)
-            | Form::Leading(_) => &[],
+            _ => &[],
         }
     }
 

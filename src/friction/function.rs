@@ -25,9 +25,7 @@ const MOST_HALVINGS: u32 = 40;
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{problem}\n  help: {remedy}")]
 pub struct FunctionError {
-    /// The problem.
     pub(crate) problem: String,
-    /// The remedy.
     pub(crate) remedy: String,
 }
 

@@ -161,7 +161,6 @@ impl Interval {
         if x < 64.0 { power.hi } else { f64::INFINITY }
     }
 
-    /// pi.
     pub(crate) fn pi() -> Self {
         // The f64 nearest to pi is below it.
         Self { lo: std::f64::consts::PI, hi: std::f64::consts::PI.next_up() }
@@ -306,6 +305,7 @@ impl Real for Interval {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::random::Random;
 
     #[test]
     fn images_enclose_and_are_tight() {
@@ -358,20 +358,15 @@ mod tests {
         }
     }
 
-    struct Random(u64);
-
-    impl Random {
-        /// Magnitude from 2^-60 to 2^60, either sign, sometimes zero.
-        fn number(&mut self) -> f64 {
-            self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            let bits = self.0 >> 11;
-            if bits.is_multiple_of(61) {
-                return 0.0;
-            }
-            let exponent = (bits % 121) as i32 - 60;
-            let sign = if bits & 1024 == 0 { 1.0 } else { -1.0 };
-            sign * (1.0 + bits as f64 / (1u64 << 53) as f64) * 2f64.powi(exponent)
+    /// Magnitude from 2^-60 to 2^60, either sign, sometimes zero.
+    fn number(random: &mut Random) -> f64 {
+        let bits = random.next() >> 11;
+        if bits.is_multiple_of(61) {
+            return 0.0;
         }
+        let exponent = (bits % 121) as i32 - 60;
+        let sign = if bits & 1024 == 0 { 1.0 } else { -1.0 };
+        sign * (1.0 + bits as f64 / (1u64 << 53) as f64) * 2f64.powi(exponent)
     }
 
     /// Returns whether the interval holds `value + error`, |error| being below a unit of `value`.
@@ -387,7 +382,7 @@ mod tests {
         let mut random = Random(seed);
         let mut wrong = 0;
         for _ in 0..20_000 {
-            let (x, y) = (random.number(), random.number());
+            let (x, y) = (number(&mut random), number(&mut random));
             let (a, b) = (Interval::of(x), Interval::of(y));
             let sum = x + y;
             let part = sum - x;

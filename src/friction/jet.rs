@@ -87,36 +87,24 @@ impl<const N: usize> Points<N> {
     }
 }
 
-impl<const N: usize> Add for Points<N> {
-    type Output = Self;
-    #[inline]
-    fn add(self, other: Self) -> Self {
-        self.with(other, |a, b| a + b)
-    }
+/// Defines the operators of two operands.
+macro_rules! operators {
+    ($($trait:ident $name:ident $op:tt;)*) => {
+        $(impl<const N: usize> $trait for Points<N> {
+            type Output = Self;
+            #[inline]
+            fn $name(self, other: Self) -> Self {
+                self.with(other, |a, b| a $op b)
+            }
+        })*
+    };
 }
 
-impl<const N: usize> Sub for Points<N> {
-    type Output = Self;
-    #[inline]
-    fn sub(self, other: Self) -> Self {
-        self.with(other, |a, b| a - b)
-    }
-}
-
-impl<const N: usize> Mul for Points<N> {
-    type Output = Self;
-    #[inline]
-    fn mul(self, other: Self) -> Self {
-        self.with(other, |a, b| a * b)
-    }
-}
-
-impl<const N: usize> Div for Points<N> {
-    type Output = Self;
-    #[inline]
-    fn div(self, other: Self) -> Self {
-        self.with(other, |a, b| a / b)
-    }
+operators! {
+    Add add +;
+    Sub sub -;
+    Mul mul *;
+    Div div /;
 }
 
 impl<const N: usize> Neg for Points<N> {
@@ -171,7 +159,6 @@ impl<T: Real, const N: usize> Jet<T, N> {
         jet
     }
 
-    /// A constant.
     pub(crate) fn of(x: T) -> Self {
         let mut coefficients = [T::constant(0.0); N];
         coefficients[0] = x;
@@ -184,7 +171,6 @@ impl<T: Real, const N: usize> Jet<T, N> {
         N - self.0.iter().rev().take_while(|coefficient| coefficient.is_zero()).count()
     }
 
-    /// The `order`-th derivative.
     pub(crate) fn derivative(&self, order: usize) -> T {
         let factorial: f64 = (1..=order).map(|k| k as f64).product();
         self.0[order] * T::constant(factorial)

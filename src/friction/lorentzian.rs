@@ -76,19 +76,22 @@ impl Lorentzian {
 
 #[cfg(test)]
 mod tests {
+    use super::super::Law;
     use super::super::jet::Jet;
     use super::*;
 
     #[test]
     fn closed_forms_are_those_of_the_formula() {
         for (mu, vs, eta) in [(0.5, 1.0, 0.1), (0.0, 0.2, 0.0), (0.9, 3.0, 1.0), (1.0, 1.0, 0.3)] {
-            let law = Lorentzian::new(&LawParameters::new(&[mu, vs, eta]));
-            let jet = law.formula(Jet::<f64, 2>::variable(0.4, 1.0));
-            assert!((jet.0[0] - law.phi(0.4)).abs() <= 8.0 * f64::EPSILON);
-            // A few roundings of terms no larger than the slope at rest.
-            assert!(
-                (jet.0[1] + law.weakening(0.4)).abs() <= 64.0 * f64::EPSILON * (law.drop * law.rate + eta)
-            );
+            for law in [Law::Exponential, Law::Lorentzian] {
+                let curve = law.curve(1.0, &LawParameters::new(&[mu, vs, eta]));
+                let jet = curve.formula(Jet::<f64, 2>::variable(0.4, 1.0)).unwrap();
+                assert!((jet.0[0] - curve.phi(0.4)).abs() <= 8.0 * f64::EPSILON, "{curve:?}");
+                // A few roundings of terms no larger than (1 - mu) / vs + eta.
+                let terms = (1.0 - mu) / vs + eta;
+                let apart = (jet.0[1] + curve.weakening(0.4)).abs();
+                assert!(apart <= 64.0 * f64::EPSILON * terms, "{curve:?}");
+            }
         }
     }
 

@@ -41,10 +41,13 @@ use form::Form;
 
 /// A closed interval [lo, hi] that encloses every value of a function.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Range {
     /// Lower bound.
+    #[cfg_attr(feature = "serde", serde(rename = "from"))]
     pub lo: f64,
     /// Upper bound.
+    #[cfg_attr(feature = "serde", serde(rename = "to"))]
     pub hi: f64,
 }
 
@@ -131,7 +134,6 @@ impl Law {
     /// The laws that need no definition, in the order in which messages list them.
     pub const BUILT_IN: [Law; 3] = [Law::Stribeck, Law::Exponential, Law::Lorentzian];
 
-    /// The names of all laws.
     pub(crate) fn names() -> impl Iterator<Item = &'static str> {
         Self::BUILT_IN.iter().map(Law::name).chain([EXPRESSION, TABLE])
     }

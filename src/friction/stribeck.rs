@@ -31,9 +31,7 @@ pub struct Stribeck {
     epsilon: f64,
     /// 1 - alpha.
     drop: f64,
-    /// gamma.
     gamma: f64,
-    /// beta.
     beta: f64,
     /// eps gamma.
     rate: f64,
@@ -56,7 +54,6 @@ impl Stribeck {
         Self { epsilon, drop: 1.0 - alpha, gamma, beta, rate: epsilon * gamma }
     }
 
-    /// phi(u).
     #[inline]
     pub(super) fn phi(&self, u: f64) -> f64 {
         // 1 - drop * x/(1+x), which keeps phi(0) = 1 exact and small changes of phi accurate.

@@ -19,10 +19,12 @@ const STATIC_SLACK: f64 = 1e-9;
 pub struct TableError {
     /// The datum concerned, from 0; `None` for the whole table.
     pub row: Option<usize>,
-    /// The problem.
     pub(crate) problem: String,
-    /// The remedy.
     pub(crate) remedy: String,
+}
+
+fn error(row: Option<usize>, problem: String, remedy: &str) -> Result<Table, TableError> {
+    Err(TableError { row, problem, remedy: remedy.to_owned() })
 }
 
 /// A law given by data. Clones share it.
@@ -35,7 +37,7 @@ impl PartialEq for Table {
     }
 }
 
-#[derive(Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 struct Cubics {
     /// The source of the data.
     origin: String,
@@ -93,8 +95,6 @@ impl Table {
     /// # Errors
     /// [`TableError`].
     pub fn new(origin: &str, data: &[(f64, f64)], static_level: f64) -> Result<Self, TableError> {
-        let error =
-            |row, problem: String, remedy: &str| Err(TableError { row, problem, remedy: remedy.to_owned() });
         if data.len() < 3 {
             return error(None, format!("there are only {} data", data.len()), "give at least three");
         }
@@ -141,8 +141,6 @@ impl Table {
     /// # Errors
     /// [`TableError`] unless there is one for each datum, finite and not negative.
     pub fn with_standard_errors(&self, errors: &[f64]) -> Result<Self, TableError> {
-        let error =
-            |row, problem: String, remedy: &str| Err(TableError { row, problem, remedy: remedy.to_owned() });
         if errors.len() != self.0.u.len() {
             let problem = format!("there are {} data and {} standard errors", self.0.u.len(), errors.len());
             return error(None, problem, "give one for each datum");
@@ -155,16 +153,7 @@ impl Table {
                 "write a finite number that is at least 0, in the units of the friction",
             );
         }
-        let Cubics { origin, static_level, friction, u, phi, slope, errors: _ } = &*self.0;
-        Ok(Self(Arc::new(Cubics {
-            origin: origin.clone(),
-            static_level: *static_level,
-            friction: friction.clone(),
-            u: u.clone(),
-            phi: phi.clone(),
-            slope: slope.clone(),
-            errors: Some(errors.to_vec()),
-        })))
+        Ok(Self(Arc::new(Cubics { errors: Some(errors.to_vec()), ..Cubics::clone(&self.0) })))
     }
 
     /// The same law with its slip speeds in units of `unit` > 0.
@@ -245,7 +234,6 @@ impl Table {
         &self.0.u[1..self.pieces()]
     }
 
-    /// Number of pieces.
     fn pieces(&self) -> usize {
         self.0.u.len() - 1
     }

@@ -8,7 +8,6 @@ use crate::point::Point;
 #[derive(Clone, Debug, PartialEq)]
 pub struct FailedCell {
     pub(crate) tile: usize,
-    /// The parameters of the cell.
     pub(crate) point: Point,
     pub(crate) method: Method,
 }

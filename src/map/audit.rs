@@ -20,7 +20,6 @@ use crate::simulate::{Flow, direct};
 /// A verdict that the direct engine contradicts.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Disagreement {
-    /// The cell's point.
     pub(crate) point: Point,
     pub(crate) method: &'static str,
     /// The verdict in the map.

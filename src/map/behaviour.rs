@@ -20,12 +20,14 @@ pub(super) const COARSE: f64 = 1e-5;
 
 /// An attracting cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct AttractingCycle {
-    /// Period.
     pub(crate) period: f64,
     /// Positions x1 on it.
+    #[cfg_attr(feature = "serde", serde(rename = "x1"))]
     pub(crate) displacement: Range,
     /// Velocities x2 on it.
+    #[cfg_attr(feature = "serde", serde(rename = "x2"))]
     pub(crate) velocity: Range,
     /// Floquet multiplier; 0 for the stick-slip cycle, which is reached in finite time.
     pub(crate) multiplier: f64,

@@ -66,7 +66,6 @@ impl Kind {
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Class {
     pub(crate) kind: Kind,
-    /// Cause of the failure.
     pub(crate) mechanism: Mechanism,
     pub(crate) cells: u64,
     /// The largest distance |c - c'| to the nearest damping c' at which the verdict of the simulated flow
@@ -167,7 +166,6 @@ struct Examined {
     distance_epsilon: f64,
 }
 
-/// The points of all cells of a grid, in its order.
 pub(crate) fn points_of(grid: &Grid) -> Vec<Point> {
     let shape = grid.shape();
     (0..grid.cells()).map(|cell| grid.point(&unravel(cell, &shape))).collect()
@@ -239,7 +237,6 @@ impl MethodFailures {
     }
 }
 
-/// Compares the methods at one point.
 fn examine(point: &Point, comparison: &Comparison) -> Examined {
     let column = comparison.law.column(point);
     let oscillator = Oscillator::in_column(&column, point.damping);

@@ -31,15 +31,7 @@ named! {
 impl Field {
     /// Returns whether it is computed from the simulated flow, whatever the methods.
     pub(crate) fn needs_flow(self) -> bool {
-        match self {
-            Field::Verdict | Field::Margin | Field::CriticalC => false,
-            Field::Regime
-            | Field::Landing
-            | Field::Cycle
-            | Field::Basin
-            | Field::EpsilonLimit
-            | Field::Sensitivity => true,
-        }
+        !matches!(self, Field::Verdict | Field::Margin | Field::CriticalC)
     }
 }
 
@@ -142,7 +134,6 @@ impl Quantity {
         self.words().0
     }
 
-    /// One phrase for `long_name`.
     pub(crate) fn long_name(self) -> &'static str {
         self.words().1
     }

@@ -89,9 +89,7 @@ impl Axis {
 /// The range of an axis, or of a part of it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Extent {
-    /// The first node.
     pub(crate) from: f64,
-    /// The last node.
     pub(crate) to: f64,
     pub(crate) logarithmic: bool,
 }
@@ -290,12 +288,10 @@ impl Grid {
         self.shape().iter().product()
     }
 
-    /// Number of columns.
     pub(crate) fn column_count(&self) -> usize {
         self.cells() / self.dampings().len().max(1)
     }
 
-    /// The nodes of the damping axis.
     pub(crate) fn dampings(&self) -> &[f64] {
         self.axes.last().map_or(&[], |axis| &axis.values)
     }
@@ -446,7 +442,6 @@ impl Tile {
         (0..others).flat_map(move |other| (0..epsilons).map(move |epsilon| epsilon * others + other))
     }
 
-    /// Index range on the damping axis.
     pub(crate) fn damping_range(&self) -> Range<usize> {
         self.ranges.last().cloned().unwrap_or(0..0)
     }

@@ -127,7 +127,6 @@ pub struct Proved {
 }
 
 impl Proved {
-    /// Proves nothing.
     const NOTHING: Proved = Proved { present_below: 0.0, absent_above: f64::INFINITY };
 
     /// The thresholds for the ray through `point`, whose own eps does not matter.
@@ -327,7 +326,6 @@ impl Ray {
         stop.map_or(Ok(()), Err)
     }
 
-    /// Computes the flow at `epsilon`.
     fn flow_at(&self, epsilon: f64) -> Result<FlowAt, Unknown> {
         let oscillator = Oscillator::in_column(&self.column(epsilon)?, self.point.damping);
         let flow = flow(&oscillator, self.tolerance);

@@ -101,7 +101,32 @@ pub struct PlanBuilder {
     tile_shape: Option<Vec<usize>>,
 }
 
+/// Defines the methods of the builder that choose one number, or one engine.
+macro_rules! choices {
+    ($($(#[$doc:meta])* $name:ident: $Value:ty,)+) => {
+        $($(#[$doc])*
+        pub fn $name(mut self, $name: $Value) -> Self {
+            self.plan.$name = $name;
+            self
+        })+
+    };
+}
+
 impl PlanBuilder {
+    choices! {
+        /// The engine of `simulation`. Default: [`Engine::Auto`].
+        engine: Engine,
+        /// Bound on the error of the scaled grazing margin m / V that the simulation aims at.
+        tolerance: f64,
+        /// Number of cells that the direct engine decides again; a grid with fewer cells is audited completely.
+        audit_cells: usize,
+        /// Number of boxes of scaled parameters that the method `validated` tries to prove, to decide points
+        /// between the nodes; 0 for none. Used only if it is among the methods and the law is Stribeck's.
+        proof_boxes: usize,
+        /// Compression of the stored map: 0 (none) to 9 (smallest file).
+        compression: u8,
+    }
+
     /// The methods to ask, in any order. Default: [`Method::usual`].
     pub fn methods(mut self, methods: impl IntoIterator<Item = Method>) -> Self {
         self.plan.methods = methods.into_iter().collect();
@@ -111,31 +136,6 @@ impl PlanBuilder {
     /// The fields to store besides verdicts, in any order. Default: none.
     pub fn fields(mut self, fields: impl IntoIterator<Item = Field>) -> Self {
         self.plan.fields = fields.into_iter().collect();
-        self
-    }
-
-    /// The engine of `simulation`. Default: [`Engine::Auto`].
-    pub fn engine(mut self, engine: Engine) -> Self {
-        self.plan.engine = engine;
-        self
-    }
-
-    /// Bound on the error of the scaled grazing margin m / V that the simulation aims at.
-    pub fn tolerance(mut self, tolerance: f64) -> Self {
-        self.plan.tolerance = tolerance;
-        self
-    }
-
-    /// Number of cells that the direct engine decides again; a grid with fewer cells is audited completely.
-    pub fn audit_cells(mut self, cells: usize) -> Self {
-        self.plan.audit_cells = cells;
-        self
-    }
-
-    /// Number of boxes of scaled parameters that the method `validated` tries to prove, to decide points
-    /// between the nodes; 0 for none. Used only if it is among the methods and the law is Stribeck's.
-    pub fn proof_boxes(mut self, boxes: usize) -> Self {
-        self.plan.proof_boxes = boxes;
         self
     }
 
@@ -149,12 +149,6 @@ impl PlanBuilder {
     /// a size that depends on the number of cells.
     pub fn tile_shape(mut self, shape: impl Into<Vec<usize>>) -> Self {
         self.tile_shape = Some(shape.into());
-        self
-    }
-
-    /// Compression of the stored map: 0 (none) to 9 (smallest file).
-    pub fn compression(mut self, compression: u8) -> Self {
-        self.plan.compression = compression;
         self
     }
 

@@ -48,7 +48,7 @@ pub(crate) fn prove(
     }
     pool.install(|| proof.refine_parts(parts, &go_on));
     let (volumes, seconds) = (proof.volumes(), start.elapsed().as_secs_f64());
-    Some(Proved { parameters, volumes, seconds, surface: proof.into_surface() })
+    Some(Proved { parameters, volumes, seconds, surface: proof.surface })
 }
 
 /// The threads of this process, and workers elsewhere.

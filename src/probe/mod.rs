@@ -10,9 +10,8 @@ pub use answer::{Answer, MethodAnswer};
 #[cfg(feature = "cli")]
 pub(crate) use command::{axis_names, command_line, flag};
 use result::{
-    BasinBoundary, BistableBand, Complex, CriticalResult, CycleResult, Cycles, Equilibrium, Extent,
-    FlowResult, Flows, LandingResult, MethodResult, SensitivityResult, SlidingSegment, SlipCountResult,
-    StabilityResult, State, UnitsResult,
+    BasinBoundary, BistableBand, Complex, CriticalResult, Cycles, Equilibrium, FlowResult, Flows,
+    LandingResult, MethodResult, SensitivityResult, SlidingSegment, SlipCountResult, StabilityResult, State,
 };
 pub use result::{MachineResult, Probe};
 
@@ -20,7 +19,7 @@ use crate::behaviour::Behaviour;
 use crate::filippov::{Eigenvalues, Oscillator};
 use crate::friction::{Law, Range};
 use crate::machine::Machine;
-use crate::map::{self, AttractingCycle, Grid, Regime};
+use crate::map::{self, Grid, Regime};
 use crate::simulate::crossing::{CrossingCycle, StickSlipCycle};
 use crate::simulate::sensitivity::{NoSensitivity, Sensitivity};
 use crate::simulate::slip_count::SlipCount;
@@ -71,7 +70,7 @@ impl Probe {
                 to_c,
                 error,
             }),
-            attracting_cycle: answer.cycle.map(Into::into),
+            attracting_cycle: answer.cycle,
             basin_boundary: answer.basin.map(|map::BasinBoundary { cycle, kick, separates }| BasinBoundary {
                 cycle: StabilityResult { separates: Some(separates.map(Neighbour::name)), ..cycle.into() },
                 kick,
@@ -146,26 +145,8 @@ impl Equilibrium {
     }
 }
 
-impl From<Range> for Extent {
-    fn from(range: Range) -> Self {
-        Self { from: range.lo, to: range.hi }
-    }
-}
-
-impl From<AttractingCycle> for CycleResult {
-    fn from(cycle: AttractingCycle) -> Self {
-        Self {
-            period: cycle.period,
-            x1: cycle.displacement.into(),
-            x2: cycle.velocity.into(),
-            multiplier: cycle.multiplier,
-        }
-    }
-}
-
 impl StabilityResult {
     fn of(stable: bool, multiplier: f64, period: f64, [x1, x2]: [Range; 2]) -> Self {
-        let (x1, x2) = (x1.into(), x2.into());
         Self { stable, multiplier, separates: None, period, beyond_exit: None, x1, x2 }
     }
 }
@@ -236,12 +217,7 @@ impl Cycles {
 
 impl From<SlipCount> for SlipCountResult {
     fn from(count: SlipCount) -> Self {
-        Self {
-            proved: count.exact(),
-            at_least: count.at_least,
-            at_most: count.at_most,
-            open: count.open.into_iter().map(Into::into).collect(),
-        }
+        Self { proved: count.exact(), at_least: count.at_least, at_most: count.at_most, open: count.open }
     }
 }
 
@@ -249,7 +225,6 @@ impl MachineResult {
     /// Converts the behaviour of `machine`.
     #[must_use]
     pub fn new(machine: &Machine, behaviour: &Behaviour) -> Self {
-        let units = machine.units();
         let [slip_time, stick_time] =
             behaviour.slip_and_stick_time.map_or([None; 2], |times| times.map(Some));
         Self {
@@ -265,12 +240,7 @@ impl MachineResult {
             slip_time,
             stick_time,
             amplitude: behaviour.amplitude,
-            units: UnitsResult {
-                time: units.time,
-                length: units.length,
-                velocity: units.velocity,
-                force: units.force,
-            },
+            units: machine.units(),
         }
     }
 }

@@ -2,6 +2,9 @@
 
 use std::borrow::Cow;
 
+use crate::friction::Range;
+use crate::machine::Units;
+use crate::map::AttractingCycle;
 use crate::map::limits::Limit;
 use crate::simulate::sensitivity::Estimate;
 use crate::simulate::slip_cycle::Kick;
@@ -43,7 +46,7 @@ result! {
         pub(crate) landing: Option<LandingResult>,
         /// The dampings between which steady slip and stick-slip both attract.
         pub(crate) bistable_band: Option<BistableBand>,
-        pub(crate) attracting_cycle: Option<CycleResult>,
+        pub(crate) attracting_cycle: Option<AttractingCycle>,
         pub(crate) basin_boundary: Option<BasinBoundary>,
         /// All cycles, with their stability.
         pub(crate) cycles: Cycles,
@@ -175,22 +178,6 @@ result! {
         pub(crate) error: f64,
     }
 
-    pub(crate) struct Extent {
-        pub(crate) from: f64,
-        pub(crate) to: f64,
-    }
-
-    /// A cycle that attracts.
-    pub(crate) struct CycleResult {
-        pub(crate) period: f64,
-        /// Positions on it.
-        pub(crate) x1: Extent,
-        /// Velocities on it.
-        pub(crate) x2: Extent,
-        /// Floquet multiplier; 0 if it sticks.
-        pub(crate) multiplier: f64,
-    }
-
     /// A cycle with its stability.
     pub(crate) struct StabilityResult {
         /// Whether it attracts.
@@ -207,9 +194,9 @@ result! {
         #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
         pub(crate) beyond_exit: Option<f64>,
         /// Positions on it.
-        pub(crate) x1: Extent,
+        pub(crate) x1: Range,
         /// Velocities on it.
-        pub(crate) x2: Extent,
+        pub(crate) x2: Range,
     }
 
     /// The outermost unstable slip cycle, and the kicks of steady slip onto it.
@@ -241,7 +228,7 @@ result! {
         /// Upper bound; `None` where there is none.
         pub(crate) at_most: Option<u32>,
         /// Ranges of the maximum of x2 in which nothing is proved.
-        pub(crate) open: Vec<Extent>,
+        pub(crate) open: Vec<Range>,
     }
 
     /// Behaviour of a machine, in SI units (for a rotation: rad for m, N m for N, kg m^2 for kg).
@@ -271,19 +258,7 @@ result! {
         /// Half the distance between the extremes of x of the attracting cycle, m.
         pub(crate) amplitude: Option<f64>,
         /// The units of the dimensionless oscillator.
-        pub(crate) units: UnitsResult,
-    }
-
-    /// The units of the dimensionless oscillator, in SI.
-    pub(crate) struct UnitsResult {
-        /// s.
-        pub(crate) time: f64,
-        /// m.
-        pub(crate) length: f64,
-        /// m/s.
-        pub(crate) velocity: f64,
-        /// N.
-        pub(crate) force: f64,
+        pub(crate) units: Units,
     }
 }
 

@@ -24,7 +24,8 @@ const BATCH: usize = 1024;
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Sizes {
     bins: BTreeMap<u64, u64>,
-    count: u64,
+    /// Number of errors.
+    pub(crate) count: u64,
     largest: f64,
 }
 
@@ -36,11 +37,6 @@ impl Sizes {
         *self.bins.entry(size.abs().to_bits() >> Self::DROPPED).or_default() += 1;
         self.count += 1;
         self.largest = self.largest.max(size.abs());
-    }
-
-    /// Number of errors.
-    pub(crate) fn count(&self) -> u64 {
-        self.count
     }
 
     /// The `q` quantile, to one part in 2^11: the middle of its bin, or the largest error if that
@@ -334,23 +330,10 @@ fn fit(points: &[(f64, f64)]) -> Option<Order> {
 
 /// The 97.5 % quantile of Student's distribution; between tabulated degrees of freedom the larger one.
 fn student(degrees: usize) -> f64 {
-    const TABLE: [(usize, f64); 14] = [
-        (1, 12.706),
-        (2, 4.303),
-        (3, 3.182),
-        (4, 2.776),
-        (5, 2.571),
-        (6, 2.447),
-        (7, 2.365),
-        (8, 2.306),
-        (9, 2.262),
-        (10, 2.228),
-        (15, 2.131),
-        (20, 2.086),
-        (30, 2.042),
-        (120, 1.980),
-    ];
-    TABLE.iter().rev().find(|(known, _)| *known <= degrees).map_or(TABLE[0].1, |(_, t)| *t)
+    const DEGREES: [usize; 14] = [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 15, 20, 30, 120];
+    const QUANTILES: [f64; 14] =
+        [12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228, 2.131, 2.086, 2.042, 1.980];
+    QUANTILES[DEGREES.iter().rposition(|known| *known <= degrees).unwrap_or(0)]
 }
 
 #[cfg(test)]

@@ -8,11 +8,10 @@ use crate::store::MapFile;
 
 /// The title, for people.
 fn title(map: &MapFile) -> Rich {
-    let name = map.path().file_stem().map(|stem| stem.to_string_lossy().into_owned());
+    let name = map.path.file_stem().map(|stem| stem.to_string_lossy().into_owned());
     Rich::foreign(map.text("title").or(name.as_deref()).unwrap_or("Map"))
 }
 
-/// The headings of the tables.
 fn heading(table: &Table) -> &'static str {
     match table.name {
         "volume" => "Certified volume",

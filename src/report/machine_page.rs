@@ -178,24 +178,18 @@ fn sections(all: &Assessment) -> Vec<(&'static str, Vec<(Rich, Rich)>)> {
         _ if does.critical_damping_is_known => rich("none: it needs no damping"),
         _ => rich("not determined"),
     };
+    let below = |limit: &Limit, otherwise: &str| match limit {
+        Limit::Below(speed) => of(*speed, Velocity),
+        Limit::Everywhere => rich("any, up to 1,000 times the belt speed"),
+        Limit::NotFound => rich(otherwise),
+    };
     let mut limits = vec![
         line("regime at the working point", rich(&palette::regime(does.regime).words)),
         line(
             "stick-slips whatever the start below belt speed",
-            match all.always_below_speed {
-                Limit::Below(speed) => of(speed, Velocity),
-                Limit::Everywhere => rich("any, up to 1,000 times the belt speed"),
-                Limit::NotFound => rich("none was found"),
-            },
+            below(&all.always_below_speed, "none was found"),
         ),
-        line(
-            "may stick-slip below belt speed",
-            match does.critical_belt_speed {
-                Limit::Below(speed) => of(speed, Velocity),
-                Limit::Everywhere => rich("any, up to 1,000 times the belt speed"),
-                Limit::NotFound => rich("no limit was found"),
-            },
-        ),
+        line("may stick-slip below belt speed", below(&does.critical_belt_speed, "no limit was found")),
         line(
             "stick-slips whatever the start below damping",
             or(all.always_below_damping, Damping, "none was found"),

@@ -1,6 +1,6 @@
 //! The proofs of the method `validated` between the nodes of a map: the table, and shares as text.
 
-use super::table::{Cell, Column, Show, Table};
+use super::table::{Cell, ColumnOf, Show, Table};
 use super::text::rich;
 use crate::store::MapFile;
 
@@ -67,26 +67,17 @@ pub(super) fn volume(map: &MapFile) -> Option<Table> {
              integrated in interval arithmetic."
         }
     };
-    Some(Table {
-        name: "proved_volume",
-        caption: rich(
-            "Volume of parameter space in which `validated` proves that the cycle is present or absent: the whole box \
-             from the first to the last node of every axis, with all points between the nodes.",
-        ),
-        columns: vec![
-            Column::new("what", "proved", Show::AsIs),
-            Column::new("percent_of_box", "% of the box", Show::AsIs),
-        ],
-        rows: rows
-            .map(|(what, share, rounded)| {
-                vec![Cell::Words(what.into()), Cell::Words(proved_percent(share, open, rounded))]
-            })
-            .into_iter()
-            .collect(),
-        notes: vec![rich(&format!(
-            "{note} {boxes} boxes of scaled parameters were tried, in {seconds:.1} s."
-        ))],
-    })
+    let percent = |share: f64, rounded| Cell::Words(proved_percent(share, open, rounded));
+    let columns: [ColumnOf<(&str, f64, Rounded)>; 2] = [
+        ("what", "proved", Show::AsIs, &|(what, ..)| Cell::Words((*what).into())),
+        ("percent_of_box", "% of the box", Show::AsIs, &|(_, share, rounded)| percent(*share, *rounded)),
+    ];
+    let caption = rich(
+        "Volume of parameter space in which `validated` proves that the cycle is present or absent: the whole box \
+         from the first to the last node of every axis, with all points between the nodes.",
+    );
+    let tried = format!("{note} {boxes} boxes of scaled parameters were tried, in {seconds:.1} s.");
+    Some(Table { notes: vec![rich(&tried)], ..Table::of("proved_volume", caption, &rows, &columns) })
 }
 
 #[cfg(test)]

@@ -161,7 +161,7 @@ impl Table {
             for (cell, style) in row.iter().zip(&styles) {
                 let shown = match cell {
                     Cell::Words(words) => markdown(words),
-                    _ => plain_number(cell, *style),
+                    _ => shown(cell, *style, |exponent| format!("e{exponent}")),
                 };
                 text.push_str(&format!(" {shown} |"));
             }
@@ -190,7 +190,7 @@ impl Table {
             for (cell, style) in row.iter().zip(&styles) {
                 let shown = match cell {
                     Cell::Words(words) => html(words),
-                    _ => html_number(cell, *style),
+                    _ => shown(cell, *style, html_power),
                 };
                 let class = match cell {
                     Cell::Words(words) if is_long(words) => " class=\"long\"",
@@ -397,23 +397,18 @@ fn grouped(mantissa: &str) -> String {
     }
 }
 
-fn plain_number(cell: &Cell, style: Style) -> String {
+/// A number with its power of ten, if there is one, as `power` writes it.
+fn shown(cell: &Cell, style: Style, power: fn(i32) -> String) -> String {
     match decimal(cell, style) {
         None => "–".into(),
         Some(Decimal { mantissa, exponent: 0 }) => grouped(&mantissa),
-        Some(Decimal { mantissa, exponent }) => format!("{}e{exponent}", grouped(&mantissa)),
+        Some(Decimal { mantissa, exponent }) => grouped(&mantissa) + &power(exponent),
     }
 }
 
-fn html_number(cell: &Cell, style: Style) -> String {
-    match decimal(cell, style) {
-        None => "–".into(),
-        Some(Decimal { mantissa, exponent: 0 }) => grouped(&mantissa),
-        Some(Decimal { mantissa, exponent }) => {
-            let sign = if exponent < 0 { "−" } else { "" };
-            format!("{} × 10<sup>{sign}{}</sup>", grouped(&mantissa), exponent.unsigned_abs())
-        }
-    }
+fn html_power(exponent: i32) -> String {
+    let sign = if exponent < 0 { "−" } else { "" };
+    format!(" × 10<sup>{sign}{}</sup>", exponent.unsigned_abs())
 }
 
 #[cfg(test)]

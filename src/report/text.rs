@@ -5,7 +5,6 @@
 
 use crate::number::{scientific, without_zeros};
 
-/// A part of a text.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Piece {
     Words(String),

@@ -123,7 +123,8 @@ fn units_of(map: &MapFile) -> Option<SiUnits> {
 /// Dimensionless numbers, or the SI units of a machine.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct UnitSystem {
-    machine: Option<SiUnits>,
+    /// The units, if they are those of a machine.
+    pub(crate) machine: Option<SiUnits>,
 }
 
 /// Name and unit of a quantity, and the factor that converts dimensionless numbers to the unit.
@@ -142,11 +143,6 @@ pub(crate) struct Label {
 impl UnitSystem {
     pub(crate) fn of_machine(si: SiUnits) -> Self {
         Self { machine: Some(si) }
-    }
-
-    /// The units, if they are those of a machine.
-    pub(crate) fn machine(&self) -> Option<&SiUnits> {
-        self.machine.as_ref()
     }
 
     /// The label of a quantity of this dimension; `symbol` is its name in dimensionless numbers.

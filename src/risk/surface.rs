@@ -48,7 +48,7 @@ const MACHINES_PER_NODE: usize = 4;
 
 /// Machines by the groups of which y is a function.
 pub(super) struct Groups<'a> {
-    nominal: &'a Machine,
+    pub(super) nominal: &'a Machine,
     /// Positions of the formula's parameters that vary, among its quantities.
     varied: Vec<usize>,
     /// Number of groups.
@@ -122,12 +122,6 @@ impl<'a> Groups<'a> {
         Self { nominal, varied, size, values: Vec::new(), scales: Vec::new() }
     }
 
-    /// The machine from which the others differ.
-    pub(super) fn nominal(&self) -> &'a Machine {
-        self.nominal
-    }
-
-    /// Adds a machine.
     pub(super) fn push(&mut self, machine: &Machine) {
         let root = (machine.stiffness * machine.mass).sqrt();
         let (force, speed) = (machine.normal_force / root, machine.belt_speed);
@@ -164,7 +158,6 @@ impl<'a> Groups<'a> {
         self.scales.append(&mut others.scales);
     }
 
-    /// The groups of a machine.
     fn of(&self, machine: usize) -> &[f64] {
         &self.values[machine * self.size..(machine + 1) * self.size]
     }

@@ -26,7 +26,6 @@ const SHORTEST_STEP: f64 = 1e-14;
 /// after 52.
 const TRIALS: u32 = 8 * 52;
 
-/// A state on an orbit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct State {
     /// x2.
@@ -147,7 +146,6 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// The walk backward in time.
     pub(super) fn backward(self) -> Self {
         Self { direction: -1.0, ..self }
     }
@@ -197,7 +195,6 @@ impl<'a> Walk<'a> {
         (State { v, w, growth, time: from.time + h }, error[0].hypot(error[1]))
     }
 
-    /// The slip speed at a state.
     pub(super) fn slip(&self, state: &State) -> End {
         match self.side {
             Side::Below => End { slip: self.oscillator.belt_speed - state.v, rate: -state.w },

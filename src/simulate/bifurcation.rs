@@ -16,44 +16,31 @@ use super::return_map::{Turn, turns_of};
 use super::{Failure, Fate, flow};
 use crate::filippov::Oscillator;
 use crate::friction::Column;
+use crate::named::named;
 
 /// Length of the stick segment, twice the static friction: the landing speed at which it is missed.
 const SEGMENT: f64 = 2.0;
 /// Factor from the tolerance to a coarser one: the difference of the two values is taken as the error.
 const COARSER: f64 = 100.0;
 
-/// A bifurcation of codimension one.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Bifurcation {
-    /// The trace of the linearisation at the equilibrium vanishes.
-    Hopf,
-    /// The orbit from the exit point grazes the belt line.
-    GrazingSliding,
-    /// The orbit from the exit point comes back to the far end of the stick segment.
-    Landing,
-    /// The orbit from the exit point, having crossed the belt line, comes back through the exit point.
-    Crossing,
-    /// Two slip cycles meet and vanish.
-    Fold,
+named! {
+    /// A bifurcation of codimension one, with its name in tables.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Bifurcation {
+        /// The trace of the linearisation at the equilibrium vanishes.
+        Hopf => "hopf",
+        /// The orbit from the exit point grazes the belt line.
+        GrazingSliding => "grazing_sliding",
+        /// The orbit from the exit point comes back to the far end of the stick segment.
+        Landing => "landing",
+        /// The orbit from the exit point, having crossed the belt line, comes back through the exit point.
+        Crossing => "crossing",
+        /// Two slip cycles meet and vanish.
+        Fold => "fold",
+    }
 }
 
 impl Bifurcation {
-    /// All of them.
-    pub(crate) const ALL: [Bifurcation; 5] =
-        [Self::Hopf, Self::GrazingSliding, Self::Landing, Self::Crossing, Self::Fold];
-
-    /// Its name in tables.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Bifurcation::Hopf => "hopf",
-            Bifurcation::GrazingSliding => "grazing_sliding",
-            Bifurcation::Landing => "landing",
-            Bifurcation::Crossing => "crossing",
-            Bifurcation::Fold => "fold",
-        }
-    }
-
     /// The test function, with an accuracy of about `tolerance`; `None` where it is undefined or unknown.
     pub(crate) fn test(self, oscillator: &Oscillator, tolerance: f64) -> Option<TestValue> {
         match self {

@@ -36,10 +36,8 @@ const DIFFERENCE: f64 = 1e-4;
 /// Zeros on the grid within this distance of a curve count as points of it, see the module's text on chords.
 const COVERED: f64 = 2e-3;
 
-/// A value of a test function.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct TestValue {
-    /// The value.
     pub(crate) value: f64,
     /// Estimate of its absolute error.
     pub(crate) error: f64,
@@ -66,7 +64,6 @@ pub struct Branch {
     pub closed: bool,
 }
 
-/// The curves on which `function` vanishes.
 pub(crate) fn zero_curves(function: TestFunction) -> Vec<Branch> {
     let mut branches: Vec<Branch> = Vec::new();
     for seed in seeds(function) {
@@ -162,7 +159,6 @@ fn start(function: TestFunction, place: [f64; 2]) -> Option<([f64; 2], f64)> {
     (size > 0.0 && size.is_finite()).then(|| ([-gradient[1] / size, gradient[0] / size], -size))
 }
 
-/// A root on a line.
 struct Root {
     point: CurvePoint,
     /// Slope of the function along the line there.
@@ -288,7 +284,6 @@ fn follow(
     (points, false)
 }
 
-/// The angle between a direction and a step.
 fn turn_of(direction: [f64; 2], step: [f64; 2]) -> f64 {
     dot(step, normal(direction)).atan2(dot(step, direction)).abs()
 }

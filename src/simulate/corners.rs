@@ -8,10 +8,8 @@
 /// slip speed. The error of D is its change of slope times this, over less than one step.
 const WIDTH: f64 = 1e-13;
 
-/// One end of a step.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct End {
-    /// Slip speed.
     pub(super) slip: f64,
     /// Its rate of change in the variable of integration.
     pub(super) rate: f64,

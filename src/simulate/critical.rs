@@ -80,7 +80,6 @@ struct Side {
     /// Positive below c*, negative above it, 0 if the orbit is too close to call: the grazing margin, or a number
     /// of its size.
     margin: f64,
-    /// Error of the margin.
     error: f64,
     /// Number of evaluations of the right-hand side.
     rhs: u64,

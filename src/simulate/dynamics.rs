@@ -4,6 +4,7 @@ use super::crossing::{CrossingCycle, StickSlipCycle, crossing_cycles, stick_slip
 use super::slip_cycle::{Kick, SlipCycle, Unknown, kick_onto, slip_cycles};
 use super::{Fate, Flow};
 use crate::filippov::{Eigenvalues, Oscillator};
+use crate::named::named;
 
 /// The equilibrium and all cycles, with their stability.
 #[derive(Clone, Debug, PartialEq)]
@@ -21,32 +22,21 @@ pub struct Dynamics {
     pub kick: Option<Kick>,
 }
 
-/// The attractor of orbits on one side of a repelling cycle.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Neighbour {
-    /// Steady slip.
-    Equilibrium,
-    /// The next slip cycle.
-    SlipCycle,
-    /// The stick-slip cycle.
-    StickSlip,
-    /// None, or a cycle that crosses: orbits cross the belt line for ever.
-    Crossing,
-    /// Not known: the orbit from the exit point, which lies between, has no certain fate, or orbits grow
-    /// beyond the cycles found.
-    Unknown,
-}
-
-impl Neighbour {
-    /// Name in `--json`.
-    pub(crate) fn name(self) -> &'static str {
-        match self {
-            Neighbour::Equilibrium => "equilibrium",
-            Neighbour::SlipCycle => "slip_cycle",
-            Neighbour::StickSlip => "stick_slip",
-            Neighbour::Crossing => "crossing",
-            Neighbour::Unknown => "unknown",
-        }
+named! {
+    /// The attractor of orbits on one side of a repelling cycle, with its name in `--json`.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Neighbour {
+        /// Steady slip.
+        Equilibrium => "equilibrium",
+        /// The next slip cycle.
+        SlipCycle => "slip_cycle",
+        /// The stick-slip cycle.
+        StickSlip => "stick_slip",
+        /// None, or a cycle that crosses: orbits cross the belt line for ever.
+        Crossing => "crossing",
+        /// Not known: the orbit from the exit point, which lies between, has no certain fate, or orbits grow
+        /// beyond the cycles found.
+        Unknown => "unknown",
     }
 }
 

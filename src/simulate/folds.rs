@@ -26,7 +26,6 @@ const ALONE: f64 = 0.1;
 const ON_BORDER: f64 = 1e-9;
 const TRIALS: u32 = 30;
 
-/// An extreme of the backbone.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Extreme {
     /// Its amplitude over the belt speed.
@@ -35,7 +34,6 @@ pub(crate) struct Extreme {
     pub(crate) height: f64,
     /// Estimate of the error of the height.
     pub(crate) error: f64,
-    /// Whether it is a maximum.
     pub(crate) is_maximum: bool,
 }
 

@@ -73,27 +73,18 @@ pub enum Fate {
 }
 
 /// Reason why an integration gave no answer.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Failure {
     /// The step budget ran out.
+    #[error("the step budget ran out")]
     StepBudget,
     /// The step size underflowed before the tolerance was met.
+    #[error("the step size underflowed before the tolerance was met")]
     StepUnderflow,
     /// The state left the finite numbers, or the slip speeds for which a law given by data is known.
+    #[error("the orbit left the finite numbers, or the data of the law")]
     NotFinite,
 }
-
-impl std::fmt::Display for Failure {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(match self {
-            Failure::StepBudget => "the step budget ran out",
-            Failure::StepUnderflow => "the step size underflowed before the tolerance was met",
-            Failure::NotFinite => "the orbit left the finite numbers, or the data of the law",
-        })
-    }
-}
-
-impl std::error::Error for Failure {}
 
 /// The answer of an engine at one point, and its cost.
 #[derive(Clone, Copy, Debug, PartialEq)]

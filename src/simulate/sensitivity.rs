@@ -263,7 +263,6 @@ struct Means {
     by_parameters: Vec<Term>,
     /// By a table's data, with the unit of friction held fixed.
     by_data: Vec<Term>,
-    /// By that unit.
     by_unit: Term,
 }
 

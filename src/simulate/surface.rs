@@ -44,7 +44,6 @@ const EXTENTS: [Extent; 2] = [
 /// Round-off of C* in units of A: a sum of up to 1280 terms of the size of C_HB - C*, which is far below A.
 const ROUND_OFF: f64 = 8.0 * f64::EPSILON;
 
-/// A value of the surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct SurfacePoint {
     /// C* = eps c*.

@@ -71,7 +71,6 @@ impl CheckReport {
         self.problems.push(Problem { variable: variable.map(str::to_owned), place, what });
     }
 
-    /// Records a problem of an attribute.
     fn attribute(&mut self, variable: Option<&str>, name: &str, what: impl Into<String>) {
         self.note(variable, Some(format!("attribute {name}")), what);
     }
@@ -194,7 +193,6 @@ fn check_root(map: &MapFile, report: &mut CheckReport) {
     }
 }
 
-/// The auxiliary variables that the map has.
 fn auxiliary(map: &MapFile) -> impl Iterator<Item = &'static str> {
     AUXILIARY.into_iter().filter(|name| map.file.link_exists(name))
 }
@@ -275,7 +273,6 @@ fn expect(dataset: &Dataset, variable: &str, name: &str, expected: &Value, repor
     }
 }
 
-/// Checks a coordinate.
 fn check_axis(map: &MapFile, position: usize, ties: bool, report: &mut CheckReport) -> hdf5::Result<()> {
     let axis = &map.grid().axes()[position];
     let dataset = map.file.dataset(&axis.name)?;
@@ -319,9 +316,7 @@ fn check_layout(
     }
     if let Content::Verdict(method) = variable.content {
         let guarantee = schema.methods[method].guarantee.as_str();
-        use Guarantee::{Asymptotic, FiniteEpsilon, None, Numerical, Validated};
-        let known = [Asymptotic, FiniteEpsilon, Numerical, Validated, None];
-        if !known.iter().any(|known| known.name() == guarantee) {
+        if !Guarantee::ALL.iter().any(|known| known.name() == guarantee) {
             report.attribute(name, "guarantee", format!("is {guarantee:?}, no known word"));
         }
     }
@@ -447,7 +442,6 @@ fn expect_found(dataset: &Dataset, variable: &str, name: &str, found: &Value, re
     }
 }
 
-/// Formats index ranges.
 fn place(ranges: &[Range<usize>]) -> String {
     let words: Vec<String> = ranges.iter().map(|range| format!("{}..{}", range.start, range.end)).collect();
     format!("tile [{}]", words.join(", "))

@@ -133,7 +133,6 @@ pub(super) fn read(file: &File, grid: &Grid, length: u64) -> Result<Vec<PlaneCur
     Ok(planes)
 }
 
-/// Reads the points and adds each to its plane.
 fn read_points(table: &Table, axes: &[Axis], planes: &mut [PlaneCurves]) -> Result<(), Unfit> {
     let words = table.words("curve")?;
     let number = table.numbers::<i32>("plane_number", words.len())?;

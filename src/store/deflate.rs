@@ -13,7 +13,6 @@ use crate::map::Runs;
 const WINDOW: usize = 1 << 15;
 /// Shortest and longest repetition.
 const LENGTHS: std::ops::RangeInclusive<usize> = 3..=258;
-/// Symbol that ends a block.
 const END_OF_BLOCK: usize = 256;
 /// Number of symbols: literals and lengths, distances, lengths of their codes.
 const LITERALS: usize = 286;
@@ -22,13 +21,14 @@ const CODE_LENGTHS: usize = 19;
 /// Order in which the lengths of the codes for code lengths are written.
 const ORDER: [usize; CODE_LENGTHS] = [16, 17, 18, 0, 8, 7, 9, 6, 10, 5, 11, 4, 12, 3, 13, 2, 14, 1, 15];
 
-/// One token of the stream.
 #[derive(Clone, Copy)]
 enum Token {
-    /// A cell.
     Literal(u8),
     /// Repeats `length` cells from `distance` cells back.
-    Repeat { length: usize, distance: usize },
+    Repeat {
+        length: usize,
+        distance: usize,
+    },
 }
 
 /// Makes the zlib stream of the codes of a chunk of this shape.
@@ -72,7 +72,6 @@ struct Search<'a> {
 
 /// Marks the end of a list.
 const NONE: u32 = u32::MAX;
-/// Number of bits of a key.
 const KEYS_BITS: u32 = 10;
 /// Largest number of earlier places that are tried: more hardly make the stream smaller.
 const TRIED: usize = 4;

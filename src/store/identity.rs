@@ -74,7 +74,6 @@ pub(super) fn difference(then: &[(String, Value)], now: &[(String, Value)]) -> O
     (!lines.is_empty()).then(|| lines.join("\n"))
 }
 
-/// A value as lines of text.
 fn shown(value: &Value) -> String {
     match value {
         Value::Text(text) => text.clone(),

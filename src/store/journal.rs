@@ -35,24 +35,16 @@ const SYNC_EVERY: Duration = Duration::from_secs(10);
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
     /// The plan of the run: a, the attributes; b, empty. The first frame.
-    Header,
+    Header = 1,
     /// A start of the program: a, the line it adds to the history.
-    Session,
+    Session = 2,
     /// A finished tile: a, its chunks; b, its account.
-    Tile,
+    Tile = 3,
 }
 
 impl Kind {
-    fn code(self) -> u64 {
-        match self {
-            Kind::Header => 1,
-            Kind::Session => 2,
-            Kind::Tile => 3,
-        }
-    }
-
     fn of(code: u64) -> Option<Self> {
-        [Kind::Header, Kind::Session, Kind::Tile].into_iter().find(|kind| kind.code() == code)
+        [Kind::Header, Kind::Session, Kind::Tile].into_iter().find(|kind| *kind as u64 == code)
     }
 }
 
@@ -85,11 +77,13 @@ fn head(kind: u64, a: u64, fingerprint: &Fingerprint, b: &[u8]) -> [u8; HEAD] {
 /// A journal, locked and open for appending.
 #[derive(Debug)]
 pub(super) struct Journal {
-    path: PathBuf,
+    pub(super) path: PathBuf,
     file: File,
-    end: u64,
+    /// Length in bytes.
+    pub(super) end: u64,
     synced: Instant,
-    locked: bool,
+    /// Whether it is locked against other processes; false on file systems without locks.
+    pub(super) locked: bool,
     /// Whether the file holds something worth keeping when it is closed.
     keep: bool,
 }
@@ -115,7 +109,7 @@ impl Journal {
                 Err(TryLockError::WouldBlock) => {
                     return Err(StoreError::Busy(path.to_path_buf()));
                 }
-                // File systems without locks (on some clusters): the caller asks `is_locked`.
+                // File systems without locks (on some clusters): the caller asks `locked`.
                 Err(TryLockError::Error(_)) => false,
             };
             if !still_there(&file, path) {
@@ -137,16 +131,6 @@ impl Journal {
         path.symlink_metadata().is_ok_and(|metadata| metadata.is_file() && metadata.len() > 0)
     }
 
-    pub(super) fn path(&self) -> &Path {
-        &self.path
-    }
-
-    /// Returns whether the journal is locked against other processes; false on file systems without locks.
-    pub(super) fn is_locked(&self) -> bool {
-        self.locked
-    }
-
-    /// Removes all frames.
     pub(super) fn clear(&mut self) -> Result<(), StoreError> {
         self.file.set_len(0).map_err(|source| StoreError::io("write", &self.path, source))?;
         self.end = 0;
@@ -154,15 +138,9 @@ impl Journal {
         Ok(())
     }
 
-    /// Length in bytes.
-    pub(super) fn length(&self) -> u64 {
-        self.end
-    }
-
-    /// Appends a frame.
     pub(super) fn append(&mut self, kind: Kind, a: &Part, b: &[u8]) -> Result<(), StoreError> {
         let mut frame = Vec::with_capacity(HEAD + a.bytes.len() + b.len());
-        frame.extend_from_slice(&head(kind.code(), a.bytes.len() as u64, &a.fingerprint, b));
+        frame.extend_from_slice(&head(kind as u64, a.bytes.len() as u64, &a.fingerprint, b));
         frame.extend_from_slice(&a.bytes);
         frame.extend_from_slice(b);
         let written = self.file.seek(SeekFrom::Start(self.end)).and_then(|_| self.file.write_all(&frame));
@@ -330,7 +308,7 @@ mod tests {
                 Some(*end)
             })
             .collect();
-        let bytes = fs::read(journal.path()).unwrap();
+        let bytes = fs::read(&journal.path).unwrap();
         assert_eq!(bytes.len() as u64, ends[4]);
         for cut in 0..=bytes.len() {
             journal.file.set_len(0).unwrap();
@@ -352,7 +330,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let mut journal = journal(&folder);
         let all = written(&mut journal);
-        let bytes = fs::read(journal.path()).unwrap();
+        let bytes = fs::read(&journal.path).unwrap();
         let lengths = all.iter().map(|(_, a, b)| HEAD + a.len() + b.len());
         let frame_of = lengths.enumerate().flat_map(|(frame, length)| std::iter::repeat_n(frame, length));
         for (place, frame) in frame_of.enumerate() {
@@ -371,8 +349,8 @@ mod tests {
     fn a_second_opening_is_refused_until_the_first_is_closed() {
         let folder = tempfile::tempdir().unwrap();
         let first = journal(&folder);
-        assert!(first.is_locked());
-        let path = first.path().to_path_buf();
+        assert!(first.locked);
+        let path = first.path.clone();
         assert!(matches!(Journal::open(&path), Err(StoreError::Busy { .. })));
         drop(first);
         Journal::open(&path).unwrap().remove().unwrap();

@@ -232,7 +232,6 @@ impl Work {
         (self.level > 0).then(|| self.deflate.get_or_insert_with(|| Deflate::new(self.level)))
     }
 
-    /// Expands runs to cells.
     fn cells(&mut self, codes: &Runs<i8>) -> &[i8] {
         let length = codes.len();
         if self.plain.len() < length + STRETCH {

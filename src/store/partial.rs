@@ -45,18 +45,21 @@ pub struct PartialMap {
     journal: Mutex<Journal>,
     packer: Packer,
     started: Instant,
-    found: Found,
+    pub(crate) found: Found,
     written: AtomicUsize,
 }
 
 /// The contents of an earlier run's journal.
 #[derive(Debug)]
-struct Found {
+pub(crate) struct Found {
     finished: Vec<bool>,
     account: Account,
-    seconds: f64,
+    /// Seconds that earlier runs took, up to their last finished tiles.
+    pub(crate) seconds: f64,
     history: String,
-    lost: u64,
+    /// Number of bytes at the end of the journal that could not be used: a partial tile, or a damaged place
+    /// and all after it. Their tiles are not among the finished ones.
+    pub(crate) lost: u64,
 }
 
 impl Found {
@@ -139,13 +142,13 @@ impl PartialMap {
         opening: &[(String, Value)],
         mut journal: Journal,
     ) -> Result<Resumed, StoreError> {
-        let journal_path = journal.path().to_path_buf();
+        let journal_path = journal.path.clone();
         let mut found = Found::nothing(plan, String::new());
         let mut map: Option<MapWriter> = None;
         let mut session_seconds = 0.0;
         let mut finished_already = false;
         let header_length = header(opening, "", Existing::Refuse).bytes.len() as u64;
-        let length = journal.length();
+        let length = journal.end;
         let lost = journal.replay(longest(plan), |kind, a, b| match (kind, &map) {
             (Kind::Header, Some(_)) => Ok(false),
             (Kind::Header, None) => {
@@ -178,7 +181,7 @@ impl PartialMap {
             }
             (Kind::Tile, None) => Ok(false),
             (Kind::Tile, Some(map)) => {
-                let tile = from_bytes::<PackedTile>(a).filter(|tile| tile.fits(map.schema()));
+                let tile = from_bytes::<PackedTile>(a).filter(|tile| tile.fits(&map.schema));
                 let account = from_bytes::<(f64, AccountRecord)>(b)
                     .and_then(|(seconds, record)| Some((seconds, record.account(plan)?)));
                 let (Some(tile), Some((seconds, account))) = (tile, account) else { return Ok(false) };
@@ -216,7 +219,7 @@ impl PartialMap {
         );
         journal.append(Kind::Session, &Part::new(to_bytes(&line)), &[])?;
         found.history = format!("{}\n{line}", found.history);
-        map.set_history(found.history.clone());
+        map.history.clone_from(&found.history);
         Ok(Resumed::Partial(Box::new(Self::with(map, journal, plan, found))))
     }
 
@@ -265,17 +268,6 @@ impl PartialMap {
         &self.found.account
     }
 
-    /// Seconds that earlier runs took, up to their last finished tiles.
-    pub(crate) fn seconds(&self) -> f64 {
-        self.found.seconds
-    }
-
-    /// Number of bytes at the end of the journal that could not be used: a partial tile, or a damaged place
-    /// and all after it. Their tiles are not among the finished ones.
-    pub(crate) fn lost(&self) -> u64 {
-        self.found.lost
-    }
-
     /// Number of tiles in the journal.
     #[must_use]
     pub fn tiles(&self) -> usize {
@@ -296,7 +288,7 @@ impl PartialMap {
 
     /// Returns whether the map is locked against other processes; false on file systems without locks.
     pub(crate) fn is_locked(&self) -> bool {
-        self.journal().is_locked()
+        self.journal().locked
     }
 
     /// Forces the journal to disk; to be called before the map is left to a later run.

@@ -34,12 +34,13 @@ pub enum Pick {
 /// map was opened.
 #[derive(Debug)]
 pub struct MapFile {
-    pub(super) path: PathBuf,
+    pub(crate) path: PathBuf,
     pub(super) file: File,
     pub(super) schema: Schema,
     attributes: BTreeMap<String, Value>,
     pub(super) length: u64,
-    pub(super) sealed: bool,
+    /// Whether the map ends with its seal; if not, another program has written to it or copied it.
+    pub(crate) sealed: bool,
     pub(super) curves: Vec<PlaneCurves>,
 }
 
@@ -54,15 +55,6 @@ impl MapFile {
         trust::grid(&schema, length).map_err(not_a_map)?;
         let path = path.to_path_buf();
         Ok(Self { path, file, schema, attributes, length, sealed: false, curves: Vec::new() })
-    }
-
-    /// Returns whether the map ends with its seal; if not, another program has written to it or copied it.
-    pub(crate) fn is_sealed(&self) -> bool {
-        self.sealed
-    }
-
-    pub(crate) fn path(&self) -> &Path {
-        &self.path
     }
 
     /// The grid: friction law and axes, slowest first.
@@ -213,7 +205,6 @@ impl MapFile {
         self.file.dataset(variable).map_err(|error| self.failed(variable, &error))
     }
 
-    /// Reads a box of cells.
     fn read<T: hdf5::H5Type>(
         &self,
         variable: &str,
@@ -293,7 +284,6 @@ fn open_file(path: &Path) -> Result<(File, u64), StoreError> {
     Ok((File::open(path).map_err(|error| StoreError::hdf5("open", path, &error))?, length))
 }
 
-/// Reads the file's attributes.
 fn root_attributes(file: &File, path: &Path) -> Result<BTreeMap<String, Value>, StoreError> {
     let attributes =
         value::read_all(file).map_err(|error| StoreError::hdf5("read the attributes of", path, &error))?;
@@ -323,10 +313,7 @@ fn read_schema(
         _ => return Err(not_a_map("it has no integer attribute schema".into())),
     }
     let law = text("law")?;
-    let definition = match attributes.get("law_definition") {
-        Some(Value::Text(text)) => text.as_str(),
-        _ => "",
-    };
+    let definition = text("law_definition").unwrap_or_default();
     let law = Law::from_definition(law, definition)
         .ok_or_else(|| not_a_map(format!("this version of slipmap does not know its friction law {law}")))?;
     let mut nodes = Vec::new();
@@ -370,7 +357,6 @@ fn read_schema(
     Ok(Schema::new(grid, tile_shape, methods, fields))
 }
 
-/// Reads the nodes of an axis.
 fn read_axis(file: &File, name: &str, length: u64) -> Result<Vec<f64>, Unfit> {
     let axis = file.dataset(name)?;
     trust::axis(&axis, name, length)?;

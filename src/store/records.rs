@@ -13,7 +13,6 @@ use super::error::StoreError;
 use super::sys::{self, Ending, ScaleUse};
 use super::value;
 
-/// The contents of a column.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Contents {
     /// Real numbers; NaN for missing values.
@@ -52,11 +51,9 @@ impl Series {
 pub(crate) struct Records {
     pub(crate) provenance: Provenance,
     pub(crate) series: Vec<Series>,
-    /// Further attributes of the file.
     pub(crate) attributes: Vec<(String, Value)>,
 }
 
-/// Writes `records` to a new file.
 pub(crate) fn write_records(path: &Path, records: &Records) -> Result<(), StoreError> {
     let failed = |error: hdf5::Error| StoreError::hdf5("write", path, &error);
     let file = create_file(path).map_err(failed)?;
@@ -78,7 +75,6 @@ fn fill(file: &File, records: &Records) -> hdf5::Result<()> {
     seal_attributes(file)
 }
 
-/// Writes columns and their dimensions into a group.
 pub(super) fn write_tables(group: &Group, columns: &[Series]) -> hdf5::Result<()> {
     let mut dimensions: Vec<&'static str> = Vec::new();
     for series in columns {

@@ -104,7 +104,7 @@ pub(super) fn beside(output: &Path, ending: &str) -> Result<PathBuf, StoreError>
 /// A file beside the output that is removed when dropped, unless it was published.
 #[derive(Debug)]
 pub(super) struct Temporary {
-    path: PathBuf,
+    pub(super) path: PathBuf,
     keep: bool,
 }
 
@@ -120,10 +120,6 @@ impl Temporary {
             Ok(_) => Ok(Self { path, keep: false }),
             Err(source) => Err(StoreError::io("write", &path, source)),
         }
-    }
-
-    pub(super) fn path(&self) -> &Path {
-        &self.path
     }
 
     /// Gives the finished file its name and forces the name to disk.

@@ -41,8 +41,8 @@ pub(super) struct MapWriter {
     temporary: Temporary,
     output: PathBuf,
     existing: Existing,
-    history: String,
-    schema: Schema,
+    pub(super) history: String,
+    pub(super) schema: Schema,
     written: Mutex<Vec<Written>>,
 }
 
@@ -58,7 +58,7 @@ impl MapWriter {
     ) -> Result<Self, StoreError> {
         let schema = Schema::of(plan);
         let failed = |error: hdf5::Error| StoreError::hdf5("create", path, &error);
-        let file = create_file(temporary.path()).map_err(failed)?;
+        let file = create_file(&temporary.path).map_err(failed)?;
         for (name, value) in opening {
             value::write(&file, name, value).map_err(failed)?;
         }
@@ -119,7 +119,7 @@ impl MapWriter {
         file.flush().map_err(failed)?;
         sys::unlock(&file).map_err(failed)?;
         file.close().map_err(failed)?;
-        seal::seal(temporary.path()).map_err(|source| StoreError::io("write", &output, source))?;
+        seal::seal(&temporary.path).map_err(|source| StoreError::io("write", &output, source))?;
         temporary.publish(&output, existing)
     }
 
@@ -137,19 +137,10 @@ impl MapWriter {
         Ok(())
     }
 
-    /// Replaces the attribute `history`.
-    pub(super) fn set_history(&mut self, history: String) {
-        self.history = history;
-    }
-
-    pub(super) fn schema(&self) -> &Schema {
-        &self.schema
-    }
-
     /// Returns an error unless every tile was written and every cell computed.
     fn check_complete(&self) -> Result<(), StoreError> {
         let written = self.written.lock().unwrap_or_else(PoisonError::into_inner);
-        for (variable, written) in self.schema().variables.iter().zip(written.iter()) {
+        for (variable, written) in self.schema.variables.iter().zip(written.iter()) {
             let missing = || written.chunks.iter().enumerate().filter(|(_, chunk)| chunk.is_none());
             if let Some((first, _)) = missing().next() {
                 return Err(StoreError::Incomplete {
@@ -216,7 +207,6 @@ fn list_uses(file: &File, schema: &Schema, auxiliary: &[Auxiliary]) -> hdf5::Res
     Ok(())
 }
 
-/// Creates the auxiliary variables.
 fn create_auxiliary(file: &File, schema: &Schema, auxiliary: &[Auxiliary]) -> hdf5::Result<()> {
     for Auxiliary { name, values, attributes } in auxiliary {
         let positions = auxiliary::axes_of(name, &schema.grid).unwrap_or_default();
@@ -253,7 +243,6 @@ fn create_scale(file: &File, axis: &Axis) -> hdf5::Result<()> {
     describe_scale(&dataset, &axis.name, &axis.long_name, &axis.values)
 }
 
-/// Creates an empty variable.
 fn create_variable(
     file: &File,
     schema: &Schema,

@@ -3,7 +3,7 @@
 //! Each lane does the operations of [`super::amplitude_bound`] in the same order, on D in units of the belt
 //! speed; branches become selections between two results.
 
-use super::{INFLATE, turning_point};
+use super::{exit_energy, turning_point};
 use crate::friction::Column;
 use crate::point::ScaledGroups;
 
@@ -123,12 +123,4 @@ fn lower_half(lanes: &Scaled, strips: u32) -> Reached {
         }
     }
     Reached { energy, s }
-}
-
-/// The function of this name in [`super`], with selections in place of branches.
-#[inline(always)]
-fn exit_energy(kick: f64, gap: f64, m: f64) -> f64 {
-    let x = kick + (kick * kick + gap).sqrt();
-    let x = if x < 0.0 { 0.0 } else { x };
-    (m * m + x * x) * INFLATE
 }

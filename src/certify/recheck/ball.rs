@@ -87,11 +87,8 @@ mod tests {
 
     #[test]
     fn balls_hold_exact_sums_and_products() {
-        let mut seed = 7u64;
-        let mut number = || {
-            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (seed >> 11) as f64 / (1u64 << 53) as f64 - 0.5
-        };
+        let mut random = crate::random::Random(7);
+        let mut number = || random.unit() - 0.5;
         for _ in 0..10_000 {
             let (x, y) = (number(), number());
             let (p, s) = (Ball::exact(x) * Ball::exact(y), Ball::exact(x) + Ball::exact(y));

@@ -79,30 +79,21 @@ const DENSITY: f64 = 1.75;
 const OFF_ZERO: f64 = 1e-3;
 
 /// Reason why a tile is not confirmed.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum Doubt {
     /// Its numbers are malformed: wrong numbers of coefficients, or an invalid box or radius.
+    #[error("its numbers do not make a proof")]
     Malformed,
     /// The witness is not a barrier: it is not positive, reaches the pole of the friction law, or is too
     /// steep.
+    #[error("its orbit is not a barrier")]
     NoBarrier,
     /// The claim is sharper than the witness proves.
+    #[error("its orbit proves the critical damping to {proved:.3e} only")]
     TooSharp {
         /// The smallest radius that it proves.
         proved: f64,
     },
-}
-
-impl std::fmt::Display for Doubt {
-    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-        match self {
-            Doubt::Malformed => write!(f, "its numbers do not make a proof"),
-            Doubt::NoBarrier => write!(f, "its orbit is not a barrier"),
-            Doubt::TooSharp { proved } => {
-                write!(f, "its orbit proves the critical damping to {proved:.3e} only")
-            }
-        }
-    }
 }
 
 /// Proves the tile's claim again. Returns the smallest radius that this proof gives, which is less than the

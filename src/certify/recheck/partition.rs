@@ -11,46 +11,26 @@ use crate::certify::validated::tile::GroupBox;
 const BUDGET: usize = 1 << 27;
 
 /// Reason why boxes do not divide their domain.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Fault {
-    /// The domain itself, or the box of this index, is invalid: an end is not finite, or the lower exceeds
-    /// the upper, or it is flat along an axis where the domain is not.
-    NoBox(Option<usize>),
+    /// The domain itself is invalid: an end is not finite, or the lower exceeds the upper.
+    #[error("the domain is not a box: each range needs finite ends, the lower first")]
+    NoDomain,
+    /// The box of this index is, or it is flat along an axis where the domain is not.
+    #[error("box {} is invalid: each range needs finite ends, the lower first, and a width", .0 + 1)]
+    NoBox(usize),
     /// The box of this index extends outside the domain.
+    #[error("box {} extends outside the domain", .0 + 1)]
     Outside(usize),
     /// No box holds the inner points of this part.
+    #[error("the boxes do not cover the domain: none holds A {:?}, k {:?}, b {:?}", .0.a, .0.k, .0.b)]
     Gap(GroupBox),
     /// Boxes overlap within this part, or cannot be separated by planes.
+    #[error("boxes overlap within A {:?}, k {:?}, b {:?}", .0.a, .0.k, .0.b)]
     Overlap(GroupBox),
     /// There are too many boxes, too irregularly placed.
+    #[error("there are too many boxes, too irregularly placed, to be checked")]
     TooIntricate,
-}
-
-impl std::fmt::Display for Fault {
-    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-        match self {
-            Fault::NoBox(None) => {
-                write!(f, "the domain is not a box: each range needs finite ends, the lower first")
-            }
-            Fault::NoBox(Some(i)) => {
-                write!(
-                    f,
-                    "box {} is invalid: each range needs finite ends, the lower first, and a width",
-                    i + 1
-                )
-            }
-            Fault::Outside(i) => write!(f, "box {} extends outside the domain", i + 1),
-            Fault::Gap(GroupBox { a, k, b }) => {
-                write!(f, "the boxes do not cover the domain: none holds A {a:?}, k {k:?}, b {b:?}")
-            }
-            Fault::Overlap(GroupBox { a, k, b }) => {
-                write!(f, "boxes overlap within A {a:?}, k {k:?}, b {b:?}")
-            }
-            Fault::TooIntricate => {
-                write!(f, "there are too many boxes, too irregularly placed, to be checked")
-            }
-        }
-    }
 }
 
 /// Checks that the boxes divide `domain`.
@@ -61,13 +41,13 @@ pub fn divides(domain: &GroupBox, boxes: &[GroupBox]) -> Result<(), Fault> {
     let is_box =
         |one: &GroupBox| one.ranges().iter().all(|[lo, hi]| lo.is_finite() && hi.is_finite() && lo <= hi);
     if !is_box(domain) {
-        return Err(Fault::NoBox(None));
+        return Err(Fault::NoDomain);
     }
     let whole = domain.ranges();
     for (i, one) in boxes.iter().enumerate() {
         let axes = || one.ranges().into_iter().zip(whole);
         if !is_box(one) || axes().any(|([lo, hi], [from, to])| from < to && !(lo < hi)) {
-            return Err(Fault::NoBox(Some(i)));
+            return Err(Fault::NoBox(i));
         }
         if axes().any(|([lo, hi], [from, to])| lo < from || hi > to) {
             return Err(Fault::Outside(i));
@@ -137,17 +117,17 @@ mod tests {
             assert!(matches!(divides(&whole, twice), Err(Fault::Overlap(_))), "{twice:?}");
         }
         let turned = GroupBox { a: [whole.a[1], whole.a[0]], ..whole };
-        assert_eq!(divides(&whole, &[whole, turned]), Err(Fault::NoBox(Some(1))));
-        assert_eq!(divides(&turned, &[turned]), Err(Fault::NoBox(None)));
+        assert_eq!(divides(&whole, &[whole, turned]), Err(Fault::NoBox(1)));
+        assert_eq!(divides(&turned, &[turned]), Err(Fault::NoDomain));
         let endless = GroupBox { a: [0.1, f64::INFINITY], ..whole };
-        assert_eq!(divides(&endless, &[endless]), Err(Fault::NoBox(None)));
+        assert_eq!(divides(&endless, &[endless]), Err(Fault::NoDomain));
         let nothing = GroupBox { a: [0.1, f64::NAN], ..whole };
-        assert_eq!(divides(&whole, &[nothing]), Err(Fault::NoBox(Some(0))));
+        assert_eq!(divides(&whole, &[nothing]), Err(Fault::NoBox(0)));
         let large = GroupBox { k: [0.15, 0.25_f64.next_up()], ..whole };
         assert_eq!(divides(&whole, &[large]), Err(Fault::Outside(0)));
         // A flat box in the middle has no inner points, and hides none.
         let flat = GroupBox { a: [0.12, 0.12], ..whole };
-        assert_eq!(divides(&whole, &[whole, flat]), Err(Fault::NoBox(Some(1))));
+        assert_eq!(divides(&whole, &[whole, flat]), Err(Fault::NoBox(1)));
     }
 
     #[test]

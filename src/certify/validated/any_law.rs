@@ -2,15 +2,15 @@
 
 use super::landing_speed::{Divergence, Flow};
 use super::turn::{Obstacle, critical};
-use super::{Claim, CriticalEnclosure, sticks_from};
-use crate::friction::Column;
+use super::{Claim, sticks_from};
 use crate::friction::interval::Interval;
+use crate::friction::{Column, Range};
 
 /// The proved statements about a column.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Proof {
     /// Enclosure of C* = eps c*; infinite where nothing bounds it.
-    pub critical: CriticalEnclosure,
+    pub critical: Range,
     /// The damping c from which on the landing is proved; infinity if none is.
     pub(crate) sticks_from: f64,
     /// The reason why the enclosure of C* is not sharp, if it is not.
@@ -37,16 +37,15 @@ pub fn prove(column: &Column) -> Proof {
     };
     let below = if lo.is_finite() { Interval::of(lo).over(epsilon).lo } else { f64::NEG_INFINITY };
     let sticks_from = if below > 0.0 { sticks_from(&|c| flow(c).lands(), below) } else { 0.0 };
-    Proof { critical: CriticalEnclosure { lo, hi }, sticks_from, obstacle }
+    Proof { critical: Range { lo, hi }, sticks_from, obstacle }
 }
 
-/// The claim of a column.
 pub(super) fn claim(column: &Column) -> Claim {
     // Coefficients below the normal numbers have lost digits that the enclosure does not account for.
     if !column.curve.is_normal() {
         return Claim::NOTHING;
     }
-    let Proof { critical: CriticalEnclosure { lo, hi }, sticks_from, .. } = prove(column);
+    let Proof { critical: Range { lo, hi }, sticks_from, .. } = prove(column);
     let epsilon = Interval::of(column.epsilon);
     if !lo.is_finite() && !hi.is_finite() {
         return Claim::NOTHING;

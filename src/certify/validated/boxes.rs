@@ -99,7 +99,8 @@ pub struct Volumes {
 pub struct BoxProof {
     ranges: Ranges,
     damping: [f64; 2],
-    surface: Surface,
+    /// The surface with its proofs so far.
+    pub(crate) surface: Surface,
     /// A, k, b of some columns that fill the box evenly.
     columns: Vec<[f64; 3]>,
     parts: Vec<Part>,
@@ -292,14 +293,9 @@ impl BoxProof {
             present,
             absent,
             undecided: undecided.hi.clamp(0.0, 1.0),
-            tiles: self.surface.tried(),
+            tiles: self.surface.tried,
             parts: self.parts.len(),
         }
-    }
-
-    /// The surface with its proofs so far.
-    pub(crate) fn into_surface(self) -> Surface {
-        self.surface
     }
 }
 

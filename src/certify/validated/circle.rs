@@ -15,7 +15,7 @@ pub(super) struct Circle {
     /// The middles of `cosines`, for arithmetic that bounds its errors separately.
     cosine_middles: Vec<f64>,
     /// Bound on the distance of a middle from its cosine.
-    middle_error: f64,
+    pub(super) middle_error: f64,
 }
 
 impl Circle {
@@ -111,10 +111,6 @@ impl Circle {
         self.cosine_middles[self.quarter_before(j)]
     }
 
-    pub(super) fn middle_error(&self) -> f64 {
-        self.middle_error
-    }
-
     /// The index of theta_j - pi/2, whose cosine is sin theta_j.
     #[inline]
     fn quarter_before(&self, j: usize) -> usize {
@@ -159,13 +155,13 @@ mod tests {
             let circle = Circle::with_at_least(size).unwrap();
             assert_eq!(circle.size(), size);
             // A few dozen roundings on numbers of size one.
-            assert!(circle.middle_error() < 128.0 * f64::EPSILON, "{size}: {}", circle.middle_error());
+            assert!(circle.middle_error < 128.0 * f64::EPSILON, "{size}: {}", circle.middle_error);
             for j in 0..size {
                 let angle = std::f64::consts::TAU * j as f64 / size as f64;
                 // The library's functions are accurate to an ulp, and so is the angle.
                 let (cos, sin) = (circle.cos(j), circle.sin(j));
-                assert!((angle.cos() - circle.cos_middle(j)).abs() < circle.middle_error() + 4e-15);
-                assert!((angle.sin() - circle.sin_middle(j)).abs() < circle.middle_error() + 4e-15);
+                assert!((angle.cos() - circle.cos_middle(j)).abs() < circle.middle_error + 4e-15);
+                assert!((angle.sin() - circle.sin_middle(j)).abs() < circle.middle_error + 4e-15);
                 let unit = cos.square() + sin.square();
                 assert!(unit.lo <= 1.0 && 1.0 <= unit.hi, "{size} {j}: {unit:?}");
             }

@@ -144,7 +144,7 @@ impl Sampled {
             weighted += (i + 1) as f64 * (a.abs() + b.abs());
             base = base - Interval::of(*a);
         }
-        let unit = (count + 4.0) * 0.5 * f64::EPSILON + circle.middle_error();
+        let unit = (count + 4.0) * 0.5 * f64::EPSILON + circle.middle_error;
         let (loose, tiny) = (candidate.error * count, f64::MIN_POSITIVE);
         let value_error = 2.0 * (unit * sum + loose) + tiny;
         let slope_error = 2.0 * (unit * weighted + loose * (cosines.len() as f64 + 1.0)) + tiny;

@@ -177,7 +177,6 @@ impl Part {
 /// A function of A, k and b.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Function<'a> {
-    /// The polynomial of a tile.
     Polynomial(&'a Tile),
     /// The lower bound of C* by the even part of the divergence, A / (1 + k)^2 - 2 b.
     EvenLeast,

@@ -80,8 +80,8 @@ pub mod tile;
 mod turn;
 
 use super::{Claim, Guarantee, Test};
-use crate::friction::Column;
 use crate::friction::interval::Interval;
+use crate::friction::{Column, Range};
 use defect::{Bounds, Candidate, Groups, Sampled, radius_of_proof, sampling};
 use landing_speed::{Divergence, Flow};
 use orbit::{Guess, approximate};
@@ -99,15 +99,6 @@ pub static TEST: Test = Test {
 
 /// Number of bisections: `sticks_from` is located to 2^-10 of the interval searched.
 const HALVINGS: u32 = 10;
-
-/// An enclosure of C* = eps c*.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CriticalEnclosure {
-    /// Proved lower bound.
-    pub lo: f64,
-    /// Proved upper bound.
-    pub hi: f64,
-}
 
 /// A column whose parameters are enclosed in intervals.
 #[derive(Clone, Copy, Debug)]
@@ -141,12 +132,13 @@ impl Enclosed {
 
     /// The critical damping C* = eps c*, enclosed.
     #[must_use]
-    pub fn critical(&self) -> CriticalEnclosure {
-        let even = self.even_part_bounds();
-        match self.proved_critical() {
-            Some(c) => CriticalEnclosure { lo: c.lo.max(even.lo), hi: c.hi.min(even.hi) },
-            None => CriticalEnclosure { lo: even.lo, hi: even.hi },
-        }
+    pub fn critical(&self) -> Range {
+        self.within(even_part_bounds(&self.groups)).into()
+    }
+
+    /// The same from its bounds by the even part of the divergence.
+    fn within(&self, even: Interval) -> Interval {
+        self.proved_critical().map_or(even, |critical| critical.intersection(even))
     }
 
     /// The enclosure by the grazing orbit; `None` where the proof does not go through.
@@ -166,12 +158,6 @@ impl Enclosed {
         Some(Interval::ball(orbit.viscous, eta))
     }
 
-    /// The enclosure by the even part of the divergence.
-    fn even_part_bounds(&self) -> Interval {
-        even_part_bounds(&self.groups)
-    }
-
-    /// The orbit at damping `c`.
     fn flow(&self, c: f64) -> Flow<'_> {
         Flow {
             divergence: Divergence::Groups(self.groups),
@@ -219,15 +205,9 @@ fn even_part_bounds(groups: &Groups) -> Interval {
 
 fn claim(column: &Column) -> Claim {
     let Some(enclosed) = Enclosed::of(column) else { return any_law::claim(column) };
-    let even = enclosed.even_part_bounds();
-    // No legal damping is small enough for a cycle, so a sharper enclosure is not needed.
-    let critical = match even.hi < 0.0 {
-        true => even,
-        false => {
-            let CriticalEnclosure { lo, hi } = enclosed.critical();
-            Interval::new(lo, hi)
-        }
-    };
+    let even = even_part_bounds(&enclosed.groups);
+    // Below zero no legal damping is small enough for a cycle, so a sharper enclosure is not needed.
+    let critical = if even.hi < 0.0 { even } else { enclosed.within(even) };
     let c = critical.over(enclosed.epsilon);
     // Below c.lo, eps c < C*. A failed division is the whole line, which claims nothing.
     let sticks_from = sticks_from(&|c| enclosed.flow(c).lands(), c.lo);

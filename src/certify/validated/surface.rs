@@ -11,12 +11,12 @@ use crate::friction::interval::Interval;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Surface {
     /// The whole box.
-    domain: GroupBox,
+    pub(crate) domain: GroupBox,
     pieces: Vec<Piece>,
-    tried: usize,
+    /// Number of proofs tried so far.
+    pub(crate) tried: usize,
 }
 
-/// A part of a surface.
 #[derive(Clone, Debug, PartialEq)]
 struct Piece {
     domain: GroupBox,
@@ -34,13 +34,11 @@ enum State {
     Untried,
     /// The proof did not go through.
     Failed,
-    /// A proof.
     Proved(Box<Tile>),
 }
 
 /// The enclosure of C* on a piece.
 pub(super) enum Enclosure<'a> {
-    /// By a proved tile.
     Tile(&'a Tile),
     /// By the even part of the divergence, of this width.
     EvenPart(f64),
@@ -124,17 +122,6 @@ impl Surface {
         next
     }
 
-    /// The whole box.
-    pub(crate) fn domain(&self) -> GroupBox {
-        self.domain
-    }
-
-    /// Number of proofs tried so far.
-    pub(crate) fn tried(&self) -> usize {
-        self.tried
-    }
-
-    /// The proved tiles.
     pub(crate) fn tiles(&self) -> impl Iterator<Item = &Tile> {
         self.pieces.iter().filter_map(|piece| match &piece.state {
             State::Proved(tile) => Some(&**tile),
@@ -244,7 +231,7 @@ mod tests {
             (surface, prover.1.get())
         };
         let (alone, most) = refined(1);
-        assert_eq!((alone.tried(), most), (9, 2));
+        assert_eq!((alone.tried, most), (9, 2));
         let (eight, together) = refined(8);
         assert_eq!(alone, eight);
         assert!(together > 2, "eight workers get more than one piece at a time: {together}");

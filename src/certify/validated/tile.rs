@@ -84,7 +84,6 @@ impl GroupBox {
 /// in A, k and b scaled to [-1, 1] over the box.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tile {
-    /// The box.
     pub(crate) domain: GroupBox,
     /// The proved bound on |C* - polynomial|.
     pub(crate) radius: f64,

@@ -45,35 +45,26 @@ const SLOWEST: f64 = 1e-3;
 const EVALUATIONS: u32 = 40;
 
 /// Reason why a turn could not be enclosed.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub(crate) enum Obstacle {
     /// The orbit reaches slip speeds beyond the known range of the law.
+    #[error("the orbit needs the law at slip speeds up to {needed:.3e}, where it is not known")]
     BeyondTheLaw {
         /// A lower bound of the slip speed needed.
         needed: f64,
     },
     /// The law has no proved enclosure at this slip speed.
+    #[error("the law has no proved bounds at slip speed {at:.3e}")]
     NoEnclosure {
         /// The slip speed.
         at: f64,
     },
     /// The polar angle is not monotone: the divergence is too large.
+    #[error("the divergence is so large that the orbit need not turn")]
     NoAngle,
     /// The steps would be too short or too many.
+    #[error("the orbit cannot be enclosed sharply enough")]
     TooMuchWork,
-}
-
-impl std::fmt::Display for Obstacle {
-    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-        match self {
-            Obstacle::BeyondTheLaw { needed } => {
-                write!(f, "the orbit needs the law at slip speeds up to {needed:.3e}, where it is not known")
-            }
-            Obstacle::NoEnclosure { at } => write!(f, "the law has no proved bounds at slip speed {at:.3e}"),
-            Obstacle::NoAngle => write!(f, "the divergence is so large that the orbit need not turn"),
-            Obstacle::TooMuchWork => write!(f, "the orbit cannot be enclosed sharply enough"),
-        }
-    }
 }
 
 /// The damping and the law of an orbit.
@@ -85,7 +76,6 @@ struct Orbit<'a> {
     size: f64,
 }
 
-/// The result of a step.
 enum Step {
     /// The orbit after it: the end of the polynomial, and a bound of the orbit's distance from it.
     Taken { end: Interval, error: f64 },

@@ -39,7 +39,6 @@ pub struct ExpressionError {
     pub(crate) from: usize,
     /// One past the last.
     pub(crate) to: usize,
-    /// The problem.
     pub(crate) problem: String,
     /// The remedy.
     pub remedy: String,
@@ -196,7 +195,6 @@ pub(crate) struct ExpressionCurve {
     parameters: LawParameters,
 }
 
-/// A function applied to a value.
 fn call<T: Real>(function: Function, x: T) -> T {
     let exps = |x: T| (x.exp(), (-x).exp());
     let half = T::constant(0.5);
@@ -336,7 +334,6 @@ impl ExpressionCurve {
         Ok(())
     }
 
-    /// See [`Expression::check`].
     fn check(&self, fastest: f64) -> Result<(), ExpressionError> {
         let Compiled { tape, text, static_level, .. } = &*self.law.0;
         // Singular operations are searched first, because their errors are more specific than a wrong value.

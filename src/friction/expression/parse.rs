@@ -56,7 +56,6 @@ impl Function {
         ("abs", Function::Abs),
     ];
 
-    /// The names of all functions.
     pub(super) fn names() -> impl Iterator<Item = &'static str> {
         Self::ALL.iter().map(|(name, _)| *name)
     }
@@ -66,7 +65,6 @@ impl Function {
     }
 }
 
-/// One operation of the tape.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Op {
     Number(f64),
@@ -80,7 +78,6 @@ pub(super) enum Op {
     Multiply,
     Divide,
     Negate,
-    /// An integer power.
     PowerInteger(i32),
     /// Any other power.
     Power,
@@ -141,7 +138,6 @@ impl ParserError<Input<'_>> for Stop {
     }
 }
 
-/// Parses a formula.
 pub(super) fn parse(text: &str) -> Result<Tape, ExpressionError> {
     let letters: Vec<char> = text.chars().collect();
     let tape = Tape { ops: Vec::new(), places: Vec::new(), parameters: Vec::new() };

@@ -182,40 +182,29 @@ fn sampled(f: impl Fn(f64) -> f64, lo: f64, hi: f64) -> Range {
 
 #[test]
 fn ranges_hold_at_samples_and_are_met() {
+    let check = |found: Range, samples: Range, miss: f64, place: &dyn std::fmt::Debug| {
+        let low = found.lo <= samples.lo + 1e-13 && samples.lo - found.lo <= miss;
+        let high = found.hi >= samples.hi - 1e-13 && found.hi - samples.hi <= miss;
+        assert!(low && high, "{found:?} {samples:?} {place:?}");
+    };
     for curve in smooth().into_iter().chain([table()]) {
         let compiled = curve.compiled(4.0);
         for (lo, hi) in [(0.0, 4.0), (0.05, 0.25), (0.2, 2.5), (0.7, 0.7), (0.0, 1e-3)] {
-            let found = compiled.range(lo, hi);
             let samples = sampled(|u| curve.weakening(u), lo, hi);
             // Samples miss an extreme by half the curvature, below 1e4, times the square of half their
             // distance.
             let miss = 2e3 * ((hi - lo) / 20_000.0).powi(2) + 1e-11;
-            assert!(
-                found.lo <= samples.lo + 1e-13 && samples.lo - found.lo <= miss,
-                "{found:?} {samples:?} {lo} {hi}: {curve:?}"
-            );
-            assert!(
-                found.hi >= samples.hi - 1e-13 && found.hi - samples.hi <= miss,
-                "{found:?} {samples:?} {lo} {hi}: {curve:?}"
-            );
+            check(compiled.range(lo, hi), samples, miss, &(lo, hi, &curve));
         }
         for belt_speed in [0.05, 0.29, 1.1, 2.0] {
             for within in [belt_speed, 0.3 * belt_speed] {
-                let found = compiled.even_range(belt_speed, within);
                 let even = |v: f64| 0.5 * (curve.weakening(belt_speed - v) + curve.weakening(belt_speed + v));
                 let samples = sampled(even, 0.0, within);
                 // At corners the slope, below 20, jumps.
                 let spacing = within / 20_000.0;
                 let kink = if curve.corners().is_empty() { 0.0 } else { 20.0 * spacing };
                 let miss = 2e3 * spacing.powi(2) + kink + 1e-11;
-                assert!(
-                    found.lo <= samples.lo + 1e-13 && samples.lo - found.lo <= miss,
-                    "{found:?} {samples:?} {belt_speed} {within}: {curve:?}"
-                );
-                assert!(
-                    found.hi >= samples.hi - 1e-13 && found.hi - samples.hi <= miss,
-                    "{found:?} {samples:?} {belt_speed} {within}: {curve:?}"
-                );
+                check(compiled.even_range(belt_speed, within), samples, miss, &(belt_speed, within, &curve));
             }
         }
     }

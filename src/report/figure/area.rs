@@ -28,9 +28,7 @@ pub(crate) enum Layer {
 /// A panel's contents.
 #[derive(Debug)]
 pub(crate) struct Area<'a> {
-    /// The plane.
     pub(crate) slice: Slice<'a>,
-    /// The cells.
     pub(crate) layer: Layer,
     pub(crate) curves: Option<PlaneCurves>,
     /// Whether the exact boundary of the stick-slip region is drawn if there are no curves.

@@ -18,9 +18,7 @@ const TICK: f64 = 3.0;
 /// The map from numbers to positions along an axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Scale {
-    /// Number at the start.
     pub(crate) from: f64,
-    /// Number at the end.
     pub(crate) to: f64,
     pub(crate) log: bool,
     /// Factor by which numbers are multiplied where they are written.

@@ -67,7 +67,7 @@ pub(crate) fn bistable(view: &View) -> Option<Figure> {
     let mut speeds = vec![0, index[v], belt.len() - 1];
     speeds.dedup();
     let has_widths =
-        view.units.machine().is_none() && columns[0].curve.first_order(columns[0].belt_speed).is_ok();
+        view.units.machine.is_none() && columns[0].curve.first_order(columns[0].belt_speed).is_ok();
     speeds.retain(|_| has_widths);
     let bands: Vec<(f64, Vec<f64>)> = speeds
         .iter()

@@ -72,7 +72,7 @@ pub(crate) fn critical(view: &View) -> Option<Figure> {
                     legend.add(Sample::Method(style), super::verdict_panels::method_title(name));
                 }
             }
-            if view.units.machine().is_none() {
+            if view.units.machine.is_none() {
                 panel.title(scene, &equals("epsilon", axes[0].values[epsilons[i]]));
             }
         }

@@ -7,7 +7,6 @@ use super::bifurcations;
 use super::plot::{self, At, Plot};
 use super::scene::Width;
 
-/// One figure for each plane.
 pub(crate) fn curve_planes(view: &View) -> Result<Vec<Figure>, ReportError> {
     let map = view.map;
     let axes = map.grid().axes();

@@ -76,19 +76,15 @@ struct State {
 type Found = Option<Vec<State>>;
 
 fn find(oscillator: &Oscillator) -> Found {
-    let half = |range: Range| 0.5 * (range.hi - range.lo);
     let all = dynamics(oscillator, &flow(oscillator, TOLERANCE), TOLERANCE).ok()?;
-    let state = |kind, attracts, amplitude| State { kind, attracts, amplitude };
-    let mut states = vec![state(Kind::Equilibrium, all.equilibrium.is_stable(), 0.0)];
-    let slip = all.slip.iter();
-    states.extend(slip.map(|cycle| state(Kind::SlipCycle, cycle.is_stable(), half(cycle.displacement))));
-    let stick_slip = all.stick_slip.iter();
-    states.extend(stick_slip.map(|cycle| state(Kind::StickSlipCycle, true, half(cycle.displacement))));
-    let crossing = all.crossing.iter();
-    states.extend(
-        crossing.map(|cycle| state(Kind::CrossingCycle, cycle.is_stable(), half(cycle.displacement))),
-    );
-    Some(states)
+    let rest = [(Kind::Equilibrium, all.equilibrium.is_stable(), Range { lo: 0.0, hi: 0.0 })].into_iter();
+    let slip = all.slip.iter().map(|cycle| (Kind::SlipCycle, cycle.is_stable(), cycle.displacement));
+    let stick_slip = all.stick_slip.iter().map(|cycle| (Kind::StickSlipCycle, true, cycle.displacement));
+    let crossing =
+        all.crossing.iter().map(|cycle| (Kind::CrossingCycle, cycle.is_stable(), cycle.displacement));
+    let found = rest.chain(slip).chain(stick_slip).chain(crossing);
+    let amplitude = |x1: Range| 0.5 * (x1.hi - x1.lo);
+    Some(found.map(|(kind, attracts, x1)| State { kind, attracts, amplitude: amplitude(x1) }).collect())
 }
 
 /// Returns whether two values of the parameter have the same kinds of cycles with the same stability.

@@ -62,7 +62,6 @@ impl Legend {
         (rows, layout(rows))
     }
 
-    /// Height that it takes.
     pub(crate) fn height(&self, width: f64) -> f64 {
         if self.is_empty() { 0.0 } else { self.layout(width).0 as f64 * ROW }
     }

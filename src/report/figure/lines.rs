@@ -94,7 +94,7 @@ pub(crate) fn draw(heading: &Rich, x: Scale, x_name: &Rich, charts: &[Chart], wi
             }
         }
         panel.axes(&mut scene, super::panels::Labels { x: number == last, y: true });
-        panel.y_name(&mut scene, &chart.name, panels.labels_width());
+        panel.y_name(&mut scene, &chart.name, panels.labels_width);
         panel.title(&mut scene, &chart.title);
         if number == last {
             panel.x_name(&mut scene, x_name);

@@ -52,7 +52,6 @@ pub struct Figure {
     pub caption: Rich,
     /// The figure at each width.
     pub scenes: Vec<(Width, Scene)>,
-    /// Its numbers.
     pub(crate) data: Data,
 }
 

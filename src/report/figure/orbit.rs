@@ -42,7 +42,7 @@ pub(crate) struct OrbitPlot<'a> {
 /// The parameters of a point; for a machine its speed and damping.
 fn point_words(plot: &OrbitPlot) -> Rich {
     let point = plot.point;
-    if plot.units.machine().is_some() {
+    if plot.units.machine.is_some() {
         let quantity = |words, dimension, value| {
             plot.units.quantity(words, Rich::default(), "", Some(dimension)).equals(value)
         };

@@ -92,7 +92,6 @@ pub(crate) struct Kind {
     pub(crate) words: Cow<'static, str>,
 }
 
-/// The kind of the cells with a verdict.
 pub(crate) fn verdict(verdict: Verdict) -> Kind {
     let (fill, words) = match verdict {
         Verdict::Present => (PRESENT, "cycle exists"),
@@ -104,44 +103,36 @@ pub(crate) fn verdict(verdict: Verdict) -> Kind {
     Kind { code: verdict.code(), name: verdict.name(), fill, words: words.into() }
 }
 
-/// The kind of the cells with a regime.
 pub(crate) fn regime(regime: Regime) -> Kind {
+    use Hatch::*;
+    use Regime::*;
+    let hatched = Fill::hatched;
     let (fill, words) = match regime {
-        Regime::StickSlip => (PRESENT, "stick-slip"),
-        Regime::Equilibrium => (ABSENT, "equilibrium (steady slip)"),
-        Regime::Bistable => (Fill::hatched(SKY, Hatch::Rising, BLACK), "bistable"),
-        Regime::PureSlip => (Fill::hatched(GREEN, Hatch::Falling, WHITE), "slip cycle"),
-        Regime::Crossing => (Fill::hatched(VERMILION, Hatch::Crossed, WHITE), "crossing cycle"),
-        Regime::Failed => (FAILED, "failed"),
-        Regime::PureSlipAndStickSlip => {
-            (Fill::hatched(YELLOW, Hatch::Dots, BLACK), "slip cycle or stick-slip")
+        StickSlip => (PRESENT, "stick-slip"),
+        Equilibrium => (ABSENT, "equilibrium (steady slip)"),
+        Bistable => (hatched(SKY, Rising, BLACK), "bistable"),
+        PureSlip => (hatched(GREEN, Falling, WHITE), "slip cycle"),
+        Crossing => (hatched(VERMILION, Crossed, WHITE), "crossing cycle"),
+        Failed => (FAILED, "failed"),
+        PureSlipAndStickSlip => (hatched(YELLOW, Dots, BLACK), "slip cycle or stick-slip"),
+        PureSlipAndEquilibrium => (hatched(WHITE, Falling, GREEN), "slip cycle or equilibrium"),
+        EquilibriumPureSlipAndStickSlip => {
+            (hatched(SKY, Crossed, GREEN), "equilibrium, slip cycle or stick-slip")
         }
-        Regime::PureSlipAndEquilibrium => {
-            (Fill::hatched(WHITE, Hatch::Falling, GREEN), "slip cycle or equilibrium")
+        EquilibriumAndCrossing => (hatched(VERMILION, Rising, BLACK), "equilibrium or crossing cycle"),
+        PureSlipAndCrossing => (hatched(VERMILION, Falling, GREEN), "slip or crossing cycle"),
+        EquilibriumPureSlipAndCrossing => {
+            (hatched(VERMILION, Crossed, GREEN), "equilibrium, slip or crossing cycle")
         }
-        Regime::EquilibriumPureSlipAndStickSlip => {
-            (Fill::hatched(SKY, Hatch::Crossed, GREEN), "equilibrium, slip cycle or stick-slip")
+        StickSlipAndCrossing => (hatched(BLUE, Crossed, VERMILION), "stick-slip or crossing cycle"),
+        EquilibriumStickSlipAndCrossing => {
+            (hatched(SKY, Crossed, VERMILION), "equilibrium, stick-slip or crossing cycle")
         }
-        Regime::EquilibriumAndCrossing => {
-            (Fill::hatched(VERMILION, Hatch::Rising, BLACK), "equilibrium or crossing cycle")
+        PureSlipStickSlipAndCrossing => {
+            (hatched(YELLOW, Crossed, VERMILION), "slip cycle, stick-slip or crossing cycle")
         }
-        Regime::PureSlipAndCrossing => {
-            (Fill::hatched(VERMILION, Hatch::Falling, GREEN), "slip or crossing cycle")
-        }
-        Regime::EquilibriumPureSlipAndCrossing => {
-            (Fill::hatched(VERMILION, Hatch::Crossed, GREEN), "equilibrium, slip or crossing cycle")
-        }
-        Regime::StickSlipAndCrossing => {
-            (Fill::hatched(BLUE, Hatch::Crossed, VERMILION), "stick-slip or crossing cycle")
-        }
-        Regime::EquilibriumStickSlipAndCrossing => {
-            (Fill::hatched(SKY, Hatch::Crossed, VERMILION), "equilibrium, stick-slip or crossing cycle")
-        }
-        Regime::PureSlipStickSlipAndCrossing => {
-            (Fill::hatched(YELLOW, Hatch::Crossed, VERMILION), "slip cycle, stick-slip or crossing cycle")
-        }
-        Regime::EquilibriumPureSlipStickSlipAndCrossing => {
-            (Fill::hatched(SKY, Hatch::Dots, VERMILION), "equilibrium, slip, stick-slip or crossing cycle")
+        EquilibriumPureSlipStickSlipAndCrossing => {
+            (hatched(SKY, Dots, VERMILION), "equilibrium, slip, stick-slip or crossing cycle")
         }
     };
     Kind { code: regime.code(), name: regime.name(), fill, words: words.into() }
@@ -151,7 +142,6 @@ pub(crate) fn verdicts() -> Vec<Kind> {
     Verdict::ALL.map(verdict).into()
 }
 
-/// Every regime.
 pub(crate) fn regimes() -> Vec<Kind> {
     Regime::ALL.map(regime).into()
 }

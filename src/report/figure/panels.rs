@@ -132,7 +132,7 @@ pub(crate) struct Panels {
     /// The panels, row by row.
     pub(crate) panels: Vec<Panel>,
     columns: usize,
-    labels_width: f64,
+    pub(crate) labels_width: f64,
     /// Lower end of the panels and their axes.
     pub(crate) bottom: f64,
 }
@@ -202,12 +202,6 @@ impl Panels {
         Self { panels, columns, labels_width, bottom: rows * row - 4.0 + BOTTOM_MARGIN }
     }
 
-    /// Room for the numbers left of the panels.
-    pub(crate) fn labels_width(&self) -> f64 {
-        self.labels_width
-    }
-
-    /// Moves all panels.
     pub(crate) fn shift(&mut self, (right, down): Place) {
         for panel in &mut self.panels {
             panel.rect.x += right;

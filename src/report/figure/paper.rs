@@ -32,7 +32,6 @@ fn column(epsilon: f64, [alpha, beta, gamma]: [f64; 3]) -> Column {
     })
 }
 
-/// All four.
 pub(crate) fn figures() -> Vec<Figure> {
     vec![fields(), coulomb(), cases(), divergence()]
 }

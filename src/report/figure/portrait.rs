@@ -27,12 +27,10 @@ pub(super) const ORBIT: Stroke = Stroke::solid(palette::BLUE, 1.2);
 /// Its sticking part.
 pub(super) const STICK: Stroke = Stroke::solid(palette::VERMILION, 2.0);
 pub(super) const SEGMENT: Stroke = Stroke::solid(palette::LIGHT_GREY, 4.5);
-/// Other orbits.
 pub(super) const OTHER: Stroke = Stroke { color: palette::GREEN, width: 0.9, dash: &[3.0, 1.5] };
 /// Slip cycles that attract, and those that repel.
 const ATTRACTING: Stroke = Stroke::solid(palette::BLACK, 1.0);
 pub(super) const REPELLING: Stroke = Stroke { color: palette::BLACK, width: 1.0, dash: &[1.2, 1.6] };
-/// The belt line.
 pub(super) const BELT: Stroke = Stroke { color: palette::GREY, width: 0.6, dash: &[1.0, 1.6] };
 
 /// The orbits drawn at one point of parameter space.
@@ -164,7 +162,6 @@ impl Portrait {
         });
     }
 
-    /// Adds the entries of its legend.
     pub(super) fn legend(&self, legend: &mut Legend) {
         let from = match self.start {
             Start::ExitPoint => "orbit from the exit point",

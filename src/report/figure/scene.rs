@@ -44,7 +44,6 @@ impl Width {
         }
     }
 
-    /// In points.
     pub(crate) fn points(self) -> f64 {
         POINTS * self.select(84.0, 174.0)
     }
@@ -56,15 +55,12 @@ impl Width {
     }
 }
 
+/// A rectangle: its upper left corner, width and height.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Rect {
-    /// Left edge.
     pub(crate) x: f64,
-    /// Upper edge.
     pub(crate) y: f64,
-    /// Width.
     pub(crate) w: f64,
-    /// Height.
     pub(crate) h: f64,
 }
 
@@ -76,14 +72,11 @@ impl Rect {
     }
 }
 
-/// Lines of a hatching.
+/// Lines of a hatching; rising and falling to the right.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Hatch {
-    /// Rising to the right.
     Rising,
-    /// Falling to the right.
     Falling,
-    /// Both.
     Crossed,
     Dots,
 }
@@ -122,9 +115,7 @@ impl Stroke {
     }
 }
 
-/// A mark at a point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[allow(missing_docs)]
 pub(crate) enum Marker {
     Circle,
     Square,
@@ -137,7 +128,6 @@ pub(crate) enum Marker {
 
 /// The part of a text that lies at its position.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[allow(missing_docs)]
 pub(crate) enum Anchor {
     Start,
     Middle,
@@ -214,9 +204,12 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// An empty figure.
     pub(crate) fn new(width: f64, height: f64) -> Self {
         Self { width, height, body: String::new(), hatchings: BTreeSet::new(), clips: Vec::new() }
+    }
+
+    fn path(&mut self, d: &str, attributes: &str) {
+        let _ = writeln!(self.body, "<path d=\"{d}\" {attributes}/>");
     }
 
     /// Draws a line through points; one that is not finite interrupts it.
@@ -224,14 +217,11 @@ impl Scene {
         let finite = |p: &Place| p.0.is_finite() && p.1.is_finite();
         for part in points.split(|p| !finite(p)).filter(|part| part.len() > 1) {
             for part in near_the_page(part) {
-                let path = path(&part, false);
-                let _ =
-                    writeln!(self.body, "<path d=\"{path}\" fill=\"none\" {}/>", stroke_attributes(stroke));
+                self.path(&path(&part, false), &format!("fill=\"none\" {}", stroke_attributes(stroke)));
             }
         }
     }
 
-    /// Draws an arrow from one place to another.
     pub(crate) fn arrow(&mut self, from: Place, to: Place, stroke: &Stroke) {
         let (dx, dy) = (to.0 - from.0, to.1 - from.1);
         let length = dx.hypot(dy);
@@ -252,7 +242,7 @@ impl Scene {
             (tip.0 - size * (along * ux - across * uy), tip.1 - size * (along * uy + across * ux))
         };
         let outline = path(&[tip, at(1.0, 0.42), at(0.75, 0.0), at(1.0, -0.42)], true);
-        let _ = writeln!(self.body, "<path d=\"{outline}\" fill=\"{color}\"/>");
+        self.path(&outline, &format!("fill=\"{color}\""));
     }
 
     /// Fills the area inside closed outlines; outlines inside others are holes.
@@ -262,22 +252,20 @@ impl Scene {
         }
         let d: String = outlines.iter().map(|outline| path(&clamped(outline), true)).collect();
         if fill.ground != "none" {
-            let _ = writeln!(self.body, "<path d=\"{d}\" fill-rule=\"evenodd\" fill=\"{}\"/>", fill.ground);
+            self.path(&d, &format!("fill-rule=\"evenodd\" fill=\"{}\"", fill.ground));
         }
         if let Some(hatching) = fill.hatch {
-            let id = hatch_id(hatching);
-            let _ = writeln!(self.body, "<path d=\"{d}\" fill-rule=\"evenodd\" fill=\"url(#\u{1}{id})\"/>");
+            self.path(&d, &format!("fill-rule=\"evenodd\" fill=\"url(#\u{1}{})\"", hatch_id(hatching)));
             self.hatchings.insert(hatching);
         }
     }
 
-    /// Draws closed outlines.
     pub(crate) fn outline(&mut self, outlines: &[Vec<Place>], stroke: &Stroke) {
         if outlines.is_empty() {
             return;
         }
         let d: String = outlines.iter().map(|outline| path(&clamped(outline), true)).collect();
-        let _ = writeln!(self.body, "<path d=\"{d}\" fill=\"none\" {}/>", stroke_attributes(stroke));
+        self.path(&d, &format!("fill=\"none\" {}", stroke_attributes(stroke)));
     }
 
     pub(crate) fn rect(&mut self, rect: Rect, fill: Fill) {
@@ -332,8 +320,7 @@ impl Scene {
                 path(&[p(-1.0, 0.0), p(1.0, 0.0)], false) + &path(&[p(0.0, -1.0), p(0.0, 1.0)], false)
             }
         };
-        let _ =
-            writeln!(self.body, "<path d=\"{d}\" fill=\"{fill}\" stroke=\"{color}\" stroke-width=\"0.7\"/>");
+        self.path(&d, &format!("fill=\"{fill}\" stroke=\"{color}\" stroke-width=\"0.7\""));
     }
 
     /// Draws a text with its baseline at a place.

@@ -136,7 +136,6 @@ pub struct Held {
 
 #[derive(Clone, Debug)]
 pub(crate) struct Slice<'a> {
-    /// The map and its units.
     pub(crate) view: &'a View<'a>,
     /// Position of the horizontal axis.
     pub(crate) x: usize,
@@ -177,12 +176,10 @@ impl<'a> Slice<'a> {
         [self.x, self.y].map(|axis| &self.view.map.grid().axes()[axis])
     }
 
-    /// Its plane in the grid.
     pub(crate) fn plane(&self) -> Plane {
         Plane::new(self.x, self.y, self.index.clone())
     }
 
-    /// The scale and the name of each axis.
     pub(crate) fn scales(&self) -> [(Scale, Rich); 2] {
         self.axes().map(|axis| {
             let label = self.view.axis(axis);
@@ -295,7 +292,7 @@ pub(crate) fn hold(
     }
     // A user cannot choose a machine's friction.
     let constant = |position: usize| {
-        view.units.machine().is_some() && axes[position].values.len() == 1 && wanted[position].is_none()
+        view.units.machine.is_some() && axes[position].values.len() == 1 && wanted[position].is_none()
     };
     let held = axes.iter().enumerate().filter(|(i, _)| !shown.contains(i) && !constant(*i));
     let held = held.map(|(i, axis)| {
@@ -349,7 +346,6 @@ pub(super) fn picks(map: &MapFile, shown: &[usize], index: &[usize], rank: usize
     map.grid().axes()[..rank].iter().enumerate().map(pick).collect()
 }
 
-/// The drawn nodes of an axis.
 pub(super) fn drawn(axis: &Axis) -> Vec<f64> {
     axis.values.iter().copied().step_by(step(axis)).collect()
 }
@@ -359,7 +355,6 @@ pub(crate) fn equals(axis: &str, value: f64) -> Rich {
     Rich::symbol(axis).then(" = ").then(Rich::number(value, 4))
 }
 
-/// The middle node of each axis.
 pub(crate) fn middle(axes: &[Axis]) -> Vec<usize> {
     axes.iter().map(Axis::middle).collect()
 }

@@ -101,7 +101,6 @@ pub(crate) fn chosen_epsilons(map: &MapFile) -> Vec<usize> {
     (0..MOST_EPSILONS).map(|i| i * (count - 1) / (MOST_EPSILONS - 1)).collect()
 }
 
-/// The slices of a report.
 pub(crate) fn verdict_panels(view: &View) -> Result<Vec<Figure>, ReportError> {
     let map = view.map;
     let axes = map.grid().axes();

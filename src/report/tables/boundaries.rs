@@ -23,11 +23,11 @@ pub fn boundary(view: &View, report: &Report) -> Table {
             let mut row = vec![
                 Cell::Real(epsilon),
                 words(&method.method),
-                Cell::Count(errors.sizes.count()),
+                Cell::Count(errors.sizes.count),
                 in_unit(errors.sizes.quantile(0.5), &damping),
                 in_unit(errors.sizes.quantile(0.95), &damping),
                 in_unit(errors.worst.as_ref().map(|worst| worst.error), &damping),
-                percent(errors.beyond as f64, errors.sizes.count() as f64).into(),
+                percent(errors.beyond as f64, errors.sizes.count as f64).into(),
                 Cell::Count(errors.only_exact),
                 Cell::Count(errors.only_method),
             ];

@@ -45,26 +45,25 @@ pub fn cost(map: &MapFile) -> Table {
 /// Failures during the run.
 #[must_use]
 pub fn failures(map: &MapFile, report: &Report) -> Table {
-    let mut rows = Vec::new();
+    let mut rows: Vec<(String, Option<u64>)> = Vec::new();
     for (method, confusion) in map.methods().iter().zip(&report.verdicts.confusion) {
         for (what, verdict) in [("failed", Verdict::Failed), ("not computed", Verdict::NotComputed)] {
             let cells: u64 = confusion.iter().map(|counts| counts.method(verdict)).sum();
             if cells > 0 {
-                rows.push(vec![words(&format!("{}: cells {what}", method.name)), Cell::Count(cells)]);
+                rows.push((format!("{}: cells {what}", method.name), Some(cells)));
             }
         }
     }
     if rows.is_empty() {
-        rows.push(vec![words("cells without an answer, of all methods"), Cell::Count(0)]);
+        rows.push(("cells without an answer, of all methods".into(), Some(0)));
     }
     let count = |name: &str| map.number(name).map(|number| number as u64);
-    rows.push(vec![words("audit: cells decided again by the direct engine"), count("audit_cells").into()]);
-    rows.push(vec![words("audit: verdicts contradicted"), count("audit_disagreements").into()]);
-    let contradicted = count("contradicted_cells").into();
-    rows.push(vec![
-        words("cells in which theorems, proofs or simulation contradict each other"),
-        contradicted,
-    ]);
+    let recorded = [
+        ("audit: cells decided again by the direct engine", "audit_cells"),
+        ("audit: verdicts contradicted", "audit_disagreements"),
+        ("cells in which theorems, proofs or simulation contradict each other", "contradicted_cells"),
+    ];
+    rows.extend(recorded.map(|(what, attribute)| (what.to_owned(), count(attribute))));
     let mut notes = Vec::new();
     if count("audit_cells").is_none() {
         notes.push(rich("The run had no audit."));
@@ -72,13 +71,12 @@ pub fn failures(map: &MapFile, report: &Report) -> Table {
     if let Some(reason) = map.text("not_computed") {
         notes.push(rich("Why cells were not computed: ").then(Rich::foreign(reason)));
     }
-    Table {
-        name: "failures",
-        caption: rich("Failures, and the audit by the independent engine."),
-        columns: vec![Column::new("what", "what", Show::AsIs), Column::new("count", "count", Show::AsIs)],
-        rows,
-        notes,
-    }
+    let columns: [ColumnOf<(String, Option<u64>)>; 2] = [
+        ("what", "what", Show::AsIs, &|(what, _)| words(what)),
+        ("count", "count", Show::AsIs, &|(_, count)| (*count).into()),
+    ];
+    let caption = rich("Failures, and the audit by the independent engine.");
+    Table { notes, ..Table::of("failures", caption, &rows, &columns) }
 }
 
 pub(crate) fn methods(map: &MapFile) -> Table {
@@ -139,7 +137,7 @@ pub fn provenance(map: &MapFile) -> Table {
     let rows = entries.iter().filter_map(|&(what, attribute)| {
         let cell = match what {
             "map file" => {
-                let name = map.path().file_name().unwrap_or(map.path().as_os_str());
+                let name = map.path.file_name().unwrap_or(map.path.as_os_str());
                 Cell::Words(name.to_string_lossy().into_owned())
             }
             "cells" => Cell::Words(map.grid().cells().to_string()),

@@ -134,7 +134,6 @@ impl Nodes {
         if pairs <= 10 { 4 } else { 2 * (pairs / 4) }
     }
 
-    /// The number of pairs.
     #[inline(always)]
     pub(super) fn pairs(&self) -> usize {
         self.xi.len()
@@ -217,7 +216,6 @@ impl Polynomials {
     }
 }
 
-/// X at xi.
 fn argument(xi: f64) -> f64 {
     (STRETCH.asin() / PI * xi).sin() / STRETCH
 }

@@ -44,7 +44,6 @@ impl From<f64> for Compensated {
     }
 }
 
-/// The increment of a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Increment {
     /// Increments of the two coordinates.
@@ -67,12 +66,12 @@ pub(super) fn step<E>(
 ) -> Result<Increment, E> {
     let mut slopes = [first; 12];
     for (done, weights) in STAGES.iter().enumerate() {
-        let by = weighted(weights, &slopes);
+        let by = sum(weights.iter().zip(&slopes).map(|(weight, slope)| (*weight, *slope)));
         slopes[done + 1] = slope([start[0].offset(h * by[0]), start[1].offset(h * by[1])])?;
     }
-    let by = weighted(&WEIGHTS, &slopes);
-    let fifth = weighted(&FIFTH_ORDER_ERROR, &slopes);
-    let third = weighted(&THIRD_ORDER_ERROR, &slopes);
+    let weighted =
+        |which: usize| sum(WEIGHTS.iter().map(|(stage, weights)| (weights[which], slopes[*stage])));
+    let [by, fifth, third] = [0, 1, 2].map(weighted);
     // Two embedded estimates, of orders 5 and 3, combined into one of the method's order.
     let fifth = fifth[0].hypot(fifth[1]);
     let mixed = fifth.hypot(0.1 * third[0].hypot(third[1]));
@@ -80,16 +79,13 @@ pub(super) fn step<E>(
     Ok(Increment { by: [h * by[0], h * by[1]], error })
 }
 
-/// Sum of `weights` times the first slopes, as many as there are weights.
+/// Sum of slopes, each times its weight.
 #[inline]
-fn weighted(weights: &[f64], slopes: &[[f64; 2]; 12]) -> [f64; 2] {
-    weights
-        .iter()
-        .zip(slopes)
-        .fold([0.0; 2], |sum, (weight, slope)| [sum[0] + weight * slope[0], sum[1] + weight * slope[1]])
+fn sum(terms: impl Iterator<Item = (f64, [f64; 2])>) -> [f64; 2] {
+    terms.fold([0.0; 2], |sum, (weight, slope)| [sum[0] + weight * slope[0], sum[1] + weight * slope[1]])
 }
 
-/// Root of the sum of squares of [`WEIGHTS`]: how far independent rounding errors of the slopes are
+/// Root of the sum of squares of the first weights in [`WEIGHTS`]: how far independent rounding errors of the slopes are
 /// amplified by a step of unit length.
 pub(super) const ROUNDING_AMPLIFICATION: f64 = 7.57;
 
@@ -158,52 +154,17 @@ const STAGES: [&[f64]; 11] = [
     ],
 ];
 
-/// Weights of the order 8 result.
-const WEIGHTS: [f64; 12] = [
-    0.054293734116568765,
-    0.0,
-    0.0,
-    0.0,
-    0.0,
-    4.450312892752409,
-    1.8915178993145003,
-    -5.801203960010585,
-    0.3111643669578199,
-    -0.1521609496625161,
-    0.20136540080403034,
-    0.04471061572777259,
-];
-
-/// Weights of the estimate made with a result of order 5.
-const FIFTH_ORDER_ERROR: [f64; 12] = [
-    0.01312004499419488,
-    0.0,
-    0.0,
-    0.0,
-    0.0,
-    -1.2251564463762044,
-    -0.4957589496572502,
-    1.6643771824549864,
-    -0.35032884874997366,
-    0.3341791187130175,
-    0.08192320648511571,
-    -0.022355307863886294,
-];
-
-/// Weights of the estimate made with a result of order 3.
-const THIRD_ORDER_ERROR: [f64; 12] = [
-    -0.18980075407240762,
-    0.0,
-    0.0,
-    0.0,
-    0.0,
-    4.450312892752409,
-    1.8915178993145003,
-    -5.801203960010585,
-    -0.4226823213237919,
-    -0.1521609496625161,
-    0.20136540080403034,
-    0.02265179219836082,
+/// Slopes by their numbers, the others have no weight, with their weights in the result of order 8 and in the
+/// estimates made with results of orders 5 and 3.
+const WEIGHTS: [(usize, [f64; 3]); 8] = [
+    (0, [0.054293734116568765, 0.01312004499419488, -0.18980075407240762]),
+    (5, [4.450312892752409, -1.2251564463762044, 4.450312892752409]),
+    (6, [1.8915178993145003, -0.4957589496572502, 1.8915178993145003]),
+    (7, [-5.801203960010585, 1.6643771824549864, -5.801203960010585]),
+    (8, [0.3111643669578199, -0.35032884874997366, -0.4226823213237919]),
+    (9, [-0.1521609496625161, 0.3341791187130175, -0.1521609496625161]),
+    (10, [0.20136540080403034, 0.08192320648511571, 0.20136540080403034]),
+    (11, [0.04471061572777259, -0.022355307863886294, 0.02265179219836082]),
 ];
 
 #[cfg(test)]
@@ -225,17 +186,18 @@ mod tests {
         let nodes = nodes();
         assert!((nodes[11] - 1.0).abs() < 1e-13, "the last stage lies at the end of the step");
         for power in 0..8 {
-            let sum: f64 = WEIGHTS.iter().zip(nodes).map(|(b, c)| b * c.powi(power)).sum();
+            let moment = |which: usize| {
+                WEIGHTS.iter().map(|(stage, weights)| weights[which] * nodes[*stage].powi(power)).sum::<f64>()
+            };
+            let [sum, fifth, third] = [0, 1, 2].map(moment);
             let exact = 1.0 / f64::from(power + 1);
             // The weights' magnitudes sum to 13, each rounded to 2^-53 of itself.
             assert!((sum - exact).abs() < 20.0 * f64::EPSILON, "power {power}: {sum}");
             // The order 5 and order 3 companions satisfy the first five and three conditions.
-            let fifth: f64 = FIFTH_ORDER_ERROR.iter().zip(nodes).map(|(e, c)| e * c.powi(power)).sum();
-            let third: f64 = THIRD_ORDER_ERROR.iter().zip(nodes).map(|(e, c)| e * c.powi(power)).sum();
             assert!(power > 4 || fifth.abs() < 20.0 * f64::EPSILON, "power {power}: {fifth}");
             assert!(power > 2 || third.abs() < 20.0 * f64::EPSILON, "power {power}: {third}");
         }
-        let amplification = WEIGHTS.iter().map(|b| b * b).sum::<f64>().sqrt();
+        let amplification = WEIGHTS.iter().map(|(_, [b, ..])| b * b).sum::<f64>().sqrt();
         assert!((amplification - ROUNDING_AMPLIFICATION).abs() < 0.01);
     }
 

@@ -108,7 +108,7 @@ enum FirstTurn {
 /// Follows the orbit from the exit point until its first turn is decided.
 fn first_turn(slip: &mut Slip) -> Result<FirstTurn, Failure> {
     // The rest of an orbit this close to the equilibrium is below the tolerance.
-    let radius = slip.tolerance * slip.belt_speed();
+    let radius = slip.tolerance * slip.oscillator.belt_speed;
     loop {
         match slip.advance(f64::INFINITY)? {
             Event::NearMiss(turn) => return Ok(FirstTurn::Short(turn)),

@@ -64,16 +64,17 @@ enum Target {
 /// An orbit being integrated on one side of the belt line.
 #[derive(Clone, Debug)]
 pub(super) struct Slip<'a> {
-    oscillator: &'a Oscillator,
+    pub(super) oscillator: &'a Oscillator,
     exit_x1: f64,
-    side: Side,
+    /// The side of the belt line on which the orbit slips.
+    pub(super) side: Side,
     /// Largest distance beyond the belt line at which a field is evaluated.
     reach: f64,
     /// The sum of the local errors of x2 allowed in one turn, in units of V, in [0, 1e-3].
     pub(super) tolerance: f64,
     /// The largest angle by which a step may turn, radians.
     longest_turn: f64,
-    here: State,
+    pub(super) here: State,
     motion: Motion,
     next_step: f64,
     /// Length and estimated error of the last accepted step; no error where an arc begins.
@@ -120,21 +121,6 @@ impl<'a> Slip<'a> {
         self.longest_turn = angle.min(1.0);
         self.steps_left = self.steps_left.min(steps);
         self
-    }
-
-    /// The present state.
-    pub(super) fn here(&self) -> &State {
-        &self.here
-    }
-
-    /// The belt speed V.
-    pub(super) fn belt_speed(&self) -> f64 {
-        self.oscillator.belt_speed
-    }
-
-    /// The side of the belt line on which the orbit slips.
-    pub(super) fn side(&self) -> Side {
-        self.side
     }
 
     /// Moves to the exit point at `time`, to slip from there.

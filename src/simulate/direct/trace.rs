@@ -113,7 +113,7 @@ impl Tracer<'_> {
     fn run(&mut self, start: Start) -> Result<Ending, Ending> {
         self.begin(start)?;
         loop {
-            if self.slip.here().time >= self.max_time {
+            if self.slip.here.time >= self.max_time {
                 return Ok(Ending::OutOfTime);
             }
             match self.slip.advance(self.max_time) {
@@ -157,7 +157,7 @@ impl Tracer<'_> {
     /// Handles an arrival at the belt line: the orbit sticks or crosses.
     fn meet_line(&mut self, contact: &Contact) -> Result<(), Ending> {
         let x1_offset = contact.at.x1_offset();
-        let crosses = match self.slip.side() {
+        let crosses = match self.slip.side {
             Side::Below => x1_offset < -SLIDING_WIDTH,
             Side::Above => x1_offset > 0.0,
         };
@@ -192,8 +192,8 @@ impl Tracer<'_> {
     }
 
     fn sample_here(&mut self) {
-        let here = *self.slip.here();
-        self.sample(here.time, here.x1_offset(), here.x2_offset(), Phase::Slip(self.slip.side()));
+        let here = self.slip.here;
+        self.sample(here.time, here.x1_offset(), here.x2_offset(), Phase::Slip(self.slip.side));
     }
 
     fn sample(&mut self, t: f64, x1_offset: f64, x2_offset: f64, phase: Phase) {

@@ -4,7 +4,7 @@
 use super::super::Failure;
 use super::super::dop853::{Field, step};
 use super::runge_kutta::Control;
-use super::{NaiveKnobs, NaiveVerdict, enough_time, rhs_budget};
+use super::{Followed, NaiveKnobs, NaiveVerdict, enough_time, rhs_budget};
 use crate::filippov::{BeltRegion, Oscillator, Side};
 
 /// Number of bisections that locate an event inside a step, to the last bits of its time.
@@ -26,11 +26,7 @@ impl Field<2> for OneSided<'_> {
 
 /// Follows the orbit from the exit point to where it sticks, by the event rule of `solve_ivp`: an event lies
 /// in a step if x2 - V has opposite signs, or is zero, at its ends.
-pub(super) fn decide(
-    oscillator: &Oscillator,
-    knobs: &NaiveKnobs,
-    rhs: &mut u64,
-) -> Result<NaiveVerdict, Failure> {
+pub(super) fn decide(oscillator: &Oscillator, knobs: &NaiveKnobs, rhs: &mut u64) -> Followed {
     let belt_speed = oscillator.belt_speed;
     let end = enough_time(oscillator, knobs.turns.max(1));
     let budget = rhs_budget(oscillator);

@@ -3,7 +3,7 @@
 
 use super::super::Failure;
 use super::runge_kutta::{Control, State, classical, dormand_prince};
-use super::{NaiveKnobs, NaiveVerdict, enough_time, rhs_budget};
+use super::{Followed, NaiveKnobs, NaiveVerdict, enough_time, rhs_budget};
 use crate::filippov::{Oscillator, Side};
 
 /// Slip speed in units of d above which tanh counts as saturated: tanh 5 = 0.9999. On a sticking orbit the
@@ -69,11 +69,7 @@ fn holds(oscillator: &Oscillator, [x1, x2]: &State) -> bool {
 }
 
 /// The field with tanh((x2 - V)/d) for the sign.
-pub(super) fn smoothed(
-    oscillator: &Oscillator,
-    knobs: &NaiveKnobs,
-    rhs: &mut u64,
-) -> Result<NaiveVerdict, Failure> {
+pub(super) fn smoothed(oscillator: &Oscillator, knobs: &NaiveKnobs, rhs: &mut u64) -> Followed {
     let d = knobs.smoothing_width;
     adaptive(oscillator, knobs, rhs, |state| {
         let [x1, x2] = *state;
@@ -87,11 +83,7 @@ pub(super) fn smoothed(
 /// The switch model: in the band, static friction balances the other forces if it can and then drives the
 /// slip speed to zero at the oscillator's own frequency (stick); if it cannot, it acts with full force
 /// (transition). Outside the band the mass slips.
-pub(super) fn stick_band(
-    oscillator: &Oscillator,
-    knobs: &NaiveKnobs,
-    rhs: &mut u64,
-) -> Result<NaiveVerdict, Failure> {
+pub(super) fn stick_band(oscillator: &Oscillator, knobs: &NaiveKnobs, rhs: &mut u64) -> Followed {
     let eta = knobs.stick_band_width;
     adaptive(oscillator, knobs, rhs, |state| {
         let [x1, x2] = *state;
@@ -114,7 +106,7 @@ fn adaptive(
     knobs: &NaiveKnobs,
     rhs: &mut u64,
     field: impl Fn(&State) -> (State, bool),
-) -> Result<NaiveVerdict, Failure> {
+) -> Followed {
     let mut watch = Observer::new(oscillator, knobs);
     let budget = rhs_budget(oscillator);
     let mut control = Control::new(knobs.tolerance, 5.0);
@@ -143,11 +135,7 @@ fn adaptive(
 }
 
 /// Fixed steps of the field with the sign function, sign(0) = 0.
-pub(super) fn fixed_step(
-    oscillator: &Oscillator,
-    knobs: &NaiveKnobs,
-    rhs: &mut u64,
-) -> Result<NaiveVerdict, Failure> {
+pub(super) fn fixed_step(oscillator: &Oscillator, knobs: &NaiveKnobs, rhs: &mut u64) -> Followed {
     let (h, budget) = (knobs.step, rhs_budget(oscillator));
     let mut watch = Observer::new(oscillator, knobs);
     let (mut state, mut time) = (sticking_state(oscillator), 0.0);

@@ -26,18 +26,21 @@ mod runge_kutta;
 
 use super::Failure;
 use crate::filippov::Oscillator;
+use crate::named::named;
 
-/// A naive method.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum NaiveMethod {
-    /// Friction smoothed by tanh.
-    Smoothed,
-    /// The switch model with a band of slip speeds that counts as sticking.
-    StickBand,
-    /// Fixed steps of the discontinuous field.
-    FixedStep,
-    /// Events by change of sign between the ends of large steps.
-    EventStep,
+named! {
+    /// A naive method, with its name in configurations and map files.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum NaiveMethod {
+        /// Friction smoothed by tanh.
+        Smoothed => "smoothed",
+        /// The switch model with a band of slip speeds that counts as sticking.
+        StickBand => "stick_band",
+        /// Fixed steps of the discontinuous field.
+        FixedStep => "fixed_step",
+        /// Events by change of sign between the ends of large steps.
+        EventStep => "event_step",
+    }
 }
 
 /// The parameters that the methods leave to their user, on which their verdicts depend.
@@ -90,6 +93,9 @@ pub enum NaiveVerdict {
     Failed(Failure),
 }
 
+/// The result of following an orbit.
+type Followed = Result<NaiveVerdict, Failure>;
+
 /// The answer of a naive method, and its cost.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NaiveAnswer {
@@ -109,20 +115,6 @@ fn rhs_budget(oscillator: &Oscillator) -> u64 {
 }
 
 impl NaiveMethod {
-    /// Every method, in the order of maps and tables.
-    pub const ALL: [NaiveMethod; 4] =
-        [NaiveMethod::Smoothed, NaiveMethod::StickBand, NaiveMethod::FixedStep, NaiveMethod::EventStep];
-
-    /// Name in configurations and map files.
-    pub(crate) fn name(self) -> &'static str {
-        match self {
-            NaiveMethod::Smoothed => "smoothed",
-            NaiveMethod::StickBand => "stick_band",
-            NaiveMethod::FixedStep => "fixed_step",
-            NaiveMethod::EventStep => "event_step",
-        }
-    }
-
     /// One phrase for legends and `long_name`.
     pub(crate) fn long_name(self) -> &'static str {
         match self {
@@ -133,7 +125,6 @@ impl NaiveMethod {
         }
     }
 
-    /// The formula of the method.
     pub(crate) fn equation(self) -> &'static str {
         match self {
             NaiveMethod::Smoothed => "sign(x2 - V) replaced by tanh((x2 - V)/d)",
