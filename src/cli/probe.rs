@@ -77,17 +77,17 @@ pub(super) struct Arguments {
     out: Option<PathBuf>,
     /// Replace OUT.csv, the figure, the orbit or the proof if it exists
     #[arg(long)]
-    pub(super) overwrite: bool,
+    overwrite: bool,
     /// Number of threads for a table; default: one per core, at most 16 per core
     #[arg(long, requires = "points", value_name = "NUMBER", value_parser = super::threads::parse)]
-    pub(super) threads: Option<usize>,
+    threads: Option<usize>,
     /// Also append epsilon_limit_METHOD: up to which epsilon each method says what the simulation says; takes
     /// some twenty times as long
     #[arg(long, requires = "points")]
-    pub(super) epsilon_limits: bool,
+    epsilon_limits: bool,
     /// No progress bar
     #[arg(long, requires = "points")]
-    pub(super) quiet: bool,
+    quiet: bool,
 }
 
 const EXAMPLES: &str = "\
@@ -157,7 +157,9 @@ fn probe_table(arguments: &Arguments, about: About, tolerance: f64) -> Result<En
     let (Some(input), Some(output)) = (&arguments.points, &arguments.out) else {
         return Err(Failure::bad_input("--points needs --out", "name the table to be written"));
     };
-    probe_table::run(&probe_table::Job { input, output, about, tolerance, arguments })
+    let Arguments { overwrite, threads, epsilon_limits, quiet, .. } = *arguments;
+    let job = probe_table::Job { input, output, about, tolerance, overwrite, threads, epsilon_limits, quiet };
+    probe_table::run(&job)
 }
 
 /// Probes one point, which may be a machine's.

@@ -9,7 +9,6 @@ use indicatif::ProgressBar;
 use rayon::prelude::*;
 
 use super::output::{exact, short};
-use super::probe::Arguments;
 use super::replace::{self, Kind};
 use super::report::existing;
 use super::{Ended, Failure, interrupt, machine, point};
@@ -35,8 +34,14 @@ pub(super) struct Job<'a> {
     pub(super) about: About<'a>,
     /// Bound on the error of the scaled grazing margin.
     pub(super) tolerance: f64,
-    /// The other choices.
-    pub(super) arguments: &'a Arguments,
+    /// Whether to replace the output.
+    pub(super) overwrite: bool,
+    /// Number of threads; `None` for one per core.
+    pub(super) threads: Option<usize>,
+    /// Whether to append the limits in eps.
+    pub(super) epsilon_limits: bool,
+    /// Whether to leave out the progress bar.
+    pub(super) quiet: bool,
 }
 
 /// Contents of the rows of a table.
@@ -60,10 +65,10 @@ pub(super) fn run(job: &Job) -> Result<Ended, Failure> {
         }
     };
     check_header(&table, job)?;
-    let mut output = Output::open(job.output, job.input, job.arguments.overwrite)?;
-    let pool = map::pool(job.arguments.threads)
+    let mut output = Output::open(job.output, job.input, job.overwrite)?;
+    let pool = map::pool(job.threads)
         .map_err(|error| Failure::Broken(format!("cannot start the threads: {error}")))?;
-    let bar = super::progress::bar(job.arguments.quiet, None, "rows");
+    let bar = super::progress::bar(job.quiet, None, "rows");
     pool.install(|| convert(job, table, &mut output, stop, &bar))?;
     bar.finish_and_clear();
     output.publish()?;
@@ -131,7 +136,7 @@ fn answer_columns(job: &Job) -> Vec<String> {
     names.extend(critical);
     names.push("regime".to_owned());
     names.extend(QUANTITIES.into_iter().flat_map(|field| Quantity::of(field, 0, 0)).map(|q| unit(q.name())));
-    if job.arguments.epsilon_limits {
+    if job.epsilon_limits {
         names.extend(Method::usual().map(|method| format!("epsilon_limit_{}", method.name())));
     }
     names
@@ -220,7 +225,7 @@ fn answer(table: &PointTable, mut row: ByteRecord, job: &Job) -> Result<ByteReco
     for quantity in QUANTITIES.into_iter().flat_map(|field| Quantity::of(field, 0, 0)) {
         row.push_field(number(described.value(quantity) * factor(quantity.name())).as_bytes());
     }
-    if job.arguments.epsilon_limits {
+    if job.epsilon_limits {
         for limit in answer.limits() {
             row.push_field(number(limit.equal.value()).as_bytes());
         }

@@ -71,7 +71,7 @@ fn defines(source: &str, name: &str) -> bool {
             .any(|rest| !rest.starts_with(|c: char| c.is_alphanumeric() || c == '_'));
         let variant = line
             .strip_prefix(name)
-            .is_some_and(|rest| [",", "(", " {", " = "].iter().any(|end| rest.starts_with(end)));
+            .is_some_and(|rest| [",", "(", " {", " = ", " => "].iter().any(|end| rest.starts_with(end)));
         item || variant
     })
 }
