@@ -11,7 +11,7 @@ use slipmap::point::Point;
 use slipmap::simulate::arc::{SlipTurn, turn};
 use slipmap::simulate::crossing::{Loop, crossing_cycles, crossing_loop, stick_slip_cycle};
 use slipmap::simulate::direct::{self, Ending, Phase, Start, Trace, trace};
-use slipmap::simulate::slip_cycle::{SlipCycle, slip_cycles};
+use slipmap::simulate::slip_cycle::{SlipCycle, Unknown, slip_cycles};
 use slipmap::simulate::{
     Dynamics, Failure, Fate, Neighbour, critical_damping, crossing_separates, dynamics, flow, separates,
 };
@@ -475,6 +475,36 @@ fn a_crossing_cycle_around_a_stick_slip_cycle_belongs_to_the_regime() {
         both += cycles / 2;
     }
     assert!((1..20).contains(&both), "{both}");
+}
+
+/// Friction that pushes at some slip speeds: a repelling and an attracting cycle as close as 4.6 per cent to each other.
+/// Their places are those of steps of 5e-4 by the classical Runge-Kutta method in (x1, x2).
+#[test]
+fn narrow_pairs_of_crossing_cycles_are_found() {
+    let law = Law::Expression(Expression::new("1-a*exp(-((u-m)/s)^2)", 1.0).unwrap());
+    let at = |a: f64| Oscillator::new(&law, &law.point(1.0, &[a, 20.0, 3.0], 1.0, 0.0).unwrap());
+    for (a, places) in [(2.1, [19.2815, 21.6682]), (2.01, [19.8805, 21.0246]), (2.0005, [19.9925, 20.9068])] {
+        let oscillator = at(a);
+        let cycles = crossing_cycles(&oscillator, 1e-9).unwrap();
+        assert!(cycles.len() == 2 && !cycles[0].is_stable() && cycles[1].is_stable(), "{a} {cycles:?}");
+        for (cycle, place) in cycles.iter().zip(places) {
+            assert!((cycle.beyond_exit - place).abs() < 1e-3, "{a} {cycles:?}");
+        }
+        assert_eq!(map::regime(&oscillator, &flow(&oscillator, 1e-9)), Regime::StickSlipAndCrossing, "{a}");
+    }
+    // Down to the fold, where they meet, the pair is found or not known: its multipliers tend to 1.
+    let (mut without, mut with, mut unknown, mut last) = (1.9, 2.0005, 0, Vec::new());
+    for _ in 0..40 {
+        let a = 0.5 * (without + with);
+        match crossing_cycles(&at(a), 1e-9) {
+            Ok(cycles) if cycles.is_empty() => without = a,
+            Ok(cycles) => (with, last) = (a, cycles),
+            Err(Unknown::TooClose) => (with, unknown) = (a, unknown + 1),
+            Err(failure) => panic!("{a} {failure}"),
+        }
+    }
+    assert!(last.len() == 2 && unknown > 0, "{last:?} {unknown}");
+    assert!(last.iter().all(|cycle| (cycle.multiplier - 1.0).abs() < 0.01), "{last:?}");
 }
 
 /// Laws that fall by W in all, some of them in steps.
