@@ -689,6 +689,25 @@ fn orbits_that_close_leave_the_regime_unknown() {
     assert_eq!(regime(1e-3), Regime::Bistable);
 }
 
+/// At the critical damping to first order in eps the margin is of second order: far below the rounding errors of 1.
+#[test]
+fn small_terms_are_resolved_to_second_order() {
+    for epsilon in [1e-14, 1e-13, 1e-12, 1e-10, 1e-8, 1e-4] {
+        for (law, speed, damping) in
+            [([0.0, 0.1, 1.0], 1.0, 0.8), ([0.3, 0.1, 2.0], 1.0, 1.2), ([0.3, 0.1, 1.0], 3.0, 0.1)]
+        {
+            let point = point(epsilon, law, speed, damping);
+            let column = Law::Stribeck.column(&point);
+            let claim = (certify::symmetric::TEST.claim)(&column);
+            assert!(claim.absent_above < damping, "{epsilon} {claim:?}");
+            let oscillator = Oscillator::new(&Law::Stribeck, &point);
+            let answer = flow(&oscillator, 1e-9);
+            assert_eq!(answer.fate, Fate::SpiralsInward, "{epsilon} {answer:?}");
+            assert_eq!(map::regime(&oscillator, &answer), Regime::Equilibrium, "{epsilon}");
+        }
+    }
+}
+
 /// Far out friction that vanishes hardly changes a loop: its direction is that of the error of the turn.
 #[test]
 fn loops_within_their_error_are_no_crossing_cycles() {
