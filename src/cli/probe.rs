@@ -85,6 +85,10 @@ pub(super) struct Arguments {
     /// some twenty times as long
     #[arg(long, requires = "points")]
     epsilon_limits: bool,
+    /// Also append verdict_validated and margin_validated, by computer-assisted proofs; takes three times as long for
+    /// the paper's law, some seventy times for others
+    #[arg(long, requires = "points")]
+    validated: bool,
     /// No progress bar
     #[arg(long, requires = "points")]
     quiet: bool,
@@ -168,6 +172,7 @@ fn probe_table(arguments: &Arguments, about: About, tolerance: f64) -> Result<En
         tolerance,
         threads: arguments.threads,
         epsilon_limits: arguments.epsilon_limits,
+        methods: Method::usual().chain(arguments.validated.then(Method::validated)).collect(),
         quiet: arguments.quiet,
     })
 }
