@@ -388,3 +388,26 @@ pub(in crate::simulate) fn closed_orbit(
     }
     Err(rhs)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::friction::{Expression, Law};
+    use crate::point::LawParameters;
+
+    /// Where a formula was not compiled well enough its polynomials have no closed orbit: the law itself is followed.
+    #[test]
+    fn polynomials_that_miss_the_law_have_no_closed_orbit() {
+        let law = Law::Expression(Expression::new("1 - 0.3*tanh(2*u) + 0.01*u^2", 1.0).unwrap());
+        let compiled = law.curve(1.0, &LawParameters::new(&[])).compiled(4.0);
+        let of_error =
+            |error: f64| closed_orbit(&Weakening::clone(&compiled).with_error(error), 1.0, 0.8, 1e-10);
+        let exact = closed_orbit(&compiled, 1.0, 0.8, 1e-10).unwrap().closing;
+        // An error within the tolerance is part of that of the orbit.
+        let closing = of_error(1e-11).unwrap().closing;
+        assert!((closing.viscous - exact.viscous).abs() < 1e-15 && closing.error >= 1e-11, "{closing:?}");
+        for error in [1e-7, 1e-5, 1e-3] {
+            assert!(of_error(error).is_err(), "{error}");
+        }
+    }
+}
