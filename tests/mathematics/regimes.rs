@@ -689,6 +689,19 @@ fn orbits_that_close_leave_the_regime_unknown() {
     assert_eq!(regime(1e-3), Regime::Bistable);
 }
 
+/// Slower and faster than a narrow smooth step of the friction by some of its widths: the orbits that reach it are not
+/// those of the polar form, and each of them costs much.
+#[test]
+fn regimes_next_to_a_narrow_step_are_known() {
+    let law = Law::Expression(Expression::new("1 - 0.1*(tanh((u-1)/w) + tanh(1/w))", 1.0).unwrap());
+    for (width, speed) in [(0.01, 0.95), (0.01, 1.05), (0.005, 0.98)] {
+        let oscillator = Oscillator::new(&law, &law.point(1.0, &[width], speed, 0.1).unwrap());
+        let answer = flow(&oscillator, 1e-9);
+        assert!(oscillator.eigenvalues().is_stable() && matches!(answer.fate, Fate::Sticks(_)), "{answer:?}");
+        assert_eq!(map::regime(&oscillator, &answer), Regime::Bistable, "{width} {speed}");
+    }
+}
+
 /// At the critical damping to first order in eps the margin is of second order: far below the rounding errors of 1.
 #[test]
 fn small_terms_are_resolved_to_second_order() {

@@ -81,6 +81,9 @@ const MISPLACED: f64 = 2.0;
 const SLOPE_BY_CHANGE: f64 = 2.0;
 /// How often an orbit without an answer is tried again with finer elements.
 const RETRIES: u32 = 1;
+/// Number of evaluations from which on it is not: where the law has many pieces the elements are fine already, and it is the
+/// polar form that does not apply.
+const MOST_BEFORE_RETRY: u64 = 1 << 13;
 /// Largest number of elements.
 const MOST_ELEMENTS: usize = 1 << 15;
 /// Number of evaluations after which no further steps begin: more than twice those of an orbit with thousands of
@@ -349,7 +352,7 @@ pub(in crate::simulate) fn closed_orbit(
                 rhs += spent;
                 before = None;
                 failures += 1;
-                if failures > RETRIES {
+                if failures > RETRIES || rhs > MOST_BEFORE_RETRY {
                     return Err(rhs);
                 }
                 continue;
