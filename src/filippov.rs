@@ -8,7 +8,7 @@
 //! Departures from the paper: its equation (1) misplaces x1; Proposition 1 and section 3 write the exit
 //! point as (1 - eps c, V) where (1 - eps c V, V) is meant.
 
-use crate::friction::{Column, Curve, Law};
+use crate::friction::{Column, Curve, Law, Range};
 use crate::point::Point;
 
 /// The oscillator with every parameter fixed.
@@ -100,6 +100,12 @@ impl Oscillator {
     #[inline]
     pub fn divergence(&self, u: f64) -> f64 {
         self.curve.weakening(u) - self.viscous
+    }
+
+    /// A bound of |D(u)| on slip speeds up to twice the belt speed; infinite or NaN where a law given by data ends before.
+    pub(crate) fn divergence_size(&self) -> f64 {
+        let Range { lo, hi } = self.curve.weakening_range(0.0, 2.0 * self.belt_speed);
+        lo.abs().max(hi.abs()) + self.viscous
     }
 
     /// Returns whether the divergence is proved to be at most `bound` for all slip speeds in [`lo`, `hi`], 0

@@ -85,6 +85,10 @@ pub(super) struct Arguments {
     /// some twenty times as long
     #[arg(long, requires = "points")]
     epsilon_limits: bool,
+    /// Also append verdict_validated and margin_validated, by computer-assisted proofs; takes three times as long for
+    /// the paper's law, some seventy times for others
+    #[arg(long, requires = "points")]
+    validated: bool,
     /// No progress bar
     #[arg(long, requires = "points")]
     quiet: bool,
@@ -158,7 +162,18 @@ fn probe_table(arguments: &Arguments, about: About, tolerance: f64) -> Result<En
         return Err(Failure::bad_input("--points needs --out", "name the table to be written"));
     };
     let Arguments { overwrite, threads, epsilon_limits, quiet, .. } = *arguments;
-    let job = probe_table::Job { input, output, about, tolerance, overwrite, threads, epsilon_limits, quiet };
+    let methods = Method::usual().chain(arguments.validated.then(Method::validated)).collect();
+    let job = probe_table::Job {
+        input,
+        output,
+        overwrite,
+        about,
+        tolerance,
+        threads,
+        epsilon_limits,
+        methods,
+        quiet,
+    };
     probe_table::run(&job)
 }
 

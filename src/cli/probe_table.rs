@@ -38,6 +38,8 @@ pub(super) struct Job<'a> {
     pub(super) overwrite: bool,
     /// Number of threads; `None` for one per core.
     pub(super) threads: Option<usize>,
+    /// The methods that are asked.
+    pub(super) methods: Vec<Method>,
     /// Whether to append the limits in eps.
     pub(super) epsilon_limits: bool,
     /// Whether to leave out the progress bar.
@@ -122,7 +124,7 @@ fn answer_columns(job: &Job) -> Vec<String> {
         _ => name.to_owned(),
     };
     let mut names = Vec::new();
-    for method in Method::usual() {
+    for method in &job.methods {
         names.push(format!("verdict_{}", method.name()));
         names.push(unit(&format!("margin_{}", method.name())));
     }
@@ -137,7 +139,7 @@ fn answer_columns(job: &Job) -> Vec<String> {
     names.push("regime".to_owned());
     names.extend(QUANTITIES.into_iter().flat_map(|field| Quantity::of(field, 0, 0)).map(|q| unit(q.name())));
     if job.epsilon_limits {
-        names.extend(Method::usual().map(|method| format!("epsilon_limit_{}", method.name())));
+        names.extend(job.methods.iter().map(|method| format!("epsilon_limit_{}", method.name())));
     }
     names
 }
@@ -200,7 +202,7 @@ fn oscillator(
 
 fn answer(table: &PointTable, mut row: ByteRecord, job: &Job) -> Result<ByteRecord, Failure> {
     let (law, point, si) = oscillator(table, &row, &job.about)?;
-    let answer = Answer::of(&law, &point, job.tolerance, Method::usual());
+    let answer = Answer::of(&law, &point, job.tolerance, job.methods.iter().copied());
     let number = |x: f64| if x.is_nan() { String::new() } else { exact(x) };
     let factor = |name: &str| {
         let dimension = dimension::of_variable(name);

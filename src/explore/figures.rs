@@ -17,8 +17,9 @@ use crate::report::figure::scene::{Marker, Scene, Stroke};
 use crate::report::figure::{OrbitPlot, Width, orbit_figure};
 use crate::report::{Label, Rich, UnitSystem, rich};
 use crate::simulate::backbone::Backbone;
+use crate::simulate::crossing::{crossing_cycles, stick_slip_cycle};
 use crate::simulate::direct::Start;
-use crate::simulate::{dynamics, flow, sensitivity};
+use crate::simulate::{Fate, flow, sensitivity};
 
 const POINTS: usize = 200;
 /// Accuracy of the backbone, far below the width of a line.
@@ -123,28 +124,23 @@ pub(super) fn friction(law: &Law, point: &Point, units: &UnitSystem) -> Value {
 const DAMPINGS: usize = 48;
 
 /// The stick-slip cycle and the crossing cycles over the dampings from 0 to `most`: largest velocities, NaN
-/// where there is no such cycle.
-fn reaching_the_belt(law: &Law, point: &Point, most: f64, stop: &AtomicBool) -> Result<Vec<Curve>, Refusal> {
+/// where there is no such cycle; and the kinds that are not known at some of them, in words.
+fn reaching_the_belt(
+    law: &Law,
+    point: &Point,
+    most: f64,
+    stop: &AtomicBool,
+) -> Result<(Vec<Curve>, Vec<String>), Refusal> {
     // At the critical damping itself, which may be the largest, an orbit cannot be told to stick or not.
     let at = |i: usize| most * (1.0 - 1e-6) * i as f64 / (DAMPINGS - 1) as f64;
-    let found: Vec<(f64, [f64; 3])> = (0..DAMPINGS)
+    let found: Vec<(f64, [Option<f64>; 3])> = (0..DAMPINGS)
         .into_par_iter()
         .map(|i| {
             if stop.load(Ordering::Relaxed) {
                 return Err(Refusal::overtaken());
             }
             let oscillator = Oscillator::new(law, &Point { damping: at(i), ..*point });
-            let all = dynamics(&oscillator, &flow(&oscillator, TOLERANCE), TOLERANCE).ok();
-            let sticks = all.as_ref().and_then(|all| all.stick_slip.as_ref());
-            let crosses = |attracts: bool| {
-                let mut crossing = all.iter().flat_map(|all| &all.crossing);
-                crossing
-                    .find(|cycle| cycle.is_stable() == attracts)
-                    .map_or(f64::NAN, |cycle| cycle.velocity.hi)
-            };
-            let velocities =
-                [sticks.map_or(f64::NAN, |cycle| cycle.velocity.hi), crosses(true), crosses(false)];
-            Ok((at(i), velocities))
+            Ok((at(i), largest_velocities(&oscillator)))
         })
         .collect::<Result<_, _>>()?;
     let styles: [(&str, &str, &[f64]); 3] = [
@@ -152,12 +148,38 @@ fn reaching_the_belt(law: &Law, point: &Point, most: f64, stop: &AtomicBool) -> 
         ("attracting crossing cycle", palette::VERMILION, &[]),
         ("repelling crossing cycle", palette::VERMILION, &[3.0, 2.0]),
     ];
-    let curve = |(kind, (words, color, dash)): (usize, (&str, &'static str, &'static [f64]))| {
-        let points: Vec<(f64, f64)> = found.iter().map(|(c, velocities)| (*c, velocities[kind])).collect();
-        line(rich(words), color, dash, points)
+    let (mut curves, mut unknown) = (Vec::new(), Vec::new());
+    for (kind, (words, color, dash)) in styles.into_iter().enumerate() {
+        let of_kind = || found.iter().map(|(c, velocities)| (*c, velocities[kind]));
+        let points: Vec<(f64, f64)> =
+            of_kind().map(|(c, velocity)| (c, velocity.unwrap_or(f64::NAN))).collect();
+        if points.iter().any(|point| point.1.is_finite()) {
+            curves.push(line(rich(words), color, dash, points));
+        }
+        let missing = of_kind().filter(|(_, velocity)| velocity.is_none()).count();
+        if missing > 0 {
+            unknown.push(format!(
+                "at {missing} of {DAMPINGS} dampings it is not known whether there is a {words}"
+            ));
+        }
+    }
+    Ok((curves, unknown))
+}
+
+/// Largest velocities on the stick-slip cycle, the smallest crossing cycle that attracts and the smallest that repels: NaN
+/// where there is none, `None` where it is not known.
+fn largest_velocities(oscillator: &Oscillator) -> [Option<f64>; 3] {
+    let flow = flow(oscillator, TOLERANCE);
+    let sticks = match flow.fate {
+        Fate::TooCloseToCall | Fate::Failed(_) => None,
+        _ => stick_slip_cycle(oscillator, &flow, TOLERANCE).ok(),
     };
-    let curves = styles.into_iter().enumerate().map(curve);
-    Ok(curves.filter(|curve| curve.points.iter().any(|point| point.1.is_finite())).collect())
+    let crossing = crossing_cycles(oscillator, TOLERANCE).ok();
+    let crosses = |attracts: bool| {
+        let cycle = crossing.as_ref()?.iter().find(|cycle| cycle.is_stable() == attracts);
+        Some(cycle.map_or(f64::NAN, |cycle| cycle.velocity.hi))
+    };
+    [sticks.map(|cycle| cycle.map_or(f64::NAN, |cycle| cycle.velocity.hi)), crosses(true), crosses(false)]
 }
 
 /// Largest velocity of every cycle against damping: the backbone of the slip cycles, and the cycles that
@@ -170,24 +192,36 @@ pub(super) fn backbone(
 ) -> Result<Value, Refusal> {
     let oscillator = Oscillator::new(law, point);
     let (v, epsilon) = (point.belt_speed, point.epsilon);
-    let found = Backbone::of_curve(&oscillator.curve, v, TOLERANCE);
-    let backbone = found.map_err(|failure| {
-        Refusal::bad_input(format!("the backbone is not known: {failure}"), "choose another point")
-    })?;
+    let backbone = Backbone::of_curve(&oscillator.curve, v, TOLERANCE);
     let mut curves: Vec<Curve> = Vec::new();
     let mut named = [false; 2];
-    for ends in backbone.turning_points().windows(2) {
+    for ends in backbone.iter().flat_map(|backbone| backbone.turning_points().windows(2)) {
         let attracts = ends[1].viscous < ends[0].viscous;
         let at = |i: usize| ends[0].radius + (ends[1].radius - ends[0].radius) * i as f64 / POINTS as f64;
-        let points = (0..=POINTS).map(|i| (backbone.viscous(at(i)) / epsilon, at(i))).collect();
+        let viscous = |radius: f64| backbone.as_ref().map_or(f64::NAN, |backbone| backbone.viscous(radius));
+        let points = (0..=POINTS).map(|i| (viscous(at(i)) / epsilon, at(i))).collect();
         let (words, dash): (_, &[f64]) =
             if attracts { ("attracting slip cycle", &[]) } else { ("repelling slip cycle", &[3.0, 2.0]) };
         let first = !std::mem::replace(&mut named[usize::from(attracts)], true);
         let name = if first { rich(words) } else { Rich::default() };
         curves.push(line(name, palette::GREEN, dash, points));
     }
-    let most = extent(&curves, |point| point.0).1.max(point.damping);
-    curves.extend(reaching_the_belt(law, point, most, stop)?);
+    let most = match &backbone {
+        Ok(_) => extent(&curves, |point| point.0).1,
+        // No cycle closes beyond it.
+        Err(_) => Some(oscillator.curve.even_weakening_range(v).hi / epsilon)
+            .filter(|c| c.is_finite())
+            .unwrap_or(0.0),
+    };
+    let (reaching, mut unknown) = reaching_the_belt(law, point, most.max(point.damping), stop)?;
+    curves.extend(reaching);
+    if let Err(failure) = &backbone {
+        unknown.push(format!("the slip cycles are not known: {failure}"));
+    }
+    if curves.is_empty() {
+        let words = format!("no cycle can be drawn: {}", unknown.join("; "));
+        return Err(Refusal::bad_input(words, "choose another point"));
+    }
     let here = damping(units, "damping", "damping {c}");
     curves.push(guide(here.name.clone(), point.damping, &curves));
     let (low, high) = extent(&curves, |point| point.0);
@@ -200,5 +234,28 @@ pub(super) fn backbone(
         "Largest velocity of every cycle over damping. The backbone of the slip cycles is the one damping at which each \
          amplitude closes; cycles that stick or cross reach the belt speed and more.",
     );
+    let caption =
+        unknown.iter().fold(caption, |caption, what| caption.then(Rich::foreign(&format!(" Note: {what}."))));
     Ok(answer("backbone", &scene, &caption))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::friction::Expression;
+
+    /// Slip cycles whose orbits cost more than the budget of work: the cycle that sticks is drawn.
+    #[test]
+    fn cycles_are_drawn_where_the_backbone_is_not_known() {
+        let step = "1 - 0.1*(tanh((u - 1)/0.005) + tanh(200))";
+        let long = "1e-9*(sin(u) + sin(2*u) + tanh(u) + atan(u) + u*exp(-u) + u*cos(u))";
+        let law = Law::Expression(Expression::new(&format!("{step} + {long}"), 1.0).unwrap());
+        let point = law.point(1.0, &[], 1.04, 0.01).unwrap();
+        assert!(Backbone::of_curve(&law.curve(1.0, &point.law), point.belt_speed, TOLERANCE).is_err());
+        let units = UnitSystem::default();
+        let drawn = backbone(&law, &point, &units, &AtomicBool::new(false)).unwrap();
+        let caption = drawn["caption"].as_str().unwrap();
+        assert!(caption.contains("the slip cycles are not known"), "{caption}");
+        assert!(drawn["svg"].as_str().unwrap().contains("stick-slip cycle"), "{caption}");
+    }
 }

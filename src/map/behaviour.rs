@@ -12,7 +12,7 @@ use crate::simulate::crossing::{
     CrossingCycle, StickSlipCycle, crossing_cycles, settled_from, some_cross_for_ever, stick_slip_cycle,
 };
 use crate::simulate::slip_cycle::{BACKBONE_TOLERANCE, Kick, SlipCycle, kick_onto, locate, none_within};
-use crate::simulate::{Failure, Flow, Neighbour, TIGHT};
+use crate::simulate::{Failure, Flow, Neighbour, TIGHT, outermost_repelling};
 
 /// Accuracy, in units of the weakening rate, up to which the backbone is refined first where only the number
 /// of cycles is needed: few dampings of a column lie that close to one of its extremes.
@@ -272,7 +272,7 @@ impl<'a> Behaviour<'a> {
         tolerance: f64,
     ) -> Option<BasinBoundary> {
         let cycles = self.slip_cycles(oscillator.viscous, end)?;
-        let position = cycles.iter().rposition(|cycle| !cycle.is_stable)?;
+        let position = outermost_repelling(&cycles, |cycle| cycle.is_stable)?;
         let tolerance = tolerance.min(TIGHT);
         let cycle = locate(oscillator, &cycles[position], tolerance).ok()?;
         let kick = kick_onto(oscillator, &cycle, tolerance).ok()?;
@@ -329,7 +329,7 @@ mod tests {
     use super::*;
     use crate::friction::{Expression, Law};
     use crate::simulate::arc::{SlipTurn, turn};
-    use crate::simulate::flow;
+    use crate::simulate::{dynamics, flow};
 
     /// Steady slip, inside an unstable slip cycle, inside a stable one, which no orbit leaves.
     #[test]
@@ -348,5 +348,20 @@ mod tests {
         };
         assert!(!outward(0.999) && outward(1.001));
         assert!(kick.forward <= cycle.velocity.hi && kick.backward <= -cycle.velocity.lo, "{kick:?}");
+    }
+
+    /// The kick of the dynamics means the same, also where the outermost slip cycle attracts.
+    #[test]
+    fn the_kick_of_the_dynamics_is_that_onto_the_boundary() {
+        let law = Law::Expression(Expression::new("0.6 + 0.4*exp(-u) - 0.1*sin(7*u)", 1.0).unwrap());
+        let oscillator = Oscillator::new(&law, &law.point(1.0, &[], 1.2, 0.15).unwrap());
+        let answer = flow(&oscillator, 1e-9);
+        let kick = long_run(&oscillator, &answer, 1e-9).basin.unwrap().kick;
+        let all = dynamics(&oscillator, &answer, 1e-9).unwrap();
+        assert!(all.slip.last().is_some_and(SlipCycle::is_stable));
+        let other = all.kick.unwrap();
+        for (one, other) in [(kick.forward, other.forward), (kick.backward, other.backward)] {
+            assert!((one - other).abs() < 1e-9, "{one} {other}");
+        }
     }
 }

@@ -19,6 +19,7 @@ use crate::certify::{Claim, Columns};
 use crate::clock::timed;
 use crate::filippov::Oscillator;
 use crate::friction::Column;
+use crate::simulate::flow;
 use crate::simulate::return_map::is_resolved;
 
 /// Controls of a computation: threads, callbacks, interruption.
@@ -367,11 +368,17 @@ fn simulation(
             Some(found) => found,
             None => simulated.count_margins(columns, cs, plan.tolerance),
         };
-        let resolved = |(&margin, &error): (&f64, &f64)| match is_resolved(margin, error) {
-            true => margin,
-            false => f64::NAN,
+        let margin_of = |(cell, (&margin, &error)): (usize, (&f64, &f64))| {
+            if is_resolved(margin, error) {
+                return margin;
+            }
+            // As for one point: by the direct engine, -1 where the orbit tends to a node.
+            let oscillator = Oscillator::in_column(&columns[cell / cs.len()], cs[cell % cs.len()]);
+            let answer = flow(&oscillator, plan.tolerance);
+            simulated.rhs += answer.rhs;
+            answer.margin
         };
-        cells.margins.extend(found.margins.iter().zip(&found.errors).map(resolved));
+        cells.margins.extend(found.margins.iter().zip(&found.errors).enumerate().map(margin_of));
     }
     if want_critical {
         cells.critical.extend(simulated.critical.iter().map(|critical| match critical {

@@ -30,7 +30,12 @@ impl Method {
     /// Every method, in the order of maps and tables; naive ones with their default parameters.
     pub fn all() -> impl Iterator<Item = Method> {
         let naive = NaiveMethod::ALL.map(|method| Method::Naive(method, NaiveKnobs::default()));
-        Self::usual().chain([Method::Test(&validated::TEST)]).chain(naive)
+        Self::usual().chain([Self::validated()]).chain(naive)
+    }
+
+    /// The computer-assisted proofs.
+    pub(crate) fn validated() -> Method {
+        Method::Test(&validated::TEST)
     }
 
     /// The default methods: all that have a guarantee and take microseconds per cell.

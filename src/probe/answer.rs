@@ -125,7 +125,7 @@ impl Answer {
     }
 
     /// The cycles that cross the belt line and never stick.
-    pub(crate) fn crossing_cycles(&self) -> Result<Vec<CrossingCycle>, Failure> {
+    pub(crate) fn crossing_cycles(&self) -> Result<Vec<CrossingCycle>, Unknown> {
         crossing_cycles(&self.oscillator, self.tolerance)
     }
 

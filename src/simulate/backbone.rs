@@ -652,3 +652,28 @@ fn golden_section(f: impl Fn(f64) -> f64, [mut low, mut high]: [f64; 2]) -> f64 
     }
     0.5 * (low + high)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Next to an extreme a backbone tells no number of cycles, however large its error is.
+    #[test]
+    fn no_cycles_are_told_within_a_large_error_of_an_extreme() {
+        // C = 1 + 4 x (1 - x), x = r / V: it rises from 1 to 2 at half the belt speed and falls back.
+        let c = |x: f64| 1.0 + 4.0 * x * (1.0 - x);
+        let values: Vec<f64> = (0..=8).map(|i| c(0.5 * (1.0 + node(i, 8)))).collect();
+        for node_error in [1e-4, 1e-3, 1e-2, 0.05] {
+            let backbone = Backbone::of_values(1.0, values.clone(), node_error, false);
+            let error = backbone.error;
+            assert!(error >= node_error && error < 0.5, "{error}");
+            assert_eq!(backbone.folds().len(), 1, "{error}");
+            for share in [-0.9, -0.5, 0.0, 0.5, 0.9] {
+                assert_eq!(backbone.cycles(2.0 + share * error, true, false), None, "{error} {share}");
+            }
+            let cycles = backbone.cycles(2.0 - 1.1 * error, true, false).unwrap();
+            assert!(cycles.len() == 2 && !cycles[0].is_stable && cycles[1].is_stable, "{cycles:?}");
+            assert_eq!(backbone.cycles(2.0 + 1.1 * error, true, false), Some(Vec::new()));
+        }
+    }
+}

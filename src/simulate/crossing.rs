@@ -12,7 +12,7 @@
 
 use super::arc::{LowerEnd, State, Walk};
 use super::roots::fixed_point;
-use super::slip_cycle::Extent;
+use super::slip_cycle::{Extent, Unknown};
 use super::work::Work;
 use super::{Failure, Fate, Flow, Range};
 use crate::filippov::{Oscillator, Side};
@@ -20,8 +20,7 @@ use crate::friction::{Curve, Pieces};
 
 /// Jump of x2' across the belt line: twice the static friction force of 1.
 pub(crate) const JUMP: f64 = 2.0;
-/// Number of values of y per factor of ten at which the sign of y' - y is computed; pairs of cycles closer to
-/// each other are missed.
+/// Number of values of y per factor of ten at which the sign of y' - y is computed first.
 const PER_DECADE: i32 = 8;
 /// Decades searched, in units of max(1, V). Farther out dry friction only dissipates: the belt's motion no
 /// longer matters.
@@ -284,29 +283,165 @@ fn contracts(oscillator: &Oscillator) -> bool {
     oscillator.divergence_is_at_most(0.0, 0.0, 4.0 * unit * 10_f64.powi(*DECADES.end()))
 }
 
+/// A loop, from `y` > 0 beyond the exit point.
+#[derive(Clone, Copy, Debug)]
+struct Node {
+    y: f64,
+    outward: bool,
+    /// g = ln(y'/y) and its slope by ln y, where it crosses again.
+    growth: Option<[f64; 2]>,
+}
+
+impl Node {
+    fn of(y: f64, end: &Loop) -> Self {
+        let growth = match *end {
+            Loop::Crosses { beyond_exit, slope, .. } => {
+                Some([(beyond_exit / y).ln(), slope * y / beyond_exit - 1.0])
+            }
+            Loop::Sticks | Loop::SpiralsInward => None,
+        };
+        Self { y, outward: outward(y, end), growth }
+    }
+
+    /// Whether its direction is that of its error, and that of its neighbours too: far out friction that vanishes hardly
+    /// changes loops.
+    fn is_flat(&self, tolerance: f64) -> bool {
+        // Where g falls as a power of y its slope is as small, up to the exponent.
+        let within_error = |[g, slope]: [f64; 2]| g.abs().max(0.1 * slope.abs()) <= ERRORS * tolerance;
+        self.growth.is_some_and(within_error)
+    }
+}
+
+/// The search for loops that lead the other way than those on both sides of them.
+struct Search<'a> {
+    oscillator: &'a Oscillator,
+    tolerance: f64,
+    work: &'a Work,
+    /// What a cubic may miss between two loops before one between them was followed: where friction may push, nothing is
+    /// known; elsewhere no pair of cycles is known to exist, and the cubic is taken as it is.
+    missed: f64,
+}
+
+impl<'a> Search<'a> {
+    fn new(oscillator: &'a Oscillator, tolerance: f64, work: &'a Work) -> Self {
+        let fastest =
+            oscillator.curve.fastest().min(4.0 * farthest(&oscillator.curve, oscillator.belt_speed));
+        let pushes = oscillator.curve.friction_range(fastest, Pieces::Octaves).lo <= 0.0;
+        Self { oscillator, tolerance, work, missed: if pushes { f64::INFINITY } else { 0.0 } }
+    }
+
+    fn node(&self, y: f64) -> Result<Node, Failure> {
+        Ok(Node::of(y, &loop_within(self.oscillator, y, self.tolerance, self.work)?))
+    }
+
+    /// A loop between two that lead in the direction `outward` which leads the other way; `None` if there is none.
+    ///
+    /// Loops are nested: if that from b ends below a, all between lead inward, and if that from a ends beyond b,
+    /// outward. Else g is compared with the cubic in ln y that has the values and slopes at both ends; it misses g by
+    /// about `missed`, known from a loop between two others.
+    ///
+    /// # Errors
+    /// [`Unknown::TooClose`] if two cycles may meet there.
+    fn reversal(&self, [a, b]: [&Node; 2], outward: bool, missed: f64) -> Result<Option<Node>, Unknown> {
+        let sign = if outward { 1.0 } else { -1.0 };
+        let proved = match outward {
+            true => a.growth.is_some_and(|[g, _]| a.y * g.exp() >= b.y),
+            false => b.growth.is_none_or(|[g, _]| b.y * g.exp() <= a.y),
+        };
+        if proved || a.is_flat(self.tolerance) || b.is_flat(self.tolerance) {
+            return Ok(None);
+        }
+        let width = (b.y / a.y).ln();
+        if width <= self.tolerance {
+            return Err(Unknown::TooClose);
+        }
+        let mut at_middle = None;
+        if let (Some([from, rise]), Some([to, fall])) = (a.growth, b.growth) {
+            // The inner coefficients of the cubic by Bernstein: it lies between the least and the greatest of the four.
+            let inner = [from + rise * width / 3.0, to - fall * width / 3.0];
+            if inner.iter().all(|value| sign * value > missed) {
+                return Ok(None);
+            }
+            at_middle = Some(0.125 * (from + to) + 0.375 * (inner[0] + inner[1]));
+        }
+        let middle = self.node((a.y * b.y).sqrt())?;
+        let is_flat = middle.is_flat(self.tolerance);
+        if !is_flat && middle.growth.is_some_and(|[g, _]| g.abs() <= ERRORS * self.tolerance) {
+            return Err(Unknown::TooClose);
+        }
+        if !is_flat && middle.outward != outward {
+            return Ok(Some(middle));
+        }
+        let missed = match (at_middle, middle.growth) {
+            (Some(cubic), Some([g, _])) => (cubic - g).abs(),
+            _ => missed,
+        };
+        match self.reversal([a, &middle], outward, missed)? {
+            None => self.reversal([&middle, b], outward, missed),
+            found => Ok(found),
+        }
+    }
+
+    /// Adds the cycles between two loops, by growing size.
+    ///
+    /// # Errors
+    /// As [`Search::reversal`].
+    fn cycles(&self, [a, b]: [&Node; 2], cycles: &mut Vec<CrossingCycle>) -> Result<(), Unknown> {
+        if a.outward == b.outward {
+            return match self.reversal([a, b], a.outward, self.missed)? {
+                None => Ok(()),
+                Some(between) => {
+                    self.cycles([a, &between], cycles)?;
+                    self.cycles([&between, b], cycles)
+                }
+            };
+        }
+        let Some(cycle) = cycle_between(self.oscillator, [a.y, b.y], a.outward, self.tolerance, self.work)?
+        else {
+            return Ok(());
+        };
+        let at =
+            |outward| Node { y: cycle.beyond_exit, outward, growth: Some([0.0, cycle.multiplier - 1.0]) };
+        // All loops from less than the first distance count as one.
+        if a.y > 0.0 {
+            self.cycles([a, &at(a.outward)], cycles)?;
+        }
+        cycles.push(cycle);
+        self.cycles([&at(b.outward), b], cycles)
+    }
+}
+
 /// Returns whether some orbits cross the belt line for ever: whether a loop leads outward. They tend to a
-/// crossing cycle, or grow. Where loops shrink slowly only [`PER_DECADE`] of them per factor of ten of their
-/// size are followed, from [`settled_from`] inward.
+/// crossing cycle, or grow. Loops are followed from [`settled_from`] inward.
 ///
 /// # Errors
-/// [`Failure`] of one of the loops.
-pub(crate) fn some_cross_for_ever(oscillator: &Oscillator, settled_from: f64) -> Result<bool, Failure> {
+/// [`Unknown`].
+pub(crate) fn some_cross_for_ever(oscillator: &Oscillator, settled_from: f64) -> Result<bool, Unknown> {
     if contracts(oscillator) {
         return Ok(false);
     }
     let unit = oscillator.belt_speed.max(1.0);
     // Only directions are asked for: those of the compiled law will do, and take a tenth of the time.
     let work = Work::of_backbone(&oscillator.curve);
+    let search = Search::new(oscillator, DIRECTION_TOLERANCE, &work);
     // From outside: loops are nested, so that none between a loop and the next leads outward.
     let mut y = settled_from;
+    let mut last: Option<Node> = None;
     while y > unit * 10_f64.powi(*DECADES.start()) {
-        match loop_within(oscillator, y, DIRECTION_TOLERANCE, &work)? {
-            Loop::Crosses { beyond_exit, .. } if beyond_exit >= y => return Ok(true),
-            Loop::Crosses { beyond_exit, .. } => {
-                y = beyond_exit.min(y / 10_f64.powf(1.0 / f64::from(PER_DECADE)));
-            }
-            Loop::Sticks | Loop::SpiralsInward => return Ok(false),
+        let end = loop_within(oscillator, y, DIRECTION_TOLERANCE, &work)?;
+        let here = Node::of(y, &end);
+        let outward = matches!(end, Loop::Crosses { beyond_exit, .. } if beyond_exit >= y);
+        if outward && !here.is_flat(DIRECTION_TOLERANCE) {
+            return Ok(true);
         }
+        if let Some(last) = last
+            && search.reversal([&here, &last], false, search.missed)?.is_some()
+        {
+            return Ok(true);
+        }
+        let Loop::Crosses { beyond_exit, .. } = end else { return Ok(false) };
+        y = beyond_exit.min(y / 10_f64.powf(1.0 / f64::from(PER_DECADE)));
+        last = Some(here);
     }
     Ok(false)
 }
@@ -316,32 +451,29 @@ pub(crate) fn some_cross_for_ever(oscillator: &Oscillator, settled_from: f64) ->
 /// positive, or where the friction force falls too little (theory, "Any friction law").
 ///
 /// # Errors
-/// [`Failure`] of one of the loops.
-pub fn crossing_cycles(oscillator: &Oscillator, tolerance: f64) -> Result<Vec<CrossingCycle>, Failure> {
+/// [`Unknown`].
+pub fn crossing_cycles(oscillator: &Oscillator, tolerance: f64) -> Result<Vec<CrossingCycle>, Unknown> {
     let farthest = settled_from(&oscillator.curve, oscillator.belt_speed);
     if farthest == 0.0 || contracts(oscillator) {
         return Ok(Vec::new());
     }
     let unit = oscillator.belt_speed.max(1.0);
     let work = Work::of_question(&oscillator.curve);
+    let search = Search::new(oscillator, tolerance, &work);
     let mut cycles = Vec::new();
-    let (mut low, mut low_outward) = (0.0, outward(0.0, &loop_within(oscillator, 0.0, tolerance, &work)?));
+    let mut low = Node::of(0.0, &loop_within(oscillator, 0.0, tolerance, &work)?);
     for i in DECADES.start() * PER_DECADE..=DECADES.end() * PER_DECADE {
-        if low >= farthest {
+        if low.y >= farthest {
             break;
         }
-        let high = unit * 10_f64.powf(f64::from(i) / f64::from(PER_DECADE));
-        let high_outward = match loop_within(oscillator, high, tolerance, &work)? {
-            // Within the error loops count as those before: far out friction that vanishes hardly changes them.
-            Loop::Crosses { beyond_exit, .. } if (beyond_exit - high).abs() <= ERRORS * tolerance * high => {
-                low_outward
-            }
-            end => outward(high, &end),
-        };
-        if low_outward != high_outward {
-            cycles.extend(cycle_between(oscillator, [low, high], low_outward, tolerance, &work)?);
+        let mut high = search.node(unit * 10_f64.powf(f64::from(i) / f64::from(PER_DECADE)))?;
+        if high.is_flat(tolerance) {
+            high.outward = low.outward;
         }
-        (low, low_outward) = (high, high_outward);
+        if low.y > 0.0 || low.outward != high.outward {
+            search.cycles([&low, &high], &mut cycles)?;
+        }
+        low = high;
     }
     Ok(cycles)
 }

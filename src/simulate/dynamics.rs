@@ -17,8 +17,8 @@ pub struct Dynamics {
     pub slip: Vec<SlipCycle>,
     /// Cycles that cross the belt line, by growing size.
     pub crossing: Vec<CrossingCycle>,
-    /// The kick that carries steady slip out of the basins of the equilibrium and of all slip cycles: `None`
-    /// where the equilibrium is unstable and needs none, or where no kick below the belt line suffices.
+    /// The kicks that carry steady slip onto the outermost slip cycle that repels, the same as `kick_forward` and
+    /// `kick_backward` of a map: `None` where none repels.
     pub kick: Option<Kick>,
 }
 
@@ -72,6 +72,12 @@ pub fn crossing_separates(cycle: usize, count: usize, slip_cycles: usize, fate: 
     [inside, outside]
 }
 
+/// The position of the slip cycle that bounds a basin, among all of them by growing amplitude: the outermost that repels.
+/// Cycles inside it that repel, too, separate smaller basins.
+pub(crate) fn outermost_repelling<T>(cycles: &[T], is_stable: impl Fn(&T) -> bool) -> Option<usize> {
+    cycles.iter().rposition(|cycle| !is_stable(cycle))
+}
+
 /// Least relative error of a turn, used for slip cycles: their amplitude is ill-conditioned where the
 /// multiplier is close to 1.
 pub(crate) const TIGHT: f64 = 1e-13;
@@ -83,8 +89,7 @@ pub(crate) const TIGHT: f64 = 1e-13;
 pub fn dynamics(oscillator: &Oscillator, flow: &Flow, tolerance: f64) -> Result<Dynamics, Unknown> {
     let equilibrium = oscillator.eigenvalues();
     let slip = slip_cycles(oscillator, tolerance.min(TIGHT))?;
-    // Orbits outside the outermost slip cycle leave it if it repels.
-    let boundary = slip.last().filter(|cycle| equilibrium.is_stable() && !cycle.is_stable());
+    let boundary = outermost_repelling(&slip, SlipCycle::is_stable).map(|position| &slip[position]);
     let kick = boundary.map(|cycle| kick_onto(oscillator, cycle, tolerance.min(TIGHT))).transpose()?;
     Ok(Dynamics {
         equilibrium,

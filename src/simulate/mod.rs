@@ -37,8 +37,8 @@ pub mod surface;
 mod work;
 
 pub use critical::{CriticalDamping, NoCriticalDamping, critical_damping};
-pub(crate) use dynamics::TIGHT;
 pub use dynamics::{Dynamics, Neighbour, crossing_separates, dynamics, separates};
+pub(crate) use dynamics::{TIGHT, outermost_repelling};
 pub use return_map::flow;
 
 pub(crate) use crate::friction::Range;

@@ -70,7 +70,7 @@ fn turn_of(oscillator: &Oscillator, tolerance: f64) -> Turn {
     }
 }
 
-/// The smallest useful tolerance: below it round-off dominates.
+/// The smallest useful tolerance, for divergences of the size 1: below it round-off dominates.
 const FINEST_TOLERANCE: f64 = 1e-16;
 /// The largest tolerance by which one orbit is decided: coarser turns may agree by chance, and a column has
 /// few such orbits.
@@ -86,7 +86,8 @@ pub(crate) fn is_resolved(margin: f64, error: f64) -> bool {
     error <= UNRESOLVED || error <= UNRESOLVED_SHARE * margin.abs()
 }
 
-/// One turn of one orbit, at tolerances down to [`FINEST_TOLERANCE`] until the margin's sign is certain.
+/// One turn of one orbit, at tolerances down to [`FINEST_TOLERANCE`] by the size of the divergence until the margin's
+/// sign is certain.
 pub(super) fn decisive_turn(oscillator: &Oscillator, tolerance: f64) -> Turn {
     let mut tolerance = tolerance.min(COARSEST_DECISIVE);
     let mut spent = 0;
@@ -97,11 +98,12 @@ pub(super) fn decisive_turn(oscillator: &Oscillator, tolerance: f64) -> Turn {
                 if !is_resolved(margin, error) {
                     return Turn::HandOver { rhs: spent };
                 }
-                if margin.abs() > error || tolerance <= FINEST_TOLERANCE {
+                let finest = || FINEST_TOLERANCE * oscillator.divergence_size().min(1.0);
+                if margin.abs() > error || error == 0.0 || tolerance <= finest() {
                     return Turn::Complete { margin, error, rhs: spent };
                 }
                 // The margin's size is now known to be about `error` or less.
-                tolerance = (1e-3 * tolerance).max(FINEST_TOLERANCE);
+                tolerance = (1e-3 * tolerance).max(finest());
             }
             Turn::HandOver { rhs } => return Turn::HandOver { rhs: spent + rhs },
         }

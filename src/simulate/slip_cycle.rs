@@ -76,14 +76,14 @@ pub(crate) fn none_within(even: &Range, viscous: f64) -> bool {
     even.lo > viscous || even.hi < viscous
 }
 
-/// Reason why slip cycles are unknown.
+/// Reason why cycles are unknown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Unknown {
     /// An orbit gave no answer.
     #[error(transparent)]
     Orbit(#[from] Failure),
     /// Near a fold, where two cycles meet: whether there are two or none is within the error.
-    #[error("two slip cycles meet within the error")]
+    #[error("two cycles meet within the error")]
     TooClose,
 }
 

@@ -11,7 +11,7 @@ use slipmap::point::Point;
 use slipmap::simulate::arc::{SlipTurn, turn};
 use slipmap::simulate::crossing::{Loop, crossing_cycles, crossing_loop, stick_slip_cycle};
 use slipmap::simulate::direct::{self, Ending, Phase, Start, Trace, trace};
-use slipmap::simulate::slip_cycle::{SlipCycle, slip_cycles};
+use slipmap::simulate::slip_cycle::{SlipCycle, Unknown, slip_cycles};
 use slipmap::simulate::{
     Dynamics, Failure, Fate, Neighbour, critical_damping, crossing_separates, dynamics, flow, separates,
 };
@@ -477,6 +477,36 @@ fn a_crossing_cycle_around_a_stick_slip_cycle_belongs_to_the_regime() {
     assert!((1..20).contains(&both), "{both}");
 }
 
+/// Friction that pushes at some slip speeds: a repelling and an attracting cycle as close as 4.6 per cent to each other.
+/// Their places are those of steps of 5e-4 by the classical Runge-Kutta method in (x1, x2).
+#[test]
+fn narrow_pairs_of_crossing_cycles_are_found() {
+    let law = Law::Expression(Expression::new("1-a*exp(-((u-m)/s)^2)", 1.0).unwrap());
+    let at = |a: f64| Oscillator::new(&law, &law.point(1.0, &[a, 20.0, 3.0], 1.0, 0.0).unwrap());
+    for (a, places) in [(2.1, [19.2815, 21.6682]), (2.01, [19.8805, 21.0246]), (2.0005, [19.9925, 20.9068])] {
+        let oscillator = at(a);
+        let cycles = crossing_cycles(&oscillator, 1e-9).unwrap();
+        assert!(cycles.len() == 2 && !cycles[0].is_stable() && cycles[1].is_stable(), "{a} {cycles:?}");
+        for (cycle, place) in cycles.iter().zip(places) {
+            assert!((cycle.beyond_exit - place).abs() < 1e-3, "{a} {cycles:?}");
+        }
+        assert_eq!(map::regime(&oscillator, &flow(&oscillator, 1e-9)), Regime::StickSlipAndCrossing, "{a}");
+    }
+    // Down to the fold, where they meet, the pair is found or not known: its multipliers tend to 1.
+    let (mut without, mut with, mut unknown, mut last) = (1.9, 2.0005, 0, Vec::new());
+    for _ in 0..40 {
+        let a = 0.5 * (without + with);
+        match crossing_cycles(&at(a), 1e-9) {
+            Ok(cycles) if cycles.is_empty() => without = a,
+            Ok(cycles) => (with, last) = (a, cycles),
+            Err(Unknown::TooClose) => (with, unknown) = (a, unknown + 1),
+            Err(failure) => panic!("{a} {failure}"),
+        }
+    }
+    assert!(last.len() == 2 && unknown > 0, "{last:?} {unknown}");
+    assert!(last.iter().all(|cycle| (cycle.multiplier - 1.0).abs() < 0.01), "{last:?}");
+}
+
 /// Laws that fall by W in all, some of them in steps.
 fn falling(random: &mut Random, fall: f64) -> (Law, Vec<f64>) {
     let phi = "1-w*(p*(tanh((u-m)/s)+tanh(m/s))/(1+tanh(m/s))+(1-p)*(1-exp(-u/n)))";
@@ -657,6 +687,38 @@ fn orbits_that_close_leave_the_regime_unknown() {
     };
     assert_eq!(regime(0.0), Regime::Failed);
     assert_eq!(regime(1e-3), Regime::Bistable);
+}
+
+/// Slower and faster than a narrow smooth step of the friction by some of its widths: the orbits that reach it are not
+/// those of the polar form, and each of them costs much.
+#[test]
+fn regimes_next_to_a_narrow_step_are_known() {
+    let law = Law::Expression(Expression::new("1 - 0.1*(tanh((u-1)/w) + tanh(1/w))", 1.0).unwrap());
+    for (width, speed) in [(0.01, 0.95), (0.01, 1.05), (0.005, 0.98)] {
+        let oscillator = Oscillator::new(&law, &law.point(1.0, &[width], speed, 0.1).unwrap());
+        let answer = flow(&oscillator, 1e-9);
+        assert!(oscillator.eigenvalues().is_stable() && matches!(answer.fate, Fate::Sticks(_)), "{answer:?}");
+        assert_eq!(map::regime(&oscillator, &answer), Regime::Bistable, "{width} {speed}");
+    }
+}
+
+/// At the critical damping to first order in eps the margin is of second order: far below the rounding errors of 1.
+#[test]
+fn small_terms_are_resolved_to_second_order() {
+    for epsilon in [1e-14, 1e-13, 1e-12, 1e-10, 1e-8, 1e-4] {
+        for (law, speed, damping) in
+            [([0.0, 0.1, 1.0], 1.0, 0.8), ([0.3, 0.1, 2.0], 1.0, 1.2), ([0.3, 0.1, 1.0], 3.0, 0.1)]
+        {
+            let point = point(epsilon, law, speed, damping);
+            let column = Law::Stribeck.column(&point);
+            let claim = (certify::symmetric::TEST.claim)(&column);
+            assert!(claim.absent_above < damping, "{epsilon} {claim:?}");
+            let oscillator = Oscillator::new(&Law::Stribeck, &point);
+            let answer = flow(&oscillator, 1e-9);
+            assert_eq!(answer.fate, Fate::SpiralsInward, "{epsilon} {answer:?}");
+            assert_eq!(map::regime(&oscillator, &answer), Regime::Equilibrium, "{epsilon}");
+        }
+    }
 }
 
 /// Far out friction that vanishes hardly changes a loop: its direction is that of the error of the turn.

@@ -260,6 +260,22 @@ fn a_table_keeps_its_columns_and_gains_the_answers() {
 }
 
 #[test]
+fn proofs_are_appended_if_they_are_asked_for() {
+    let scratch = Scratch::new();
+    scratch.file("in.csv", "epsilon,alpha,beta,gamma,V,c\n0.1,0.3,0.1,2,1,0.5\n0.1,0.3,0.1,2,1,1.3\n");
+    scratch.run(&["probe", "--points", "in.csv", "--out", "out.csv", "--validated"]).ends_with(0);
+    let text = scratch.read("out.csv");
+    let mut reader = csv::Reader::from_reader(text.as_bytes());
+    let header = reader.headers().unwrap().clone();
+    let column = |name: &str| header.iter().position(|column| column == name).unwrap();
+    let [verdict, margin] = ["verdict_validated", "margin_validated"].map(column);
+    let rows: Vec<csv::StringRecord> = reader.records().map(Result::unwrap).collect();
+    assert_eq!([&rows[0][verdict], &rows[1][verdict]], ["present", "absent"]);
+    let margins = [0, 1].map(|row: usize| rows[row][margin].parse::<f64>().unwrap());
+    assert!(margins[0] > 0.0 && margins[1] < 0.0, "{margins:?}");
+}
+
+#[test]
 fn standard_input_and_output() {
     let scratch = Scratch::new();
     let input = scratch.file("in.csv", TABLE);

@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 use crate::command::{Run, Scratch};
 use crate::proofs::written_again;
 use serde_json::Value;
+use slipmap::filippov::Oscillator;
 use slipmap::store::MapFile;
 
 /// A small map across the boundary of existence.
@@ -213,6 +214,45 @@ fn the_cycles_basins_and_limits_of_a_map_are_those_of_probe() {
     }
     // Steady slip, stick-slip, both, and crossing for ever all occur.
     assert!([0, 1, 2, 4].iter().all(|&regime| met[regime] > 0), "{met:?}");
+}
+
+/// -1 where the orbit tends to a node, nothing where it runs far past the belt line.
+#[test]
+fn the_margin_of_a_map_is_that_of_probe() {
+    let scratch = scratch();
+    let sets = [
+        "output.fields=['margin']",
+        "grid.epsilon=1.0",
+        "grid.alpha=0.3",
+        "grid.gamma=[2.0, 40.0]",
+        "grid.V=[0.3, 3.0]",
+        "grid.c=[0.0, 0.4, 2.0, 5.0]",
+        "grid.beta=0.1",
+        "methods.run=['simulation']",
+        "audit.cells=0",
+    ];
+    for engine in ["auto", "return_map"] {
+        let engine = format!("simulation.engine='{engine}'");
+        let arguments = sets.iter().copied().chain([engine.as_str()]).flat_map(|set| ["--set", set]);
+        let run = ["run", "small.toml", "--overwrite"].into_iter().chain(arguments);
+        scratch.run(&run.collect::<Vec<_>>()).ends_with(0);
+        let map = MapFile::open(&scratch.path().join("maps/small.h5")).unwrap();
+        let grid = map.grid();
+        let (mut nodes, mut far) = (0, 0);
+        for number in 0..grid.cells() {
+            let index: Vec<usize> =
+                grid.tile(&[1; 6], number).ranges.iter().map(|range| range.start).collect();
+            let cell: Vec<_> = index.iter().map(|&i| i..i + 1).collect();
+            let stored = map.reals("margin_simulation", &cell).unwrap().iter().copied().next().unwrap();
+            let point = grid.point(&index);
+            let found = slipmap::simulate::flow(&Oscillator::new(grid.law(), &point), 1e-9).margin;
+            let same = (stored - found).abs() <= 2e-9 * found.abs().max(1.0);
+            assert!(same || stored.is_nan() && found.is_nan(), "{stored} {found} at {point:?}");
+            nodes += u32::from(found == -1.0);
+            far += u32::from(found.is_nan());
+        }
+        assert!(nodes > 0 && far > 0, "{nodes} {far}");
+    }
 }
 
 #[test]

@@ -49,6 +49,7 @@ impl Accuracy {
 
 /// The weakening rate of one curve on slip speeds from 0 up to `Weakening::reach`.
 #[derive(Debug)]
+#[cfg_attr(test, derive(Clone))]
 pub struct Weakening {
     /// The law itself, for slip speeds outside the pieces.
     law: Form,
@@ -178,6 +179,7 @@ impl Piece {
 /// Index of pieces: finds a piece at or before a slip speed by the leading bits of its floating-point
 /// representation.
 #[derive(Debug, Default)]
+#[cfg_attr(test, derive(Clone))]
 struct Places {
     /// Key of the first entry.
     first: u64,
@@ -303,6 +305,13 @@ impl Weakening {
     pub(crate) fn is_resolved(&self, lo: f64, hi: f64) -> bool {
         let largest = self.pieces[self.piece_of(hi.clamp(0.0, self.reach()))].size;
         self.error(lo, hi).bound() <= RESOLVED * largest
+    }
+
+    /// The same polynomials, with this bound of their error.
+    #[cfg(test)]
+    pub(crate) fn with_error(self, error: f64) -> Self {
+        let pieces = self.pieces.into_iter().map(|piece| Piece { error, ..piece }).collect();
+        Self { pieces, ..self }
     }
 
     /// The distance of the polynomials from the law for slip speeds in [`lo`, `hi`], up to the reach.

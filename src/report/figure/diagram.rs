@@ -19,7 +19,9 @@ use super::slice::{ChoiceError, find_axis, hold};
 use crate::filippov::Oscillator;
 use crate::machine::Dimension;
 use crate::map::Grid;
-use crate::simulate::{Range, dynamics, flow};
+use crate::simulate::crossing::{crossing_cycles, stick_slip_cycle};
+use crate::simulate::slip_cycle::slip_cycles;
+use crate::simulate::{Fate, Range, TIGHT, flow};
 
 /// Number of values of the parameter at which cycles are searched; a branch that exists only between two of
 /// them is missed.
@@ -41,7 +43,7 @@ pub(crate) struct DiagramPlot<'a> {
 }
 
 /// Kind of an equilibrium or cycle.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Kind {
     Equilibrium,
     SlipCycle,
@@ -66,33 +68,44 @@ impl Kind {
 /// An equilibrium or cycle at one value of the parameter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct State {
-    kind: Kind,
     attracts: bool,
     /// Half the range of x1.
     amplitude: f64,
 }
 
-/// All of them at one value of the parameter, by kind and increasing amplitude; `None` where an orbit failed.
-type Found = Option<Vec<State>>;
+/// Those of each kind at one value of the parameter, by increasing amplitude, in the order of [`Kind::ALL`]; `None` for a
+/// kind that is not known there.
+type Found = [Option<Vec<State>>; 4];
 
 fn find(oscillator: &Oscillator) -> Found {
-    let all = dynamics(oscillator, &flow(oscillator, TOLERANCE), TOLERANCE).ok()?;
-    let rest = [(Kind::Equilibrium, all.equilibrium.is_stable(), Range { lo: 0.0, hi: 0.0 })].into_iter();
-    let slip = all.slip.iter().map(|cycle| (Kind::SlipCycle, cycle.is_stable(), cycle.displacement));
-    let stick_slip = all.stick_slip.iter().map(|cycle| (Kind::StickSlipCycle, true, cycle.displacement));
-    let crossing =
-        all.crossing.iter().map(|cycle| (Kind::CrossingCycle, cycle.is_stable(), cycle.displacement));
-    let found = rest.chain(slip).chain(stick_slip).chain(crossing);
-    let amplitude = |x1: Range| 0.5 * (x1.hi - x1.lo);
-    Some(found.map(|(kind, attracts, x1)| State { kind, attracts, amplitude: amplitude(x1) }).collect())
+    let state = |attracts: bool, x1: Range| State { attracts, amplitude: 0.5 * (x1.hi - x1.lo) };
+    let equilibrium = State { attracts: oscillator.eigenvalues().is_stable(), amplitude: 0.0 };
+    let flow = flow(oscillator, TOLERANCE);
+    let slip = slip_cycles(oscillator, TIGHT).ok();
+    let sticks = match flow.fate {
+        Fate::TooCloseToCall | Fate::Failed(_) => None,
+        _ => stick_slip_cycle(oscillator, &flow, TOLERANCE).ok(),
+    };
+    let crossing = crossing_cycles(oscillator, TOLERANCE).ok();
+    [
+        Some(vec![equilibrium]),
+        slip.map(|all| all.iter().map(|cycle| state(cycle.is_stable(), cycle.displacement)).collect()),
+        sticks.map(|all| all.iter().map(|cycle| state(true, cycle.displacement)).collect()),
+        crossing.map(|all| all.iter().map(|cycle| state(cycle.is_stable(), cycle.displacement)).collect()),
+    ]
 }
 
-/// Returns whether two values of the parameter have the same kinds of cycles with the same stability.
-fn same_kinds(a: &Found, b: &Found) -> bool {
-    let kinds = |found: &Found| -> Option<Vec<(Kind, bool)>> {
-        found.as_ref().map(|states| states.iter().map(|state| (state.kind, state.attracts)).collect())
+/// Returns whether as many cycles of a kind are known, with the same stability.
+fn alike(a: &Option<Vec<State>>, b: &Option<Vec<State>>) -> bool {
+    let attract = |states: &Option<Vec<State>>| -> Option<Vec<bool>> {
+        states.as_ref().map(|states| states.iter().map(|state| state.attracts).collect())
     };
-    kinds(a) == kinds(b)
+    attract(a) == attract(b)
+}
+
+/// Returns whether that holds for every kind.
+fn same_kinds(a: &Found, b: &Found) -> bool {
+    a.iter().zip(b).all(|(a, b)| alike(a, b))
 }
 
 /// A branch: its kind, and its points (parameter, amplitude).
@@ -103,27 +116,41 @@ struct Branch {
     points: Vec<(f64, f64)>,
 }
 
-/// Joins the cycles found at increasing values of the parameter into branches.
+/// Joins the cycles found at increasing values of the parameter into branches, kind by kind.
 fn branches(found: &[(f64, Found)]) -> Vec<Branch> {
     let mut done: Vec<Branch> = Vec::new();
-    let mut open: Vec<Branch> = Vec::new();
-    let mut last: &Found = &None;
-    for (value, states) in found {
-        if !same_kinds(last, states) {
-            done.append(&mut open);
-            open = states
-                .iter()
-                .flatten()
-                .map(|state| Branch { kind: state.kind, attracts: state.attracts, points: Vec::new() })
-                .collect();
+    for (number, kind) in Kind::ALL.into_iter().enumerate() {
+        let mut open: Vec<Branch> = Vec::new();
+        let mut last: &Option<Vec<State>> = &None;
+        for (value, states) in found {
+            let states = &states[number];
+            if !alike(last, states) {
+                done.append(&mut open);
+                let begin = |state: &State| Branch { kind, attracts: state.attracts, points: Vec::new() };
+                open = states.iter().flatten().map(begin).collect();
+            }
+            for (branch, state) in open.iter_mut().zip(states.iter().flatten()) {
+                branch.points.push((*value, state.amplitude));
+            }
+            last = states;
         }
-        for (branch, state) in open.iter_mut().zip(states.iter().flatten()) {
-            branch.points.push((*value, state.amplitude));
-        }
-        last = states;
+        done.append(&mut open);
     }
-    done.append(&mut open);
     done
+}
+
+/// What is not known at some of the values of a parameter, in words.
+fn unknown(found: &[(f64, Found)], parameter: &str) -> Vec<String> {
+    let of_kind = |(number, kind): (usize, Kind)| {
+        let values = found.iter().filter(|(_, states)| states[number].is_none()).count();
+        let words = format!(
+            "every {} at {values} of {} values of {parameter} is missing: it is not known there",
+            kind.look().0,
+            found.len()
+        );
+        (values > 0).then_some(words)
+    };
+    Kind::ALL.into_iter().enumerate().filter_map(of_kind).collect()
 }
 
 /// Draws a bifurcation diagram of the law and the parameters of a map.
@@ -179,7 +206,7 @@ pub(crate) fn diagram(view: &View, plot: &DiagramPlot) -> Result<Plotted, Report
         .collect();
     let mut found: Vec<(f64, Found)> = pieces.into_iter().flatten().collect();
     found.extend(coarse.last().cloned());
-    let failed = found.iter().filter(|(_, states)| states.is_none()).count();
+    let notes = unknown(&coarse, &axes[x].name);
     let branches = branches(&found);
 
     let amplitude =
@@ -214,6 +241,8 @@ pub(crate) fn diagram(view: &View, plot: &DiagramPlot) -> Result<Plotted, Report
     .then(label.name.clone())
     .taken_at(at)
     .then(". Solid: attracts; dashed: repels.");
+    let caption =
+        notes.iter().fold(caption, |caption, note| caption.then(Rich::foreign(&format!(" Note: {note}."))));
     let points = || {
         let numbered = branches.iter().enumerate();
         numbered.flat_map(|(number, branch)| branch.points.iter().map(move |point| (number, branch, *point)))
@@ -224,11 +253,32 @@ pub(crate) fn diagram(view: &View, plot: &DiagramPlot) -> Result<Plotted, Report
         .words("attracts", points().map(|(_, branch, _)| branch.attracts.to_string()).collect())
         .reals(label.header(), points().map(|(.., point)| point.0 * label.factor).collect())
         .reals(amplitude.header(), points().map(|(.., point)| point.1 * amplitude.factor).collect());
-    let notes = match failed {
-        0 => Vec::new(),
-        failed => {
-            vec![format!("orbits failed at {failed} values of {}; nothing is drawn there", axes[x].name)]
-        }
-    };
     Ok(Plotted { scene, caption, data, held, thinned: Vec::new(), curves: None, notes })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// One kind that is not known at one value interrupts its own branches alone, and is told.
+    #[test]
+    fn what_is_known_is_drawn_where_other_kinds_are_not() {
+        let state = |amplitude: f64| Some(vec![State { attracts: true, amplitude }]);
+        let found: Vec<(f64, Found)> = (0..5)
+            .map(|i| {
+                let value = f64::from(i);
+                let slip = if i == 2 { None } else { state(0.5 + value) };
+                (value, [state(0.0), slip, state(1.0 + value), Some(Vec::new())])
+            })
+            .collect();
+        let points = |kind: Kind| -> Vec<usize> {
+            branches(&found).iter().filter(|it| it.kind == kind).map(|it| it.points.len()).collect()
+        };
+        assert_eq!(points(Kind::Equilibrium), [5]);
+        assert_eq!(points(Kind::StickSlipCycle), [5]);
+        assert_eq!(points(Kind::SlipCycle), [2, 2]);
+        assert!(points(Kind::CrossingCycle).is_empty());
+        let words = unknown(&found, "c");
+        assert!(words.len() == 1 && words[0].contains("every slip cycle at 1 of 5 values of c"), "{words:?}");
+    }
 }

@@ -81,6 +81,9 @@ const MISPLACED: f64 = 2.0;
 const SLOPE_BY_CHANGE: f64 = 2.0;
 /// How often an orbit without an answer is tried again with finer elements.
 const RETRIES: u32 = 1;
+/// Number of evaluations from which on it is not: where the law has many pieces the elements are fine already, and it is the
+/// polar form that does not apply.
+const MOST_BEFORE_RETRY: u64 = 1 << 13;
 /// Largest number of elements.
 const MOST_ELEMENTS: usize = 1 << 15;
 /// Number of evaluations after which no further steps begin: more than twice those of an orbit with thousands of
@@ -349,7 +352,7 @@ pub(in crate::simulate) fn closed_orbit(
                 rhs += spent;
                 before = None;
                 failures += 1;
-                if failures > RETRIES {
+                if failures > RETRIES || rhs > MOST_BEFORE_RETRY {
                     return Err(rhs);
                 }
                 continue;
@@ -387,4 +390,27 @@ pub(in crate::simulate) fn closed_orbit(
         before = Some([orbit.viscous, slope]);
     }
     Err(rhs)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::friction::{Expression, Law};
+    use crate::point::LawParameters;
+
+    /// Where a formula was not compiled well enough its polynomials have no closed orbit: the law itself is followed.
+    #[test]
+    fn polynomials_that_miss_the_law_have_no_closed_orbit() {
+        let law = Law::Expression(Expression::new("1 - 0.3*tanh(2*u) + 0.01*u^2", 1.0).unwrap());
+        let compiled = law.curve(1.0, &LawParameters::new(&[])).compiled(4.0);
+        let of_error =
+            |error: f64| closed_orbit(&Weakening::clone(&compiled).with_error(error), 1.0, 0.8, 1e-10);
+        let exact = closed_orbit(&compiled, 1.0, 0.8, 1e-10).unwrap().closing;
+        // An error within the tolerance is part of that of the orbit.
+        let closing = of_error(1e-11).unwrap().closing;
+        assert!((closing.viscous - exact.viscous).abs() < 1e-15 && closing.error >= 1e-11, "{closing:?}");
+        for error in [1e-7, 1e-5, 1e-3] {
+            assert!(of_error(error).is_err(), "{error}");
+        }
+    }
 }
