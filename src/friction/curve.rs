@@ -1,5 +1,6 @@
 //! A friction law with all its parameters fixed: its values, its proved bounds and its first order in eps.
 
+use std::borrow::Cow;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use super::form::Form;
@@ -282,6 +283,27 @@ impl Curve {
     #[must_use]
     pub fn corners(&self) -> &[f64] {
         self.form.corners()
+    }
+
+    /// Slip speeds > 0, increasing, at which integrators of orbits at a belt speed end their steps: the corners, and those
+    /// of [`Weakening::narrow`].
+    pub(crate) fn stops(&self, belt_speed: f64) -> Cow<'_, [f64]> {
+        let corners = self.corners();
+        match &self.form {
+            Form::Stribeck(_) | Form::Exponential(_) | Form::Lorentzian(_) | Form::Table(_) => {
+                Cow::Borrowed(corners)
+            }
+            _ => {
+                let compiled = self.compiled(4.0 * belt_speed);
+                if compiled.narrow().is_empty() {
+                    return Cow::Borrowed(corners);
+                }
+                let mut stops = [corners, compiled.narrow()].concat();
+                stops.sort_by(f64::total_cmp);
+                stops.dedup();
+                Cow::Owned(stops)
+            }
+        }
     }
 
     /// Returns whether the weakening rate is one analytic function of u >= 0 without narrow features.

@@ -10,6 +10,7 @@
 //!
 //! This module is for cycles; verdicts do not use it.
 
+use std::borrow::Cow;
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
@@ -80,7 +81,7 @@ pub(super) struct Walk<'a> {
     /// The law's polynomials, where they are quicker than the law and their error is below that of the orbit.
     weakening: Option<Arc<Weakening>>,
     /// Slip speeds at which steps end, increasing.
-    stops: &'a [f64],
+    stops: Cow<'a, [f64]>,
     /// Local error allowed per unit of time.
     allowed: f64,
     pub(super) here: State,
@@ -136,7 +137,7 @@ impl<'a> Walk<'a> {
             side,
             direction: 1.0,
             weakening,
-            stops: oscillator.curve.corners(),
+            stops: oscillator.curve.stops(oscillator.belt_speed),
             allowed: tolerance * scale / TAU,
             here: State { v, w, growth: 0.0, time: 0.0 },
             // Near the belt line the friction law may change on a scale much smaller than V; steps grow from
@@ -175,7 +176,7 @@ impl<'a> Walk<'a> {
 
     /// The walk with steps that end at these slip speeds, among which the law's corners are.
     pub(super) fn stopping_at(self, stops: &'a [f64]) -> Self {
-        Self { stops, ..self }
+        Self { stops: Cow::Borrowed(stops), ..self }
     }
 
     /// x1 at a state, from x2' = w.
@@ -233,7 +234,7 @@ impl<'a> Walk<'a> {
                 continue;
             }
             let ends = [self.slip(&from), self.slip(&to)];
-            if let Some(shorter) = corners::shortened(self.stops, self.oscillator.belt_speed, ends, h) {
+            if let Some(shorter) = corners::shortened(&self.stops, self.oscillator.belt_speed, ends, h) {
                 h = shorter;
                 continue;
             }

@@ -112,6 +112,7 @@ pub(super) fn turn(oscillator: &Oscillator, radius: f64, tolerance: f64) -> Resu
     let (mut theta, mut h) = (0.0, FIRST_STEP);
     let mut error = 0.0;
     let weakening = &*oscillator.curve.compiled(4.0 * oscillator.belt_speed);
+    let stops = oscillator.curve.stops(oscillator.belt_speed);
     let mut field =
         Polar { oscillator, radius, weakening, from: 0.0, h, slowest: f64::INFINITY, steepest: 0.0 };
     for _ in 0..STEP_BUDGET {
@@ -133,9 +134,7 @@ pub(super) fn turn(oscillator: &Oscillator, radius: f64, tolerance: f64) -> Resu
         });
         if inside {
             let slips = ends.map(|(end, _)| end);
-            if let Some(shorter) =
-                corners::shortened(oscillator.curve.corners(), oscillator.belt_speed, slips, width)
-            {
+            if let Some(shorter) = corners::shortened(&stops, oscillator.belt_speed, slips, width) {
                 h = shorter;
                 continue;
             }

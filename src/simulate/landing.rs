@@ -61,8 +61,8 @@ impl Field<2> for Timed<'_> {
 /// Follows the orbit from the exit point to its first return to the belt line with the scaled error
 /// `tolerance`, and counts right-hand sides.
 pub(super) fn approach(oscillator: &Oscillator, tolerance: f64, rhs: &mut u64) -> Approach {
-    if !oscillator.curve.corners().is_empty() {
-        // Equal steps cannot end at corners.
+    if !oscillator.curve.stops(oscillator.belt_speed).is_empty() {
+        // Equal steps cannot end there.
         return Approach::NoAnswer;
     }
     let mut steps = STEPS;

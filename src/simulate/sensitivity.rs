@@ -161,8 +161,8 @@ pub fn influence(column: &Column, parts: usize) -> Result<Vec<Influence>, NoSens
     let work = Work::of_question(&column.curve);
     let fastest = Grazing::of(column, critical.c, TOLERANCES[0], None, &work)?.fastest();
     let edge = |part: usize| part as f64 / parts as f64 * fastest;
-    // Steps end at the corners of the law and at the edges.
-    let mut stops: Vec<f64> = column.curve.corners().to_vec();
+    // Steps end at the corners and narrow features of the law and at the edges.
+    let mut stops = column.curve.stops(column.belt_speed).into_owned();
     stops.extend((1..parts).map(edge));
     stops.sort_by(f64::total_cmp);
     let orbit = Grazing::of(column, critical.c, TOLERANCES[0], Some(&stops), &work)?;
@@ -203,8 +203,10 @@ impl Grazing {
     ) -> Result<Self, Failure> {
         let oscillator = Oscillator::in_column(column, c);
         let belt_speed = oscillator.belt_speed;
-        let walk = Walk::new(&oscillator, Side::Below, [belt_speed, 0.0], tolerance, belt_speed, work);
-        let mut walk = walk.stopping_at(stops.unwrap_or_else(|| column.curve.corners()));
+        let mut walk = Walk::new(&oscillator, Side::Below, [belt_speed, 0.0], tolerance, belt_speed, work);
+        if let Some(stops) = stops {
+            walk = walk.stopping_at(stops);
+        }
         static RULE: LazyLock<Rule<5>> = LazyLock::new(Rule::new);
         let rule = &*RULE;
         // Slip speeds, weights without exp(-G), and -G, which may exceed the range of the exponential.

@@ -96,10 +96,14 @@ pub(in crate::friction) fn compile(
     let places = Places::of(&breaks);
     let blocks = super::range::blocks(&pieces);
     let jumps = super::jumps(law, &breaks, &pieces);
+    let narrow = match law {
+        Form::Table(_) => Vec::new(),
+        _ => super::narrow_ends(&breaks),
+    };
     let of_piece = |piece: &Piece| piece.c.iter().rposition(|c| *c != 0.0).map_or(1, |last| last + 1);
     let terms = pieces.iter().map(of_piece).max().unwrap_or(COUNT);
     let compiled =
-        Arc::new(Weakening { law: law.clone(), breaks, pieces, base, places, blocks, jumps, terms });
+        Arc::new(Weakening { law: law.clone(), breaks, pieces, base, places, blocks, jumps, narrow, terms });
     if known.len() == MOST_KEPT
         && let Some(shortest) =
             (0..known.len()).min_by(|&i, &j| known[i].reach().total_cmp(&known[j].reach()))

@@ -64,8 +64,26 @@ pub struct Weakening {
     blocks: Vec<Range>,
     /// Sizes of the jumps of w' at the ends of the pieces; empty where the law has no corners.
     jumps: Vec<f64>,
+    /// See [`Weakening::narrow`].
+    narrow: Vec<f64>,
     /// Number of coefficients that are not zero in all pieces: three of a table's.
     terms: usize,
+}
+
+/// Length of a narrow piece, in units of the slip speeds there.
+const NARROW: f64 = 1.0 / 128.0;
+/// Number of narrow pieces after which there is an end for the steps of integrators.
+const NARROW_TOGETHER: usize = 2;
+
+/// The ends of each range of narrow pieces, and every second end inside.
+fn narrow_ends(breaks: &[f64]) -> Vec<f64> {
+    let mut count = 0;
+    let ends = breaks.windows(2).filter_map(|ends| {
+        let (is_narrow, was_narrow) = (ends[1] - ends[0] < NARROW * ends[1], count > 0);
+        count = if is_narrow { count + 1 } else { 0 };
+        (is_narrow != was_narrow || count % NARROW_TOGETHER == 1).then_some(ends[0])
+    });
+    ends.collect()
 }
 
 /// Sizes of the jumps of w' at the breaks, of a law with corners.
@@ -236,6 +254,12 @@ impl Weakening {
     /// Slip speeds > 0, increasing, at which the slope of w jumps.
     pub(crate) fn corners(&self) -> &[f64] {
         self.law.corners()
+    }
+
+    /// Slip speeds, increasing, in and around features of the law that are narrow against the slip speed: long steps of an
+    /// integrator may pass such a feature without a sample in it. None of a table, whose corners are known.
+    pub(crate) fn narrow(&self) -> &[f64] {
+        &self.narrow
     }
 
     /// The size of the jump of w' at an end of pieces, by its number; the law has corners.

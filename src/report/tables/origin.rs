@@ -29,8 +29,7 @@ pub fn cost(map: &MapFile) -> Table {
         })
         .collect();
     if !paths.is_empty() {
-        let text =
-            format!("ColumnOf that the simulation decided by each of its paths: {}.", paths.join(", "));
+        let text = format!("Cells that the simulation decided by each of its paths: {}.", paths.join(", "));
         notes.push(Rich::foreign(&text));
     }
     let columns: [ColumnOf<MethodInfo>; 4] = [

@@ -22,6 +22,7 @@ use super::orbit::{Contact, Event, Motion, Overshoot, Rest, State};
 use crate::filippov::{Oscillator, Side};
 use crate::simulate::Failure;
 use crate::simulate::corners::{self, End};
+use std::borrow::Cow;
 use std::f64::consts::TAU;
 
 /// Largest number of trial steps, of eleven evaluations of the Stribeck law each; a turn takes about 20 to
@@ -66,6 +67,8 @@ enum Target {
 pub(super) struct Slip<'a> {
     pub(super) oscillator: &'a Oscillator,
     exit_x1: f64,
+    /// Slip speeds at which steps end, increasing.
+    stops: Cow<'a, [f64]>,
     /// The side of the belt line on which the orbit slips.
     pub(super) side: Side,
     /// Largest distance beyond the belt line at which a field is evaluated.
@@ -96,6 +99,7 @@ impl<'a> Slip<'a> {
         let mut slip = Self {
             oscillator,
             exit_x1: oscillator.exit_x1(),
+            stops: oscillator.curve.stops(oscillator.belt_speed),
             side: Side::Below,
             reach: continuation_reach(oscillator),
             tolerance: if tolerance > 0.0 { tolerance.min(LOOSEST) } else { 0.0 },
@@ -335,9 +339,7 @@ impl<'a> Slip<'a> {
             };
             let ends =
                 [left, &right].map(|state| End { slip: self.depth(state), rate: self.outward_speed(state) });
-            if let Some(shorter) =
-                corners::shortened(self.oscillator.curve.corners(), self.oscillator.belt_speed, ends, h)
-            {
+            if let Some(shorter) = corners::shortened(&self.stops, self.oscillator.belt_speed, ends, h) {
                 h = shorter;
                 continue;
             }
