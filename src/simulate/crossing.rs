@@ -402,7 +402,6 @@ impl<'a> Search<'a> {
         };
         let at =
             |outward| Node { y: cycle.beyond_exit, outward, growth: Some([0.0, cycle.multiplier - 1.0]) };
-        // All loops from less than the first distance count as one.
         if a.y > 0.0 {
             self.cycles([a, &at(a.outward)], cycles)?;
         }
@@ -460,20 +459,31 @@ pub fn crossing_cycles(oscillator: &Oscillator, tolerance: f64) -> Result<Vec<Cr
     let unit = oscillator.belt_speed.max(1.0);
     let work = Work::of_question(&oscillator.curve);
     let search = Search::new(oscillator, tolerance, &work);
-    let mut cycles = Vec::new();
-    let mut low = Node::of(0.0, &loop_within(oscillator, 0.0, tolerance, &work)?);
-    for i in DECADES.start() * PER_DECADE..=DECADES.end() * PER_DECADE {
-        if low.y >= farthest {
+    // From the first place at which loops are settled inward: a loop that does not cross again excludes all cycles inside it.
+    let place = |i: i32| unit * 10_f64.powf(f64::from(i) / f64::from(PER_DECADE));
+    let mut nodes: Vec<Node> = Vec::new();
+    for i in (DECADES.start() * PER_DECADE..=DECADES.end() * PER_DECADE).rev() {
+        if i > DECADES.start() * PER_DECADE && place(i - 1) >= farthest {
+            continue;
+        }
+        let node = search.node(place(i))?;
+        if !node.is_flat(tolerance) {
+            nodes.push(node);
+        }
+        if node.growth.is_none() {
             break;
         }
-        let mut high = search.node(unit * 10_f64.powf(f64::from(i) / f64::from(PER_DECADE)))?;
-        if high.is_flat(tolerance) {
-            high.outward = low.outward;
+    }
+    if nodes.last().is_some_and(|last| last.growth.is_some()) {
+        let smallest = Node::of(0.0, &loop_within(oscillator, 0.0, tolerance, &work)?);
+        // All loops from less than the first distance count as one.
+        if nodes.last().is_some_and(|last| last.outward != smallest.outward) {
+            nodes.push(smallest);
         }
-        if low.y > 0.0 || low.outward != high.outward {
-            search.cycles([&low, &high], &mut cycles)?;
-        }
-        low = high;
+    }
+    let mut cycles = Vec::new();
+    for pair in nodes.windows(2).rev() {
+        search.cycles([&pair[1], &pair[0]], &mut cycles)?;
     }
     Ok(cycles)
 }
