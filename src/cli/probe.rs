@@ -432,9 +432,9 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
         line("attracting cycle", format!("period {}, {shape}, multiplier {multiplier}", short(cycle.period)));
     }
     if let Some([from, to, error]) = answer.bistable_band() {
-        // Where the orbit from the exit point crosses for ever, the other attractor crosses, too.
+        // Where the orbit from the exit point crosses for ever, the others do, too.
         let other = match answer.flow.fate {
-            Fate::CrossesForever => ", here with a cycle that crosses the belt line",
+            Fate::CrossesForever => ", here with orbits that cross the belt line for ever",
             _ => "",
         };
         line("bistable for c", format!("{} to {} +- {}{other}", exact(from), exact(to), short(error)));

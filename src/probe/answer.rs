@@ -86,15 +86,15 @@ impl Answer {
     }
 
     /// The dampings c >= 0 between which steady slip and stick-slip both attract: from the damping at which
-    /// the equilibrium becomes stable to c*, with the error of the latter. The landing is not taken into
-    /// account.
+    /// the equilibrium becomes stable to c*, with the error of the latter; `None` where they are not known to differ. The
+    /// landing is not taken into account.
     pub(crate) fn bistable_band(&self) -> Option<[f64; 3]> {
         let epsilon = self.point.epsilon;
         let becomes_stable = self.oscillator.curve.weakening(self.oscillator.belt_speed) / epsilon;
         let root = self.critical.as_ref().ok()?;
         // Avoids -0, since this is printed.
         let from = if becomes_stable > 0.0 { becomes_stable } else { 0.0 };
-        (from < root.c).then_some([from, root.c, root.error])
+        (from + root.error < root.c).then_some([from, root.c, root.error])
     }
 
     /// For each method the eps up to which its verdict equals that of the flow, with the other parameters

@@ -138,7 +138,11 @@ impl Enclosed {
 
     /// The same from its bounds by the even part of the divergence.
     fn within(&self, even: Interval) -> Interval {
-        self.proved_critical().map_or(even, |critical| critical.intersection(even))
+        self.proved_critical().map_or(even, |critical| {
+            let both = critical.intersection(even);
+            // The whole line if they contradict each other, which claims nothing.
+            Interval::new(both.lo, both.hi)
+        })
     }
 
     /// The enclosure by the grazing orbit; `None` where the proof does not go through.

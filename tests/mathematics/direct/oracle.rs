@@ -61,9 +61,10 @@ pub enum Outcome {
     Rests,
 }
 
-/// Follows v' = w, w' = -v + D w. `None` if the steps are too coarse to decide.
-pub fn lienard(oscillator: &Oscillator) -> Option<(Outcome, Known, Known)> {
-    let [(kind, coarse), (finer_kind, fine)] = [0.01, 0.005].map(|turn| lienard_flow(oscillator, turn));
+/// Follows v' = w, w' = -v + D w in steps of about `turn` radians, and half of that. `None` if the steps are too coarse
+/// to decide.
+pub fn lienard(oscillator: &Oscillator, turn: f64) -> Option<(Outcome, Known, Known)> {
+    let [(kind, coarse), (finer_kind, fine)] = [turn, 0.5 * turn].map(|turn| lienard_flow(oscillator, turn));
     let known = |i: usize| {
         let difference = fine[i] - coarse[i];
         Known { value: fine[i] + difference / 15.0, error: difference.abs() + 1e-14 * (1.0 + fine[i].abs()) }
