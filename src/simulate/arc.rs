@@ -220,6 +220,8 @@ impl<'a> Walk<'a> {
         let from = self.here;
         let scale = 1.0 / (1.0 + 0.5 * self.divergence(from.v).abs());
         let mut h = self.next_step.min(scale);
+        // The length with which the orbit goes on after a step that ends at a stop.
+        let mut beyond_stop: f64 = 0.0;
         loop {
             match self.weakening {
                 Some(_) => self.work.spend_compiled(STAGES as u64)?,
@@ -234,8 +236,15 @@ impl<'a> Walk<'a> {
                 continue;
             }
             let ends = [self.slip(&from), self.slip(&to)];
-            if let Some(shorter) = corners::shortened(&self.stops, self.oscillator.belt_speed, ends, h) {
-                h = shorter;
+            let least = corners::LEAST_STEP * scale;
+            if h > least
+                && let Some(shorter) = corners::shortened(&self.stops, self.oscillator.belt_speed, ends, h)
+            {
+                // After a corner the error of a step says nothing about the next.
+                if self.oscillator.curve.corners().is_empty() {
+                    beyond_stop = beyond_stop.max(h);
+                }
+                h = shorter.max(least);
                 continue;
             }
             let allowed = self.allowed_in(&from, h);
@@ -244,12 +253,13 @@ impl<'a> Walk<'a> {
             // that of the shorter step to the line, see `is_accurate`.
             if error <= allowed || self.beyond(&to) {
                 if error <= allowed {
-                    self.next_step = h * factor;
+                    self.next_step = (h * factor).max(beyond_stop);
                 }
                 self.here = to;
                 return Ok(from);
             }
             h *= factor.min(0.9);
+            beyond_stop = 0.0;
         }
     }
 

@@ -111,6 +111,8 @@ pub(super) fn turn(oscillator: &Oscillator, radius: f64, tolerance: f64) -> Resu
     let mut state = [0.0; 3];
     let (mut theta, mut h) = (0.0, FIRST_STEP);
     let mut error = 0.0;
+    // The length with which the orbit goes on after a step that ends at a stop.
+    let mut beyond_stop = 0.0_f64;
     let weakening = &*oscillator.curve.compiled(4.0 * oscillator.belt_speed);
     let stops = oscillator.curve.stops(oscillator.belt_speed);
     let mut field =
@@ -135,6 +137,10 @@ pub(super) fn turn(oscillator: &Oscillator, radius: f64, tolerance: f64) -> Resu
         if inside {
             let slips = ends.map(|(end, _)| end);
             if let Some(shorter) = corners::shortened(&stops, oscillator.belt_speed, slips, width) {
+                // After a corner the error of a step says nothing about the next.
+                if oscillator.curve.corners().is_empty() {
+                    beyond_stop = beyond_stop.max(width);
+                }
                 h = shorter;
                 continue;
             }
@@ -146,6 +152,7 @@ pub(super) fn turn(oscillator: &Oscillator, radius: f64, tolerance: f64) -> Resu
             let factor =
                 if inside { (0.9 * (allowed / local).powf(1.0 / 7.0)).clamp(0.1, 0.9) } else { 0.25 };
             h = width * factor;
+            beyond_stop = 0.0;
             field.steepest = steepest;
             if !(h > SHORTEST_STEP) {
                 return Err(HandOver { rhs });
@@ -166,7 +173,8 @@ pub(super) fn turn(oscillator: &Oscillator, radius: f64, tolerance: f64) -> Resu
             return Ok(lap);
         }
         let grown = if local > 0.0 { 0.9 * (allowed / local).powf(1.0 / 7.0) } else { 5.0 };
-        h = (width * grown.clamp(0.2, 5.0)).min(LONGEST_STEP);
+        h = (width * grown.clamp(0.2, 5.0)).max(beyond_stop).min(LONGEST_STEP);
+        beyond_stop = 0.0;
     }
     Err(HandOver { rhs })
 }

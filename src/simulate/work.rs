@@ -11,7 +11,7 @@ use crate::friction::Curve;
 
 /// Largest number of evaluations of the right-hand side of the Stribeck law, see [`Curve::cost`]: half a
 /// second of one orbit. The backbones and cycles of moderate parameters take a tenth of it.
-const QUESTION: u64 = 5_000_000;
+const QUESTION: u64 = 7_000_000;
 
 /// The rest of a budget.
 #[derive(Debug)]

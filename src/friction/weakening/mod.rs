@@ -71,11 +71,11 @@ pub struct Weakening {
 }
 
 /// Length of a narrow piece, in units of the slip speeds there.
-const NARROW: f64 = 1.0 / 128.0;
+const NARROW: f64 = 1.0 / 200.0;
 /// Number of narrow pieces after which there is an end for the steps of integrators.
-const NARROW_TOGETHER: usize = 2;
+const NARROW_TOGETHER: usize = 6;
 
-/// The ends of each range of narrow pieces, and every second end inside.
+/// The ends of each range of narrow pieces, and some ends inside.
 fn narrow_ends(breaks: &[f64]) -> Vec<f64> {
     let mut count = 0;
     let ends = breaks.windows(2).filter_map(|ends| {

@@ -320,6 +320,7 @@ impl<'a> Slip<'a> {
         let longest = (self.longest_turn * scale).min(self.longest_resolving(left));
         let mut h = self.next_step.min(longest).min(end_time - left.time);
         let mut failure = Failure::StepUnderflow;
+        let mut at_stop = false;
         loop {
             let clipped = h >= end_time - left.time;
             if h <= SHORTEST_STEP * scale && !clipped {
@@ -339,8 +340,13 @@ impl<'a> Slip<'a> {
             };
             let ends =
                 [left, &right].map(|state| End { slip: self.depth(state), rate: self.outward_speed(state) });
-            if let Some(shorter) = corners::shortened(&self.stops, self.oscillator.belt_speed, ends, h) {
-                h = shorter;
+            let least = corners::LEAST_STEP * scale;
+            if h > least
+                && let Some(shorter) = corners::shortened(&self.stops, self.oscillator.belt_speed, ends, h)
+            {
+                h = shorter.max(least);
+                // After a corner the error of a step says nothing about the next.
+                at_stop = self.oscillator.curve.corners().is_empty();
                 continue;
             }
             let allowed = allowed_rate * h;
@@ -356,10 +362,12 @@ impl<'a> Slip<'a> {
                 let local = likely.min(allowed) + rounding_rate * h;
                 self.error = self.error * (growth * h).exp() + local;
                 // A step cut by an event or the end of time gives no information about the next one.
-                self.next_step = (h * factor).max(self.next_step.min(h * 5.0));
+                let before = if at_stop { self.next_step } else { self.next_step.min(h * 5.0) };
+                self.next_step = (h * factor).max(before);
                 return Ok(right);
             }
             h *= factor.min(0.9);
+            at_stop = false;
             self.next_step = h;
         }
     }
