@@ -2,7 +2,8 @@
 //!
 //! This engine follows the field of [`Oscillator::acceleration`] itself, event by event on one side of the
 //! belt line after the other, and uses none of the reductions of the rest of the crate: no polar coordinates,
-//! no scaling, no half maps. It is slow, and audits use it as the reference.
+//! no scaling, no half maps. It is slow, and audits use it as the reference. The compiled form of a formula tells it
+//! where steps should end ([`crate::friction::Curve`]), not what friction is there.
 //!
 //! Accuracy: the Dormand-Prince method of order 8 with error control per unit time; states are offsets
 //! from the exit point (1 - eps c V, V), summed with compensation. Departures from the paper: none.
