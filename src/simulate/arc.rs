@@ -10,7 +10,6 @@
 //!
 //! This module is for cycles; verdicts do not use it.
 
-use std::borrow::Cow;
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
@@ -27,6 +26,7 @@ const SHORTEST_STEP: f64 = 1e-14;
 /// after 52.
 const TRIALS: u32 = 8 * 52;
 
+/// A state on an orbit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct State {
     /// x2.
@@ -81,7 +81,7 @@ pub(super) struct Walk<'a> {
     /// The law's polynomials, where they are quicker than the law and their error is below that of the orbit.
     weakening: Option<Arc<Weakening>>,
     /// Slip speeds at which steps end, increasing.
-    stops: Cow<'a, [f64]>,
+    stops: &'a [f64],
     /// Local error allowed per unit of time.
     allowed: f64,
     pub(super) here: State,
@@ -137,7 +137,7 @@ impl<'a> Walk<'a> {
             side,
             direction: 1.0,
             weakening,
-            stops: oscillator.curve.stops(oscillator.belt_speed),
+            stops: oscillator.curve.corners(),
             allowed: tolerance * scale / TAU,
             here: State { v, w, growth: 0.0, time: 0.0 },
             // Near the belt line the friction law may change on a scale much smaller than V; steps grow from
@@ -147,6 +147,7 @@ impl<'a> Walk<'a> {
         }
     }
 
+    /// The walk backward in time.
     pub(super) fn backward(self) -> Self {
         Self { direction: -1.0, ..self }
     }
@@ -176,7 +177,7 @@ impl<'a> Walk<'a> {
 
     /// The walk with steps that end at these slip speeds, among which the law's corners are.
     pub(super) fn stopping_at(self, stops: &'a [f64]) -> Self {
-        Self { stops: Cow::Borrowed(stops), ..self }
+        Self { stops, ..self }
     }
 
     /// x1 at a state, from x2' = w.
@@ -196,6 +197,7 @@ impl<'a> Walk<'a> {
         (State { v, w, growth, time: from.time + h }, error[0].hypot(error[1]))
     }
 
+    /// The slip speed at a state.
     pub(super) fn slip(&self, state: &State) -> End {
         match self.side {
             Side::Below => End { slip: self.oscillator.belt_speed - state.v, rate: -state.w },
@@ -220,8 +222,6 @@ impl<'a> Walk<'a> {
         let from = self.here;
         let scale = 1.0 / (1.0 + 0.5 * self.divergence(from.v).abs());
         let mut h = self.next_step.min(scale);
-        // The length with which the orbit goes on after a step that ends at a stop.
-        let mut beyond_stop: f64 = 0.0;
         loop {
             match self.weakening {
                 Some(_) => self.work.spend_compiled(STAGES as u64)?,
@@ -236,15 +236,8 @@ impl<'a> Walk<'a> {
                 continue;
             }
             let ends = [self.slip(&from), self.slip(&to)];
-            let least = corners::LEAST_STEP * scale;
-            if h > least
-                && let Some(shorter) = corners::shortened(&self.stops, self.oscillator.belt_speed, ends, h)
-            {
-                // After a corner the error of a step says nothing about the next.
-                if self.oscillator.curve.corners().is_empty() {
-                    beyond_stop = beyond_stop.max(h);
-                }
-                h = shorter.max(least);
+            if let Some(shorter) = corners::shortened(self.stops, self.oscillator.belt_speed, ends, h) {
+                h = shorter;
                 continue;
             }
             let allowed = self.allowed_in(&from, h);
@@ -253,13 +246,12 @@ impl<'a> Walk<'a> {
             // that of the shorter step to the line, see `is_accurate`.
             if error <= allowed || self.beyond(&to) {
                 if error <= allowed {
-                    self.next_step = (h * factor).max(beyond_stop);
+                    self.next_step = h * factor;
                 }
                 self.here = to;
                 return Ok(from);
             }
             h *= factor.min(0.9);
-            beyond_stop = 0.0;
         }
     }
 
