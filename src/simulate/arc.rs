@@ -153,8 +153,7 @@ impl<'a> Walk<'a> {
     }
 
     /// D in the direction of time at velocity `v`. Beyond the belt line it is constant: steps that pass the line are
-    /// shortened to it,
-    /// so this only has to be bounded.
+    /// shortened to it, so this only has to be bounded.
     fn divergence(&self, v: f64) -> f64 {
         let slip = match self.side {
             Side::Below => self.oscillator.belt_speed - v,

@@ -15,6 +15,7 @@ mod certificates;
 mod claims;
 mod closing;
 mod columns;
+mod crossing;
 mod curves;
 mod direct;
 mod failures;

@@ -1,0 +1,186 @@
+//! Cycles that cross the belt line, and loops beyond the exit point, which tend to them or inward.
+
+use slipmap::filippov::Oscillator;
+use slipmap::friction::{Expression, Law};
+use slipmap::map::{self, Regime};
+use slipmap::simulate::crossing::{Loop, crossing_cycles, crossing_loop};
+use slipmap::simulate::slip_cycle::Unknown;
+use slipmap::simulate::{Neighbour, crossing_separates, flow};
+
+use crate::sample::{Random, Sample};
+
+/// Friction that pushes at some slip speeds: a repelling and an attracting cycle as close as 4.6 per cent to each other.
+/// Their places are those of steps of 5e-4 by the classical Runge-Kutta method in (x1, x2).
+#[test]
+fn narrow_pairs_of_crossing_cycles_are_found() {
+    let law = Law::Expression(Expression::new("1-a*exp(-((u-m)/s)^2)", 1.0).unwrap());
+    let at = |a: f64| Oscillator::new(&law, &law.point(1.0, &[a, 20.0, 3.0], 1.0, 0.0).unwrap());
+    for (a, places) in [(2.1, [19.2815, 21.6682]), (2.01, [19.8805, 21.0246]), (2.0005, [19.9925, 20.9068])] {
+        let oscillator = at(a);
+        let cycles = crossing_cycles(&oscillator, 1e-9).unwrap();
+        assert!(cycles.len() == 2 && !cycles[0].is_stable() && cycles[1].is_stable(), "{a} {cycles:?}");
+        for (cycle, place) in cycles.iter().zip(places) {
+            assert!((cycle.beyond_exit - place).abs() < 1e-3, "{a} {cycles:?}");
+        }
+        assert_eq!(map::regime(&oscillator, &flow(&oscillator, 1e-9)), Regime::StickSlipAndCrossing, "{a}");
+    }
+    // Down to the fold, where they meet, the pair is found or not known: its multipliers tend to 1.
+    let (mut without, mut with, mut unknown, mut last) = (1.9, 2.0005, 0, Vec::new());
+    for _ in 0..40 {
+        let a = 0.5 * (without + with);
+        match crossing_cycles(&at(a), 1e-9) {
+            Ok(cycles) if cycles.is_empty() => without = a,
+            Ok(cycles) => (with, last) = (a, cycles),
+            Err(Unknown::TooClose) => (with, unknown) = (a, unknown + 1),
+            Err(failure) => panic!("{a} {failure}"),
+        }
+    }
+    assert!(last.len() == 2 && unknown > 0, "{last:?} {unknown}");
+    assert!(last.iter().all(|cycle| (cycle.multiplier - 1.0).abs() < 0.01), "{last:?}");
+}
+
+/// Laws that fall by W in all, some of them in steps.
+fn falling(random: &mut Random, fall: f64) -> (Law, Vec<f64>) {
+    let phi = "1-w*(p*(tanh((u-m)/s)+tanh(m/s))/(1+tanh(m/s))+(1-p)*(1-exp(-u/n)))";
+    let m = random.log(0.01, 100.0);
+    // In the order in which the formula names them.
+    let values = vec![fall, random.unit(), m, m * random.log(0.02, 1.0), random.log(0.01, 100.0)];
+    (Law::Expression(Expression::new(phi, 1.0).unwrap()), values)
+}
+
+#[test]
+fn loops_lead_inward_where_friction_falls_little() {
+    let mut random = Random(0x100b5);
+    for i in 0..400 {
+        let fall = random.log(0.01, 0.99);
+        let (law, values) = falling(&mut random, fall);
+        // Up to the bound; half of them without damping.
+        let belt_speed = 4.0 * (1.0 - fall) / fall * random.log(0.01, 0.999);
+        let damping = if i % 2 == 0 { 0.0 } else { random.log(1e-3, 1.0) };
+        let oscillator = Oscillator::new(&law, &law.point(1.0, &values, belt_speed, damping).unwrap());
+        assert_eq!(crossing_cycles(&oscillator, 1e-9), Ok(Vec::new()), "{values:?} {belt_speed} {damping}");
+        for _ in 0..4 {
+            let y = random.log(1e-3, 100.0) * belt_speed.max(1.0);
+            let end = crossing_loop(&oscillator, y, 1e-8).unwrap();
+            let outward = matches!(end, Loop::Crosses { beyond_exit, .. } if beyond_exit >= y);
+            assert!(!outward, "{values:?} {belt_speed} {damping}: {y} {end:?}");
+        }
+    }
+}
+
+/// The search from outside against loops of every size.
+#[test]
+fn regimes_have_a_crossing_cycle_where_some_loop_leads_outward() {
+    let (mut random, mut found) = (Random(0xc405), [0; 2]);
+    for _ in 0..60 {
+        // Friction that changes its sign, on fast belts: crossing cycles are not rare.
+        let fall = 0.9 + random.unit();
+        let (law, values) = falling(&mut random, fall);
+        let belt_speed = random.log(0.5, 30.0);
+        let damping = random.log(1e-3, 0.3);
+        let oscillator = Oscillator::new(&law, &law.point(1.0, &values, belt_speed, damping).unwrap());
+        let regime = map::regime(&oscillator, &flow(&oscillator, 1e-9));
+        let outward = (-24..=16).any(|i| {
+            let y = belt_speed.max(1.0) * 10_f64.powf(f64::from(i) / 8.0);
+            matches!(crossing_loop(&oscillator, y, 1e-8), Ok(Loop::Crosses { beyond_exit, .. }) if beyond_exit > y)
+        });
+        if regime == Regime::Failed {
+            // Where orbits grow without bound slip cycles may have no answer.
+            continue;
+        }
+        assert_eq!(
+            regime.name().contains("crossing"),
+            outward,
+            "{values:?} {belt_speed} {damping}: {regime:?}"
+        );
+        found[usize::from(outward)] += 1;
+    }
+    assert!(found.iter().all(|count| *count > 10), "{found:?}");
+}
+
+#[test]
+fn without_positive_divergence_nothing_crosses_for_ever() {
+    let (mut random, mut contracting) = (Random(0xd1), 0);
+    for _ in 0..300 {
+        let sample = random.anywhere();
+        // From half the damping at which the divergence is nowhere positive to twice that.
+        let damping = sample.gamma * (1.0 - sample.alpha) * random.log(0.5, 2.0);
+        let point = Sample { damping, ..sample };
+        let oscillator = point.oscillator();
+        if oscillator.divergence(0.0) > 0.0 {
+            continue;
+        }
+        contracting += 1;
+        assert_eq!(crossing_cycles(&oscillator, 1e-9), Ok(Vec::new()), "{point:?}");
+        // Loops all lead inward, as far as they are followed.
+        for size in [0.01, 1.0, 10.0] {
+            let end = crossing_loop(&oscillator, size, 1e-9).unwrap();
+            let inward = match end {
+                Loop::Crosses { beyond_exit, .. } => beyond_exit < size,
+                Loop::Sticks | Loop::SpiralsInward => true,
+            };
+            assert!(inward, "{point:?} {size}: {end:?}");
+        }
+    }
+    assert!(contracting > 100, "{contracting}");
+}
+
+/// Far out friction that vanishes hardly changes a loop: its direction is that of the error of the turn.
+#[test]
+fn loops_within_their_error_are_no_crossing_cycles() {
+    let point = Law::Lorentzian.point(1.0, &[0.0, 0.778296192924968, 0.0], 18.91061728510668, 0.0).unwrap();
+    let cycles = crossing_cycles(&Oscillator::new(&Law::Lorentzian, &point), 1e-9).unwrap();
+    assert!(cycles.len() == 1 && cycles[0].is_stable(), "{cycles:?}");
+}
+
+/// A repelling cycle that crosses the belt line, between stick-slip and an attracting cycle that crosses.
+#[test]
+fn a_repelling_crossing_cycle_separates_its_neighbours() {
+    let law = Law::Expression(Expression::new("1-a*(tanh((u-m)/s)+tanh(m/s))", 1.0).unwrap());
+    let oscillator = Oscillator::new(&law, &law.point(1.0, &[1.0, 20.5, 1.0], 10.0, 0.002).unwrap());
+    let answer = flow(&oscillator, 1e-10);
+    let cycles = crossing_cycles(&oscillator, 1e-10).unwrap();
+    assert!(cycles.len() == 2 && !cycles[0].is_stable() && cycles[1].is_stable(), "{cycles:?}");
+    assert_eq!(
+        crossing_separates(0, cycles.len(), 1, &answer.fate),
+        [Neighbour::StickSlip, Neighbour::Crossing]
+    );
+    // Where loops from both sides of it lead.
+    let ends = [-1e-3, 1e-3].map(|shift| {
+        let mut y = cycles[0].beyond_exit * (1.0 + shift);
+        for _ in 0..1000 {
+            match crossing_loop(&oscillator, y, 1e-9).unwrap() {
+                Loop::Crosses { beyond_exit, .. } => y = beyond_exit,
+                Loop::Sticks => return 0.0,
+                Loop::SpiralsInward => return f64::NAN,
+            }
+        }
+        y
+    });
+    assert_eq!(ends[0], 0.0);
+    assert!(ends[1] > 2.0 * cycles[0].beyond_exit && ends[1] < cycles[1].beyond_exit, "{ends:?}");
+}
+
+/// Its stick-slip cycle and its crossing cycle are both attractors, up to the damping at which the crossing
+/// cycles are gone.
+#[test]
+fn a_crossing_cycle_around_a_stick_slip_cycle_belongs_to_the_regime() {
+    let law = Law::Expression(Expression::new("1-a*(tanh((u-m)/s)+tanh(m/s))", 1.0).unwrap());
+    let at = |c: f64| {
+        let oscillator = Oscillator::new(&law, &law.point(1.0, &[1.0, 20.5, 1.0], 10.0, c).unwrap());
+        let cycles = crossing_cycles(&oscillator, 1e-10).unwrap();
+        (map::regime(&oscillator, &flow(&oscillator, 1e-10)), cycles.len())
+    };
+    assert_eq!(at(0.002), (Regime::EquilibriumStickSlipAndCrossing, 2));
+    let (regime, cycles) = at(0.2);
+    assert!(cycles == 0 && !regime.name().contains("crossing"), "{regime:?}");
+    let (mut last, mut both) = (2, 0);
+    for i in 0..20 {
+        let (regime, cycles) = at(0.002 + 0.002 * f64::from(i));
+        assert_eq!(regime.name().contains("crossing"), cycles > 0, "{i}: {regime:?}");
+        assert!(cycles <= last, "{i}: {cycles}");
+        last = cycles;
+        both += cycles / 2;
+    }
+    assert!((1..20).contains(&both), "{both}");
+}
