@@ -23,7 +23,7 @@ use crate::store::{MapFile, Pick};
 
 /// Number of cells of a tile, after each of which a superseded request may stop: many if c is an axis, since
 /// a column's answer costs little more than one cell of it. Tiles that are interpolated have the usual size.
-const TILE_WITH_COLUMNS: usize = 1 << 14;
+const TILE_WITH_COLUMNS: usize = 1 << 13;
 const TILE_OF_SINGLE_CELLS: usize = 512;
 
 impl PlaneRequest {

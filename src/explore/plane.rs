@@ -176,8 +176,7 @@ impl PlaneRequest {
 
     /// The machines of a plane, as far as they are legal, each with its place: first column and row.
     ///
-    /// Belt speeds and dampings share a law. Any other quantity changes the units, so that each of its
-    /// values has a
+    /// Belt speeds and dampings share a law. Any other quantity changes the units, so that each of its values has a
     /// grid of its own.
     pub(super) fn machines(&self, machine: &Machine) -> Result<(Vec<Part>, [usize; 2]), Refusal> {
         let sides = self.sides(Side::nodes)?;

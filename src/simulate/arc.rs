@@ -212,6 +212,15 @@ impl<'a> Walk<'a> {
         }
     }
 
+    /// The longest step that does not pass the scale of the law: it changes the slip speed by at most that speed, on the
+    /// way to the belt line by half of it, or that of V next to the line. The large steps of orbits far out lose what the
+    /// law does near the line.
+    fn longest_resolving(&self, from: &State) -> f64 {
+        let End { slip, rate } = self.slip(from);
+        let change = slip.max(self.oscillator.belt_speed);
+        (if rate < 0.0 { 0.5 } else { 1.0 }) * change / rate.abs()
+    }
+
     /// Takes one step, and returns the state at its beginning. The direction of (v, w) turns at the rate 1 +
     /// D sin cos <= 1 + |D|/2; steps are short enough that x2' changes its sign at most once.
     ///
@@ -220,7 +229,7 @@ impl<'a> Walk<'a> {
     pub(super) fn advance(&mut self) -> Result<State, Failure> {
         let from = self.here;
         let scale = 1.0 / (1.0 + 0.5 * self.divergence(from.v).abs());
-        let mut h = self.next_step.min(scale);
+        let mut h = self.next_step.min(scale).min(self.longest_resolving(&from));
         loop {
             match self.weakening {
                 Some(_) => self.work.spend_compiled(STAGES as u64)?,

@@ -96,6 +96,9 @@ pub struct Backbone {
     unresolved: Vec<f64>,
     /// Where slopes at the nodes show that C is monotone.
     monotone: Vec<Monotone>,
+    /// The dampings about which C is too flat between two neighbouring nodes: corners may make extremes there that a
+    /// polynomial across them does not show.
+    flat: Vec<[f64; 2]>,
     /// Estimate of the absolute error of C at any r.
     pub error: f64,
     /// Number of evaluations of the right-hand side, where the polar form was used.
@@ -427,7 +430,7 @@ impl Backbone {
             |panel: &Panel| truncation_error(&panel.series) + node_error_of(&panel.values, node_error);
         let error = panels.iter().map(error_of).fold(0.0, f64::max);
         let belt_speed = panels[panels.len() - 1].to;
-        let (turning_points, unresolved) = (Vec::new(), Vec::new());
+        let (turning_points, unresolved, flat) = (Vec::new(), Vec::new(), Vec::new());
         let monotone = Self::monotone_ranges(&panels, error, nearest_corner);
         let size = panels.iter().map(|panel| largest(&panel.values)).fold(0.0, f64::max);
         let mut backbone = Self {
@@ -439,12 +442,14 @@ impl Backbone {
             turning_points,
             unresolved,
             monotone,
+            flat,
             error,
             rhs: 0,
         };
         (backbone.turning_points, backbone.unresolved) = backbone.find_turning_points();
         if crosses_corners {
             backbone.unresolved.extend(Self::extremes_by_slopes(&backbone.panels));
+            backbone.flat = backbone.flat_between_nodes();
         }
         backbone
     }
@@ -529,7 +534,7 @@ impl Backbone {
         let from_extremes = if self.crosses_corners { FAR_ACROSS_CORNERS * self.error } else { distance };
         self.error <= LARGEST_ERROR * self.size
             && self.no_extreme_within(viscous, from_extremes)
-            && !(self.crosses_corners && self.is_flat_near(viscous, distance))
+            && !self.flat.iter().any(|[low, high]| (*low..=*high).contains(&viscous))
             && !self.is_near_uncertain_end(viscous, distance)
     }
 
@@ -548,13 +553,13 @@ impl Backbone {
                 && !(is_steep || rises_or_falls(self.monotone.last(), self.belt_speed))
     }
 
-    /// Returns whether C hardly changes between two neighbouring nodes, the ones next to r = 0 aside, where it is near
-    /// `viscous`: corners may make extremes there that a polynomial across them does not show.
-    fn is_flat_near(&self, viscous: f64, enough: f64) -> bool {
+    /// The dampings about flat pieces on which slopes do not show that C is monotone.
+    fn flat_between_nodes(&self) -> Vec<[f64; 2]> {
         let panel = &self.panels[0];
         let radius = |i: usize| panel.radius(node(i, panel.values.len() - 1));
         let is_monotone = |i| self.monotone.iter().any(|it| it.from <= radius(i + 1) && radius(i) <= it.to);
-        flat_pieces(&panel.values, viscous, enough).any(|i| !is_monotone(i))
+        let pieces = flat_pieces(&panel.values, FAR * self.error);
+        pieces.filter(|(i, _)| !is_monotone(*i)).map(|(_, dampings)| dampings).collect()
     }
 
     /// Returns whether no extreme of C between the ends is that close to `viscous`, also none of those that are not
@@ -621,14 +626,14 @@ impl Backbone {
     }
 }
 
-/// The pairs of neighbouring nodes, the ones next to r = 0 aside, between which C hardly changes and is near `viscous`.
-fn flat_pieces(values: &[f64], viscous: f64, enough: f64) -> impl Iterator<Item = usize> {
-    let is_flat = move |pair: &[f64]| {
-        let [low, high] = [pair[0].min(pair[1]), pair[0].max(pair[1])];
-        high - low <= enough && low - enough <= viscous && viscous <= high + enough
-    };
+/// The pairs of neighbouring nodes, the ones next to r = 0 aside, between which C changes by at most `enough`, and the
+/// dampings that are that close to its values there.
+fn flat_pieces(values: &[f64], enough: f64) -> impl Iterator<Item = (usize, [f64; 2])> {
     let pairs = values[..values.len() - 1].windows(2).enumerate();
-    pairs.filter_map(move |(i, pair)| is_flat(pair).then_some(i))
+    pairs.filter_map(move |(i, pair)| {
+        let [low, high] = [pair[0].min(pair[1]), pair[0].max(pair[1])];
+        (high - low <= enough).then_some((i, [low - enough, high + enough]))
+    })
 }
 
 /// Number of steps to an extreme: its place is as accurate as rounding errors of the values permit.

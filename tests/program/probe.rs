@@ -142,7 +142,7 @@ fn the_text_names_every_answer() {
 #[test]
 fn cycles_that_cross_the_belt_line_are_named() {
     let law = "1-a*(tanh((u-m)/s)+tanh(m/s))";
-    let point = ["--set", "a=1", "--set", "m=20.5", "--set", "s=2", "--epsilon", "1", "--V", "10"];
+    let point = ["--set", "a=1", "--set", "m=20.5", "--set", "s=1", "--epsilon", "1", "--V", "10"];
     let text = |damping: &str| {
         let arguments = [&["probe", "--phi", law, "--c", damping][..], &point].concat();
         Scratch::new().run(&arguments).ends_with(0).out

@@ -117,8 +117,8 @@ impl<'a> InterpolatedBackbone<'a> {
         if !is_accurate {
             return None;
         }
-        if self.nodes.crosses_corners && flat_pieces(self.values, viscous, FAR * self.error).next().is_some()
-        {
+        let mut flat = flat_pieces(self.values, FAR * self.error).map(|(_, [low, high])| low..=high);
+        if self.nodes.crosses_corners && flat.any(|dampings| dampings.contains(&viscous)) {
             return None;
         }
         if self.nodes.is_monotone(self.values) {
