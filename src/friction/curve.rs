@@ -289,21 +289,22 @@ impl Curve {
     /// of [`Weakening::narrow`].
     pub(crate) fn stops(&self, belt_speed: f64) -> Cow<'_, [f64]> {
         let corners = self.corners();
-        match &self.form {
-            Form::Stribeck(_) | Form::Exponential(_) | Form::Lorentzian(_) | Form::Table(_) => {
-                Cow::Borrowed(corners)
-            }
-            _ => {
-                let compiled = self.compiled(4.0 * belt_speed);
-                if compiled.narrow().is_empty() {
-                    return Cow::Borrowed(corners);
-                }
-                let mut stops = [corners, compiled.narrow()].concat();
-                stops.sort_by(f64::total_cmp);
-                stops.dedup();
-                Cow::Owned(stops)
-            }
+        if self.has_known_features() {
+            return Cow::Borrowed(corners);
         }
+        let compiled = self.compiled(4.0 * belt_speed);
+        if compiled.narrow().is_empty() {
+            return Cow::Borrowed(corners);
+        }
+        let mut stops = [corners, compiled.narrow()].concat();
+        stops.sort_by(f64::total_cmp);
+        stops.dedup();
+        Cow::Owned(stops)
+    }
+
+    /// Returns whether the law has no features but those at rest and at its corners: closed forms and tables.
+    pub(crate) fn has_known_features(&self) -> bool {
+        matches!(self.form, Form::Stribeck(_) | Form::Exponential(_) | Form::Lorentzian(_) | Form::Table(_))
     }
 
     /// Returns whether the weakening rate is one analytic function of u >= 0 without narrow features.

@@ -323,7 +323,7 @@ impl TileColumns<'_> {
 
     fn values_of(&self, column: &Column, found: &mut Interpolated) -> Node {
         let (mut values, error) = if self.intervals > 0 {
-            let (values, error, spent) = InterpolatedBackbone::values(column, COARSE, self.intervals).ok()?;
+            let (values, error, spent) = InterpolatedBackbone::values(column, COARSE, self.intervals)?;
             found.rhs += spent;
             (values, error)
         } else {

@@ -10,6 +10,7 @@
 //!
 //! This module is for cycles; verdicts do not use it.
 
+use std::borrow::Cow;
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
@@ -22,6 +23,9 @@ use crate::friction::Weakening;
 
 /// A step this much shorter than the time scale of the flow has underflowed.
 const SHORTEST_STEP: f64 = 1e-14;
+/// Distance from the equilibrium, in units of V, at which an orbit rests: turns of a nearly critical node take the
+/// state below the smallest number.
+const AT_REST: f64 = 1e-200;
 /// Largest number of trials that locate a point within a step; every eighth bisects, which alone would end
 /// after 52.
 const TRIALS: u32 = 8 * 52;
@@ -81,7 +85,7 @@ pub(super) struct Walk<'a> {
     /// The law's polynomials, where they are quicker than the law and their error is below that of the orbit.
     weakening: Option<Arc<Weakening>>,
     /// Slip speeds at which steps end, increasing.
-    stops: &'a [f64],
+    stops: Cow<'a, [f64]>,
     /// Local error allowed per unit of time.
     allowed: f64,
     pub(super) here: State,
@@ -137,7 +141,7 @@ impl<'a> Walk<'a> {
             side,
             direction: 1.0,
             weakening,
-            stops: oscillator.curve.corners(),
+            stops: curve.stops(oscillator.belt_speed),
             allowed: tolerance * scale / TAU,
             here: State { v, w, growth: 0.0, time: 0.0 },
             // Near the belt line the friction law may change on a scale much smaller than V; steps grow from
@@ -176,7 +180,7 @@ impl<'a> Walk<'a> {
 
     /// The walk with steps that end at these slip speeds, among which the law's corners are.
     pub(super) fn stopping_at(self, stops: &'a [f64]) -> Self {
-        Self { stops, ..self }
+        Self { stops: Cow::Borrowed(stops), ..self }
     }
 
     /// x1 at a state, from x2' = w.
@@ -230,6 +234,8 @@ impl<'a> Walk<'a> {
         let from = self.here;
         let scale = 1.0 / (1.0 + 0.5 * self.divergence(from.v).abs());
         let mut h = self.next_step.min(scale).min(self.longest_resolving(&from));
+        // The length with which the orbit goes on after a step that ends at a narrow feature.
+        let mut beyond_stop = 0.0;
         loop {
             match self.weakening {
                 Some(_) => self.work.spend_compiled(STAGES as u64)?,
@@ -244,8 +250,15 @@ impl<'a> Walk<'a> {
                 continue;
             }
             let ends = [self.slip(&from), self.slip(&to)];
-            if let Some(shorter) = corners::shortened(self.stops, self.oscillator.belt_speed, ends, h) {
-                h = shorter;
+            let least = corners::LEAST_STEP * scale;
+            if h > least
+                && let Some(shorter) = corners::shortened(&self.stops, self.oscillator.belt_speed, ends, h)
+            {
+                // After a corner the error of a step says nothing about the next.
+                if self.oscillator.curve.corners().is_empty() {
+                    beyond_stop = f64::max(beyond_stop, h);
+                }
+                h = shorter.max(least);
                 continue;
             }
             let allowed = self.allowed_in(&from, h);
@@ -254,12 +267,13 @@ impl<'a> Walk<'a> {
             // that of the shorter step to the line, see `is_accurate`.
             if error <= allowed || self.beyond(&to) {
                 if error <= allowed {
-                    self.next_step = h * factor;
+                    self.next_step = (h * factor).max(beyond_stop);
                 }
                 self.here = to;
                 return Ok(from);
             }
             h *= factor.min(0.9);
+            beyond_stop = 0.0;
         }
     }
 
@@ -388,10 +402,13 @@ impl<'a> Walk<'a> {
         accurate
     }
 
-    /// Returns whether the orbit provably has no later maximum of x2: where D <= -2 between here and the
-    /// equilibrium, the wedge between w = 0 and w = -v is never left, and |v| falls in it monotonically.
+    /// Returns whether the orbit has come to rest, or provably has no later maximum of x2: where D <= -2 between here and
+    /// the equilibrium, the wedge between w = 0 and w = -v is never left, and |v| falls in it monotonically.
     fn creeps(&self) -> bool {
         let State { v, w, .. } = self.here;
+        if v.hypot(w) <= AT_REST * self.oscillator.belt_speed {
+            return true;
+        }
         let (belt_speed, slip) = (self.oscillator.belt_speed, self.oscillator.belt_speed - self.here.v);
         let in_wedge = self.side == Side::Below && v * w < 0.0 && w.abs() < v.abs();
         let (near, far) = (slip.max(0.0).min(belt_speed), slip.max(belt_speed));

@@ -16,6 +16,7 @@
 
 mod by_slopes;
 mod corners;
+mod hidden;
 mod interpolated;
 
 use super::Failure;
@@ -27,6 +28,7 @@ use super::work::Work;
 use crate::friction::{Column, Curve};
 use by_slopes::Monotone;
 use corners::corner_amplitudes;
+use hidden::Hidden;
 pub(crate) use interpolated::{BackboneNodes, InterpolatedBackbone};
 
 /// Least and largest number of intervals between nodes.
@@ -91,6 +93,8 @@ pub struct Backbone {
     size: f64,
     /// Whether one polynomial serves both sides of a corner.
     crosses_corners: bool,
+    /// Bound of what features of the law may do between the nodes, see [`Hidden`].
+    hidden: f64,
     turning_points: Vec<TurningPoint>,
     /// C at the extremes of the interpolant that may be due to its error, and at those that it may lack.
     unresolved: Vec<f64>,
@@ -393,7 +397,7 @@ impl Backbone {
         // Several panels are as fine as they get.
         let [panel] = &self.panels[..] else { return Ok(None) };
         let enough = (tolerance * largest(&panel.values)).max(node_error_of(&panel.values, self.node_error));
-        if truncation_error(&panel.series) <= enough || panel.values.len() > finest {
+        if truncation_error(&panel.series).max(self.hidden) <= enough || panel.values.len() > finest {
             return Ok(None);
         }
         let Self { belt_speed, node_error: error, rhs, .. } = *self;
@@ -422,7 +426,17 @@ impl Backbone {
         let crosses_corners = !(panels[0].in_root || curve.corners().is_empty());
         let distances = curve.corners().iter().map(|corner| (corner - belt_speed).abs());
         let nearest_corner = distances.fold(f64::INFINITY, f64::min);
-        Self { rhs, ..Self::new(panels, error + slope_error, crosses_corners, nearest_corner) }
+        let mut backbone =
+            Self { rhs, ..Self::new(panels, error + slope_error, crosses_corners, nearest_corner) };
+        if let [Panel { in_root: false, values, .. }] = &backbone.panels[..]
+            && let Some(Hidden { error, amplitudes }) = Hidden::of(curve, belt_speed, values.len() - 1)
+        {
+            backbone.hidden = error;
+            backbone.error = backbone.error.max(error);
+            let hidden: Vec<f64> = amplitudes.into_iter().map(|r| backbone.viscous(r)).collect();
+            backbone.unresolved.extend(hidden);
+        }
+        backbone
     }
 
     fn new(panels: Vec<Panel>, node_error: f64, crosses_corners: bool, nearest_corner: f64) -> Self {
@@ -439,6 +453,7 @@ impl Backbone {
             node_error,
             size,
             crosses_corners,
+            hidden: 0.0,
             turning_points,
             unresolved,
             monotone,

@@ -2,24 +2,24 @@
 
 use super::crossing::{CrossingCycle, StickSlipCycle, crossing_cycles, stick_slip_cycle};
 use super::slip_cycle::{Kick, SlipCycle, Unknown, kick_onto, slip_cycles};
-use super::{Fate, Flow};
+use super::{Failure, Fate, Flow};
 use crate::filippov::{Eigenvalues, Oscillator};
 use crate::named::named;
 
-/// The equilibrium and all cycles, with their stability.
+/// The equilibrium and all cycles, with their stability. Each kind of cycle may be unknown where others are known.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Dynamics {
     /// Eigenvalues at the equilibrium.
     pub equilibrium: Eigenvalues,
-    /// The stick-slip cycle.
-    pub stick_slip: Option<StickSlipCycle>,
+    /// The stick-slip cycle; `None` where there is none.
+    pub stick_slip: Result<Option<StickSlipCycle>, Failure>,
     /// Cycles below the belt line, by growing amplitude.
-    pub slip: Vec<SlipCycle>,
+    pub slip: Result<Vec<SlipCycle>, Unknown>,
     /// Cycles that cross the belt line, by growing size.
-    pub crossing: Vec<CrossingCycle>,
+    pub crossing: Result<Vec<CrossingCycle>, Unknown>,
     /// The kicks that carry steady slip onto the outermost slip cycle that repels, the same as `kick_forward` and
     /// `kick_backward` of a map: `None` where none repels.
-    pub kick: Option<Kick>,
+    pub kick: Result<Option<Kick>, Unknown>,
 }
 
 named! {
@@ -83,19 +83,19 @@ pub(crate) fn outermost_repelling<T>(cycles: &[T], is_stable: impl Fn(&T) -> boo
 pub(crate) const TIGHT: f64 = 1e-13;
 
 /// Computes the dynamics; `flow` is the answer for the orbit from the exit point.
-///
-/// # Errors
-/// [`Unknown`].
-pub fn dynamics(oscillator: &Oscillator, flow: &Flow, tolerance: f64) -> Result<Dynamics, Unknown> {
-    let equilibrium = oscillator.eigenvalues();
-    let slip = slip_cycles(oscillator, tolerance.min(TIGHT))?;
-    let boundary = outermost_repelling(&slip, SlipCycle::is_stable).map(|position| &slip[position]);
-    let kick = boundary.map(|cycle| kick_onto(oscillator, cycle, tolerance.min(TIGHT))).transpose()?;
-    Ok(Dynamics {
-        equilibrium,
-        stick_slip: stick_slip_cycle(oscillator, flow, tolerance)?,
-        crossing: crossing_cycles(oscillator, tolerance)?,
+#[must_use]
+pub fn dynamics(oscillator: &Oscillator, flow: &Flow, tolerance: f64) -> Dynamics {
+    let tight = tolerance.min(TIGHT);
+    let slip = slip_cycles(oscillator, tight);
+    let kick = slip.clone().and_then(|cycles| {
+        let position = outermost_repelling(&cycles, SlipCycle::is_stable);
+        Ok(position.map(|position| kick_onto(oscillator, &cycles[position], tight)).transpose()?)
+    });
+    Dynamics {
+        equilibrium: oscillator.eigenvalues(),
+        stick_slip: stick_slip_cycle(oscillator, flow, tolerance),
+        crossing: crossing_cycles(oscillator, tolerance),
         slip,
         kick,
-    })
+    }
 }

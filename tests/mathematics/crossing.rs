@@ -5,7 +5,7 @@ use slipmap::friction::{Expression, Law};
 use slipmap::map::{self, Regime};
 use slipmap::simulate::crossing::{Loop, crossing_cycles, crossing_loop};
 use slipmap::simulate::slip_cycle::Unknown;
-use slipmap::simulate::{Neighbour, crossing_separates, flow};
+use slipmap::simulate::{Neighbour, crossing_separates, dynamics, flow};
 
 use crate::sample::{Random, Sample};
 
@@ -183,4 +183,45 @@ fn a_crossing_cycle_around_a_stick_slip_cycle_belongs_to_the_regime() {
         both += cycles / 2;
     }
     assert!((1..20).contains(&both), "{both}");
+}
+
+/// Far from the belt line the divergence is -2 but for exp(-2V): an orbit turns once in exp(V) units of time, while its
+/// distance from the equilibrium falls below the smallest number.
+#[test]
+fn orbits_of_nearly_critical_damping_come_to_rest() {
+    let law = Law::Expression(Expression::new("exp(-2*u)", 1.0).unwrap());
+    for belt_speed in [5.0, 10.0, 15.0] {
+        for damping in [1.999_999, 2.0, 2.000_001] {
+            let oscillator = Oscillator::new(&law, &law.point(1.0, &[], belt_speed, damping).unwrap());
+            assert_eq!(
+                crossing_loop(&oscillator, 0.1, 1e-8),
+                Ok(Loop::SpiralsInward),
+                "{belt_speed} {damping}"
+            );
+            assert_eq!(crossing_cycles(&oscillator, 1e-9), Ok(Vec::new()), "{belt_speed} {damping}");
+            let regime = map::regime(&oscillator, &flow(&oscillator, 1e-9));
+            assert_eq!(regime, Regime::Equilibrium, "{belt_speed} {damping}");
+        }
+    }
+}
+
+/// Two crossing cycles within the error of each other leave the other cycles known.
+#[test]
+fn cycles_are_known_where_those_of_another_kind_are_not() {
+    let law = Law::Expression(Expression::new("1-a*exp(-((u-20)/3)^2)", 1.0).unwrap());
+    let at = |a: f64| Oscillator::new(&law, &law.point(1.0, &[a], 1.0, 0.0).unwrap());
+    let (mut without, mut with) = (1.9, 2.0005);
+    let meeting = loop {
+        let oscillator = at(0.5 * (without + with));
+        let found = dynamics(&oscillator, &flow(&oscillator, 1e-9), 1e-9);
+        match &found.crossing {
+            Ok(cycles) => {
+                *(if cycles.is_empty() { &mut without } else { &mut with }) = 0.5 * (without + with)
+            }
+            Err(_) => break found,
+        }
+    };
+    assert_eq!(meeting.crossing, Err(Unknown::TooClose));
+    assert!(matches!(meeting.stick_slip, Ok(Some(_))) && meeting.slip == Ok(Vec::new()), "{meeting:?}");
+    assert_eq!(meeting.kick, Ok(None));
 }

@@ -68,30 +68,25 @@ impl<'a> InterpolatedBackbone<'a> {
         let mut backbone = Backbone::coarsest(&column.curve, column.belt_speed, tolerance)?;
         let series = |backbone: &Backbone| truncation_error(&backbone.panels[0].series);
         let nodes = |backbone: &Backbone| backbone.panels[0].values.len();
-        while series(&backbone) > ENOUGH_BETWEEN_COLUMNS * backbone.size
+        while series(&backbone).max(backbone.hidden) > ENOUGH_BETWEEN_COLUMNS * backbone.size
             && nodes(&backbone) < Self::MOST_NODES
         {
             let Some(finer) = backbone.refined(&column.curve, tolerance)? else { break };
             backbone = finer;
         }
-        let resolved = series(&backbone) <= LARGEST_ERROR * backbone.size;
+        let resolved = series(&backbone).max(backbone.hidden) <= LARGEST_ERROR * backbone.size;
         Ok(resolved.then(|| nodes(&backbone) - 1))
     }
 
     /// The values of C of a column at the nodes, from r = V down to 0, their largest error, and the
-    /// number of evaluations of the right-hand side.
-    ///
-    /// # Errors
-    /// [`Failure`] of an orbit.
-    pub(crate) fn values(
-        column: &Column,
-        tolerance: f64,
-        intervals: usize,
-    ) -> Result<(Vec<f64>, f64, u64), Failure> {
+    /// number of evaluations of the right-hand side; `None` where an orbit has no answer, or the nodes miss a feature of
+    /// the law.
+    pub(crate) fn values(column: &Column, tolerance: f64, intervals: usize) -> Option<(Vec<f64>, f64, u64)> {
         let work = Work::of_backbone(&column.curve);
-        let Backbone { mut panels, node_error, rhs, .. } =
-            Backbone::with_intervals(&column.curve, column.belt_speed, tolerance, intervals, &work)?;
-        Ok((panels.swap_remove(0).values, node_error, rhs))
+        let backbone =
+            Backbone::with_intervals(&column.curve, column.belt_speed, tolerance, intervals, &work).ok()?;
+        let Backbone { mut panels, node_error, rhs, hidden, size, .. } = backbone;
+        (hidden <= LARGEST_ERROR * size).then(|| (panels.swap_remove(0).values, node_error, rhs))
     }
 
     /// Through values of C at the nodes, from r = V down to 0, with errors of at most `node_error`.
