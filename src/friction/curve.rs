@@ -285,14 +285,15 @@ impl Curve {
         self.form.corners()
     }
 
-    /// Slip speeds > 0, increasing, at which integrators of orbits at a belt speed end their steps: the corners, and those
-    /// of [`Weakening::narrow`].
-    pub(crate) fn stops(&self, belt_speed: f64) -> Cow<'_, [f64]> {
+    /// Slip speeds > 0, increasing, at which integrators end their steps: the corners, and those of [`Weakening::narrow`]
+    /// on orbits with velocities up to `fastest`, or up to those that the static friction, 1, gives to an orbit however
+    /// slow the belt is.
+    pub(crate) fn stops(&self, fastest: f64) -> Cow<'_, [f64]> {
         let corners = self.corners();
         if self.has_known_features() {
             return Cow::Borrowed(corners);
         }
-        let compiled = self.compiled(4.0 * belt_speed);
+        let compiled = self.compiled(4.0 * fastest.max(1.0));
         if compiled.narrow().is_empty() {
             return Cow::Borrowed(corners);
         }

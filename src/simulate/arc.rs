@@ -141,7 +141,7 @@ impl<'a> Walk<'a> {
             side,
             direction: 1.0,
             weakening,
-            stops: curve.stops(oscillator.belt_speed),
+            stops: curve.stops(scale.max(oscillator.belt_speed)),
             allowed: tolerance * scale / TAU,
             here: State { v, w, growth: 0.0, time: 0.0 },
             // Near the belt line the friction law may change on a scale much smaller than V; steps grow from

@@ -32,7 +32,7 @@ pub(super) fn corner_amplitudes(solver: &mut Solver) -> Result<Option<Vec<End>>,
     let belt_speed = solver.belt_speed;
     // At a distance r beyond a corner C changes by the power 3/2 of it.
     let accuracy = belt_speed * (0.1 * solver.tolerance.powf(2.0 / 3.0)).max(FINEST);
-    let corners = solver.curve.corners();
+    let corners = solver.curve.stops(belt_speed);
     if corners.is_empty() {
         return Ok(None);
     }
