@@ -204,14 +204,6 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// Returns whether a state lies beyond the belt line.
-    fn beyond(&self, state: &State) -> bool {
-        match self.side {
-            Side::Below => state.v > self.oscillator.belt_speed,
-            Side::Above => state.v < self.oscillator.belt_speed,
-        }
-    }
-
     /// The longest step that does not pass the scale of the law: it changes the slip speed by at most that speed, on the
     /// way to the belt line by half of it, or that of V next to the line. The large steps of orbits far out lose what the
     /// law does near the line.
@@ -252,7 +244,7 @@ impl<'a> Walk<'a> {
             let factor = (0.9 * (allowed / error).powf(1.0 / 7.0)).clamp(0.2, 5.0);
             // A step across the belt line meets a kink of the continued field; the accuracy that matters is
             // that of the shorter step to the line, see `is_accurate`.
-            if error <= allowed || self.beyond(&to) {
+            if error <= allowed || ends[1].slip < 0.0 {
                 if error <= allowed {
                     self.next_step = h * factor;
                 }

@@ -115,7 +115,7 @@ struct Panel {
     /// C at the nodes, from the upper end down.
     values: Vec<f64>,
     /// The orbits of these amplitudes, as far as they were computed.
-    orbits: Vec<Option<Closed>>,
+    orbits: Vec<Option<Closing>>,
     /// Coefficients of C along the Chebyshev polynomials.
     series: Vec<f64>,
 }
@@ -126,7 +126,7 @@ impl Panel {
     fn through(
         [from, to]: [f64; 2],
         in_root: bool,
-        orbits: Vec<Option<Closed>>,
+        orbits: Vec<Option<Closing>>,
         solver: &mut Solver,
     ) -> Result<Self, Failure> {
         let mut panel = Self { from, to, in_root, values: Vec::new(), orbits, series: Vec::new() };
@@ -166,9 +166,9 @@ impl Panel {
     /// C at every second node by the values and slopes of the others, where these are accurate enough.
     fn between(&self, solver: &mut Solver) -> Option<Vec<f64>> {
         let last = self.orbits.len() - 1;
-        let known: Vec<Closed> = self.orbits.iter().step_by(2).copied().collect::<Option<_>>()?;
+        let known: Vec<Closing> = self.orbits.iter().step_by(2).copied().collect::<Option<_>>()?;
         let values: Vec<f64> = known.iter().map(|orbit| orbit.viscous).collect();
-        let slope = |(i, orbit): (usize, &Closed)| {
+        let slope = |(i, orbit): (usize, &Closing)| {
             // dr / dx over r.
             let x = node(2 * i, last);
             let rate =
@@ -189,7 +189,7 @@ impl Panel {
 
     /// Through twice as many nodes.
     fn refined(&self, solver: &mut Solver) -> Result<Self, Failure> {
-        let mut orbits: Vec<Option<Closed>> = self.orbits.iter().flat_map(|orbit| [*orbit, None]).collect();
+        let mut orbits: Vec<Option<Closing>> = self.orbits.iter().flat_map(|orbit| [*orbit, None]).collect();
         orbits.pop();
         Self::through([self.from, self.to], self.in_root, orbits, solver)
     }
@@ -220,14 +220,6 @@ impl Panel {
     }
 }
 
-/// The orbit of an amplitude.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Closed {
-    viscous: f64,
-    /// dC / d ln r and its error, where they are known.
-    slope: Option<[f64; 2]>,
-}
-
 /// Computes C at amplitudes.
 struct Solver<'a> {
     curve: &'a Curve,
@@ -250,7 +242,12 @@ impl<'a> Solver<'a> {
         self.curve.stribeck().is_none() && self.curve.lorentzian().is_none()
     }
 
-    fn at(&mut self, radii: &[f64]) -> Result<Vec<Closed>, Failure> {
+    /// The equilibrium, as the orbit of amplitude 0.
+    fn at_rest(&self) -> Closing {
+        Closing { viscous: self.curve.weakening(self.belt_speed), error: 0.0, rhs: 0, slope: None }
+    }
+
+    fn at(&mut self, radii: &[f64]) -> Result<Vec<Closing>, Failure> {
         let (curve, belt_speed, tolerance, work) = (self.curve, self.belt_speed, self.tolerance, self.work);
         let orbits: Vec<(&Curve, f64, f64)> =
             radii.iter().map(|radius| (curve, belt_speed, *radius)).collect();
@@ -259,16 +256,13 @@ impl<'a> Solver<'a> {
             .map(|(found, radius)| {
                 let (Ok(Closing { rhs, .. }) | Err(rhs)) = found;
                 self.rhs += rhs;
-                let Closing { viscous, error, slope, .. } = match found {
-                    Ok(found) => found,
-                    Err(_) => {
-                        // On the belt line itself the orbit is followed from just below: C is continuous.
-                        let radius = radius.min(belt_speed * (1.0 - f64::EPSILON));
-                        closing_damping_of_node(curve, belt_speed, radius, tolerance, work)?
-                    }
-                };
-                self.error = self.error.max(error);
-                Ok(Closed { viscous, slope })
+                let closed = found.or_else(|_| {
+                    // On the belt line itself the orbit is followed from just below: C is continuous.
+                    let radius = radius.min(belt_speed * (1.0 - f64::EPSILON));
+                    closing_damping_of_node(curve, belt_speed, radius, tolerance, work)
+                })?;
+                self.error = self.error.max(closed.error);
+                Ok(closed)
             })
             .collect()
     }
@@ -317,7 +311,7 @@ impl Backbone {
         if let Some(backbone) = Self::cut(curve, belt_speed, tolerance, work)? {
             return Ok(backbone);
         }
-        let mut backbone = Self::coarsest_within(curve, belt_speed, tolerance, work)?;
+        let mut backbone = Self::with_intervals(curve, belt_speed, tolerance, SIZES[0], work)?;
         while let Some(finer) = backbone.refined_within(curve, tolerance, work)? {
             backbone = finer;
         }
@@ -330,10 +324,9 @@ impl Backbone {
         let reachable = tolerance.max(LEAST_TOLERANCE_WITH_CORNERS);
         let mut solver = Solver::new(curve, belt_speed, reachable, work);
         let Some(ends) = corner_amplitudes(&mut solver)? else { return Ok(None) };
-        let at_rest = curve.weakening(belt_speed);
-        let scale = ends.iter().map(|end| end.1.viscous.abs()).fold(at_rest.abs(), f64::max);
         let mut panels = Vec::with_capacity(ends.len());
-        let (mut from, mut lower) = (0.0, Closed { viscous: at_rest, slope: None });
+        let (mut from, mut lower) = (0.0, solver.at_rest());
+        let scale = ends.iter().map(|end| end.1.viscous.abs()).fold(lower.viscous.abs(), f64::max);
         for (to, upper) in ends {
             let mut values = vec![None; SIZES[0] + 1];
             (values[0], values[SIZES[0]]) = (Some(upper), Some(lower));
@@ -357,11 +350,7 @@ impl Backbone {
     /// # Errors
     /// [`Failure`] of an orbit.
     pub fn coarsest(curve: &Curve, belt_speed: f64, tolerance: f64) -> Result<Self, Failure> {
-        Self::coarsest_within(curve, belt_speed, tolerance, &Work::of_backbone(curve))
-    }
-
-    fn coarsest_within(curve: &Curve, belt_speed: f64, tolerance: f64, work: &Work) -> Result<Self, Failure> {
-        Self::with_intervals(curve, belt_speed, tolerance, SIZES[0], work)
+        Self::with_intervals(curve, belt_speed, tolerance, SIZES[0], &Work::of_backbone(curve))
     }
 
     /// The backbone through a number of nodes, one more than `intervals`, a power of two.
@@ -372,9 +361,9 @@ impl Backbone {
         intervals: usize,
         work: &Work,
     ) -> Result<Self, Failure> {
-        let mut orbits = vec![None; intervals];
-        orbits.push(Some(Closed { viscous: curve.weakening(belt_speed), slope: None }));
         let mut solver = Solver::new(curve, belt_speed, tolerance, work);
+        let mut orbits = vec![None; intervals];
+        orbits.push(Some(solver.at_rest()));
         let panel = Panel::through([0.0, belt_speed], false, orbits, &mut solver)?;
         Ok(Self::of_panels(vec![panel], solver))
     }

@@ -396,10 +396,7 @@ impl<'a> Search<'a> {
                 }
             };
         }
-        let Some(cycle) = cycle_between(self.oscillator, [a.y, b.y], a.outward, self.tolerance, self.work)?
-        else {
-            return Ok(());
-        };
+        let Some(cycle) = self.cycle_between([a.y, b.y], a.outward)? else { return Ok(()) };
         let at =
             |outward| Node { y: cycle.beyond_exit, outward, growth: Some([0.0, cycle.multiplier - 1.0]) };
         if a.y > 0.0 {
@@ -407,6 +404,23 @@ impl<'a> Search<'a> {
         }
         cycles.push(cycle);
         self.cycles([&at(b.outward), b], cycles)
+    }
+
+    /// The cycle between two distances beyond the exit point, of which one leads outward and one inward; `None`
+    /// if loops change from outward to sticking there without passing through a cycle.
+    fn cycle_between(&self, between: [f64; 2], low_outward: bool) -> Result<Option<CrossingCycle>, Failure> {
+        let Self { oscillator, tolerance, work, .. } = *self;
+        let y = fixed_point(between, low_outward, tolerance, |y| {
+            let here = loop_within(oscillator, y, tolerance, work)?;
+            let returns = match here {
+                Loop::Crosses { beyond_exit, slope, .. } => Some([beyond_exit, slope]),
+                Loop::Sticks | Loop::SpiralsInward => None,
+            };
+            Ok((outward(y, &here), returns))
+        })?;
+        let (end, Extent { velocity, displacement }) = loop_with_extent(oscillator, y, tolerance, work)?;
+        let Loop::Crosses { slope: multiplier, time: period, .. } = end else { return Ok(None) };
+        Ok(Some(CrossingCycle { beyond_exit: y, velocity, displacement, multiplier, period }))
     }
 }
 
@@ -486,36 +500,6 @@ pub fn crossing_cycles(oscillator: &Oscillator, tolerance: f64) -> Result<Vec<Cr
         search.cycles([&pair[1], &pair[0]], &mut cycles)?;
     }
     Ok(cycles)
-}
-
-/// The cycle between two distances beyond the exit point, of which one leads outward and one inward; `None`
-/// if loops change from outward to sticking there without passing through a cycle.
-fn cycle_between(
-    oscillator: &Oscillator,
-    between: [f64; 2],
-    low_outward: bool,
-    tolerance: f64,
-    work: &Work,
-) -> Result<Option<CrossingCycle>, Failure> {
-    let y = fixed_point(between, low_outward, tolerance, |y| {
-        let here = loop_within(oscillator, y, tolerance, work)?;
-        let returns = match here {
-            Loop::Crosses { beyond_exit, slope, .. } => Some([beyond_exit, slope]),
-            Loop::Sticks | Loop::SpiralsInward => None,
-        };
-        Ok((outward(y, &here), returns))
-    })?;
-    let (end, extent) = loop_with_extent(oscillator, y, tolerance, work)?;
-    Ok(match end {
-        Loop::Crosses { slope, time, .. } => Some(CrossingCycle {
-            beyond_exit: y,
-            velocity: extent.velocity,
-            displacement: extent.displacement,
-            multiplier: slope,
-            period: time,
-        }),
-        Loop::Sticks | Loop::SpiralsInward => None,
-    })
 }
 
 /// The shape of the stick-slip cycle that `flow` found; `None` if it found none.

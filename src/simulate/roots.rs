@@ -33,9 +33,9 @@ pub(super) enum Found {
     Zero(f64, Bracket),
 }
 
-/// A bracket of the root of a falling function within [from, to], searched from `start` outward in steps that
-/// double: far from the root the function may fail, or take long. `None` where it does not change its sign; at the ends
-/// of [from, to] it may be zero.
+/// A bracket of the root of a falling function within [from, to], searched from `start`, which lies there, outward in
+/// steps that double: far from the root the function may fail, or take long. `None` where it does not change its
+/// sign; at the ends of [from, to] it may be zero.
 ///
 /// # Errors
 /// Those of `f`.
@@ -44,39 +44,26 @@ pub(super) fn falling_bracket<E>(
     [from, to]: [f64; 2],
     mut f: impl FnMut(f64) -> Result<f64, E>,
 ) -> Result<Option<Bracket>, E> {
-    let first = 0.1 * start.abs() + 1e-3 * (to - from);
     let value = f(start)?;
-    let (mut low, mut high) = ((start, value), (start, value));
-    let mut step = first;
-    while !(low.1 > 0.0) {
-        if low.0 <= from {
-            if low.1 < 0.0 {
-                return Ok(None);
+    let mut ends = [(start, value); 2];
+    for (side, limit, sign) in [(0, from, 1.0), (1, to, -1.0)] {
+        let mut step = 0.1 * start.abs() + 1e-3 * (to - from);
+        while !(sign * ends[side].1 > 0.0) {
+            if ends[side].0 == limit {
+                if sign * ends[side].1 < 0.0 {
+                    return Ok(None);
+                }
+                break;
             }
-            break;
-        }
-        let at = (start - step).max(from);
-        low = (at, f(at)?);
-        if low.1 < 0.0 {
-            high = low;
-        }
-        step *= 2.0;
-    }
-    step = first;
-    while !(high.1 < 0.0) {
-        if high.0 >= to {
-            if high.1 > 0.0 {
-                return Ok(None);
+            let at = (start - sign * step).max(from).min(to);
+            ends[side] = (at, f(at)?);
+            if sign * ends[side].1 < 0.0 {
+                ends[1 - side] = ends[side];
             }
-            break;
+            step *= 2.0;
         }
-        let at = (start + step).min(to);
-        high = (at, f(at)?);
-        if high.1 > 0.0 {
-            low = high;
-        }
-        step *= 2.0;
     }
+    let [low, high] = ends;
     Ok(Some(Bracket { low, high }))
 }
 
