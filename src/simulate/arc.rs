@@ -215,9 +215,6 @@ impl<'a> Walk<'a> {
 
     /// Takes one step, and returns the state at its beginning. The direction of (v, w) turns at the rate 1 +
     /// D sin cos <= 1 + |D|/2; steps are short enough that x2' changes its sign at most once.
-    ///
-    /// # Errors
-    /// [`Failure`].
     pub(super) fn advance(&mut self) -> Result<State, Failure> {
         let from = self.here;
         let scale = 1.0 / (1.0 + 0.5 * self.divergence(from.v).abs());
@@ -291,9 +288,6 @@ impl<'a> Walk<'a> {
 
     /// Follows an arc from a state on or below the belt line to the next maximum of x2 or to the line,
     /// whichever comes first. `visit` is called with the two ends of every step.
-    ///
-    /// # Errors
-    /// [`Failure`].
     pub(super) fn lower_arc(
         &mut self,
         mut visit: impl FnMut(&mut Self, &State, &State),
@@ -330,9 +324,6 @@ impl<'a> Walk<'a> {
     }
 
     /// Follows an arc above the belt line, which starts on it with x2' > 0, back to the line.
-    ///
-    /// # Errors
-    /// [`Failure`].
     pub(super) fn upper_arc(
         &mut self,
         mut visit: impl FnMut(&mut Self, &State, &State),

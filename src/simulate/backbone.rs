@@ -484,14 +484,10 @@ impl Backbone {
         let mut unresolved = Vec::new();
         // Remove the smallest step between neighbours: both its ends, or the one that is not an end of the
         // curve.
+        let step = |found: &[TurningPoint], i: usize| (found[i].viscous - found[i - 1].viscous).abs();
         while let Some(i) = (1..found.len())
-            .filter(|&i| {
-                found.len() > 2 && (found[i].viscous - found[i - 1].viscous).abs() <= 2.0 * self.error
-            })
-            .min_by(|&i, &j| {
-                let step = |i: usize| (found[i].viscous - found[i - 1].viscous).abs();
-                step(i).total_cmp(&step(j))
-            })
+            .filter(|&i| found.len() > 2 && step(&found, i) <= 2.0 * self.error)
+            .min_by(|&i, &j| step(&found, i).total_cmp(&step(&found, j)))
         {
             let removed = match i {
                 1 => 1..2,

@@ -30,7 +30,7 @@ use super::arc::{self, SlipTurn};
 use super::corners::{self, End};
 use super::dop853::{Field, NODES, STAGES, step};
 use super::polar::Closing;
-use super::roots::{Found, falling_bracket, falling_root};
+use super::roots::{falling_bracket, falling_root};
 use super::work::Work;
 use crate::filippov::Oscillator;
 use crate::friction::{Curve, Weakening};
@@ -229,9 +229,6 @@ pub(super) fn closing_damping_by_turns(
 /// The C at which the orbit through the maximum `radius` < V of x2 closes, by the orbit in (x2, x2'): for
 /// orbits whose polar angle is not monotone in time. It lies between the bounds of the even part of the weakening rate (theory,
 /// "The backbone").
-///
-/// # Errors
-/// [`Failure`] of a turn.
 pub(super) fn closing_damping_of_node(
     curve: &Curve,
     belt_speed: f64,
@@ -258,10 +255,7 @@ pub(super) fn closing_damping_of_node(
     let Some(bracket) = falling_bracket(start, [low, high], &mut growth)? else {
         return Err(Failure::StepUnderflow);
     };
-    let (viscous, bracket) = match falling_root(bracket, tolerance * size, &mut growth)? {
-        Found::Between(bracket) => (bracket.middle(), bracket),
-        Found::Zero(viscous, bracket) => (viscous, bracket),
-    };
+    let (viscous, bracket) = falling_root(bracket, tolerance * size, &mut growth)?;
     let error = bracket.width().min(10.0 * tolerance / bracket.steepness()) + tolerance * size;
     Ok(Closing { viscous, error, rhs: 0, slope: None })
 }

@@ -181,9 +181,6 @@ pub fn second_crossing(oscillator: &Oscillator, tolerance: f64) -> Result<Option
 /// if it does not return, the landing speed up to 2, and beyond it, where it crosses the belt line, 4 plus
 /// the distance beyond the exit point at which it crosses again; it sticks where that is less than 4. By the
 /// compiled law.
-///
-/// # Errors
-/// [`Failure`].
 pub(crate) fn reach(oscillator: &Oscillator, beyond_exit: f64, tolerance: f64) -> Result<f64, Failure> {
     let work = Work::of_backbone(&oscillator.curve);
     Ok(match passage(oscillator, beyond_exit, tolerance, &work, |_, _, _| ())? {
@@ -383,9 +380,6 @@ impl<'a> Search<'a> {
     }
 
     /// Adds the cycles between two loops, by growing size.
-    ///
-    /// # Errors
-    /// As [`Search::reversal`].
     fn cycles(&self, [a, b]: [&Node; 2], cycles: &mut Vec<CrossingCycle>) -> Result<(), Unknown> {
         if a.outward == b.outward {
             return match self.reversal([a, b], a.outward, self.missed)? {
@@ -426,9 +420,6 @@ impl<'a> Search<'a> {
 
 /// Returns whether some orbits cross the belt line for ever: whether a loop leads outward. They tend to a
 /// crossing cycle, or grow. Loops are followed from [`settled_from`] inward.
-///
-/// # Errors
-/// [`Unknown`].
 pub(crate) fn some_cross_for_ever(oscillator: &Oscillator, settled_from: f64) -> Result<bool, Unknown> {
     if contracts(oscillator) {
         return Ok(false);

@@ -55,7 +55,7 @@ pub(super) fn turns_of_orbits<'a>(
 }
 
 /// One turn of one orbit, by steps that follow the law for laws other than Stribeck's.
-fn turn_of(oscillator: &Oscillator, tolerance: f64) -> Turn {
+pub(super) fn turn_of(oscillator: &Oscillator, tolerance: f64) -> Turn {
     let Oscillator { curve, viscous, belt_speed } = oscillator;
     if let Some(law) = curve.stribeck() {
         return turns(&[law.scaled(*belt_speed, *viscous)], tolerance)[0];

@@ -61,9 +61,6 @@ impl<'a> InterpolatedBackbone<'a> {
     const MOST_NODES: usize = 4 * SIZES[0] + 1;
 
     /// The number of intervals between nodes that this column needs; `None` where the most are too few.
-    ///
-    /// # Errors
-    /// [`Failure`] of an orbit.
     pub(crate) fn intervals(column: &Column, tolerance: f64) -> Result<Option<usize>, Failure> {
         let mut backbone = Backbone::coarsest(&column.curve, column.belt_speed, tolerance)?;
         let series = |backbone: &Backbone| truncation_error(&backbone.panels[0].series);
@@ -80,9 +77,6 @@ impl<'a> InterpolatedBackbone<'a> {
 
     /// The values of C of a column at the nodes, from r = V down to 0, their largest error, and the
     /// number of evaluations of the right-hand side.
-    ///
-    /// # Errors
-    /// [`Failure`] of an orbit.
     pub(crate) fn values(
         column: &Column,
         tolerance: f64,
