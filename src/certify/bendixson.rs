@@ -54,21 +54,17 @@ fn claim(column: &Column) -> Claim {
 
 /// The claims of many columns, whose edges are searched together.
 fn claims(columns: &Columns) -> Vec<Claim> {
-    let edges = presence_edges(columns.columns);
-    edges.into_iter().enumerate().map(|(number, edge)| with_edge(columns, number, edge)).collect()
-}
-
-fn with_edge(columns: &Columns, number: usize, edge: Option<f64>) -> Claim {
-    let column = &columns.columns[number];
-    let present_below = edge.unwrap_or(f64::NEG_INFINITY);
-    // Where `symmetric` has proved the landing at every damping, there is nothing to search.
-    let lands = edge.map(|_| columns.symmetric(number));
-    let lands = lands.is_some_and(|known| known.present_below > 0.0 && known.sticks_from == 0.0);
-    Claim {
-        sticks_from: if lands { 0.0 } else { landing::sticks_from(column, present_below) },
-        present_below,
-        absent_above: absence_edge(column, column.curve.weakening_range(0.0, 2.0 * column.belt_speed).hi),
-    }
+    let with_edge = |(number, edge): (usize, Option<f64>)| {
+        let column = &columns[number];
+        let present_below = edge.unwrap_or(f64::NEG_INFINITY);
+        // Where `symmetric` has proved the landing at every damping, there is nothing to search.
+        let lands = edge.map(|_| columns.symmetric(number));
+        let lands = lands.is_some_and(|known| known.present_below > 0.0 && known.sticks_from == 0.0);
+        let most = column.curve.weakening_range(0.0, 2.0 * column.belt_speed).hi;
+        let sticks_from = if lands { 0.0 } else { landing::sticks_from(column, present_below) };
+        Claim { sticks_from, present_below, absent_above: absence_edge(column, most) }
+    };
+    presence_edges(columns).into_iter().enumerate().map(with_edge).collect()
 }
 
 /// The least weakening on slip speeds from 0 to V + `amplitude`, as a damping.

@@ -32,8 +32,6 @@ pub const TEST: Test = Test {
 };
 
 fn claim(column: &Column) -> Claim {
-    match column.curve.first_order(column.belt_speed) {
-        Ok(first_order) => Claim { present_below: first_order.weakening_range.lo, ..Claim::NOTHING },
-        Err(_) => Claim::NOTHING,
-    }
+    let Ok(first_order) = column.curve.first_order(column.belt_speed) else { return Claim::NOTHING };
+    Claim { present_below: first_order.weakening_range.lo, ..Claim::NOTHING }
 }

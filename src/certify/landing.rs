@@ -277,7 +277,7 @@ fn turning_point(energy: f64, s: f64, divergence_bound: impl Fn(f64) -> f64) -> 
 /// inequality holds; if e(to) < m^2, the bound below holds trivially.
 ///
 /// In both cases e(to) = m^2 + x^2 with x <= d h + sqrt((d h)^2 + e - m^2). Here e >= m^2, but for round-off.
-#[inline]
+#[inline(always)]
 fn approach(energy: f64, from: f64, to: f64, d: f64) -> f64 {
     debug_assert!(from <= to && to <= 0.0);
     let kick = d * (to - from);

@@ -186,8 +186,6 @@ impl Deref for Columns<'_> {
     }
 }
 
-pub(crate) type ManyClaims = fn(&Columns) -> Vec<Claim>;
-
 /// A closed-form test.
 #[derive(Clone, Copy, Debug)]
 pub struct Test {
@@ -204,7 +202,7 @@ pub struct Test {
     /// The claim along a column.
     pub claim: fn(&Column) -> Claim,
     /// The claims of many columns, where computing them together costs less than one by one.
-    pub(crate) claims: Option<ManyClaims>,
+    pub(crate) claims: Option<fn(&Columns) -> Vec<Claim>>,
 }
 
 impl Test {

@@ -33,12 +33,7 @@ pub const TEST: Test = Test {
 };
 
 fn claim(column: &Column) -> Claim {
-    match column.curve.first_order(column.belt_speed) {
-        Ok(first_order) => Claim {
-            present_below: first_order.mean_weakening,
-            absent_above: first_order.mean_weakening,
-            ..Claim::NOTHING
-        },
-        Err(_) => Claim::NOTHING,
-    }
+    let Ok(first_order) = column.curve.first_order(column.belt_speed) else { return Claim::NOTHING };
+    let edge = first_order.mean_weakening;
+    Claim { present_below: edge, absent_above: edge, ..Claim::NOTHING }
 }

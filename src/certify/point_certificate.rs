@@ -59,9 +59,6 @@ impl PointCertificate {
     }
 
     /// Parses a certificate without verifying its claims.
-    ///
-    /// # Errors
-    /// [`NoCertificate`].
     pub(crate) fn parse(text: &str) -> Result<Self, NoCertificate> {
         let read: Self = serde_json::from_str(text)?;
         match read.format == FORMAT {

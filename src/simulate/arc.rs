@@ -208,14 +208,6 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// Returns whether a state lies beyond the belt line.
-    fn beyond(&self, state: &State) -> bool {
-        match self.side {
-            Side::Below => state.v > self.oscillator.belt_speed,
-            Side::Above => state.v < self.oscillator.belt_speed,
-        }
-    }
-
     /// The longest step that does not pass the scale of the law: it changes the slip speed by at most that speed, on the
     /// way to the belt line by half of it, or that of V next to the line. The large steps of orbits far out lose what the
     /// law does near the line.
@@ -227,9 +219,6 @@ impl<'a> Walk<'a> {
 
     /// Takes one step, and returns the state at its beginning. The direction of (v, w) turns at the rate 1 +
     /// D sin cos <= 1 + |D|/2; steps are short enough that x2' changes its sign at most once.
-    ///
-    /// # Errors
-    /// [`Failure`].
     pub(super) fn advance(&mut self) -> Result<State, Failure> {
         let from = self.here;
         let scale = 1.0 / (1.0 + 0.5 * self.divergence(from.v).abs());
@@ -265,7 +254,7 @@ impl<'a> Walk<'a> {
             let factor = (0.9 * (allowed / error).powf(1.0 / 7.0)).clamp(0.2, 5.0);
             // A step across the belt line meets a kink of the continued field; the accuracy that matters is
             // that of the shorter step to the line, see `is_accurate`.
-            if error <= allowed || self.beyond(&to) {
+            if error <= allowed || ends[1].slip < 0.0 {
                 if error <= allowed {
                     self.next_step = (h * factor).max(beyond_stop);
                 }
@@ -313,9 +302,6 @@ impl<'a> Walk<'a> {
 
     /// Follows an arc from a state on or below the belt line to the next maximum of x2 or to the line,
     /// whichever comes first. `visit` is called with the two ends of every step.
-    ///
-    /// # Errors
-    /// [`Failure`].
     pub(super) fn lower_arc(
         &mut self,
         mut visit: impl FnMut(&mut Self, &State, &State),
@@ -352,9 +338,6 @@ impl<'a> Walk<'a> {
     }
 
     /// Follows an arc above the belt line, which starts on it with x2' > 0, back to the line.
-    ///
-    /// # Errors
-    /// [`Failure`].
     pub(super) fn upper_arc(
         &mut self,
         mut visit: impl FnMut(&mut Self, &State, &State),

@@ -119,7 +119,7 @@ struct Panel {
     /// C at the nodes, from the upper end down.
     values: Vec<f64>,
     /// The orbits of these amplitudes, as far as they were computed.
-    orbits: Vec<Option<Closed>>,
+    orbits: Vec<Option<Closing>>,
     /// Coefficients of C along the Chebyshev polynomials.
     series: Vec<f64>,
 }
@@ -130,7 +130,7 @@ impl Panel {
     fn through(
         [from, to]: [f64; 2],
         in_root: bool,
-        orbits: Vec<Option<Closed>>,
+        orbits: Vec<Option<Closing>>,
         solver: &mut Solver,
     ) -> Result<Self, Failure> {
         let mut panel = Self { from, to, in_root, values: Vec::new(), orbits, series: Vec::new() };
@@ -170,9 +170,9 @@ impl Panel {
     /// C at every second node by the values and slopes of the others, where these are accurate enough.
     fn between(&self, solver: &mut Solver) -> Option<Vec<f64>> {
         let last = self.orbits.len() - 1;
-        let known: Vec<Closed> = self.orbits.iter().step_by(2).copied().collect::<Option<_>>()?;
+        let known: Vec<Closing> = self.orbits.iter().step_by(2).copied().collect::<Option<_>>()?;
         let values: Vec<f64> = known.iter().map(|orbit| orbit.viscous).collect();
-        let slope = |(i, orbit): (usize, &Closed)| {
+        let slope = |(i, orbit): (usize, &Closing)| {
             // dr / dx over r.
             let x = node(2 * i, last);
             let rate =
@@ -193,7 +193,7 @@ impl Panel {
 
     /// Through twice as many nodes.
     fn refined(&self, solver: &mut Solver) -> Result<Self, Failure> {
-        let mut orbits: Vec<Option<Closed>> = self.orbits.iter().flat_map(|orbit| [*orbit, None]).collect();
+        let mut orbits: Vec<Option<Closing>> = self.orbits.iter().flat_map(|orbit| [*orbit, None]).collect();
         orbits.pop();
         Self::through([self.from, self.to], self.in_root, orbits, solver)
     }
@@ -224,14 +224,6 @@ impl Panel {
     }
 }
 
-/// The orbit of an amplitude.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Closed {
-    viscous: f64,
-    /// dC / d ln r and its error, where they are known.
-    slope: Option<[f64; 2]>,
-}
-
 /// Computes C at amplitudes.
 struct Solver<'a> {
     curve: &'a Curve,
@@ -254,7 +246,12 @@ impl<'a> Solver<'a> {
         self.curve.stribeck().is_none() && self.curve.lorentzian().is_none()
     }
 
-    fn at(&mut self, radii: &[f64]) -> Result<Vec<Closed>, Failure> {
+    /// The equilibrium, as the orbit of amplitude 0.
+    fn at_rest(&self) -> Closing {
+        Closing { viscous: self.curve.weakening(self.belt_speed), error: 0.0, rhs: 0, slope: None }
+    }
+
+    fn at(&mut self, radii: &[f64]) -> Result<Vec<Closing>, Failure> {
         let (curve, belt_speed, tolerance, work) = (self.curve, self.belt_speed, self.tolerance, self.work);
         let orbits: Vec<(&Curve, f64, f64)> =
             radii.iter().map(|radius| (curve, belt_speed, *radius)).collect();
@@ -263,16 +260,13 @@ impl<'a> Solver<'a> {
             .map(|(found, radius)| {
                 let (Ok(Closing { rhs, .. }) | Err(rhs)) = found;
                 self.rhs += rhs;
-                let Closing { viscous, error, slope, .. } = match found {
-                    Ok(found) => found,
-                    Err(_) => {
-                        // On the belt line itself the orbit is followed from just below: C is continuous.
-                        let radius = radius.min(belt_speed * (1.0 - f64::EPSILON));
-                        closing_damping_of_node(curve, belt_speed, radius, tolerance, work)?
-                    }
-                };
-                self.error = self.error.max(error);
-                Ok(Closed { viscous, slope })
+                let closed = found.or_else(|_| {
+                    // On the belt line itself the orbit is followed from just below: C is continuous.
+                    let radius = radius.min(belt_speed * (1.0 - f64::EPSILON));
+                    closing_damping_of_node(curve, belt_speed, radius, tolerance, work)
+                })?;
+                self.error = self.error.max(closed.error);
+                Ok(closed)
             })
             .collect()
     }
@@ -318,10 +312,12 @@ impl Backbone {
         tolerance: f64,
         work: &Work,
     ) -> Result<Self, Failure> {
-        if let Some(backbone) = Self::cut(curve, belt_speed, tolerance, work)? {
+        if !curve.corners().is_empty()
+            && let Some(backbone) = Self::cut(curve, belt_speed, tolerance, work)?
+        {
             return Ok(backbone);
         }
-        let mut backbone = Self::coarsest_within(curve, belt_speed, tolerance, work)?;
+        let mut backbone = Self::with_intervals(curve, belt_speed, tolerance, SIZES[0], work)?;
         while let Some(finer) = backbone.refined_within(curve, tolerance, work)? {
             backbone = finer;
         }
@@ -334,10 +330,9 @@ impl Backbone {
         let reachable = tolerance.max(LEAST_TOLERANCE_WITH_CORNERS);
         let mut solver = Solver::new(curve, belt_speed, reachable, work);
         let Some(ends) = corner_amplitudes(&mut solver)? else { return Ok(None) };
-        let at_rest = curve.weakening(belt_speed);
-        let scale = ends.iter().map(|end| end.1.viscous.abs()).fold(at_rest.abs(), f64::max);
         let mut panels = Vec::with_capacity(ends.len());
-        let (mut from, mut lower) = (0.0, Closed { viscous: at_rest, slope: None });
+        let (mut from, mut lower) = (0.0, solver.at_rest());
+        let scale = ends.iter().map(|end| end.1.viscous.abs()).fold(lower.viscous.abs(), f64::max);
         for (to, upper) in ends {
             let mut values = vec![None; SIZES[0] + 1];
             (values[0], values[SIZES[0]]) = (Some(upper), Some(lower));
@@ -361,11 +356,7 @@ impl Backbone {
     /// # Errors
     /// [`Failure`] of an orbit.
     pub fn coarsest(curve: &Curve, belt_speed: f64, tolerance: f64) -> Result<Self, Failure> {
-        Self::coarsest_within(curve, belt_speed, tolerance, &Work::of_backbone(curve))
-    }
-
-    fn coarsest_within(curve: &Curve, belt_speed: f64, tolerance: f64, work: &Work) -> Result<Self, Failure> {
-        Self::with_intervals(curve, belt_speed, tolerance, SIZES[0], work)
+        Self::with_intervals(curve, belt_speed, tolerance, SIZES[0], &Work::of_backbone(curve))
     }
 
     /// The backbone through a number of nodes, one more than `intervals`, a power of two.
@@ -376,9 +367,9 @@ impl Backbone {
         intervals: usize,
         work: &Work,
     ) -> Result<Self, Failure> {
-        let mut orbits = vec![None; intervals];
-        orbits.push(Some(Closed { viscous: curve.weakening(belt_speed), slope: None }));
         let mut solver = Solver::new(curve, belt_speed, tolerance, work);
+        let mut orbits = vec![None; intervals];
+        orbits.push(Some(solver.at_rest()));
         let panel = Panel::through([0.0, belt_speed], false, orbits, &mut solver)?;
         Ok(Self::of_panels(vec![panel], solver))
     }
@@ -397,12 +388,19 @@ impl Backbone {
         // Several panels are as fine as they get.
         let [panel] = &self.panels[..] else { return Ok(None) };
         let enough = (tolerance * largest(&panel.values)).max(node_error_of(&panel.values, self.node_error));
-        if truncation_error(&panel.series).max(self.hidden) <= enough || panel.values.len() > finest {
+        let Self { belt_speed, node_error: error, rhs, .. } = *self;
+        let cut = || Self::cut(curve, belt_speed, tolerance, work);
+        if truncation_error(&panel.series).max(self.hidden) <= enough {
             return Ok(None);
         }
-        let Self { belt_speed, node_error: error, rhs, .. } = *self;
+        if panel.values.len() > finest {
+            // What is hidden still is narrow. Its ends may be too many, or orbits that touch them too hard.
+            let of_hidden = if self.hidden > enough { cut().ok().flatten() } else { None };
+            return Ok(of_hidden.filter(|cut| cut.error < self.error));
+        }
         if panel.values.len() > FINEST_BEFORE_CUT
-            && let Some(cut) = Self::cut(curve, belt_speed, tolerance, work)?
+            && self.crosses_corners
+            && let Some(cut) = cut()?
         {
             return Ok(Some(cut));
         }
@@ -510,14 +508,10 @@ impl Backbone {
         let mut unresolved = Vec::new();
         // Remove the smallest step between neighbours: both its ends, or the one that is not an end of the
         // curve.
+        let step = |found: &[TurningPoint], i: usize| (found[i].viscous - found[i - 1].viscous).abs();
         while let Some(i) = (1..found.len())
-            .filter(|&i| {
-                found.len() > 2 && (found[i].viscous - found[i - 1].viscous).abs() <= 2.0 * self.error
-            })
-            .min_by(|&i, &j| {
-                let step = |i: usize| (found[i].viscous - found[i - 1].viscous).abs();
-                step(i).total_cmp(&step(j))
-            })
+            .filter(|&i| found.len() > 2 && step(&found, i) <= 2.0 * self.error)
+            .min_by(|&i, &j| step(&found, i).total_cmp(&step(&found, j)))
         {
             let removed = match i {
                 1 => 1..2,

@@ -12,10 +12,9 @@
 use super::backbone::Backbone;
 use super::continuation::{Branch, TestValue, zero_curves};
 use super::crossing::{landing_speed, second_crossing};
-use super::return_map::{Turn, turns_of};
-use super::{Failure, Fate, flow};
+use super::return_map::{Turn, turn_of};
+use super::{Failure, flow};
 use crate::filippov::Oscillator;
-use crate::friction::Column;
 use crate::named::named;
 
 /// Length of the stick segment, twice the static friction: the landing speed at which it is missed.
@@ -44,7 +43,12 @@ impl Bifurcation {
     /// The test function, with an accuracy of about `tolerance`; `None` where it is undefined or unknown.
     pub(crate) fn test(self, oscillator: &Oscillator, tolerance: f64) -> Option<TestValue> {
         match self {
-            Bifurcation::Hopf => Some(trace(oscillator)),
+            Bifurcation::Hopf => {
+                let value = oscillator.divergence(oscillator.belt_speed);
+                // D(V), up to the rounding of the difference.
+                let error = 4.0 * f64::EPSILON * (value.abs() + oscillator.viscous.abs());
+                Some(TestValue { value, error })
+            }
             Bifurcation::GrazingSliding => margin(oscillator, tolerance),
             Bifurcation::Landing => twice(tolerance, |tolerance| {
                 // An orbit that stays below the belt line counts as one that grazes it, with landing speed
@@ -80,27 +84,11 @@ fn twice(tolerance: f64, value: impl Fn(f64) -> Result<Option<f64>, Failure>) ->
     Some(TestValue { value: fine, error: (fine - coarse).abs() + 4.0 * f64::EPSILON })
 }
 
-/// D(V), up to the rounding of the difference.
-fn trace(oscillator: &Oscillator) -> TestValue {
-    let value = oscillator.divergence(oscillator.belt_speed);
-    TestValue { value, error: 4.0 * f64::EPSILON * (value.abs() + oscillator.viscous.abs()) }
-}
-
 /// The scaled margin; far from grazing perhaps only its sign.
 fn margin(oscillator: &Oscillator, tolerance: f64) -> Option<TestValue> {
-    let column = Column { curve: oscillator.curve.clone(), epsilon: 1.0, belt_speed: oscillator.belt_speed };
-    if let Some(Turn::Complete { margin, error, .. }) =
-        turns_of(&column, &[oscillator.viscous], tolerance).first()
-    {
-        return Some(TestValue { value: *margin, error: *error });
+    if let Turn::Complete { margin, error, .. } = turn_of(oscillator, tolerance) {
+        return Some(TestValue { value: margin, error });
     }
     let answer = flow(oscillator, tolerance);
-    let size = if answer.margin.is_finite() { answer.margin.abs().min(1.0) } else { 1.0 };
-    let error = answer.margin_error;
-    match answer.fate {
-        Fate::Sticks(_) | Fate::CrossesForever => Some(TestValue { value: size, error }),
-        Fate::SpiralsInward => Some(TestValue { value: -size, error }),
-        Fate::TooCloseToCall => Some(TestValue { value: 0.0, error }),
-        Fate::Failed(_) => None,
-    }
+    Some(TestValue { value: answer.signed_margin()?, error: answer.margin_error })
 }

@@ -11,7 +11,7 @@
 //!
 //! by trigonometric interpolation, from the p of a coarser circle on. The sweep converges fast because p
 //! changes D only through D'(u), and the error falls geometrically with M because the orbit is analytic.
-//! Columns outside the domain of the polar form are searched with [`flow`].
+//! Orbits outside the domain of the polar form have no answer here.
 //!
 //! [`super::elements`] solves the same problem for every law; near the circle it takes 17 microseconds a
 //! column where this takes 3, and far from it 85, with the law's compilation, where this takes 20.
@@ -35,7 +35,7 @@
 use std::f64::consts::TAU;
 use std::sync::{LazyLock, OnceLock};
 
-use super::polar::{Angle, Divergence, LANES, Lanes, Shape, exp};
+use super::polar::{Angle, Closing, Divergence, LANES, Lanes, Shape, exp};
 
 /// Number of further circles on which a column that leaves the domain of the polar form is tried again.
 const RETRY_RUNGS: usize = 4;
@@ -52,15 +52,6 @@ const LAST_CHANGE_WEIGHT: f64 = 8.0;
 const CHANGE_BEFORE_WEIGHT: f64 = 0.2;
 /// Largest |ln(r/V)| that [`exp`] covers.
 const LARGEST_LOG: f64 = 0.7;
-
-/// Result of the spectral iteration.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Spectral {
-    /// C* and its error estimate.
-    Root { viscous: f64, error: f64, rhs: u64 },
-    /// Outside the domain of the polar form, or no convergence.
-    NoAnswer { rhs: u64 },
-}
 
 /// Equal angles, and matrices for periodic functions that are sampled on them.
 struct Circle {
@@ -236,7 +227,6 @@ fn sweep<F: Shape>(
         };
         room = sums.room;
         let change: [f64; LANES] = std::array::from_fn(|lane| -sums.slope[lane] / sums.by_c[lane]);
-        lanes.shift_damping(&change);
         let Workspace { log_r, slope, by_c, fitted, .. } = workspace;
         let mut residual = [0.0_f64; LANES];
         for ((fitted, slope), by_c) in fitted[..size].iter_mut().zip(slope).zip(by_c) {
@@ -247,6 +237,7 @@ fn sweep<F: Shape>(
             }
         }
         for lane in 0..LANES {
+            lanes.c[lane] += change[lane];
             left[lane] = half_span[lane] * residual[lane] / sums.by_c[lane].abs();
             // Round-off of the residual stays, however many sweeps there are.
             settled[lane] = left[lane] <= enough[lane] + half_span[lane] * round_off[lane];
@@ -260,7 +251,8 @@ fn sweep<F: Shape>(
     Sweeps { left, settled, inside, sweeps }
 }
 
-/// Arguments of [`sweep`] for the function whose vector width pulp selects at run time.
+/// Arguments of [`sweep`] for the function whose vector width pulp selects at run time. A closure would not be
+/// inlined there, and each fused product would be a call of a library.
 struct Dispatched<'a, F> {
     lanes: &'a mut Lanes<F>,
     circle: &'a Circle,
@@ -286,14 +278,14 @@ pub(super) struct Start {
 }
 
 /// The C at which many orbits of one kind of law close, each with an error of at most `tolerance` times its
-/// unit.
-pub(super) fn spectral<F: Shape>(starts: &[Start], tolerance: f64) -> Vec<Spectral> {
+/// unit; `Err` with the number of evaluations outside the domain of the polar form, or without convergence.
+pub(super) fn spectral<F: Shape>(starts: &[Start], tolerance: f64) -> Vec<Result<Closing, u64>> {
     if starts.is_empty() {
         return Vec::new();
     }
     let arch = pulp::Arch::new();
     let mut workspace = Workspace::new();
-    let mut answers = vec![Spectral::NoAnswer { rhs: 0 }; starts.len()];
+    let mut answers = vec![Err(0); starts.len()];
     let mut changes = vec![f64::INFINITY; starts.len()];
     let mut waiting: Vec<usize> = Vec::new();
     // ln(r/V) on the last circle, of the columns that go on to the next.
@@ -315,10 +307,8 @@ pub(super) fn spectral<F: Shape>(starts: &[Start], tolerance: f64) -> Vec<Spectr
             let round_off = units.map(|unit| ROUND_OFF * unit);
             let mut lanes = Lanes::<F>::new(|lane| {
                 let Start { divergence, .. } = starts[of(lane)];
-                match answers[of(lane)] {
-                    Spectral::Root { viscous, .. } => Divergence { c: viscous, ..divergence },
-                    Spectral::NoAnswer { .. } => divergence,
-                }
+                answers[of(lane)]
+                    .map_or(divergence, |Closing { viscous: c, .. }| Divergence { c, ..divergence })
             });
             let done = arch.dispatch(Dispatched {
                 lanes: &mut lanes,
@@ -329,34 +319,32 @@ pub(super) fn spectral<F: Shape>(starts: &[Start], tolerance: f64) -> Vec<Spectr
             });
             for (lane, &column) in columns.iter().enumerate() {
                 orbits[column].clear();
-                let (before, rhs) = match answers[column] {
-                    Spectral::Root { viscous, rhs, .. } => (Some(viscous), rhs),
-                    Spectral::NoAnswer { rhs } => (None, rhs),
-                };
+                let before = answers[column];
+                let (Ok(Closing { rhs, .. }) | Err(rhs)) = before;
                 let rhs = rhs + u64::from(done.sweeps) * circle.angles.len() as u64;
-                let viscous = lanes.damping()[lane];
+                let viscous = lanes.c[lane];
                 if !(done.inside[lane] && done.settled[lane] && viscous.is_finite()) {
                     // A coarse circle may fail where a fine one does not, but a finer one would cost more
                     // than the search by orbits.
-                    answers[column] = Spectral::NoAnswer { rhs };
+                    answers[column] = Err(rhs);
                     if rung < RETRY_RUNGS || Some(rung) == first[column] {
                         still.push(column);
                     }
                     continue;
                 }
                 let unit = units[lane];
-                let change = before.map_or(f64::INFINITY, |before| (viscous - before).abs());
+                let change = before.map_or(f64::INFINITY, |before| (viscous - before.viscous).abs());
                 let uncertain = (LAST_CHANGE_WEIGHT * change).max(CHANGE_BEFORE_WEIGHT * changes[column]);
                 changes[column] = change;
                 let error = uncertain + done.left[lane] + ROUND_OFF * unit;
-                answers[column] = Spectral::Root { viscous, error, rhs };
+                answers[column] = Ok(Closing { viscous, error, rhs, slope: None });
                 if uncertain > (tolerance + 4.0 * LAST_CHANGE_WEIGHT * ROUND_OFF) * unit {
                     if rung + 1 < ANGLES.len() {
                         still.push(column);
                         let log_r = &workspace.log_r[..circle.angles.len()];
                         orbits[column].extend(log_r.iter().map(|log_r| log_r[lane]));
                     } else {
-                        answers[column] = Spectral::NoAnswer { rhs };
+                        answers[column] = Err(rhs);
                     }
                 }
             }

@@ -30,7 +30,7 @@ use super::arc::{self, SlipTurn};
 use super::corners::{self, End};
 use super::dop853::{Field, NODES, STAGES, step};
 use super::polar::Closing;
-use super::roots::{Found, falling_bracket, falling_root};
+use super::roots::{falling_bracket, falling_root};
 use super::work::Work;
 use crate::filippov::Oscillator;
 use crate::friction::{Curve, Weakening};
@@ -60,13 +60,6 @@ pub(super) struct Lap {
     /// Derivative of ln r(2 pi) by C, negative.
     pub(super) by_damping: f64,
     /// Number of evaluations of the right-hand side.
-    pub(super) rhs: u32,
-}
-
-/// The polar form does not apply, or the finest step misses the tolerance; with the number of evaluations
-/// spent.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct HandOver {
     pub(super) rhs: u32,
 }
 
@@ -105,8 +98,9 @@ impl Field<3> for Polar<'_> {
 }
 
 /// One turn of the orbit through the maximum `radius` of x2, with an error of at most `tolerance` where that
-/// can be reached.
-pub(super) fn turn(oscillator: &Oscillator, radius: f64, tolerance: f64) -> Result<Lap, HandOver> {
+/// can be reached; `Err` with the number of evaluations where the polar form does not apply, or the finest step
+/// misses the tolerance.
+pub(super) fn turn(oscillator: &Oscillator, radius: f64, tolerance: f64) -> Result<Lap, u32> {
     let mut rhs = 0;
     let mut state = [0.0; 3];
     let (mut theta, mut h) = (0.0, FIRST_STEP);
@@ -155,7 +149,7 @@ pub(super) fn turn(oscillator: &Oscillator, radius: f64, tolerance: f64) -> Resu
             beyond_stop = 0.0;
             field.steepest = steepest;
             if !(h > SHORTEST_STEP) {
-                return Err(HandOver { rhs });
+                return Err(rhs);
             }
             continue;
         }
@@ -176,7 +170,7 @@ pub(super) fn turn(oscillator: &Oscillator, radius: f64, tolerance: f64) -> Resu
         h = (width * grown.clamp(0.2, 5.0)).max(beyond_stop).min(LONGEST_STEP);
         beyond_stop = 0.0;
     }
-    Err(HandOver { rhs })
+    Err(rhs)
 }
 
 /// The C at which the orbit through the maximum `radius` of x2 closes, by turns between bounds of the even
@@ -210,7 +204,7 @@ pub(super) fn closing_damping_by_turns(
         let viscous = oscillator.viscous;
         let requested = if accurate { accuracy } else { accuracy.max(ROUGH * size.min(1.0)) };
         let lap = turn(&oscillator, radius, requested);
-        let (Ok(Lap { rhs: spent, .. }) | Err(HandOver { rhs: spent })) = lap;
+        let (Ok(Lap { rhs: spent, .. }) | Err(spent)) = lap;
         rhs += u64::from(spent);
         let within = work.spend_compiled(u64::from(spent)).is_ok();
         let Some(lap) = lap.ok().filter(|_| within) else { return Err(rhs) };
@@ -235,9 +229,6 @@ pub(super) fn closing_damping_by_turns(
 /// The C at which the orbit through the maximum `radius` < V of x2 closes, by the orbit in (x2, x2'): for
 /// orbits whose polar angle is not monotone in time. It lies between the bounds of the even part of the weakening rate (theory,
 /// "The backbone").
-///
-/// # Errors
-/// [`Failure`] of a turn.
 pub(super) fn closing_damping_of_node(
     curve: &Curve,
     belt_speed: f64,
@@ -264,10 +255,7 @@ pub(super) fn closing_damping_of_node(
     let Some(bracket) = falling_bracket(start, [low, high], &mut growth)? else {
         return Err(Failure::StepUnderflow);
     };
-    let (viscous, bracket) = match falling_root(bracket, tolerance * size, &mut growth)? {
-        Found::Between(bracket) => (bracket.middle(), bracket),
-        Found::Zero(viscous, bracket) => (viscous, bracket),
-    };
+    let (viscous, bracket) = falling_root(bracket, tolerance * size, &mut growth)?;
     let error = bracket.width().min(10.0 * tolerance / bracket.steepness()) + tolerance * size;
     Ok(Closing { viscous, error, rhs: 0, slope: None })
 }

@@ -2,7 +2,7 @@
 //! Stribeck's law and the Lorentzian one, by [`super::elements`] for all others and where that has no answer,
 //! or else by turns.
 
-use super::circle::{Spectral, Start, spectral};
+use super::circle::{Start, spectral};
 use super::closed_orbit::closing_damping_by_turns;
 use super::elements::closed_orbit;
 use super::polar::{Closing, Divergence, InverseSquare, LorentzianSlope, Shape};
@@ -64,12 +64,8 @@ fn together<F: Shape>(
     of: impl Fn(&Amplitude) -> Option<(Start, f64)>,
 ) -> impl Iterator<Item = Result<Closing, u64>> {
     let (starts, constants): (Vec<Start>, Vec<f64>) = orbits.iter().filter_map(of).unzip();
-    spectral::<F>(&starts, tolerance).into_iter().zip(constants).map(|(found, constant)| match found {
-        Spectral::Root { viscous, error, rhs } => {
-            Ok(Closing { viscous: viscous - constant, error, rhs, slope: None })
-        }
-        Spectral::NoAnswer { rhs } => Err(rhs),
-    })
+    let found = spectral::<F>(&starts, tolerance).into_iter().zip(constants);
+    found.map(|(found, constant)| found.map(|found| Closing { viscous: found.viscous - constant, ..found }))
 }
 
 /// An orbit of Stribeck's law as a grazing one of another: with v = r R cos th, rho = r / V and s = 1 - rho R
@@ -111,6 +107,16 @@ mod tests {
     use crate::random::Random;
     use crate::simulate::elements::Closed;
 
+    /// Friction that falls, measured with errors at uneven distances.
+    fn rough_table(random: &mut Random) -> Law {
+        let mut data = vec![(0.0, 1.0)];
+        while data[data.len() - 1].0 < 8.0 {
+            let u = data[data.len() - 1].0 + 0.1 + random.unit();
+            data.push((u, 0.4 + 0.6 * (-u).exp() + 0.05 * random.unit()));
+        }
+        Law::Table(Table::new("test", &data, 1.0).unwrap())
+    }
+
     /// The vectorised iteration and Newton's method on the compiled law.
     #[test]
     fn both_methods_close_orbits_of_the_lorentzian_law_alike() {
@@ -135,6 +141,7 @@ mod tests {
         }
         assert!(10 * answered > 9 * tried, "{answered} of {tried}");
     }
+
     /// Orbits of rough tables, whose corners lie where they may be met by chance: answers of every tolerance hold within
     /// their errors.
     #[test]
@@ -142,13 +149,7 @@ mod tests {
         let mut random = Random(93);
         let mut answered = 0;
         for _ in 0..60 {
-            let mut data = vec![(0.0, 1.0)];
-            while data[data.len() - 1].0 < 8.0 {
-                let u = data[data.len() - 1].0 + 0.1 + random.unit();
-                data.push((u, 0.4 + 0.6 * (-u).exp() + 0.05 * random.unit()));
-            }
-            let table = Table::new("test", &data, 1.0).unwrap();
-            let curve = Law::Table(table).curve(1.0, &LawParameters::new(&[]));
+            let curve = rough_table(&mut random).curve(1.0, &LawParameters::new(&[]));
             for _ in 0..20 {
                 let belt_speed = 0.05 * 50_f64.powf(random.unit());
                 let radius = belt_speed * random.unit().max(0.01);
@@ -160,7 +161,7 @@ mod tests {
                     let apart = (found.viscous - exact.viscous).abs();
                     assert!(
                         apart <= found.error + exact.error,
-                        "{data:?} {belt_speed} {radius} {tolerance}: {found:?} {exact:?}"
+                        "{curve:?} {belt_speed} {radius} {tolerance}: {found:?} {exact:?}"
                     );
                     answered += 1;
                 }
@@ -168,25 +169,21 @@ mod tests {
         }
         assert!(answered > 3_000, "{answered}");
     }
+
     /// The slopes of the backbone that come with closed orbits are those of differences, within their errors.
     #[test]
     fn slopes_hold_within_their_errors() {
         let mut random = Random(94);
         let mut answered = [0; 2];
         for number in 0..120 {
-            let curve = if number % 2 == 0 {
-                let mut data = vec![(0.0, 1.0)];
-                while data[data.len() - 1].0 < 8.0 {
-                    let u = data[data.len() - 1].0 + 0.1 + random.unit();
-                    data.push((u, 0.4 + 0.6 * (-u).exp() + 0.05 * random.unit()));
-                }
-                Law::Table(Table::new("test", &data, 1.0).unwrap())
+            let law = if number % 2 == 0 {
+                rough_table(&mut random)
             } else {
                 let [drop, rate, waves] = [random.unit(), 0.4 + random.unit(), 1.0 + 3.0 * random.unit()];
                 let text = format!("1 - {drop} + {drop}/(1 + (u/{rate})^2) + 0.05*sin({waves}*u)");
                 Law::Expression(Expression::new(&text, 1.0).unwrap())
             };
-            let curve = curve.curve(1.0, &LawParameters::new(&[]));
+            let curve = law.curve(1.0, &LawParameters::new(&[]));
             for _ in 0..10 {
                 let belt_speed = 0.05 * 50_f64.powf(random.unit());
                 let radius = 0.98 * belt_speed * random.unit().max(0.01);

@@ -8,8 +8,8 @@ use std::cell::Cell;
 use super::closing::closing_dampings;
 use super::polar::{Closing, Turn};
 use super::return_map::decisive_turn;
-use super::roots::{Found, falling_bracket, falling_root};
-use super::{Fate, Flow, Landing, direct};
+use super::roots::{falling_bracket, falling_root};
+use super::{Fate, Landing, direct};
 use crate::filippov::Oscillator;
 use crate::friction::{Column, Curve};
 
@@ -97,21 +97,18 @@ fn side_of(column: &Column, c: f64, tolerance: f64) -> Option<Side> {
         }
         Turn::HandOver { rhs } => u64::from(rhs),
     };
-    let Flow { fate, margin, margin_error: error, rhs } = direct::flow(&oscillator, tolerance);
-    let size = if margin.is_finite() { margin.abs().min(1.0) } else { 1.0 };
-    let margin = match fate {
+    let flow = direct::flow(&oscillator, tolerance);
+    let margin = match flow.fate {
         // Where the flow cannot be continued beyond the line, r at the landing is about what it would be after
         // the turn.
-        Fate::Sticks(Landing { x1, crossings: 0, .. }) if margin.is_nan() => {
+        Fate::Sticks(Landing { x1, crossings: 0, .. }) if flow.margin.is_nan() => {
             let speed = (oscillator.exit_x1() - x1) / column.belt_speed;
             (speed * speed / (1.0 + speed.hypot(1.0))).clamp(f64::MIN_POSITIVE, 1.0)
         }
-        Fate::Sticks(_) | Fate::CrossesForever => size,
-        Fate::SpiralsInward => -size,
-        Fate::TooCloseToCall => 0.0,
-        Fate::Failed(_) => return None,
+        _ => flow.signed_margin()?,
     };
-    Some(Side { margin, error, rhs: spent + rhs, work: spent + rhs * column.curve.cost() })
+    let work = spent + flow.rhs * column.curve.cost();
+    Some(Side { margin, error: flow.margin_error, rhs: spent + flow.rhs, work })
 }
 
 /// Searches a column with the simulated flow, which also decides overdamped points.
@@ -170,8 +167,7 @@ fn search(column: &Column, tolerance: f64, rhs: u64) -> Result<CriticalDamping, 
         falling_root(bracket, enough, &mut margin)
     });
     let (c, bracket) = match found {
-        Ok(Found::Between(bracket)) => (bracket.middle(), bracket),
-        Ok(Found::Zero(c, bracket)) => (c, bracket),
+        Ok(found) => found,
         Err(why) => {
             // What the orbits that were followed tell.
             let [below, above] = known.get();

@@ -181,9 +181,6 @@ pub fn second_crossing(oscillator: &Oscillator, tolerance: f64) -> Result<Option
 /// if it does not return, the landing speed up to 2, and beyond it, where it crosses the belt line, 4 plus
 /// the distance beyond the exit point at which it crosses again; it sticks where that is less than 4. By the
 /// compiled law.
-///
-/// # Errors
-/// [`Failure`].
 pub(crate) fn reach(oscillator: &Oscillator, beyond_exit: f64, tolerance: f64) -> Result<f64, Failure> {
     let work = Work::of_backbone(&oscillator.curve);
     Ok(match passage(oscillator, beyond_exit, tolerance, &work, |_, _, _| ())? {
@@ -383,9 +380,6 @@ impl<'a> Search<'a> {
     }
 
     /// Adds the cycles between two loops, by growing size.
-    ///
-    /// # Errors
-    /// As [`Search::reversal`].
     fn cycles(&self, [a, b]: [&Node; 2], cycles: &mut Vec<CrossingCycle>) -> Result<(), Unknown> {
         if a.outward == b.outward {
             return match self.reversal([a, b], a.outward, self.missed)? {
@@ -396,10 +390,7 @@ impl<'a> Search<'a> {
                 }
             };
         }
-        let Some(cycle) = cycle_between(self.oscillator, [a.y, b.y], a.outward, self.tolerance, self.work)?
-        else {
-            return Ok(());
-        };
+        let Some(cycle) = self.cycle_between([a.y, b.y], a.outward)? else { return Ok(()) };
         let at =
             |outward| Node { y: cycle.beyond_exit, outward, growth: Some([0.0, cycle.multiplier - 1.0]) };
         if a.y > 0.0 {
@@ -408,13 +399,27 @@ impl<'a> Search<'a> {
         cycles.push(cycle);
         self.cycles([&at(b.outward), b], cycles)
     }
+
+    /// The cycle between two distances beyond the exit point, of which one leads outward and one inward; `None`
+    /// if loops change from outward to sticking there without passing through a cycle.
+    fn cycle_between(&self, between: [f64; 2], low_outward: bool) -> Result<Option<CrossingCycle>, Failure> {
+        let Self { oscillator, tolerance, work, .. } = *self;
+        let y = fixed_point(between, low_outward, tolerance, |y| {
+            let here = loop_within(oscillator, y, tolerance, work)?;
+            let returns = match here {
+                Loop::Crosses { beyond_exit, slope, .. } => Some([beyond_exit, slope]),
+                Loop::Sticks | Loop::SpiralsInward => None,
+            };
+            Ok((outward(y, &here), returns))
+        })?;
+        let (end, Extent { velocity, displacement }) = loop_with_extent(oscillator, y, tolerance, work)?;
+        let Loop::Crosses { slope: multiplier, time: period, .. } = end else { return Ok(None) };
+        Ok(Some(CrossingCycle { beyond_exit: y, velocity, displacement, multiplier, period }))
+    }
 }
 
 /// Returns whether some orbits cross the belt line for ever: whether a loop leads outward. They tend to a
 /// crossing cycle, or grow. Loops are followed from [`settled_from`] inward.
-///
-/// # Errors
-/// [`Unknown`].
 pub(crate) fn some_cross_for_ever(oscillator: &Oscillator, settled_from: f64) -> Result<bool, Unknown> {
     if contracts(oscillator) {
         return Ok(false);
@@ -486,36 +491,6 @@ pub fn crossing_cycles(oscillator: &Oscillator, tolerance: f64) -> Result<Vec<Cr
         search.cycles([&pair[1], &pair[0]], &mut cycles)?;
     }
     Ok(cycles)
-}
-
-/// The cycle between two distances beyond the exit point, of which one leads outward and one inward; `None`
-/// if loops change from outward to sticking there without passing through a cycle.
-fn cycle_between(
-    oscillator: &Oscillator,
-    between: [f64; 2],
-    low_outward: bool,
-    tolerance: f64,
-    work: &Work,
-) -> Result<Option<CrossingCycle>, Failure> {
-    let y = fixed_point(between, low_outward, tolerance, |y| {
-        let here = loop_within(oscillator, y, tolerance, work)?;
-        let returns = match here {
-            Loop::Crosses { beyond_exit, slope, .. } => Some([beyond_exit, slope]),
-            Loop::Sticks | Loop::SpiralsInward => None,
-        };
-        Ok((outward(y, &here), returns))
-    })?;
-    let (end, extent) = loop_with_extent(oscillator, y, tolerance, work)?;
-    Ok(match end {
-        Loop::Crosses { slope, time, .. } => Some(CrossingCycle {
-            beyond_exit: y,
-            velocity: extent.velocity,
-            displacement: extent.displacement,
-            multiplier: slope,
-            period: time,
-        }),
-        Loop::Sticks | Loop::SpiralsInward => None,
-    })
 }
 
 /// The shape of the stick-slip cycle that `flow` found; `None` if it found none.

@@ -187,7 +187,8 @@ pub(super) struct Lanes<F> {
     start: [f64; LANES],
     k: [f64; LANES],
     b2: [f64; LANES],
-    c: [f64; LANES],
+    /// C = eps c.
+    pub(super) c: [f64; LANES],
     shape: PhantomData<F>,
 }
 
@@ -237,20 +238,6 @@ impl<F: Shape> Lanes<F> {
             }
         }
         LogSlope { slope, by_c, by_log_r }
-    }
-
-    /// Changes C = eps c of every lane.
-    #[inline(always)]
-    pub(super) fn shift_damping(&mut self, change: &[f64; LANES]) {
-        for (c, change) in self.c.iter_mut().zip(change) {
-            *c += change;
-        }
-    }
-
-    /// C = eps c of every lane.
-    #[inline(always)]
-    pub(super) fn damping(&self) -> &[f64; LANES] {
-        &self.c
     }
 
     /// The divergence at scaled radius `r` as numerator / denominator, and turn = denominator dth/dt.

@@ -7,7 +7,7 @@
 
 pub use super::polar::Turn;
 
-use super::closed_orbit::{HandOver, Lap};
+use super::closed_orbit::Lap;
 use super::landing::{Approach, Arrival, approach};
 use super::{Fate, Flow, Landing, closed_orbit, collocation, direct, stepping};
 use crate::filippov::Oscillator;
@@ -54,19 +54,15 @@ pub(super) fn turns_of_orbits<'a>(
     }
 }
 
-/// One turn by steps that follow the law, for any law.
-fn stepped(oscillator: &Oscillator, tolerance: f64) -> Turn {
-    match closed_orbit::turn(oscillator, oscillator.belt_speed, tolerance) {
-        Ok(Lap { margin, error, rhs, .. }) => Turn::Complete { margin, error, rhs },
-        Err(HandOver { rhs }) => Turn::HandOver { rhs },
+/// One turn of one orbit, by steps that follow the law for laws other than Stribeck's.
+pub(super) fn turn_of(oscillator: &Oscillator, tolerance: f64) -> Turn {
+    let Oscillator { curve, viscous, belt_speed } = oscillator;
+    if let Some(law) = curve.stribeck() {
+        return turns(&[law.scaled(*belt_speed, *viscous)], tolerance)[0];
     }
-}
-
-/// One turn of one orbit.
-fn turn_of(oscillator: &Oscillator, tolerance: f64) -> Turn {
-    match oscillator.curve.stribeck() {
-        Some(law) => turns(&[law.scaled(oscillator.belt_speed, oscillator.viscous)], tolerance)[0],
-        None => stepped(oscillator, tolerance),
+    match closed_orbit::turn(oscillator, *belt_speed, tolerance) {
+        Ok(Lap { margin, error, rhs, .. }) => Turn::Complete { margin, error, rhs },
+        Err(rhs) => Turn::HandOver { rhs },
     }
 }
 

@@ -24,73 +24,46 @@ impl Bracket {
     }
 }
 
-/// Outcome of a search.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Found {
-    /// The bracket is as narrow as requested.
-    Between(Bracket),
-    /// The function is zero here, so its sign is not known more closely; with the bracket so far.
-    Zero(f64, Bracket),
-}
-
-/// A bracket of the root of a falling function within [from, to], searched from `start` outward in steps that
-/// double: far from the root the function may fail, or take long. `None` where it does not change its sign; at the ends
-/// of [from, to] it may be zero.
-///
-/// # Errors
-/// Those of `f`.
+/// A bracket of the root of a falling function within [from, to], searched from `start`, which lies there, outward in
+/// steps that double: far from the root the function may fail, or take long. `None` where it does not change its
+/// sign; at the ends of [from, to] it may be zero.
 pub(super) fn falling_bracket<E>(
     start: f64,
     [from, to]: [f64; 2],
     mut f: impl FnMut(f64) -> Result<f64, E>,
 ) -> Result<Option<Bracket>, E> {
-    let first = 0.1 * start.abs() + 1e-3 * (to - from);
     let value = f(start)?;
-    let (mut low, mut high) = ((start, value), (start, value));
-    let mut step = first;
-    while !(low.1 > 0.0) {
-        if low.0 <= from {
-            if low.1 < 0.0 {
-                return Ok(None);
+    let mut ends = [(start, value); 2];
+    for (side, limit, sign) in [(0, from, 1.0), (1, to, -1.0)] {
+        let mut step = 0.1 * start.abs() + 1e-3 * (to - from);
+        while !(sign * ends[side].1 > 0.0) {
+            if ends[side].0 == limit {
+                if sign * ends[side].1 < 0.0 {
+                    return Ok(None);
+                }
+                break;
             }
-            break;
-        }
-        let at = (start - step).max(from);
-        low = (at, f(at)?);
-        if low.1 < 0.0 {
-            high = low;
-        }
-        step *= 2.0;
-    }
-    step = first;
-    while !(high.1 < 0.0) {
-        if high.0 >= to {
-            if high.1 > 0.0 {
-                return Ok(None);
+            let at = (start - sign * step).max(from).min(to);
+            ends[side] = (at, f(at)?);
+            if sign * ends[side].1 < 0.0 {
+                ends[1 - side] = ends[side];
             }
-            break;
+            step *= 2.0;
         }
-        let at = (start + step).min(to);
-        high = (at, f(at)?);
-        if high.1 > 0.0 {
-            low = high;
-        }
-        step *= 2.0;
     }
+    let [low, high] = ends;
     Ok(Some(Bracket { low, high }))
 }
 
 /// Narrows `bracket` to `enough` by the ITP method of Oliveira and Takahashi (ACM Trans. Math. Softw. 47,
 /// 2020), which is as fast as the secant where the function is smooth and never slower than bisection where
-/// only its sign is known.
-///
-/// # Errors
-/// Those of `f`.
+/// only its sign is known. Returns the middle of the bracket with it, or a place where the function is zero, so that its
+/// sign is not known more closely, with the bracket so far.
 pub(super) fn falling_root<E>(
     mut bracket: Bracket,
     enough: f64,
     mut f: impl FnMut(f64) -> Result<f64, E>,
-) -> Result<Found, E> {
+) -> Result<(f64, Bracket), E> {
     let truncation = 0.2 / bracket.width();
     // Half the width that bisection alone would leave, with one step to spare.
     let mut allowance = bracket.width();
@@ -112,10 +85,10 @@ pub(super) fn falling_root<E>(
         match f(next)? {
             found if found > 0.0 => bracket.low = (next, found),
             found if found < 0.0 => bracket.high = (next, found),
-            _ => return Ok(Found::Zero(next, bracket)),
+            _ => return Ok((next, bracket)),
         }
     }
-    Ok(Found::Between(bracket))
+    Ok((bracket.middle(), bracket))
 }
 
 /// Largest number of Newton steps and bisections for a fixed point.
@@ -124,9 +97,6 @@ const MOST_TRIALS: u32 = 100;
 /// The fixed point of a return map between two places, at one of which it leads outward and at the other
 /// inward, to a tenth of `tolerance`, relative: by Newton's method where that stays between. `map` returns
 /// whether it leads outward and, where the orbit returns, the next place and the slope.
-///
-/// # Errors
-/// Those of `map`.
 pub(super) fn fixed_point<E>(
     [mut low, mut high]: [f64; 2],
     low_outward: bool,
@@ -175,9 +145,9 @@ mod tests {
                 Ok::<f64, ()>(if sign_only { value.signum() } else { value })
             };
             let start = Bracket { low: (0.0, 0.3), high: (2.0, -3.7) };
-            let (Found::Between(Bracket { low, high, .. }) | Found::Zero(_, Bracket { low, high })) =
-                falling_root(start, 1e-12, f).unwrap();
+            let (found, Bracket { low, high }) = falling_root(start, 1e-12, f).unwrap();
             assert!(low.0 <= root && root <= high.0 && calls < 45, "{low:?} {high:?} {calls}");
+            assert!((found - root).abs() < 1e-12, "{found}");
         }
     }
 }

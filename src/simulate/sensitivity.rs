@@ -114,7 +114,7 @@ pub fn sensitivity(column: &Column) -> Result<Sensitivity, NoSensitivity> {
     let work = Work::of_question(&column.curve);
     let [fine, coarse] =
         [(critical.c, TOLERANCES[0]), (critical.c + critical.error, TOLERANCES[1])].map(|(c, tolerance)| {
-            Ok::<_, Failure>(means(column, c, &Grazing::of(column, c, tolerance, None, &work)?))
+            Ok::<_, Failure>(means(column, c, &grazing_orbit(column, c, tolerance, &[], &work)?))
         });
     let (fine, coarse) = (fine?, coarse?);
     let estimates = |fine: &[Term], coarse: &[Term]| -> Vec<Estimate> {
@@ -159,15 +159,12 @@ pub fn sensitivity(column: &Column) -> Result<Sensitivity, NoSensitivity> {
 pub fn influence(column: &Column, parts: usize) -> Result<Vec<Influence>, NoSensitivity> {
     let critical = legal_critical_damping(column)?;
     let work = Work::of_question(&column.curve);
-    let fastest = Grazing::of(column, critical.c, TOLERANCES[0], None, &work)?.fastest();
+    let fastest = fastest(&grazing_orbit(column, critical.c, TOLERANCES[0], &[], &work)?);
     let edge = |part: usize| part as f64 / parts as f64 * fastest;
-    // Steps end at the corners and narrow features of the law and at the edges.
-    let mut stops = column.curve.stops(column.belt_speed).into_owned();
-    stops.extend((1..parts).map(edge));
-    stops.sort_by(f64::total_cmp);
-    let orbit = Grazing::of(column, critical.c, TOLERANCES[0], Some(&stops), &work)?;
+    let edges: Vec<f64> = (1..parts).map(edge).collect();
+    let orbit = grazing_orbit(column, critical.c, TOLERANCES[0], &edges, &work)?;
     let mut shares = vec![0.0; parts];
-    for Sample { slip, weight } in &orbit.samples {
+    for Sample { slip, weight } in &orbit {
         let part = (slip / fastest * parts as f64) as usize;
         shares[part.min(parts - 1)] += weight;
     }
@@ -188,57 +185,59 @@ struct Sample {
     weight: f64,
 }
 
-/// The grazing orbit, as a quadrature rule with its weight.
-struct Grazing {
-    samples: Vec<Sample>,
+/// Length of pieces of a law, in units of V, whose ends are also those of steps: the integrands change as fast as the law
+/// does, and faster than the orbit.
+const FINE: f64 = 0.01;
+
+/// The grazing orbit, as a quadrature rule with its weight, with steps that end at these slip speeds, too.
+fn grazing_orbit(
+    column: &Column,
+    c: f64,
+    tolerance: f64,
+    edges: &[f64],
+    work: &Work,
+) -> Result<Vec<Sample>, Failure> {
+    let oscillator = Oscillator::in_column(column, c);
+    let belt_speed = oscillator.belt_speed;
+    let mut stops = [&column.curve.stops(belt_speed), edges].concat();
+    if !column.curve.has_known_features() {
+        let weakening = column.compiled();
+        let pieces = weakening.breaks().windows(2).filter(|ends| ends[1] - ends[0] < FINE * belt_speed);
+        stops.extend(pieces.map(|ends| ends[1]).step_by(2));
+    }
+    stops.sort_by(f64::total_cmp);
+    let walk = Walk::new(&oscillator, Side::Below, [belt_speed, 0.0], tolerance, belt_speed, work);
+    let mut walk = walk.stopping_at(&stops);
+    static RULE: LazyLock<Rule<5>> = LazyLock::new(Rule::new);
+    let rule = &*RULE;
+    // Slip speeds, weights without exp(-G), and -G, which may exceed the range of the exponential.
+    let mut points = Vec::new();
+    let end = walk.lower_arc(|walk, from: &State, to: &State| {
+        let h = to.time - from.time;
+        for (node, weight) in rule.nodes.into_iter().zip(rule.weights) {
+            // Where the budget does not hold this, the next step of the walk fails.
+            let _ = work.spend(STAGES as u64);
+            let (state, _) = walk.after(from, 0.5 * (1.0 + node) * h);
+            points.push((walk.slip(&state).slip.max(0.0), weight * h * state.w * state.w, -state.growth));
+        }
+    })?;
+    if end == LowerEnd::Rests {
+        // The orbit does not return, so it does not graze: the angle advances too slowly.
+        return Err(Failure::StepUnderflow);
+    }
+    let largest = points.iter().map(|point| point.2).fold(f64::NEG_INFINITY, f64::max);
+    let weights: Vec<f64> = points.iter().map(|(_, weight, log)| weight * (log - largest).exp()).collect();
+    let total: f64 = weights.iter().sum();
+    if !(total > 0.0 && total.is_finite()) {
+        return Err(Failure::NotFinite);
+    }
+    let samples = points.iter().zip(&weights);
+    let samples = samples.map(|((slip, ..), weight)| Sample { slip: *slip, weight: weight / total });
+    Ok(samples.collect())
 }
 
-impl Grazing {
-    fn of(
-        column: &Column,
-        c: f64,
-        tolerance: f64,
-        stops: Option<&[f64]>,
-        work: &Work,
-    ) -> Result<Self, Failure> {
-        let oscillator = Oscillator::in_column(column, c);
-        let belt_speed = oscillator.belt_speed;
-        let mut walk = Walk::new(&oscillator, Side::Below, [belt_speed, 0.0], tolerance, belt_speed, work);
-        if let Some(stops) = stops {
-            walk = walk.stopping_at(stops);
-        }
-        static RULE: LazyLock<Rule<5>> = LazyLock::new(Rule::new);
-        let rule = &*RULE;
-        // Slip speeds, weights without exp(-G), and -G, which may exceed the range of the exponential.
-        let mut points = Vec::new();
-        let end = walk.lower_arc(|walk, from: &State, to: &State| {
-            let h = to.time - from.time;
-            for (node, weight) in rule.nodes.into_iter().zip(rule.weights) {
-                // Where the budget does not hold this, the next step of the walk fails.
-                let _ = work.spend(STAGES as u64);
-                let (state, _) = walk.after(from, 0.5 * (1.0 + node) * h);
-                points.push((walk.slip(&state).slip.max(0.0), weight * h * state.w * state.w, -state.growth));
-            }
-        })?;
-        if end == LowerEnd::Rests {
-            // The orbit does not return, so it does not graze: the angle advances too slowly.
-            return Err(Failure::StepUnderflow);
-        }
-        let largest = points.iter().map(|point| point.2).fold(f64::NEG_INFINITY, f64::max);
-        let weights: Vec<f64> =
-            points.iter().map(|(_, weight, log)| weight * (log - largest).exp()).collect();
-        let total: f64 = weights.iter().sum();
-        if !(total > 0.0 && total.is_finite()) {
-            return Err(Failure::NotFinite);
-        }
-        let samples = points.iter().zip(&weights);
-        let samples = samples.map(|((slip, ..), weight)| Sample { slip: *slip, weight: weight / total });
-        Ok(Self { samples: samples.collect() })
-    }
-
-    fn fastest(&self) -> f64 {
-        self.samples.iter().map(|sample| sample.slip).fold(0.0, f64::max)
-    }
+fn fastest(orbit: &[Sample]) -> f64 {
+    orbit.iter().map(|sample| sample.slip).fold(0.0, f64::max)
 }
 
 /// A derivative of c*, and the mean size of its terms.
@@ -268,15 +267,15 @@ struct Means {
     by_unit: Term,
 }
 
-fn means(column: &Column, c: f64, orbit: &Grazing) -> Means {
+fn means(column: &Column, c: f64, orbit: &[Sample]) -> Means {
     let Column { curve, epsilon, belt_speed } = column;
-    let weakening = curve.compiled((4.0 * belt_speed).max(1.01 * orbit.fastest()));
+    let weakening = curve.compiled((4.0 * belt_speed).max(1.01 * fastest(orbit)));
     let mut terms = vec![Term::default(); 2];
     terms[0].add(-c);
     let measured = curve.table().and_then(|table| Some((table, table.standard_errors()?.len())));
     let mut data = vec![Term::default(); measured.map_or(0, |(_, data)| data)];
     let mut unit = Term::default();
-    for &Sample { slip, weight } in &orbit.samples {
+    for &Sample { slip, weight } in orbit {
         let gradient = curve.weakening_gradient(slip);
         let by_parameters = gradient.parameters.as_slice();
         terms.resize(2 + by_parameters.len(), Term::default());

@@ -49,7 +49,7 @@
 use std::f64::consts::TAU;
 
 use super::Range;
-use super::slip_cycle::none_proved;
+use super::slip_cycle::{none_proved, none_within};
 use crate::enclosure::{Polar, Polynomial, distance};
 use crate::filippov::Oscillator;
 use crate::friction::interval::Interval;
@@ -106,6 +106,12 @@ enum Shape {
     Open,
 }
 
+impl Shape {
+    fn sign(self) -> Option<bool> {
+        if let Self::Sign(outward) = self { Some(outward) } else { None }
+    }
+}
+
 #[derive(Clone, Copy, Debug)]
 struct Piece {
     from: f64,
@@ -140,10 +146,9 @@ pub fn count_slip_cycles(oscillator: &Oscillator) -> SlipCount {
         waiting.push([from, top]);
         top = from;
     }
-    let vanishes = [0.0, 1.0, 2.0].iter().all(|share| {
-        let divergence = oscillator.divergence(share * belt_speed);
-        divergence.abs() < LEAST_DIVERGENCE
-    });
+    let vanishes = [0.0, 1.0, 2.0]
+        .iter()
+        .all(|share| oscillator.divergence(share * belt_speed).abs() < LEAST_DIVERGENCE);
     // A formula's series take longer than those of the built-in laws.
     let mut budget = match vanishes {
         true => 0,
@@ -168,16 +173,12 @@ pub fn count_slip_cycles(oscillator: &Oscillator) -> SlipCount {
 
 /// The largest piece (0, r] found on which the even part of D has one sign.
 fn innermost(oscillator: &Oscillator) -> Piece {
-    let mut reach = oscillator.belt_speed;
-    while reach > INNERMOST * oscillator.belt_speed {
-        let even = oscillator.curve.even_weakening_within(oscillator.belt_speed, reach);
-        let shape = match even {
-            Some(even) if even.lo > oscillator.viscous => Shape::Sign(true),
-            Some(even) if even.hi < oscillator.viscous => Shape::Sign(false),
-            _ => Shape::Open,
-        };
-        if shape != Shape::Open {
-            return Piece { from: 0.0, to: reach, shape };
+    let Oscillator { curve, viscous, belt_speed } = oscillator;
+    let mut reach = *belt_speed;
+    while reach > INNERMOST * belt_speed {
+        let even = curve.even_weakening_within(*belt_speed, reach);
+        if let Some(even) = even.filter(|even| none_within(even, *viscous)) {
+            return Piece { from: 0.0, to: reach, shape: Shape::Sign(even.lo > *viscous) };
         }
         reach *= 0.8;
     }
@@ -195,17 +196,11 @@ fn tally(oscillator: &Oscillator, pieces: &[Piece], budget: &mut u32) -> SlipCou
         }
     }
     // The sign at the end of a run: that of an adjacent run with one sign, or that of the orbit there.
-    let sign = |piece: Option<&Piece>| match piece?.shape {
-        Shape::Sign(outward) => Some(outward),
-        Shape::Monotone(_) | Shape::Open => None,
-    };
+    let sign = |piece: Option<&Piece>| piece?.shape.sign();
     let mut signs = vec![sign(runs.first())];
     for (i, run) in runs.iter().enumerate() {
         let known = sign(Some(run)).or_else(|| sign(runs.get(i + 1)));
-        signs.push(known.or_else(|| match shape(oscillator, run.to, run.to, budget) {
-            Shape::Sign(outward) => Some(outward),
-            Shape::Monotone(_) | Shape::Open => None,
-        }));
+        signs.push(known.or_else(|| shape(oscillator, run.to, run.to, budget).sign()));
     }
     let known: Vec<bool> = signs.iter().flatten().copied().collect();
     let at_least = known.windows(2).filter(|pair| pair[0] != pair[1]).count();
@@ -251,20 +246,12 @@ fn sensitivity(oscillator: &Oscillator, theta: Interval, rho: Interval) -> Optio
 
 /// Proves a property of g on [`from`, `to`]; at a single radius, its sign.
 fn shape(oscillator: &Oscillator, from: f64, to: f64, budget: &mut u32) -> Shape {
+    let is_positive = |x: Interval| (x.lo > 0.0 || x.hi < 0.0).then_some(x.lo > 0.0);
     match walk(oscillator, from, to, budget) {
         Some(Walked::MeetsBelt) => Shape::Sign(true),
         Some(Walked::Turned { all, slopes, .. }) => {
-            if all.lo > 0.0 {
-                Shape::Sign(true)
-            } else if all.hi < 0.0 {
-                Shape::Sign(false)
-            } else if slopes.lo > 0.0 {
-                Shape::Monotone(true)
-            } else if slopes.hi < 0.0 {
-                Shape::Monotone(false)
-            } else {
-                Shape::Open
-            }
+            let monotone = || is_positive(slopes).map(Shape::Monotone);
+            is_positive(all).map(Shape::Sign).or_else(monotone).unwrap_or(Shape::Open)
         }
         None => Shape::Open,
     }

@@ -117,9 +117,6 @@ pub fn slip_cycles(oscillator: &Oscillator, tolerance: f64) -> Result<Vec<SlipCy
 }
 
 /// Computes the slip cycle whose amplitude has known bounds and whose stability is known.
-///
-/// # Errors
-/// [`Failure`].
 pub(crate) fn locate(
     oscillator: &Oscillator,
     cycle: &CycleRange,
@@ -215,9 +212,6 @@ impl Extent {
 
 /// The kicks that carry the equilibrium onto `cycle`: the velocities at which the cycle passes the
 /// equilibrium's x1.
-///
-/// # Errors
-/// [`Failure`].
 pub(crate) fn kick_onto(oscillator: &Oscillator, cycle: &SlipCycle, tolerance: f64) -> Result<Kick, Failure> {
     let radius = cycle.velocity.hi;
     let rest = oscillator.equilibrium_x1();

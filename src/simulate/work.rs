@@ -44,20 +44,10 @@ impl Work {
 
     /// The same for evaluations of the compiled law, each of which takes about as long as one of the Stribeck
     /// law.
-    ///
-    /// # Errors
-    /// As [`Work::spend`].
     pub(super) fn spend_compiled(&self, evaluations: u64) -> Result<(), Failure> {
-        match self.left.get().checked_sub(evaluations) {
-            Some(left) => {
-                self.left.set(left);
-                Ok(())
-            }
-            None => {
-                // No further work may begin.
-                self.left.set(0);
-                Err(Failure::StepBudget)
-            }
-        }
+        let left = self.left.get().checked_sub(evaluations);
+        // Behind the first evaluations that it does not hold no further work may begin.
+        self.left.set(left.unwrap_or(0));
+        left.map(|_| ()).ok_or(Failure::StepBudget)
     }
 }

@@ -4,7 +4,7 @@
 
 use slipmap::filippov::Oscillator;
 use slipmap::friction::{Column, Expression, Law, Table};
-use slipmap::map::slip_cycle_count;
+use slipmap::map::{Regime, regime, slip_cycle_count};
 use slipmap::simulate::arc::{SlipTurn, turn};
 use slipmap::simulate::backbone::{Backbone, TurningPoint};
 use slipmap::simulate::slip_cycle::slip_cycles;
@@ -283,4 +283,31 @@ fn slopes_settle_counts_next_to_the_critical_damping() {
         }
     }
     assert!(settled.iter().all(|settled| *settled > 45), "{settled:?}");
+}
+
+/// A dip of friction of 1/26 of the belt speed changes C(r) between the first nodes of a backbone, which show nothing of it:
+/// three cycles, where one was counted.
+#[test]
+fn cycles_at_a_narrow_dip_are_counted() {
+    let law =
+        Law::Expression(Expression::new("1-a*u/(u+b)+d*exp(-((u-e)/w)^2)-d*exp(-(e/w)^2)", 1.0).unwrap());
+    let parameters = [
+        0.8028961796423718,
+        1.4075835981671745,
+        -0.0020856426832017213,
+        0.2837982264060425,
+        0.015677402555442616,
+    ];
+    let point = law.point(1.0, &parameters, 0.4104212212654299, 0.34211090458474824).unwrap();
+    let oscillator = Oscillator::new(&law, &point);
+    let answer = flow(&oscillator, 1e-9);
+    assert_eq!(slip_cycle_count(&oscillator, &answer), Some(3));
+    assert_eq!(regime(&oscillator, &answer), Regime::EquilibriumPureSlipAndStickSlip);
+    // Orbits between the cycles, by an engine that knows no backbone.
+    for (radius, shrinks) in [(0.03, true), (0.08, false), (0.13, true), (0.2, false)] {
+        let SlipTurn::Returns { radius: next, .. } = turn(&oscillator, radius, 1e-12).unwrap() else {
+            panic!("{radius}")
+        };
+        assert_eq!(next < radius, shrinks, "{radius} {next}");
+    }
 }

@@ -225,3 +225,25 @@ fn cycles_are_known_where_those_of_another_kind_are_not() {
     assert!(matches!(meeting.stick_slip, Ok(Some(_))) && meeting.slip == Ok(Vec::new()), "{meeting:?}");
     assert_eq!(meeting.kick, Ok(None));
 }
+
+/// A step of friction of 1/1300 of the belt speed, below zero: loops from 0.326181 beyond the exit point on grow without
+/// bound, by a Runge-Kutta method of order 8 in long double whose steps end around the step of friction.
+#[test]
+fn loops_see_narrow_steps() {
+    let law = Law::Expression(Expression::new("1-a*u/(u+b)-d*(tanh((u-e)/w)+tanh(e/w))/2", 1.0).unwrap());
+    let parameters = [
+        0.3701101710434796,
+        0.4727132847066705,
+        0.8229831512781614,
+        0.5532940419756395,
+        0.0008720825005406945,
+    ];
+    let point = law.point(1.0, &parameters, 1.1200212344136085, 0.000130602506763018).unwrap();
+    let oscillator = Oscillator::new(&law, &point);
+    assert_eq!(map::regime(&oscillator, &flow(&oscillator, 1e-9)), Regime::StickSlipAndCrossing);
+    for (beyond_exit, grows) in [(0.3261, false), (0.3263, true)] {
+        let found = crossing_loop(&oscillator, beyond_exit, 1e-10).unwrap();
+        let outward = matches!(found, Loop::Crosses { beyond_exit: next, .. } if next > beyond_exit);
+        assert_eq!(outward, grows, "{beyond_exit} {found:?}");
+    }
+}

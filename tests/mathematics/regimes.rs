@@ -334,6 +334,25 @@ fn crossing_cycles_attract_the_orbit_from_the_exit_point() {
     }
 }
 
+/// The shape of a stick-slip cycle is that of the trace of the direct engine.
+fn assert_traced(oscillator: &Oscillator, cycle: &StickSlipCycle) {
+    let traced = trace(oscillator, Start::ExitPoint, 1e-11, 1e3);
+    let Ending::Closes { period } = traced.ending else { panic!("{:?}", traced.ending) };
+    // A landing's error is V^2/wL times that of the margin; 1e-4 V is the smallest wL met here.
+    assert!((cycle.period - period).abs() < 1e-6 * period, "{} {period}", cycle.period);
+    let range = |value: fn(&direct::Sample) -> f64| {
+        let values = traced.samples.iter().map(value);
+        values.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), x| (lo.min(x), hi.max(x)))
+    };
+    // Samples are up to 0.1 rad from the extremes, which they miss by 1 - cos 0.05 = 1.25e-3 at most, of
+    // an amplitude that the range of the values bounds.
+    for (range, computed) in [(range(|s| s.x1), cycle.displacement), (range(|s| s.x2), cycle.velocity)] {
+        let slack = 1.3e-3 * (computed.hi - computed.lo) + 1e-9;
+        assert!(computed.lo <= range.0 + 1e-9 && range.0 <= computed.lo + slack, "{range:?} {computed:?}");
+        assert!(computed.hi >= range.1 - 1e-9 && range.1 >= computed.hi - slack, "{range:?} {computed:?}");
+    }
+}
+
 #[test]
 fn the_stick_slip_cycle_is_the_traced_one() {
     let mut seed = 7;
@@ -348,27 +367,22 @@ fn the_stick_slip_cycle_is_the_traced_one() {
         let answer = flow(&oscillator, 1e-11);
         let Some(cycle) = stick_slip_cycle(&oscillator, &answer, 1e-11).unwrap() else { continue };
         compared += 1;
-        let traced = trace(&oscillator, Start::ExitPoint, 1e-11, 1e3);
-        let Ending::Closes { period } = traced.ending else { panic!("{:?}", traced.ending) };
-        // A landing's error is V^2/wL times that of the margin; 1e-4 V is the smallest wL met here.
-        assert!((cycle.period - period).abs() < 1e-6 * period, "{} {period}", cycle.period);
-        let range = |value: fn(&direct::Sample) -> f64| {
-            let values = traced.samples.iter().map(value);
-            values.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), x| (lo.min(x), hi.max(x)))
-        };
-        // Samples are up to 0.1 rad from the extremes, which they miss by 1 - cos 0.05 = 1.25e-3 at most, of
-        // an amplitude that the range of the values bounds.
-        for (range, computed) in [(range(|s| s.x1), cycle.displacement), (range(|s| s.x2), cycle.velocity)] {
-            let slack = 1.3e-3 * (computed.hi - computed.lo) + 1e-9;
-            assert!(
-                computed.lo <= range.0 + 1e-9 && range.0 <= computed.lo + slack,
-                "{range:?} {computed:?}"
-            );
-            assert!(
-                computed.hi >= range.1 - 1e-9 && range.1 >= computed.hi - slack,
-                "{range:?} {computed:?}"
-            );
-        }
+        assert_traced(&oscillator, &cycle);
+    }
+}
+
+/// A step of friction of 1/500 of the belt speed, which takes most of an orbit's velocity, and one of 1/230 of it on a slow
+/// belt, at eight times the belt speed.
+#[test]
+fn the_stick_slip_cycle_over_a_narrow_step_is_the_traced_one() {
+    let law = Expression::new("1-a*u/(u+b)+d*(tanh((u-e)/w)+tanh(e/w))", 1.0).unwrap();
+    let law = Law::Expression(law);
+    let wide = [0.0465, 1.0588, -0.10803, 2.5246, 0.00358];
+    let slow = [0.5994, 0.02144, 0.086614, 0.42859, 0.000213];
+    for (parameters, belt_speed, damping) in [(wide, 1.909, 0.0305), (slow, 0.0496, 0.00226554)] {
+        let oscillator = Oscillator::new(&law, &law.point(1.0, &parameters, belt_speed, damping).unwrap());
+        let answer = flow(&oscillator, 1e-11);
+        assert_traced(&oscillator, &stick_slip_cycle(&oscillator, &answer, 1e-11).unwrap().unwrap());
     }
 }
 

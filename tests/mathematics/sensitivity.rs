@@ -14,7 +14,14 @@ fn point(law: &Law, epsilon: f64, parameters: &[f64], belt_speed: f64) -> Point 
 fn examples() -> Vec<(Law, Point)> {
     let formula = Expression::new("a + (1 - a)*exp(-u/s) + 0.1*eps*u^2", 1.0).unwrap();
     let formula = Law::Expression(formula);
+    // Narrow dips.
+    let dip = Expression::new("1-a*u/(u+b)+d*exp(-((u-e)/w)^2)-d*exp(-(e/w)^2)", 1.0).unwrap();
+    let dip = Law::Expression(dip);
+    let narrow = [0.275, 0.2125, 2.48e-3, 0.9256, 2.13e-3];
+    let other = [0.339, 1.008, -2.87e-3, 0.1434, 2.98e-3];
     vec![
+        (dip.clone(), point(&dip, 1.0, &narrow, 1.779)),
+        (dip.clone(), point(&dip, 1.0, &other, 0.482)),
         (Law::Stribeck, point(&Law::Stribeck, 0.1, &[0.3, 0.1, 2.0], 0.8)),
         (Law::Stribeck, point(&Law::Stribeck, 1.0, &[0.2, 0.02, 2.2], 0.43)),
         (Law::Stribeck, point(&Law::Stribeck, 1.0, &[0.1, 0.01, 6.0], 0.3)),
@@ -29,8 +36,7 @@ fn critical(column: &Column) -> CriticalDamping {
 }
 
 /// The derivative of `f`, which has the error `noise`, at x != 0 by a difference of the sixth order, and its
-/// error:
-/// the change from twice the step, and what the noise allows.
+/// error: the change from twice the step, and what the noise allows.
 fn slope(x: f64, f: impl Fn(f64) -> CriticalDamping) -> Estimate {
     let weights = [0.75, -0.15, 1.0 / 60.0];
     let by = |h: f64| {
@@ -42,7 +48,7 @@ fn slope(x: f64, f: impl Fn(f64) -> CriticalDamping) -> Estimate {
         }
         (sum, noise)
     };
-    let ((fine, noise), (coarse, _)) = (by(2e-3 * x), by(4e-3 * x));
+    let ((fine, noise), (coarse, _)) = (by(2e-3 * x.abs()), by(4e-3 * x.abs()));
     Estimate { value: fine, error: (fine - coarse).abs() + noise }
 }
 

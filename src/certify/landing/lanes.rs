@@ -3,7 +3,7 @@
 //! Each lane does the operations of [`super::amplitude_bound`] in the same order, on D in units of the belt
 //! speed; branches become selections between two results.
 
-use super::{exit_energy, turning_point};
+use super::{approach, exit_energy, turning_point};
 use crate::friction::Column;
 use crate::point::ScaledGroups;
 
@@ -97,10 +97,7 @@ fn lower_half(lanes: &Scaled, strips: u32) -> Reached {
         let next = -(1.0 - tau * tau);
         let d = lanes.divergence(&s);
         for lane in 0..LANES {
-            let kick = d[lane] * (next - s[lane]);
-            let m = if d[lane] >= 0.0 { 0.5 * (s[lane] + next) } else { s[lane] };
-            let gap = energy[lane] - m * m;
-            energy[lane] = exit_energy(kick, if gap < 0.0 { 0.0 } else { gap }, m);
+            energy[lane] = approach(energy[lane], s[lane], next, d[lane]);
             s[lane] = next;
         }
     }

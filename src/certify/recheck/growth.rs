@@ -1,7 +1,7 @@
 //! The least growth h of a barrier: a lower bound of H over cells.
 
 use super::ball::Ball;
-use super::{MODES, degrees, scale};
+use super::{MODES, products, scale};
 use crate::certify::validated::tile::Tile;
 
 /// Cells of the angle, a multiple of 4.
@@ -53,13 +53,12 @@ pub(super) fn least(tile: &Tile, tube: f64) -> Option<f64> {
         let around = |middle: f64| Ball::new(middle, half + 1e-10);
         let (cos, product, square) = (around(cos), around(sin * cos), around(sin * sin));
         for part in &parts {
-            let sum = |values: &[f64; MODES], off: f64| {
+            let sum = |values: &[f64], off: f64| {
                 let terms = values.iter().zip(&part.weights);
                 terms.fold(Ball::new(0.0, off), |sum, (value, weight)| sum + *weight * *value)
             };
             let (r0, slope) = (sum(&r, r_off) + Ball::exact(1.0), sum(&slope, slope_off));
-            let damping = tile.viscous.iter().zip(&part.weights);
-            let damping = damping.fold(Ball::new(0.0, tube), |sum, (c, weight)| sum + *weight * *c);
+            let damping = sum(&tile.viscous, tube);
             let here = growth(part, r0, slope, damping, tube, [cos, product, square])?;
             // Written so that NaN is kept.
             least = if here >= least { least } else { here };
@@ -117,13 +116,8 @@ fn parts(tile: &Tile) -> Vec<Part> {
                 let (middle, half) = scale(ranges[axis]);
                 (middle + half * x, modes(x))
             });
-            let weights = (0..MODES)
-                .map(|mode| {
-                    let [i, j, l] = degrees(mode);
-                    axes[0].1[i] * axes[1].1[j] * axes[2].1[l]
-                })
-                .collect();
-            Part { a: axes[0].0, k: axes[1].0, b: axes[2].0, weights }
+            let [(a, in_a), (k, in_k), (b, in_b)] = axes;
+            Part { a, k, b, weights: products([&in_a, &in_k, &in_b]) }
         })
         .collect()
 }

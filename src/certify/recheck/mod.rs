@@ -131,6 +131,12 @@ fn degrees(mode: usize) -> [usize; 3] {
     [mode % 3, mode / 3 % 9, mode / 27]
 }
 
+/// The value of every mode, from those of the Chebyshev polynomials in A, k and b.
+fn products([a, k, b]: [&[Ball; HIGHEST + 1]; 3]) -> Vec<Ball> {
+    let value = |[i, j, l]: [usize; 3]| a[i] * k[j] * b[l];
+    (0..MODES).map(|mode| value(degrees(mode))).collect()
+}
+
 /// T_n and T_n+1 at `x` by doubling, T_2n = 2 T_n^2 - 1 and T_2n+1 = 2 T_n T_n+1 - x, which multiplies errors
 /// by 4 at most; the usual recurrence would let radii grow exponentially.
 fn chebyshev_pair(x: Ball, n: usize) -> [Ball; 2] {
@@ -219,12 +225,7 @@ fn defect(tile: &Tile) -> Option<f64> {
 /// The bound on |G| over all angles at one point of the box.
 fn defect_at(tile: &Tile, nodes: [&Node; 3]) -> f64 {
     let [a, k, b] = nodes.map(|node| node.value);
-    let weights: Vec<Ball> = (0..MODES)
-        .map(|mode| {
-            let [i, j, l] = degrees(mode);
-            nodes[0].chebyshev[i] * nodes[1].chebyshev[j] * nodes[2].chebyshev[l]
-        })
-        .collect();
+    let weights = products(nodes.map(|node| &node.chebyshev));
     let mut error = 0.0;
     let mut sum = |row: &Vec<f64>| -> f64 {
         let terms = row.iter().zip(&weights).filter(|(c, _)| **c != 0.0);

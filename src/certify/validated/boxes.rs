@@ -63,7 +63,6 @@ pub(crate) struct ParameterBox {
 }
 
 /// Limits of the subdivision.
-#[doc(hidden)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Budget {
     /// Number of proofs of tiles of the universal surface.

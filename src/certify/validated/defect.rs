@@ -100,20 +100,13 @@ pub(super) struct Factors {
     pub(super) slope: f64,
 }
 
-/// Degree in theta of G for `harmonics` harmonics of r0.
-fn defect_degree(harmonics: usize) -> usize {
-    4 * harmonics + 5
-}
-
 /// The circle on which candidates of `harmonics` harmonics are sampled, and its factors.
 pub(super) fn sampling(harmonics: usize) -> Option<(&'static Circle, Factors)> {
-    let degree = defect_degree(harmonics);
+    // That of G.
+    let degree = 4 * harmonics + 5;
     let circle = Circle::with_at_least(degree * 5 / 2)?;
-    let reach = reach(circle.size());
-    Some((
-        circle,
-        Factors { defect: riesz_factor(degree, reach), radius: 1.0, slope: riesz_factor(harmonics, reach) },
-    ))
+    let factor = |degree: usize| riesz_factor(degree, reach(circle.size()));
+    Some((circle, Factors { defect: factor(degree), radius: 1.0, slope: factor(harmonics) }))
 }
 
 #[cfg(test)]

@@ -58,15 +58,11 @@ impl Expansion {
 
     /// The difference of two functions.
     pub(super) fn minus(&self, other: &Self) -> Self {
-        let mut difference = *self;
-        difference.value = self.value - other.value;
-        for i in 0..AXES {
-            difference.slope[i] = self.slope[i] - other.slope[i];
-            for j in 0..AXES {
-                difference.bend[i][j] = self.bend[i][j] - other.bend[i][j];
-            }
+        Self {
+            value: self.value - other.value,
+            slope: std::array::from_fn(|i| self.slope[i] - other.slope[i]),
+            bend: std::array::from_fn(|i| std::array::from_fn(|j| self.bend[i][j] - other.bend[i][j])),
         }
-        difference
     }
 
     /// Its reciprocal; it must be positive.

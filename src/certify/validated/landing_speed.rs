@@ -83,19 +83,15 @@ impl Flow<'_> {
 
     /// Bounds e at s = 0, from e = s^2 at `start` < 0; the slip speed is 1 + `sign` s.
     fn to_axis(self, start: f64, sign: f64, strips: u32) -> f64 {
-        let one = Interval::ONE;
+        let slip = |s: f64| Interval::ONE + Interval::of(sign * s);
         let mut energy = Interval::of(start).square().hi;
         let mut s = start;
         for i in 1..=strips {
             let tau = f64::from(i) / f64::from(strips);
             let next = if i == strips { 0.0 } else { start * (1.0 - tau * tau) };
             // The least slip speed of the strip is at its beginning where sign is positive.
-            let at = |s: f64| if sign > 0.0 { one + Interval::of(s) } else { one - Interval::of(s) };
-            let d = if sign > 0.0 {
-                self.divergence_bound(at(s), at(next))
-            } else {
-                self.divergence_bound(at(next), at(s))
-            };
+            let (least, most) = if sign > 0.0 { (s, next) } else { (next, s) };
+            let d = self.divergence_bound(slip(least), slip(most));
             let h = Interval::of(next) - Interval::of(s);
             let m = if d >= 0.0 {
                 Interval::of(0.5) * (Interval::of(s) + Interval::of(next))
@@ -114,15 +110,14 @@ impl Flow<'_> {
         if !scale.is_finite() {
             return None;
         }
-        let one = Interval::ONE;
+        let slip = |s: f64| Interval::ONE + Interval::of(s);
+        let recede =
+            |energy: f64, s: f64, to: f64| recede(energy, s, to, self.divergence_bound(slip(s), slip(to)));
         let (mut energy, mut s) = (at_axis, 0.0);
         for i in 1..strips {
             let tau = f64::from(strips - i) / f64::from(strips);
             let next = scale * (1.0 - tau * tau);
-            let d = self.divergence_bound(one + Interval::of(s), one + Interval::of(next));
-            let Some(after) = recede(energy, s, next, d) else {
-                break;
-            };
+            let Some(after) = recede(energy, s, next) else { break };
             energy = after;
             s = next;
         }
@@ -132,17 +127,14 @@ impl Flow<'_> {
             if !(next > s && energy.sqrt() - s > scale / f64::from(strips * strips)) {
                 break;
             }
-            let d = self.divergence_bound(one + Interval::of(s), one + Interval::of(next));
-            energy = recede(energy, s, next, d)?;
+            energy = recede(energy, s, next)?;
             s = next;
         }
         let rest = (energy.sqrt() - s).max(f64::EPSILON * s);
-        [1.0, 1.0 + 1e-3, 1.1, 1.5, 2.0, 3.0, 6.0].iter().map(|factor| (s + factor * rest).next_up()).find(
-            |&trial| {
-                let d = self.divergence_bound(one + Interval::of(s), one + Interval::of(trial));
-                recede(energy, s, trial, d).is_none()
-            },
-        )
+        let mut trials = [1.0, 1.0 + 1e-3, 1.1, 1.5, 2.0, 3.0, 6.0]
+            .map(|factor| (s + factor * rest).next_up())
+            .into_iter();
+        trials.find(|&trial| recede(energy, s, trial).is_none())
     }
 
     /// Bounds e at the belt line s = 1 from its value at s = 0; `None` if the orbit turns before.

@@ -146,14 +146,8 @@ impl Orbit<'_> {
     ) -> Interval {
         let (sin, cos) = angles.sin_cos();
         let rate = values.0[0] * sin - values.0[1] * cos;
-        let along = match rate.contains_zero() {
-            true => self.slip(angles, values.0[0]),
-            false => ends
-                .map(|[theta, r]| self.slip(theta, r))
-                .into_iter()
-                .reduce(Interval::hull)
-                .unwrap_or(Interval::ENTIRE),
-        };
+        let [from, to] = ends.map(|[theta, r]| self.slip(theta, r));
+        let along = if rate.contains_zero() { self.slip(angles, values.0[0]) } else { from.hull(to) };
         around(along, (self.belt_speed * tube).next_up())
     }
 

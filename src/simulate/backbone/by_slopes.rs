@@ -5,7 +5,7 @@
 //! orbits may reach one, C has to change by several errors of the backbone, too. Across corners the extremes of these cubics
 //! warn of extremes of C that a polynomial through all nodes does not show.
 
-use super::{Backbone, FAR, Panel};
+use super::{Backbone, Closing, FAR, Panel};
 
 /// Largest slope, in units of the secant's, for which the cubic is monotone.
 const STEEPEST: f64 = 3.0;
@@ -66,7 +66,7 @@ impl Panel {
     /// Neighbouring nodes whose slopes are known, by increasing amplitude.
     fn pairs_with_slopes(&self) -> Vec<[Node; 2]> {
         let known = self.orbits.iter().enumerate().rev().filter_map(|(i, orbit)| Some((i, (*orbit)?)));
-        let node = |(i, orbit): (usize, super::Closed)| {
+        let node = |(i, orbit): (usize, Closing)| {
             let radius = self.radius(super::node(i, self.orbits.len() - 1));
             // At r = 0 C is even.
             let slope = if radius == 0.0 { [0.0; 2] } else { orbit.slope?.map(|slope| slope / radius) };

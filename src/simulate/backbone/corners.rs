@@ -7,9 +7,8 @@
 
 use super::super::Failure;
 use super::super::arc::Walk;
-use super::super::elements::{self, closed_orbit};
-use super::super::polar::Closing;
-use super::{Closed, Solver};
+use super::super::elements::{Closed, closed_orbit};
+use super::{Closing, Solver};
 use crate::filippov::{Oscillator, Side};
 
 /// Largest number of corners that an orbit can reach: more of them lie so close together that C is smooth on the scale of
@@ -25,7 +24,7 @@ const NEAREST: usize = 4;
 const TOLERANCE: f64 = 1e-8;
 
 /// An amplitude with its orbit.
-pub(super) type End = (f64, Closed);
+pub(super) type End = (f64, Closing);
 
 /// These amplitudes between 0 and V, increasing, and V; `None` where there are none or too many.
 pub(super) fn corner_amplitudes(solver: &mut Solver) -> Result<Option<Vec<End>>, Failure> {
@@ -102,17 +101,17 @@ fn ratio_at(mut known: Vec<(f64, f64)>, depth: f64) -> f64 {
 }
 
 /// The closed orbit of an amplitude, and its depth: -x2 at its lowest point.
-fn orbit(solver: &mut Solver, amplitude: f64) -> Result<(Closed, f64), Failure> {
+fn orbit(solver: &mut Solver, amplitude: f64) -> Result<(Closing, f64), Failure> {
     let weakening = solver.curve.compiled(4.0 * solver.belt_speed);
-    if let Ok(elements::Closed { closing: Closing { viscous, error, rhs, slope }, depth }) =
+    if let Ok(Closed { closing, depth }) =
         closed_orbit(&weakening, solver.belt_speed, amplitude, solver.tolerance)
     {
-        solver.work.spend_compiled(rhs)?;
-        (solver.rhs, solver.error) = (solver.rhs + rhs, solver.error.max(error));
-        return Ok((Closed { viscous, slope }, depth));
+        solver.work.spend_compiled(closing.rhs)?;
+        (solver.rhs, solver.error) = (solver.rhs + closing.rhs, solver.error.max(closing.error));
+        return Ok((closing, depth));
     }
-    let closed = solver.at(&[amplitude])?[0];
-    Ok((closed, depth(solver, amplitude, closed.viscous)?))
+    let closing = solver.at(&[amplitude])?[0];
+    Ok((closing, depth(solver, amplitude, closing.viscous)?))
 }
 
 /// The depth of the orbit of an amplitude at this C.

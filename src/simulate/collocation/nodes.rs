@@ -44,8 +44,8 @@ pub(super) struct Nodes {
     /// Largest error of the quadrature over the turn for the lowest harmonics, which are not polynomials in
     /// X.
     pub(crate) harmonic_error: f64,
-    /// Row by row, see [`Nodes::matrix`].
-    entries: Vec<Entry>,
+    /// Weights of all pairs in the antiderivative at the first pair, at the second, and so on.
+    pub(crate) matrix: Vec<Entry>,
     /// Functions that the first guess combines: cos theta and cos^2 theta, even in xi, xi cos theta / pi and
     /// sin theta, odd (and given at the late node).
     pub(crate) guess: Vec<[f64; 4]>,
@@ -80,7 +80,7 @@ impl Nodes {
         };
         let rows: Vec<(Vec<f64>, Vec<f64>)> =
             xi.iter().map(|&xi| (row(0, 0.0, xi), row(1, PI, xi))).collect();
-        let entries = rows
+        let matrix = rows
             .iter()
             .flat_map(|(even, odd)| even.iter().zip(odd).map(|(&even, &odd)| Entry { even, odd }))
             .collect();
@@ -119,7 +119,7 @@ impl Nodes {
             sin,
             weight,
             harmonic_error,
-            entries,
+            matrix,
             guess,
             guess_integral,
             guess_half,
@@ -137,12 +137,6 @@ impl Nodes {
     #[inline(always)]
     pub(super) fn pairs(&self) -> usize {
         self.xi.len()
-    }
-
-    /// Weights of all pairs in the antiderivative at the first pair, at the second, and so on.
-    #[inline(always)]
-    pub(super) fn matrix(&self) -> &[Entry] {
-        &self.entries
     }
 }
 
@@ -262,7 +256,7 @@ mod tests {
             );
             let total: f64 = nodes.weight.iter().map(|w| 2.0 * w).sum();
             assert!((total - PI).abs() < ROUNDING, "{total}");
-            for (i, row) in nodes.matrix().chunks(pairs).enumerate() {
+            for (i, row) in nodes.matrix.chunks(pairs).enumerate() {
                 // sin^2 integrates to (xi - sin xi cos xi) / 2, and sin^2 X to a closed form with the sines
                 // of BAND, 2 - BAND and 2 + BAND times xi.
                 let ones: f64 = row.iter().map(|m| 2.0 * m.even).sum();

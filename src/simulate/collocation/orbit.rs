@@ -47,7 +47,7 @@ impl<S: Simd> Samples<S> {
     #[inline(always)]
     fn integrals(&self, nodes: &Nodes, into: &mut [Pair<S>; MOST_PAIRS]) {
         let pairs = nodes.pairs();
-        for (rows, into) in nodes.matrix().chunks(2 * pairs).zip(into.chunks_mut(2)) {
+        for (rows, into) in nodes.matrix.chunks(2 * pairs).zip(into.chunks_mut(2)) {
             let zero = self.half.same(0.0);
             let (mut odd, mut even) = ([zero; 2], [self.half; 2]);
             let (row, other) = rows.split_at(pairs);

@@ -44,15 +44,6 @@ const LARGEST_RATIO: f64 = 2.0;
 /// The largest tolerance that takes effect: the geometry of a turn must be resolved in any case.
 const LOOSEST: f64 = 1e-3;
 
-/// Reason why a step cannot be made.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Obstacle {
-    /// It would evaluate the field too far beyond the belt line.
-    OutOfReach,
-    /// The state or the field overflows, or is not a number.
-    NotFinite,
-}
-
 /// An event inside a step, to be located.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Target {
@@ -215,24 +206,28 @@ impl<'a> Slip<'a> {
     }
 
     /// The state a time `h` after `from`, and the estimate of the local error.
-    fn after(&mut self, from: &State, h: f64) -> Result<(State, f64), Obstacle> {
+    ///
+    /// # Errors
+    /// [`Failure::StepUnderflow`] where the field would be evaluated too far beyond the belt line, which only a
+    /// shorter step may avoid; [`Failure::NotFinite`].
+    fn after(&mut self, from: &State, h: f64) -> Result<(State, f64), Failure> {
         let belt_speed = self.oscillator.belt_speed;
         let first = [belt_speed + from.x2_offset(), from.w];
         let increment = dop853::step(from.offset, first, h, |offset| {
             self.within_reach(offset[1])?;
             let w = self.acceleration(offset);
-            if w.is_finite() { Ok([belt_speed + offset[1], w]) } else { Err(Obstacle::NotFinite) }
+            if w.is_finite() { Ok([belt_speed + offset[1], w]) } else { Err(Failure::NotFinite) }
         })?;
         let offset = [from.offset[0].plus(increment.by[0]), from.offset[1].plus(increment.by[1])];
         self.within_reach(offset[1].value())?;
         let state = self.state(offset, from.time + h);
         let finite = state.w.is_finite() && increment.error.is_finite();
-        if finite { Ok((state, increment.error)) } else { Err(Obstacle::NotFinite) }
+        if finite { Ok((state, increment.error)) } else { Err(Failure::NotFinite) }
     }
 
-    fn within_reach(&self, x2_offset: f64) -> Result<(), Obstacle> {
+    fn within_reach(&self, x2_offset: f64) -> Result<(), Failure> {
         let beyond = -self.outward() * x2_offset;
-        if beyond > self.reach { Err(Obstacle::OutOfReach) } else { Ok(()) }
+        if beyond > self.reach { Err(Failure::StepUnderflow) } else { Ok(()) }
     }
 
     /// One accepted step, not beyond `end_time`.
@@ -329,11 +324,8 @@ impl<'a> Slip<'a> {
             self.steps_left = self.steps_left.checked_sub(1).ok_or(Failure::StepBudget)?;
             let (right, error) = match self.after(left, h) {
                 Ok(reached) => reached,
-                Err(obstacle) => {
-                    failure = match obstacle {
-                        Obstacle::NotFinite => Failure::NotFinite,
-                        Obstacle::OutOfReach => Failure::StepUnderflow,
-                    };
+                Err(why) => {
+                    failure = why;
                     h = self.shortened(left, h);
                     continue;
                 }

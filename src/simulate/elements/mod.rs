@@ -133,12 +133,12 @@ static TRANSFERS: LazyLock<Vec<Vec<[[f64; MOST]; MOST]>>> = LazyLock::new(|| {
 struct Solve<'a, 'b, const N: usize> {
     orbit: &'a mut Orbit<'b>,
     rule: &'a Rule<N>,
-    /// Whether it starts from the circle, and else the rung to which the orbit is taken.
-    starts: bool,
-    rung: usize,
+    /// From the orbit of the rung before to this one; `None` where it starts from the circle.
+    transfers: Option<&'a [[[f64; MOST]; MOST]]>,
     /// How many times more elements there are than on the first rung.
     finer: usize,
-    tolerance: f64,
+    /// Error of C that is small enough, in units of the largest |w|.
+    enough: f64,
     /// The largest |w|; found on the circle.
     unit: &'a mut f64,
 }
@@ -163,11 +163,11 @@ impl<const N: usize> pulp::WithSimd for Solve<'_, '_, N> {
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) -> Self::Output {
-        let Self { orbit, rule, starts, rung, finer, tolerance, unit } = self;
-        if !starts {
-            orbit.refine(&TRANSFERS[rung - 1]);
+        let Self { orbit, rule, transfers, finer, enough, unit } = self;
+        if let Some(transfers) = transfers {
+            orbit.refine(transfers);
             orbit.place(rule);
-            return orbit.newton(rule, tolerance, *unit);
+            return orbit.newton(rule, enough, *unit);
         }
         orbit.place(rule);
         [orbit.viscous, *unit] = orbit.first_order(rule);
@@ -180,8 +180,8 @@ impl<const N: usize> pulp::WithSimd for Solve<'_, '_, N> {
             let before = (share > 0.0).then(|| orbit.clone());
             orbit.rescale(rule, share, next);
             // On the way only the neighbourhood is needed.
-            let enough = if next < 1.0 { tolerance.max(ON_THE_WAY) } else { tolerance };
-            match orbit.newton(rule, enough, *unit) {
+            let here = if next < 1.0 { enough.max(ON_THE_WAY) } else { enough };
+            match orbit.newton(rule, here, *unit) {
                 Ok(solved) if next == 1.0 => return Ok(Solved { rhs: spent + solved.rhs, ..solved }),
                 Ok(solved) => {
                     spent += solved.rhs;
@@ -305,7 +305,7 @@ pub(in crate::simulate) fn closed_orbit(
     if !(farthest <= weakening.reach() && weakening.is_resolved(belt_speed - radius, farthest)) {
         return Err(0);
     }
-    let arch = pulp::Arch::new();
+    let (arch, (four, eight)) = (pulp::Arch::new(), &*RULES);
     let problem = Problem { weakening, belt_speed, radius };
     let mut orbit = Orbit::circle(problem, 1);
     let mut finer = 1;
@@ -318,32 +318,14 @@ pub(in crate::simulate) fn closed_orbit(
             return Err(rhs);
         }
         finer *= parts;
-        let starts = before.is_none();
-        if starts && rung > 0 {
+        let transfers = before.map(|_| &TRANSFERS[rung - 1][..]);
+        if transfers.is_none() && rung > 0 {
             orbit = Orbit::circle(problem, finer);
         }
-        let (now, unit_now) = (&mut orbit, &mut unit);
-        let requested = tolerance;
-        let tolerance = FLOORS.get(rung).map_or(requested, |floor| requested.max(*floor));
-        let solved = match nodes {
-            4 => arch.dispatch(Solve {
-                orbit: now,
-                rule: &RULES.0,
-                starts,
-                rung,
-                finer,
-                tolerance,
-                unit: unit_now,
-            }),
-            _ => arch.dispatch(Solve {
-                orbit: now,
-                rule: &RULES.1,
-                starts,
-                rung,
-                finer,
-                tolerance,
-                unit: unit_now,
-            }),
+        let enough = FLOORS.get(rung).map_or(tolerance, |floor| tolerance.max(*floor));
+        let solved = match (nodes, &mut orbit, &mut unit) {
+            (4, orbit, unit) => arch.dispatch(Solve { orbit, rule: four, transfers, finer, enough, unit }),
+            (_, orbit, unit) => arch.dispatch(Solve { orbit, rule: eight, transfers, finer, enough, unit }),
         };
         let Solved { left, left_at_first, slope, slope_at_first, change, rhs: spent } = match solved {
             Ok(solved) => solved,
@@ -363,18 +345,18 @@ pub(in crate::simulate) fn closed_orbit(
             let coarser = 2.0 * (orbit.viscous - before).abs() + left_at_first * left_at_first / unit;
             // These are the errors of half as many nodes, whose order is half that of the present ones.
             let uncertain = match rung {
-                1 if unit <= LARGEST_WITH_ORDER && requested >= FINEST_WITH_ORDER => {
+                1 if unit <= LARGEST_WITH_ORDER && tolerance >= FINEST_WITH_ORDER => {
                     coarser.min(ORDER_FACTOR * coarser * (coarser / unit).sqrt())
                 }
                 _ => coarser,
             };
             let last = rung + 1 == LADDER.len() || orbit.elements.len() > MOST_ELEMENTS / 2;
-            let allowed = if last { requested.max(WORST) } else { requested + 4.0 * ROUND_OFF };
+            let allowed = if last { tolerance.max(WORST) } else { tolerance + 4.0 * ROUND_OFF };
             if uncertain <= allowed * unit {
                 let depth = orbit.depth();
                 let form = weakening.error(belt_speed - radius, belt_speed + depth).bound();
                 // Orbits that follow the law itself are more accurate then.
-                if !(form <= requested.max(WORST) * unit) {
+                if !(form <= tolerance.max(WORST) * unit) {
                     return Err(rhs);
                 }
                 let misplaced = orbit.misplaced().map(|error| MISPLACED * error);

@@ -138,12 +138,15 @@ fn narrow_features_of_formulas_are_not_passed() {
     let law = [0.30135194653846287, 0.13165127963643292, -0.05091184669065055, 4.562735948812542];
     let deep = [0.7987842186731005, 0.08242952218788625, -0.12453712627731364, 3.685191679745314];
     let flat = [0.6190806032095593, 0.43263437880203015, -0.02303530867497021, 2.254321289209317];
+    // At seven times the speed of a slow belt.
+    let slow = [0.7309736177362021, 0.09008563837128651, -0.04817470764372872, 0.40766317891330117];
     // The formula, its a, b, d, e and w, belt speed and damping; all of these were passed.
     let mut cases = vec![
         (step, law, 0.0085, 3.92, 0.026),
         (step, law, 0.002, 3.92, 0.028),
         (dip, deep, 0.0091, 4.252, 0.030553),
         (dip, flat, 0.01286, 4.4256, 0.03892),
+        (dip, slow, 0.00013786238325675865, 0.05913246269465955, 0.13228981699320888),
     ];
     for n in 0..6 {
         let mut between = |lo: f64, hi: f64| lo + (hi - lo) * random.unit();
