@@ -105,6 +105,16 @@ impl PointCertificate {
             belt_speed: self.belt_speed,
             damping: self.damping,
         };
+        if law.definition() != self.law_definition {
+            problems.push("its friction law is not the one of its name and definition".into());
+            return problems;
+        }
+        if let Law::Expression(formula) = law.as_written()
+            && let Err(error) = formula.check(point.epsilon, &point.law, 2.0 * point.belt_speed)
+        {
+            problems.push(format!("its formula is no friction law: {}", error.problem));
+            return problems;
+        }
         let claim = (validated::TEST.claim)(&law.column(&point));
         let [below, above] = critical(&claim);
         let follows = |claimed: Option<f64>, proved: Option<f64>, order: fn(&f64, &f64) -> bool| match (
@@ -135,6 +145,7 @@ fn critical(claim: &Claim) -> [Option<f64>; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::friction::Expression;
 
     fn honest() -> Vec<PointCertificate> {
         let point = |damping: f64| Point {
@@ -175,11 +186,30 @@ mod tests {
             PointCertificate { critical_c: [lo, Some(f64::NAN)], ..one.clone() },
             PointCertificate { law: "exponential".into(), ..one.clone() },
             PointCertificate { law: "none".into(), ..one.clone() },
+            PointCertificate { law_definition: "phi = 1 + u for ever".into(), ..one.clone() },
             PointCertificate { parameters: vec![0.3, 0.1], ..one.clone() },
             PointCertificate { parameters: vec![0.3, 0.1, 0.5], ..one.clone() },
             PointCertificate { statement: one.statement.replace("does not", "does"), ..one.clone() },
         ] {
             assert_ne!(forged.check(), Vec::<String>::new(), "{forged:?}");
+        }
+    }
+
+    /// What is proved of a flow is nothing about friction that is not 1 at rest: the exit point is another one.
+    #[test]
+    fn certificates_of_formulas_that_are_no_friction_laws_are_refused() {
+        let law = Law::Expression(Expression::new("0.5+0.5*exp(-u)", 1.0).unwrap());
+        let one = PointCertificate::of(&law, &law.point(1.0, &[], 0.6, 0.1).unwrap());
+        assert_eq!((one.verdict.as_str(), one.check()), ("present", Vec::new()));
+        for formula in
+            ["-1.5+0.5*exp(-u)", "1.5+0.5*exp(-u)", "0.3+0.5*exp(-u)", "0.5+0.5*exp(-u)+abs(u-0.3)-0.3"]
+        {
+            let law_definition = one.law_definition.replace("0.5+0.5*exp(-u)", formula);
+            let problems = PointCertificate { law_definition, ..one.clone() }.check();
+            assert!(
+                problems.iter().any(|problem| problem.contains("no friction law")),
+                "{formula}: {problems:?}"
+            );
         }
     }
 }

@@ -8,13 +8,13 @@ use clap::Args;
 
 use super::output::{count, exact, short};
 use super::report::failure;
+use super::summary::probe_command;
 use super::{Ended, Failure, interrupt, progress};
 use crate::config::Job;
 use crate::files::create_folders;
 use crate::map::failures::{self, Catalogue, Class, Comparison, Kind, MethodFailures};
 use crate::map::limits::HIGHEST;
 use crate::map::{self, Grid, Method};
-use crate::probe::command_line;
 use crate::report::{Existing, csv_text, write_file};
 use crate::simulate::naive::NaiveKnobs;
 
@@ -221,7 +221,7 @@ impl CataloguePage<'_> {
     }
 
     fn probe(&self, class: &Class) -> String {
-        command_line(self.job.plan.grid.law(), &class.example, self.job.plan.tolerance)
+        probe_command(self.job, &class.example)
     }
 
     /// The settings of the naive methods, unless they are the default ones.

@@ -5,7 +5,7 @@ use std::io::Write;
 use serde_json::json;
 
 use super::Failure;
-use super::output::{self, Align, Table, bytes, count, duration, number_of, object, short};
+use super::output::{self, Align, Table, bytes, count, duration, exact, number_of, object, short};
 use crate::config::Job;
 use crate::map::{Axis, LISTED, PlaneCurves, Summary, Verdict};
 use crate::point::Point;
@@ -176,7 +176,6 @@ pub(super) fn print(report: &RunReport, out: &mut dyn Write) -> Result<(), Failu
             count(unknown.critical)
         )?;
     }
-    let (law, tolerance) = (job.plan.grid.law(), job.plan.tolerance);
     for disagreement in audit.disagreements.iter().take(LISTED) {
         writeln!(
             out,
@@ -184,7 +183,7 @@ pub(super) fn print(report: &RunReport, out: &mut dyn Write) -> Result<(), Failu
             disagreement.method,
             disagreement.stored.name(),
             fate_name(&disagreement.direct.fate).replace('_', " "),
-            command_line(law, &disagreement.point, tolerance)
+            probe_command(job, &disagreement.point)
         )?;
     }
     let contradictions = &account.contradictions;
@@ -204,7 +203,7 @@ pub(super) fn print(report: &RunReport, out: &mut dyn Write) -> Result<(), Failu
                 named.collect::<Vec<_>>().join(", ")
             };
             let (present, absent) = (methods_with(Verdict::Present), methods_with(Verdict::Absent));
-            let probe = command_line(law, &cell.point, tolerance);
+            let probe = probe_command(job, &cell.point);
             writeln!(out, "  present by {present}; absent by {absent}: {probe}")?;
         }
     }
@@ -212,10 +211,24 @@ pub(super) fn print(report: &RunReport, out: &mut dyn Write) -> Result<(), Failu
         let listed = account.failed.len();
         writeln!(out, "{} failed; the first {listed}:", number_of(report.failed(), "verdict"))?;
         for cell in &account.failed {
-            writeln!(out, "  {}: {}", cell.method.name(), command_line(law, &cell.point, tolerance))?;
+            writeln!(out, "  {}: {}", cell.method.name(), probe_command(job, &cell.point))?;
         }
     }
     Ok(())
+}
+
+/// The command that explains a cell: of a machine, whose table is in SI units, by its configuration.
+pub(super) fn probe_command(job: &Job, point: &Point) -> String {
+    let (law, tolerance) = (job.plan.grid.law(), job.plan.tolerance);
+    let Some(machine) = &job.machine else { return command_line(law, point, tolerance) };
+    let units = machine.units();
+    let (speed, damping) = (point.belt_speed * units.velocity, point.damping * units.damping);
+    format!(
+        "slipmap probe --machine '{}' --set belt_speed={} --set damping={}",
+        job.config_file.display(),
+        exact(speed),
+        exact(damping)
+    )
 }
 
 /// "curves over V and c at gamma = 2: hopf 1, grazing sliding 2, 310 points".
@@ -247,13 +260,12 @@ fn peak_memory() -> Option<u64> {
 pub(super) fn json(report: &RunReport) -> Result<(), Failure> {
     let RunReport { job, summary, resumed_tiles, .. } = report;
     let account = &summary.account;
-    let (law, tolerance) = (job.plan.grid.law(), job.plan.tolerance);
     let methods = object(summary.methods.iter().map(|method| {
         let verdicts = Verdict::ALL.map(|verdict| (verdict.name(), json!(method.cells_with(verdict))));
         let cost = [("cells", json!(method.cells)), ("seconds", json!(method.seconds))];
         (method.method.name(), object(cost.into_iter().chain(verdicts)))
     }));
-    let probe = |point: &Point| command_line(law, point, tolerance);
+    let probe = |point: &Point| probe_command(job, point);
     output::print_json(&json!({
         "title": job.title,
         "output": job.output.to_string_lossy(),

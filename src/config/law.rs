@@ -165,19 +165,25 @@ pub(crate) fn table_of_text(
     static_level: Option<f64>,
 ) -> Result<Table, (String, String)> {
     let fail = |problem: String, remedy: &str| Err((problem, remedy.to_owned()));
+    let text = text.trim_start_matches('\u{feff}');
     let mut reader = csv::ReaderBuilder::new()
         .has_headers(false)
         .comment(Some(b'#'))
         .trim(csv::Trim::All)
         .flexible(true)
-        .from_reader(text.trim_start_matches('\u{feff}').as_bytes());
+        .from_reader(text.as_bytes());
+    let is_skipped = |line: &str| line.trim_matches(['\r', '\n']).is_empty() || line.starts_with('#');
     let (mut data, mut errors) = (Vec::new(), Vec::new());
     let mut lines = Vec::new();
     for record in reader.records() {
         let Ok(record) = record else {
             return fail(format!("{name} is not a CSV file"), "write two columns separated by commas");
         };
-        let line = record.position().map_or(0, csv::Position::line);
+        // The reader's own place is before empty lines and comments.
+        let before =
+            text.get(..record.position().map_or(0, |place| place.byte() as usize)).unwrap_or_default();
+        let skipped = text[before.len()..].split_inclusive('\n').take_while(|line| is_skipped(line)).count();
+        let line = before.matches('\n').count() + skipped + 1;
         let numbers: Vec<Option<f64>> = record.iter().map(|field| field.parse().ok()).collect();
         match numbers.as_slice() {
             // Which of them is the friction cannot be guessed.

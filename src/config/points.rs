@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::{self, BufReader, Read};
 use std::path::Path;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use csv::{ByteRecord, ReaderBuilder};
 
@@ -33,6 +33,8 @@ pub struct PointTable {
     /// Names of the parameters or quantities, and the column of each.
     columns: Vec<(&'static str, usize)>,
     parsed: Arc<AtomicU64>,
+    /// Whether lines end as on Windows.
+    carriage_returns: Arc<AtomicBool>,
 }
 
 impl PointTable {
@@ -71,15 +73,21 @@ impl PointTable {
             (name, Box::new(BufReader::new(file)))
         };
         let parsed = Arc::new(AtomicU64::new(0));
-        let source = Rows { source, read: 0, parsed: Arc::clone(&parsed) };
+        let carriage_returns = Arc::new(AtomicBool::new(false));
+        let source = Rows {
+            source,
+            read: 0,
+            parsed: Arc::clone(&parsed),
+            carriage_returns: Arc::clone(&carriage_returns),
+        };
         let mut reader = ReaderBuilder::new().from_reader(source);
-        let mut header = reader.byte_headers().map_err(|error| read_error(&name, &error))?.clone();
+        let mut header = reader.byte_headers().map_err(|error| read_error(&name, 1, &error))?.clone();
         // Some spreadsheets write a byte order mark, which is not part of the first name.
         if let Some(first) = header.get(0).and_then(|first| first.strip_prefix("\u{feff}".as_bytes())) {
             header = std::iter::once(first).chain(header.iter().skip(1)).collect();
         }
         let columns = find_axes(&name, &header, names, all)?;
-        Ok(Self { name, reader, header, columns, parsed })
+        Ok(Self { name, reader, header, columns, parsed, carriage_returns })
     }
 
     /// Returns whether it has the column of this parameter or quantity.
@@ -97,10 +105,18 @@ impl PointTable {
         let start = self.reader.position().byte();
         while rows.len() < BATCH && self.reader.position().byte() - start < HELD {
             let mut row = ByteRecord::new();
+            let before = self.reader.position().line();
             let more = self.reader.read_byte_record(&mut row);
-            if !more.map_err(|error| read_error(&self.name, &error))? {
+            // The reader's own place of a row is before empty lines, and before the end of the line before on Windows.
+            let inside = row.as_slice().iter().filter(|byte| **byte == b'\n').count() as u64;
+            let end = u64::from(!self.carriage_returns.load(Ordering::Relaxed));
+            let line = before.max(self.reader.position().line().saturating_sub(inside + end));
+            if !more.map_err(|error| read_error(&self.name, line, &error))? {
                 break;
             }
+            let mut position = self.reader.position().clone();
+            position.set_line(line);
+            row.set_position(Some(position));
             self.parsed.store(self.reader.position().byte(), Ordering::Relaxed);
             rows.push(row);
         }
@@ -235,6 +251,8 @@ struct Rows {
     read: u64,
     /// Number of bytes of the rows parsed so far.
     parsed: Arc<AtomicU64>,
+    /// Whether lines end as on Windows.
+    carriage_returns: Arc<AtomicBool>,
 }
 
 impl Read for Rows {
@@ -250,13 +268,16 @@ impl Read for Rows {
         }
         let read = self.source.read(buffer)?;
         self.read += read as u64;
+        if buffer[..read].windows(2).any(|pair| pair == b"\r\n") {
+            self.carriage_returns.store(true, Ordering::Relaxed);
+        }
         Ok(read)
     }
 }
 
-/// Converts an error of the CSV reader, with its line.
-fn read_error(name: &str, cause: &csv::Error) -> ConfigError {
-    let place = format!("{name}:{}", cause.position().map_or(1, csv::Position::line));
+/// Converts an error of the CSV reader in this line.
+fn read_error(name: &str, line: u64, cause: &csv::Error) -> ConfigError {
+    let place = format!("{name}:{line}");
     match cause.kind() {
         csv::ErrorKind::UnequalLengths { expected_len, len, .. } => ConfigError::new(
             place,

@@ -493,7 +493,15 @@ pub(super) fn is_utf_16(bytes: &[u8]) -> bool {
 pub(crate) fn decimal_comma(text: &str) -> Option<String> {
     let (whole, decimals) = text.trim().split_once(',')?;
     let number = format!("{}.{}", whole.trim(), decimals.trim());
-    number.parse::<f64>().ok().map(|_| format!("write decimals with a point: {number}"))
+    number.parse::<f64>().ok().map(|_| match decimals.trim().len() == 3 && !whole.trim().starts_with('0') {
+        // A separator of thousands, or a decimal comma.
+        true => format!(
+            "write {}{} without a separator, or {number} with a decimal point",
+            whole.trim(),
+            decimals.trim()
+        ),
+        false => format!("write decimals with a point: {number}"),
+    })
 }
 
 fn parse(file: &Path, text: String) -> Result<Document<String>, ConfigError> {

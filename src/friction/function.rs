@@ -14,6 +14,9 @@ use super::jet::{Jet, Real};
 const COUNT: usize = 16;
 /// Tolerance of phi(0) = 1: values of a function have rounding errors.
 const STATIC_SLACK: f64 = 1e-12;
+/// Largest difference of two polynomials where they meet: those of [`Fitted`] differ by rounding errors, and where a
+/// function is rough by errors of the shortest pieces.
+const LARGEST_GAP: f64 = 1e-9;
 /// A piece is short enough if its last two coefficients are below this, in units of the largest |phi|.
 const SHARPNESS: f64 = 64.0 * f64::EPSILON;
 /// Largest number of pieces, and of bisections of a piece; a piece that is still too long is accepted, and
@@ -210,7 +213,8 @@ impl Function {
         head.into_iter().chain(rows).collect::<Vec<_>>().join("\n")
     }
 
-    /// The law of the text of [`Function::definition`]; `None` if the text is malformed.
+    /// The law of the text of [`Function::definition`]; `None` if the text is malformed, or its pieces are not those of a
+    /// function: they do not meet, or friction at rest is not 1.
     pub(super) fn from_definition(definition: &str) -> Option<Self> {
         let numbers = |line: &str| -> Option<Vec<f64>> {
             if line.is_empty() {
@@ -227,9 +231,20 @@ impl Function {
         let grows = ends.windows(2).all(|pair| pair[0] < pair[1]);
         let fits = ends.len() == coefficients.len() + 1 && !coefficients.is_empty() && ends[0] == 0.0;
         let finite = ends.iter().chain(coefficients.iter().flatten()).all(|number| number.is_finite());
-        let error = error.parse().ok()?;
-        let pieces = Pieces { origin: origin.to_owned(), ends, corners, coefficients, error };
-        (grows && fits && finite).then(|| Self(Arc::new(pieces)))
+        let error: f64 = error.parse().ok()?;
+        let at_ends = corners.iter().all(|corner| ends.contains(corner));
+        let inside = corners.windows(2).all(|pair| pair[0] < pair[1]) && at_ends;
+        if !(grows && fits && finite && inside && error.is_finite() && error >= 0.0) {
+            return None;
+        }
+        let law = Self(Arc::new(Pieces { origin: origin.to_owned(), ends, corners, coefficients, error }));
+        (law.meets() && (law.phi(0.0) - 1.0).abs() <= STATIC_SLACK).then_some(law)
+    }
+
+    /// Whether neighbouring polynomials meet.
+    fn meets(&self) -> bool {
+        let gap = |(piece, end): (usize, &f64)| self.on_piece(piece, *end) - self.on_piece(piece + 1, *end);
+        self.seams().iter().enumerate().map(gap).all(|gap| gap.abs() <= LARGEST_GAP)
     }
 }
 
@@ -319,6 +334,17 @@ mod tests {
         assert_eq!(Function::from_definition(&law.definition()), Some(law));
         for nonsense in ["", "0 x\n\n0,1", "0 x\n\n1,2\n1"] {
             assert_eq!(Function::from_definition(nonsense), None);
+        }
+        let constant = |error: &str, corners: &str, values: [&str; 2]| {
+            let rows = values.map(|value| format!("{value}{}", ",0".repeat(COUNT - 1))).join("\n");
+            Function::from_definition(&format!("{error} x\n{corners}\n0,1,2\n{rows}"))
+        };
+        assert!(constant("0", "", ["1", "1"]).is_some() && constant("0", "1", ["1", "1"]).is_some());
+        // A jump of friction, another one at rest, no error, no corners.
+        assert_eq!(constant("0", "", ["1", "0.8"]), None);
+        assert_eq!(constant("0", "", ["2", "2"]), None);
+        for (error, corners) in [("-1", ""), ("nan", ""), ("0", "nan"), ("0", "1,1"), ("0", "0.5")] {
+            assert_eq!(constant(error, corners, ["1", "1"]), None, "{error} {corners}");
         }
     }
 

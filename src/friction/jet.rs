@@ -12,6 +12,8 @@ pub(crate) trait Real:
     fn constant(x: f64) -> Self;
     /// Whether it is zero, exactly.
     fn is_zero(&self) -> bool;
+    /// The one number that it is; `None` where it is several, or depends on a variable.
+    fn as_constant(&self) -> Option<f64>;
     fn exp(self) -> Self;
     fn ln(self) -> Self;
     fn sqrt(self) -> Self;
@@ -19,6 +21,8 @@ pub(crate) trait Real:
     fn tanh(self) -> Self;
     fn atan(self) -> Self;
     fn abs(self) -> Self;
+    /// A power that is not an integer, of a number >= 0.
+    fn power(self, exponent: f64) -> Self;
 
     /// An integer power, by squaring.
     fn powi(self, exponent: i32) -> Self {
@@ -47,6 +51,9 @@ impl Real for f64 {
     fn is_zero(&self) -> bool {
         *self == 0.0
     }
+    fn as_constant(&self) -> Option<f64> {
+        Some(*self)
+    }
     fn exp(self) -> Self {
         f64::exp(self)
     }
@@ -67,6 +74,13 @@ impl Real for f64 {
     }
     fn abs(self) -> Self {
         f64::abs(self)
+    }
+    fn power(self, exponent: f64) -> Self {
+        match self == 0.0 {
+            true if exponent > 0.0 => 0.0,
+            true => f64::INFINITY,
+            false => (exponent * Real::ln(self)).exp(),
+        }
     }
 }
 
@@ -122,6 +136,9 @@ impl<const N: usize> Real for Points<N> {
     fn is_zero(&self) -> bool {
         self.0.iter().all(f64::is_zero)
     }
+    fn as_constant(&self) -> Option<f64> {
+        self.0.iter().all(|x| *x == self.0[0]).then_some(self.0[0])
+    }
     fn exp(self) -> Self {
         self.map(f64::exp)
     }
@@ -142,6 +159,9 @@ impl<const N: usize> Real for Points<N> {
     }
     fn abs(self) -> Self {
         self.map(f64::abs)
+    }
+    fn power(self, exponent: f64) -> Self {
+        self.map(|x| x.power(exponent))
     }
 }
 
@@ -262,6 +282,10 @@ impl<T: Real, const N: usize> Real for Jet<T, N> {
         self.0.iter().all(T::is_zero)
     }
 
+    fn as_constant(&self) -> Option<f64> {
+        self.0[1..].iter().all(T::is_zero).then(|| self.0[0].as_constant())?
+    }
+
     fn exp(self) -> Self {
         self.integrate(self.0[0].exp(), |exp, k| exp[k])
     }
@@ -323,6 +347,27 @@ impl<T: Real, const N: usize> Real for Jet<T, N> {
         series[0] = self.0[0].abs();
         Self(series)
     }
+
+    fn power(self, exponent: f64) -> Self {
+        // (g^p)' = p g^(p-1) g': of g^(p-n) with one coefficient, of g^(p-n+1) with two, and so on. At g = 0 only the
+        // derivatives that are infinite are then not finite.
+        let length = self.length();
+        let mut lower = [T::constant(0.0); N];
+        for order in (0..N).rev() {
+            let p = exponent - order as f64;
+            let mut series = [T::constant(0.0); N];
+            series[0] = self.0[0].power(p);
+            for k in 1..N - order {
+                let mut total = T::constant(0.0);
+                for j in 1..length.min(k + 1) {
+                    total = total + T::constant(j as f64) * self.0[j] * lower[k - j];
+                }
+                series[k] = T::constant(p) * total / T::constant(k as f64);
+            }
+            lower = series;
+        }
+        Self(lower)
+    }
 }
 
 #[cfg(test)]
@@ -361,6 +406,20 @@ mod tests {
         check(x.powi(3), [0.343, 3.0 * 0.49, 6.0 * 0.7, 6.0]);
         check(x.powi(-1), [1.0 / 0.7, -1.0 / 0.49, 2.0 / 0.343, -6.0 / 0.2401]);
         check((-x).abs(), [0.7, 1.0, 0.0, 0.0]);
+        let p = |p: f64| 0.7f64.powf(p);
+        check(x.power(2.5), [p(2.5), 2.5 * p(1.5), 3.75 * p(0.5), 1.875 * p(-0.5)]);
+    }
+
+    /// At 0 a power has as many derivatives as it has.
+    #[test]
+    fn powers_at_zero_have_finite_derivatives_up_to_their_order() {
+        let x = Jet::<f64, 4>::variable(0.0, 1.0);
+        for (exponent, finite) in [(0.5, 1), (1.5, 2), (2.5, 3), (3.5, 4)] {
+            let found = x.power(exponent).0;
+            assert!(found[..finite].iter().all(|it| *it == 0.0), "{exponent} {found:?}");
+            assert!(found[finite..].iter().all(|it| !it.is_finite()), "{exponent} {found:?}");
+        }
+        assert_eq!(Jet::<f64, 2>::variable(0.0, 1.0).powi(1).0, [0.0, 1.0]);
     }
 
     #[test]

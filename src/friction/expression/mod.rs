@@ -11,7 +11,8 @@
 //!
 //! **Legal laws** are checked by [`Expression::check`]: phi(0) = 1 (after division by a stated static
 //! level), phi and D finite and continuous over the slip speeds in question. `abs` is legal where its
-//! argument keeps its sign there; powers that are not integers need a positive base.
+//! argument keeps its sign there; powers that are not integers need a base >= 0, and where it vanishes an exponent
+//! of at least 1.
 
 mod parse;
 
@@ -22,7 +23,7 @@ use super::interval::Interval;
 use super::jet::{Jet, Points, Real};
 use super::{Gradient, NoFirstOrder, Parameter};
 use crate::point::{LawParameters, MAX_LAW_PARAMETERS};
-use parse::{DEEPEST, Function, Op, Place, Tape};
+use parse::{DEEPEST, Function, Op, Place, Tape, is_integer};
 
 /// Largest number of operations of a formula: more would make a right-hand side as slow as hundreds of usual
 /// ones.
@@ -222,6 +223,14 @@ fn call<T: Real>(function: Function, x: T) -> T {
     }
 }
 
+fn power<T: Real>(base: T, exponent: T) -> T {
+    match exponent.as_constant() {
+        Some(exponent) if is_integer(exponent) => base.powi(exponent as i32),
+        Some(exponent) => base.power(exponent),
+        None => (exponent * base.ln()).exp(),
+    }
+}
+
 impl ExpressionCurve {
     /// See [`super::Curve::cost`]: two operations of a formula take about as long as the Stribeck law.
     pub(super) fn cost(&self) -> u64 {
@@ -255,7 +264,7 @@ impl ExpressionCurve {
                 Op::Subtract => (2, stack[top - 2] - stack[top - 1]),
                 Op::Multiply => (2, stack[top - 2] * stack[top - 1]),
                 Op::Divide => (2, stack[top - 2] / stack[top - 1]),
-                Op::Power => (2, (stack[top - 1] * stack[top - 2].ln()).exp()),
+                Op::Power => (2, power(stack[top - 2], stack[top - 1])),
                 Op::Negate => (1, -stack[top - 1]),
                 Op::PowerInteger(exponent) => (1, stack[top - 1].powi(exponent)),
                 Op::Call(function) => (1, call(function, stack[top - 1])),
@@ -399,8 +408,10 @@ impl ExpressionCurve {
                 (format!("`{part}` is not defined at {at}"), "keep its argument positive")
             }
             Op::Power => (
-                format!("the base `{part}` of a power that is not an integer is not positive at {at}"),
-                "add a small constant to the base, or use an integer power",
+                format!(
+                    "the base `{part}` of a power is negative at {at}, or 0 with an exponent below 1: no finite slope"
+                ),
+                "use an exponent of at least 1, or shift the base: (x + d)^p - d^p with a small constant d",
             ),
             Op::Call(Function::Tan) => (format!("`{part}` has a pole at {at}"), "keep away from it"),
             _ => (format!("`{part}` overflows at {at}"), "scale the formula"),

@@ -336,6 +336,11 @@ fn value(input: &mut Input, op: Op, place: Place) -> Result<Place, Stop> {
     Ok(push(input, op, place, place))
 }
 
+/// Whether a power is taken by products: its base may then be negative.
+pub(super) fn is_integer(exponent: f64) -> bool {
+    exponent.fract() == 0.0 && exponent.abs() <= 64.0
+}
+
 /// Appends an operation of two values. Errors of a quotient are reported at its denominator, those of a power
 /// at its base.
 fn join(input: &mut Input, op: Op, left: Place, right: Place) -> Place {
@@ -347,7 +352,7 @@ fn join(input: &mut Input, op: Op, left: Place, right: Place) -> Place {
         [.., Op::Number(x), Op::Negate] => (Some(-x), 2),
         _ => (None, 0),
     };
-    match (op, exponent.filter(|x| x.fract() == 0.0 && x.abs() <= 64.0)) {
+    match (op, exponent.filter(|x| is_integer(*x))) {
         (Op::Power, Some(exponent)) => {
             let rest = ops.len() - length;
             ops.truncate(rest);

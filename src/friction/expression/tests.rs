@@ -118,7 +118,9 @@ fn errors_are_found_with_their_place() {
         ("1 - 0.1*abs(u - 1)", &[], (8, 18), "kink at u = 1"),
         ("1 - 0.1*sqrt(u)", &[], (8, 15), "no finite derivative at u = 0"),
         ("1 - 0.1*sqrt(1 - u)", &[], (8, 19), "no finite derivative at u = 1"),
-        ("1 - 0.1*u^1.5", &[], (8, 9), "not positive at u = 0"),
+        ("1 - 0.1*u^0.5", &[], (8, 9), "no finite slope"),
+        ("1 - 0.1*(u/2)^d", &[0.9], (8, 13), "no finite slope"),
+        ("1 - 0.1*(u - 1)^1.5", &[], (8, 15), "negative at u = 0"),
         ("1 + 0.1*u*ln(2 - u)", &[], (10, 19), "not defined at u = 2"),
         ("1 - 0.1*tan(u)", &[], (8, 14), "pole at u = 1.57"),
         ("1 - 0.1*(u - 1)^-2 + 0.1", &[], (8, 15), "vanishes at u = 1"),
@@ -139,6 +141,10 @@ fn legal_laws_pass() {
         ("(1 + u)^-0.4", 1.0, &[]),
         ("1 - 0.1*tanh(u) + 0.01*u^3", 1.0, &[]),
         ("1 - 0.1*(sqrt(u^2 + 0.01) - 0.1)", 1.0, &[]),
+        ("1 - 0.1*u^1.5", 1.0, &[]),
+        ("mu + (1 - mu)*exp(-(u/vs)^d)", 1.0, &[0.5, 0.3, 1.0]),
+        ("mu + (1 - mu)*exp(-(u/vs)^d)", 1.0, &[0.5, 0.3, 2.0]),
+        ("mu + (1 - mu)*exp(-(u/vs)^d)", 1.0, &[0.5, 0.3, 1.2]),
     ] {
         let law = Expression::new(text, level).unwrap();
         law.check(0.1, &LawParameters::new(parameters), 3.0).unwrap();
@@ -192,4 +198,37 @@ fn several_slip_speeds_at_once_give_the_same_numbers() {
     let curve = at(text, 0.1, &[]);
     let speeds = [0.0, 0.3, 1.0, 2.5, 7.0];
     assert_eq!(curve.weakenings(speeds), speeds.map(|u| curve.weakening(u)));
+}
+
+/// Stribeck's law with an exponent is, at the exponents 1 and 2, the law with that number, to the last bit; at others its
+/// weakening vanishes at rest, and its polynomials hold there, too.
+#[test]
+fn a_parameter_may_be_the_exponent() {
+    let law = |text: &str| Law::Expression(Expression::new(text, 1.0).unwrap());
+    let general = law("mu + (1 - mu)*exp(-(u/vs)^d)");
+    for d in [1.0, 2.0] {
+        let special = law(&format!("mu + (1 - mu)*exp(-(u/vs)^{d})"));
+        let [general, special] = [
+            general.curve(1.0, &LawParameters::new(&[0.5, 0.3, d])),
+            special.curve(1.0, &LawParameters::new(&[0.5, 0.3])),
+        ];
+        for u in [0.0, 1e-9, 0.2, 0.3, 2.0] {
+            assert_eq!(
+                (general.phi(u), general.weakening(u)),
+                (special.phi(u), special.weakening(u)),
+                "{d} {u}"
+            );
+        }
+    }
+    let curve = general.curve(1.0, &LawParameters::new(&[0.5, 0.3, 1.5]));
+    assert_eq!((curve.phi(0.0), curve.weakening(0.0)), (1.0, 0.0));
+    let compiled = curve.compiled(4.0);
+    for i in 0..=400 {
+        let u = 0.01 * f64::from(i);
+        let exact = 0.5 * 1.5 / 0.3 * (u / 0.3).sqrt() * (-(u / 0.3).powf(1.5)).exp();
+        assert!((curve.weakening(u) - exact).abs() < 1e-14, "{u}");
+        let found = curve.weakening_range(u, u + 0.01);
+        assert!(found.lo <= exact && exact <= found.hi, "{u} {found:?}");
+        assert!((compiled.at(u) - exact).abs() < 1e-9, "{u}");
+    }
 }

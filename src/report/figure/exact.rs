@@ -42,17 +42,20 @@ pub(crate) fn boundary(slice: &Slice, panel: &Panel) -> Vec<Vec<Place>> {
     let order: Vec<usize> = (0..count).map(|i| i * STRIDE % count).collect();
     let node = |number: &usize| sticks(at(number / (STEPS + 1)), at(number % (STEPS + 1)));
     let Some(labels) = within(&mut budget, &order, node) else { return Vec::new() };
-    let mut nodes = vec![[false; STEPS + 1]; STEPS + 1];
+    let mut nodes = vec![[None; STEPS + 1]; STEPS + 1];
     for (number, label) in order.into_iter().zip(labels) {
         nodes[number / (STEPS + 1)][number % (STEPS + 1)] = label;
     }
+    // Where an orbit has no answer there is no boundary to be seen.
+    let differ =
+        |one: Option<bool>, other: Option<bool>| one.zip(other).is_some_and(|(one, other)| one != other);
     let mut edges: Vec<Edge> = Vec::new();
     for i in 0..=STEPS {
         for j in 0..=STEPS {
-            if i < STEPS && nodes[i][j] != nodes[i + 1][j] {
+            if i < STEPS && differ(nodes[i][j], nodes[i + 1][j]) {
                 edges.push((i, j, true));
             }
-            if j < STEPS && nodes[i][j] != nodes[i][j + 1] {
+            if j < STEPS && differ(nodes[i][j], nodes[i][j + 1]) {
                 edges.push((i, j, false));
             }
         }
@@ -102,9 +105,9 @@ fn within<T: Sync, A: Send>(
     Some(answers)
 }
 
-/// Returns whether the orbit sticks at a point of the slice, given by its position along both scales, and the
-/// cost of the answer.
-fn sticks(slice: &Slice, x: Scale, y: Scale, s: f64, t: f64) -> (bool, u64) {
+/// Returns whether the orbit sticks at a point of the slice, given by its position along both scales, if that is known, and
+/// the cost of the answer.
+fn sticks(slice: &Slice, x: Scale, y: Scale, s: f64, t: f64) -> (Option<bool>, u64) {
     let point = slice.point(x.value(s), y.value(t));
     let oscillator = Oscillator::new(slice.law(), &point);
     let answer = flow(&oscillator, TOLERANCE);
@@ -115,9 +118,10 @@ fn sticks(slice: &Slice, x: Scale, y: Scale, s: f64, t: f64) -> (bool, u64) {
         false => 0,
     };
     let sticks = match answer.fate {
-        Fate::Sticks(_) => true,
-        Fate::TooCloseToCall => answer.margin > 0.0,
-        Fate::SpiralsInward | Fate::CrossesForever | Fate::Failed(_) => false,
+        Fate::Sticks(_) => Some(true),
+        Fate::TooCloseToCall => Some(answer.margin > 0.0),
+        Fate::SpiralsInward | Fate::CrossesForever => Some(false),
+        Fate::Failed(_) => None,
     };
     (sticks, answer.rhs.saturating_mul(oscillator.curve.cost()).saturating_add(compiling))
 }

@@ -284,7 +284,13 @@ fn figure(slice: &Slice) -> Result<Figure, ReportError> {
             .then(label(y).name)
             .then(" at ")
             .then(held)
-            .then(". Black curve: the exact boundary of the stick-slip region, by root-finding on the simulated flow.")
+            .then(match exact.is_some_and(|(_, curves)| !curves.is_empty()) {
+                true => ". Black curve: the exact boundary of the stick-slip region, by root-finding on the simulated flow.",
+                false => {
+                    ". Without the exact boundary: there is none here, or to find it would take too long. `slipmap run \
+                     --curves` follows it."
+                }
+            })
             .then(words(" Not drawn, because undecided in every cell of this plane: "))
             .then(rich(if empty.is_empty() { "" } else { "." }))
             .then(slice.thinned_words()),
