@@ -146,8 +146,12 @@ impl Orbit<'_> {
     ) -> Interval {
         let (sin, cos) = angles.sin_cos();
         let rate = values.0[0] * sin - values.0[1] * cos;
-        let [from, to] = ends.map(|[theta, r]| self.slip(theta, r));
-        let along = if rate.contains_zero() { self.slip(angles, values.0[0]) } else { from.hull(to) };
+        let along = if rate.contains_zero() {
+            self.slip(angles, values.0[0])
+        } else {
+            let [from, to] = ends.map(|[theta, r]| self.slip(theta, r));
+            from.hull(to)
+        };
         around(along, (self.belt_speed * tube).next_up())
     }
 
