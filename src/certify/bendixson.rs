@@ -5,8 +5,7 @@
 //! absent  if  D(u) < 0 for all u in [0, 2 V]
 //! ```
 //!
-//! **Domain**: every law.
-//! **Guarantee**: a theorem at every eps > 0, evaluated in double precision.
+//! **Domain**: every law. **Guarantee**: a theorem at every eps > 0, evaluated in double precision.
 //!
 //! **Proof.** r^2 = x2^2 + x2'^2 obeys (r^2)' = 2 D x2'^2 below the belt line. *Absence*: while r <= V, the
 //! slip speed V - x2 is in [0, 2 V], where D < 0; so r falls from V and never returns to it, nor does the

@@ -5,8 +5,9 @@
 //! by [`super::recheck`] and compares the statement with that of the format. `written_by` and `run` record
 //! where a certificate comes from and are not verified.
 //!
-//! Numbers mean the nearest doubles; the coefficients of polynomials are integer multiples of `unit`. The values
-//! count, not the bytes: another program may have written the text again, with its own order of keys and spaces.
+//! Numbers mean the nearest doubles; the coefficients of polynomials are integer multiples of `unit`. The
+//! values count, not the bytes: another program may have written the text again, with its own order of keys
+//! and spaces.
 
 use std::fmt;
 
@@ -40,8 +41,8 @@ pub(crate) enum Subject {
 }
 
 impl Subject {
-    /// The subject of the certificate with this text, of any version of its format; `None` for other texts. Of what is
-    /// written here the beginning is enough: it may be cut off.
+    /// The subject of the certificate with this text, of any version of its format; `None` for other texts.
+    /// Of what is written here the beginning is enough: it may be cut off.
     pub(crate) fn of(text: &str) -> Option<Self> {
         #[derive(Deserialize)]
         struct Named {

@@ -10,11 +10,11 @@
 //! **Domain**: every law. **Guarantee**: a theorem at every eps > 0, evaluated in double precision. **Why the
 //! second inequality.** By itself (14) proves nothing about the orbit from the exit point: a stable slip
 //! cycle may surround the equilibrium and attract that orbit. [`super::symmetric`] proves presence where the
-//! minimum of E exceeds eps c; and E is weakening(V) at v = 0, so that the second inequality implies the first.
-//! The claim is therefore the presence that `symmetric` claims. If the minimum is at v = 0, as for the Stribeck
-//! law, whose E is convex, the two inequalities are one and (14) *is* a certificate. Absence is not claimed:
-//! between this edge and the critical damping the equilibrium is stable and the stick-slip cycle exists. The
-//! landing is checked, see [`super::landing`].
+//! minimum of E exceeds eps c; and E is weakening(V) at v = 0, so that the second inequality implies the
+//! first. The claim is therefore the presence that `symmetric` claims. If the minimum is at v = 0, as for the
+//! Stribeck law, whose E is convex, the two inequalities are one and (14) *is* a certificate. Absence is not
+//! claimed: between this edge and the critical damping the equilibrium is stable and the stick-slip cycle
+//! exists. The landing is checked, see [`super::landing`].
 //!
 //! Departures from the paper: there (14) is a remark, followed by Bendixson's criterion to exclude slip
 //! cycles; the second inequality and the landing are not in it.

@@ -10,8 +10,8 @@
 //! For the Stribeck law, with A = eps gamma (1 - alpha), k = eps gamma V and b = eps beta V, the bounds are
 //! A / (1 + k)^2 - 2 b, at v = 0, and (A / 2) (1 + 1 / (1 + 2 k)^2) - 2 b, at |v| = V.
 //!
-//! **Domain**: every law, foci and nodes alike.
-//! **Guarantee**: a theorem at every eps > 0, evaluated in double precision.
+//! **Domain**: every law, foci and nodes alike. **Guarantee**: a theorem at every eps > 0, evaluated in
+//! double precision.
 //!
 //! **Proof**, in the notation of [`super`]: D = O + E - eps c.
 //!

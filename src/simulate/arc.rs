@@ -5,8 +5,8 @@
 //! Liouville's formula the flow stretches areas by exp(growth), which is the multiplier of a cycle up to the
 //! angles at which its orbit passes the sections.
 //!
-//! Backward in time, with -w for w, the flow has the same form with -D for D: a cycle that repels attracts then, and is
-//! followed without loss of digits.
+//! Backward in time, with -w for w, the flow has the same form with -D for D: a cycle that repels attracts
+//! then, and is followed without loss of digits.
 //!
 //! This module is for cycles; verdicts do not use it.
 
@@ -103,8 +103,8 @@ impl Field<3> for Lienard<'_> {
     }
 }
 
-/// One step, for the function whose instructions pulp selects at run time: fused products are calls of a library
-/// elsewhere.
+/// One step, for the function whose instructions pulp selects at run time: fused products are calls of a
+/// library elsewhere.
 struct Step<'a> {
     h: f64,
     from: [f64; 3],
@@ -156,8 +156,8 @@ impl<'a> Walk<'a> {
         Self { direction: -1.0, ..self }
     }
 
-    /// D in the direction of time at velocity `v`. Beyond the belt line it is constant: steps that pass the line are
-    /// shortened to it, so this only has to be bounded.
+    /// D in the direction of time at velocity `v`. Beyond the belt line it is constant: steps that pass the
+    /// line are shortened to it, so this only has to be bounded.
     fn divergence(&self, v: f64) -> f64 {
         let slip = match self.side {
             Side::Below => self.oscillator.belt_speed - v,
@@ -171,9 +171,9 @@ impl<'a> Walk<'a> {
         self.direction * divergence
     }
 
-    /// The local error allowed in a step of length `h` from `from`. The rounding of the state hides smaller ones.
-    /// Without that bound no step would be short enough just before a datum of a measured law at which the slope
-    /// of D changes much: steps end there up to rounding only.
+    /// The local error allowed in a step of length `h` from `from`. The rounding of the state hides smaller
+    /// ones. Without that bound no step would be short enough just before a datum of a measured law at which
+    /// the slope of D changes much: steps end there up to rounding only.
     fn allowed_in(&self, from: &State, h: f64) -> f64 {
         (self.allowed * h).max(0.5 * f64::EPSILON * (from.v.abs() + from.w.abs()))
     }
@@ -208,9 +208,9 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// The longest step that does not pass the scale of the law: it changes the slip speed by at most that speed, on the
-    /// way to the belt line by half of it, or that of V next to the line. The large steps of orbits far out lose what the
-    /// law does near the line.
+    /// The longest step that does not pass the scale of the law: it changes the slip speed by at most that
+    /// speed, on the way to the belt line by half of it, or that of V next to the line. The large steps of
+    /// orbits far out lose what the law does near the line.
     fn longest_resolving(&self, from: &State) -> f64 {
         let End { slip, rate } = self.slip(from);
         let change = slip.max(self.oscillator.belt_speed);

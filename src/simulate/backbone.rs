@@ -8,8 +8,8 @@
 //! C(V) is eps c* (grazing), and the extremes between are folds.
 //!
 //! C is interpolated in r by Chebyshev polynomials through nodes that are doubled until the coefficients have
-//! decayed: by one polynomial, or, where the law has corners, by one between each two amplitudes at which orbits begin to
-//! reach one (`backbone/corners.rs`).
+//! decayed: by one polynomial, or, where the law has corners, by one between each two amplitudes at which
+//! orbits begin to reach one (`backbone/corners.rs`).
 //!
 //! **Error.** Twice the sum of the sizes of the last quarter of the coefficients, with the largest error of
 //! the nodes times the Lebesgue constant. It is numerical, not a bound: [`super::slip_count`] proves counts.
@@ -33,8 +33,8 @@ pub(crate) use interpolated::{BackboneNodes, InterpolatedBackbone};
 
 /// Least and largest number of intervals between nodes.
 const SIZES: [usize; 2] = [8, 128];
-/// The largest of one polynomial where the law has corners: C is then smooth to finite order only, and more nodes
-/// gain little.
+/// The largest of one polynomial where the law has corners: C is then smooth to finite order only, and more
+/// nodes gain little.
 const FINEST_WITH_CORNERS: usize = 64;
 /// The largest of these where C may be cut at the corners instead.
 const FINEST_BEFORE_CUT: usize = 32;
@@ -51,12 +51,14 @@ const LEAST_TOLERANCE_WITH_CORNERS: f64 = 1e-8;
 /// error above 8e-3 of that size.
 const LARGEST_ERROR: f64 = 2e-3;
 
-/// Least distance of a damping from an end and from an extreme, in units of the error, at which cycles are counted.
+/// Least distance of a damping from an end and from an extreme, in units of the error, at which cycles are
+/// counted.
 const FAR: f64 = 3.0;
 /// The same of an extreme of one polynomial across corners, whose error is less certain.
 const FAR_ACROSS_CORNERS: f64 = 5.0;
 
-/// Change of C from one node to the next, in units of its error, from which on the error between them makes no extreme.
+/// Change of C from one node to the next, in units of its error, from which on the error between them makes
+/// no extreme.
 const STEEP: f64 = 20.0;
 
 /// Number of samples for each interval between nodes among which extremes are searched: twice as many as the
@@ -100,8 +102,8 @@ pub struct Backbone {
     unresolved: Vec<f64>,
     /// Where slopes at the nodes show that C is monotone.
     monotone: Vec<Monotone>,
-    /// The dampings about which C is too flat between two neighbouring nodes: corners may make extremes there that a
-    /// polynomial across them does not show.
+    /// The dampings about which C is too flat between two neighbouring nodes: corners may make extremes there
+    /// that a polynomial across them does not show.
     flat: Vec<[f64; 2]>,
     /// Estimate of the absolute error of C at any r.
     pub error: f64,
@@ -125,8 +127,8 @@ struct Panel {
 }
 
 impl Panel {
-    /// Through the orbits at the nodes, of which the missing ones are computed: every second one where the others
-    /// follow from their slopes.
+    /// Through the orbits at the nodes, of which the missing ones are computed: every second one where the
+    /// others follow from their slopes.
     fn through(
         [from, to]: [f64; 2],
         in_root: bool,
@@ -324,8 +326,8 @@ impl Backbone {
         Ok(backbone)
     }
 
-    /// The backbone with a polynomial between each two of the amplitudes at which orbits begin to reach a corner; `None`
-    /// where there are none or too many.
+    /// The backbone with a polynomial between each two of the amplitudes at which orbits begin to reach a
+    /// corner; `None` where there are none or too many.
     fn cut(curve: &Curve, belt_speed: f64, tolerance: f64, work: &Work) -> Result<Option<Self>, Failure> {
         let reachable = tolerance.max(LEAST_TOLERANCE_WITH_CORNERS);
         let mut solver = Solver::new(curve, belt_speed, reachable, work);
@@ -374,8 +376,8 @@ impl Backbone {
         Ok(Self::of_panels(vec![panel], solver))
     }
 
-    /// The backbone of the same curve through twice as many nodes, or cut at the amplitudes at which orbits begin to reach
-    /// a corner where that takes fewer; `None` where they would gain nothing.
+    /// The backbone of the same curve through twice as many nodes, or cut at the amplitudes at which orbits
+    /// begin to reach a corner where that takes fewer; `None` where they would gain nothing.
     ///
     /// # Errors
     /// [`Failure`] of an orbit.
@@ -533,10 +535,10 @@ impl Backbone {
     }
 
     /// Returns whether the number of cycles at C = `viscous` is reliable: the error of C is small, and
-    /// `viscous` is farther than three times that, across corners five times, from both ends and from every extreme,
-    /// also from those that are within the error and not counted, and from flat pieces across corners. If not, a
-    /// more accurate backbone may show other cycles. Extremes within the error, flat pieces and ends do not count where
-    /// slopes show that C is monotone.
+    /// `viscous` is farther than three times that, across corners five times, from both ends and from every
+    /// extreme, also from those that are within the error and not counted, and from flat pieces across
+    /// corners. If not, a more accurate backbone may show other cycles. Extremes within the error, flat
+    /// pieces and ends do not count where slopes show that C is monotone.
     #[must_use]
     pub fn is_reliable_at(&self, viscous: f64) -> bool {
         let distance = FAR * self.error;
@@ -547,8 +549,8 @@ impl Backbone {
             && !self.is_near_uncertain_end(viscous, distance)
     }
 
-    /// Returns whether an end of C is that close to `viscous`, and C may have an extreme next to it. Where it is steep
-    /// next to r = V its error, which vanishes at the nodes, makes none.
+    /// Returns whether an end of C is that close to `viscous`, and C may have an extreme next to it. Where it
+    /// is steep next to r = V its error, which vanishes at the nodes, makes none.
     fn is_near_uncertain_end(&self, viscous: f64, distance: f64) -> bool {
         let points = &self.turning_points;
         let near = |end: &TurningPoint| (end.viscous - viscous).abs() <= distance;
@@ -571,8 +573,8 @@ impl Backbone {
         pieces.filter(|(i, _)| !is_monotone(*i)).map(|(_, dampings)| dampings).collect()
     }
 
-    /// Returns whether no extreme of C between the ends is that close to `viscous`, also none of those that are not
-    /// counted.
+    /// Returns whether no extreme of C between the ends is that close to `viscous`, also none of those that
+    /// are not counted.
     fn no_extreme_within(&self, viscous: f64, distance: f64) -> bool {
         let mut extremes =
             self.folds().iter().map(|fold| fold.viscous).chain(self.unresolved.iter().copied());
@@ -581,8 +583,8 @@ impl Backbone {
 
     /// The slip cycles at C = `viscous`, by increasing amplitude. The stability of the equilibrium and
     /// whether the orbit from the exit point returns to the belt line fix the parity of their number. `None`
-    /// where C is within the error of an extreme, or that of the Hopf bifurcation and the backbone is flat there: orbits
-    /// about the equilibrium close.
+    /// where C is within the error of an extreme, or that of the Hopf bifurcation and the backbone is flat
+    /// there: orbits about the equilibrium close.
     #[must_use]
     pub fn cycles(
         &self,
@@ -635,8 +637,8 @@ impl Backbone {
     }
 }
 
-/// The pairs of neighbouring nodes, the ones next to r = 0 aside, between which C changes by at most `enough`, and the
-/// dampings that are that close to its values there.
+/// The pairs of neighbouring nodes, the ones next to r = 0 aside, between which C changes by at most
+/// `enough`, and the dampings that are that close to its values there.
 fn flat_pieces(values: &[f64], enough: f64) -> impl Iterator<Item = (usize, [f64; 2])> {
     let pairs = values[..values.len() - 1].windows(2).enumerate();
     pairs.filter_map(move |(i, pair)| {

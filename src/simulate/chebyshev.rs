@@ -94,8 +94,9 @@ pub(crate) fn weights(size: usize, x: f64) -> Vec<f64> {
     terms.into_iter().map(|term| term / whole).collect()
 }
 
-/// The values half-way, in angle, between the points, by the polynomial with given values at all points and given slopes at
-/// all but the last, -1. Through its values at all 2 `size` + 1 points errors of the data grow no more than by interpolation there.
+/// The values half-way, in angle, between the points, by the polynomial with given values at all points and
+/// given slopes at all but the last, -1. Through its values at all 2 `size` + 1 points errors of the data
+/// grow no more than by interpolation there.
 #[derive(Debug)]
 pub(crate) struct Between {
     /// For each place the weights of the values, and those of the slopes.

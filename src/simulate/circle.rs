@@ -78,7 +78,8 @@ impl Circle {
             .flat_map(|i| (0..size).map(move |j| (i, j)))
             .map(|(i, j)| h[(size + i - j) % size] + h[j])
             .collect();
-        // The trigonometric interpolant of a unit sample, without the harmonic coarser/2, is Dirichlet's kernel.
+        // The trigonometric interpolant of a unit sample, without the harmonic coarser/2, is Dirichlet's
+        // kernel.
         let unit_sample = |i: usize, j: usize| match (i * coarser + (coarser - j) * size) % (size * coarser) {
             0 => (coarser - 1) as f64 / coarser as f64,
             place => {
@@ -251,8 +252,8 @@ fn sweep<F: Shape>(
     Sweeps { left, settled, inside, sweeps }
 }
 
-/// Arguments of [`sweep`] for the function whose vector width pulp selects at run time. A closure would not be
-/// inlined there, and each fused product would be a call of a library.
+/// Arguments of [`sweep`] for the function whose vector width pulp selects at run time. A closure would not
+/// be inlined there, and each fused product would be a call of a library.
 struct Dispatched<'a, F> {
     lanes: &'a mut Lanes<F>,
     circle: &'a Circle,

@@ -98,8 +98,8 @@ impl Field<3> for Polar<'_> {
 }
 
 /// One turn of the orbit through the maximum `radius` of x2, with an error of at most `tolerance` where that
-/// can be reached; `Err` with the number of evaluations where the polar form does not apply, or the finest step
-/// misses the tolerance.
+/// can be reached; `Err` with the number of evaluations where the polar form does not apply, or the finest
+/// step misses the tolerance.
 pub(super) fn turn(oscillator: &Oscillator, radius: f64, tolerance: f64) -> Result<Lap, u32> {
     let mut rhs = 0;
     let mut state = [0.0; 3];
@@ -227,8 +227,8 @@ pub(super) fn closing_damping_by_turns(
 }
 
 /// The C at which the orbit through the maximum `radius` < V of x2 closes, by the orbit in (x2, x2'): for
-/// orbits whose polar angle is not monotone in time. It lies between the bounds of the even part of the weakening rate (theory,
-/// "The backbone").
+/// orbits whose polar angle is not monotone in time. It lies between the bounds of the even part of the
+/// weakening rate (theory, "The backbone").
 pub(super) fn closing_damping_of_node(
     curve: &Curve,
     belt_speed: f64,

@@ -70,8 +70,8 @@ fn together<F: Shape>(
 
 /// An orbit of Stribeck's law as a grazing one of another: with v = r R cos th, rho = r / V and s = 1 - rho R
 /// cos th, 1 + k s = (1 + k (1 - rho)) (1 + k' (1 - R cos th)), k' = k rho / (1 + k (1 - rho)). In units of
-/// its amplitude the orbit is a grazing one with A' = A / (1 + k (1 - rho))^2, b' = b rho and C' = C + 2 b (1 -
-/// rho). It starts from the energy balance.
+/// its amplitude the orbit is a grazing one with A' = A / (1 + k (1 - rho))^2, b' = b rho and C' = C + 2 b
+/// (1 - rho). It starts from the energy balance.
 fn of_stribeck(law: &Stribeck, belt_speed: f64, radius: f64) -> (Start, f64) {
     let ScaledGroups { a, k, b, .. } = law.scaled(belt_speed, 0.0);
     let (rho, rest) = (radius / belt_speed, (belt_speed - radius) / belt_speed);
@@ -142,8 +142,8 @@ mod tests {
         assert!(10 * answered > 9 * tried, "{answered} of {tried}");
     }
 
-    /// Orbits of rough tables, whose corners lie where they may be met by chance: answers of every tolerance hold within
-    /// their errors.
+    /// Orbits of rough tables, whose corners lie where they may be met by chance: answers of every tolerance
+    /// hold within their errors.
     #[test]
     fn errors_hold_where_a_law_has_corners() {
         let mut random = Random(93);

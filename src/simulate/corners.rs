@@ -8,8 +8,8 @@
 /// slip speed. The error of D is its change of slope times this, over less than one step.
 const WIDTH: f64 = 1e-13;
 
-/// The shortest step to a corner, in units of the time scale of the flow: over a shorter one the change of D is as small
-/// as its rounding errors, and the corner may be passed.
+/// The shortest step to a corner, in units of the time scale of the flow: over a shorter one the change of D
+/// is as small as its rounding errors, and the corner may be passed.
 pub(super) const LEAST_STEP: f64 = 1e-11;
 
 #[derive(Clone, Copy, Debug)]

@@ -68,7 +68,8 @@ const WORK: u64 = 4_000_000;
 /// Tolerance of the orbits of the search, and of those that check its result.
 const COARSE: f64 = 1e-8;
 const FINE: f64 = 1e-12;
-/// Belt speeds below this are not searched: orbits leave the normal numbers, where they take ten times as long.
+/// Belt speeds below this are not searched: orbits leave the normal numbers, where they take ten times as
+/// long.
 const SLOWEST: f64 = 1e-290;
 /// Largest error of a critical damping whose search ended before its time, relative to the range of the
 /// weakening rate.
@@ -77,8 +78,8 @@ const UNFINISHED: f64 = 1e-3;
 /// The side of c* on which a damping lies, by the orbit from the exit point.
 #[derive(Clone, Copy, Debug)]
 struct Side {
-    /// Positive below c*, negative above it, 0 if the orbit is too close to call: the grazing margin, or a number
-    /// of its size.
+    /// Positive below c*, negative above it, 0 if the orbit is too close to call: the grazing margin, or a
+    /// number of its size.
     margin: f64,
     error: f64,
     /// Number of evaluations of the right-hand side.
@@ -99,8 +100,8 @@ fn side_of(column: &Column, c: f64, tolerance: f64) -> Option<Side> {
     };
     let flow = direct::flow(&oscillator, tolerance);
     let margin = match flow.fate {
-        // Where the flow cannot be continued beyond the line, r at the landing is about what it would be after
-        // the turn.
+        // Where the flow cannot be continued beyond the line, r at the landing is about what it would be
+        // after the turn.
         Fate::Sticks(Landing { x1, crossings: 0, .. }) if flow.margin.is_nan() => {
             let speed = (oscillator.exit_x1() - x1) / column.belt_speed;
             (speed * speed / (1.0 + speed.hypot(1.0))).clamp(f64::MIN_POSITIVE, 1.0)

@@ -93,8 +93,8 @@ struct Passage {
     down: Option<State>,
 }
 
-/// Follows the orbit from (e + `y`, V), `y` >= 0, below the belt line and, where it crosses, above it. `visit` is
-/// called with the two ends of every step.
+/// Follows the orbit from (e + `y`, V), `y` >= 0, below the belt line and, where it crosses, above it.
+/// `visit` is called with the two ends of every step.
 fn passage(
     oscillator: &Oscillator,
     y: f64,
@@ -214,20 +214,21 @@ fn farthest(curve: &Curve, belt_speed: f64) -> f64 {
 /// c >= 0, among those small enough to be searched: of a table that ends early, there are none. It is 0 where no
 /// orbit crosses the belt line for ever.
 ///
-/// Let phi >= 1 - W at all slip speeds, and phi <= 1 + d up to V. Then y is the root of
-/// (2 - W + d) (y + 2 - W) = (W + d) (hypot(y, V) + 2 d + W), and 0 if the left side is larger at y = 0. For a
-/// law that only weakens, 0 if W V < 4 (1 - W).
+/// Let phi >= 1 - W at all slip speeds, and phi <= 1 + d up to V. Then y is the root of (2 - W + d)
+/// (y + 2 - W) = (W + d) (hypot(y, V) + 2 d + W), and 0 if the left side is larger at y = 0. For a law that
+/// only weakens, 0 if W V < 4 (1 - W).
 ///
 /// **Proof** (theory, "Any friction law"). A loop that leads outward at damping c does so at c = 0, since
 /// loops fall with c. Let it cross upward with wL, and downward y' >= y beyond E. By Green's theorem the
-/// integral of D over the part of its inside above the belt line is ((y' + 2)^2 - (wL - 2)^2) / 2, and over the
-/// part below it is (wL^2 - y^2) / 2. The width of the inside falls upward from y' + wL above the line; so the first integral is
-/// at most W (y' + wL), and wL - y >= 4 - 2 W. Below the line the width rises downward from s = y + wL to its
-/// largest, L, at x2 = 0, and falls from there: the second integral is at most W L + d (L - s). By the energy
-/// about (1, 0), L <= 2 (hypot(y, V) + 2 d + W). So (2 - W + d) s <= (W + d) L with s >= 2 (y + 2 - W). []
+/// integral of D over the part of its inside above the belt line is ((y' + 2)^2 - (wL - 2)^2) / 2, and over
+/// the part below it is (wL^2 - y^2) / 2. The width of the inside falls upward from y' + wL above the line;
+/// so the first integral is at most W (y' + wL), and wL - y >= 4 - 2 W. Below the line the width rises
+/// downward from s = y + wL to its largest, L, at x2 = 0, and falls from there: the second integral is at
+/// most W L + d (L - s). By the energy about (1, 0), L <= 2 (hypot(y, V) + 2 d + W). So (2 - W + d) s <=
+/// (W + d) L with s >= 2 (y + 2 - W). []
 ///
-/// Loops from less than y stay at slip speeds up to V + hypot(y, V) + 6 (W + d), by the same energy; W of these
-/// alone may give a smaller y.
+/// Loops from less than y stay at slip speeds up to V + hypot(y, V) + 6 (W + d), by the same energy; W of
+/// these alone may give a smaller y.
 pub(crate) fn settled_from(curve: &Curve, belt_speed: f64) -> f64 {
     let farthest = farthest(curve, belt_speed);
     if farthest == 0.0 {
@@ -300,8 +301,8 @@ impl Node {
         Self { y, outward: outward(y, end), growth }
     }
 
-    /// Whether its direction is that of its error, and that of its neighbours too: far out friction that vanishes hardly
-    /// changes loops.
+    /// Whether its direction is that of its error, and that of its neighbours too: far out friction that
+    /// vanishes hardly changes loops.
     fn is_flat(&self, tolerance: f64) -> bool {
         // Where g falls as a power of y its slope is as small, up to the exponent.
         let within_error = |[g, slope]: [f64; 2]| g.abs().max(0.1 * slope.abs()) <= ERRORS * tolerance;
@@ -314,8 +315,8 @@ struct Search<'a> {
     oscillator: &'a Oscillator,
     tolerance: f64,
     work: &'a Work,
-    /// What a cubic may miss between two loops before one between them was followed: where friction may push, nothing is
-    /// known; elsewhere no pair of cycles is known to exist, and the cubic is taken as it is.
+    /// What a cubic may miss between two loops before one between them was followed: where friction may push,
+    /// nothing is known; elsewhere no pair of cycles is known to exist, and the cubic is taken as it is.
     missed: f64,
 }
 
@@ -331,11 +332,12 @@ impl<'a> Search<'a> {
         Ok(Node::of(y, &loop_within(self.oscillator, y, self.tolerance, self.work)?))
     }
 
-    /// A loop between two that lead in the direction `outward` which leads the other way; `None` if there is none.
+    /// A loop between two that lead in the direction `outward` which leads the other way; `None` if there is
+    /// none.
     ///
-    /// Loops are nested: if that from b ends below a, all between lead inward, and if that from a ends beyond b,
-    /// outward. Else g is compared with the cubic in ln y that has the values and slopes at both ends; it misses g by
-    /// about `missed`, known from a loop between two others.
+    /// Loops are nested: if that from b ends below a, all between lead inward, and if that from a ends beyond
+    /// b, outward. Else g is compared with the cubic in ln y that has the values and slopes at both ends; it
+    /// misses g by about `missed`, known from a loop between two others.
     ///
     /// # Errors
     /// [`Unknown::TooClose`] if two cycles may meet there.
@@ -354,7 +356,8 @@ impl<'a> Search<'a> {
         }
         let mut at_middle = None;
         if let (Some([from, rise]), Some([to, fall])) = (a.growth, b.growth) {
-            // The inner coefficients of the cubic by Bernstein: it lies between the least and the greatest of the four.
+            // The inner coefficients of the cubic by Bernstein: it lies between the least and the greatest of
+            // the four.
             let inner = [from + rise * width / 3.0, to - fall * width / 3.0];
             if inner.iter().all(|value| sign * value > missed) {
                 return Ok(None);
@@ -400,8 +403,8 @@ impl<'a> Search<'a> {
         self.cycles([&at(b.outward), b], cycles)
     }
 
-    /// The cycle between two distances beyond the exit point, of which one leads outward and one inward; `None`
-    /// if loops change from outward to sticking there without passing through a cycle.
+    /// The cycle between two distances beyond the exit point, of which one leads outward and one inward;
+    /// `None` if loops change from outward to sticking there without passing through a cycle.
     fn cycle_between(&self, between: [f64; 2], low_outward: bool) -> Result<Option<CrossingCycle>, Failure> {
         let Self { oscillator, tolerance, work, .. } = *self;
         let y = fixed_point(between, low_outward, tolerance, |y| {
@@ -464,7 +467,8 @@ pub fn crossing_cycles(oscillator: &Oscillator, tolerance: f64) -> Result<Vec<Cr
     let unit = oscillator.belt_speed.max(1.0);
     let work = Work::of_question(&oscillator.curve);
     let search = Search::new(oscillator, tolerance, &work);
-    // From the first place at which loops are settled inward: a loop that does not cross again excludes all cycles inside it.
+    // From the first place at which loops are settled inward: a loop that does not cross again excludes all
+    // cycles inside it.
     let place = |i: i32| unit * 10_f64.powf(f64::from(i) / f64::from(PER_DECADE));
     let mut nodes: Vec<Node> = Vec::new();
     for i in (DECADES.start() * PER_DECADE..=DECADES.end() * PER_DECADE).rev() {

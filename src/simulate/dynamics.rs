@@ -17,8 +17,8 @@ pub struct Dynamics {
     pub slip: Result<Vec<SlipCycle>, Unknown>,
     /// Cycles that cross the belt line, by growing size.
     pub crossing: Result<Vec<CrossingCycle>, Unknown>,
-    /// The kicks that carry steady slip onto the outermost slip cycle that repels, the same as `kick_forward` and
-    /// `kick_backward` of a map: `None` where none repels.
+    /// The kicks that carry steady slip onto the outermost slip cycle that repels, the same as `kick_forward`
+    /// and `kick_backward` of a map: `None` where none repels.
     pub kick: Result<Option<Kick>, Unknown>,
 }
 
@@ -72,8 +72,8 @@ pub fn crossing_separates(cycle: usize, count: usize, slip_cycles: usize, fate: 
     [inside, outside]
 }
 
-/// The position of the slip cycle that bounds a basin, among all of them by growing amplitude: the outermost that repels.
-/// Cycles inside it that repel, too, separate smaller basins.
+/// The position of the slip cycle that bounds a basin, among all of them by growing amplitude: the outermost
+/// that repels. Cycles inside it that repel, too, separate smaller basins.
 pub(crate) fn outermost_repelling<T>(cycles: &[T], is_stable: impl Fn(&T) -> bool) -> Option<usize> {
     cycles.iter().rposition(|cycle| !is_stable(cycle))
 }

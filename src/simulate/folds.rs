@@ -1,11 +1,11 @@
-//! Fold curves in planes with the damping as one axis: the extremes of [the backbone](super::backbone) C(r), each
-//! followed along the other axis.
+//! Fold curves in planes with the damping as one axis: the extremes of [the backbone](super::backbone) C(r),
+//! each followed along the other axis.
 //!
-//! There a fold curve is a graph over the other axis, and one backbone gives the points of all of them at once.
-//! The other axis is cut into `PARTS` parts. Each is halved until the extremes at neighbouring sections
-//! correspond to each other one by one, move little, and lie on a line within `FLAT`. Where two extremes meet in
-//! a cusp, or one leaves through an end of the backbone, it is halved `HALVINGS` times: branches end there. Two
-//! extremes that appear and vanish again between neighbouring sections are missed.
+//! There a fold curve is a graph over the other axis, and one backbone gives the points of all of them at
+//! once. The other axis is cut into `PARTS` parts. Each is halved until the extremes at neighbouring sections
+//! correspond to each other one by one, move little, and lie on a line within `FLAT`. Where two extremes meet
+//! in a cusp, or one leaves through an end of the backbone, it is halved `HALVINGS` times: branches end
+//! there. Two extremes that appear and vanish again between neighbouring sections are missed.
 
 use rayon::prelude::*;
 
@@ -71,7 +71,8 @@ impl Section {
     }
 }
 
-/// The extremes at a place in [0, 1] of the other axis, by rising amplitude; none where the backbone is unknown.
+/// The extremes at a place in [0, 1] of the other axis, by rising amplitude; none where the backbone is
+/// unknown.
 pub(crate) type Extremes<'a> = &'a (dyn Fn(f64) -> Vec<Extreme> + Sync);
 
 /// The fold curves in the unit square, with the damping along `damping_axis`.
@@ -154,8 +155,8 @@ fn chains(sections: &[Section]) -> Vec<Vec<Followed>> {
     chains
 }
 
-/// For each extreme of `to`, that of `from` it corresponds to: those in the same order with the smallest sum of
-/// distances.
+/// For each extreme of `to`, that of `from` it corresponds to: those in the same order with the smallest sum
+/// of distances.
 fn links(from: &[Extreme], to: &[Extreme]) -> Vec<Option<usize>> {
     // The smallest cost of the first i and j extremes.
     let mut costs = vec![vec![0.0; to.len() + 1]; from.len() + 1];

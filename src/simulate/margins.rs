@@ -1,16 +1,16 @@
 //! Margins along whole columns: the turns of a few cells, and a polynomial in c through them for the others.
 //!
 //! The margin m/V of a column is analytic in c wherever the orbits complete their turn, and 1 + m/V is nearly
-//! that of a spiral, an orbit whose divergence stays what it is at belt speed (theory, "Margins of a column"). The
-//! polynomial is one through their ratio, less 1. Its nodes are cells of the column in the order of Leja, each
-//! farthest from those before it: one more node leaves the others useful, and a column that is not interpolated
-//! has wasted none.
+//! that of a spiral, an orbit whose divergence stays what it is at belt speed
+//! (theory, "Margins of a column"). The polynomial is one through their ratio, less 1. Its nodes are cells of
+//! the column in the order of Leja, each farthest from those before it: one more node leaves the others
+//! useful, and a column that is not interpolated has wasted none.
 //!
-//! **Error.** A new node tells how wrong the polynomial through the nodes before it is, about where it is worst:
-//! its surplus. Surpluses fall from node to node; the error of the polynomial through all nodes is taken to be the
-//! last surplus times eight times their slowest fall, though at most that surplus; where it may be small by
-//! chance, the one before times the slowest fall takes its place. The errors of the turns are added, times
-//! Lebesgue's function. A cell where all that exceeds the tolerance gets a turn of its own.
+//! **Error.** A new node tells how wrong the polynomial through the nodes before it is, about where it is
+//! worst: its surplus. Surpluses fall from node to node; the error of the polynomial through all nodes is
+//! taken to be the last surplus times eight times their slowest fall, though at most that surplus; where it
+//! may be small by chance, the one before times the slowest fall takes its place. The errors of the turns are
+//! added, times Lebesgue's function. A cell where all that exceeds the tolerance gets a turn of its own.
 
 use std::cell::OnceCell;
 use std::f64::consts::PI;
@@ -26,8 +26,8 @@ const MOST: usize = 24;
 /// Largest size of the divergence of interpolated columns. Half of that of a node, and small enough for the
 /// margin to follow exp(-pi eps c): no surplus is small for other reasons than that all are.
 const NEAR: f64 = 1.0;
-/// Shares of the tolerance for the turns at the nodes, whose errors grow with Lebesgue's function, and for the
-/// polynomial.
+/// Shares of the tolerance for the turns at the nodes, whose errors grow with Lebesgue's function, and for
+/// the polynomial.
 const SHARE_OF_TURNS: f64 = 0.3;
 const SHARE_OF_POLYNOMIAL: f64 = 0.5;
 /// Safety of the fall that is expected of the next surplus.
@@ -142,8 +142,8 @@ struct Axis {
     high: f64,
     /// c of every cell, stretched to [-2, 2]: products of distances from nodes stay of the order of one.
     x: Vec<f64>,
-    /// The cells that may become nodes, in the order in which they do: each is, of all cells, where the product of
-    /// the distances from those before is greatest.
+    /// The cells that may become nodes, in the order in which they do: each is, of all cells, where the
+    /// product of the distances from those before is greatest.
     order: Vec<usize>,
     /// The place of every cell in that order, or more than any.
     rank: Vec<usize>,
@@ -153,7 +153,8 @@ struct Axis {
     weights: Vec<OnceCell<Vec<f64>>>,
 }
 
-/// The weights of the values at `nodes` in a polynomial's values in `cells`, node by node: Lagrange's polynomials.
+/// The weights of the values at `nodes` in a polynomial's values in `cells`, node by node: Lagrange's
+/// polynomials.
 fn weights(x: &[f64], nodes: &[usize], cells: &[usize]) -> Vec<f64> {
     let product = |node: usize, at: f64| -> f64 {
         nodes.iter().filter(|&&other| other != node).map(|&other| at - x[other]).product()
@@ -189,8 +190,9 @@ impl Axis {
         Self { low, high, x, order, rank, before, weights }
     }
 
-    /// The number of nodes with which a column starts: where exp(-pi eps c), times four variations of the divergence
-    /// along the orbit, has Chebyshev coefficients below `enough`. `None` if the column cannot be interpolated.
+    /// The number of nodes with which a column starts: where exp(-pi eps c), times four variations of the
+    /// divergence along the orbit, has Chebyshev coefficients below `enough`. `None` if the column cannot be
+    /// interpolated.
     fn nodes_for(&self, column: &Column, enough: f64) -> Option<usize> {
         let [low, high] = [self.low, self.high].map(|c| column.epsilon * c);
         let weakening = [1.0, 0.0, 2.0].map(|x| column.curve.weakening(x * column.belt_speed));
@@ -293,9 +295,9 @@ impl Growing {
         if self.wanted <= axis.order.len() { Next::MoreNodes } else { Next::OwnTurns { nodes: self.count } }
     }
 
-    /// The slowest fall of the surpluses, per node, over one node or two, as far as errors of the turns do not
-    /// explain it; and the error of the polynomial, infinite if they do not fall. The first surplus, that of a
-    /// constant, may be small where the others are not.
+    /// The slowest fall of the surpluses, per node, over one node or two, as far as errors of the turns do
+    /// not explain it; and the error of the polynomial, infinite if they do not fall. The first surplus, that
+    /// of a constant, may be small where the others are not.
     fn surplus(&self, axis: &Axis) -> (f64, f64) {
         let (mut over_one, mut over_two) = (0.0_f64, 0.0_f64);
         let (mut before, mut last) = (f64::INFINITY, f64::INFINITY);

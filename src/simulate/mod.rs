@@ -102,8 +102,8 @@ pub struct Flow {
 }
 
 impl Flow {
-    /// The grazing margin, or a number with its sign where only that is known, at most 1 in size: 0 if it is too close to
-    /// call. `None` without an answer.
+    /// The grazing margin, or a number with its sign where only that is known, at most 1 in size: 0 if it is
+    /// too close to call. `None` without an answer.
     fn signed_margin(&self) -> Option<f64> {
         let size = if self.margin.is_finite() { self.margin.abs().min(1.0) } else { 1.0 };
         match self.fate {

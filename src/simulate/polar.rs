@@ -164,7 +164,8 @@ impl Shape for LorentzianSlope {
     }
 }
 
-/// The divergence of an orbit in units of its amplitude, D = a f(start + k s) - b2 s - c with s = 1 - R cos th.
+/// The divergence of an orbit in units of its amplitude, D = a f(start + k s) - b2 s - c with s = 1 - R cos
+/// th.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Divergence {
     pub(super) a: f64,

@@ -82,8 +82,8 @@ pub(crate) fn is_resolved(margin: f64, error: f64) -> bool {
     error <= UNRESOLVED || error <= UNRESOLVED_SHARE * margin.abs()
 }
 
-/// One turn of one orbit, at tolerances down to [`FINEST_TOLERANCE`] by the size of the divergence until the margin's
-/// sign is certain.
+/// One turn of one orbit, at tolerances down to [`FINEST_TOLERANCE`] by the size of the divergence until the
+/// margin's sign is certain.
 pub(super) fn decisive_turn(oscillator: &Oscillator, tolerance: f64) -> Turn {
     let mut tolerance = tolerance.min(COARSEST_DECISIVE);
     let mut spent = 0;

@@ -24,9 +24,9 @@ impl Bracket {
     }
 }
 
-/// A bracket of the root of a falling function within [from, to], searched from `start`, which lies there, outward in
-/// steps that double: far from the root the function may fail, or take long. `None` where it does not change its
-/// sign; at the ends of [from, to] it may be zero.
+/// A bracket of the root of a falling function within [from, to], searched from `start`, which lies there,
+/// outward in steps that double: far from the root the function may fail, or take long. `None` where it does
+/// not change its sign; at the ends of [from, to] it may be zero.
 pub(super) fn falling_bracket<E>(
     start: f64,
     [from, to]: [f64; 2],
@@ -55,10 +55,10 @@ pub(super) fn falling_bracket<E>(
     Ok(Some(Bracket { low, high }))
 }
 
-/// Narrows `bracket` to `enough` by the ITP method of Oliveira and Takahashi (ACM Trans. Math. Softw. 47,
-/// 2020), which is as fast as the secant where the function is smooth and never slower than bisection where
-/// only its sign is known. Returns the middle of the bracket with it, or a place where the function is zero, so that its
-/// sign is not known more closely, with the bracket so far.
+/// Narrows `bracket` to `enough` by the ITP method of Oliveira and Takahashi
+/// (ACM Trans. Math. Softw. 47, 2020), which is as fast as the secant where the function is smooth and never
+/// slower than bisection where only its sign is known. Returns the middle of the bracket with it, or a place
+/// where the function is zero, so that its sign is not known more closely, with the bracket so far.
 pub(super) fn falling_root<E>(
     mut bracket: Bracket,
     enough: f64,

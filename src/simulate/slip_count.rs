@@ -26,8 +26,9 @@
 //!
 //! It contains no derivative of D, and the sign of h is that of the slope of g.
 //!
-//! **One orbit.** The steps of `src/enclosure.rs` in th, with rho for y, enclose rho and the integral of H. The
-//! region where the orbit may be is guessed, and confirmed by the bound on its distance from the polynomial.
+//! **One orbit.** The steps of `src/enclosure.rs` in th, with rho for y, enclose rho and the integral of H.
+//! The region where the orbit may be is guessed, and confirmed by the bound on its distance from the
+//! polynomial.
 //!
 //! **All orbits of a piece.** Of half-width w in rho(0): the same bound holds for their distance from the
 //! polynomial, begun at w. With L over that tube, psi up to th is at most exp(integral of L), and so
@@ -119,8 +120,8 @@ struct Piece {
     shape: Shape,
 }
 
-/// Returns whether a count of the slip cycles proves that the orbit from the exit point does not return to the
-/// belt line: there is none, and the equilibrium attracts.
+/// Returns whether a count of the slip cycles proves that the orbit from the exit point does not return to
+/// the belt line: there is none, and the equilibrium attracts.
 ///
 /// **Proof.** g has no zero on (0, V], and is negative near 0. So it is negative at V. []
 pub(crate) fn proves_absence(oscillator: &Oscillator, count: &SlipCount) -> bool {

@@ -9,8 +9,8 @@
 //! x2'' = -r. Hence P'(r) = (r / P(r)) exp(integral of D along the turn): no derivative of the friction
 //! law is needed. At a fixed point the angles cancel.
 //!
-//! **Cycles that repel** are fixed points of the map backward in time: forward, a turn multiplies the rounding error of the start by
-//! the multiplier.
+//! **Cycles that repel** are fixed points of the map backward in time: forward, a turn multiplies the
+//! rounding error of the start by the multiplier.
 
 use super::arc::{LowerEnd, SlipTurn, State, Walk, end_of_turn, turn_within};
 use super::backbone::{Backbone, CycleRange};
@@ -40,8 +40,8 @@ impl SlipCycle {
     }
 }
 
-/// Sudden changes of velocity that carry the mass from steady slip, at rest at the equilibrium, onto an unstable slip
-/// cycle: a slightly larger one leads to the attractor that lies outside of it.
+/// Sudden changes of velocity that carry the mass from steady slip, at rest at the equilibrium, onto an
+/// unstable slip cycle: a slightly larger one leads to the attractor that lies outside of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Kick {
@@ -156,8 +156,8 @@ fn locate_within(
     })
 }
 
-/// A walk from (x2, x2') = (`radius`, 0) in the direction of time in which a slip cycle attracts: forward, it would lose one that
-/// strongly repels within a turn.
+/// A walk from (x2, x2') = (`radius`, 0) in the direction of time in which a slip cycle attracts: forward, it
+/// would lose one that strongly repels within a turn.
 fn walk_towards<'a>(
     oscillator: &'a Oscillator,
     radius: f64,

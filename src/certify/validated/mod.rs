@@ -59,9 +59,8 @@
 //! | landing speed bounded | `landing_speed::Flow` | `agrees_with_the_bound_in_double_precision`, `tests/mathematics/validated.rs` |
 //!
 //! # Arithmetic
-//! `friction::interval::Interval` rounds outwards by one unit in the last place around each operation of plain
-//! f64.
-//! Sines and cosines are enclosed by half-angle formulas from exact values.
+//! `friction::interval::Interval` rounds outwards by one unit in the last place around each operation of
+//! plain f64. Sines and cosines are enclosed by half-angle formulas from exact values.
 
 pub mod any_law;
 pub mod balance;
@@ -180,8 +179,8 @@ fn sticks_from(lands: &dyn Fn(f64) -> bool, present_below: f64) -> f64 {
     least_proved(lands, [0.0, present_below], HALVINGS).unwrap_or(f64::INFINITY)
 }
 
-/// The smallest damping found in a range from which on the landing is proved, by so many bisections; `None` if
-/// it is not even at the end.
+/// The smallest damping found in a range from which on the landing is proved, by so many bisections; `None`
+/// if it is not even at the end.
 fn least_proved(lands: &dyn Fn(f64) -> bool, [lo, hi]: [f64; 2], halvings: u32) -> Option<f64> {
     if lands(lo) {
         return Some(lo);

@@ -18,8 +18,8 @@
 //! step meet other pieces, q with error e_q, |w - p| <= e_q + max |q - p| there; delta is the largest of
 //! these bounds.
 //!
-//! **A step** is that of `src/enclosure.rs`, with F_p, which has p for w, in place of F. Where |dF/dD| <= M in a
-//! tube around the polynomial, |F - F_p| <= M delta there, which adds to the defect: so the bound on the
+//! **A step** is that of `src/enclosure.rs`, with F_p, which has p for w, in place of F. Where |dF/dD| <= M
+//! in a tube around the polynomial, |F - F_p| <= M delta there, which adds to the defect: so the bound on the
 //! distance holds for the true orbit as long as it stays in the tube, and it does if the bound is below the
 //! tube's width. []
 //!
@@ -146,8 +146,12 @@ impl Orbit<'_> {
     ) -> Interval {
         let (sin, cos) = angles.sin_cos();
         let rate = values.0[0] * sin - values.0[1] * cos;
-        let [from, to] = ends.map(|[theta, r]| self.slip(theta, r));
-        let along = if rate.contains_zero() { self.slip(angles, values.0[0]) } else { from.hull(to) };
+        let along = if rate.contains_zero() {
+            self.slip(angles, values.0[0])
+        } else {
+            let [from, to] = ends.map(|[theta, r]| self.slip(theta, r));
+            from.hull(to)
+        };
         around(along, (self.belt_speed * tube).next_up())
     }
 

@@ -1,9 +1,10 @@
 //! What the slopes at the nodes tell of C between them.
 //!
-//! Between two nodes C is taken for monotone where both slopes have the sign of the secant and are at most three times as
-//! steep, for then the cubic with these values and slopes is monotone. Corners of the law may hide an extreme there: where
-//! orbits may reach one, C has to change by several errors of the backbone, too. Across corners the extremes of these cubics
-//! warn of extremes of C that a polynomial through all nodes does not show.
+//! Between two nodes C is taken for monotone where both slopes have the sign of the secant and are at most
+//! three times as steep, for then the cubic with these values and slopes is monotone. Corners of the law may
+//! hide an extreme there: where orbits may reach one, C has to change by several errors of the backbone, too.
+//! Across corners the extremes of these cubics warn of extremes of C that a polynomial through all nodes does
+//! not show.
 
 use super::{Backbone, Closing, FAR, Panel};
 
@@ -78,8 +79,8 @@ impl Panel {
 }
 
 impl Backbone {
-    /// The ranges of amplitudes on which C is monotone, increasing, each as long as possible. Corners are at least
-    /// `nearest_corner` away from the belt speed.
+    /// The ranges of amplitudes on which C is monotone, increasing, each as long as possible. Corners are at
+    /// least `nearest_corner` away from the belt speed.
     pub(super) fn monotone_ranges(panels: &[Panel], error: f64, nearest_corner: f64) -> Vec<Monotone> {
         let mut ranges: Vec<Monotone> = Vec::new();
         for panel in panels {

@@ -1,9 +1,9 @@
 //! The amplitudes at which closed orbits begin to reach the corners of a law.
 //!
-//! A slip cycle covers the slip speeds from V - r to V + d, with its lowest velocity x2 = -d. It reaches a corner below V
-//! from r = V - corner on, and one above V from the amplitude on at which d = corner - V. Just above such an amplitude C(r)
-//! is a series in the root of the distance from it, for the part of the orbit beyond the corner lasts as long as that root
-//! is large; between two of them it is smooth.
+//! A slip cycle covers the slip speeds from V - r to V + d, with its lowest velocity x2 = -d. It reaches a
+//! corner below V from r = V - corner on, and one above V from the amplitude on at which d = corner - V. Just
+//! above such an amplitude C(r) is a series in the root of the distance from it, for the part of the orbit
+//! beyond the corner lasts as long as that root is large; between two of them it is smooth.
 
 use super::super::Failure;
 use super::super::arc::Walk;
@@ -11,8 +11,8 @@ use super::super::elements::{Closed, closed_orbit};
 use super::{Closing, Solver};
 use crate::filippov::{Oscillator, Side};
 
-/// Largest number of corners that an orbit can reach: more of them lie so close together that C is smooth on the scale of
-/// the others.
+/// Largest number of corners that an orbit can reach: more of them lie so close together that C is smooth on
+/// the scale of the others.
 const MOST: usize = 40;
 /// Least error of an amplitude, relative to V.
 const FINEST: f64 = 1e-6;
@@ -71,8 +71,8 @@ pub(super) fn corner_amplitudes(solver: &mut Solver) -> Result<Option<Vec<End>>,
     Ok(Some(ends))
 }
 
-/// The amplitude of a depth, between those of the nearest known ones: by the polynomial through the ratios of some, or where
-/// that leads farther by the line between the two.
+/// The amplitude of a depth, between those of the nearest known ones: by the polynomial through the ratios of
+/// some, or where that leads farther by the line between the two.
 fn amplitude_at(known: &[(f64, f64)], depth: f64) -> f64 {
     let nearest = |is_there: &dyn Fn(f64) -> bool| {
         let there = known.iter().filter(|pair| is_there(pair.0));
@@ -137,7 +137,8 @@ mod tests {
     use crate::random::Random;
     use crate::simulate::backbone::Backbone;
 
-    /// Amplitudes are guessed between those of the nearest depths, also where the polynomial through some ratios leads below 0.
+    /// Amplitudes are guessed between those of the nearest depths, also where the polynomial through some
+    /// ratios leads below 0.
     #[test]
     fn guesses_stay_between_the_nearest_known_amplitudes() {
         let mut random = Random(95);
@@ -160,8 +161,8 @@ mod tests {
         assert!(corrected > 10, "{corrected}");
     }
 
-    /// Data with one digit after the point: the friction is constant between many of them. Some orbits over their steep steps end
-    /// at the budget of work.
+    /// Data with one digit after the point: the friction is constant between many of them. Some orbits over
+    /// their steep steps end at the budget of work.
     #[test]
     fn tables_of_rounded_data_have_backbones() {
         let mut random = Random(96);

@@ -85,8 +85,8 @@ fn sum(terms: impl Iterator<Item = (f64, [f64; 2])>) -> [f64; 2] {
     terms.fold([0.0; 2], |sum, (weight, slope)| [sum[0] + weight * slope[0], sum[1] + weight * slope[1]])
 }
 
-/// Root of the sum of squares of the first weights in [`WEIGHTS`]: how far independent rounding errors of the slopes are
-/// amplified by a step of unit length.
+/// Root of the sum of squares of the first weights in [`WEIGHTS`]: how far independent rounding errors of the
+/// slopes are amplified by a step of unit length.
 pub(super) const ROUNDING_AMPLIFICATION: f64 = 7.57;
 
 /// Weights of the earlier slopes in stages 2 to 12.

@@ -2,8 +2,8 @@
 //!
 //! This engine follows the field of [`Oscillator::acceleration`] itself, event by event on one side of the
 //! belt line after the other, and uses none of the reductions of the rest of the crate: no polar coordinates,
-//! no scaling, no half maps. It is slow, and audits use it as the reference. The compiled form of a formula tells it
-//! where steps should end ([`crate::friction::Curve`]), not what friction is there.
+//! no scaling, no half maps. It is slow, and audits use it as the reference. The compiled form of a formula
+//! tells it where steps should end ([`crate::friction::Curve`]), not what friction is there.
 //!
 //! Accuracy: the Dormand-Prince method of order 8 with error control per unit time; states are offsets
 //! from the exit point (1 - eps c V, V), summed with compensation. Departures from the paper: none.
@@ -35,16 +35,15 @@ const LARGE_ERRORS: f64 = 8.0;
 /// turn add up to it. Values from 1e-3 down to about 1e-14 max(1, 1/V), the rounding errors of the right-hand
 /// side, take effect; a NaN counts as zero.
 ///
-/// **Guarantee.** None is proved. `margin_error` is the sum of the local error estimates and of the
-/// expected rounding errors, each magnified by exp of the integral of max(D, 0) over the rest of the
-/// orbit, the most by which neighbouring orbits can separate (the Euclidean logarithmic norm of the
-/// Jacobian is max(D, 0)). Against slow references it held in all but one of 188,000 flows (17,128 points
-/// with V from 1e-3 to 100, tolerances from 1e-4 to 1e-14), where it was too small by a fifth. It is too small
-/// by up to some fifty times where a law oscillates, by less than the tolerance V, with a period that steps
-/// pass over. Verdicts
-/// inside it are [`Fate::TooCloseToCall`]; so are orbits that come back from above within that distance
-/// of the exit point. A landing state is less accurate than the margin: its x1 has the error
-/// V `margin_error` (1 + V / wL), wL the landing speed x2', large near grazing.
+/// **Guarantee.** None is proved. `margin_error` is the sum of the local error estimates and of the expected
+/// rounding errors, each magnified by exp of the integral of max(D, 0) over the rest of the orbit, the most
+/// by which neighbouring orbits can separate (the Euclidean logarithmic norm of the Jacobian is max(D, 0)).
+/// Against slow references it held in all but one of 188,000 flows (17,128 points with V from 1e-3 to 100,
+/// tolerances from 1e-4 to 1e-14), where it was too small by a fifth. It is too small by up to some fifty
+/// times where a law oscillates, by less than the tolerance V, with a period that steps pass over. Verdicts
+/// inside it are [`Fate::TooCloseToCall`]; so are orbits that come back from above within that distance of
+/// the exit point. A landing state is less accurate than the margin: its x1 has the error V `margin_error`
+/// (1 + V / wL), wL the landing speed x2', large near grazing.
 ///
 /// **Margin.** -1 for an orbit that tends to the equilibrium without another maximum of x2, the limit of
 /// ever smaller maxima; the error is then a bound on them. NaN if the continued lower field carries the

@@ -488,12 +488,13 @@ impl<'a> Slip<'a> {
 const SMALLEST_GROWTH: f64 = 1.25;
 
 /// Distance beyond the belt line to which the field of one side can be continued: at most V/8, and less if
-/// the divergence changes there much faster than on the near side, or on the near side over shorter distances.
+/// the divergence changes there much faster than on the near side, or on the near side over shorter
+/// distances.
 ///
 /// The divergence is compared at equal distances d on both sides of the line: its changes from the line
 /// itself may differ by a factor of four. With a pole 1/(d - p)^2 that holds for d up to 0.42 p, and as d is
-/// doubled from a tiny value upwards it cannot jump over the pole. Where friction is even in d both changes are
-/// equal; there d ends before the change stops growing: at 0.25 p for poles +- i p of a Lorentzian.
+/// doubled from a tiny value upwards it cannot jump over the pole. Where friction is even in d both changes
+/// are equal; there d ends before the change stops growing: at 0.25 p for poles +- i p of a Lorentzian.
 fn continuation_reach(oscillator: &Oscillator) -> f64 {
     let at_line = oscillator.divergence(0.0);
     let rounding = 16.0 * f64::EPSILON * (at_line.abs() + oscillator.viscous);

@@ -27,11 +27,12 @@
 //! of a product of two functions that each are resolved to first order. Two indicators are added: twice the
 //! change of C from the last, coarser elements; and the square of the error that their polynomials leave
 //! between their nodes, which cannot vanish by chance. Both are errors of the coarser elements. Twice as many
-//! nodes have twice the order, so that from the first rung to the second the power 3/2 of them, with a factor, is
-//! enough where the largest |w| is at most 1.
+//! nodes have twice the order, so that from the first rung to the second the power 3/2 of them, with a
+//! factor, is enough where the largest |w| is at most 1.
 //!
-//! **Error of corners.** The end of an element may lie off the corner of a measured law. Then w is wrong by at most
-//! the jump of its slope times that distance, over the angles between, and so is C with the weight sin^2.
+//! **Error of corners.** The end of an element may lie off the corner of a measured law. Then w is wrong by
+//! at most the jump of its slope times that distance, over the angles between, and so is C with the weight
+//! sin^2.
 //!
 //! **Error of the form.** The bound of the law's polynomials (theory, "One form for every law").
 
@@ -66,12 +67,14 @@ const FLOORS: [f64; 2] = [1e-6, 1e-10];
 const WORST: f64 = 1e-8;
 /// Largest |w| for which the second rung is trusted to converge faster than the first.
 const LARGEST_WITH_ORDER: f64 = 1.0;
-/// Smallest tolerance for which that is used: for smaller ones a further rung costs little of what the answer is for.
+/// Smallest tolerance for which that is used: for smaller ones a further rung costs little of what the answer
+/// is for.
 const FINEST_WITH_ORDER: f64 = 1e-8;
-/// Its error is at most this times the power 3/2 of the first rung's, in units of the largest |w|: of random tables
-/// and formulas it was at most 0.8 times that power.
+/// Its error is at most this times the power 3/2 of the first rung's, in units of the largest |w|: of random
+/// tables and formulas it was at most 0.8 times that power.
 const ORDER_FACTOR: f64 = 10.0;
-/// Distance of the end of a span from the orbit's passage that is left as it is, in units of the narrower piece.
+/// Distance of the end of a span from the orbit's passage that is left as it is, in units of the narrower
+/// piece.
 const OFF: f64 = 0.02;
 /// Error of C by a corner that is left as it is, in units of the tolerance and the largest |w|.
 const OFF_AT_CORNERS: f64 = 1e-3;
@@ -81,13 +84,13 @@ const MISPLACED: f64 = 2.0;
 const SLOPE_BY_CHANGE: f64 = 2.0;
 /// How often an orbit without an answer is tried again with finer elements.
 const RETRIES: u32 = 1;
-/// Number of evaluations from which on it is not: where the law has many pieces the elements are fine already, and it is the
-/// polar form that does not apply.
+/// Number of evaluations from which on it is not: where the law has many pieces the elements are fine
+/// already, and it is the polar form that does not apply.
 const MOST_BEFORE_RETRY: u64 = 1 << 13;
 /// Largest number of elements.
 const MOST_ELEMENTS: usize = 1 << 15;
-/// Number of evaluations after which no further steps begin: more than twice those of an orbit with thousands of
-/// elements.
+/// Number of evaluations after which no further steps begin: more than twice those of an orbit with thousands
+/// of elements.
 const MOST_EVALUATIONS: u64 = 1 << 18;
 /// Largest number of steps of Newton's method on one rung; four are usual on the first, two on the others.
 const MOST_STEPS: usize = 15;
@@ -244,8 +247,8 @@ impl Orbit<'_> {
             if lost || !self.viscous.is_finite() {
                 return Err(rhs);
             }
-            // Where the law has corners it is checked below that the ends of spans are where they belong. A step
-            // after they have moved shows the curvature, too, but too large.
+            // Where the law has corners it is checked below that the ends of spans are where they belong. A
+            // step after they have moved shows the curvature, too, but too large.
             if before < NEAR * unit && (kinked || !moved) {
                 let curvature = step.left / (before * before);
                 let is_first = is_rough || self.curvature == 0.0;
@@ -380,7 +383,8 @@ mod tests {
     use crate::friction::{Expression, Law};
     use crate::point::LawParameters;
 
-    /// Where a formula was not compiled well enough its polynomials have no closed orbit: the law itself is followed.
+    /// Where a formula was not compiled well enough its polynomials have no closed orbit: the law itself is
+    /// followed.
     #[test]
     fn polynomials_that_miss_the_law_have_no_closed_orbit() {
         let law = Law::Expression(Expression::new("1 - 0.3*tanh(2*u) + 0.01*u^2", 1.0).unwrap());

@@ -69,8 +69,8 @@ pub(super) struct Step {
 }
 
 impl Step {
-    /// dC / d ln r of the curve before the step. Of a closed orbit exp(-A) at the end is the inverse of its multiplier,
-    /// the exponential of the expansion, in which a misplaced corner counts to second order.
+    /// dC / d ln r of the curve before the step. Of a closed orbit exp(-A) at the end is the inverse of its
+    /// multiplier, the exponential of the expansion, in which a misplaced corner counts to second order.
     pub(super) fn slope(&self) -> f64 {
         (-self.expansion).exp_m1() / self.by_damping
     }
@@ -241,9 +241,10 @@ impl Orbit<'_> {
         [sum / PI, largest]
     }
 
-    /// Moves the ends of the spans to the angles at which the orbit passes the ends of the pieces, unless
-    /// all are closer than `allowed`, in units of the narrower piece, and none causes an error of C above
-    /// `allowed_at_corners` as a corner. Returns whether they were moved; `None` where the orbit leaves the pieces.
+    /// Moves the ends of the spans to the angles at which the orbit passes the ends of the pieces, unless all
+    /// are closer than `allowed`, in units of the narrower piece, and none causes an error of C above
+    /// `allowed_at_corners` as a corner. Returns whether they were moved; `None` where the orbit leaves the
+    /// pieces.
     #[inline(always)]
     pub(super) fn follow(&mut self, allowed: f64, allowed_at_corners: f64) -> Option<bool> {
         let Problem { weakening, belt_speed, radius } = self.problem;
@@ -362,8 +363,8 @@ impl Orbit<'_> {
         }
     }
 
-    /// Errors of C and of its slope by corners that lie off the ends of their spans, where an element has a jump in the
-    /// slope of w inside.
+    /// Errors of C and of its slope by corners that lie off the ends of their spans, where an element has a
+    /// jump in the slope of w inside.
     pub(super) fn misplaced(&self) -> [f64; 2] {
         let Problem { weakening: law, belt_speed, radius } = self.problem;
         let mut sums = [0.0; 2];
@@ -397,8 +398,8 @@ impl Orbit<'_> {
     }
 }
 
-/// Error of C by a corner that lies off the end of its span, in slip speeds: w is wrong by at most the jump of its slope
-/// times this distance, over the angles between, with the weight sin^2 theta.
+/// Error of C by a corner that lies off the end of its span, in slip speeds: w is wrong by at most the jump
+/// of its slope times this distance, over the angles between, with the weight sin^2 theta.
 #[inline(always)]
 fn by_corner(jump: f64, off: f64, r: f64, cos: f64) -> f64 {
     jump * off * off * sin_beside(off, r, cos) / (PI * r)
