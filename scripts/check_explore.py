@@ -383,8 +383,16 @@ def everything_can_be_taken_along(session):
         expect(alone.locator("table.verdicts")).to_be_visible()
         assert alone.locator("svg image").count() == 1 and alone.locator(".figure svg").count() == 3
         assert all(url.startswith(("file://", "data:")) for url in requests), requests
-        if session.arguments.pictures:
-            alone.screenshot(path=Path(session.arguments.pictures) / "alone.png", full_page=True)
+        expect(alone.locator("#point")).to_contain_text("= 1.5")
+        for width in (1280, 360):
+            alone.set_viewport_size({"width": width, "height": 800})
+            if session.arguments.pictures:
+                alone.screenshot(path=Path(session.arguments.pictures) / f"alone-{width}.png", full_page=True)
+            assert alone.evaluate("document.documentElement.scrollWidth") <= width, f"the kept page is wider than {width} pixels"
+            # Its parts lie one below the other.
+            boxes = [(part, alone.locator(part).bounding_box()) for part in ("h1", "#overlay", "#legend", "#point", "body > p.hint")]
+            for (above, upper), (below, lower) in zip(boxes, boxes[1:]):
+                assert upper["y"] + upper["height"] <= lower["y"] + 1, f"{above} lies over {below} at {width} pixels"
         alone.close()
     page.context.close()
 

@@ -7,6 +7,12 @@ import { place } from "./state.js";
 // Cells along each axis of a map or a figure that is taken along.
 const USUAL = 256;
 const FILES = [["svg", "Figure, SVG"], ["png", "Figure, PNG"], ["pdf", "Figure, PDF"], ["csv", "Cells, CSV"], ["h5", "Map, HDF5"]];
+// What the kept page has otherwise than the page of the program: it scrolls, and its plane takes room among the rest.
+const ALONE = `html, body { height: auto; overflow: visible; } body { display: block; max-width: 70rem; margin: auto; padding: 1rem; }
+#overlay { position: static; display: block; height: auto; cursor: auto; touch-action: auto; }
+#point { overflow-x: auto; }
+.figure svg { max-width: 42rem; }
+.hint { overflow-wrap: anywhere; }`;
 
 function save(blob, name) {
   const link = element("a", { href: URL.createObjectURL(blob), download: name });
@@ -110,6 +116,9 @@ export class Leave {
     legend.querySelectorAll("canvas").forEach((copy, i) => copy.replaceWith(element("img", { src: swatches[i].toDataURL(), alt: "", class: copy.className, width: copy.width, height: copy.height })));
     const point = document.getElementById("point").cloneNode(true);
     point.querySelectorAll("button, p.problem").forEach((it) => it.remove());
+    // Copies of fields are empty.
+    const fields = document.querySelectorAll("#point input");
+    point.querySelectorAll("input").forEach((copy, i) => copy.replaceWith(`= ${fields[i].value}`));
     const words = state.axes.map(({ name, symbol }) => `${symbol} = ${state.at[name]}`).join(", ");
     const law = state.law.phi ?? state.law.file ?? state.law.name;
     const page = document.implementation.createHTMLDocument(document.title);
@@ -122,7 +131,7 @@ export class Leave {
       element("p", { class: "hint" }, `Made by slipmap explore ${this.app.catalogue.version}. Its state, for a running program: ${location.hash}`),
     );
     // As text: a style element would be subject to the policy of this page.
-    const sheet = `<style>${style}\nbody { display: block; max-width: 70rem; margin: auto; padding: 1rem; } main { display: block; }</style>`;
+    const sheet = `<style>${style}\n${ALONE}</style>`;
     const text = page.documentElement.outerHTML.replace("</head>", () => `${sheet}</head>`);
     save(new Blob([`<!DOCTYPE html>\n${text}`], { type: "text/html" }), "plane.html");
   }
