@@ -148,9 +148,7 @@ impl Interval {
         }
         let lo = self.lo / if self.lo < 0.0 { divisor.lo } else { divisor.hi };
         let hi = self.hi / if self.hi < 0.0 { divisor.hi } else { divisor.lo };
-        let quotient = Self::outwards(lo, hi);
-        // Powers of a quotient need its sign at u = 0.
-        if self.lo >= 0.0 { quotient.at_least_zero() } else { quotient }
+        Self::outwards(lo, hi)
     }
 
     /// Upper bound of e^x for a number x, without the platform's exponential: e^x <= (1 - x/64)^-64 for
@@ -220,8 +218,7 @@ impl Mul for Interval {
         if (a + b + c + d).is_nan() {
             return Self::ENTIRE;
         }
-        let product = Self::outwards(min(min(a, b), min(c, d)), max(max(a, b), max(c, d)));
-        if self.lo >= 0.0 && other.lo >= 0.0 { product.at_least_zero() } else { product }
+        Self::outwards(min(min(a, b), min(c, d)), max(max(a, b), max(c, d)))
     }
 }
 
@@ -309,20 +306,20 @@ impl Real for Interval {
     }
 
     fn power(self, exponent: f64) -> Self {
-        if !(self.lo >= 0.0) {
+        // Bounds of 0, as of a speed over another, are rounded outwards.
+        if !(self.lo >= -f64::MIN_POSITIVE) {
             return Self::ENTIRE;
         }
+        let Self { lo, hi } = self.at_least_zero();
         // Monotone: between the powers of the ends, of which that of 0 is exact.
         let of_end = |x: f64| match x == 0.0 {
             true => Self { lo: 0.0, hi: 0.0 },
             false => (Self::of(exponent) * Self::of(x).ln()).exp(),
         };
-        let (low, high) = (of_end(self.lo), of_end(self.hi));
+        let (low, high) = (of_end(lo), of_end(hi));
         match exponent > 0.0 {
             true => Self { lo: low.lo, hi: high.hi },
-            false if self.lo == 0.0 => {
-                Self { lo: if self.hi == 0.0 { 0.0 } else { high.lo }, hi: f64::INFINITY }
-            }
+            false if lo == 0.0 => Self { lo: if hi == 0.0 { 0.0 } else { high.lo }, hi: f64::INFINITY },
             false => Self { lo: high.lo, hi: low.hi },
         }
     }

@@ -29,6 +29,7 @@ use super::Failure;
 use super::arc::{self, SlipTurn};
 use super::corners::{self, End};
 use super::dop853::{Field, NODES, STAGES, step};
+use super::elements::WORST;
 use super::polar::Closing;
 use super::roots::{falling_bracket, falling_root};
 use super::work::Work;
@@ -188,7 +189,9 @@ pub(super) fn closing_damping_by_turns(
     let bounds = curve.even_weakening_range(belt_speed);
     let start = curve.mean_weakening(belt_speed);
     let size = bounds.lo.abs().max(bounds.hi.abs());
-    if !(size.is_finite() && start.is_finite()) {
+    let form = curve.compiled(4.0 * belt_speed).error(0.0, 2.0 * belt_speed).bound();
+    // Orbits that follow the law itself are more accurate where its polynomials are not.
+    if !(size.is_finite() && start.is_finite() && form <= tolerance.max(WORST) * size) {
         return Err(0);
     }
     // The accuracy of the turn is that of C; the signs at the bounds are not trusted to the last digit.

@@ -7,7 +7,7 @@ use std::cell::Cell;
 
 use super::closing::closing_dampings;
 use super::polar::{Closing, Turn};
-use super::return_map::decisive_turn;
+use super::return_map::{UNRESOLVED, decisive_turn};
 use super::roots::{falling_bracket, falling_root};
 use super::{Fate, Landing, direct};
 use crate::filippov::Oscillator;
@@ -92,11 +92,12 @@ struct Side {
 fn side_of(column: &Column, c: f64, tolerance: f64) -> Option<Side> {
     let oscillator = Oscillator::in_column(column, c);
     let spent = match decisive_turn(&oscillator, tolerance) {
-        Turn::Complete { margin, error, rhs } => {
+        // Where a law's polynomials are not accurate, the orbit that follows the law itself knows more.
+        Turn::Complete { margin, error, rhs } if margin.abs() > error || error <= UNRESOLVED => {
             let size = if margin.abs() > error { margin.clamp(-1.0, 1.0) } else { 0.0 };
             return Some(Side { margin: size, error, rhs: rhs.into(), work: rhs.into() });
         }
-        Turn::HandOver { rhs } => u64::from(rhs),
+        Turn::Complete { rhs, .. } | Turn::HandOver { rhs } => u64::from(rhs),
     };
     let flow = direct::flow(&oscillator, tolerance);
     let margin = match flow.fate {

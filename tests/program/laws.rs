@@ -237,6 +237,7 @@ fn tables_as_spreadsheets_write_them_are_named() {
         "more than three columns of numbers",
         "standard error",
     ]);
+    probe(b"# speeds\r\n\r\n0,1\r\n\r\n0.5,x\r\n4,0.8\r\n").refuses(&["pad.csv:5"]);
     // A mark of UTF-8 before the first number is no part of it.
     probe(format!("\u{feff}{}", text.trim_start_matches("u,mu\n")).as_bytes()).ends_with(0);
 }

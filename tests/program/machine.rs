@@ -462,3 +462,21 @@ phi = \"1 - 1.4011736523425116*u*exp(-u/1.51636226761672) + 0.19596387877*sin(7.
         [Some(kick("forward")), Some(kick("backward"))]
     );
 }
+
+/// The command for a cell of a machine asks about that machine: its table and its quantities are in SI units.
+#[test]
+fn the_command_for_a_failed_cell_of_a_machine_asks_about_it() {
+    let scratch = Scratch::new();
+    scratch.file("pad.csv", "0,0.43\n0.1,0.36\n0.3,0.31\n0.6,0.28\n1.2,0.27\n");
+    let text = "[machine]\nmass = 2\nstiffness = 5e5\nnormal_force = 1000\nbelt_speed = [0.1, 0.5997]\ndamping = [0, 300]\n\
+                [friction]\nlaw = \"table\"\nfile = \"pad.csv\"\n[methods]\nrun = [\"simulation\"]\n[output]\npath = \"pad.h5\"\n";
+    scratch.file("pad.toml", text);
+    let run = scratch.run(&["run", "pad.toml"]);
+    let command =
+        run.out.lines().find_map(|line| line.split_once("simulation: slipmap ")).map(|found| found.1);
+    let command =
+        command.unwrap_or_else(|| panic!("no command in\n{}\n{}", run.out, run.err)).replace('\'', "");
+    assert!(command.starts_with("probe --machine pad.toml --set belt_speed=0.599"), "{command}");
+    let answer = scratch.run(&command.split(' ').collect::<Vec<_>>()).out;
+    assert!(answer.contains("the orbit leaves the data"), "{answer}");
+}

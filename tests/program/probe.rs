@@ -388,6 +388,16 @@ fn bad_tables() {
         line_17("high").replace("0.1,0.3,0.1,2,0.5,", "0.1,0.3,low,2,0.5,"),
         &["in.csv:2: column beta: `low`"],
     );
+    // Empty lines count, with both ends of lines, and a row without an end at the end of the file has its own.
+    let rows = line_17("high");
+    for text in [rows.clone(), rows.replace('\n', "\r\n")] {
+        let end = if text.contains('\r') { "\r\n" } else { "\n" };
+        let spaced = text.replacen(end, &end.repeat(3), 1);
+        refused(text, &["in.csv:17: column beta: `high`"]);
+        refused(spaced, &["in.csv:19: column beta: `high`"]);
+    }
+    let last = many(3).trim_end().replace("\n0.1,0.3,0.1", "\n0.1,0.3,high").replacen("high", "0.1", 2);
+    refused(last, &["in.csv:4: column beta: `high`"]);
     let again = many(3).replace("V,c", "V,c,regime").replace(".25\n", ".25,x\n");
     refused(again.lines().next().unwrap(), &["in.csv:1", "`regime` is there already"]);
 }

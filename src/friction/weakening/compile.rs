@@ -252,6 +252,12 @@ fn piece(law: &Form, a: f64, b: f64, size: &mut f64, last: bool) -> Option<Piece
         if error.is_finite() {
             piece.error = error;
             piece.describe(law, a, b, &phi);
+        } else if let Some(bounds) = law.series::<2>(Interval::new(a, b), 1.0).map(|phi| -phi.0[1])
+            && bounds.is_bounded()
+        {
+            // Where higher derivatives have no bounds, as those of a power next to rest, w may have.
+            piece.error = ROOM * (bounds.size() + piece.c.iter().map(|c| c.abs()).sum::<f64>());
+            piece.range = bounds.into();
         }
     }
     // The error of an interpolant is largest between the points.

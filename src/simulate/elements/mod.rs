@@ -64,7 +64,7 @@ const LADDER: [(usize, usize); 5] = [(4, 1), (8, 1), (8, 2), (8, 2), (8, 2)];
 /// Error of C on the first rungs, in units of the largest |w|, below which the iteration gains nothing.
 const FLOORS: [f64; 2] = [1e-6, 1e-10];
 /// Error of C, in units of the largest |w|, that the finest rung may leave where less is asked for.
-const WORST: f64 = 1e-8;
+pub(super) const WORST: f64 = 1e-8;
 /// Largest |w| for which the second rung is trusted to converge faster than the first.
 const LARGEST_WITH_ORDER: f64 = 1.0;
 /// Smallest tolerance for which that is used: for smaller ones a further rung costs little of what the answer
