@@ -295,6 +295,24 @@ def a_formula_with_an_error_is_told_with_its_place(session):
     settle(page)
     page.get_by_label("Slip speed and friction, row by row").fill("0,1\n0.5,0.7\n0.4,0.6\n")
     expect(page.locator(".problem").first).to_contain_text("friction.csv:3")
+    # Coefficients are refused without units; the text stays, and is right for a machine.
+    measured = "0,0.43\n0.02,0.39\n0.05,0.35\n0.1,0.31\n0.2,0.28\n0.5,0.26\n2,0.26\n"
+    page.get_by_label("Slip speed and friction, row by row").fill(measured)
+    expect(page.locator(".problem").first).to_contain_text("phi(0) is 0.43")
+    expect(page.locator("body")).to_have_class("of-another-law")
+    session.picture(page, "refused")
+    page.get_by_role("button", name="As a machine in SI units").click()
+    wait(page, "location.hash.includes('motion=translation') && location.hash.includes('0.43')")
+    assert page.get_by_label("Slip speed and friction, row by row").input_value() == measured
+    expect(page.locator("body")).not_to_have_class("of-another-law")
+    expect(page.locator("#law-editor .problem")).to_have_text("")
+    # What is wrong in any units stays too, with its message.
+    page.get_by_label("Slip speed and friction, row by row").fill(measured + "3,much\n")
+    expect(page.locator(".problem").first).to_contain_text("friction.csv:8")
+    page.get_by_role("button", name="Without units").click()
+    wait(page, "!location.hash.includes('motion=')")
+    expect(page.locator(".problem").first).to_contain_text("friction.csv:8")
+    assert page.get_by_label("Slip speed and friction, row by row").input_value() == measured + "3,much\n"
     page.context.close()
     # Refusals are the point of this test.
     session.complaints[:] = [text for text in session.complaints if "422" not in text]

@@ -4,13 +4,16 @@
 use crate::behaviour::{Behaviour, Limit, behaviour, belt_speeds, last_between};
 use crate::certify::{Guarantee, TESTS, validated};
 use crate::filippov::Oscillator;
-use crate::friction::Law;
+use crate::friction::{Column, Law};
 use crate::machine::{Machine, Model};
 use crate::map::{self, LongRun, Regime, Verdict};
 use crate::point::Point;
+use crate::risk;
+use crate::simulate::backbone::Backbone;
+use crate::simulate::crossing::crossing_cycles;
 use crate::simulate::slip_count::{count_slip_cycles, proves_absence};
-use crate::simulate::slip_cycle::Kick;
-use crate::simulate::{critical_damping, flow, sensitivity};
+use crate::simulate::slip_cycle::{BACKBONE_TOLERANCE, Kick, slip_cycles};
+use crate::simulate::{Fate, Flow, critical_damping, flow, sensitivity};
 
 /// Accuracy of the scaled grazing margin.
 const TOLERANCE: f64 = 1e-9;
@@ -45,6 +48,25 @@ pub(crate) struct Proof {
     pub(crate) verdict: &'static str,
 }
 
+/// What is known of a working point whose regime is not determined, and why the rest is not.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Undetermined {
+    /// Whether the stick-slip cycle attracts; `None` if that is unknown, too.
+    pub(crate) sticks: Option<bool>,
+    /// Whether the equilibrium attracts.
+    pub(crate) is_stable: bool,
+    /// What is unknown, and why.
+    pub(crate) reasons: Vec<String>,
+}
+
+/// Standard errors by those of the data of measured friction, to first order.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct StandardErrors {
+    /// Of the critical damping; `None` where it has no derivatives.
+    pub(crate) critical_damping: Option<f64>,
+    pub(crate) hopf_damping: f64,
+}
+
 /// The assessment. Speeds in m/s, dampings in N s/m, lengths in m, times in s; of a rotation rad for m and N
 /// m for N.
 #[derive(Clone, Debug, PartialEq)]
@@ -59,6 +81,16 @@ pub(crate) struct Assessment {
     /// Damping below which it stick-slips from every initial state, at the working speed; `None` if none was
     /// found.
     pub(crate) always_below_damping: Option<f64>,
+    /// Damping below which steady slip is unstable, at the working speed; it may be negative.
+    pub(crate) hopf_damping: f64,
+    /// Damping above which steady slip is the only attractor, at the working speed, below which no other damping has
+    /// that property: the largest of the Hopf damping, the critical one and those of folds, or zero. `None` where it
+    /// is unknown.
+    pub(crate) vibrates_below_damping: Option<f64>,
+    /// `None` for friction without standard errors.
+    pub(crate) standard_errors: Option<StandardErrors>,
+    /// `None` where the regime is determined.
+    pub(crate) undetermined: Option<Undetermined>,
     /// Period of the attracting motion, s.
     pub(crate) period: Option<f64>,
     /// Half the range of velocities of that motion, m/s.
@@ -79,6 +111,21 @@ impl Assessment {
     /// it.
     pub(crate) fn safety_margin(&self) -> Option<f64> {
         self.behaviour.critical_damping.filter(|d| *d > 0.0).map(|critical| self.machine.damping / critical)
+    }
+}
+
+/// Relative distance of limits that are the same.
+const SAME: f64 = 1e-6;
+
+impl Assessment {
+    /// The standard error of a limit of the damping by those of the data, where it is one of which they are known.
+    pub(crate) fn standard_error_of(&self, damping: f64) -> Option<f64> {
+        let errors = self.standard_errors?;
+        let is = |limit: f64| (damping - limit).abs() <= SAME * limit.abs();
+        match self.behaviour.critical_damping {
+            Some(critical) if is(critical) => errors.critical_damping,
+            _ => is(self.hopf_damping).then_some(errors.hopf_damping),
+        }
     }
 }
 
@@ -107,6 +154,47 @@ fn always_below_damping(law: &Law, point: &Point, hopf: f64, critical: f64) -> O
     let of = |damping: f64| regime_at(law, &Point { damping, ..*point });
     let high = hopf.min(critical);
     if high > 0.0 && of(0.0) == Regime::StickSlip { end(0.0, high, of) } else { None }
+}
+
+/// The damping c above which steady slip is the only attractor: every slip cycle and the grazing orbit lie on the
+/// backbone.
+fn vibrates_below_damping(law: &Law, point: &Point) -> Option<f64> {
+    let column = law.column(point);
+    let backbone = Backbone::of(&column, BACKBONE_TOLERANCE).ok()?;
+    let turns = backbone.turning_points().iter().map(|turn| turn.viscous / column.epsilon);
+    let most = turns.fold(0.0, f64::max);
+    // Cycles that cross the belt line are not on it.
+    let damping = most * (1.0 + BEYOND);
+    (regime_at(law, &Point { damping, ..*point }) == Regime::Equilibrium).then_some(most)
+}
+
+/// The standard error of eps c at the Hopf bifurcation: the slope of the data at the belt speed.
+fn standard_error_of_hopf(column: &Column) -> Option<f64> {
+    let table = column.curve.table()?;
+    let errors = table.standard_errors()?;
+    let (first, by_data) = table.weakening_by_data(column.belt_speed);
+    let moved = by_data.iter().zip(&errors[first..]).map(|(by, error)| (by * error).powi(2));
+    Some(moved.sum::<f64>().sqrt())
+}
+
+fn undetermined(oscillator: &Oscillator, flow: &Flow) -> Undetermined {
+    let mut reasons = Vec::new();
+    let sticks = match flow.fate {
+        Fate::Sticks(_) => Some(true),
+        Fate::SpiralsInward | Fate::CrossesForever => Some(false),
+        Fate::TooCloseToCall => None,
+        Fate::Failed(why) => {
+            reasons.push(format!("stick-slip: {why}"));
+            None
+        }
+    };
+    if let Err(why) = slip_cycles(oscillator, TOLERANCE) {
+        reasons.push(format!("slip cycles: {why}"));
+    }
+    if let Err(why) = crossing_cycles(oscillator, TOLERANCE) {
+        reasons.push(format!("crossing cycles: {why}"));
+    }
+    Undetermined { sticks, is_stable: oscillator.eigenvalues().is_stable(), reasons }
 }
 
 /// Number of belt speeds per factor of ten at which the regime is looked at.
@@ -168,6 +256,13 @@ pub(crate) fn assess(machine: &Machine) -> Option<Assessment> {
         always_below_speed: always_below_speed(law, point).times(units.velocity),
         always_below_damping: always_below_damping(law, point, hopf / point.epsilon, critical)
             .map(|damping| damping * units.damping),
+        hopf_damping: hopf / point.epsilon * units.damping,
+        vibrates_below_damping: vibrates_below_damping(law, point).map(|damping| damping * units.damping),
+        standard_errors: standard_error_of_hopf(&column).map(|hopf| StandardErrors {
+            critical_damping: risk::standard_error(&model),
+            hopf_damping: hopf / point.epsilon * units.damping,
+        }),
+        undetermined: (behaviour.regime == Regime::Failed).then(|| undetermined(&oscillator, &flow)),
         period: cycle.map(|cycle| cycle.period * units.time),
         velocity_amplitude: cycle.map(|c| 0.5 * (c.velocity.hi - c.velocity.lo) * units.velocity),
         kick: basin.map(|map::BasinBoundary { kick, .. }| Kick {
@@ -225,9 +320,10 @@ fn influence(model: &Model) -> Option<Vec<Influence>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::friction::Expression;
+    use crate::friction::{Expression, Table};
     use crate::machine::{Friction, example};
     use crate::point::LawParameters;
+    use crate::random::Random;
 
     fn machine(law: &Law) -> Machine {
         example(law.clone()).with("strengthening", 0.0).unwrap()
@@ -268,6 +364,80 @@ mod tests {
         let change = |u: f64| -machine.normal_force / stribeck_velocity * (-u / stribeck_velocity).exp();
         let predicted: f64 = all.influence.iter().map(|i| i.share * change(i.slip_speed)).sum();
         assert!((predicted / slope - 1.0).abs() < 2e-3, "{predicted} {slope}");
+    }
+
+    #[test]
+    fn nothing_vibrates_above_the_last_limit() {
+        // Steady slip is unstable beyond the critical damping: a slip cycle attracts there.
+        let law = Expression::new("0.25 + 0.15*exp(-(u/0.05)^2)", 1.0).unwrap();
+        let friction = Friction::Formula(law, LawParameters::new(&[]));
+        let (stiffness, normal_force, belt_speed) = (5e5, 1000.0, 0.06);
+        let bell =
+            Machine { friction, mass: 2.0, stiffness, normal_force, belt_speed, ..example(Law::Stribeck) };
+        let mut beyond_critical = 0;
+        for machine in Law::BUILT_IN.iter().map(machine).chain([bell]) {
+            let all = assess(&machine).unwrap();
+            let limit = all.vibrates_below_damping.unwrap();
+            let regime = |damping: f64| {
+                let model = machine.with("damping", damping).unwrap().model().unwrap();
+                regime_at(&model.law, &model.point)
+            };
+            assert_eq!(regime(1.001 * limit), Regime::Equilibrium, "{machine:?}");
+            assert_ne!(regime(0.999 * limit), Regime::Equilibrium, "{machine:?}");
+            beyond_critical += i32::from(all.behaviour.critical_damping.is_some_and(|it| limit > 1.01 * it));
+        }
+        assert!(beyond_critical > 0);
+    }
+
+    #[test]
+    fn the_hopf_damping_has_the_errors_of_the_data() {
+        let errors = [0.001, 0.004, 0.002, 0.005, 0.003, 0.004];
+        let data = [(0.0, 0.4), (0.05, 0.36), (0.12, 0.33), (0.3, 0.31), (0.8, 0.3), (2.0, 0.3)];
+        let of = |data: &[(f64, f64)]| {
+            let table = Table::new("a test", data, data[0].1).unwrap().with_standard_errors(&errors).unwrap();
+            let friction = Friction::Measured(table);
+            assess(&Machine { friction, belt_speed: 0.15, ..example(Law::Stribeck) }).unwrap()
+        };
+        let here = of(&data);
+        let moved = errors.iter().enumerate().map(|(i, error)| {
+            let mut data = data;
+            data[i].1 += 1e-3 * error;
+            1e3 * (of(&data).hopf_damping - here.hopf_damping)
+        });
+        let expected = moved.map(|moved| moved * moved).sum::<f64>().sqrt();
+        let found = here.standard_error_of(here.hopf_damping).unwrap();
+        // The slope is linear in the data but where they are not monotone.
+        assert!((found / expected - 1.0).abs() < 1e-2 && found > 0.0, "{found} {expected}");
+        let critical = here.behaviour.critical_damping.unwrap();
+        assert!(here.standard_error_of(critical).is_some_and(|error| error != found));
+        assert_eq!(here.standard_error_of(0.5 * critical), None);
+    }
+
+    #[test]
+    fn scattered_data_leave_known_what_is_known() {
+        let mut random = Random(3);
+        let data: Vec<(f64, f64)> = (0..197)
+            .map(|i| {
+                let u = 1.2 * f64::from(i) / 196.0;
+                (u, 0.25 + 0.18 * (-u / 0.08).exp() + 0.01 * u + 0.006 * random.normal())
+            })
+            .collect();
+        let friction = Friction::Measured(Table::new("a ramp", &data, data[0].1).unwrap());
+        let [mass, stiffness, normal_force] = [2.0, 5e5, 1000.0];
+        let machine = Machine {
+            friction,
+            mass,
+            stiffness,
+            normal_force,
+            belt_speed: 0.15,
+            damping: 30.0,
+            ..example(Law::Stribeck)
+        };
+        let Model { law, point, .. } = machine.model().unwrap();
+        let oscillator = Oscillator::new(&law, &point);
+        let found = undetermined(&oscillator, &flow(&oscillator, TOLERANCE));
+        assert_eq!(found.sticks, Some(true), "{found:?}");
+        assert!(found.reasons.iter().any(|why| why.starts_with("slip cycles: ")), "{found:?}");
     }
 
     #[test]

@@ -24,6 +24,7 @@
 mod doubts;
 mod friction;
 
+pub(crate) use doubts::scatter;
 pub use friction::{Coefficients, Friction};
 
 use crate::friction::{Column, Law};

@@ -18,7 +18,8 @@ use rayon::prelude::*;
 
 use crate::machine::Machine;
 use crate::random::Random;
-use surface::{Groups, has_standard_errors, standard_error};
+pub(crate) use surface::standard_error;
+use surface::{Groups, has_standard_errors};
 
 /// Distribution of an uncertain quantity.
 #[derive(Clone, Copy, Debug, PartialEq)]

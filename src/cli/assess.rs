@@ -94,7 +94,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
         return Ok(Ended::Fine);
     }
     let mut out = io::stdout().lock();
-    writeln!(out, "{title}")?;
+    writeln!(out, "{title}\n{}", page.answer.plain())?;
     for (heading, lines) in &page.sections {
         writeln!(out, "\n{heading}")?;
         let mut table = Table::new(&[("", Align::Left), ("", Align::Left)]);
@@ -125,6 +125,10 @@ fn to_json(all: &Assessment, risk: Option<&Risk>) -> Value {
         "always_stick_slips_below_damping": all.always_below_damping,
         "may_stick_slip_below_damping": does.critical_damping,
         "may_stick_slip_below_damping_error": does.critical_damping_error,
+        "may_stick_slip_below_damping_standard_error": all.standard_errors.and_then(|errors| errors.critical_damping),
+        "steady_slip_unstable_below_damping": all.hopf_damping,
+        "steady_slip_unstable_below_damping_standard_error": all.standard_errors.map(|errors| errors.hopf_damping),
+        "vibrates_below_damping": all.vibrates_below_damping,
         "damping_over_critical": all.safety_margin(),
         "natural_frequency": does.natural_frequency,
         "period": all.period,

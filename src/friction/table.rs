@@ -213,6 +213,12 @@ impl Table {
         self.0.u.iter().copied().zip(self.0.friction.iter().copied())
     }
 
+    /// Number of rows at which friction changes from rising to falling, or back.
+    pub(crate) fn turns(&self) -> usize {
+        let steps: Vec<f64> = self.0.friction.windows(2).map(|ends| ends[1] - ends[0]).collect();
+        steps.windows(2).filter(|steps| steps[0] * steps[1] < 0.0).count()
+    }
+
     /// The largest slip speed for which the law is known.
     #[must_use]
     pub fn fastest(&self) -> f64 {

@@ -1,6 +1,7 @@
 //! Numbers of a machine that suggest other units than those of SI. They are legal: people should look twice.
 
 use super::{Dimension, Friction, Machine, Motion};
+use crate::friction::Table;
 
 /// Fastest belt speed of a plausible machine, m/s.
 const FASTEST: f64 = 100.0;
@@ -8,6 +9,10 @@ const FASTEST: f64 = 100.0;
 const HIGHEST_FRICTION: f64 = 5.0;
 /// Largest plausible ratio of the fastest slip speed that was measured to the belt speed.
 const WIDEST_TABLE: f64 = 500.0;
+/// Number of changes of direction, and share of the rows that have one, from which on a measured table is taken to
+/// be scattered: of independent errors alone two thirds of the rows have one.
+const FEWEST_TURNS: usize = 8;
+const SHARE_OF_TURNS: f64 = 0.25;
 
 impl Machine {
     /// What looks odd about the numbers, and why: one line each.
@@ -39,14 +44,31 @@ impl Machine {
                 self.belt_speed
             ));
         }
+        if let Friction::Measured(table) = &self.friction
+            && let Some((turns, rows)) = scatter(table)
+        {
+            doubts.push(format!(
+                "the friction of {} changes its direction at {turns} of {rows} rows: its errors make many slip cycles \
+                 possible; average neighbouring rows into 10 to 20 speeds, with the standard error of each mean as third \
+                 column",
+                table.origin()
+            ));
+        }
         doubts
     }
+}
+
+/// The number of changes of direction and of rows, of a table that changes its direction so often that its errors
+/// must be the cause.
+pub(crate) fn scatter(table: &Table) -> Option<(usize, usize)> {
+    let (turns, rows) = (table.turns(), table.data().count());
+    (turns >= FEWEST_TURNS && turns as f64 >= SHARE_OF_TURNS * rows as f64).then_some((turns, rows))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::friction::{Law, Table};
+    use crate::friction::Law;
     use crate::machine::example;
 
     #[test]
@@ -66,6 +88,14 @@ mod tests {
             Machine { friction, belt_speed: 0.1, ..machine.clone() }.doubts().join("; ")
         };
         assert_eq!(measured(1.0), "");
+        let scattered = |rows: u32| {
+            let row = |i: u32| (0.01 * f64::from(i), 0.4 - 0.002 * f64::from(i) + 0.005 * f64::from(i % 2));
+            let data: Vec<(f64, f64)> = (0..rows).map(row).collect();
+            let friction = Friction::Measured(Table::new("a.csv", &data, 0.4).unwrap());
+            Machine { friction, belt_speed: 0.1, ..machine.clone() }.doubts().join("; ")
+        };
+        assert_eq!(scattered(9), "");
+        assert!(scattered(40).contains("its direction at 38 of 40 rows"), "{}", scattered(40));
         assert!(measured(1000.0).contains("a.csv reach 500 m/s, 5000 times"), "{}", measured(1000.0));
     }
 }

@@ -7,16 +7,16 @@ use super::document;
 use super::figure::axis::{AXIS, SMALL_TEXT, Scale, TEXT};
 use super::figure::legend::{Legend, Sample};
 use super::figure::palette;
-use super::figure::panels::{BOTTOM_MARGIN, Panel, TITLE_MARGIN, left_margin};
+use super::figure::panels::{BOTTOM_MARGIN, Panel, TITLE_MARGIN, left_margin, wrap};
 use super::figure::region::{cell_edges, outlines};
 use super::figure::scene::{Anchor, Fill, Marker, Rect, Scene};
 use super::figure::{Scene as Figure, bifurcations};
 use super::text::{Rich, rich};
 use super::units::{UnitSystem, join};
-use crate::assessment::Assessment;
+use crate::assessment::{Assessment, Undetermined};
 use crate::behaviour::Limit;
 use crate::friction::Column;
-use crate::machine::{Dimension, Friction, Model};
+use crate::machine::{Dimension, Friction, Model, Motion, scatter};
 use crate::map::{
     self, Account, Control, Field, Grid, Method, Plan, Plane, PlaneCurve, PlaneCurves, PlanePoint, Regime,
     Sink, TileData,
@@ -39,6 +39,8 @@ const MARGIN: f64 = 42.0;
 pub(crate) struct MachinePage<'a> {
     /// Questions and answers, section by section.
     pub(crate) sections: Vec<(&'static str, Vec<(Rich, Rich)>)>,
+    /// The answer in a sentence.
+    pub(crate) answer: Rich,
     all: &'a Assessment,
     title: Rich,
 }
@@ -50,7 +52,7 @@ impl<'a> MachinePage<'a> {
         if let Some(risk) = risk {
             sections.insert(2, ("Uncertain quantities", risk_lines(all, risk)));
         }
-        Self { sections, all, title: Rich::foreign(title) }
+        Self { sections, answer: in_words(all), all, title: Rich::foreign(title) }
     }
 
     /// The regimes around the working point, and the weights of slip speeds.
@@ -63,7 +65,12 @@ impl<'a> MachinePage<'a> {
         let mut scene = Scene::new(PAGE.0, PAGE.1);
         let mut y = MARGIN + 6.0;
         scene.text((MARGIN, y), &self.title, 12.0, Anchor::Start);
-        y += 8.0;
+        y += 2.0;
+        for line in lines_of_page(&self.answer) {
+            y += TEXT + 3.0;
+            scene.text((MARGIN, y), &line, TEXT, Anchor::Start);
+        }
+        y += 6.0;
         for (heading, lines) in &self.sections {
             y += 13.0;
             scene.text((MARGIN, y), &rich(heading), TEXT + 1.0, Anchor::Start);
@@ -92,7 +99,7 @@ impl<'a> MachinePage<'a> {
 
     /// The page as self-contained HTML.
     pub(crate) fn html(&self) -> String {
-        let mut body = String::new();
+        let mut body = format!("<p>{}</p>\n", self.answer.html());
         for (heading, lines) in &self.sections {
             body.push_str(&format!("<h2>{heading}</h2>\n<dl class=\"summary\">\n"));
             for (name, value) in lines {
@@ -119,6 +126,12 @@ impl<'a> MachinePage<'a> {
     }
 }
 
+/// The lines of a text as wide as the page.
+fn lines_of_page(text: &Rich) -> Vec<Rich> {
+    // It measures small text.
+    wrap(text, (PAGE.0 - 2.0 * MARGIN) * SMALL_TEXT / TEXT)
+}
+
 fn quantity(value: f64, unit: &str) -> Rich {
     Rich::number(value, 4).with_unit(unit)
 }
@@ -127,9 +140,6 @@ fn sections(all: &Assessment) -> Vec<(&'static str, Vec<(Rich, Rich)>)> {
     let (machine, does) = (&all.machine, &all.behaviour);
     let unit = |dimension| machine.motion.unit(dimension);
     let of = |value: f64, dimension: Dimension| quantity(value, unit(dimension));
-    let or = |value: Option<f64>, dimension: Dimension, otherwise: &str| {
-        value.map_or_else(|| rich(otherwise), |value| of(value, dimension))
-    };
     use Dimension::{Damping, Force, Length, Mass, Stiffness, Time, Velocity};
     let line = |name: &str, value: Rich| (rich(name), value);
     let of_velocity = |value: f64| of(value, Velocity);
@@ -171,7 +181,15 @@ fn sections(all: &Assessment) -> Vec<(&'static str, Vec<(Rich, Rich)>)> {
     let ratio = rich(" (damping ratio ").then(Rich::number(does.damping_ratio, 3)).then(")");
     given.push(line("damping", of(machine.damping, Damping).then(ratio)));
 
+    let with_error = |damping: f64| match all.standard_error_of(damping) {
+        Some(error) => {
+            let error = Rich::number(error, 2);
+            of(damping, Damping).then(", ± ").then(error).then(" by the standard errors of the data")
+        }
+        None => of(damping, Damping),
+    };
     let critical = match (does.critical_damping, does.critical_damping_error) {
+        (Some(damping), _) if all.standard_error_of(damping).is_some() => with_error(damping),
         (Some(damping), Some(error)) => {
             Rich::number(damping, 4).then(" ± ").then(Rich::number(error, 2)).with_unit(unit(Damping))
         }
@@ -183,8 +201,8 @@ fn sections(all: &Assessment) -> Vec<(&'static str, Vec<(Rich, Rich)>)> {
         Limit::Everywhere => rich("any, up to 1,000 times the belt speed"),
         Limit::NotFound => rich(otherwise),
     };
-    let mut limits = vec![
-        line("regime at the working point", rich(&palette::regime(does.regime).words)),
+    let mut limits = regime_lines(all);
+    limits.extend([
         line(
             "stick-slips whatever the start below belt speed",
             below(&all.always_below_speed, "none was found"),
@@ -192,10 +210,29 @@ fn sections(all: &Assessment) -> Vec<(&'static str, Vec<(Rich, Rich)>)> {
         line("may stick-slip below belt speed", below(&does.critical_belt_speed, "no limit was found")),
         line(
             "stick-slips whatever the start below damping",
-            or(all.always_below_damping, Damping, "none was found"),
+            all.always_below_damping.map_or_else(|| rich("none was found"), with_error),
         ),
         line("may stick-slip below damping", critical),
-    ];
+        line(
+            "steady slip is unstable below damping",
+            match all.hopf_damping > 0.0 {
+                true => with_error(all.hopf_damping),
+                false => rich("none: it needs no damping"),
+            },
+        ),
+        line(
+            "vibrates at all (stick-slip or slip cycle) below damping",
+            match all.vibrates_below_damping {
+                Some(0.0) => rich("none: it needs no damping"),
+                Some(damping) => with_error(damping),
+                None => rich("not determined"),
+            },
+        ),
+    ]);
+    if all.standard_errors.is_some() {
+        let words = "not known; they depend on the slope of the data there";
+        limits.push(line("standard errors of the other limits", rich(words)));
+    }
     if let Some(margin) = all.safety_margin() {
         limits.push(line("damping over critical damping", quantity(margin, "")));
     }
@@ -265,6 +302,89 @@ fn sections(all: &Assessment) -> Vec<(&'static str, Vec<(Rich, Rich)>)> {
     sections
 }
 
+/// What attracts at the working point; where that is not determined what is known of it, and why the rest is not.
+fn regime_lines(all: &Assessment) -> Vec<(Rich, Rich)> {
+    const NAME: &str = "regime at the working point";
+    let Some(Undetermined { sticks, is_stable, reasons }) = &all.undetermined else {
+        return vec![(rich(NAME), rich(&palette::regime(all.behaviour.regime).words))];
+    };
+    let stick_slip = match sticks {
+        Some(true) => "the stick-slip cycle attracts, ",
+        Some(false) => "no stick-slip cycle exists, ",
+        None => "",
+    };
+    let steady = if *is_stable { "steady slip attracts" } else { "steady slip is unstable" };
+    let mut lines = vec![
+        (rich(NAME), rich("not determined in full")),
+        (rich("what is known of it"), rich(&format!("{stick_slip}{steady}"))),
+    ];
+    let whys = reasons.iter().map(|why| (rich("what is not, and why"), Rich::foreign(why)));
+    lines.extend(whys);
+    if let Friction::Measured(table) = &all.machine.friction
+        && let Some((turns, rows)) = scatter(table)
+    {
+        let name = format!("the table changes its direction at {turns} of {rows} rows");
+        let advice = "average neighbouring rows into 10 to 20 speeds, with their errors";
+        lines.push((rich(&name), rich(advice)));
+    }
+    lines
+}
+
+/// The answer in a sentence.
+fn in_words(all: &Assessment) -> Rich {
+    let (machine, does) = (&all.machine, &all.behaviour);
+    let of = |value: f64, dimension| quantity(value, machine.motion.unit(dimension));
+    let motion = |words: &str| {
+        let place = rich(words).then(" at ").then(of(machine.belt_speed, Dimension::Velocity));
+        let place = place.then(" and ").then(of(machine.damping, Dimension::Damping));
+        let Some((period, amplitude)) = all.period.zip(does.amplitude) else { return place };
+        let amplitude = match machine.motion {
+            Motion::Translation => Rich::number(1e3 * amplitude, 2).with_unit("mm"),
+            Motion::Rotation => Rich::number(amplitude, 2).with_unit("rad"),
+        };
+        let frequency = Rich::number(1.0 / period, 2).with_unit("Hz");
+        place.then(" (").then(frequency).then(", ").then(amplitude).then(")")
+    };
+    let limit = |damping: f64| Rich::number(damping, 3).with_unit(machine.motion.unit(Dimension::Damping));
+    let (words, vibrates) = match does.regime {
+        Regime::StickSlip => ("Stick-slips from every start", true),
+        Regime::Bistable => ("Slips steadily or stick-slips, as it starts,", true),
+        Regime::PureSlip => ("Vibrates from every start, without sticking,", true),
+        Regime::Equilibrium => ("Slips steadily from every start", false),
+        Regime::Failed => match &all.undetermined {
+            Some(Undetermined { sticks: Some(true), .. }) => ("Stick-slips at least from some starts", true),
+            _ => return motion("What it does is not determined").then("."),
+        },
+        regime => {
+            let words = palette::regime(regime).words;
+            return motion(&format!("Does, as it starts, one of: {words};")).then(".");
+        }
+    };
+    let sentence = motion(words);
+    let (stick_slip, all_vibration) = (does.critical_damping, all.vibrates_below_damping);
+    match (vibrates, stick_slip, all_vibration) {
+        (true, Some(stick_slip), Some(every))
+            if every > stick_slip * (1.0 + 1e-6) && stick_slip > machine.damping =>
+        {
+            let first = sentence
+                .then("; more than ")
+                .then(limit(stick_slip))
+                .then(" ends stick-slip")
+                .then(", ")
+                .then("more than ");
+            first.then(limit(every)).then(" every vibration.")
+        }
+        (true, _, Some(every)) => sentence.then("; more than ").then(limit(every)).then(" ends it."),
+        (true, Some(stick_slip), None) => {
+            sentence.then("; more than ").then(limit(stick_slip)).then(" ends stick-slip.")
+        }
+        (false, _, Some(every)) if every > 0.0 => {
+            sentence.then("; it may vibrate below ").then(limit(every)).then(".")
+        }
+        _ => sentence.then("."),
+    }
+}
+
 /// The probability of stick-slip, and the dampings for given probabilities.
 fn risk_lines(all: &Assessment, risk: &Risk) -> Vec<(Rich, Rich)> {
     let unit = all.machine.motion.unit(Dimension::Damping);
@@ -295,6 +415,7 @@ fn risk_lines(all: &Assessment, risk: &Risk) -> Vec<(Rich, Rich)> {
         let value = rare.damping.as_ref().map_or_else(|| rich("too few draws"), limits);
         lines.push((name, value));
     }
+    lines.push((rich("limits in brackets"), rich("those of the sampling by draws alone, 95 %")));
     lines
 }
 
@@ -463,8 +584,10 @@ fn influence(all: &Assessment) -> Scene {
 mod tests {
     use super::*;
     use crate::assessment::assess;
-    use crate::friction::{Law, Table};
+    use crate::friction::{Expression, Law, Table};
     use crate::machine::{Machine, example};
+    use crate::point::LawParameters;
+    use crate::report::figure::scene::text_width;
 
     #[test]
     fn a_critical_damping_that_was_not_found_is_not_told_as_none() {
@@ -479,6 +602,56 @@ mod tests {
         assert_eq!(words(&all), "none: it needs no damping");
         all.behaviour.critical_damping_is_known = false;
         assert_eq!(words(&all), "not determined");
+    }
+
+    #[test]
+    fn what_is_known_of_an_undetermined_regime_is_told() {
+        let row = |i: i32| (0.01 * f64::from(i), 0.4 - 0.002 * f64::from(i) + 0.005 * f64::from(i % 2));
+        let table = Table::new("a rig", &(0..60).map(row).collect::<Vec<_>>(), 0.4).unwrap();
+        let mut all = assess(&example(Law::Exponential)).unwrap();
+        all.machine.friction = Friction::Measured(table);
+        all.behaviour.regime = Regime::Failed;
+        let reasons = vec!["slip cycles: the step budget ran out".to_owned()];
+        all.undetermined = Some(Undetermined { sticks: Some(true), is_stable: false, reasons });
+        let lines = regime_lines(&all).into_iter();
+        let lines: Vec<_> =
+            lines.map(|(name, value)| format!("{}: {}", name.plain(), value.plain())).collect();
+        let expected = [
+            "regime at the working point: not determined in full",
+            "what is known of it: the stick-slip cycle attracts, steady slip is unstable",
+            "what is not, and why: slip cycles: the step budget ran out",
+            "the table changes its direction at 58 of 60 rows: average neighbouring rows into 10 to 20 speeds, with \
+             their errors",
+        ];
+        assert_eq!(lines, expected);
+        assert!(in_words(&all).plain().starts_with("Stick-slips at least from some starts at "));
+    }
+
+    #[test]
+    fn the_answer_is_a_sentence() {
+        let machine = |damping: f64| {
+            let law = Expression::new("0.25 + 0.15*exp(-(u/0.05)^2)", 1.0).unwrap();
+            let friction = Friction::Formula(law, LawParameters::new(&[]));
+            let [mass, stiffness, normal_force, belt_speed] = [2.0, 5e5, 1000.0, 0.06];
+            let like = example(Law::Stribeck);
+            Machine { friction, mass, stiffness, normal_force, belt_speed, damping, ..like }
+        };
+        let words = |damping: f64| in_words(&assess(&machine(damping)).unwrap()).plain();
+        let sticking = words(1000.0);
+        assert!(
+            sticking.starts_with("Stick-slips from every start at 0.06 m/s and 1000 N s/m ("),
+            "{sticking}"
+        );
+        assert!(sticking.contains(" mm); more than 14") && sticking.contains(" ends stick-slip, more than "));
+        let lines = lines_of_page(&in_words(&assess(&machine(1000.0)).unwrap()));
+        let widest = lines.iter().map(|line| text_width(line, TEXT)).fold(0.0, f64::max);
+        assert!(lines.len() == 2 && widest <= PAGE.0 - 2.0 * MARGIN, "{widest}: {lines:?}");
+        let slipping = words(1500.0);
+        assert!(slipping.starts_with("Vibrates from every start, without sticking, at "), "{slipping}");
+        assert!(slipping.contains("; more than 1") && slipping.ends_with(" ends it."), "{slipping}");
+        let still = words(3000.0);
+        assert!(still.starts_with("Slips steadily from every start at 0.06 m/s"), "{still}");
+        assert!(still.contains("; it may vibrate below 1"), "{still}");
     }
 
     #[test]

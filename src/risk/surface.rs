@@ -83,7 +83,7 @@ struct Placed {
 /// Standard error of the critical damping of a machine by the standard errors of its measured friction, in SI
 /// units and to first order in them. `None` where the friction has none, or the critical damping has no
 /// derivatives.
-pub(super) fn standard_error(model: &Model) -> Option<f64> {
+pub(crate) fn standard_error(model: &Model) -> Option<f64> {
     let [_, deviation] = of_measured(model);
     (deviation >= 0.0 && model.column().curve.table()?.standard_errors().is_some())
         .then_some(deviation * model.si.units.damping)

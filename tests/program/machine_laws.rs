@@ -254,7 +254,15 @@ fn measured_friction_with_standard_errors_makes_a_machine_uncertain() {
     let words = scratch.run(&["machine", "measured.toml", "--draws", "2000"]).ends_with(0).out;
     assert!(words.contains("standard error of critical damping"), "{words}");
     assert!(page["may_stick_slip_below_damping_error"].as_f64().is_some_and(|e| e > 0.0), "{page}");
-    assert!(words.contains(" ± "), "the error of the critical damping: {words}");
+    assert!(words.contains(" by the standard errors of the data"), "of the critical damping: {words}");
+    assert!(words.contains("limits in brackets"), "{words}");
+    assert_eq!(page["may_stick_slip_below_damping_standard_error"].as_f64(), Some(error), "{page}");
+    let slope = &page["steady_slip_unstable_below_damping_standard_error"];
+    assert!(slope.as_f64().is_some_and(|slope| slope > 0.0 && slope != error), "{page}");
+    assert!(
+        page["vibrates_below_damping"].as_f64().is_some_and(|it| it >= critical * (1.0 - 1e-9)),
+        "{page}"
+    );
     // The probabilities of the map are in its estimated and in its measured cost.
     let run = ["run", "measured.toml", "--set", "output.path=map.h5", "--quiet"];
     let told = json(&scratch, &[&run[..], &["--dry-run"]].concat());

@@ -14,7 +14,7 @@ export class Controls {
   constructor(app, catalogue) {
     const find = (id) => document.getElementById(id);
     Object.assign(this, { app, catalogue, law: find("law"), show: find("show"), editor: find("law-editor") });
-    Object.assign(this, { axesBox: find("axes"), sliderBox: find("parameters"), built: "", inputs: new Map() });
+    Object.assign(this, { axesBox: find("axes"), sliderBox: find("parameters"), built: "", inputs: new Map(), refused: null });
     const option = ([value, words]) => element("option", { value }, words);
     this.law.append(...catalogue.laws.map(({ name }) => option([name, name])), ...OWN.map(option));
     this.law.addEventListener("change", () => this.choose_law(this.law.value));
@@ -230,7 +230,7 @@ export class Controls {
     let text;
     if (state.law.name === "expression") {
       text = element("textarea", { "aria-label": "Friction over slip speed u, as a formula", spellcheck: "false" });
-      text.value = state.law.phi;
+      text.value = (this.refused ?? state.law).phi;
       const words = state.motion
         ? "The coefficient of friction; u is the slip speed in SI units, every other name becomes a slider."
         : "φ(u) in units of the static friction; u is the slip speed, eps the small parameter, every other name becomes a slider.";
@@ -239,7 +239,7 @@ export class Controls {
       const file = element("input", { type: "file", accept: ".csv,.txt,text/csv", "aria-label": "Table of slip speed and friction" });
       file.addEventListener("change", () => file.files[0] && this.drop(file.files[0]));
       text = element("textarea", { "aria-label": "Slip speed and friction, row by row", spellcheck: "false", rows: 6 });
-      text.value = state.law.table;
+      text.value = (this.refused ?? state.law).table;
       const words = state.motion ? "Slip speed in SI units, coefficient of friction" : "Slip speed, friction";
       parts.push(element("p", { class: "hint" }, `${words}, and perhaps its standard error, row by row; drop a CSV file anywhere on the page.`), file, text);
     }
@@ -271,18 +271,31 @@ export class Controls {
   async change_units() {
     const { state, app } = this;
     const { show, curves, pinned } = state;
+    const { refused } = this;
     try {
       if (!state.motion) {
         const law = { ...state.law, static: undefined, small: undefined };
         await app.take({ law, motion: "translation", show, curves, pinned, at: COEFFICIENTS });
-        return;
+      } else {
+        const { law, at } = await post("/api/dimensionless", place(state));
+        const { axes } = await post("/api/law", law);
+        app.open({ law, at, show, curves, pinned }, axes);
       }
-      const { law, at } = await post("/api/dimensionless", place(state));
-      const { axes } = await post("/api/law", law);
-      app.open({ law, at, show, curves, pinned }, axes);
+      // What was wrong in the old units may be right in the new ones.
+      if (refused?.name === this.state.law.name) {
+        this.refuse(refused);
+        this.build_editor();
+        await this.try_law({ ...refused, static: this.state.motion ? undefined : refused.static });
+      }
     } catch (problem) {
       app.complain(problem);
     }
+  }
+
+  // Keeps the text of a law that was refused; the picture, of the law before it, is grey until another one is taken.
+  refuse(law) {
+    this.refused = law;
+    document.body.classList.toggle("of-another-law", law !== null);
   }
 
   // Takes a law that was chosen, typed or dropped; a message with its place if it is none.
@@ -296,6 +309,7 @@ export class Controls {
       this.app.open(anew && !motion ? { law, show, curves } : kept, axes);
     } catch (problem) {
       if (!problem.problem) return;
+      this.refuse(law);
       const marks = problem.place ? [element("pre", {}, `${law.phi}\n${" ".repeat(problem.place[0])}${"^".repeat(Math.max(1, problem.place[1] - problem.place[0]))}`)] : [];
       if (this.problem) this.problem.replaceChildren(problem.problem, ...marks, element("div", {}, problem.remedy ?? ""));
       else this.app.complain(problem);

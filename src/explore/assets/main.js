@@ -24,6 +24,7 @@ class App {
 
   // Shows another state of a law with these axes.
   open(wanted, axes) {
+    this.controls.refuse(null);
     this.state = complete(wanted, axes);
     this.change("rest");
   }
