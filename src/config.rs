@@ -192,7 +192,7 @@ impl Job {
         let fields = output.get_or("fields", Vec::new(), |node| fields(node, simulated))?;
         let compression = output.get_or("compression", DEFAULT_COMPRESSION, |node| node.integer(0, 9))?;
 
-        let planes = curves::read(&root.section("curves")?, &grid)?;
+        let planes = curves::read(&root.section("curves")?, &grid, alone)?;
         #[cfg(feature = "report")]
         let work_precision = work_precision(&root.section("work_precision")?)?;
 

@@ -9,6 +9,7 @@ use crate::behaviour::Behaviour;
 use crate::config::{MachineJob, load_machine};
 use crate::machine::{Dimension, Machine};
 use crate::probe::regime_words;
+use crate::risk::standard_error;
 
 /// Reads the machine of a file with the quantities set by `--set`; belt speed and damping have one value
 /// each.
@@ -52,6 +53,12 @@ pub(super) fn write(out: &mut dyn Write, machine: &Machine, behaviour: &Behaviou
     writeln!(out, "The machine, in SI units")?;
     let (units, motion) = (machine.units(), machine.motion);
     let mut table = Table::new(&[("", Align::Left), ("", Align::Left)]);
+    let damping_unit = motion.unit(Dimension::Damping);
+    let mut critical = quantity(behaviour.critical_damping, damping_unit);
+    if let Some(error) = machine.model().as_ref().and_then(standard_error) {
+        critical
+            .push_str(&format!(", +- {} {damping_unit} by the standard errors of the data", short(error)));
+    }
     let [slip, stick] = behaviour.slip_and_stick_time.map_or([None; 2], |times| times.map(Some));
     for (name, text) in [
         ("belt speed", quantity(Some(machine.belt_speed), motion.unit(Dimension::Velocity))),
@@ -60,7 +67,7 @@ pub(super) fn write(out: &mut dyn Write, machine: &Machine, behaviour: &Behaviou
             quantity(behaviour.critical_belt_speed.value(), motion.unit(Dimension::Velocity)),
         ),
         ("damping", quantity(Some(machine.damping), motion.unit(Dimension::Damping))),
-        ("critical damping", quantity(behaviour.critical_damping, motion.unit(Dimension::Damping))),
+        ("critical damping", critical),
         ("damping ratio", short(behaviour.damping_ratio)),
         ("critical damping ratio", quantity(behaviour.critical_damping_ratio, "")),
         ("natural frequency", quantity(Some(behaviour.natural_frequency), "Hz")),

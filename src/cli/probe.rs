@@ -345,7 +345,10 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
             let derivatives = derivatives.map(|(name, by)| format!("{} by {name}", signed(by.value)));
             line("c* moves by", derivatives.collect::<Vec<_>>().join(", "));
             if let Some(standard) = found.standard_error {
-                line("standard error of c*", format!("{}, from those of the data", short(standard.value)));
+                line(
+                    "standard error of c*",
+                    format!("{}, from those of the data, at this V", short(standard.value)),
+                );
             }
         }
         // Without a critical damping the output says so above.

@@ -140,6 +140,7 @@ pub(super) fn check(path: &Path, as_json: bool) -> Result<Ended, Failure> {
         writeln!(
             out,
             "{name}: C*(A, k, b) over A {a:?}, k {k:?}, b {b:?}\n\
+             (A = epsilon gamma (1 - alpha), k = epsilon gamma V, b = epsilon beta V, C = epsilon c)\n\
              {} of {} proved again, C* known to {} or better there; {} % of the domain is open",
             count(confirmed),
             number_of(tiles, "tile"),

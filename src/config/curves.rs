@@ -10,7 +10,8 @@ const PLANE_KEYS: [&str; 3] = ["x", "y", "at"];
 
 const EXAMPLE: &str = "{ x = \"V\", y = \"c\" }";
 
-pub(super) fn read(section: &Section, grid: &Grid) -> Result<Vec<Plane>, ConfigError> {
+/// The planes; of a machine its axes have the names of its quantities, too.
+pub(super) fn read(section: &Section, grid: &Grid, of_machine: bool) -> Result<Vec<Plane>, ConfigError> {
     let Some(node) = section.get("planes") else {
         return match section.is_present() {
             true => {
@@ -29,7 +30,7 @@ pub(super) fn read(section: &Section, grid: &Grid) -> Result<Vec<Plane>, ConfigE
         let Shape::Table(table) = element.shape() else {
             return Err(element.wrong_kind(&format!("a plane such as {EXAMPLE}")));
         };
-        let plane = plane(&table, grid)?;
+        let plane = plane(&table, grid, of_machine)?;
         if planes.iter().any(|other| *other == plane || *other == plane.turned()) {
             return Err(element.error("this plane is named twice", "take out the repetition"));
         }
@@ -38,10 +39,13 @@ pub(super) fn read(section: &Section, grid: &Grid) -> Result<Vec<Plane>, ConfigE
     Ok(planes)
 }
 
-fn plane(table: &Section, grid: &Grid) -> Result<Plane, ConfigError> {
+fn plane(table: &Section, grid: &Grid, of_machine: bool) -> Result<Plane, ConfigError> {
     refuse_unknown_keys(table, &PLANE_KEYS)?;
     let axes = grid.axes();
-    let names: Vec<_> = Grid::axis_names(grid.law()).into_iter().zip(0..).collect();
+    let mut names: Vec<_> = Grid::axis_names(grid.law()).into_iter().zip(0..).collect();
+    if of_machine {
+        names.extend([("belt_speed", axes.len() - 2), ("damping", axes.len() - 1)]);
+    }
     let shown = |key: &str| {
         let node =
             table.get(key).ok_or_else(|| table.missing(key, format!("a plane is written {EXAMPLE}")))?;

@@ -45,6 +45,17 @@ impl Machine {
             ));
         }
         if let Friction::Measured(table) = &self.friction
+            && let Some(errors) = table.standard_errors()
+            && let largest = errors.iter().copied().fold(0.0, f64::max)
+            && largest > table.static_level()
+        {
+            doubts.push(format!(
+                "the third column of {} reaches {largest}, more than the friction at rest: it is read as the standard error \
+                 of the friction; if it is not, leave it out",
+                table.origin()
+            ));
+        }
+        if let Friction::Measured(table) = &self.friction
             && let Some((turns, rows)) = scatter(table)
         {
             doubts.push(format!(
@@ -88,6 +99,14 @@ mod tests {
             Machine { friction, belt_speed: 0.1, ..machine.clone() }.doubts().join("; ")
         };
         assert_eq!(measured(1.0), "");
+        let with_third_column = |third: [f64; 3]| {
+            let table = Table::new("a.csv", &[(0.0, 0.4), (0.2, 0.35), (0.5, 0.33)], 0.4).unwrap();
+            let friction = Friction::Measured(table.with_standard_errors(&third).unwrap());
+            Machine { friction, belt_speed: 0.1, ..machine.clone() }.doubts().join("; ")
+        };
+        assert_eq!(with_third_column([0.01, 0.02, 0.02]), "");
+        // A temperature.
+        assert!(with_third_column([27.0, 31.0, 37.0]).contains("third column of a.csv reaches 37"));
         let scattered = |rows: u32| {
             let row = |i: u32| (0.01 * f64::from(i), 0.4 - 0.002 * f64::from(i) + 0.005 * f64::from(i % 2));
             let data: Vec<(f64, f64)> = (0..rows).map(row).collect();

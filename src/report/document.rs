@@ -135,7 +135,8 @@ pub(super) fn page(title: &Rich, body: &str) -> String {
 /// A LaTeX document that includes every table and figure, as an example of their use.
 pub(super) fn latex(map: &MapFile, tables: &[Table], figures: &[Figure]) -> String {
     let mut text = format!(
-        "\\documentclass{{article}}\n\\usepackage[T1]{{fontenc}}\n\\usepackage[utf8]{{inputenc}}\n\\usepackage{{textcomp}}\n\
+        "\\ifdefined\\pdfminorversion\\pdfminorversion=7\\fi\n\
+         \\documentclass{{article}}\n\\usepackage[T1]{{fontenc}}\n\\usepackage[utf8]{{inputenc}}\n\\usepackage{{textcomp}}\n\
          \\usepackage[margin=18mm]{{geometry}}\n\\usepackage{{booktabs}}\n\\usepackage{{siunitx}}\n\\usepackage{{graphicx}}\n\
          \\sisetup{{group-minimum-digits=5}}\n\\title{{{}}}\n\\date{{}}\n\\begin{{document}}\n\\maketitle\n",
         title(map).latex()

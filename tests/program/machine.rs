@@ -469,9 +469,11 @@ fn the_command_for_a_failed_cell_of_a_machine_asks_about_it() {
     let scratch = Scratch::new();
     scratch.file("pad.csv", "0,0.43\n0.1,0.36\n0.3,0.31\n0.6,0.28\n1.2,0.27\n");
     let text = "[machine]\nmass = 2\nstiffness = 5e5\nnormal_force = 1000\nbelt_speed = [0.1, 0.5997]\ndamping = [0, 300]\n\
-                [friction]\nlaw = \"table\"\nfile = \"pad.csv\"\n[methods]\nrun = [\"simulation\"]\n[output]\npath = \"pad.h5\"\n";
+                [friction]\nlaw = \"table\"\nfile = \"pad.csv\"\n[methods]\nrun = [\"simulation\"]\n[output]\npath = \"pad.h5\"\n\
+                [curves]\nplanes = [{ x = \"belt_speed\", y = \"damping\" }]\n";
     scratch.file("pad.toml", text);
     let run = scratch.run(&["run", "pad.toml"]);
+    assert!(run.out.contains("curves over V and c"), "{}", run.out);
     let command =
         run.out.lines().find_map(|line| line.split_once("simulation: slipmap ")).map(|found| found.1);
     let command =
@@ -479,4 +481,25 @@ fn the_command_for_a_failed_cell_of_a_machine_asks_about_it() {
     assert!(command.starts_with("probe --machine pad.toml --set belt_speed=0.599"), "{command}");
     let answer = scratch.run(&command.split(' ').collect::<Vec<_>>()).out;
     assert!(answer.contains("the orbit leaves the data"), "{answer}");
+}
+
+/// `probe --machine` and the page of the machine tell the same standard error of the critical damping.
+#[test]
+fn the_standard_error_of_a_machine_is_told_alike() {
+    let scratch = Scratch::new();
+    scratch.file(
+        "pad.csv",
+        "0,0.43,0.004\n0.02,0.39,0.004\n0.1,0.33,0.004\n0.3,0.28,0.004\n0.6,0.26,0.004\n1.2,0.26,0.004\n",
+    );
+    let text = "[machine]\nmass = 2\nstiffness = 5e5\nnormal_force = 1000\nbelt_speed = 0.15\ndamping = 30\n\
+                [friction]\nlaw = \"table\"\nfile = \"pad.csv\"\n";
+    scratch.file("pad.toml", text);
+    let probe = scratch.run(&["probe", "--machine", "pad.toml"]).ends_with(0).out;
+    let line = probe.lines().find(|line| line.trim_start().starts_with("critical damping ")).unwrap();
+    let error = line.split_once("+- ").unwrap().1.split(' ').next().unwrap();
+    let page: serde_json::Value =
+        serde_json::from_str(&scratch.run(&["machine", "pad.toml", "--json"]).ends_with(0).out).unwrap();
+    let of_page = &page["may_stick_slip_below_damping_standard_error"];
+    let (error, of_page): (f64, f64) = (error.parse().unwrap(), of_page.as_f64().unwrap());
+    assert!((error / of_page - 1.0).abs() < 1e-4, "{line} {of_page}");
 }
