@@ -200,7 +200,8 @@ fn polynomial(tile: &Value, unit: f64, at: [f64; 3]) -> f64 {
     let coefficients = tile["viscous"].as_array().unwrap().iter().enumerate();
     coefficients
         .map(|(m, c)| {
-            let value = c.as_i64().unwrap() as f64 * unit;
+            // A whole number may be written as 1.0, too.
+            let value = c.as_f64().unwrap() * unit;
             value * chebyshev(0, m % 3) * chebyshev(1, m / 3 % 9) * chebyshev(2, m / 27)
         })
         .sum()
