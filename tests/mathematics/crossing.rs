@@ -51,7 +51,7 @@ fn falling(random: &mut Random, fall: f64) -> (Law, Vec<f64>) {
 #[test]
 fn loops_lead_inward_where_friction_falls_little() {
     let mut random = Random(0x100b5);
-    for i in 0..400 {
+    for i in 0..120 {
         let fall = random.log(0.01, 0.99);
         let (law, values) = falling(&mut random, fall);
         // Up to the bound; half of them without damping.
@@ -72,7 +72,7 @@ fn loops_lead_inward_where_friction_falls_little() {
 #[test]
 fn regimes_have_a_crossing_cycle_where_some_loop_leads_outward() {
     let (mut random, mut found) = (Random(0xc405), [0; 2]);
-    for _ in 0..60 {
+    for _ in 0..36 {
         // Friction that changes its sign, on fast belts: crossing cycles are not rare.
         let fall = 0.9 + random.unit();
         let (law, values) = falling(&mut random, fall);
@@ -95,7 +95,7 @@ fn regimes_have_a_crossing_cycle_where_some_loop_leads_outward() {
         );
         found[usize::from(outward)] += 1;
     }
-    assert!(found.iter().all(|count| *count > 10), "{found:?}");
+    assert!(found.iter().all(|count| *count > 6), "{found:?}");
 }
 
 #[test]
