@@ -195,7 +195,8 @@ mod tests {
         }
     }
 
-    /// What is proved of a flow is nothing about friction that is not 1 at rest: the exit point is another one.
+    /// What is proved of a flow is nothing about friction that is not 1 at rest: the exit point is another
+    /// one.
     #[test]
     fn certificates_of_formulas_that_are_no_friction_laws_are_refused() {
         let law = Law::Expression(Expression::new("0.5+0.5*exp(-u)", 1.0).unwrap());

@@ -107,7 +107,8 @@ impl PointTable {
             let mut row = ByteRecord::new();
             let before = self.reader.position().line();
             let more = self.reader.read_byte_record(&mut row);
-            // The reader's own place of a row is before empty lines, and before the end of the line before on Windows.
+            // The reader's own place of a row is before empty lines, and before the end of the line before on
+            // Windows.
             let inside = row.as_slice().iter().filter(|byte| **byte == b'\n').count() as u64;
             let end = u64::from(!self.carriage_returns.load(Ordering::Relaxed));
             let line = before.max(self.reader.position().line().saturating_sub(inside + end));

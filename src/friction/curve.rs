@@ -71,8 +71,8 @@ fn hull(ranges: impl Iterator<Item = Range>) -> Range {
 }
 
 impl Curve {
-    /// Work of compiling the law for a column of this belt speed, in evaluations of the Stribeck law, which is
-    /// not compiled.
+    /// Work of compiling the law for a column of this belt speed, in evaluations of the Stribeck law, which
+    /// is not compiled.
     pub(crate) fn compiling_work(&self, belt_speed: f64) -> u64 {
         match self.form {
             Form::Stribeck(_) => 0,
@@ -125,7 +125,8 @@ impl Curve {
         }
     }
 
-    /// Upper bounds for many intervals: the law is compiled up to `reach` once. Intervals beyond it take longer.
+    /// Upper bounds for many intervals: the law is compiled up to `reach` once. Intervals beyond it take
+    /// longer.
     pub(crate) fn ranges(&self, reach: f64) -> Ranges<'_> {
         let closed = matches!(&self.form, Form::Stribeck(_) | Form::Exponential(_) | Form::Lorentzian(_));
         Ranges { curve: self, compiled: (!closed).then(|| self.compiled(reach)) }
@@ -285,9 +286,9 @@ impl Curve {
         self.form.corners()
     }
 
-    /// Slip speeds > 0, increasing, at which integrators end their steps: the corners, and those of [`Weakening::narrow`]
-    /// on orbits with velocities up to `fastest`, or up to those that the static friction, 1, gives to an orbit however
-    /// slow the belt is.
+    /// Slip speeds > 0, increasing, at which integrators end their steps: the corners, and those of
+    /// [`Weakening::narrow`] on orbits with velocities up to `fastest`, or up to those that the static
+    /// friction, 1, gives to an orbit however slow the belt is.
     pub(crate) fn stops(&self, fastest: f64) -> Cow<'_, [f64]> {
         let corners = self.corners();
         if self.has_known_features() {

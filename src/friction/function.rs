@@ -14,8 +14,8 @@ use super::jet::{Jet, Real};
 const COUNT: usize = 16;
 /// Tolerance of phi(0) = 1: values of a function have rounding errors.
 const STATIC_SLACK: f64 = 1e-12;
-/// Largest difference of two polynomials where they meet: those of [`Fitted`] differ by rounding errors, and where a
-/// function is rough by errors of the shortest pieces.
+/// Largest difference of two polynomials where they meet: those of [`Fitted`] differ by rounding errors, and
+/// where a function is rough by errors of the shortest pieces.
 const LARGEST_GAP: f64 = 1e-9;
 /// A piece is short enough if its last two coefficients are below this, in units of the largest |phi|.
 const SHARPNESS: f64 = 64.0 * f64::EPSILON;
@@ -213,8 +213,8 @@ impl Function {
         head.into_iter().chain(rows).collect::<Vec<_>>().join("\n")
     }
 
-    /// The law of the text of [`Function::definition`]; `None` if the text is malformed, or its pieces are not those of a
-    /// function: they do not meet, or friction at rest is not 1.
+    /// The law of the text of [`Function::definition`]; `None` if the text is malformed, or its pieces are
+    /// not those of a function: they do not meet, or friction at rest is not 1.
     pub(super) fn from_definition(definition: &str) -> Option<Self> {
         let numbers = |line: &str| -> Option<Vec<f64>> {
             if line.is_empty() {

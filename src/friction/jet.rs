@@ -349,8 +349,8 @@ impl<T: Real, const N: usize> Real for Jet<T, N> {
     }
 
     fn power(self, exponent: f64) -> Self {
-        // (g^p)' = p g^(p-1) g': of g^(p-n) with one coefficient, of g^(p-n+1) with two, and so on. At g = 0 only the
-        // derivatives that are infinite are then not finite.
+        // (g^p)' = p g^(p-1) g': of g^(p-n) with one coefficient, of g^(p-n+1) with two, and so on. At g = 0
+        // only the derivatives that are infinite are then not finite.
         let length = self.length();
         let mut lower = [T::constant(0.0); N];
         for order in (0..N).rev() {

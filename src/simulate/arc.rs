@@ -23,8 +23,8 @@ use crate::friction::Weakening;
 
 /// A step this much shorter than the time scale of the flow has underflowed.
 const SHORTEST_STEP: f64 = 1e-14;
-/// Distance from the equilibrium, in units of V, at which an orbit rests: turns of a nearly critical node take the
-/// state below the smallest number.
+/// Distance from the equilibrium, in units of V, at which an orbit rests: turns of a nearly critical node
+/// take the state below the smallest number.
 const AT_REST: f64 = 1e-200;
 /// Largest number of trials that locate a point within a step; every eighth bisects, which alone would end
 /// after 52.
@@ -385,8 +385,9 @@ impl<'a> Walk<'a> {
         accurate
     }
 
-    /// Returns whether the orbit has come to rest, or provably has no later maximum of x2: where D <= -2 between here and
-    /// the equilibrium, the wedge between w = 0 and w = -v is never left, and |v| falls in it monotonically.
+    /// Returns whether the orbit has come to rest, or provably has no later maximum of x2: where D <= -2
+    /// between here and the equilibrium, the wedge between w = 0 and w = -v is never left, and |v| falls in
+    /// it monotonically.
     fn creeps(&self) -> bool {
         let State { v, w, .. } = self.here;
         if v.hypot(w) <= AT_REST * self.oscillator.belt_speed {

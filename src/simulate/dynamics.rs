@@ -6,7 +6,8 @@ use super::{Failure, Fate, Flow};
 use crate::filippov::{Eigenvalues, Oscillator};
 use crate::named::named;
 
-/// The equilibrium and all cycles, with their stability. Each kind of cycle may be unknown where others are known.
+/// The equilibrium and all cycles, with their stability. Each kind of cycle may be unknown where others are
+/// known.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Dynamics {
     /// Eigenvalues at the equilibrium.

@@ -185,8 +185,8 @@ struct Sample {
     weight: f64,
 }
 
-/// Length of pieces of a law, in units of V, whose ends are also those of steps: the integrands change as fast as the law
-/// does, and faster than the orbit.
+/// Length of pieces of a law, in units of V, whose ends are also those of steps: the integrands change as
+/// fast as the law does, and faster than the orbit.
 const FINE: f64 = 0.01;
 
 /// The grazing orbit, as a quadrature rule with its weight, with steps that end at these slip speeds, too.

@@ -78,9 +78,9 @@ impl<'a> InterpolatedBackbone<'a> {
         Ok(resolved.then(|| nodes(&backbone) - 1))
     }
 
-    /// The values of C of a column at the nodes, from r = V down to 0, their largest error, and the
-    /// number of evaluations of the right-hand side; `None` where an orbit has no answer, or the nodes miss a feature of
-    /// the law.
+    /// The values of C of a column at the nodes, from r = V down to 0, their largest error, and the number of
+    /// evaluations of the right-hand side; `None` where an orbit has no answer, or the nodes miss a feature
+    /// of the law.
     pub(crate) fn values(column: &Column, tolerance: f64, intervals: usize) -> Option<(Vec<f64>, f64, u64)> {
         let work = Work::of_backbone(&column.curve);
         let backbone =

@@ -208,8 +208,8 @@ impl<'a> Slip<'a> {
     /// The state a time `h` after `from`, and the estimate of the local error.
     ///
     /// # Errors
-    /// [`Failure::StepUnderflow`] where the field would be evaluated too far beyond the belt line, which only a
-    /// shorter step may avoid; [`Failure::NotFinite`].
+    /// [`Failure::StepUnderflow`] where the field would be evaluated too far beyond the belt line, which only
+    /// a shorter step may avoid; [`Failure::NotFinite`].
     fn after(&mut self, from: &State, h: f64) -> Result<(State, f64), Failure> {
         let belt_speed = self.oscillator.belt_speed;
         let first = [belt_speed + from.x2_offset(), from.w];
