@@ -52,12 +52,24 @@ impl Motion {
             Dimension::Velocity => ["m/s", "rad/s"],
             Dimension::Force => ["N", "N m"],
             Dimension::Damping => ["N s/m", "N m s/rad"],
-            Dimension::Mass => ["kg", "kg m^2"],
+            Dimension::Mass => ["kg", "kg m²"],
             Dimension::Stiffness => ["N/m", "N m/rad"],
         };
         match self {
             Motion::Translation => translation,
             Motion::Rotation => rotation,
+        }
+    }
+}
+
+impl Motion {
+    /// What people call a quantity of [`Machine::quantities`] that is none of the friction.
+    pub(crate) fn words(self, quantity: &str) -> String {
+        match (self, quantity) {
+            (Motion::Rotation, "mass") => "moment of inertia".into(),
+            (Motion::Rotation, "normal_force") => "normal force times arm".into(),
+            (Motion::Rotation, "belt_speed") => "rotary speed".into(),
+            (_, name) => name.replace('_', " "),
         }
     }
 }
@@ -237,6 +249,25 @@ impl Machine {
             }
         }
         Some(machine)
+    }
+
+    /// What people call one of its quantities; names in a formula stay as they are written.
+    pub(crate) fn words(&self, quantity: &str) -> String {
+        match &self.friction {
+            Friction::Formula(formula, _) if formula.parameters().iter().any(|of| of.name == quantity) => {
+                quantity.to_owned()
+            }
+            _ => self.motion.words(quantity).replace("stribeck", "Stribeck"),
+        }
+    }
+
+    /// What its friction is, measured or by formula: a force, or a torque, where no normal force is known.
+    pub(crate) fn words_of_friction(&self) -> &'static str {
+        match (self.normal_force_is_known, self.motion) {
+            (true, _) => "coefficient of friction",
+            (false, Motion::Translation) => "friction force",
+            (false, Motion::Rotation) => "friction torque",
+        }
     }
 
     pub(crate) fn is_legal(&self) -> bool {

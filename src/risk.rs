@@ -38,6 +38,16 @@ pub enum Spread {
     },
 }
 
+impl Spread {
+    /// Its standard deviation.
+    pub(crate) fn sd(&self) -> f64 {
+        match *self {
+            Spread::Normal { sd } => sd,
+            Spread::Uniform { min, max } => (max - min) / 12f64.sqrt(),
+        }
+    }
+}
+
 /// A number with its 95 % confidence limits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]

@@ -2,6 +2,7 @@
 
 use std::io::{self, Write as _};
 use std::path::PathBuf;
+use std::time::SystemTime;
 
 use clap::Args;
 use serde_json::{Value, json};
@@ -14,7 +15,7 @@ use super::replace::refuse_existing;
 use super::report::{existing, failure};
 use super::{Ended, Failure};
 use crate::assessment::{Assessment, assess};
-use crate::report::{MachinePage, write_figure, write_file};
+use crate::report::{MachinePage, Subject, write_figure, write_file};
 use crate::risk::{Estimate, NoRisk, Risk, is_uncertain, risk};
 
 /// Assess a machine at its working point, in SI units.
@@ -79,7 +80,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     };
     let stem = arguments.config.file_stem().map_or_else(|| "machine".into(), |stem| stem.to_string_lossy());
     let title = job.title.as_deref().unwrap_or(&stem);
-    let page = MachinePage::new(title, &all, risk.as_ref());
+    let source = source(arguments);
+    let subject = Subject { title, uncertain: &job.uncertain, risk: risk.as_ref(), source: &source };
+    let page = MachinePage::new(&all, &subject);
     if let Some(path) = &arguments.out {
         let existing = existing(arguments.overwrite);
         let html = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("html"));
@@ -109,6 +112,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
         }
     }
     Ok(Ended::Fine)
+}
+
+/// Program, day and configuration: "slipmap 0.2.0, 2026-11-24: pad.toml --set damping=50".
+fn source(arguments: &Arguments) -> String {
+    let date = humantime::format_rfc3339_seconds(SystemTime::now()).to_string();
+    let day = date.split('T').next().unwrap_or_default();
+    let file = arguments.config.file_name().unwrap_or_default().to_string_lossy();
+    let sets: String = arguments.set.iter().map(|(name, value)| format!(" --set {name}={value}")).collect();
+    format!("slipmap {}, {day}: {file}{sets}", env!("CARGO_PKG_VERSION"))
 }
 
 fn to_json(all: &Assessment, risk: Option<&Risk>) -> Value {

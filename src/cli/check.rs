@@ -46,6 +46,10 @@ fn check_map(map: &Path, as_json: bool) -> Result<Ended, Failure> {
     if map.is_dir() {
         return Err(Failure::bad_input(format!("{name}: this is a folder"), "name a map file inside it"));
     }
+    if store::is_journal(map) {
+        let problem = format!("{name}: these are the tiles of a run that was interrupted, not yet a map");
+        return Err(Failure::bad_input(problem, "end it by the command that began it, with --resume"));
+    }
     let report = store::check(map).map_err(|error| Failure::BadInput(error.to_string()))?;
     let problems: Vec<String> = report.problems.iter().map(ToString::to_string).collect();
     if report.variables == 0 {

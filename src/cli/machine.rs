@@ -59,13 +59,12 @@ pub(super) fn write(out: &mut dyn Write, machine: &Machine, behaviour: &Behaviou
         critical
             .push_str(&format!(", +- {} {damping_unit} by the standard errors of the data", short(error)));
     }
+    let speed = motion.words("belt_speed");
+    let critical_speed = format!("critical {speed}");
     let [slip, stick] = behaviour.slip_and_stick_time.map_or([None; 2], |times| times.map(Some));
     for (name, text) in [
-        ("belt speed", quantity(Some(machine.belt_speed), motion.unit(Dimension::Velocity))),
-        (
-            "critical belt speed",
-            quantity(behaviour.critical_belt_speed.value(), motion.unit(Dimension::Velocity)),
-        ),
+        (speed.as_str(), quantity(Some(machine.belt_speed), motion.unit(Dimension::Velocity))),
+        (&critical_speed, quantity(behaviour.critical_belt_speed.value(), motion.unit(Dimension::Velocity))),
         ("damping", quantity(Some(machine.damping), motion.unit(Dimension::Damping))),
         ("critical damping", critical),
         ("damping ratio", short(behaviour.damping_ratio)),

@@ -6,7 +6,7 @@ use serde_json::json;
 
 use super::Failure;
 use super::output::{self, Align, Table, bytes, count, duration, exact, number_of, object, short};
-use crate::config::Job;
+use crate::config::{Job, load_machine};
 use crate::map::{Axis, LISTED, PlaneCurves, Summary, Verdict};
 use crate::point::Point;
 use crate::probe::{command_line, fate_name};
@@ -217,18 +217,22 @@ pub(super) fn print(report: &RunReport, out: &mut dyn Write) -> Result<(), Failu
     Ok(())
 }
 
-/// The command that explains a cell: of a machine, whose table is in SI units, by its configuration.
+/// The command that explains a cell: of a machine, whose table is in SI units, by its configuration and the quantities
+/// that the run set otherwise.
 pub(super) fn probe_command(job: &Job, point: &Point) -> String {
     let (law, tolerance) = (job.plan.grid.law(), job.plan.tolerance);
     let Some(machine) = &job.machine else { return command_line(law, point, tolerance) };
     let units = machine.units();
     let (speed, damping) = (point.belt_speed * units.velocity, point.damping * units.damping);
-    format!(
-        "slipmap probe --machine '{}' --set belt_speed={} --set damping={}",
-        job.config_file.display(),
-        exact(speed),
-        exact(damping)
-    )
+    let written =
+        load_machine(&job.config_file, &[]).map_or_else(|_| Vec::new(), |of| of.machine.quantities());
+    let set = machine.quantities().into_iter().filter(|quantity| !written.contains(quantity));
+    let set = set.filter(|(name, _)| !["belt_speed", "damping"].contains(name));
+    let sets: String = set
+        .chain([("belt_speed", speed), ("damping", damping)])
+        .map(|(name, value)| format!(" --set {name}={}", exact(value)))
+        .collect();
+    format!("slipmap probe --machine '{}'{sets}", job.config_file.display())
 }
 
 /// "curves over V and c at gamma = 2: hopf 1, grazing sliding 2, 310 points".

@@ -209,8 +209,15 @@ pub(crate) fn table_of_text(
                     format!("{name}:{line}: the third column holds standard errors, but not in every row");
                 return fail(problem, "give one in every row, in the units of the friction, or none");
             }
-            // The header.
-            [None, None, ..] if data.is_empty() => {}
+            // The header; without a static level the data are those of a machine, in SI units.
+            [None, None, ..] if data.is_empty() => {
+                let unit = record.get(0).filter(|_| static_level.is_none()).and_then(foreign_unit);
+                if let Some((unit, factor)) = unit {
+                    let problem = format!("{name}:{line}: the header says that slip speeds are in {unit}");
+                    let remedy = "multiply them by that, or correct the header";
+                    return fail(problem, &format!("slip speeds are read in {factor}; {remedy}"));
+                }
+            }
             _ => {
                 let row: Vec<&str> = record.iter().collect();
                 let problem = format!("{name}:{line}: `{}` is not a pair of numbers", row.join(","));
@@ -234,6 +241,25 @@ pub(crate) fn table_of_text(
         let line = error.row.and_then(|row| lines.get(row)).map_or(String::new(), |line| format!(":{line}"));
         (format!("{name}{line}: {}", error.problem), error.remedy)
     })
+}
+
+/// A unit of slip speed other than those of SI in the header of a table: its name, and what makes it one of SI.
+fn foreign_unit(header: &str) -> Option<(&'static str, &'static str)> {
+    const UNITS: [(&[&str], &str); 9] = [
+        (&["km/h", "kmh", "kph"], "m/s, and 1 km/h is 0.277778 m/s"),
+        (&["mph"], "m/s, and 1 mph is 0.44704 m/s"),
+        (&["mm/s"], "m/s, and 1 mm/s is 0.001 m/s"),
+        (&["cm/s"], "m/s, and 1 cm/s is 0.01 m/s"),
+        (&["um/s", "µm/s", "μm/s"], "m/s, and 1 µm/s is 0.000001 m/s"),
+        (&["m/min"], "m/s, and 1 m/min is 0.0166667 m/s"),
+        (&["mm/min"], "m/s, and 1 mm/min is 0.0000166667 m/s"),
+        (&["rpm", "1/min", "rev/min", "r/min"], "rad/s, and 1 rpm is 0.10472 rad/s"),
+        (&["deg/s", "°/s"], "rad/s, and 1 deg/s is 0.0174533 rad/s"),
+    ];
+    let header = header.to_lowercase();
+    let words: Vec<&str> = header.split([' ', '(', ')', '[', ']', ',', ';', '_', '{', '}']).collect();
+    let unit = UNITS.iter().find(|(names, _)| names.iter().any(|name| words.contains(name)));
+    unit.map(|(names, factor)| (names[0], *factor))
 }
 
 /// Refuses symbols in a formula for which no axis gives a value.

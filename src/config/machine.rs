@@ -66,13 +66,18 @@ pub(crate) fn check_names(formula: &Expression) -> Result<(), ExpressionError> {
 
 /// The remedy for an unknown key of `[machine]`.
 pub(super) fn remedy(key: &str, law: &Law) -> String {
-    match Coefficients::NAMES.contains(&key) {
-        true => format!(
+    match key {
+        // What a tap test gives.
+        "damping_ratio" => {
+            "write damping = 2 * damping_ratio * sqrt(stiffness * mass), a number in N s/m".into()
+        }
+        "frequency" => "write stiffness = mass * (2 * pi * frequency)^2, a number in N/m".into(),
+        key if Coefficients::NAMES.contains(&key) => format!(
             "leave it out: it belongs to the laws stribeck, exponential and lorentzian, and the law `{}` has its own \
              friction at every speed",
             law.name()
         ),
-        false => nearest("key", key, &keys(law)),
+        key => nearest("key", key, &keys(law)),
     }
 }
 

@@ -153,9 +153,32 @@ impl Regime {
         }
     }
 
+    /// Its attractors; none of [`Regime::Failed`].
+    #[must_use]
+    pub fn attractors(self) -> Attractors {
+        let mut all = (0..16).map(|bits| {
+            let [equilibrium, slip, stick_slip, crossing] = [1, 2, 4, 8].map(|bit| bits & bit != 0);
+            Attractors { equilibrium, slip, stick_slip, crossing }
+        });
+        let none = Attractors { equilibrium: false, slip: false, stick_slip: false, crossing: false };
+        all.find(|attractors| Regime::of(*attractors) == self).unwrap_or(none)
+    }
+
     /// The stored code.
     #[must_use]
     pub fn code(self) -> i8 {
         self as i8
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_regime_is_its_set_of_attractors() {
+        for regime in Regime::ALL {
+            assert_eq!(Regime::of(regime.attractors()), regime);
+        }
     }
 }

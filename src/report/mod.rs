@@ -24,7 +24,7 @@ use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 
 pub(crate) use boundary::{Boundaries, MethodBoundary};
-pub(crate) use machine_page::MachinePage;
+pub(crate) use machine_page::{MachinePage, Subject};
 pub(crate) use table::csv_text;
 pub use table::{Cell, Table};
 pub(crate) use text::{Rich, rich};

@@ -25,6 +25,12 @@ use super::error::StoreError;
 /// First bytes of every frame, and so of every journal. The line ends are as in PNG's signature.
 pub(super) const MAGIC: [u8; 8] = *b"\x89slip\r\n\x1a";
 
+/// Whether a file is the journal of a run that has not ended.
+pub(crate) fn is_journal(path: &Path) -> bool {
+    let mut first = [0; MAGIC.len()];
+    File::open(path).is_ok_and(|mut file| file.read_exact(&mut first).is_ok()) && first == MAGIC
+}
+
 /// Length in bytes of a frame's header.
 const HEAD: usize = 64;
 

@@ -96,6 +96,7 @@ pub use check::{CheckReport, Problem, check};
 
 pub use crate::files::Existing;
 pub use error::StoreError;
+pub(crate) use journal::is_journal;
 pub(crate) use pack::ByteSink;
 pub use pack::{PackedRecord, Packer};
 pub(crate) use partial::{Left, left, remove_unfinished};

@@ -120,8 +120,8 @@ fn examples_are_mapped_checked_and_probed_in_si_units() {
         let [speed, damping] = [format!("belt_speed={speed:?}"), format!("damping={damping}")];
         let run = ["probe", "--machine", "machine.toml", "--set", &speed, "--set", &damping];
         let text = scratch.run(&run).ends_with(0).out;
-        for part in ["in SI units", "critical belt speed", motion.unit(Dimension::Damping), "Hz", "amplitude"]
-        {
+        let speed = if motion == Motion::Rotation { "critical rotary speed" } else { "critical belt speed" };
+        for part in ["in SI units", speed, motion.unit(Dimension::Damping), "Hz", "amplitude"] {
             assert!(text.contains(part), "{part} is not in\n{text}");
         }
     }
@@ -215,6 +215,10 @@ fn bad_machines_are_refused_with_their_place() {
     with("mass = 2.0", "mass = \"2 kg\"").refuses(&["bad.toml:4:8", "\"2 kg\""]);
     with("mass = 2.0\n", "").refuses(&["bad.toml", "`mass` is missing", "SI units"]);
     with("mass", "mas").refuses(&["bad.toml:4:1", "`mas`", "`mass`"]);
+    with("damping = 4.0", "damping_ratio = 0.02")
+        .refuses(&["unknown key `damping_ratio`", "damping = 2 * damping_ratio * sqrt(stiffness * mass)"]);
+    with("stiffness = 800.0", "frequency = 80.0")
+        .refuses(&["unknown key `frequency`", "stiffness = mass * (2 * pi * frequency)^2"]);
     with("kinetic_friction = 0.3", "kinetic_friction = 0.5")
         .refuses(&["bad.toml:8:20", "kinetic_friction must be from 0 to static_friction"]);
     with("[0.1, 0.2]", "[0.2, 0.1]").refuses(&["bad.toml:10:14", "0.1 follows 0.2", "sort"]);
@@ -292,7 +296,16 @@ fn a_page_assesses_a_machine() {
     run(&["--out", "page.pdf"]).ends_with(0);
     run(&["--out", "page.pdf"]).refuses(&["page.pdf", "--overwrite"]);
     run(&["--out", "page.svg"]).ends_with(0);
-    roxmltree::Document::parse(&scratch.read("page.svg")).unwrap();
+    let svg = scratch.read("page.svg");
+    roxmltree::Document::parse(&svg).unwrap();
+    for page in [&svg, &html] {
+        // Where it comes from, and the friction curve.
+        let source = format!("slipmap {}, 20", env!("CARGO_PKG_VERSION"));
+        assert!(
+            page.contains(&source) && page.contains(": brake.toml --set belt_speed=0.2 --set damping=180")
+        );
+        assert!(page.contains("Coefficient of friction; dashed: the belt speed"));
+    }
     // Uncertain quantities: a probability with its limits, and a damping for each share.
     let uncertain = example("brake_pad")
         .replace("normal_force = 1000.0", "normal_force = { value = 1000.0, sd = 200.0 }");

@@ -129,6 +129,20 @@ fn what_a_machine_of_a_law_needs_is_told_at_once() {
     refused(table(""), &["end at slip speed 0.15 m/s", "up to 0.2 m/s"]);
     refused(table("static = 0.4"), &["static", "leave it out"]);
     refused(table("quantity = \"forces\""), &["quantity", "force"]);
+    // A header that names another unit.
+    for (header, unit, factor) in [
+        ("v [km/h],mu,se", "km/h", "0.277778 m/s"),
+        ("slip speed (mm/s),mu", "mm/s", "0.001 m/s"),
+        ("rpm,mu", "rpm", "0.10472 rad/s"),
+    ] {
+        scratch.file("mu.csv", format!("# a rig\n{header}\n0,0.4,0.1\n0.5,0.35,0.1\n1.5,0.3,0.1\n"));
+        refused(table(""), &["mu.csv:2: the header", unit, factor, "correct the header"]);
+    }
+    for header in ["speed (m/s),mu", "v_in_m/s,mu"] {
+        scratch.file("mu.csv", format!("{header}\n0,0.4\n0.5,0.35\n1.5,0.3\n"));
+        scratch.file("good.toml", table(""));
+        scratch.run(&["probe", "--machine", "good.toml"]).ends_with(0);
+    }
     scratch.file("mu.csv", "0,-0.4\n0.05,0.35\n0.3,0.3\n");
     refused(table(""), &["mu.csv:1", "at rest is -0.4", "greater than 0"]);
     scratch.file("mu.csv", "0,1\n0.5,0.8\n2,0.7\n");

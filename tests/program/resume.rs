@@ -245,6 +245,7 @@ fn an_interrupted_run_is_neither_ignored_nor_overwritten() {
     let help = ["map.h5.part holds the finished tiles of an interrupted run", "--resume", "--overwrite"];
     scratch.run(&["run", "job.toml"]).refuses(&help);
     assert_eq!(fs::read(scratch.path().join("map.h5.part")).unwrap(), before);
+    scratch.run(&["check", "map.h5.part"]).refuses(&["a run that was interrupted", "--resume"]);
     scratch.run(&["run", "job.toml", "--resume", "--overwrite"]).refuses(&["--resume", "--overwrite"]);
     let small = ["--set", "grid.alpha=0.3", "--set", "grid.gamma.points=2"];
     scratch.run(&[&["run", "job.toml", "--overwrite"][..], &small].concat()).ends_with(0);

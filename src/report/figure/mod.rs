@@ -18,6 +18,7 @@ pub(crate) mod orbit;
 pub(crate) mod palette;
 pub(crate) mod panels;
 pub(crate) mod paper;
+pub(crate) mod paragraph;
 pub mod plot;
 pub(crate) mod portrait;
 pub(crate) mod portraits;

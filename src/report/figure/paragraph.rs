@@ -1,0 +1,121 @@
+//! Paragraphs: texts broken into lines of a width.
+
+use super::super::text::{Piece, Rich};
+use super::scene::text_width;
+
+/// The lines of a text of this size that are at most this wide, and at most so many: what is left out is told by
+/// dots. Numbers stay with their units, and signs of operation at the end of their line.
+pub(crate) fn paragraph(text: &Rich, size: f64, width: f64, most: usize) -> Vec<Rich> {
+    let fits = |line: &Rich| text_width(line, size) <= width;
+    let mut lines: Vec<Rich> = vec![Rich::default()];
+    for atom in atoms(text) {
+        // Nothing to break at: wherever it must be.
+        let parts = if fits(&atom) { vec![atom] } else { letters(&atom) };
+        for part in parts {
+            let Some(line) = lines.last_mut() else { continue };
+            let longer = line.clone().then(part.clone());
+            if line.pieces.is_empty() || fits(&longer) {
+                *line = longer;
+            } else {
+                lines.push(part);
+            }
+        }
+    }
+    if lines.len() > most {
+        lines.truncate(most);
+        if let Some(last) = lines.last_mut() {
+            let mut parts = letters(last);
+            while parts.pop().is_some() {
+                *last = parts.iter().cloned().fold(Rich::default(), Rich::then).then(" …");
+                if fits(last) {
+                    break;
+                }
+            }
+        }
+    }
+    lines
+}
+
+/// The parts between which a line may be broken.
+fn atoms(text: &Rich) -> Vec<Rich> {
+    let mut atoms = vec![Rich::default()];
+    // The word before, which may consist of several pieces.
+    let mut before = String::new();
+    for piece in &text.pieces {
+        let words = match piece {
+            Piece::Words(words) => words.split_inclusive(' ').collect(),
+            Piece::Symbol(_) => vec![""],
+        };
+        for word in words {
+            let ended = before.ends_with(' ');
+            let number = before.trim_end().ends_with(|last: char| last.is_ascii_digit());
+            let short = word.trim().chars().count() <= 2 || word.contains('/');
+            if ended && !number && !short {
+                atoms.push(Rich::default());
+            }
+            before = if ended { word.to_owned() } else { before + word };
+            let part = if matches!(piece, Piece::Symbol(_)) {
+                Rich { pieces: vec![piece.clone()] }
+            } else {
+                Rich::foreign(word)
+            };
+            if let Some(atom) = atoms.last_mut() {
+                atom.pieces.extend(part.pieces);
+            }
+        }
+    }
+    atoms
+}
+
+/// Every letter and every symbol of a text.
+fn letters(text: &Rich) -> Vec<Rich> {
+    let of = |piece: &Piece| match piece {
+        Piece::Words(words) => words.chars().map(|letter| Rich::foreign(&letter.to_string())).collect(),
+        Piece::Symbol(_) => vec![Rich { pieces: vec![piece.clone()] }],
+    };
+    text.pieces.iter().flat_map(of).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::text::rich;
+    use super::*;
+
+    fn broken(text: &Rich, width: f64, most: usize) -> Vec<String> {
+        let lines = paragraph(text, 8.0, width, most);
+        for line in &lines {
+            // A space at the end of a line is not seen.
+            let seen = Rich::foreign(line.plain().trim_end());
+            assert!(text_width(&seen, 8.0) <= width, "{line:?}");
+        }
+        lines.iter().map(|line| line.plain().trim_end().to_owned()).collect()
+    }
+
+    #[test]
+    fn numbers_stay_with_their_units() {
+        let number = |value: f64| Rich::number(value, 3).with_unit("N s/m");
+        let text = rich("Stick-slips at ").then(number(30.0)).then("; more than ").then(number(481.0));
+        let text = text.then(" ends stick-slip.");
+        let all = broken(&text, 1000.0, 9);
+        assert_eq!(all, ["Stick-slips at 30 N s/m; more than 481 N s/m ends stick-slip."]);
+        for width in [90.0, 100.0, 110.0, 130.0, 150.0] {
+            let lines = broken(&text, width, 9);
+            assert_eq!(lines.join(" "), all[0]);
+            for line in lines {
+                let last = line.chars().last().unwrap();
+                assert!(!last.is_ascii_digit() && !line.ends_with(" N") && !line.ends_with(" s"), "{line}");
+            }
+        }
+    }
+
+    #[test]
+    fn long_words_are_broken_and_long_texts_end_in_dots() {
+        let word = Rich::foreign(&"x".repeat(100));
+        assert_eq!(broken(&word, 100.0, 99).concat(), "x".repeat(100));
+        let lines = broken(&word, 100.0, 2);
+        assert!(lines.len() == 2 && lines[1].ends_with('…') && lines[1].len() > 10, "{lines:?}");
+        let formula = "muk + (mus - muk)*exp(-u/vs) + bump*exp(-((u - 0.3)/0.05)^2)";
+        let lines = broken(&Rich::foreign(formula), 150.0, 9);
+        assert_eq!(lines, ["muk + (mus - muk)*exp(-u/vs) +", "bump*exp(-((u - 0.3)/0.05)^2)"]);
+    }
+}

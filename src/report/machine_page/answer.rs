@@ -1,0 +1,84 @@
+//! The answer of the page in a sentence.
+
+use super::super::text::{Rich, rich};
+use super::lines::quantity;
+use crate::assessment::{Assessment, Undetermined};
+use crate::machine::{Dimension, Motion};
+use crate::map::{Attractors, Regime};
+
+/// What it does at the working point, and the damping that ends it.
+pub(super) fn in_words(all: &Assessment) -> Rich {
+    let (machine, does) = (&all.machine, &all.behaviour);
+    let unit = |dimension| machine.motion.unit(dimension);
+    let limit = |damping: f64| Rich::number(damping, 3).with_unit(unit(Dimension::Damping));
+    let place = quantity(machine.belt_speed, unit(Dimension::Velocity)).then(" and ");
+    let place = place.then(quantity(machine.damping, unit(Dimension::Damping)));
+    let sentence = rich(&does_what(all)).then(" at ").then(place).then(vibration(all));
+    let Attractors { slip, stick_slip, crossing, .. } = does.regime.attractors();
+    let vibrates = slip || stick_slip || crossing || sticks(all) == Some(true);
+    if does.regime == Regime::Failed && !vibrates {
+        return sentence.then(".");
+    }
+    match (vibrates, does.critical_damping, all.vibrates_below_damping) {
+        (true, Some(stick_slip), Some(every))
+            if every > stick_slip * (1.0 + 1e-6) && stick_slip > machine.damping =>
+        {
+            let first = sentence.then("; more than ").then(limit(stick_slip)).then(" ends stick-slip");
+            first.then(", more than ").then(limit(every)).then(" every vibration.")
+        }
+        (true, _, Some(every)) => {
+            sentence.then("; more than ").then(limit(every)).then(" ends the vibration.")
+        }
+        (true, Some(stick_slip), None) => {
+            sentence.then("; more than ").then(limit(stick_slip)).then(" ends stick-slip.")
+        }
+        (false, _, Some(every)) if every > 0.0 => {
+            sentence.then("; it may vibrate below ").then(limit(every)).then(".")
+        }
+        _ => sentence.then("."),
+    }
+}
+
+/// Whether the stick-slip cycle attracts where the regime is not determined in full.
+fn sticks(all: &Assessment) -> Option<bool> {
+    all.undetermined.as_ref().and_then(|Undetermined { sticks, .. }| *sticks)
+}
+
+/// "Stick-slips from every start", "Slips steadily or stick-slips, depending on the start,".
+fn does_what(all: &Assessment) -> String {
+    let regime = all.behaviour.regime;
+    if regime == Regime::Failed {
+        return match sticks(all) {
+            Some(true) => "Stick-slips at least from some starts".into(),
+            _ => "What it does is not determined".into(),
+        };
+    }
+    let Attractors { equilibrium, slip, stick_slip, crossing } = regime.attractors();
+    // Clauses of more than one attractor are short: commas separate them.
+    let several = [equilibrium, slip, stick_slip, crossing].iter().filter(|it| **it).count() > 1;
+    let does = [
+        (equilibrium, "slips steadily", "slips steadily from every start"),
+        (slip, "vibrates without sticking", "vibrates from every start, without sticking,"),
+        (stick_slip, "stick-slips", "stick-slips from every start"),
+        (crossing, "overtakes the belt at every turn", "overtakes the belt at every turn, from every start,"),
+    ];
+    let does: Vec<&str> =
+        does.iter().filter(|(is, ..)| *is).map(|(_, of, alone)| if several { *of } else { *alone }).collect();
+    let words = match does.as_slice() {
+        [first @ .., last] if several => format!("{} or {last}, depending on the start,", first.join(", ")),
+        _ => does.concat(),
+    };
+    let mut letters = words.chars();
+    letters.next().map_or_else(String::new, |first| first.to_ascii_uppercase().to_string() + letters.as_str())
+}
+
+/// " (75 Hz, 0.41 mm)": frequency and amplitude of the attracting cycle.
+fn vibration(all: &Assessment) -> Rich {
+    let Some((period, amplitude)) = all.period.zip(all.behaviour.amplitude) else { return Rich::default() };
+    let amplitude = match all.machine.motion {
+        Motion::Translation => Rich::number(1e3 * amplitude, 2).with_unit("mm"),
+        Motion::Rotation => Rich::number(amplitude, 2).with_unit("rad"),
+    };
+    let frequency = Rich::number(1.0 / period, 2).with_unit("Hz");
+    rich(" (").then(frequency).then(", ").then(amplitude).then(")")
+}

@@ -1,0 +1,355 @@
+//! The lines of the page: questions and answers, section by section.
+
+use super::super::figure::palette;
+use super::super::text::{Rich, rich};
+use super::super::units::join;
+use crate::assessment::{Assessment, Undetermined};
+use crate::behaviour::Limit;
+use crate::friction::Table;
+use crate::machine::{Dimension, Friction, Machine, Motion, scatter};
+use crate::map::Regime;
+use crate::risk::{Estimate, Risk, Spread, Uncertain};
+
+/// A question and its answer.
+pub(crate) type Line = (Rich, Rich);
+
+/// A heading and its lines.
+pub(crate) type Section = (&'static str, Vec<Line>);
+
+pub(super) fn quantity(value: f64, unit: &str) -> Rich {
+    Rich::number(value, 4).with_unit(unit)
+}
+
+fn line(name: &str, value: Rich) -> Line {
+    (rich(name), value)
+}
+
+/// All of the page.
+pub(super) fn sections(all: &Assessment, uncertain: &[Uncertain], risk: Option<&Risk>) -> Vec<Section> {
+    let mut sections = vec![("Machine", given(all, uncertain)), ("Limits", limits(all))];
+    sections.extend(risk.map(|risk| ("Uncertain quantities", risk_lines(all, risk))));
+    sections.push(("Motion", motion(all)));
+    sections.push(("Critical damping changes with", sensitivities(all, uncertain)));
+    sections.push(("What is proved and what is computed", proved(all)));
+    sections
+}
+
+/// The quantity of this name with its unit and its spread: "2 kg ± 0.05 (sd)", "225 N s/m, 150 to 300 (uniform)".
+fn with_spread(name: &str, value: f64, unit: &str, uncertain: &[Uncertain]) -> Rich {
+    let text = quantity(value, unit);
+    match uncertain.iter().find(|(known, _)| *known == name) {
+        None => text,
+        Some((_, Spread::Normal { sd })) => text.then(" ± ").then(Rich::number(*sd, 3)).then(" (sd)"),
+        Some((_, Spread::Uniform { min, max })) => {
+            let ends = Rich::number(*min, 4).then(" to ").then(Rich::number(*max, 4));
+            text.then(", ").then(ends).then(" (uniform)")
+        }
+    }
+}
+
+/// The machine as it was given.
+fn given(all: &Assessment, uncertain: &[Uncertain]) -> Vec<Line> {
+    let machine = &all.machine;
+    let of = |name: &str, value: f64, dimension: Dimension| {
+        with_spread(name, value, machine.motion.unit(dimension), uncertain)
+    };
+    let named =
+        |name: &str, value: f64, dimension| line(&machine.motion.words(name), of(name, value, dimension));
+    let mut given = vec![
+        named("mass", machine.mass, Dimension::Mass),
+        named("stiffness", machine.stiffness, Dimension::Stiffness),
+    ];
+    if machine.normal_force_is_known {
+        given.push(named("normal_force", machine.normal_force, Dimension::Force));
+    }
+    given.extend(given_friction(machine, uncertain));
+    given.push(named("belt_speed", machine.belt_speed, Dimension::Velocity));
+    let ratio = rich(" (damping ratio ").then(Rich::number(all.behaviour.damping_ratio, 3)).then(")");
+    given.push(line("damping", of("damping", machine.damping, Dimension::Damping).then(ratio)));
+    given
+}
+
+fn given_friction(machine: &Machine, uncertain: &[Uncertain]) -> Vec<Line> {
+    match &machine.friction {
+        Friction::Coefficients(law, of) => {
+            let number = |name: &str, value: f64| with_spread(name, value, "", uncertain);
+            let rest = number("static_friction", of.static_friction);
+            let kinetic = number("kinetic_friction", of.kinetic_friction);
+            let velocity = machine.motion.unit(Dimension::Velocity);
+            let width = with_spread("stribeck_velocity", of.stribeck_velocity, velocity, uncertain);
+            let mut lines = vec![
+                line("friction law", Rich::foreign(law.name())),
+                line("coefficient of friction at rest, kinetic", rest.then(", ").then(kinetic)),
+                line("Stribeck velocity", width),
+            ];
+            if of.strengthening > 0.0 {
+                lines.push(line("strengthening", number("strengthening", of.strengthening)));
+            }
+            lines
+        }
+        Friction::Formula(formula, parameters) => {
+            let mut lines = vec![line("coefficient of friction", Rich::foreign(formula.text()))];
+            let named = formula.parameters().iter().zip(parameters.as_slice());
+            let values = named.map(|(of, value)| {
+                Rich::foreign(&format!("{} = ", of.name)).then(with_spread(of.name, *value, "", uncertain))
+            });
+            if !parameters.as_slice().is_empty() {
+                lines.push(line("with", join(values)));
+            }
+            lines
+        }
+        Friction::Measured(table) => {
+            let unit = if machine.normal_force_is_known { "" } else { machine.motion.unit(Dimension::Force) };
+            let name = machine.words_of_friction();
+            vec![line(name, table_in_words(table)), line("at rest", quantity(table.static_level(), unit))]
+        }
+    }
+}
+
+/// "pad.csv, 11 rows, standard errors 0.001 to 0.008".
+fn table_in_words(table: &Table) -> Rich {
+    let text = Rich::foreign(&format!("{}, {} rows", table.origin(), table.data().count()));
+    let Some(errors) = table.standard_errors() else { return text };
+    let [least, most] = [f64::min, f64::max].map(|of| errors.iter().copied().reduce(of).unwrap_or(0.0));
+    let range = if least < most {
+        Rich::number(least, 2).then(" to ").then(Rich::number(most, 2))
+    } else {
+        Rich::number(most, 2)
+    };
+    text.then(", standard errors ").then(range)
+}
+
+/// The limits of belt speed and damping.
+fn limits(all: &Assessment) -> Vec<Line> {
+    let (machine, does) = (&all.machine, &all.behaviour);
+    let unit = |dimension| machine.motion.unit(dimension);
+    let of = |value: f64, dimension: Dimension| quantity(value, unit(dimension));
+    use Dimension::{Damping, Velocity};
+    let speed = machine.motion.words("belt_speed");
+    let with_error = |damping: f64| match all.standard_error_of(damping) {
+        Some(error) => {
+            let error = Rich::number(error, 2);
+            of(damping, Damping).then(", ± ").then(error).then(" by the standard errors of the data")
+        }
+        None => of(damping, Damping),
+    };
+    let critical = match (does.critical_damping, does.critical_damping_error) {
+        (Some(damping), _) if all.standard_error_of(damping).is_some() => with_error(damping),
+        (Some(damping), Some(error)) => {
+            Rich::number(damping, 4).then(" ± ").then(Rich::number(error, 2)).with_unit(unit(Damping))
+        }
+        _ if does.critical_damping_is_known => rich("none: it needs no damping"),
+        _ => rich("not determined"),
+    };
+    let below = |limit: &Limit, otherwise: &str| match limit {
+        Limit::Below(speed) => of(*speed, Velocity),
+        Limit::Everywhere => rich(&format!("any, up to 1,000 times the {speed}")),
+        Limit::NotFound => rich(otherwise),
+    };
+    let mut limits = regime_lines(all);
+    limits.extend([
+        line(
+            &format!("stick-slips whatever the start below {speed}"),
+            below(&all.always_below_speed, "none was found"),
+        ),
+        line(
+            &format!("may stick-slip below {speed}"),
+            below(&does.critical_belt_speed, "no limit was found"),
+        ),
+        line(
+            "stick-slips whatever the start below damping",
+            all.always_below_damping.map_or_else(|| rich("none was found"), with_error),
+        ),
+        line("may stick-slip below damping", critical),
+        line(
+            "steady slip is unstable below damping",
+            match all.hopf_damping > 0.0 {
+                true => with_error(all.hopf_damping),
+                false => rich("none: it needs no damping"),
+            },
+        ),
+        line(
+            "vibrates at all (stick-slip or slip cycle) below damping",
+            match all.vibrates_below_damping {
+                Some(0.0) => rich("none: it needs no damping"),
+                Some(damping) => with_error(damping),
+                None => rich("not determined"),
+            },
+        ),
+    ]);
+    if all.standard_errors.is_some() {
+        let words = "not known; they depend on the slope of the data there";
+        limits.push(line("standard errors of the other limits", rich(words)));
+    }
+    if let Some(margin) = all.safety_margin() {
+        limits.push(line("damping over critical damping", quantity(margin, "")));
+    }
+    limits
+}
+
+/// What it does at the working point.
+fn motion(all: &Assessment) -> Vec<Line> {
+    let does = &all.behaviour;
+    let of = |value: f64, dimension: Dimension| quantity(value, all.machine.motion.unit(dimension));
+    use Dimension::{Length, Time, Velocity};
+    let mut motion = vec![line("undamped natural frequency", quantity(does.natural_frequency, "Hz"))];
+    if let Some(period) = all.period {
+        let frequency = rich(" (").then(quantity(1.0 / period, "Hz")).then(")");
+        motion.push(line("period of the vibration", of(period, Time).then(frequency)));
+    }
+    if let Some([slip, stick]) = does.slip_and_stick_time {
+        motion.push(line("slip time, stick time", of(slip, Time).then(", ").then(of(stick, Time))));
+    }
+    if let Some(amplitude) = does.amplitude {
+        motion.push(line("amplitude, half of peak to peak", of(amplitude, Length)));
+    }
+    if let Some(amplitude) = all.velocity_amplitude {
+        motion.push(line("velocity amplitude", of(amplitude, Velocity)));
+    }
+    match all.kick {
+        Some(kick) => motion.push(line(
+            match all.machine.motion {
+                Motion::Translation => "kick that starts it: with the belt, against it",
+                Motion::Rotation => "kick that starts it: with the rotation, against it",
+            },
+            of(kick.forward, Velocity).then(", ").then(of(kick.backward, Velocity)),
+        )),
+        None => motion.push(line(
+            "kick that starts it",
+            rich(match does.regime {
+                Regime::StickSlip | Regime::PureSlip | Regime::Crossing => "none is needed",
+                Regime::Equilibrium => "no kick of steady slip does",
+                // A cycle that crosses the belt line may be started by a kick that is not computed.
+                _ => "not determined",
+            }),
+        )),
+    }
+    motion
+}
+
+/// By how much the critical damping changes with each quantity, and how much of its uncertainty comes from each.
+fn sensitivities(all: &Assessment, uncertain: &[Uncertain]) -> Vec<Line> {
+    let machine = &all.machine;
+    if all.sensitivities.is_empty() {
+        let words = "by an unknown amount: no critical damping was found next to it";
+        return vec![line("any quantity", rich(words))];
+    }
+    let values = machine.quantities();
+    let lines = all.sensitivities.iter().map(|of| {
+        let name = match of.quantity {
+            "normal_force" if !machine.normal_force_is_known => "all friction forces".into(),
+            name => machine.words(name),
+        };
+        let per_cent = Rich::number(of.critical_damping, 3).then(" % for 1 %");
+        // To first order.
+        let sd = uncertain.iter().find(|(known, _)| *known == of.quantity).map(|(_, spread)| spread.sd());
+        let value = values.iter().find(|(known, _)| *known == of.quantity).map(|(_, value)| *value);
+        let moved = sd.zip(value).zip(all.behaviour.critical_damping);
+        let moved = moved.map(|((sd, value), critical)| (of.critical_damping * critical * sd / value).abs());
+        let by_spread = moved.filter(|moved| *moved > 0.0).map_or_else(Rich::default, |moved| {
+            let unit = machine.motion.unit(Dimension::Damping);
+            rich("; by its spread ± ").then(Rich::number(moved, 2)).with_unit(unit)
+        });
+        (Rich::foreign(&name), per_cent.then(by_spread))
+    });
+    lines.collect()
+}
+
+fn proved(all: &Assessment) -> Vec<Line> {
+    let deciding: Vec<_> = all.proofs.iter().filter(|proof| proof.verdict != "undecided").collect();
+    let proved = match deciding.first() {
+        Some(first) => {
+            let tests: Vec<&str> = deciding.iter().map(|proof| proof.test).collect();
+            format!("{}, proved by {}", first.verdict, tests.join(", ").replace('_', " "))
+        }
+        None => "no proof decides it".to_owned(),
+    };
+    vec![
+        line("stick-slip cycle at the working point", Rich::foreign(&proved)),
+        line("all numbers above", rich("computed: orbits to 1e-9, sensitivities to 1e-5")),
+    ]
+}
+
+/// What attracts at the working point; where that is not determined what is known of it, and why the rest is not.
+pub(super) fn regime_lines(all: &Assessment) -> Vec<Line> {
+    const NAME: &str = "regime at the working point";
+    let Some(Undetermined { sticks, is_stable, reasons }) = &all.undetermined else {
+        return vec![(rich(NAME), rich(&palette::regime(all.behaviour.regime).words))];
+    };
+    let stick_slip = match sticks {
+        Some(true) => "the stick-slip cycle attracts, ",
+        Some(false) => "no stick-slip cycle exists, ",
+        None => "",
+    };
+    let steady = if *is_stable { "steady slip attracts" } else { "steady slip is unstable" };
+    let mut lines = vec![
+        (rich(NAME), rich("not determined in full")),
+        (rich("what is known of it"), rich(&format!("{stick_slip}{steady}"))),
+    ];
+    let whys = reasons.iter().map(|why| (rich("what is not, and why"), Rich::foreign(why)));
+    lines.extend(whys);
+    if let Friction::Measured(table) = &all.machine.friction
+        && let Some((turns, rows)) = scatter(table)
+    {
+        let name = format!("the table changes its direction at {turns} of {rows} rows");
+        let advice = "average neighbouring rows into 10 to 20 speeds, with their errors";
+        lines.push((rich(&name), rich(advice)));
+    }
+    lines
+}
+
+/// The probability of stick-slip, and the dampings for given probabilities.
+fn risk_lines(all: &Assessment, risk: &Risk) -> Vec<Line> {
+    let unit = all.machine.motion.unit(Dimension::Damping);
+    let limits = |estimate: &Estimate| {
+        let [low, high] = estimate.limits.map(|limit| Rich::number(limit, 4));
+        let value = Rich::number(estimate.value, 4);
+        // Draws that hardly differ have limits that do not differ in print.
+        let interval = match low.plain() == high.plain() {
+            true => rich(""),
+            false => rich(" (").then(low).then(" to ").then(high).then(")"),
+        };
+        value.then(interval).with_unit(unit)
+    };
+    let mut lines = vec![(
+        rich("probability that it may stick-slip (95 % limits)"),
+        rich(&percentage(&risk.probability)).then(rich(&format!(", {} draws", risk.draws))),
+    )];
+    if risk.critical_damping_error > 0.0 {
+        let error = Rich::number(risk.critical_damping_error, 2).with_unit(unit);
+        lines.push((rich("largest error met of a draw's critical damping"), error));
+    }
+    if let Some(error) = risk.standard_error {
+        let value = Rich::number(error, 3).then(Rich::foreign(&format!(" {unit}, part of each draw")));
+        lines.push((rich("standard error of critical damping, by friction"), value));
+    }
+    for rare in &risk.rare_by {
+        let name = rich("damping that makes it ").then(Rich::number(100.0 * rare.probability, 4)).then(" %");
+        let value = rare.damping.as_ref().map_or_else(|| rich("too few draws"), limits);
+        lines.push((name, value));
+    }
+    lines.push((rich("limits in brackets"), rich("those of the sampling by draws alone, 95 %")));
+    lines
+}
+
+/// A share in per cent, to two decimals: what would be printed as 0 or 100 but is not is given as beyond the
+/// last number that can be.
+fn percent(share: f64) -> String {
+    match 100.0 * share {
+        0.0 => "0".into(),
+        100.0 => "100".into(),
+        percent if percent < 0.01 => "< 0.01".into(),
+        percent if percent > 99.99 => "> 99.99".into(),
+        percent => {
+            let text = format!("{percent:.2}");
+            text.trim_end_matches('0').trim_end_matches('.').to_owned()
+        }
+    }
+}
+
+/// A share in per cent with its limits, where these differ in print.
+pub(super) fn percentage(share: &Estimate) -> String {
+    let [low, high] = share.limits.map(percent);
+    let interval = if low == high { String::new() } else { format!(" ({low} to {high})") };
+    format!("{}{interval} %", percent(share.value))
+}
