@@ -12,6 +12,7 @@ use super::chances::Chances;
 use super::output::{self, Align, Table, bytes, count, duration, number_of, object};
 use super::preflight::{Preflight, peak, sizes};
 use super::{Ended, Failure};
+use crate::clock::{process_time, thread_time};
 use crate::config::Job;
 use crate::dataset::Schema;
 use crate::filippov::Oscillator;
@@ -48,6 +49,42 @@ pub(super) struct Sampled {
     seconds: f64,
     /// Bytes of the file.
     pub(super) packed: u128,
+    /// Whether the sample is smaller than a tile, so that both are bounds: small tiles are packed less densely, and
+    /// the work at their beginning counts more.
+    at_most: bool,
+}
+
+/// What was computed of a sample.
+struct Timed {
+    cells: usize,
+    /// Wall-clock time, by which the sample ends.
+    elapsed: Duration,
+    /// Seconds that it takes where no other program is busy.
+    seconds: f64,
+    /// Packed bytes.
+    packed: u64,
+}
+
+/// A clock of the processor time of all threads: another busy program makes the wall-clock time longer, but not that
+/// of the run.
+struct Clock {
+    start: Instant,
+    process: Duration,
+}
+
+impl Clock {
+    fn start() -> Self {
+        Self { start: Instant::now(), process: process_time() }
+    }
+
+    /// Seconds so far with every one of `workers` threads busy.
+    fn seconds(&self, workers: usize) -> f64 {
+        if cfg!(not(unix)) {
+            return self.start.elapsed().as_secs_f64();
+        }
+        let cores = std::thread::available_parallelism().map_or(workers, |cores| workers.min(cores.get()));
+        (process_time() - self.process).as_secs_f64() / cores as f64
+    }
 }
 
 /// What is known of the time of the curves.
@@ -97,6 +134,7 @@ pub(super) fn run(
             "peak_bytes": u64::try_from(peak(sampled.packed)).ok(),
             "free_bytes": preflight.free,
             "seconds": seconds,
+            "at_most": sampled.at_most,
             "curves_seconds": curves.map(|curves| curves.seconds),
             "curves_seconds_at_least": curves.map(|curves| !curves.is_complete),
             "proof_seconds": proof,
@@ -124,11 +162,12 @@ pub(super) fn run(
     for replaced in preflight.replaces.iter().chain(&preflight.replaces_proof) {
         line("replaces", replaced.clone());
     }
+    let about = if sampled.at_most { "at most" } else { "about" };
     line(
         "size",
-        format!("{} of numbers, as a compressed file about {}", bytes(plan.bytes()), bytes(sampled.packed)),
+        format!("{} of numbers, as a compressed file {about} {}", bytes(plan.bytes()), bytes(sampled.packed)),
     );
-    line("disk", format!("about {} while it runs: journal and map", bytes(peak(sampled.packed))));
+    line("disk", format!("{about} {} while it runs: journal and map", bytes(peak(sampled.packed))));
     line("free", preflight.free.map_or("unknown".into(), |free| bytes(free.into())));
     if let Some(chances) = &chances {
         let draws = number_of(chances.draws, "draw");
@@ -142,10 +181,11 @@ pub(super) fn run(
     };
     let (proof, probability) = (part("proof", proof), part("probability", probability));
     let unfinished = curves.is_some_and(|curves| !curves.is_complete);
-    let (about, more) = if unfinished { ("more than", "more than ") } else { ("about", "") };
+    let (about, more) = if unfinished { ("more than", "more than ") } else { (about, "") };
     let curves = curves
         .map_or(String::new(), |curves| format!(", {more}{} of it for the curves", duration(curves.seconds)));
-    line("time", format!("{about} {}{curves}{proof}{probability}; from a timed sample", duration(seconds)));
+    let how = if sampled.at_most { "a sample smaller than a tile" } else { "the processor time of a sample" };
+    line("time", format!("{about} {}{curves}{proof}{probability}; from {how}", duration(seconds)));
     table.write(&mut out)?;
     drop(out);
     preflight.verdict(job, sampled.packed)
@@ -153,10 +193,10 @@ pub(super) fn run(
 
 /// Estimates duration and size of the map.
 pub(super) fn sampled(plan: &Plan, threads: Option<usize>) -> Sampled {
-    let Sampled { seconds, packed } = by_columns(plan, threads);
+    let Sampled { seconds, packed, at_most } = by_columns(plan, threads);
     let packed = packed + fixed_bytes(plan);
     if !plan.interpolates() {
-        return Sampled { seconds, packed };
+        return Sampled { seconds, packed, at_most };
     }
     // Columns that lie far apart are not interpolated, so that the sample tells the time of those that stay open.
     let tests: Vec<Method> =
@@ -167,7 +207,7 @@ pub(super) fn sampled(plan: &Plan, threads: Option<usize>) -> Sampled {
         false => by_columns(&Plan { methods: tests, fields, ..plan.clone() }, threads).seconds,
     };
     let (share, interpolating) = interpolated(plan, threads);
-    Sampled { seconds: rest + share * (seconds - rest).max(0.0) + interpolating, packed }
+    Sampled { seconds: rest + share * (seconds - rest).max(0.0) + interpolating, packed, at_most }
 }
 
 /// The share of the map's cells that interpolation leaves open, and the duration of interpolation, from tiles
@@ -182,16 +222,15 @@ fn interpolated(plan: &Plan, threads: Option<usize>) -> (f64, f64) {
             .map(|i| ((i as f64 * 0.618_033_988_749_894_9).fract() * tiles as f64) as usize)
             .collect(),
     };
-    let start = Instant::now();
+    let clock = Clock::start();
     let mut shares = Vec::new();
     for some in chosen.chunks(workers) {
         shares.par_extend(some.par_iter().map(|&tile| map::open_share(plan, tile)));
-        if start.elapsed() > TOO_LONG {
+        if clock.start.elapsed() > TOO_LONG {
             break;
         }
     }
-    let rounds = shares.len().div_ceil(workers) as f64;
-    let seconds = start.elapsed().as_secs_f64() / rounds * (tiles as f64 / workers as f64).ceil();
+    let seconds = clock.seconds(workers) / shares.len() as f64 * tiles as f64;
     (shares.iter().sum::<f64>() / shares.len() as f64, seconds)
 }
 
@@ -201,13 +240,14 @@ fn by_columns(plan: &Plan, threads: Option<usize>) -> Sampled {
     let mut wanted = 1;
     loop {
         let sample = sample(&plan.grid, wanted);
-        let (cells, elapsed, packed) = timed(plan, &sample, threads);
+        let Timed { cells, elapsed, seconds, packed } = timed(plan, &sample, threads);
         let whole = sample.column_count() == plan.grid.column_count();
-        if elapsed >= ENOUGH || whole {
+        if seconds >= ENOUGH.as_secs_f64() || elapsed >= TOO_LONG || whole {
             let share = plan.grid.cells() as f64 / cells.max(1) as f64;
             return Sampled {
-                seconds: elapsed.as_secs_f64() * share,
+                seconds: seconds * share,
                 packed: (packed as f64 * share).min(plan.bytes() as f64) as u128,
+                at_most: !whole && cells < plan.tile_shape.iter().product(),
             };
         }
         wanted *= GROWTH;
@@ -277,18 +317,18 @@ fn spread(values: &[f64], kept: usize) -> Vec<f64> {
     (0..kept).map(|i| values[(2 * i + 1) * values.len() / (2 * kept)]).collect()
 }
 
-/// Computes and packs a sample; returns the number of cells computed, the time, and the packed bytes.
-fn timed(plan: &Plan, sample: &Grid, threads: Option<usize>) -> (usize, Duration, u64) {
+/// Computes and packs a sample.
+fn timed(plan: &Plan, sample: &Grid, threads: Option<usize>) -> Timed {
     let workers = threads.unwrap_or_else(rayon::current_num_threads).max(1);
     // Enough tiles to keep every thread busy.
     let tile = (sample.cells() / (4 * workers)).max(sample.dampings().len());
     let tile_shape = sample.tile_shape(tile.min(plan.tile_shape.iter().product()));
     let grid = sample.clone();
     let plan = Plan { grid, audit_cells: 0, proof_boxes: 0, planes: Vec::new(), tile_shape, ..plan.clone() };
-    let (done, stop, start) = (AtomicUsize::new(0), AtomicBool::new(false), Instant::now());
+    let (done, stop, clock) = (AtomicUsize::new(0), AtomicBool::new(false), Clock::start());
     let on_cells = |cells| {
         done.fetch_add(cells, Ordering::Relaxed);
-        if start.elapsed() > TOO_LONG {
+        if clock.start.elapsed() > TOO_LONG {
             stop.store(true, Ordering::Relaxed);
         }
     };
@@ -299,7 +339,12 @@ fn timed(plan: &Plan, sample: &Grid, threads: Option<usize>) -> (usize, Duration
     let control = Control { threads, on_cells: &on_cells, stop: &stop, ..Control::default() };
     // An interrupted sample counts as far as it went.
     let _ = map::run(&plan, &sink, &control);
-    (done.load(Ordering::Relaxed), start.elapsed(), packed.load(Ordering::Relaxed))
+    Timed {
+        cells: done.load(Ordering::Relaxed),
+        elapsed: clock.start.elapsed(),
+        seconds: clock.seconds(workers),
+        packed: packed.load(Ordering::Relaxed),
+    }
 }
 
 /// Estimated duration of the audit, from a few cells of it.
@@ -309,7 +354,7 @@ fn audit_seconds(plan: &Plan, threads: Option<usize>) -> f64 {
         return 0.0;
     }
     let grid = sample(&plan.grid, AUDITED);
-    let (start, mut timed) = (Instant::now(), 0);
+    let (start, mut timed) = (thread_time(), 0);
     let all = vec![1; grid.axes().len()];
     for number in (0..grid.cells()).step_by((grid.cells() / AUDITED).max(1)) {
         let tile = grid.tile(&all, number);
@@ -317,12 +362,12 @@ fn audit_seconds(plan: &Plan, threads: Option<usize>) -> f64 {
         let oscillator = Oscillator::new(grid.law(), &grid.point(&index));
         std::hint::black_box(simulate::direct::flow(&oscillator, plan.tolerance));
         timed += 1;
-        if start.elapsed() > ENOUGH {
+        if thread_time() - start > ENOUGH {
             break;
         }
     }
     let workers = threads.unwrap_or_else(rayon::current_num_threads).max(1);
-    start.elapsed().as_secs_f64() / f64::from(timed) * cells as f64 / workers as f64
+    (thread_time() - start).as_secs_f64() / f64::from(timed) * cells as f64 / workers as f64
 }
 
 #[cfg(test)]

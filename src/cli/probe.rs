@@ -19,7 +19,7 @@ use crate::filippov::Eigenvalues;
 use crate::friction::Law;
 use crate::machine::{Machine, Model};
 use crate::map::limits::{EpsilonLimit, HIGHEST, Unknown};
-use crate::map::{BasinBoundary, DEFAULT_TOLERANCE, Grid, Method};
+use crate::map::{BasinBoundary, DEFAULT_TOLERANCE, Grid, Method, Regime};
 use crate::point::Point;
 use crate::probe::{Answer, MachineResult, Probe, equilibrium_type, fate_name, regime_words};
 use crate::report::figure::{OrbitPlot, Width, orbit_figure};
@@ -356,6 +356,9 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
         Err(why) => line("c* moves by", format!("not known: {why}")),
     }
     line("regime", format!("{}: {}", answer.regime.name(), regime_words(answer.regime)));
+    if answer.regime == Regime::Failed {
+        line("what is known of it", known_of_regime(answer));
+    }
     let eigenvalues = match oscillator.eigenvalues() {
         Eigenvalues::Complex { re, im } => format!("{} +- {} i", short(re), short(im)),
         Eigenvalues::Real { slow, fast } => format!("{} and {}", short(slow), short(fast)),
@@ -454,6 +457,25 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
         );
     }
     table.write(out)
+}
+
+/// What is known where the regime is not determined in full: "the equilibrium and the stick-slip cycle attract". What
+/// is not, and why, stands at the cycles.
+fn known_of_regime(answer: &Answer) -> String {
+    let stable = answer.oscillator.eigenvalues().is_stable();
+    let words = match (stable, answer.flow.fate) {
+        (true, Fate::Sticks(_)) => "the equilibrium and the stick-slip cycle attract",
+        (false, Fate::Sticks(_)) => "the stick-slip cycle attracts, the equilibrium is unstable",
+        (true, Fate::SpiralsInward | Fate::CrossesForever) => {
+            "the equilibrium attracts, no stick-slip cycle exists"
+        }
+        (false, Fate::SpiralsInward | Fate::CrossesForever) => {
+            "no stick-slip cycle exists, the equilibrium is unstable"
+        }
+        (true, Fate::TooCloseToCall | Fate::Failed(_)) => "the equilibrium attracts",
+        (false, Fate::TooCloseToCall | Fate::Failed(_)) => "the equilibrium is unstable",
+    };
+    format!("{words}; whether other cycles attract is not determined")
 }
 
 /// Describes an attractor.

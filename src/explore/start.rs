@@ -8,7 +8,13 @@ use crate::config::Job;
 use crate::friction::Law;
 use crate::machine::{MOTION_ATTRIBUTE, Machine, Motion, SI_ATTRIBUTE};
 use crate::map::{AxisRole, Grid};
+use crate::simulate::critical_damping;
 use crate::store::{MapFile, Value};
+
+/// Room above the larger of two dampings.
+const ROOM: f64 = 1.2;
+/// Accuracy of the critical damping, for the end of an axis.
+const TOLERANCE: f64 = 1e-6;
 
 /// The argument of the command.
 #[derive(Debug, Default)]
@@ -72,8 +78,15 @@ impl Start {
                 "log": axis.is_logarithmic(),
             })
         };
+        let single =
+            |role: AxisRole| grid.axes().iter().all(|axis| axis.role != role || axis.values.len() == 1);
+        // A machine with one belt speed and one damping is a working point.
+        let pinned =
+            self.machine.is_some() && [AxisRole::BeltSpeed, AxisRole::Damping].into_iter().all(single);
         json!({
             "title": self.title,
+            "pinned": pinned,
+            "most_damping": self.machine.as_ref().and_then(most_damping).map(rounded),
             "motion": self.machine.as_ref().map(|machine| machine.motion.name()),
             "at": self.machine.as_ref().map(machine::at_json),
             "variables": self.map.as_ref().map(|map| map.variables().collect::<Vec<_>>()),
@@ -84,6 +97,14 @@ impl Start {
             "axes": grid.axes().iter().map(axis).collect::<Vec<_>>(),
         })
     }
+}
+
+/// The damping up to which a plane shows what a machine does: some more than its own and the critical one.
+fn most_damping(machine: &Machine) -> Option<f64> {
+    let model = machine.model()?;
+    let critical = critical_damping(&model.column(), TOLERANCE).map_or(0.0, |root| root.c);
+    let most = ROOM * machine.damping.max(critical * model.si.units.damping);
+    (most > 0.0).then_some(most)
 }
 
 /// A number to twelve significant digits.

@@ -132,8 +132,8 @@ pub(super) fn page(title: &Rich, body: &str) -> String {
     )
 }
 
-/// A LaTeX document that includes every table and figure, as an example of their use.
-pub(super) fn latex(map: &MapFile, tables: &[Table], figures: &[Figure]) -> String {
+/// A LaTeX document with the summary that includes every table and figure, as an example of their use.
+pub(super) fn latex(map: &MapFile, summary: &[(Rich, Rich)], tables: &[Table], figures: &[Figure]) -> String {
     let mut text = format!(
         "\\ifdefined\\pdfminorversion\\pdfminorversion=7\\fi\n\
          \\documentclass{{article}}\n\\usepackage[T1]{{fontenc}}\n\\usepackage[utf8]{{inputenc}}\n\\usepackage{{textcomp}}\n\
@@ -141,6 +141,11 @@ pub(super) fn latex(map: &MapFile, tables: &[Table], figures: &[Figure]) -> Stri
          \\sisetup{{group-minimum-digits=5}}\n\\title{{{}}}\n\\date{{}}\n\\begin{{document}}\n\\maketitle\n",
         title(map).latex()
     );
+    text.push_str("\\section*{Summary}\n\\begin{itemize}\n");
+    for (name, value) in summary {
+        text.push_str(&format!("\\item {}: {}\n", name.latex(), value.latex()));
+    }
+    text.push_str("\\end{itemize}\n");
     for table in tables {
         text.push_str(&format!("\\input{{tables/{}}}\n", latex_words(table.name)));
     }

@@ -1,5 +1,6 @@
 //! The summary on the first screen of a report.
 
+use super::tables::undetermined_regimes;
 use super::text::{Rich, rich};
 use super::units::{View, join};
 use super::{Report, SIMULATION};
@@ -84,6 +85,10 @@ pub(super) fn summary(view: &View, report: &Report) -> Vec<(Rich, Rich)> {
     }
     if !wrong.is_empty() {
         line("wrong cells", join(wrong));
+    }
+    let unknown = undetermined_regimes(map).unwrap_or(0);
+    if unknown > 0 {
+        line("regime not determined", Rich::foreign(&format!("in {} cells", count(unknown))));
     }
     if let Some(cells) = map.number("audit_cells") {
         let against = map.number("audit_disagreements").unwrap_or(f64::NAN);

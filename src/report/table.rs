@@ -94,7 +94,7 @@ enum Style {
     Scientific(usize),
 }
 
-/// Number of columns above which tables have a smaller font in LaTeX.
+/// Number of columns above which tables have a smaller font, and narrower gaps, in LaTeX.
 const WIDE: usize = 10;
 
 /// Range of numbers that are shown without a power of ten. In LaTeX, where numbers are aligned, one number
@@ -211,10 +211,12 @@ impl Table {
     #[must_use]
     pub fn latex(&self) -> String {
         let styles: Vec<Style> = (0..self.columns.len()).map(|column| self.aligned_style(column)).collect();
+        let is_wide = self.columns.len() > WIDE;
         let mut text = format!(
-            "% Needs \\usepackage{{booktabs}} and \\usepackage{{siunitx}}.\n\\begin{{table}}\n\\centering\n\\{}\n\\setlength{{\\tabcolsep}}{{3pt}}\n\\caption{{{}}}\n\
+            "% Needs \\usepackage{{booktabs}} and \\usepackage{{siunitx}}.\n\\begin{{table}}\n\\centering\n\\{}\n\\setlength{{\\tabcolsep}}{{{}}}\n\\caption{{{}}}\n\
              \\label{{tab:slipmap-{}}}\n\\begin{{tabular}}{{",
-            if self.columns.len() > WIDE { "scriptsize" } else { "footnotesize" },
+            if is_wide { "scriptsize" } else { "footnotesize" },
+            if is_wide { "2pt" } else { "3pt" },
             self.caption.latex(),
             self.name
         );

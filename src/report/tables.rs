@@ -6,6 +6,7 @@ mod origin;
 
 pub use boundaries::{boundary, order};
 pub(crate) use origin::methods;
+pub(crate) use origin::undetermined_regimes;
 pub use origin::{axes, cost, failures, provenance};
 
 use super::proved;

@@ -241,15 +241,24 @@ impl Label {
     }
 }
 
+/// Variables that a map has for each method: the beginning of their names, what they are, and the word before the
+/// method.
+const OF_METHODS: [(&str, &str, &str); 4] = [
+    ("verdict_", "verdict", " of "),
+    ("margin_", "margin", " of "),
+    ("critical_c_", "critical damping", " of "),
+    ("epsilon_limit_", "largest {epsilon} of agreement", ", "),
+];
+
+/// What a variable of a method is, without the method: "critical damping"; `None` for the other variables.
+pub(crate) fn kind_of_variable(name: &str) -> Option<&'static str> {
+    OF_METHODS.iter().find(|(prefix, ..)| name.starts_with(prefix)).map(|(_, words, _)| *words)
+}
+
 fn variable_words(name: &str) -> Rich {
-    for (prefix, words) in [
-        ("verdict_", "verdict of "),
-        ("margin_", "margin of "),
-        ("critical_c_", "critical damping of "),
-        ("epsilon_limit_", "largest {epsilon} of agreement, "),
-    ] {
+    for (prefix, words, of) in OF_METHODS {
         if let Some(method) = name.strip_prefix(prefix) {
-            return rich(words).then(Rich::foreign(&method.replace('_', " ")));
+            return rich(words).then(of).then(Rich::foreign(&method.replace('_', " ")));
         }
     }
     match name {

@@ -123,7 +123,7 @@ fn files(
     }
     add("report.md".into(), document::markdown(view.map, summary, tables, figures).into_bytes());
     add("report.html".into(), document::html(view, summary, tables, figures).into_bytes());
-    add("report.tex".into(), document::latex(view.map, tables, figures).into_bytes());
+    add("report.tex".into(), document::latex(view.map, summary, tables, figures).into_bytes());
     files.extend(figure_files(figures, "figures")?);
     Ok(files)
 }

@@ -659,6 +659,21 @@ fn any_quantity_of_a_machine_is_an_axis() {
         ends.contains(&(&json!("belt_speed"), &json!(0.3)))
             && ends.contains(&(&json!("damping"), &json!(2.0)))
     );
+    assert_eq!(start["pinned"], false);
+    // One belt speed and one damping are a working point; the plane reaches beyond the critical damping.
+    let text = scratch.read("mu.toml").replace("{ from = 0.0, to = 2.0, points = 3 }", "0.1");
+    scratch.file("one.toml", text.replace("[0.1, 0.3]", "0.05"));
+    let one = Server::start(&scratch, &["one.toml"]);
+    let at_one: Value = serde_json::from_slice(&one.get("/api/start", "").2).unwrap();
+    let probed = scratch.run(&["probe", "--machine", "one.toml", "--json"]).ends_with(0).out;
+    let critical =
+        serde_json::from_str::<Value>(&probed).unwrap()["machine"]["critical_damping"].as_f64().unwrap();
+    let most = at_one["most_damping"].as_f64().unwrap();
+    assert!(
+        at_one["pinned"] == true && critical > 0.1 && (most / (1.2 * critical) - 1.0).abs() < 1e-4,
+        "{most}"
+    );
+    assert!(String::from_utf8(one.get("/", "").2).unwrap().contains("id=\"answer\""));
     let place = json!({ "law": start["law"], "motion": "translation", "at": start["at"] });
     let (status, plain) = server.ask("/api/dimensionless", &place);
     assert_eq!(status, 200, "{plain}");

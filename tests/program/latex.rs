@@ -76,6 +76,14 @@ fn a_paper_that_inputs_the_report_compiles() {
             assert!(run.status.success(), "{log}");
         }
         assert!(!log.contains("undefined"), "references: {log}");
+        if document == "report" {
+            assert!(!log.contains("Overfull \\hbox"), "beyond the line: {log}");
+            let text = scratch.read("report/report.tex");
+            assert!(
+                text.contains("\\section*{Summary}") && text.contains("\\item decided by proof: "),
+                "{text}"
+            );
+        }
         let shown = log.lines().rev().collect::<Vec<_>>().join(" ");
         let said = shown.split("Output written on").nth(1).unwrap_or_default();
         let count: usize = said

@@ -196,6 +196,8 @@ fn a_report_has_a_table_in_si_units() {
         let shown = table[1][&format!("{key}{unit}")].parse().unwrap();
         close(shown, answer["machine"][key].as_f64().unwrap(), 1e-6);
     }
+    let failures = scratch.read("report/tables/failures.csv");
+    assert!(failures.contains("cells whose regime is not determined,0"), "{failures}");
     let words = scratch.read("report/report.md");
     assert!(words.contains("SI units") && words.contains("N s/m"), "{words}");
 }
@@ -494,6 +496,13 @@ fn the_command_for_a_failed_cell_of_a_machine_asks_about_it() {
     assert!(command.starts_with("probe --machine pad.toml --set belt_speed=0.599"), "{command}");
     let answer = scratch.run(&command.split(' ').collect::<Vec<_>>()).out;
     assert!(answer.contains("the orbit leaves the data"), "{answer}");
+    // What the run set is part of the question.
+    let set = ["--set", "machine.normal_force=950", "--set", "output.path='set.h5'"];
+    let run = scratch.run(&[&["run", "pad.toml"], &set[..]].concat());
+    let command = "probe --machine 'pad.toml' --set normal_force=950 --set belt_speed=0.599";
+    assert!(run.out.contains(command), "{}", run.out);
+    // What is known where the regime is not determined.
+    assert!(answer.contains("whether other cycles attract is not determined"), "{answer}");
 }
 
 /// `probe --machine` and the page of the machine tell the same standard error of the critical damping.

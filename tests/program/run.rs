@@ -307,6 +307,8 @@ fn a_dry_run_estimates_the_size_and_writes_nothing() {
     assert_eq!(told["bytes"], CELLS * (7 + 8 * 7 + 8 * 4 + 1) + 8 * 7 * CELLS / 13);
     assert!(told["seconds"].as_f64().unwrap() > 0.0);
     assert!(told["free_bytes"].as_u64().unwrap() > 0);
+    // The whole of so small a map is the sample.
+    assert_eq!(told["at_most"], false);
     let packed = told["packed_bytes"].as_u64().unwrap();
     assert_eq!((&told["curves_seconds"], &told["curves_seconds_at_least"]), (&Value::Null, &Value::Null));
     assert_eq!(told["peak_bytes"], 2 * packed, "the journal and the map");

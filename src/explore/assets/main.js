@@ -150,19 +150,24 @@ function choose_theme() {
 
 // The state of the file that the command was given.
 function state_of(start) {
-  const shown = start.axes.filter(({ nodes }) => nodes > 1).map(({ name }) => name);
+  // The two axes with most nodes, of equal ones the usual; the damping is the vertical one.
+  const usual = ["c", "damping", "V", "belt_speed", "gamma"];
+  const rank = ({ name }) => (usual.includes(name) ? usual.indexOf(name) : usual.length);
+  const several = start.axes.filter(({ nodes }) => nodes > 1).sort((a, b) => b.nodes - a.nodes || rank(a) - rank(b));
+  const shown = several.slice(0, 2).map(({ name }) => name);
   const side = (name) => {
     const axis = start.axes.find((it) => it.name === name);
     return axis ? { axis: name, from: axis.from, to: axis.to, log: axis.log } : null;
   };
   const y = ["c", "damping"].find((name) => shown.includes(name)) ?? shown.at(-1);
-  const rest = shown.filter((name) => name !== y);
-  const x = ["V", "belt_speed", "gamma", ...rest].find((name) => rest.includes(name));
+  const x = shown.find((name) => name !== y);
   const at = { ...start.at, ...Object.fromEntries(start.axes.map(({ name, value }) => [name, value])) };
   const ranges = Object.fromEntries(start.axes.filter(({ nodes }) => nodes > 1).map(({ name, from, to }) => [name, [from, to]]));
+  // The critical damping must be seen, too.
+  if (start.most_damping) ranges.damping ??= [0, start.most_damping];
   const stored = Boolean(start.variables);
   const show = !stored || start.variables.includes("regime") ? "regime" : start.variables.find((name) => name.startsWith("verdict_"));
-  return { law: start.law, x: side(x), y: side(y), at, ranges, show, stored, motion: start.motion };
+  return { law: start.law, x: side(x), y: side(y), at, ranges, show, stored, motion: start.motion, pinned: start.pinned };
 }
 
 async function main() {

@@ -8,7 +8,7 @@ const FIGURES = [["orbit", "Motion"], ["friction", "Friction curve"], ["backbone
 
 export class Point {
   constructor(app) {
-    Object.assign(this, { app, box: document.getElementById("point"), built: false, start: null, key: "", turn: 0 });
+    Object.assign(this, { app, box: document.getElementById("point"), line: document.getElementById("answer"), built: false, start: null, key: "", turn: 0 });
   }
 
   get state() {
@@ -20,6 +20,7 @@ export class Point {
     if (!this.state.pinned) {
       this.built = false;
       this.key = "";
+      this.answer("");
       this.box.replaceChildren(element("h2", {}, "A point"), element("p", { class: "hint" }, "Click into the plane: the motion there, every method's verdict with its numbers, and what is proved."));
       return;
     }
@@ -30,6 +31,7 @@ export class Point {
       this.whole = false;
       this.start = null;
       this.tell_where();
+      this.answer("…");
       this.turn += 1;
       this.draw("orbit");
     }
@@ -60,6 +62,17 @@ export class Point {
       element("details", { open: true }, element("summary", {}, "What the critical damping depends on"), this.sensitivities),
       element("details", {}, element("summary", {}, "Every number"), this.numbers),
     );
+  }
+
+  // The answer in a line below the plane, which is seen without scrolling.
+  answer(words) {
+    const { state, line } = this;
+    const where = [state.x.axis, state.y.axis].map((name) => {
+      const { words: axis, unit } = label(state, name);
+      return `${axis} = ${short(state.at[name])}${unit}`;
+    });
+    line.hidden = !words;
+    line.textContent = words ? `${where.join(", ")}: ${words}` : "";
   }
 
   // Where the point is: its coordinates in the plane, which can be typed, and the others of a law.
@@ -136,12 +149,14 @@ export class Point {
       this.probe = probe;
       this.regime.replaceChildren(element("b", {}, probe.regime.replaceAll("_", " ")));
       this.box.dataset.regime = probe.regime;
+      this.answer(probe.regime.replaceAll("_", " "));
       this.verdicts.replaceChildren(verdict_table(probe));
       this.sensitivities.replaceChildren(...sensitivity_table(probe));
       this.numbers.replaceChildren(...numbers(probe));
     } catch (problem) {
       if (turn === this.turn && problem.problem && !problem.overtaken) {
         this.regime.replaceChildren(element("span", { class: "problem" }, problem.message));
+        this.answer(problem.message);
         this.verdicts.replaceChildren();
         this.sensitivities.replaceChildren();
         this.numbers.replaceChildren();

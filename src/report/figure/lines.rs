@@ -1,11 +1,11 @@
 //! Line plots: curves over one axis, those of the same unit in one panel.
 
 use super::super::text::{Rich, rich};
-use super::axis::{Scale, extremes};
+use super::axis::{Scale, TEXT, extremes};
 use super::legend::{Legend, Sample};
 use super::palette::MethodStyle;
-use super::panels::Panels;
-use super::scene::{Place, Scene, Width};
+use super::panels::{Panels, TITLE_MARGIN};
+use super::scene::{Place, Scene, Width, text_width};
 
 /// Number of points of a curve above which only some of them have marks.
 const MARKED: usize = 30;
@@ -94,8 +94,15 @@ pub(crate) fn draw(heading: &Rich, x: Scale, x_name: &Rich, charts: &[Chart], wi
             }
         }
         panel.axes(&mut scene, super::panels::Labels { x: number == last, y: true });
-        panel.y_name(&mut scene, &chart.name, panels.labels_width);
-        panel.title(&mut scene, &chart.title);
+        if text_width(&chart.name, TEXT) <= panel.rect.h + TITLE_MARGIN {
+            panel.y_name(&mut scene, &chart.name, panels.labels_width);
+            panel.title(&mut scene, &chart.title);
+        } else {
+            // It would run into that of the next panel.
+            let begun = chart.title.plain();
+            let between = if begun.is_empty() || begun.ends_with(' ') { "" } else { ": " };
+            panel.title(&mut scene, &chart.title.clone().then(between).then(chart.name.clone()));
+        }
         if number == last {
             panel.x_name(&mut scene, x_name);
         }

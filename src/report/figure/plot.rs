@@ -1,9 +1,10 @@
 //! Plots of variables of a map: areas over a plane, curves or strips over one axis.
 
+use std::borrow::Cow;
 use std::sync::atomic::AtomicBool;
 
 use super::super::text::{Rich, rich};
-use super::super::units::{Label, View, join};
+use super::super::units::{View, join, kind_of_variable};
 use super::super::{ReportError, SIMULATION};
 use super::Figure;
 use super::area::{self, Area, Layer};
@@ -415,11 +416,12 @@ impl Context<'_> {
         let nodes = drawn(axis);
         // One chart for each panel and each unit; a pure number shares its chart only with the same kind of
         // number.
-        let mut charts: Vec<((usize, Label), Chart)> = Vec::new();
+        let mut charts: Vec<((usize, Cow<str>), Chart)> = Vec::new();
         let mut numbers = Vec::new();
-        let unit = |line: &Line| {
+        let unit = |line: &Line| -> Cow<str> {
             let label = self.view.units.variable(line.variable);
-            if label.unit.is_empty() { label.key } else { label.unit.to_owned() }
+            let pure = || kind_of_variable(line.variable).map_or(label.key.into(), Cow::Borrowed);
+            if label.unit.is_empty() { pure() } else { label.unit.into() }
         };
         for line in lines {
             let values = map.real_slice(line.variable, &self.picks(line)?)?;
@@ -427,27 +429,23 @@ impl Context<'_> {
             numbers.extend(values.iter().map(|value| value * label.factor));
             let several =
                 lines.iter().any(|other| other.variable != line.variable && unit(other) == unit(line));
-            let key = (line.panel, label);
-            let same = |(panel, other): &(usize, Label)| {
-                *panel == key.0 && (other.unit == key.1.unit && !key.1.unit.is_empty() || *other == key.1)
-            };
-            let position = charts.iter().position(|(place, _)| same(place));
+            let key = (line.panel, unit(line));
+            let position = charts.iter().position(|(place, _)| *place == key);
             let position = position.unwrap_or_else(|| {
+                // Several variables of one unit, or of one kind.
+                let of_all = kind_of_variable(line.variable).filter(|_| label.unit.is_empty());
+                let of_all = of_all.map_or(Rich::foreign(label.unit), rich);
                 let chart = Chart {
-                    name: key.1.text(),
+                    name: if several { of_all } else { label.text() },
                     title: self.titles[line.panel].clone(),
-                    factor: key.1.factor,
+                    factor: label.factor,
                     drawn_at_zero: false,
                     curves: Vec::new(),
                 };
-                charts.push((key.clone(), chart));
+                charts.push((key, chart));
                 charts.len() - 1
             });
             let chart = &mut charts[position].1;
-            if chart.name != key.1.text() {
-                // Several variables of one unit.
-                chart.name = Rich::foreign(key.1.unit);
-            }
             let number = chart.curves.len();
             chart.curves.push(Curve {
                 name: line.name(self.view, several),

@@ -6,7 +6,7 @@ use super::super::text::{Rich, rich};
 use super::super::units::View;
 use super::words;
 use crate::dataset::MethodInfo;
-use crate::map::{Axis, Verdict, is_linear, is_logarithmic};
+use crate::map::{Axis, Regime, Verdict, is_linear, is_logarithmic};
 use crate::store::{MapFile, Value};
 
 /// Processor time of each method.
@@ -41,6 +41,12 @@ pub fn cost(map: &MapFile) -> Table {
     Table { notes, ..Table::of("cost", rich("Processor time of each method."), map.methods(), &columns) }
 }
 
+/// Number of cells whose regime is not determined; `None` for a map without regimes.
+pub(crate) fn undetermined_regimes(map: &MapFile) -> Option<u64> {
+    let position = Regime::ALL.iter().position(|regime| *regime == Regime::Failed)?;
+    map.counts("regime").ok()?.get(position).copied()
+}
+
 /// Failures during the run.
 #[must_use]
 pub fn failures(map: &MapFile, report: &Report) -> Table {
@@ -55,6 +61,9 @@ pub fn failures(map: &MapFile, report: &Report) -> Table {
     }
     if rows.is_empty() {
         rows.push(("cells without an answer, of all methods".into(), Some(0)));
+    }
+    if let Some(cells) = undetermined_regimes(map) {
+        rows.push(("cells whose regime is not determined".into(), Some(cells)));
     }
     let count = |name: &str| map.number(name).map(|number| number as u64);
     let recorded = [

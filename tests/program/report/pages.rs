@@ -277,7 +277,10 @@ fn one_axis_plots_draw_what_the_map_stores() {
         width: Width::TwoColumns,
     };
     let plotted = figure::plot(&view, &plot).unwrap();
-    check_svg(&plotted.scene.svg("plot", &plotted.caption));
+    let svg = plotted.scene.svg("plot", &plotted.caption);
+    check_svg(&svg);
+    // Critical dampings of all methods share a panel.
+    assert!(svg.contains(">(b) <") && !svg.contains(">(c) <"), "one panel for each alpha");
     let csv = plotted.data.csv();
     let mut reader = csv::Reader::from_reader(csv.as_bytes());
     let rows: Vec<std::collections::HashMap<String, String>> =
