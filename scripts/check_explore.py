@@ -430,6 +430,10 @@ def a_machine_is_in_si_units(session):
     set_to = [f"--set={name}={said[f'p.{name}']}" for name in ("belt_speed", "damping")]
     probe = json.loads(session.probe("--machine", str(config), "--json", *set_to))
     assert page.locator("#point").get_attribute("data-regime") == probe["machine"]["regime"]
+    # The answer is seen without scrolling.
+    expect(page.locator("#answer")).to_contain_text(f": {probe['machine']['regime'].replace('_', ' ')}")
+    box = page.locator("#answer").bounding_box()
+    assert box["y"] + box["height"] <= page.viewport_size["height"], box
     expect(page.locator("table.verdicts thead")).to_contain_text("critical damping, N s/m")
     assert f"{probe['machine']['critical_damping']:.6g} ± " in page.locator("#point").inner_text(), "c* in SI units"
     page.get_by_text("Every number").click()
@@ -480,6 +484,25 @@ def a_machine_is_in_si_units(session):
     page.context.close()
     server.end()
     session.server = usual
+
+
+def a_working_point_is_pinned(session):
+    with tempfile.TemporaryDirectory() as folder:
+        config = Path(folder) / "one.toml"
+        config.write_text('[friction]\nlaw = "exponential"\n[machine]\nmass = 2.0\nstiffness = 5e5\nnormal_force = 1000.0\nstatic_friction = 0.4\n'
+                          'kinetic_friction = 0.25\nstribeck_velocity = 0.05\nbelt_speed = 0.15\ndamping = 30.0\n')
+        server = Server(session.program, str(config))
+        session.server, usual = server, session.server
+        page = session.open()
+        settle(page)
+        probe = json.loads(session.probe("--machine", str(config), "--json"))["machine"]
+        said = state(page)
+        most = float(said["y"].split(",")[2])
+        assert said["pin"] == "1" and 1.1 < most / max(probe["critical_damping"], 30.0) < 1.3, said
+        expect(page.locator("#answer")).to_contain_text(probe["regime"].replace("_", " "))
+        page.context.close()
+        server.end()
+        session.server = usual
 
 
 def a_map_shows_its_cells(session):
@@ -538,6 +561,7 @@ TESTS = [
     the_keyboard_suffices,
     everything_can_be_taken_along,
     a_machine_is_in_si_units,
+    a_working_point_is_pinned,
     a_map_shows_its_cells,
     nobody_is_shut_out,
 ]
