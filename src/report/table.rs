@@ -291,7 +291,9 @@ impl Table {
         }
         // The long columns share the width that the short ones leave.
         let long = all.iter().filter(|length| **length > LINE / 4).count();
-        format!("p{{{:.2}\\linewidth}}", (room as f64 / LINE as f64).max(0.3) / long as f64)
+        let share = (room as f64 / LINE as f64).max(0.3) / long as f64;
+        // The gaps on both sides are part of the line, too.
+        format!("p{{\\dimexpr{share:.2}\\linewidth-2\\tabcolsep\\relax}}")
     }
 
     /// As CSV, numbers with all digits.

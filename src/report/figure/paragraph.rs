@@ -33,7 +33,19 @@ pub(crate) fn paragraph(text: &Rich, size: f64, width: f64, most: usize) -> Vec<
             }
         }
     }
-    lines
+    lines.iter().map(in_few_pieces).collect()
+}
+
+/// The same text, words that follow each other as one piece: one element of SVG.
+fn in_few_pieces(text: &Rich) -> Rich {
+    let mut pieces: Vec<Piece> = Vec::new();
+    for piece in &text.pieces {
+        match (pieces.last_mut(), piece) {
+            (Some(Piece::Words(before)), Piece::Words(words)) => before.push_str(words),
+            _ => pieces.push(piece.clone()),
+        }
+    }
+    Rich { pieces }
 }
 
 /// The parts between which a line may be broken.
@@ -97,6 +109,7 @@ mod tests {
         let text = rich("Stick-slips at ").then(number(30.0)).then("; more than ").then(number(481.0));
         let text = text.then(" ends stick-slip.");
         let all = broken(&text, 1000.0, 9);
+        assert_eq!(paragraph(&text, 8.0, 1000.0, 9)[0].pieces.len(), 1, "one element of a figure");
         assert_eq!(all, ["Stick-slips at 30 N s/m; more than 481 N s/m ends stick-slip."]);
         for width in [90.0, 100.0, 110.0, 130.0, 150.0] {
             let lines = broken(&text, width, 9);
