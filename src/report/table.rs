@@ -216,7 +216,7 @@ impl Table {
             "% Needs \\usepackage{{booktabs}} and \\usepackage{{siunitx}}.\n\\begin{{table}}\n\\centering\n\\{}\n\\setlength{{\\tabcolsep}}{{{}}}\n\\caption{{{}}}\n\
              \\label{{tab:slipmap-{}}}\n\\begin{{tabular}}{{",
             if is_wide { "scriptsize" } else { "footnotesize" },
-            if is_wide { "2pt" } else { "3pt" },
+            if is_wide { "1.5pt" } else { "3pt" },
             self.caption.latex(),
             self.name
         );
