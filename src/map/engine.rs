@@ -239,6 +239,7 @@ fn compute_tile(plan: &Plan, draws: &Draws, tile: &Tile) -> (TileData, Account) 
     account.stages.columns = taken;
     let columns = Columns::new(&all);
     let cs = &plan.grid.dampings()[tile.damping_range()];
+    let axes = plan.grid.coordinates_of(tile);
     let mut methods = Vec::with_capacity(plan.methods.len());
     let mut simulated = None;
     let needs_flow =
@@ -252,7 +253,7 @@ fn compute_tile(plan: &Plan, draws: &Draws, tile: &Tile) -> (TileData, Account) 
         let (cells, taken) = timed(|| match method {
             Method::Test(test) => closed_form(plan, method, &test.claims(&columns), cs),
             Method::Simulation => {
-                let (cells, ends) = simulation(plan, method, &columns, cs, &known);
+                let (cells, ends) = simulation(plan, method, &columns, &axes, cs, &known);
                 simulated = Some(ends);
                 cells
             }
@@ -282,7 +283,8 @@ fn compute_tile(plan: &Plan, draws: &Draws, tile: &Tile) -> (TileData, Account) 
     let mut data = TileData { tile: tile.clone(), methods, regime: Runs::new(), quantities: Vec::new() };
     if plan.fields.iter().any(|field| field.needs_flow()) {
         let (simulated, taken) = timed(|| {
-            simulated.unwrap_or_else(|| simulate(&columns, cs, plan.engine, plan.tolerance, false, &known))
+            simulated
+                .unwrap_or_else(|| simulate(&columns, &axes, cs, plan.engine, plan.tolerance, false, &known))
         });
         account.stages.fields += taken;
         if plan.stores(Field::Regime) {
@@ -352,11 +354,12 @@ fn simulation(
     plan: &Plan,
     method: Method,
     columns: &Columns,
+    axes: &[Vec<f64>],
     cs: &[f64],
     known: &Interpolated,
 ) -> (MethodCells, Simulated) {
     let want_critical = plan.stores(Field::CriticalC);
-    let mut simulated = simulate(columns, cs, plan.engine, plan.tolerance, want_critical, known);
+    let mut simulated = simulate(columns, axes, cs, plan.engine, plan.tolerance, want_critical, known);
     let mut cells = MethodCells {
         method,
         verdicts: simulated.ends.iter().map(|end| end.verdict()).collect(),
@@ -366,7 +369,7 @@ fn simulation(
     if plan.stores(Field::Margin) {
         let found = match simulated.margins.take() {
             Some(found) => found,
-            None => simulated.count_margins(columns, cs, plan.tolerance),
+            None => simulated.count_margins(columns, axes, cs, plan.tolerance),
         };
         let margin_of = |(cell, (&margin, &error)): (usize, (&f64, &f64))| {
             if is_resolved(margin, error) {

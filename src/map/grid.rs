@@ -343,6 +343,17 @@ impl Grid {
         })
     }
 
+    /// The nodes of a tile along each axis but that of c, as coordinates in which its steps are equal: logarithms
+    /// where it has equal ratios.
+    pub(crate) fn coordinates_of(&self, tile: &Tile) -> Vec<Vec<f64>> {
+        let of_axis = |(axis, range): (&Axis, &Range<usize>)| {
+            let values = &axis.values[range.clone()];
+            let is_logarithmic = values[0] > 0.0 && !is_linear(values) && is_logarithmic(values);
+            if is_logarithmic { values.iter().map(|value| value.ln()).collect() } else { values.to_vec() }
+        };
+        self.axes.iter().zip(&tile.ranges).take(tile.ranges.len() - 1).map(of_axis).collect()
+    }
+
     /// Shape of a tile: the box of at most `target_cells` cells that contains whole axes, the fastest first.
     /// It is also the shape of the chunks of the map file, so that one tile fills one chunk.
     #[must_use]

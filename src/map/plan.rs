@@ -195,7 +195,10 @@ impl PlanBuilder {
                 plan.grid.even_tile_shape(cells.max(tiles::LEAST_CELLS_INTERPOLATED))
             }
             None => {
-                let cells = tiles::cells(plan.grid.cells(), plan.has_orbits());
+                let cells = match plan.interpolates_margins() {
+                    true => tiles::cells_interpolated(plan.grid.cells()),
+                    false => tiles::cells(plan.grid.cells(), plan.has_orbits()),
+                };
                 // Columns that differ in eps alone share their cycles unless the law contains eps: they stay
                 // together.
                 let whole_columns = cells / plan.grid.dampings().len().max(1);
@@ -210,6 +213,10 @@ impl PlanBuilder {
         };
         Ok(plan)
     }
+}
+
+fn is_validated(method: &Method) -> bool {
+    matches!(method, Method::Test(test) if std::ptr::eq(*test, &validated::TEST))
 }
 
 /// Returns whether a plane has two different axes of several nodes, and a node of every other axis.
@@ -227,7 +234,7 @@ impl Plan {
     fn has_orbits(&self) -> bool {
         let of_method = |method: &Method| match method {
             Method::Naive(..) => true,
-            Method::Test(test) => std::ptr::eq(*test, &validated::TEST),
+            Method::Test(_) => is_validated(method),
             Method::Simulation => matches!(self.engine, Engine::Direct | Engine::ReturnMap),
         };
         let of_field = |field: &Field| !self.quantities_of(*field).is_empty();
@@ -243,13 +250,30 @@ impl Plan {
         {
             return false;
         }
-        let curve = self.grid.column(&vec![0; self.grid.axes().len()]).curve;
+        let curve = self.first_curve();
         curve.stribeck().is_none() && (self.interpolates_backbones(&curve) || !self.stores(Field::CriticalC))
     }
 
     /// Returns whether those of the regime may be: backbones of laws with corners would need too many nodes.
     pub(super) fn interpolates_backbones(&self, curve: &Curve) -> bool {
         self.stores(Field::Regime) && curve.corners().is_empty() && !curve.weakening_is_convex()
+    }
+
+    /// Returns whether the costliest part of a tile are margins that may be interpolated from cell to cell.
+    fn interpolates_margins(&self) -> bool {
+        let has_margins = self.methods.contains(&Method::Simulation)
+            && (self.engine == Engine::ReturnMap || self.stores(Field::Margin));
+        let has_others = |method: &Method| matches!(method, Method::Naive(..)) || is_validated(method);
+        has_margins
+            && self.engine != Engine::Direct
+            && !self.methods.iter().any(has_others)
+            && self.quantities().is_empty()
+            && self.first_curve().is_analytic()
+    }
+
+    /// The friction curve of the first column.
+    fn first_curve(&self) -> Curve {
+        self.grid.column(&vec![0; self.grid.axes().len()]).curve
     }
 
     /// A plan for every cell of `grid`, with the defaults of configurations.

@@ -16,7 +16,7 @@ use crate::simulate::{
     CriticalDamping, NoCriticalDamping,
     critical::critical_dampings,
     direct, flow,
-    margins::{Margins, margins},
+    margins::{Margins, margins, margins_of_grid},
     return_map::is_resolved,
     surface,
 };
@@ -60,16 +60,27 @@ pub(super) struct Simulated {
 
 impl Simulated {
     /// Margins of all cells; counts their work.
-    pub(super) fn count_margins(&mut self, columns: &[Column], cs: &[f64], tolerance: f64) -> Margins {
-        let found = margins(columns, cs, tolerance);
+    pub(super) fn count_margins(
+        &mut self,
+        columns: &[Column],
+        axes: &[Vec<f64>],
+        cs: &[f64],
+        tolerance: f64,
+    ) -> Margins {
+        let found = match axes.is_empty() {
+            true => margins(columns, cs, tolerance),
+            false => margins_of_grid(columns, axes, cs, tolerance),
+        };
         self.rhs += found.rhs.iter().map(|&rhs| u64::from(rhs)).sum::<u64>();
         found
     }
 }
 
 /// Decides the cells of `columns` at the dampings `cs`, those of the interpolated columns by what is `known`.
+/// `axes` are the coordinates of the grid that the columns form; empty if they form none.
 pub(super) fn simulate(
     columns: &Columns,
+    axes: &[Vec<f64>],
     cs: &[f64],
     engine: Engine,
     tolerance: f64,
@@ -92,7 +103,7 @@ pub(super) fn simulate(
             done.paths.direct = done.ends.len() as u64;
         }
         Engine::ReturnMap => {
-            let found = done.count_margins(columns, cs, tolerance);
+            let found = done.count_margins(columns, axes, cs, tolerance);
             let cells = cs.len().max(1);
             let of_columns = found.margins.chunks(cells).zip(found.errors.chunks(cells));
             for (column, (margins, errors)) in columns.iter().zip(of_columns) {
@@ -143,7 +154,7 @@ fn complete_critical(columns: &Columns, engine: Engine, tolerance: f64, done: &m
 /// The verdicts of the method `simulation` on the cells of `columns` at the dampings `cs`, column by column.
 #[must_use]
 pub fn decide(columns: &[Column], cs: &[f64], engine: Engine, tolerance: f64) -> Vec<Verdict> {
-    simulate(&Columns::new(columns), cs, engine, tolerance, false, &Interpolated::none())
+    simulate(&Columns::new(columns), &[], cs, engine, tolerance, false, &Interpolated::none())
         .ends
         .into_iter()
         .map(End::verdict)

@@ -61,6 +61,10 @@ const FAR_ACROSS_CORNERS: f64 = 5.0;
 /// no extreme.
 const STEEP: f64 = 20.0;
 
+/// Change of C from one node to the next, in units of the error, up to which the error may hide extremes between
+/// them. Its slope is about pi errors by the distance of two nodes; samples miss where C is flattest, and errors
+/// are estimates: at cusps of random laws pairs of extremes were hidden at 3 and one at 10.
+const FLAT: f64 = 30.0;
 /// Number of samples for each interval between nodes among which extremes are searched: twice as many as the
 /// highest polynomial has extremes.
 const SAMPLES_PER_INTERVAL: usize = 4;
@@ -102,8 +106,8 @@ pub struct Backbone {
     unresolved: Vec<f64>,
     /// Where slopes at the nodes show that C is monotone.
     monotone: Vec<Monotone>,
-    /// The dampings about which C is too flat between two neighbouring nodes: corners may make extremes there
-    /// that a polynomial across them does not show.
+    /// The dampings about which C is too flat between two neighbouring nodes: there may be extremes that the
+    /// polynomial does not show.
     flat: Vec<[f64; 2]>,
     /// Estimate of the absolute error of C at any r.
     pub error: f64,
@@ -465,6 +469,8 @@ impl Backbone {
         if crosses_corners {
             backbone.unresolved.extend(Self::extremes_by_slopes(&backbone.panels));
             backbone.flat = backbone.flat_between_nodes();
+        } else {
+            backbone.flat = backbone.flat_at_samples();
         }
         backbone
     }
@@ -536,8 +542,7 @@ impl Backbone {
 
     /// Returns whether the number of cycles at C = `viscous` is reliable: the error of C is small, and
     /// `viscous` is farther than three times that, across corners five times, from both ends and from every
-    /// extreme, also from those that are within the error and not counted, and from flat pieces across
-    /// corners. If not, a more accurate backbone may show other cycles. Extremes within the error, flat
+    /// extreme, also from those that are within the error and not counted, and from flat pieces. If not, a more accurate backbone may show other cycles. Extremes within the error, flat
     /// pieces and ends do not count where slopes show that C is monotone.
     #[must_use]
     pub fn is_reliable_at(&self, viscous: f64) -> bool {
@@ -562,6 +567,33 @@ impl Backbone {
         near(&points[0]) && !rises_or_falls(self.monotone.first(), 0.0)
             || near(&points[points.len() - 1])
                 && !(is_steep || rises_or_falls(self.monotone.last(), self.belt_speed))
+    }
+
+    /// The dampings about pieces so flat that the error may hide a pair of extremes, as at a cusp of folds: where
+    /// C changes from one node to the next by less than [`FLAT`] errors, at the rate between two samples, and
+    /// slopes do not show that it is monotone.
+    fn flat_at_samples(&self) -> Vec<[f64; 2]> {
+        let far = FAR * self.error;
+        let mut flat: Vec<[f64; 2]> = Vec::new();
+        let mut ended = true;
+        for (radii, values) in self.panels.iter().map(Panel::samples) {
+            for (radii, values) in radii.windows(2).zip(values.windows(2)) {
+                let is_monotone = self.monotone.iter().any(|it| it.from <= radii[0] && radii[1] <= it.to);
+                if is_monotone
+                    || (values[1] - values[0]).abs() * SAMPLES_PER_INTERVAL as f64 > FLAT * self.error
+                {
+                    ended = true;
+                    continue;
+                }
+                let (low, high) = (values[0].min(values[1]) - far, values[0].max(values[1]) + far);
+                match flat.last_mut() {
+                    Some(last) if !ended => *last = [last[0].min(low), last[1].max(high)],
+                    _ => flat.push([low, high]),
+                }
+                ended = false;
+            }
+        }
+        flat
     }
 
     /// The dampings about flat pieces on which slopes do not show that C is monotone.

@@ -1,37 +1,43 @@
-//! Margins along whole columns: the turns of a few cells, and a polynomial in c through them for the others.
+//! Margins of the cells of a grid: the turns of a few cells, and a polynomial through them for the others.
 //!
-//! The margin m/V of a column is analytic in c wherever the orbits complete their turn, and 1 + m/V is nearly
-//! that of a spiral, an orbit whose divergence stays what it is at belt speed
-//! (theory, "Margins of a column"). The polynomial is one through their ratio, less 1. Its nodes are cells of
-//! the column in the order of Leja, each farthest from those before it: one more node leaves the others
-//! useful, and a column that is not interpolated has wasted none.
+//! The margin m/V is analytic in c, in the belt speed and in the parameters of a law wherever the orbits
+//! complete their turn and the law is analytic, and 1 + m/V is nearly that of a spiral, an orbit whose
+//! divergence stays what it is at belt speed (theory, "Margins of a grid"). The polynomial is one through
+//! their ratio, less 1. Its nodes are cells of the grid, see [`super::lower_set`].
 //!
-//! **Error.** A new node tells how wrong the polynomial through the nodes before it is, about where it is
-//! worst: its surplus. Surpluses fall from node to node; the error of the polynomial through all nodes is
-//! taken to be the last surplus times eight times their slowest fall, though at most that surplus; where it
-//! may be small by chance, the one before times the slowest fall takes its place. The errors of the turns are
-//! added, times Lebesgue's function. A cell where all that exceeds the tolerance gets a turn of its own.
+//! A box of columns whose polynomial needs too many nodes is cut into halves, down to single columns, as is
+//! one in which an orbit does not complete its turn. Some further cells of each box get a turn: where one of
+//! them contradicts the error, the box is cut, too.
 
-use std::cell::OnceCell;
+use std::collections::HashMap;
 use std::f64::consts::PI;
+use std::ops::Range;
+use std::rc::Rc;
 
+use super::lower_set::{LowerSet, Side};
 use super::polar::exp;
 use super::return_map::{Turn, UNRESOLVED, turns_of_orbits};
 use crate::friction::Column;
+use crate::random::Random;
 
-/// Least number of nodes: enough to see how the surpluses fall.
-const FEWEST: usize = 5;
-/// Largest number of nodes.
-const MOST: usize = 24;
 /// Largest size of the divergence of interpolated columns. Half of that of a node, and small enough for the
 /// margin to follow exp(-pi eps c): no surplus is small for other reasons than that all are.
 const NEAR: f64 = 1.0;
-/// Shares of the tolerance for the turns at the nodes, whose errors grow with Lebesgue's function, and for
-/// the polynomial.
-const SHARE_OF_TURNS: f64 = 0.3;
+/// Shares of the tolerance for the turns at the nodes and for the polynomial.
+const SHARE_OF_TURNS: f64 = 0.25;
 const SHARE_OF_POLYNOMIAL: f64 = 0.5;
-/// Safety of the fall that is expected of the next surplus.
-const SAFETY: f64 = 8.0;
+/// How much larger than at the nodes the errors of the turns are between them; they are independent.
+const ENLARGED: f64 = 2.0;
+/// Largest share of the cells of a box, and of a column, that may become nodes.
+const MOST_NODES: f64 = 1.0 / 3.0;
+const MOST_NODES_OF_COLUMN: f64 = 2.0 / 3.0;
+/// How many times that number may be expected before it is reached: what is expected early is often too much.
+const NODES_EXPECTED: f64 = 2.0;
+/// Largest share of all cells that may be nodes of boxes of several columns that were cut.
+const MOST_WASTED: f64 = 1.0 / 16.0;
+/// Number of cells for each further one that is compared, and the largest number of these.
+const CELLS_PER_COMPARED: usize = 64;
+const MOST_COMPARED: usize = 8;
 /// Rounding errors of a ratio.
 const ROUNDING: f64 = 32.0 * f64::EPSILON;
 
@@ -65,66 +71,173 @@ impl Margins {
 /// Margins of the orbits of all columns at the dampings `cs`, column by column, each with an error of at most
 /// `tolerance` where that can be reached.
 ///
-/// A column's margins do not depend on the other columns.
+/// A column's margins do not depend on the other columns; see [`margins_of_grid`] for columns that form a
+/// grid.
 #[must_use]
 pub fn margins(columns: &[Column], cs: &[f64], tolerance: f64) -> Margins {
-    let axis = Axis::new(cs);
-    // Larger errors may leave a margin unresolved.
-    let goal = tolerance.min(UNRESOLVED);
-    let mut done = Margins::none(columns.len() * cs.len());
-    let (mut growing, mut single): (Vec<Growing>, Vec<usize>) = (Vec::new(), Vec::new());
-    let spirals = reach_of_spirals(columns, cs);
-    for (number, column) in columns.iter().enumerate() {
-        let cells = number * cs.len()..(number + 1) * cs.len();
-        match Growing::new(&axis, column, cells.start, &spirals[cells.clone()], goal) {
-            Some(column) => growing.push(column),
-            None => single.extend(cells),
+    let numbers: Vec<f64> = (0..columns.len()).map(|number| number as f64).collect();
+    let each = (0..columns.len()).map(|number| vec![number..number + 1]).collect();
+    Cells::new(columns, &[numbers], cs, tolerance).margins(each)
+}
+
+/// As [`margins`], of columns that form a grid: `axes` are the values along each axis of columns, slowest first, and
+/// their numbers multiply to that of the columns.
+#[must_use]
+pub fn margins_of_grid(columns: &[Column], axes: &[Vec<f64>], cs: &[f64], tolerance: f64) -> Margins {
+    let whole = axes.iter().map(|values| 0..values.len()).collect();
+    Cells::new(columns, axes, cs, tolerance).margins(vec![whole])
+}
+
+/// A range of columns along each axis.
+type Ranges = Vec<Range<usize>>;
+
+/// The cells whose margins are computed.
+struct Cells<'a> {
+    columns: &'a [Column],
+    /// The values along each axis of columns.
+    axes: &'a [Vec<f64>],
+    cs: &'a [f64],
+    tolerance: f64,
+    /// 1 + m/V of the spiral of each cell.
+    spirals: Vec<f64>,
+    /// For each column whether it may be interpolated.
+    is_smooth: Vec<bool>,
+    /// The sides of boxes, by their axis and range; that after the axes of columns is c.
+    sides: HashMap<(usize, Range<usize>), Option<Rc<Side>>>,
+    /// The turns of the nodes of boxes that were cut.
+    turns: HashMap<usize, Turn>,
+    done: Margins,
+}
+
+impl<'a> Cells<'a> {
+    fn new(columns: &'a [Column], axes: &'a [Vec<f64>], cs: &'a [f64], tolerance: f64) -> Self {
+        let [low, high] = extremes(cs);
+        let is_smooth = |column: &Column| {
+            let is_near = |x: f64| {
+                let weakening = column.curve.weakening(x * column.belt_speed);
+                [low, high].iter().all(|c| (weakening - column.epsilon * c).abs() <= NEAR)
+            };
+            column.curve.is_analytic() && [0.0, 1.0, 2.0].into_iter().all(is_near)
+        };
+        Self {
+            columns,
+            axes,
+            cs,
+            tolerance,
+            spirals: reach_of_spirals(columns, cs),
+            is_smooth: columns.iter().map(is_smooth).collect(),
+            sides: HashMap::new(),
+            turns: HashMap::new(),
+            done: Margins::none(columns.len() * cs.len()),
         }
     }
-    growing.sort_by(|a, b| a.goal.total_cmp(&b.goal));
-    let orbit = |&cell: &usize| (&columns[cell / cs.len()], cs[cell % cs.len()]);
-    let (mut nodes, mut found) = (Vec::new(), Vec::new());
-    while !growing.is_empty() {
-        found.clear();
-        for alike in growing.chunk_by(|a, b| a.goal == b.goal) {
-            nodes.clear();
-            for column in alike {
-                let next = &axis.order[column.count..column.wanted];
-                nodes.extend(next.iter().map(|cell| column.first + cell));
+
+    fn orbit(&self, cell: usize) -> (&'a Column, f64) {
+        (&self.columns[cell / self.cs.len()], self.cs[cell % self.cs.len()])
+    }
+
+    /// The margins of all cells, by these boxes of columns.
+    fn margins(mut self, mut boxes: Vec<Ranges>) -> Margins {
+        let (mut growing, mut single): (Vec<Growing>, Vec<usize>) = (Vec::new(), Vec::new());
+        loop {
+            while let Some(ranges) = boxes.pop() {
+                match Growing::new(&mut self, &ranges) {
+                    Some(part) => growing.push(part),
+                    None => self.cut(&ranges, &mut boxes, &mut single),
+                }
             }
-            found.extend(turns_of_orbits(nodes.iter().map(orbit), SHARE_OF_TURNS * alike[0].goal));
+            if growing.is_empty() {
+                break;
+            }
+            growing.sort_by(|a, b| a.tolerance.total_cmp(&b.tolerance));
+            let mut turns = growing
+                .chunk_by(|a, b| a.tolerance == b.tolerance)
+                .flat_map(|alike| self.turns_of(alike))
+                .collect::<Vec<_>>()
+                .into_iter();
+            growing.retain_mut(|part| {
+                let next = part.take(&mut self, &mut turns);
+                if matches!(next, Next::Cut) {
+                    self.cut(&part.ranges, &mut boxes, &mut single);
+                }
+                matches!(next, Next::MoreTurns)
+            });
         }
-        let mut found = found.iter().copied();
-        growing.retain_mut(|column| {
-            let spirals = &spirals[column.first..][..cs.len()];
-            match column.grow(&axis, spirals, &mut found, &mut done) {
-                Next::MoreNodes => return true,
-                Next::Interpolate { error } => {
-                    column.fill(&axis, spirals, error, &mut done);
-                    let cells = column.first..column.first + cs.len();
-                    single.extend(cells.filter(|&cell| !(done.errors[cell] <= goal)));
-                }
-                Next::OwnTurns { nodes } => {
-                    let others = (0..cs.len()).filter(|&cell| axis.rank[cell] >= nodes);
-                    single.extend(others.map(|cell| column.first + cell));
-                }
+        let orbits = single.iter().map(|&cell| self.orbit(cell));
+        let turns = turns_of_orbits(orbits, self.tolerance);
+        for (&cell, turn) in single.iter().zip(turns) {
+            self.done.put(cell, turn);
+        }
+        self.done
+    }
+
+    /// The turns of the cells that some boxes of one tolerance want next, box by box.
+    fn turns_of(&mut self, alike: &[Growing]) -> Vec<Turn> {
+        let wanted: Vec<usize> = alike.iter().flat_map(|part| part.wanted(self.cs.len())).collect();
+        let new: Vec<usize> = wanted.iter().copied().filter(|cell| !self.turns.contains_key(cell)).collect();
+        let found = turns_of_orbits(new.iter().map(|&cell| self.orbit(cell)), alike[0].tolerance);
+        for (&cell, turn) in new.iter().zip(&found) {
+            let (Turn::Complete { rhs, .. } | Turn::HandOver { rhs }) = turn;
+            self.done.rhs[cell] += rhs;
+        }
+        if new.len() == wanted.len() {
+            return found;
+        }
+        let mut found = found.into_iter();
+        wanted.iter().filter_map(|cell| self.turns.get(cell).copied().or_else(|| found.next())).collect()
+    }
+
+    /// Cuts the longest side of a box into halves; the cells of single columns, and of columns that cannot be
+    /// interpolated, get turns of their own.
+    fn cut(&mut self, ranges: &Ranges, boxes: &mut Vec<Ranges>, single: &mut Vec<usize>) {
+        let columns = self.columns_of(ranges);
+        if columns.len() > 1 && columns.iter().any(|&column| self.is_smooth[column]) {
+            let longest = (0..ranges.len()).max_by_key(|&axis| ranges[axis].len()).unwrap_or(0);
+            let middle = ranges[longest].start + ranges[longest].len() / 2;
+            for half in [ranges[longest].start..middle, middle..ranges[longest].end] {
+                let mut part = ranges.clone();
+                part[longest] = half;
+                boxes.push(part);
             }
-            false
-        });
+            return;
+        }
+        for cell in columns.iter().flat_map(|column| column * self.cs.len()..(column + 1) * self.cs.len()) {
+            match self.turns.get(&cell) {
+                Some(&Turn::Complete { margin, error, .. }) if error <= self.tolerance => {
+                    (self.done.margins[cell], self.done.errors[cell]) = (margin, error);
+                }
+                _ => single.push(cell),
+            }
+        }
     }
-    for (&cell, turn) in single.iter().zip(turns_of_orbits(single.iter().map(orbit), tolerance)) {
-        done.put(cell, turn);
+
+    /// The numbers of the columns of a box, row-major.
+    fn columns_of(&self, ranges: &Ranges) -> Vec<usize> {
+        let mut numbers = vec![0];
+        for (range, values) in ranges.iter().zip(self.axes) {
+            numbers = numbers
+                .iter()
+                .flat_map(|start| range.clone().map(move |at| start * values.len() + at))
+                .collect();
+        }
+        numbers
     }
-    done
+
+    /// A side of a box along an axis; `None` where it cannot be interpolated.
+    fn side(&mut self, axis: usize, range: Range<usize>) -> Option<Rc<Side>> {
+        let values = self.axes.get(axis).map_or(self.cs, Vec::as_slice);
+        let new = || Side::new(&values[range.clone()]).map(Rc::new);
+        self.sides.entry((axis, range.clone())).or_insert_with(new).clone()
+    }
 }
 
 /// 1 + m/V of orbits along which the divergence is that at belt speed: exp(pi D / sqrt(1 - D^2/4)).
 fn reach_of_spirals(columns: &[Column], cs: &[f64]) -> Vec<f64> {
-    let divergences = |column: &Column| {
+    let mut cells = Vec::with_capacity(columns.len() * cs.len());
+    for column in columns {
         let (weakening, epsilon) = (column.curve.weakening(column.belt_speed), column.epsilon);
-        cs.iter().map(move |c| weakening - epsilon * c)
-    };
-    let mut cells: Vec<f64> = columns.iter().flat_map(divergences).collect();
+        cells.extend(cs.iter().map(|c| weakening - epsilon * c));
+    }
     pulp::Arch::new().dispatch(
         #[inline(always)]
         || {
@@ -136,211 +249,183 @@ fn reach_of_spirals(columns: &[Column], cs: &[f64]) -> Vec<f64> {
     cells
 }
 
-/// The dampings of a column as nodes.
-struct Axis {
-    low: f64,
-    high: f64,
-    /// c of every cell, stretched to [-2, 2]: products of distances from nodes stay of the order of one.
-    x: Vec<f64>,
-    /// The cells that may become nodes, in the order in which they do: each is, of all cells, where the
-    /// product of the distances from those before is greatest.
-    order: Vec<usize>,
-    /// The place of every cell in that order, or more than any.
-    rank: Vec<usize>,
-    /// For each node, the weights there of the nodes before it, see [`weights`].
-    before: Vec<Vec<f64>>,
-    /// The weights in all cells of as many first nodes.
-    weights: Vec<OnceCell<Vec<f64>>>,
+/// The number of nodes that a column is expected to take: where exp(-pi eps c), times four variations of the
+/// divergence along the orbit, has Chebyshev coefficients below `enough`.
+fn nodes_along_c(column: &Column, cs: &[f64], enough: f64) -> f64 {
+    let [low, high] = extremes(cs).map(|c| column.epsilon * c);
+    let quarter = 0.25 * PI * (high - low);
+    let weakening = [1.0, 0.0, 2.0].map(|x| column.curve.weakening(x * column.belt_speed));
+    let variation = weakening.iter().fold(0.0, |most: f64, at| most.max((at - weakening[0]).abs()));
+    let (mut coefficient, mut nodes) = (8.0 * variation, 1.0);
+    while coefficient > enough && nodes <= cs.len() as f64 {
+        coefficient *= quarter / nodes;
+        nodes += 1.0;
+    }
+    nodes
 }
 
-/// The weights of the values at `nodes` in a polynomial's values in `cells`, node by node: Lagrange's
-/// polynomials.
-fn weights(x: &[f64], nodes: &[usize], cells: &[usize]) -> Vec<f64> {
-    let product = |node: usize, at: f64| -> f64 {
-        nodes.iter().filter(|&&other| other != node).map(|&other| at - x[other]).product()
-    };
-    let weights_of = |&node: &usize| {
-        let scale = 1.0 / product(node, x[node]);
-        cells.iter().map(move |&cell| scale * product(node, x[cell]))
-    };
-    nodes.iter().flat_map(weights_of).collect()
+/// The least and the largest of some numbers.
+fn extremes(values: &[f64]) -> [f64; 2] {
+    [f64::min, f64::max].map(|pick| values.iter().copied().fold(f64::NAN, pick))
 }
 
-impl Axis {
-    fn new(cs: &[f64]) -> Self {
-        let [low, high] = [f64::min, f64::max].map(|pick| cs.iter().copied().fold(f64::NAN, pick));
-        let x: Vec<f64> = cs.iter().map(|c| 4.0 * (c - low) / (high - low) - 2.0).collect();
-        // More nodes would save little.
-        let most = (2 * cs.len() / 3).min(MOST);
-        let (mut order, mut rank) = (Vec::new(), vec![usize::MAX; x.len()]);
-        let mut reach = x.clone();
-        while order.len() < most {
-            let farthest = (0..x.len()).max_by(|&i, &j| reach[i].abs().total_cmp(&reach[j].abs()));
-            // Of equal dampings one can be a node; NaN cannot.
-            let Some(next) = farthest.filter(|&cell| reach[cell].abs() > 0.0) else { break };
-            for (reach, at) in reach.iter_mut().zip(&x) {
-                *reach = if order.is_empty() { 1.0 } else { *reach } * (at - x[next]);
-            }
-            rank[next] = order.len();
-            order.push(next);
-        }
-        let before = order.iter().enumerate().map(|(count, &node)| weights(&x, &order[..count], &[node]));
-        let before = before.collect();
-        let weights = (0..=order.len()).map(|_| OnceCell::new()).collect();
-        Self { low, high, x, order, rank, before, weights }
-    }
-
-    /// The number of nodes with which a column starts: where exp(-pi eps c), times four variations of the
-    /// divergence along the orbit, has Chebyshev coefficients below `enough`. `None` if the column cannot be
-    /// interpolated.
-    fn nodes_for(&self, column: &Column, enough: f64) -> Option<usize> {
-        let [low, high] = [self.low, self.high].map(|c| column.epsilon * c);
-        let weakening = [1.0, 0.0, 2.0].map(|x| column.curve.weakening(x * column.belt_speed));
-        let near = weakening.iter().all(|at| (at - low).abs() <= NEAR && (at - high).abs() <= NEAR);
-        if self.order.len() < FEWEST || !(column.curve.is_analytic() && near) {
-            return None;
-        }
-        let quarter = 0.25 * PI * (high - low);
-        let variation = weakening.iter().fold(0.0, |most: f64, at| most.max((at - weakening[0]).abs()));
-        let mut coefficient = 8.0 * variation;
-        let last = (1..self.order.len()).find(|&degree| {
-            coefficient *= quarter / degree as f64;
-            coefficient <= enough
-        });
-        last.map(|degree| (degree + 1).max(FEWEST))
-    }
-
-    /// The weights in all cells of the first `count` nodes.
-    fn weights(&self, count: usize) -> &[f64] {
-        self.weights[count]
-            .get_or_init(|| weights(&self.x, &self.order[..count], &(0..self.x.len()).collect::<Vec<_>>()))
-    }
-}
-
-/// What follows from the nodes of a column so far.
+/// What follows from the turns of a box so far.
 enum Next {
-    MoreNodes,
-    /// The polynomial has this error.
-    Interpolate {
-        error: f64,
-    },
-    /// More nodes than the axis has would be needed, or an orbit does not complete its turn.
-    OwnTurns {
-        /// Number of nodes, which have theirs.
-        nodes: usize,
-    },
+    MoreTurns,
+    Finished,
+    /// It takes too many nodes, an orbit does not complete its turn, or one contradicts the error.
+    Cut,
 }
 
-/// A column whose polynomial grows.
+/// A box whose polynomial grows.
 struct Growing {
-    /// Its first cell.
-    first: usize,
+    ranges: Ranges,
+    /// The numbers of its columns, row-major.
+    columns: Vec<usize>,
+    set: LowerSet,
+    /// Largest number of nodes.
+    most: f64,
     /// Largest error of a ratio that is small enough for the margins: the tolerance by the largest reach of a
-    /// spiral, to a power of 2, so that many columns have the same.
+    /// spiral.
     goal: f64,
-    /// The ratios at its nodes, less 1, and their errors.
-    values: [f64; MOST],
-    errors: [f64; MOST],
-    /// Number of nodes, and the number that it is to have next.
-    count: usize,
-    wanted: usize,
+    /// The tolerance of turns: a power of 2, so that many boxes have the same.
+    tolerance: f64,
+    /// The turns of the nodes.
+    turns: Vec<(usize, Turn)>,
+    /// Largest error of a ratio at a node.
+    node_error: f64,
+    /// The cells that are compared, once all are filled.
+    compared: Vec<usize>,
 }
 
 impl Growing {
-    /// `None` if the column cannot be interpolated.
-    fn new(axis: &Axis, column: &Column, first: usize, spirals: &[f64], goal: f64) -> Option<Self> {
-        let reach = spirals.iter().copied().fold(1.0, f64::max);
-        let goal = goal / reach.log2().round().exp2();
-        let wanted = axis.nodes_for(column, SHARE_OF_POLYNOMIAL * goal)?;
-        Some(Self { first, goal, values: [0.0; MOST], errors: [0.0; MOST], count: 0, wanted })
+    /// `None` if the box cannot be interpolated.
+    fn new(cells: &mut Cells, ranges: &Ranges) -> Option<Self> {
+        let columns = cells.columns_of(ranges);
+        let dampings = cells.cs.len();
+        let is_wasteful = cells.turns.len() as f64 > MOST_WASTED * cells.spirals.len() as f64;
+        if !columns.iter().all(|&column| cells.is_smooth[column]) || (columns.len() > 1 && is_wasteful) {
+            return None;
+        }
+        let along_c = std::iter::once((ranges.len(), 0..dampings));
+        let sides = ranges.iter().cloned().enumerate().chain(along_c).filter(|(_, range)| range.len() > 1);
+        let sides: Vec<Rc<Side>> =
+            sides.map(|(axis, range)| cells.side(axis, range)).collect::<Option<_>>()?;
+        let share = if columns.len() > 1 { MOST_NODES } else { MOST_NODES_OF_COLUMN };
+        let most = share * (columns.len() * dampings) as f64;
+        if sides.is_empty() {
+            return None;
+        }
+        let spirals = columns.iter().flat_map(|column| &cells.spirals[column * dampings..][..dampings]);
+        let reach = spirals.copied().fold(1.0, f64::max);
+        // Larger errors may leave a margin unresolved.
+        let goal = cells.tolerance.min(UNRESOLVED) / reach;
+        let tolerance = (SHARE_OF_TURNS * goal).log2().floor().exp2();
+        if let [column] = columns[..]
+            && nodes_along_c(&cells.columns[column], cells.cs, SHARE_OF_POLYNOMIAL * goal) > most
+        {
+            return None;
+        }
+        let set = LowerSet::new(sides);
+        if set.nodes() as f64 > most {
+            return None;
+        }
+        let ranges = ranges.clone();
+        let (turns, compared) = (Vec::new(), Vec::new());
+        Some(Self { ranges, columns, set, most, goal, tolerance, turns, node_error: 0.0, compared })
     }
 
-    /// Takes the turns of the next nodes.
-    fn grow(
-        &mut self,
-        axis: &Axis,
-        spirals: &[f64],
-        found: &mut impl Iterator<Item = Turn>,
-        done: &mut Margins,
-    ) -> Next {
-        let mut complete = true;
-        for (&cell, turn) in axis.order[self.count..self.wanted].iter().zip(found) {
-            done.put(self.first + cell, turn);
-            match turn {
-                Turn::Complete { margin, error, .. } if error <= self.goal => {
-                    let spiral = spirals[cell];
-                    self.values[self.count] = (1.0 + margin - spiral) / spiral;
-                    self.errors[self.count] = error / spiral + ROUNDING;
-                    self.count += 1;
-                }
-                Turn::Complete { .. } | Turn::HandOver { .. } => complete = false,
-            }
+    /// The cells whose turns are wanted next.
+    fn wanted(&self, dampings: usize) -> Vec<usize> {
+        match self.compared.is_empty() {
+            true => self.set.wanted().map(|cell| self.cell(cell, dampings)).collect(),
+            false => self.compared.clone(),
         }
-        if !complete {
-            return Next::OwnTurns { nodes: self.wanted };
+    }
+
+    /// The number of a cell of the box among all cells.
+    fn cell(&self, cell: usize, dampings: usize) -> usize {
+        self.columns[cell / dampings] * dampings + cell % dampings
+    }
+
+    /// Takes the turns of the cells that were wanted.
+    fn take(&mut self, cells: &mut Cells, turns: &mut impl Iterator<Item = Turn>) -> Next {
+        let wanted = self.wanted(cells.cs.len());
+        let taken = self.turns.len();
+        self.turns.extend(wanted.into_iter().zip(turns));
+        let next = match self.compared.is_empty() {
+            true => self.take_nodes(cells, taken),
+            false => self.compare(cells, taken),
+        };
+        if matches!(next, Next::Cut) {
+            cells.turns.extend(self.turns.drain(..));
         }
-        let (fall, error) = self.surplus(axis);
+        next
+    }
+
+    fn take_nodes(&mut self, cells: &mut Cells, taken: usize) -> Next {
+        let mut values = Vec::with_capacity(self.turns.len() - taken);
+        for &(cell, turn) in &self.turns[taken..] {
+            let Turn::Complete { margin, error, .. } = turn else { return Next::Cut };
+            let spiral = cells.spirals[cell];
+            values.push((1.0 + margin - spiral) / spiral);
+            self.node_error = self.node_error.max(error / spiral + ROUNDING);
+        }
+        let (of_polynomial, of_turns) = (self.set.take(values), ENLARGED * self.node_error);
         let enough = SHARE_OF_POLYNOMIAL * self.goal;
-        if error <= enough {
-            return Next::Interpolate { error };
+        if of_polynomial <= enough && of_turns <= self.goal - enough {
+            return self.fill(cells, of_polynomial + of_turns);
         }
-        // No more than will be needed.
-        let mut more = 1;
-        let mut expected = error * fall * fall;
-        while fall < 1.0 && expected > enough && more < MOST {
-            more += 1;
-            expected *= fall;
+        if self.set.expected_nodes(enough) > NODES_EXPECTED * self.most {
+            return Next::Cut;
         }
-        self.wanted += more;
-        if self.wanted <= axis.order.len() { Next::MoreNodes } else { Next::OwnTurns { nodes: self.count } }
+        self.set.grow(enough);
+        let can_grow = self.set.wanted().next().is_some() && self.set.nodes() as f64 <= self.most;
+        if can_grow { Next::MoreTurns } else { Next::Cut }
     }
 
-    /// The slowest fall of the surpluses, per node, over one node or two, as far as errors of the turns do
-    /// not explain it; and the error of the polynomial, infinite if they do not fall. The first surplus, that
-    /// of a constant, may be small where the others are not.
-    fn surplus(&self, axis: &Axis) -> (f64, f64) {
-        let (mut over_one, mut over_two) = (0.0_f64, 0.0_f64);
-        let (mut before, mut last) = (f64::INFINITY, f64::INFINITY);
-        for (node, weights) in axis.before[..self.count].iter().enumerate().skip(2) {
-            let (mut surplus, mut noise) = (self.values[node], self.errors[node]);
-            for ((weight, value), error) in weights.iter().zip(&self.values).zip(&self.errors) {
-                surplus -= weight * value;
-                noise += weight.abs() * error;
-            }
-            let surplus = surplus.abs();
-            let unexplained = (surplus - noise).max(0.0);
-            // NaN, of nothing from nothing, is no fall.
-            over_one = over_one.max(unexplained / last);
-            over_two = over_two.max(unexplained / before);
-            (before, last) = (last, surplus);
-        }
-        let fall = over_one.max(over_two.sqrt());
-        let error = last.max(fall * before) * (SAFETY * fall).min(1.0) * (fall / (1.0 - fall)).max(1.0);
-        (fall, if fall < 1.0 { error } else { f64::INFINITY })
-    }
-
-    /// Fills the cells by the polynomial of this error, which is that of a turn at a node.
-    fn fill(&self, axis: &Axis, spirals: &[f64], error: f64, done: &mut Margins) {
-        let cells = self.first..self.first + spirals.len();
-        let (margins, errors) = (&mut done.margins[cells.clone()], &mut done.errors[cells]);
-        let nodes = self.values[..self.count].iter().zip(&self.errors);
-        let weights = axis.weights(self.count).chunks_exact(spirals.len());
+    /// Fills the cells by the polynomial, whose ratios have this error.
+    fn fill(&mut self, cells: &mut Cells, error: f64) -> Next {
+        let dampings = cells.cs.len();
+        let values = self.set.values();
         pulp::Arch::new().dispatch(
             #[inline(always)]
             || {
-                margins.fill(0.0);
-                errors.fill(error);
-                for ((value, error), weights) in nodes.zip(weights) {
-                    for ((margin, noise), weight) in margins.iter_mut().zip(&mut *errors).zip(weights) {
-                        *margin += weight * value;
-                        *noise += weight.abs() * error;
+                for (column, ratios) in self.columns.iter().zip(values.chunks_exact(dampings)) {
+                    let cells_of = column * dampings..(column + 1) * dampings;
+                    let spirals = &cells.spirals[cells_of.clone()];
+                    let margins = &mut cells.done.margins[cells_of.clone()];
+                    let errors = &mut cells.done.errors[cells_of];
+                    for (((margin, own), spiral), ratio) in
+                        margins.iter_mut().zip(errors).zip(spirals).zip(ratios)
+                    {
+                        *margin = (spiral - 1.0) + spiral * ratio;
+                        *own = error * spiral;
                     }
-                }
-                for ((margin, error), spiral) in margins.iter_mut().zip(errors).zip(spirals) {
-                    *margin = (spiral - 1.0) + spiral * *margin;
-                    *error *= spiral;
                 }
             },
         );
+        if self.columns.len() == 1 {
+            return Next::Finished;
+        }
+        let all = values.len();
+        let mut random = Random(all as u64);
+        let count = (all / CELLS_PER_COMPARED).clamp(1, MOST_COMPARED);
+        let compared = (0..count).map(|_| (random.unit() * all as f64) as usize);
+        self.compared = compared.map(|cell| self.cell(cell, dampings)).collect();
+        Next::MoreTurns
+    }
+
+    /// Compares some cells with their turns.
+    fn compare(&self, cells: &mut Cells, taken: usize) -> Next {
+        for &(cell, turn) in &self.turns[taken..] {
+            let Turn::Complete { margin, error, .. } = turn else { return Next::Cut };
+            let (found, found_error) = (&mut cells.done.margins[cell], &mut cells.done.errors[cell]);
+            if (margin - *found).abs() > *found_error + error {
+                return Next::Cut;
+            }
+            (*found, *found_error) = (margin, error);
+        }
+        Next::Finished
     }
 }

@@ -24,6 +24,7 @@ mod elements;
 pub(crate) mod folds;
 mod gauss;
 mod landing;
+mod lower_set;
 pub mod margins;
 pub mod naive;
 mod polar;

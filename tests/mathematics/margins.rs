@@ -1,9 +1,9 @@
-//! Margins interpolated along columns against single turns, and their work.
+//! Margins interpolated along columns and in grids against single turns, and their work.
 
 use slipmap::filippov::Oscillator;
 use slipmap::friction::{Column, Law};
 use slipmap::simulate::direct;
-use slipmap::simulate::margins::{Margins, margins};
+use slipmap::simulate::margins::{Margins, margins, margins_of_grid};
 use slipmap::simulate::return_map::{Turn, turns_of};
 
 /// Numbers in [0, 1) from a Weyl sequence: fills a box evenly and reproducibly.
@@ -52,10 +52,14 @@ fn turns(found: &Margins) -> Vec<Turn> {
         .collect()
 }
 
-/// Compares margins and their errors with single turns at tolerance `sharp`.
+/// Compares margins of columns, each by itself, and their errors with single turns at tolerance `sharp`.
 fn compare(columns: &[Column], cs: &[f64], tolerance: f64, sharp: f64) -> Found {
+    compare_margins(&margins(columns, cs, tolerance), columns, cs, tolerance, sharp)
+}
+
+fn compare_margins(margins: &Margins, columns: &[Column], cs: &[f64], tolerance: f64, sharp: f64) -> Found {
     let mut found = Found::default();
-    for (column, turns) in columns.iter().zip(turns(&margins(columns, cs, tolerance)).chunks(cs.len())) {
+    for (column, turns) in columns.iter().zip(turns(margins).chunks(cs.len())) {
         let single = turns_of(column, cs, tolerance);
         for (((turn, exact), single), c) in turns.iter().zip(turns_of(column, cs, sharp)).zip(&single).zip(cs)
         {
@@ -115,6 +119,67 @@ fn margins_of_other_laws_are_within_their_error() {
     }
 }
 
+/// A grid of columns: the values along each axis, and all columns, the last axis fastest.
+struct GridOfColumns {
+    axes: Vec<Vec<f64>>,
+    columns: Vec<Column>,
+}
+
+impl GridOfColumns {
+    /// Of a law at this eps: its parameters, then the belt speed, in ranges with numbers of values.
+    fn new(law: &Law, epsilon: f64, ranges: &[(f64, f64, usize)]) -> Self {
+        // Steps that are not quite equal.
+        let value = |(from, to, count): (f64, f64, usize), i: usize| {
+            from + (to - from) * (i as f64 + 0.3 * spread(i, 0)) / count as f64
+        };
+        let axes: Vec<Vec<f64>> =
+            ranges.iter().map(|&range| (0..range.2).map(|i| value(range, i)).collect()).collect();
+        let mut points = vec![Vec::new()];
+        for values in &axes {
+            let with =
+                |point: &Vec<f64>| values.iter().map(|&v| [&point[..], &[v]].concat()).collect::<Vec<_>>();
+            points = points.iter().flat_map(with).collect();
+        }
+        let column = |point: &Vec<f64>| {
+            let (belt_speed, parameters) = point.split_last().unwrap();
+            law.column(&law.point(epsilon, parameters, *belt_speed, 0.0).unwrap())
+        };
+        Self { columns: points.iter().map(column).collect(), axes }
+    }
+
+    fn compare(&self, cs: &[f64], tolerance: f64, sharp: f64) -> Found {
+        let margins = margins_of_grid(&self.columns, &self.axes, cs, tolerance);
+        compare_margins(&margins, &self.columns, cs, tolerance, sharp)
+    }
+}
+
+#[test]
+fn interpolated_margins_of_grids_are_within_their_error() {
+    // From a grid that one polynomial describes to one in which none does.
+    for (epsilon, slowest, widest, most, shares) in [
+        (0.05, 0.2, 4.0, 1.0, [0.8, 0.75, 0.3]),
+        (0.05, 0.02, 8.0, 1.0, [0.4, 0.35, 0.2]),
+        (0.2, 0.2, 3.0, 1.5, [0.0; 3]),
+    ] {
+        let ranges = [(0.2, 0.4, 2), (0.1, 0.2, 3), (0.1, widest, 12), (slowest, 1.5, 14)];
+        let grid = GridOfColumns::new(&Law::Stribeck, epsilon, &ranges);
+        for (tolerance, share) in [1e-6, 1e-9, 1e-12].into_iter().zip(shares) {
+            let found = grid.compare(&axis(most, 12), tolerance, 1e-15);
+            let interpolated = found.interpolated as f64;
+            assert!(interpolated >= share * found.cells as f64, "{epsilon} {widest} {tolerance:e} {found:?}");
+        }
+    }
+}
+
+#[test]
+fn margins_of_grids_of_other_laws_are_within_their_error() {
+    for law in [Law::Exponential, Law::Lorentzian] {
+        let ranges = [(0.5, 0.7, 4), (3.0, 5.0, 5), (0.0, 0.02, 2), (0.4, 0.8, 8)];
+        let found = GridOfColumns::new(&law, 1.0, &ranges).compare(&axis(0.1, 12), 1e-9, 1e-13);
+        assert!(3 * found.interpolated > found.cells, "{law:?} {found:?}");
+    }
+}
+
 #[test]
 fn the_direct_engine_finds_the_same_margins() {
     let (columns, cs) = (stribeck(0.05, 40), axis(1.0, 20));
@@ -157,10 +222,13 @@ fn a_column_does_not_feel_its_neighbours() {
     }
 }
 
-/// Evaluations of the right-hand side per cell in the box for which speeds are stated.
+/// Evaluations of the right-hand side per cell in the box for which speeds are stated: of single turns, of columns
+/// each by itself, and of columns that form a grid.
 #[test]
 fn work_counter() {
     let found = compare(&stribeck(0.05, 1000), &axis(1.0, 20), 1e-9, 1e-12);
-    assert_eq!((found.rhs_of_single_turns / 20_000, found.rhs / 20_000), (47, 16), "{found:?}");
-    assert!(found.interpolated > 12_000, "{found:?}");
+    assert_eq!((found.rhs_of_single_turns / 20_000, found.rhs / 20_000), (47, 18), "{found:?}");
+    let ranges = [(0.4, 1.0, 1), (0.2, 0.4, 8), (0.0, 4.0, 16), (0.2, 1.5, 16)];
+    let found = GridOfColumns::new(&Law::Stribeck, 0.05, &ranges).compare(&axis(1.0, 20), 1e-9, 1e-12);
+    assert_eq!((found.rhs_of_single_turns / 40_960, found.rhs / 40_960), (43, 2), "{found:?}");
 }

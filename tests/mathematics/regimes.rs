@@ -585,3 +585,24 @@ fn small_terms_are_resolved_to_second_order() {
         }
     }
 }
+
+/// Next to a cusp of folds three slip cycles lie within a small range of dampings. That there are three follows from
+/// integrations in extended precision, which change sign three times.
+#[test]
+fn three_cycles_next_to_a_cusp_of_folds_are_counted() {
+    let rational = "1 - 0.5942742260704288*u^2/(0.35014300930538617^2 + u^2) \
+                    + 0.36322055137844617*u^3/(0.35036123294133537^3 + u^3) + 0.01093637427960839*u";
+    let exponential = "0.3778616602770418 + 0.6221383397229582*exp(-u/0.35657089132543723) \
+                       - 0.39625712515479883*u^2*exp(-(u/0.5150121896981549)^2) \
+                       + 0.1977730614587374*u^2*exp(-(u/0.8659285546875)^2)";
+    for (text, belt_speed, damping) in
+        [(rational, 1.3660416626980523, 0.039217813867361076), (exponential, 1.88767, 0.04428947537349257)]
+    {
+        let law = Law::Expression(Expression::new(text, 1.0).unwrap());
+        let oscillator = Oscillator::new(&law, &law.point(1.0, &[], belt_speed, damping).unwrap());
+        let answer = flow(&oscillator, 1e-9);
+        assert_eq!(map::slip_cycle_count(&oscillator, &answer), Some(3), "{text}");
+        assert_eq!(map::regime(&oscillator, &answer), Regime::EquilibriumPureSlipAndStickSlip, "{text}");
+        assert_eq!(slip_cycles(&oscillator, 1e-10).unwrap().len(), 3, "{text}");
+    }
+}

@@ -1,15 +1,17 @@
 //! What the slopes at the nodes tell of C between them.
 //!
 //! Between two nodes C is taken for monotone where both slopes have the sign of the secant and are at most
-//! three times as steep, for then the cubic with these values and slopes is monotone. Corners of the law may
+//! 2.5 times as steep. Up to three times the cubic with these values and slopes is monotone; at a cusp of
+//! folds, where C is nearly a multiple of the cube of the distance from it, one slope is three times as steep
+//! or steeper wherever the nodes lie, and what C has of higher order may turn it. Corners of the law may
 //! hide an extreme there: where orbits may reach one, C has to change by several errors of the backbone, too.
 //! Across corners the extremes of these cubics warn of extremes of C that a polynomial through all nodes does
 //! not show.
 
 use super::{Backbone, Closing, FAR, Panel};
 
-/// Largest slope, in units of the secant's, for which the cubic is monotone.
-const STEEPEST: f64 = 3.0;
+/// Largest slope, in units of the secant's, for which C is taken for monotone.
+const STEEPEST: f64 = 2.5;
 /// Bound of an orbit's depth in units of its amplitude, to tell which corners it may reach.
 const DEEPEST: f64 = 2.0;
 
