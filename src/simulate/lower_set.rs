@@ -431,7 +431,7 @@ mod tests {
     #[test]
     fn errors_hold_and_few_nodes_serve_smooth_functions() {
         for (counts, share) in
-            [(&[20][..], 1.0), (&[16, 30], 0.4), (&[6, 16, 20], 0.25), (&[2, 4, 12, 14, 20], 0.1)]
+            [(&[20][..], 1.0), (&[16, 30], 0.5), (&[6, 16, 20], 0.3), (&[2, 4, 12, 14, 20], 0.1)]
         {
             for enough in [1e-4, 1e-7, 1e-10, 1e-12] {
                 let axes: Vec<Vec<f64>> = counts.iter().map(|&count| values(count)).collect();
