@@ -174,7 +174,7 @@ fn why_undecided(claim: &Claim, c: f64) -> String {
             true => format!("c >= {} would rule that out", short(sticks_from)),
             false => "no damping rules that out".into(),
         };
-        return format!("the orbit returns, but might land beyond the stick segment; {from}");
+        return format!("the orbit does not spiral inward, but might land beyond the stick segment; {from}");
     }
     match (present_below >= 0.0, absent_above.is_finite()) {
         (true, true) => format!(

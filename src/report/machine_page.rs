@@ -61,7 +61,7 @@ impl<'a> MachinePage<'a> {
     pub(crate) fn new(all: &'a Assessment, subject: &Subject) -> Self {
         Self {
             sections: lines::sections(all, subject.uncertain, subject.risk),
-            answer: answer::in_words(all),
+            answer: answer::in_words(all).then(answer::uncertainty(all, subject.risk)),
             all,
             title: Rich::foreign(subject.title),
             source: Rich::foreign(subject.source),

@@ -86,8 +86,20 @@ impl Symbol {
         text
     }
 
+    /// The exponent is raised where Unicode has its characters: 10⁻⁶ must not read 10−6.
     fn plain(&self) -> String {
-        format!("{}{}{}", self.base, self.index, self.exponent)
+        let exponent: String = self.exponent.chars().map(raised).collect();
+        format!("{}{}{exponent}", self.base, self.index)
+    }
+}
+
+/// A digit or a minus sign above the line; other characters as they are.
+fn raised(character: char) -> char {
+    const DIGITS: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
+    match character.to_digit(10) {
+        Some(digit) => DIGITS[digit as usize],
+        None if matches!(character, '-' | '−') => '⁻',
+        None => character,
     }
 }
 
@@ -312,6 +324,7 @@ mod tests {
     fn symbols_are_equal_in_all_formats() {
         let text = rich("error of {c^*} at {epsilon}, {x_1}");
         assert_eq!(text.plain(), "error of c* at ε, x1");
+        assert_eq!(Rich::number(-1.579e-16, 4).plain(), "−1.579 × 10⁻¹⁶");
         assert_eq!(text.latex(), r"error of $c^{\ast}$ at $\varepsilon$, $x_{1}$");
         assert_eq!(text.html(), "error of <i>c</i><sup>*</sup> at <i>ε</i>, <i>x</i><sub>1</sub>");
         assert_eq!(Rich::symbol("width").latex(), r"$\mathrm{width}$");

@@ -9,11 +9,12 @@
 //! spanned by theirs. The coefficient of a node is its surplus: its value less the polynomial through the
 //! nodes of lower ranks. Adding a node changes no other coefficient.
 //!
-//! **Error.** The frontier are the nodes with a next rank on some axis that is not in the set. What they add
-//! to the polynomial is of the size of the error before they were added; the error after it is smaller by the
-//! fall of the surpluses from rank to rank. The root of the sum of the squares of their surpluses is taken to
-//! be the error. A surplus may be small by chance: it counts as [`CHANCE`] of the one before it at least.
-//! Errors of the values show in the surpluses, enlarged as they are in the polynomial.
+//! **Error.** The frontier are the nodes with a next rank on some axis that is not in the set. What they added
+//! is of the size of the error before; the error after is smaller by the fall of the surpluses from one rank
+//! to the next. The root of the sum of the squares of their surpluses is taken to be the error, less where
+//! surpluses fall faster than by [`SAFETY`], more where they fall slowly. A surplus may be small by chance:
+//! it counts as [`FALL`] of the one before it at least. Errors of the values show in the surpluses, enlarged
+//! as they are in the polynomial.
 
 use std::rc::Rc;
 
@@ -25,7 +26,6 @@ const MOST: usize = 24;
 const DIMENSIONS: usize = MAX_LAW_PARAMETERS + 3;
 /// The fastest fall of a surplus from one rank to the next that is believed.
 const FALL: f64 = 0.05;
-
 /// The sum of the ranks up to which nodes are wanted first: enough to see how the surpluses fall.
 const FIRST_RANKS: u8 = 3;
 /// Safety of the fall that is expected of the next surpluses.

@@ -76,7 +76,8 @@ impl Margins {
 #[must_use]
 pub fn margins(columns: &[Column], cs: &[f64], tolerance: f64) -> Margins {
     let numbers: Vec<f64> = (0..columns.len()).map(|number| number as f64).collect();
-    let each = (0..columns.len()).map(|number| vec![number..number + 1]).collect();
+    let one = |number: usize| std::iter::once(number..number + 1).collect();
+    let each = (0..columns.len()).map(one).collect();
     Cells::new(columns, &[numbers], cs, tolerance).margins(each)
 }
 

@@ -323,6 +323,8 @@ fn a_page_assesses_a_machine() {
         "2000",
         "--json",
     ];
+    let words = scratch.run(&risk[..risk.len() - 1]).ends_with(0).out;
+    assert!(words.contains("for the nominal values. With their spreads it may stick-slip"), "{words}");
     let answer: Value = serde_json::from_str(&scratch.run(&risk).ends_with(0).out).unwrap();
     let found = &answer["risk"]["probability"];
     let [low, high] = [0, 1].map(|i| found["limits_95"][i].as_f64().unwrap());

@@ -1,10 +1,11 @@
 //! The answer of the page in a sentence.
 
 use super::super::text::{Rich, rich};
-use super::lines::quantity;
+use super::lines::{percent, quantity};
 use crate::assessment::{Assessment, Undetermined};
 use crate::machine::{Dimension, Motion};
 use crate::map::{Attractors, Regime};
+use crate::risk::Risk;
 
 /// What it does at the working point, and the damping that ends it.
 pub(super) fn in_words(all: &Assessment) -> Rich {
@@ -36,6 +37,24 @@ pub(super) fn in_words(all: &Assessment) -> Rich {
             sentence.then("; it may vibrate below ").then(limit(every)).then(".")
         }
         _ => sentence.then("."),
+    }
+}
+
+/// What the spreads of the inputs and the errors of the measured friction make of it; empty without them.
+pub(super) fn uncertainty(all: &Assessment, risk: Option<&Risk>) -> Rich {
+    let Some(risk) = risk else { return Rich::default() };
+    let unit = all.machine.motion.unit(Dimension::Damping);
+    let probability =
+        rich(" That is for the nominal values. With their spreads it may stick-slip with a probability of ")
+            .then(rich(&format!("{} %", percent(risk.probability.value))));
+    let rarest = risk.rare_by.iter().rev().find_map(|rare| Some((rare.probability, rare.damping.as_ref()?)));
+    match rarest {
+        Some((share, damping)) => {
+            let damping = Rich::number(damping.value, 3).with_unit(unit);
+            let share = Rich::number(100.0 * share, 2);
+            probability.then("; ").then(damping).then(" makes that ").then(share).then(" %.")
+        }
+        None => probability.then("."),
     }
 }
 

@@ -334,7 +334,7 @@ fn risk_lines(all: &Assessment, risk: &Risk) -> Vec<Line> {
 
 /// A share in per cent, to two decimals: what would be printed as 0 or 100 but is not is given as beyond the
 /// last number that can be.
-fn percent(share: f64) -> String {
+pub(super) fn percent(share: f64) -> String {
     match 100.0 * share {
         0.0 => "0".into(),
         100.0 => "100".into(),
