@@ -505,6 +505,27 @@ def a_working_point_is_pinned(session):
         session.server = usual
 
 
+def a_wrapping_legend_does_not_begin_anew(session):
+    """The finest picture has a kind of cell more than the first, whose word wraps at this width."""
+    torques = [(0, 6200), (0.52, 5800), (1.05, 5400), (2.09, 4900), (4.19, 4400), (6.28, 4150), (8.38, 4020), (10.47, 3950),
+               (12.57, 3920), (16.76, 3930), (20.94, 3960)]
+    with tempfile.TemporaryDirectory() as folder:
+        (Path(folder) / "torque.csv").write_text("speed,torque\n" + "".join(f"{speed},{torque}\n" for speed, torque in torques))
+        config = Path(folder) / "well.toml"
+        config.write_text('[friction]\nlaw = "table"\nfile = "torque.csv"\nquantity = "force"\n[machine]\nmotion = "rotation"\n'
+                          'mass = 472\nstiffness = 861.5\nbelt_speed = { from = 1, to = 10, points = 28 }\n'
+                          'damping = { from = 0, to = 400, points = 21 }\n')
+        server = Server(session.program, str(config))
+        session.server, usual = server, session.server
+        page = session.open(height=800)
+        settle(page)
+        page.wait_for_timeout(1000)
+        assert page.evaluate("document.getElementById('cells').dataset.settled") is not None
+        page.context.close()
+        server.end()
+        session.server = usual
+
+
 def a_map_shows_its_cells(session):
     with tempfile.TemporaryDirectory() as folder:
         config = Path(folder) / "map.toml"
@@ -562,6 +583,7 @@ TESTS = [
     everything_can_be_taken_along,
     a_machine_is_in_si_units,
     a_working_point_is_pinned,
+    a_wrapping_legend_does_not_begin_anew,
     a_map_shows_its_cells,
     nobody_is_shut_out,
 ]

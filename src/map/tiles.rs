@@ -30,8 +30,8 @@ pub(super) fn cells(all: usize, orbits: bool) -> usize {
 /// Largest number of cells of a tile in which margins are interpolated: more save few nodes, and where none can
 /// be interpolated the tile takes long.
 const MOST_CELLS_INTERPOLATED: usize = 1 << 16;
-/// Number of such tiles that is aimed at: few, since each has its own nodes.
-const TILES_INTERPOLATED: usize = 16;
+/// Number of such tiles that is aimed at: few, since each has its own nodes, and enough for many cores.
+const TILES_INTERPOLATED: usize = 32;
 
 /// As [`cells`], where margins are interpolated from cell to cell.
 pub(super) fn cells_interpolated(all: usize) -> usize {

@@ -3,7 +3,7 @@
 export const CASES = [
   {
     title: "The paper's section 5.1",
-    words: "Where the first-order test promises a cycle that is not there: a band of width 2 ε γ² (1 − α) V. Make ε small and it goes.",
+    words: "Where the first-order test promises a cycle that is not there: a band of width 2 ε γ² (1 − α) V to first order. Make ε small and it goes.",
     link: "#v=1&law=stribeck&x=gamma,0,8&y=c,0,6&show=difference:perturbation:simulation&p.epsilon=0.2&p.alpha=0.3&p.beta=0&p.V=1&p.gamma=4&p.c=2",
   },
   {

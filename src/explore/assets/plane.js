@@ -44,6 +44,7 @@ export class Plane {
     Object.assign(this, { app, catalogue, stage: find("stage"), canvas: find("cells"), overlay: find("overlay") });
     Object.assign(this, { busy: find("busy"), legendBox: find("legend") });
     Object.assign(this, { picture: null, curves: [], curvesOf: "", changes: 0, running: null, hurry: false, cost: new Map(), pointers: new Map(), glance: new Glance(this) });
+    addEventListener("resize", () => (this.legendBox.style.minHeight = ""));
     new ResizeObserver(() => this.resize()).observe(this.stage);
     this.listen();
   }
