@@ -20,22 +20,24 @@ pub(super) const LEAST_CELLS_INTERPOLATED: usize = 1 << 14;
 /// takes effect soon.
 const TILES: usize = 256;
 
-/// Number of cells of a tile of a grid of `all` cells; `orbits` says whether cells need orbits of their own.
-pub(super) fn cells(all: usize, orbits: bool) -> usize {
-    let most = (all / MOST_TILES).clamp(MOST_TILE_CELLS, MOST_TILE_CELLS_OF_ALL);
-    let least = if orbits { LEAST_TILE_CELLS_WITH_ORBITS } else { LEAST_TILE_CELLS };
-    (all / TILES).clamp(least, most)
+/// Largest number of cells of a tile of a grid of `all` cells.
+fn most(all: usize) -> usize {
+    (all / MOST_TILES).clamp(MOST_TILE_CELLS, MOST_TILE_CELLS_OF_ALL)
 }
 
-/// Largest number of cells of a tile in which margins are interpolated: more save few nodes, and where none can
-/// be interpolated the tile takes long.
-const MOST_CELLS_INTERPOLATED: usize = 1 << 16;
-/// Number of such tiles that is aimed at: few, since each has its own nodes, and enough for many cores.
+/// Number of cells of a tile of a grid of `all` cells; `orbits` says whether cells need orbits of their own.
+pub(super) fn cells(all: usize, orbits: bool) -> usize {
+    let least = if orbits { LEAST_TILE_CELLS_WITH_ORBITS } else { LEAST_TILE_CELLS };
+    (all / TILES).clamp(least, most(all))
+}
+
+/// Number of tiles that is aimed at where margins are interpolated: few, since each has its own nodes, and enough
+/// for many cores.
 const TILES_INTERPOLATED: usize = 32;
 
 /// As [`cells`], where margins are interpolated from cell to cell.
 pub(super) fn cells_interpolated(all: usize) -> usize {
-    (all / TILES_INTERPOLATED).clamp(LEAST_TILE_CELLS_WITH_ORBITS, MOST_CELLS_INTERPOLATED)
+    (all / TILES_INTERPOLATED).clamp(LEAST_TILE_CELLS_WITH_ORBITS, most(all))
 }
 
 #[cfg(test)]
@@ -58,6 +60,9 @@ mod tests {
         }
         for (all, tile) in [(306, 16), (1 << 14, 64), (1 << 22, 1 << 14), (1_000_000_000, 1 << 16)] {
             assert_eq!(cells(all, true), tile, "{all} cells with orbits");
+        }
+        for (all, tile) in [(306, 16), (1 << 14, 512), (1 << 30, 1 << 16), (1_000_000_000_000, 953_674)] {
+            assert_eq!(cells_interpolated(all), tile, "{all} cells with interpolated margins");
         }
     }
 }
