@@ -260,7 +260,7 @@ mod tests {
         assert_eq!(labels(Scale::linear(0.0, 1.0), 5), ["0.0", "0.2", "0.4", "0.6", "0.8", "1.0"]);
         assert_eq!(labels(Scale::linear(-1.0, 3.0), 4), ["−1", "0", "1", "2", "3"]);
         assert_eq!(labels(Scale::logarithmic(0.1, 10.0), 5), ["0.1", "1", "10"]);
-        assert_eq!(labels(Scale::logarithmic(1e-9, 1e-3), 3), ["10−9", "10−6", "10−3"]);
+        assert_eq!(labels(Scale::logarithmic(1e-9, 1e-3), 3), ["10⁻⁹", "10⁻⁶", "10⁻³"]);
         // A single number has an axis around it.
         assert!(labels(Scale::linear(2.0, 2.0), 4).contains(&"2.0".to_owned()));
         assert!(labels(Scale::logarithmic(0.5, 0.5), 4).contains(&"0.5".to_owned()));
