@@ -469,7 +469,7 @@ impl Backbone {
         if crosses_corners {
             backbone.unresolved.extend(Self::extremes_by_slopes(&backbone.panels));
             backbone.flat = backbone.flat_between_nodes();
-        } else {
+        } else if !backbone.panels[0].in_root {
             backbone.flat = backbone.flat_at_samples();
         }
         backbone

@@ -25,8 +25,11 @@ use super::error::StoreError;
 /// First bytes of every frame, and so of every journal. The line ends are as in PNG's signature.
 pub(super) const MAGIC: [u8; 8] = *b"\x89slip\r\n\x1a";
 
-/// Whether a file is the journal of a run that has not ended.
+/// Whether a file is the journal of a run that has not ended. A pipe is not opened: that would wait for its writer.
 pub(crate) fn is_journal(path: &Path) -> bool {
+    if !path.is_file() {
+        return false;
+    }
     let mut first = [0; MAGIC.len()];
     File::open(path).is_ok_and(|mut file| file.read_exact(&mut first).is_ok()) && first == MAGIC
 }

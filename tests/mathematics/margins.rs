@@ -227,7 +227,7 @@ fn a_column_does_not_feel_its_neighbours() {
 #[test]
 fn work_counter() {
     let found = compare(&stribeck(0.05, 1000), &axis(1.0, 20), 1e-9, 1e-12);
-    assert_eq!((found.rhs_of_single_turns / 20_000, found.rhs / 20_000), (47, 18), "{found:?}");
+    assert_eq!((found.rhs_of_single_turns / 20_000, found.rhs / 20_000), (47, 17), "{found:?}");
     let ranges = [(0.4, 1.0, 1), (0.2, 0.4, 8), (0.0, 4.0, 16), (0.2, 1.5, 16)];
     let found = GridOfColumns::new(&Law::Stribeck, 0.05, &ranges).compare(&axis(1.0, 20), 1e-9, 1e-12);
     assert_eq!((found.rhs_of_single_turns / 40_960, found.rhs / 40_960), (43, 2), "{found:?}");
