@@ -254,6 +254,11 @@ def check_rest(data, folder):
         if row["what"].startswith("cells in which theorems"):
             expect(row["count"], data.number("contradicted_cells"), row["what"])
             continue
+        if row["what"].startswith("cells whose regime"):
+            regimes = data.file["regime"]
+            failed = regimes.attrs["flag_meanings"].split().index(b"failed")
+            expect(row["count"], int((regimes[...] == regimes.attrs["flag_values"][failed]).sum()), row["what"])
+            continue
         method, what = row["what"].split(": ", 1)
         if method in data.methods:
             code = FAILED if what == "cells failed" else NOT_COMPUTED
