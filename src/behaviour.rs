@@ -7,7 +7,7 @@ use crate::map::{Regime, regime};
 use crate::point::Point;
 use crate::simulate::crossing::stick_slip_cycle;
 use crate::simulate::slip_cycle::slip_cycles;
-use crate::simulate::{Fate, critical_damping, flow};
+use crate::simulate::{Fate, critical_damping, exceeds, flow};
 
 /// A limit of a quantity, below which something holds.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -116,7 +116,7 @@ fn highest_belt_speed(near: f64, holds: impl Fn(f64) -> Option<bool>) -> Limit {
 fn critical_belt_speed(law: &Law, point: &Point, tolerance: f64) -> Limit {
     highest_belt_speed(point.belt_speed, |belt_speed| {
         let column = law.column(&Point { belt_speed, ..*point });
-        critical_damping(&column, tolerance).ok().map(|root| root.c > point.damping)
+        exceeds(&column, point.damping, tolerance).ok()
     })
 }
 

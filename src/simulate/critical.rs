@@ -62,6 +62,32 @@ pub fn critical_damping(column: &Column, tolerance: f64) -> Result<CriticalDampi
     critical_dampings(std::slice::from_ref(column), tolerance)[0]
 }
 
+/// Whether c* of a column exceeds the damping `c`: whether an orbit that leaves the belt returns to it.
+///
+/// The bounds of the weakening's even part may tell, else the orbit from the exit point at `c`. Only where that is too
+/// close to call is c* itself computed, with this tolerance.
+///
+/// # Errors
+/// [`NoCriticalDamping`] where the flow gives no verdict.
+pub fn exceeds(column: &Column, c: f64, tolerance: f64) -> Result<bool, NoCriticalDamping> {
+    let [low, high] = bounds(column);
+    if c < low || c > high {
+        return Ok(c < low);
+    }
+    match side_of(column, c, tolerance) {
+        Some(side) if side.margin != 0.0 => Ok(side.margin > 0.0),
+        _ => critical_damping(column, tolerance).map(|root| root.c > c),
+    }
+}
+
+/// Two dampings between which c* lies, by the even part of the divergence (theory, "The tests"), and a little beyond.
+fn bounds(column: &Column) -> [f64; 2] {
+    let range = column.curve.even_weakening_range(column.belt_speed);
+    let width = (range.hi - range.lo).abs() / column.epsilon;
+    let pad = 1e-6 * width + 1e-12 * (range.hi.abs() + range.lo.abs()) / column.epsilon;
+    [range.lo / column.epsilon - pad, range.hi / column.epsilon + pad]
+}
+
 /// Number of evaluations of the right-hand side of the Stribeck law after which the search of a column ends:
 /// reached by orbits so stiff that one of them takes a million. The check of its result may take as much.
 const WORK: u64 = 4_000_000;
@@ -147,12 +173,8 @@ fn search(column: &Column, tolerance: f64, rhs: u64) -> Result<CriticalDamping, 
         }
         Ok(side.margin)
     };
-    // The even part of the divergence brackets the root (theory, "The tests"); the signs are checked
-    // nevertheless.
-    let range = column.curve.even_weakening_range(column.belt_speed);
-    let width = (range.hi - range.lo).abs() / column.epsilon;
-    let pad = 1e-6 * width + 1e-12 * (range.hi.abs() + range.lo.abs()) / column.epsilon;
-    let (low, high) = (range.lo / column.epsilon - pad, range.hi / column.epsilon + pad);
+    // The signs at the bounds are checked nevertheless.
+    let [low, high] = bounds(column);
     if low < 0.0 && high > 0.0 && margin(0.0)? < 0.0 {
         // No legal damping is small enough; the value of a negative c* is not needed.
         let half = 0.5 * low.max(f64::MIN);

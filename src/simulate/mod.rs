@@ -37,7 +37,7 @@ mod stepping;
 pub mod surface;
 mod work;
 
-pub use critical::{CriticalDamping, NoCriticalDamping, critical_damping};
+pub use critical::{CriticalDamping, NoCriticalDamping, critical_damping, exceeds};
 pub use dynamics::{Dynamics, Neighbour, crossing_separates, dynamics, separates};
 pub(crate) use dynamics::{TIGHT, outermost_repelling};
 pub use return_map::flow;
