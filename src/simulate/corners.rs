@@ -4,9 +4,11 @@
 //! of low order that the embedded estimates, made for smooth fields, may miss by orders of magnitude. So
 //! steps are shortened until they end at the corner, as they are at any other event.
 
-/// A corner is met if it is this close to the end of a step, relative to the speeds whose difference is the
-/// slip speed. The error of D is its change of slope times this, over less than one step.
-const WIDTH: f64 = 1e-13;
+/// A corner is met if a step ends this close to it: in the variable of integration, and relative to the speeds whose
+/// difference is the slip speed. The error of D is its change of slope times the distance, over the time that the
+/// orbit takes for it: of second order in the first.
+const WIDTH: f64 = 1e-9;
+const ROUNDING: f64 = 1e-13;
 
 /// The shortest step to a corner, in units of the time scale of the flow: over a shorter one the change of D
 /// is as small as its rounding errors, and the corner may be passed.
@@ -26,8 +28,11 @@ pub(super) fn shortened(corners: &[f64], belt_speed: f64, [from, to]: [End; 2], 
         return None;
     }
     let (low, high) = (from.slip.min(to.slip), from.slip.max(to.slip));
-    let width = WIDTH * (belt_speed + high.abs());
-    if let Some(corner) = first_within(corners, from.slip, [low + width, high - width]) {
+    let rounding = ROUNDING * (belt_speed + high.abs());
+    let [after_from, before_to] = [from, to].map(|end| WIDTH * end.rate.abs() + rounding);
+    let [after_low, before_high] =
+        if from.slip <= to.slip { [after_from, before_to] } else { [before_to, after_from] };
+    if let Some(corner) = first_within(corners, from.slip, [low + after_low, high - before_high]) {
         let newton = h - (to.slip - corner) / to.rate;
         let secant = h * (corner - from.slip) / (to.slip - from.slip);
         return Some(if newton > 0.0 && newton < h { newton } else { secant });
@@ -38,7 +43,7 @@ pub(super) fn shortened(corners: &[f64], belt_speed: f64, [from, to]: [End; 2], 
     if from.rate * to.rate < 0.0 && turns > 0.0 && turns < h {
         let excess = (from.rate * turns).abs().min((to.rate * (h - turns)).abs());
         let outside =
-            if from.rate > 0.0 { [high + width, high + excess] } else { [low - excess, low - width] };
+            if from.rate > 0.0 { [high + rounding, high + excess] } else { [low - excess, low - rounding] };
         return first_within(corners, from.slip, outside).map(|_| turns);
     }
     None

@@ -117,15 +117,27 @@ struct Side {
 /// Follows the orbit from the exit point at one damping; `None` where no engine decides.
 fn side_of(column: &Column, c: f64, tolerance: f64) -> Option<Side> {
     let oscillator = Oscillator::in_column(column, c);
-    let spent = match decisive_turn(&oscillator, tolerance) {
+    match side_by_turn(&oscillator, tolerance) {
+        Ok(side) => Some(side),
+        Err(spent) => side_by_flow(column, &oscillator, tolerance, spent),
+    }
+}
+
+/// By the return map; `Err` with the number of evaluations where it does not decide.
+fn side_by_turn(oscillator: &Oscillator, tolerance: f64) -> Result<Side, u64> {
+    match decisive_turn(oscillator, tolerance) {
         // Where a law's polynomials are not accurate, the orbit that follows the law itself knows more.
         Turn::Complete { margin, error, rhs } if margin.abs() > error || error <= UNRESOLVED => {
             let size = if margin.abs() > error { margin.clamp(-1.0, 1.0) } else { 0.0 };
-            return Some(Side { margin: size, error, rhs: rhs.into(), work: rhs.into() });
+            Ok(Side { margin: size, error, rhs: rhs.into(), work: rhs.into() })
         }
-        Turn::Complete { rhs, .. } | Turn::HandOver { rhs } => u64::from(rhs),
-    };
-    let flow = direct::flow(&oscillator, tolerance);
+        Turn::Complete { rhs, .. } | Turn::HandOver { rhs } => Err(rhs.into()),
+    }
+}
+
+/// By the direct engine, after `spent` evaluations.
+fn side_by_flow(column: &Column, oscillator: &Oscillator, tolerance: f64, spent: u64) -> Option<Side> {
+    let flow = direct::flow(oscillator, tolerance);
     let margin = match flow.fate {
         // Where the flow cannot be continued beyond the line, r at the landing is about what it would be
         // after the turn.
@@ -149,11 +161,21 @@ fn search(column: &Column, tolerance: f64, rhs: u64) -> Result<CriticalDamping, 
     let undecided = Cell::new(0.0);
     // The nearest dampings known to lie below and above c*.
     let known = Cell::new([f64::NEG_INFINITY, f64::INFINITY]);
+    // Where the return map does not decide at one damping, it hardly does at the next.
+    let mut turns_decide = true;
     let mut follow = |c: f64, tolerance: f64, most: u64| {
         if work > most {
             return Err(NoCriticalDamping::NoVerdict);
         }
-        let side = side_of(column, c, tolerance).ok_or(NoCriticalDamping::NoVerdict)?;
+        let oscillator = Oscillator::in_column(column, c);
+        let by_turn = if turns_decide { side_by_turn(&oscillator, tolerance) } else { Err(0) };
+        turns_decide = by_turn.is_ok();
+        let side = match by_turn {
+            Ok(side) => side,
+            Err(spent) => {
+                side_by_flow(column, &oscillator, tolerance, spent).ok_or(NoCriticalDamping::NoVerdict)?
+            }
+        };
         rhs += side.rhs;
         work += side.work;
         Ok(side)
@@ -175,7 +197,8 @@ fn search(column: &Column, tolerance: f64, rhs: u64) -> Result<CriticalDamping, 
     };
     // The signs at the bounds are checked nevertheless.
     let [low, high] = bounds(column);
-    if low < 0.0 && high > 0.0 && margin(0.0)? < 0.0 {
+    // The undamped orbit of a table may leave its data, and those near c* do not.
+    if low < 0.0 && high > 0.0 && margin(0.0).is_ok_and(|margin| margin < 0.0) {
         // No legal damping is small enough; the value of a negative c* is not needed.
         let half = 0.5 * low.max(f64::MIN);
         return Ok(CriticalDamping { c: half, error: -half, rhs });

@@ -6,7 +6,7 @@ use slipmap::filippov::Oscillator;
 use slipmap::friction::{Column, Law, Table};
 use slipmap::map::{Engine, Regime, Verdict, decide, regime};
 use slipmap::simulate::critical::critical_dampings;
-use slipmap::simulate::{Fate, Flow, NoCriticalDamping, direct, flow};
+use slipmap::simulate::{Failure, Fate, Flow, NoCriticalDamping, direct, flow};
 
 /// The tables give this many digits.
 const TABLE: f64 = 1e-16;
@@ -238,6 +238,37 @@ fn a_table_with_a_dip_next_to_rest_has_its_boundary() {
             let answer = flow(&oscillator, 1e-10);
             assert_ne!(regime(&oscillator, &answer), Regime::Failed, "{dip} {belt_speed} {share} {found:?}");
         }
+    }
+}
+
+/// The undamped orbit leaves a table that ends early, so that nothing is known of it; orbits near c* stay inside.
+#[test]
+fn a_table_that_ends_early_has_its_boundary() {
+    let dip = [
+        (0.0, 1.0),
+        (0.006, 0.93),
+        (0.008, 0.945),
+        (0.03, 0.9),
+        (0.2, 0.7),
+        (0.4, 0.65),
+        (1.0, 0.6),
+        (3.0, 0.6),
+    ];
+    let c_of = |rows: usize, belt_speed: f64| {
+        let law = Law::Table(Table::new("dip", &dip[..rows], 1.0).unwrap());
+        let column = law.column(&law.point(1.0, &[], belt_speed, 0.0).unwrap());
+        let undamped = direct::flow(&Oscillator::in_column(&column, 0.0), 1e-9).fate;
+        (critical_dampings(std::slice::from_ref(&column), 1e-9).remove(0), undamped)
+    };
+    for belt_speed in [0.06, 0.07, 0.08] {
+        let (whole, known) = c_of(8, belt_speed);
+        let (short, unknown) = c_of(6, belt_speed);
+        assert!(
+            matches!(known, Fate::Sticks(_)) && unknown == Fate::Failed(Failure::NotFinite),
+            "{unknown:?}"
+        );
+        let (whole, short) = (whole.unwrap(), short.unwrap());
+        assert!((whole.c - short.c).abs() <= whole.error + short.error, "{whole:?} {short:?}");
     }
 }
 
