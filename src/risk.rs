@@ -72,7 +72,7 @@ pub(crate) struct RareBy {
 pub struct Risk {
     /// Number of draws with an answer.
     pub(crate) draws: usize,
-    /// Number of draws whose critical damping was not found; they are left out.
+    /// Number of draws whose critical damping was not found; the limits of all estimates hold whatever it is.
     pub(crate) failed: usize,
     /// Number of illegal machines that were drawn, such as one of negative mass; each was drawn again.
     pub(crate) redrawn: usize,
@@ -247,10 +247,13 @@ impl Needed {
         }
     }
 
-    /// Probability that the machine may stick-slip at this nominal damping.
+    /// Probability that the machine may stick-slip at this nominal damping: the value of the draws with an answer,
+    /// with limits within which it is whatever the others do.
     fn probability(&self, damping: f64) -> Estimate {
         let more = &self.draws[self.draws.partition_point(|draw| draw.damping <= damping)..];
-        share(self.legal_of(more, damping), self.legal_of(&self.draws, damping))
+        let (count, of) = (self.legal_of(more, damping), self.legal_of(&self.draws, damping));
+        let [none, all] = [count, count + self.failed].map(|count| share(count, of + self.failed).limits);
+        Estimate { limits: [none[0], all[1]], ..share(count, of) }
     }
 
     /// The nominal damping at which the machine may stick-slip with this probability.
@@ -261,7 +264,7 @@ impl Needed {
         for _ in 0..MOST_ROUNDS {
             let legal = self.draws.iter().filter(|draw| draw.legal_from <= damping);
             let dampings: Vec<f64> = legal.map(|draw| draw.damping).collect();
-            found = quantile(&dampings, probability);
+            found = quantile(&dampings, self.failed, probability);
             let next = found.as_ref().map_or(damping, |found| found.value);
             if next == damping || next >= self.all_legal_from {
                 break;
@@ -350,15 +353,16 @@ fn share(count: usize, of: usize) -> Estimate {
     Estimate { value: p, limits: [low, high] }
 }
 
-/// The number that a share `probability` of the sorted numbers exceeds, with the limits of order statistics.
-fn quantile(sorted: &[f64], probability: f64) -> Option<Estimate> {
-    let n = sorted.len() as f64;
-    let rank = |p: f64| (p * n).floor();
-    let half = NORMAL * (n * probability * (1.0 - probability)).sqrt();
-    let (low, high) = (rank(1.0 - probability) - half, rank(1.0 - probability) + half + 1.0);
-    let inside = low >= 0.0 && high < n;
+/// The number that a share `probability` of the sorted numbers exceeds, with the limits of order statistics; as many
+/// numbers as are `unknown` may be below or above all of these.
+fn quantile(sorted: &[f64], unknown: usize, probability: f64) -> Option<Estimate> {
+    let (known, all) = (sorted.len() as f64, (sorted.len() + unknown) as f64);
+    let rank = |n: f64| ((1.0 - probability) * n).floor();
+    let half = NORMAL * (all * probability * (1.0 - probability)).sqrt();
+    let (low, high) = (rank(all) - unknown as f64 - half, rank(all) + half + 1.0);
+    let inside = low >= 0.0 && high < known;
     let at = |rank: f64| sorted[(rank as usize).min(sorted.len() - 1)].max(0.0);
-    inside.then(|| Estimate { value: at(rank(1.0 - probability)), limits: [at(low), at(high)] })
+    inside.then(|| Estimate { value: at(rank(known)), limits: [at(low), at(high)] })
 }
 
 #[cfg(test)]
@@ -549,6 +553,28 @@ mod tests {
         // until 1000 are legal, 118 on average.
         assert!((60..180).contains(&found.redrawn), "{}", found.redrawn);
         assert_eq!((found.draws, found.failed), (1000, 0));
+    }
+
+    #[test]
+    fn limits_hold_whatever_draws_without_an_answer_do() {
+        let needed = |failed| Needed {
+            draws: (1..=1000)
+                .map(|i| NeededDraw { damping: f64::from(i), legal_from: f64::NEG_INFINITY })
+                .collect(),
+            all_legal_from: f64::NEG_INFINITY,
+            failed,
+            redrawn: 0,
+            error: 0.0,
+        };
+        let (all, some) = (needed(0).probability(900.0), needed(250).probability(900.0));
+        assert!(all.value == 0.1 && all.limits[0] > 0.08 && all.limits[1] < 0.125, "{all:?}");
+        // 100 of 1250 at least, 350 at most, and the limits of a share of so many draws.
+        assert!(some.value == 0.1 && (0.06..0.08).contains(&some.limits[0]), "{some:?}");
+        assert!((0.28..0.31).contains(&some.limits[1]), "{some:?}");
+        // All of those without an answer may need more damping than any other.
+        assert!(needed(0).quantile(0.1).is_some() && needed(250).quantile(0.1).is_none());
+        let half = needed(250).quantile(0.5).unwrap();
+        assert!(half.limits[0] < 380.0 && half.limits[1] > 620.0 && half.value == 501.0, "{half:?}");
     }
 
     #[test]

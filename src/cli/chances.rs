@@ -93,7 +93,7 @@ pub(super) fn notes_on_draws(draws: usize, failed: usize, redrawn: usize) -> Vec
     }
     if failed > 0 {
         notes.push(format!(
-            "{} of {} without an answer, since the critical damping was not found; they are left out",
+            "{} of {} without an answer, since the critical damping was not found",
             count(failed),
             number_of(draws, "draw")
         ));

@@ -35,6 +35,9 @@ const TOLERANCE: f64 = 1e-9;
 /// Largest errors at the samples, in units of the size: of the interpolated y, far below any tolerance of a
 /// machine, and of its standard deviation, which is an error itself.
 const ACCURACIES: Pair = [1e-6, 1e-2];
+/// The same of y in units of its standard deviation, where that is larger: surfaces of rough measured friction have
+/// kinks that are far smaller than what its errors leave open.
+const ACCURACY_IN_DEVIATIONS: f64 = 3e-3;
 /// Number of machines in a box whose critical damping is computed by the root search, for comparison.
 const SAMPLES: usize = 8;
 /// Nodes along each axis, by the number of axes that have an extent.
@@ -276,10 +279,12 @@ impl<'a> Groups<'a> {
             let missed = missed.map(|(&m, exact)| (surfaces[of].at(self.of(m)) - exact[of]).abs());
             missed.fold(0.0, |most: f64, miss| if miss.is_nan() { f64::INFINITY } else { most.max(miss) })
         });
+        let enough = [0, 1].map(|of| ACCURACIES[of] * surfaces[of].size());
+        let enough = [enough[0].max(ACCURACY_IN_DEVIATIONS * surfaces[1].size()), enough[1]];
         let rough = (0..2).find(|&of| {
             let unknown = values.iter().all(|pair| pair[of].is_nan());
             // A node without an answer makes the size NaN: such a box is cut too.
-            !unknown && !(errors[of] <= ACCURACIES[of] * surfaces[of].size())
+            !unknown && !(errors[of] <= enough[of])
         });
         let Some(rough) = rough else {
             let measured = has_standard_errors(self.nominal);

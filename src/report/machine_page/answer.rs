@@ -44,9 +44,15 @@ pub(super) fn in_words(all: &Assessment) -> Rich {
 pub(super) fn uncertainty(all: &Assessment, risk: Option<&Risk>) -> Rich {
     let Some(risk) = risk else { return Rich::default() };
     let unit = all.machine.motion.unit(Dimension::Damping);
+    let share = match (risk.failed, risk.probability.limits.map(percent)) {
+        (0, _) => format!("of {} %", percent(risk.probability.value)),
+        (failed, [low, high]) => {
+            format!("between {low} and {high} %, as {failed} of {} draws have no answer", risk.draws + failed)
+        }
+    };
     let probability =
-        rich(" That is for the nominal values. With their spreads it may stick-slip with a probability of ")
-            .then(rich(&format!("{} %", percent(risk.probability.value))));
+        rich(" That is for the nominal values. With their spreads it may stick-slip with a probability ")
+            .then(rich(&share));
     let rarest = risk.rare_by.iter().rev().find_map(|rare| Some((rare.probability, rare.damping.as_ref()?)));
     match rarest {
         Some((share, damping)) => {
