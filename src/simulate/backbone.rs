@@ -22,7 +22,7 @@ mod interpolated;
 use super::Failure;
 use super::chebyshev::{Between, coefficients, lebesgue, node, sum, sums};
 use super::closed_orbit::closing_damping_of_node;
-use super::closing::closing_dampings;
+use super::closing::{Amplitude, closing_dampings};
 use super::polar::Closing;
 use super::work::Work;
 use crate::friction::{Column, Curve};
@@ -236,6 +236,8 @@ struct Solver<'a> {
     belt_speed: f64,
     tolerance: f64,
     work: &'a Work,
+    /// Amplitudes and C so far, by increasing amplitude.
+    known: Vec<(f64, f64)>,
     /// Largest error so far, and that of values by slopes.
     error: f64,
     slope_error: f64,
@@ -244,7 +246,18 @@ struct Solver<'a> {
 
 impl<'a> Solver<'a> {
     fn new(curve: &'a Curve, belt_speed: f64, tolerance: f64, work: &'a Work) -> Self {
-        Self { curve, belt_speed, tolerance, work, error: 0.0, slope_error: 0.0, rhs: 0 }
+        let known = vec![(0.0, curve.weakening(belt_speed))];
+        Self { curve, belt_speed, tolerance, work, known, error: 0.0, slope_error: 0.0, rhs: 0 }
+    }
+
+    /// C at an amplitude on the line through two known ones, and how far it may lie from there.
+    fn guess(&self, radius: f64) -> Option<[f64; 2]> {
+        let after = self.known.partition_point(|known| known.0 < radius);
+        let first = after.saturating_sub(1).min(self.known.len().checked_sub(2)?);
+        let [(from, low), (to, high)] = [self.known[first], self.known[first + 1]];
+        let share = (radius - from) / (to - from);
+        let change = (high - low).abs() * if after == first + 1 { 0.1 } else { share.abs() };
+        Some([low + share * (high - low), change + self.tolerance * low.abs().max(high.abs())])
     }
 
     /// Whether orbits are computed with their slopes.
@@ -259,19 +272,28 @@ impl<'a> Solver<'a> {
 
     fn at(&mut self, radii: &[f64]) -> Result<Vec<Closing>, Failure> {
         let (curve, belt_speed, tolerance, work) = (self.curve, self.belt_speed, self.tolerance, self.work);
-        let orbits: Vec<(&Curve, f64, f64)> =
-            radii.iter().map(|radius| (curve, belt_speed, *radius)).collect();
+        let orbits: Vec<Amplitude> = (radii.iter())
+            .map(|&radius| Amplitude {
+                guess: self.guess(radius).map(|[near, _]| near),
+                ..Amplitude::new(curve, belt_speed, radius)
+            })
+            .collect();
         let found = closing_dampings(&orbits, tolerance, Some(work)).into_iter().zip(radii);
         found
             .map(|(found, radius)| {
                 let (Ok(Closing { rhs, .. }) | Err(rhs)) = found;
                 self.rhs += rhs;
                 let closed = found.or_else(|_| {
+                    let guess = self.guess(*radius);
                     // On the belt line itself the orbit is followed from just below: C is continuous.
                     let radius = radius.min(belt_speed * (1.0 - f64::EPSILON));
-                    closing_damping_of_node(curve, belt_speed, radius, tolerance, work)
+                    closing_damping_of_node(curve, belt_speed, radius, tolerance, guess, work)
                 })?;
                 self.error = self.error.max(closed.error);
+                let place = self.known.partition_point(|known| known.0 < *radius);
+                if self.known.get(place).is_none_or(|known| known.0 > *radius) {
+                    self.known.insert(place, (*radius, closed.viscous));
+                }
                 Ok(closed)
             })
             .collect()

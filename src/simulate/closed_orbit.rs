@@ -31,7 +31,7 @@ use super::corners::{self, End};
 use super::dop853::{Field, NODES, STAGES, step};
 use super::elements::WORST;
 use super::polar::Closing;
-use super::roots::{falling_bracket, falling_root};
+use super::roots::{falling_bracket, falling_root, first_step};
 use super::work::Work;
 use crate::filippov::Oscillator;
 use crate::friction::{Curve, Weakening};
@@ -184,10 +184,11 @@ pub(super) fn closing_damping_by_turns(
     belt_speed: f64,
     radius: f64,
     tolerance: f64,
+    guess: Option<f64>,
     work: &Work,
 ) -> Result<Closing, u64> {
     let bounds = curve.even_weakening_range(belt_speed);
-    let start = curve.mean_weakening(belt_speed);
+    let start = guess.unwrap_or_else(|| curve.mean_weakening(belt_speed));
     let size = bounds.lo.abs().max(bounds.hi.abs());
     let form = curve.compiled(4.0 * belt_speed).error(0.0, 2.0 * belt_speed).bound();
     // Orbits that follow the law itself are more accurate where its polynomials are not.
@@ -231,12 +232,13 @@ pub(super) fn closing_damping_by_turns(
 
 /// The C at which the orbit through the maximum `radius` < V of x2 closes, by the orbit in (x2, x2'): for
 /// orbits whose polar angle is not monotone in time. It lies between the bounds of the even part of the
-/// weakening rate (theory, "The backbone").
+/// weakening rate (theory, "The backbone"), and within about `guess[1]` of `guess[0]` where there is one.
 pub(super) fn closing_damping_of_node(
     curve: &Curve,
     belt_speed: f64,
     radius: f64,
     tolerance: f64,
+    guess: Option<[f64; 2]>,
     work: &Work,
 ) -> Result<Closing, Failure> {
     let bounds = curve.even_weakening_range(belt_speed);
@@ -254,8 +256,15 @@ pub(super) fn closing_damping_of_node(
     let pad = 1e-6 * (bounds.hi - bounds.lo) + 1e-12 * size;
     let (low, high) = (bounds.lo - pad, bounds.hi + pad);
     let mean = curve.mean_weakening(belt_speed);
-    let start = if mean.is_finite() { mean.clamp(low, high) } else { 0.5 * (low + high) };
-    let Some(bracket) = falling_bracket(start, [low, high], &mut growth)? else {
+    let near = match guess {
+        // No step is so short that it takes long to double.
+        Some([start, step]) if (low..=high).contains(&start) => [start, step.max(1e-12 * (high - low))],
+        _ => {
+            let start = if mean.is_finite() { mean.clamp(low, high) } else { 0.5 * (low + high) };
+            [start, first_step(start, [low, high])]
+        }
+    };
+    let Some(bracket) = falling_bracket(near, [low, high], &mut growth)? else {
         return Err(Failure::StepUnderflow);
     };
     let (viscous, bracket) = falling_root(bracket, tolerance * size, &mut growth)?;

@@ -11,7 +11,20 @@ use crate::friction::{Curve, Lorentzian, Stribeck};
 use crate::point::ScaledGroups;
 
 /// An orbit: its curve, the belt speed V and its maximum r of x2, 0 < r <= V.
-pub(super) type Amplitude<'a> = (&'a Curve, f64, f64);
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Amplitude<'a> {
+    pub(super) curve: &'a Curve,
+    pub(super) belt_speed: f64,
+    pub(super) radius: f64,
+    /// About the C at which it closes, where that is known.
+    pub(super) guess: Option<f64>,
+}
+
+impl<'a> Amplitude<'a> {
+    pub(super) fn new(curve: &'a Curve, belt_speed: f64, radius: f64) -> Self {
+        Self { curve, belt_speed, radius, guess: None }
+    }
+}
 
 /// The C at which orbits close, with errors of about `tolerance` in units of the weakening rate; `Err` with
 /// the number of evaluations where the polar form does not apply. The orbits share the budget `work`, or each
@@ -21,11 +34,12 @@ pub(super) fn closing_dampings(
     tolerance: f64,
     work: Option<&Work>,
 ) -> Vec<Result<Closing, u64>> {
-    let mut stribeck = together::<InverseSquare>(orbits, tolerance, |&(curve, belt_speed, radius)| {
-        Some(of_stribeck(curve.stribeck()?, belt_speed, radius))
-    });
+    let mut stribeck =
+        together::<InverseSquare>(orbits, tolerance, |&Amplitude { curve, belt_speed, radius, .. }| {
+            Some(of_stribeck(curve.stribeck()?, belt_speed, radius))
+        });
     let mut lorentzian = lorentzian_together(orbits, tolerance);
-    let by_law = |&(curve, belt_speed, radius): &Amplitude| {
+    let by_law = |&Amplitude { curve, belt_speed, radius, guess }: &Amplitude| {
         let weakening = curve.compiled(4.0 * belt_speed);
         let own = Work::of_question(curve);
         let work = work.unwrap_or(&own);
@@ -33,14 +47,14 @@ pub(super) fn closing_dampings(
         let (Ok(Closing { rhs: spent, .. }) | Err(spent)) = found;
         work.spend_compiled(spent).map_err(|_| spent)?;
         found.or_else(|_| {
-            let found = closing_damping_by_turns(curve, belt_speed, radius, tolerance, work);
+            let found = closing_damping_by_turns(curve, belt_speed, radius, tolerance, guess, work);
             found.map(|found| Closing { rhs: found.rhs + spent, ..found }).map_err(|rhs| rhs + spent)
         })
     };
     let answer = |orbit: &Amplitude| {
-        if orbit.0.stribeck().is_some() {
+        if orbit.curve.stribeck().is_some() {
             stribeck.next().unwrap_or(Err(0))
-        } else if orbit.0.lorentzian().is_some() {
+        } else if orbit.curve.lorentzian().is_some() {
             lorentzian.next().unwrap_or(Err(0)).or_else(|_| by_law(orbit))
         } else {
             by_law(orbit)
@@ -51,7 +65,7 @@ pub(super) fn closing_dampings(
 
 /// The answers of the vectorised iteration for the orbits of the Lorentzian law.
 fn lorentzian_together(orbits: &[Amplitude], tolerance: f64) -> impl Iterator<Item = Result<Closing, u64>> {
-    together::<LorentzianSlope>(orbits, tolerance, |&(curve, belt_speed, radius)| {
+    together::<LorentzianSlope>(orbits, tolerance, |&Amplitude { curve, belt_speed, radius, .. }| {
         Some(of_lorentzian(curve.lorentzian()?, belt_speed, radius))
     })
 }
@@ -128,7 +142,8 @@ mod tests {
             // From a twentieth of the Stribeck velocity to five times that.
             let belt_speed = vs * 0.05 * 100_f64.powf(random.unit());
             let radius = belt_speed * random.unit().max(0.01);
-            let together = lorentzian_together(&[(&curve, belt_speed, radius)], 1e-11).next().unwrap();
+            let together =
+                lorentzian_together(&[Amplitude::new(&curve, belt_speed, radius)], 1e-11).next().unwrap();
             let single = closed_orbit(&curve.compiled(4.0 * belt_speed), belt_speed, radius, 1e-11);
             if let (Ok(one), Ok(Closed { closing: other, .. })) = (together, single) {
                 let apart = (one.viscous - other.viscous).abs();

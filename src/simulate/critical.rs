@@ -5,13 +5,13 @@
 
 use std::cell::Cell;
 
-use super::closing::closing_dampings;
+use super::closing::{Amplitude, closing_dampings};
 use super::polar::{Closing, Turn};
 use super::return_map::{UNRESOLVED, decisive_turn};
-use super::roots::{falling_bracket, falling_root};
+use super::roots::{falling_bracket, falling_root, first_step};
 use super::{Fate, Landing, direct};
 use crate::filippov::Oscillator;
-use crate::friction::{Column, Curve};
+use crate::friction::Column;
 
 /// The critical damping of a column.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,8 +42,9 @@ pub fn critical_dampings(
     columns: &[Column],
     tolerance: f64,
 ) -> Vec<Result<CriticalDamping, NoCriticalDamping>> {
-    let orbits: Vec<(&Curve, f64, f64)> =
-        columns.iter().map(|column| (&column.curve, column.belt_speed, column.belt_speed)).collect();
+    let orbits: Vec<Amplitude> = (columns.iter())
+        .map(|Column { curve, belt_speed, .. }| Amplitude::new(curve, *belt_speed, *belt_speed))
+        .collect();
     let found = closing_dampings(&orbits, tolerance, None);
     let answer = |(column, found): (&Column, Result<Closing, u64>)| match found {
         Ok(Closing { viscous, error, rhs, .. }) => {
@@ -208,11 +209,12 @@ fn search(column: &Column, tolerance: f64, rhs: u64) -> Result<CriticalDamping, 
     let start = if mean.is_finite() { mean.clamp(from, high) } else { 0.5 * (from + high) };
     let enough = tolerance.max(4.0 * f64::EPSILON) * (low.abs() + high.abs());
     let widest = Cell::new([from, high]);
-    let found = falling_bracket(start, [from, high], &mut margin).and_then(|bracket| {
-        let bracket = bracket.ok_or(NoCriticalDamping::NoVerdict)?;
-        widest.set([bracket.low.0, bracket.high.0]);
-        falling_root(bracket, enough, &mut margin)
-    });
+    let found = falling_bracket([start, first_step(start, [from, high])], [from, high], &mut margin)
+        .and_then(|bracket| {
+            let bracket = bracket.ok_or(NoCriticalDamping::NoVerdict)?;
+            widest.set([bracket.low.0, bracket.high.0]);
+            falling_root(bracket, enough, &mut margin)
+        });
     let (c, bracket) = match found {
         Ok(found) => found,
         Err(why) => {

@@ -25,17 +25,17 @@ impl Bracket {
 }
 
 /// A bracket of the root of a falling function within [from, to], searched from `start`, which lies there,
-/// outward in steps that double: far from the root the function may fail, or take long. `None` where it does
-/// not change its sign; at the ends of [from, to] it may be zero.
+/// outward in steps that double from `step` on: far from the root the function may fail, or take long. `None` where it
+/// does not change its sign; at the ends of [from, to] it may be zero.
 pub(super) fn falling_bracket<E>(
-    start: f64,
+    [start, step]: [f64; 2],
     [from, to]: [f64; 2],
     mut f: impl FnMut(f64) -> Result<f64, E>,
 ) -> Result<Option<Bracket>, E> {
     let value = f(start)?;
     let mut ends = [(start, value); 2];
     for (side, limit, sign) in [(0, from, 1.0), (1, to, -1.0)] {
-        let mut step = 0.1 * start.abs() + 1e-3 * (to - from);
+        let mut step = step;
         while !(sign * ends[side].1 > 0.0) {
             if ends[side].0 == limit {
                 if sign * ends[side].1 < 0.0 {
@@ -53,6 +53,11 @@ pub(super) fn falling_bracket<E>(
     }
     let [low, high] = ends;
     Ok(Some(Bracket { low, high }))
+}
+
+/// The first step from `start` of a search within [from, to] that knows no better.
+pub(super) fn first_step(start: f64, [from, to]: [f64; 2]) -> f64 {
+    0.1 * start.abs() + 1e-3 * (to - from)
 }
 
 /// Narrows `bracket` to `enough` by the ITP method of Oliveira and Takahashi
@@ -127,11 +132,11 @@ mod tests {
         for (root, start) in [(0.3, 0.31), (0.3, 0.3), (0.3, 40.0), (-2.0, 0.1), (49.0, 0.0)] {
             // Fails far from the root.
             let f = |x: f64| if (x - root).abs() < 60.0 { Ok(root - x) } else { Err(x) };
-            let Bracket { low, high } = falling_bracket(start, [-100.0, 100.0], f).unwrap().unwrap();
+            let Bracket { low, high } = falling_bracket([start, 0.3], [-100.0, 100.0], f).unwrap().unwrap();
             assert!(low.0 < root && root < high.0 && low.1 > 0.0 && high.1 < 0.0, "{low:?} {high:?}");
         }
-        assert_eq!(falling_bracket(0.5, [0.0, 1.0], |x| Ok::<f64, ()>(3.0 - x)), Ok(None));
-        assert_eq!(falling_bracket(0.5, [0.0, 1.0], |x| Ok::<f64, ()>(-3.0 - x)), Ok(None));
+        assert_eq!(falling_bracket([0.5, 0.1], [0.0, 1.0], |x| Ok::<f64, ()>(3.0 - x)), Ok(None));
+        assert_eq!(falling_bracket([0.5, 0.1], [0.0, 1.0], |x| Ok::<f64, ()>(-3.0 - x)), Ok(None));
     }
 
     #[test]

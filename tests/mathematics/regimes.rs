@@ -606,3 +606,38 @@ fn three_cycles_next_to_a_cusp_of_folds_are_counted() {
         assert_eq!(slip_cycles(&oscillator, 1e-10).unwrap().len(), 3, "{text}");
     }
 }
+
+/// Measured friction that falls steeply from rest and scatters: many orbits of its backbone are followed in (x2, x2'),
+/// since their polar angle is not monotone in time. Without a guess of the damping at which each closes the backbone
+/// took more than its budget.
+#[test]
+fn regimes_of_scattered_data_next_to_the_boundary_are_known() {
+    // Slip speeds in 1e-4 of the unit of velocity, friction in 1e-4 of that at rest.
+    let rows = [
+        (0, 10000),
+        (19, 9199),
+        (33, 9265),
+        (55, 8907),
+        (94, 8549),
+        (160, 8097),
+        (271, 7394),
+        (461, 7008),
+        (782, 6526),
+        (1329, 6676),
+        (2257, 6408),
+        (3834, 6517),
+    ];
+    let data: Vec<(f64, f64)> = rows.map(|(u, phi)| (1e-4 * f64::from(u), 1e-4 * f64::from(phi))).to_vec();
+    let law = Law::Table(Table::new("scattered", &data, 1.0).unwrap());
+    let column = law.column(&law.point(1.0, &[], 0.048, 0.0).unwrap());
+    let critical = critical_damping(&column, 1e-9).unwrap().c;
+    for (share, expected) in [
+        (0.85, Regime::StickSlip),
+        (0.999, Regime::Bistable),
+        (1.001, Regime::Equilibrium),
+        (1.1, Regime::Equilibrium),
+    ] {
+        let oscillator = Oscillator::in_column(&column, share * critical);
+        assert_eq!(map::regime(&oscillator, &flow(&oscillator, 1e-9)), expected, "{share} of {critical}");
+    }
+}
