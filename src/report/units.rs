@@ -56,12 +56,13 @@ impl<'a> View<'a> {
         join(parts)
     }
 
-    /// The oscillator of the map's machine at its first belt speed and damping; `None` for a map in
-    /// dimensionless numbers.
+    /// The oscillator of the map's machine at its middle belt speed and damping, of two the larger one: the first
+    /// damping is often 0, and an undamped machine is of little use. `None` for a map in dimensionless numbers.
     pub(crate) fn model(&self) -> Option<Model> {
         let si = self.units.machine?;
         let grid = self.map.grid();
-        Some(Model { law: grid.law().clone(), point: grid.point(&vec![0; grid.axes().len()]), si })
+        let middle: Vec<usize> = grid.axes().iter().map(|axis| axis.values.len() / 2).collect();
+        Some(Model { law: grid.law().clone(), point: grid.point(&middle), si })
     }
 }
 

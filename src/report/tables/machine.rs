@@ -14,7 +14,7 @@ const ROWS: usize = 12;
 /// Bound on the error of the scaled grazing margin.
 const TOLERANCE: f64 = 1e-9;
 
-/// The behaviour of a map's machine at its belt speeds; `None` for a map in dimensionless terms.
+/// The behaviour of a map's machine at its belt speeds and its middle damping; `None` for a map in dimensionless terms.
 pub(super) fn machine(view: &View) -> Option<Table> {
     let map = view.map;
     let model = view.model()?;
@@ -44,26 +44,22 @@ pub(super) fn machine(view: &View) -> Option<Table> {
     let quantity = |name: &str, value: f64, unit: &str| {
         rich(name).then(Rich::number(value, 4)).then(rich(&format!(" {unit}")))
     };
+    let at = model.point.damping * units.damping;
     let mut notes = vec![
-        quantity(
-            "Damping ",
-            model.point.damping * units.damping,
-            &format!("{} where not stated otherwise; units of the map: ", damping),
-        )
+        rich("Units of the map: ")
         .then(quantity("time ", units.time, "s, "))
         .then(quantity("length ", units.length, &format!("{}, ", length)))
         .then(quantity("velocity ", units.velocity, &format!("{}, ", velocity)))
         .then(quantity("damping ", units.damping, &format!("{}.", damping))),
     ];
     if let Some(speed) = critical {
-        notes.push(quantity("Critical belt speed at that damping: ", speed, &format!("{}.", velocity)));
+        notes.push(quantity("Critical belt speed at this damping: ", speed, &format!("{}.", velocity)));
     }
     Some(Table {
         name: "machine",
-        caption: rich(
-            "What the machine does, in SI units: above the critical damping a mass that leaves the belt does not come \
-             back to it.",
-        ),
+        caption: quantity("What the machine does at damping ", at, damping).then(rich(
+            ", in SI units: above the critical damping a mass that leaves the belt does not come back to it.",
+        )),
         columns: vec![
             quantity_column("belt_speed", velocity, Show::Trimmed(4)),
             quantity_column("critical_damping", damping, Show::Significant(4)),
