@@ -5,8 +5,9 @@ use crate::behaviour::{Behaviour, Limit, behaviour, belt_speeds, last_between};
 use crate::certify::{Guarantee, TESTS, validated};
 use crate::filippov::Oscillator;
 use crate::friction::{Column, Law};
-use crate::machine::{Machine, Model};
+use crate::machine::{Dimension, Friction, Machine, Model};
 use crate::map::{self, LongRun, Regime, Verdict};
+use crate::number::{rounded, short};
 use crate::point::Point;
 use crate::risk;
 use crate::simulate::backbone::Backbone;
@@ -177,13 +178,22 @@ fn standard_error_of_hopf(column: &Column) -> Option<f64> {
     Some(moved.sum::<f64>().sqrt())
 }
 
-fn undetermined(oscillator: &Oscillator, flow: &Flow) -> Undetermined {
+fn undetermined(machine: &Machine, behaviour: &Behaviour, oscillator: &Oscillator, flow: &Flow) -> Undetermined {
     let mut reasons = Vec::new();
+    let velocity = machine.motion.unit(Dimension::Velocity);
     let sticks = match flow.fate {
         Fate::Sticks(_) => Some(true),
         Fate::SpiralsInward | Fate::CrossesForever => Some(false),
         Fate::TooCloseToCall => None,
         Fate::Failed(why) => {
+            let why = match (&machine.friction, behaviour.needed_slip_speed) {
+                (Friction::Measured(table), Some(needed)) => format!(
+                    "the orbit leaves the data, which end at slip speed {} {velocity}; measure up to about {} {velocity}",
+                    short(table.fastest()),
+                    rounded(needed, 3)
+                ),
+                _ => why.to_string(),
+            };
             reasons.push(format!("stick-slip: {why}"));
             None
         }
@@ -262,7 +272,7 @@ pub(crate) fn assess(machine: &Machine) -> Option<Assessment> {
             critical_damping: risk::standard_error(&model),
             hopf_damping: hopf / point.epsilon * units.damping,
         }),
-        undetermined: (behaviour.regime == Regime::Failed).then(|| undetermined(&oscillator, &flow)),
+        undetermined: (behaviour.regime == Regime::Failed).then(|| undetermined(machine, &behaviour, &oscillator, &flow)),
         period: cycle.map(|cycle| cycle.period * units.time),
         velocity_amplitude: cycle.map(|c| 0.5 * (c.velocity.hi - c.velocity.lo) * units.velocity),
         kick: basin.map(|map::BasinBoundary { kick, .. }| Kick {

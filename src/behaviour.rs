@@ -6,6 +6,7 @@ use crate::machine::Model;
 use crate::map::{Regime, regime};
 use crate::point::Point;
 use crate::simulate::crossing::stick_slip_cycle;
+use crate::simulate::direct::{Start, trace};
 use crate::simulate::slip_cycle::slip_cycles;
 use crate::simulate::{Fate, critical_damping, exceeds, flow};
 
@@ -65,6 +66,8 @@ pub struct Behaviour {
     /// Half the distance between the extremes of x, m: of the stick-slip cycle, or else of the largest stable
     /// slip cycle.
     pub amplitude: Option<f64>,
+    /// Slip speed up to which measured friction should be known, m/s, where the orbit leaves the data.
+    pub needed_slip_speed: Option<f64>,
 }
 
 /// Number of belt speeds per factor of ten at which the critical damping is looked at. Friction that rises and falls
@@ -120,6 +123,21 @@ fn critical_belt_speed(law: &Law, point: &Point, tolerance: f64) -> Limit {
     })
 }
 
+/// The slip speed up to which a measured law should be known, to some per cent, if the friction goes on as it ends;
+/// `None` for other laws, and where the orbit from the exit point stays in the data.
+pub(crate) fn needed_slip_speed(law: &Law, point: &Point) -> Option<f64> {
+    /// Accuracy of the orbit that is followed.
+    const ACCURACY: f64 = 1e-6;
+    /// The estimate over the largest slip speed on that orbit.
+    const ROOM: f64 = 1.05;
+    let Law::Table(table) = law else { return None };
+    let continued = Law::Table(table.continued(8.0 * table.fastest())?);
+    let oscillator = Oscillator::new(&continued, point);
+    let orbit = trace(&oscillator, Start::ExitPoint, ACCURACY, 2.0 * std::f64::consts::TAU);
+    let fastest = orbit.samples.iter().map(|state| (point.belt_speed - state.x2).abs()).fold(0.0, f64::max);
+    (fastest > table.fastest()).then_some(ROOM * fastest)
+}
+
 /// Computes the behaviour of a machine.
 #[must_use]
 pub fn behaviour(model: &Model, tolerance: f64) -> Behaviour {
@@ -149,6 +167,10 @@ pub fn behaviour(model: &Model, tolerance: f64) -> Behaviour {
         regime: regime(&oscillator, &flow),
         slip_and_stick_time: times,
         amplitude,
+        needed_slip_speed: match flow.fate {
+            Fate::Failed(_) => needed_slip_speed(law, point).map(|speed| speed * units.velocity),
+            Fate::Sticks(_) | Fate::SpiralsInward | Fate::CrossesForever | Fate::TooCloseToCall => None,
+        },
     }
 }
 

@@ -24,6 +24,12 @@ pub(crate) fn short(x: f64) -> String {
     }
 }
 
+/// A number rounded to so many significant digits, written as [`short`] does.
+pub(crate) fn rounded(x: f64, digits: usize) -> String {
+    let (mantissa, exponent) = scientific(x, digits);
+    format!("{mantissa}e{exponent}").parse().map_or_else(|_| short(x), short)
+}
+
 /// A number rounded to so many significant digits: a decimal with one digit before the point, and the power of
 /// ten. Of a number that is not finite, its name and 0.
 pub(crate) fn scientific(x: f64, digits: usize) -> (String, i32) {

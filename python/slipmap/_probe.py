@@ -229,6 +229,8 @@ class MachineAnswer:
     stick_time: float | None
     amplitude: float | None
     """Half the distance between the extremes of x, m."""
+    needed_slip_speed: float | None
+    """Slip speed up to which measured friction should be known, m/s, where the orbit leaves the data."""
     units: MachineUnits
 
 

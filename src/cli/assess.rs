@@ -142,6 +142,7 @@ fn to_json(all: &Assessment, risk: Option<&Risk>) -> Value {
         "steady_slip_unstable_below_damping_standard_error": all.standard_errors.map(|errors| errors.hopf_damping),
         "vibrates_below_damping": all.vibrates_below_damping,
         "damping_over_critical": all.safety_margin(),
+        "needed_slip_speed": does.needed_slip_speed,
         "natural_frequency": does.natural_frequency,
         "period": all.period,
         "slip_time": slip,

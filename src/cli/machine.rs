@@ -8,6 +8,7 @@ use super::{Failure, say};
 use crate::behaviour::Behaviour;
 use crate::config::{MachineJob, load_machine};
 use crate::machine::{Dimension, Machine};
+use crate::number::rounded;
 use crate::probe::regime_words;
 use crate::risk::standard_error;
 
@@ -62,7 +63,11 @@ pub(super) fn write(out: &mut dyn Write, machine: &Machine, behaviour: &Behaviou
     let speed = motion.words("belt_speed");
     let critical_speed = format!("critical {speed}");
     let [slip, stick] = behaviour.slip_and_stick_time.map_or([None; 2], |times| times.map(Some));
-    for (name, text) in [
+    let needed = behaviour.needed_slip_speed.map(|needed| {
+        let velocity = motion.unit(Dimension::Velocity);
+        ("measure friction up to", format!("about {} {velocity}: the orbit leaves the data", rounded(needed, 3)))
+    });
+    let does = [
         (speed.as_str(), quantity(Some(machine.belt_speed), motion.unit(Dimension::Velocity))),
         (&critical_speed, quantity(behaviour.critical_belt_speed.value(), motion.unit(Dimension::Velocity))),
         ("damping", quantity(Some(machine.damping), motion.unit(Dimension::Damping))),
@@ -74,10 +79,13 @@ pub(super) fn write(out: &mut dyn Write, machine: &Machine, behaviour: &Behaviou
         ("slip time", quantity(slip, "s")),
         ("stick time", quantity(stick, "s")),
         ("amplitude", quantity(behaviour.amplitude, motion.unit(Dimension::Length))),
+    ];
+    let units = [
         ("unit of time", quantity(Some(units.time), "s")),
         ("unit of length", quantity(Some(units.length), motion.unit(Dimension::Length))),
         ("unit of velocity", quantity(Some(units.velocity), motion.unit(Dimension::Velocity))),
-    ] {
+    ];
+    for (name, text) in does.into_iter().chain(needed).chain(units) {
         table.row([name.to_owned(), text.trim_end().to_owned()]);
     }
     table.write(out)

@@ -1,15 +1,15 @@
 //! The answers of every method about one point, and the simulated flow there.
 
+use crate::behaviour::needed_slip_speed;
 use crate::certify::validated::any_law;
 use crate::certify::{Claim, Decision, Guarantee};
 use crate::filippov::Oscillator;
 use crate::friction::{Column, Law};
 use crate::map::limits::{EpsilonLimit, Ray};
 use crate::map::{self, AttractingCycle, BasinBoundary, Method, Regime, Verdict};
-use crate::number::{short, signed};
+use crate::number::{rounded, short, signed};
 use crate::point::Point;
 use crate::simulate::crossing::{CrossingCycle, StickSlipCycle, crossing_cycles, stick_slip_cycle};
-use crate::simulate::direct::{Start, trace};
 use crate::simulate::naive::NaiveVerdict;
 use crate::simulate::sensitivity::{NoSensitivity, Sensitivity, sensitivity};
 use crate::simulate::slip_count::{SlipCount, count_slip_cycles};
@@ -218,22 +218,17 @@ fn of_simulation(
     }
 }
 
-/// The problem if the law is measured and the orbit from the exit point leaves its data: where they end, and
-/// how far they should reach, to some per cent, if the friction goes on as it ends.
+/// The problem if the law is measured and the orbit from the exit point leaves its data: where they end, and how far
+/// they should reach.
 fn beyond_data(law: &Law, point: &Point) -> Option<String> {
     let Law::Table(table) = law else { return None };
-    let continued = Law::Table(table.continued(8.0 * table.fastest())?);
-    let oscillator = Oscillator::new(&continued, point);
-    let orbit = trace(&oscillator, Start::ExitPoint, 1e-6, 2.0 * std::f64::consts::TAU);
-    let fastest = orbit.samples.iter().map(|state| (point.belt_speed - state.x2).abs()).fold(0.0, f64::max);
-    (fastest > table.fastest()).then(|| {
-        format!(
-            "the orbit leaves the data of {}, which end at slip speed {}: it needs them up to about {}",
-            table.origin(),
-            short(table.fastest()),
-            short((1.05 * fastest * 1e3).round() / 1e3)
-        )
-    })
+    let needed = needed_slip_speed(law, point)?;
+    Some(format!(
+        "the orbit leaves the data of {}, which end at slip speed {}: it needs them up to about {}",
+        table.origin(),
+        short(table.fastest()),
+        rounded(needed, 3)
+    ))
 }
 
 fn of_naive(method: Method, law: &Law, verdict: NaiveVerdict) -> MethodAnswer {

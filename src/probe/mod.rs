@@ -240,6 +240,7 @@ impl MachineResult {
             slip_time,
             stick_time,
             amplitude: behaviour.amplitude,
+            needed_slip_speed: behaviour.needed_slip_speed,
             units: machine.units(),
         }
     }

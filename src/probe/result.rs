@@ -257,6 +257,8 @@ result! {
         pub(crate) stick_time: Option<f64>,
         /// Half the distance between the extremes of x of the attracting cycle, m.
         pub(crate) amplitude: Option<f64>,
+        /// See [`crate::behaviour::Behaviour::needed_slip_speed`].
+        pub(crate) needed_slip_speed: Option<f64>,
         /// The units of the dimensionless oscillator.
         pub(crate) units: Units,
     }

@@ -508,6 +508,34 @@ fn the_command_for_a_failed_cell_of_a_machine_asks_about_it() {
     assert!(answer.contains("whether other cycles attract is not determined"), "{answer}");
 }
 
+/// Where an orbit leaves the data the slip speed that it needs is told in SI units, and data up to there suffice.
+#[test]
+fn an_engineer_is_told_how_far_to_measure() {
+    let scratch = Scratch::new();
+    let rows = "0,0.43\n0.1,0.36\n0.3,0.31\n0.6,0.28\n1.2,0.27\n";
+    scratch.file("pad.csv", rows);
+    scratch.file(
+        "pad.toml",
+        "[machine]\nmass = 2\nstiffness = 5e5\nnormal_force = 1000\nbelt_speed = 0.5997\ndamping = 0\n\
+         [friction]\nlaw = \"table\"\nfile = \"pad.csv\"\n",
+    );
+    let probe = ["probe", "--machine", "pad.toml", "--json"];
+    let answer = || -> Value { serde_json::from_str(&scratch.run(&probe).ends_with(0).out).unwrap() };
+    let before = answer();
+    let needed = before["machine"]["needed_slip_speed"].as_f64().unwrap();
+    assert!(needed > 1.2 && before["machine"]["slip_time"].is_null(), "{before}");
+    let [digits, words] = [format!("{needed:.2}"), format!("up to about {needed:.2} m/s")];
+    let text = scratch.run(&probe[..3]).ends_with(0).out;
+    let line = text.lines().find(|line| line.contains("measure friction up to"));
+    assert!(line.is_some_and(|line| line.contains(&digits) && line.contains("m/s")), "{text}");
+    let page = scratch.run(&["machine", "pad.toml"]).ends_with(0).out;
+    assert!(page.contains("which end at slip speed 1.2 m/s") && page.contains(&words), "{page}");
+    scratch.file("pad.csv", format!("{rows}{needed},{}\n", 0.27 - 0.01 / 0.6 * (needed - 1.2)));
+    let after = answer();
+    assert!(after["machine"]["needed_slip_speed"].is_null(), "{after}");
+    assert!(after["machine"]["slip_time"].is_f64(), "{after}");
+}
+
 /// `probe --machine` and the page of the machine tell the same standard error of the critical damping.
 #[test]
 fn the_standard_error_of_a_machine_is_told_alike() {
