@@ -299,12 +299,12 @@ def a_formula_with_an_error_is_told_with_its_place(session):
     measured = "0,0.43\n0.02,0.39\n0.05,0.35\n0.1,0.31\n0.2,0.28\n0.5,0.26\n2,0.26\n"
     page.get_by_label("Slip speed and friction, row by row").fill(measured)
     expect(page.locator(".problem").first).to_contain_text("phi(0) is 0.43")
-    expect(page.locator("body")).to_have_class("of-another-law")
+    expect(page.locator("body")).to_have_class("of-other-inputs")
     session.picture(page, "refused")
     page.get_by_role("button", name="As a machine in SI units").click()
     wait(page, "location.hash.includes('motion=translation') && location.hash.includes('0.43')")
     assert page.get_by_label("Slip speed and friction, row by row").input_value() == measured
-    expect(page.locator("body")).not_to_have_class("of-another-law")
+    expect(page.locator("body")).not_to_have_class("of-other-inputs")
     expect(page.locator("#law-editor .problem")).to_have_text("")
     # What is wrong in any units stays too, with its message.
     page.get_by_label("Slip speed and friction, row by row").fill(measured + "3,much\n")
@@ -316,6 +316,65 @@ def a_formula_with_an_error_is_told_with_its_place(session):
     page.context.close()
     # Refusals are the point of this test.
     session.complaints[:] = [text for text in session.complaints if "422" not in text]
+
+
+def a_refused_number_says_why(session):
+    page = session.open(BISTABLE + "&pin=1")
+    settle(page)
+    body = page.locator("body")
+    # What is typed into each input, and the reason that stands next to it.
+    for label, typed, why in [
+        ("across: from", "3", "across: from: must be less than the other end, 2.5"),
+        ("up: to", "", "up: to: a number is missing"),
+        ("up: to", "much", "not a number"),
+        ("kinetic to static friction ratio (μ): value", "1.5", "must be 1 at most"),
+        ("kinetic to static friction ratio (μ): value", "0,5", "the decimal sign is a point: 0.5"),
+        ("kinetic to static friction ratio (μ): lower end of the slider", "1", "must be less than the other end"),
+    ]:
+        typed_into = page.get_by_label(label, exact=True)
+        before = typed_into.input_value()
+        typed_into.fill(typed)
+        problem = page.locator(".problem:not(:empty)")
+        expect(problem).to_contain_text(why)
+        expect(typed_into).to_have_attribute("aria-invalid", "true")
+        assert typed_into.get_attribute("aria-describedby") == problem.get_attribute("id")
+        assert problem.get_attribute("role") == "alert"
+        # It stands below its own input.
+        place, of_input = problem.bounding_box(), typed_into.bounding_box()
+        assert 0 <= place["y"] - of_input["y"] < 90, (place, of_input)
+        expect(body).to_have_class("of-other-inputs")
+        expect(page.locator(".plane")).to_have_css("opacity", "0.35")
+        if typed == "1.5":
+            session.picture(page, "refused-number")
+        # What is not taken is gone with the next look elsewhere, and so are its traces.
+        page.locator("#overlay").focus()
+        expect(problem).to_have_count(0)
+        expect(typed_into).to_have_value(before)
+        expect(body).not_to_have_class("of-other-inputs")
+    typed_into = page.get_by_label("across: to", exact=True)
+    typed_into.fill("0.1")
+    expect(page.locator(".problem:not(:empty)")).to_have_count(1)
+    typed_into.fill("2")
+    expect(page.locator(".problem:not(:empty)")).to_have_count(0)
+    expect(body).not_to_have_class("of-other-inputs")
+    # A coordinate of the point: the plane stands, and the answers about the point are grey.
+    of_point = page.locator("#point .where input").first
+    of_point.fill("-1")
+    of_point.press("Enter")
+    expect(page.locator("#point .where .problem")).to_contain_text("must be greater than 0")
+    expect(page.locator("#point .regime")).to_have_css("opacity", "0.35")
+    of_point.fill("1")
+    of_point.press("Enter")
+    expect(page.locator("#point .where .problem")).to_have_text("")
+    expect(page.locator("#point .regime")).to_have_css("opacity", "1")
+    # A picture of other inputs is grey until the one of these has come.
+    settle(page)
+    page.route("**/api/plane", lambda route: (time.sleep(2), route.continue_()))
+    page.get_by_label("kinetic to static friction ratio (μ): value", exact=True).fill("0.6")
+    expect(page.locator("#cells")).to_have_css("opacity", "0.35")
+    expect(page.locator("#cells")).to_have_css("opacity", "1")
+    page.unroute_all(behavior="ignoreErrors")
+    page.context.close()
 
 
 def the_page_survives_its_program(session):
@@ -578,6 +637,7 @@ TESTS = [
     a_click_gives_the_numbers_of_probe,
     a_link_restores_the_state,
     a_formula_with_an_error_is_told_with_its_place,
+    a_refused_number_says_why,
     the_page_survives_its_program,
     the_keyboard_suffices,
     everything_can_be_taken_along,

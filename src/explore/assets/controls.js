@@ -1,6 +1,6 @@
 // Everything that changes the state but the plane itself: law, what is shown, axes, sliders.
 
-import { element, short } from "./elements.js";
+import { element, mark, refusals, short, why_refused } from "./elements.js";
 import { post } from "./server.js";
 import { label, place } from "./state.js";
 
@@ -14,7 +14,7 @@ export class Controls {
   constructor(app, catalogue) {
     const find = (id) => document.getElementById(id);
     Object.assign(this, { app, catalogue, law: find("law"), show: find("show"), editor: find("law-editor") });
-    Object.assign(this, { axesBox: find("axes"), sliderBox: find("parameters"), built: "", inputs: new Map(), refused: null });
+    Object.assign(this, { axesBox: find("axes"), sliderBox: find("parameters"), built: "", inputs: new Map(), refused: null, refused_inputs: new Set() });
     const option = ([value, words]) => element("option", { value }, words);
     this.law.append(...catalogue.laws.map(({ name }) => option([name, name])), ...OWN.map(option));
     this.law.addEventListener("change", () => this.choose_law(this.law.value));
@@ -46,6 +46,8 @@ export class Controls {
     if (this.built !== key) {
       this.built = key;
       this.inputs.clear();
+      this.refused_inputs.clear();
+      this.grey();
       this.build_editor();
       this.build_axes();
       this.build_sliders();
@@ -72,20 +74,26 @@ export class Controls {
     }
   }
 
-  // An input for a number: `read` gives it, `set` takes a new one and says what kind of change that is.
-  number(label, read, set, { least = -Infinity, most = Infinity, open = false } = {}) {
+  // An input for a number: `read` gives it, `set` takes a new one, or returns why it is refused; that is told in `place`.
+  number(label, read, set, place, bounds = () => ({})) {
     const input = element("input", { class: "number", inputmode: "decimal", "aria-label": label, autocomplete: "off" });
-    input.addEventListener("input", () => {
-      const value = Number(input.value);
-      const legal = input.value.trim() !== "" && Number.isFinite(value) && value >= least && value <= most && !(open && value === least) && set(value) !== false;
-      input.setAttribute("aria-invalid", String(!legal));
-    });
+    const tell = (why) => {
+      mark(input, place, label, why);
+      this.refused_inputs[why ? "add" : "delete"](input);
+      this.grey();
+    };
+    input.addEventListener("input", () => tell(why_refused(input.value, bounds()) || set(Number(input.value)) || ""));
     input.addEventListener("blur", () => {
-      input.setAttribute("aria-invalid", "false");
+      tell("");
       this.sync();
     });
     this.inputs.set(input, read);
     return input;
+  }
+
+  // The picture is grey while it does not belong to the inputs: a law or a number among them is refused.
+  grey() {
+    document.body.classList.toggle("of-other-inputs", this.refused !== null || this.refused_inputs.size > 0);
   }
 
   build_axes() {
@@ -107,15 +115,23 @@ export class Controls {
         const { least, most } = this.state.axes.find(({ name }) => name === this.state[side].axis);
         return { least: least ?? -Infinity, most: most ?? Infinity };
       };
-      const end = (key, words, legal) =>
+      const problem = refusals();
+      const end = (key, words, why) =>
         this.number(words, () => this.state[side][key], (value) => {
-          if (!legal(value) || value < bounds().least || value > bounds().most) return false;
+          const refused = why(value);
+          if (refused) return refused;
           this.state[side] = { ...this.state[side], [key]: value };
           app.change("rest");
-          return true;
-        });
-      const from = end("from", `${words}: from`, (value) => value < this.state[side].to && (!this.state[side].log || value > 0));
-      const to = end("to", `${words}: to`, (value) => value > this.state[side].from);
+        }, problem, bounds);
+      const from = end("from", `${words}: from`, (value) => {
+        const { to, log } = this.state[side];
+        if (log && value <= 0) return "must be greater than 0 on a logarithmic axis";
+        return value < to ? "" : `must be less than the other end, ${short(to)}`;
+      });
+      const to = end("to", `${words}: to`, (value) => {
+        const { from } = this.state[side];
+        return value > from ? "" : `must be greater than the other end, ${short(from)}`;
+      });
       const log = element("input", { type: "checkbox" });
       log.addEventListener("change", () => {
         const old = this.state[side];
@@ -123,7 +139,7 @@ export class Controls {
         app.change("rest");
       });
       this.inputs.set(log, () => Boolean(this.state[side].log));
-      return element("div", { class: "axis-row" }, element("span", {}, words), choice, from, to, element("label", { class: "log" }, log, "log"));
+      return element("div", { class: "axis-row" }, element("span", {}, words), choice, from, to, element("label", { class: "log" }, log, "log"), problem);
     };
     const curves = element("input", { type: "checkbox" });
     curves.addEventListener("change", () => {
@@ -159,8 +175,8 @@ export class Controls {
 
   // A parameter of the law, or a quantity of a machine with its unit.
   slider({ name, symbol, words, unit, least, most, open }) {
-    const limit = name === "kinetic_friction" ? this.state.at.static_friction : (most ?? Infinity);
-    const bounds = { least: least ?? -Infinity, most: limit, open };
+    const limit = () => (name === "kinetic_friction" ? this.state.at.static_friction : (most ?? Infinity));
+    const bounds = () => ({ least: least ?? -Infinity, most: limit(), open });
     const set = (value, what) => {
       this.state.at[name] = value;
       this.app.change(what);
@@ -176,7 +192,8 @@ export class Controls {
     Object.assign(range, { min: 0, max: 1, step: "any" });
     const ends = () => {
       const [from, to] = range_of();
-      return [bounds.open && from === bounds.least ? from + (to - from) / 1000 : from, to];
+      const { open, least } = bounds();
+      return [open && from === least ? from + (to - from) / 1000 : from, to];
     };
     range.addEventListener("input", () => {
       const [from, to] = ends();
@@ -195,23 +212,23 @@ export class Controls {
       const [from, to] = ends();
       return (read() - from) / (to - from);
     });
+    const problem = refusals();
     const value = this.number(`${label}: value`, read, (value) => {
       const ends = range_of();
       [ends[0], ends[1]] = [Math.min(ends[0], value), Math.max(ends[1], value)];
       set(value, "rest");
-      return true;
-    }, bounds);
+    }, problem, bounds);
     const end = (i, which) =>
       this.number(`${label}: ${which} end of the slider`, () => range_of()[i], (value) => {
         const ends = range_of();
-        if (i === 0 ? value >= ends[1] : value <= ends[0]) return false;
+        if (i === 0 && value >= ends[1]) return `must be less than the other end, ${short(ends[1])}`;
+        if (i === 1 && value <= ends[0]) return `must be greater than the other end, ${short(ends[0])}`;
         ends[i] = value;
         set(Math.min(ends[1], Math.max(ends[0], read())), "rest");
-        return true;
-      }, { ...bounds, open: false });
+      }, problem, () => ({ ...bounds(), open: false }));
     return element("div", { class: "slider" },
       element("span", { class: "symbol" }, symbol), range, value,
-      element("div", { class: "ends" }, end(0, "lower"), element("span", { class: "words" }, words), end(1, "upper")));
+      element("div", { class: "ends" }, end(0, "lower"), element("span", { class: "words" }, words), end(1, "upper")), problem);
   }
 
   build_editor() {
@@ -295,7 +312,7 @@ export class Controls {
   // Keeps the text of a law that was refused; the picture, of the law before it, is grey until another one is taken.
   refuse(law) {
     this.refused = law;
-    document.body.classList.toggle("of-another-law", law !== null);
+    this.grey();
   }
 
   // Takes a law that was chosen, typed or dropped; a message with its place if it is none.

@@ -27,6 +27,35 @@ export function short(x, digits = 6) {
   return String(Number(x.toPrecision(digits)));
 }
 
+// Why a typed number is refused; empty if it is not. `open` excludes the least value itself.
+export function why_refused(text, { least = -Infinity, most = Infinity, open = false } = {}) {
+  const value = Number(text);
+  if (text.trim() === "") return "a number is missing";
+  if (!Number.isFinite(value)) return /^[^,]*\d,\d[^,]*$/.test(text) ? `not a number; the decimal sign is a point: ${text.trim().replace(",", ".")}` : "not a number";
+  if (open && value <= least) return `must be greater than ${short(least)}`;
+  if (value < least) return `must be ${short(least)} at least`;
+  if (value > most) return `must be ${short(most)} at most`;
+  return "";
+}
+
+// A place for the reason why an input is refused, next to it.
+export function refusals() {
+  return element("p", { class: "problem", role: "alert", id: `refusal-${crypto.randomUUID()}` });
+}
+
+// Marks an input as refused for this reason, told in that place; an empty one takes the mark away.
+export function mark(input, place, words, why) {
+  const was = input.getAttribute("aria-invalid") === "true";
+  input.setAttribute("aria-invalid", String(why !== ""));
+  if (why) {
+    input.setAttribute("aria-describedby", place.id);
+    place.textContent = `${words}: ${why}`;
+  } else if (was) {
+    input.removeAttribute("aria-describedby");
+    place.textContent = "";
+  }
+}
+
 // An SVG text of our own server as an element of this page.
 export function drawing(svg) {
   return document.importNode(new DOMParser().parseFromString(svg, "image/svg+xml").documentElement, true);

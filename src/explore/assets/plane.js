@@ -97,6 +97,7 @@ export class Plane {
       canvas.dataset.cells = `${picture.width}x${picture.height}`;
       legend(this.legendBox, picture, this.curves, this.catalogue);
     }
+    canvas.classList.toggle("of-other-inputs", picture !== null && picture.key !== this.key());
     const words = (side) => label(this.state, this.state[side].axis).words;
     this.overlay.setAttribute("aria-label", `Plane of ${words("x")} across and ${words("y")} up`);
     draw(this.overlay, this.rect, this.scales, this.state, this.state.curves ? this.curves : []);

@@ -1,6 +1,6 @@
 // The pinned point: what the mass does there, figures, verdicts, and every number that is known.
 
-import { drawing, element, short } from "./elements.js";
+import { drawing, element, mark, refusals, short, why_refused } from "./elements.js";
 import { post } from "./server.js";
 import { label, place } from "./state.js";
 
@@ -87,9 +87,13 @@ export class Point {
         const { words, unit } = label(state, name);
         return element("label", { class: "field" }, words, this.typed.get(name), unit);
       };
-      this.where.replaceChildren(...axes.map(field), this.others);
+      this.problem = refusals();
+      this.where.replaceChildren(...axes.map(field), this.problem, this.others);
     }
-    for (const [name, input] of this.typed) input.value = short(state.at[name]);
+    for (const [name, input] of this.typed) {
+      input.value = short(state.at[name]);
+      mark(input, this.problem, "", "");
+    }
     const others = state.motion ? [] : state.axes.filter(({ name }) => !axes.includes(name));
     this.others.textContent = others.map(({ name }) => `${label(state, name).words} = ${short(state.at[name])}`).join(", ");
   }
@@ -101,11 +105,10 @@ export class Point {
     input.addEventListener("change", () => {
       const { state, app } = this;
       const { least, most, open } = state.axes.find((axis) => axis.name === name);
+      const why = why_refused(input.value, { least: least ?? -Infinity, most: most ?? Infinity, open });
+      mark(input, this.problem, words, why);
+      if (why) return;
       const value = Number(input.value);
-      const above = open ? value > (least ?? -Infinity) : value >= (least ?? -Infinity);
-      const legal = input.value.trim() !== "" && Number.isFinite(value) && above && value <= (most ?? Infinity);
-      input.setAttribute("aria-invalid", String(!legal));
-      if (!legal) return;
       const side = state.x.axis === name ? "x" : "y";
       const { from, to } = state[side];
       state[side] = { ...state[side], from: Math.min(from, value), to: Math.max(to, value) };
