@@ -228,7 +228,7 @@ fn schema(law: &Law) -> Vec<(Option<&'static str>, Vec<&'static str>)> {
     let sections = vec![
         ("friction", law::KEYS.to_vec()),
         ("grid", Grid::axis_names(law)),
-        ("machine", machine::keys(law)),
+        ("machine", machine::known_keys(law)),
         ("methods", vec!["run"]),
         ("simulation", vec!["engine", "tolerance"]),
         ("naive", NAIVE_KEYS.to_vec()),

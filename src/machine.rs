@@ -205,6 +205,8 @@ pub const MOTION_ATTRIBUTE: &str = "machine_motion";
 /// Names of the quantities that come before and after those of the friction.
 const BEFORE: [&str; 4] = ["mass", "stiffness", "damping", "normal_force"];
 const AFTER: &str = "belt_speed";
+/// The name of the mass of what rotates, besides `mass`.
+pub(crate) const INERTIA: &str = "inertia";
 
 impl Machine {
     /// Mass, stiffness, damping, normal force, the four coefficients of friction, belt speed; `None` if the
@@ -237,7 +239,7 @@ impl Machine {
     pub(crate) fn with(&self, name: &str, value: f64) -> Option<Machine> {
         let mut machine = self.clone();
         match name {
-            "mass" => machine.mass = value,
+            "mass" | INERTIA => machine.mass = value,
             "stiffness" => machine.stiffness = value,
             "damping" => machine.damping = value,
             "normal_force" => machine.normal_force = value,

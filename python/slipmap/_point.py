@@ -107,12 +107,14 @@ class Machine:
 
     ``m x'' + d x' + k x = -sign(x' - v) N mu(|x' - v|)``
 
-    Quantities of pint are converted; the attributes are numbers.
+    Quantities of pint are converted; the attributes are numbers. The laws `stribeck`, `exponential` and `lorentzian`
+    describe its friction. Measured friction or a formula belongs into a configuration, which ``slipmap.run`` and
+    ``slipmap probe --machine`` read.
 
     Parameters
     ----------
     mass : float or pint.Quantity
-        m in kg; kg m^2 of a rotation.
+        m in kg; of a rotation the moment of inertia, kg m^2.
     stiffness : float or pint.Quantity
         k in N/m; N m/rad.
     damping : float or pint.Quantity

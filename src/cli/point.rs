@@ -122,10 +122,7 @@ impl PointArguments {
             let problem = format!("the law `{}` also needs {}", law.name(), missing.join(", "));
             return Err(Failure::bad_input(problem, help));
         }
-        if let Some((foreign, _)) = self.given.iter().find(|(name, _)| !axes.contains(&name.as_str())) {
-            let problem = format!("--{foreign} is not a parameter of the law `{}`", law.name());
-            return Err(Failure::bad_input(problem, format!("its parameters are {}", axes.join(", "))));
-        }
+        self.refuse_foreign(law)?;
         let values: Vec<f64> = axes.iter().filter_map(|name| value(name)).collect();
         let point = point_of(law, &values).map_err(|error| {
             // A grid of one cell has no other errors.
@@ -151,6 +148,20 @@ pub(super) fn check_law(law: &Law, point: &Point) -> Result<(), String> {
             table.fastest()
         )),
         _ => Ok(()),
+    }
+}
+
+impl PointArguments {
+    /// Refuses a parameter that is none of the law's.
+    pub(super) fn refuse_foreign(&self, law: &Law) -> Result<(), Failure> {
+        let axes = Grid::axis_names(law);
+        match self.given.iter().find(|(name, _)| !axes.contains(&name.as_str())) {
+            None => Ok(()),
+            Some((foreign, _)) => {
+                let problem = format!("--{foreign} is not a parameter of the law `{}`", law.name());
+                Err(Failure::bad_input(problem, format!("its parameters are {}", axes.join(", "))))
+            }
+        }
     }
 }
 

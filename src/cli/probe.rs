@@ -69,7 +69,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "FILE.json", conflicts_with = "points")]
     proof: Option<PathBuf>,
     /// Read points from this table, `-` for standard input; its header names a column for each parameter, in
-    /// any order; other columns are kept
+    /// any order; other columns are kept; what all rows share may be given here instead, as --epsilon 0.1
     #[arg(long, value_name = "IN.csv", requires = "out")]
     points: Option<PathBuf>,
     /// Write the table with the answers appended here, `-` for standard output
@@ -98,7 +98,8 @@ const EXAMPLES: &str = "\
 Examples:
   slipmap probe --epsilon 0.1 --alpha 0.3 --beta 0.1 --gamma 2 --V 1 --c 0.5
   slipmap probe --epsilon 0.1 --alpha 0.3 --beta 0.1 --gamma 2 --V 1 --c 0.5 --figure portrait.svg
-  slipmap probe --epsilon 0.1 --alpha 0.3 --beta 0.1 --gamma 2 --V 1 --c 0.5 --orbit orbit.csv --from 0.5,0 --duration 40
+  slipmap probe --epsilon 0.1 --alpha 0.3 --beta 0.1 --gamma 2 --V 1 --c 0.5 \\
+      --orbit orbit.csv --from 0.5,0 --duration 40
   slipmap probe --epsilon 0.1 --alpha 0.3 --beta 0.1 --gamma 2 --V 1 --c 0.5 --proof point.json
   slipmap probe --law lorentzian --epsilon 1 --mu 0.5 --vs 1 --eta 0 --V 0.6 --c 0.2
   slipmap probe --phi 'mu + (1 - mu)*exp(-u/vs)' --epsilon 1 --set mu=0.5 --set vs=1 --V 0.6 --c 0.1
@@ -107,9 +108,12 @@ Examples:
   slipmap probe --machine configs/brake_pad.toml --set damping=20 --points speeds.csv --out answers.csv
 
 A table with the header epsilon,alpha,beta,gamma,V,c (and any other columns) gains the columns
-verdict_METHOD and margin_METHOD of the closed-form tests and of the simulation, critical_c, critical_c_error, regime, landing_x1, stick_time, slip_time, crossings,
-slip_cycles, cycle_period, cycle_amplitude_x1, cycle_amplitude_x2, cycle_multiplier, boundary_velocity, boundary_multiplier, kick_forward and kick_backward. A cell is empty where there is no such number. Of a machine the header
-names any of its quantities in SI units (belt_speed, damping, mass, ..), and the answers are in SI units.";
+verdict_METHOD and margin_METHOD of the closed-form tests and of the simulation, critical_c,
+critical_c_error, regime, landing_x1, stick_time, slip_time, crossings, slip_cycles, cycle_period,
+cycle_amplitude_x1, cycle_amplitude_x2, cycle_multiplier, boundary_velocity, boundary_multiplier,
+kick_forward and kick_backward. A cell is empty where there is no such number. Parameters that are
+given as options are those of every row. Of a machine the header names any of its quantities in SI
+units (belt_speed, damping, mass, ..; of what rotates inertia, too), and the answers are in SI units.";
 
 fn parse_tolerance(text: &str) -> Result<f64, String> {
     let value = text.parse().map_err(|_| "this is not a number; write for example 1e-9".to_owned())?;
@@ -135,10 +139,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     }
     let law = arguments.law.law()?;
     if arguments.points.is_some() {
-        if !arguments.point.given.is_empty() {
-            let help = "leave out either the parameters or --points";
+        let given = |name: &&str| arguments.point.given.iter().any(|(known, _)| known == name);
+        if Grid::axis_names(&law).iter().all(given) {
+            let help = "leave out the parameters that are columns of the table";
             return Err(Failure::bad_input("both a point and a table were given", help));
         }
+        arguments.point.refuse_foreign(&law)?;
         return probe_table(arguments, About::Law(law), tolerance);
     }
     let point = arguments.point.point(&law)?;
@@ -168,6 +174,7 @@ fn probe_table(arguments: &Arguments, about: About, tolerance: f64) -> Result<En
         output,
         overwrite,
         about,
+        given: &arguments.point.given,
         tolerance,
         threads,
         epsilon_limits,

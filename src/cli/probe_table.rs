@@ -15,7 +15,7 @@ use super::{Ended, Failure, interrupt, machine, point};
 use crate::config::{MachineJob, PointTable};
 use crate::files::{folder_of, publish_file, temporary_in};
 use crate::friction::Law;
-use crate::machine::{Dimension, Friction, Machine, SiUnits};
+use crate::machine::{Dimension, Friction, INERTIA, Machine, Motion, SiUnits};
 use crate::map::{self, Description, Field, Method, Quantity, dimension, slip_cycle_count};
 use crate::point::Point;
 use crate::probe::Answer;
@@ -32,6 +32,8 @@ pub(super) struct Job<'a> {
     pub(super) output: &'a Path,
     /// Contents of the rows.
     pub(super) about: About<'a>,
+    /// Parameters or quantities that all rows share, from the command line.
+    pub(super) given: &'a [(String, f64)],
     /// Bound on the error of the scaled grazing margin.
     pub(super) tolerance: f64,
     /// Whether to replace the output.
@@ -58,10 +60,12 @@ pub(super) enum About<'a> {
 pub(super) fn run(job: &Job) -> Result<Ended, Failure> {
     let stop = interrupt::flag();
     let table = match &job.about {
-        About::Law(law) => PointTable::open(job.input, law)?,
+        About::Law(law) => PointTable::with_shared(job.input, law, job.given)?,
         About::Machine(of, file) => {
-            let quantities: Vec<&str> = of.machine.quantities().into_iter().map(|(name, _)| name).collect();
-            let table = PointTable::of_machines(job.input, &quantities)?;
+            let quantities = of.machine.quantities().into_iter().map(|(name, _)| name);
+            let rotates = of.machine.motion == Motion::Rotation;
+            let quantities: Vec<&str> = quantities.chain(rotates.then_some(INERTIA)).collect();
+            let table = PointTable::of_machines(job.input, &quantities, job.given)?;
             machine::check_single(of, file, |name| table.has(name))?;
             table
         }

@@ -6,7 +6,7 @@ use super::law::{About, at_formula};
 use super::source::{ConfigError, Node, Section, Shape, Source};
 use super::{axis, choice, law, nearest, refuse_unknown_keys};
 use crate::friction::{Expression, ExpressionError, Law, Table};
-use crate::machine::{Coefficients, Dimension, Friction, Machine, Model, Motion};
+use crate::machine::{Coefficients, Dimension, Friction, INERTIA, Machine, Model, Motion};
 use crate::map::Grid;
 use crate::point::LawParameters;
 use crate::risk::{Spread, Uncertain};
@@ -39,6 +39,7 @@ impl MachineJob {
 
 /// The keys of `[machine]` before those of its friction.
 const BEFORE: [&str; 5] = ["motion", "mass", "stiffness", "damping", "normal_force"];
+pub(super) const MASS: &str = "mass";
 /// The keys of `[machine]` after those of its friction.
 const AFTER: &str = "belt_speed";
 
@@ -54,10 +55,17 @@ pub(crate) fn keys(law: &Law) -> Vec<&'static str> {
     keys
 }
 
+/// The same with the other name of the mass.
+pub(super) fn known_keys(law: &Law) -> Vec<&'static str> {
+    keys(law).into_iter().chain([INERTIA]).collect()
+}
+
 /// Refuses a formula with the name of a quantity of the machine.
 pub(crate) fn check_names(formula: &Expression) -> Result<(), ExpressionError> {
     let mut names = formula.parameters().iter().map(|parameter| parameter.name);
-    let Some(name) = names.find(|name| BEFORE.contains(name) || *name == AFTER) else { return Ok(()) };
+    let Some(name) = names.find(|name| BEFORE.contains(name) || [AFTER, INERTIA].contains(name)) else {
+        return Ok(());
+    };
     let (from, to) = formula.place_of(name).unwrap_or_default();
     let problem = format!("`{name}` is a quantity of the machine");
     let remedy = "give the parameter of the friction another name".to_owned();
@@ -81,9 +89,29 @@ pub(super) fn remedy(key: &str, law: &Law) -> String {
     }
 }
 
+/// The key that gives the mass: of what rotates it may be called inertia.
+fn key_of_mass(section: &Section, motion: Motion) -> Result<&'static str, ConfigError> {
+    match (section.get(INERTIA), section.get(MASS), motion) {
+        (None, ..) => Ok(MASS),
+        (Some(node), Some(_), _) => {
+            Err(node.error("mass and inertia are the same quantity", "leave one of them out"))
+        }
+        (Some(_), None, Motion::Rotation) => Ok(INERTIA),
+        (Some(node), None, Motion::Translation) => {
+            let remedy = "write motion = \"rotation\", or mass = .. in kg for what moves along a line";
+            Err(node.error("only what rotates has a moment of inertia", remedy))
+        }
+    }
+}
+
 /// Refuses a machine that lacks keys, naming all of them at once.
 fn check_complete(section: &Section, law: &Law, forces: bool) -> Result<(), ConfigError> {
-    let optional = |key: &str| key == "motion" || key == "strengthening" || (key == "normal_force" && forces);
+    let optional = |key: &str| match key {
+        "motion" | "strengthening" => true,
+        "normal_force" => forces,
+        MASS => section.get(INERTIA).is_some(),
+        _ => false,
+    };
     let missing = keys(law).into_iter().filter(|key| !optional(key) && section.get(key).is_none());
     let missing: Vec<&str> = missing.collect();
     let Some((first, others)) = missing.split_first() else { return Ok(()) };
@@ -143,9 +171,15 @@ pub(crate) fn load_machine(file: &Path, values: &[(String, f64)]) -> Result<Mach
         Shape::Table(table) => table.get("sd")?.number().ok(),
         _ => None,
     };
-    let set = |(name, value): &(String, f64)| match sd_of(name) {
-        Some(sd) => format!("machine.{name}={{ value = {value:?}, sd = {sd:?} }}"),
-        None => format!("machine.{name}={value:?}"),
+    // The mass is set under the name that it has in the file.
+    let names = [MASS, INERTIA];
+    let in_file = names.into_iter().find(|name| written.get(name).is_some());
+    let set = |(name, value): &(String, f64)| {
+        let name = in_file.filter(|_| names.contains(&name.as_str())).unwrap_or(name);
+        match sd_of(name) {
+            Some(sd) => format!("machine.{name}={{ value = {value:?}, sd = {sd:?} }}"),
+            None => format!("machine.{name}={value:?}"),
+        }
     };
     let source = Source::load(file, &values.iter().map(set).collect::<Vec<_>>())?;
     let root = source.root();
@@ -158,7 +192,7 @@ pub(crate) fn load_machine(file: &Path, values: &[(String, f64)]) -> Result<Mach
     }
     let friction = root.section("friction")?;
     let law = law::read(&friction, file.parent().unwrap_or(Path::new("")), About::Machine)?;
-    let known = keys(&law);
+    let known = known_keys(&law);
     if let Some(key) = section.keys().iter().find(|key| !known.contains(&key.as_str())) {
         return Err(section.unknown(key, remedy(key, &law)));
     }
@@ -177,6 +211,7 @@ pub(super) fn read(section: &Section, friction: &Section, law: &Law) -> Result<M
     let motions = Motion::ALL.map(|motion| (motion.name(), motion));
     let motion =
         section.get("motion").map_or(Ok(Motion::Translation), |node| choice(&node, &motions, "motion"))?;
+    let mass = reader.positive_under(key_of_mass(section, motion)?, MASS)?;
     // Measured forces belong to the normal force of the measurement, or to an unknown one.
     let normal_force = match section.get("normal_force") {
         None => 1.0,
@@ -193,7 +228,7 @@ pub(super) fn read(section: &Section, friction: &Section, law: &Law) -> Result<M
     };
     let machine = Machine {
         motion,
-        mass: reader.positive("mass")?,
+        mass,
         stiffness: reader.positive("stiffness")?,
         damping: dampings[0],
         normal_force,
@@ -236,9 +271,20 @@ impl<'a> Reader<'a> {
         is_legal: impl Fn(f64) -> bool,
         wanted: &str,
     ) -> Result<f64, ConfigError> {
+        self.number_under(key, key, is_legal, wanted)
+    }
+
+    /// The same for the number of `quantity` that is given as `key`.
+    fn number_under(
+        &mut self,
+        key: &'static str,
+        quantity: &'static str,
+        is_legal: impl Fn(f64) -> bool,
+        wanted: &str,
+    ) -> Result<f64, ConfigError> {
         let node = self.node(key)?;
         let (value, spread) = match uncertain(&node)? {
-            Some((value, spread)) => (value, Some((key, spread))),
+            Some((value, spread)) => (value, Some((quantity, spread))),
             None => (node.number()?, None),
         };
         check(&node, key, value, is_legal(value), wanted)?;
@@ -247,7 +293,11 @@ impl<'a> Reader<'a> {
     }
 
     fn positive(&mut self, key: &'static str) -> Result<f64, ConfigError> {
-        self.number(key, |value| value > 0.0, "greater than 0")
+        self.positive_under(key, key)
+    }
+
+    fn positive_under(&mut self, key: &'static str, quantity: &'static str) -> Result<f64, ConfigError> {
+        self.number_under(key, quantity, |value| value > 0.0, "greater than 0")
     }
 
     /// Increasing numbers, or one uncertain number. A range of belt speeds may have a standard deviation,

@@ -8,8 +8,10 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use csv::{ByteRecord, ReaderBuilder};
 
+use super::machine::MASS;
 use super::source::{ConfigError, decimal_comma};
 use crate::friction::Law;
+use crate::machine::INERTIA;
 use crate::map::{Grid, GridError};
 use crate::point::Point;
 
@@ -32,6 +34,8 @@ pub struct PointTable {
     pub(crate) header: ByteRecord,
     /// Names of the parameters or quantities, and the column of each.
     columns: Vec<(&'static str, usize)>,
+    /// The parameters that all rows share.
+    shared: Vec<(String, f64)>,
     parsed: Arc<AtomicU64>,
     /// Whether lines end as on Windows.
     carriage_returns: Arc<AtomicBool>,
@@ -44,15 +48,51 @@ impl PointTable {
     /// # Errors
     /// The file cannot be read, or a column is missing or occurs twice.
     pub fn open(path: &Path, law: &Law) -> Result<Self, ConfigError> {
-        Self::with_columns(path, &Grid::axis_names(law), true)
+        Self::with_shared(path, law, &[])
     }
 
-    /// The same with the columns of those `quantities` of a machine that the header names, at least one.
+    /// The same where all rows share the values of some axes.
     ///
     /// # Errors
-    /// The file cannot be read, or has no such column, or one of them twice.
-    pub(crate) fn of_machines(path: &Path, quantities: &[&'static str]) -> Result<Self, ConfigError> {
-        Self::with_columns(path, quantities, false)
+    /// As above; or one of these axes has a column too.
+    pub(crate) fn with_shared(path: &Path, law: &Law, shared: &[(String, f64)]) -> Result<Self, ConfigError> {
+        let is_shared = |name: &str| shared.iter().any(|(given, _)| given == name);
+        let names: Vec<&str> = Grid::axis_names(law).into_iter().filter(|name| !is_shared(name)).collect();
+        let table = Self::with_columns(path, &names, true)?;
+        table.refuse_columns_of(shared)?;
+        Ok(Self { shared: shared.to_vec(), ..table })
+    }
+
+    /// The same with the columns of those `quantities` of a machine that the header names, at least one, of a
+    /// machine for which some are `given` elsewhere.
+    ///
+    /// # Errors
+    /// The file cannot be read, or has no such column, or one of them twice; or it has a column of one that is given.
+    pub(crate) fn of_machines(
+        path: &Path,
+        quantities: &[&'static str],
+        given: &[(String, f64)],
+    ) -> Result<Self, ConfigError> {
+        let table = Self::with_columns(path, quantities, false)?;
+        table.refuse_columns_of(given)?;
+        if table.has(MASS) && table.has(INERTIA) {
+            let problem = "the columns `mass` and `inertia` are the same quantity";
+            return Err(ConfigError::new(format!("{}:1", table.name), problem, "take one of them out"));
+        }
+        Ok(table)
+    }
+
+    /// Refuses columns of what is given for all rows.
+    fn refuse_columns_of(&self, given: &[(String, f64)]) -> Result<(), ConfigError> {
+        let named = |name: &str| self.header.iter().any(|field| field.trim_ascii() == name.as_bytes());
+        let same = |name: &'static str, other: &str| [MASS, INERTIA].contains(&other).then_some(name);
+        let column = given.iter().find_map(|(name, _)| {
+            let names = [Some(name.as_str()), same(MASS, name), same(INERTIA, name)];
+            names.into_iter().flatten().find(|name| named(name)).map(|column| (name, column))
+        });
+        let Some((name, column)) = column else { return Ok(()) };
+        let problem = format!("the column `{column}` is there, and {name} is given on the command line for all rows");
+        Err(ConfigError::new(format!("{}:1", self.name), problem, "leave one of them out"))
     }
 
     fn with_columns(path: &Path, names: &[&'static str], all: bool) -> Result<Self, ConfigError> {
@@ -87,7 +127,7 @@ impl PointTable {
             header = std::iter::once(first).chain(header.iter().skip(1)).collect();
         }
         let columns = find_axes(&name, &header, names, all)?;
-        Ok(Self { name, reader, header, columns, parsed, carriage_returns })
+        Ok(Self { name, reader, header, columns, shared: Vec::new(), parsed, carriage_returns })
     }
 
     /// Returns whether it has the column of this parameter or quantity.
@@ -129,11 +169,21 @@ impl PointTable {
     /// # Errors
     /// A field of an axis that is not a number, or not legal on the axis.
     pub fn point(&self, row: &ByteRecord, law: &Law) -> Result<Point, ConfigError> {
-        let values: Vec<f64> = self.values(row)?.into_iter().map(|(_, value)| value).collect();
+        let values = self.values(row)?;
+        let of_row = |name: &str| values.iter().find(|(known, _)| *known == name).map(|(_, value)| *value);
+        let of_all = |name: &str| self.shared.iter().find(|(known, _)| known == name).map(|(_, value)| *value);
+        let values: Vec<f64> =
+            Grid::axis_names(law).into_iter().filter_map(|name| of_row(name).or_else(|| of_all(name))).collect();
         point_of(law, &values).map_err(|error| {
             // A grid of one cell has no other errors.
-            let Some((name, _, wanted)) = error.illegal() else { unreachable!("{error}") };
-            self.illegal(row, name, &format!("is out of range: {name} must be {wanted}"))
+            let Some((name, value, wanted)) = error.illegal() else { unreachable!("{error}") };
+            match of_all(name) {
+                None => self.illegal(row, name, &format!("is out of range: {name} must be {wanted}")),
+                Some(_) => {
+                    let problem = format!("{name} = {value}, given for all rows, is out of range");
+                    ConfigError::new("the command line", problem, format!("{name} must be {wanted}"))
+                }
+            }
         })
     }
 
@@ -214,7 +264,10 @@ fn find_axes(
     for axis in names {
         let mut found = (0..header.len()).filter(|&i| header[i] == *axis);
         match found.next() {
-            None if all => return bad(format!("the column `{axis}` is missing"), remedy),
+            None if all => {
+                let remedy = format!("{remedy}; what all rows share may be given as an option instead");
+                return bad(format!("the column `{axis}` is missing"), remedy);
+            }
             None => {}
             Some(_) if found.next().is_some() => {
                 return bad(format!("the column `{axis}` is there twice"), "take one of them out".into());

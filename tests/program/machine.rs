@@ -14,7 +14,7 @@ fn example(name: &str) -> String {
 }
 
 /// The rows of a CSV table by column name.
-fn rows(text: &str) -> Vec<std::collections::HashMap<String, String>> {
+pub fn rows(text: &str) -> Vec<std::collections::HashMap<String, String>> {
     csv::Reader::from_reader(text.as_bytes()).deserialize().map(Result::unwrap).collect()
 }
 
@@ -201,6 +201,40 @@ fn a_report_has_a_table_in_si_units() {
     let words = scratch.read("report/report.md");
     assert!(words.contains("What the machine does at damping 20 N s/m, in SI units"), "{words}");
     assert!(words.contains("- amplitude: ") && words.contains(" at belt speed 0.1 m/s and damping 20 N s/m"));
+}
+
+/// The mass of what rotates is its moment of inertia, under either name: in a file, on the command line, in a table.
+#[test]
+fn what_rotates_has_an_inertia() {
+    let scratch = Scratch::new();
+    let named = example("drill_string");
+    assert!(named.contains("\nmass = "));
+    scratch.file("mass.toml", &named);
+    scratch.file("inertia.toml", named.replace("\nmass = ", "\ninertia = "));
+    let at = ["--set", "belt_speed=5", "--set", "damping=50", "--json"];
+    let probe = |file: &str, more: &[&str]| {
+        scratch.run(&[&["probe", "--machine", file], &at[..], more].concat())
+    };
+    let answer = |file: &str, more: &[&str]| probe(file, more).ends_with(0).out;
+    assert_eq!(answer("inertia.toml", &[]), answer("mass.toml", &[]));
+    for file in ["mass.toml", "inertia.toml"] {
+        assert_eq!(answer(file, &["--set", "inertia=300"]), answer("mass.toml", &["--set", "mass=300"]));
+    }
+    scratch.file("mass.csv", "mass\n300\n400\n");
+    scratch.file("inertia.csv", "inertia\n300\n400\n");
+    scratch.file("both.csv", "inertia,mass\n300,300\n");
+    let table = |file: &str, more: &[&str]| {
+        let points = ["probe", "--machine", "inertia.toml", "--quiet", "--points", file, "--out", "-"];
+        scratch.run(&[&points[..], &at[..4], more].concat())
+    };
+    let answers = |file: &str| table(file, &[]).ends_with(0).out.replace("inertia", "mass");
+    assert_eq!(answers("inertia.csv"), answers("mass.csv"));
+    table("both.csv", &[]).refuses(&["both.csv:1", "the same quantity"]);
+    table("inertia.csv", &["--set", "mass=1"]).refuses(&["inertia.csv:1", "`inertia`", "mass is given"]);
+    scratch.file("both.toml", named.replace("\nmass = ", "\ninertia = 1\nmass = "));
+    probe("both.toml", &[]).refuses(&["both.toml", "the same quantity"]);
+    scratch.file("pad.toml", example("brake_pad").replace("\nmass = ", "\ninertia = "));
+    scratch.run(&["probe", "--machine", "pad.toml"]).refuses(&["pad.toml", "inertia", "motion", "rotation"]);
 }
 
 #[test]

@@ -3,6 +3,7 @@
 use std::process::Stdio;
 
 use crate::command::{PROBE, Run, Scratch};
+use crate::machine::rows;
 use serde_json::Value;
 
 const POINT: [(&str, f64); 6] =
@@ -171,6 +172,30 @@ fn bad_points() {
     run(&probe(&[]), &["--gama", "2"]).refuses(&["--gama", "--gamma"]);
     run(&probe(&[]), &["--out", "x.csv"]).refuses(&["--points"]);
     run(&probe(&[]), &["--points", "x.csv", "--out", "y.csv"]).refuses(&["both a point and a table"]);
+}
+
+/// Parameters that all rows share are options of the command; one that is a column too is refused.
+#[test]
+fn options_hold_for_all_rows_of_a_table() {
+    let scratch = Scratch::new();
+    scratch.file("whole.csv", "V,epsilon,alpha,beta,gamma,c\n1,0.1,0.3,0.1,2,0.5\n0.5,0.1,0.3,0.1,2,1.3\n");
+    scratch.file("short.csv", "V,alpha,beta,gamma,c\n1,0.3,0.1,2,0.5\n0.5,0.3,0.1,2,1.3\n");
+    let run = |table: &str, more: &[&str]| {
+        let all = [&["probe", "--quiet", "--points", table, "--out", "-"][..], more].concat();
+        scratch.run(&all)
+    };
+    let answers = |table: &str, more: &[&str]| {
+        let mut rows = rows(&run(table, more).ends_with(0).out);
+        for row in &mut rows {
+            row.remove("epsilon");
+        }
+        rows
+    };
+    assert_eq!(answers("short.csv", &["--epsilon", "0.1"]), answers("whole.csv", &[]));
+    run("whole.csv", &["--epsilon", "0.1"]).refuses(&["whole.csv:1", "column `epsilon`", "on the command line"]);
+    run("short.csv", &[]).refuses(&["short.csv:1", "`epsilon` is missing", "option"]);
+    run("short.csv", &["--epsilon", "-1"]).refuses(&["epsilon = -1", "for all rows", "greater than 0"]);
+    run("short.csv", &["--epsilon", "1", "--mu", "1"]).refuses(&["--mu is not a parameter of the law"]);
 }
 
 /// Columns in another order than the parameters, with others, awkward ones, among them.
