@@ -55,6 +55,15 @@ pub(crate) fn probability(values: Vec<f64>, draws: usize) -> Auxiliary {
     }
 }
 
+/// The number that a user gave in SI units, from the product of its quotient by a unit and that unit, which may differ by
+/// two units in the last place: the one with the fewest digits next to it.
+fn as_given(product: f64) -> f64 {
+    let [up, down] = [f64::next_up, f64::next_down].map(|step| [step(product), step(step(product))]);
+    let near = [product, up[0], down[0], up[1], down[1]];
+    let digits = |x: &f64| format!("{x:e}").len();
+    near.into_iter().min_by_key(digits).unwrap_or(product)
+}
+
 /// Belt speeds and dampings of a machine's map in SI units.
 pub(crate) fn coordinates(grid: &Grid, si: &SiUnits) -> Vec<Auxiliary> {
     let along = |(name, role, words): (&'static str, AxisRole, &str)| {
@@ -62,7 +71,7 @@ pub(crate) fn coordinates(grid: &Grid, si: &SiUnits) -> Vec<Auxiliary> {
         let dimension = dimension::of_axis(role)?;
         Some(Auxiliary {
             name,
-            values: axis.values.iter().map(|value| value * si.factor(dimension)).collect(),
+            values: axis.values.iter().map(|value| as_given(value * si.factor(dimension))).collect(),
             attributes: vec![("long_name", words.into()), ("units", si.unit(dimension).into())],
         })
     };
@@ -85,4 +94,28 @@ pub(crate) fn attributes_of(
         attributes.push(("si_units", si.unit(dimension).into()));
     }
     attributes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::Random;
+
+    /// Of random decimals and units.
+    #[test]
+    fn numbers_in_si_units_are_those_that_were_given() {
+        let mut random = Random(5);
+        let mut differ = 0;
+        for _ in 0..20_000 {
+            let given = (random.unit() * 1e6).round() / 1e5;
+            let unit = 0.01 + random.unit();
+            let product = given / unit * unit;
+            differ += u32::from(product != given);
+            assert_eq!(as_given(product), given);
+        }
+        assert!(differ > 1000, "{differ}");
+        for kept in [0.0, 1.0 / 3.0, f64::MIN_POSITIVE, 1e300] {
+            assert!((as_given(kept) - kept).abs() <= 2.0 * f64::EPSILON * kept, "{kept}");
+        }
+    }
 }
