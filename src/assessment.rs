@@ -171,30 +171,28 @@ fn vibrates_below_damping(law: &Law, point: &Point) -> Option<f64> {
 
 /// The standard error of eps c at the Hopf bifurcation: the slope of the data at the belt speed.
 fn standard_error_of_hopf(column: &Column) -> Option<f64> {
-    let table = column.curve.table()?;
-    let errors = table.standard_errors()?;
-    let (first, by_data) = table.weakening_by_data(column.belt_speed);
-    let moved = by_data.iter().zip(&errors[first..]).map(|(by, error)| (by * error).powi(2));
-    Some(moved.sum::<f64>().sqrt())
+    column.curve.table()?.standard_error_of_weakening(column.belt_speed)
 }
 
-fn undetermined(machine: &Machine, behaviour: &Behaviour, oscillator: &Oscillator, flow: &Flow) -> Undetermined {
+/// Why the orbit of measured friction has no end: the data end before, and how far they should reach.
+fn beyond_data(machine: &Machine, behaviour: &Behaviour) -> Option<String> {
+    let Friction::Measured(table) = &machine.friction else { return None };
+    let unit = machine.motion.unit(Dimension::Velocity);
+    let (end, needed) = (short(table.fastest()), rounded(behaviour.needed_slip_speed?, 3));
+    Some(format!(
+        "the orbit leaves the data, which end at slip speed {end} {unit}; measure up to about {needed} {unit}"
+    ))
+}
+
+/// What is known of a working point; `beyond_data` is said in place of the reason why its orbit has no end.
+fn undetermined(oscillator: &Oscillator, flow: &Flow, beyond_data: Option<String>) -> Undetermined {
     let mut reasons = Vec::new();
-    let velocity = machine.motion.unit(Dimension::Velocity);
     let sticks = match flow.fate {
         Fate::Sticks(_) => Some(true),
         Fate::SpiralsInward | Fate::CrossesForever => Some(false),
         Fate::TooCloseToCall => None,
         Fate::Failed(why) => {
-            let why = match (&machine.friction, behaviour.needed_slip_speed) {
-                (Friction::Measured(table), Some(needed)) => format!(
-                    "the orbit leaves the data, which end at slip speed {} {velocity}; measure up to about {} {velocity}",
-                    short(table.fastest()),
-                    rounded(needed, 3)
-                ),
-                _ => why.to_string(),
-            };
-            reasons.push(format!("stick-slip: {why}"));
+            reasons.push(format!("stick-slip: {}", beyond_data.unwrap_or_else(|| why.to_string())));
             None
         }
     };
@@ -272,7 +270,7 @@ pub(crate) fn assess(machine: &Machine) -> Option<Assessment> {
             critical_damping: risk::standard_error(&model),
             hopf_damping: hopf / point.epsilon * units.damping,
         }),
-        undetermined: (behaviour.regime == Regime::Failed).then(|| undetermined(machine, &behaviour, &oscillator, &flow)),
+        undetermined: (behaviour.regime == Regime::Failed).then(|| undetermined(&oscillator, &flow, beyond_data(machine, &behaviour))),
         period: cycle.map(|cycle| cycle.period * units.time),
         velocity_amplitude: cycle.map(|c| 0.5 * (c.velocity.hi - c.velocity.lo) * units.velocity),
         kick: basin.map(|map::BasinBoundary { kick, .. }| Kick {
@@ -445,7 +443,7 @@ mod tests {
         };
         let Model { law, point, .. } = machine.model().unwrap();
         let oscillator = Oscillator::new(&law, &point);
-        let found = undetermined(&oscillator, &flow(&oscillator, TOLERANCE));
+        let found = undetermined(&oscillator, &flow(&oscillator, TOLERANCE), None);
         assert_eq!(found.sticks, Some(true), "{found:?}");
         assert!(found.reasons.iter().any(|why| why.starts_with("slip cycles: ")), "{found:?}");
     }

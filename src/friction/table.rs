@@ -9,6 +9,7 @@ use std::sync::{Arc, LazyLock};
 use super::Range;
 use super::interval::Interval;
 use super::jet::{Jet, Real as _};
+use crate::random::Random;
 
 /// Tolerance of phi(0) = 1: measured values are rounded.
 const STATIC_SLACK: f64 = 1e-9;
@@ -188,13 +189,31 @@ impl Table {
             let [s0, s1] = [i, i + 1].map(|k| slope[k - first].0[1]);
             let h = knots[i + 1] - knots[i];
             let secant = (weight(i + 1) - weight(i)) / h;
-            // Hermite's form of the slope of the cubic.
-            let x = (u - knots[i]) / h;
-            let slope =
-                6.0 * x * (1.0 - x) * secant + (1.0 - x) * (1.0 - 3.0 * x) * s0 + x * (3.0 * x - 2.0) * s1;
-            -slope / static_level
+            -hermite_slope((u - knots[i]) / h, secant, s0, s1) / static_level
         };
         (first, std::array::from_fn(|k| if first + k < last { derivative(first + k) } else { 0.0 }))
+    }
+
+    /// Standard error of -phi' at slip speed `u` by those of the data, to about 1 %; `None` without them. It is that of
+    /// random data: where neighbouring values are equal, or their order turns, the slope of the interpolant is zero
+    /// and has no derivative, so that an error of first order may be much too small.
+    pub(crate) fn standard_error_of_weakening(&self, u: f64) -> Option<f64> {
+        const DRAWS: u32 = 16_384;
+        let Cubics { u: knots, phi, static_level, errors, .. } = &*self.0;
+        let errors = errors.as_ref()?;
+        let i = self.piece_at(u);
+        let (first, last) = (i.saturating_sub(1), (i + 3).min(knots.len()));
+        let mut random = Random(16);
+        let [mut sum, mut squares] = [0.0; 2];
+        for _ in 0..DRAWS {
+            let near: Vec<f64> =
+                (first..last).map(|k| phi[k] + errors[k] / static_level * random.normal()).collect();
+            let drawn = weakening_of(&knots[first..last], &near, i - first, u) - self.weakening(u);
+            sum += drawn;
+            squares += drawn * drawn;
+        }
+        let [mean, square] = [sum, squares].map(|total| total / f64::from(DRAWS));
+        Some((square - mean * mean).max(0.0).sqrt())
     }
 
     /// The source of the data.
@@ -363,6 +382,20 @@ fn slopes<const N: usize>(u: &[f64], phi: &[Jet<f64, N>]) -> Vec<Jet<f64, N>> {
     slopes
 }
 
+/// -phi'(u) on piece `i` of these data.
+fn weakening_of(knots: &[f64], phi: &[f64], i: usize, u: f64) -> f64 {
+    let series: Vec<Jet<f64, 1>> = phi.iter().map(|&phi| Jet::of(phi)).collect();
+    let slope = slopes(knots, &series);
+    let h = knots[i + 1] - knots[i];
+    let x = (u - knots[i]) / h;
+    -hermite_slope(x, (phi[i + 1] - phi[i]) / h, slope[i].0[0], slope[i + 1].0[0])
+}
+
+/// The slope of a cubic at share `x` of its piece, by that of the chord and those at its ends.
+fn hermite_slope(x: f64, secant: f64, s0: f64, s1: f64) -> f64 {
+    6.0 * x * (1.0 - x) * secant + (1.0 - x) * (1.0 - 3.0 * x) * s0 + x * (3.0 * x - 2.0) * s1
+}
+
 /// Nodes and weights of Gauss's rule of sixteen points on [-1, 1].
 static GAUSS: LazyLock<[(f64, f64); 16]> = LazyLock::new(|| {
     std::array::from_fn(|i| {
@@ -438,6 +471,42 @@ mod tests {
                 );
             }
         }
+    }
+
+    /// The standard error of the slope is the deviation of the slopes of tables with random data: by a table whose
+    /// secants are steep, where first order suffices, and by one with equal neighbours, where it is too small.
+    #[test]
+    fn the_standard_error_of_the_slope_is_that_of_random_data() {
+        let steep = [(0.0, 0.5), (0.1, 0.44), (0.2, 0.40), (0.4, 0.34), (0.8, 0.28), (1.6, 0.25)];
+        let equal = [(0.0, 0.5), (0.1, 0.42), (0.2, 0.36), (0.4, 0.36), (0.8, 0.30), (1.6, 0.30)];
+        let mut too_small = 0;
+        for (data, sd, first_order) in [(steep, 5e-4, true), (equal, 4e-3, false)] {
+            let table = Table::new("random", &data, 0.5).unwrap().with_standard_errors(&[sd; 6]).unwrap();
+            for u in [0.05, 0.1, 0.15, 0.2, 0.201, 0.3, 0.4, 0.6, 0.8, 1.2] {
+                let mut random = Random(7);
+                let mut slopes = Vec::new();
+                for _ in 0..10_000 {
+                    let moved = data.map(|(u, friction)| (u, friction + sd * random.normal()));
+                    let rest = moved[0].1;
+                    slopes.push(Table::new("moved", &moved, rest).unwrap().weakening(u) * rest / 0.5);
+                }
+                let count = slopes.len() as f64;
+                let mean = slopes.iter().sum::<f64>() / count;
+                let deviation =
+                    (slopes.iter().map(|slope| (slope - mean).powi(2)).sum::<f64>() / count).sqrt();
+                let found = table.standard_error_of_weakening(u).unwrap();
+                // Deviations of 16,384 and 10,000 draws: of normal numbers their relative errors are 1 / sqrt(2 n),
+                // of others more; four times their sum.
+                assert!((found / deviation - 1.0).abs() < 0.05, "{u}: {found} {deviation}");
+                let (first, by) = table.weakening_by_data(u);
+                let linear = by.iter().take(6 - first).map(|by| (by * sd).powi(2)).sum::<f64>().sqrt();
+                match first_order {
+                    true => assert!((linear / deviation - 1.0).abs() < 0.1, "{u}: {linear} {deviation}"),
+                    false => too_small += u32::from(linear < 0.5 * deviation),
+                }
+            }
+        }
+        assert!(too_small > 2, "{too_small}");
     }
 
     #[test]
