@@ -275,6 +275,12 @@ impl Needed {
     }
 }
 
+/// The number of draws where none is chosen: as many as take some seconds.
+pub(crate) fn usual_draws(machine: &Machine, uncertain: &[Uncertain]) -> usize {
+    let names: Vec<&str> = uncertain.iter().map(|(name, _)| *name).collect();
+    if Groups::new(machine, &names).can_be_interpolated(&names) { 1_000_000 } else { 10_000 }
+}
+
 /// Draws `draws` machines and computes the critical damping of each. The result does not depend on the number
 /// of threads.
 ///
@@ -542,6 +548,22 @@ mod tests {
         let uncertain = [("normal_force", Spread::Normal { sd: 10.0 })];
         let found = risk(&machine, &uncertain, 60, &[]).unwrap();
         assert!(found.failed == 0 && found.standard_error.is_some_and(|error| error > 0.0), "{found:?}");
+    }
+
+    /// The formula of a machine in three parameters: with the speed and the mass they are too many to interpolate.
+    #[test]
+    fn fewer_draws_are_usual_where_each_needs_a_search() {
+        let formula = Expression::new("muk + (mus - muk)*exp(-u/vs)", 1.0).unwrap();
+        let friction = Friction::Formula(formula, LawParameters::new(&[0.25, 0.4, 0.05]));
+        let machine = Machine { friction, ..example(Law::Stribeck) };
+        let all = ["muk", "mus", "vs", "belt_speed", "mass", "stiffness"];
+        let usual = |names: &[&'static str]| {
+            let spreads: Vec<Uncertain> = names.iter().map(|name| (*name, Spread::Normal { sd: 0.01 })).collect();
+            usual_draws(&machine, &spreads)
+        };
+        assert_eq!(usual(&all), 10_000);
+        assert_eq!((usual(&all[..4]), usual(&all[1..])), (1_000_000, 1_000_000));
+        assert_eq!(usual_draws(&example(Law::Stribeck), &[("mass", Spread::Normal { sd: 0.01 })]), 1_000_000);
     }
 
     #[test]

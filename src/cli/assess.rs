@@ -16,7 +16,7 @@ use super::report::{existing, failure};
 use super::{Ended, Failure};
 use crate::assessment::{Assessment, assess};
 use crate::report::{MachinePage, Subject, write_figure, write_file};
-use crate::risk::{Estimate, NoRisk, Risk, is_uncertain, risk};
+use crate::risk::{Estimate, NoRisk, Risk, is_uncertain, risk, usual_draws};
 
 /// Assess a machine at its working point, in SI units.
 #[derive(Debug, Args)]
@@ -40,9 +40,10 @@ pub(super) struct Arguments {
     /// Write the page; .pdf, .svg, .png or .html
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
-    /// Draws of the uncertain quantities
-    #[arg(long, value_name = "N", default_value_t = 1_000_000, value_parser = clap::value_parser!(u32).range(100..))]
-    draws: u32,
+    /// Draws of the uncertain quantities; default: 1000000, and 10000 where each needs a search of its own, as of a
+    /// formula with many uncertain parameters
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(100..))]
+    draws: Option<u32>,
     /// Probabilities for which the damping is sought
     #[arg(long, value_name = "P", value_delimiter = ',', default_values_t = [0.1, 0.01, 0.001],
           value_parser = parse_probability)]
@@ -70,12 +71,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     let risk = match is_uncertain(&job.machine, &job.uncertain) {
         false => None,
         true => {
-            let draws = arguments.draws as usize;
-            let found = risk(&job.machine, &job.uncertain, draws, &arguments.rare);
-            Some(found.map_err(|why| match why {
-                NoRisk::Illegal => Failure::bad_input(why, "choose smaller spreads"),
-                NoRisk::NoneFound | NoRisk::Interrupted => Failure::bad_input(why, "check the units"),
-            })?)
+            let usual = || usual_draws(&job.machine, &job.uncertain);
+            let draws = arguments.draws.map_or_else(usual, |draws| draws as usize);
+            match risk(&job.machine, &job.uncertain, draws, &arguments.rare) {
+                Ok(found) => Some(found),
+                // The page tells so, and the rest of it does not depend on that.
+                Err(NoRisk::NoneFound) => None,
+                Err(why @ NoRisk::Illegal) => return Err(Failure::bad_input(why, "choose smaller spreads")),
+                Err(why @ NoRisk::Interrupted) => return Err(Failure::bad_input(why, "start it again")),
+            }
         }
     };
     let stem = arguments.config.file_stem().map_or_else(|| "machine".into(), |stem| stem.to_string_lossy());

@@ -38,7 +38,7 @@ pub(crate) struct Subject<'a> {
     pub(crate) title: &'a str,
     /// The uncertain quantities.
     pub(crate) uncertain: &'a [Uncertain],
-    /// What follows of them.
+    /// What follows of them; `None` too where no critical damping was found.
     pub(crate) risk: Option<&'a Risk>,
     /// Program, day and configuration.
     pub(crate) source: &'a str,

@@ -125,6 +125,19 @@ impl<'a> Groups<'a> {
         Self { nominal, varied, size, values: Vec::new(), scales: Vec::new() }
     }
 
+    /// Returns whether so few groups vary with the `uncertain` quantities that y is interpolated; else each machine has a
+    /// search of its own.
+    pub(super) fn can_be_interpolated(&self, uncertain: &[&str]) -> bool {
+        let any = |names: &[&str]| usize::from(names.iter().any(|name| uncertain.contains(name)));
+        match &self.nominal.friction {
+            Friction::Formula(..) => {
+                let wide = any(&["mass", "stiffness", "normal_force"]) + any(&["belt_speed"]) + self.varied.len();
+                wide < NODES.len()
+            }
+            Friction::Coefficients(..) | Friction::Measured(_) => true,
+        }
+    }
+
     pub(super) fn push(&mut self, machine: &Machine) {
         let root = (machine.stiffness * machine.mass).sqrt();
         let (force, speed) = (machine.normal_force / root, machine.belt_speed);

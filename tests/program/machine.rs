@@ -570,6 +570,31 @@ fn an_engineer_is_told_how_far_to_measure() {
     assert!(after["machine"]["slip_time"].is_f64(), "{after}");
 }
 
+/// A table with standard errors that ends too early for any critical damping still has its page.
+#[test]
+fn a_page_of_data_that_end_early_says_what_is_known() {
+    let scratch = Scratch::new();
+    scratch.file("early.csv", "0,450,3\n0.02,390,3\n0.05,350,3\n0.1,320,3\n0.2,300,3\n");
+    scratch.file(
+        "early.toml",
+        "[machine]\nmass = 2\nstiffness = 2e5\nbelt_speed = 0.1\ndamping = 50\n\
+         [friction]\nlaw = \"table\"\nfile = \"early.csv\"\nquantity = \"force\"\n",
+    );
+    let page = scratch.run(&["machine", "early.toml", "--draws", "1000", "--out", "page.html"]).ends_with(0).out;
+    for known in [
+        "steady slip is unstable below damping",
+        "may stick-slip below damping",
+        "measure up to about 0.386 m/s",
+        "probability that it may stick-slip",
+        "not determined: no critical damping was found for any draw",
+    ] {
+        assert!(page.contains(known), "{known}\n{page}");
+    }
+    let json = scratch.run(&["machine", "early.toml", "--draws", "1000", "--json"]).ends_with(0).out;
+    let answer: Value = serde_json::from_str(&json).unwrap();
+    assert!(answer["risk"].is_null() && answer["steady_slip_unstable_below_damping"].is_f64(), "{answer}");
+}
+
 /// `probe --machine` and the page of the machine tell the same standard error of the critical damping.
 #[test]
 fn the_standard_error_of_a_machine_is_told_alike() {

@@ -58,7 +58,7 @@ pub(super) fn uncertainty(all: &Assessment, risk: Option<&Risk>) -> Rich {
         Some((share, damping)) => {
             let damping = Rich::number(damping.value, 3).with_unit(unit);
             let share = Rich::number(100.0 * share, 2);
-            probability.then("; ").then(damping).then(" makes that ").then(share).then(" %.")
+            probability.then("; at ").then(damping).then(" it is ").then(share).then(" %.")
         }
         None => probability.then("."),
     }

@@ -8,7 +8,7 @@ use crate::behaviour::Limit;
 use crate::friction::Table;
 use crate::machine::{Dimension, Friction, Machine, Motion, scatter};
 use crate::map::Regime;
-use crate::risk::{Estimate, Risk, Spread, Uncertain};
+use crate::risk::{Estimate, Risk, Spread, Uncertain, is_uncertain};
 
 /// A question and its answer.
 pub(crate) type Line = (Rich, Rich);
@@ -27,7 +27,15 @@ fn line(name: &str, value: Rich) -> Line {
 /// All of the page.
 pub(super) fn sections(all: &Assessment, uncertain: &[Uncertain], risk: Option<&Risk>) -> Vec<Section> {
     let mut sections = vec![("Machine", given(all, uncertain)), ("Limits", limits(all))];
-    sections.extend(risk.map(|risk| ("Uncertain quantities", risk_lines(all, risk))));
+    const UNCERTAIN: &str = "Uncertain quantities";
+    match risk {
+        Some(risk) => sections.push((UNCERTAIN, risk_lines(all, risk))),
+        None if is_uncertain(&all.machine, uncertain) => {
+            let why = rich("not determined: no critical damping was found for any draw");
+            sections.push((UNCERTAIN, vec![line("probability that it may stick-slip", why)]));
+        }
+        None => {}
+    }
     sections.push(("Motion", motion(all)));
     sections.push(("Critical damping changes with", sensitivities(all, uncertain)));
     sections.push(("What is proved and what is computed", proved(all)));
@@ -324,7 +332,8 @@ fn risk_lines(all: &Assessment, risk: &Risk) -> Vec<Line> {
         lines.push((rich("standard error of critical damping, by friction"), value));
     }
     for rare in &risk.rare_by {
-        let name = rich("damping that makes it ").then(Rich::number(100.0 * rare.probability, 4)).then(" %");
+        let share = Rich::number(100.0 * rare.probability, 4);
+        let name = rich("damping at which that probability is ").then(share).then(" %");
         let value = rare.damping.as_ref().map_or_else(|| rich("too few draws"), limits);
         lines.push((name, value));
     }
