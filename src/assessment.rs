@@ -270,7 +270,8 @@ pub(crate) fn assess(machine: &Machine) -> Option<Assessment> {
             critical_damping: risk::standard_error(&model),
             hopf_damping: hopf / point.epsilon * units.damping,
         }),
-        undetermined: (behaviour.regime == Regime::Failed).then(|| undetermined(&oscillator, &flow, beyond_data(machine, &behaviour))),
+        undetermined: (behaviour.regime == Regime::Failed)
+            .then(|| undetermined(&oscillator, &flow, beyond_data(machine, &behaviour))),
         period: cycle.map(|cycle| cycle.period * units.time),
         velocity_amplitude: cycle.map(|c| 0.5 * (c.velocity.hi - c.velocity.lo) * units.velocity),
         kick: basin.map(|map::BasinBoundary { kick, .. }| Kick {

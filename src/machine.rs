@@ -202,6 +202,9 @@ pub const SI_ATTRIBUTE: &str = "machine_si";
 #[doc(hidden)]
 pub const MOTION_ATTRIBUTE: &str = "machine_motion";
 
+/// The key and column of the mass.
+pub(crate) const MASS: &str = "mass";
+
 /// Names of the quantities that come before and after those of the friction.
 const BEFORE: [&str; 4] = ["mass", "stiffness", "damping", "normal_force"];
 const AFTER: &str = "belt_speed";

@@ -558,7 +558,8 @@ mod tests {
         let machine = Machine { friction, ..example(Law::Stribeck) };
         let all = ["muk", "mus", "vs", "belt_speed", "mass", "stiffness"];
         let usual = |names: &[&'static str]| {
-            let spreads: Vec<Uncertain> = names.iter().map(|name| (*name, Spread::Normal { sd: 0.01 })).collect();
+            let spreads: Vec<Uncertain> =
+                names.iter().map(|name| (*name, Spread::Normal { sd: 0.01 })).collect();
             usual_draws(&machine, &spreads)
         };
         assert_eq!(usual(&all), 10_000);

@@ -65,7 +65,10 @@ pub(super) fn write(out: &mut dyn Write, machine: &Machine, behaviour: &Behaviou
     let [slip, stick] = behaviour.slip_and_stick_time.map_or([None; 2], |times| times.map(Some));
     let needed = behaviour.needed_slip_speed.map(|needed| {
         let velocity = motion.unit(Dimension::Velocity);
-        ("measure friction up to", format!("about {} {velocity}: the orbit leaves the data", rounded(needed, 3)))
+        (
+            "measure friction up to",
+            format!("about {} {velocity}: the orbit leaves the data", rounded(needed, 3)),
+        )
     });
     let does = [
         (speed.as_str(), quantity(Some(machine.belt_speed), motion.unit(Dimension::Velocity))),

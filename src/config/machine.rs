@@ -6,7 +6,7 @@ use super::law::{About, at_formula};
 use super::source::{ConfigError, Node, Section, Shape, Source};
 use super::{axis, choice, law, nearest, refuse_unknown_keys};
 use crate::friction::{Expression, ExpressionError, Law, Table};
-use crate::machine::{Coefficients, Dimension, Friction, INERTIA, Machine, Model, Motion};
+use crate::machine::{Coefficients, Dimension, Friction, INERTIA, MASS, Machine, Model, Motion};
 use crate::map::Grid;
 use crate::point::LawParameters;
 use crate::risk::{Spread, Uncertain};
@@ -39,7 +39,6 @@ impl MachineJob {
 
 /// The keys of `[machine]` before those of its friction.
 const BEFORE: [&str; 5] = ["motion", "mass", "stiffness", "damping", "normal_force"];
-pub(super) const MASS: &str = "mass";
 /// The keys of `[machine]` after those of its friction.
 const AFTER: &str = "belt_speed";
 

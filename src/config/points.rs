@@ -8,10 +8,9 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use csv::{ByteRecord, ReaderBuilder};
 
-use super::machine::MASS;
 use super::source::{ConfigError, decimal_comma};
 use crate::friction::Law;
-use crate::machine::INERTIA;
+use crate::machine::{INERTIA, MASS};
 use crate::map::{Grid, GridError};
 use crate::point::Point;
 
@@ -91,7 +90,8 @@ impl PointTable {
             names.into_iter().flatten().find(|name| named(name)).map(|column| (name, column))
         });
         let Some((name, column)) = column else { return Ok(()) };
-        let problem = format!("the column `{column}` is there, and {name} is given on the command line for all rows");
+        let problem =
+            format!("the column `{column}` is there, and {name} is given on the command line for all rows");
         Err(ConfigError::new(format!("{}:1", self.name), problem, "leave one of them out"))
     }
 
@@ -171,9 +171,12 @@ impl PointTable {
     pub fn point(&self, row: &ByteRecord, law: &Law) -> Result<Point, ConfigError> {
         let values = self.values(row)?;
         let of_row = |name: &str| values.iter().find(|(known, _)| *known == name).map(|(_, value)| *value);
-        let of_all = |name: &str| self.shared.iter().find(|(known, _)| known == name).map(|(_, value)| *value);
-        let values: Vec<f64> =
-            Grid::axis_names(law).into_iter().filter_map(|name| of_row(name).or_else(|| of_all(name))).collect();
+        let of_all =
+            |name: &str| self.shared.iter().find(|(known, _)| known == name).map(|(_, value)| *value);
+        let values: Vec<f64> = Grid::axis_names(law)
+            .into_iter()
+            .filter_map(|name| of_row(name).or_else(|| of_all(name)))
+            .collect();
         point_of(law, &values).map_err(|error| {
             // A grid of one cell has no other errors.
             let Some((name, value, wanted)) = error.illegal() else { unreachable!("{error}") };

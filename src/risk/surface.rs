@@ -131,7 +131,8 @@ impl<'a> Groups<'a> {
         let any = |names: &[&str]| usize::from(names.iter().any(|name| uncertain.contains(name)));
         match &self.nominal.friction {
             Friction::Formula(..) => {
-                let wide = any(&["mass", "stiffness", "normal_force"]) + any(&["belt_speed"]) + self.varied.len();
+                let wide =
+                    any(&["mass", "stiffness", "normal_force"]) + any(&["belt_speed"]) + self.varied.len();
                 wide < NODES.len()
             }
             Friction::Coefficients(..) | Friction::Measured(_) => true,

@@ -212,9 +212,8 @@ fn what_rotates_has_an_inertia() {
     scratch.file("mass.toml", &named);
     scratch.file("inertia.toml", named.replace("\nmass = ", "\ninertia = "));
     let at = ["--set", "belt_speed=5", "--set", "damping=50", "--json"];
-    let probe = |file: &str, more: &[&str]| {
-        scratch.run(&[&["probe", "--machine", file], &at[..], more].concat())
-    };
+    let probe =
+        |file: &str, more: &[&str]| scratch.run(&[&["probe", "--machine", file], &at[..], more].concat());
     let answer = |file: &str, more: &[&str]| probe(file, more).ends_with(0).out;
     assert_eq!(answer("inertia.toml", &[]), answer("mass.toml", &[]));
     for file in ["mass.toml", "inertia.toml"] {
@@ -580,7 +579,8 @@ fn a_page_of_data_that_end_early_says_what_is_known() {
         "[machine]\nmass = 2\nstiffness = 2e5\nbelt_speed = 0.1\ndamping = 50\n\
          [friction]\nlaw = \"table\"\nfile = \"early.csv\"\nquantity = \"force\"\n",
     );
-    let page = scratch.run(&["machine", "early.toml", "--draws", "1000", "--out", "page.html"]).ends_with(0).out;
+    let page =
+        scratch.run(&["machine", "early.toml", "--draws", "1000", "--out", "page.html"]).ends_with(0).out;
     for known in [
         "steady slip is unstable below damping",
         "may stick-slip below damping",

@@ -192,7 +192,11 @@ fn options_hold_for_all_rows_of_a_table() {
         rows
     };
     assert_eq!(answers("short.csv", &["--epsilon", "0.1"]), answers("whole.csv", &[]));
-    run("whole.csv", &["--epsilon", "0.1"]).refuses(&["whole.csv:1", "column `epsilon`", "on the command line"]);
+    run("whole.csv", &["--epsilon", "0.1"]).refuses(&[
+        "whole.csv:1",
+        "column `epsilon`",
+        "on the command line",
+    ]);
     run("short.csv", &[]).refuses(&["short.csv:1", "`epsilon` is missing", "option"]);
     run("short.csv", &["--epsilon", "-1"]).refuses(&["epsilon = -1", "for all rows", "greater than 0"]);
     run("short.csv", &["--epsilon", "1", "--mu", "1"]).refuses(&["--mu is not a parameter of the law"]);

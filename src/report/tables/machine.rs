@@ -47,10 +47,10 @@ pub(super) fn machine(view: &View) -> Option<Table> {
     let at = model.point.damping * units.damping;
     let mut notes = vec![
         rich("Units of the map: ")
-        .then(quantity("time ", units.time, "s, "))
-        .then(quantity("length ", units.length, &format!("{}, ", length)))
-        .then(quantity("velocity ", units.velocity, &format!("{}, ", velocity)))
-        .then(quantity("damping ", units.damping, &format!("{}.", damping))),
+            .then(quantity("time ", units.time, "s, "))
+            .then(quantity("length ", units.length, &format!("{}, ", length)))
+            .then(quantity("velocity ", units.velocity, &format!("{}, ", velocity)))
+            .then(quantity("damping ", units.damping, &format!("{}.", damping))),
     ];
     if let Some(speed) = critical {
         notes.push(quantity("Critical belt speed at this damping: ", speed, &format!("{}.", velocity)));
