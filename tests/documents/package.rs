@@ -81,3 +81,29 @@ fn versions_agree() {
     let (major_minor, _) = own.rsplit_once('.').unwrap();
     assert!(read("README.md").contains(&format!("slipmap = {{ version = \"{major_minor}\"")));
 }
+
+/// The texts of all Rust files below a folder, by their paths from the root.
+fn rust_files(folder: &str) -> Vec<(String, String)> {
+    let entries = fs::read_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join(folder)).unwrap().flatten();
+    let names = entries.map(|entry| (format!("{folder}/{}", entry.file_name().to_string_lossy()), entry));
+    names
+        .flat_map(|(name, entry)| match entry.file_type().unwrap().is_dir() {
+            true => rust_files(&name),
+            false if name.ends_with(".rs") => vec![(name.clone(), read(&name))],
+            false => Vec::new(),
+        })
+        .collect()
+}
+
+/// `scripts/test --quick` skips tests by these names: a name that no test has would skip nothing.
+#[test]
+fn slow_tests_exist() {
+    let files: Vec<(String, String)> = ["src", "tests"].into_iter().flat_map(rust_files).collect();
+    for name in read("scripts/slow_tests.txt").lines().filter(|line| !line.starts_with('#')) {
+        let (modules, function) = name.rsplit_once("::").unwrap();
+        let modules = modules.trim_end_matches("::tests").replace("::", "/");
+        let declared = format!("fn {function}(");
+        let exists = files.iter().any(|(path, text)| path.contains(&modules) && text.contains(&declared));
+        assert!(exists, "no test `{name}`");
+    }
+}
