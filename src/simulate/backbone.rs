@@ -16,20 +16,20 @@
 
 mod by_slopes;
 mod corners;
+mod extremes;
 mod hidden;
 mod interpolated;
+mod panel;
 
 use super::Failure;
-use super::chebyshev::{Between, coefficients, lebesgue, node, sum, sums};
-use super::closed_orbit::closing_damping_of_node;
-use super::closing::{Amplitude, closing_dampings};
-use super::polar::Closing;
+use super::chebyshev::coefficients;
 use super::work::Work;
 use crate::friction::{Column, Curve};
 use by_slopes::Monotone;
 use corners::corner_amplitudes;
 use hidden::Hidden;
 pub(crate) use interpolated::{BackboneNodes, InterpolatedBackbone};
+use panel::{Panel, Solver, largest, node_error_of, truncation_error};
 
 /// Least and largest number of intervals between nodes.
 const SIZES: [usize; 2] = [8, 128];
@@ -60,14 +60,6 @@ const FAR_ACROSS_CORNERS: f64 = 5.0;
 /// Change of C from one node to the next, in units of its error, from which on the error between them makes
 /// no extreme.
 const STEEP: f64 = 20.0;
-
-/// Change of C from one node to the next, in units of the error, up to which the error may hide extremes between
-/// them. Its slope is about pi errors by the distance of two nodes; samples miss where C is flattest, and errors
-/// are estimates: at cusps of random laws pairs of extremes were hidden at 3 and one at 10.
-const FLAT: f64 = 30.0;
-/// Number of samples for each interval between nodes among which extremes are searched: twice as many as the
-/// highest polynomial has extremes.
-const SAMPLES_PER_INTERVAL: usize = 4;
 
 /// An extreme of C(r), or one of its ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -113,206 +105,6 @@ pub struct Backbone {
     pub error: f64,
     /// Number of evaluations of the right-hand side, where the polar form was used.
     pub rhs: u64,
-}
-
-/// A range of amplitudes on which C is one polynomial.
-#[derive(Clone, Debug, PartialEq)]
-struct Panel {
-    from: f64,
-    to: f64,
-    /// Whether it is a polynomial in the root of the distance from the lower end, not in the distance.
-    in_root: bool,
-    /// C at the nodes, from the upper end down.
-    values: Vec<f64>,
-    /// The orbits of these amplitudes, as far as they were computed.
-    orbits: Vec<Option<Closing>>,
-    /// Coefficients of C along the Chebyshev polynomials.
-    series: Vec<f64>,
-}
-
-impl Panel {
-    /// Through the orbits at the nodes, of which the missing ones are computed: every second one where the
-    /// others follow from their slopes.
-    fn through(
-        [from, to]: [f64; 2],
-        in_root: bool,
-        orbits: Vec<Option<Closing>>,
-        solver: &mut Solver,
-    ) -> Result<Self, Failure> {
-        let mut panel = Self { from, to, in_root, values: Vec::new(), orbits, series: Vec::new() };
-        // Next to a corner a slope does not tell how C goes on.
-        let follow = if solver.knows_slopes() && (in_root || solver.curve.corners().is_empty()) {
-            panel.complete(2, solver)?;
-            panel.between(solver)
-        } else {
-            None
-        };
-        if follow.is_none() {
-            panel.complete(1, solver)?;
-        }
-        let mut follow = follow.into_iter().flatten();
-        let known = panel.orbits.iter().enumerate();
-        panel.values = known
-            .filter_map(|(i, orbit)| {
-                let between = if i % 2 == 1 { follow.next() } else { None };
-                orbit.map(|orbit| orbit.viscous).or(between)
-            })
-            .collect();
-        panel.series = coefficients(&panel.values);
-        Ok(panel)
-    }
-
-    /// Computes the missing ones of every first, or every second orbit.
-    fn complete(&mut self, step: usize, solver: &mut Solver) -> Result<(), Failure> {
-        let last = self.orbits.len() - 1;
-        let missing: Vec<usize> = (0..=last).step_by(step).filter(|&i| self.orbits[i].is_none()).collect();
-        let radii: Vec<f64> = missing.iter().map(|&i| self.radius(node(i, last))).collect();
-        for (i, orbit) in missing.into_iter().zip(solver.at(&radii)?) {
-            self.orbits[i] = Some(orbit);
-        }
-        Ok(())
-    }
-
-    /// C at every second node by the values and slopes of the others, where these are accurate enough.
-    fn between(&self, solver: &mut Solver) -> Option<Vec<f64>> {
-        let last = self.orbits.len() - 1;
-        let known: Vec<Closing> = self.orbits.iter().step_by(2).copied().collect::<Option<_>>()?;
-        let values: Vec<f64> = known.iter().map(|orbit| orbit.viscous).collect();
-        let slope = |(i, orbit): (usize, &Closing)| {
-            // dr / dx over r.
-            let x = node(2 * i, last);
-            let rate =
-                (self.to - self.from) * if self.in_root { 0.5 * (1.0 + x) } else { 0.5 } / self.radius(x);
-            orbit.slope.map(|[slope, error]| (rate * slope, rate * error))
-        };
-        let with_slopes = known[..last / 2].iter().enumerate();
-        let (slopes, errors): (Vec<f64>, Vec<f64>) =
-            with_slopes.map(slope).collect::<Option<Vec<_>>>()?.into_iter().unzip();
-        let between = Between::of(last / 2);
-        let error = between.error(&errors);
-        if !(error <= solver.tolerance * largest(&values)) {
-            return None;
-        }
-        solver.slope_error = solver.slope_error.max(error);
-        Some((0..last / 2).map(|i| between.value(i, &values, &slopes)).collect())
-    }
-
-    /// Through twice as many nodes.
-    fn refined(&self, solver: &mut Solver) -> Result<Self, Failure> {
-        let mut orbits: Vec<Option<Closing>> = self.orbits.iter().flat_map(|orbit| [*orbit, None]).collect();
-        orbits.pop();
-        Self::through([self.from, self.to], self.in_root, orbits, solver)
-    }
-
-    /// The amplitude at -1 <= `x` <= 1.
-    fn radius(&self, x: f64) -> f64 {
-        let share = 0.5 * (1.0 + x);
-        self.from + (self.to - self.from) * if self.in_root { share * share } else { share }
-    }
-
-    /// -1 <= x <= 1 at an amplitude.
-    fn place(&self, radius: f64) -> f64 {
-        let share = (radius - self.from) / (self.to - self.from);
-        2.0 * if self.in_root { share.max(0.0).sqrt() } else { share } - 1.0
-    }
-
-    fn viscous(&self, radius: f64) -> f64 {
-        sum(&self.series, self.place(radius))
-    }
-
-    /// The amplitudes at which extremes are searched, increasing, without the lower end, and C there.
-    fn samples(&self) -> (Vec<f64>, Vec<f64>) {
-        let samples = SAMPLES_PER_INTERVAL * (self.series.len() - 1);
-        let radii: Vec<f64> = (1..=samples).map(|i| self.radius(-node(i, samples))).collect();
-        let places: Vec<f64> = radii.iter().map(|radius| self.place(*radius)).collect();
-        let values = sums(&self.series, &places);
-        (radii, values)
-    }
-}
-
-/// Computes C at amplitudes.
-struct Solver<'a> {
-    curve: &'a Curve,
-    belt_speed: f64,
-    tolerance: f64,
-    work: &'a Work,
-    /// Amplitudes and C so far, by increasing amplitude.
-    known: Vec<(f64, f64)>,
-    /// Largest error so far, and that of values by slopes.
-    error: f64,
-    slope_error: f64,
-    rhs: u64,
-}
-
-impl<'a> Solver<'a> {
-    fn new(curve: &'a Curve, belt_speed: f64, tolerance: f64, work: &'a Work) -> Self {
-        let known = vec![(0.0, curve.weakening(belt_speed))];
-        Self { curve, belt_speed, tolerance, work, known, error: 0.0, slope_error: 0.0, rhs: 0 }
-    }
-
-    /// C at an amplitude on the line through two known ones, and how far it may lie from there.
-    fn guess(&self, radius: f64) -> Option<[f64; 2]> {
-        let after = self.known.partition_point(|known| known.0 < radius);
-        let first = after.saturating_sub(1).min(self.known.len().checked_sub(2)?);
-        let [(from, low), (to, high)] = [self.known[first], self.known[first + 1]];
-        let share = (radius - from) / (to - from);
-        let change = (high - low).abs() * if after == first + 1 { 0.1 } else { share.abs() };
-        Some([low + share * (high - low), change + self.tolerance * low.abs().max(high.abs())])
-    }
-
-    /// Whether orbits are computed with their slopes.
-    fn knows_slopes(&self) -> bool {
-        self.curve.stribeck().is_none() && self.curve.lorentzian().is_none()
-    }
-
-    /// The equilibrium, as the orbit of amplitude 0.
-    fn at_rest(&self) -> Closing {
-        Closing { viscous: self.curve.weakening(self.belt_speed), error: 0.0, rhs: 0, slope: None }
-    }
-
-    fn at(&mut self, radii: &[f64]) -> Result<Vec<Closing>, Failure> {
-        let (curve, belt_speed, tolerance, work) = (self.curve, self.belt_speed, self.tolerance, self.work);
-        let orbits: Vec<Amplitude> = (radii.iter())
-            .map(|&radius| Amplitude {
-                guess: self.guess(radius).map(|[near, _]| near),
-                ..Amplitude::new(curve, belt_speed, radius)
-            })
-            .collect();
-        let found = closing_dampings(&orbits, tolerance, Some(work)).into_iter().zip(radii);
-        found
-            .map(|(found, radius)| {
-                let (Ok(Closing { rhs, .. }) | Err(rhs)) = found;
-                self.rhs += rhs;
-                let closed = found.or_else(|_| {
-                    let guess = self.guess(*radius);
-                    // On the belt line itself the orbit is followed from just below: C is continuous.
-                    let radius = radius.min(belt_speed * (1.0 - f64::EPSILON));
-                    closing_damping_of_node(curve, belt_speed, radius, tolerance, guess, work)
-                })?;
-                self.error = self.error.max(closed.error);
-                let place = self.known.partition_point(|known| known.0 < *radius);
-                if self.known.get(place).is_none_or(|known| known.0 > *radius) {
-                    self.known.insert(place, (*radius, closed.viscous));
-                }
-                Ok(closed)
-            })
-            .collect()
-    }
-}
-
-fn largest(values: &[f64]) -> f64 {
-    values.iter().map(|value| value.abs()).fold(0.0, f64::max)
-}
-
-/// The error of the interpolant due to that of the values.
-fn node_error_of(values: &[f64], node_error: f64) -> f64 {
-    lebesgue(values.len() - 1) * node_error + 4.0 * f64::EPSILON * largest(values)
-}
-
-/// Estimate of the terms of the series that are left out.
-fn truncation_error(series: &[f64]) -> f64 {
-    let last = &series[series.len() - ((series.len() - 1) / 4).max(3)..];
-    2.0 * last.iter().map(|c| c.abs()).sum::<f64>()
 }
 
 impl Backbone {
@@ -517,51 +309,6 @@ impl Backbone {
         &self.turning_points[1..self.turning_points.len() - 1]
     }
 
-    /// The turning points, and C at samples of the extremes that were left out.
-    fn find_turning_points(&self) -> (Vec<TurningPoint>, Vec<f64>) {
-        let (mut radii, mut values) = (vec![0.0], vec![self.viscous(0.0)]);
-        for (in_panel, with_values) in self.panels.iter().map(Panel::samples) {
-            radii.extend(in_panel);
-            values.extend(with_values);
-        }
-        let lowest = &self.panels[0].values;
-        let mut found = vec![TurningPoint { radius: 0.0, viscous: lowest[lowest.len() - 1] }];
-        for i in 1..radii.len() - 1 {
-            let [left, here, right] = [values[i - 1], values[i], values[i + 1]];
-            let (up, down) = (here > left && here >= right, here < left && here <= right);
-            if up || down {
-                found.push(TurningPoint { radius: radii[i], viscous: here });
-            }
-        }
-        let highest = self.panels[self.panels.len() - 1].values[0];
-        found.push(TurningPoint { radius: self.belt_speed, viscous: highest });
-        let mut unresolved = Vec::new();
-        // Remove the smallest step between neighbours: both its ends, or the one that is not an end of the
-        // curve.
-        let step = |found: &[TurningPoint], i: usize| (found[i].viscous - found[i - 1].viscous).abs();
-        while let Some(i) = (1..found.len())
-            .filter(|&i| found.len() > 2 && step(&found, i) <= 2.0 * self.error)
-            .min_by(|&i, &j| step(&found, i).total_cmp(&step(&found, j)))
-        {
-            let removed = match i {
-                1 => 1..2,
-                i if i + 1 == found.len() => i - 1..i,
-                i => i - 1..i + 1,
-            };
-            let is_open = |point: &TurningPoint| {
-                !self.monotone.iter().any(|it| it.from < point.radius && point.radius < it.to)
-            };
-            unresolved.extend(found.drain(removed).filter(is_open).map(|point| point.viscous));
-        }
-        for i in 1..found.len() - 1 {
-            let sign = (found[i].viscous - found[i - 1].viscous).signum();
-            let place = radii.partition_point(|radius| *radius < found[i].radius);
-            let best = golden_section(|r| sign * self.viscous(r), [radii[place - 1], radii[place + 1]]);
-            found[i] = TurningPoint { radius: best, viscous: self.viscous(best) };
-        }
-        (found, unresolved)
-    }
-
     /// Returns whether the number of cycles at C = `viscous` is reliable: the error of C is small, and
     /// `viscous` is farther than three times that, across corners five times, from both ends and from every
     /// extreme, also from those that are within the error and not counted, and from flat pieces. If not, a more accurate backbone may show other cycles. Extremes within the error, flat
@@ -589,42 +336,6 @@ impl Backbone {
         near(&points[0]) && !rises_or_falls(self.monotone.first(), 0.0)
             || near(&points[points.len() - 1])
                 && !(is_steep || rises_or_falls(self.monotone.last(), self.belt_speed))
-    }
-
-    /// The dampings about pieces so flat that the error may hide a pair of extremes, as at a cusp of folds: where
-    /// C changes from one node to the next by less than [`FLAT`] errors, at the rate between two samples, and
-    /// slopes do not show that it is monotone.
-    fn flat_at_samples(&self) -> Vec<[f64; 2]> {
-        let far = FAR * self.error;
-        let mut flat: Vec<[f64; 2]> = Vec::new();
-        let mut ended = true;
-        for (radii, values) in self.panels.iter().map(Panel::samples) {
-            for (radii, values) in radii.windows(2).zip(values.windows(2)) {
-                let is_monotone = self.monotone.iter().any(|it| it.from <= radii[0] && radii[1] <= it.to);
-                if is_monotone
-                    || (values[1] - values[0]).abs() * SAMPLES_PER_INTERVAL as f64 > FLAT * self.error
-                {
-                    ended = true;
-                    continue;
-                }
-                let (low, high) = (values[0].min(values[1]) - far, values[0].max(values[1]) + far);
-                match flat.last_mut() {
-                    Some(last) if !ended => *last = [last[0].min(low), last[1].max(high)],
-                    _ => flat.push([low, high]),
-                }
-                ended = false;
-            }
-        }
-        flat
-    }
-
-    /// The dampings about flat pieces on which slopes do not show that C is monotone.
-    fn flat_between_nodes(&self) -> Vec<[f64; 2]> {
-        let panel = &self.panels[0];
-        let radius = |i: usize| panel.radius(node(i, panel.values.len() - 1));
-        let is_monotone = |i| self.monotone.iter().any(|it| it.from <= radius(i + 1) && radius(i) <= it.to);
-        let pieces = flat_pieces(&panel.values, FAR * self.error);
-        pieces.filter(|(i, _)| !is_monotone(*i)).map(|(_, dampings)| dampings).collect()
     }
 
     /// Returns whether no extreme of C between the ends is that close to `viscous`, also none of those that
@@ -691,40 +402,9 @@ impl Backbone {
     }
 }
 
-/// The pairs of neighbouring nodes, the ones next to r = 0 aside, between which C changes by at most
-/// `enough`, and the dampings that are that close to its values there.
-fn flat_pieces(values: &[f64], enough: f64) -> impl Iterator<Item = (usize, [f64; 2])> {
-    let pairs = values[..values.len() - 1].windows(2).enumerate();
-    pairs.filter_map(move |(i, pair)| {
-        let [low, high] = [pair[0].min(pair[1]), pair[0].max(pair[1])];
-        (high - low <= enough).then_some((i, [low - enough, high + enough]))
-    })
-}
-
-/// Number of steps to an extreme: its place is as accurate as rounding errors of the values permit.
-const SECTIONS: u32 = 40;
-
-/// The place of the maximum of `f`, which rises and then falls between two places, by golden section.
-fn golden_section(f: impl Fn(f64) -> f64, [mut low, mut high]: [f64; 2]) -> f64 {
-    let share = 0.5 * (3.0 - 5.0_f64.sqrt());
-    let (mut a, mut b) = (low + share * (high - low), high - share * (high - low));
-    let (mut at_a, mut at_b) = (f(a), f(b));
-    for _ in 0..SECTIONS {
-        if at_a >= at_b {
-            (high, b, at_b) = (b, a, at_a);
-            a = low + share * (high - low);
-            at_a = f(a);
-        } else {
-            (low, a, at_a) = (a, b, at_b);
-            b = high - share * (high - low);
-            at_b = f(b);
-        }
-    }
-    0.5 * (low + high)
-}
-
 #[cfg(test)]
 mod tests {
+    use super::super::chebyshev::node;
     use super::*;
 
     /// Next to an extreme a backbone tells no number of cycles, however large its error is.

@@ -8,7 +8,9 @@
 //! Across corners the extremes of these cubics warn of extremes of C that a polynomial through all nodes does
 //! not show.
 
-use super::{Backbone, Closing, FAR, Panel};
+use super::super::polar::Closing;
+use super::panel::Panel;
+use super::{Backbone, FAR};
 
 /// Largest slope, in units of the secant's, for which C is taken for monotone.
 const STEEPEST: f64 = 2.5;
@@ -70,7 +72,7 @@ impl Panel {
     fn pairs_with_slopes(&self) -> Vec<[Node; 2]> {
         let known = self.orbits.iter().enumerate().rev().filter_map(|(i, orbit)| Some((i, (*orbit)?)));
         let node = |(i, orbit): (usize, Closing)| {
-            let radius = self.radius(super::node(i, self.orbits.len() - 1));
+            let radius = self.radius(super::super::chebyshev::node(i, self.orbits.len() - 1));
             // At r = 0 C is even.
             let slope = if radius == 0.0 { [0.0; 2] } else { orbit.slope?.map(|slope| slope / radius) };
             Some(Node { radius, viscous: orbit.viscous, slope })

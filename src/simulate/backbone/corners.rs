@@ -8,7 +8,8 @@
 use super::super::Failure;
 use super::super::arc::Walk;
 use super::super::elements::{Closed, closed_orbit};
-use super::{Closing, Solver};
+use super::super::polar::Closing;
+use super::panel::Solver;
 use crate::filippov::{Oscillator, Side};
 
 /// Largest number of corners that an orbit can reach: more of them lie so close together that C is smooth on

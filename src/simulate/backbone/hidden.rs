@@ -16,7 +16,7 @@
 use std::f64::consts::PI;
 
 use super::super::chebyshev::{coefficients, node, sum};
-use super::{largest, truncation_error};
+use super::panel::{largest, truncation_error};
 use crate::friction::Curve;
 
 /// Bound of what a backbone may miss, in units of the largest |e|, that is within the errors of the law's

@@ -5,10 +5,9 @@ use std::cell::OnceCell;
 use super::super::Failure;
 use super::super::chebyshev::{Transform, node, weights};
 use super::super::work::Work;
-use super::{
-    Backbone, FAR, LARGEST_ERROR, SAMPLES_PER_INTERVAL, SIZES, flat_pieces, largest, node_error_of,
-    truncation_error,
-};
+use super::extremes::flat_pieces;
+use super::panel::{SAMPLES_PER_INTERVAL, largest, node_error_of, truncation_error};
+use super::{Backbone, FAR, LARGEST_ERROR, SIZES};
 use crate::friction::Column;
 
 /// Truncation error, relative to the largest |C|, below which backbones to be interpolated between columns
