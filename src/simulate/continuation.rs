@@ -31,6 +31,10 @@ const NEAREST: f64 = 1e-14;
 const NOISE: f64 = 16.0;
 /// unless it is smaller than this: values of order one next to a root that cannot be located more closely.
 const SMALL: f64 = 1e-9;
+/// Largest ratio of successive values of a function that counts as flat, up to its noise,
+const FLAT: f64 = 1.000_001;
+/// and the ratio of the steps that are taken there until the sign changes.
+const STRIDE: f64 = 4.0;
 /// Half the distance of the central differences that give the first direction.
 const DIFFERENCE: f64 = 1e-4;
 /// Zeros on the grid within this distance of a curve count as points of it, see the module's text on chords.
@@ -214,6 +218,13 @@ impl Line<'_> {
                 if !(next > low && next < high) || trial % 4 == 0 {
                     next = 0.5 * (low + high);
                 }
+            } else if before.1 != 0.0 && (0.5..=FLAT).contains(&(here.1 / before.1)) {
+                // The function is flat here, and steep at its root, as the margin of an overdamped orbit: secants would
+                // hardly move.
+                next = (here.0 + STRIDE * (here.0 - before.0)).clamp(-self.reach, self.reach);
+                if next == here.0 {
+                    return None;
+                }
             }
             let TestValue { value, error } = self.value(next)?;
             let moved = (next - here.0).abs();
@@ -381,6 +392,30 @@ mod tests {
                     assert!(2 * double < all, "{touch}: {double} of {all} points lie on another");
                 }
             }
+        }
+    }
+
+    /// The margin of overdamped orbits is flat but for a narrow strip about the curve: steps as long as elsewhere follow it.
+    #[test]
+    fn a_steep_function_takes_no_more_points() {
+        let curve = |x: f64, y: f64| y - 0.3 - 0.4 * x * x;
+        let points = |steepness: f64| {
+            let steep = |[x, y]: [f64; 2]| {
+                let value = (steepness * curve(x, y)).tanh();
+                Some(TestValue { value, error: 1e-8 })
+            };
+            let curves = zero_curves(&steep);
+            assert_eq!(curves.len(), 1);
+            for point in &curves[0].points {
+                let [x, y] = point.place;
+                assert!(curve(x, y).abs() <= 1e-8 / steepness + 1e-14, "{point:?}");
+            }
+            curves[0].points.len()
+        };
+        let usual = points(1.0);
+        for steepness in [1e3, 1e5, 1e7] {
+            let steep = points(steepness);
+            assert!(steep <= usual + 2, "{steepness}: {steep} points, not {usual}");
         }
     }
 
