@@ -60,11 +60,12 @@ mod law;
 mod machine;
 mod points;
 mod source;
+mod units;
 
 use std::path::{Path, PathBuf};
 
 pub(crate) use axis::range_nodes;
-pub(crate) use law::table_of_text;
+pub(crate) use law::{OfMachine, table_of_text};
 pub use law::{point_into, read_table};
 #[cfg(feature = "explore")]
 pub(crate) use machine::keys as machine_keys;
@@ -128,7 +129,10 @@ impl Job {
         let folder = file.parent().unwrap_or(Path::new(""));
         let (axes, machine) = (root.section("grid")?, root.section("machine")?);
         let alone = machine.is_present() && !axes.is_present();
-        let about = if alone { law::About::Machine } else { law::About::Oscillator };
+        let about = match alone {
+            true => law::About::Machine(machine::motion_of(&machine)?),
+            false => law::About::Oscillator,
+        };
         let law = law::read(&friction, folder, about)?;
         if axes.is_present() || !machine.is_present() {
             law::check_symbols(&law, &friction, &axes)?;

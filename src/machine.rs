@@ -87,6 +87,20 @@ pub enum Dimension {
     Stiffness,
 }
 
+impl Dimension {
+    /// That of a quantity of a machine; `None` of a coefficient, and of a name in a formula.
+    pub(crate) fn of_quantity(name: &str) -> Option<Self> {
+        match name {
+            "mass" | INERTIA => Some(Dimension::Mass),
+            "stiffness" => Some(Dimension::Stiffness),
+            "damping" => Some(Dimension::Damping),
+            "normal_force" => Some(Dimension::Force),
+            "stribeck_velocity" | AFTER => Some(Dimension::Velocity),
+            _ => None,
+        }
+    }
+}
+
 /// A machine, in SI units; for a rotation kg m^2 replaces kg, N m replaces N and rad replaces m.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Machine {

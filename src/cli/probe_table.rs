@@ -65,7 +65,7 @@ pub(super) fn run(job: &Job) -> Result<Ended, Failure> {
             let quantities = of.machine.quantities().into_iter().map(|(name, _)| name);
             let rotates = of.machine.motion == Motion::Rotation;
             let quantities: Vec<&str> = quantities.chain(rotates.then_some(INERTIA)).collect();
-            let table = PointTable::of_machines(job.input, &quantities, job.given)?;
+            let table = PointTable::of_machines(job.input, &quantities, of.machine.motion, job.given)?;
             machine::check_single(of, file, |name| table.has(name))?;
             table
         }

@@ -3,10 +3,12 @@
 use std::io::Read as _;
 use std::path::Path;
 
-use super::nearest;
 use super::points::SEPARATE;
 use super::source::{ConfigError, Node, Section, decimal_comma, is_utf_16};
+use super::units::{Match, Wanted, bracketed, compare, conversion, in_words};
+use super::{choice, nearest};
 use crate::friction::{Expression, ExpressionError, Law, Table};
+use crate::machine::{Dimension, Motion};
 use crate::map::{AxisRole, Grid, unravel};
 
 pub(super) const KEYS: [&str; 6] = ["law", "phi", "static", "file", "quantity", "small"];
@@ -16,8 +18,8 @@ pub(super) const KEYS: [&str; 6] = ["law", "phi", "static", "file", "quantity", 
 pub(super) enum About {
     /// The dimensionless oscillator: phi(0) = 1.
     Oscillator,
-    /// A machine, in SI units: a coefficient of friction or a force, with any value at rest.
-    Machine,
+    /// A machine with this motion, in SI units: a coefficient of friction or a force, with any value at rest.
+    Machine(Motion),
 }
 
 /// The quantities of a machine besides its friction, for messages.
@@ -30,11 +32,11 @@ const CHECKED_COLUMNS: usize = 256;
 
 /// Reads `[friction]`; file names are relative to the folder of the configuration.
 pub(super) fn read(section: &Section, folder: &Path, about: About) -> Result<Law, ConfigError> {
-    let also = if about == About::Machine { format!("; {OF_MACHINE}") } else { String::new() };
+    let also = if matches!(about, About::Machine(_)) { format!("; {OF_MACHINE}") } else { String::new() };
     let level = || match (about, section.get("static")) {
         (About::Oscillator, node) => node.as_ref().map_or(Ok(Some(1.0)), |node| static_level(node).map(Some)),
-        (About::Machine, None) => Ok(None),
-        (About::Machine, Some(node)) => {
+        (About::Machine(_), None) => Ok(None),
+        (About::Machine(_), Some(node)) => {
             let remedy = "leave it out: of a machine it is the value of the law at slip speed 0";
             Err(node.error("the friction at rest is known", remedy))
         }
@@ -47,7 +49,7 @@ pub(super) fn read(section: &Section, folder: &Path, about: About) -> Result<Law
         ("expression", None) => {
             let remedy = match about {
                 About::Oscillator => "write for example phi = \"mu + (1 - mu)*exp(-u/vs)\"".to_owned(),
-                About::Machine => format!(
+                About::Machine(_) => format!(
                     "write the coefficient of friction against the slip speed u in m/s, for example phi = \"0.3 + \
                      0.1*exp(-u/vs)\"; each name in it, as vs here, is a key of [machine]{also}"
                 ),
@@ -59,14 +61,18 @@ pub(super) fn read(section: &Section, folder: &Path, about: About) -> Result<Law
         ("table", None) => {
             let remedy = match about {
                 About::Oscillator => "name a CSV file with the columns slip speed and friction".to_owned(),
-                About::Machine => format!(
+                About::Machine(_) => format!(
                     "name a CSV file with the columns slip speed in m/s, coefficient of friction, and perhaps its \
                      standard error; quantity = \"force\" if it holds forces in N{also}"
                 ),
             };
             let file = section.get("file").ok_or_else(|| section.missing("file", remedy))?;
             let path = folder.join(file.text()?);
-            let table = table_of(&path, level()?);
+            let machine = match about {
+                About::Oscillator => None,
+                About::Machine(motion) => Some(OfMachine { motion, forces: holds_forces(section)? }),
+            };
+            let table = table_of(&path, level()?, machine);
             Law::Table(table.map_err(|(problem, remedy)| file.error(&problem, remedy))?)
         }
         (_, None) => {
@@ -97,6 +103,12 @@ pub(super) fn read(section: &Section, folder: &Path, about: About) -> Result<Law
             Err(node.error("the small parameter of a law can be eps only", remedy))
         }
     }
+}
+
+/// Whether the table of a machine holds forces instead of coefficients.
+pub(super) fn holds_forces(section: &Section) -> Result<bool, ConfigError> {
+    let quantities = [("coefficient", false), ("force", true)];
+    section.get_or("quantity", false, |node| choice(node, &quantities, "quantity"))
 }
 
 fn static_level(node: &Node) -> Result<f64, ConfigError> {
@@ -130,11 +142,23 @@ const LONGEST_TABLE: u64 = 16 << 20;
 /// # Errors
 /// The problem with its line, and a remedy.
 pub fn read_table(path: &Path, static_level: f64) -> Result<Table, (String, String)> {
-    table_of(path, Some(static_level))
+    table_of(path, Some(static_level), None)
 }
 
-/// The same; the static level defaults to the first friction value.
-fn table_of(path: &Path, static_level: Option<f64>) -> Result<Table, (String, String)> {
+/// What the table of a machine holds, in SI units.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct OfMachine {
+    pub(crate) motion: Motion,
+    /// Whether it holds forces (of a rotation torques) instead of coefficients.
+    pub(crate) forces: bool,
+}
+
+/// The same; the static level defaults to the first friction value, as of a machine.
+fn table_of(
+    path: &Path,
+    static_level: Option<f64>,
+    machine: Option<OfMachine>,
+) -> Result<Table, (String, String)> {
     let name = path.display();
     let fail = |problem: String, remedy: &str| Err((problem, remedy.to_owned()));
     let mut bytes = Vec::new();
@@ -154,15 +178,17 @@ fn table_of(path: &Path, static_level: Option<f64>) -> Result<Table, (String, St
         let problem = format!("{name} is longer than {} MiB, and no measured friction", LONGEST_TABLE >> 20);
         return fail(problem, "name a CSV file with the columns slip speed and friction");
     }
-    table_of_text(&name.to_string(), &text, static_level)
+    table_of_text(&name.to_string(), &text, static_level, machine)
 }
 
 /// Reads a measured law as [`read_table`] does, from the text of a file of this `name`; without a static
-/// level that is the first friction.
+/// level that is the first friction. The header of the table of a machine must name no units but those in which
+/// it is read.
 pub(crate) fn table_of_text(
     name: &str,
     text: &str,
     static_level: Option<f64>,
+    machine: Option<OfMachine>,
 ) -> Result<Table, (String, String)> {
     let fail = |problem: String, remedy: &str| Err((problem, remedy.to_owned()));
     let text = text.trim_start_matches('\u{feff}');
@@ -174,7 +200,7 @@ pub(crate) fn table_of_text(
         .from_reader(text.as_bytes());
     let is_skipped = |line: &str| line.trim_matches(['\r', '\n']).is_empty() || line.starts_with('#');
     let (mut data, mut errors) = (Vec::new(), Vec::new());
-    let mut lines = Vec::new();
+    let (mut lines, mut headers) = (Vec::new(), Vec::new());
     for record in reader.records() {
         let Ok(record) = record else {
             return fail(format!("{name} is not a CSV file"), "write two columns separated by commas");
@@ -209,15 +235,7 @@ pub(crate) fn table_of_text(
                     format!("{name}:{line}: the third column holds standard errors, but not in every row");
                 return fail(problem, "give one in every row, in the units of the friction, or none");
             }
-            // The header; without a static level the data are those of a machine, in SI units.
-            [None, None, ..] if data.is_empty() => {
-                let unit = record.get(0).filter(|_| static_level.is_none()).and_then(foreign_unit);
-                if let Some((unit, factor)) = unit {
-                    let problem = format!("{name}:{line}: the header says that slip speeds are in {unit}");
-                    let remedy = "multiply them by that, or correct the header";
-                    return fail(problem, &format!("slip speeds are read in {factor}; {remedy}"));
-                }
-            }
+            [None, None, ..] if data.is_empty() => headers.push((line, record)),
             _ => {
                 let row: Vec<&str> = record.iter().collect();
                 let problem = format!("{name}:{line}: `{}` is not a pair of numbers", row.join(","));
@@ -226,6 +244,16 @@ pub(crate) fn table_of_text(
                 let remedy =
                     if foreign { SEPARATE } else { "write slip speed and friction, separated by a comma" };
                 return fail(problem, remedy);
+            }
+        }
+    }
+    if let Some(machine) = machine {
+        let columns = if errors.is_empty() { 2 } else { 3 };
+        for (line, header) in &headers {
+            let checked = header.iter().take(columns).enumerate();
+            for (column, field) in checked {
+                check_unit(field, column, machine)
+                    .map_err(|(problem, remedy)| (format!("{name}:{line}: {problem}"), remedy))?;
             }
         }
     }
@@ -243,23 +271,67 @@ pub(crate) fn table_of_text(
     })
 }
 
-/// A unit of slip speed other than those of SI in the header of a table: its name, and what makes it one of SI.
-fn foreign_unit(header: &str) -> Option<(&'static str, &'static str)> {
-    const UNITS: [(&[&str], &str); 9] = [
-        (&["km/h", "kmh", "kph"], "m/s, and 1 km/h is 0.277778 m/s"),
-        (&["mph"], "m/s, and 1 mph is 0.44704 m/s"),
-        (&["mm/s"], "m/s, and 1 mm/s is 0.001 m/s"),
-        (&["cm/s"], "m/s, and 1 cm/s is 0.01 m/s"),
-        (&["um/s", "µm/s", "μm/s"], "m/s, and 1 µm/s is 0.000001 m/s"),
-        (&["m/min"], "m/s, and 1 m/min is 0.0166667 m/s"),
-        (&["mm/min"], "m/s, and 1 mm/min is 0.0000166667 m/s"),
-        (&["rpm", "1/min", "rev/min", "r/min"], "rad/s, and 1 rpm is 0.10472 rad/s"),
-        (&["deg/s", "°/s"], "rad/s, and 1 deg/s is 0.0174533 rad/s"),
-    ];
-    let header = header.to_lowercase();
-    let words: Vec<&str> = header.split([' ', '(', ')', '[', ']', ',', ';', '_', '{', '}']).collect();
-    let unit = UNITS.iter().find(|(names, _)| names.iter().any(|name| words.contains(name)));
-    unit.map(|(names, factor)| (names[0], *factor))
+/// Refuses a field of the header of a machine's table that says another unit than that of its column.
+fn check_unit(field: &str, column: usize, machine: OfMachine) -> Result<(), (String, String)> {
+    let OfMachine { motion, forces } = machine;
+    let (what, wanted) = match (column, forces) {
+        (0, _) => ("slip speeds", Wanted::Si(motion, Dimension::Velocity)),
+        (1, true) => ("the friction", Wanted::Si(motion, Dimension::Force)),
+        (1, false) => ("the friction", Wanted::Number),
+        (_, true) => ("the standard errors", Wanted::Si(motion, Dimension::Force)),
+        (_, false) => ("the standard errors", Wanted::Number),
+    };
+    let said = match bracketed(field) {
+        Some((before, inside)) if is_remark(field, before, inside) => in_words(before, wanted),
+        Some((_, inside)) => Some(inside.to_owned()),
+        None => in_words(field, wanted),
+    };
+    let Some(unit) = said else { return Ok(()) };
+    let read = match wanted {
+        Wanted::Si(..) => format!("are read in {}", wanted.name()),
+        Wanted::Number => "are read as coefficients, without a unit".to_owned(),
+    };
+    let read = if what == "the friction" { read.replacen("are", "is", 1) } else { read };
+    let is = if what == "the friction" { "is" } else { "are" };
+    let remedy = match compare(&unit, wanted) {
+        Match::Same => return Ok(()),
+        Match::Factor(factor) => {
+            let conversion = conversion(&unit, factor, wanted);
+            format!("{what} {read}, and {conversion}; multiply them by that, or correct the header")
+        }
+        Match::Other if column > 0 && forces => {
+            format!(
+                "{what} {read}; correct the header, or leave out quantity = \"force\" if it is a coefficient"
+            )
+        }
+        Match::Other if column > 0 => {
+            let force = motion.unit(Dimension::Force);
+            format!("{what} {read}; correct the header, or write quantity = \"force\" if it is in {force}")
+        }
+        Match::Other => format!("{what} {read}; convert them, or correct the header"),
+        Match::Unknown => {
+            let remedy = format!("{what} {read}; convert them, or correct the header");
+            return Err((
+                format!("the header says `{field}`, and `{unit}` is no unit that is known"),
+                remedy,
+            ));
+        }
+    };
+    Err((format!("the header says that {what} {is} in {unit}"), remedy))
+}
+
+/// Whether the text in brackets is no unit but a remark, as in `speed (relative)`, or the variable of a function,
+/// as in `mu(v)`.
+fn is_remark(field: &str, before: &str, inside: &str) -> bool {
+    let round = field.trim_end().ends_with(')');
+    let is_known = !matches!(compare(inside, Wanted::Number), Match::Unknown);
+    let words = || inside.split_whitespace();
+    let is_prose = inside.chars().all(|c| c.is_alphabetic() || c == ' ')
+        && words().any(|word| word.chars().count() > 3)
+        && !words().any(|word| word == "per");
+    let is_variable =
+        inside.chars().count() == 1 && field.trim_end().len() == before.len() + inside.len() + 2;
+    round && !is_known && (is_prose || is_variable)
 }
 
 /// Refuses symbols in a formula for which no axis gives a value.

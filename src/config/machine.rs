@@ -190,7 +190,8 @@ pub(crate) fn load_machine(file: &Path, values: &[(String, f64)]) -> Result<Mach
         ));
     }
     let friction = root.section("friction")?;
-    let law = law::read(&friction, file.parent().unwrap_or(Path::new("")), About::Machine)?;
+    let about = About::Machine(motion_of(&section)?);
+    let law = law::read(&friction, file.parent().unwrap_or(Path::new("")), about)?;
     let known = known_keys(&law);
     if let Some(key) = section.keys().iter().find(|key| !known.contains(&key.as_str())) {
         return Err(section.unknown(key, remedy(key, &law)));
@@ -199,17 +200,20 @@ pub(crate) fn load_machine(file: &Path, values: &[(String, f64)]) -> Result<Mach
     Ok(MachineJob { title, ..read(&section, &friction, &law)? })
 }
 
+/// Reads the kind of motion.
+pub(super) fn motion_of(section: &Section) -> Result<Motion, ConfigError> {
+    let motions = Motion::ALL.map(|motion| (motion.name(), motion));
+    section.get("motion").map_or(Ok(Motion::Translation), |node| choice(&node, &motions, "motion"))
+}
+
 /// Reads `[machine]`; `law` is in SI units.
 pub(super) fn read(section: &Section, friction: &Section, law: &Law) -> Result<MachineJob, ConfigError> {
-    let quantities = [("coefficient", false), ("force", true)];
-    let forces = friction.get_or("quantity", false, |node| choice(node, &quantities, "quantity"))?;
+    let forces = law::holds_forces(friction)?;
     check_complete(section, law, forces)?;
     let mut reader = Reader { section, uncertain: Vec::new() };
     let belt_speeds = reader.many(AFTER, f64::MIN_POSITIVE, "greater than 0")?;
     let dampings = reader.many("damping", 0.0, "at least 0")?;
-    let motions = Motion::ALL.map(|motion| (motion.name(), motion));
-    let motion =
-        section.get("motion").map_or(Ok(Motion::Translation), |node| choice(&node, &motions, "motion"))?;
+    let motion = motion_of(section)?;
     let mass = reader.positive_under(key_of_mass(section, motion)?, MASS)?;
     // Measured forces belong to the normal force of the measurement, or to an unknown one.
     let normal_force = match section.get("normal_force") {

@@ -9,8 +9,9 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use csv::{ByteRecord, ReaderBuilder};
 
 use super::source::{ConfigError, decimal_comma};
+use super::units::{Match, Wanted, bracketed, compare, conversion};
 use crate::friction::Law;
-use crate::machine::{INERTIA, MASS};
+use crate::machine::{Coefficients, Dimension, INERTIA, MASS, Motion};
 use crate::map::{Grid, GridError};
 use crate::point::Point;
 
@@ -57,22 +58,25 @@ impl PointTable {
     pub(crate) fn with_shared(path: &Path, law: &Law, shared: &[(String, f64)]) -> Result<Self, ConfigError> {
         let is_shared = |name: &str| shared.iter().any(|(given, _)| given == name);
         let names: Vec<&str> = Grid::axis_names(law).into_iter().filter(|name| !is_shared(name)).collect();
-        let table = Self::with_columns(path, &names, true)?;
+        let table = Self::with_columns(path, &names, None)?;
         table.refuse_columns_of(shared)?;
         Ok(Self { shared: shared.to_vec(), ..table })
     }
 
     /// The same with the columns of those `quantities` of a machine that the header names, at least one, of a
-    /// machine for which some are `given` elsewhere.
+    /// machine for which some are `given` elsewhere. A name may be followed by its unit, as in the tables that the
+    /// program writes: `damping [N s/m]`.
     ///
     /// # Errors
-    /// The file cannot be read, or has no such column, or one of them twice; or it has a column of one that is given.
+    /// The file cannot be read, or has no such column, or one of them twice or in another unit; or it has a column of
+    /// one that is given.
     pub(crate) fn of_machines(
         path: &Path,
         quantities: &[&'static str],
+        motion: Motion,
         given: &[(String, f64)],
     ) -> Result<Self, ConfigError> {
-        let table = Self::with_columns(path, quantities, false)?;
+        let table = Self::with_columns(path, quantities, Some(motion))?;
         table.refuse_columns_of(given)?;
         if table.has(MASS) && table.has(INERTIA) {
             let problem = "the columns `mass` and `inertia` are the same quantity";
@@ -83,7 +87,8 @@ impl PointTable {
 
     /// Refuses columns of what is given for all rows.
     fn refuse_columns_of(&self, given: &[(String, f64)]) -> Result<(), ConfigError> {
-        let named = |name: &str| self.header.iter().any(|field| field.trim_ascii() == name.as_bytes());
+        let header: Vec<String> = self.header.iter().map(field_text).collect();
+        let named = |name: &str| header.iter().any(|field| field == name || base(field) == name);
         let same = |name: &'static str, other: &str| [MASS, INERTIA].contains(&other).then_some(name);
         let column = given.iter().find_map(|(name, _)| {
             let names = [Some(name.as_str()), same(MASS, name), same(INERTIA, name)];
@@ -95,7 +100,11 @@ impl PointTable {
         Err(ConfigError::new(format!("{}:1", self.name), problem, "leave one of them out"))
     }
 
-    fn with_columns(path: &Path, names: &[&'static str], all: bool) -> Result<Self, ConfigError> {
+    fn with_columns(
+        path: &Path,
+        names: &[&'static str],
+        machine: Option<Motion>,
+    ) -> Result<Self, ConfigError> {
         let (name, source): (String, Box<dyn Read + Send + Sync>) = if path == Path::new("-") {
             ("standard input".into(), Box::new(io::stdin()))
         } else {
@@ -126,7 +135,7 @@ impl PointTable {
         if let Some(first) = header.get(0).and_then(|first| first.strip_prefix("\u{feff}".as_bytes())) {
             header = std::iter::once(first).chain(header.iter().skip(1)).collect();
         }
-        let columns = find_axes(&name, &header, names, all)?;
+        let columns = find_axes(&name, &header, names, machine)?;
         Ok(Self { name, reader, header, columns, shared: Vec::new(), parsed, carriage_returns })
     }
 
@@ -242,15 +251,24 @@ fn short(text: &str) -> String {
 /// The remedy for a table with semicolons or decimal commas, as spreadsheets of some countries write them.
 pub(super) const SEPARATE: &str = "separate the columns by commas, and write decimals with a point: 0.5,0.8";
 
-/// Finds the columns of these names: all of them, or at least one.
+fn field_text(field: &[u8]) -> String {
+    String::from_utf8_lossy(field).trim().to_owned()
+}
+
+/// A column's name without the text in brackets after it.
+fn base(field: &str) -> &str {
+    bracketed(field).map_or(field, |(base, _)| base)
+}
+
+/// Finds the columns of these names: all of them, or of a machine at least one.
 fn find_axes(
     name: &str,
     header: &ByteRecord,
     names: &[&'static str],
-    all: bool,
+    machine: Option<Motion>,
 ) -> Result<Vec<(&'static str, usize)>, ConfigError> {
-    let header: Vec<String> =
-        header.iter().map(|field| String::from_utf8_lossy(field).trim().to_owned()).collect();
+    let all = machine.is_none();
+    let header: Vec<String> = header.iter().map(field_text).collect();
     let bad = |problem: String, remedy: String| Err(ConfigError::new(format!("{name}:1"), problem, remedy));
     let words = if all { "a column for each of" } else { "one or more of" };
     let remedy = match header.as_slice() {
@@ -265,7 +283,7 @@ fn find_axes(
     };
     let mut columns = Vec::with_capacity(names.len());
     for axis in names {
-        let mut found = (0..header.len()).filter(|&i| header[i] == *axis);
+        let mut found = (0..header.len()).filter(|&i| header[i] == *axis || base(&header[i]) == *axis);
         match found.next() {
             None if all => {
                 let remedy = format!("{remedy}; what all rows share may be given as an option instead");
@@ -275,12 +293,27 @@ fn find_axes(
             Some(_) if found.next().is_some() => {
                 return bad(format!("the column `{axis}` is there twice"), "take one of them out".into());
             }
-            Some(position) => columns.push((*axis, position)),
+            Some(position) => {
+                if let Some((_, unit)) = bracketed(&header[position]) {
+                    if let Err((problem, remedy)) = check_unit(axis, unit, machine) {
+                        return bad(format!("column {}: {problem}", position + 1), remedy);
+                    }
+                }
+                columns.push((*axis, position));
+            }
         }
     }
     if let Some((position, meant)) = misspelt(&header, names) {
         let problem = format!("column {}: unknown name `{}`", position + 1, short(&header[position]));
         let remedy = format!("the nearest column that is read is `{meant}`; rename it, or take it out");
+        return bad(problem, remedy);
+    }
+    if let (Some(motion), Some((position, meant))) = (machine, lengthened(&header, names)) {
+        let problem = format!("column {}: unknown name `{}`", position + 1, short(&header[position]));
+        let unit =
+            Dimension::of_quantity(meant).map_or(String::new(), |of| format!(" [{}]", motion.unit(of)));
+        let remedy =
+            format!("if it is the {}, write `{meant}{unit}`; else give it another name", motion.words(meant));
         return bad(problem, remedy);
     }
     if columns.is_empty() {
@@ -289,14 +322,61 @@ fn find_axes(
     Ok(columns)
 }
 
+/// Refuses a unit in a header that is not the one in which the column is read.
+fn check_unit(name: &str, unit: &str, machine: Option<Motion>) -> Result<(), (String, String)> {
+    let dimension = Dimension::of_quantity(name);
+    let wanted = match (machine, dimension) {
+        (None, _) => Wanted::Number,
+        (Some(motion), Some(dimension)) => Wanted::Si(motion, dimension),
+        (Some(_), None) if Coefficients::NAMES.contains(&name) && name != "strengthening" => Wanted::Number,
+        // A name in a formula is in whatever units the formula has.
+        (Some(_), None) => {
+            let problem = format!("the unit of `{name}` is not known here, and the header says {unit}");
+            return Err((problem, format!("write `{name}` alone, in the units of the configuration")));
+        }
+    };
+    let read = match wanted {
+        Wanted::Number => format!("{name} is a number without a unit"),
+        Wanted::Si(..) => format!("{name} is read in {}", wanted.name()),
+    };
+    match compare(unit, wanted) {
+        Match::Same => Ok(()),
+        Match::Factor(factor) => {
+            let remedy = format!(
+                "{}; multiply the column by that, and correct the header",
+                conversion(unit, factor, wanted)
+            );
+            Err((format!("{read}, and the header says {unit}"), remedy))
+        }
+        Match::Other | Match::Unknown => Err((
+            format!("{read}, and the header says {unit}"),
+            "convert the column, or correct the header".into(),
+        )),
+    }
+}
+
+/// The first column whose name is that of a quantity of which the header has no other, with something behind it,
+/// such as a unit: `mass_kg`; with that quantity.
+fn lengthened(header: &[String], names: &[&'static str]) -> Option<(usize, &'static str)> {
+    let absent = |name: &&&str| !header.iter().any(|other| other == **name || base(other) == **name);
+    let is_longer = |column: &str, name: &str| {
+        let rest = column.strip_prefix(name);
+        name.len() > 2
+            && rest.is_some_and(|rest| rest.starts_with(['_', ' ', '-', '.', ',', '/', '(', '[', '{']))
+    };
+    let of = |column: &String| names.iter().filter(absent).find(|name| is_longer(column, name)).copied();
+    header.iter().enumerate().find_map(|(position, column)| Some((position, of(column)?)))
+}
+
 /// The first column whose name is probably meant to be one of `names`, of which the header has no other, with
 /// that name: they differ in case, or in few of many letters. Columns of any other name are kept unread.
 fn misspelt(header: &[String], names: &[&'static str]) -> Option<(usize, &'static str)> {
     let meant = |column: &String| {
-        let absent = names.iter().filter(|name| !header.iter().any(|other| other == *name));
+        let column = base(column);
+        let absent = names.iter().filter(|name| !header.iter().any(|other| base(other) == **name));
         let mut near = absent
             .map(|name| (strsim::damerau_levenshtein(&column.to_lowercase(), &name.to_lowercase()), name));
-        near.find(|(distance, name)| names.iter().all(|known| known != column) && 3 * distance < name.len())
+        near.find(|(distance, name)| names.iter().all(|known| *known != column) && 3 * distance < name.len())
     };
     header.iter().enumerate().find_map(|(position, column)| Some((position, *meant(column)?.1)))
 }

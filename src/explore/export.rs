@@ -343,7 +343,7 @@ fn run(description: &Description, folder: &Path, stop: &AtomicBool) -> Result<st
     if let Law::Table(table) = written.as_written() {
         // The map names the table without this temporary folder, as a run beside it would.
         let text = table_text(&written).unwrap_or_default();
-        let named = table_of_text(TABLE, &text, Some(table.static_level()));
+        let named = table_of_text(TABLE, &text, Some(table.static_level()), None);
         let named = named.map_err(|(problem, remedy)| Refusal::bad_input(problem, remedy))?;
         let small = description.law.is_read_as_small();
         let law = match &description.machine {

@@ -124,23 +124,17 @@ pub(super) fn law_of(friction: &Friction) -> Law {
 
 /// The unit of a quantity; of a name in a formula none is known.
 fn unit(name: &str, motion: Motion, law: &Law) -> &'static str {
-    let dimension = match name {
-        "mass" => Dimension::Mass,
-        "stiffness" => Dimension::Stiffness,
-        DAMPING => Dimension::Damping,
-        "normal_force" => Dimension::Force,
-        "stribeck_velocity" | BELT_SPEED => Dimension::Velocity,
+    match name {
         "strengthening" if *law.as_written() == Law::Stribeck => match motion {
-            Motion::Translation => return "s²/m²",
-            Motion::Rotation => return "s²/rad²",
+            Motion::Translation => "s²/m²",
+            Motion::Rotation => "s²/rad²",
         },
         "strengthening" => match motion {
-            Motion::Translation => return "s/m",
-            Motion::Rotation => return "s/rad",
+            Motion::Translation => "s/m",
+            Motion::Rotation => "s/rad",
         },
-        _ => return "",
-    };
-    motion.unit(dimension)
+        _ => Dimension::of_quantity(name).map_or("", |dimension| motion.unit(dimension)),
+    }
 }
 
 /// The value of a quantity before any is chosen: those of a brake pad.

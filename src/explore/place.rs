@@ -8,9 +8,9 @@ use serde_json::{Value, json};
 
 use super::machine;
 use super::refusal::Refusal;
-use crate::config::{point_of, table_of_text};
+use crate::config::{OfMachine, point_of, table_of_text};
 use crate::friction::{Expression, Law};
-use crate::machine::Machine;
+use crate::machine::{Machine, Motion};
 use crate::map::Grid;
 use crate::point::Point;
 
@@ -38,6 +38,11 @@ pub(super) struct LawText {
 
 impl LawText {
     pub(super) fn law(&self) -> Result<Law, Refusal> {
+        self.law_of(None)
+    }
+
+    /// The same of a table that may be a machine's.
+    fn law_of(&self, machine: Option<OfMachine>) -> Result<Law, Refusal> {
         let level = self.static_level.unwrap_or(1.0);
         if !(level > 0.0 && level.is_finite()) {
             let problem = format!("the static level is {level}; it must be greater than 0");
@@ -53,7 +58,7 @@ impl LawText {
             ("expression", None) => Law::Expression(Expression::new(&self.phi, level)?),
             ("table", None) => {
                 let file = if self.file.is_empty() { "table" } else { &self.file };
-                let table = table_of_text(file, &self.table, self.static_level);
+                let table = table_of_text(file, &self.table, self.static_level, machine);
                 Law::Table(table.map_err(|(problem, remedy)| Refusal::bad_input(problem, remedy))?)
             }
             (name, None) => {
@@ -66,8 +71,9 @@ impl LawText {
     }
 
     /// The law of a machine: coefficients of friction, whatever they are at slip speed 0.
-    pub(super) fn in_si_units(&self) -> Result<Law, Refusal> {
-        let law = Self { static_level: None, small: false, ..self.clone() }.law()?;
+    pub(super) fn in_si_units(&self, motion: Motion) -> Result<Law, Refusal> {
+        let plain = Self { static_level: None, small: false, ..self.clone() };
+        let law = plain.law_of(Some(OfMachine { motion, forces: false }))?;
         machine::check_names(&law)?;
         Ok(law)
     }
@@ -89,7 +95,8 @@ impl Place {
     /// The machine, if it is one.
     pub(super) fn machine(&self) -> Result<Option<Machine>, Refusal> {
         let Some(motion) = &self.motion else { return Ok(None) };
-        machine::machine(&self.law.in_si_units()?, machine::motion_of(motion)?, &self.at).map(Some)
+        let motion = machine::motion_of(motion)?;
+        machine::machine(&self.law.in_si_units(motion)?, motion, &self.at).map(Some)
     }
 
     /// The dimensionless law and the values of its axes in their order, each legal.

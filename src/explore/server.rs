@@ -171,8 +171,9 @@ async fn law(JsonBody(request): JsonBody<LawRequest>) -> Reply {
             (law, axes)
         }
         Some(motion) => {
-            let law = request.law.in_si_units()?;
-            let axes = machine::axes(&law, machine::motion_of(motion)?);
+            let motion = machine::motion_of(motion)?;
+            let law = request.law.in_si_units(motion)?;
+            let axes = machine::axes(&law, motion);
             (law, axes)
         }
     };

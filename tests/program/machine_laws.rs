@@ -133,12 +133,41 @@ fn what_a_machine_of_a_law_needs_is_told_at_once() {
     for (header, unit, factor) in [
         ("v [km/h],mu,se", "km/h", "0.277778 m/s"),
         ("slip speed (mm/s),mu", "mm/s", "0.001 m/s"),
-        ("rpm,mu", "rpm", "0.10472 rad/s"),
+        ("v (mm s^-1),mu", "mm s^-1", "0.001 m/s"),
+        ("v [mm/sec],mu", "mm/sec", "0.001 m/s"),
+        ("u_mm_s,mu", "mm/s", "0.001 m/s"),
+        ("velocity_mm_per_s,mu", "mm/s", "0.001 m/s"),
+        ("v (ft/s),mu", "ft/s", "0.3048 m/s"),
+        ("rpm,mu", "rpm", "read in m/s; convert"),
+        ("v (rad/s),mu", "rad/s", "read in m/s; convert"),
+        ("time [s],mu", "in s", "read in m/s; convert"),
+        ("v [furlongs/week],mu", "no unit that is known", "read in m/s; convert"),
+        ("v,F (kN)", "friction is in kN", "quantity = \"force\""),
+        ("v,mu [%]", "friction is in %", "1 % is 0.01;"),
+        ("v,mu,T [°C]", "no unit that is known", "standard errors"),
     ] {
         scratch.file("mu.csv", format!("# a rig\n{header}\n0,0.4,0.1\n0.5,0.35,0.1\n1.5,0.3,0.1\n"));
         refused(table(""), &["mu.csv:2: the header", unit, factor, "correct the header"]);
     }
-    for header in ["speed (m/s),mu", "v_in_m/s,mu"] {
+    let forces = || table("quantity = \"force\"");
+    for (header, unit, factor) in [
+        ("v,F [kN]", "kN", "1 kN is 1000 N"),
+        ("v,F_kN", "kN", "1 kN is 1000 N"),
+        ("v,mu [-]", "in -", "leave out quantity"),
+    ] {
+        scratch.file("mu.csv", format!("{header}\n0,400\n0.5,350\n1.5,300\n"));
+        refused(forces(), &["mu.csv:1: the header", unit, factor]);
+    }
+    let turning = table("").replace("[machine]", "[machine]\nmotion = \"rotation\"");
+    scratch.file("mu.csv", "n (1/min),mu\n0,0.4\n0.5,0.35\n1.5,0.3\n");
+    refused(turning, &["mu.csv:1: the header", "1/min", "0.10472 rad/s"]);
+    for header in [
+        "speed (m/s),mu",
+        "v_in_m/s,mu",
+        "v [m s^-1],mu [-]",
+        "sliding speed (relative),mu(v)",
+        "v / (m/s),friction (measured)",
+    ] {
         scratch.file("mu.csv", format!("{header}\n0,0.4\n0.5,0.35\n1.5,0.3\n"));
         scratch.file("good.toml", table(""));
         scratch.run(&["probe", "--machine", "good.toml"]).ends_with(0);
@@ -163,6 +192,29 @@ fn a_table_of_machines_is_answered_in_si_units() {
     let written = std::fs::read_to_string(scratch.path().join("in.csv")).unwrap();
     scratch.file("in.csv", "note,dampng,belt_speed\na,3,0.1\n");
     scratch.run(&run).refuses(&["in.csv:1: column 2: unknown name `dampng`", "`damping`"]);
+    // A unit may follow, as in the tables that the program writes, but no other.
+    for (column, parts) in [
+        ("mass [g]", &["mass is read in kg", "1 g is 0.001 kg"][..]),
+        ("damping [kN s/m]", &["damping is read in N s/m", "1 kN s/m is 1000 N s/m"]),
+        ("damping (N m s/rad)", &["damping is read in N s/m", "convert the column"]),
+        ("static_friction [%]", &["a number without a unit", "0.01"]),
+        ("mass_kg", &["unknown name `mass_kg`", "write `mass [kg]`"]),
+        ("damping_ratio", &["unknown name `damping_ratio`", "write `damping [N s/m]`"]),
+        ("Damping [N s/m]", &["unknown name `Damping [N s/m]`", "`damping`"]),
+        ("normal force (N)", &["unknown name `normal force (N)`", "`normal_force`"]),
+    ] {
+        scratch.file("in.csv", format!("belt_speed,{column}\n0.1,0.5\n"));
+        scratch.run(&run).refuses(parts).refuses(&["in.csv:1: column 2"]);
+    }
+    let answered = |header: &str| {
+        scratch.file("in.csv", format!("{header}\n0.1,7,x\n"));
+        let to = ["probe", "--machine", "machine.toml", "--points", "in.csv", "--out", "-", "--quiet"];
+        let text = scratch.run(&to).ends_with(0).out;
+        text.lines().nth(1).unwrap().to_owned()
+    };
+    let plain = answered("belt_speed,damping,note");
+    assert_eq!(answered("belt_speed [m/s],damping [N s/m],note (free)"), plain);
+    assert_ne!(answered("belt_speed [m/s],speed of the day [km/h],note"), plain);
     scratch.file("in.csv", written);
     scratch.run(&run).ends_with(0);
     let text = scratch.read("out.csv");

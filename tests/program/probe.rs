@@ -403,6 +403,10 @@ fn bad_tables() {
         many(3).replace(',', ";"),
         &["in.csv:1", "`epsilon` is missing", "separate the columns by commas"],
     );
+    refused(
+        many(3).replace("gamma", "gamma [m/s]"),
+        &["in.csv:1: column 4: gamma is a number without a unit"],
+    );
     refused(many(3).replace("gamma", "beta"), &["in.csv:1", "`beta` is there twice"]);
     refused("", &["in.csv:1", "`epsilon` is missing"]);
     let wide: Vec<u8> =
