@@ -294,10 +294,10 @@ fn find_axes(
                 return bad(format!("the column `{axis}` is there twice"), "take one of them out".into());
             }
             Some(position) => {
-                if let Some((_, unit)) = bracketed(&header[position]) {
-                    if let Err((problem, remedy)) = check_unit(axis, unit, machine) {
-                        return bad(format!("column {}: {problem}", position + 1), remedy);
-                    }
+                if let Some((_, unit)) = bracketed(&header[position])
+                    && let Err((problem, remedy)) = check_unit(axis, unit, machine)
+                {
+                    return bad(format!("column {}: {problem}", position + 1), remedy);
                 }
                 columns.push((*axis, position));
             }
