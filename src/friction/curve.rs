@@ -309,9 +309,14 @@ impl Curve {
         matches!(self.form, Form::Stribeck(_) | Form::Exponential(_) | Form::Lorentzian(_) | Form::Table(_))
     }
 
-    /// Returns whether the weakening rate is one analytic function of u >= 0 without narrow features.
-    pub(crate) fn is_analytic(&self) -> bool {
-        matches!(self.form, Form::Stribeck(_) | Form::Exponential(_) | Form::Lorentzian(_))
+    /// Returns whether the weakening rate is one analytic function of the slip speeds of orbits that start within
+    /// `belt_speed`, those below 0 included, and without narrow features.
+    pub(crate) fn is_analytic(&self, belt_speed: f64) -> bool {
+        match self.form {
+            Form::Stribeck(_) | Form::Exponential(_) | Form::Lorentzian(_) => true,
+            Form::Expression(_) => self.compiled(4.0 * belt_speed).is_analytic(),
+            Form::Leading(_) | Form::Table(_) | Form::Function(_) | Form::Custom(_) => false,
+        }
     }
 
     /// Stribeck's law, for proofs over boxes and for vectorised engines, which use its three numbers; `None`

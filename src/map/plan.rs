@@ -2,7 +2,7 @@
 
 use super::{Axis, Field, Grid, Method, Plane, Quantity, tiles};
 use crate::certify::validated;
-use crate::friction::{Curve, Law};
+use crate::friction::{Column, Curve, Law};
 use crate::named::named;
 
 /// Largest number of dampings up to which columns are interpolated: a column's own numbers serve all of its cells.
@@ -250,7 +250,7 @@ impl Plan {
         {
             return false;
         }
-        let curve = self.first_curve();
+        let Column { curve, .. } = self.first_column();
         curve.stribeck().is_none() && (self.interpolates_backbones(&curve) || !self.stores(Field::CriticalC))
     }
 
@@ -263,17 +263,17 @@ impl Plan {
     fn interpolates_margins(&self) -> bool {
         let has_margins = self.methods.contains(&Method::Simulation)
             && (self.engine == Engine::ReturnMap || self.stores(Field::Margin));
+        let Column { curve, belt_speed, .. } = self.first_column();
         let has_others = |method: &Method| matches!(method, Method::Naive(..)) || is_validated(method);
         has_margins
             && self.engine != Engine::Direct
             && !self.methods.iter().any(has_others)
             && self.quantities().is_empty()
-            && self.first_curve().is_analytic()
+            && curve.is_analytic(belt_speed)
     }
 
-    /// The friction curve of the first column.
-    fn first_curve(&self) -> Curve {
-        self.grid.column(&vec![0; self.grid.axes().len()]).curve
+    fn first_column(&self) -> Column {
+        self.grid.column(&vec![0; self.grid.axes().len()])
     }
 
     /// A plan for every cell of `grid`, with the defaults of configurations.

@@ -8,6 +8,7 @@
 pub use super::polar::Turn;
 
 use super::closed_orbit::Lap;
+use super::elements::{self, Margin};
 use super::landing::{Approach, Arrival, approach};
 use super::{Fate, Flow, Landing, closed_orbit, collocation, direct, stepping};
 use crate::filippov::Oscillator;
@@ -54,15 +55,20 @@ pub(super) fn turns_of_orbits<'a>(
     }
 }
 
-/// One turn of one orbit, by steps that follow the law for laws other than Stribeck's.
+/// One turn of one orbit; for laws other than Stribeck's by elements, or else by steps that follow the law.
 pub(super) fn turn_of(oscillator: &Oscillator, tolerance: f64) -> Turn {
     let Oscillator { curve, viscous, belt_speed } = oscillator;
     if let Some(law) = curve.stribeck() {
         return turns(&[law.scaled(*belt_speed, *viscous)], tolerance)[0];
     }
+    let weakening = curve.compiled(4.0 * belt_speed);
+    let spent = match elements::turn(&weakening, *belt_speed, *viscous, tolerance) {
+        Ok(Margin { margin, error, rhs }) => return Turn::Complete { margin, error, rhs: rhs as u32 },
+        Err(spent) => spent as u32,
+    };
     match closed_orbit::turn(oscillator, *belt_speed, tolerance) {
-        Ok(Lap { margin, error, rhs, .. }) => Turn::Complete { margin, error, rhs },
-        Err(rhs) => Turn::HandOver { rhs },
+        Ok(Lap { margin, error, rhs, .. }) => Turn::Complete { margin, error, rhs: spent + rhs },
+        Err(rhs) => Turn::HandOver { rhs: spent + rhs },
     }
 }
 

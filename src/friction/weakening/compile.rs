@@ -1,6 +1,6 @@
 //! Compiles a curve to piecewise polynomials with their errors.
 
-use std::sync::{Arc, LazyLock};
+use std::sync::{Arc, LazyLock, OnceLock};
 
 use super::{Bend, COUNT, Piece, Places, Trend, Weakening};
 use crate::friction::interval::Interval;
@@ -20,6 +20,9 @@ const SHARPNESS: f64 = 2.0 * f64::EPSILON;
 /// Width of the enclosure of a coefficient that leaves the normal numbers, after a few hundred operations.
 /// Shorter pieces do not narrow it.
 const UNDERFLOW: f64 = 256.0 * f64::MIN_POSITIVE;
+/// Largest sum of the last two coefficients of a polynomial below 0, in units of the largest |w|: few orbits reach these
+/// slip speeds, and only at their ends.
+const LARGEST_TAIL: f64 = 1e-12;
 /// Change of phi over half a piece below which a rest of w may be the rounding of its values.
 const ROUNDED: f64 = 64.0 * f64::EPSILON;
 /// Bound of the Lebesgue constant of the points, 1 + (2 / pi) ln 12 = 2.582, with an allowance for the
@@ -102,8 +105,18 @@ pub(in crate::friction) fn compile(
     };
     let of_piece = |piece: &Piece| piece.c.iter().rposition(|c| *c != 0.0).map_or(1, |last| last + 1);
     let terms = pieces.iter().map(of_piece).max().unwrap_or(COUNT);
-    let compiled =
-        Arc::new(Weakening { law: law.clone(), breaks, pieces, base, places, blocks, jumps, narrow, terms });
+    let compiled = Arc::new(Weakening {
+        law: law.clone(),
+        breaks,
+        pieces,
+        base,
+        places,
+        blocks,
+        jumps,
+        narrow,
+        terms,
+        below: OnceLock::new(),
+    });
     if known.len() == MOST_KEPT
         && let Some(shortest) =
             (0..known.len()).min_by(|&i, &j| known[i].reach().total_cmp(&known[j].reach()))
@@ -203,17 +216,7 @@ fn piece(law: &Form, a: f64, b: f64, size: &mut f64, last: bool) -> Option<Piece
         values.iter().map(|value| value.abs()).fold(0.0, |a, b| if b > a || b.is_nan() { b } else { a });
     let (c, tail) = fit(&values);
     let scale = 1.0 / half;
-    let mut piece = Piece {
-        middle,
-        scale,
-        c,
-        error: f64::INFINITY,
-        estimate: f64::INFINITY,
-        range: Range { lo: f64::NEG_INFINITY, hi: f64::INFINITY },
-        trend: Trend::Unknown,
-        bend: Bend::Unknown,
-        size: *size,
-    };
+    let mut piece = Piece::new(middle, scale, c, *size);
     if !(largest.is_finite() && scale.is_finite()) {
         return last.then_some(piece);
     }
@@ -285,7 +288,31 @@ impl Trend {
     }
 }
 
+/// The polynomial through values of the law on [-length, 0]; `None` where that is too long, or where the law has no
+/// formula there.
+pub(super) fn below(law: &Form, length: f64, size: f64) -> Option<Piece> {
+    let half = 0.5 * length;
+    let values = POINTS.map(|x| law.weakening(half * (x - 1.0)));
+    let (c, tail) = fit(&values);
+    (tail <= LARGEST_TAIL * size).then(|| Piece::new(-half, 1.0 / half, c, size))
+}
+
 impl Piece {
+    /// A polynomial of which nothing is proved.
+    fn new(middle: f64, scale: f64, c: [f64; COUNT], size: f64) -> Self {
+        Self {
+            middle,
+            scale,
+            c,
+            error: f64::INFINITY,
+            estimate: f64::INFINITY,
+            range: Range { lo: f64::NEG_INFINITY, hi: f64::INFINITY },
+            trend: Trend::Unknown,
+            bend: Bend::Unknown,
+            size,
+        }
+    }
+
     /// Bounds of w and signs of its derivatives on [a, b], from the series of phi there.
     fn describe(&mut self, law: &Form, a: f64, b: f64, phi: &Jet<Interval, { COUNT + 2 }>) {
         let (slope, bend) = (-phi.derivative(2), -phi.derivative(3));

@@ -19,6 +19,8 @@
 mod compile;
 mod range;
 
+use std::sync::OnceLock;
+
 use super::{Form, Range};
 
 pub(super) use compile::compile;
@@ -68,10 +70,19 @@ pub struct Weakening {
     narrow: Vec<f64>,
     /// Number of coefficients that are not zero in all pieces: three of a table's.
     terms: usize,
+    /// The law on slip speeds below 0, as far down as the first piece reaches up; computed on first use.
+    below: OnceLock<Option<Piece>>,
 }
 
 /// Length of a narrow piece, in units of the slip speeds there.
 const NARROW: f64 = 1.0 / 200.0;
+/// Place below 0 at which the law is compared with the polynomial of the first piece, in units of its length, and the
+/// largest difference of one that continues the other, in units of the largest |w|. The polynomial itself errs by a
+/// hundred times its error on the piece.
+const BELOW: f64 = 0.05;
+const LARGEST_OFF: f64 = 1e-11;
+/// Step of quotients of differences, in units of the slip speed.
+const DIFFERENCE: f64 = 1e-5;
 /// Number of narrow pieces after which there is an end for the steps of integrators.
 const NARROW_TOGETHER: usize = 6;
 
@@ -262,6 +273,15 @@ impl Weakening {
         &self.narrow
     }
 
+    /// Returns whether the formula below 0 continues the polynomial there, and nothing is narrow. A formula with |u|, or
+    /// with a root of u, has another continuation.
+    pub(crate) fn is_analytic(&self) -> bool {
+        let Piece { size, .. } = self.pieces[0];
+        let below = -BELOW * self.breaks[1];
+        let off = self.law.weakening(below) - self.pieces[0].at(below);
+        self.narrow.is_empty() && off.abs() <= LARGEST_OFF * size
+    }
+
     /// The size of the jump of w' at an end of pieces, by its number; the law has corners.
     #[inline(always)]
     pub(crate) fn jump(&self, number: usize) -> f64 {
@@ -302,10 +322,19 @@ impl Weakening {
         }
     }
 
-    /// w(u) and w'(u). The slope outside [0, reach] is that of the nearest polynomial.
+    /// w(u) and w'(u), both of the same polynomial; where there is none the slope is a quotient of differences.
     pub(crate) fn at_with_slope(&self, u: f64) -> [f64; 2] {
-        let inside = u.clamp(0.0, self.reach());
-        [self.at(u), self.pieces[self.piece_of(inside)].slope_at(u)]
+        let piece = if u < 0.0 && u >= -self.breaks[1] {
+            let size = self.pieces[0].size;
+            self.below.get_or_init(|| compile::below(&self.law, self.breaks[1], size)).as_ref()
+        } else {
+            (0.0..=self.reach()).contains(&u).then(|| &self.pieces[self.piece_of(u)])
+        };
+        if let Some(piece) = piece {
+            return [piece.at(u), piece.slope_at(u)];
+        }
+        let step = DIFFERENCE * u.abs();
+        [self.at(u), (self.law.weakening(u + step) - self.law.weakening(u - step)) / (2.0 * step)]
     }
 
     /// The pieces that meet [`lo`, `hi`], 0 <= lo <= hi <= reach.

@@ -1,17 +1,17 @@
-//! The damping at which an orbit of given amplitude closes, for every friction law: Newton's method for the
-//! whole orbit at once.
+//! One turn of the lower flow for every friction law, by Newton's method for the whole orbit at once: the
+//! damping at which the orbit of a given amplitude closes, or its amplitude after a turn at a given damping.
 //!
-//! In the polar form of [`super::polar`] a closed orbit through the maximum `radius` of x2 is a function p =
+//! In the polar form of [`super::polar`] an orbit through the maximum `radius` of x2 is a function p =
 //! ln(r / radius) of the angle with
 //!
 //! ```text
-//! p' = g(th, p; C) = D sin^2 th / (1 + D sin th cos th),   D = w(V - radius e^p cos th) - C,   p(0) = p(2
-//! pi) = 0
+//! p' = g(th, p; C) = D sin^2 th / (1 + D sin th cos th),   D = w(V - radius e^p cos th) - C,   p(0) = 0
 //! ```
 //!
-//! for one C. The turn is cut into elements, and p' is a polynomial on each, with p' = g at Gauss's nodes. A
-//! step of Newton's method solves the linear equation for (dp, dC) by the integrating factor exp(A), A the
-//! integral of a = dg/dp; it starts from the circle p = 0, on which C is the mean of w with the weight sin^2.
+//! and, for one C, p(2 pi) = 0. The turn is cut into elements, and p' is a polynomial on each, with p' = g at
+//! Gauss's nodes. A step of Newton's method solves the linear equation for (dp, dC), or for dp at a given C, by
+//! the integrating factor exp(A), A the integral of a = dg/dp; it starts from the circle p = 0, on which C is
+//! the mean of w with the weight sin^2.
 //!
 //! **Elements.** The weakening rate is compiled to polynomials on pieces of slip speeds ([`Weakening`]).
 //! Elements end where the orbit passes from one piece to the next, so that g is smooth on each, at the
@@ -21,7 +21,8 @@
 //!
 //! **Error of the iteration.** Let rho = g - p' be the residual of an iterate. To first order its C is wrong
 //! by the mean of W rho over that of W dg/dC, W = exp(-A). The sum of the sizes, which cannot vanish by
-//! chance, stands for the first.
+//! chance, stands for the first. Where C is given, errors of p(2 pi) are measured as equal changes of C: they
+//! are those times dp(2 pi)/dC, exp(A(2 pi)) times the mean of W dg/dC.
 //!
 //! **Error of the elements.** The method is Gauss's collocation, whose error at the end of the turn is that
 //! of a product of two functions that each are resolved to first order. Two indicators are added: twice the
@@ -47,7 +48,7 @@ use super::polar::Closing;
 use crate::friction::Weakening;
 use orbit::{Orbit, Problem, Step};
 
-/// Least step of the share of w that acts, on the way to an orbit far from the circle.
+/// Least step of the share of D that acts, on the way to an orbit far from the circle.
 const SHORTEST_SHARE: f64 = 0.02;
 /// Error of C on that way, in units of the largest |w|.
 const ON_THE_WAY: f64 = 1e-3;
@@ -140,8 +141,10 @@ struct Solve<'a, 'b, const N: usize> {
     transfers: Option<&'a [[[f64; MOST]; MOST]]>,
     /// How many times more elements there are than on the first rung.
     finer: usize,
-    /// Error of C that is small enough, in units of the largest |w|.
-    enough: f64,
+    /// Error that is small enough, see [`Problem::tolerance`].
+    tolerance: f64,
+    /// Error of C below which this rung gains nothing, in units of the largest |w|.
+    floor: f64,
     /// The largest |w|; found on the circle.
     unit: &'a mut f64,
 }
@@ -157,6 +160,8 @@ struct Solved {
     slope_at_first: Option<f64>,
     /// The last change of C.
     change: f64,
+    /// |dp(2 pi)/dC| at a given C, before the last step.
+    end_by_damping: f64,
     rhs: u64,
 }
 
@@ -166,16 +171,18 @@ impl<const N: usize> pulp::WithSimd for Solve<'_, '_, N> {
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) -> Self::Output {
-        let Self { orbit, rule, transfers, finer, enough, unit } = self;
+        let Self { orbit, rule, transfers, finer, tolerance, floor, unit } = self;
+        let problem = orbit.problem;
+        let enough = |unit: f64| problem.tolerance(tolerance, unit).max(floor);
         if let Some(transfers) = transfers {
             orbit.refine(transfers);
             orbit.place(rule);
-            return orbit.newton(rule, enough, *unit);
+            return orbit.newton(rule, enough(*unit), *unit);
         }
-        orbit.place(rule);
-        [orbit.viscous, *unit] = orbit.first_order(rule);
+        *unit = orbit.start(rule);
+        let enough = enough(*unit);
         let mut spent = orbit.cost::<N>();
-        // With w scaled by a share, from 0 on, where the circle is the answer. One step is enough for most
+        // With D scaled by a share, from 0 on, where the circle is the answer. One step is enough for most
         // orbits.
         let (mut share, mut step) = (0.0, 1.0);
         while step >= SHORTEST_SHARE && spent < MOST_EVALUATIONS {
@@ -195,10 +202,9 @@ impl<const N: usize> pulp::WithSimd for Solve<'_, '_, N> {
                     *orbit = match before {
                         Some(before) => before,
                         None => {
-                            let mut circle = Orbit::circle(orbit.problem, finer);
-                            circle.place(rule);
-                            [circle.viscous, _] = circle.first_order(rule);
-                            circle
+                            let mut first = Orbit::circle(problem, finer);
+                            first.start(rule);
+                            first
                         }
                     };
                     step *= 0.5;
@@ -210,18 +216,16 @@ impl<const N: usize> pulp::WithSimd for Solve<'_, '_, N> {
 }
 
 impl Orbit<'_> {
-    /// From the law with w scaled by `from` to that with w scaled by `to`, to first order.
+    /// From the orbit with D scaled by `from` to that with D scaled by `to`, to first order.
     #[inline(always)]
     fn rescale<const N: usize>(&mut self, rule: &Rule<N>, from: f64, to: f64) {
         self.share = to;
         let ratio = if from > 0.0 { to / from } else { to };
         self.viscous *= ratio;
-        if from > 0.0 {
-            let mut start = 0.0;
-            for element in &mut self.elements {
-                element.slope = element.slope.map(|slope| ratio * slope);
-                start = element.integrate(rule, start);
-            }
+        let mut start = 0.0;
+        for element in &mut self.elements {
+            element.slope = element.slope.map(|slope| ratio * slope);
+            start = element.integrate(rule, start);
         }
     }
 
@@ -274,6 +278,7 @@ impl Orbit<'_> {
                     slope: step.slope(),
                     slope_at_first,
                     change: step.change,
+                    end_by_damping: step.end_by_damping(),
                     rhs,
                 };
                 return if step.room > 0.0 { Ok(solved) } else { Err(rhs) };
@@ -285,6 +290,16 @@ impl Orbit<'_> {
         }
         Err(rhs)
     }
+}
+
+/// The margin of an orbit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(in crate::simulate) struct Margin {
+    /// m / V.
+    pub(in crate::simulate) margin: f64,
+    /// Estimate of its absolute error.
+    pub(in crate::simulate) error: f64,
+    pub(in crate::simulate) rhs: u64,
 }
 
 /// A closed orbit.
@@ -304,12 +319,48 @@ pub(in crate::simulate) fn closed_orbit(
     radius: f64,
     tolerance: f64,
 ) -> Result<Closed, u64> {
+    let found = solve(Problem { weakening, belt_speed, radius, viscous: None }, tolerance)?;
+    let (viscous, depth) = (found.orbit.viscous, found.orbit.depth());
+    let slope = Some(found.slope);
+    Ok(Closed { closing: Closing { viscous, error: found.error, rhs: found.rhs, slope }, depth })
+}
+
+/// The orbit from the exit point after one turn at C = `viscous`, with an error of the margin of at most
+/// `tolerance`; `Err` with the number of evaluations where the polar form does not apply or no rung reaches
+/// that.
+pub(in crate::simulate) fn turn(
+    weakening: &Weakening,
+    belt_speed: f64,
+    viscous: f64,
+    tolerance: f64,
+) -> Result<Margin, u64> {
+    let problem = Problem { weakening, belt_speed, radius: belt_speed, viscous: Some(viscous) };
+    let found = solve(problem, tolerance)?;
+    let margin = found.orbit.end().exp_m1();
+    let error = found.error * found.end_by_damping * (1.0 + margin);
+    if error <= tolerance { Ok(Margin { margin, error, rhs: found.rhs }) } else { Err(found.rhs) }
+}
+
+/// An orbit on the last rung, and its errors.
+struct Found<'a> {
+    orbit: Orbit<'a>,
+    /// Estimate of the error of C, or of the end of the turn as an equal change of C.
+    error: f64,
+    /// dC / d ln r, where the orbit is closed, and an estimate of its error.
+    slope: [f64; 2],
+    /// |dp(2 pi)/dC| at a given C.
+    end_by_damping: f64,
+    rhs: u64,
+}
+
+/// Solves a problem with the `tolerance` of [`Problem::tolerance`]; `Err` with the number of evaluations.
+fn solve(problem: Problem<'_>, tolerance: f64) -> Result<Found<'_>, u64> {
+    let Problem { weakening, belt_speed, radius, .. } = problem;
     let farthest = belt_speed + radius;
     if !(farthest <= weakening.reach() && weakening.is_resolved(belt_speed - radius, farthest)) {
         return Err(0);
     }
     let (arch, (four, eight)) = (pulp::Arch::new(), &*RULES);
-    let problem = Problem { weakening, belt_speed, radius };
     let mut orbit = Orbit::circle(problem, 1);
     let mut finer = 1;
     let mut unit = 0.0;
@@ -325,12 +376,16 @@ pub(in crate::simulate) fn closed_orbit(
         if transfers.is_none() && rung > 0 {
             orbit = Orbit::circle(problem, finer);
         }
-        let enough = FLOORS.get(rung).map_or(tolerance, |floor| tolerance.max(*floor));
+        let floor = FLOORS.get(rung).copied().unwrap_or(0.0);
         let solved = match (nodes, &mut orbit, &mut unit) {
-            (4, orbit, unit) => arch.dispatch(Solve { orbit, rule: four, transfers, finer, enough, unit }),
-            (_, orbit, unit) => arch.dispatch(Solve { orbit, rule: eight, transfers, finer, enough, unit }),
+            (4, orbit, unit) => {
+                arch.dispatch(Solve { orbit, rule: four, transfers, finer, tolerance, floor, unit })
+            }
+            (_, orbit, unit) => {
+                arch.dispatch(Solve { orbit, rule: eight, transfers, finer, tolerance, floor, unit })
+            }
         };
-        let Solved { left, left_at_first, slope, slope_at_first, change, rhs: spent } = match solved {
+        let solved = match solved {
             Ok(solved) => solved,
             Err(spent) => {
                 // Coarse elements may fail where finer ones do not.
@@ -343,9 +398,17 @@ pub(in crate::simulate) fn closed_orbit(
                 continue;
             }
         };
+        let Solved { left, left_at_first, slope, slope_at_first, change, end_by_damping, rhs: spent } =
+            solved;
         rhs += spent;
+        // The answer as a damping.
+        let answer = match problem.viscous {
+            None => orbit.viscous,
+            Some(_) => orbit.end() / end_by_damping,
+        };
         if let Some([before, slope_before]) = before {
-            let coarser = 2.0 * (orbit.viscous - before).abs() + left_at_first * left_at_first / unit;
+            let tolerance = problem.tolerance(tolerance, unit);
+            let coarser = 2.0 * (answer - before).abs() + left_at_first * left_at_first / unit;
             // These are the errors of half as many nodes, whose order is half that of the present ones.
             let uncertain = match rung {
                 1 if unit <= LARGEST_WITH_ORDER && tolerance >= FINEST_WITH_ORDER => {
@@ -356,8 +419,7 @@ pub(in crate::simulate) fn closed_orbit(
             let last = rung + 1 == LADDER.len() || orbit.elements.len() > MOST_ELEMENTS / 2;
             let allowed = if last { tolerance.max(WORST) } else { tolerance + 4.0 * ROUND_OFF };
             if uncertain <= allowed * unit {
-                let depth = orbit.depth();
-                let form = weakening.error(belt_speed - radius, belt_speed + depth).bound();
+                let form = weakening.error(belt_speed - radius, belt_speed + orbit.depth()).bound();
                 // Orbits that follow the law itself are more accurate then.
                 if !(form <= tolerance.max(WORST) * unit) {
                     return Err(rhs);
@@ -368,11 +430,10 @@ pub(in crate::simulate) fn closed_orbit(
                 let coarser = (slope - slope_at_first.unwrap_or(slope_before)).abs();
                 let slope_error =
                     coarser + SLOPE_BY_CHANGE * change.abs() + misplaced[1] * slope.abs() + error;
-                let slope = Some([slope, slope_error]);
-                return Ok(Closed { closing: Closing { viscous: orbit.viscous, error, rhs, slope }, depth });
+                return Ok(Found { orbit, error, slope: [slope, slope_error], end_by_damping, rhs });
             }
         }
-        before = Some([orbit.viscous, slope]);
+        before = Some([answer, slope]);
     }
     Err(rhs)
 }

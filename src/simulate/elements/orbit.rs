@@ -1,6 +1,6 @@
 //! An iterate of Newton's method: a closed curve about the equilibrium, cut into elements.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::{E, PI, TAU};
 
 use super::arithmetic::{apply, dot, first, sin_cos_of_turn, weakening};
 use super::element::Element;
@@ -12,6 +12,8 @@ use crate::simulate::polar::exp;
 const SLOWEST_TURN: f64 = 0.02;
 /// Largest |ln(r / radius)|.
 const LARGEST_LOG: f64 = 1.0;
+/// About the largest |dm / dC| / V of orbits that grow by at most that.
+const MARGIN_BY_DAMPING: f64 = PI * E;
 /// Largest |A| in a step of Newton's method.
 const LARGEST_GROWTH: f64 = 8.0;
 /// Largest change of p in a step.
@@ -21,12 +23,25 @@ const OUTSIDE: f64 = 1.1;
 /// Widest element of the coarsest rung.
 const WIDEST: f64 = 0.5 * PI;
 
-/// An orbit to be closed.
+/// The orbit through a maximum of x2.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Problem<'a> {
     pub(super) weakening: &'a Weakening,
     pub(super) belt_speed: f64,
     pub(super) radius: f64,
+    /// C; `None` for that at which the orbit closes.
+    pub(super) viscous: Option<f64>,
+}
+
+impl Problem<'_> {
+    /// The error of C, in units of the largest |w|, for a tolerance: in the same units where C is sought, of the
+    /// margin where it is given.
+    pub(super) fn tolerance(&self, tolerance: f64, unit: f64) -> f64 {
+        match self.viscous {
+            None => tolerance,
+            Some(_) => tolerance / (MARGIN_BY_DAMPING * unit),
+        }
+    }
 }
 
 /// The elements between two neighbouring passages of ends of pieces, or of the angle pi.
@@ -41,7 +56,7 @@ pub(super) struct Span {
 pub(super) struct Orbit<'a> {
     pub(super) problem: Problem<'a>,
     pub(super) viscous: f64,
-    /// The share of w that acts; 1 but on the way to an orbit far from the circle.
+    /// The share of D that acts, whose C is [`Orbit::viscous`]; 1 but on the way to an orbit far from the circle.
     pub(super) share: f64,
     /// Largest ratio of the error left by a step to the square of that before it, near the solution.
     pub(super) curvature: f64,
@@ -66,6 +81,8 @@ pub(super) struct Step {
     /// The integral of D over the time of a turn, and that of exp(-A) dg/dC, before it.
     expansion: f64,
     by_damping: f64,
+    /// A at the end of the turn, before it.
+    growth: f64,
 }
 
 impl Step {
@@ -74,12 +91,17 @@ impl Step {
     pub(super) fn slope(&self) -> f64 {
         (-self.expansion).exp_m1() / self.by_damping
     }
+
+    /// |dp(2 pi)/dC| at a given C.
+    pub(super) fn end_by_damping(&self) -> f64 {
+        self.growth.exp() * self.by_damping.abs()
+    }
 }
 
 impl Orbit<'_> {
     /// The circle of this radius, with so many times more elements than are needed at least.
     pub(super) fn circle<'a>(problem: Problem<'a>, finer: usize) -> Orbit<'a> {
-        let Problem { weakening, belt_speed, radius } = problem;
+        let Problem { weakening, belt_speed, radius, .. } = problem;
         let breaks = weakening.breaks();
         let (from, to) = (weakening.piece_of(belt_speed - radius), weakening.piece_of(belt_speed + radius));
         let passes = || (from..to).map(|piece| ((belt_speed - breaks[piece + 1]) / radius).clamp(-1.0, 1.0));
@@ -117,7 +139,12 @@ impl Orbit<'_> {
     /// Prepares a step of Newton's method.
     #[inline(always)]
     pub(super) fn step<const N: usize>(&mut self, rule: &Rule<N>) -> Step {
-        let Self { problem: Problem { weakening: law, belt_speed, radius }, viscous, share, .. } = *self;
+        let Self {
+            problem: Problem { weakening: law, belt_speed, radius, viscous: given },
+            viscous,
+            share,
+            ..
+        } = *self;
         // A, and the integrals of exp(-A) times dg/dC and the residual, at the beginning of an element.
         let [mut growth, mut by_damping, mut residual] = [0.0; 3];
         // Sums over all elements for each node.
@@ -139,7 +166,12 @@ impl Orbit<'_> {
             } else {
                 // The ends of the span do not follow the orbit yet.
                 for j in 0..N {
-                    let u = (belt_speed - v[j]).clamp(0.0, law.reach());
+                    let u = belt_speed - v[j];
+                    if given.is_some() && u < 0.0 {
+                        [w[j], steepness[j]] = law.at_with_slope(u);
+                        continue;
+                    }
+                    let u = u.clamp(0.0, law.reach());
                     let piece = law.polynomial(law.piece_of(u));
                     [[w[j]], [steepness[j]]] = weakening(&piece, &[(u - piece.middle) * piece.scale]);
                 }
@@ -183,12 +215,14 @@ impl Orbit<'_> {
             by_damping += half * dot(&rule.weights, &weighted_b);
             residual += half * dot(&rule.weights, &weighted_rho);
         }
+        let change = -dot(&rule.weights, &slopes) / dot(&rule.weights, &slopes_by_damping);
         Step {
-            change: -dot(&rule.weights, &slopes) / dot(&rule.weights, &slopes_by_damping),
+            change: if given.is_some() { 0.0 } else { change },
             left: dot(&rule.weights, &size) / by_damping.abs(),
             room: room.iter().copied().fold(f64::INFINITY, f64::min),
             expansion: dot(&rule.weights, &expansion),
             by_damping,
+            growth,
         }
     }
 
@@ -224,10 +258,13 @@ impl Orbit<'_> {
         share == 1.0
     }
 
-    /// C for the circle to first order in D, and the largest |w| on it.
+    /// Puts the elements of a circle into their spans, with the orbit to first order in D: the circle and the C at which
+    /// it closes, or the spiral at the given C. Returns the size of D: the largest |w| on the circle, or |C| where that
+    /// is given and larger.
     #[inline(always)]
-    pub(super) fn first_order<const N: usize>(&self, rule: &Rule<N>) -> [f64; 2] {
-        let Problem { weakening: law, belt_speed, radius } = self.problem;
+    pub(super) fn start<const N: usize>(&mut self, rule: &Rule<N>) -> f64 {
+        self.place(rule);
+        let Problem { weakening: law, belt_speed, radius, viscous } = self.problem;
         let (mut sum, mut largest) = (0.0, 0.0_f64);
         for element in &self.elements {
             let piece = law.polynomial(element.piece);
@@ -238,7 +275,17 @@ impl Orbit<'_> {
                 largest = largest.max(w.abs());
             }
         }
-        [sum / PI, largest]
+        let mean = sum / PI;
+        self.viscous = viscous.unwrap_or(mean);
+        if let Some(viscous) = viscous {
+            let mut start = 0.0;
+            for element in &mut self.elements {
+                element.slope = element.sin_squared.map(|sin_squared| (mean - viscous) * sin_squared);
+                start = element.integrate(rule, start);
+            }
+            largest = largest.max(viscous.abs());
+        }
+        largest
     }
 
     /// Moves the ends of the spans to the angles at which the orbit passes the ends of the pieces, unless all
@@ -247,7 +294,7 @@ impl Orbit<'_> {
     /// pieces.
     #[inline(always)]
     pub(super) fn follow(&mut self, allowed: f64, allowed_at_corners: f64) -> Option<bool> {
-        let Problem { weakening, belt_speed, radius } = self.problem;
+        let Problem { weakening, belt_speed, radius, .. } = self.problem;
         let breaks = weakening.breaks();
         let (mut allowed, mut allowed_at_corners) = (allowed, allowed_at_corners);
         let mut at_bounds = self.at_bounds();
@@ -366,7 +413,7 @@ impl Orbit<'_> {
     /// Errors of C and of its slope by corners that lie off the ends of their spans, where an element has a
     /// jump in the slope of w inside.
     pub(super) fn misplaced(&self) -> [f64; 2] {
-        let Problem { weakening: law, belt_speed, radius } = self.problem;
+        let Problem { weakening: law, belt_speed, radius, .. } = self.problem;
         let mut sums = [0.0; 2];
         if law.corners().is_empty() {
             return sums;
@@ -384,6 +431,11 @@ impl Orbit<'_> {
             }
         }
         sums
+    }
+
+    /// p at the end of the turn.
+    pub(super) fn end(&self) -> f64 {
+        self.elements[self.elements.len() - 1].end
     }
 
     /// -x2 at its lowest, at the angle pi.
