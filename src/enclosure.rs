@@ -3,9 +3,10 @@
 //! (`certify::validated::turn`) and of numbers of slip cycles ([`crate::simulate::slip_count`]) are made of
 //! such steps.
 //!
-//! **Polynomial.** The Taylor polynomial of degree 6 of the solution from a number on, with rounded
-//! coefficients. Its defect y' - F is enclosed by its Taylor series at the beginning of the step, the last
-//! coefficient over the whole step, in interval arithmetic; so is the integral of a second function along it.
+//! **Polynomial.** The Taylor polynomial of degree 6 of the solution that starts at a given number, with
+//! rounded coefficients. Its defect y' - F and the integral of a second function along it are enclosed by
+//! their Taylor series at the beginning of the step, the last coefficient over the whole step, in interval
+//! arithmetic.
 //!
 //! **Distance.** Let |defect| <= d, and dF/dy <= L wherever the orbits may be during the step, of length s. A
 //! distance e of an orbit from the polynomial grows over the step to at most (Gronwall)
@@ -32,11 +33,11 @@ pub(crate) struct Polynomial {
     coefficients: [f64; ORDER],
 }
 
-/// What is proved along a polynomial.
+/// Bounds proved along a polynomial over one step.
 pub(crate) struct Enclosure {
-    /// Its Taylor series at all angles of the step.
+    /// Taylor series of the polynomial at all angles of the step.
     pub(crate) along: Jet<Interval, ORDER>,
-    /// Its value at the end.
+    /// Value of the polynomial at the end of the step.
     pub(crate) end: Interval,
     /// Bound on the size of the defect.
     pub(crate) defect: f64,
@@ -59,12 +60,12 @@ impl Polynomial {
         Some(Self { theta, coefficients })
     }
 
-    /// Its value at an angle after its beginning, rounded.
+    /// The value at `angle` after the beginning of the step, rounded.
     pub(crate) fn at(&self, angle: f64) -> f64 {
         self.coefficients.iter().rev().fold(0.0, |sum, a| sum * angle + a)
     }
 
-    /// Its Taylor series around the angles `from` after its beginning.
+    /// The Taylor series around the angles `from` after the beginning of the step.
     fn series(&self, from: Interval) -> Jet<Interval, ORDER> {
         let offset = Jet::<Interval, ORDER>::variable(from, 1.0);
         let zero = Jet::of(Interval::of(0.0));
@@ -77,7 +78,7 @@ impl Polynomial {
             let y = self.series(from);
             let angle = Jet::variable(Interval::of(self.theta) + from, 1.0);
             let [f, integrand, turning] = orbit.polar(angle, y)?;
-            // dy/dth as a series one shorter; its last coefficient is zero, the degree being ORDER - 1.
+            // y has degree ORDER - 1, so the last coefficient of dy/dth is zero.
             let defect: [Interval; ORDER] = std::array::from_fn(|k| match k + 1 < ORDER {
                 true => y.0[k + 1] * Interval::of((k + 1) as f64) - f.0[k],
                 false => -f.0[k],
@@ -102,18 +103,18 @@ impl Polynomial {
 
 /// Bounds on the distance of an orbit from the polynomial.
 pub(crate) struct Distance {
-    /// What the defect adds.
+    /// Contribution of the defect, max(1, exp(L s)) s d.
     pub(crate) added: Interval,
-    /// During the step.
+    /// Bound during the step.
     pub(crate) during: Interval,
-    /// At its end.
+    /// Bound at the end of the step.
     pub(crate) after: Interval,
     /// exp(L s).
     pub(crate) growth: Interval,
 }
 
-/// The distance over a step of length `width` that begins with the distance `before`, where dF/dy is in
-/// `rate`.
+/// Bounds the distance over a step of length `width` that begins with the distance `before`, where dF/dy lies
+/// in `rate`.
 pub(crate) fn distance(rate: Interval, width: Interval, before: Interval, defect: Interval) -> Distance {
     let growth = (Interval::of(rate.hi) * width).exp();
     let most = Interval::of(growth.hi.max(1.0));

@@ -42,7 +42,7 @@ pub enum BeltRegion {
     CrossingUp,
     /// End of the sliding segment where the lower field is tangent: sticking orbits leave here.
     ExitPoint,
-    /// The other end, where the upper field is tangent.
+    /// The other end of the sliding segment, where the upper field is tangent.
     UpperTangency,
 }
 
@@ -76,7 +76,7 @@ impl Eigenvalues {
     }
 }
 
-/// Number of samples, less one, by which a divergence without bounds is judged.
+/// Number of intervals between the samples that judge a divergence without proved bounds.
 const SAMPLES: u32 = 256;
 
 impl Oscillator {
@@ -102,7 +102,8 @@ impl Oscillator {
         self.curve.weakening(u) - self.viscous
     }
 
-    /// A bound of |D(u)| on slip speeds up to twice the belt speed; infinite or NaN where a law given by data ends before.
+    /// Bound of |D(u)| for slip speeds up to twice the belt speed; infinite or NaN where a law's data end
+    /// before.
     pub(crate) fn divergence_size(&self) -> f64 {
         let Range { lo, hi } = self.curve.weakening_range(0.0, 2.0 * self.belt_speed);
         lo.abs().max(hi.abs()) + self.viscous
@@ -117,7 +118,8 @@ impl Oscillator {
             && self.curve.weakening_range(lo, hi).hi - self.viscous <= bound
     }
 
-    /// The same, for laws that nothing encloses by many samples: no proof.
+    /// Returns whether the divergence is at most `bound` on [`lo`, `hi`], by proof or, for a law without
+    /// proved bounds, by many samples.
     pub(crate) fn divergence_seems_at_most(&self, bound: f64, lo: f64, hi: f64) -> bool {
         let at = |i: u32| self.divergence((hi - lo).mul_add(f64::from(i) / f64::from(SAMPLES), lo)) <= bound;
         self.divergence_is_at_most(bound, lo, hi) || self.curve.is_sampled() && (0..=SAMPLES).all(at)

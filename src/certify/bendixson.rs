@@ -71,8 +71,8 @@ fn lowest(column: &Column, amplitude: f64) -> f64 {
     presence_edge(column, column.curve.weakening_range(0.0, column.belt_speed + amplitude).lo)
 }
 
-/// For each column a damping c > 0 with eps c <= weakening on [0, V + R(c)], as large as the search finds;
-/// `None` if it finds none.
+/// For each column a damping c > 0 with eps c <= weakening on [0, V + R(c)], the largest that the search
+/// finds; `None` if it finds none.
 fn presence_edges(columns: &[Column]) -> Vec<Option<f64>> {
     let mut searches: Vec<Search> = columns.iter().map(Search::new).collect();
     let mut going: Vec<usize> = (0..columns.len()).filter(|&i| searches[i].next.is_some()).collect();
@@ -120,7 +120,7 @@ impl Search {
         let Some(c) = self.next.take().filter(|_| amplitude.is_finite()) else { return };
         let image = lowest(column, amplitude);
         if image >= c {
-            // From below the map itself rises towards the fixed point.
+            // From below, the iteration of the map rises towards the fixed point.
             self.certified = Some(c);
             if image > c * (1.0 + SHARPNESS) {
                 self.go_on(image);

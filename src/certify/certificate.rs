@@ -20,7 +20,7 @@ use super::validated::surface::Surface;
 use super::validated::tile::{GroupBox, MODES, Tile, UNIT};
 
 const FORMAT: &str = "slipmap proof 1";
-/// First bytes of every certificate as they are written here, of any version of the format.
+/// First bytes of every certificate that this program writes, in any version of the format.
 const BEGINNING: &str = "{\"format\":\"slipmap proof ";
 /// The statement of every certificate.
 const STATEMENT: &str = "With v' = w, w' = -v + D w, D = -C + A/(1 + k s)^2 - 2 b s, s = 1 - v, the orbit from (1, 0) \
@@ -42,7 +42,7 @@ pub(crate) enum Subject {
 
 impl Subject {
     /// The subject of the certificate with this text, of any version of its format; `None` for other texts.
-    /// Of what is written here the beginning is enough: it may be cut off.
+    /// For certificates written by this program the first bytes are enough: `text` may be cut off.
     pub(crate) fn of(text: &str) -> Option<Self> {
         #[derive(Deserialize)]
         struct Named {
@@ -139,10 +139,10 @@ pub struct Checked {
 /// Reason why a text is not a certificate.
 #[derive(Debug, thiserror::Error)]
 pub enum NoCertificate {
-    /// It is not JSON, or has other keys or values than a certificate.
+    /// The text is not JSON, or has other keys or values than a certificate.
     #[error("is not a proof: {0}")]
     Malformed(#[from] serde_json::Error),
-    /// It has another version of the format.
+    /// The certificate has another version of the format.
     #[error("is a proof of another format: {format}, unit {unit:e}")]
     OtherFormat {
         /// The format that it names.

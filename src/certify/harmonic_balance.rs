@@ -13,11 +13,11 @@
 //! ```
 //!
 //! **Domain**: every law. **Guarantee**: asymptotic. For the Stribeck law the edge differs from the exact
-//! critical damping by O(eps^4). It lies above that for k < 15.62 wherever it was tried, but below it for
-//! weak laws of larger k with little strengthening: at eps = alpha = 0.5, beta = 0, gamma = V = 8 this test
-//! denies a cycle that exists. The landing is not checked, as in [`super::perturbation`]. **Idea**: the
-//! circle x2 = V cos t is the orbit at eps = 0; the work done along it by the full law, not by its linear
-//! part, decides whether the orbit gains or loses energy.
+//! critical damping by O(eps^4). The edge lies above the critical damping for k < 15.62 wherever it was
+//! tried, but below it for weak laws of larger k with little strengthening: at eps = alpha = 0.5, beta = 0,
+//! gamma = V = 8 this test denies a cycle that exists. The landing is not checked, as in
+//! [`super::perturbation`]. **Idea**: the circle x2 = V cos t is the orbit at eps = 0; the work done along it
+//! by the full law, not by its linear part, decides whether the orbit gains or loses energy.
 //!
 //! Departures from the paper: this test is not in it.
 

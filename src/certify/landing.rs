@@ -2,8 +2,7 @@
 //!
 //! An orbit that comes back to the belt line from below with speed x2' = `wL` lands at x1 = 1 - eps c V -
 //! `wL`. The stick segment is |x1 + eps c V| < 1, so that the mass sticks iff 0 < `wL` < 2 (`wL` = 0 is
-//! grazing). Faster orbits cross; what they do above the belt is beyond these tests, which then claim
-//! nothing.
+//! grazing). Faster orbits cross. These tests do not follow them above the belt and claim nothing for them.
 //!
 //! # The bound
 //! In the notation of [`super`], e = s^2 + p^2 obeys de/ds = 2 D p. The turn is cut into strips of s. In
@@ -12,11 +11,11 @@
 //! of e at the strip's entry, is an upper bound at its exit, and that flow itself is bounded by algebra
 //! (`approach`, `recede`). No bound on d is needed, so that nodes are covered. Only the turning point of
 //! the lower half plane, which is not known beforehand, is reached with the closed form of the linear flow
-//! (`turning_point`): that takes d < 2, and the bound is infinite where it fails.
+//! (`turning_point`): that requires d < 2, and the bound is infinite where it fails.
 //!
 //! All this is done in units of the belt speed, in which the orbit starts from e = 1: nothing overflows
-//! that the law does not. The strips' widths fall linearly towards the turning points, as p does. The
-//! bound falls to the landing speed like 1 / strips.
+//! unless the law does. The strips' widths fall linearly towards the turning points, as p does. The bound
+//! falls to the landing speed like 1 / strips.
 //!
 //! # Round-off
 //! A strip costs some ten operations on terms not larger than its new e, which is therefore inflated by 16
@@ -94,7 +93,7 @@ pub(crate) fn sticks_from(column: &Column, present_below: f64) -> f64 {
     verified
 }
 
-/// An upper bound of the landing speed from the largest divergence `d` alone; infinite where it gives none.
+/// An upper bound of the landing speed from the largest divergence `d` alone; infinite where there is none.
 ///
 /// With D <= d on slip speeds up to 3 V, 0 < d < 2, the orbit lies inside that of the flow with D = d, whose
 /// radius grows by rho = exp(pi d / (2 omega)) in each half turn, omega = sqrt(1 - d^2/4), as long as it does
@@ -149,7 +148,7 @@ impl<'a> Flow<'a> {
         Self { belt_speed, ranges: column.curve.ranges(4.0 * belt_speed), viscous: column.epsilon * c }
     }
 
-    /// The function of this name in the module.
+    /// See [`speed_bound`].
     fn speed_bound(&self, strips: u32) -> f64 {
         let amplitude = self.amplitude(strips);
         if !amplitude.is_finite() {
@@ -276,7 +275,7 @@ fn turning_point(energy: f64, s: f64, divergence_bound: impl Fn(f64) -> f64) -> 
 /// d < 0: e(s) >= e(to), so that p >= x = sqrt(e(to) - m^2) with m the farther end, m = from, and the same
 /// inequality holds; if e(to) < m^2, the bound below holds trivially.
 ///
-/// In both cases e(to) = m^2 + x^2 with x <= d h + sqrt((d h)^2 + e - m^2). Here e >= m^2, but for round-off.
+/// In both cases e(to) = m^2 + x^2 with x <= d h + sqrt((d h)^2 + e - m^2). Here e >= m^2 up to round-off.
 #[inline(always)]
 fn approach(energy: f64, from: f64, to: f64, d: f64) -> f64 {
     debug_assert!(from <= to && to <= 0.0);
@@ -286,8 +285,8 @@ fn approach(energy: f64, from: f64, to: f64, d: f64) -> f64 {
     exit_energy(kick, if gap < 0.0 { 0.0 } else { gap }, m)
 }
 
-/// The same from s = `from` >= 0 to `to` > `from`. The farther end is `to` now, and e >= m^2 need not hold:
-/// `None` if no x >= 0 satisfies the inequality, which means that the orbit turns before `to`.
+/// Bounds e at s = `to` > `from` >= 0 as [`approach`] does. The farther end is `to`, and e >= m^2 need not
+/// hold: `None` if no x >= 0 satisfies the inequality, which means that the orbit turns before `to`.
 #[inline]
 fn recede(energy: f64, from: f64, to: f64, d: f64) -> Option<f64> {
     debug_assert!(0.0 <= from && from <= to);

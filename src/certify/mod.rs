@@ -162,7 +162,7 @@ named! {
     }
 }
 
-/// Columns, and the claims of [`symmetric`] on them, which several methods need: each is computed once.
+/// Columns with the claims of [`symmetric`], which several methods use; each is computed once.
 pub(crate) struct Columns<'a> {
     columns: &'a [Column],
     symmetric: Vec<OnceCell<Claim>>,
@@ -206,7 +206,7 @@ pub struct Test {
 }
 
 impl Test {
-    /// The claims along columns: those of [`Test::claim`].
+    /// The claim of [`Test::claim`] along each column.
     pub(crate) fn claims(&self, columns: &Columns) -> Vec<Claim> {
         match self.claims {
             Some(claims) => claims(columns),

@@ -1,5 +1,5 @@
-//! Certificates of one point of any law: the statements that `validated` proves of it, as text that can be
-//! verified independently.
+//! Certificates of one point of any law: text with the statements that `validated` proves about the point,
+//! which can be verified independently.
 //!
 //! [`PointCertificate::check`] trusts nothing: it compares the statement with that of the format, rebuilds
 //! the law from its definition, and proves every claim about the point again.

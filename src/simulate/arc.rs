@@ -1,12 +1,12 @@
-//! Orbits in the Liénard form, one side of the belt line after the other, with the data for stability.
+//! Orbits in the Liénard form, on one side of the belt line at a time, with the data for their stability.
 //!
 //! With v = x2, w = x2' the flow on either side is v' = w, w' = -v + D(u) w, u = |v - V| (theory, "Two forms
 //! of the slip flow"), and x1 follows from x2' = w. The state includes `growth`, the integral of D: by
 //! Liouville's formula the flow stretches areas by exp(growth), which is the multiplier of a cycle up to the
 //! angles at which its orbit passes the sections.
 //!
-//! Backward in time, with -w for w, the flow has the same form with -D for D: a cycle that repels attracts
-//! then, and is followed without loss of digits.
+//! Backward in time, with -w for w, the flow has the same form with -D for D. A cycle that repels then
+//! attracts, and is followed without loss of digits.
 //!
 //! This module is for cycles; verdicts do not use it.
 
@@ -48,9 +48,9 @@ pub(super) struct State {
 pub(super) enum LowerEnd {
     /// x2 has a maximum below V here.
     Turns(State),
-    /// It returns to x2 = V here.
+    /// The orbit returns to x2 = V here.
     Meets(State),
-    /// It tends to the equilibrium without another maximum of x2.
+    /// The orbit tends to the equilibrium without another maximum of x2.
     Rests,
 }
 
@@ -71,7 +71,7 @@ pub enum SlipTurn {
         /// Distance of (x2, x2') from the origin there, at least V.
         radius: f64,
     },
-    /// It tends to the equilibrium without another maximum of x2.
+    /// The orbit tends to the equilibrium without another maximum of x2.
     Rests,
 }
 
@@ -82,7 +82,7 @@ pub(super) struct Walk<'a> {
     side: Side,
     /// 1, or -1 where time runs backward.
     direction: f64,
-    /// The law's polynomials, where they are quicker than the law and their error is below that of the orbit.
+    /// The law's compiled polynomials, where they are faster and their error is below that of the orbit.
     weakening: Option<Arc<Weakening>>,
     /// Slip speeds at which steps end, increasing.
     stops: Cow<'a, [f64]>,
@@ -103,8 +103,8 @@ impl Field<3> for Lienard<'_> {
     }
 }
 
-/// One step, for the function whose instructions pulp selects at run time: fused products are calls of a
-/// library elsewhere.
+/// Arguments of one step, for which pulp selects the instruction set at run time. Without that every fused
+/// product is a library call.
 struct Step<'a> {
     h: f64,
     from: [f64; 3],
@@ -134,7 +134,7 @@ impl<'a> Walk<'a> {
         let tolerance = tolerance.max(1e-14);
         let curve = &oscillator.curve;
         let weakening = work.compiles.then(|| curve.compiled(4.0 * oscillator.belt_speed));
-        // An error of the divergence is one of x2'', per unit of time, in units of x2'.
+        // An error e of the divergence changes x2'' by e x2': e per unit of time, in units of x2'.
         let weakening = weakening.filter(|form| form.error(0.0, form.reach()).bound() <= tolerance / TAU);
         Self {
             oscillator,
@@ -156,8 +156,8 @@ impl<'a> Walk<'a> {
         Self { direction: -1.0, ..self }
     }
 
-    /// D in the direction of time at velocity `v`. Beyond the belt line it is constant: steps that pass the
-    /// line are shortened to it, so this only has to be bounded.
+    /// D at velocity `v`, with the sign of the direction of time. Beyond the belt line it is constant; as
+    /// steps that pass the line are shortened to it, D only has to be bounded there.
     fn divergence(&self, v: f64) -> f64 {
         let slip = match self.side {
             Side::Below => self.oscillator.belt_speed - v,
@@ -171,14 +171,14 @@ impl<'a> Walk<'a> {
         self.direction * divergence
     }
 
-    /// The local error allowed in a step of length `h` from `from`. The rounding of the state hides smaller
-    /// ones. Without that bound no step would be short enough just before a datum of a measured law at which
-    /// the slope of D changes much: steps end there up to rounding only.
+    /// The local error allowed in a step of length `h` from `from`. It is at least the rounding error of the
+    /// state. Without that floor no step would be short enough just before a data point of a measured law
+    /// where the slope of D changes much, because steps end there up to rounding only.
     fn allowed_in(&self, from: &State, h: f64) -> f64 {
         (self.allowed * h).max(0.5 * f64::EPSILON * (from.v.abs() + from.w.abs()))
     }
 
-    /// The walk with steps that end at these slip speeds, among which the law's corners are.
+    /// Replaces the slip speeds at which steps end, which by default include the law's corners.
     pub(super) fn stopping_at(self, stops: &'a [f64]) -> Self {
         Self { stops: Cow::Borrowed(stops), ..self }
     }
@@ -208,9 +208,9 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// The longest step that does not pass the scale of the law: it changes the slip speed by at most that
-    /// speed, on the way to the belt line by half of it, or that of V next to the line. The large steps of
-    /// orbits far out lose what the law does near the line.
+    /// The longest step that resolves the law: it changes the slip speed by at most the slip speed or V,
+    /// whichever is greater, and by half of that on the way to the belt line. Larger steps of orbits far out
+    /// would miss features of the law near the line.
     fn longest_resolving(&self, from: &State) -> f64 {
         let End { slip, rate } = self.slip(from);
         let change = slip.max(self.oscillator.belt_speed);
@@ -223,7 +223,7 @@ impl<'a> Walk<'a> {
         let from = self.here;
         let scale = 1.0 / (1.0 + 0.5 * self.divergence(from.v).abs());
         let mut h = self.next_step.min(scale).min(self.longest_resolving(&from));
-        // The length with which the orbit goes on after a step that ends at a narrow feature.
+        // Length of the step that follows one shortened to end at a narrow feature.
         let mut beyond_stop = 0.0;
         loop {
             match self.weakening {
@@ -243,7 +243,7 @@ impl<'a> Walk<'a> {
             if h > least
                 && let Some(shorter) = corners::shortened(&self.stops, self.oscillator.belt_speed, ends, h)
             {
-                // After a corner the error of a step says nothing about the next.
+                // After a corner the error of a step does not predict that of the next.
                 if self.oscillator.curve.corners().is_empty() {
                     beyond_stop = f64::max(beyond_stop, h);
                 }
@@ -267,8 +267,8 @@ impl<'a> Walk<'a> {
     }
 
     /// The state between `from` and `from` + `h` at which `value` passes through zero, where it has opposite
-    /// signs (or is zero) at the ends. Every trial is a step from `from`; they are those of the Illinois
-    /// method, which halves the value at an end that stays.
+    /// signs (or is zero) at the ends. Every trial is a step from `from`. Trials follow the Illinois method,
+    /// which halves the value at an end that stays.
     pub(super) fn locate(&self, from: &State, h: f64, value: impl Fn(&Self, &State) -> f64) -> State {
         let (mut low, mut high) = (0.0, h);
         let first = value(self, from);
@@ -283,7 +283,7 @@ impl<'a> Walk<'a> {
             let secant = low - f_low * (high - low) / (f_high - f_low);
             let inside = secant > low && secant < high && trial % 8 != 0;
             let middle = if inside { secant } else { 0.5 * (low + high) };
-            // So close to an end that the rest is that short.
+            // Trials stay at least the shortest length away from both ends.
             let middle = middle.clamp(low + shortest, high - shortest);
             let (trial_state, _) = self.after(from, middle);
             let f = value(self, &trial_state);
@@ -409,7 +409,7 @@ pub fn turn(oscillator: &Oscillator, radius: f64, tolerance: f64) -> Result<Slip
     turn_within(oscillator, radius, tolerance, &Work::of_question(&oscillator.curve))
 }
 
-/// As [`turn`], within a budget of work.
+/// [`turn`] within a budget of work.
 pub(super) fn turn_within(
     oscillator: &Oscillator,
     radius: f64,

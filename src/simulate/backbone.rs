@@ -7,12 +7,12 @@
 //! attracts where C falls with r and repels where it rises. C(0+) is the weakening rate at belt speed (Hopf),
 //! C(V) is eps c* (grazing), and the extremes between are folds.
 //!
-//! C is interpolated in r by Chebyshev polynomials through nodes that are doubled until the coefficients have
-//! decayed: by one polynomial, or, where the law has corners, by one between each two amplitudes at which
-//! orbits begin to reach one (`backbone/corners.rs`).
+//! C is interpolated in r at Chebyshev nodes, whose number is doubled until the coefficients have decayed.
+//! One polynomial covers all amplitudes or, where the law has corners, each range between two amplitudes at
+//! which orbits begin to reach one (`backbone/corners.rs`).
 //!
-//! **Error.** Twice the sum of the sizes of the last quarter of the coefficients, with the largest error of
-//! the nodes times the Lebesgue constant. It is numerical, not a bound: [`super::slip_count`] proves counts.
+//! **Error.** Twice the sum of the sizes of the last quarter of the coefficients, plus the largest error of
+//! the nodes times the Lebesgue constant. It is an estimate; [`super::slip_count`] proves counts.
 
 mod by_slopes;
 mod corners;
@@ -33,32 +33,33 @@ use panel::{Panel, Solver, largest, node_error_of, truncation_error};
 
 /// Least and largest number of intervals between nodes.
 const SIZES: [usize; 2] = [8, 128];
-/// The largest of one polynomial where the law has corners: C is then smooth to finite order only, and more
-/// nodes gain little.
+/// Largest number of intervals of one polynomial across corners: C is then smooth to finite order only, and
+/// more nodes gain little.
 const FINEST_WITH_CORNERS: usize = 64;
-/// The largest of these where C may be cut at the corners instead.
+/// Number of intervals of one polynomial across corners above which C is cut at the corners if possible.
 const FINEST_BEFORE_CUT: usize = 32;
-/// The largest between two corners.
+/// Largest number of intervals between two corners.
 const FINEST_BETWEEN_CORNERS: usize = 32;
-/// Amplitude, in units of V, by which it is judged whether the backbone is flat next to the equilibrium.
+/// Amplitude, in units of V, at which the backbone is tested for flatness next to the equilibrium.
 const CLOSE: f64 = 0.01;
 
 /// Least tolerance where there are corners: orbits that only touch one take many steps.
 const LEAST_TOLERANCE_WITH_CORNERS: f64 = 1e-8;
 
 /// Largest error, relative to the largest |C|, of a backbone from which the number of cycles is read.
-/// Interpolants through nine nodes counted eleven of 120,000 cases of rough random laws wrong, each with an
-/// error above 8e-3 of that size.
+/// Interpolants through nine nodes gave wrong counts in eleven of 120,000 cases of rough random laws, each
+/// with an error above 8e-3 of that size.
 const LARGEST_ERROR: f64 = 2e-3;
 
 /// Least distance of a damping from an end and from an extreme, in units of the error, at which cycles are
 /// counted.
 const FAR: f64 = 3.0;
-/// The same of an extreme of one polynomial across corners, whose error is less certain.
+/// Least distance from an extreme of one polynomial across corners, in units of the error, which is less
+/// certain.
 const FAR_ACROSS_CORNERS: f64 = 5.0;
 
-/// Change of C from one node to the next, in units of its error, from which on the error between them makes
-/// no extreme.
+/// Least change of C between neighbouring nodes, in units of its error, for which that error cannot cause an
+/// extreme between them.
 const STEEP: f64 = 20.0;
 
 /// An extreme of C(r), or one of its ends.
@@ -83,23 +84,22 @@ pub struct CycleRange {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Backbone {
     belt_speed: f64,
-    /// By increasing r.
+    /// The panels, by increasing r.
     panels: Vec<Panel>,
     /// Largest error of the values at the nodes.
     node_error: f64,
-    /// Largest |C| there.
+    /// Largest |C| at the nodes.
     size: f64,
     /// Whether one polynomial serves both sides of a corner.
     crosses_corners: bool,
-    /// Bound of what features of the law may do between the nodes, see [`Hidden`].
+    /// Bound of the error of C due to features of the law between the nodes, see [`Hidden`].
     hidden: f64,
     turning_points: Vec<TurningPoint>,
-    /// C at the extremes of the interpolant that may be due to its error, and at those that it may lack.
+    /// C at extremes of the interpolant that its error may cause, and at extremes of C that it may lack.
     unresolved: Vec<f64>,
-    /// Where slopes at the nodes show that C is monotone.
+    /// Ranges of r on which slopes at the nodes show that C is monotone.
     monotone: Vec<Monotone>,
-    /// The dampings about which C is too flat between two neighbouring nodes: there may be extremes that the
-    /// polynomial does not show.
+    /// Ranges of C about pieces so flat that the polynomial may miss extremes there.
     flat: Vec<[f64; 2]>,
     /// Estimate of the absolute error of C at any r.
     pub error: f64,
@@ -117,7 +117,7 @@ impl Backbone {
         Self::of_curve(&column.curve, column.belt_speed, tolerance)
     }
 
-    /// As [`Backbone::of`].
+    /// Computes the backbone of a curve at a belt speed, as [`Backbone::of`].
     ///
     /// # Errors
     /// [`Failure`] of an orbit.
@@ -125,7 +125,7 @@ impl Backbone {
         Self::within(curve, belt_speed, tolerance, &Work::of_backbone(curve))
     }
 
-    /// As [`Backbone::of`], within a budget of work.
+    /// [`Backbone::of_curve`] within a budget of work.
     pub(super) fn within(
         curve: &Curve,
         belt_speed: f64,
@@ -144,8 +144,8 @@ impl Backbone {
         Ok(backbone)
     }
 
-    /// The backbone with a polynomial between each two of the amplitudes at which orbits begin to reach a
-    /// corner; `None` where there are none or too many.
+    /// The backbone with a polynomial between each two amplitudes at which orbits begin to reach a corner;
+    /// `None` where there are no such amplitudes or too many.
     fn cut(curve: &Curve, belt_speed: f64, tolerance: f64, work: &Work) -> Result<Option<Self>, Failure> {
         let reachable = tolerance.max(LEAST_TOLERANCE_WITH_CORNERS);
         let mut solver = Solver::new(curve, belt_speed, reachable, work);
@@ -195,7 +195,7 @@ impl Backbone {
     }
 
     /// The backbone of the same curve through twice as many nodes, or cut at the amplitudes at which orbits
-    /// begin to reach a corner where that takes fewer; `None` where they would gain nothing.
+    /// begin to reach a corner where that takes fewer nodes; `None` where neither would improve it.
     ///
     /// # Errors
     /// [`Failure`] of an orbit.
@@ -205,7 +205,7 @@ impl Backbone {
 
     fn refined_within(&self, curve: &Curve, tolerance: f64, work: &Work) -> Result<Option<Self>, Failure> {
         let finest = if curve.corners().is_empty() { SIZES[1] } else { FINEST_WITH_CORNERS };
-        // Several panels are as fine as they get.
+        // Several panels are not refined further.
         let [panel] = &self.panels[..] else { return Ok(None) };
         let enough = (tolerance * largest(&panel.values)).max(node_error_of(&panel.values, self.node_error));
         let Self { belt_speed, node_error: error, rhs, .. } = *self;
@@ -214,7 +214,8 @@ impl Backbone {
             return Ok(None);
         }
         if panel.values.len() > finest {
-            // What is hidden still is narrow. Its ends may be too many, or orbits that touch them too hard.
+            // Features that are still hidden are narrow. Cutting fails if they have too many ends or orbits
+            // that touch them are too hard to compute.
             let of_hidden = if self.hidden > enough { cut().ok().flatten() } else { None };
             return Ok(of_hidden.filter(|cut| cut.error < self.error));
         }
@@ -310,9 +311,10 @@ impl Backbone {
     }
 
     /// Returns whether the number of cycles at C = `viscous` is reliable: the error of C is small, and
-    /// `viscous` is farther than three times that, across corners five times, from both ends and from every
-    /// extreme, also from those that are within the error and not counted, and from flat pieces. If not, a more accurate backbone may show other cycles. Extremes within the error, flat
-    /// pieces and ends do not count where slopes show that C is monotone.
+    /// `viscous` lies outside the flat pieces and farther from both ends and every extreme than three times
+    /// that error (from extremes across corners, five times). Extremes within the error count, too. Ends,
+    /// extremes within the error and flat pieces are exempt where slopes show that C is monotone. If not
+    /// reliable, a more accurate backbone may show other cycles.
     #[must_use]
     pub fn is_reliable_at(&self, viscous: f64) -> bool {
         let distance = FAR * self.error;
@@ -323,8 +325,8 @@ impl Backbone {
             && !self.is_near_uncertain_end(viscous, distance)
     }
 
-    /// Returns whether an end of C is that close to `viscous`, and C may have an extreme next to it. Where it
-    /// is steep next to r = V its error, which vanishes at the nodes, makes none.
+    /// Returns whether C at an end is within `distance` of `viscous` and may have an extreme next to that
+    /// end. Where C is steep next to r = V, its error, which vanishes at the nodes, causes none.
     fn is_near_uncertain_end(&self, viscous: f64, distance: f64) -> bool {
         let points = &self.turning_points;
         let near = |end: &TurningPoint| (end.viscous - viscous).abs() <= distance;
@@ -338,8 +340,7 @@ impl Backbone {
                 && !(is_steep || rises_or_falls(self.monotone.last(), self.belt_speed))
     }
 
-    /// Returns whether no extreme of C between the ends is that close to `viscous`, also none of those that
-    /// are not counted.
+    /// Returns whether no extreme of C between the ends, counted or not, is within `distance` of `viscous`.
     fn no_extreme_within(&self, viscous: f64, distance: f64) -> bool {
         let mut extremes =
             self.folds().iter().map(|fold| fold.viscous).chain(self.unresolved.iter().copied());
@@ -348,8 +349,8 @@ impl Backbone {
 
     /// The slip cycles at C = `viscous`, by increasing amplitude. The stability of the equilibrium and
     /// whether the orbit from the exit point returns to the belt line fix the parity of their number. `None`
-    /// where C is within the error of an extreme, or that of the Hopf bifurcation and the backbone is flat
-    /// there: orbits about the equilibrium close.
+    /// where `viscous` is within the error of an extreme, or is the C of the Hopf bifurcation and the
+    /// backbone is flat there, so that orbits about the equilibrium close.
     #[must_use]
     pub fn cycles(
         &self,

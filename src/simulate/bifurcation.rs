@@ -58,7 +58,7 @@ impl Bifurcation {
             Bifurcation::Crossing => twice(tolerance, |tolerance| second_crossing(oscillator, tolerance)),
             // There is at most one slip cycle (see `weakening_is_convex`), so none can meet.
             Bifurcation::Fold if oscillator.curve.weakening_is_convex() => None,
-            // In planes without the damping; with it the extremes are followed themselves (`folds`).
+            // For planes without the damping; in planes with it the extremes are followed (`folds`).
             Bifurcation::Fold => {
                 let backbone =
                     Backbone::of_curve(&oscillator.curve, oscillator.belt_speed, tolerance).ok()?;

@@ -3,8 +3,8 @@
 use std::f64::consts::PI;
 use std::sync::OnceLock;
 
-/// cos(pi i / size), exact at the ends and in the middle. Points of half as many intervals are the same
-/// numbers.
+/// cos(pi i / size), exact at the ends and in the middle. The points of half as many intervals are among
+/// them, bit for bit.
 pub(crate) fn node(i: usize, size: usize) -> f64 {
     (PI * (size as f64 - 2.0 * i as f64) / (2.0 * size as f64)).sin()
 }
@@ -13,7 +13,7 @@ fn half_at_ends(i: usize, size: usize) -> f64 {
     if i == 0 || i == size { 0.5 } else { 1.0 }
 }
 
-/// One for each power of two, made on first use.
+/// One `T` for each power of two, made on first use.
 type ForPowers<T> = [OnceLock<T>; usize::BITS as usize];
 
 /// Chebyshev coefficients of the polynomial through `values` at the points of a power of two of intervals.
@@ -95,16 +95,16 @@ pub(crate) fn weights(size: usize, x: f64) -> Vec<f64> {
 }
 
 /// The values half-way, in angle, between the points, by the polynomial with given values at all points and
-/// given slopes at all but the last, -1. Through its values at all 2 `size` + 1 points errors of the data
-/// grow no more than by interpolation there.
+/// given slopes at all but the last, -1. Interpolation through the resulting values at all 2 `size` + 1
+/// points amplifies errors of the data no more than interpolation of data at those points.
 #[derive(Debug)]
 pub(crate) struct Between {
-    /// For each place the weights of the values, and those of the slopes.
+    /// The weights of the values and those of the slopes, for each place.
     rows: Vec<[Vec<f64>; 2]>,
 }
 
 impl Between {
-    /// That of `size` intervals, a power of two; computed once.
+    /// The table for `size` intervals, a power of two; computed once.
     pub(crate) fn of(size: usize) -> &'static Self {
         static ALL: ForPowers<Between> = [const { OnceLock::new() }; usize::BITS as usize];
         debug_assert!(size.is_power_of_two());
@@ -130,7 +130,7 @@ impl Between {
         Self { rows: (0..size).map(row).collect() }
     }
 
-    /// The value after point `i`.
+    /// The value half-way between points `i` and `i` + 1.
     pub(crate) fn value(&self, i: usize, values: &[f64], slopes: &[f64]) -> f64 {
         let dot = |weights: &[f64], numbers: &[f64]| -> f64 {
             weights.iter().zip(numbers).map(|(weight, number)| weight * number).sum()
@@ -139,7 +139,7 @@ impl Between {
         dot(of_values, values) + dot(of_slopes, slopes)
     }
 
-    /// The largest error of a value by those of the slopes.
+    /// The largest error of a value due to `errors` of the slopes.
     pub(crate) fn error(&self, errors: &[f64]) -> f64 {
         let of_row =
             |[_, weights]: &[Vec<f64>; 2]| weights.iter().zip(errors).map(|(w, error)| w.abs() * error).sum();

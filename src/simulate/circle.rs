@@ -9,12 +9,12 @@
 //! g = p'(theta; p, C),    C <- C - mean(g) / mean(dg/dC),    p <- antiderivative of g
 //! ```
 //!
-//! by trigonometric interpolation, from the p of a coarser circle on. The sweep converges fast because p
-//! changes D only through D'(u), and the error falls geometrically with M because the orbit is analytic.
-//! Orbits outside the domain of the polar form have no answer here.
+//! by trigonometric interpolation, starting from the p of a coarser circle. The sweep converges fast because
+//! p changes D only through D'(u), and the error falls geometrically with M because the orbit is analytic.
+//! Orbits outside the domain of the polar form are refused.
 //!
-//! [`super::elements`] solves the same problem for every law; near the circle it takes 17 microseconds a
-//! column where this takes 3, and far from it 85, with the law's compilation, where this takes 20.
+//! [`super::elements`] solves the same problem for every law, more slowly: in 17 microseconds a column near
+//! the circle against 3 here, and in 85, with the law's compilation, far from it against 20 here.
 //!
 //! **Error of the sweeps.** Let delta be the residual of the equation after the last sweep: its g less the
 //! slope of the p at which g was taken. It has zero mean. A small change delta of the right-hand side moves C
@@ -37,7 +37,7 @@ use std::sync::{LazyLock, OnceLock};
 
 use super::polar::{Angle, Closing, Divergence, LANES, Lanes, Shape, exp};
 
-/// Number of further circles on which a column that leaves the domain of the polar form is tried again.
+/// A column that fails on one of this many coarsest circles, or on its first, is tried again on the next.
 const RETRY_RUNGS: usize = 4;
 /// Numbers of angles, coarse to fine.
 const ANGLES: [usize; 11] = [8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256];
@@ -48,7 +48,7 @@ const MOST_SWEEPS: u32 = 40;
 const ROUND_OFF: f64 = 8.0 * f64::EPSILON;
 /// Error estimate of C in units of its change from the last circle: the error oscillates as it falls.
 const LAST_CHANGE_WEIGHT: f64 = 8.0;
-/// The same in units of the change before: two circles may agree by chance, three do not.
+/// Error estimate of C in units of the change before the last: two circles may agree by chance, three do not.
 const CHANGE_BEFORE_WEIGHT: f64 = 0.2;
 /// Largest |ln(r/V)| that [`exp`] covers.
 const LARGEST_LOG: f64 = 0.7;
@@ -56,9 +56,9 @@ const LARGEST_LOG: f64 = 0.7;
 /// Equal angles, and matrices for periodic functions that are sampled on them.
 struct Circle {
     angles: Vec<Angle>,
-    /// From a function of zero mean to its antiderivative that vanishes at angle 0.
+    /// Matrix from a function of zero mean to its antiderivative that vanishes at angle 0.
     antiderivative: Vec<f64>,
-    /// From a function on the next coarser circle to the same function on this one; none on the coarsest.
+    /// Matrix from a function on the next coarser circle to that function on this one; empty on the coarsest.
     interpolation: Vec<f64>,
 }
 
@@ -115,7 +115,7 @@ fn exp_m1_above(x: f64) -> f64 {
 struct Sweeps {
     /// Bound on the error of C that more sweeps would remove.
     left: [f64; LANES],
-    /// Whether that is as small as requested, or at the level of round-off.
+    /// Whether `left` is as small as requested, or at the level of round-off.
     settled: [bool; LANES],
     /// Whether the orbit stays in the domain of the polar form.
     inside: [bool; LANES],
@@ -199,7 +199,7 @@ fn apply(matrix: &[f64], from: &[[f64; LANES]], to: &mut [[f64; LANES]]) {
     }
 }
 
-/// Sweeps the lanes on one circle until the error left in every C is below its lane's `enough`, C in place.
+/// Sweeps the lanes on one circle, and updates C, until the error left in every C is below its `enough`.
 #[inline(always)]
 fn sweep<F: Shape>(
     lanes: &mut Lanes<F>,
@@ -253,7 +253,7 @@ fn sweep<F: Shape>(
 }
 
 /// Arguments of [`sweep`] for the function whose vector width pulp selects at run time. A closure would not
-/// be inlined there, and each fused product would be a call of a library.
+/// be inlined there, and each fused product would be a library call.
 struct Dispatched<'a, F> {
     lanes: &'a mut Lanes<F>,
     circle: &'a Circle,
@@ -271,7 +271,7 @@ impl<F: Shape> pulp::WithSimd for Dispatched<'_, F> {
     }
 }
 
-/// The divergence of an orbit, with an estimate of the C at which it closes, and its size, the unit of C.
+/// The divergence of an orbit at an estimate of the C at which it closes, and its size, the unit of C.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Start {
     pub(super) divergence: Divergence,

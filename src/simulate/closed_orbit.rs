@@ -10,7 +10,7 @@
 //! with steps that follow the law and end at its corners.
 //!
 //! **Weights.** Let Q(th) be the factor by which a small change of ln r at the start has grown at th. By
-//! Liouville's formula it needs no derivative of the law: Q = exp(integral of D dt) / (R^2 dth/dt), as areas
+//! Liouville's formula Q needs no derivative of the law: Q = exp(integral of D dt) / (R^2 dth/dt), as areas
 //! are r^2 d ln r dth and R^2 dth/dt = 1 at the start. A change dD along the orbit therefore moves ln R(2 pi)
 //! by Q(2 pi) times the integral of `dD W`,
 //!
@@ -90,7 +90,7 @@ impl Field<3> for Polar<'_> {
         let (sin, cos) = NODES[stage].mul_add(self.h, self.from).sin_cos();
         let r = 1.0 + state[0];
         let [_, d, turning] = self.at([sin, cos], r);
-        // Keeps NaN, which a maximum would drop.
+        // Keeps NaN, which `f64::min` would drop.
         self.slowest = if turning >= self.slowest { self.slowest } else { turning };
         self.steepest = self.steepest.max(d.abs());
         let weight = sin * sin * r * r * (-state[1]).exp() / turning;
@@ -106,7 +106,7 @@ pub(super) fn turn(oscillator: &Oscillator, radius: f64, tolerance: f64) -> Resu
     let mut state = [0.0; 3];
     let (mut theta, mut h) = (0.0, FIRST_STEP);
     let mut error = 0.0;
-    // The length with which the orbit goes on after a step that ends at a stop.
+    // Length of the step that follows one shortened to end at a stop.
     let mut beyond_stop = 0.0_f64;
     let weakening = &*oscillator.curve.compiled(4.0 * oscillator.belt_speed);
     let stops = oscillator.curve.stops(oscillator.belt_speed);
@@ -118,7 +118,7 @@ pub(super) fn turn(oscillator: &Oscillator, radius: f64, tolerance: f64) -> Resu
         let steepest = field.steepest;
         (field.from, field.h, field.slowest) = (theta, width, f64::INFINITY);
         let (next, local) = step(width, &state, &mut field);
-        // Error estimates may vanish where errors do not; that of the other component vanishes elsewhere.
+        // An error estimate may vanish where the error does not; the other component's vanishes elsewhere.
         let local = local[0].hypot(local[1]);
         rhs += STAGES as u32;
         let inside = field.slowest > SLOWEST_TURN && next[0].is_finite();
@@ -132,7 +132,7 @@ pub(super) fn turn(oscillator: &Oscillator, radius: f64, tolerance: f64) -> Resu
         if inside {
             let slips = ends.map(|(end, _)| end);
             if let Some(shorter) = corners::shortened(&stops, oscillator.belt_speed, slips, width) {
-                // After a corner the error of a step says nothing about the next.
+                // After a corner the error of a step does not predict that of the next.
                 if oscillator.curve.corners().is_empty() {
                     beyond_stop = beyond_stop.max(width);
                 }
@@ -176,8 +176,8 @@ pub(super) fn turn(oscillator: &Oscillator, radius: f64, tolerance: f64) -> Resu
 
 /// The C at which the orbit through the maximum `radius` of x2 closes, by turns between bounds of the even
 /// part of the weakening rate (theory, "The backbone"): for orbits on which Newton's method for the whole
-/// orbit does not converge; `Err` with the cost where the polar form has no answer for a turn of the search.
-/// These are not rare among wavy laws: [`closing_damping_of_node`] alone leaves errors of 2e-9 on them, and
+/// orbit does not converge; `Err` with the number of evaluations where a turn of the search fails. Such
+/// orbits are not rare among wavy laws: [`closing_damping_of_node`] alone leaves errors of 2e-9 on them, and
 /// runs out of the budget.
 pub(super) fn closing_damping_by_turns(
     curve: &Curve,
@@ -195,7 +195,7 @@ pub(super) fn closing_damping_by_turns(
     if !(size.is_finite() && start.is_finite() && form <= tolerance.max(WORST) * size) {
         return Err(0);
     }
-    // The accuracy of the turn is that of C; the signs at the bounds are not trusted to the last digit.
+    // Turns have the accuracy required of C. Rounding may change the signs at the bounds, hence the pad.
     let accuracy = (0.1 * tolerance * size).max(1e-16);
     let pad = 1e-9 * (bounds.hi - bounds.lo) + 1e-13 * size;
     let (mut low, mut high) = (bounds.lo - pad, bounds.hi + pad);
@@ -257,7 +257,7 @@ pub(super) fn closing_damping_of_node(
     let (low, high) = (bounds.lo - pad, bounds.hi + pad);
     let mean = curve.mean_weakening(belt_speed);
     let near = match guess {
-        // No step is so short that it takes long to double.
+        // A step that is too short would take many doublings.
         Some([start, step]) if (low..=high).contains(&start) => [start, step.max(1e-12 * (high - low))],
         _ => {
             let start = if mean.is_finite() { mean.clamp(low, high) } else { 0.5 * (low + high) };

@@ -1,6 +1,6 @@
-//! The damping at which the orbit of an amplitude closes, for every friction law: by [`super::circle`] for
-//! Stribeck's law and the Lorentzian one, by [`super::elements`] for all others and where that has no answer,
-//! or else by turns.
+//! The damping at which the orbit of an amplitude closes: by [`super::circle`] for Stribeck's law and the
+//! Lorentzian one; by [`super::elements`], or else by turns, for all other laws and for Lorentzian orbits
+//! that `circle` refuses.
 
 use super::circle::{Start, spectral};
 use super::closed_orbit::closing_damping_by_turns;
@@ -16,7 +16,7 @@ pub(super) struct Amplitude<'a> {
     pub(super) curve: &'a Curve,
     pub(super) belt_speed: f64,
     pub(super) radius: f64,
-    /// About the C at which it closes, where that is known.
+    /// Estimate of the C at which it closes, where one is known.
     pub(super) guess: Option<f64>,
 }
 
@@ -27,8 +27,8 @@ impl<'a> Amplitude<'a> {
 }
 
 /// The C at which orbits close, with errors of about `tolerance` in units of the weakening rate; `Err` with
-/// the number of evaluations where the polar form does not apply. The orbits share the budget `work`, or each
-/// has its own.
+/// the number of evaluations where the polar form does not apply. The orbits share the budget `work`; without
+/// it, each has its own.
 pub(super) fn closing_dampings(
     orbits: &[Amplitude],
     tolerance: f64,
@@ -70,8 +70,8 @@ fn lorentzian_together(orbits: &[Amplitude], tolerance: f64) -> impl Iterator<It
     })
 }
 
-/// The answers of the vectorised iteration for the orbits of one kind of law: those that `of` describes, by
-/// their divergence with C plus a constant, and that constant.
+/// The answers of the vectorised iteration for the orbits of one kind of law: those for which `of` returns
+/// the divergence, whose C is that of the orbit plus a constant, and that constant.
 fn together<F: Shape>(
     orbits: &[Amplitude],
     tolerance: f64,
@@ -82,10 +82,10 @@ fn together<F: Shape>(
     found.map(|(found, constant)| found.map(|found| Closing { viscous: found.viscous - constant, ..found }))
 }
 
-/// An orbit of Stribeck's law as a grazing one of another: with v = r R cos th, rho = r / V and s = 1 - rho R
-/// cos th, 1 + k s = (1 + k (1 - rho)) (1 + k' (1 - R cos th)), k' = k rho / (1 + k (1 - rho)). In units of
-/// its amplitude the orbit is a grazing one with A' = A / (1 + k (1 - rho))^2, b' = b rho and C' = C + 2 b
-/// (1 - rho). It starts from the energy balance.
+/// The start of an orbit of Stribeck's law, as a grazing orbit of another: with v = r R cos th, rho = r / V
+/// and s = 1 - rho R cos th, 1 + k s = (1 + k (1 - rho)) (1 + k' (1 - R cos th)), k' = k rho / (1 + k (1 -
+/// rho)). In units of its amplitude the orbit is a grazing one with A' = A / (1 + k (1 - rho))^2, b' = b rho
+/// and C' = C + 2 b (1 - rho). The first C is the energy balance.
 fn of_stribeck(law: &Stribeck, belt_speed: f64, radius: f64) -> (Start, f64) {
     let ScaledGroups { a, k, b, .. } = law.scaled(belt_speed, 0.0);
     let (rho, rest) = (radius / belt_speed, (belt_speed - radius) / belt_speed);
@@ -97,8 +97,8 @@ fn of_stribeck(law: &Stribeck, belt_speed: f64, radius: f64) -> (Start, f64) {
     (Start { divergence: Divergence::from(&ScaledGroups { c, ..groups }), unit }, 2.0 * b * rest)
 }
 
-/// An orbit of the Lorentzian law, with C' = C + eta. It starts from the energy balance by Gauss's rule with
-/// three nodes for the weight sin^2.
+/// The start of an orbit of the Lorentzian law, with C' = C + eta. The first C is the energy balance by
+/// Gauss's rule with three nodes for the weight sin^2.
 fn of_lorentzian(law: &Lorentzian, belt_speed: f64, radius: f64) -> (Start, f64) {
     let balance = [(-0.5_f64.sqrt(), 0.25), (0.0, 0.5), (0.5_f64.sqrt(), 0.25)]
         .map(|(cos, weight)| weight * law.weakening(belt_speed - radius * cos));

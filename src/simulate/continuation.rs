@@ -1,10 +1,10 @@
 //! Curves on which a test function vanishes in a plane of two parameters, by continuation.
 //!
 //! The plane is the unit square: callers map it to their parameters. Curves are found by the signs of the
-//! function on a grid of `STEPS` steps a side, so a closed curve that fits between its nodes is missed, and
-//! followed from there in both directions by pseudo-arclength continuation: a step along the secant, then a
-//! root on the normal through its end. Steps shrink where the curve turns. A curve ends on the border of the
-//! square, where it closes, or where the function is undefined (for instance at a point of codimension two).
+//! function on a grid of `STEPS` steps a side; closed curves that fit between its nodes are missed. Curves
+//! are followed in both directions by pseudo-arclength continuation: a step along the secant, then a root on
+//! the normal through its end. Steps shrink where the curve turns. A curve ends on the border of the square,
+//! where it closes, or where the function is undefined (for instance at a point of codimension two).
 //!
 //! **Error.** For each point, its distance from the curve: (|value| + error of the value) over the slope of
 //! the function along the normal. Between points the curve leaves its chord by at most about an eighth of the
@@ -27,13 +27,13 @@ const MOST_POINTS: usize = 20_000;
 const TRIALS: u32 = 60;
 /// Smallest distance of two trials: neighbours in double precision.
 const NEAREST: f64 = 1e-14;
-/// A value larger than this multiple of its error is not a zero,
+/// Largest value, in units of its error, that counts as a zero.
 const NOISE: f64 = 16.0;
-/// unless it is smaller than this: values of order one next to a root that cannot be located more closely.
+/// Smaller values always count as zeros: a root of a function of order one may not be located more closely.
 const SMALL: f64 = 1e-9;
-/// Largest ratio of successive values of a function that counts as flat, up to its noise,
+/// Largest ratio of successive values of a function that counts as flat: 1, up to noise.
 const FLAT: f64 = 1.000_001;
-/// and the ratio of the steps that are taken there until the sign changes.
+/// Ratio of successive steps where the function is flat, until its sign changes.
 const STRIDE: f64 = 4.0;
 /// Half the distance of the central differences that give the first direction.
 const DIFFERENCE: f64 = 1e-4;
@@ -219,8 +219,8 @@ impl Line<'_> {
                     next = 0.5 * (low + high);
                 }
             } else if before.1 != 0.0 && (0.5..=FLAT).contains(&(here.1 / before.1)) {
-                // The function is flat here, and steep at its root, as the margin of an overdamped orbit: secants would
-                // hardly move.
+                // The function is flat here and steep at its root, like the margin of an overdamped orbit.
+                // Secants would hardly move.
                 next = (here.0 + STRIDE * (here.0 - before.0)).clamp(-self.reach, self.reach);
                 if next == here.0 {
                     return None;

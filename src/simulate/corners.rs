@@ -1,12 +1,12 @@
 //! Shortens steps so that they end at the corners of a measured law.
 //!
-//! Where phi is given by data D is continuous and piecewise smooth. A step across a corner of D has an error
+//! Where phi is given by data, D is continuous and piecewise smooth. A step across a corner of D has an error
 //! of low order that the embedded estimates, made for smooth fields, may miss by orders of magnitude. So
 //! steps are shortened until they end at the corner, as they are at any other event.
 
-/// A corner is met if a step ends this close to it: in the variable of integration, and relative to the speeds whose
-/// difference is the slip speed. The error of D is its change of slope times the distance, over the time that the
-/// orbit takes for it: of second order in the first.
+/// A step meets a corner if it ends this close to it: `WIDTH` in the variable of integration, `ROUNDING`
+/// relative to the speeds whose difference is the slip speed. D is wrong by its change of slope times the
+/// distance, for the time that the orbit takes for it: the effect is of second order in `WIDTH`.
 const WIDTH: f64 = 1e-9;
 const ROUNDING: f64 = 1e-13;
 
@@ -37,8 +37,7 @@ pub(super) fn shortened(corners: &[f64], belt_speed: f64, [from, to]: [End; 2], 
         let secant = h * (corner - from.slip) / (to.slip - from.slip);
         return Some(if newton > 0.0 && newton < h { newton } else { secant });
     }
-    // The slip speed has an extreme inside the step: a bound of its excess over the ends, from the rates at
-    // the ends.
+    // The slip speed has an extreme inside the step. The rates at the ends bound its excess over the ends.
     let turns = h * from.rate / (from.rate - to.rate);
     if from.rate * to.rate < 0.0 && turns > 0.0 && turns < h {
         let excess = (from.rate * turns).abs().min((to.rate * (h - turns)).abs());

@@ -35,8 +35,8 @@ pub enum NoCriticalDamping {
 
 /// The critical damping of many columns.
 ///
-/// `tolerance` is relative to the size of the divergence: about the error of the scaled grazing margin
-/// that the error of c* amounts to.
+/// `tolerance` is relative to the size of the divergence: about the error of the scaled grazing margin that
+/// corresponds to the error of c*.
 #[must_use]
 pub fn critical_dampings(
     columns: &[Column],
@@ -65,8 +65,8 @@ pub fn critical_damping(column: &Column, tolerance: f64) -> Result<CriticalDampi
 
 /// Whether c* of a column exceeds the damping `c`: whether an orbit that leaves the belt returns to it.
 ///
-/// The bounds of the weakening's even part may tell, else the orbit from the exit point at `c`. Only where that is too
-/// close to call is c* itself computed, with this tolerance.
+/// The bounds of the weakening's even part decide where they can, else the orbit from the exit point at `c`.
+/// Only where that orbit is undecided is c* itself computed, with this tolerance.
 ///
 /// # Errors
 /// [`NoCriticalDamping`] where the flow gives no verdict.
@@ -81,7 +81,7 @@ pub fn exceeds(column: &Column, c: f64, tolerance: f64) -> Result<bool, NoCritic
     }
 }
 
-/// Two dampings between which c* lies, by the even part of the divergence (theory, "The tests"), and a little beyond.
+/// Two dampings around c*, by the even part of the divergence (theory, "The tests"), widened a little.
 fn bounds(column: &Column) -> [f64; 2] {
     let range = column.curve.even_weakening_range(column.belt_speed);
     let width = (range.hi - range.lo).abs() / column.epsilon;
@@ -89,8 +89,8 @@ fn bounds(column: &Column) -> [f64; 2] {
     [range.lo / column.epsilon - pad, range.hi / column.epsilon + pad]
 }
 
-/// Number of evaluations of the right-hand side of the Stribeck law after which the search of a column ends:
-/// reached by orbits so stiff that one of them takes a million. The check of its result may take as much.
+/// Work after which the search of a column ends, in evaluations of the right-hand side of the Stribeck law.
+/// Only orbits so stiff that one takes a million reach it. The check of the result may take as much again.
 const WORK: u64 = 4_000_000;
 /// Tolerance of the orbits of the search, and of those that check its result.
 const COARSE: f64 = 1e-8;
@@ -98,8 +98,7 @@ const FINE: f64 = 1e-12;
 /// Belt speeds below this are not searched: orbits leave the normal numbers, where they take ten times as
 /// long.
 const SLOWEST: f64 = 1e-290;
-/// Largest error of a critical damping whose search ended before its time, relative to the range of the
-/// weakening rate.
+/// Largest error of a critical damping whose search ended early, relative to the range of the weakening rate.
 const UNFINISHED: f64 = 1e-3;
 
 /// The side of c* on which a damping lies, by the orbit from the exit point.
@@ -111,7 +110,7 @@ struct Side {
     error: f64,
     /// Number of evaluations of the right-hand side.
     rhs: u64,
-    /// The same in units of the Stribeck law.
+    /// The evaluations in units of those of the Stribeck law.
     work: u64,
 }
 
@@ -124,10 +123,11 @@ fn side_of(column: &Column, c: f64, tolerance: f64) -> Option<Side> {
     }
 }
 
-/// By the return map; `Err` with the number of evaluations where it does not decide.
+/// Finds the side by the return map; `Err` with the number of evaluations where it is undecided.
 fn side_by_turn(oscillator: &Oscillator, tolerance: f64) -> Result<Side, u64> {
     match decisive_turn(oscillator, tolerance) {
-        // Where a law's polynomials are not accurate, the orbit that follows the law itself knows more.
+        // Where a law's polynomials are inaccurate, the orbit that follows the law itself has a smaller
+        // error.
         Turn::Complete { margin, error, rhs } if margin.abs() > error || error <= UNRESOLVED => {
             let size = if margin.abs() > error { margin.clamp(-1.0, 1.0) } else { 0.0 };
             Ok(Side { margin: size, error, rhs: rhs.into(), work: rhs.into() })
@@ -136,7 +136,7 @@ fn side_by_turn(oscillator: &Oscillator, tolerance: f64) -> Result<Side, u64> {
     }
 }
 
-/// By the direct engine, after `spent` evaluations.
+/// Finds the side by the direct engine, after `spent` evaluations.
 fn side_by_flow(column: &Column, oscillator: &Oscillator, tolerance: f64, spent: u64) -> Option<Side> {
     let flow = direct::flow(oscillator, tolerance);
     let margin = match flow.fate {
@@ -162,7 +162,7 @@ fn search(column: &Column, tolerance: f64, rhs: u64) -> Result<CriticalDamping, 
     let undecided = Cell::new(0.0);
     // The nearest dampings known to lie below and above c*.
     let known = Cell::new([f64::NEG_INFINITY, f64::INFINITY]);
-    // Where the return map does not decide at one damping, it hardly does at the next.
+    // A return map that is undecided at one damping is usually undecided at the next.
     let mut turns_decide = true;
     let mut follow = |c: f64, tolerance: f64, most: u64| {
         if work > most {
@@ -198,7 +198,7 @@ fn search(column: &Column, tolerance: f64, rhs: u64) -> Result<CriticalDamping, 
     };
     // The signs at the bounds are checked nevertheless.
     let [low, high] = bounds(column);
-    // The undamped orbit of a table may leave its data, and those near c* do not.
+    // The undamped orbit of a table may leave its data where orbits near c* do not: a failure is ignored.
     if low < 0.0 && high > 0.0 && margin(0.0).is_ok_and(|margin| margin < 0.0) {
         // No legal damping is small enough; the value of a negative c* is not needed.
         let half = 0.5 * low.max(f64::MIN);
@@ -218,7 +218,7 @@ fn search(column: &Column, tolerance: f64, rhs: u64) -> Result<CriticalDamping, 
     let (c, bracket) = match found {
         Ok(found) => found,
         Err(why) => {
-            // What the orbits that were followed tell.
+            // The bounds by the orbits that were followed.
             let [below, above] = known.get();
             let (c, error) = (0.5 * (below + above), above - below);
             return match error <= UNFINISHED * (low.abs() + high.abs()) {

@@ -25,18 +25,18 @@ const PER_DECADE: i32 = 8;
 /// Decades searched, in units of max(1, V). Farther out dry friction only dissipates: the belt's motion no
 /// longer matters.
 const DECADES: std::ops::RangeInclusive<i32> = -6..=2;
-/// Relative error of a loop where only its direction is asked for.
+/// Relative error of a loop where only its direction is required.
 const DIRECTION_TOLERANCE: f64 = 1e-6;
 /// Change of a loop, in units of the tolerance, below which its direction is that of its error.
 const ERRORS: f64 = 10.0;
 
-/// Share of a bound above which a smaller one is not worth its time.
+/// The refinement of a bound ends after a step that leaves more than this share of it.
 const WORTHWHILE: f64 = 0.8;
 
 /// A loop from a downward crossing of the belt line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Loop {
-    /// It crosses again.
+    /// The orbit crosses again.
     Crosses {
         /// y', the new distance beyond the exit point.
         beyond_exit: f64,
@@ -45,9 +45,9 @@ pub enum Loop {
         /// Time of the loop.
         time: f64,
     },
-    /// It sticks.
+    /// The orbit sticks.
     Sticks,
-    /// It stays below the belt line.
+    /// The orbit stays below the belt line.
     SpiralsInward,
 }
 
@@ -85,7 +85,7 @@ pub struct StickSlipCycle {
     pub displacement: Range,
 }
 
-/// Where an orbit from the belt line meets it again.
+/// Where an orbit that starts on the belt line meets the line again.
 struct Passage {
     /// The state in which it arrives from below; `None` if it stays below.
     up: Option<State>,
@@ -177,9 +177,9 @@ pub fn second_crossing(oscillator: &Oscillator, tolerance: f64) -> Result<Option
     Ok(passage.down.map(|down| -(down.w + JUMP)))
 }
 
-/// How far the orbit from `beyond_exit` beyond the exit point reaches, a smooth function of the parameters: 0
-/// if it does not return, the landing speed up to 2, and beyond it, where it crosses the belt line, 4 plus
-/// the distance beyond the exit point at which it crosses again; it sticks where that is less than 4. By the
+/// A smooth function of the parameters for the orbit from `beyond_exit` beyond the exit point: 0 if it does
+/// not return, else the landing speed up to 2. If the orbit crosses the belt line, it is 4 plus the distance
+/// beyond the exit point at which the orbit crosses again; below 4 the orbit sticks. The orbit follows the
 /// compiled law.
 pub(crate) fn reach(oscillator: &Oscillator, beyond_exit: f64, tolerance: f64) -> Result<f64, Failure> {
     let work = Work::of_backbone(&oscillator.curve);
@@ -195,8 +195,8 @@ fn outward(from: f64, end: &Loop) -> bool {
     matches!(end, Loop::Crosses { beyond_exit, .. } if *beyond_exit > from)
 }
 
-/// Largest distance beyond the exit point that is searched: it depends on the belt speed alone, but for laws
-/// that are known up to a slip speed only, whose orbits must stay below it.
+/// Largest distance beyond the exit point that is searched. It depends on the belt speed alone, except for
+/// laws that are known up to a slip speed only: their orbits must stay below it.
 fn farthest(curve: &Curve, belt_speed: f64) -> f64 {
     let all = belt_speed.max(1.0) * 10_f64.powi(*DECADES.end());
     // From y beyond the exit point orbits stay within about hypot(y, V) + 2 of the lower centre.
@@ -210,9 +210,9 @@ fn farthest(curve: &Curve, belt_speed: f64) -> f64 {
     }
 }
 
-/// The distance y beyond the exit point from which on it is proved that loops lead inward, at every damping
-/// c >= 0, among those small enough to be searched: of a table that ends early, there are none. It is 0 where no
-/// orbit crosses the belt line for ever.
+/// The distance y beyond the exit point from which on loops are proved to lead inward at every damping c >=
+/// 0, among the loops small enough to be searched. A table that ends early has none. It is 0 where no orbit
+/// crosses the belt line for ever.
 ///
 /// Let phi >= 1 - W at all slip speeds, and phi <= 1 + d up to V. Then y is the root of (2 - W + d)
 /// (y + 2 - W) = (W + d) (hypot(y, V) + 2 d + W), and 0 if the left side is larger at y = 0. For a law that
@@ -228,7 +228,7 @@ fn farthest(curve: &Curve, belt_speed: f64) -> f64 {
 /// (W + d) L with s >= 2 (y + 2 - W). []
 ///
 /// Loops from less than y stay at slip speeds up to V + hypot(y, V) + 6 (W + d), by the same energy; W of
-/// these alone may give a smaller y.
+/// these slip speeds alone may give a smaller y.
 pub(crate) fn settled_from(curve: &Curve, belt_speed: f64) -> f64 {
     let farthest = farthest(curve, belt_speed);
     if farthest == 0.0 {
@@ -286,7 +286,7 @@ fn contracts(oscillator: &Oscillator) -> bool {
 struct Node {
     y: f64,
     outward: bool,
-    /// g = ln(y'/y) and its slope by ln y, where it crosses again.
+    /// g = ln(y'/y) and its slope by ln y, where the loop crosses again.
     growth: Option<[f64; 2]>,
 }
 
@@ -301,8 +301,8 @@ impl Node {
         Self { y, outward: outward(y, end), growth }
     }
 
-    /// Whether its direction is that of its error, and that of its neighbours too: far out friction that
-    /// vanishes hardly changes loops.
+    /// Whether g of this loop and of its neighbours is within the error: far out, friction that vanishes
+    /// hardly changes loops.
     fn is_flat(&self, tolerance: f64) -> bool {
         // Where g falls as a power of y its slope is as small, up to the exponent.
         let within_error = |[g, slope]: [f64; 2]| g.abs().max(0.1 * slope.abs()) <= ERRORS * tolerance;
@@ -315,8 +315,8 @@ struct Search<'a> {
     oscillator: &'a Oscillator,
     tolerance: f64,
     work: &'a Work,
-    /// What a cubic may miss between two loops before one between them was followed: where friction may push,
-    /// nothing is known; elsewhere no pair of cycles is known to exist, and the cubic is taken as it is.
+    /// Assumed error of a cubic between two loops until a loop between them has been followed. It is infinite
+    /// where friction may push. Elsewhere no pair of cycles is known to exist, and it is zero.
     missed: f64,
 }
 
@@ -332,12 +332,12 @@ impl<'a> Search<'a> {
         Ok(Node::of(y, &loop_within(self.oscillator, y, self.tolerance, self.work)?))
     }
 
-    /// A loop between two that lead in the direction `outward` which leads the other way; `None` if there is
-    /// none.
+    /// Finds, between two loops that lead in the direction `outward`, one that leads the other way; `None` if
+    /// there is none.
     ///
     /// Loops are nested: if that from b ends below a, all between lead inward, and if that from a ends beyond
-    /// b, outward. Else g is compared with the cubic in ln y that has the values and slopes at both ends; it
-    /// misses g by about `missed`, known from a loop between two others.
+    /// b, outward. Else g is compared with the cubic in ln y that has the values and slopes at both ends; its
+    /// error is about `missed`, found from a loop between two others.
     ///
     /// # Errors
     /// [`Unknown::TooClose`] if two cycles may meet there.
@@ -428,7 +428,7 @@ pub(crate) fn some_cross_for_ever(oscillator: &Oscillator, settled_from: f64) ->
         return Ok(false);
     }
     let unit = oscillator.belt_speed.max(1.0);
-    // Only directions are asked for: those of the compiled law will do, and take a tenth of the time.
+    // Only directions are required. The compiled law gives them in a tenth of the time.
     let work = Work::of_backbone(&oscillator.curve);
     let search = Search::new(oscillator, DIRECTION_TOLERANCE, &work);
     // From outside: loops are nested, so that none between a loop and the next leads outward.
@@ -467,7 +467,7 @@ pub fn crossing_cycles(oscillator: &Oscillator, tolerance: f64) -> Result<Vec<Cr
     let unit = oscillator.belt_speed.max(1.0);
     let work = Work::of_question(&oscillator.curve);
     let search = Search::new(oscillator, tolerance, &work);
-    // From the first place at which loops are settled inward: a loop that does not cross again excludes all
+    // Inward from the first place at which loops are settled. A loop that does not cross again excludes all
     // cycles inside it.
     let place = |i: i32| unit * 10_f64.powf(f64::from(i) / f64::from(PER_DECADE));
     let mut nodes: Vec<Node> = Vec::new();

@@ -57,8 +57,8 @@ pub fn separates(cycle: usize, count: usize, fate: &Fate) -> [Neighbour; 2] {
     [inside, outside]
 }
 
-/// The same for a repelling cycle that crosses the belt line, with this position among `count` of them and
-/// with so many slip cycles. The orbit from the exit point runs between both kinds.
+/// The attractors on both sides of a repelling cycle that crosses the belt line, with this position among
+/// `count` of them, with `slip_cycles` slip cycles. The orbit from the exit point runs between both kinds.
 #[must_use]
 pub fn crossing_separates(cycle: usize, count: usize, slip_cycles: usize, fate: &Fate) -> [Neighbour; 2] {
     let inside = match fate {
@@ -79,8 +79,8 @@ pub(crate) fn outermost_repelling<T>(cycles: &[T], is_stable: impl Fn(&T) -> boo
     cycles.iter().rposition(|cycle| !is_stable(cycle))
 }
 
-/// Least relative error of a turn, used for slip cycles: their amplitude is ill-conditioned where the
-/// multiplier is close to 1.
+/// Largest relative error of a turn that is used for slip cycles: their amplitude is ill-conditioned where
+/// the multiplier is close to 1.
 pub(crate) const TIGHT: f64 = 1e-13;
 
 /// Computes the dynamics; `flow` is the answer for the orbit from the exit point.

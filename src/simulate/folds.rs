@@ -1,10 +1,10 @@
 //! Fold curves in planes with the damping as one axis: the extremes of [the backbone](super::backbone) C(r),
 //! each followed along the other axis.
 //!
-//! There a fold curve is a graph over the other axis, and one backbone gives the points of all of them at
-//! once. The other axis is cut into `PARTS` parts. Each is halved until the extremes at neighbouring sections
+//! In such a plane fold curves are graphs over the other axis, and one backbone gives points of all of them.
+//! The other axis is cut into `PARTS` parts. Each is halved until the extremes at neighbouring sections
 //! correspond to each other one by one, move little, and lie on a line within `FLAT`. Where two extremes meet
-//! in a cusp, or one leaves through an end of the backbone, it is halved `HALVINGS` times: branches end
+//! in a cusp, or one leaves through an end of the backbone, the part is halved `HALVINGS` times: branches end
 //! there. Two extremes that appear and vanish again between neighbouring sections are missed.
 
 use rayon::prelude::*;
@@ -128,7 +128,7 @@ fn between(
 /// An extreme at a place of the other axis.
 type Followed = (f64, Extreme);
 
-/// The extremes of all sections, each with those that it corresponds to.
+/// The chains of corresponding extremes through all sections.
 fn chains(sections: &[Section]) -> Vec<Vec<Followed>> {
     let mut chains: Vec<Vec<Followed>> = Vec::new();
     // The chain of each extreme of the section before.
@@ -155,7 +155,7 @@ fn chains(sections: &[Section]) -> Vec<Vec<Followed>> {
     chains
 }
 
-/// For each extreme of `to`, that of `from` it corresponds to: those in the same order with the smallest sum
+/// For each extreme of `to`, the corresponding one of `from`: links keep the order and have the smallest sum
 /// of distances.
 fn links(from: &[Extreme], to: &[Extreme]) -> Vec<Option<usize>> {
     // The smallest cost of the first i and j extremes.

@@ -15,7 +15,7 @@ pub(super) struct Rule<const N: usize> {
     /// Row j gives, from a function's values, those of its antiderivative that vanishes at -1; transposed:
     /// `[k][j]` is the part of value k in node j.
     pub(super) antiderivative: [[f64; N]; N],
-    /// The same for the derivative.
+    /// The matrix of the derivative, in the same layout.
     pub(super) derivative: [[f64; N]; N],
 }
 

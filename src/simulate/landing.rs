@@ -62,7 +62,7 @@ impl Field<2> for Timed<'_> {
 /// `tolerance`, and counts right-hand sides.
 pub(super) fn approach(oscillator: &Oscillator, tolerance: f64, rhs: &mut u64) -> Approach {
     if !oscillator.curve.stops(oscillator.belt_speed).is_empty() {
-        // Equal steps cannot end there.
+        // Equal steps cannot end at stops.
         return Approach::NoAnswer;
     }
     let mut steps = STEPS;

@@ -1,20 +1,20 @@
 //! Interpolation in a box of a grid, from values in a few of its cells that are chosen one after the other.
 //!
-//! **Nodes.** The nodes of an axis are values of that axis in the order of Leja: each is, of all values, where
-//! the product of the distances from those before it is greatest. Newton's polynomial of rank k, which is that
-//! product divided by its value in node k, is 1 there, 0 in the nodes before and at most 1 in size on the
-//! whole axis. In several dimensions a node has a rank on each axis, and its polynomial is the product.
+//! **Nodes.** The nodes of an axis are values of that axis in the order of Leja: each is the value at which
+//! the product of the distances from the nodes before it is greatest. Newton's polynomial of rank k, which is
+//! that product divided by its value in node k, is 1 there, 0 in the nodes before and at most 1 in size on
+//! the whole axis. In several dimensions a node has a rank on each axis, and its polynomial is the product.
 //!
-//! **Lower sets.** A set of nodes that has with each node all those of lower ranks determines one polynomial
-//! spanned by theirs. The coefficient of a node is its surplus: its value less the polynomial through the
-//! nodes of lower ranks. Adding a node changes no other coefficient.
+//! **Lower sets.** A set that contains, with each node, all nodes of lower ranks determines one polynomial in
+//! the span of the nodes' polynomials. The coefficient of a node is its surplus: its value less the
+//! polynomial through the nodes of lower ranks. Adding a node changes no other coefficient.
 //!
-//! **Error.** The frontier are the nodes with a next rank on some axis that is not in the set. What they added
-//! is of the size of the error before; the error after is smaller by the fall of the surpluses from one rank
-//! to the next. The root of the sum of the squares of their surpluses is taken to be the error, less where
-//! surpluses fall faster than by [`SAFETY`], more where they fall slowly. A surplus may be small by chance:
-//! it counts as [`FALL`] of the one before it at least. Errors of the values show in the surpluses, enlarged
-//! as they are in the polynomial.
+//! **Error.** The frontier consists of the nodes whose next rank on some axis is not in the set. Their
+//! contribution is of the size of the error before they were added. The error after that is smaller by the
+//! fall of the surpluses from one rank to the next. The root of the sum of the squares of their surpluses is
+//! taken to be the error, less where surpluses fall faster than by [`SAFETY`], more where they fall slowly. A
+//! surplus may be small by chance, so it counts as at least [`FALL`] times the one before it. Errors of the
+//! values appear in the surpluses, enlarged as they are in the polynomial.
 
 use std::rc::Rc;
 
@@ -24,11 +24,11 @@ use crate::point::MAX_LAW_PARAMETERS;
 const MOST: usize = 24;
 /// Largest number of dimensions: eps, the law's parameters, V and c.
 const DIMENSIONS: usize = MAX_LAW_PARAMETERS + 3;
-/// The fastest fall of a surplus from one rank to the next that is believed.
+/// The fastest fall of a surplus from one rank to the next that is accepted.
 const FALL: f64 = 0.05;
-/// The sum of the ranks up to which nodes are wanted first: enough to see how the surpluses fall.
+/// Largest sum of the ranks of the nodes requested first: enough to estimate the fall of the surpluses.
 const FIRST_RANKS: u8 = 3;
-/// Safety of the fall that is expected of the next surpluses.
+/// Safety factor on the expected fall of the next surpluses.
 const SAFETY: f64 = 8.0;
 
 /// The rank of a node on each axis, slowest first; 0 beyond the axes.
@@ -97,7 +97,7 @@ struct Node {
     ranks: Ranks,
     /// Its place among all nodes, row-major by their ranks.
     place: usize,
-    /// The size of its surplus, as far as it is believed; 0 while the value is not known.
+    /// The size of its surplus, raised where its fall is not accepted; 0 while the value is not known.
     size: f64,
 }
 
@@ -111,9 +111,9 @@ pub(super) struct LowerSet {
     numbers: Vec<u32>,
     /// The nodes, those of lower ranks first.
     nodes: Vec<Node>,
-    /// For each node whose value is known the surpluses on the axes from each one on: that on all axes first.
+    /// For each node with a known value, its surpluses on the axes from each axis on, that on all axes first.
     surpluses: Vec<f64>,
-    /// Number of nodes whose values are known; those of the others are wanted next.
+    /// Number of nodes whose values are known; those of the others are requested next.
     known: usize,
     /// The numbers of the nodes that were in the frontier before the last were added, and of these.
     frontier: Vec<usize>,
@@ -125,7 +125,7 @@ pub(super) struct LowerSet {
 const NONE: u32 = u32::MAX;
 
 impl LowerSet {
-    /// Wants the values of the first nodes, those whose ranks have a small sum.
+    /// A set that requests the values of the first nodes, those whose ranks have a small sum.
     pub(super) fn new(sides: Vec<Rc<Side>>) -> Self {
         let mut strides = vec![1; sides.len()];
         for axis in (1..sides.len()).rev() {
@@ -153,7 +153,7 @@ impl LowerSet {
         has_next.then(|| node.place + self.strides[axis])
     }
 
-    /// Wants the nodes of the next rank on each axis that are missing.
+    /// Requests the missing nodes of the next rank on each axis.
     fn want_following(&mut self, number: usize) {
         for axis in 0..self.sides.len() {
             let node = &self.nodes[number];
@@ -165,7 +165,7 @@ impl LowerSet {
         }
     }
 
-    /// Wants a node that is missing, after all of lower ranks that are.
+    /// Requests a missing node, after all missing nodes of lower ranks.
     fn want(&mut self, ranks: Ranks) {
         let place = self.strides.iter().zip(ranks).map(|(stride, rank)| stride * usize::from(rank)).sum();
         for axis in 0..self.sides.len() {
@@ -179,7 +179,7 @@ impl LowerSet {
         self.nodes.push(Node { ranks, place, size: 0.0 });
     }
 
-    /// The cells of the nodes whose values are wanted, in the row-major order of the box.
+    /// The cells, numbered row-major in the box, of the nodes whose values are requested.
     pub(super) fn wanted(&self) -> impl Iterator<Item = usize> + '_ {
         self.nodes[self.known..].iter().map(|node| {
             let ranks = self.sides.iter().zip(node.ranks);
@@ -187,13 +187,13 @@ impl LowerSet {
         })
     }
 
-    /// Number of nodes, wanted ones included.
+    /// Number of nodes, requested ones included.
     pub(super) fn nodes(&self) -> usize {
         self.nodes.len()
     }
 
-    /// Takes the values of the nodes that are wanted, and returns the error of the polynomial through all
-    /// nodes; see the module.
+    /// Takes the values of the requested nodes, and returns the error of the polynomial through all nodes;
+    /// see the module.
     pub(super) fn take(&mut self, values: impl IntoIterator<Item = f64>) -> f64 {
         for (number, value) in (self.known..self.nodes.len()).zip(values) {
             self.take_value(number, value);
@@ -208,8 +208,8 @@ impl LowerSet {
         error
     }
 
-    /// The number of nodes with which the error is expected to be small enough, if errors fall, and numbers of nodes
-    /// grow, as they did last. 0 while there is not enough to expect.
+    /// The number of nodes at which the error is expected to be small enough, if errors fall and numbers of
+    /// nodes grow as they did last. 0 while the history is too short.
     pub(super) fn expected_nodes(&self, enough: f64) -> f64 {
         let [.., (_, before), (fewer, _), (nodes, error)] = self.history[..] else { return 0.0 };
         if !(error < before) {
@@ -235,13 +235,13 @@ impl LowerSet {
         if squares == 0.0 {
             return 0.0;
         }
-        // From one rank to the next; 1 and more where they do not fall.
+        // The factor from one rank to the next; 1 or more where surpluses do not fall.
         let fall = (squares / squares_before).sqrt().sqrt();
         squares.sqrt() * (SAFETY * fall).min(1.0) * (fall / (1.0 - fall)).max(1.0)
     }
 
-    /// Takes the surpluses of the next node: its value less the polynomial through the nodes of lower ranks, axis
-    /// by axis.
+    /// Computes the surpluses of the next node: its value less the polynomial through the nodes of lower
+    /// ranks, axis by axis.
     fn take_value(&mut self, number: usize, value: f64) {
         let axes = self.sides.len();
         let Node { ranks, place, .. } = self.nodes[number];
@@ -259,7 +259,7 @@ impl LowerSet {
         let mut size = surplus.abs();
         for (stride, rank) in self.strides.iter().zip(ranks).filter(|(_, rank)| *rank > 0) {
             let before = |ranks: usize| self.size_at(place - ranks * stride);
-            // That over several ranks, where no other surplus of the frontier bears it out.
+            // The mean fall over several ranks, where the frontier has no other surplus to confirm it.
             let fall = match rank {
                 4.. if axes == 1 => (size / before(4)).sqrt().sqrt().min(1.0),
                 _ => FALL,
@@ -289,8 +289,8 @@ impl LowerSet {
         })
     }
 
-    /// Wants the nodes that follow the frontier where it is more than its share of an error that is small
-    /// enough.
+    /// Requests the nodes that follow those frontier nodes whose surplus exceeds its share of the error
+    /// `enough`.
     pub(super) fn grow(&mut self, enough: f64) {
         let share = enough / (self.frontier.len() as f64).sqrt();
         for at in 0..self.frontier.len() {
@@ -332,8 +332,8 @@ impl LowerSet {
 type Lanes = [f64; LANES];
 const LANES: usize = 8;
 
-/// From coefficients by the first `count` ranks of an axis to values along it, for each index of the axes before,
-/// and for `inner` numbers together, a multiple of [`LANES`].
+/// Transforms coefficients of the first `count` ranks of an axis to values along it, for each index of the
+/// axes before, and for `inner` numbers together, a multiple of [`LANES`].
 #[inline(always)]
 fn along_axis(coefficients: &[f64], side: &Side, count: usize, inner: usize) -> Vec<f64> {
     let mut values = vec![0.0; coefficients.len() / count * side.length];

@@ -1,9 +1,9 @@
 //! Margins of the cells of a grid: the turns of a few cells, and a polynomial through them for the others.
 //!
 //! The margin m/V is analytic in c, in the belt speed and in the parameters of a law wherever the orbits
-//! complete their turn and the law is analytic, and 1 + m/V is nearly that of a spiral, an orbit whose
-//! divergence stays what it is at belt speed (theory, "Margins of a grid"). The polynomial is one through
-//! their ratio, less 1. Its nodes are cells of the grid, see `src/simulate/lower_set.rs`.
+//! complete their turn and the law is analytic, and 1 + m/V is nearly that of a spiral, an orbit with the
+//! constant divergence D(V) (theory, "Margins of a grid"). The polynomial interpolates their ratio, less 1.
+//! Its nodes are cells of the grid, see `src/simulate/lower_set.rs`.
 //!
 //! A box of columns whose polynomial needs too many nodes is cut into halves, down to single columns, as is
 //! one in which an orbit does not complete its turn. Some further cells of each box get a turn: where one of
@@ -20,18 +20,18 @@ use super::return_map::{Turn, UNRESOLVED, turns_of_orbits};
 use crate::friction::Column;
 use crate::random::Random;
 
-/// Largest size of the divergence of interpolated columns. Half of that of a node, and small enough for the
-/// margin to follow exp(-pi eps c): no surplus is small for other reasons than that all are.
+/// Largest size of the divergence of interpolated columns. It is half of that of a node, and small enough for
+/// the margin to follow exp(-pi eps c): a surplus is small only where all are.
 const NEAR: f64 = 1.0;
 /// Shares of the tolerance for the turns at the nodes and for the polynomial.
 const SHARE_OF_TURNS: f64 = 0.25;
 const SHARE_OF_POLYNOMIAL: f64 = 0.5;
-/// How much larger than at the nodes the errors of the turns are between them; they are independent.
+/// Factor from the errors of the turns at the nodes to those between them; the errors are independent.
 const ENLARGED: f64 = 2.0;
 /// Largest share of the cells of a box, and of a column, that may become nodes.
 const MOST_NODES: f64 = 1.0 / 3.0;
 const MOST_NODES_OF_COLUMN: f64 = 2.0 / 3.0;
-/// How many times that number may be expected before it is reached: what is expected early is often too much.
+/// How many times that number may be expected before the box is cut: early expectations are often too large.
 const NODES_EXPECTED: f64 = 2.0;
 /// Largest share of all cells that may be nodes of boxes of several columns that were cut.
 const MOST_WASTED: f64 = 1.0 / 16.0;
@@ -53,7 +53,7 @@ pub struct Margins {
 }
 
 impl Margins {
-    /// Of cells of which nothing is known.
+    /// The margins of cells of which nothing is known.
     fn none(cells: usize) -> Self {
         Self { margins: vec![f64::NAN; cells], errors: vec![f64::NAN; cells], rhs: vec![0; cells] }
     }
@@ -81,8 +81,8 @@ pub fn margins(columns: &[Column], cs: &[f64], tolerance: f64) -> Margins {
     Cells::new(columns, &[numbers], cs, tolerance).margins(each)
 }
 
-/// As [`margins`], of columns that form a grid: `axes` are the values along each axis of columns, slowest first, and
-/// their numbers multiply to that of the columns.
+/// As [`margins`], for columns that form a grid: `axes` are the values along each axis of columns, slowest
+/// first; their numbers multiply to that of the columns.
 #[must_use]
 pub fn margins_of_grid(columns: &[Column], axes: &[Vec<f64>], cs: &[f64], tolerance: f64) -> Margins {
     let whole = axes.iter().map(|values| 0..values.len()).collect();
@@ -103,7 +103,7 @@ struct Cells<'a> {
     spirals: Vec<f64>,
     /// For each column whether it may be interpolated.
     is_smooth: Vec<bool>,
-    /// The sides of boxes, by their axis and range; that after the axes of columns is c.
+    /// The sides of boxes, by their axis and range; the axis after those of columns is c.
     sides: HashMap<(usize, Range<usize>), Option<Rc<Side>>>,
     /// The turns of the nodes of boxes that were cut.
     turns: HashMap<usize, Turn>,
@@ -172,7 +172,7 @@ impl<'a> Cells<'a> {
         self.done
     }
 
-    /// The turns of the cells that some boxes of one tolerance want next, box by box.
+    /// The turns of the cells that some boxes of one tolerance request next, box by box.
     fn turns_of(&mut self, alike: &[Growing]) -> Vec<Turn> {
         let wanted: Vec<usize> = alike.iter().flat_map(|part| part.wanted(self.cs.len())).collect();
         let new: Vec<usize> = wanted.iter().copied().filter(|cell| !self.turns.contains_key(cell)).collect();
@@ -270,11 +270,11 @@ fn extremes(values: &[f64]) -> [f64; 2] {
     [f64::min, f64::max].map(|pick| values.iter().copied().fold(f64::NAN, pick))
 }
 
-/// What follows from the turns of a box so far.
+/// The next step for a box, by its turns so far.
 enum Next {
     MoreTurns,
     Finished,
-    /// It takes too many nodes, an orbit does not complete its turn, or one contradicts the error.
+    /// The box takes too many nodes, an orbit does not complete its turn, or one contradicts the error.
     Cut,
 }
 
@@ -286,8 +286,8 @@ struct Growing {
     set: LowerSet,
     /// Largest number of nodes.
     most: f64,
-    /// Largest error of a ratio that is small enough for the margins: the tolerance by the largest reach of a
-    /// spiral.
+    /// Largest error of a ratio that is small enough for the margins: the tolerance divided by the largest
+    /// reach of a spiral.
     goal: f64,
     /// The tolerance of turns: a power of 2, so that many boxes have the same.
     tolerance: f64,
@@ -295,7 +295,7 @@ struct Growing {
     turns: Vec<(usize, Turn)>,
     /// Largest error of a ratio at a node.
     node_error: f64,
-    /// The cells that are compared, once all are filled.
+    /// The cells that are compared once all cells are filled.
     compared: Vec<usize>,
 }
 
@@ -336,7 +336,7 @@ impl Growing {
         Some(Self { ranges, columns, set, most, goal, tolerance, turns, node_error: 0.0, compared })
     }
 
-    /// The cells whose turns are wanted next.
+    /// The cells whose turns are requested next.
     fn wanted(&self, dampings: usize) -> Vec<usize> {
         match self.compared.is_empty() {
             true => self.set.wanted().map(|cell| self.cell(cell, dampings)).collect(),
@@ -349,7 +349,7 @@ impl Growing {
         self.columns[cell / dampings] * dampings + cell % dampings
     }
 
-    /// Takes the turns of the cells that were wanted.
+    /// Takes the turns of the requested cells.
     fn take(&mut self, cells: &mut Cells, turns: &mut impl Iterator<Item = Turn>) -> Next {
         let wanted = self.wanted(cells.cs.len());
         let taken = self.turns.len();

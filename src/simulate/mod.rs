@@ -2,8 +2,8 @@
 //!
 //! Two engines share only the friction law and return the same type of answer: [`direct`] integrates the
 //! system in its original variables (x1, x2), [`return_map`] the scalar form in polar coordinates of (x2,
-//! x2'). [`flow`] is the second, handed over to the first where it does not apply. [`critical_damping`]
-//! answers for a whole column at once.
+//! x2'). [`flow`] uses the second, and hands over to the first where that does not apply.
+//! [`critical_damping`] answers for a whole column at once.
 
 pub mod arc;
 pub mod backbone;
@@ -69,11 +69,11 @@ pub enum Fate {
     CrossesForever,
     /// The grazing margin is smaller than its error estimate.
     TooCloseToCall,
-    /// No answer.
+    /// The integration failed.
     Failed(Failure),
 }
 
-/// Reason why an integration gave no answer.
+/// Reason why an integration failed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Failure {
     /// The step budget ran out.
@@ -104,7 +104,7 @@ pub struct Flow {
 
 impl Flow {
     /// The grazing margin, or a number with its sign where only that is known, at most 1 in size: 0 if it is
-    /// too close to call. `None` without an answer.
+    /// too close to call. `None` if the integration failed.
     fn signed_margin(&self) -> Option<f64> {
         let size = if self.margin.is_finite() { self.margin.abs().min(1.0) } else { 1.0 };
         match self.fate {

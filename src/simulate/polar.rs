@@ -176,7 +176,7 @@ pub(super) struct Divergence {
 }
 
 impl From<&ScaledGroups> for Divergence {
-    /// That of the grazing orbit.
+    /// The divergence of the grazing orbit.
     fn from(groups: &ScaledGroups) -> Self {
         Self { a: groups.a, start: 1.0, k: groups.k, b2: 2.0 * groups.b, c: groups.c }
     }
@@ -204,7 +204,7 @@ impl<F: Shape> Lanes<F> {
     /// d delta / d theta of every lane.
     ///
     /// `room` accumulates the smallest distance of each lane from the border of the domain of the polar form;
-    /// a lane whose room is not positive at the end (or whose state is not finite) has no answer.
+    /// a lane whose room is not positive at the end (or whose state is not finite) is invalid.
     #[inline(always)]
     pub(super) fn slope(&self, angle: Angle, delta: &[f64; LANES], room: &mut [f64; LANES]) -> [f64; LANES] {
         let mut slope = [0.0; LANES];

@@ -41,7 +41,7 @@ pub fn turns_of(column: &Column, cs: &[f64], tolerance: f64) -> Vec<Turn> {
     turns_of_orbits(cs.iter().map(|&c| (column, c)), tolerance)
 }
 
-/// As [`turns_of`], of orbits of several columns, each at its damping.
+/// As [`turns_of`], for orbits of several columns, each at its damping.
 pub(super) fn turns_of_orbits<'a>(
     orbits: impl Iterator<Item = (&'a Column, f64)> + Clone,
     tolerance: f64,
@@ -78,8 +78,8 @@ const FINEST_TOLERANCE: f64 = 1e-16;
 /// few such orbits.
 const COARSEST_DECISIVE: f64 = 1e-9;
 
-/// Error of the margin from which it must be this much smaller than the margin: the finest steps do not
-/// resolve the orbit, and what they say of their error is not asymptotic.
+/// A larger error of the margin is accepted only up to `UNRESOLVED_SHARE` of the margin: the finest steps do
+/// not resolve the orbit, and their error estimate is not asymptotic.
 pub(super) const UNRESOLVED: f64 = 1e-8;
 const UNRESOLVED_SHARE: f64 = 0.01;
 

@@ -24,9 +24,9 @@ impl Bracket {
     }
 }
 
-/// A bracket of the root of a falling function within [from, to], searched from `start`, which lies there,
-/// outward in steps that double from `step` on: far from the root the function may fail, or take long. `None` where it
-/// does not change its sign; at the ends of [from, to] it may be zero.
+/// Brackets the root of a falling function within [from, to]. The search goes outward from `start`, which
+/// lies there, in steps that double from `step` on: far from the root the function may fail, or take long.
+/// `None` where it does not change its sign; at the ends of [from, to] it may be zero.
 pub(super) fn falling_bracket<E>(
     [start, step]: [f64; 2],
     [from, to]: [f64; 2],
@@ -55,15 +55,15 @@ pub(super) fn falling_bracket<E>(
     Ok(Some(Bracket { low, high }))
 }
 
-/// The first step from `start` of a search within [from, to] that knows no better.
+/// The default first step from `start` of a search within [from, to].
 pub(super) fn first_step(start: f64, [from, to]: [f64; 2]) -> f64 {
     0.1 * start.abs() + 1e-3 * (to - from)
 }
 
 /// Narrows `bracket` to `enough` by the ITP method of Oliveira and Takahashi
 /// (ACM Trans. Math. Softw. 47, 2020), which is as fast as the secant where the function is smooth and never
-/// slower than bisection where only its sign is known. Returns the middle of the bracket with it, or a place
-/// where the function is zero, so that its sign is not known more closely, with the bracket so far.
+/// slower than bisection where only its sign is known. Returns the middle of the bracket, or a place where
+/// the function is zero and its sign therefore unknown, and the bracket.
 pub(super) fn falling_root<E>(
     mut bracket: Bracket,
     enough: f64,
@@ -100,8 +100,9 @@ pub(super) fn falling_root<E>(
 const MOST_TRIALS: u32 = 100;
 
 /// The fixed point of a return map between two places, at one of which it leads outward and at the other
-/// inward, to a tenth of `tolerance`, relative: by Newton's method where that stays between. `map` returns
-/// whether it leads outward and, where the orbit returns, the next place and the slope.
+/// inward, to a relative error of a tenth of `tolerance`: by Newton's method where that stays between, else
+/// bisection. `map` returns whether it leads outward and, where the orbit returns, the next place and the
+/// slope.
 pub(super) fn fixed_point<E>(
     [mut low, mut high]: [f64; 2],
     low_outward: bool,

@@ -35,7 +35,7 @@ use crate::friction::{Column, Law, Table};
 
 /// Error of the critical damping, in units of the divergence.
 const CRITICAL: f64 = 1e-13;
-/// Errors of the two orbits.
+/// Tolerances of the two orbits.
 const TOLERANCES: [f64; 2] = [1e-13, 1e-10];
 /// Round-off of a mean, relative to the largest term.
 const ROUND_OFF: f64 = 64.0 * f64::EPSILON;
@@ -185,11 +185,11 @@ struct Sample {
     weight: f64,
 }
 
-/// Length of pieces of a law, in units of V, whose ends are also those of steps: the integrands change as
-/// fast as the law does, and faster than the orbit.
+/// Length of pieces of a law, in units of V, below which steps also end at every second end of a piece: the
+/// integrands change as fast as the law does, and faster than the orbit.
 const FINE: f64 = 0.01;
 
-/// The grazing orbit, as a quadrature rule with its weight, with steps that end at these slip speeds, too.
+/// The grazing orbit, as a quadrature rule with its weight. Steps also end at the slip speeds `edges`.
 fn grazing_orbit(
     column: &Column,
     c: f64,
@@ -215,7 +215,7 @@ fn grazing_orbit(
     let end = walk.lower_arc(|walk, from: &State, to: &State| {
         let h = to.time - from.time;
         for (node, weight) in rule.nodes.into_iter().zip(rule.weights) {
-            // Where the budget does not hold this, the next step of the walk fails.
+            // If this exceeds the budget, the next step of the walk fails.
             let _ = work.spend(STAGES as u64);
             let (state, _) = walk.after(from, 0.5 * (1.0 + node) * h);
             points.push((walk.slip(&state).slip.max(0.0), weight * h * state.w * state.w, -state.growth));
@@ -260,9 +260,9 @@ impl Term {
 
 /// Derivatives of c*.
 struct Means {
-    /// By eps, V and the law's parameters.
+    /// Derivatives by eps, V and the law's parameters.
     by_parameters: Vec<Term>,
-    /// By a table's data, with the unit of friction held fixed.
+    /// Derivatives by a table's data, with the unit of friction held fixed.
     by_data: Vec<Term>,
     by_unit: Term,
 }
@@ -279,7 +279,7 @@ fn means(column: &Column, c: f64, orbit: &[Sample]) -> Means {
         let gradient = curve.weakening_gradient(slip);
         let by_parameters = gradient.parameters.as_slice();
         terms.resize(2 + by_parameters.len(), Term::default());
-        // A formula's own series: the polynomials' digits depend on what they were compiled for before.
+        // A formula's own series is used, since the digits of the polynomials depend on earlier compilations.
         let slope = match curve.formula(Jet::<f64, 3>::variable(slip, 1.0)) {
             Some(phi) => -2.0 * phi.0[2],
             None => weakening.at_with_slope(slip)[1],

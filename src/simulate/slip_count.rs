@@ -30,8 +30,8 @@
 //! The region where the orbit may be is guessed, and confirmed by the bound on its distance from the
 //! polynomial.
 //!
-//! **All orbits of a piece.** Of half-width w in rho(0): the same bound holds for their distance from the
-//! polynomial, begun at w. With L over that tube, psi up to th is at most exp(integral of L), and so
+//! **All orbits of a piece.** Let w be its half-width in rho(0). The same bound, begun at w, holds for their
+//! distance from the polynomial. With L over that tube, psi up to th is at most exp(integral of L), and so
 //!
 //! ```text
 //! |h - h_m| <= w K,    |g - g_m| <= w max |e^(h_m +- w K) - 1|,    K = integral of max |dH/drho| max psi,
@@ -60,7 +60,7 @@ use crate::friction::jet::{Jet, Real};
 const STEPS: [f64; 2] = [0.25, 1e-3];
 /// Shortest step for a piece: if confirming the guess needs a shorter one, the piece is too wide.
 const SHORTEST_OF_PIECE: f64 = 0.03;
-/// Least and greatest defect that steps aim at, relative to |D|; between these limits it is small compared
+/// Least and greatest target defect of a step, relative to |D|; between these limits it is small compared
 /// with the square of the piece's width.
 const DEFECTS: [f64; 2] = [1e-8, 1e-5];
 /// Least dth/dt.
@@ -339,7 +339,7 @@ fn walk(oscillator: &Oscillator, from: f64, to: f64, budget: &mut u32) -> Option
             h = (2.0 * h).min(STEPS[0]);
         }
     }
-    // From the number TAU to 2 pi, which is next to it.
+    // From the floating-point number TAU to 2 pi, which lies between it and the next number.
     let angle = Jet::<Interval, 1>::of(Interval::new(TAU, TAU.next_up()));
     let around = Interval::new(rho - 2.0 * tube.hi - 1e-9, rho + 2.0 * tube.hi + 1e-9);
     let [last_f, last_h, _] = oscillator.polar(angle, Jet::of(around))?;

@@ -71,7 +71,7 @@ pub fn none_proved(oscillator: &Oscillator) -> bool {
     none_within(&oscillator.curve.even_weakening_range(oscillator.belt_speed), oscillator.viscous)
 }
 
-/// The same at eps c = `viscous` by the bounds of the even part.
+/// Returns whether bounds of the even part prove that no slip cycle exists at eps c = `viscous`.
 pub(crate) fn none_within(even: &Range, viscous: f64) -> bool {
     even.lo > viscous || even.hi < viscous
 }
@@ -79,7 +79,7 @@ pub(crate) fn none_within(even: &Range, viscous: f64) -> bool {
 /// Reason why cycles are unknown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Unknown {
-    /// An orbit gave no answer.
+    /// An orbit failed.
     #[error(transparent)]
     Orbit(#[from] Failure),
     /// Near a fold, where two cycles meet: whether there are two or none is within the error.
@@ -87,8 +87,8 @@ pub enum Unknown {
     TooClose,
 }
 
-/// Accuracy of the backbone from which slip cycles are read, in units of the weakening rate. Their own
-/// accuracy is that of the turn.
+/// Accuracy of the backbone from which slip cycles are read, in units of the weakening rate. The accuracy of
+/// the cycles is that of the turn.
 pub(crate) const BACKBONE_TOLERANCE: f64 = 1e-10;
 
 /// The slip cycles, by growing amplitude, located with the relative error `tolerance` of one turn divided by
@@ -156,8 +156,8 @@ fn locate_within(
     })
 }
 
-/// A walk from (x2, x2') = (`radius`, 0) in the direction of time in which a slip cycle attracts: forward, it
-/// would lose one that strongly repels within a turn.
+/// A walk from (x2, x2') = (`radius`, 0) in the direction of time in which a slip cycle attracts. A walk
+/// forward would leave a cycle that strongly repels within a turn.
 fn walk_towards<'a>(
     oscillator: &'a Oscillator,
     radius: f64,
@@ -177,7 +177,7 @@ pub(super) struct Extent {
 }
 
 impl Default for Extent {
-    /// That of no orbit.
+    /// The extent of no orbit.
     fn default() -> Self {
         let nothing = Range { lo: f64::INFINITY, hi: f64::NEG_INFINITY };
         Self { velocity: nothing, displacement: nothing }

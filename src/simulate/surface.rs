@@ -1,7 +1,7 @@
 //! The universal surface C*(A, k, b): a table of the critical damping of every Stribeck oscillator.
 //!
 //! By scaling (theory, "Scaling") the six-parameter boundary of stick-slip is one surface over three numbers.
-//! It lies just below the harmonic-balance surface C_HB, so what is tabulated is the small difference,
+//! It lies just below the harmonic-balance surface C_HB, so the small difference is tabulated,
 //!
 //! ```text
 //! C* = C_HB(A, k, b) - A^3 R(A, k, y),      y = b / b0(A, k),      C_HB(A, k, b0) = 0,
@@ -35,7 +35,7 @@ struct Extent {
     bound: f64,
 }
 
-/// From small and accurate to large and less accurate.
+/// The extents of the tables, from small and accurate to large and less accurate.
 const EXTENTS: [Extent; 2] = [
     Extent { a_max: 0.2, k_max: 0.3, size: [8, 12], bound: 1e-10 },
     Extent { a_max: 0.5, k_max: 1.0, size: [10, 16], bound: 1e-8 },

@@ -19,7 +19,7 @@ pub(super) struct Work {
     left: Cell<u64>,
     /// Cost of an evaluation of the law itself.
     cost: u64,
-    /// Whether orbits see the compiled law. Its digits depend on what it was compiled for before.
+    /// Whether orbits follow the compiled law, whose digits depend on earlier compilations.
     pub(super) compiles: bool,
 }
 
@@ -29,7 +29,7 @@ impl Work {
         Self { left: Cell::new(QUESTION), cost: curve.cost(), compiles: false }
     }
 
-    /// The same for a question that takes a backbone, which compiles the law.
+    /// The whole budget for a computation that uses a backbone, which compiles the law.
     pub(super) fn of_backbone(curve: &Curve) -> Self {
         Self { compiles: curve.cost() > 1, ..Self::of_question(curve) }
     }
@@ -42,11 +42,11 @@ impl Work {
         self.spend_compiled(evaluations.saturating_mul(self.cost))
     }
 
-    /// The same for evaluations of the compiled law, each of which takes about as long as one of the Stribeck
+    /// Subtracts evaluations of the compiled law, each of which takes about as long as one of the Stribeck
     /// law.
     pub(super) fn spend_compiled(&self, evaluations: u64) -> Result<(), Failure> {
         let left = self.left.get().checked_sub(evaluations);
-        // Behind the first evaluations that it does not hold no further work may begin.
+        // After the first evaluations that exceed the budget no further work may begin.
         self.left.set(left.unwrap_or(0));
         left.map(|_| ()).ok_or(Failure::StepBudget)
     }

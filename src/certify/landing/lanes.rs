@@ -67,7 +67,7 @@ impl Scaled {
     }
 }
 
-/// The end of the last strip that was reached, and the bound of e there.
+/// The end of the last strip that the orbit reaches, and the bound of e there.
 struct Reached {
     energy: Lanes,
     s: Lanes,

@@ -2,8 +2,8 @@
 
 use std::ops::{Add, Mul, Neg, Sub};
 
-/// All real numbers within `radius` of `middle`. An infinite or undefined radius means that nothing is known;
-/// every use compares so that such a ball proves nothing.
+/// All real numbers within `radius` of `middle`. An infinite or NaN radius means that nothing is known; every
+/// comparison is written so that such a ball proves nothing.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Ball {
     pub(super) middle: f64,
@@ -38,7 +38,7 @@ impl Ball {
         Self::rounded(0.0, self.middle.abs() + self.radius).radius
     }
 
-    /// All numbers between two.
+    /// All numbers between `lo` and `hi`.
     pub(super) fn between(lo: f64, hi: f64) -> Self {
         let middle = 0.5 * lo + 0.5 * hi;
         Self::rounded(middle, (hi - middle).max(middle - lo))

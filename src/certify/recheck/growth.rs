@@ -30,13 +30,13 @@ pub(super) fn least(tile: &Tile, tube: f64) -> Option<f64> {
     };
     let (first, second) = (sums(1), sums(2));
     // Half a cell. The points below are at equal angles up to some units of rounding, as their distances
-    // show.
+    // prove.
     let half = std::f64::consts::PI / ANGLES as f64 * (1.0 + 1e-5);
     let points = points()?;
     let mut least = f64::INFINITY;
     for (cos, sin) in points {
-        // Values at the middle of the cell by modes, of the powers of e^(i theta). Each power multiplies the
-        // error of the last by 1 + 1e-15 and adds as much: after at most 512 of them less than 1e-12.
+        // Values at the middle of the cell by modes, from the powers of e^(i theta). Each power multiplies
+        // the error of the last by 1 + 1e-15 and adds 1e-15: after at most 512 powers it is below 1e-12.
         let (mut r, mut slope) = ([0.0; MODES], [0.0; MODES]);
         let (mut c, mut s) = (1.0, 0.0);
         for (n, (a, b)) in tile.cosines.iter().zip(&tile.sines).enumerate() {

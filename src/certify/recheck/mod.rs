@@ -49,8 +49,8 @@
 //! computed as a Fourier series (`series`), whose coefficients' absolute values bound it at every angle.
 //! Between the points: in A = middle + half-width cos t (k and b likewise) G is a trigonometric polynomial of
 //! degree d, four times that of the tile's polynomials plus 0, 2, 1. Where |G| is largest, at t*, its slope
-//! vanishes, and by Bernstein's inequality (|G''| <= d^2 max |G|) a point within delta of t* sees at least
-//! the share 1 - (d delta)^2 / 2.
+//! vanishes, and by Bernstein's inequality (|G''| <= d^2 max |G|) at a point within delta of t* |G| is at
+//! least the share 1 - (d delta)^2 / 2 of its maximum.
 //!
 //! | statement | function | test |
 //! | --- | --- | --- |
@@ -107,7 +107,7 @@ pub fn verify(tile: &Tile) -> Result<f64, Doubt> {
     }
     let growth = growth::least(tile, tile.radius).ok_or(Doubt::NoBarrier)?;
     let defect = defect(tile).ok_or(Doubt::Malformed)?;
-    // Covers more than two roundings up.
+    // The factor covers the roundings.
     let proved = defect / growth * (1.0 + 1e-9);
     if proved < tile.radius { Ok(proved) } else { Err(Doubt::TooSharp { proved }) }
 }
@@ -160,7 +160,7 @@ struct Node {
     chebyshev: [Ball; HIGHEST + 1],
 }
 
-/// The points of one parameter, and the bound on the ratio of a maximum to that over them.
+/// The points of one parameter, and the bound on the ratio of a maximum to the maximum over the points.
 struct Mesh {
     nodes: Vec<Node>,
     factor: f64,
@@ -181,8 +181,8 @@ impl Mesh {
         let points: Vec<f64> =
             (0..count).map(|j| (std::f64::consts::PI * (j as f64 + 0.5) / n).cos()).collect();
         // The cosine is not trusted: with x = cos t, T_n(x) = cos n t, and |cos n t| <= e means that n t is
-        // within pi e / 2 of an odd multiple of pi/2. Points further apart than two such t are not at the
-        // same zero.
+        // within pi e / 2 of an odd multiple of pi/2. Points farther apart than twice that distance are not
+        // at the same zero.
         let off = std::f64::consts::FRAC_PI_2 * OFF_ZERO / n * 1.001;
         for (j, &x) in points.iter().enumerate() {
             let [t, _] = chebyshev_pair(Ball::exact(x), count);
@@ -213,7 +213,7 @@ fn defect(tile: &Tile) -> Option<f64> {
         .into_par_iter()
         .map(|at| {
             let (one, two) = (&a.nodes[at % a.nodes.len()], &k.nodes[at / a.nodes.len()]);
-            // Written so that a norm that is not a number is kept.
+            // Written so that NaN is kept.
             let most = |most: f64, norm: f64| if norm <= most { most } else { norm };
             b.nodes.iter().map(|three| defect_at(tile, [one, two, three])).fold(0.0, most)
         })

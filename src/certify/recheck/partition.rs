@@ -1,8 +1,8 @@
-//! Checks that boxes divide a domain: every point of it in a box, inner points in only one, none outside.
+//! Checks that boxes divide a domain: they cover it, share no inner points and do not extend outside.
 //!
-//! Only comparisons of the stated numbers are used, no volumes. The domain is cut by planes that no box
-//! crosses, and each part again, until a single box is left, which must then equal its part. That proves
-//! coverage and disjointness at once, and succeeds on every subdivision that was made by repeated cuts.
+//! Only comparisons of the stated numbers are used, no volumes. The domain and then each part is cut by
+//! planes that no box crosses, until a part holds a single box, which must equal it. That proves coverage and
+//! disjointness at once, and succeeds on every subdivision that was made by repeated cuts.
 
 use crate::certify::validated::tile::GroupBox;
 
@@ -16,7 +16,7 @@ pub enum Fault {
     /// The domain itself is invalid: an end is not finite, or the lower exceeds the upper.
     #[error("the domain is not a box: each range needs finite ends, the lower first")]
     NoDomain,
-    /// The box of this index is, or it is flat along an axis where the domain is not.
+    /// The box of this index is invalid, or flat along an axis where the domain is not.
     #[error("box {} is invalid: each range needs finite ends, the lower first, and a width", .0 + 1)]
     NoBox(usize),
     /// The box of this index extends outside the domain.

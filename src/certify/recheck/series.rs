@@ -66,7 +66,7 @@ impl Series {
         }
         // A real part is a sum of at most 2 n products, n terms of the shorter series: its error is at most
         // (2 n + 2) units of 2^-53 times the sum of their sizes, which is at most the product of the moduli
-        // summed, times sqrt(2); the same for the imaginary part.
+        // summed, times sqrt(2). The bound holds for the imaginary part, too.
         let (one, two) = (self.stored_norm(), other.stored_norm());
         let rounding = (4 * short.re.len() + 8) as f64 * f64::EPSILON * one * two;
         let error = one * other.error + self.error * two + self.error * other.error + rounding;

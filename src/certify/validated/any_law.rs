@@ -9,7 +9,7 @@ use crate::friction::{Column, Range};
 /// The proved statements about a column.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Proof {
-    /// Enclosure of C* = eps c*; infinite where nothing bounds it.
+    /// Enclosure of C* = eps c*; an end is infinite where no bound is proved.
     pub critical: Range,
     /// The damping c from which on the landing is proved; infinity if none is.
     pub(crate) sticks_from: f64,

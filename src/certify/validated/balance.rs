@@ -6,9 +6,9 @@
 //! C_HB = A h(k) - 2 b,     h = 2 / (q (1 + k + q)),     q^2 = 1 + 2 k.
 //! ```
 //!
-//! C* <= C_HB is false at large k, and no general proof is known for smaller k; but a [`Tile`] encloses C* by
-//! a polynomial, so the inequality is a finite computation wherever the gap exceeds the tile's radius. The
-//! gap is of fifth order in (A, k, b), so that boxes at A = 0 or k = 0 cannot be proved.
+//! C* <= C_HB is false at large k, and no general proof is known for smaller k. But a [`Tile`] encloses C* by
+//! a polynomial, so that a finite computation proves the inequality wherever the gap exceeds the tile's
+//! radius. The gap is of fifth order in (A, k, b), so that boxes at A = 0 or k = 0 cannot be proved.
 //!
 //! C_HB is linear in A and b, and is subtracted from the polynomial mode by mode; along k both are enclosed
 //! over intervals, which are bisected until the difference has one sign.

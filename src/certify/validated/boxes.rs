@@ -1,9 +1,9 @@
 //! Proved shares of the volume of a box of the Stribeck oscillator's parameters.
 //!
 //! Two subdivisions work together. The universal surface C*(A, k, b) is proved on pieces of the image of the
-//! box ([`super::surface`]); it is an explicit function, so that the c axis needs no subdivision: all of a
-//! column is decided except the width of its enclosure. The box itself is cut into parts; the smaller they
-//! are, the more of their volume is decided.
+//! box ([`super::surface`]); it is an explicit function, so that the c axis needs no subdivision: a column is
+//! undecided only within the enclosure of C*. The box itself is cut into parts; the smaller they are, the
+//! more of their volume is decided.
 //!
 //! # Statements
 //! **Sets.** Every point (epsilon, alpha, beta, gamma, V, c) of the box is in one of three sets: proved
@@ -72,7 +72,7 @@ pub(crate) struct Budget {
 }
 
 impl Budget {
-    /// The budget of so many boxes of (A, k, b), with enough parts that the boxes limit the result.
+    /// The budget of `boxes` boxes of (A, k, b), with enough parts that the boxes limit the result.
     pub(crate) fn of_boxes(boxes: usize) -> Self {
         Self { tiles: boxes, parts: PARTS_PER_TILE.saturating_mul(boxes).min(MOST_PARTS) }
     }
@@ -140,7 +140,7 @@ impl BoxProof {
         proof
     }
 
-    /// Proves up to so many tiles of the surface with the workers of `prover`, or until `go_on` returns
+    /// Proves up to `tiles` tiles of the surface with the workers of `prover`, or until `go_on` returns
     /// false.
     pub(crate) fn refine_surface(&mut self, tiles: usize, prover: &dyn Prover, go_on: &dyn Fn() -> bool) {
         let columns = &self.columns;
@@ -155,7 +155,7 @@ impl BoxProof {
         self.surface.refine(tiles, NEGLIGIBLE * width, &share, prover, go_on);
     }
 
-    /// Cuts the box into up to so many parts, with the surface as it is, or until `go_on` returns false.
+    /// Cuts the box into up to `most_parts` parts, with the surface as it is, or until `go_on` returns false.
     pub(crate) fn refine_parts(&mut self, most_parts: usize, go_on: &dyn Fn() -> bool) {
         // The surface may have been refined everywhere.
         self.parts = self.parts.par_iter().map(|part| self.bounded(part.ranges)).collect();
@@ -218,7 +218,7 @@ impl BoxProof {
         let (present, absent) = ((present * share).lo.max(0.0), (absent * share).lo.max(0.0));
         let decided = Interval::of(present) + Interval::of(absent);
         let undecided = (share - decided).hi.max(0.0);
-        // The undecided width even at a single column of the part: that of the enclosure of C*.
+        // Even a single column of the part is undecided on the width of the enclosure of C*.
         let [c_lo, c_hi] = self.damping;
         let width = Interval::of(least.narrowest).over(epsilon).hi / (c_hi - c_lo);
         let floor = if c_lo < c_hi { width.min(1.0) * share.hi } else { 0.0 };
@@ -238,7 +238,7 @@ impl BoxProof {
         (mean - Interval::of(from)).over(Interval::of(c_hi) - Interval::of(c_lo))
     }
 
-    /// Lower bound of the share that is proved absent.
+    /// Lower bound of the share of the part and of the range of c that is proved absent.
     fn absent(&self, most: &Bound) -> Interval {
         let [c_lo, c_hi] = self.damping;
         if c_lo == c_hi {
@@ -259,7 +259,7 @@ impl BoxProof {
         let f = &least.expansion;
         let bend = |axis: usize| (0..AXES).map(|other| f.bend[axis][other].size()).sum::<f64>();
         let all: f64 = wide().map(bend).sum();
-        // The landing depends on all parameters alike; so does a part about which nothing is known.
+        // The landing depends on all parameters alike, as does the bound of a part without any proof.
         let by_extent = c_lo == c_hi || unproved > all || !all.is_finite() || all == 0.0;
         let weight = |axis: usize| match by_extent {
             true => extent(axis),
@@ -309,7 +309,7 @@ enum Side {
 struct Bound {
     /// The bound by the pieces of the surface that the part meets: the expansion of the first of them.
     expansion: Expansion,
-    /// The number to be added to it.
+    /// The number to be added to the expansion.
     error: Interval,
     /// The largest difference between the pieces.
     difference: f64,

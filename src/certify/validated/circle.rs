@@ -43,9 +43,8 @@ impl Circle {
             steps.push((cos, sin));
         }
         steps.reverse();
-        // Now steps[i] is the cosine and sine of 2^i times 2 pi / size.
-        // theta_j as a sum of steps by the addition formulas; symmetries give the rest of the circle from
-        // the first octant or so.
+        // Now steps[i] is the cosine and sine of 2^i times 2 pi / size. theta_j as a sum of steps by the
+        // addition formulas; symmetries give the rest of the circle from the first quadrant.
         let turn_by = |j: usize| {
             let (mut c, mut s) = (Interval::ONE, Interval::ZERO);
             for (i, &(dc, ds)) in steps.iter().enumerate() {
@@ -124,15 +123,15 @@ impl Circle {
 /// few.
 ///
 /// **Proof** (M. Riesz). Let T have degree at most d, |T| <= 1 and T(0) = 1. The claim is T(t) >= cos d t for
-/// |t| <= pi/d, so that the sample nearest to a maximum sees at least that share of it. Suppose T(t) < cos d t,
-/// say with 0 < t < pi/d, and let h(x) = cos d x - T(x) and x_k = k pi/d. Since cos d x_k = (-1)^k and |T| <=
-/// 1, h has a zero in each of the 2 d - 2 intervals [x_k, x_k+1], k = 1 .. 2 d - 2 (a zero at a common end is
-/// double, if it serves both); a double zero at 0, where both functions are 1 with slope 0; and one more in
-/// (t, x_1], since h(t) > 0 while h(x_1) is not positive. That is 2 d + 1 zeros of a trigonometric polynomial
-/// of degree d: h = 0, a contradiction.
+/// |t| <= pi/d, so that |T| at the sample nearest to a maximum is at least that share of it. Suppose T(t) <
+/// cos d t, say with 0 < t < pi/d, and let h(x) = cos d x - T(x) and x_k = k pi/d. Since cos d x_k = (-1)^k
+/// and |T| <= 1, h has a zero in each of the 2 d - 2 intervals [x_k, x_k+1], k = 1 .. 2 d - 2 (a zero at a
+/// common end is double, if it serves both); a double zero at 0, where both functions are 1 with slope 0; and
+/// one more in (t, x_1], since h(t) > 0 while h(x_1) is not positive. That is 2 d + 1 zeros of a
+/// trigonometric polynomial of degree d: h = 0, a contradiction.
 pub(super) fn riesz_factor(degree: usize, reach: Interval) -> f64 {
     let x = Interval::of(degree as f64) * reach;
-    // Taylor's polynomial up to x^6, a lower bound as long as the cosine is not negative.
+    // Taylor's polynomial up to x^6 is a lower bound as long as the cosine is not negative.
     let y = x.square();
     let cos = Interval::ONE - y * Interval::of(0.5) + y.square().over(Interval::of(24.0))
         - (y.square() * y).over(Interval::of(720.0));

@@ -67,7 +67,7 @@ pub(super) struct Groups {
     pub(super) b: Interval,
 }
 
-/// An approximate grazing orbit, exactly: r0 = 1 + sum of `cosines` (cos n theta - 1) + `sines` sin n theta.
+/// An approximate grazing orbit: exactly r0 = 1 + sum of `cosines` (cos n theta - 1) + `sines` sin n theta.
 pub(super) struct Candidate<'a> {
     pub(super) viscous: Interval,
     pub(super) cosines: &'a [f64],
@@ -102,7 +102,7 @@ pub(super) struct Factors {
 
 /// The circle on which candidates of `harmonics` harmonics are sampled, and its factors.
 pub(super) fn sampling(harmonics: usize) -> Option<(&'static Circle, Factors)> {
-    // That of G.
+    // The degree of G.
     let degree = 4 * harmonics + 5;
     let circle = Circle::with_at_least(degree * 5 / 2)?;
     let factor = |degree: usize| riesz_factor(degree, reach(circle.size()));
@@ -123,11 +123,11 @@ impl Sampled {
 }
 
 impl Sampled {
-    /// Sampled one candidate on the circle.
+    /// Samples one candidate on the circle.
     pub(super) fn of(groups: &Groups, candidate: &Candidate, circle: &Circle) -> Self {
         let size = circle.size();
         let Candidate { cosines, sines, .. } = *candidate;
-        // Sums of products are computed in plain f64. Of n terms c t with |t| <= 1, where t is known to
+        // Sums of products are computed in plain f64. For n terms c t with |t| <= 1, where t is known to
         // within e and c to within f, the error is at most (n + 2) u sum|c| + e sum|c| + n f (with u = 2^-53
         // and (n + 2)^2 u < 1); doubled, this covers the rounding of the bound itself.
         let count = 2.0 * cosines.len() as f64;
@@ -184,7 +184,7 @@ impl Sampled {
         sampled
     }
 
-    /// The maxima and hulls of both.
+    /// The maxima and hulls over the samples of both.
     pub(super) fn with(mut self, other: &Sampled) -> Sampled {
         for (radius, other) in self.radius.iter_mut().zip(&other.radius) {
             *radius = radius.hull(*other);
@@ -214,7 +214,7 @@ pub(super) struct Bounds {
 
 impl Bounds {
     /// Widens samples to bounds: r0 at an angle and C0 are polynomials of the same degrees in the parameters,
-    /// and between the samples take values outside their hull.
+    /// whose values between the samples may lie outside the samples' hull.
     pub(super) fn new(sampled: &Sampled, factors: &Factors) -> Self {
         Self {
             defect: Interval::of(sampled.defect) * Interval::of(factors.defect),

@@ -80,7 +80,7 @@ impl Expansion {
         inverse
     }
 
-    /// The largest difference from its value at the middle that the coefficients permit.
+    /// Bound of the difference from the value at the middle.
     pub(super) fn spread(&self) -> Interval {
         let first = self.slope.iter().fold(Interval::ZERO, |sum, g| sum + Interval::of(g.size()));
         first + Interval::of(self.remainder().size())
@@ -118,7 +118,7 @@ impl Expansion {
     }
 }
 
-/// The middle of a part, or all of it, and its half-widths.
+/// A part of the parameter box: its middle, its ranges and its half-widths.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Part {
     middle: [Interval; AXES],
@@ -176,7 +176,7 @@ pub(super) enum Function<'a> {
     Polynomial(&'a Tile),
     /// The lower bound of C* by the even part of the divergence, A / (1 + k)^2 - 2 b.
     EvenLeast,
-    /// The upper one, (A / 2) (1 + 1 / (1 + 2 k)^2) - 2 b.
+    /// The upper bound of C* by the even part, (A / 2) (1 + 1 / (1 + 2 k)^2) - 2 b.
     EvenMost,
 }
 
@@ -184,7 +184,7 @@ pub(super) enum Function<'a> {
 type Derivatives = [[[Interval; 3]; 3]; 3];
 
 impl Function<'_> {
-    /// The composition with the groups, which are functions of the parameters.
+    /// The composition with `groups`, which are functions of the parameters.
     fn along(&self, groups: &[Expansion; 3]) -> Expansion {
         let d = self.derivatives(groups.map(|group| group.value));
         let first = [d[1][0][0], d[0][1][0], d[0][0][1]];
@@ -248,8 +248,8 @@ impl Function<'_> {
     }
 }
 
-/// The polynomial of a tile and its derivatives over ranges of A, k, b, which may extend out of the tile a
-/// little; the whole line where they extend far.
+/// The polynomial of a tile and its derivatives over ranges of A, k, b, which may extend a little beyond the
+/// tile; the whole line where they extend far.
 fn polynomial(tile: &Tile, at: [Interval; 3]) -> Derivatives {
     let axes: [[[Interval; HIGHEST + 1]; 3]; 3] =
         std::array::from_fn(|axis| chebyshev(at[axis], tile.domain.ranges()[axis]));
@@ -294,8 +294,8 @@ pub(super) fn chebyshev(at: Interval, [lo, hi]: [f64; 2]) -> [[Interval; HIGHEST
     if !(x.size() <= FARTHEST) {
         return [[Interval::ENTIRE; HIGHEST + 1]; 3];
     }
-    // At the middle, and bounds of the derivatives over all of x: T_n and its derivatives are largest, in
-    // size, at the ends of [-1, 1] and beyond.
+    // Values at the middle, and bounds of the derivatives over all of x: T_n and its derivatives are largest
+    // in size at the ends of [-1, 1] and beyond.
     let middle = 0.5 * (x.lo + x.hi);
     let off = (x - Interval::of(middle)).size();
     let (here, most) = (recurrence(middle), recurrence(x.size().max(1.0)));

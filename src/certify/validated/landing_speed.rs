@@ -22,7 +22,7 @@ const REFINEMENTS: [u32; 3] = [2, 8, 48];
 /// Source of an upper bound on the weakening rate.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Divergence<'a> {
-    /// The scaled groups of Stribeck's law, of which only the ends at which the orbit is fastest matter.
+    /// The scaled groups of Stribeck's law, of which only the ends with the largest divergence are used.
     Groups(Groups),
     /// The polynomials of any law.
     Compiled(&'a Weakening),
@@ -63,7 +63,7 @@ impl Flow<'_> {
     fn divergence_bound(&self, least: Interval, most: Interval) -> f64 {
         let slip = Interval::of(least.lo.max(0.0));
         let weakening = match self.divergence {
-            // It falls with the slip speed.
+            // The weakening rate falls with the slip speed.
             Divergence::Groups(Groups { a, k, b }) => {
                 let (a, k, b) = (Interval::of(a.hi), Interval::of(k.lo), Interval::of(b.lo));
                 let q = Interval::ONE + k * slip;
@@ -159,8 +159,8 @@ fn recede(energy: f64, from: f64, to: f64, d: f64) -> Option<f64> {
     exit_energy(energy, to - from, m, d)
 }
 
-/// m^2 + x^2 for the largest x >= 0 with x^2 - 2 d h x <= e - m^2; `None` if there is none. The result may be
-/// infinite, and then decides nothing.
+/// m^2 + x^2 for the largest x >= 0 with x^2 - 2 d h x <= e - m^2; `None` if there is none. An infinite
+/// result decides nothing.
 fn exit_energy(energy: f64, h: Interval, m: Interval, d: f64) -> Option<f64> {
     let kick = Interval::of(d) * h;
     let gap = Interval::of(energy) - m.square();

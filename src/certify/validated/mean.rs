@@ -8,7 +8,7 @@
 //! share of u + sum g_i xi_i > 0 =  sum over s of (prod s_i) (u + sum s_i g_i)_+^d / (d! 2^d prod g_i),
 //! ```
 //!
-//! where x_+ = max(x, 0) and d >= 1. Small g_i would cancel all digits: they are left out. Since x_+ is
+//! where x_+ = max(x, 0) and d >= 1. Small g_i would cancel all digits, so they are left out. Since x_+ is
 //! convex and its second integral has at most the density 1 / (2 g) of the widest term, leaving out terms of
 //! variance sigma^2 lowers the mean, by at most sigma^2 / (4 g) (Jensen). The second-order term of a function
 //! is bounded over the whole part, except for functions that are not clamped there, for which the mean of
@@ -23,10 +23,10 @@ const SMALL: f64 = 1.0 / 64.0;
 /// The slopes of an affine function sorted by size, without the small ones.
 struct Slopes {
     kept: Vec<f64>,
-    /// Sum and sum of squares of the omitted ones, rounded up.
+    /// Sum and sum of squares of the omitted slopes, rounded up.
     rest: f64,
     rest_squares: f64,
-    /// Sum of all, rounded up.
+    /// Sum of all slopes, rounded up.
     sum: f64,
 }
 
@@ -66,8 +66,8 @@ impl Slopes {
 
     /// The mean of the positive part.
     fn positive_part(&self, u: Interval) -> Interval {
-        // It rises with u, and is at least the positive part of the mean. If the function has one sign, it is
-        // the mean or 0.
+        // The result rises with u, and is at least the positive part of the mean. If the function has one
+        // sign, the result is the mean or 0.
         let mean = u.at_least_zero();
         if u.lo >= self.sum || !(u.hi > -self.sum) {
             return mean;
@@ -76,12 +76,12 @@ impl Slopes {
         let power = self.kept.len() + 1;
         let more = Interval::of(self.rest_squares).over(Interval::of(12.0) * Interval::of(widest));
         let (least, most) = (self.corners(u.lo, power), self.corners(u.hi, power) + Interval::of(more.hi));
-        // It is at most the largest value.
+        // The result is at most the largest value.
         let top = (Interval::of(u.hi) + Interval::of(self.sum)).at_least_zero();
         Interval::new(least.lo.max(mean.lo), most.hi.min(top.hi))
     }
 
-    /// The share of the part where it is positive.
+    /// The share of the part where the function is positive.
     fn positive_share(&self, u: Interval) -> Interval {
         let rest = Interval::new(-self.rest, self.rest);
         let u = u + rest;
@@ -132,8 +132,8 @@ pub(super) fn mean_cut(f: &Expansion, error: Interval, range: Interval, [lo, hi]
         f.value + f.mean_remainder() + error
     } else {
         let (u, slopes) = affine(f, f.remainder() + error);
-        // min(max(x, lo), hi) = lo + (x - lo)_+ - (x - hi)_+, which rises with x: one end of u after the
-        // other.
+        // min(max(x, lo), hi) = lo + (x - lo)_+ - (x - hi)_+, which rises with x, so that each end of u gives
+        // one end of the mean.
         let ends = [u.lo, u.hi].map(|u| {
             let above = |level: Interval| slopes.positive_part(Interval::of(u) - level);
             least + above(least) - above(most)

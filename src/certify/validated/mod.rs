@@ -35,9 +35,9 @@
 //! which the orbit comes back or runs away is an interval unbounded below. If the polar form shows r(2 pi) >
 //! 1 at C1 and r(2 pi) < 1 at C2, then at every C <= C1 the orbit comes back unless it runs away, which the
 //! bound on the landing speed excludes, and at every C >= C2 it does not. The point's own C need not be in
-//! the domain of the polar form: |D| >= 2, where the simulation hands over to another flow, is nothing
-//! special here. Since D falls with b and, at s >= 0, with k, and rises with A, the same lemma makes C* fall
-//! with b and k and rise with A. []
+//! the domain of the polar form: |D| >= 2, where the simulation hands over to another flow, needs no special
+//! treatment here. Since D falls with b and, at s >= 0, with k, and rises with A, the same lemma makes C*
+//! fall with b and k and rise with A. []
 //!
 //! **Enclosure.** See [`Enclosed::critical`] and the source of `validated::defect`: a trigonometric
 //! polynomial that nearly solves the polar form, its defect bounded through samples by M. Riesz's inequality,
@@ -135,16 +135,16 @@ impl Enclosed {
         self.within(even_part_bounds(&self.groups)).into()
     }
 
-    /// The same from its bounds by the even part of the divergence.
+    /// The critical damping C*, given its bounds by the even part of the divergence.
     fn within(&self, even: Interval) -> Interval {
         self.proved_critical().map_or(even, |critical| {
             let both = critical.intersection(even);
-            // The whole line if they contradict each other, which claims nothing.
+            // If the two contradict each other, this is the whole line, which claims nothing.
             Interval::new(both.lo, both.hi)
         })
     }
 
-    /// The enclosure by the grazing orbit; `None` where the proof does not go through.
+    /// The enclosure by the grazing orbit; `None` where the proof fails.
     fn proved_critical(&self) -> Option<Interval> {
         let middle = |x: Interval| 0.5 * (x.lo + x.hi);
         let Groups { a, k, b } = self.groups;
@@ -179,8 +179,8 @@ fn sticks_from(lands: &dyn Fn(f64) -> bool, present_below: f64) -> f64 {
     least_proved(lands, [0.0, present_below], HALVINGS).unwrap_or(f64::INFINITY)
 }
 
-/// The smallest damping found in a range from which on the landing is proved, by so many bisections; `None`
-/// if it is not even at the end.
+/// The smallest damping found in a range from which on the landing is proved, by `halvings` bisections;
+/// `None` if it is not proved even at the upper end.
 fn least_proved(lands: &dyn Fn(f64) -> bool, [lo, hi]: [f64; 2], halvings: u32) -> Option<f64> {
     if lands(lo) {
         return Some(lo);
@@ -212,7 +212,7 @@ fn claim(column: &Column) -> Claim {
     // Below zero no legal damping is small enough for a cycle, so a sharper enclosure is not needed.
     let critical = if even.hi < 0.0 { even } else { enclosed.within(even) };
     let c = critical.over(enclosed.epsilon);
-    // Below c.lo, eps c < C*. A failed division is the whole line, which claims nothing.
+    // Below c.lo, eps c < C*. A failed division gives the whole line, which claims nothing.
     let sticks_from = sticks_from(&|c| enclosed.flow(c).lands(), c.lo);
     Claim { sticks_from, present_below: c.lo, absent_above: c.hi }
 }

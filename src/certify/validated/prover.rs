@@ -1,4 +1,4 @@
-//! Who proves the tiles of a surface: threads of this process, and other processes.
+//! The workers that prove the tiles of a surface: threads of this process, or other processes.
 
 use rayon::prelude::*;
 

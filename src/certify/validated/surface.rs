@@ -6,7 +6,7 @@ use super::prover::Prover;
 use super::tile::{GroupBox, Tile};
 use crate::friction::interval::Interval;
 
-/// C* over a box of (A, k, b): pieces that cover it, each with a proof of its own or with the bounds from the
+/// C* over a box of (A, k, b): pieces that cover it, each with a proof of its own or with the bounds by the
 /// even part of the divergence alone.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Surface {
@@ -40,25 +40,25 @@ enum State {
 /// The enclosure of C* on a piece.
 pub(super) enum Enclosure<'a> {
     Tile(&'a Tile),
-    /// By the even part of the divergence, of this width.
+    /// The bounds by the even part of the divergence, of this width.
     EvenPart(f64),
 }
 
 impl Surface {
-    /// One piece, without a proof.
+    /// The surface over `domain` as one piece without a proof.
     #[must_use]
     pub fn new(domain: GroupBox) -> Self {
         let width = even_part_width(&domain);
         Self { domain, pieces: vec![Piece { domain, state: State::Untried, width, weight: width }], tried: 0 }
     }
 
-    /// Tries proofs in order of decreasing weight, until `budget` have been tried in all or no piece weighs
-    /// more than `enough`: of the piece itself if it has not been tried, else of its halves. The weight of a
-    /// piece is the width of its enclosure times its `share` in the caller's measure. Stops early where
-    /// `go_on` returns false.
+    /// Tries proofs in order of decreasing weight, until `budget` proofs have been tried in all or no piece
+    /// weighs more than `enough`. A step tries the heaviest piece itself if it is untried, else its halves.
+    /// The weight of a piece is the width of its enclosure times its `share` in the caller's measure. Stops
+    /// early where `go_on` returns false.
     ///
-    /// The pieces that come next are proved ahead, so that all workers of `prover` are busy. The result does
-    /// not depend on their number: a piece is replaced only when it is the heaviest.
+    /// The next pieces are proved ahead, so that all workers of `prover` are busy. The result does not depend
+    /// on their number: a piece is replaced only when it is the heaviest.
     pub fn refine(
         &mut self,
         budget: usize,
@@ -158,7 +158,7 @@ impl Surface {
     }
 }
 
-/// The pieces by which another one is to be replaced.
+/// The pieces `by` which the piece over the box `of` is to be replaced.
 struct Replacement {
     of: GroupBox,
     by: Vec<Piece>,

@@ -15,15 +15,15 @@ use crate::friction::interval::Interval;
 
 /// Degrees of the candidates in A, k and b. D is linear in A and b but not in k.
 const DEGREES: [usize; 3] = [2, 8, 2];
-/// The largest of them.
+/// The largest of these degrees.
 pub(super) const HIGHEST: usize = 8;
 /// Size of a harmonic, relative to the first, below which it is left out.
 const NEGLIGIBLE: f64 = 1e-12;
 /// Coefficients are multiples of this, so that they are short in a file.
 pub(crate) const UNIT: f64 = 1.0 / (1u64 << 46) as f64;
-/// Numbers of Chebyshev points: four of them fit a circle of [`super::circle`].
+/// Numbers of Chebyshev points; four times each is the size of a circle of [`super::circle`].
 const POINTS: [usize; 6] = [8, 12, 16, 24, 32, 48];
-/// Largest degree times reach of the samples; 1/cos of it is their factor.
+/// Largest product x of a degree and the reach of the samples; 1/cos x is their factor.
 const LARGEST_ANGLE: f64 = 1.3;
 
 /// A box of the scaled groups; its ends are exact.
@@ -92,7 +92,7 @@ pub struct Tile {
     /// The witness: r0 = 1 + sum over n of cosines\[n-1\] (cos n theta - 1) + sines\[n-1\] sin n theta, each
     /// by modes.
     pub(crate) cosines: Vec<Vec<f64>>,
-    /// The other half of it.
+    /// The sines of the witness, as `cosines`.
     pub(crate) sines: Vec<Vec<f64>>,
 }
 
@@ -116,7 +116,7 @@ impl Tile {
         Some(tile)
     }
 
-    /// All numbers but those of the box: the radius, then the modes of `viscous`, of each of the `cosines`
+    /// All numbers except those of the box: the radius, then the modes of `viscous`, of each of the `cosines`
     /// and of each of the `sines`.
     pub(crate) fn numbers(&self) -> Vec<f64> {
         let rows = std::iter::once(&self.viscous).chain(&self.cosines).chain(&self.sines);
@@ -127,7 +127,7 @@ impl Tile {
     pub(crate) fn of_numbers(domain: GroupBox, numbers: &[f64]) -> Option<Tile> {
         let (&radius, modes) = numbers.split_first()?;
         let mut rows: Vec<Vec<f64>> = modes.chunks(MODES).map(<[f64]>::to_vec).collect();
-        // One row and two for each harmonic.
+        // There is one row for `viscous`, and two rows for each harmonic.
         if !modes.len().is_multiple_of(MODES) || rows.len().is_multiple_of(2) {
             return None;
         }
@@ -167,7 +167,7 @@ impl Tile {
         Some((sampled, factors))
     }
 
-    /// The candidate at one point of the box, sampled.
+    /// Samples the candidate at one point of the box.
     fn sample(&self, nodes: [&Node; 3], circle: &Circle) -> Sampled {
         let [a, k, b] = nodes.map(|node| node.value);
         let mut weights = [0.0; MODES];
@@ -270,7 +270,7 @@ impl Samples {
     }
 }
 
-/// Interpolates approximate orbits at as many Chebyshev points of each parameter as its modes take.
+/// Interpolates approximate orbits at as many Chebyshev points of each parameter as it has modes.
 fn interpolate(domain: GroupBox) -> Option<Tile> {
     let table = |axis: usize, i: usize, n: usize| {
         (std::f64::consts::PI * (n * (2 * i + 1)) as f64 / (2 * DEGREES[axis] + 2) as f64).cos()

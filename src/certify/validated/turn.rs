@@ -9,9 +9,9 @@
 //! ```
 //!
 //! and the orbit from the exit point comes back to the belt line if r(2 pi) > 1 and does not if r(2 pi) < 1
-//! (see [`super`]); a proof of either at one damping is one at all smaller, or larger, ones. So an enclosure
-//! of r(2 pi) at C1 and at C2 that excludes 1 encloses C* between them. For u < 0 any continuation of w
-//! serves; that of the first polynomial is taken.
+//! (see [`super`]). A proof of the first at one damping holds at all smaller ones, and one of the second at
+//! all larger ones. So an enclosure of r(2 pi) at C1 and at C2 that excludes 1 encloses C* between them. For
+//! u < 0 any continuation of w is valid; that of the first polynomial is used.
 //!
 //! **The law.** On each piece of slip speeds w is a polynomial p up to a proved error
 //! ([`crate::friction::Weakening::proved_pieces`]). A step uses the p of one piece. Where the orbits of the
@@ -77,14 +77,14 @@ struct Orbit<'a> {
 }
 
 enum Step {
-    /// The orbit after it: the end of the polynomial, and a bound of the orbit's distance from it.
+    /// The orbit after the step: the end of the polynomial, and a bound of the orbit's distance from it.
     Taken { end: Interval, error: f64 },
     /// The step must be shorter: this long.
     Shorter(f64),
 }
 
-/// Bound on the difference of two pieces' polynomials between the slip speeds `from` and `to`, which may be
-/// beyond the ends of either; by their Taylor series.
+/// Bound on the difference of two pieces' polynomials between the slip speeds `from` and `to`, which may lie
+/// beyond the ends of either piece, by their Taylor series.
 fn difference(one: &ProvedPiece, two: &ProvedPiece, from: f64, to: f64) -> f64 {
     let series = |piece: &ProvedPiece| {
         let constant = Jet::<Interval, COUNT>::constant;
@@ -242,7 +242,7 @@ impl Orbit<'_> {
         half
     }
 
-    /// r(2 pi), enclosed; `steps` are left for it.
+    /// Encloses r(2 pi) with at most `steps` steps, which it counts down.
     fn turn(&self, steps: &mut u32) -> Result<Interval, Obstacle> {
         let end = Interval::new(std::f64::consts::TAU, std::f64::consts::TAU.next_up());
         let (mut theta, mut r, mut error) = (0.0, 1.0, 0.0);
@@ -325,7 +325,7 @@ pub(super) fn critical(law: &Weakening, belt_speed: f64, bounds: [f64; 2]) -> ([
         };
         let root = at - middle / slope;
         let off = 2.0 * uncertain / slope.abs() + 2.0 * f64::EPSILON * scale;
-        // Near the root, dampings at which the sign must be certain; before that, the search for it.
+        // Far from the root its estimate is next; near it, dampings at which the sign must be certain.
         at = if middle.abs() > 16.0 * uncertain {
             root
         } else if lo < root - 4.0 * off {

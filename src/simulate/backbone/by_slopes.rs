@@ -1,20 +1,19 @@
-//! What the slopes at the nodes tell of C between them.
+//! Monotone ranges and extremes of C between the nodes, by its slopes at the nodes.
 //!
-//! Between two nodes C is taken for monotone where both slopes have the sign of the secant and are at most
-//! 2.5 times as steep. Up to three times the cubic with these values and slopes is monotone; at a cusp of
+//! Between two nodes C is taken to be monotone where both slopes have the sign of the secant and are at most
+//! 2.5 times as steep. The cubic with these values and slopes is monotone up to three times. At a cusp of
 //! folds, where C is nearly a multiple of the cube of the distance from it, one slope is three times as steep
-//! or steeper wherever the nodes lie, and what C has of higher order may turn it. Corners of the law may
-//! hide an extreme there: where orbits may reach one, C has to change by several errors of the backbone, too.
-//! Across corners the extremes of these cubics warn of extremes of C that a polynomial through all nodes does
-//! not show.
+//! or steeper wherever the nodes lie, and terms of higher order may make C turn. Corners of the law may hide
+//! an extreme, so where orbits may reach one, C also has to change by several errors of the backbone. Across
+//! corners the extremes of these cubics stand for extremes of C that a polynomial through all nodes lacks.
 
 use super::super::polar::Closing;
 use super::panel::Panel;
 use super::{Backbone, FAR};
 
-/// Largest slope, in units of the secant's, for which C is taken for monotone.
+/// Largest slope, in units of the secant's, for which C is taken to be monotone.
 const STEEPEST: f64 = 2.5;
-/// Bound of an orbit's depth in units of its amplitude, to tell which corners it may reach.
+/// Bound of an orbit's depth, in units of its amplitude, that decides which corners it may reach.
 const DEEPEST: f64 = 2.0;
 
 /// A range of amplitudes on which C rises or falls, and C at its ends.
@@ -30,7 +29,7 @@ impl Monotone {
         (self.viscous[1] - self.viscous[0]).abs()
     }
 
-    /// Whether the next range goes on from here, in the same direction.
+    /// Whether the next range begins at the end of this one, and C has the same direction on both.
     fn goes_on_in(&self, next: &Self) -> bool {
         let rises = |it: &Self| it.viscous[1] > it.viscous[0];
         self.to == next.from && rises(self) == rises(next)
@@ -46,7 +45,7 @@ struct Node {
 }
 
 impl Node {
-    /// Whether C goes on from here, or ends here, along a secant.
+    /// Whether the slope at this node is compatible with a C that is monotone along a secant.
     fn is_along(&self, secant: f64) -> bool {
         let [slope, error] = self.slope;
         let along = slope / secant;

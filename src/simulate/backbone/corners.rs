@@ -1,9 +1,9 @@
 //! The amplitudes at which closed orbits begin to reach the corners of a law.
 //!
-//! A slip cycle covers the slip speeds from V - r to V + d, with its lowest velocity x2 = -d. It reaches a
+//! A slip cycle covers the slip speeds from V - r to V + d, where -d is its lowest velocity x2. It reaches a
 //! corner below V from r = V - corner on, and one above V from the amplitude on at which d = corner - V. Just
-//! above such an amplitude C(r) is a series in the root of the distance from it, for the part of the orbit
-//! beyond the corner lasts as long as that root is large; between two of them it is smooth.
+//! above such an amplitude C(r) is a series in the square root of the distance from it, because the time that
+//! the orbit spends beyond the corner is proportional to that root. Between two such amplitudes C is smooth.
 
 use super::super::Failure;
 use super::super::arc::Walk;
@@ -12,25 +12,25 @@ use super::super::polar::Closing;
 use super::panel::Solver;
 use crate::filippov::{Oscillator, Side};
 
-/// Largest number of corners that an orbit can reach: more of them lie so close together that C is smooth on
-/// the scale of the others.
+/// Largest number of corners at which C is cut. More of them lie so close together that C is smooth on the
+/// scale of the others.
 const MOST: usize = 40;
 /// Least error of an amplitude, relative to V.
 const FINEST: f64 = 1e-6;
-/// Largest number of orbits to find one.
+/// Largest number of orbits to find one amplitude.
 const MOST_ORBITS: u32 = 12;
 /// Number of known orbits from which an amplitude is guessed.
 const NEAREST: usize = 4;
-/// Error of orbits that are followed for their depth.
+/// Tolerance of orbits that are followed to find their depth.
 const TOLERANCE: f64 = 1e-8;
 
 /// An amplitude with its orbit.
 pub(super) type End = (f64, Closing);
 
-/// These amplitudes between 0 and V, increasing, and V; `None` where there are none or too many.
+/// The corner amplitudes between 0 and V, increasing, followed by V; `None` where there are none or too many.
 pub(super) fn corner_amplitudes(solver: &mut Solver) -> Result<Option<Vec<End>>, Failure> {
     let belt_speed = solver.belt_speed;
-    // At a distance r beyond a corner C changes by the power 3/2 of it.
+    // At a distance d beyond a corner the change of C is of the order d^(3/2).
     let accuracy = belt_speed * (0.1 * solver.tolerance.powf(2.0 / 3.0)).max(FINEST);
     let corners = solver.curve.stops(belt_speed);
     if corners.is_empty() {
@@ -45,7 +45,7 @@ pub(super) fn corner_amplitudes(solver: &mut Solver) -> Result<Option<Vec<End>>,
         return Ok(None);
     }
     let mut ends: Vec<End> = below.iter().copied().zip(solver.at(&below)?).collect();
-    // Depths with the ratio of amplitude to depth, which changes little; that of small orbits is 1.
+    // Depths, each with the ratio of amplitude to depth, which changes little and is 1 for small orbits.
     let mut known = vec![(0.0, 1.0), (deepest, belt_speed / deepest)];
     for wanted in depths {
         let others = known.len();
@@ -72,8 +72,8 @@ pub(super) fn corner_amplitudes(solver: &mut Solver) -> Result<Option<Vec<End>>,
     Ok(Some(ends))
 }
 
-/// The amplitude of a depth, between those of the nearest known ones: by the polynomial through the ratios of
-/// some, or where that leads farther by the line between the two.
+/// Estimates the amplitude of a depth: by the polynomial through the nearest ratios or, where that lies
+/// outside the amplitudes of the two nearest depths, by the line between them.
 fn amplitude_at(known: &[(f64, f64)], depth: f64) -> f64 {
     let nearest = |is_there: &dyn Fn(f64) -> bool| {
         let there = known.iter().filter(|pair| is_there(pair.0));

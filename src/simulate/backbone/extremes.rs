@@ -1,12 +1,12 @@
-//! The extremes of a backbone, and the pieces that are too flat to tell whether there are any.
+//! The extremes of a backbone, and the pieces that are too flat to decide whether they have any.
 
 use super::super::chebyshev::node;
 use super::panel::{Panel, SAMPLES_PER_INTERVAL};
 use super::{Backbone, FAR, TurningPoint};
 
-/// Change of C from one node to the next, in units of the error, up to which the error may hide extremes between
-/// them. Its slope is about pi errors by the distance of two nodes; samples miss where C is flattest, and errors
-/// are estimates: at cusps of random laws pairs of extremes were hidden at 3 and one at 10.
+/// Largest change of C between neighbouring nodes, in units of the error, for which the error may hide
+/// extremes. The error's slope is about pi errors per distance of two nodes; samples miss where C is
+/// flattest, and errors are estimates: at cusps of random laws pairs were hidden at 3 and one at 10.
 const FLAT: f64 = 30.0;
 
 impl Backbone {
@@ -55,9 +55,9 @@ impl Backbone {
         (found, unresolved)
     }
 
-    /// The dampings about pieces so flat that the error may hide a pair of extremes, as at a cusp of folds: where
-    /// C changes from one node to the next by less than [`FLAT`] errors, at the rate between two samples, and
-    /// slopes do not show that it is monotone.
+    /// Ranges of C about pieces so flat that the error may hide a pair of extremes, as at a cusp of folds. On
+    /// such a piece C, at its rate between two samples, changes by at most [`FLAT`] errors from node to node,
+    /// and slopes do not show that it is monotone.
     pub(super) fn flat_at_samples(&self) -> Vec<[f64; 2]> {
         let far = FAR * self.error;
         let mut flat: Vec<[f64; 2]> = Vec::new();
@@ -82,7 +82,7 @@ impl Backbone {
         flat
     }
 
-    /// The dampings about flat pieces on which slopes do not show that C is monotone.
+    /// Ranges of C about flat pieces between nodes on which slopes do not show that C is monotone.
     pub(super) fn flat_between_nodes(&self) -> Vec<[f64; 2]> {
         let panel = &self.panels[0];
         let radius = |i: usize| panel.radius(node(i, panel.values.len() - 1));
@@ -92,8 +92,8 @@ impl Backbone {
     }
 }
 
-/// The pairs of neighbouring nodes, the ones next to r = 0 aside, between which C changes by at most
-/// `enough`, and the dampings that are that close to its values there.
+/// The pairs of neighbouring nodes, except the one next to r = 0, between which C changes by at most
+/// `enough`, each with the range of C within `enough` of its values there.
 pub(super) fn flat_pieces(values: &[f64], enough: f64) -> impl Iterator<Item = (usize, [f64; 2])> {
     let pairs = values[..values.len() - 1].windows(2).enumerate();
     pairs.filter_map(move |(i, pair)| {
@@ -102,7 +102,7 @@ pub(super) fn flat_pieces(values: &[f64], enough: f64) -> impl Iterator<Item = (
     })
 }
 
-/// Number of steps to an extreme: its place is as accurate as rounding errors of the values permit.
+/// Number of steps to an extreme: enough for the accuracy that rounding errors of the values permit.
 const SECTIONS: u32 = 40;
 
 /// The place of the maximum of `f`, which rises and then falls between two places, by golden section.

@@ -1,17 +1,16 @@
 //! Features of a law that the nodes of a backbone do not show.
 //!
-//! The error of a backbone is that of its last coefficients. Where C changes much between two nodes and
-//! nowhere else they tell nothing. To first order C(r) is the mean of w over the circle of radius r with the
-//! weight sin^2,
+//! The error of a backbone is estimated from its last coefficients, which miss a change of C between two
+//! nodes only. To first order C(r) is the mean of w over the circle of radius r with the weight sin^2,
 //!
 //! ```text
 //! C(r) = 4 / (pi r) * integral from 0 to r of e(s) sqrt(1 - s^2 / r^2) ds,    e(s) = (w(V - s) + w(V + s)) / 2
 //! ```
 //!
-//! It is a polynomial where e is one of the same degree. So the polynomial through the values of e at the
-//! nodes of the backbone, and its distance from e at the ends of the law's pieces, which are as dense as its
-//! features need, bound what the backbone misses: by 4 / pi times the mean of that distance over [0, r].
-//! Where the last coefficients of e tell as much, so do those of C.
+//! Where e is a polynomial, C is one of the same degree. So the backbone misses at most 4 / pi times the mean
+//! over [0, r] of the distance of e from the polynomial through its values at the nodes. That distance is
+//! taken at the ends of the law's pieces and half-way between them, as densely as its features require. Where
+//! the last coefficients of e show an error of that size, so do those of C.
 
 use std::f64::consts::PI;
 
@@ -19,21 +18,20 @@ use super::super::chebyshev::{coefficients, node, sum};
 use super::panel::{largest, truncation_error};
 use crate::friction::Curve;
 
-/// Bound of what a backbone may miss, in units of the largest |e|, that is within the errors of the law's
-/// polynomials.
+/// Size of a missed feature, in units of the largest |e|, that is within the errors of the law's polynomials.
 const NOTHING: f64 = 1e-9;
 
-/// What a backbone may miss.
+/// Features of a law that a backbone may miss.
 pub(super) struct Hidden {
-    /// Bound of its size.
+    /// Bound of their effect on C.
     pub(super) error: f64,
-    /// The amplitudes at which orbits touch it.
+    /// The amplitudes at which orbits touch them.
     pub(super) amplitudes: Vec<f64>,
 }
 
 impl Hidden {
-    /// What the nodes of a backbone with one polynomial may miss; `None` if nothing. Laws of closed form have
-    /// one scale, which begins at rest, and data are as dense as their corners.
+    /// Features that the nodes of a backbone with one polynomial may miss; `None` if there are none. Closed
+    /// forms have none: their one scale begins at rest. Nor have data, which are as dense as their corners.
     pub(super) fn of(curve: &Curve, belt_speed: f64, intervals: usize) -> Option<Self> {
         if curve.has_known_features() {
             return None;

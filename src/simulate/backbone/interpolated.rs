@@ -1,4 +1,4 @@
-//! Backbones between columns: values at the nodes that are interpolated over the other parameters.
+//! Backbones between columns, whose values at the nodes are interpolated over the other parameters.
 
 use std::cell::OnceCell;
 
@@ -26,12 +26,12 @@ pub(crate) struct InterpolatedBackbone<'a> {
     with_extremes: OnceCell<Backbone>,
 }
 
-/// What interpolated backbones with the same nodes share.
+/// Tables that interpolated backbones with the same nodes share.
 pub(crate) struct BackboneNodes {
     transform: Transform,
     /// Whether the law has corners, and the polynomials lie across them.
     crosses_corners: bool,
-    /// For each sample at which extremes are searched the weights of the nodes, by increasing r.
+    /// The weights of the nodes at each sample at which extremes are searched, by increasing r.
     weights: Vec<Vec<f64>>,
 }
 
@@ -42,7 +42,7 @@ impl BackboneNodes {
         Self { transform: Transform::new(intervals), crosses_corners, weights }
     }
 
-    /// Whether the values at the samples rise, or fall, all the way.
+    /// Whether the polynomial through `values` rises from each sample to the next, or falls.
     fn is_monotone(&self, values: &[f64]) -> bool {
         let at = |weights: &Vec<f64>| weights.iter().zip(values).map(|(weight, value)| weight * value).sum();
         let (mut rises, mut falls) = (true, true);
@@ -59,7 +59,7 @@ impl<'a> InterpolatedBackbone<'a> {
     /// Largest number of nodes.
     const MOST_NODES: usize = 4 * SIZES[0] + 1;
 
-    /// The number of intervals between nodes that this column needs; `None` where the most are too few.
+    /// The number of intervals between nodes that this column needs; `None` if the largest is too small.
     ///
     /// # Errors
     /// [`Failure`] of an orbit.
@@ -78,8 +78,8 @@ impl<'a> InterpolatedBackbone<'a> {
     }
 
     /// The values of C of a column at the nodes, from r = V down to 0, their largest error, and the number of
-    /// evaluations of the right-hand side; `None` where an orbit has no answer, or the nodes miss a feature
-    /// of the law.
+    /// evaluations of the right-hand side; `None` where an orbit fails, or the nodes miss a feature of the
+    /// law.
     pub(crate) fn values(column: &Column, tolerance: f64, intervals: usize) -> Option<(Vec<f64>, f64, u64)> {
         let work = Work::of_backbone(&column.curve);
         let backbone =
@@ -88,7 +88,7 @@ impl<'a> InterpolatedBackbone<'a> {
         (hidden <= LARGEST_ERROR * size).then(|| (panels.swap_remove(0).values, node_error, rhs))
     }
 
-    /// Through values of C at the nodes, from r = V down to 0, with errors of at most `node_error`.
+    /// Interpolates values of C at the nodes, from r = V down to 0, with errors of at most `node_error`.
     pub(crate) fn new(nodes: &'a BackboneNodes, belt_speed: f64, values: &'a [f64], node_error: f64) -> Self {
         let mut series = [0.0; Self::MOST_NODES];
         series.iter_mut().zip(nodes.transform.coefficients(values)).for_each(|(c, value)| *c = value);
@@ -96,9 +96,9 @@ impl<'a> InterpolatedBackbone<'a> {
         Self { belt_speed, values, node_error, series, error, nodes, with_extremes: OnceCell::new() }
     }
 
-    /// Whether there is an attracting slip cycle at C = `viscous`, where it is known whether the equilibrium
-    /// attracts and whether the orbit from the exit point returns; `None` where the backbone is not
-    /// [reliable](Backbone::is_reliable_at) about that.
+    /// Whether there is an attracting slip cycle at C = `viscous`, given whether the equilibrium attracts and
+    /// whether the orbit from the exit point returns; `None` where the backbone is not
+    /// [reliable](Backbone::is_reliable_at).
     pub(crate) fn attracts(&self, viscous: f64, equilibrium_is_stable: bool, returns: bool) -> Option<bool> {
         let is_accurate = self.error <= LARGEST_ERROR * largest(self.values);
         let near = |value: f64| (value - viscous).abs() <= FAR * self.error;

@@ -1,5 +1,5 @@
-//! The parts of a backbone: a polynomial through the orbits of some amplitudes, and the damping at which each of them
-//! closes.
+//! The panels of a backbone, each a polynomial C(r) on a range of amplitudes, and the solver for C at an
+//! amplitude.
 
 use super::super::Failure;
 use super::super::chebyshev::{Between, coefficients, lebesgue, node, sum, sums};
@@ -18,7 +18,7 @@ pub(super) const SAMPLES_PER_INTERVAL: usize = 4;
 pub(super) struct Panel {
     pub(super) from: f64,
     pub(super) to: f64,
-    /// Whether it is a polynomial in the root of the distance from the lower end, not in the distance.
+    /// Whether C is a polynomial in the square root of the distance from the lower end, not in the distance.
     pub(super) in_root: bool,
     /// C at the nodes, from the upper end down.
     pub(super) values: Vec<f64>,
@@ -29,8 +29,8 @@ pub(super) struct Panel {
 }
 
 impl Panel {
-    /// Through the orbits at the nodes, of which the missing ones are computed: every second one where the
-    /// others follow from their slopes.
+    /// The panel through the orbits at the nodes. Missing orbits are computed: every second one where the
+    /// values at the others follow from slopes.
     pub(super) fn through(
         [from, to]: [f64; 2],
         in_root: bool,
@@ -38,7 +38,7 @@ impl Panel {
         solver: &mut Solver,
     ) -> Result<Self, Failure> {
         let mut panel = Self { from, to, in_root, values: Vec::new(), orbits, series: Vec::new() };
-        // Next to a corner a slope does not tell how C goes on.
+        // Next to a corner the slope does not predict C.
         let follow = if solver.knows_slopes() && (in_root || solver.curve.corners().is_empty()) {
             panel.complete(2, solver)?;
             panel.between(solver)
@@ -60,7 +60,7 @@ impl Panel {
         Ok(panel)
     }
 
-    /// Computes the missing ones of every first, or every second orbit.
+    /// Computes the missing orbits at every `step`-th node.
     pub(super) fn complete(&mut self, step: usize, solver: &mut Solver) -> Result<(), Failure> {
         let last = self.orbits.len() - 1;
         let missing: Vec<usize> = (0..=last).step_by(step).filter(|&i| self.orbits[i].is_none()).collect();
@@ -71,7 +71,7 @@ impl Panel {
         Ok(())
     }
 
-    /// C at every second node by the values and slopes of the others, where these are accurate enough.
+    /// C at every second node by the values and slopes at the others; `None` where these are too inaccurate.
     pub(super) fn between(&self, solver: &mut Solver) -> Option<Vec<f64>> {
         let last = self.orbits.len() - 1;
         let known: Vec<Closing> = self.orbits.iter().step_by(2).copied().collect::<Option<_>>()?;
@@ -95,7 +95,7 @@ impl Panel {
         Some((0..last / 2).map(|i| between.value(i, &values, &slopes)).collect())
     }
 
-    /// Through twice as many nodes.
+    /// The panel through twice as many nodes.
     pub(super) fn refined(&self, solver: &mut Solver) -> Result<Self, Failure> {
         let mut orbits: Vec<Option<Closing>> = self.orbits.iter().flat_map(|orbit| [*orbit, None]).collect();
         orbits.pop();
@@ -108,7 +108,7 @@ impl Panel {
         self.from + (self.to - self.from) * if self.in_root { share * share } else { share }
     }
 
-    /// -1 <= x <= 1 at an amplitude.
+    /// The place x of an amplitude, -1 <= x <= 1.
     pub(super) fn place(&self, radius: f64) -> f64 {
         let share = (radius - self.from) / (self.to - self.from);
         2.0 * if self.in_root { share.max(0.0).sqrt() } else { share } - 1.0
@@ -134,9 +134,9 @@ pub(super) struct Solver<'a> {
     pub(super) belt_speed: f64,
     pub(super) tolerance: f64,
     pub(super) work: &'a Work,
-    /// Amplitudes and C so far, by increasing amplitude.
+    /// The amplitudes computed so far with their C, by increasing amplitude.
     pub(super) known: Vec<(f64, f64)>,
-    /// Largest error so far, and that of values by slopes.
+    /// Largest error so far of computed values, and of values by slopes.
     pub(super) error: f64,
     pub(super) slope_error: f64,
     pub(super) rhs: u64,
@@ -148,7 +148,7 @@ impl<'a> Solver<'a> {
         Self { curve, belt_speed, tolerance, work, known, error: 0.0, slope_error: 0.0, rhs: 0 }
     }
 
-    /// C at an amplitude on the line through two known ones, and how far it may lie from there.
+    /// Estimates C at an amplitude by the line through two known ones, and the error of that estimate.
     pub(super) fn guess(&self, radius: f64) -> Option<[f64; 2]> {
         let after = self.known.partition_point(|known| known.0 < radius);
         let first = after.saturating_sub(1).min(self.known.len().checked_sub(2)?);
@@ -207,7 +207,7 @@ pub(super) fn node_error_of(values: &[f64], node_error: f64) -> f64 {
     lebesgue(values.len() - 1) * node_error + 4.0 * f64::EPSILON * largest(values)
 }
 
-/// Estimate of the terms of the series that are left out.
+/// Estimate of the sum of the terms beyond the end of the series.
 pub(super) fn truncation_error(series: &[f64]) -> f64 {
     let last = &series[series.len() - ((series.len() - 1) / 4).max(3)..];
     2.0 * last.iter().map(|c| c.abs()).sum::<f64>()

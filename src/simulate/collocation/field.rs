@@ -12,7 +12,7 @@ pub(super) struct Pair<S: Simd> {
 }
 
 impl<S: Simd> Pair<S> {
-    /// From the even and the odd part.
+    /// The pair with these even and odd parts.
     #[inline(always)]
     pub(super) fn of_parts(even: Lanes<S>, odd: Lanes<S>) -> Self {
         Self { late: even + odd, early: even - odd }
@@ -40,7 +40,7 @@ impl<S: Simd> Pair<S> {
     }
 }
 
-/// The field of the orbits, with q and u = q^2 in units of omega and omega^2 where that saves operations.
+/// The field of the orbits, with q and u = q^2 multiplied by omega and omega^2 where that saves operations.
 pub(super) struct Field<S: Simd> {
     pub(crate) k: Lanes<S>,
     ak: Lanes<S>,
@@ -60,7 +60,7 @@ pub(super) struct Field<S: Simd> {
     pub(crate) terms: Lanes<S>,
 }
 
-/// H at a pair of nodes, and the terms that tell whether the orbit stays in the domain.
+/// H at a pair of nodes, and the terms that decide whether the orbit stays in the domain.
 pub(super) struct Values<S: Simd> {
     pub(crate) h: Pair<S>,
     pub(crate) q: Pair<S>,
@@ -100,7 +100,7 @@ impl<S: Simd> Field<S> {
         }
     }
 
-    /// At a pair of nodes with positions `x` and crossing factors omega^2 Q. One division serves both.
+    /// Evaluates H at a pair of nodes with positions `x` and crossing factors omega^2 Q, with one division.
     #[inline(always)]
     pub(super) fn at(&self, x: Pair<S>, crossing: Pair<S>) -> Values<S> {
         let (late_q, late_u, late_n, late_turn) = self.terms(x.late, crossing.late);

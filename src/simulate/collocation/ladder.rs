@@ -33,8 +33,8 @@ const ITERATION: [[f64; 3]; 3] = [[-8.2, 3.7, 1.8], [-11.2, 4.2, 3.3], [-18.8, 6
 
 /// Largest divergence at belt speed of orbits that are not handed over at once.
 const NEAR: f64 = 0.5;
-/// Largest k of such orbits: beyond, the pole of the divergence is so close to the ends of the turn that the
-/// nodes do not resolve it.
+/// Largest k of such orbits: beyond it the pole of the divergence is so close to the ends of the turn that
+/// the nodes do not resolve it.
 const GREATEST_K: f64 = 4.0;
 
 /// Largest error estimate of ln r that is reliable.

@@ -1,18 +1,18 @@
 //! The nodes at which the polar field is evaluated, and the quadrature over one turn.
 //!
-//! With xi = theta - pi in [-pi, pi], functions are interpolated by polynomials in X = sin(BAND xi) /
-//! STRETCH. That resolves oscillations almost as evenly as Fourier's angles do, but does not need
-//! periodicity, which only the grazing orbit has. The nodes are Gauss's for the weight sin^2 theta that every
-//! integrand here has: 2 M of them integrate sin^2 theta p(X) exactly up to degree 4 M - 1, and no nodes are
-//! spent at theta = 0 and pi, where the weight vanishes.
+//! With xi = theta - pi in [-pi, pi], functions are interpolated by polynomials in X = sin(beta xi) / STRETCH
+//! with beta = arcsin(STRETCH) / pi. This resolves oscillations almost as evenly as Fourier's angles, but
+//! does not need periodicity, which only the grazing orbit has. The nodes are Gauss's for the weight sin^2
+//! theta that every integrand here has: 2 M of them integrate sin^2 theta p(X) exactly for degrees below 4 M,
+//! and no nodes are spent at theta = 0 and pi, where the weight vanishes.
 //!
 //! Nodes come in pairs pi -+ xi. Sums and differences over a pair sample an even and an odd function, whose
 //! antiderivatives are odd and even, so that integration takes two matrices of a quarter of the size.
 
 use std::f64::consts::PI;
 
-/// arcsin of the sine to which xi = pi is mapped, see the module. 0 gives Gauss-Legendre nodes, 1 those of
-/// trigonometric polynomials of twice the period; values in between need fewer nodes.
+/// The sine of beta pi, see the module. 0 gives Gauss-Legendre nodes, 1 those of trigonometric polynomials of
+/// twice the period; values in between need fewer nodes.
 const STRETCH: f64 = 0.85;
 
 /// Largest number of pairs of nodes of a rung.
@@ -56,7 +56,7 @@ pub(super) struct Nodes {
     /// Rows of a matrix from sums to the coefficients of g along the last of the even orthonormal
     /// polynomials.
     pub(crate) tail_of_sums: Vec<f64>,
-    /// The same from differences to odd ones.
+    /// Rows of a matrix from differences to the coefficients along the last of the odd polynomials.
     pub(crate) tail_of_differences: Vec<f64>,
 }
 
@@ -152,7 +152,7 @@ struct Polynomials {
 impl Polynomials {
     /// Polynomials up to degree `size`, by Stieltjes's procedure.
     fn new(size: usize) -> Self {
-        // The integrands are entire functions of xi of type (2 size + 1) BAND + 2 < size + 2.
+        // The integrands are entire functions of xi of type (2 size + 1) beta + 2 < size + 2.
         let rule = fejer(2 * size + 64);
         let points: Vec<(f64, f64)> =
             rule.iter().map(|&(t, w)| (argument(PI * t), w * PI * (PI * t).sin().powi(2))).collect();
@@ -170,7 +170,7 @@ impl Polynomials {
         Self { b, rule }
     }
 
-    /// All of them at xi.
+    /// The values of all polynomials at xi.
     fn at(&self, xi: f64) -> Vec<f64> {
         let x = argument(xi);
         let mut p = vec![constant()];
@@ -181,8 +181,8 @@ impl Polynomials {
         p
     }
 
-    /// The i-th positive root of the last one, smallest first: as many roots are greater than xi as the
-    /// sequence of polynomials changes its sign there.
+    /// The i-th positive root of the last polynomial, smallest first. The number of roots greater than xi is
+    /// the number of sign changes of the sequence of polynomials at xi.
     fn root(&self, i: usize) -> f64 {
         let beyond = self.b.len() / 2 - i;
         let (mut low, mut high) = (0.0, PI);
@@ -196,7 +196,7 @@ impl Polynomials {
         }
     }
 
-    /// Integrals of sin^2 xi times each of them.
+    /// Integrals of sin^2 xi times each polynomial.
     fn integrals(&self, from: f64, to: f64) -> Vec<f64> {
         let mut sums = vec![0.0; self.b.len()];
         for &(t, w) in &self.rule {

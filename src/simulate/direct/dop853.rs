@@ -154,8 +154,8 @@ const STAGES: [&[f64]; 11] = [
     ],
 ];
 
-/// Slopes by their numbers, the others have no weight, with their weights in the result of order 8 and in the
-/// estimates made with results of orders 5 and 3.
+/// The slopes that have a weight, by number, with their weights in the result of order 8 and in the estimates
+/// made with results of orders 5 and 3.
 const WEIGHTS: [(usize, [f64; 3]); 8] = [
     (0, [0.054293734116568765, 0.01312004499419488, -0.18980075407240762]),
     (5, [4.450312892752409, -1.2251564463762044, 4.450312892752409]),

@@ -3,7 +3,7 @@
 //! This engine follows the field of [`Oscillator::acceleration`] itself, event by event on one side of the
 //! belt line after the other, and uses none of the reductions of the rest of the crate: no polar coordinates,
 //! no scaling, no half maps. It is slow, and audits use it as the reference. The compiled form of a formula
-//! tells it where steps should end ([`crate::friction::Curve`]), not what friction is there.
+//! decides where steps end ([`crate::friction::Curve`]); the friction force itself is that of the formula.
 //!
 //! Accuracy: the Dormand-Prince method of order 8 with error control per unit time; states are offsets
 //! from the exit point (1 - eps c V, V), summed with compensation. Departures from the paper: none.
@@ -26,14 +26,14 @@ const SLIDING_WIDTH: f64 = 2.0;
 /// Errors greater than this, in belt speeds, come from orbits that separate so fast (at strong nodes) that
 /// errors are no longer proportional to their causes.
 const LINEAR: f64 = 1e-4;
-/// Factor by which such errors are multiplied before they decide a verdict.
+/// Factor by which errors above [`LINEAR`] are multiplied before they decide a verdict.
 const LARGE_ERRORS: f64 = 8.0;
 
 /// The fate of the orbit from the exit point.
 ///
-/// `tolerance` is the error of the scaled margin m / V that is aimed at: the estimated local errors of one
-/// turn add up to it. Values from 1e-3 down to about 1e-14 max(1, 1/V), the rounding errors of the right-hand
-/// side, take effect; a NaN counts as zero.
+/// `tolerance` is the target error of the scaled margin m / V: the estimated local errors of one turn add up
+/// to it. Values from 1e-3 down to about 1e-14 max(1, 1/V), the rounding errors of the right-hand side, take
+/// effect; a NaN counts as zero.
 ///
 /// **Guarantee.** None is proved. `margin_error` is the sum of the local error estimates and of the expected
 /// rounding errors, each magnified by exp of the integral of max(D, 0) over the rest of the orbit, the most
@@ -128,7 +128,7 @@ struct Rise {
     at_least: f64,
     /// Height of the turn of the continued field; NaN if out of reach.
     turn: f64,
-    /// Error of both.
+    /// Error of both heights.
     error: f64,
     /// Number of evaluations of the right-hand side.
     rhs: u64,

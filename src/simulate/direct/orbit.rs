@@ -39,7 +39,7 @@ pub(super) enum Motion {
 /// The event of one accepted step.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Event {
-    /// None; or the extremum of x2 at the far end, which is not used.
+    /// No event; or the extremum of x2 farthest from the line, which is not used.
     Moved,
     /// The orbit turned away again at this state, without reaching the belt line.
     NearMiss(State),

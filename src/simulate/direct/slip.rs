@@ -6,7 +6,7 @@
 //! changes of w are therefore half a turn apart, at least pi / (1 + |D|/2) in time. Steps are at most
 //! 1 / (1 + |D|/2) long, with D from the left end, which may triple inside the step before two sign
 //! changes fit in. Between sign changes x2 is monotone, so the values of x2 and w at the ends of a step
-//! tell what happened inside, however shallow the contact.
+//! determine what happens inside, however shallow the contact.
 //!
 //! **Beyond the belt line.** A step that contains an event, and the margin of an orbit that lands, need the
 //! field of one side continued past x2 = V, where the friction formula has a pole at a slip speed u < 0 that
@@ -14,7 +14,7 @@
 //! [`Slip::reach`], over which the continuation changes slowly.
 //!
 //! **Next to the belt line.** A law may be steep there and flat elsewhere. A step that goes past the steep
-//! part may have no stage in it, and its error estimate says nothing. Steps between the line and places far
+//! part may have no stage in it, and its error estimate is meaningless. Steps between the line and places far
 //! from it therefore at most double, or halve, the distance from the line, from [`Slip::reach`] on.
 
 use super::dop853::{self, Compensated, ROUNDING_AMPLIFICATION};
@@ -71,7 +71,7 @@ pub(super) struct Slip<'a> {
     pub(super) here: State,
     motion: Motion,
     next_step: f64,
-    /// Length and estimated error of the last accepted step; no error where an arc begins.
+    /// Length and estimated error of the last accepted step; the error is zero where an arc begins.
     last_step: f64,
     last_error: f64,
     /// Bound on the distance of `here` from the exact orbit, by the local error estimates.
@@ -310,7 +310,7 @@ impl<'a> Slip<'a> {
         }
         // The slopes of a step have independent rounding errors of about 2^-53 of their terms.
         let rounding_rate = ROUNDING_AMPLIFICATION * 0.5 * f64::EPSILON * self.magnitude(left);
-        // A turn lasts 2 pi, give or take: its local errors then add up to the tolerance.
+        // A turn lasts about 2 pi, so that its local errors add up to the tolerance.
         let allowed_rate = (self.tolerance * self.oscillator.belt_speed / TAU).max(rounding_rate);
         let longest = (self.longest_turn * scale).min(self.longest_resolving(left));
         let mut h = self.next_step.min(longest).min(end_time - left.time);
@@ -337,12 +337,12 @@ impl<'a> Slip<'a> {
                 && let Some(shorter) = corners::shortened(&self.stops, self.oscillator.belt_speed, ends, h)
             {
                 h = shorter.max(least);
-                // After a corner the error of a step says nothing about the next.
+                // After a corner the error of a step does not predict that of the next.
                 at_stop = self.oscillator.curve.corners().is_empty();
                 continue;
             }
             let allowed = allowed_rate * h;
-            // An error estimate may vanish where the error does not, so that before counts, too.
+            // An error estimate may vanish where the error does not, so the previous one counts, too.
             let last = self.last_error * (h / self.last_step).powi(8);
             let likely = error.max(last);
             // The error per unit step falls like the 7th power of the step.
@@ -364,8 +364,8 @@ impl<'a> Slip<'a> {
         }
     }
 
-    /// The longest step that sees how the friction changes near the belt line, to second order: the stages of
-    /// one that goes from the line to far away, or back, may all miss a law that is steep only there.
+    /// The longest step that resolves the change of friction near the belt line, to second order. The stages
+    /// of a step from the line to far away, or back, may all miss a law that is steep only near the line.
     fn longest_resolving(&self, left: &State) -> f64 {
         let depth = self.depth(left);
         let (speed, curvature) = (self.outward_speed(left), self.outward() * self.jerk(left));
@@ -463,7 +463,7 @@ impl<'a> Slip<'a> {
     }
 
     /// The reason if the orbit is known to stay below the belt line for ever (for laws given by functions: if
-    /// many samples say so); spirals are checked only within `radius` of the equilibrium.
+    /// many samples indicate it); spirals are checked only within `radius` of the equilibrium.
     pub(super) fn rest(&self, radius: f64) -> Option<Rest> {
         let belt_speed = self.oscillator.belt_speed;
         let (v, w) = (belt_speed + self.here.x2_offset(), self.here.w);
@@ -488,8 +488,8 @@ impl<'a> Slip<'a> {
 const SMALLEST_GROWTH: f64 = 1.25;
 
 /// Distance beyond the belt line to which the field of one side can be continued: at most V/8, and less if
-/// the divergence changes there much faster than on the near side, or on the near side over shorter
-/// distances.
+/// the divergence changes there much faster than on the near side, or if it changes on the near side over
+/// shorter distances.
 ///
 /// The divergence is compared at equal distances d on both sides of the line: its changes from the line
 /// itself may differ by a factor of four. With a pole 1/(d - p)^2 that holds for d up to 0.42 p, and as d is

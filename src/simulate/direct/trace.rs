@@ -60,8 +60,8 @@ pub enum Ending {
         /// Its period.
         period: f64,
     },
-    /// The orbit is within V / 1000 of the equilibrium, in a disc that no orbit leaves; or it tends to it too
-    /// slowly to be followed, but provably without meeting the belt line again.
+    /// The orbit is within V / 1000 of the equilibrium, in a disc that no orbit leaves; or it tends to the
+    /// equilibrium too slowly to be followed, but provably without meeting the belt line again.
     Settles,
     /// The time limit was reached.
     OutOfTime,

@@ -44,11 +44,11 @@ impl Element {
 
     #[inline(always)]
     pub(super) fn place<const N: usize>(&mut self, rule: &Rule<N>, middle: f64, half: f64) {
-        // Where there was no width nothing is known about the function's slope.
+        // An element without width gives no derivative of p'.
         if self.half > 0.0 && (middle, half) != (self.middle, self.half) {
             let bend = apply(&rule.derivative, &first(&self.slope));
             for (j, bend) in bend.into_iter().enumerate() {
-                // Farther than an element's half the slope at the node says nothing.
+                // Extrapolation is limited to half of the old half-width.
                 let shift = (half - self.half).mul_add(rule.nodes[j], middle - self.middle) / self.half;
                 self.slope[j] += bend * shift.clamp(-0.5, 0.5);
             }
@@ -62,7 +62,7 @@ impl Element {
         }
     }
 
-    /// p from p' and from its value at the beginning; returns that at the end.
+    /// Integrates p' from the value `start` of p at the beginning; returns p at the end.
     #[inline(always)]
     pub(super) fn integrate<const N: usize>(&mut self, rule: &Rule<N>, start: f64) -> f64 {
         let slope = first::<N>(&self.slope);

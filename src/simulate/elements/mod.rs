@@ -10,14 +10,14 @@
 //!
 //! and, for one C, p(2 pi) = 0. The turn is cut into elements, and p' is a polynomial on each, with p' = g at
 //! Gauss's nodes. A step of Newton's method solves the linear equation for (dp, dC), or for dp at a given C, by
-//! the integrating factor exp(A), A the integral of a = dg/dp; it starts from the circle p = 0, on which C is
-//! the mean of w with the weight sin^2.
+//! the integrating factor exp(A), A the integral of a = dg/dp. The first iterate is the circle p = 0, with C the
+//! mean of w with the weight sin^2, or at a given C the spiral of first order in D.
 //!
 //! **Elements.** The weakening rate is compiled to polynomials on pieces of slip speeds ([`Weakening`]).
 //! Elements end where the orbit passes from one piece to the next, so that g is smooth on each, at the
 //! corners of a measured law too. The slip speed rises on (0, pi) and falls on (pi, 2 pi), since x2' = -r
 //! sin th: the orbit passes each end of a piece at most once on either side. These angles follow the orbit
-//! from step to step. A wrong angle counts to second order only, because w is continuous.
+//! from step to step. The error of an angle has an effect of second order only, because w is continuous.
 //!
 //! **Error of the iteration.** Let rho = g - p' be the residual of an iterate. To first order its C is wrong
 //! by the mean of W rho over that of W dg/dC, W = exp(-A). The sum of the sizes, which cannot vanish by
@@ -28,8 +28,8 @@
 //! of a product of two functions that each are resolved to first order. Two indicators are added: twice the
 //! change of C from the last, coarser elements; and the square of the error that their polynomials leave
 //! between their nodes, which cannot vanish by chance. Both are errors of the coarser elements. Twice as many
-//! nodes have twice the order, so that from the first rung to the second the power 3/2 of them, with a
-//! factor, is enough where the largest |w| is at most 1.
+//! nodes have twice the order. From the first rung to the second their power 3/2, with a factor, is therefore
+//! a sufficient estimate where the largest |w| is at most 1.
 //!
 //! **Error of corners.** The end of an element may lie off the corner of a measured law. Then w is wrong by
 //! at most the jump of its slope times that distance, over the angles between, and so is C with the weight
@@ -48,45 +48,45 @@ use super::polar::Closing;
 use crate::friction::Weakening;
 use orbit::{Orbit, Problem, Step};
 
-/// Least step of the share of D that acts, on the way to an orbit far from the circle.
+/// Least step of the factor on D in the continuation from the circle to an orbit far from it.
 const SHORTEST_SHARE: f64 = 0.02;
-/// Error of C on that way, in units of the largest |w|.
+/// Error of C in that continuation, in units of the largest |w|.
 const ON_THE_WAY: f64 = 1e-3;
-/// Residual, as an error of C in these units, from which the iteration does not come back.
+/// Residual, as an error of C in units of the largest |w|, from which the iteration does not recover.
 const HOPELESS: f64 = 10.0;
-/// The same for the distance from the border of the domain of the polar form.
+/// Distance from the border of the domain of the polar form from which the iteration does not recover.
 const FARTHEST_OUTSIDE: f64 = -0.3;
 /// Error of C, in units of the largest |w|, below which the steps converge quadratically.
 const NEAR: f64 = 0.03;
-/// Safety factor of the error predicted from that.
+/// Safety factor of the error predicted from quadratic convergence.
 const PREDICTION: f64 = 10.0;
 /// Nodes per element, and the parts into which each element of the rung before is cut.
 const LADDER: [(usize, usize); 5] = [(4, 1), (8, 1), (8, 2), (8, 2), (8, 2)];
 /// Error of C on the first rungs, in units of the largest |w|, below which the iteration gains nothing.
 const FLOORS: [f64; 2] = [1e-6, 1e-10];
-/// Error of C, in units of the largest |w|, that the finest rung may leave where less is asked for.
+/// Error of C, in units of the largest |w|, that the finest rung may leave where less is requested.
 pub(super) const WORST: f64 = 1e-8;
 /// Largest |w| for which the second rung is trusted to converge faster than the first.
 const LARGEST_WITH_ORDER: f64 = 1.0;
-/// Smallest tolerance for which that is used: for smaller ones a further rung costs little of what the answer
-/// is for.
+/// Smallest tolerance for which that faster convergence is used: for smaller ones a further rung costs little
+/// of what the answer is for.
 const FINEST_WITH_ORDER: f64 = 1e-8;
-/// Its error is at most this times the power 3/2 of the first rung's, in units of the largest |w|: of random
-/// tables and formulas it was at most 0.8 times that power.
+/// The error of the second rung is at most this times the power 3/2 of the first rung's, in units of the
+/// largest |w|: of random tables and formulas it was at most 0.8 times that power.
 const ORDER_FACTOR: f64 = 10.0;
-/// Distance of the end of a span from the orbit's passage that is left as it is, in units of the narrower
-/// piece.
+/// Largest accepted distance of the end of a span from the orbit's passage, in units of the narrower piece.
 const OFF: f64 = 0.02;
-/// Error of C by a corner that is left as it is, in units of the tolerance and the largest |w|.
+/// Largest accepted error of C by a corner, in units of the tolerance times the largest |w|.
 const OFF_AT_CORNERS: f64 = 1e-3;
 /// Safety factor of the error by misplaced corners.
 const MISPLACED: f64 = 2.0;
-/// Error of dC / d ln r, in units of the step of C that is not yet in it: that of orbits on which D is small.
+/// Error of dC / d ln r, in units of the last step of C, not yet in it: the value for orbits on which D is
+/// small.
 const SLOPE_BY_CHANGE: f64 = 2.0;
-/// How often an orbit without an answer is tried again with finer elements.
+/// How often an orbit that failed is tried again with finer elements.
 const RETRIES: u32 = 1;
-/// Number of evaluations from which on it is not: where the law has many pieces the elements are fine
-/// already, and it is the polar form that does not apply.
+/// Number of evaluations after which it is not tried again: where the law has many pieces, the elements are
+/// fine already, and it is the polar form that does not apply.
 const MOST_BEFORE_RETRY: u64 = 1 << 13;
 /// Largest number of elements.
 const MOST_ELEMENTS: usize = 1 << 15;
@@ -133,11 +133,11 @@ static TRANSFERS: LazyLock<Vec<Vec<[[f64; MOST]; MOST]>>> = LazyLock::new(|| {
         .collect()
 });
 
-/// The steps of Newton's method on one rung, for the function whose vector width pulp selects at run time.
+/// Arguments of the Newton steps on one rung, for the function whose vector width pulp selects at run time.
 struct Solve<'a, 'b, const N: usize> {
     orbit: &'a mut Orbit<'b>,
     rule: &'a Rule<N>,
-    /// From the orbit of the rung before to this one; `None` where it starts from the circle.
+    /// Matrices from the orbit of the rung before to this one; `None` where it starts from the circle.
     transfers: Option<&'a [[[f64; MOST]; MOST]]>,
     /// How many times more elements there are than on the first rung.
     finer: usize,
@@ -153,7 +153,7 @@ struct Solve<'a, 'b, const N: usize> {
 struct Solved {
     /// Error left by the iteration.
     left: f64,
-    /// That of the iterate at the start.
+    /// Error of the iterate at the start.
     left_at_first: f64,
     /// dC / d ln r before the last step, and before the first of several.
     slope: f64,
@@ -166,7 +166,7 @@ struct Solved {
 }
 
 impl<const N: usize> pulp::WithSimd for Solve<'_, '_, N> {
-    /// `Err` with the number of evaluations where there is no answer.
+    /// `Err` with the number of evaluations where there is no solution.
     type Output = Result<Solved, u64>;
 
     #[inline(always)]
@@ -182,14 +182,14 @@ impl<const N: usize> pulp::WithSimd for Solve<'_, '_, N> {
         *unit = orbit.start(rule);
         let enough = enough(*unit);
         let mut spent = orbit.cost::<N>();
-        // With D scaled by a share, from 0 on, where the circle is the answer. One step is enough for most
-        // orbits.
+        // Continuation in a factor `share` on D, from 0, where the circle is the solution. One step is enough
+        // for most orbits.
         let (mut share, mut step) = (0.0, 1.0);
         while step >= SHORTEST_SHARE && spent < MOST_EVALUATIONS {
             let next = f64::min(share + step, 1.0);
             let before = (share > 0.0).then(|| orbit.clone());
             orbit.rescale(rule, share, next);
-            // On the way only the neighbourhood is needed.
+            // Intermediate orbits only have to be near.
             let here = if next < 1.0 { enough.max(ON_THE_WAY) } else { enough };
             match orbit.newton(rule, here, *unit) {
                 Ok(solved) if next == 1.0 => return Ok(Solved { rhs: spent + solved.rhs, ..solved }),
@@ -216,7 +216,7 @@ impl<const N: usize> pulp::WithSimd for Solve<'_, '_, N> {
 }
 
 impl Orbit<'_> {
-    /// From the orbit with D scaled by `from` to that with D scaled by `to`, to first order.
+    /// Moves the orbit from D scaled by `from` to D scaled by `to`, to first order.
     #[inline(always)]
     fn rescale<const N: usize>(&mut self, rule: &Rule<N>, from: f64, to: f64) {
         self.share = to;
@@ -246,13 +246,13 @@ impl Orbit<'_> {
                 left_at_first = step.left;
             }
             let whole = self.advance(rule, step.change);
-            // From here the iteration does not come back.
+            // From here the iteration does not recover.
             let lost = step.left > HOPELESS * unit || step.room < FARTHEST_OUTSIDE;
             if lost || !self.viscous.is_finite() {
                 return Err(rhs);
             }
-            // Where the law has corners it is checked below that the ends of spans are where they belong. A
-            // step after they have moved shows the curvature, too, but too large.
+            // Where the law has corners, the ends of spans are checked below. A step after they have moved
+            // overestimates the curvature.
             if before < NEAR * unit && (kinked || !moved) {
                 let curvature = step.left / (before * before);
                 let is_first = is_rough || self.curvature == 0.0;
@@ -263,7 +263,7 @@ impl Orbit<'_> {
                 };
                 is_rough = moved && is_first;
             }
-            // What the step itself leaves.
+            // The error left after the step.
             let after = PREDICTION * self.curvature * step.left * step.left;
             let is_predicted = self.curvature > 0.0 && (kinked || !moved) && step.left < NEAR * unit;
             let left = if is_predicted { after.min(step.left) } else { step.left };
@@ -306,7 +306,7 @@ pub(in crate::simulate) struct Margin {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in crate::simulate) struct Closed {
     pub(in crate::simulate) closing: Closing,
-    /// -x2 at its lowest.
+    /// -x2 at the lowest point of the orbit.
     pub(in crate::simulate) depth: f64,
 }
 
@@ -426,7 +426,7 @@ fn solve(problem: Problem<'_>, tolerance: f64) -> Result<Found<'_>, u64> {
                 }
                 let misplaced = orbit.misplaced().map(|error| MISPLACED * error);
                 let error = uncertain + left + misplaced[0] + ROUND_OFF * unit + form;
-                // By the elements, by the last step, by corners in the weights, and as C.
+                // The errors by the elements, by the last step, by corners in the weights, and of C.
                 let coarser = (slope - slope_at_first.unwrap_or(slope_before)).abs();
                 let slope_error =
                     coarser + SLOPE_BY_CHANGE * change.abs() + misplaced[1] * slope.abs() + error;

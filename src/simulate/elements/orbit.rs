@@ -18,7 +18,7 @@ const MARGIN_BY_DAMPING: f64 = PI * E;
 const LARGEST_GROWTH: f64 = 8.0;
 /// Largest change of p in a step.
 const LONGEST_STEP: f64 = 0.25;
-/// How far outside its piece a polynomial is used, in halves of the piece's width.
+/// Distance from the middle of its piece up to which a polynomial is used, in halves of the piece's width.
 const OUTSIDE: f64 = 1.1;
 /// Widest element of the coarsest rung.
 const WIDEST: f64 = 0.5 * PI;
@@ -56,15 +56,15 @@ pub(super) struct Span {
 pub(super) struct Orbit<'a> {
     pub(super) problem: Problem<'a>,
     pub(super) viscous: f64,
-    /// The share of D that acts, whose C is [`Orbit::viscous`]; 1 but on the way to an orbit far from the circle.
+    /// Factor on D, also in [`Orbit::viscous`]; 1 except in the continuation to an orbit far from the circle.
     pub(super) share: f64,
     /// Largest ratio of the error left by a step to the square of that before it, near the solution.
     pub(super) curvature: f64,
-    /// As many before the angle pi as after it.
+    /// The spans, as many before the angle pi as after it.
     spans: Vec<Span>,
     /// Angles at which spans begin and end.
     bounds: Vec<f64>,
-    /// Their cosines.
+    /// Cosines of `bounds`.
     cos: Vec<f64>,
     pub(super) elements: Vec<Element>,
 }
@@ -74,11 +74,11 @@ pub(super) struct Orbit<'a> {
 pub(super) struct Step {
     /// dC.
     pub(super) change: f64,
-    /// Bound to first order of the error of C before it.
+    /// Bound to first order of the error of C before the step.
     pub(super) left: f64,
     /// Distance from the border of the domain of the polar form.
     pub(super) room: f64,
-    /// The integral of D over the time of a turn, and that of exp(-A) dg/dC, before it.
+    /// The integral of D over the time of a turn, and that of exp(-A) dg/dC, before the step.
     expansion: f64,
     by_damping: f64,
     /// A at the end of the turn, before it.
@@ -86,8 +86,8 @@ pub(super) struct Step {
 }
 
 impl Step {
-    /// dC / d ln r of the curve before the step. Of a closed orbit exp(-A) at the end is the inverse of its
-    /// multiplier, the exponential of the expansion, in which a misplaced corner counts to second order.
+    /// dC / d ln r of the curve before the step. At the end of a closed orbit exp(-A) is the inverse of its
+    /// multiplier, the exponential of the expansion, which misplaced corners change to second order.
     pub(super) fn slope(&self) -> f64 {
         (-self.expansion).exp_m1() / self.by_damping
     }
@@ -99,7 +99,7 @@ impl Step {
 }
 
 impl Orbit<'_> {
-    /// The circle of this radius, with so many times more elements than are needed at least.
+    /// The circle of the problem's radius, with `finer` times the least number of elements.
     pub(super) fn circle<'a>(problem: Problem<'a>, finer: usize) -> Orbit<'a> {
         let Problem { weakening, belt_speed, radius, .. } = problem;
         let breaks = weakening.breaks();
@@ -324,7 +324,7 @@ impl Orbit<'_> {
             let number = first + if i < half { i } else { 2 * half - i };
             let r = radius * exp::<4>(at_bound.clamp(-LARGEST_LOG, LARGEST_LOG));
             let [below, slip, above] = [breaks[number - 1], breaks[number], breaks[number + 1]];
-            // Where the orbit passes; from here on instead of p.
+            // From here on the cosine of the passage, instead of p.
             *at_bound = ((belt_speed - slip) / r).clamp(-1.0, 1.0);
             let off = r * (self.cos[i] - *at_bound).abs();
             let is_off_here = off > allowed * (slip - below).min(above - slip)
@@ -367,7 +367,7 @@ impl Orbit<'_> {
         at_bounds
     }
 
-    /// A further piece at the lowest point, where p has this value, as yet without width.
+    /// Adds a piece at the lowest point, where p has the value `log_r`, as yet without width.
     #[inline(never)]
     fn append(&mut self, piece: usize, width: f64, log_r: f64) {
         let half = self.spans.len() / 2;
@@ -391,7 +391,7 @@ impl Orbit<'_> {
         self.bounds = bounds;
     }
 
-    /// Cuts elements, and takes the functions over.
+    /// Cuts every element into parts, and interpolates p' to them.
     #[inline(always)]
     pub(super) fn refine(&mut self, transfers: &[[[f64; MOST]; MOST]]) {
         let parts = transfers.len();
@@ -438,13 +438,13 @@ impl Orbit<'_> {
         self.elements[self.elements.len() - 1].end
     }
 
-    /// -x2 at its lowest, at the angle pi.
+    /// -x2 at the lowest point of the orbit, at the angle pi.
     pub(super) fn depth(&self) -> f64 {
         let before: usize = self.spans[..self.spans.len() / 2].iter().map(|span| span.parts).sum();
         self.problem.radius * self.elements[before - 1].end.exp()
     }
 
-    /// The evaluations of g in a step.
+    /// Number of evaluations of g in a step.
     pub(super) fn cost<const N: usize>(&self) -> u64 {
         (self.elements.len() * N) as u64
     }

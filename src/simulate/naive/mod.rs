@@ -52,7 +52,7 @@ pub struct NaiveKnobs {
     pub stick_band_width: f64,
     /// Step h of `fixed_step`, a time.
     pub step: f64,
-    /// Relative and absolute error per step that the adaptive integrators aim at.
+    /// Target relative and absolute error per step of the adaptive integrators.
     pub tolerance: f64,
     /// Longest step of the adaptive integrators, a time; infinite if it is not limited, as is usual.
     pub longest_step: f64,
