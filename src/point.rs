@@ -93,7 +93,7 @@ pub struct ScaledGroups {
     pub a: f64,
     /// k = eps gamma V: belt speed in units of the speed over which the friction weakens.
     pub k: f64,
-    /// b = eps beta V: strengthening rate of the friction at belt speed.
+    /// b = eps beta V: half the rate, at belt speed, at which the quadratic term strengthens the friction.
     pub b: f64,
     /// C = eps c: viscous damping.
     pub c: f64,

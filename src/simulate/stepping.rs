@@ -13,7 +13,7 @@ use crate::point::ScaledGroups;
 const LADDER: [usize; 11] = [8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256];
 
 /// Error of a turn in units of its distance from the turn one rung below. The method has order 8 and a rung
-/// is at most 3/4 of the next, so the distance is asymptotically at least ten times the error; coarse rungs
+/// is at most 3/4 of the next, so the distance is asymptotically at least nine times the error; coarse rungs
 /// are far from asymptotic, and six times the distance is used.
 const ERROR_PER_DISTANCE: f64 = 6.0;
 

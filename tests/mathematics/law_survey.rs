@@ -7,6 +7,7 @@ use slipmap::certify::{Decision, Guarantee, TESTS};
 use slipmap::filippov::Oscillator;
 use slipmap::friction::{Column, Expression, Law, Table};
 use slipmap::map::{Engine, Verdict, decide};
+use slipmap::simulate::return_map::{Turn, turns_of};
 use slipmap::simulate::{Fate, Flow, critical_damping, direct};
 use std::collections::BTreeMap;
 
@@ -137,6 +138,46 @@ fn survey(count: u64) {
         .sum();
     assert!(1000 * open <= count, "{open} of {count} points have no verdict");
     assert!(2 * tally.confirmed > count, "{} verdicts of theorems", tally.confirmed);
+}
+
+/// The margin of one turn by the engine of maps, at several tolerances, and by the direct engine.
+fn margins_are_within_their_error(count: u64) {
+    let compare = |number: u64| {
+        let mut random = Random(0xface ^ number.wrapping_mul(0x9e37_79b9_7f4a_7c15));
+        let (kind, law, parameters) = law(&mut random);
+        let (belt_speed, epsilon) = (random.log(0.05, 4.0), random.log(0.02, 1.0));
+        let column = law.column(&law.point(epsilon, &parameters, belt_speed, 0.0).unwrap());
+        let c = damping(&column, &mut random);
+        let direct = direct::flow(&Oscillator::in_column(&column, c), 1e-12);
+        let mut compared = [0; 3];
+        for (compared, tolerance) in compared.iter_mut().zip([1e-6, 1e-9, 1e-11]) {
+            let [Turn::Complete { margin, error, .. }] = turns_of(&column, &[c], tolerance)[..] else {
+                continue;
+            };
+            let off = (margin - direct.margin).abs();
+            assert!(
+                !(off > error + direct.margin_error),
+                "{kind} {number} at {tolerance:e}: {margin} +- {error:e}, {direct:?}"
+            );
+            assert!(error <= 2.0 * tolerance, "{kind} {number} at {tolerance:e}: {error:e}");
+            *compared += u64::from(off.is_finite());
+        }
+        compared
+    };
+    let all = (0..count).into_par_iter().map(compare);
+    let compared = all.reduce(|| [0; 3], |a, b| std::array::from_fn(|i| a[i] + b[i]));
+    assert!(compared.iter().all(|compared| 10 * compared > 6 * count), "{compared:?}");
+}
+
+#[test]
+fn margins_of_random_laws_are_those_of_the_direct_engine() {
+    margins_are_within_their_error(600);
+}
+
+#[test]
+#[ignore = "minutes: cargo test --test mathematics law_survey:: -- --ignored --nocapture"]
+fn ten_thousand_margins_of_random_laws_are_those_of_the_direct_engine() {
+    margins_are_within_their_error(10_000);
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! Margins interpolated along columns and in grids against single turns, and their work.
 
 use slipmap::filippov::Oscillator;
-use slipmap::friction::{Column, Law};
+use slipmap::friction::{Column, Expression, Law, Table};
 use slipmap::simulate::direct;
 use slipmap::simulate::margins::{Margins, margins, margins_of_grid};
 use slipmap::simulate::return_map::{Turn, turns_of};
@@ -177,6 +177,31 @@ fn margins_of_grids_of_other_laws_are_within_their_error() {
         let ranges = [(0.5, 0.7, 4), (3.0, 5.0, 5), (0.0, 0.02, 2), (0.4, 0.8, 8)];
         let found = GridOfColumns::new(&law, 1.0, &ranges).compare(&axis(0.1, 12), 1e-9, 1e-13);
         assert!(3 * found.interpolated > found.cells, "{law:?} {found:?}");
+    }
+}
+
+/// Smooth formulas are interpolated; those with a narrow step or with |u|, which has a corner where orbits go beyond the
+/// belt line, and tables are not.
+#[test]
+fn margins_of_grids_of_formulas_are_within_their_error() {
+    let rows: Vec<(f64, f64)> =
+        (0..20).map(|i| 0.25 * f64::from(i)).map(|u| (u, 0.5 + 0.5 * (-0.5 * u).exp())).collect();
+    let formula = |text: &str| Law::Expression(Expression::new(text, 1.0).unwrap());
+    for (law, is_smooth) in [
+        (formula("mu + (1 - mu)*exp(-u/vs) + 0.001*u^2"), true),
+        (formula("1 - 0.1*mu*tanh(vs*u) + 0.01*sin(2*u)"), true),
+        (formula("mu + (1 - mu)*exp(-u/vs) + 0.01 - 0.01*tanh((u - 0.5)*1e4)/tanh(5e3) - 0.02*mu/mu"), false),
+        (formula("mu + (1 - mu)*exp(-abs(u)/vs)"), false),
+        (Law::Table(Table::new("rows", &rows, 1.0).unwrap()), false),
+    ] {
+        let of_law = [(0.5, 0.7, 4), (3.0, 5.0, 5), (0.4, 0.8, 8)];
+        let ranges = if law.parameters().is_empty() { &of_law[2..] } else { &of_law[..] };
+        let found = GridOfColumns::new(&law, 0.5, ranges).compare(&axis(0.1, 12), 1e-9, 1e-12);
+        if is_smooth {
+            assert!(3 * found.interpolated > found.cells, "{law:?} {found:?}");
+        } else {
+            assert_eq!(found.interpolated, 0, "{law:?} {found:?}");
+        }
     }
 }
 

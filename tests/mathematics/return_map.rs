@@ -2,7 +2,7 @@
 
 use crate::reference::{ReferenceFate, critical_points, margin_points};
 use slipmap::filippov::Oscillator;
-use slipmap::friction::Law;
+use slipmap::friction::{Expression, Law};
 use slipmap::point::ScaledGroups;
 use slipmap::simulate::return_map::{Turn, turns, turns_of};
 use slipmap::simulate::{Fate, critical_damping, flow};
@@ -63,6 +63,31 @@ fn margins_are_within_their_error() {
         }
     }
     assert!(checked > 600, "{checked}");
+}
+
+/// The engine of other laws, against the same reference: the law as text.
+#[test]
+fn margins_of_a_formula_are_within_their_error() {
+    let law = Law::Expression(
+        Expression::new("(1 - alpha)/(1 + eps*gamma*u) + alpha + eps*beta*u^2", 1.0).unwrap(),
+    );
+    let mut checked = [0; 2];
+    for tolerance in [1e-6, 1e-9, 1e-12] {
+        for point in margin_points() {
+            let Some(margin) = point.margin else { continue };
+            let built_in = point.point();
+            let &[alpha, beta, gamma] = built_in.law().as_slice() else { panic!("three parameters") };
+            let at = law
+                .point(built_in.epsilon(), &[alpha, gamma, beta], built_in.belt_speed(), built_in.damping())
+                .unwrap();
+            let turn = turns_of(&law.column(&at), &[at.damping()], tolerance)[0];
+            let Turn::Complete { margin: found, error, .. } = turn else { continue };
+            checked[usize::from(found > 0.0)] += 1;
+            assert!((found - margin).abs() <= error, "{tolerance:e} {point:?}: {turn:?}");
+            assert!(error <= 2.0 * tolerance, "{tolerance:e} {point:?}: {turn:?}");
+        }
+    }
+    assert!(checked.iter().all(|&checked| checked > 100), "{checked:?}");
 }
 
 #[test]

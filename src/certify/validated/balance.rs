@@ -18,7 +18,7 @@ use super::tile::{GroupBox, Tile, degrees};
 use crate::friction::interval::Interval;
 use crate::friction::jet::Real as _;
 
-/// Width of the smallest interval of k tried, as a fraction of 2 (the range of the scaled k).
+/// Width of the smallest interval tried of the scaled k, which ranges over [-1, 1].
 const FINEST: f64 = 1e-7;
 /// Number of cells along A and b.
 const CELLS: [usize; 2] = [8, 4];

@@ -60,7 +60,8 @@
 //!
 //! # Arithmetic
 //! `friction::interval::Interval` rounds outwards by one unit in the last place around each operation of
-//! plain f64. Sines and cosines are enclosed by half-angle formulas from exact values.
+//! plain f64. Sines and cosines are enclosed by half-angle formulas from exact values; the proofs for any law
+//! use the platform's instead, whose error is assumed to be less than four units in the last place.
 
 pub mod any_law;
 pub mod balance;

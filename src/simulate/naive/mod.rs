@@ -134,7 +134,7 @@ impl NaiveMethod {
         }
     }
 
-    /// Runs the method on one oscillator. It uses at most 2 million evaluations of the right-hand side,
+    /// Runs the method on one oscillator. It uses at most 6 million evaluations of the right-hand side,
     /// fewer for laws that are more expensive (see `Curve::cost`).
     #[must_use]
     pub fn decide(self, oscillator: &Oscillator, knobs: &NaiveKnobs) -> NaiveAnswer {
