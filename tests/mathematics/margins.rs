@@ -194,7 +194,7 @@ fn margins_of_grids_of_formulas_are_within_their_error() {
         (formula("mu + (1 - mu)*exp(-abs(u)/vs)"), false),
         (Law::Table(Table::new("rows", &rows, 1.0).unwrap()), false),
     ] {
-        let of_law = [(0.5, 0.7, 4), (3.0, 5.0, 5), (0.4, 0.8, 8)];
+        let of_law = [(0.5, 0.7, 4), (1.0, 1.5, 5), (0.4, 0.8, 8)];
         let ranges = if law.parameters().is_empty() { &of_law[2..] } else { &of_law[..] };
         let found = GridOfColumns::new(&law, 0.5, ranges).compare(&axis(0.1, 12), 1e-9, 1e-12);
         if is_smooth {

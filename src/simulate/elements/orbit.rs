@@ -328,7 +328,9 @@ impl Orbit<'_> {
             *at_bound = ((belt_speed - slip) / r).clamp(-1.0, 1.0);
             let off = r * (self.cos[i] - *at_bound).abs();
             let is_off_here = off > allowed * (slip - below).min(above - slip)
-                || kinked && by_corner(weakening.jump(number), off, r, self.cos[i]) > allowed_at_corners;
+                || kinked
+                    && by_corner(weakening.jump(number), off, belt_speed - slip, r, self.cos[i])
+                        > allowed_at_corners;
             is_off |= is_off_here;
         }
         if !is_off {
@@ -424,9 +426,9 @@ impl Orbit<'_> {
             let corner = spans[0].piece.max(spans[1].piece);
             if spans[0].piece != spans[1].piece {
                 let r = radius * self.elements[last - 1].end.exp();
-                let target = ((belt_speed - law.breaks()[corner]) / r).clamp(-1.0, 1.0);
-                let (jump, off) = (law.jump(corner), r * (cos - target).abs());
-                sums[0] += by_corner(jump, off, r, *cos);
+                let velocity = belt_speed - law.breaks()[corner];
+                let (jump, off) = (law.jump(corner), r * (cos - (velocity / r).clamp(-1.0, 1.0)).abs());
+                sums[0] += by_corner(jump, off, velocity, r, *cos);
                 sums[1] += jump * off * sin_beside(off, r, *cos) / PI;
             }
         }
@@ -450,11 +452,13 @@ impl Orbit<'_> {
     }
 }
 
-/// Error of C by a corner that lies off the end of its span, in slip speeds: w is wrong by at most the jump
-/// of its slope times this distance, over the angles between, with the weight sin^2 theta.
+/// Error of C by a corner at which x2 = `velocity`, where the orbit passes it `off`, in slip speeds, the end of
+/// its span, or does not reach it there: w is wrong by at most the jump of its slope times the distance of the corner
+/// from the span's end, over the angles between that and the passage, or the turning point, with the weight sin^2
+/// theta.
 #[inline(always)]
-fn by_corner(jump: f64, off: f64, r: f64, cos: f64) -> f64 {
-    jump * off * off * sin_beside(off, r, cos) / (PI * r)
+fn by_corner(jump: f64, off: f64, velocity: f64, r: f64, cos: f64) -> f64 {
+    jump * (velocity - r * cos).abs() * off * sin_beside(off, r, cos) / (PI * r)
 }
 
 /// Bound of |sin theta| up to this distance from the end of a span, in slip speeds.
