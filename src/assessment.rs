@@ -1,5 +1,5 @@
 //! The engineer's assessment of a machine at its working point, in SI units: the speeds and dampings at which
-//! it stick-slips and may stick-slip, the motion, its sensitivities, and what is proved.
+//! it stick-slips or may stick-slip, the motion, the sensitivities, and the verdicts of rigorous tests.
 
 use crate::behaviour::{Behaviour, Limit, behaviour, belt_speeds, last_between};
 use crate::certify::{Guarantee, TESTS, validated};
@@ -16,10 +16,10 @@ use crate::simulate::slip_count::{count_slip_cycles, proves_absence};
 use crate::simulate::slip_cycle::{BACKBONE_TOLERANCE, Kick, slip_cycles};
 use crate::simulate::{Fate, Flow, critical_damping, flow, sensitivity};
 
-/// Accuracy of the scaled grazing margin.
+/// Tolerance of the scaled grazing margin.
 const TOLERANCE: f64 = 1e-9;
 
-/// Sensitivity of the critical damping to a quantity of the machine.
+/// The sensitivity of the critical damping to a quantity of the machine.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub(crate) struct Sensitivity {
@@ -29,13 +29,13 @@ pub(crate) struct Sensitivity {
     pub(crate) critical_damping: f64,
 }
 
-/// Weight of one slip speed in the critical damping.
+/// The weight of one range of slip speeds in the critical damping.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub(crate) struct Influence {
-    /// Slip speed, m/s: the middle of one of the equal parts from 0 to the largest on the orbit.
+    /// Slip speed, m/s: the middle of one of the equal ranges from 0 to the largest slip speed on the orbit.
     pub(crate) slip_speed: f64,
-    /// Share of this part; the shares add up to 1.
+    /// Share of the weight in this range; the shares add up to 1.
     pub share: f64,
 }
 
@@ -49,54 +49,54 @@ pub(crate) struct Proof {
     pub(crate) verdict: &'static str,
 }
 
-/// What is known of a working point whose regime is not determined, and why the rest is not.
+/// The known properties of a working point whose regime is not determined, and the reasons why it is not.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Undetermined {
-    /// Whether the stick-slip cycle attracts; `None` if that is unknown, too.
+    /// Whether the stick-slip cycle attracts; `None` if that is unknown.
     pub(crate) sticks: Option<bool>,
     /// Whether the equilibrium attracts.
     pub(crate) is_stable: bool,
-    /// What is unknown, and why.
+    /// The unknown attractors, each with the reason.
     pub(crate) reasons: Vec<String>,
 }
 
-/// Standard errors by those of the data of measured friction, to first order.
+/// Standard errors, N s/m, that follow from the standard errors of the data of measured friction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct StandardErrors {
-    /// Of the critical damping; `None` where it has no derivatives.
+    /// Of the critical damping, to first order; `None` where it has no derivatives.
     pub(crate) critical_damping: Option<f64>,
     pub(crate) hopf_damping: f64,
 }
 
-/// The assessment. Speeds in m/s, dampings in N s/m, lengths in m, times in s; of a rotation rad for m and N
-/// m for N.
+/// The assessment. Speeds are in m/s, dampings in N s/m, lengths in m, times in s; for a rotation rad
+/// replaces m and N m replaces N.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Assessment {
     /// The machine at its working point.
     pub(crate) machine: Machine,
-    /// Its behaviour there.
+    /// The behaviour at the working point.
     pub(crate) behaviour: Behaviour,
-    /// Belt speed below which it stick-slips from every initial state, at the working damping; of speeds within
-    /// three decades of the working one, some of which are tried.
+    /// Belt speed below which it stick-slips from every initial state, at the working damping. The search
+    /// samples speeds within three decades of the working speed.
     pub(crate) always_below_speed: Limit,
     /// Damping below which it stick-slips from every initial state, at the working speed; `None` if none was
     /// found.
     pub(crate) always_below_damping: Option<f64>,
     /// Damping below which steady slip is unstable, at the working speed; it may be negative.
     pub(crate) hopf_damping: f64,
-    /// Damping above which steady slip is the only attractor, at the working speed, below which no other damping has
-    /// that property: the largest of the Hopf damping, the critical one and those of folds, or zero. `None` where it
-    /// is unknown.
+    /// Least damping above which steady slip is the only attractor, at the working speed: the largest of the
+    /// Hopf damping, the critical damping and the dampings of folds, or zero. `None` where it is unknown.
     pub(crate) vibrates_below_damping: Option<f64>,
-    /// `None` for friction without standard errors.
+    /// Standard errors of dampings; `None` for friction without standard errors.
     pub(crate) standard_errors: Option<StandardErrors>,
-    /// `None` where the regime is determined.
+    /// The known properties where the regime is not determined; `None` where it is.
     pub(crate) undetermined: Option<Undetermined>,
     /// Period of the attracting motion, s.
     pub(crate) period: Option<f64>,
-    /// Half the range of velocities of that motion, m/s.
+    /// Half the range of velocities of the attracting motion, m/s.
     pub(crate) velocity_amplitude: Option<f64>,
-    /// The kicks of steady slip onto the outermost unstable slip cycle: slightly larger ones start the attracting motion.
+    /// Kicks, m/s, of steady slip onto the outermost unstable slip cycle; slightly larger ones start the
+    /// motion.
     pub(crate) kick: Option<Kick>,
     /// Sensitivities of the critical damping at the working speed.
     pub(crate) sensitivities: Vec<Sensitivity>,
@@ -108,18 +108,17 @@ pub(crate) struct Assessment {
 }
 
 impl Assessment {
-    /// The working damping in units of the critical one: above 1 no orbit that has left the belt returns to
-    /// it.
+    /// The working damping divided by the critical damping: above 1 no orbit that has left the belt returns.
     pub(crate) fn safety_margin(&self) -> Option<f64> {
         self.behaviour.critical_damping.filter(|d| *d > 0.0).map(|critical| self.machine.damping / critical)
     }
 }
 
-/// Relative distance of limits that are the same.
+/// Relative distance up to which two limits are taken as equal.
 const SAME: f64 = 1e-6;
 
 impl Assessment {
-    /// The standard error of a limit of the damping by those of the data, where it is one of which they are known.
+    /// The standard error of a limit of the damping; `None` unless it is the critical or the Hopf damping.
     pub(crate) fn standard_error_of(&self, damping: f64) -> Option<f64> {
         let errors = self.standard_errors?;
         let is = |limit: f64| (damping - limit).abs() <= SAME * limit.abs();
@@ -130,14 +129,14 @@ impl Assessment {
     }
 }
 
-/// Relative distance from a limit with a closed form at which what holds below it is looked at.
+/// Relative distance below a known upper limit at which the regime is computed.
 const NEAR: f64 = 1e-6;
 
-/// Relative distance beyond a limit at which the regime must be known: next to a fold it may be unknown.
+/// Relative distance beyond a limit at which the regime must be known; closer to a fold it may be unknown.
 const BEYOND: f64 = 1e-3;
 
-/// The end of a range from `low` up to `high` at most in which the stick-slip cycle is the only attractor; `None` where
-/// the regime beyond it is unknown.
+/// The end, at most `high`, of the range from `low` in which the stick-slip cycle is the only attractor;
+/// `None` if the regime beyond it is unknown.
 fn end(low: f64, high: f64, regime: impl Fn(f64) -> Regime) -> Option<f64> {
     let only = |value: f64| regime(value) == Regime::StickSlip;
     let inside = high * (1.0 - NEAR);
@@ -148,33 +147,33 @@ fn end(low: f64, high: f64, regime: impl Fn(f64) -> Regime) -> Option<f64> {
     (regime((end * (1.0 + BEYOND)).min(inside)) != Regime::Failed).then_some(end)
 }
 
-/// The damping c below which the stick-slip cycle is the only attractor. Steady slip must be unstable, the orbit
-/// from the exit point must return, and no slip cycle may exist: the damping lies below the whole backbone. So it
-/// is the end of an interval, where crossing cycles do not exist at 0.
+/// The damping c below which the stick-slip cycle is the only attractor. This requires that steady slip is
+/// unstable, that the orbit from the exit point returns, and that no slip cycle exists: eps c lies below the
+/// whole backbone. So these dampings are an interval from 0, provided that there are no crossing cycles at 0.
 fn always_below_damping(law: &Law, point: &Point, hopf: f64, critical: f64) -> Option<f64> {
     let of = |damping: f64| regime_at(law, &Point { damping, ..*point });
     let high = hopf.min(critical);
     if high > 0.0 && of(0.0) == Regime::StickSlip { end(0.0, high, of) } else { None }
 }
 
-/// The damping c above which steady slip is the only attractor: every slip cycle and the grazing orbit lie on the
-/// backbone.
+/// The damping c above which steady slip is the only attractor: the largest of the backbone, on which every
+/// slip cycle and the grazing orbit lie.
 fn vibrates_below_damping(law: &Law, point: &Point) -> Option<f64> {
     let column = law.column(point);
     let backbone = Backbone::of(&column, BACKBONE_TOLERANCE).ok()?;
     let turns = backbone.turning_points().iter().map(|turn| turn.viscous / column.epsilon);
     let most = turns.fold(0.0, f64::max);
-    // Cycles that cross the belt line are not on it.
+    // Cycles that cross the belt line are not on the backbone, so the regime is computed beyond it.
     let damping = most * (1.0 + BEYOND);
     (regime_at(law, &Point { damping, ..*point }) == Regime::Equilibrium).then_some(most)
 }
 
-/// The standard error of eps c at the Hopf bifurcation: the slope of the data at the belt speed.
+/// The standard error of eps c at the Hopf bifurcation, which is the weakening rate at the belt speed.
 fn standard_error_of_hopf(column: &Column) -> Option<f64> {
     column.curve.table()?.standard_error_of_weakening(column.belt_speed)
 }
 
-/// Why the orbit of measured friction has no end: the data end before, and how far they should reach.
+/// The reason why the orbit of measured friction fails: the data end. States how far they should reach.
 fn beyond_data(machine: &Machine, behaviour: &Behaviour) -> Option<String> {
     let Friction::Measured(table) = &machine.friction else { return None };
     let unit = machine.motion.unit(Dimension::Velocity);
@@ -184,7 +183,7 @@ fn beyond_data(machine: &Machine, behaviour: &Behaviour) -> Option<String> {
     ))
 }
 
-/// What is known of a working point; `beyond_data` is said in place of the reason why its orbit has no end.
+/// The known properties of a working point. `beyond_data`, if any, replaces the reason why its orbit fails.
 fn undetermined(oscillator: &Oscillator, flow: &Flow, beyond_data: Option<String>) -> Undetermined {
     let mut reasons = Vec::new();
     let sticks = match flow.fate {
@@ -205,7 +204,7 @@ fn undetermined(oscillator: &Oscillator, flow: &Flow, beyond_data: Option<String
     Undetermined { sticks, is_stable: oscillator.eigenvalues().is_stable(), reasons }
 }
 
-/// Number of belt speeds per factor of ten at which the regime is looked at.
+/// Number of belt speeds per factor of ten at which the regime is computed.
 const REGIMES_PER_DECADE: i32 = 16;
 
 /// The belt speed V below which the stick-slip cycle is the only attractor.
@@ -217,7 +216,7 @@ fn always_below_speed(law: &Law, point: &Point) -> Limit {
             (Regime::StickSlip, _) => low = Some(speed),
             (Regime::Failed, _) | (_, None) => return Limit::NotFound,
             (_, Some(low)) => {
-                // Steady slip may become stable on the way.
+                // Steady slip may become stable between the two speeds.
                 let column = law.column(point);
                 let unstable = |speed: f64| column.curve.weakening(speed) > column.epsilon * point.damping;
                 let high = match unstable(speed) {
@@ -254,7 +253,7 @@ pub(crate) fn assess(machine: &Machine) -> Option<Assessment> {
         verdict: Verdict::from((test.claim)(&column).decide(point.damping)).name(),
     });
     let mut proofs: Vec<Proof> = proofs.collect();
-    // Far from the boundary a count is enough; it takes longer than the tests.
+    // A count of slip cycles may prove absence where all tests are undecided; it takes longer than the tests.
     let undecided = proofs.iter().all(|proof| proof.verdict == "undecided");
     if undecided && proves_absence(&oscillator, &count_slip_cycles(&oscillator)) {
         proofs.push(Proof { test: "number_of_slip_cycles", verdict: "absent" });
@@ -285,14 +284,13 @@ pub(crate) fn assess(machine: &Machine) -> Option<Assessment> {
     })
 }
 
-/// Accuracies of the critical damping, and the relative steps of the central differences that go with them:
-/// the
-/// error of a derivative is the step squared, and the accuracy divided by the step. The second pair is for
-/// laws whose orbits cannot be followed to the first accuracy.
+/// Accuracies of the critical damping, and the relative steps of the central differences for them. The error
+/// of a derivative is the step squared plus the accuracy divided by the step. The second pair is for laws
+/// whose orbits cannot be followed to the first accuracy.
 const ACCURACIES_AND_STEPS: [(f64, f64); 2] = [(1e-12, 1e-4), (1e-10, 1e-3)];
 
-/// Logarithmic derivatives of the critical damping by each quantity of a machine that is not zero, to about
-/// 1e-6; without those for which no critical damping was found next to the machine.
+/// Logarithmic derivatives of the critical damping with respect to each nonzero quantity of a machine, except
+/// its damping, to about 1e-6; without those for which no critical damping was found next to the machine.
 pub(crate) fn sensitivities(machine: &Machine) -> Vec<Sensitivity> {
     let critical = |machine: &Machine, accuracy: f64| -> Option<f64> {
         let model = machine.model()?;
@@ -313,10 +311,10 @@ pub(crate) fn sensitivities(machine: &Machine) -> Vec<Sensitivity> {
     quantities.filter(|(name, value)| *name != "damping" && *value != 0.0).filter_map(derivative).collect()
 }
 
-/// Number of parts of the range of slip speeds.
+/// Number of equal parts of the range of slip speeds.
 const PARTS: usize = 40;
 
-/// The weight of each slip speed on the grazing orbit at the critical damping; `None` where there is none.
+/// The weights of slip speeds on the grazing orbit at the critical damping; `None` where they are unknown.
 fn influence(model: &Model) -> Option<Vec<Influence>> {
     let parts = sensitivity::influence(&model.column(), PARTS).ok()?;
     let velocity = model.si.units.velocity;

@@ -10,14 +10,14 @@ use crate::simulate::direct::{Start, trace};
 use crate::simulate::slip_cycle::slip_cycles;
 use crate::simulate::{Fate, critical_damping, exceeds, flow};
 
-/// A limit of a quantity, below which something holds.
+/// A limit of a quantity, below which a statement holds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Limit {
-    /// It does not hold at the smallest values that were tried, or what holds beyond is unknown.
+    /// The statement fails at the smallest values that were tried, or it is unknown beyond the limit.
     NotFound,
     /// The limit.
     Below(f64),
-    /// It holds at all values that were tried.
+    /// The statement holds at all values that were tried.
     Everywhere,
 }
 
@@ -31,7 +31,7 @@ impl Limit {
         }
     }
 
-    /// The same in another unit.
+    /// The limit times `unit`, the factor to another unit.
     pub(crate) fn times(self, unit: f64) -> Self {
         match self {
             Limit::Below(value) => Limit::Below(value * unit),
@@ -40,22 +40,22 @@ impl Limit {
     }
 }
 
-/// The answers, in SI units.
+/// The behaviour of a machine, in SI units; for a rotation rad replaces m and N m replaces N.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Behaviour {
     /// Undamped natural frequency, Hz.
     pub natural_frequency: f64,
     /// Damping ratio d / (2 sqrt(k m)).
     pub damping_ratio: f64,
-    /// Critical belt speed, m/s: above it a mass that leaves the belt does not return to it. The highest one
-    /// within a factor of 1000 of the machine's speed.
+    /// Critical belt speed, m/s: above it a mass that leaves the belt does not return to it. It is the
+    /// highest such limit within a factor of 1000 of the machine's speed.
     pub critical_belt_speed: Limit,
-    /// Critical damping coefficient, N s/m: above it the same holds. `None` if no damping is needed, or none
-    /// was found.
+    /// Critical damping coefficient, N s/m: above it a mass that leaves the belt does not return to it.
+    /// `None` if no damping is needed, or none was found.
     pub critical_damping: Option<f64>,
     /// Whether the critical damping was found, or found not to be needed.
     pub critical_damping_is_known: bool,
-    /// Estimate of its absolute error, N s/m.
+    /// Estimate of the absolute error of the critical damping, N s/m.
     pub critical_damping_error: Option<f64>,
     /// Damping ratio of the critical damping.
     pub critical_damping_ratio: Option<f64>,
@@ -63,26 +63,27 @@ pub struct Behaviour {
     pub regime: Regime,
     /// Slip and stick time of the stick-slip cycle, s.
     pub slip_and_stick_time: Option<[f64; 2]>,
-    /// Half the distance between the extremes of x, m: of the stick-slip cycle, or else of the largest stable
+    /// Half the distance between the extremes of x, m, on the stick-slip cycle, or else on the largest stable
     /// slip cycle.
     pub amplitude: Option<f64>,
-    /// Slip speed up to which measured friction should be known, m/s, where the orbit leaves the data.
+    /// Slip speed up to which measured friction should be known, m/s, if the orbit leaves the data.
     pub needed_slip_speed: Option<f64>,
 }
 
-/// Number of belt speeds per factor of ten at which the critical damping is looked at. Friction that rises and falls
-/// several times has windows of speeds: of 58 random wavy laws four had one between speeds eight per factor of ten.
+/// Number of belt speeds per factor of ten at which the critical damping is tested. Friction that rises and
+/// falls several times has windows of speeds: of 58 random wavy laws, 4 had one between speeds eight per
+/// factor of ten.
 const CRITICAL_PER_DECADE: i32 = 32;
 const DECADES: i32 = 3;
 
-/// Belt speeds within three decades of `near`, from the slowest, so many per factor of ten.
+/// Belt speeds within three decades of `near`, from the slowest, `per_decade` of them per factor of ten.
 pub(crate) fn belt_speeds(near: f64, per_decade: i32) -> impl DoubleEndedIterator<Item = f64> {
     let range = DECADES * per_decade;
     (-range..=range).map(move |i| near * 10f64.powf(f64::from(i) / f64::from(per_decade)))
 }
 
-/// The last value up to which `holds` is true, between `low`, where it is, and `high`, where it is not; `None`
-/// where it is unknown on the way.
+/// By bisection, a value up to which `holds` is true, between `low`, where it is true, and `high`, where it
+/// is false; `None` if it is unknown at a value that is tried.
 pub(crate) fn last_between(mut low: f64, mut high: f64, holds: impl Fn(f64) -> Option<bool>) -> Option<f64> {
     while high - low > 1e-12 * high {
         let middle = 0.5 * (low + high);
@@ -115,7 +116,7 @@ fn highest_belt_speed(near: f64, holds: impl Fn(f64) -> Option<bool>) -> Limit {
     Limit::NotFound
 }
 
-/// The highest belt speed at which c* passes the point's damping.
+/// The highest belt speed V at which c* falls through the point's damping.
 fn critical_belt_speed(law: &Law, point: &Point, tolerance: f64) -> Limit {
     highest_belt_speed(point.belt_speed, |belt_speed| {
         let column = law.column(&Point { belt_speed, ..*point });
@@ -123,12 +124,12 @@ fn critical_belt_speed(law: &Law, point: &Point, tolerance: f64) -> Limit {
     })
 }
 
-/// The slip speed up to which a measured law should be known, to some per cent, if the friction goes on as it ends;
-/// `None` for other laws, and where the orbit from the exit point stays in the data.
+/// The slip speed u up to which a measured law should be known, to some per cent, if the friction continues
+/// in a straight line; `None` for other laws, and if the orbit from the exit point stays within the data.
 pub(crate) fn needed_slip_speed(law: &Law, point: &Point) -> Option<f64> {
-    /// Accuracy of the orbit that is followed.
+    /// Tolerance of the orbit.
     const ACCURACY: f64 = 1e-6;
-    /// The estimate over the largest slip speed on that orbit.
+    /// Ratio of the estimate to the largest slip speed on that orbit.
     const ROOM: f64 = 1.05;
     let Law::Table(table) = law else { return None };
     let continued = Law::Table(table.continued(8.0 * table.fastest())?);

@@ -1,4 +1,4 @@
-//! A machine in SI units and its dimensionless oscillator.
+//! A machine in SI units, and its dimensionless oscillator.
 //!
 //! A mass m on a spring k with a damper d is pressed with the force N onto a belt of speed v; the coefficient
 //! of friction mu depends on the slip speed:
@@ -17,9 +17,9 @@
 //! | `expression` | its own; phi(u) = mu(U u) / mu(0) |
 //! | `table` | none; phi(u) = mu(U u) / mu(0) |
 //!
-//! Every oscillator can be written with eps = 1 (theory, "Scaling"). A rotation ([`Motion`]) is the same with
-//! the moment of inertia (kg m^2) for the mass, N m/rad and N m s/rad for stiffness and damping, the normal
-//! force times its lever arm (N m) for the force, and angles for lengths.
+//! Every oscillator can be written with eps = 1 (theory, "Scaling"). A rotation ([`Motion`]) has the same
+//! equation, with the moment of inertia (kg m^2) as the mass, N m/rad and N m s/rad as the units of stiffness
+//! and damping, the normal force times its lever arm (N m) as the force, and angles as lengths.
 
 mod doubts;
 mod friction;
@@ -37,13 +37,13 @@ named! {
     pub enum Motion {
         /// Along a line.
         Translation => "translation",
-        /// Around an axis: moments of inertia, torques and angles for masses, forces and lengths.
+        /// About an axis: moments of inertia, torques and angles instead of masses, forces and lengths.
         Rotation => "rotation",
     }
 }
 
 impl Motion {
-    /// The SI unit of a dimension: of a rotation those of angles, torques and moments of inertia.
+    /// The SI unit of a dimension; for a rotation the unit of an angle, a torque or a moment of inertia.
     #[must_use]
     pub fn unit(self, dimension: Dimension) -> &'static str {
         let [translation, rotation] = match dimension {
@@ -63,7 +63,7 @@ impl Motion {
 }
 
 impl Motion {
-    /// What people call a quantity of [`Machine::quantities`] that is none of the friction.
+    /// The words for a quantity of [`Machine::quantities`] that does not belong to the friction.
     pub(crate) fn words(self, quantity: &str) -> String {
         match (self, quantity) {
             (Motion::Rotation, "mass") => "moment of inertia".into(),
@@ -74,7 +74,7 @@ impl Motion {
     }
 }
 
-/// The physical dimension of a quantity; of a rotation, angles for lengths and torques for forces.
+/// The physical dimension of a quantity; for a rotation, angles are lengths and torques are forces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs)]
 pub enum Dimension {
@@ -88,7 +88,7 @@ pub enum Dimension {
 }
 
 impl Dimension {
-    /// That of a quantity of a machine; `None` of a coefficient, and of a name in a formula.
+    /// The dimension of a quantity of a machine; `None` for a coefficient, and for a name in a formula.
     pub(crate) fn of_quantity(name: &str) -> Option<Self> {
         match name {
             "mass" | INERTIA => Some(Dimension::Mass),
@@ -114,7 +114,7 @@ pub struct Machine {
     pub damping: f64,
     /// N > 0, N.
     pub normal_force: f64,
-    /// Whether it is known. Friction that was measured as forces under an unknown one is per newton of it, which is 1.
+    /// Whether the normal force is known. If not, it is 1 N, and the friction is the friction force in N.
     pub normal_force_is_known: bool,
     /// The coefficient of friction.
     pub friction: Friction,
@@ -122,14 +122,14 @@ pub struct Machine {
     pub belt_speed: f64,
 }
 
-/// The dimensionless oscillator of a machine, with the units that convert back.
+/// The dimensionless oscillator of a machine, with the units that convert its numbers to SI.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Model {
-    /// Its friction law.
+    /// The friction law.
     pub law: Law,
-    /// Its parameters.
+    /// The parameter point.
     pub point: Point,
-    /// The units of its numbers.
+    /// The SI units of the dimensionless numbers.
     pub(crate) si: SiUnits,
 }
 
@@ -145,13 +145,13 @@ pub struct Units {
     pub velocity: f64,
     /// N.
     pub force: f64,
-    /// N s/m: d of c = 1 at eps = 1. Not serialised: it is force over velocity.
+    /// N s/m: the damping d at c = 1 and eps = 1. It is not serialised, since it is force over velocity.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub damping: f64,
 }
 
 impl Units {
-    /// The units of a mass on a spring under this friction force at rest.
+    /// The units of a mass (kg) on a spring of this stiffness (N/m) with this static friction force (N).
     pub(crate) fn of(mass: f64, stiffness: f64, force: f64) -> Self {
         let damping = (stiffness * mass).sqrt();
         Self {
@@ -180,13 +180,13 @@ impl Units {
         Self { time, length, velocity, force, damping }
     }
 
-    /// As stored in maps: time, length, velocity, force, damping.
+    /// The units as stored in maps: time, length, velocity, force, damping.
     pub(crate) fn to_array(self) -> [f64; 5] {
         [self.time, self.length, self.velocity, self.force, self.damping]
     }
 }
 
-/// The units of a machine with their names, which convert dimensionless numbers to SI.
+/// The units of a machine, which convert dimensionless numbers to SI, with their names.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SiUnits {
     pub(crate) motion: Motion,
@@ -212,22 +212,22 @@ pub(crate) const UNITS_ATTRIBUTE: &str = "machine_units";
 /// [`Machine::to_array`].
 #[doc(hidden)]
 pub const SI_ATTRIBUTE: &str = "machine_si";
-/// Name of the attribute in which it keeps its motion, as [`Motion::name`].
+/// Name of the attribute in which a map keeps the motion of its machine, as [`Motion::name`].
 #[doc(hidden)]
 pub const MOTION_ATTRIBUTE: &str = "machine_motion";
 
-/// The key and column of the mass.
+/// The name of the mass as a key of configurations and as a column of tables.
 pub(crate) const MASS: &str = "mass";
 
-/// Names of the quantities that come before and after those of the friction.
+/// Names of the quantities listed before and after those of the friction.
 const BEFORE: [&str; 4] = ["mass", "stiffness", "damping", "normal_force"];
 const AFTER: &str = "belt_speed";
-/// The name of the mass of what rotates, besides `mass`.
+/// The other name of the mass, for a machine that rotates.
 pub(crate) const INERTIA: &str = "inertia";
 
 impl Machine {
-    /// Mass, stiffness, damping, normal force, the four coefficients of friction, belt speed; `None` if the
-    /// friction is not given by coefficients.
+    /// The array of mass, stiffness, damping, normal force, the four coefficients of friction, and belt
+    /// speed; `None` if the friction is not given by coefficients.
     pub(crate) fn to_array(&self) -> Option<[f64; 9]> {
         let Friction::Coefficients(_, coefficients) = &self.friction else { return None };
         let [rest, kinetic, velocity, strengthening] = coefficients.to_array();
@@ -235,7 +235,7 @@ impl Machine {
         Some([mass, stiffness, damping, normal_force, rest, kinetic, velocity, strengthening, belt_speed])
     }
 
-    /// The machine of such an array under one of the laws with coefficients.
+    /// The machine of an array as of `Machine::to_array`, under one of the laws with coefficients.
     #[must_use]
     pub fn from_array(motion: Motion, law: Law, numbers: [f64; 9]) -> Self {
         let [mass, stiffness, damping, normal_force, rest, kinetic, velocity, strengthening, belt_speed] =
@@ -246,7 +246,7 @@ impl Machine {
         Self { motion, mass, stiffness, damping, normal_force, normal_force_is_known, friction, belt_speed }
     }
 
-    /// All its numbers by name, as in configurations.
+    /// All numbers of the machine, with their names in configurations.
     pub(crate) fn quantities(&self) -> Vec<(&'static str, f64)> {
         let before = BEFORE.into_iter().zip([self.mass, self.stiffness, self.damping, self.normal_force]);
         before.chain(self.friction.quantities()).chain([(AFTER, self.belt_speed)]).collect()
@@ -270,7 +270,7 @@ impl Machine {
         Some(machine)
     }
 
-    /// What people call one of its quantities; names in a formula stay as they are written.
+    /// The words for one of its quantities. Names in a formula stay as they are written.
     pub(crate) fn words(&self, quantity: &str) -> String {
         match &self.friction {
             Friction::Formula(formula, _) if formula.parameters().iter().any(|of| of.name == quantity) => {
@@ -280,7 +280,7 @@ impl Machine {
         }
     }
 
-    /// What its friction is, measured or by formula: a force, or a torque, where no normal force is known.
+    /// The words for its friction, measured or by formula: a force or torque if no normal force is known.
     pub(crate) fn words_of_friction(&self) -> &'static str {
         match (self.normal_force_is_known, self.motion) {
             (true, _) => "coefficient of friction",
@@ -303,7 +303,7 @@ impl Machine {
         Units::of(self.mass, self.stiffness, self.friction.at_rest() * self.normal_force)
     }
 
-    /// The same with their names.
+    /// The units of the dimensionless oscillator, with their names.
     pub(crate) fn si(&self) -> SiUnits {
         SiUnits { motion: self.motion, units: self.units() }
     }
@@ -324,7 +324,7 @@ impl Machine {
 }
 
 impl Model {
-    /// Its column of parameter space.
+    /// The column of parameter space that contains the model's point.
     #[must_use]
     pub fn column(&self) -> Column {
         self.law.column(&self.point)

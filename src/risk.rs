@@ -1,14 +1,14 @@
-//! Probability that a machine with uncertain quantities may stick-slip, and the damping that lowers it to a
-//! given probability.
+//! Probability that a machine with uncertain quantities may stick-slip, and the damping that lowers this
+//! probability to a given value.
 //!
-//! Every draw of the uncertain quantities has its own critical damping, found by the same root search as
-//! everywhere. The machine may stick-slip (for some initial state) if its damping is below it. So the share
-//! of such draws is the probability, and a quantile of "critical damping less the deviation of the damping"
-//! is the nominal damping for a given probability. Both have 95 % confidence limits for the sampling.
+//! Every draw of the uncertain quantities has its own critical damping, by a root search or interpolated
+//! between searches. The machine may stick-slip (for some initial state) if its damping is below it. So the
+//! probability is the share of such draws, and the nominal damping for a given probability is a quantile of
+//! the critical damping less the deviation of the damping. Both have 95 % confidence limits for the sampling.
 //!
 //! Friction that was measured with standard errors is uncertain too. The errors of its data are independent
-//! and normal; to first order in them the critical damping of a draw is normal around that of the data as
-//! measured, and its standard deviation is known (`Risk::standard_error`). Each draw has such a deviation.
+//! and normal. To first order in them the critical damping of a draw is normal around that of the data as
+//! measured, with a known standard deviation (`Risk::standard_error`). Each draw has such a deviation.
 
 mod surface;
 
@@ -24,7 +24,8 @@ use surface::{Groups, has_standard_errors};
 /// Distribution of an uncertain quantity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Spread {
-    /// Normal, with this standard deviation around the machine's value; illegal values are drawn again.
+    /// Normal, with this standard deviation around the machine's value. Illegal values, except of the
+    /// damping, are drawn again.
     Normal {
         /// Standard deviation.
         sd: f64,
@@ -48,7 +49,7 @@ impl Spread {
     }
 }
 
-/// A number with its 95 % confidence limits.
+/// An estimate of a number, with its 95 % confidence limits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub(crate) struct Estimate {
@@ -62,7 +63,7 @@ pub(crate) struct Estimate {
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub(crate) struct RareBy {
     pub(crate) probability: f64,
-    /// The damping, N s/m (of a rotation N m s/rad); `None` where there are too few draws for limits.
+    /// The damping, N s/m (for a rotation N m s/rad); `None` if there are too few draws for limits.
     pub(crate) damping: Option<Estimate>,
 }
 
@@ -70,16 +71,17 @@ pub(crate) struct RareBy {
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Risk {
-    /// Number of draws with an answer.
+    /// Number of draws that are legal and whose critical damping was found.
     pub(crate) draws: usize,
-    /// Number of draws whose critical damping was not found; the limits of all estimates hold whatever it is.
+    /// Number of draws without a critical damping; the limits of all estimates hold whatever it is.
     pub(crate) failed: usize,
-    /// Number of illegal machines that were drawn, such as one of negative mass; each was drawn again.
+    /// Number of illegal machines that were drawn: those of illegal damping were left out; others, such as
+    /// one of negative mass, were drawn again.
     pub(crate) redrawn: usize,
-    /// Largest error of the critical dampings found, N s/m (of a rotation N m s/rad).
+    /// Largest error of the critical dampings found, N s/m (for a rotation N m s/rad).
     pub(crate) critical_damping_error: f64,
-    /// Standard error of the critical damping of the machine as given, by the standard errors of its measured
-    /// friction, which the draws include; N s/m (of a rotation N m s/rad). `None` for friction without them.
+    /// Standard error of the critical damping of the machine as given, N s/m (for a rotation N m s/rad), due
+    /// to those of its measured friction, which the draws include. `None` for friction without them.
     pub(crate) standard_error: Option<f64>,
     /// The probability that the machine may stick-slip.
     pub(crate) probability: Estimate,
@@ -89,10 +91,10 @@ pub struct Risk {
 
 /// Number of draws that share a stream of random numbers.
 const CHUNK: usize = 2048;
-/// Largest number of times that an illegal value is drawn again; beyond it the spread is too wide for the
-/// quantity.
+/// Largest number of machines that are drawn for one legal machine. If none of them is legal, the spreads are
+/// too wide for the quantities.
 const TRIES: usize = 1000;
-/// Largest number of rounds for a damping on which the legal draws depend.
+/// Largest number of iterations for a nominal damping, since the set of legal draws depends on it.
 const MOST_ROUNDS: usize = 100;
 /// 97.5 % quantile of the normal distribution.
 const NORMAL: f64 = 1.959_963_984_540_054;
@@ -116,15 +118,15 @@ pub enum NoRisk {
 
 /// A machine that was drawn.
 struct Draw {
-    /// With the nominal damping.
+    /// The machine, with the nominal damping.
     machine: Machine,
-    /// Deviation of its damping, legal or not: that depends on the nominal damping.
+    /// Deviation of its damping, N s/m. Whether it is legal depends on the nominal damping.
     of_damping: f64,
-    /// Number of illegal ones drawn before it.
+    /// Number of illegal machines that were drawn before it.
     redrawn: usize,
 }
 
-/// Draws a machine that is legal but for its damping.
+/// Draws a machine that is legal, except perhaps for its damping; `None` after [`TRIES`] illegal ones.
 fn draw(machine: &Machine, uncertain: &[Uncertain], random: &mut Random) -> Option<Draw> {
     let values: Vec<f64> = uncertain.iter().map(|(name, _)| value_of(machine, name)).collect();
     let drawn = |random: &mut Random| {
@@ -151,17 +153,17 @@ fn value_of(machine: &Machine, name: &str) -> f64 {
     machine.quantities().into_iter().find(|(known, _)| *known == name).map_or(f64::NAN, |(_, value)| value)
 }
 
-/// Returns whether anything about a machine is uncertain: quantities, or measured friction with standard
+/// Returns whether a machine is uncertain: it has uncertain quantities, or measured friction with standard
 /// errors.
 pub(crate) fn is_uncertain(machine: &Machine, uncertain: &[Uncertain]) -> bool {
     !uncertain.is_empty() || has_standard_errors(machine)
 }
 
-/// For each draw the nominal damping above which it would not stick-slip, at its own deviation.
+/// For each draw the nominal damping above which it does not stick-slip, given the deviation of its damping.
 struct Needed {
-    /// These, sorted, each with the least nominal damping at which the draw is legal.
+    /// The draws, sorted by that damping.
     draws: Vec<NeededDraw>,
-    /// The largest of the latter: from it on all draws are legal.
+    /// The largest `legal_from` of the draws: at this nominal damping, N s/m, and above all draws are legal.
     all_legal_from: f64,
     failed: usize,
     redrawn: usize,
@@ -174,10 +176,10 @@ struct NeededDraw {
     legal_from: f64,
 }
 
-/// Some of the draws.
+/// A part of the draws.
 struct Drawn<'a> {
     groups: Groups<'a>,
-    /// Deviations of the damping, and of the measured friction in standard deviations.
+    /// Deviations of the damping, N s/m, and of the measured friction, in standard deviations, of each draw.
     deviations: Vec<[f64; 2]>,
     redrawn: usize,
 }
@@ -207,7 +209,7 @@ impl Needed {
         let chunks: Vec<Result<Drawn, NoRisk>> = (0..draws.div_ceil(CHUNK))
             .into_par_iter()
             .map(|chunk| {
-                // Each chunk has a stream of its own, so the result does not depend on threads.
+                // Each chunk has its own stream of random numbers, so the result does not depend on threads.
                 let random = Random(0x5115_ca9e ^ (chunk as u64).wrapping_mul(0xd134_2543_de82_ef95));
                 Drawn::none(machine, uncertain).draw(uncertain, CHUNK.min(draws - chunk * CHUNK), random)
             })
@@ -239,7 +241,7 @@ impl Needed {
         }
     }
 
-    /// How many of these draws, all or some, are legal at this nominal damping.
+    /// Number of these draws, all or some of them, that are legal at this nominal damping.
     fn legal_of(&self, draws: &[NeededDraw], damping: f64) -> usize {
         match self.all_legal_from <= damping {
             true => draws.len(),
@@ -247,8 +249,8 @@ impl Needed {
         }
     }
 
-    /// Probability that the machine may stick-slip at this nominal damping: the value of the draws with an answer,
-    /// with limits within which it is whatever the others do.
+    /// Probability that the machine may stick-slip at this nominal damping. The value is that of the draws
+    /// whose critical damping is known; the limits hold whatever the critical dampings of the others are.
     fn probability(&self, damping: f64) -> Estimate {
         let more = &self.draws[self.draws.partition_point(|draw| draw.damping <= damping)..];
         let (count, of) = (self.legal_of(more, damping), self.legal_of(&self.draws, damping));
@@ -258,7 +260,7 @@ impl Needed {
 
     /// The nominal damping at which the machine may stick-slip with this probability.
     fn quantile(&self, probability: f64) -> Option<Estimate> {
-        // Which draws are legal depends on it, too.
+        // The set of legal draws depends on the damping, so it is found by iteration.
         let mut damping = f64::INFINITY;
         let mut found = None;
         for _ in 0..MOST_ROUNDS {
@@ -275,7 +277,7 @@ impl Needed {
     }
 }
 
-/// The number of draws where none is chosen: as many as take some seconds.
+/// The default number of draws: as many as take some seconds.
 pub(crate) fn usual_draws(machine: &Machine, uncertain: &[Uncertain]) -> usize {
     let names: Vec<&str> = uncertain.iter().map(|(name, _)| *name).collect();
     if Groups::new(machine, &names).can_be_interpolated(&names) { 1_000_000 } else { 10_000 }
@@ -301,19 +303,19 @@ pub fn risk(machine: &Machine, uncertain: &[Uncertain], draws: usize, rare: &[f6
     })
 }
 
-/// The probability over a map that a machine may stick-slip.
+/// The probability that a machine may stick-slip, over a map.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Probabilities {
-    /// Row-major over belt speeds (slower) and dampings; NaN where no draw has an answer.
+    /// Probabilities, row-major over belt speeds (slower) and dampings; NaN where no draw has an answer.
     pub(crate) values: Vec<f64>,
     /// Number of draws, over all belt speeds, whose critical damping was not found; they are left out.
     pub(crate) failed: usize,
-    /// Number of illegal machines that were drawn; each was drawn again.
+    /// Number of illegal machines that were drawn, see [`Risk::redrawn`].
     pub(crate) redrawn: usize,
 }
 
-/// The probability that a machine may stick-slip, over belt speeds (slower) and dampings, from as many draws
-/// at each belt speed, of the same random numbers. Ends early where `stop` becomes true.
+/// The probability that a machine may stick-slip, over belt speeds (slower) and dampings, in SI units. Every
+/// belt speed has `draws` draws, from the same random numbers. Ends with an error once `stop` is true.
 ///
 /// # Errors
 /// [`NoRisk`].
@@ -353,14 +355,14 @@ fn share(count: usize, of: usize) -> Estimate {
     let z = NORMAL * NORMAL / n;
     let middle = (p + 0.5 * z) / (1.0 + z);
     let half = NORMAL / (1.0 + z) * (p * (1.0 - p) / n + 0.25 * z / n).sqrt();
-    // At the ends of the range rounding alone would keep the limits from it.
+    // At the ends of the range the limits are exact; computed ones would differ by rounding.
     let low = if count == 0 { 0.0 } else { (middle - half).max(0.0) };
     let high = if count == of { 1.0 } else { (middle + half).min(1.0) };
     Estimate { value: p, limits: [low, high] }
 }
 
-/// The number that a share `probability` of the sorted numbers exceeds, with the limits of order statistics; as many
-/// numbers as are `unknown` may be below or above all of these.
+/// The number that a share `probability` of the sorted numbers exceeds, with the limits of order statistics.
+/// A further `unknown` numbers may be below or above all sorted ones.
 fn quantile(sorted: &[f64], unknown: usize, probability: f64) -> Option<Estimate> {
     let (known, all) = (sorted.len() as f64, (sorted.len() + unknown) as f64);
     let rank = |n: f64| ((1.0 - probability) * n).floor();

@@ -27,18 +27,18 @@ pub struct Provenance {
 /// The course of a run, known at its end.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Outcome {
-    /// Attributes of the file: threads, seconds, the audit and the like.
+    /// Attributes of the file: threads, seconds, results of the audit and others.
     pub attributes: Vec<(String, Value)>,
     /// The curves of codimension one.
     pub curves: Vec<PlaneCurves>,
-    /// The SI units of the map's machine.
+    /// The SI units of the map's machine; `None` without a machine.
     pub si: Option<SiUnits>,
-    /// Variables beside the cells.
+    /// The auxiliary variables.
     pub auxiliary: Vec<Auxiliary>,
 }
 
 impl Outcome {
-    /// The outcome of the run of `plan` from its `summary`, with the machine if the map is about one.
+    /// The outcome of the run of `plan` from its `summary`; `machine` is that of the map, if there is one.
     #[must_use]
     pub fn of(plan: &Plan, summary: &Summary, machine: Option<&Machine>) -> Self {
         let account = &summary.account;
@@ -113,9 +113,8 @@ pub(crate) fn origin(provenance: &Provenance) -> Vec<(&'static str, Value)> {
     ]
 }
 
-/// Name of the attribute, in the journal and in the map, with the fingerprint of everything that the result
-/// depends on. Other parts of the configuration (comments, the title, output paths) may differ between two
-/// runs that make the same map.
+/// Name of the attribute, in the journal and in the map, with the fingerprint [`plan_digest`]. Other parts of
+/// the configuration (comments, the title, output paths) may differ between two runs that make the same map.
 pub(crate) const PLAN: &str = "plan_sha256";
 
 /// Fingerprint of everything that a map depends on: the plan and the version of the program.
@@ -139,7 +138,7 @@ pub(crate) fn plan_digest(plan: &Plan) -> String {
             Method::Naive(naive, knobs) => format!("{naive:?} {knobs:?}"),
         })
         .collect();
-    // Rust's text of a number reads back as the same number, so equal texts mean equal plans.
+    // Rust's text of a number is parsed to the same number, so equal texts mean equal plans.
     fingerprint(&format!(
         "{} {} {grid:?} {methods:?} {fields:?} {engine:?} {tolerance:?} {audit_cells} {proof_boxes} {planes:?} {tile_shape:?} {compression}",
         env!("CARGO_PKG_VERSION"),

@@ -15,7 +15,7 @@ pub struct Auxiliary {
     pub(crate) attributes: Vec<(&'static str, Value)>,
 }
 
-/// The axes in SI units: the auxiliary coordinate variables of the CF conventions.
+/// Name, axis and description of the auxiliary coordinate variables of the CF conventions: axes in SI units.
 const COORDINATES: [(&str, AxisRole, &str); 2] = [
     ("belt_speed_si", AxisRole::BeltSpeed, "belt speed"),
     ("damping_si", AxisRole::Damping, "damping coefficient"),
@@ -55,8 +55,8 @@ pub(crate) fn probability(values: Vec<f64>, draws: usize) -> Auxiliary {
     }
 }
 
-/// The number that a user gave in SI units, from the product of its quotient by a unit and that unit, which may differ by
-/// two units in the last place: the one with the fewest digits next to it.
+/// The number x that a user gave in SI units, from the product (x / unit) * unit, which may differ from x by
+/// two units in the last place: the number with the fewest digits within that distance.
 fn as_given(product: f64) -> f64 {
     let [up, down] = [f64::next_up, f64::next_down].map(|step| [step(product), step(step(product))]);
     let near = [product, up[0], down[0], up[1], down[1]];
@@ -79,7 +79,7 @@ pub(crate) fn coordinates(grid: &Grid, si: &SiUnits) -> Vec<Auxiliary> {
 }
 
 /// The SI attributes of a variable over the first `rank` axes of the grid: its auxiliary coordinates, by the
-/// CF conventions, and the factor from its numbers to a unit, where it has one.
+/// CF conventions, and, if it has a physical dimension, its SI unit and the factor from its numbers to it.
 pub(crate) fn attributes_of(
     name: &str,
     rank: usize,

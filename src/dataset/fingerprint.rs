@@ -16,7 +16,7 @@ pub(crate) fn codes(codes: &[i8]) -> Fingerprint {
     Sha256::digest(bytemuck::cast_slice::<i8, u8>(codes)).into()
 }
 
-/// Fingerprint of real numbers as little-endian IEEE doubles; every NaN counts as the same one.
+/// Fingerprint of real numbers as little-endian IEEE doubles; all NaNs count as equal.
 pub(crate) fn reals(reals: &[f64]) -> Fingerprint {
     let mut hash = Sha256::new();
     let mut buffer = Vec::with_capacity(8 * 4096);
@@ -28,7 +28,7 @@ pub(crate) fn reals(reals: &[f64]) -> Fingerprint {
     hash.finalize().into()
 }
 
-/// Fingerprint of whole numbers as little-endian 32-bit ones.
+/// Fingerprint of integers, as little-endian 32-bit numbers.
 pub(crate) fn integers(integers: &[i32]) -> Fingerprint {
     Sha256::digest(integers.iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<u8>>()).into()
 }
@@ -38,14 +38,14 @@ pub(crate) fn of_one_tile(fingerprint: &Fingerprint) -> Value {
     hex(&combine([fingerprint])).into()
 }
 
-/// Fingerprint of a variable from those of its chunks, in their order.
+/// Fingerprint of a variable from the fingerprints of its chunks, in their order.
 pub(crate) fn combine<'a>(fingerprints: impl IntoIterator<Item = &'a Fingerprint>) -> Fingerprint {
     let mut hash = Sha256::new();
     fingerprints.into_iter().for_each(|fingerprint| hash.update(fingerprint));
     hash.finalize().into()
 }
 
-/// Replaces every NaN by the same one, so that maps do not depend on the instruction that made it.
+/// Gives every NaN the same bit pattern, so that maps do not depend on the instruction that made it.
 pub(crate) fn canonical(value: f64) -> f64 {
     if value.is_nan() { f64::NAN } else { value }
 }

@@ -1,4 +1,4 @@
-//! The layout of a map file: one description, used to write maps, to read them and to check them.
+//! The layout of a map file: one description for writing, reading and checking maps.
 
 use crate::friction::Law;
 use crate::map::{Field, Grid, Method, Plan, Quantity, Regime, Runs, TileData, Verdict};
@@ -6,7 +6,7 @@ use crate::map::{Field, Grid, Method, Plan, Quantity, Regime, Runs, TileData, Ve
 use super::Value;
 use super::auxiliary::axes_of;
 
-/// Version of the layout of map files; raised when a reader of the old layout would misread the new one.
+/// Version of the layout of map files; increased when readers of the old layout would misread the new one.
 /// Version 2 added curves of codimension one, which readers of version 1 report as damage.
 pub(crate) const SCHEMA: i64 = 2;
 
@@ -24,7 +24,7 @@ pub struct MethodInfo {
 }
 
 impl MethodInfo {
-    /// The description of a method that was asked about this law.
+    /// The description of a method that was applied to this law.
     fn of(method: &Method, law: &Law) -> Self {
         Self {
             name: method.name().into(),
@@ -38,14 +38,14 @@ impl MethodInfo {
 /// Source of a variable's cells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Content {
-    /// Verdicts of the method with this position.
+    /// Verdicts of the method at this position.
     Verdict(usize),
-    /// Margins of the method with this position.
+    /// Margins of the method at this position.
     Margin(usize),
-    /// Critical dampings of the method with this position.
+    /// Critical dampings of the method at this position.
     CriticalC(usize),
     Regime,
-    /// The quantity with this position among those of the plan.
+    /// The quantity at this position in the list of the plan's quantities.
     Quantity(usize),
 }
 
@@ -64,7 +64,7 @@ pub struct Variable {
     /// Name of the dataset.
     pub name: String,
     pub(crate) content: Content,
-    /// Its attributes, apart from fingerprints and counts, which are known only at the end.
+    /// Its attributes, without fingerprints and counts, which are known only at the end.
     pub attributes: Vec<(&'static str, Value)>,
 }
 
@@ -88,7 +88,7 @@ impl Variable {
         }
     }
 
-    /// Number of its dimensions on a grid of `axes` axes: a critical damping has no damping axis.
+    /// Number of its dimensions on a grid of `axes` axes: one less for critical dampings, without the axis c.
     pub(crate) fn rank(&self, axes: usize) -> usize {
         match self.content {
             Content::CriticalC(_) => axes - 1,
@@ -96,7 +96,7 @@ impl Variable {
         }
     }
 
-    /// Its cells in a computed tile.
+    /// The cells of the variable in a computed tile.
     #[must_use]
     pub fn cells<'a>(&self, data: &'a TileData) -> Cells<'a> {
         match self.content {
@@ -123,7 +123,7 @@ pub struct Schema {
 }
 
 impl Schema {
-    /// The layout of the map that `plan` asks for.
+    /// The layout of the map of `plan`.
     #[must_use]
     pub fn of(plan: &Plan) -> Self {
         let methods = plan.methods.iter().map(|method| MethodInfo::of(method, plan.grid.law())).collect();
@@ -170,7 +170,7 @@ impl Schema {
         self.grid.axes().iter().map(|axis| axis.name.as_str()).collect()
     }
 
-    /// The variables of the map and these auxiliary ones, each with the positions of its axes.
+    /// The variables over the grid and the given auxiliary ones, each with the positions of its axes.
     pub(crate) fn positions(&self, auxiliary: impl Iterator<Item = &'static str>) -> Vec<(&str, Vec<usize>)> {
         let axes = self.grid.axes().len();
         let own = self.variables.iter().map(|v| (v.name.as_str(), (0..v.rank(axes)).collect()));
@@ -182,7 +182,7 @@ impl Schema {
     }
 
     /// Number of consecutive tiles along the damping axis. A variable without that axis takes its cells from
-    /// the first of them.
+    /// the first of these tiles.
     pub(crate) fn tiles_per_column(&self) -> usize {
         match self.tile_shape.last() {
             Some(&tile) => self.grid.dampings().len().div_ceil(tile),
@@ -211,7 +211,7 @@ impl Schema {
         }
     }
 
-    /// The variables of which a tile fills a chunk: position, variable and number of the chunk.
+    /// The variables of which the tile fills a chunk: position, variable, and number of the chunk.
     pub(crate) fn filled_by(&self, tile: usize) -> impl Iterator<Item = (usize, &Variable, usize)> {
         let filled =
             move |(position, variable)| Some((position, variable, self.chunk_number(variable, tile)?));
@@ -224,7 +224,7 @@ impl Schema {
         ranges[..variable.rank(ranges.len())].iter().map(|range| range.start).collect()
     }
 
-    /// The chunk of a variable that a tile fills, if it fills one.
+    /// The number of the chunk of a variable that a tile fills; `None` if it fills none.
     #[must_use]
     pub fn chunk_number(&self, variable: &Variable, tile: usize) -> Option<usize> {
         let per_column = self.tiles_per_column();
@@ -256,7 +256,7 @@ fn per_method(
     }
 }
 
-/// The variable of a quantity; what is one per method or per axis is named after it.
+/// The variable of a quantity; its name ends with that of the method or the axis, if the quantity has one.
 fn of_quantity(quantity: Quantity, methods: &[MethodInfo], grid: &Grid, content: Content) -> Variable {
     match quantity {
         Quantity::EpsilonLimit(method) => {

@@ -26,18 +26,18 @@ impl PartialEq for Curve {
     }
 }
 
-/// The compiled forms of a curve, as far as they have been needed.
+/// The compiled forms of a curve, each computed when it is first needed.
 #[derive(Debug, Default)]
 pub(super) struct Compiled {
     weakening: Vec<Arc<Weakening>>,
-    /// -F1', of the law to first order in eps.
+    /// -F1', the weakening rate of the law to first order in eps.
     leading: Vec<Arc<Weakening>>,
 }
 
-/// The law compiled to a slip speed of at least `reach`: to a power of two, so that similar belt speeds
-/// share the result. What was compiled before saves time and changes nothing.
+/// Compiles the law up to a slip speed of at least `reach`: the next power of two, so that similar belt
+/// speeds share the result, or the end of the data. The forms `known` save time and do not change the result.
 fn compile(form: &Form, known: &mut Vec<Arc<Weakening>>, reach: f64) -> Arc<Weakening> {
-    // Neither its square nor its inverse may leave the range of normal numbers.
+    // Neither the square nor the inverse of the reach may leave the range of normal numbers.
     let exponent = reach.clamp(1e-150, 1e150).log2().ceil() as i32;
     let wanted = match form {
         Form::Function(law) => law.fastest(),
@@ -50,7 +50,7 @@ fn compile(form: &Form, known: &mut Vec<Arc<Weakening>>, reach: f64) -> Arc<Weak
 /// Work of compiling one piece of a law, in evaluations of the Stribeck law.
 const PIECE: u64 = 500;
 
-/// How finely a formula is cut to bound the friction.
+/// The intervals of slip speed on which a formula is evaluated to bound the friction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Pieces {
     /// One interval.
@@ -59,20 +59,20 @@ pub(crate) enum Pieces {
     Octaves,
 }
 
-/// Number of intervals of [`Pieces::Octaves`], but the first.
+/// Number of intervals of [`Pieces::Octaves`], without the first.
 const OCTAVES: i32 = 14;
-/// Number of samples of a function, dense next to 0.
+/// Number of intervals between the samples of a function, which are dense next to 0.
 const SAMPLES: u32 = 256;
 
-/// The smallest range that contains all.
+/// The smallest range that contains all `ranges`.
 fn hull(ranges: impl Iterator<Item = Range>) -> Range {
     let nothing = Range { lo: f64::INFINITY, hi: f64::NEG_INFINITY };
     ranges.fold(nothing, |all, range| Range { lo: all.lo.min(range.lo), hi: all.hi.max(range.hi) })
 }
 
 impl Curve {
-    /// Work of compiling the law for a column of this belt speed, in evaluations of the Stribeck law, which
-    /// is not compiled.
+    /// Work of compiling the law for a column of this belt speed, in evaluations of the Stribeck law. The
+    /// Stribeck law itself is not compiled.
     pub(crate) fn compiling_work(&self, belt_speed: f64) -> u64 {
         match self.form {
             Form::Stribeck(_) => 0,
@@ -80,8 +80,8 @@ impl Curve {
         }
     }
 
-    /// Cost of one evaluation, in units of that of the Stribeck law, at least 1: budgets of work are divided
-    /// by it.
+    /// Cost of one evaluation, at least 1, in units of the cost of the Stribeck law. Budgets of work are
+    /// divided by this number.
     pub(crate) fn cost(&self) -> u64 {
         match &self.form {
             Form::Stribeck(_) | Form::Lorentzian(_) => 1,
@@ -105,8 +105,8 @@ impl Curve {
         self.form.weakening(u)
     }
 
-    /// The weakening rate as polynomials on slip speeds from 0 to at least `reach`; for a table up to its
-    /// end. Compiled once for each power of two.
+    /// The weakening rate as polynomials on slip speeds from 0 to at least `reach`, or to the end of a table
+    /// or of a sampled function. The law is compiled once for each power of two.
     #[must_use]
     pub fn compiled(&self, reach: f64) -> Arc<Weakening> {
         let mut compiled = self.compiled.lock().unwrap_or_else(PoisonError::into_inner);
@@ -125,14 +125,14 @@ impl Curve {
         }
     }
 
-    /// Upper bounds for many intervals: the law is compiled up to `reach` once. Intervals beyond it take
-    /// longer.
+    /// Upper bounds of the weakening rate for many intervals. The law is compiled once, up to `reach`;
+    /// intervals beyond it take longer.
     pub(crate) fn ranges(&self, reach: f64) -> Ranges<'_> {
         let closed = matches!(&self.form, Form::Stribeck(_) | Form::Exponential(_) | Form::Lorentzian(_));
         Ranges { curve: self, compiled: (!closed).then(|| self.compiled(reach)) }
     }
 
-    /// The largest slip speed at which the law is known: the end of a table or of a sampled function.
+    /// The largest slip speed at which the law is known: the end of a table or a function, else infinity.
     pub(crate) fn fastest(&self) -> f64 {
         match &self.form {
             Form::Table(law) => law.fastest(),
@@ -141,8 +141,8 @@ impl Curve {
         }
     }
 
-    /// Bounds of phi over slip speeds u in [0, `hi`], 0 < hi <= [`Curve::fastest`]. Those of laws given by
-    /// functions are taken from samples. A formula is bounded on one interval or on several.
+    /// Bounds of phi over slip speeds u in [0, `hi`], 0 < hi <= [`Curve::fastest`]. For laws given by
+    /// functions they are taken from samples and not proved. A formula is bounded on the intervals `pieces`.
     pub(crate) fn friction_range(&self, hi: f64, pieces: Pieces) -> Range {
         let octaves = match pieces {
             Pieces::One => 0,
@@ -220,19 +220,19 @@ impl Curve {
         }
     }
 
-    /// Returns whether the law's weakening rate has proved bounds for slip speeds up to `fastest`; theorems
-    /// need them.
+    /// Returns whether the law's weakening rate has finite proved bounds for slip speeds up to `fastest`, as
+    /// theorems require.
     pub(crate) fn is_enclosed(&self, fastest: f64) -> bool {
         let range = self.weakening_range(0.0, fastest);
         range.lo.is_finite() && range.hi.is_finite()
     }
 
-    /// Returns whether the law is given by functions, which nothing encloses.
+    /// Returns whether the law is implemented by a program, so that it has no proved bounds.
     pub(crate) fn is_sampled(&self) -> bool {
         matches!(self.form, Form::Custom(_))
     }
 
-    /// Derivatives of the weakening rate at slip speed `u` by eps and by each parameter of the law.
+    /// Derivatives of the weakening rate at slip speed `u` with respect to eps and each parameter of the law.
     #[must_use]
     pub fn weakening_gradient(&self, u: f64) -> Gradient {
         match &self.form {
@@ -247,7 +247,7 @@ impl Curve {
         }
     }
 
-    /// The table behind a measured law.
+    /// The table of a measured law; `None` for other laws.
     pub(crate) fn table(&self) -> Option<&Table> {
         match &self.form {
             Form::Table(table) => Some(table),
@@ -255,8 +255,8 @@ impl Curve {
         }
     }
 
-    /// Returns whether the closed forms of the law are evaluated in normal numbers: below them products may
-    /// be wrong by any factor, and no result is a theorem.
+    /// Returns whether the closed forms of the law are evaluated in normal numbers. A product below the
+    /// normal numbers may be wrong by any factor, and then no result is a theorem.
     #[must_use]
     pub fn is_normal(&self) -> bool {
         match &self.form {
@@ -268,27 +268,27 @@ impl Curve {
         }
     }
 
-    /// phi in any arithmetic (numbers, intervals or series); `None` for measured laws, which have no formula.
+    /// phi in any arithmetic (numbers, intervals or series); `None` for laws given by data or by functions.
     pub(crate) fn formula<T: Real>(&self, u: T) -> Option<T> {
         self.form.formula(u)
     }
 
-    /// As [`Curve::even_weakening_range`] with 0 <= v <= `reach`, rounded outwards; `None` for measured laws.
+    /// As [`Curve::even_weakening_range`] with 0 <= v <= `reach`, rounded outwards; `None` without a formula.
     pub(crate) fn even_weakening_within(&self, belt_speed: f64, reach: f64) -> Option<Range> {
         self.formula(0.0)?;
         Some(self.compiled(4.0 * belt_speed).even_range(belt_speed, reach))
     }
 
-    /// Slip speeds > 0, increasing, at which the slope of the weakening rate jumps: everywhere else the curve
-    /// is smooth.
+    /// Slip speeds > 0, increasing, at which the slope of the weakening rate jumps. Elsewhere the curve is
+    /// smooth.
     #[must_use]
     pub fn corners(&self) -> &[f64] {
         self.form.corners()
     }
 
-    /// Slip speeds > 0, increasing, at which integrators end their steps: the corners, and those of
-    /// [`Weakening::narrow`] on orbits with velocities up to `fastest`, or up to those that the static
-    /// friction, 1, gives to an orbit however slow the belt is.
+    /// Slip speeds > 0, increasing, at which integrators end their steps: the corners, and the speeds of
+    /// [`Weakening::narrow`] on orbits with velocities up to `fastest`, but at least 1, the velocity that the
+    /// static friction gives to an orbit however slow the belt is.
     pub(crate) fn stops(&self, fastest: f64) -> Cow<'_, [f64]> {
         let corners = self.corners();
         if self.has_known_features() {
@@ -304,7 +304,7 @@ impl Curve {
         Cow::Owned(stops)
     }
 
-    /// Returns whether the law has no features but those at rest and at its corners: closed forms and tables.
+    /// Returns whether the law has features only at rest and at its corners: closed forms and tables.
     pub(crate) fn has_known_features(&self) -> bool {
         matches!(self.form, Form::Stribeck(_) | Form::Exponential(_) | Form::Lorentzian(_) | Form::Table(_))
     }
@@ -319,8 +319,8 @@ impl Curve {
         }
     }
 
-    /// Stribeck's law, for proofs over boxes and for vectorised engines, which use its three numbers; `None`
-    /// for other laws.
+    /// Stribeck's law, for proofs over boxes and for vectorised engines, which use its parameters; `None` for
+    /// other laws.
     pub(crate) fn stribeck(&self) -> Option<&Stribeck> {
         match &self.form {
             Form::Stribeck(law) => Some(law),
@@ -339,10 +339,10 @@ impl Curve {
     /// Returns whether the weakening rate is proved to be nonincreasing and convex in the slip speed, the
     /// continuation to u < 0 included.
     ///
-    /// Then its even part in v at V - v rises with |v|, and so, to first order in the divergence, does the
-    /// growth of a turn with its amplitude: there is at most one slip cycle, and it repels. No proof for
-    /// every divergence is known to us; [`crate::simulate::slip_count`] proves it point by point, and has
-    /// found no exception.
+    /// Then the even part in v of w(V - v) rises with |v|. So, to first order in the divergence, the growth
+    /// of a turn rises with its amplitude: there is at most one slip cycle, and it repels. No proof is known
+    /// for divergences of any size; [`crate::simulate::slip_count`] proves it point by point, without
+    /// exception so far.
     #[must_use]
     pub fn weakening_is_convex(&self) -> bool {
         matches!(self.form, Form::Stribeck(_) | Form::Exponential(_))
@@ -356,7 +356,7 @@ pub(crate) struct Ranges<'a> {
 }
 
 impl Ranges<'_> {
-    /// The upper bound of [`Curve::weakening_range`].
+    /// The upper bound of [`Curve::weakening_range`] over [`lo`, `hi`].
     #[inline]
     pub(crate) fn highest(&self, lo: f64, hi: f64) -> f64 {
         match &self.compiled {
@@ -367,14 +367,14 @@ impl Ranges<'_> {
 }
 
 impl Column {
-    /// The weakening rate as polynomials, up to the slip speeds of orbits that start within the belt speed.
+    /// The weakening rate as polynomials up to 4 V, enough for orbits that start within the belt speed.
     pub(crate) fn compiled(&self) -> Arc<Weakening> {
         self.curve.compiled(4.0 * self.belt_speed)
     }
 }
 
-/// All parameters but the damping: the unit of work of a map. Verdicts along a column change at most
-/// twice, because every orbit's amplitude falls with c. Made by [`super::Law::column`].
+/// All parameters except the damping: the unit of work of a map. Verdicts along a column change at most
+/// twice, because every orbit's amplitude falls with c. [`super::Law::column`] makes columns.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Column {

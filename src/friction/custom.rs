@@ -7,8 +7,8 @@ use crate::point::{LawParameters, MAX_LAW_PARAMETERS};
 
 /// A friction law given by functions, for [`Law::custom`].
 ///
-/// A law that can be written as a formula is better given as text ([`super::Expression`]), since its bounds
-/// are proved. Functions can only be sampled: the engines then give an estimate of their error, and the
+/// A law that can be written as a formula is better given as text ([`super::Expression`]), because a formula
+/// has proved bounds. Functions can only be sampled: for them the engines estimate their error, and the
 /// theorems claim nothing.
 pub trait CustomLaw: std::fmt::Debug + Send + Sync + 'static {
     /// Name in messages and map files.
@@ -17,8 +17,8 @@ pub trait CustomLaw: std::fmt::Debug + Send + Sync + 'static {
     /// The law's own parameters, in the order in which they become axes of a map, slowest first.
     fn parameters(&self) -> &[Parameter];
 
-    /// phi(u), the friction force at slip speed `u` >= 0 in units of the static one: phi(0) = 1. Below 0, by
-    /// at most a fraction of the belt speed, a smooth continuation.
+    /// phi(u), the friction force at slip speed `u` >= 0 in units of the static friction: phi(0) = 1. For
+    /// negative `u`, at most a fraction of the belt speed below 0, a smooth continuation.
     fn phi(&self, u: f64, epsilon: f64, parameters: &[f64]) -> f64;
 
     /// phi'(u), continuous, to full precision.
@@ -33,12 +33,12 @@ pub trait CustomLaw: std::fmt::Debug + Send + Sync + 'static {
 /// Reason why a custom law is not accepted.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum CustomLawError {
-    /// It has more parameters than a point can hold.
+    /// The law has more parameters than a point can hold.
     #[error("the law {name} has {count} parameters, more than {MAX_LAW_PARAMETERS}")]
     TooManyParameters {
-        /// The law.
+        /// Name of the law.
         name: &'static str,
-        /// Its parameters.
+        /// Number of its parameters.
         count: usize,
     },
     /// The name belongs to another axis or law.
@@ -106,8 +106,8 @@ impl CustomCurve {
         -self.law.0.slope(u, self.epsilon, self.parameters.as_slice())
     }
 
-    /// By differences, with the step (relative to the parameter) at which truncation and rounding errors are
-    /// about equal.
+    /// Derivatives of the weakening rate by central differences, with the step (relative to the parameter) at
+    /// which truncation and rounding errors are about equal.
     pub(super) fn gradient(&self, u: f64) -> Gradient {
         let parameters = self.parameters.as_slice();
         let slope = |epsilon: f64, parameters: &[f64]| -self.law.0.slope(u, epsilon, parameters);

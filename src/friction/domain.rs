@@ -29,7 +29,7 @@ impl Parameter {
         Err(PointError::OutOfDomain { name: self.name, value, domain: self.domain() })
     }
 
-    /// The legal values in words, to follow "it must be".
+    /// The legal values in words, for messages that end with "it must be ...".
     pub(crate) fn domain(&self) -> String {
         if 0.0 < self.min && self.min <= f64::MIN_POSITIVE && self.max == f64::INFINITY {
             "greater than 0".into()
@@ -47,7 +47,7 @@ impl Parameter {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PointError {
-    /// The law has another number of parameters.
+    /// The number of values given differs from the law's number of parameters.
     #[error("the law {law} has {wanted} parameters of its own, and {given} are given")]
     ParameterCount {
         /// Name of the law.
@@ -82,7 +82,7 @@ impl Point {
 
 impl Law {
     /// The point of this law with the given eps, the law's own parameters (in the order of
-    /// [`Law::parameters`]), belt speed V and damping c, checked.
+    /// [`Law::parameters`]), belt speed V and damping c, if it is legal.
     ///
     /// ```
     /// use slipmap::friction::Law;

@@ -12,7 +12,7 @@ pub(super) enum Form {
     Exponential(Exponential),
     Lorentzian(Lorentzian),
     Expression(ExpressionCurve),
-    /// F1 of a formula, in place of phi.
+    /// F1, the first order in eps of a formula, in place of phi.
     Leading(ExpressionCurve),
     Table(Table),
     Function(Function),
@@ -55,8 +55,7 @@ impl Form {
         }
     }
 
-    /// phi in any arithmetic (numbers, intervals or series); `None` for laws given by data or as functions,
-    /// which have no formula.
+    /// phi in any arithmetic (numbers, intervals or series); `None` for laws given by data or functions.
     pub(super) fn formula<T: Real>(&self, u: T) -> Option<T> {
         match self {
             Form::Stribeck(law) => Some(law.formula(u)),

@@ -14,13 +14,13 @@ use super::jet::{Jet, Real};
 const COUNT: usize = 16;
 /// Tolerance of phi(0) = 1: values of a function have rounding errors.
 const STATIC_SLACK: f64 = 1e-12;
-/// Largest difference of two polynomials where they meet: those of [`Fitted`] differ by rounding errors, and
-/// where a function is rough by errors of the shortest pieces.
+/// Largest difference of two polynomials where they meet. The polynomials of [`Fitted`] differ by rounding
+/// errors and, where a function is rough, by the errors of the shortest pieces.
 const LARGEST_GAP: f64 = 1e-9;
-/// A piece is short enough if its last two coefficients are below this, in units of the largest |phi|.
+/// A piece is short enough if the sum of its last two |coefficients| is at most this times the largest |phi|.
 const SHARPNESS: f64 = 64.0 * f64::EPSILON;
-/// Largest number of pieces, and of bisections of a piece; a piece that is still too long is accepted, and
-/// the error shows it.
+/// Largest number of pieces, and of bisections of a piece. A piece that is too long after these is accepted,
+/// and the error includes it.
 const MOST_PIECES: usize = 512;
 const MOST_HALVINGS: u32 = 40;
 
@@ -81,10 +81,10 @@ fn sum<T: Real>(coefficients: &[f64; COUNT], x: T) -> T {
 impl Function {
     /// Samples `phi` once: the friction in units of the static friction at slip speeds from 0 to `fastest`.
     /// `corners` are slip speeds in between at which its slope may jump; elsewhere it should be smooth.
-    /// `origin` names it.
+    /// `origin` is the name of the function.
     ///
     /// # Errors
-    /// [`FunctionError`] where a value is not finite, phi(0) is not 1, or a corner does not lie between.
+    /// [`FunctionError`] if a value is not finite, phi(0) is not 1, or a corner is not in (0, `fastest`).
     pub fn new(
         origin: &str,
         mut phi: impl FnMut(f64) -> f64,
@@ -144,7 +144,7 @@ impl Function {
         self.0.ends[self.0.coefficients.len()]
     }
 
-    /// Estimate, by samples, of the distance of the weakening rate from that of the function.
+    /// Estimate, from samples, of the difference of this law's weakening rate and that of the function.
     #[must_use]
     pub fn error(&self) -> f64 {
         self.0.error
@@ -186,7 +186,7 @@ impl Function {
     }
 
     /// Enclosures of the Taylor coefficients of phi at all slip speeds in `u`, in powers of the slip speed
-    /// divided by `unit`; `None` where the law is unknown. Where two polynomials meet both are included.
+    /// divided by `unit`; `None` where the law is unknown. Where two polynomials meet, both are enclosed.
     pub(super) fn series<const N: usize>(&self, u: Interval, unit: f64) -> Option<Jet<Interval, N>> {
         if !(0.0 <= u.lo && u.hi <= self.fastest()) {
             return None;
@@ -213,8 +213,8 @@ impl Function {
         head.into_iter().chain(rows).collect::<Vec<_>>().join("\n")
     }
 
-    /// The law of the text of [`Function::definition`]; `None` if the text is malformed, or its pieces are
-    /// not those of a function: they do not meet, or friction at rest is not 1.
+    /// The law of the text of [`Function::definition`]; `None` if the text is malformed, if its pieces do not
+    /// meet, or if friction at rest is not 1.
     pub(super) fn from_definition(definition: &str) -> Option<Self> {
         let numbers = |line: &str| -> Option<Vec<f64>> {
             if line.is_empty() {
@@ -248,7 +248,7 @@ impl Function {
     }
 }
 
-/// Pieces before they are stored.
+/// The pieces and the error of a law while it is fitted.
 struct Fitted {
     ends: Vec<f64>,
     coefficients: Vec<[f64; COUNT]>,
@@ -256,7 +256,7 @@ struct Fitted {
 }
 
 impl Fitted {
-    /// Fits `phi` between the `ends`, in pieces as short as needed.
+    /// Fits `phi` between each two of `ends`, on pieces as short as needed.
     fn new(phi: &mut impl FnMut(f64) -> f64, ends: &[f64]) -> Self {
         let mut fitted = Self { ends: vec![0.0], coefficients: Vec::new(), error: 0.0 };
         let mut waiting: Vec<(f64, f64, u32)> =

@@ -1,11 +1,11 @@
 //! Interval arithmetic with outward rounding, in plain f64.
 //!
 //! Every operation computes in the processor's round-to-nearest mode, whose error is at most half a unit in
-//! the last place, and moves both ends outwards by at least a whole one, underflow included (elementary
+//! the last place, and moves both ends outwards by at least a whole unit, underflow included (elementary
 //! functions by four: the error of the platform's mathematics library is assumed to be less). So an enclosure
 //! is a theorem about the real function, whatever the compiler's flags and the processor's state. Where an
-//! operation is not defined on the whole operand, the result is the whole line. The crate `inari` was not
-//! used because it needs AVX and FMA enabled for the whole build, and GMP.
+//! operation is not defined on the whole operand, the result is the whole line. The crate `inari` is not used
+//! because it requires AVX and FMA for the whole build, and GMP.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -28,8 +28,8 @@ thread_local! {
     static BROKEN: std::cell::Cell<bool> = const { std::cell::Cell::new(false) };
 }
 
-/// A number above `x` by one to two units in the last place: |x| epsilon is that much, and the smallest
-/// normal number exceeds every error of underflow. NaN at negative infinity, which is no upper end.
+/// A number above `x` by one to two units in the last place, which is |x| epsilon, and the smallest normal
+/// number, which exceeds every error of underflow. NaN at negative infinity, which is no upper end.
 #[inline]
 fn up(x: f64) -> f64 {
     #[cfg(test)]
@@ -111,13 +111,13 @@ impl Interval {
         max(self.lo.abs(), self.hi.abs())
     }
 
-    /// The nonnegative part, for quantities that are never negative.
+    /// The nonnegative part, for quantities that cannot be negative.
     #[inline]
     pub(crate) fn at_least_zero(self) -> Self {
         Self { lo: max(self.lo, 0.0), hi: max(self.hi, 0.0) }
     }
 
-    /// The smallest interval that contains both.
+    /// The smallest interval that contains both intervals.
     #[inline]
     pub(crate) fn hull(self, other: Self) -> Self {
         Self { lo: min(self.lo, other.lo), hi: max(self.hi, other.hi) }
@@ -137,7 +137,7 @@ impl Interval {
         Self { lo: max(lo, 0.0), hi }
     }
 
-    /// The quotient by a number that must be positive; the whole line unless the divisor is so throughout.
+    /// The quotient by a number that must be positive; the whole line unless the whole divisor is positive.
     #[inline]
     pub(crate) fn over(self, divisor: Self) -> Self {
         if !(divisor.lo > 0.0) {
@@ -185,7 +185,7 @@ impl Add for Interval {
     type Output = Self;
     #[inline]
     fn add(self, other: Self) -> Self {
-        // Exact, and frequent, as in products.
+        // A sum with zero is exact, and frequent.
         if self.is_zero() {
             return other;
         }
@@ -209,7 +209,7 @@ impl Mul for Interval {
     #[inline]
     fn mul(self, other: Self) -> Self {
         if self.is_zero() || other.is_zero() {
-            // Exact, and frequent: derivatives of terms that do not depend on u.
+            // A product with zero is exact, and frequent: derivatives of terms that do not depend on u.
             return Self::ZERO;
         }
         let [a, b, c, d] = [self.lo * other.lo, self.lo * other.hi, self.hi * other.lo, self.hi * other.hi];
@@ -263,7 +263,7 @@ impl Real for Interval {
         if !(self.lo >= 0.0) {
             return Self::ENTIRE;
         }
-        // Correctly rounded by the standard.
+        // IEEE 754 requires a correctly rounded square root.
         let Self { lo, hi } = Self::outwards(self.lo.sqrt(), self.hi.sqrt());
         Self { lo: max(lo, 0.0), hi }
     }
@@ -306,12 +306,12 @@ impl Real for Interval {
     }
 
     fn power(self, exponent: f64) -> Self {
-        // Bounds of 0, as of a speed over another, are rounded outwards.
+        // A bound that is 0, as that of a ratio of speeds, may be slightly negative after outward rounding.
         if !(self.lo >= -f64::MIN_POSITIVE) {
             return Self::ENTIRE;
         }
         let Self { lo, hi } = self.at_least_zero();
-        // Monotone: between the powers of the ends, of which that of 0 is exact.
+        // A power is monotone, so it lies between the powers of the ends; that of 0 is exact.
         let of_end = |x: f64| match x == 0.0 {
             true => Self { lo: 0.0, hi: 0.0 },
             false => (Self::of(exponent) * Self::of(x).ln()).exp(),

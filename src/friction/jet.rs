@@ -1,5 +1,5 @@
-//! Truncated Taylor series: derivatives of any order, exact except for rounding, of functions composed of the
-//! elementary ones. Over [`super::interval::Interval`] they enclose the derivatives on a whole interval;
+//! Truncated Taylor series: derivatives of any order, exact except for rounding, of compositions of
+//! elementary functions. Series of [`super::interval::Interval`] enclose the derivatives on a whole interval;
 //! nested series give mixed derivatives.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
@@ -10,9 +10,9 @@ pub(crate) trait Real:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
 {
     fn constant(x: f64) -> Self;
-    /// Whether it is zero, exactly.
+    /// Whether the number is exactly zero.
     fn is_zero(&self) -> bool;
-    /// The one number that it is; `None` where it is several, or depends on a variable.
+    /// The value as one number; `None` if it contains several numbers, or depends on a variable.
     fn as_constant(&self) -> Option<f64>;
     fn exp(self) -> Self;
     fn ln(self) -> Self;
@@ -21,7 +21,7 @@ pub(crate) trait Real:
     fn tanh(self) -> Self;
     fn atan(self) -> Self;
     fn abs(self) -> Self;
-    /// A power that is not an integer, of a number >= 0.
+    /// A power, with an exponent that is not an integer, of a number >= 0.
     fn power(self, exponent: f64) -> Self;
 
     /// An integer power, by squaring.
@@ -84,8 +84,7 @@ impl Real for f64 {
     }
 }
 
-/// Several numbers, to each of which every operation is applied: a formula is interpreted once for all of
-/// them.
+/// Several numbers. Every operation is applied to each of them, so that a formula is interpreted only once.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Points<const N: usize>(pub(crate) [f64; N]);
 
@@ -170,7 +169,7 @@ impl<const N: usize> Real for Points<N> {
 pub(crate) struct Jet<T, const N: usize>(pub(crate) [T; N]);
 
 impl<T: Real, const N: usize> Jet<T, N> {
-    /// The variable at `x`, with derivative `slope`.
+    /// The series of a variable with value `x` and derivative `slope`.
     pub(crate) fn variable(x: T, slope: f64) -> Self {
         let mut jet = Self::of(x);
         if N > 1 {
@@ -185,8 +184,8 @@ impl<T: Real, const N: usize> Jet<T, N> {
         Self(coefficients)
     }
 
-    /// The number of coefficients up to the last one that is not zero. Products skip the others: constants
-    /// and the slip speed itself are frequent factors.
+    /// The number of coefficients up to the last nonzero one. Products skip the others, since constants and
+    /// the slip speed itself are frequent factors.
     fn length(&self) -> usize {
         N - self.0.iter().rev().take_while(|coefficient| coefficient.is_zero()).count()
     }
@@ -196,8 +195,8 @@ impl<T: Real, const N: usize> Jet<T, N> {
         self.0[order] * T::constant(factorial)
     }
 
-    /// The series with first coefficient `start` whose derivative is g' times `rate`, g = `self`; the rate's
-    /// coefficient k may depend on the result's up to k.
+    /// The series with first coefficient `start` whose derivative is g' times a rate, g = `self`. `rate`
+    /// returns coefficient k of the rate, which may depend on the coefficients of the result up to k.
     fn integrate(&self, start: T, mut rate: impl FnMut(&[T; N], usize) -> T) -> Self {
         let mut sum = [T::constant(0.0); N];
         sum[0] = start;
@@ -341,7 +340,7 @@ impl<T: Real, const N: usize> Real for Jet<T, N> {
     }
 
     fn abs(self) -> Self {
-        // |g| = g sign(g), and |g_0| / g_0 is the sign, or not defined.
+        // |g| = g sign(g), and sign(g) = |g_0| / g_0 where that is defined.
         let sign = self.0[0].abs() / self.0[0];
         let mut series = self.0.map(|x| x * sign);
         series[0] = self.0[0].abs();
@@ -349,8 +348,8 @@ impl<T: Real, const N: usize> Real for Jet<T, N> {
     }
 
     fn power(self, exponent: f64) -> Self {
-        // (g^p)' = p g^(p-1) g': of g^(p-n) with one coefficient, of g^(p-n+1) with two, and so on. At g = 0
-        // only the derivatives that are infinite are then not finite.
+        // By (g^p)' = p g^(p-1) g': first g^(p-n) with one coefficient, then g^(p-n+1) with two, and so on.
+        // So at g = 0 all derivatives that exist are computed as finite numbers.
         let length = self.length();
         let mut lower = [T::constant(0.0); N];
         for order in (0..N).rev() {

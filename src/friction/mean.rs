@@ -2,7 +2,7 @@
 
 use std::sync::OnceLock;
 
-/// Number of intervals over half a turn of the coarsest rule, and how often it is doubled.
+/// Number of intervals of the coarsest rule over half a turn, and the largest number of its doublings.
 const INTERVALS: u32 = 16;
 const DOUBLINGS: usize = 10;
 
@@ -25,8 +25,8 @@ fn nodes(doublings: usize) -> &'static [Node] {
 }
 
 /// The weakening rate averaged over the grazing circle with weight sin^2 t / pi, see
-/// [`super::Curve::mean_weakening`]. The trapezoidal rule, doubled until it no longer changes: for smooth
-/// functions it converges faster than any power. At both ends the weight is zero.
+/// [`super::Curve::mean_weakening`]. By the trapezoidal rule, doubled until the result no longer changes: for
+/// smooth functions it converges faster than any power. At both ends the weight is zero.
 pub(super) fn mean_weakening(weakening: impl Fn(f64) -> f64, belt_speed: f64) -> f64 {
     let (mut total, mut size, mut before) = (0.0, 0.0, f64::NAN);
     for doublings in 0..=DOUBLINGS {

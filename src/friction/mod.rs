@@ -1,8 +1,8 @@
 //! Friction laws: the force phi(u) at slip speed u >= 0 in units of the static force, phi(0) = 1.
 //!
 //! A [`Law`] is a family with named parameters, each of which becomes an axis of a map. Fixing eps and the
-//! parameters gives a [`Curve`], a function of the slip speed. All other modules use a curve through its
-//! values and its proved bounds, and do not depend on which parameters the law has.
+//! parameters gives a [`Curve`], a function of the slip speed. All other modules use only the values and the
+//! proved bounds of a curve, and do not depend on which parameters the law has.
 
 mod curve;
 mod custom;
@@ -51,9 +51,9 @@ pub struct Range {
     pub hi: f64,
 }
 
-/// The quantities that the first-order theory (eps -> 0) needs of a law phi = 1 + eps F1(u) + O(eps^2).
+/// The quantities of a law phi = 1 + eps F1(u) + O(eps^2) that the first-order theory (eps -> 0) needs.
 ///
-/// Slopes are per unit eps, so that they compare directly with the damping c.
+/// Slopes are divided by eps, so that they can be compared with the damping c.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct FirstOrder {
     /// `1/(pi V) * integral over a turn of F1(V - V cos t) cos t dt`, the right side of the paper's
@@ -66,22 +66,22 @@ pub(crate) struct FirstOrder {
 /// Derivatives of the weakening rate at one slip speed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gradient {
-    /// By eps.
+    /// With respect to eps.
     pub epsilon: f64,
-    /// By each parameter of the law.
+    /// With respect to each parameter of the law.
     pub parameters: LawParameters,
 }
 
 /// Reason why a law has no first order in eps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub(crate) enum NoFirstOrder {
-    /// eps does not occur in it.
+    /// The law does not depend on eps.
     #[error("the friction law does not depend on eps")]
     NoEpsilon,
     /// phi is not 1 at eps = 0.
     #[error("the friction law is not constant at eps = 0")]
     NotSmall,
-    /// Its derivative by eps does not exist at eps = 0.
+    /// phi has no derivative with respect to eps at eps = 0.
     #[error("the friction law has no derivative by eps at eps = 0")]
     NotDifferentiable,
 }
@@ -95,7 +95,7 @@ pub struct Parameter {
     pub long_name: &'static str,
     /// Smallest legal value (included).
     pub min: f64,
-    /// Largest legal value (included); infinite where the law sets none.
+    /// Largest legal value (included); infinite where the law has no upper limit.
     pub max: f64,
 }
 
@@ -113,7 +113,7 @@ pub enum Law {
     Expression(Expression),
     /// A law given by data.
     Table(Table),
-    /// A law given as a function of a program.
+    /// A law given as a function of a program, which is sampled once.
     Function(Function),
     /// A law implemented by a Rust program, see [`Law::custom`].
     Custom(Custom),
@@ -200,8 +200,8 @@ impl Law {
         Custom::new(law).map(Law::Custom)
     }
 
-    /// The same law, read as `1 + eps F(u)` with `F = (phi - 1) / eps` at the given eps: then the paper's
-    /// test (6), which takes a law to first order in eps, applies to every law. Nothing else changes.
+    /// The same law, read as `1 + eps F(u)` with `F = (phi - 1) / eps` at the given eps. So the paper's test
+    /// (6), which takes a law to first order in eps, applies to every law. Nothing else changes.
     #[must_use]
     pub fn read_as_small(self) -> Law {
         match self {
@@ -237,8 +237,8 @@ impl Law {
         }
     }
 
-    /// The data that [`Law::from_definition`] needs, beside the name, to restore the law; empty for the
-    /// built-in laws.
+    /// The data that [`Law::from_definition`] needs, besides the name, to restore the law; empty for the
+    /// built-in and the custom laws.
     #[must_use]
     pub fn definition(&self) -> String {
         match self {
@@ -292,9 +292,9 @@ impl Law {
 
     /// The friction curve at one eps and one choice of the law's parameters.
     ///
-    /// Successive curves with the same eps and parameters, as the columns of a map that differ in the belt
-    /// speed only, share their compiled form; so do those that differ in eps only if the law does not depend
-    /// on it.
+    /// Successive curves with the same eps and parameters share their compiled form, such as those of the
+    /// columns of a map that differ only in the belt speed. If the law does not depend on eps, so do
+    /// successive curves that differ only in eps.
     #[must_use]
     pub fn curve(&self, epsilon: f64, parameters: &LawParameters) -> Curve {
         thread_local! {
@@ -314,7 +314,7 @@ impl Law {
         })
     }
 
-    /// Returns whether the friction may differ between two values of eps.
+    /// Returns whether phi(u) may depend on eps.
     pub(crate) fn depends_on_epsilon(&self) -> bool {
         match self {
             Law::Stribeck | Law::Custom(_) => true,
@@ -337,10 +337,10 @@ impl Law {
         }
     }
 
-    /// The column of parameter space (all parameters fixed but the damping) that contains `point`.
+    /// The column of parameter space (all parameters fixed except the damping) that contains `point`.
     ///
     /// # Panics
-    /// If the point is not legal: [`Law::point`] makes legal points, [`Law::check`] tells.
+    /// If [`Law::check`] refuses the point. Points made by [`Law::point`] are legal.
     #[must_use]
     pub fn column(&self, point: &Point) -> Column {
         if let Err(error) = self.check(point) {

@@ -134,7 +134,7 @@ impl Stribeck {
         }
     }
 
-    /// The given parameters, for arithmetic that encloses its rounding errors.
+    /// The parameters as given, for interval arithmetic.
     pub(crate) fn parts(&self) -> Parts {
         Parts { beta: self.beta, gamma: self.gamma, drop: self.drop }
     }

@@ -1,8 +1,8 @@
 //! A measured law: phi(u) at increasing slip speeds, interpolated by shape-preserving cubics.
 //!
-//! The slopes at the data are those of Fritsch and Butland (SIAM J. Sci. Stat. Comput. 5, 1984): between two
-//! data phi is monotone, and phi' is continuous, so that D is too. Beyond the last datum the law is unknown:
-//! phi is NaN there, orbits that reach it fail, and tests that need it are undecided.
+//! The slopes at the data are those of Fritsch and Butland (SIAM J. Sci. Stat. Comput. 5, 1984): phi is
+//! monotone between neighbouring data, and phi' and D are continuous. Beyond the last datum the law is
+//! unknown: phi is NaN there, orbits that reach it fail, and tests that need it are undecided.
 
 use std::sync::{Arc, LazyLock};
 
@@ -46,12 +46,12 @@ struct Cubics {
     static_level: f64,
     /// Friction as given.
     friction: Vec<f64>,
-    /// Slip speeds, from 0, and friction in units of the static one.
+    /// Slip speeds, from 0, and friction in units of the static friction.
     u: Vec<f64>,
     phi: Vec<f64>,
     /// phi' at the data.
     slope: Vec<f64>,
-    /// Standard errors of the friction as given, if there are any.
+    /// Standard errors of the friction, in the units of `friction`.
     errors: Option<Vec<f64>>,
 }
 
@@ -74,7 +74,7 @@ impl Piece {
 
 /// -phi' on one piece, in t = u - ends[0].
 pub(super) struct Parabola {
-    /// Slip speeds at which it begins and ends.
+    /// Slip speeds at which the parabola begins and ends.
     pub(super) ends: [f64; 2],
     /// Coefficients of 1, t and t^2.
     pub(super) coefficients: [Interval; 3],
@@ -90,8 +90,8 @@ impl Parabola {
 }
 
 impl Table {
-    /// Makes a law of measured pairs (u, friction); phi is the friction divided by `static_level` > 0.
-    /// `origin` names the data in messages.
+    /// Makes a law from measured pairs (u, friction); phi is the friction divided by `static_level` > 0.
+    /// `origin` is the name of the data in messages.
     ///
     /// # Errors
     /// [`TableError`].
@@ -140,7 +140,7 @@ impl Table {
     /// The same table with the standard error of each friction value, in the units of the friction.
     ///
     /// # Errors
-    /// [`TableError`] unless there is one for each datum, finite and not negative.
+    /// [`TableError`] unless there is one finite and nonnegative error for each datum.
     pub fn with_standard_errors(&self, errors: &[f64]) -> Result<Self, TableError> {
         if errors.len() != self.0.u.len() {
             let problem = format!("there are {} data and {} standard errors", self.0.u.len(), errors.len());
@@ -160,7 +160,7 @@ impl Table {
     /// The same law with its slip speeds in units of `unit` > 0.
     ///
     /// # Errors
-    /// [`TableError`] where two slip speeds become one, or one overflows.
+    /// [`TableError`] if two slip speeds become equal, or one overflows.
     pub(crate) fn in_units(&self, unit: f64) -> Result<Self, TableError> {
         let data: Vec<(f64, f64)> = self.data().map(|(u, friction)| (u / unit, friction)).collect();
         let table = Self::new(self.origin(), &data, self.static_level())?;
@@ -173,9 +173,9 @@ impl Table {
         self.0.errors.as_deref()
     }
 
-    /// Derivatives of -phi' at slip speed `u` by the data next to it: the index of the first datum concerned,
-    /// and the derivatives by its friction value as given and by the following ones, zero where there is
-    /// none.
+    /// Derivatives of -phi' at slip speed `u` with respect to the data next to it. Returns the index of the
+    /// first of these data, and the derivatives with respect to its friction value, as given, and those of
+    /// the next three data; zero for data that do not exist.
     #[must_use]
     pub fn weakening_by_data(&self, u: f64) -> (usize, [f64; 4]) {
         let Cubics { u: knots, phi, static_level, .. } = &*self.0;
@@ -194,9 +194,9 @@ impl Table {
         (first, std::array::from_fn(|k| if first + k < last { derivative(first + k) } else { 0.0 }))
     }
 
-    /// Standard error of -phi' at slip speed `u` by those of the data, to about 1 %; `None` without them. It is that of
-    /// random data: where neighbouring values are equal, or their order turns, the slope of the interpolant is zero
-    /// and has no derivative, so that an error of first order may be much too small.
+    /// Standard error of -phi' at slip speed `u` from the standard errors of the data, to about 1 %; `None`
+    /// without them. From random data: where neighbouring values are equal, or their order turns, the slope
+    /// of the interpolant is zero and not differentiable, and a first-order estimate may be much too small.
     pub(crate) fn standard_error_of_weakening(&self, u: f64) -> Option<f64> {
         const DRAWS: u32 = 16_384;
         let Cubics { u: knots, phi, static_level, errors, .. } = &*self.0;
@@ -232,7 +232,7 @@ impl Table {
         self.0.u.iter().copied().zip(self.0.friction.iter().copied())
     }
 
-    /// Number of rows at which friction changes from rising to falling, or back.
+    /// Number of rows at which friction changes from rising to falling, or from falling to rising.
     pub(crate) fn turns(&self) -> usize {
         let steps: Vec<f64> = self.0.friction.windows(2).map(|ends| ends[1] - ends[0]).collect();
         steps.windows(2).filter(|steps| steps[0] * steps[1] < 0.0).count()
@@ -245,7 +245,7 @@ impl Table {
     }
 
     /// The same law, continued in a straight line to slip speed `fastest` beyond its data, to estimate how
-    /// far the data should reach. `None` where no such law is legal.
+    /// far the data should reach. `None` if the continued law is not legal.
     pub(crate) fn continued(&self, fastest: f64) -> Option<Self> {
         let end = self.fastest();
         let mut data: Vec<(f64, f64)> = self.0.u.iter().map(|&u| (u, self.phi(u))).collect();
@@ -296,8 +296,8 @@ impl Table {
         self.piece(self.piece_at(u)).weakening(u)
     }
 
-    /// The parabolas of -phi', piece by piece, with the rounding of their coefficients. The law is the
-    /// piecewise cubic with the values and slopes at the data as they are stored.
+    /// The parabolas of -phi', piece by piece, with enclosures of their coefficients. The law is defined as
+    /// the piecewise cubic with the stored values and slopes at the data.
     pub(super) fn parabolas(&self) -> impl Iterator<Item = Parabola> {
         let Cubics { u, phi, slope, .. } = &*self.0;
         (0..self.pieces()).map(|i| {
@@ -320,7 +320,7 @@ impl Table {
         })
     }
 
-    /// By Gauss quadrature between the data: the integrand is smooth there.
+    /// The mean weakening rate by Gauss quadrature between the data, where the integrand is smooth.
     pub(super) fn mean_weakening(&self, belt_speed: f64) -> f64 {
         if !(2.0 * belt_speed <= self.fastest()) {
             return f64::NAN;
@@ -349,8 +349,8 @@ impl Table {
 }
 
 /// Slopes at the data by Fritsch and Butland: zero at extremes, else a harmonic mean of the secants; at the
-/// ends a one-sided parabola, limited to keep the shape. Returned with their derivatives, to the order of the
-/// series of `phi`.
+/// ends those of a one-sided parabola, limited to keep the shape. Each slope is a series of the order of
+/// `phi`.
 fn slopes<const N: usize>(u: &[f64], phi: &[Jet<f64, N>]) -> Vec<Jet<f64, N>> {
     type Series<const N: usize> = Jet<f64, N>;
     let (number, value) = (Series::<N>::constant, |series: Series<N>| series.0[0]);
@@ -391,7 +391,7 @@ fn weakening_of(knots: &[f64], phi: &[f64], i: usize, u: f64) -> f64 {
     -hermite_slope(x, (phi[i + 1] - phi[i]) / h, slope[i].0[0], slope[i + 1].0[0])
 }
 
-/// The slope of a cubic at share `x` of its piece, by that of the chord and those at its ends.
+/// The slope of a cubic at share `x` of its piece, from the slope of the chord and the slopes at both ends.
 fn hermite_slope(x: f64, secant: f64, s0: f64, s1: f64) -> f64 {
     6.0 * x * (1.0 - x) * secant + (1.0 - x) * (1.0 - 3.0 * x) * s0 + x * (3.0 * x - 2.0) * s1
 }

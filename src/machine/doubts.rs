@@ -1,4 +1,4 @@
-//! Numbers of a machine that suggest other units than those of SI. They are legal: people should look twice.
+//! Warnings about numbers of a machine that are legal but suggest that they are not in SI units.
 
 use super::{Dimension, Friction, Machine, Motion};
 use crate::friction::Table;
@@ -7,15 +7,15 @@ use crate::friction::Table;
 const FASTEST: f64 = 100.0;
 /// Largest plausible coefficient of friction.
 const HIGHEST_FRICTION: f64 = 5.0;
-/// Largest plausible ratio of the fastest slip speed that was measured to the belt speed.
+/// Largest plausible ratio of the fastest measured slip speed to the belt speed.
 const WIDEST_TABLE: f64 = 500.0;
-/// Number of changes of direction, and share of the rows that have one, from which on a measured table is taken to
-/// be scattered: of independent errors alone two thirds of the rows have one.
+/// Least number of changes of direction, and least share of the rows that have one, of a measured table that
+/// is taken to be scattered. With independent errors alone, two thirds of the rows have one.
 const FEWEST_TURNS: usize = 8;
 const SHARE_OF_TURNS: f64 = 0.25;
 
 impl Machine {
-    /// What looks odd about the numbers, and why: one line each.
+    /// The warnings: which number is implausible, and why, one line each.
     pub(crate) fn doubts(&self) -> Vec<String> {
         let mut doubts = Vec::new();
         let unit = self.motion.unit(Dimension::Velocity);
@@ -69,8 +69,8 @@ impl Machine {
     }
 }
 
-/// The number of changes of direction and of rows, of a table that changes its direction so often that its errors
-/// must be the cause.
+/// The number of changes of direction and the number of rows, for a table that changes its direction so often
+/// that its errors must be the cause; `None` for other tables.
 pub(crate) fn scatter(table: &Table) -> Option<(usize, usize)> {
     let (turns, rows) = (table.turns(), table.data().count());
     (turns >= FEWEST_TURNS && turns as f64 >= SHARE_OF_TURNS * rows as f64).then_some((turns, rows))

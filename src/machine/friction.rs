@@ -1,4 +1,4 @@
-//! The friction of a machine: its coefficient of friction against the slip speed, in SI units.
+//! The friction of a machine: its coefficient of friction as a function of the slip speed, in SI units.
 
 use super::Units;
 use crate::friction::{Expression, Law, Table};
@@ -28,7 +28,7 @@ impl Coefficients {
         [self.static_friction, self.kinetic_friction, self.stribeck_velocity, self.strengthening]
     }
 
-    /// The coefficients of such an array.
+    /// The coefficients of an array as of [`Coefficients::to_array`].
     pub(crate) fn from_array(
         [static_friction, kinetic_friction, stribeck_velocity, strengthening]: [f64; 4],
     ) -> Self {
@@ -44,7 +44,7 @@ impl Coefficients {
     }
 }
 
-/// The coefficient of friction against the slip speed (m/s; of a rotation rad/s).
+/// The coefficient of friction as a function of the slip speed (m/s; for a rotation rad/s).
 #[derive(Clone, Debug, PartialEq)]
 pub enum Friction {
     /// A built-in law and its coefficients.
@@ -56,7 +56,7 @@ pub enum Friction {
 }
 
 impl Friction {
-    /// Name of its law in configurations.
+    /// Name of the law in configurations.
     pub(crate) fn law_name(&self) -> &'static str {
         match self {
             Friction::Coefficients(law, _) => law.name(),
@@ -76,8 +76,8 @@ impl Friction {
         }
     }
 
-    /// The law in dimensionless terms, and the values of its parameters; `None` if a formula or data overflow
-    /// in these units.
+    /// The dimensionless law and the values of its parameters; `None` if a formula or data overflow in these
+    /// units.
     pub(crate) fn dimensionless(&self, units: &Units) -> Option<(Law, LawParameters)> {
         let velocity = units.velocity;
         match self {
@@ -102,7 +102,7 @@ impl Friction {
         }
     }
 
-    /// Its numbers by name.
+    /// The numbers of the friction, with their names.
     pub(crate) fn quantities(&self) -> Vec<(&'static str, f64)> {
         match self {
             Friction::Coefficients(_, coefficients) => {
@@ -116,7 +116,7 @@ impl Friction {
         }
     }
 
-    /// The friction with another value of the number at this position among [`Friction::quantities`].
+    /// Sets the number at this position among [`Friction::quantities`].
     pub(super) fn set(&mut self, position: usize, value: f64) {
         match self {
             Friction::Coefficients(_, coefficients) => {

@@ -51,17 +51,17 @@ named_sums! {
     }
 }
 
-/// Numbers of answers of the fields that could not be computed.
+/// Numbers of values of fields that could not be computed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "store", derive(serde::Serialize, serde::Deserialize))]
 pub struct Unknown {
     /// Cells without a regime.
     pub regimes: u64,
-    /// Columns in whose search for the critical damping an engine gave no answer.
+    /// Columns without a critical damping because an engine gave no answer in its search.
     pub critical: u64,
 }
 
-/// Statistics of one tile, or of many together. All but the seconds depends on the plan alone.
+/// Statistics of one tile, or their sums over several. All but the seconds depend on the plan alone.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Account {
     /// Number of cells computed.
@@ -76,7 +76,7 @@ pub struct Account {
     pub audit: Audit,
     /// Cells in which methods with a guarantee contradict each other.
     pub contradictions: Contradictions,
-    /// Answers of the fields that could not be computed.
+    /// Values of fields that could not be computed.
     pub unknown: Unknown,
     /// Processor seconds of the stages that belong to no method.
     pub stages: Stages,

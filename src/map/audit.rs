@@ -1,9 +1,9 @@
 //! The self-audit: decides random cells again with the independent direct engine.
 //!
 //! Half of the cells are drawn anywhere, half next to a change of verdict along c, where methods fail. The
-//! draw depends on the grid alone, so it is the same for any number of threads. A cell that is drawn twice is
-//! decided once; a grid with no more cells than the audit asks for is audited completely. Before the engine
-//! contradicts a verdict it is asked again with a tolerance a thousand times smaller.
+//! draw depends on the plan and the verdicts alone, so it is the same for any number of threads. A cell that
+//! is drawn twice is decided once. A grid with no more cells than the audit requests is audited completely.
+//! Where the engine contradicts a verdict, it is run again with a tolerance a thousand times smaller.
 
 use std::cell::OnceCell;
 use std::collections::HashMap;
@@ -28,8 +28,8 @@ pub struct Disagreement {
     pub(crate) direct: Flow,
 }
 
-/// Results of the audit. A decision is one method's verdict, present or absent, on one audited cell; audited
-/// methods are `simulation` and the tests that are theorems at finite eps.
+/// Results of the audit. A decision is one method's verdict, present or absent, on one audited cell. Audited
+/// methods are `simulation`, `validated` and the tests that are theorems at finite eps.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "store", derive(serde::Serialize, serde::Deserialize))]
 pub struct Audit {
@@ -39,11 +39,11 @@ pub struct Audit {
     pub checked: u64,
     /// Number of decisions that the direct engine confirms.
     pub agreed: u64,
-    /// Number of decisions on cells that are closer to the boundary than its error.
+    /// Number of decisions on cells that are closer to the boundary than the error of the direct engine.
     pub within_margin: u64,
     /// Number of decisions on cells for which the direct engine gives no answer.
     pub unresolved: u64,
-    /// Decisions that it contradicts.
+    /// Decisions that the direct engine contradicts.
     #[cfg_attr(feature = "store", serde(skip))]
     pub disagreements: Vec<Disagreement>,
 }
@@ -72,8 +72,8 @@ impl Audit {
 }
 
 impl Disagreement {
-    /// A disagreement that the audit of `plan` found in an earlier run: computes the direct engine's answer
-    /// again.
+    /// Restores a disagreement that the audit of `plan` found in an earlier run: computes the direct engine's
+    /// answer again.
     pub(crate) fn again(plan: &Plan, point: Point, method: &'static str, stored: Verdict) -> Self {
         let direct = direct::flow(&Oscillator::new(plan.grid.law(), &point), finer(plan.tolerance));
         Self { point, method, stored, direct }
@@ -92,7 +92,7 @@ pub(super) struct Draw {
 enum Along {
     /// At this index of the damping axis.
     At(usize),
-    /// Next to the first change of verdict; on its lower or upper side.
+    /// Next to the first change of verdict, on its lower or upper side.
     NextToBoundary { upper: bool },
 }
 
@@ -159,8 +159,8 @@ impl Draws {
     }
 }
 
-/// Decides one cell again and compares every method with a guarantee. The error that the direct engine states is
-/// an estimate: before it contradicts a verdict it is asked again with smaller steps.
+/// Decides one cell again and compares every method whose guarantee excludes errors. The direct engine's
+/// error is an estimate: where the engine contradicts a verdict, it is run again with a smaller tolerance.
 fn audit_cell(plan: &Plan, point: Point, verdicts: impl Iterator<Item = Verdict>) -> Audit {
     let mut audit = Audit { cells: 1, ..Audit::default() };
     let oscillator = Oscillator::new(plan.grid.law(), &point);
@@ -192,7 +192,7 @@ fn audit_cell(plan: &Plan, point: Point, verdicts: impl Iterator<Item = Verdict>
     audit
 }
 
-/// Whether a flow has a verdict, and another one.
+/// Whether a flow decides, and its verdict differs from the stored one.
 fn contradicts(flow: &Flow, stored: Verdict) -> bool {
     let found = Verdict::from(&flow.fate);
     found.is_decision() && found != stored

@@ -14,8 +14,8 @@ use crate::simulate::crossing::{
 use crate::simulate::slip_cycle::{BACKBONE_TOLERANCE, Kick, SlipCycle, kick_onto, locate, none_within};
 use crate::simulate::{Failure, Flow, Neighbour, TIGHT, outermost_repelling};
 
-/// Accuracy, in units of the weakening rate, up to which the backbone is refined first where only the number
-/// of cycles is needed: few dampings of a column lie that close to one of its extremes.
+/// Tolerance, in units of the weakening rate, of the coarse backbones that are tried first where only the
+/// number of cycles is needed: few dampings of a column lie that close to an extreme of the backbone.
 pub(super) const COARSE: f64 = 1e-5;
 
 /// An attracting cycle.
@@ -23,10 +23,10 @@ pub(super) const COARSE: f64 = 1e-5;
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct AttractingCycle {
     pub(crate) period: f64,
-    /// Positions x1 on it.
+    /// Range of the position x1 on the cycle.
     #[cfg_attr(feature = "serde", serde(rename = "x1"))]
     pub(crate) displacement: Range,
-    /// Velocities x2 on it.
+    /// Range of the velocity x2 on the cycle.
     #[cfg_attr(feature = "serde", serde(rename = "x2"))]
     pub(crate) velocity: Range,
     /// Floquet multiplier; 0 for the stick-slip cycle, which is reached in finite time.
@@ -37,7 +37,7 @@ pub struct AttractingCycle {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct BasinBoundary {
     pub(crate) cycle: SlipCycle,
-    /// The kicks of steady slip onto it.
+    /// The kicks that carry steady slip onto it.
     pub(crate) kick: Kick,
     /// The attractors of orbits just inside it and just outside it.
     pub(crate) separates: [Neighbour; 2],
@@ -49,21 +49,21 @@ pub(super) struct Behaviour<'a> {
     belt_speed: f64,
     /// The weakening rate at belt speed: eps c at the Hopf bifurcation.
     at_belt_speed: f64,
-    /// Bounds of its even part, computed on first use.
+    /// Bounds of the even part of the weakening rate about the belt speed, computed on first use.
     even: OnceCell<Range>,
-    /// Coarse backbones, each with twice as many nodes as the one before. Every damping asks them in this
+    /// Coarse backbones, each with twice as many nodes as the one before. Every damping tries them in this
     /// order, so that its answer does not depend on other dampings.
     coarse: RefCell<Vec<Result<Backbone, Failure>>>,
-    /// Computed on first use.
+    /// The backbone of full accuracy, computed on first use.
     fine: OnceCell<Result<Backbone, Failure>>,
     /// The distance beyond the exit point from which on loops lead inward; computed on first use.
     settled_from: OnceCell<f64>,
-    /// The smallest eps c so far at which no orbit was found to cross the belt line for ever.
+    /// The smallest eps c, so far, at which the search found no orbit that crosses the belt line for ever.
     none_cross_from: Cell<f64>,
 }
 
-/// The behaviour of columns that are asked one after the other. Those that differ in eps alone share it where the law
-/// does not contain eps: there eps scales the damping.
+/// Keeps the behaviour of the last column that was requested. Columns that differ only in eps share it if the
+/// law does not contain eps, which then only scales the damping.
 #[derive(Default)]
 pub(super) struct Behaviours<'a> {
     last: Option<Behaviour<'a>>,
@@ -79,7 +79,7 @@ impl<'a> Behaviours<'a> {
     }
 }
 
-/// What is known of a column at one damping before its cycles are.
+/// The properties of a column at one damping that are known before its cycles.
 #[derive(Clone, Copy)]
 struct Ends {
     /// Whether the equilibrium attracts.
@@ -102,11 +102,11 @@ impl<'a> Behaviour<'a> {
         }
     }
 
-    /// The slip cycles at eps c = `viscous`, where the orbit from the exit point ends as `end`, between
-    /// bounds that are as narrow as possible; `None` if they are unknown.
+    /// The slip cycles at eps c = `viscous`, where the orbit from the exit point ends as `end`, with bounds
+    /// of their amplitudes that are as narrow as possible; `None` if the cycles are unknown.
     fn slip_cycles(&self, viscous: f64, end: End) -> Option<Vec<CycleRange>> {
         let cycles = self.cycles(viscous, end, |ends| self.read_fine(viscous, ends))?;
-        // Where the backbone was not needed the bounds are those of the belt line.
+        // Without a backbone the amplitudes are bounded by 0 and the belt speed.
         let narrowed = |cycle: CycleRange| match self.fine.get() {
             Some(Ok(backbone)) => CycleRange { between: backbone.narrowed(&cycle, viscous), ..cycle },
             Some(Err(_)) | None => cycle,
@@ -114,7 +114,7 @@ impl<'a> Behaviour<'a> {
         Some(cycles.into_iter().map(narrowed).collect())
     }
 
-    /// The same between any bounds, for their number and stability.
+    /// As [`Self::slip_cycles`], between any bounds: for the number and the stability of the cycles.
     pub(super) fn count(&self, viscous: f64, end: End) -> Option<Vec<CycleRange>> {
         self.cycles(viscous, end, |ends| match self.coarse(viscous, ends) {
             Ok(None) => self.read_fine(viscous, ends),
@@ -124,15 +124,15 @@ impl<'a> Behaviour<'a> {
         })
     }
 
-    /// Whether the equilibrium attracts at eps c = `viscous`. At the Hopf bifurcation the backbone decides: it rises where
-    /// the weakening is convex. `None` for other laws: where friction is constant next to the belt speed and nothing
-    /// damps, all orbits about the equilibrium close.
+    /// Whether the equilibrium attracts at eps c = `viscous`. At the Hopf bifurcation it repels where the
+    /// weakening is convex, since the backbone rises there. `None` for other laws: where friction is constant
+    /// next to the belt speed and there is no damping, all orbits about the equilibrium close.
     fn equilibrium_attracts(&self, viscous: f64) -> Option<bool> {
         let decided = self.at_belt_speed != viscous || self.curve.weakening_is_convex();
         decided.then_some(self.at_belt_speed < viscous)
     }
 
-    /// The cycles by the even part, by convexity, or as `read` from a backbone.
+    /// The slip cycles, by the even part, by convexity, or else as `read` from a backbone.
     fn cycles(
         &self,
         viscous: f64,
@@ -146,8 +146,8 @@ impl<'a> Behaviour<'a> {
             return Some(Vec::new());
         }
         if self.curve.weakening_is_convex() {
-            // At most one cycle, which repels: it lies between the equilibrium and the belt line if both
-            // attract.
+            // There is at most one cycle: a repelling one if the equilibrium is stable and the orbit returns,
+            // an attracting one if neither holds.
             let between = [0.0, self.belt_speed];
             let one = CycleRange { between, is_stable: !returns };
             return Some(if stable == returns { vec![one] } else { Vec::new() });
@@ -155,7 +155,7 @@ impl<'a> Behaviour<'a> {
         read(Ends { stable, returns })
     }
 
-    /// The cycles as read from the first coarse backbone that is reliable about them; `None` if none is.
+    /// The cycles as read from the first coarse backbone that is reliable at `viscous`; `None` if none is.
     fn coarse(&self, viscous: f64, ends: Ends) -> Result<Option<Vec<CycleRange>>, Failure> {
         let mut coarse = self.coarse.borrow_mut();
         let mut level = 0;
@@ -190,12 +190,12 @@ impl<'a> Behaviour<'a> {
         self.fine.get_or_init(make).as_ref().ok()
     }
 
-    /// The regime at eps c = `viscous`: the set of attractors. The backbone may be `interpolated`, and it may
-    /// be known that no orbit crosses the belt line for ever but perhaps that from the exit point.
+    /// The regime at eps c = `viscous`: the set of attractors, from the backbone `interpolated` where it
+    /// decides. `no_other_crosses`: no orbit except perhaps that from the exit point crosses for ever.
     ///
-    /// An orbit that spirals inward around an unstable equilibrium must tend to a slip cycle between the two
-    /// (Poincare-Bendixson); around a stable one the equilibrium attracts. The attractor of the orbit from
-    /// the exit point coexists with all attractors inside that orbit, and with crossing cycles around it.
+    /// An orbit that spirals inward around an unstable equilibrium tends to a slip cycle inside its first
+    /// turn (Poincare-Bendixson); a stable equilibrium attracts. The attractor of the orbit from the exit
+    /// point coexists with all attractors inside that orbit, and with crossing cycles around it.
     pub(super) fn regime(
         &self,
         viscous: f64,
@@ -217,8 +217,8 @@ impl<'a> Behaviour<'a> {
         attractors().map_or(Regime::Failed, Regime::of)
     }
 
-    /// Whether some orbits cross the belt line for ever, though that from the exit point does not; `None` if it
-    /// is unknown. If none does at one damping, none does at a larger one.
+    /// Whether some orbits cross the belt line for ever, though the orbit from the exit point does not;
+    /// `None` if unknown. If no orbit does at one damping, none does at a larger one.
     fn some_cross_for_ever(&self, viscous: f64) -> Option<bool> {
         let settled = *self.settled_from.get_or_init(|| settled_from(self.curve, self.belt_speed));
         if settled == 0.0 || viscous >= self.none_cross_from.get() {
@@ -232,8 +232,8 @@ impl<'a> Behaviour<'a> {
         Some(some)
     }
 
-    /// The attracting cycle: that of the orbit from the exit point, or else the largest slip cycle. `None`
-    /// where there is none, or where it cannot be followed.
+    /// The attracting cycle: the cycle that the orbit from the exit point reaches, or else the largest
+    /// attracting slip cycle. `None` if there is none, or if its orbit cannot be computed.
     pub(super) fn attracting_cycle(
         &self,
         oscillator: &Oscillator,
@@ -264,7 +264,7 @@ impl<'a> Behaviour<'a> {
         }
     }
 
-    /// The boundary between basins; `None` where no slip cycle repels, or where it cannot be followed.
+    /// The boundary between basins; `None` if no slip cycle repels, or if its orbit cannot be computed.
     pub(super) fn basin_boundary(
         &self,
         oscillator: &Oscillator,
@@ -293,14 +293,14 @@ impl<'a> Behaviour<'a> {
 pub(crate) struct LongRun {
     /// The set of attractors.
     pub(crate) regime: Regime,
-    /// The attracting cycle: the stick-slip or the crossing cycle, or else the largest slip cycle. `None` where
-    /// there is none, or where it cannot be followed.
+    /// The attracting cycle: the stick-slip or the crossing cycle, or else the largest attracting slip cycle.
+    /// `None` if there is none, or if its orbit cannot be computed.
     pub(crate) cycle: Option<AttractingCycle>,
-    /// The boundary between basins; `None` where no slip cycle repels, or where it cannot be followed.
+    /// The boundary between basins; `None` if no slip cycle repels, or if its orbit cannot be computed.
     pub(crate) basin: Option<BasinBoundary>,
 }
 
-/// The long-run behaviour of a point whose orbit from the exit point is `flow`, from one backbone.
+/// The long-run behaviour of a point, from one backbone; `flow` is that of its orbit from the exit point.
 pub(crate) fn long_run(oscillator: &Oscillator, flow: &Flow, tolerance: f64) -> LongRun {
     let behaviour = Behaviour::new(&oscillator.curve, oscillator.belt_speed);
     LongRun {
@@ -310,14 +310,14 @@ pub(crate) fn long_run(oscillator: &Oscillator, flow: &Flow, tolerance: f64) -> 
     }
 }
 
-/// The regime of a point whose orbit from the exit point is `flow`.
+/// The regime of a point; `flow` is the answer for its orbit from the exit point.
 #[must_use]
 pub fn regime(oscillator: &Oscillator, flow: &Flow) -> Regime {
     let behaviour = Behaviour::new(&oscillator.curve, oscillator.belt_speed);
     behaviour.regime(oscillator.viscous, End::of(flow), None, false)
 }
 
-/// The number of slip cycles, stable or not; `None` if it is unknown.
+/// The number of slip cycles of a point, stable or not; `None` if it is unknown.
 #[must_use]
 pub fn slip_cycle_count(oscillator: &Oscillator, flow: &Flow) -> Option<usize> {
     let behaviour = Behaviour::new(&oscillator.curve, oscillator.belt_speed);

@@ -1,5 +1,5 @@
-//! Finds cells in which methods with a guarantee give opposite verdicts: at most one of them is right. Every
-//! run reports such cells, whatever the size of its audit.
+//! Finds cells in which methods whose guarantee excludes errors give opposite verdicts, of which at most one
+//! is right. Every run reports such cells, whatever the size of its audit.
 //!
 //! These methods are the tests that are theorems at finite eps, `validated`, and `simulation`.
 
@@ -18,7 +18,7 @@ pub struct Contradiction {
     pub verdicts: Vec<Verdict>,
 }
 
-/// All such cells of some tiles: their number, and the first ones.
+/// The contradictions in the cells of some tiles: their number, and the first ones.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Contradictions {
     /// Number of cells.
@@ -52,7 +52,7 @@ pub(super) fn contradictions(plan: &Plan, data: &TileData) -> Contradictions {
     let mut runs: Vec<_> = guaranteed.map(|cells| cells.verdicts.iter().peekable()).collect();
     let mut found = Contradictions::default();
     let cells = data.tile.cells();
-    // From one change of any verdict to the next.
+    // Each step goes from one change of any verdict to the next.
     let mut from = 0;
     while from < cells {
         let (mut to, mut present, mut absent) = (cells, false, false);

@@ -1,10 +1,10 @@
-//! Curves of codimension one in planes of a grid: the boundaries of the long-run behaviour, also between the
-//! nodes.
+//! Curves of codimension one in planes of a grid: the boundaries of the long-run behaviour, located also
+//! between the nodes.
 //!
 //! Curves are found and followed in the unit square of the plane, whose sides run from the first to the last
 //! node of an axis, linearly or, if the nodes are logarithmic, logarithmically. Errors are distances in the
-//! square. Where the damping is one of the axes, fold curves are the extremes of the backbone over the other
-//! (`simulate::folds`); all other curves are found by continuation.
+//! square. Where the damping is one of the axes, fold curves are the extremes of the backbone as functions of
+//! the other axis (`simulate::folds`). All other curves are found by continuation.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -19,15 +19,15 @@ use crate::simulate::bifurcation::Bifurcation;
 use crate::simulate::continuation::{Branch, CurvePoint, zero_curves};
 use crate::simulate::folds::{Extreme, fold_curves};
 
-/// Accuracy of the test functions.
+/// Tolerance of the test functions and of the backbones.
 const TOLERANCE: f64 = 1e-10;
 
-/// Names of the columns of stored curves that are not axes. No axis may have one of these names if curves are
-/// to be stored.
+/// Names of the columns of stored curves that are not axes. If curves are stored, no axis may have one of
+/// these names.
 pub(crate) const CURVE_COLUMNS: [&str; 8] =
     ["plane", "point", "plane_x", "plane_y", "plane_number", "curve", "branch", "error"];
 
-/// A plane of a grid: two axes, and a node for each of the others.
+/// A plane of a grid: two axes that vary, and a node of each other axis.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Plane {
     /// Position of the first axis, horizontal in figures.
@@ -38,18 +38,18 @@ pub struct Plane {
     pub held: Vec<usize>,
 }
 
-/// A point of a curve.
+/// A point of a curve in a plane.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlanePoint {
     /// Value of the first axis.
     pub x: f64,
     /// Value of the second axis.
     pub y: f64,
-    /// Estimate of its distance from the curve, in sides of the plane.
+    /// Estimate of its distance from the curve, in units of the sides of the plane.
     pub error: f64,
 }
 
-/// A connected curve.
+/// A connected curve in a plane.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlaneCurve {
     /// Its kind.
@@ -90,7 +90,7 @@ impl PlaneCurves {
         Self::of_kinds(&Bifurcation::ALL, grid, plane, stop)
     }
 
-    /// As [`PlaneCurves::of`], those of some kinds alone.
+    /// As [`PlaneCurves::of`], for curves of the given kinds only.
     pub(crate) fn of_kinds(kinds: &[Bifurcation], grid: &Grid, plane: Plane, stop: &AtomicBool) -> Self {
         let frame = Frame::new(grid, &plane);
         let of_kind = |&bifurcation: &Bifurcation| {
@@ -116,7 +116,7 @@ impl PlaneCurves {
         Self { plane, curves }
     }
 
-    /// These curves in the plane with its axes exchanged.
+    /// The same curves in the plane with its axes exchanged.
     pub(crate) fn turned(&self) -> Self {
         let turned = |point: &PlanePoint| PlanePoint { x: point.y, y: point.x, error: point.error };
         let curves = self.curves.iter().map(|curve| PlaneCurve {
@@ -132,7 +132,7 @@ impl PlaneCurves {
         self.curves.iter().map(|curve| curve.points.len()).sum()
     }
 
-    /// The curves, each with its number among those of its kind, from 1.
+    /// The curves, each with its number among the curves of its kind, counted from 1.
     pub fn numbered(&self) -> impl Iterator<Item = (usize, &PlaneCurve)> {
         let of_kind = |curve: &PlaneCurve, position: usize| {
             self.curves[..position].iter().filter(|other| other.bifurcation == curve.bifurcation).count()
@@ -141,8 +141,8 @@ impl PlaneCurves {
     }
 }
 
-/// Finds the curves of several planes with `threads` workers (all cores if `None`), fewer curves if `stop` is
-/// set; calls `on_plane` after each plane. `None` if the workers cannot be started.
+/// Finds the curves of several planes with `threads` workers (all cores if `None`), and calls `on_plane`
+/// after each plane. Curves may be missing if `stop` is set. `None` if the workers cannot be started.
 pub(crate) fn curves_of(
     grid: &Grid,
     planes: &[Plane],
@@ -184,12 +184,12 @@ impl<'a> Frame<'a> {
         point
     }
 
-    /// Which of the two axes is the damping.
+    /// The position, 0 or 1, of the damping among the two axes; `None` if it is neither.
     fn damping_axis(&self) -> Option<usize> {
         [self.plane.x, self.plane.y].iter().position(|axis| self.grid.axes()[*axis].role == AxisRole::Damping)
     }
 
-    /// The extremes of the backbone at a place of the axis that is not the damping; `None` where it is unknown.
+    /// The extremes of the backbone at a place of the other axis; `None` if there are none or it is unknown.
     fn extremes(&self, damping_axis: usize, share: f64) -> Option<Vec<Extreme>> {
         let mut place = [share; 2];
         place[damping_axis] = 0.0;
@@ -198,7 +198,7 @@ impl<'a> Frame<'a> {
             return None;
         }
         let backbone = Backbone::of(&column, TOLERANCE).ok()?;
-        // Beyond the logarithms of numbers, as far out as a share may be.
+        // On a logarithmic axis, dampings that are not positive get a share far below 0.
         let height = |viscous: f64| self.sides[damping_axis].share(viscous / column.epsilon).max(-1e9);
         let extreme = |turns: &[TurningPoint]| Extreme {
             amplitude: turns[1].radius / column.belt_speed,

@@ -4,7 +4,7 @@
 use super::AxisRole;
 use crate::machine::Dimension;
 
-/// The dimension of an axis; `None` for eps and for the parameters of friction laws, which are pure numbers
+/// The dimension of an axis; `None` for eps and for the parameters of friction laws. Those are pure numbers
 /// or, in laws given by formula, have the formula's units.
 pub(crate) fn of_axis(role: AxisRole) -> Option<Dimension> {
     match role {

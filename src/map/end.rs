@@ -12,7 +12,7 @@ pub(super) enum End {
     Inward,
     /// It crosses the belt line for ever.
     Crosses,
-    /// Within the error of the boundary.
+    /// Undecided: the margin is within its error.
     TooClose,
     Failed,
 }
@@ -28,7 +28,7 @@ impl End {
         }
     }
 
-    /// Whether the orbit returns to the belt line, where that is known.
+    /// Whether the orbit returns to the belt line; `None` if that is unknown.
     pub(super) fn returns(self) -> Option<bool> {
         match self {
             End::Sticks | End::Crosses => Some(true),

@@ -1,6 +1,6 @@
 //! The parallel engine: worker threads compute and pack tiles, and the calling thread writes them. A bounded
-//! channel between them bounds the memory. Every tile's content depends on the plan alone, so maps are equal
-//! for any number of threads.
+//! channel between them limits the memory. The content of a tile depends on the plan alone, so a map is the
+//! same for any number of threads.
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::sync_channel;
@@ -22,7 +22,7 @@ use crate::friction::Column;
 use crate::simulate::flow;
 use crate::simulate::return_map::is_resolved;
 
-/// Controls of a computation: threads, callbacks, interruption.
+/// The number of threads, the callbacks and the interruption of a computation.
 pub struct Control<'a> {
     /// Number of worker threads; all cores if `None`.
     pub threads: Option<usize>,
@@ -63,7 +63,7 @@ impl MethodSummary {
     }
 }
 
-/// The result of a run, apart from the cells themselves.
+/// The result of a run, without the cells themselves.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Summary {
     /// Wall-clock seconds.
@@ -72,18 +72,18 @@ pub struct Summary {
     pub threads: usize,
     /// One entry per method of the plan.
     pub methods: Vec<MethodSummary>,
-    /// The sum of the accounts of all tiles, its disagreements in the order of the grid.
+    /// The sum of the accounts of all tiles, with the disagreements of the audit in the order of the grid.
     pub(crate) account: Account,
-    /// The proofs between the nodes, if the plan asks for them; see [`super::prove`].
+    /// The proofs between the nodes, if the plan requests them; see [`super::prove`].
     pub(crate) proved: Option<Proved>,
-    /// The curves of codimension one, if they were asked for.
+    /// The curves of codimension one, if the plan requests them.
     pub curves: Vec<PlaneCurves>,
     /// Wall-clock seconds that the curves took.
     pub(crate) curves_seconds: f64,
 }
 
 impl Summary {
-    /// The summary of a run whose tiles' accounts sum up to `account`.
+    /// The summary of a run; `account` is the sum of the accounts of its tiles.
     pub(crate) fn new(plan: &Plan, mut account: Account, threads: usize, seconds: f64) -> Self {
         account.audit.sort();
         let cells = account.cells;
@@ -118,7 +118,7 @@ pub struct Queue {
 }
 
 impl Queue {
-    /// The queue of the tiles that are not `finished`; one entry per tile of the grid.
+    /// The queue of the tiles that are not `finished`, which has one entry per tile of the grid.
     #[must_use]
     pub fn new(finished: Vec<bool>) -> Self {
         let left = finished.iter().filter(|finished| !**finished).count();
@@ -146,11 +146,11 @@ impl Queue {
     }
 }
 
-/// Computes into `sink` the tiles whose numbers `next` gives to the workers, until it gives `None`. Returns
-/// the sum of their accounts, and the number of workers.
+/// Computes tiles into `sink`. The workers call `next` for the number of the next tile, until it returns
+/// `None`. Returns the sum of the tiles' accounts, and the number of workers.
 ///
 /// # Errors
-/// [`ComputeError`]; tiles that were handed out may then be missing in the sink.
+/// [`ComputeError`]; the sink may then lack tiles whose numbers `next` has returned.
 pub fn compute_tiles<S: Sink>(
     plan: &Plan,
     sink: &S,
@@ -231,8 +231,8 @@ fn work<S: Sink>(
     Ok((packed?, account))
 }
 
-/// Computes one tile: all methods, and the optional fields. What follows from the verdicts is not yet in the
-/// account.
+/// Computes one tile: all methods, and the optional fields. The account still lacks the entries that [`work`]
+/// derives from the verdicts.
 fn compute_tile(plan: &Plan, draws: &Draws, tile: &Tile) -> (TileData, Account) {
     let mut account = Account { cells: tile.cells() as u64, ..Account::default() };
     let (all, taken): (Vec<Column>, f64) = timed(|| plan.grid.columns(tile).collect());
@@ -301,7 +301,7 @@ fn compute_tile(plan: &Plan, draws: &Draws, tile: &Tile) -> (TileData, Account) 
     (data, account)
 }
 
-/// The regimes of a tile's cells, whose orbits from the exit point end as `ends`.
+/// The regimes of a tile's cells; `ends` holds the ends of their orbits from the exit point.
 fn regimes(tile: &Tile, columns: &[Column], cs: &[f64], ends: &[End], known: &Interpolated) -> Runs<Regime> {
     let mut regimes = vec![Regime::Failed; ends.len()];
     let mut behaviours = Behaviours::default();
@@ -327,7 +327,7 @@ fn oscillators(columns: &[Column], cs: &[f64]) -> impl Iterator<Item = Oscillato
 fn closed_form(plan: &Plan, method: Method, claims: &[Claim], cs: &[f64]) -> MethodCells {
     let mut cells = MethodCells { method, verdicts: Runs::new(), margins: Vec::new(), critical: Vec::new() };
     for claim in claims {
-        // Along the axis: undecided below sticks_from, present, undecided, absent.
+        // Along c: undecided below sticks_from, present, undecided, absent.
         let present_to = cs.partition_point(|&c| c < claim.present_below);
         let present_from = cs.partition_point(|&c| c < claim.sticks_from).min(present_to);
         let absent_from = cs.partition_point(|&c| c <= claim.absent_above).max(present_to);
@@ -375,7 +375,7 @@ fn simulation(
             if is_resolved(margin, error) {
                 return margin;
             }
-            // As for one point: by the direct engine, -1 where the orbit tends to a node.
+            // As at a single point: by the direct engine, and -1 where the orbit tends to a node.
             let oscillator = Oscillator::in_column(&columns[cell / cs.len()], cs[cell % cs.len()]);
             let answer = flow(&oscillator, plan.tolerance);
             simulated.rhs += answer.rhs;

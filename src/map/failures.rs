@@ -1,14 +1,14 @@
 //! The catalogue of failures: compares every method with the simulated flow, cell by cell, and attributes
 //! every failure to a mechanism.
 //!
-//! **Truth** at a point is the verdict on which the two engines of the simulated flow agree. Points on which
-//! they disagree, or which are closer to the boundary than their errors, are left out as open.
+//! **Truth** at a point is the verdict on which the two engines of the simulated flow agree. No method is
+//! compared at points on which they disagree, or which are closer to the boundary than their errors.
 //!
-//! **Mechanisms** are attributed by removal: a defect explains a failure if the same method without it does
-//! not fail there. Without the expansion in eps `perturbation` is `harmonic_balance`, and `bendixson_leading`
-//! is `bendixson`; the naive methods are run again with the parameter changed that causes their defect. A
-//! failure that no removal mends is [`Mechanism::Unexplained`]. Why a test leaves a cell undecided follows
-//! from its claim.
+//! **Mechanisms** are attributed by removal: a defect explains a failure if the method without this defect
+//! does not fail there. Without the expansion in eps `perturbation` is `harmonic_balance`, and
+//! `bendixson_leading` is `bendixson`. A naive method is run again after a change of the parameter that
+//! causes the defect. A failure that remains after every removal is [`Mechanism::Unexplained`]. The reason
+//! why a test leaves a cell undecided follows from its claim.
 
 mod mechanism;
 
@@ -56,7 +56,7 @@ impl Kind {
         }
     }
 
-    /// Returns whether the method answers, and wrongly.
+    /// Returns whether the method gives a wrong answer.
     fn is_wrong(self) -> bool {
         matches!(self, Kind::WrongPresence | Kind::WrongAbsence)
     }
@@ -71,8 +71,8 @@ pub(crate) struct Class {
     /// The largest distance |c - c'| to the nearest damping c' at which the verdict of the simulated flow
     /// changes; NaN where there is none.
     pub(crate) farthest_c: f64,
-    /// The same in eps, up to [`super::limits::HIGHEST`]; NaN where there is no change, and for undecided
-    /// cells, where it is not computed.
+    /// The largest distance in eps to the nearest such change at eps <= [`super::limits::HIGHEST`]; NaN where
+    /// there is none, and for undecided cells, for which it is not computed.
     pub(crate) farthest_epsilon: f64,
     /// The cell of `farthest_c`, or the first cell.
     pub(crate) example: Point,
@@ -81,9 +81,9 @@ pub(crate) struct Class {
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct MethodFailures {
     pub(crate) method: Method,
-    /// Number of cells at which it was compared.
+    /// Number of cells at which the method was compared.
     pub(crate) cells: u64,
-    /// Its classes of failure: by kind, the largest first.
+    /// Its classes of failure, ordered by kind, within a kind the largest first.
     pub(crate) classes: Vec<Class>,
 }
 
@@ -111,15 +111,15 @@ impl MethodFailures {
 /// Numbers of cells by their true answer.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Truth {
-    /// With a stick-slip cycle.
+    /// A stick-slip cycle exists.
     pub(crate) present: u64,
-    /// Orbit from the exit point spirals inward.
+    /// The orbit from the exit point spirals inward.
     pub(crate) inward: u64,
-    /// Orbit crosses the belt line for ever.
+    /// The orbit from the exit point crosses the belt line for ever.
     pub(crate) crossing: u64,
-    /// Too close to a boundary to call.
+    /// An engine's margin is within its error.
     pub(crate) too_close: u64,
-    /// An engine gives no answer, or the two contradict each other.
+    /// An engine gives no answer, or the two engines contradict each other.
     pub(crate) open: u64,
 }
 
@@ -159,7 +159,7 @@ struct Finding {
 /// The result at one point.
 struct Examined {
     truth: Truth,
-    /// Whether the methods were compared.
+    /// Whether the methods were compared at this point.
     compared: bool,
     findings: Vec<Finding>,
     distance_c: f64,
@@ -227,7 +227,7 @@ impl MethodFailures {
         });
         let class = &mut self.classes[place];
         class.cells += 1;
-        // A comparison with NaN is false, so the first number replaces it.
+        // A comparison with NaN is false, so the first number replaces the initial NaN.
         if !(examined.distance_c <= class.farthest_c) && !examined.distance_c.is_nan() {
             (class.farthest_c, class.example) = (examined.distance_c, *point);
         }

@@ -1,9 +1,9 @@
-//! What a map can store in each cell: fields as configurations name them, and the quantities they consist of.
+//! The fields that a map can store, named as in configurations, and the quantities that they consist of.
 
 use crate::named::named;
 
 named! {
-    /// A quantity that a map can store, with its name in configurations.
+    /// A field that a map can store, with its name in configurations.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     #[non_exhaustive]
     pub enum Field {
@@ -29,13 +29,13 @@ named! {
 }
 
 impl Field {
-    /// Returns whether it is computed from the simulated flow, whatever the methods.
+    /// Returns whether the field is computed from the simulated flow, whichever methods the plan has.
     pub(crate) fn needs_flow(self) -> bool {
         !matches!(self, Field::Verdict | Field::Margin | Field::CriticalC)
     }
 }
 
-/// A real number per cell; NaN where the cell has no such number.
+/// A real number in each cell; NaN where the cell has no such number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Quantity {
     /// x1 at which the mass begins to stick.
@@ -50,28 +50,28 @@ pub enum Quantity {
     SlipCycles,
     /// Period of the attracting cycle.
     CyclePeriod,
-    /// Half the range of its positions.
+    /// Half the range of x1 on the attracting cycle.
     CycleAmplitudeX1,
-    /// Half the range of its velocities.
+    /// Half the range of x2 on the attracting cycle.
     CycleAmplitudeX2,
-    /// Its Floquet multiplier.
+    /// Floquet multiplier of the attracting cycle.
     CycleMultiplier,
     /// Largest velocity on the outermost unstable slip cycle, which separates two attractors.
     BoundaryVelocity,
-    /// Floquet multiplier of that cycle.
+    /// Floquet multiplier of the outermost unstable slip cycle.
     BoundaryMultiplier,
-    /// The sudden change of velocity with the belt that carries steady slip onto that cycle.
+    /// The sudden change of velocity along the belt's motion that carries steady slip onto that cycle.
     KickForward,
-    /// The same against the belt.
+    /// The sudden change of velocity against the belt's motion that does so, as a positive number.
     KickBackward,
-    /// Limit in eps of the method with this position.
+    /// Limit in eps of the method at this position in the plan.
     EpsilonLimit(usize),
-    /// Derivative of the critical damping by the axis with this position.
+    /// Derivative of the critical damping with respect to the axis at this position.
     CriticalDerivative(usize),
 }
 
 impl Quantity {
-    /// The quantities of a field, with `methods` methods and a law of `parameters` parameters.
+    /// The quantities of a field, for a plan with `methods` methods and a law with `parameters` parameters.
     pub(crate) fn of(field: Field, methods: usize, parameters: usize) -> Vec<Quantity> {
         use Quantity::*;
         match field {
@@ -82,13 +82,13 @@ impl Quantity {
             }
             Field::Basin => vec![BoundaryVelocity, BoundaryMultiplier, KickForward, KickBackward],
             Field::EpsilonLimit => (0..methods).map(EpsilonLimit).collect(),
-            // By eps, by each parameter and by V.
+            // With respect to eps, each parameter and V.
             Field::Sensitivity => (0..parameters + 2).map(CriticalDerivative).collect(),
         }
     }
 
-    /// Its name in a map, and one phrase for `long_name`. The name of [`Quantity::EpsilonLimit`] is followed by its
-    /// method's, that of [`Quantity::CriticalDerivative`] by its axis's.
+    /// Its name in a map, and one phrase for `long_name`. A map appends the name of the method to that of
+    /// [`Quantity::EpsilonLimit`], and the name of the axis to that of [`Quantity::CriticalDerivative`].
     fn words(self) -> (&'static str, &'static str) {
         use Quantity::*;
         match self {
@@ -129,7 +129,7 @@ impl Quantity {
         }
     }
 
-    /// Its name in a map, see [`Quantity::words`].
+    /// Its name in a map, to which a method or an axis may be appended, see [`Quantity::words`].
     pub(crate) fn name(self) -> &'static str {
         self.words().0
     }

@@ -6,13 +6,13 @@ use crate::friction::domain::{BELT_SPEED, DAMPING, EPSILON};
 use crate::friction::{Column, Law, Parameter};
 use crate::point::{LawParameters, MAX_LAW_PARAMETERS, Point};
 
-/// The parameter that an axis varies. The order of a map's dimensions, slowest first, is eps, the law's
-/// parameters in the law's order, V, c; c is fastest because verdicts are step functions along it.
+/// The parameter that an axis varies. A map's dimensions are, slowest first: eps, the law's parameters in the
+/// law's order, V, c. The damping c is fastest because verdicts are step functions along it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AxisRole {
     /// eps.
     Epsilon,
-    /// The law's parameter with this position.
+    /// The parameter at this position in the law's list.
     Law(usize),
     /// The belt speed V.
     BeltSpeed,
@@ -21,7 +21,7 @@ pub enum AxisRole {
 }
 
 impl AxisRole {
-    /// The value of a point's coordinate.
+    /// The value of this parameter at a point.
     ///
     /// # Panics
     /// If the point's law does not have this parameter.
@@ -34,7 +34,7 @@ impl AxisRole {
         }
     }
 
-    /// Sets a point's coordinate.
+    /// Sets this parameter of a point.
     ///
     /// # Panics
     /// As [`AxisRole::of`].
@@ -55,25 +55,25 @@ pub struct Axis {
     pub name: String,
     /// One phrase for a figure's axis.
     pub long_name: String,
-    /// The parameter that it varies.
+    /// The parameter that the axis varies.
     pub role: AxisRole,
     /// The nodes, finite and strictly increasing.
     pub values: Vec<f64>,
 }
 
 impl Axis {
-    /// Returns whether it has more than two nodes, in equal ratios.
+    /// Returns whether the axis has more than two nodes, and neighbouring nodes have equal ratios.
     pub(crate) fn is_logarithmic(&self) -> bool {
         self.values.len() > 2 && is_logarithmic(&self.values)
     }
 
-    /// From the first to the last node.
+    /// The range from the first to the last node.
     pub(crate) fn extent(&self) -> Extent {
         let (from, to) = (self.values[0], self.values[self.values.len() - 1]);
         Extent { from, to, logarithmic: self.is_logarithmic() }
     }
 
-    /// The middle node, the lower of two.
+    /// Index of the middle node; of the lower one if there are two.
     pub(crate) fn middle(&self) -> usize {
         (self.values.len() - 1) / 2
     }
@@ -95,28 +95,28 @@ pub(crate) struct Extent {
 }
 
 impl Extent {
-    /// The value at a share of the range, in equal steps or, if it is logarithmic, in equal ratios.
+    /// The value at a share of the range, from 0 to 1: linear or, if the range is logarithmic, geometric.
     pub(crate) fn value(self, share: f64) -> f64 {
         let Self { from, to, logarithmic } = self;
         let value = if logarithmic { from * (to / from).powf(share) } else { from + (to - from) * share };
         value.clamp(from, to)
     }
 
-    /// The inverse of [`Extent::value`], beyond the ends too.
+    /// The inverse of [`Extent::value`], also for values beyond the ends of the range.
     pub(crate) fn share(self, value: f64) -> f64 {
         let Self { from, to, logarithmic } = self;
         if logarithmic { (value / from).ln() / (to / from).ln() } else { (value - from) / (to - from) }
     }
 }
 
-/// Returns whether nodes have equal steps, up to the rounding of decimal input.
+/// Returns whether neighbouring nodes have equal differences, up to the rounding of decimal input.
 pub(crate) fn is_linear(values: &[f64]) -> bool {
     let (first, last) = (values[0], values[values.len() - 1]);
     let step = (last - first) / (values.len().max(2) - 1) as f64;
     values.iter().enumerate().all(|(i, value)| (value - first - step * i as f64).abs() <= 1e-6 * step)
 }
 
-/// Returns whether nodes have equal ratios.
+/// Returns whether all nodes are positive and neighbouring nodes have equal ratios.
 pub(crate) fn is_logarithmic(values: &[f64]) -> bool {
     values[0] > 0.0 && is_linear(&values.iter().map(|value| value.ln()).collect::<Vec<_>>())
 }
@@ -125,14 +125,14 @@ pub(crate) fn is_logarithmic(values: &[f64]) -> bool {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum GridError {
-    /// The law has another number of axes.
+    /// The number of lists of nodes differs from the number of axes of the law.
     #[error("a grid of the law {law} has {wanted} axes, and the nodes of {given} are given")]
     AxisCount {
         /// Name of the law.
         law: &'static str,
-        /// How many axes it has, see [`Grid::axis_names`].
+        /// Number of axes of the law, see [`Grid::axis_names`].
         wanted: usize,
-        /// How many lists of nodes were given.
+        /// Number of lists of nodes that were given.
         given: usize,
     },
     /// The axis has no nodes.
@@ -175,8 +175,8 @@ pub enum GridError {
 }
 
 impl GridError {
-    /// Of a value that is not legal: its axis, the value, and the condition that it violates; `None` for other
-    /// errors.
+    /// For a value that is not legal: its axis, the value, and the condition that it violates; `None` for
+    /// other errors.
     pub(crate) fn illegal(&self) -> Option<(&str, f64, &str)> {
         match self {
             GridError::OutOfDomain { axis, value, domain } => Some((axis, *value, domain)),
@@ -208,7 +208,7 @@ impl Grid {
         axes_of(law).map(|(_, parameter)| parameter.name).collect()
     }
 
-    /// The coordinates of a point: each axis of `law` with its value, in the order of [`Grid::axis_names`].
+    /// The name of each axis of `law` and its value at a point, in the order of [`Grid::axis_names`].
     #[must_use]
     pub fn coordinates(law: &Law, point: &Point) -> Vec<(&'static str, f64)> {
         axes_of(law).map(|(role, parameter)| (parameter.name, role.of(point))).collect()
@@ -320,13 +320,13 @@ impl Grid {
         self.law.column(&self.point(index))
     }
 
-    /// The columns of a tile, in its order.
+    /// The columns of a tile, in row-major order.
     pub(crate) fn columns<'a>(&'a self, tile: &'a Tile) -> impl Iterator<Item = Column> + 'a {
         let mut index: Vec<usize> = tile.ranges.iter().map(|range| range.start).collect();
         let mut point = self.point(&index);
         (0..tile.columns()).map(move |_| {
             let column = self.law.column(&point);
-            // Increments the index, the fastest axis but that of c first.
+            // Increments the index, beginning with the fastest axis other than c.
             let outer = self.axes.len().saturating_sub(1);
             for axis in (0..outer).rev() {
                 index[axis] += 1;
@@ -343,8 +343,8 @@ impl Grid {
         })
     }
 
-    /// The nodes of a tile along each axis but that of c, as coordinates in which its steps are equal: logarithms
-    /// where it has equal ratios.
+    /// The nodes of a tile along each axis other than c, as coordinates in which equal ratios are equal
+    /// steps: the logarithms of nodes that have equal ratios.
     pub(crate) fn coordinates_of(&self, tile: &Tile) -> Vec<Vec<f64>> {
         let of_axis = |(axis, range): (&Axis, &Range<usize>)| {
             let values = &axis.values[range.clone()];
@@ -354,8 +354,8 @@ impl Grid {
         self.axes.iter().zip(&tile.ranges).take(tile.ranges.len() - 1).map(of_axis).collect()
     }
 
-    /// Shape of a tile: the box of at most `target_cells` cells that contains whole axes, the fastest first.
-    /// It is also the shape of the chunks of the map file, so that one tile fills one chunk.
+    /// Shape of a tile of at most `target_cells` cells, which contains as many whole axes as fit, the fastest
+    /// first. The chunks of the map file have the same shape, so that one tile fills one chunk.
     #[must_use]
     pub fn tile_shape(&self, target_cells: usize) -> Vec<usize> {
         let mut room = target_cells.max(1);
@@ -373,9 +373,9 @@ impl Grid {
         shape
     }
 
-    /// Shape of a tile of at most `target_cells` cells: a box with sides as equal as can be, for what is
-    /// interpolated along all axes. That of eps, the slowest, is cut last if the law does not contain eps:
-    /// columns that differ in eps alone share their cycles.
+    /// Shape of a tile of at most `target_cells` cells with sides as equal as possible, for interpolation
+    /// along all axes. The side of eps, the slowest axis, is cut last if the law does not contain eps:
+    /// columns that differ only in eps then share their cycles.
     #[must_use]
     pub(crate) fn even_tile_shape(&self, target_cells: usize) -> Vec<usize> {
         let mut shape = self.shape();
@@ -445,7 +445,7 @@ impl Tile {
         self.ranges[..outer].iter().map(ExactSizeIterator::len).product()
     }
 
-    /// Positions of the columns, those that differ in eps alone one after the other.
+    /// Positions of the columns, in an order in which columns that differ only in eps are neighbours.
     pub(crate) fn columns_by_epsilon(&self) -> impl Iterator<Item = usize> + use<> {
         // eps is the slowest axis.
         let epsilons = self.ranges[0].len();

@@ -1,21 +1,21 @@
-//! Answers for all columns of a tile from a few of them.
+//! Answers for all columns of a tile, interpolated from a few of them.
 //!
 //! C(r), the damping at which the orbit of amplitude r closes, is as smooth in the law's parameters and the
 //! belt speed as the law is. On a box of columns it is interpolated by products of Chebyshev polynomials in
-//! the parameters, through columns that are computed as any other. Its value at r = V is eps c*; its values
-//! at the fewest nodes in r of a backbone give the number of slip cycles. The square of the [`reach`] is
-//! interpolated with them, at the least damping, of two orbits: that from the exit point, which sticks where
-//! it is less than 4, and one from so far beyond it that all farther loops lead inward in every column. Where
-//! that sticks, no loop inside it crosses the belt line for ever.
+//! the parameters, through node columns that are computed without interpolation. C(V) is eps c*; the values
+//! of C at the nodes in r of a backbone, as few as suffice, give the number of slip cycles. The square of the
+//! [`reach`] at the least damping is interpolated too, for two orbits. The first starts at the exit point and
+//! sticks where its reach is less than 4. The second starts so far beyond the exit point that all farther
+//! loops lead inward in every column; where it sticks, no loop inside it crosses the belt line for ever.
 //!
-//! **Error.** Twice the sum of the sizes of the last two coefficients along each axis, the largest over the box,
-//! and the errors of the values, each times the Lebesgue constants of the axes. Two further columns of each box
-//! are computed and compared: where one of them contradicts the error, the box has no answer. The estimate is
-//! numerical, as that of the backbone. Cells that are within three errors of a boundary stay open, and are
-//! computed by their own column.
+//! **Error.** For each axis, twice the sum of the moduli of the last two coefficients, the largest over the
+//! box; and the errors of the values at the nodes. The sum is multiplied by the Lebesgue constants of the
+//! axes. Two further columns of each box are computed and compared: if one of them contradicts the error, the
+//! interpolant is rejected. Like the error of the backbone, this is an estimate and no bound. Cells within
+//! three errors of a boundary stay undecided here, and are decided from their own column.
 //!
-//! A box in which too many cells stay open gets more nodes along the axis with the largest error, and then is
-//! cut there, as long as it has several times more columns than nodes.
+//! A box in which too many cells stay undecided gets more nodes along the axis with the largest error, and is
+//! then cut there, as long as it has several times more columns than nodes.
 
 use std::collections::HashMap;
 use std::ops::Range;
@@ -32,39 +32,39 @@ use crate::simulate::chebyshev::{self, Transform};
 use crate::simulate::critical_damping;
 use crate::simulate::crossing::{JUMP, reach, settled_from};
 
-/// Accuracy of eps c*, in units of the weakening rate, where no backbone is needed.
+/// Tolerance of eps c* where no backbone is needed, in units of the weakening rate, and of the [`reach`].
 const TOLERANCE: f64 = 1e-6;
-/// Fewest values along an axis that are interpolated, and fewest for the higher degree.
+/// Least number of values along an axis for interpolation, and for interpolation of the higher degree.
 const FEWEST_VALUES: [usize; 2] = [8, 18];
-/// Degrees of the polynomials.
+/// The lower and the higher degree of the polynomials.
 const SIZES: [usize; 2] = [4, 8];
-/// Least number of columns for each node, of a box and of the tile.
+/// Least ratio of the number of columns to the number of nodes, in a box and in the tile.
 const COLUMNS_PER_NODE: usize = 3;
-/// Number of nodes for each open cell below which a finer interpolant is tried.
+/// A finer interpolant is tried if there are fewer nodes than this for each undecided cell.
 const NODES_PER_OPEN: usize = 2;
-/// Number of further columns of a box that are compared.
+/// Number of further columns of a box that are computed and compared with the interpolant.
 const COMPARED: usize = 2;
-/// Square of the reach from which an orbit does not stick.
+/// Square of the reach from which on an orbit does not stick.
 const CROSSES: f64 = 4.0 * JUMP * JUMP;
-/// Largest number of columns of a box whose open cells are counted, evenly spread.
+/// Largest number of columns of a box, evenly spread, whose undecided cells are counted.
 const COUNTED: usize = 256;
-/// Distance from a boundary, in errors, within which a cell is open.
+/// Distance from a boundary, in errors, within which a cell is undecided.
 const OPEN_WITHIN: f64 = 3.0;
 
-/// Answers for the columns of a tile, as far as they are interpolated.
+/// The interpolated answers for the columns of a tile.
 pub(super) struct Interpolated {
     /// Number of values of a column: C at its amplitudes, from r = V down, and the squared reach of both
     /// orbits.
     stride: usize,
     values: Vec<f64>,
-    /// For each column the errors of C and of the squares; infinite where nothing is known.
+    /// For each column the errors of C and of the two squares; infinite where they are unknown.
     errors: Vec<[f64; 3]>,
-    /// Where the values of C are those of backbones.
+    /// The nodes of the backbones; `None` where C is interpolated at r = V alone.
     nodes: Option<BackboneNodes>,
-    /// The least damping, which is that of the reach.
+    /// The least damping, at which the reach is computed.
     least: f64,
-    /// The distance beyond the exit point from which on loops lead inward, in every column; infinite where it
-    /// is unknown.
+    /// The distance beyond the exit point from which on loops lead inward, in every column; infinite where
+    /// this distance is unknown.
     settled_from: f64,
     /// Number of evaluations of the right-hand side.
     pub(super) rhs: u64,
@@ -77,7 +77,7 @@ impl Interpolated {
         Self { stride: 0, values: Vec::new(), errors: Vec::new(), nodes: None, least, settled_from, rhs: 0 }
     }
 
-    /// The answers for the columns of a tile, where they are worth it.
+    /// Interpolates the answers for the columns of a tile, where that costs less than computing every column.
     pub(super) fn of_tile(plan: &Plan, tile: &Tile, columns: &[Column]) -> Self {
         let mut found = Self::none();
         let Some(first) = columns.first().filter(|_| plan.interpolates()) else { return found };
@@ -87,7 +87,7 @@ impl Interpolated {
             let samples = [columns.len() / 2, 0, columns.len() - 1];
             let needed =
                 samples.into_iter().map(|at| InterpolatedBackbone::intervals(&columns[at], COARSE).ok()?);
-            // Without backbones the critical damping may still be worth it.
+            // Without backbones the critical damping alone may still be interpolated.
             intervals = needed.collect::<Option<Vec<_>>>().into_iter().flatten().max().unwrap_or(0);
             if intervals == 0 && plan.stores(Field::CriticalC) {
                 return found;
@@ -95,7 +95,7 @@ impl Interpolated {
             found.nodes = (intervals > 0)
                 .then(|| BackboneNodes::new(intervals, !columns[0].curve.corners().is_empty()));
         }
-        // It grows with the belt speed, but for a table that ends early.
+        // This distance grows with the belt speed, except for a table that ends early.
         if plan.stores(Field::Regime) && first.curve.fastest() == f64::INFINITY {
             let farthest = |group: &[Column]| {
                 let fastest = group.iter().map(|column| column.belt_speed).fold(0.0, f64::max);
@@ -122,7 +122,7 @@ impl Interpolated {
         Some((values, *reaches, errors))
     }
 
-    /// The end of the orbit of a column at a damping; `None` where it is open.
+    /// The end of the orbit from the exit point at damping `c` of a column; `None` where it is undecided.
     pub(super) fn end(&self, number: usize, column: &Column, c: f64) -> Option<End> {
         let (values, [reach, _], errors) = self.of(number)?;
         let end = end(values[0], reach, errors, column.epsilon * c)?;
@@ -136,8 +136,8 @@ impl Interpolated {
         Some(InterpolatedBackbone::new(self.nodes.as_ref()?, column.belt_speed, values, errors[0]))
     }
 
-    /// Whether it is known that no orbit of a column crosses the belt line for ever but perhaps that from the
-    /// exit point, at any of the dampings.
+    /// Whether it is known that, at all dampings of the tile, no orbit of a column crosses the belt line for
+    /// ever, except perhaps the orbit from the exit point.
     pub(super) fn no_other_crosses(&self, number: usize) -> bool {
         let sticks =
             |(_, [_, reach], errors): (_, [f64; 2], &[f64; 3])| reach + OPEN_WITHIN * errors[2] < CROSSES;
@@ -145,7 +145,7 @@ impl Interpolated {
     }
 }
 
-/// The share of the cells of a tile that interpolation leaves open, for estimates.
+/// The share of the cells of a tile that interpolation leaves undecided, for estimates of the cost of a run.
 pub(crate) fn open_share(plan: &Plan, tile: usize) -> f64 {
     let tile = plan.grid.tile(&plan.tile_shape, tile);
     let columns: Vec<Column> = plan.grid.columns(&tile).collect();
@@ -175,7 +175,7 @@ fn end(critical: f64, reach: f64, errors: &[f64; 3], viscous: f64) -> Option<End
     }
 }
 
-/// The columns of a tile, and what is wanted of them.
+/// The columns of a tile, and the values to be interpolated between them.
 struct TileColumns<'a> {
     grid: &'a Grid,
     tile: &'a Tile,
@@ -194,7 +194,7 @@ type Node = Option<(Vec<f64>, f64)>;
 struct Side {
     /// Coordinates of the nodes.
     nodes: Vec<f64>,
-    /// For each column the weights of the nodes.
+    /// For each column the interpolation weights of the nodes.
     weights: Vec<Vec<f64>>,
     /// Whether every column is a node.
     is_exact: bool,
@@ -218,9 +218,9 @@ impl Side {
     }
 }
 
-/// What an interpolant leaves open.
+/// The cells that an interpolant leaves undecided.
 struct Open {
-    /// Number of cells that a finer interpolant may decide.
+    /// Number of undecided cells that a finer interpolant may decide.
     cells: usize,
     /// Whether a compared column contradicts the error.
     is_refuted: bool,
@@ -233,7 +233,7 @@ impl TileColumns<'_> {
         let mut boxes: Vec<Vec<Range<usize>>> = vec![self.shape.iter().map(|&length| 0..length).collect()];
         while let Some(part) = boxes.pop() {
             let mut sizes = vec![SIZES[0]; part.len()];
-            // More nodes, or a cut, as long as they may gain something.
+            // Adds nodes, or cuts the box, as long as that may decide more cells.
             while let Some(worst) = self.interpolate(&part, &sizes, &mut known, found) {
                 let length = part[worst].len();
                 if sizes[worst] == SIZES[0] && length >= FEWEST_VALUES[1] {
@@ -253,7 +253,7 @@ impl TileColumns<'_> {
         }
     }
 
-    /// Interpolates a box, and returns the axis along which more nodes may gain something.
+    /// Interpolates a box. Returns the axis along which more nodes may decide more cells, if any.
     fn interpolate(
         &self,
         part: &[Range<usize>],
@@ -339,7 +339,7 @@ impl TileColumns<'_> {
         Some((values, error))
     }
 
-    /// What the interpolant leaves open, and whether columns that are computed for comparison refute it.
+    /// Counts the cells left undecided, and tests whether columns computed for comparison refute the error.
     fn compare(
         &self,
         numbers: &[usize],
@@ -369,10 +369,10 @@ impl TileColumns<'_> {
         if (0..COMPARED).any(refutes) {
             return Open { cells: 0, is_refuted: true };
         }
-        // A hundredth of the error, or what is due to the nodes, stands for that of a finer interpolant.
+        // A finer interpolant's error is taken as a hundredth of this one's, and at least that of the nodes.
         let finer = [0, 1, 2].map(|kind| least[kind].max(0.01 * errors[kind]));
         let mut cells = 0;
-        // An odd number, so that not all of them are in the same places of their rows.
+        // An odd step, so that the samples do not all have the same position in their rows.
         let each = numbers.len().div_ceil(COUNTED) | 1;
         for (&number, values) in numbers.iter().zip(values.chunks(stride)).step_by(each) {
             let column = &self.columns[number];
@@ -406,8 +406,8 @@ impl TileColumns<'_> {
     }
 }
 
-/// The interpolant at all columns of a box, its errors and what of them is due to those of the nodes, and the
-/// axis with the largest.
+/// Returns the interpolant at all columns of a box, its errors, the part of them due to the errors of the
+/// nodes, and the axis that contributes most to the errors.
 fn spread(
     sides: &[Side],
     values: Vec<f64>,
@@ -428,7 +428,7 @@ fn spread(
         }
         after *= side.nodes.len();
     }
-    // Each axis by its share of the errors that leave cells open.
+    // Each axis's share of the errors of C and of the first reach, which leave cells undecided.
     let share =
         |tails: &[f64; 3]| (0..2).map(|kind| tails[kind] / errors[kind]).filter(|it| it.is_finite()).sum();
     let shares: Vec<f64> = along.iter().map(share).collect();
@@ -459,8 +459,8 @@ fn spread(
     (values, [errors, least].map(|errors| errors.map(|error| factor * error)), worst)
 }
 
-/// The largest tail of the series along an axis with that many nodes, `after` numbers apart: of C and of the
-/// two squares, the last of each `stride` numbers.
+/// The largest tails of the series along an axis of `count` nodes, whose values are `after` numbers apart: of
+/// C and of the two squares, which are the last two of each `stride` numbers.
 fn tails(values: &[f64], count: usize, after: usize, stride: usize) -> [f64; 3] {
     let transform = Transform::new(count - 1);
     let mut tails = [0.0_f64; 3];
@@ -470,7 +470,7 @@ fn tails(values: &[f64], count: usize, after: usize, stride: usize) -> [f64; 3] 
             line.iter_mut().zip(block[first..].iter().step_by(after)).for_each(|(to, from)| *to = *from);
             let tail = 2.0 * transform.coefficients(&line).skip(count - 2).map(f64::abs).sum::<f64>();
             let largest = &mut tails[(first % stride + 3).saturating_sub(stride)];
-            // Keeps NaN.
+            // A tail that is NaN replaces the largest.
             *largest = if tail <= *largest { *largest } else { tail };
         }
     }

@@ -1,32 +1,31 @@
 //! Limits in eps: the largest eps up to which a method's verdict equals that of the simulated flow.
 //!
 //! With all parameters but eps fixed, the verdicts of a method and of the simulated flow are step functions
-//! of eps. [`Ray`] locates the steps of the flow once; [`Ray::limit`] the first eps at which a method differs
-//! from it. Steps are located by bisection, to a relative width of 1e-12, independent of any grid.
+//! of eps. [`Ray`] locates the steps of the flow once; [`Ray::limit`] locates the first eps at which a method
+//! differs from the flow. Steps are located by bisection, to a relative width of 1e-12, without any grid.
 //!
 //! # Justification of "for all smaller eps"
-//! **Theorems, for the Stribeck law** ([`Proved`]). Both edges of the test `symmetric`, as functions of eps,
-//! fall; so the orbit from the exit point comes back for every eps below one closed form, and for none above
-//! another. The landing speed is bounded by that of the linear flow with the largest divergence, which grows
-//! with eps; so the orbit sticks for every eps below a third closed form. All three together leave an
-//! interval of eps, often empty or narrow, in which the flow must be computed. Where gamma (1-alpha) - 2 beta
-//! V <= c it is empty: no cycle exists at any eps > 0.
+//! **Theorems, for the Stribeck law** ([`Proved`]). Both edges of the test `symmetric` fall as eps grows; so
+//! the orbit from the exit point comes back for every eps below one closed form, and for none above another.
+//! The landing speed is bounded by that of the linear flow with the largest divergence, which grows with eps;
+//! so an orbit that comes back sticks for every eps below a third closed form. The three closed forms leave
+//! an interval of eps, often empty or narrow, in which the flow must be computed. It is empty where
+//! gamma (1-alpha) - 2 beta V <= c: no cycle exists at any eps > 0.
 //!
 //! **Search, in that interval** (for other laws, in all of [[`LOWEST`], [`HIGHEST`]]): the flow is computed
 //! at `PER_DECADE` nodes per factor of ten, and every interval between nodes with different verdicts is
-//! bisected. Two steps between neighbouring nodes would be missed. Towards grazing no pair is expected, since
-//! c* falls with eps wherever that was tried (tests/mathematics/limits.rs). Towards the landing a pair is
-//! possible: the orbit may land ever farther out and then closer again. So between the nodes next to its
-//! farthest landing the maximum is searched for.
+//! bisected. A pair of steps between neighbouring nodes would be missed. No pair at grazing is expected,
+//! since c* falls with eps wherever that was tried (tests/mathematics/limits.rs). A pair at the landing is
+//! possible: the orbit may land ever farther out and then closer again. So the maximum of the landing
+//! distance is searched between the neighbours of a node with the farthest landing.
 //!
-//! **Methods.** The edges of `perturbation` and `bendixson_leading` do not depend on eps, those of
-//! `instability`, `symmetric` and `harmonic_balance` fall with it, so each is crossed at most once and
-//! bisection finds it. The nodes may miss a claim of `bendixson`, or of a landing, that holds only between
-//! two of them, and changes of the verdicts of naive methods, which alternate: their limit is that of the
-//! nodes.
+//! **Methods.** The edges of `perturbation` and `bendixson_leading` do not depend on eps, and those of
+//! `instability`, `symmetric` and `harmonic_balance` fall with eps. So c crosses each edge at most once, and
+//! bisection finds that eps. The nodes may miss a claim of `bendixson` or of a landing that holds only
+//! between two nodes, and alternations of the verdicts of naive methods, whose limit is that of the nodes.
 //!
-//! **Budget.** A ray and all limits along it spend at most `WORK`. A limit that the budget, or a flow
-//! without an answer, leaves open is [`Limit::Unknown`], with the reason; limits found below that eps hold.
+//! **Budget.** A ray and all limits along it spend at most `WORK`. If the budget is spent, or the flow has no
+//! answer, limits found at smaller eps hold, and all others are [`Limit::Unknown`], with the reason.
 
 use std::cell::{Cell, RefCell};
 use std::collections::HashMap;
@@ -45,15 +44,15 @@ pub const LOWEST: f64 = 1e-6;
 pub const HIGHEST: f64 = 10.0;
 /// Number of nodes per factor of ten.
 pub(crate) const PER_DECADE: u32 = 8;
-/// Number of bisections, which reduce an interval between nodes to 1e-12 of itself.
+/// Number of bisections, which reduce an interval between nodes by a factor of 1e-12.
 const HALVINGS: u32 = 40;
 /// Largest number of changes of a method's verdict that are located between two nodes.
 const MOST_CHANGES: usize = 4;
-/// Relative distance behind a change at which the new verdict is asked for: beyond the error of its place.
+/// Relative distance beyond a change at which the new verdict is evaluated; exceeds the error of its place.
 const BEYOND: f64 = 1e-10;
-/// Relative distance of a change of a method and one of the flow that are taken for one.
+/// Relative distance up to which a change of a method and a change of the flow are taken as one.
 const SAME: f64 = 1e-9;
-/// Number of golden sections in the search for the farthest landing: from the ratio of two nodes to 1e-5.
+/// Number of golden sections in the search for the farthest landing, which reduce its interval by 1e-5.
 const SECTIONS: u32 = 24;
 
 /// Budget of a ray and its limits: evaluations of the right-hand side, in units of that of the Stribeck law
@@ -67,7 +66,7 @@ pub enum Unknown {
     /// The simulated flow has no answer at some smaller eps.
     #[error("the simulated flow gives no answer at some smaller epsilon")]
     NoFlow,
-    /// The budget `WORK` was spent before it was found.
+    /// The budget `WORK` was spent before the limit was found.
     #[error("its search was given up, since it takes too much work")]
     GivenUp,
 }
@@ -75,18 +74,18 @@ pub enum Unknown {
 /// The range of eps, from 0 up, in which a statement holds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Limit {
-    /// Does not hold even as eps -> 0.
+    /// The statement fails even as eps -> 0.
     Never,
-    /// Holds at all smaller eps, and fails just beyond.
+    /// The statement holds at all smaller eps, and fails just beyond this one.
     UpTo(f64),
-    /// Holds at every eps up to [`HIGHEST`].
+    /// The statement holds at every eps up to [`HIGHEST`].
     Throughout,
-    /// Unknown.
+    /// The limit is unknown.
     Unknown(Unknown),
 }
 
 impl Limit {
-    /// The limit as a number: 0 for never, infinity for throughout, NaN where it is unknown.
+    /// The limit as a number: 0 for `Never`, infinity for `Throughout`, NaN for `Unknown`.
     #[must_use]
     pub fn value(self) -> f64 {
         match self {
@@ -101,14 +100,14 @@ impl Limit {
 /// The limits in eps of a method along a ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EpsilonLimit {
-    /// Its verdict equals that of the simulated flow at all smaller eps.
+    /// Limit of the statement that the method's verdict equals that of the simulated flow.
     pub equal: Limit,
-    /// It does not contradict the simulated flow at any smaller eps, though it may be undecided.
+    /// Limit of the statement that it does not contradict the simulated flow; it may be undecided.
     pub sound: Limit,
 }
 
 impl EpsilonLimit {
-    /// The reason why one of the two is unknown, if so.
+    /// The reason why one of the two limits is unknown; `None` if both are known.
     pub(crate) fn unknown(&self) -> Option<Unknown> {
         [self.equal, self.sound].into_iter().find_map(|limit| match limit {
             Limit::Unknown(why) => Some(why),
@@ -133,10 +132,9 @@ impl Proved {
     ///
     /// For the Stribeck law with g = gamma (1-alpha) and s = c + 2 beta V, by the theorem of
     /// [`crate::certify::symmetric`]: the orbit returns if s < g / (1 + eps gamma V)^2, and does not if
-    /// s > (g/2) (1 + 1/(1 + 2 eps gamma V)^2). The divergence is at most d = eps (g - c), and in the linear
-    /// flow with that divergence v^2 + v'^2 grows in one turn by exp(2 pi d / sqrt(1 - d^2/4)); so, by the
-    /// comparison lemma of [`crate::certify`], the landing speed is below 2 if V^2 times that less 1 is below
-    /// 4.
+    /// s > (g/2) (1 + 1/(1 + 2 eps gamma V)^2). The divergence is at most d = eps (g - c). In the linear flow
+    /// with divergence d one turn multiplies v^2 + v'^2 by F = exp(2 pi d / sqrt(1 - d^2/4)). So, by the
+    /// comparison lemma of [`crate::certify`], the landing speed is below 2 if V^2 (F - 1) < 4.
     #[must_use]
     pub fn of(law: &Law, point: &Point) -> Self {
         let (Law::Stribeck, &[alpha, beta, gamma]) = (law.as_written(), point.law.as_slice()) else {
@@ -162,7 +160,7 @@ impl Proved {
     }
 }
 
-/// The points that share all parameters but eps, with the verdicts of the simulated flow along them.
+/// All points that differ only in eps, with the verdicts of the simulated flow along them.
 #[derive(Clone, Debug)]
 pub struct Ray {
     law: Law,
@@ -174,22 +172,22 @@ pub struct Ray {
     changes: Vec<(f64, Verdict)>,
     /// The eps from which on the flow is unknown, and the reason.
     unknown_from: Option<(f64, Unknown)>,
-    /// The rest of the budget [`WORK`].
+    /// The part of the budget [`WORK`] that is not spent.
     left: Cell<u64>,
-    /// The columns computed so far, by the bits of eps: a law is compiled once for all methods.
+    /// The columns computed so far, by the bits of eps, so that a law is compiled once for all methods.
     columns: RefCell<HashMap<u64, Column>>,
 }
 
-/// A coordinate of the landing: 0 next to grazing, 2 at the far end of the stick segment, 4 where the orbit
-/// has crossed, comes back, and just sticks. `None` unless it sticks.
+/// A coordinate of the landing of an orbit that sticks; `None` for others. It is 0 next to grazing, 2 at the
+/// far end of the stick segment, 4 where the orbit has crossed, comes back, and just sticks.
 fn reach(oscillator: &Oscillator, flow: &Flow) -> Option<f64> {
     let Fate::Sticks(landing) = flow.fate else { return None };
     let from_exit = oscillator.exit_x1() - landing.x1;
     Some(if landing.crossings == 0 { from_exit } else { 4.0 - from_exit })
 }
 
-/// The verdict of the simulated flow. Within its error of the boundary the margin's sign decides, as
-/// bisection needs it; undecided if there is no margin, as for circles.
+/// The verdict of the simulated flow. Where the margin is within its error its sign decides, since bisection
+/// needs a verdict; undecided if the margin is zero or NaN, as for circles.
 fn verdict_of(flow: &Flow) -> Verdict {
     match flow.fate {
         Fate::TooCloseToCall if flow.margin > 0.0 => Verdict::Present,
@@ -198,7 +196,7 @@ fn verdict_of(flow: &Flow) -> Verdict {
     }
 }
 
-/// Nodes in equal ratios from `from` to `to`, both included; none if `from` > `to`.
+/// Nodes in equal ratios from `from` to `to`, ends included; none if `from` > `to`.
 fn nodes(from: f64, to: f64) -> impl Iterator<Item = f64> {
     let decades = (to / from).log10();
     let intervals = (decades * f64::from(PER_DECADE)).ceil().max(1.0);
@@ -209,7 +207,7 @@ fn nodes(from: f64, to: f64) -> impl Iterator<Item = f64> {
     })
 }
 
-/// Bisects between an eps at which `holds` is true and one, on either side, at which it is false.
+/// Bisects log(eps) between `holding`, where `holds` is true, and `other`, on either side, where it is false.
 fn halve(
     mut holding: f64,
     mut other: f64,
@@ -222,7 +220,7 @@ fn halve(
     Ok((holding * other).sqrt())
 }
 
-/// The eps between two nodes at which a method's verdict changes, increasing, each with the verdict from there on.
+/// The eps between two nodes at which a method's verdict changes, increasing, each with the new verdict.
 /// Between presence and absence a method may be undecided in an interval far narrower than that of the nodes.
 fn changes(
     [low, high]: [f64; 2],
@@ -287,8 +285,8 @@ impl Ray {
         ray
     }
 
-    /// Computes the flow at the nodes and locates the steps between them; the error gives the eps from which
-    /// on the verdict is unknown.
+    /// Computes the flow at the nodes and locates the steps between them. An error contains the eps from
+    /// which on the verdict is unknown.
     fn search(&mut self, from: f64, to: f64) -> Result<(), (f64, Unknown)> {
         let mut flows: Vec<FlowAt> = Vec::new();
         let mut last = (from, self.first);
@@ -307,7 +305,7 @@ impl Ray {
             (self.first, last.1) = (node.verdict, node.verdict);
         }
         for (i, &FlowAt { epsilon, verdict, .. }) in flows.iter().enumerate() {
-            // A flow too close to call is not a step.
+            // A flow without a decision makes no step.
             if verdict.is_decision() && last.1.is_decision() && verdict != last.1 {
                 let place = self.halve(last.0, epsilon, last.1).map_err(|why| (last.0, why))?;
                 self.changes.push((place, verdict));
@@ -341,7 +339,7 @@ impl Ray {
             return Ok(known.clone());
         }
         let column = self.law.column(&self.at(epsilon));
-        // Where the law does not depend on eps, all columns share what the first one compiles.
+        // Where the law does not depend on eps, all columns share the curve that the first one compiles.
         let compiles = self.law.depends_on_epsilon() || self.columns.borrow().is_empty();
         if compiles {
             self.spend(column.curve.compiling_work(column.belt_speed))?;
@@ -350,21 +348,21 @@ impl Ray {
         Ok(column)
     }
 
-    /// Subtracts from the budget; an error if it is spent.
+    /// Subtracts `work` from the budget; returns an error if nothing is left.
     fn spend(&self, work: u64) -> Result<(), Unknown> {
         let left = self.left.get().saturating_sub(work);
         self.left.set(left);
         if left > 0 { Ok(()) } else { Err(Unknown::GivenUp) }
     }
 
-    /// Bisects between an eps at which the flow has this verdict, and one at which it has another.
+    /// Bisects between an eps at which the flow has `verdict`, and one at which it has another.
     fn halve(&self, has: f64, has_not: f64, verdict: Verdict) -> Result<f64, Unknown> {
         halve(has, has_not, |epsilon| Ok(self.flow_at(epsilon)?.verdict == verdict))
     }
 
-    /// If the orbit lands farther out at node `i` than at its neighbours, and all three stick: searches an
-    /// eps between the neighbours at which it does not stick. Returns that eps between those of the
-    /// neighbours.
+    /// If the orbit sticks at node `i` and at both neighbours, and lands farthest out at node `i`: searches
+    /// for an eps between the neighbours at which the orbit does not stick. Returns the eps of the lower
+    /// neighbour, that eps, and the eps of the upper neighbour.
     fn overshoot_beside(&self, flows: &[FlowAt], i: usize) -> Result<Option<[f64; 3]>, Unknown> {
         let neighbours = i.checked_sub(1).and_then(|i| flows.get(i)).zip(flows.get(i + 1));
         let Some((before, after)) = neighbours else { return Ok(None) };
@@ -374,7 +372,7 @@ impl Ray {
         if here < left || here < right {
             return Ok(None);
         }
-        // The orbit never sticks where its reach passes 4.
+        // An orbit with a reach above 4 never sticks.
         let value = |epsilon: f64| {
             let FlowAt { reach, verdict, .. } = self.flow_at(epsilon)?;
             Ok(reach.unwrap_or(if verdict == Verdict::Absent { 5.0 } else { 0.0 }))
@@ -469,7 +467,7 @@ impl Ray {
         let mut pair = (verdict_at(LOWEST)?, self.first);
         let mut meet = |place: Option<f64>, (verdict, truth): (Verdict, Verdict)| {
             let found = place.map_or(Limit::Never, Limit::UpTo);
-            // Where the flow has no answer there is nothing to compare.
+            // An undecided flow is not compared.
             if truth.is_decision() && verdict != truth {
                 if limit.equal == Limit::Throughout {
                     limit.equal = found;
@@ -496,7 +494,7 @@ impl Ray {
                     (Some(own), None) => own,
                     (_, Some(flow)) => flow,
                 };
-                // Changes as close to each other as the errors of their places are one.
+                // Changes within the errors of their places are taken as one.
                 let together = place * (1.0 + SAME);
                 while let Some((_, verdict)) = own.next_if(|change| change.0 <= together) {
                     pair.0 = verdict;

@@ -38,7 +38,7 @@ impl Method {
         Method::Test(&validated::TEST)
     }
 
-    /// The default methods: all that have a guarantee and take microseconds per cell.
+    /// The default methods: all that have a guarantee and need only microseconds per cell.
     pub fn usual() -> impl Iterator<Item = Method> {
         TESTS.iter().map(Method::Test).chain([Method::Simulation])
     }
@@ -49,7 +49,7 @@ impl Method {
         Self::all().find(|method| method.name() == name)
     }
 
-    /// This method with other parameters of naive methods, if it is one.
+    /// This method; a naive one with the parameters `knobs` instead of its own.
     #[must_use]
     pub fn with_knobs(self, knobs: NaiveKnobs) -> Method {
         match self {
@@ -99,7 +99,7 @@ impl Method {
         }
     }
 
-    /// The same, with the assumption made for this law.
+    /// [`Method::equation`], with the assumption that a first-order test makes for `law`.
     pub(crate) fn equation_for(&self, law: &Law) -> Cow<'static, str> {
         match self {
             Method::Test(test) if test.first_order && law.is_read_as_small() => {

@@ -5,7 +5,7 @@ use crate::certify::validated;
 use crate::friction::{Column, Curve, Law};
 use crate::named::named;
 
-/// Largest number of dampings up to which columns are interpolated: a column's own numbers serve all of its cells.
+/// Largest number of dampings for which columns are interpolated: with more, each column serves many cells.
 const MOST_DAMPINGS_INTERPOLATED: usize = 2;
 
 named! {
@@ -13,7 +13,7 @@ named! {
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     #[non_exhaustive]
     pub enum Engine {
-        /// The cheapest path whose error bound decides the cell.
+        /// Every cell by the cheapest path whose error bound decides it.
         Auto => "auto",
         /// One critical damping per column, cells by comparison.
         CriticalSurface => "critical_surface",
@@ -24,7 +24,7 @@ named! {
     }
 }
 
-/// A validated map to be computed; made by [`Plan::builder`].
+/// The validated description of a map to be computed; [`Plan::builder`] makes it.
 ///
 /// ```
 /// use slipmap::friction::Law;
@@ -40,9 +40,9 @@ named! {
 #[derive(Clone, Debug)]
 pub struct Plan {
     pub(crate) grid: Grid,
-    /// In the order of [`Method::all`], without repetition.
+    /// The methods, in the order of [`Method::all`], without repetition.
     pub(crate) methods: Vec<Method>,
-    /// In the order of [`Field::ALL`]; [`Field::Verdict`] is always among them.
+    /// The fields, in the order of [`Field::ALL`]; [`Field::Verdict`] is always among them.
     pub(crate) fields: Vec<Field>,
     pub(crate) engine: Engine,
     pub(crate) tolerance: f64,
@@ -55,14 +55,14 @@ pub struct Plan {
 
 /// Default bound on the error of the scaled grazing margin.
 pub(crate) const DEFAULT_TOLERANCE: f64 = 1e-9;
-/// Legal tolerances: from the smallest that double precision can meet on a margin of order one, to the
-/// largest error that is still small against the margin itself.
+/// Legal tolerances: from the smallest that double precision can meet for a margin of order one, to the
+/// largest error that is small compared with such a margin.
 pub(crate) const TOLERANCES: std::ops::RangeInclusive<f64> = 1e-14..=1e-2;
 /// Default number of cells that the direct engine decides again.
 pub(crate) const DEFAULT_AUDIT_CELLS: usize = 1000;
-/// Default number of boxes that `validated` tries to prove: about half a minute.
+/// Default number of boxes that `validated` tries to prove, in about half a minute.
 pub(crate) const DEFAULT_PROOF_BOXES: usize = 32;
-/// Largest number of cells that the direct engine decides again: hours of its work.
+/// Largest number of cells that the direct engine decides again, in hours.
 pub(crate) const MOST_AUDIT_CELLS: usize = 10_000_000;
 /// Default compression of a map.
 pub(crate) const DEFAULT_COMPRESSION: u8 = 4;
@@ -101,7 +101,7 @@ pub struct PlanBuilder {
     tile_shape: Option<Vec<usize>>,
 }
 
-/// Defines the methods of the builder that choose one number, or one engine.
+/// Defines the methods of the builder that set one field of the plan.
 macro_rules! choices {
     ($($(#[$doc:meta])* $name:ident: $Value:ty,)+) => {
         $($(#[$doc])*
@@ -121,13 +121,13 @@ impl PlanBuilder {
         /// Number of cells that the direct engine decides again; a grid with fewer cells is audited completely.
         audit_cells: usize,
         /// Number of boxes of scaled parameters that the method `validated` tries to prove, to decide points
-        /// between the nodes; 0 for none. Used only if it is among the methods and the law is Stribeck's.
+        /// between the nodes; 0 for none. Used only with the method `validated` and the Stribeck law.
         proof_boxes: usize,
         /// Compression of the stored map: 0 (none) to 9 (smallest file).
         compression: u8,
     }
 
-    /// The methods to ask, in any order. Default: [`Method::usual`].
+    /// The methods of the map, in any order. Default: [`Method::usual`].
     pub fn methods(mut self, methods: impl IntoIterator<Item = Method>) -> Self {
         self.plan.methods = methods.into_iter().collect();
         self
@@ -145,8 +145,8 @@ impl PlanBuilder {
         self
     }
 
-    /// Shape of the tiles, slowest axis first: the task of one worker, and a chunk of the map file. Default:
-    /// a size that depends on the number of cells.
+    /// Shape of the tiles, slowest axis first. A tile is the task of one worker, and a chunk of the map file.
+    /// Default: a shape that depends on the rest of the plan.
     pub fn tile_shape(mut self, shape: impl Into<Vec<usize>>) -> Self {
         self.tile_shape = Some(shape.into());
         self
@@ -161,7 +161,7 @@ impl PlanBuilder {
         if plan.methods.is_empty() {
             return Err(PlanError::NoMethod);
         }
-        // Maps and tables list methods and fields in a fixed order, independent of that of the request.
+        // Maps and tables list methods and fields in a fixed order, whatever the order of the request.
         let wanted = std::mem::take(&mut plan.methods);
         let chosen = |known: Method| wanted.iter().find(|method| **method == known).copied();
         plan.methods = Method::all().filter_map(chosen).collect();
@@ -199,8 +199,8 @@ impl PlanBuilder {
                     true => tiles::cells_interpolated(plan.grid.cells()),
                     false => tiles::cells(plan.grid.cells(), plan.has_orbits()),
                 };
-                // Columns that differ in eps alone share their cycles unless the law contains eps: they stay
-                // together.
+                // Columns that differ only in eps share their cycles unless the law contains eps, so one tile
+                // contains them.
                 let whole_columns = cells / plan.grid.dampings().len().max(1);
                 let together =
                     if plan.grid.law().depends_on_epsilon() { 1 } else { shape[0].min(whole_columns).max(1) };
@@ -230,7 +230,7 @@ fn lies_in(plane: &Plane, axes: &[Axis]) -> bool {
 }
 
 impl Plan {
-    /// Returns whether every cell needs orbits of its own, instead of one label per column.
+    /// Returns whether every cell needs orbits of its own, so that columns cannot be labelled as a whole.
     fn has_orbits(&self) -> bool {
         let of_method = |method: &Method| match method {
             Method::Naive(..) => true,
@@ -241,8 +241,8 @@ impl Plan {
         self.methods.iter().any(of_method) || self.fields.iter().any(of_field)
     }
 
-    /// Returns whether the simulation's answers may be interpolated from column to column: with the engine `auto`,
-    /// few dampings, a law whose columns are not cheap, and nothing asked that needs the column's own numbers.
+    /// Returns whether the simulation's answers may be interpolated between columns: with the engine `auto`,
+    /// few dampings, a law other than Stribeck's, and either backbones or no critical dampings to store.
     pub(crate) fn interpolates(&self) -> bool {
         if !self.methods.contains(&Method::Simulation)
             || self.engine != Engine::Auto
@@ -254,12 +254,12 @@ impl Plan {
         curve.stribeck().is_none() && (self.interpolates_backbones(&curve) || !self.stores(Field::CriticalC))
     }
 
-    /// Returns whether those of the regime may be: backbones of laws with corners would need too many nodes.
+    /// Returns whether backbones for the regime may be interpolated; corners would take too many nodes.
     pub(super) fn interpolates_backbones(&self, curve: &Curve) -> bool {
         self.stores(Field::Regime) && curve.corners().is_empty() && !curve.weakening_is_convex()
     }
 
-    /// Returns whether the costliest part of a tile are margins that may be interpolated from cell to cell.
+    /// Returns whether the margins are the costliest part of a tile, and may be interpolated between cells.
     fn interpolates_margins(&self) -> bool {
         let has_margins = self.methods.contains(&Method::Simulation)
             && (self.engine == Engine::ReturnMap || self.stores(Field::Margin));
@@ -295,7 +295,7 @@ impl Plan {
         }
     }
 
-    /// A builder with the values of this plan; it keeps the shape of the tiles.
+    /// A builder with the values of this plan, the shape of the tiles included.
     pub fn into_builder(self) -> PlanBuilder {
         PlanBuilder { tile_shape: Some(self.tile_shape.clone()), plan: self }
     }
@@ -318,7 +318,7 @@ impl Plan {
         &self.fields
     }
 
-    /// Shape of the tiles, see [`Grid::tile_shape`].
+    /// Shape of the tiles, slowest axis first.
     #[must_use]
     pub fn tile_shape(&self) -> &[usize] {
         &self.tile_shape

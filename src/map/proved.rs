@@ -1,4 +1,4 @@
-//! Proofs by the method `validated` over the whole box of parameters, between the nodes of the grid too.
+//! Proofs by the method `validated` over the whole box of parameters, the points between the nodes included.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
@@ -16,18 +16,18 @@ use crate::friction::Law;
 /// A box of parameters, and the proofs over it.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Proved {
-    /// From the first to the last node of every axis.
+    /// The box: from the first to the last node of every axis.
     pub(crate) parameters: ParameterBox,
     /// Proved volumes, as shares of the box.
     pub(crate) volumes: Volumes,
-    /// Wall-clock seconds.
+    /// Wall-clock seconds that the proofs took.
     pub(crate) seconds: f64,
     pub(crate) surface: Surface,
 }
 
-/// Proves what the plan asks for with `threads` workers (all cores if `None`) and `others`, or less if `stop`
-/// is set; `None` if it asks for nothing, or if the workers cannot be started. The proofs do not depend on
-/// the number of workers.
+/// Computes the proofs that the plan requests with `threads` workers (all cores if `None`) and `others`;
+/// stops early if `stop` is set. `None` if the plan requests no proofs, or if the workers cannot be started.
+/// The proofs do not depend on the number of workers.
 pub(crate) fn prove(
     plan: &Plan,
     threads: Option<usize>,
@@ -51,7 +51,7 @@ pub(crate) fn prove(
     Some(Proved { parameters, volumes, seconds, surface: proof.surface })
 }
 
-/// The threads of this process, and workers elsewhere.
+/// The threads of this process, and the workers of other processes.
 struct Shared<'a> {
     pool: &'a ThreadPool,
     others: &'a dyn Prover,
@@ -78,7 +78,7 @@ impl Prover for Shared<'_> {
     }
 }
 
-/// The whole box; `None` for laws whose boxes are not proved.
+/// The box of all parameters; `None` for laws other than Stribeck's, whose boxes are not proved.
 fn parameters(plan: &Plan) -> Option<ParameterBox> {
     let ranges: Vec<[f64; 2]> =
         plan.grid.axes().iter().map(|axis| [axis.values[0], axis.values[axis.values.len() - 1]]).collect();

@@ -1,5 +1,5 @@
-//! The real numbers besides margins that a map can store in every cell: properties of the flow, and limits in
-//! eps of the methods.
+//! The real numbers, besides margins, that a map can store in every cell: properties of the flow, derivatives
+//! of the critical damping, and the limits in eps of the methods.
 
 use std::collections::HashMap;
 
@@ -13,7 +13,7 @@ use crate::point::Point;
 use crate::simulate::sensitivity::sensitivity;
 use crate::simulate::{Fate, Landing, Range, flow};
 
-/// The values of the quantities of `plan` in the cells of a tile, in the order of [`Plan::quantities`].
+/// The values of the quantities of `plan`, in the order of [`Plan::quantities`], in the cells of a tile.
 pub(super) fn describe(plan: &Plan, tile: &Tile, ends: &[End]) -> Vec<Vec<f64>> {
     let quantities = plan.quantities();
     let mut values =
@@ -55,7 +55,7 @@ pub(super) fn describe(plan: &Plan, tile: &Tile, ends: &[End]) -> Vec<Vec<f64>> 
 /// Properties of the orbits of one cell.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Description {
-    /// Place and times of sticking of the orbit from the exit point.
+    /// Where and when the orbit from the exit point sticks.
     pub(crate) landing: Option<Landing>,
     /// The number of slip cycles, stable or not.
     pub(crate) slip_cycles: Option<usize>,
@@ -85,7 +85,7 @@ impl Description {
         }
     }
 
-    /// A quantity of the flow; NaN if it is not known, as limits in eps and derivatives are not here.
+    /// The value of a quantity of the flow; NaN if unknown, and for limits in eps and derivatives.
     pub(crate) fn value(&self, quantity: Quantity) -> f64 {
         let half = |range: Range| 0.5 * (range.hi - range.lo);
         let landing = self.landing.as_ref();
@@ -111,8 +111,8 @@ impl Description {
     }
 }
 
-/// The limits in eps of the plan's methods. They do not depend on eps, so cells of one tile that differ in
-/// nothing else share them.
+/// The limits in eps of the plan's methods. They do not depend on the cell's own eps, so cells of one tile
+/// that differ only in eps share them.
 struct Limits<'a> {
     plan: &'a Plan,
     known: HashMap<Vec<u64>, Vec<f64>>,

@@ -9,7 +9,7 @@ use super::{Plan, Sink, curves_of, prove};
 use crate::certify::validated::prover::Prover;
 use crate::clock::process_time;
 
-/// The work that earlier runs of the same plan have done, for a resumed run.
+/// The work of earlier runs of the same plan, for a resumed run.
 #[derive(Clone, Debug)]
 pub(crate) struct Earlier {
     /// The sum of the accounts of the tiles that they finished.
@@ -25,7 +25,7 @@ impl Earlier {
     }
 }
 
-/// Computes everything that `plan` asks for: cells go into `sink`, the rest into the summary.
+/// Computes everything that `plan` requests: cells go into `sink`, all other results into the summary.
 ///
 /// # Errors
 /// [`ComputeError`]; the sink then holds an incomplete map.
@@ -58,8 +58,8 @@ pub fn run<S: Sink>(plan: &Plan, sink: &S, control: &Control) -> Result<Summary,
 }
 
 /// As [`run`], with tiles computed by the function `tiles`, after `earlier` runs have finished some of them.
-/// `tiles` returns the sum of the accounts of its tiles, and the number of workers. Proofs are shared with
-/// `others`, which are called after `tiles` and from the calling thread only.
+/// `tiles` returns the sum of the accounts of its tiles, and the number of workers. The proofs are shared
+/// with the workers `others`, which are called only after `tiles` and only from the calling thread.
 ///
 /// # Errors
 /// Those of `tiles`, or a [`ComputeError`] converted to that type.
@@ -76,7 +76,7 @@ where
 {
     let (start, processor) = (Instant::now(), process_time());
     let (mut account, threads) = tiles()?;
-    // The account may include other processes, whose rest is not known here.
+    // The account may include other processes, whose remaining time is not known here.
     let rest = (process_time() - processor).as_secs_f64() - account.processor_seconds();
     account.stages.other += rest.max(0.0);
     account.add(earlier.account);

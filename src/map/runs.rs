@@ -5,10 +5,10 @@ use std::ops::Range;
 /// The values of the cells of a tile, row-major, as runs of equal values.
 ///
 /// A method's verdict changes a few times along a column, so a tile of many thousand cells has a few runs per
-/// column, or one run in all. Neighbouring runs always differ, so equal values have equal runs.
+/// column, or one run in all. Neighbouring runs always differ, so equal sequences of values have equal runs.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Runs<T> {
-    /// Value of each run, and the position after its last cell.
+    /// For each run its value, and the position after its last cell.
     runs: Vec<(T, u32)>,
 }
 
@@ -58,13 +58,13 @@ impl<T: Copy + PartialEq> Runs<T> {
         self.iter().flat_map(|(value, cells)| std::iter::repeat_n(value, cells.len()))
     }
 
-    /// The value of the cell at `position`; `None` beyond the last.
+    /// The value of the cell at `position`; `None` beyond the last cell.
     pub(crate) fn get(&self, position: usize) -> Option<T> {
         let run = self.runs.partition_point(|&(_, end)| end as usize <= position);
         self.runs.get(run).map(|&(value, _)| value)
     }
 
-    /// Position of the last cell of the run that holds `position`; `None` beyond the last cell.
+    /// Position of the last cell of the run that contains `position`; `None` beyond the last cell.
     pub(crate) fn run_end(&self, position: usize) -> Option<usize> {
         let run = self.runs.partition_point(|&(_, end)| end as usize <= position);
         self.runs.get(run).map(|&(_, end)| end as usize - 1)

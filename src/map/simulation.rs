@@ -1,9 +1,9 @@
 //! The method `simulation` on the columns of a tile.
 //!
 //! Along a column every orbit shrinks as c grows (the right-hand side of the scalar form increases with the
-//! divergence), so fates have a fixed order: crosses for ever, sticks, spirals inward. One root, or two
-//! bisections, label a column of any length. Columns close together share their numbers, see
-//! [`super::interpolation`].
+//! divergence), so the fates occur in a fixed order: crosses for ever, sticks, spirals inward. One root, or
+//! two bisections, label a column of any length. Between neighbouring columns critical dampings are
+//! interpolated, see [`super::interpolation`].
 
 use super::end::End;
 use super::interpolation::Interpolated;
@@ -34,11 +34,12 @@ named_sums! {
         pub interpolation,
         /// By comparison with the column's critical damping, solved for.
         pub(crate) critical_surface,
-        /// By the monotone order of fates between two simulated cells of the column.
+        /// By the order of fates, between two simulated cells of the column with equal fates.
         pub(crate) order,
-        /// By their margin, or by an orbit of their own: the return map, or the direct engine where it does not apply.
+        /// By their margin or their own orbit: the return map, or the direct engine where the map does not
+        /// apply.
         pub(crate) return_map,
-        /// By the direct engine, as configured.
+        /// By the direct engine, because the plan requests it.
         pub(crate) direct,
     }
 }
@@ -48,9 +49,9 @@ named_sums! {
 pub(super) struct Simulated {
     /// The end of each cell's orbit, column by column.
     pub(crate) ends: Vec<End>,
-    /// Margins of the cells, if they were needed.
+    /// Margins of the cells, if the engine computed them.
     pub(crate) margins: Option<Margins>,
-    /// Critical damping of each column, where requested or found on the way.
+    /// Critical damping of each column, where it was requested or computed to label cells.
     pub(crate) critical: Vec<Option<CriticalDamping>>,
     /// Number of columns in whose search for a requested critical damping an engine gave no answer.
     pub(crate) without_critical: u64,
@@ -59,7 +60,7 @@ pub(super) struct Simulated {
 }
 
 impl Simulated {
-    /// Margins of all cells; counts their work.
+    /// Computes the margins of all cells, and adds their work to `rhs`.
     pub(super) fn count_margins(
         &mut self,
         columns: &[Column],
@@ -76,7 +77,7 @@ impl Simulated {
     }
 }
 
-/// Decides the cells of `columns` at the dampings `cs`, those of the interpolated columns by what is `known`.
+/// Decides the cells of `columns` at the dampings `cs`; `known` holds the answers for interpolated columns.
 /// `axes` are the coordinates of the grid that the columns form; empty if they form none.
 pub(super) fn simulate(
     columns: &Columns,
@@ -161,13 +162,13 @@ pub fn decide(columns: &[Column], cs: &[f64], engine: Engine, tolerance: f64) ->
         .collect()
 }
 
-/// The tolerance of a critical damping that settles all cells of most columns.
+/// A tolerance of the critical damping that decides all cells of most columns.
 const ENOUGH_FOR_MOST: f64 = 1e-6;
 
 /// The smallest tolerance of the direct engine at which round-off does not affect its steps.
 pub(super) const FINEST_DIRECT: f64 = 1e-13;
 
-/// Decides a cell by the direct engine, with smaller tolerances while it lies within the error of the
+/// Decides a cell by the direct engine; reduces the tolerance while the cell lies within the error of the
 /// boundary.
 fn by_direct(oscillator: &Oscillator, tolerance: f64, rhs: &mut u64) -> End {
     let mut tolerance = tolerance;
@@ -182,8 +183,8 @@ fn by_direct(oscillator: &Oscillator, tolerance: f64, rhs: &mut u64) -> End {
     }
 }
 
-/// Decides every cell of a column by its turn, and by an orbit of its own where that settles neither the
-/// margin's sign nor the landing.
+/// Decides every cell of a column by its margin, and by an orbit of its own where the margin leaves its sign
+/// or the landing undecided.
 fn return_map_column(
     column: &Column,
     cs: &[f64],
@@ -208,10 +209,10 @@ fn return_map_column(
     done.paths.return_map += cs.len() as u64;
 }
 
-/// Returns whether an orbit of positive margin, at a damping, certainly lands on the stick segment. Continued
-/// beyond the landing, the lower flow turns outward while D > 0, so r at the landing is at most V (1 + m); with
-/// wL^2 = r^2 - V^2 that bounds the landing speed. D at slip speeds below zero is the continuation's, at least
-/// D(0) if -phi' falls with the slip speed.
+/// A function of c and the margin m > 0 that returns whether the orbit certainly lands on the stick segment.
+/// In the lower flow, continued beyond the landing, r grows while D > 0. So r <= V (1 + m) at the landing,
+/// and wL^2 = r^2 - V^2 bounds the landing speed. At negative slip speeds D is that of the continuation; it
+/// is at least D(0) if -phi' falls with the slip speed.
 fn certainly_lands(column: &Column) -> impl Fn(f64, f64) -> bool {
     let (convex, at_rest) = (column.curve.weakening_is_convex(), column.curve.weakening(0.0));
     let (epsilon, belt_speed) = (column.epsilon, column.belt_speed);
@@ -220,21 +221,21 @@ fn certainly_lands(column: &Column) -> impl Fn(f64, f64) -> bool {
     }
 }
 
-/// The path by which a column is labelled.
+/// The method by which the cells of a column are labelled.
 enum Path {
-    /// These ends, from interpolated numbers.
+    /// By interpolation, with the end of each cell.
     Interpolated(Vec<End>),
-    /// The certificate decides every cell.
+    /// By the certificate `symmetric`, which decides every cell.
     Certificate(Claim),
-    /// The universal surface's bound decides every cell, where the landing permits.
+    /// By the critical damping from the universal surface: every cell is farther from it than its error.
     Surface(Claim, CriticalDamping),
-    /// A root search for this column.
+    /// By a root search for the column's critical damping.
     Root(Claim),
 }
 
-/// Labels whole columns: for `auto` by interpolation, by certificate or by the universal surface where they
-/// decide every cell, else by one root per column and comparison. A root has an error of about the first of
-/// the `tolerances`, or of the second where a cell lies within the error of the first.
+/// Labels whole columns: by interpolation where it decides every cell; for `auto` by certificate or by the
+/// universal surface where one of them does; else by comparison with one root per column. A root's error is
+/// about the first of the `tolerances`, or the second where a cell lies within the first error.
 fn by_column(
     columns: &Columns,
     cs: &[f64],
@@ -326,11 +327,11 @@ fn column_by_root(
 ) -> u64 {
     let CriticalDamping { c: critical, error, rhs } = critical;
     done.rhs += rhs;
-    // Cells up to here are present or beyond the stick segment, cells from there on are absent; those
-    // between are closer to the boundary than its error and get an orbit of their own.
+    // Before `returning` orbits return, and stick or land beyond the stick segment; from `inward` on they
+    // spiral inward. Cells between are within the error of the boundary: each gets an orbit of its own.
     let returning = cs.partition_point(|&c| c < critical - error);
     let inward = cs.partition_point(|&c| c <= critical + error);
-    // Where the certificate claims presence nowhere, it has not looked for the landing.
+    // A certificate that claims presence nowhere has not computed `sticks_from`.
     let sticks_from = match claim.present_below > 0.0 {
         true => claim.sticks_from,
         false => landing::sticks_from(column, critical - error),
@@ -348,9 +349,9 @@ fn column_by_root(
     (returning - sticking + cs.len() - inward) as u64
 }
 
-/// Labels cells by the order of fates along the column: computes the orbits at both ends, and bisects
-/// wherever the ends of an interval differ. Next to a cell without a clear end, cells are computed one by
-/// one.
+/// Labels cells by the order of fates along the column: computes the orbits of the first and the last cell,
+/// and bisects every interval between whose two cells the fates differ. Next to a cell whose fate is
+/// undecided, cells are computed one by one.
 fn by_order(column: &Column, cs: &[f64], tolerance: f64, done: &mut Simulated) {
     let mut orbit = |c: f64| {
         let answer = flow(&Oscillator::in_column(column, c), tolerance);

@@ -2,21 +2,21 @@
 
 use super::{Account, TileData};
 
-/// A receiver of tiles. The workers call [`Sink::pack`] in parallel, one thread calls [`Sink::write`]; tiles
-/// arrive in any order, each exactly once.
+/// A receiver of tiles. The workers call [`Sink::pack`] in parallel, and one thread calls [`Sink::write`].
+/// Each tile arrives exactly once, in any order.
 pub trait Sink: Sync {
     /// A packed tile.
     type Packed: Send;
     /// Reason why a tile could not be written.
     type Error: Send + std::error::Error + 'static;
 
-    /// Packs a tile for writing: the expensive part, done by the workers.
+    /// Packs a tile for writing. This is the expensive part; the workers execute it.
     ///
     /// # Errors
     /// The sink's own.
     fn pack(&self, data: &TileData) -> Result<Self::Packed, Self::Error>;
 
-    /// Writes a packed tile. Its account is complete only now, since it includes the packing.
+    /// Writes a packed tile. Its account includes the packing, so it is complete only now.
     ///
     /// # Errors
     /// The sink's own.

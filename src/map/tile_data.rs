@@ -2,7 +2,7 @@
 
 use super::{Method, Regime, Runs, Tile, Verdict};
 
-/// Largest number of failed cells that are listed, for a tile and for a run.
+/// Largest number of failed cells, and of contradictions, that are listed, for a tile and for a run.
 pub(crate) const LISTED: usize = 10;
 
 /// The results of one method on the cells of a tile.
@@ -28,7 +28,7 @@ pub struct TileData {
     pub methods: Vec<MethodCells>,
     /// Regimes, row-major over the tile's shape; empty unless stored.
     pub regime: Runs<Regime>,
-    /// The values of each of the plan's [`Plan::quantities`](super::Plan::quantities), in its order,
-    /// row-major over the tile's shape.
+    /// The values of each of [`Plan::quantities`](super::Plan::quantities), in that order, row-major over the
+    /// tile's shape.
     pub quantities: Vec<Vec<f64>>,
 }

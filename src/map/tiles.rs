@@ -11,12 +11,12 @@ const MOST_TILES: usize = 1 << 20;
 const MOST_TILE_CELLS_OF_ALL: usize = 1 << 20;
 /// Least number of cells of a tile, so that the overhead per tile is small.
 const LEAST_TILE_CELLS: usize = 1 << 12;
-/// The same where each cell needs orbits of its own: such a tile may take seconds, and an interruption loses
-/// unfinished tiles.
+/// Least number of cells of a tile where each cell needs orbits of its own: such a tile may take seconds, and
+/// an interruption loses unfinished tiles.
 const LEAST_TILE_CELLS_WITH_ORBITS: usize = 1 << 4;
-/// The same where columns are interpolated: each tile has its own nodes.
+/// Least number of cells of a tile where columns are interpolated: each tile has its own nodes.
 pub(super) const LEAST_CELLS_INTERPOLATED: usize = 1 << 14;
-/// Number of tiles that is aimed at between these limits: workers then finish together, and an interruption
+/// Target for the number of tiles within these limits: workers then finish together, and an interruption
 /// takes effect soon.
 const TILES: usize = 256;
 
@@ -25,14 +25,14 @@ fn most(all: usize) -> usize {
     (all / MOST_TILES).clamp(MOST_TILE_CELLS, MOST_TILE_CELLS_OF_ALL)
 }
 
-/// Number of cells of a tile of a grid of `all` cells; `orbits` says whether cells need orbits of their own.
+/// Number of cells of a tile of a grid of `all` cells; `orbits` is true if cells need orbits of their own.
 pub(super) fn cells(all: usize, orbits: bool) -> usize {
     let least = if orbits { LEAST_TILE_CELLS_WITH_ORBITS } else { LEAST_TILE_CELLS };
     (all / TILES).clamp(least, most(all))
 }
 
-/// Number of tiles that is aimed at where margins are interpolated: few, since each has its own nodes, and enough
-/// for many cores.
+/// Target for the number of tiles where margins are interpolated: few, since each tile has its own nodes, but
+/// enough for many cores.
 const TILES_INTERPOLATED: usize = 32;
 
 /// As [`cells`], where margins are interpolated from cell to cell.

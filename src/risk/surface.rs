@@ -6,22 +6,22 @@
 //! D = N / sqrt(k m) w(u) - d / sqrt(k m),    w = -mu'(u)
 //! ```
 //!
-//! so that the critical damping is `sqrt(k m) A y` with a function y of few groups of the machine's numbers:
+//! So the critical damping is `sqrt(k m) A y` with a function y of few groups of the machine's numbers:
 //!
 //! | friction | A | y depends on |
 //! | --- | --- | --- |
 //! | `stribeck` | N (mu_s - mu_k) / (v_s sqrt(k m)) | A, v / v_s, strengthening v_s^2 / (mu_s - mu_k) |
-//! | `exponential`, `lorentzian` | the same | A, v / v_s; strengthening takes N strengthening off the damping |
+//! | `exponential`, `lorentzian` | the same | A, v / v_s; the damping falls by N strengthening |
 //! | formula, data | N / sqrt(k m) | A, v, and the formula's parameters that vary |
 //!
-//! y is smooth. It is sampled at Chebyshev nodes of the box that holds the machines, and interpolated; boxes
-//! in which it misses samples by more than a set accuracy are cut in two, down to boxes with so few machines
-//! that each has a search of its own. A box in which no search succeeds is not cut. Guarantee: numerical;
-//! [`Found::error`] is the largest error met at the samples.
+//! y is smooth. It is computed at Chebyshev nodes of the box that contains the machines, and interpolated. A
+//! box in which the interpolant differs from samples by more than a set accuracy is cut in two, down to boxes
+//! with so few machines that each has its own search. A box in which no search succeeds is not cut. The
+//! guarantee is numerical; [`Found::error`] is the largest error at the samples.
 //!
-//! Standard errors of measured friction move y too. To first order in them its standard deviation is another
-//! function of the same groups (theory, "Any friction law"). The same orbits give both, so that it is
-//! interpolated from the same nodes.
+//! Standard errors of measured friction make y uncertain. To first order in them the standard deviation of y
+//! is another function of the same groups (theory, "Any friction law"). The same orbits give y and its
+//! deviation, which is interpolated from the same nodes.
 
 use rayon::prelude::*;
 
@@ -32,29 +32,29 @@ use crate::simulate::sensitivity::{self, NoSensitivity};
 
 /// Tolerance of the root search for a critical damping.
 const TOLERANCE: f64 = 1e-9;
-/// Largest errors at the samples, in units of the size: of the interpolated y, far below any tolerance of a
-/// machine, and of its standard deviation, which is an error itself.
+/// Largest errors at the samples, in units of the size of the values: of the interpolated y, far below any
+/// tolerance of a machine, and of its standard deviation, which is an error itself.
 const ACCURACIES: Pair = [1e-6, 1e-2];
-/// The same of y in units of its standard deviation, where that is larger: surfaces of rough measured friction have
-/// kinks that are far smaller than what its errors leave open.
+/// Largest error of y at the samples in units of its standard deviation, if that is larger: surfaces of rough
+/// measured friction have kinks that are far smaller than its standard error.
 const ACCURACY_IN_DEVIATIONS: f64 = 3e-3;
-/// Number of machines in a box whose critical damping is computed by the root search, for comparison.
+/// Number of machines in a box whose critical damping is searched to test the interpolant.
 const SAMPLES: usize = 8;
-/// Nodes along each axis, by the number of axes that have an extent.
+/// Number of nodes along each axis, by the number of axes along which the box has an extent.
 const NODES: [usize; 5] = [1, 6, 9, 7, 5];
-/// Largest number of nodes of a box, not counting its first axis.
+/// Largest product of the numbers of nodes along all axes of a box except the first.
 const MOST_ROWS: usize = 125;
 /// Number of machines in one call of the root search.
 const SEARCHED_TOGETHER: usize = 64;
 /// Least number of machines per node in a box that is interpolated.
 const MACHINES_PER_NODE: usize = 4;
 
-/// Machines by the groups of which y is a function.
+/// Machines, represented by the groups on which y depends.
 pub(super) struct Groups<'a> {
     pub(super) nominal: &'a Machine,
-    /// Positions of the formula's parameters that vary, among its quantities.
+    /// Positions, among the formula's quantities, of its parameters that vary.
     varied: Vec<usize>,
-    /// Number of groups.
+    /// Number of groups of each machine.
     size: usize,
     /// The groups, machine by machine.
     values: Vec<f64>,
@@ -64,16 +64,16 @@ pub(super) struct Groups<'a> {
 
 /// The critical dampings that were found.
 pub(super) struct Found {
-    /// One for each machine, SI units; NaN if the search failed.
+    /// The critical damping of each machine, in SI units; NaN if the search failed.
     pub(super) dampings: Vec<f64>,
-    /// Largest error of the interpolated dampings at the samples, in units of the damping.
+    /// Largest error of the interpolated dampings at the samples, in SI units.
     pub(super) error: f64,
-    /// Their standard deviations by the standard errors of measured friction, SI units: NaN where it is not
-    /// known, 0 for friction without standard errors and for critical dampings below 0.
+    /// Their standard deviations due to the standard errors of measured friction, in SI units; NaN where
+    /// unknown, 0 for friction without standard errors and for negative critical dampings.
     pub(super) deviations: Vec<f64>,
 }
 
-/// y and its standard deviation, of one machine.
+/// y of one machine, and its standard deviation.
 type Pair = [f64; 2];
 
 /// A machine with its values, and the largest error of y at the samples of its box.
@@ -83,23 +83,22 @@ struct Placed {
     error: f64,
 }
 
-/// Standard error of the critical damping of a machine by the standard errors of its measured friction, in SI
-/// units and to first order in them. `None` where the friction has none, or the critical damping has no
-/// derivatives.
+/// Standard error of the critical damping of a machine, in SI units, to first order in the standard errors of
+/// its measured friction. `None` if the friction has none, or the critical damping has no derivatives.
 pub(crate) fn standard_error(model: &Model) -> Option<f64> {
     let [_, deviation] = of_measured(model);
     (deviation >= 0.0 && model.column().curve.table()?.standard_errors().is_some())
         .then_some(deviation * model.si.units.damping)
 }
 
-/// The critical damping of a machine with measured friction, and its standard deviation by the standard errors
-/// of the data to first order in them; both dimensionless, NaN where not known. A negative critical damping has
-/// the deviation 0.
+/// The critical damping of a machine with measured friction, and its standard deviation to first order in the
+/// standard errors of the data; both dimensionless, NaN where unknown. The deviation of a negative critical
+/// damping is 0.
 fn of_measured(model: &Model) -> Pair {
     let column = model.column();
     let errors = column.curve.table().and_then(Table::standard_errors).unwrap_or_default();
     match sensitivity::sensitivity(&column) {
-        // In SI units friction is not measured in that at rest.
+        // The derivatives are at a fixed unit of friction: in SI this is not the static friction.
         Ok(found) => {
             let moved = found.by_data.iter().zip(errors).map(|(by, error)| (by.value * error).powi(2));
             [found.critical.c, moved.sum::<f64>().sqrt()]
@@ -112,7 +111,7 @@ fn of_measured(model: &Model) -> Pair {
 }
 
 impl<'a> Groups<'a> {
-    /// An empty collection of machines that have the quantities of `nominal`, except those named.
+    /// An empty collection of machines that differ from `nominal` only in the quantities `uncertain`.
     pub(super) fn new(nominal: &'a Machine, uncertain: &[&str]) -> Self {
         let varied: Vec<usize> = match &nominal.friction {
             Friction::Formula(..) => {
@@ -125,8 +124,8 @@ impl<'a> Groups<'a> {
         Self { nominal, varied, size, values: Vec::new(), scales: Vec::new() }
     }
 
-    /// Returns whether so few groups vary with the `uncertain` quantities that y is interpolated; else each machine has a
-    /// search of its own.
+    /// Returns whether so few groups vary with the `uncertain` quantities that y can be interpolated. If not,
+    /// each machine has its own search.
     pub(super) fn can_be_interpolated(&self, uncertain: &[&str]) -> bool {
         let any = |names: &[&str]| usize::from(names.iter().any(|name| uncertain.contains(name)));
         match &self.nominal.friction {
@@ -179,8 +178,8 @@ impl<'a> Groups<'a> {
         &self.values[machine * self.size..(machine + 1) * self.size]
     }
 
-    /// The nominal machine with these groups instead of its own; `None` if it has no groups, as without
-    /// weakening.
+    /// The nominal machine changed to these groups; `None` if that machine is not legal, for instance if the
+    /// nominal friction does not fall.
     fn machine_with(&self, groups: &[f64]) -> Option<Machine> {
         let mut machine = self.nominal.clone();
         let root = (machine.stiffness * machine.mass).sqrt();
@@ -237,7 +236,7 @@ impl<'a> Groups<'a> {
         groups.par_chunks(SEARCHED_TOGETHER).flat_map_iter(of_some).collect()
     }
 
-    /// The values at these machines, not interpolated.
+    /// y and its standard deviation for these machines, each by a root search.
     fn exact(&self, machines: &[usize]) -> Vec<Pair> {
         self.searched(&machines.iter().map(|&machine| self.of(machine)).collect::<Vec<_>>())
     }
@@ -256,7 +255,7 @@ impl<'a> Groups<'a> {
             deviations[machine] = if deviation < 0.0 { 0.0 } else { factor * deviation };
             largest = largest.max((factor * error).abs());
         }
-        // Friction that does not fall with speed: no damping is needed.
+        // Friction that does not fall with speed has a factor <= 0: no damping is needed.
         unknown.retain(|&machine| self.scales[machine][0] <= 0.0);
         for machine in unknown {
             dampings[machine] = self.scales[machine][1].min(0.0);
@@ -264,7 +263,7 @@ impl<'a> Groups<'a> {
         Found { dampings, error: largest, deviations }
     }
 
-    /// The machines with their values.
+    /// The values of these machines, interpolated over their box, over its parts, or by a search for each.
     fn boxed(&self, machines: &mut [usize]) -> Vec<Placed> {
         let sides = self.sides(machines);
         let wide: Vec<usize> = (0..self.size).filter(|&axis| sides[axis][1] > sides[axis][0]).collect();
@@ -297,7 +296,7 @@ impl<'a> Groups<'a> {
         let enough = [enough[0].max(ACCURACY_IN_DEVIATIONS * surfaces[1].size()), enough[1]];
         let rough = (0..2).find(|&of| {
             let unknown = values.iter().all(|pair| pair[of].is_nan());
-            // A node without an answer makes the size NaN: such a box is cut too.
+            // A node without an answer makes the size NaN, so such a box is cut too.
             !unknown && !(errors[of] <= enough[of])
         });
         let Some(rough) = rough else {
@@ -320,7 +319,7 @@ impl<'a> Groups<'a> {
         below
     }
 
-    /// The box that holds these machines.
+    /// The smallest box that contains these machines.
     fn sides(&self, machines: &[usize]) -> Vec<[f64; 2]> {
         let mut sides = vec![[f64::INFINITY, f64::NEG_INFINITY]; self.size];
         for &machine in machines {
@@ -328,7 +327,7 @@ impl<'a> Groups<'a> {
                 *side = [side[0].min(value), side[1].max(value)];
             }
         }
-        // Values that differ by round-off only count as equal.
+        // Values that differ only by round-off are taken as equal.
         for side in &mut sides {
             if side[1] - side[0] <= 1e-12 * (1.0 + side[0].abs()) {
                 side[1] = side[0];
@@ -352,9 +351,9 @@ struct Surface {
     sides: Vec<[f64; 2]>,
     /// The axes along which the box has an extent.
     wide: Vec<usize>,
-    /// Number of polynomials along each of them.
+    /// Number of polynomials along each of these axes.
     along: usize,
-    /// The last axis varies fastest.
+    /// The coefficients; the index of the last axis varies fastest.
     coefficients: Vec<f64>,
 }
 
@@ -417,13 +416,12 @@ impl Surface {
         if self.wide.is_empty() { self.coefficients[0] } else { sums[0] }
     }
 
-    /// The size of the values.
+    /// The size of the values: the modulus of the constant coefficient.
     fn size(&self) -> f64 {
         self.coefficients[0].abs()
     }
 
-    /// The axis along which the last coefficients are largest; the first axis if the value is not known at a
-    /// node.
+    /// The axis along which the last coefficients are largest; the last axis if a value at a node is unknown.
     fn roughest(&self) -> usize {
         let last = |position: usize| -> f64 {
             let stride = self.along.pow((self.wide.len() - 1 - position) as u32);

@@ -61,7 +61,7 @@ impl CheckReport {
         self.problems.is_empty()
     }
 
-    /// Records a problem; beyond [`MOST_PROBLEMS`] only that there are more.
+    /// Records a problem. After [`MOST_PROBLEMS`], records once that there are more.
     fn note(&mut self, variable: Option<&str>, place: Option<String>, what: impl Into<String>) {
         let (variable, place, what) = match self.problems.len() {
             0..MOST_PROBLEMS => (variable, place, what.into()),
@@ -79,11 +79,11 @@ impl CheckReport {
 /// Largest number of problems that are listed.
 const MOST_PROBLEMS: usize = 1000;
 
-/// Verifies that the map at `path` is complete, unchanged since it was finished, and laid out as this
-/// version of the program lays maps out. Reads one tile of one variable at a time.
+/// Verifies that the map at `path` is complete, unchanged since it was finished, and laid out as this version
+/// of the program writes maps. Reads one tile of one variable at a time.
 ///
 /// # Errors
-/// Only if the file cannot be read at all; every problem with its contents is in the report.
+/// Only if the file cannot be read at all; the report contains every problem with its contents.
 pub fn check(path: &Path) -> Result<CheckReport, StoreError> {
     let mut report = CheckReport::default();
     match seal::of(path)? {
@@ -109,7 +109,7 @@ pub fn check(path: &Path) -> Result<CheckReport, StoreError> {
     Ok(report)
 }
 
-/// Checks all that readers use of a map: everything but the links between variables and dimensions.
+/// Checks the parts of a map that readers use: all except the links between variables and dimensions.
 pub(super) fn contents(map: &MapFile) -> CheckReport {
     let mut report = CheckReport::default();
     check_contents(map, false, &mut report);
@@ -197,7 +197,7 @@ fn auxiliary(map: &MapFile) -> impl Iterator<Item = &'static str> {
     AUXILIARY.into_iter().filter(|name| map.file.link_exists(name))
 }
 
-/// Checks a variable beside the cells.
+/// Checks an auxiliary variable.
 fn check_auxiliary(map: &MapFile, name: &str, ties: bool, report: &mut CheckReport) -> Result<(), Unfit> {
     let dataset = map.file.dataset(name)?;
     let axes = axes_of(name, map.grid()).unwrap_or_default();
@@ -327,16 +327,16 @@ fn check_layout(
     Ok(())
 }
 
-/// Checks that a variable lists its dimensions. Which ones they are is read from the dimensions themselves,
-/// see [`check_uses`]: the list of the variable lies in a heap without checksums, and the HDF5 library (seen
-/// in 1.10.8) crashes on damaged or forged heaps. The seal covers the heap.
+/// Checks that a variable has a list of its dimensions of the right length. The entries are not read, since
+/// they are stored in a heap without checksums, and the HDF5 library (seen in 1.10.8) crashes on damaged or
+/// forged heaps. [`check_uses`] compares the lists of the dimensions instead. The seal covers the heap.
 fn check_ties(name: &str, rank: usize, dataset: &Dataset, report: &mut CheckReport) {
     if dataset.attr("DIMENSION_LIST").ok().map(|list| list.shape()) != Some(vec![rank]) {
         report.attribute(Some(name), "DIMENSION_LIST", format!("does not tie it to {rank} dimensions"));
     }
 }
 
-/// Checks that a dimension lists the variables that have it, and no others.
+/// Checks that a dimension lists exactly the variables that have it.
 fn check_uses(map: &MapFile, position: usize, scale: &Dataset, report: &mut CheckReport) -> hdf5::Result<()> {
     let mut expected = Vec::new();
     let all = map.schema.positions(auxiliary(map));
@@ -360,7 +360,7 @@ fn check_uses(map: &MapFile, position: usize, scale: &Dataset, report: &mut Chec
     Ok(())
 }
 
-/// Reads a variable chunk by chunk and compares it with its fingerprint.
+/// Reads a variable chunk by chunk and compares it with its fingerprint and its counts.
 fn check_cells(map: &MapFile, variable: &Variable, dataset: &Dataset, report: &mut CheckReport) {
     let schema = &map.schema;
     let name = Some(variable.name.as_str());

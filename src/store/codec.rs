@@ -1,7 +1,7 @@
 //! The journal's contents as bytes: attributes, tiles and accounts, by serde in the format of `postcard`.
 //!
-//! What is decoded is not trusted: every length is compared with the bytes that are there before room is made
-//! for it, and every number with the plan.
+//! Decoded data are not trusted: every length is compared with the number of bytes that are left before
+//! memory is allocated for it, and every number is compared with the plan.
 
 use serde::{Deserialize, Serialize};
 
@@ -18,21 +18,21 @@ pub(super) fn to_bytes(value: &impl Serialize) -> Vec<u8> {
     }
 }
 
-/// The value with these bytes; `None` if they are anything else.
+/// Decodes the bytes of a value of this type; `None` for other bytes.
 pub(super) fn from_bytes<'a, T: Deserialize<'a>>(bytes: &'a [u8]) -> Option<T> {
     postcard::take_from_bytes(bytes).ok().filter(|(_, rest)| rest.is_empty()).map(|(value, _)| value)
 }
 
-/// An account: points as their values on the axes of the grid, methods as their positions in the plan.
+/// A stored account. Points are stored as values on the axes of the grid, methods as positions in the plan.
 #[derive(Serialize, Deserialize)]
 pub(super) struct AccountRecord {
     cells: u64,
     methods: Vec<MethodAccount>,
     paths: Paths,
     rhs: u64,
-    /// Without its disagreements.
+    /// The audit without its disagreements.
     audit: Audit,
-    /// Point, method, and whether the map says that the cycle is present.
+    /// Point, method, and whether the verdict in the map is present.
     disagreements: Vec<(Vec<f64>, usize, bool)>,
     contradicted_cells: u64,
     /// Tile, point and codes of the verdicts.
@@ -67,7 +67,7 @@ impl AccountRecord {
         }
     }
 
-    /// The account, if `plan` can have it.
+    /// Restores the account; `None` if it does not fit `plan`.
     pub(super) fn account(self, plan: &Plan) -> Option<Account> {
         let method = |position: usize| plan.methods.get(position).copied();
         let disagreement = |(point, position, present): (Vec<f64>, usize, bool)| {
@@ -98,7 +98,7 @@ impl AccountRecord {
     }
 }
 
-/// The point with these values on the axes of the plan, if they are legal.
+/// The point with these values on the axes of the plan; `None` if they are not legal.
 fn point_of(plan: &Plan, values: &[f64]) -> Option<Point> {
     let (law, axes) = (plan.grid.law(), plan.grid.axes());
     let legal = |(axis, &value): (&Axis, &f64)| Grid::check_value(law, axis.role, &axis.name, value).is_ok();

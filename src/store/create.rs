@@ -30,7 +30,7 @@ pub(super) fn create_file(path: &Path) -> hdf5::Result<File> {
         .create(path)
 }
 
-/// Creates a group in which NetCDF lists everything in the order of creation.
+/// Creates a group whose members and attributes NetCDF lists in the order of creation.
 pub(super) fn group_of_tables(file: &File, name: &str) -> hdf5::Result<Group> {
     file.create_group_builder()
         .with_create_plist(|creation| {
@@ -43,7 +43,7 @@ pub(super) fn group_of_tables(file: &File, name: &str) -> hdf5::Result<Group> {
         .create(name)
 }
 
-/// Stores attributes in their object's header, not in a separate heap: the simplest form for readers.
+/// Stores attributes in the header of their object, not in a separate heap: the simplest form for readers.
 pub(super) const ATTRIBUTES_IN_HEADER: AttrPhaseChange = AttrPhaseChange { max_compact: 1024, min_dense: 0 };
 
 /// Adds the fingerprint of an object's attributes.

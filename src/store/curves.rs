@@ -18,7 +18,7 @@ pub(super) const GROUP: &str = "curves";
 const PLANE: &str = "plane";
 const POINT: &str = "point";
 
-/// Name of the column that holds the fixed values of an axis.
+/// Name of the column with the values at which an axis is held fixed.
 fn held(axis: &Axis) -> String {
     format!("held_{}", axis.name)
 }
@@ -96,7 +96,7 @@ fn points(axes: &[Axis], planes: &[PlaneCurves]) -> Vec<Series> {
     columns
 }
 
-/// Reads the group, if the map has one. `length` is the length of the file, which bounds what is read.
+/// Reads the group, if the map has one. `length`, that of the file in bytes, bounds how much is read.
 pub(super) fn read(file: &File, grid: &Grid, length: u64) -> Result<Vec<PlaneCurves>, Unfit> {
     if !file.link_exists(GROUP) {
         return Ok(Vec::new());
@@ -161,14 +161,14 @@ fn read_points(table: &Table, axes: &[Axis], planes: &mut [PlaneCurves]) -> Resu
     Ok(())
 }
 
-/// The columns of the group.
+/// The group as a table of columns.
 struct Table<'a> {
     group: &'a Group,
     length: u64,
 }
 
 impl Table<'_> {
-    /// Opens a column of numbers of this kind, if the file is long enough to hold it.
+    /// Opens a column with numbers of type `kind`; refuses it if the file is too short to hold it.
     fn column(&self, name: &str, kind: &TypeDescriptor) -> Result<Dataset, Unfit> {
         let dataset = self.group.dataset(name)?;
         trust::own_numbers(&dataset, name)?;
@@ -184,7 +184,7 @@ impl Table<'_> {
         Err(Unfit::Foreign(why))
     }
 
-    /// The numbers of a column with so many rows.
+    /// The numbers of a column, which must have `rows` rows.
     fn numbers<T: H5Type>(&self, name: &str, rows: usize) -> Result<Vec<T>, Unfit> {
         let dataset = self.column(name, &T::type_descriptor())?;
         match dataset.size() {
@@ -209,7 +209,7 @@ impl Table<'_> {
     }
 }
 
-/// Fingerprint of a column, as its attribute `sha256`; `None` for a kind that no column has.
+/// Fingerprint of a column, for comparison with its attribute `sha256`; `None` for a type that no column has.
 pub(super) fn fingerprint_of(column: &Dataset) -> hdf5::Result<Option<Value>> {
     let digest = match column.dtype()?.to_descriptor()? {
         kind if kind == f64::type_descriptor() => fingerprint::reals(&column.read_raw()?),

@@ -1,11 +1,11 @@
 //! zlib streams of cells given as runs of equal values.
 //!
 //! DEFLATE (RFC 1951) encodes a repetition as a length and a distance back. For arbitrary cells libdeflate
-//! searches for repetitions byte by byte. For runs their places are known: a run repeats its own value at
-//! distance 1, a row of cells mostly repeats the row before it, and other candidates begin with equal runs.
-//! So the cost grows with the number of runs, not of cells. The stream is one block with its own Huffman
-//! codes. On the verdicts of a map of 64^5 cells it is half as long as libdeflate's at level 4. This is
-//! own code because no library takes runs.
+//! searches for repetitions byte by byte. For runs the places of repetitions are known: a run repeats its own
+//! value at distance 1, a row of cells mostly repeats the row before it, and other candidates begin with
+//! equal runs. So the cost grows with the number of runs, not of cells. The stream is one block with its own
+//! Huffman codes. For the verdicts of a map of 64^5 cells it is half as long as libdeflate's at level 4. No
+//! library accepts runs as input.
 
 use crate::map::Runs;
 
@@ -14,7 +14,7 @@ const WINDOW: usize = 1 << 15;
 /// Shortest and longest repetition.
 const LENGTHS: std::ops::RangeInclusive<usize> = 3..=258;
 const END_OF_BLOCK: usize = 256;
-/// Number of symbols: literals and lengths, distances, lengths of their codes.
+/// Numbers of symbols: for literals and lengths, for distances, and for the lengths of their codes.
 const LITERALS: usize = 286;
 const DISTANCES: usize = 30;
 const CODE_LENGTHS: usize = 19;
@@ -31,7 +31,7 @@ enum Token {
     },
 }
 
-/// Makes the zlib stream of the codes of a chunk of this shape.
+/// Returns the zlib stream of the codes of a chunk of this shape.
 ///
 /// # Panics
 /// If the number of codes is not the number of cells of the shape.
@@ -54,28 +54,28 @@ struct Match {
     distance: usize,
 }
 
-/// Search for repetitions in a chunk: within a run, in the row before, and where the next two runs occurred
-/// before. Boundaries in the grid are smooth, so the same boundary had the same slope there.
+/// Search for repetitions in a chunk: within a run, in the row before, and at earlier places with the same
+/// codes and lengths of runs. Boundaries in the grid are smooth, so the same slope of a boundary recurs.
 struct Search<'a> {
     /// Code of each run, and the position after its last cell.
     runs: &'a [(i8, usize)],
-    /// Length of a row, if it is within the window.
+    /// Length of a row; `None` if it exceeds the window.
     row: Option<usize>,
     /// The run that contains the cell one row back.
     row_back: usize,
-    /// The last run for each key, and for each run the previous run with its key.
+    /// The last run for each key; and for each run, in `earlier`, the previous run with its key.
     heads: Vec<u32>,
     earlier: Vec<u32>,
-    /// Number of runs that are in these lists.
+    /// Number of runs that are in these two lists.
     known: usize,
 }
 
 /// Marks the end of a list.
 const NONE: u32 = u32::MAX;
 const KEYS_BITS: u32 = 10;
-/// Largest number of earlier places that are tried: more hardly make the stream smaller.
+/// Largest number of earlier places that are tried: more places hardly make the stream smaller.
 const TRIED: usize = 4;
-/// Up to this length a repetition is replaced by a longer one that begins at the next cell.
+/// A repetition below this length is replaced by a longer one that begins at the next cell.
 const SHORT: usize = 64;
 
 impl<'a> Search<'a> {
@@ -101,8 +101,8 @@ impl<'a> Search<'a> {
         Some((mixed.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> (64 - KEYS_BITS)) as usize)
     }
 
-    /// Finds the longest repetition for the cells from `at` on; `at` lies in `run` and never falls from call
-    /// to call.
+    /// Finds the longest repetition for the cells from `at` on. `at` lies in `run`, and must not decrease
+    /// from call to call.
     fn longest(&mut self, at: usize, run: usize) -> Match {
         let runs = self.runs;
         let start = run.checked_sub(1).map_or(0, |before| runs[before].1);
@@ -132,7 +132,7 @@ impl<'a> Search<'a> {
         let mut earlier = self.key(run).map_or(NONE, |key| self.heads[key]);
         for _ in 0..TRIED {
             let Some(&(_, end)) = runs.get(earlier as usize) else { break };
-            // Align the ends of both runs.
+            // The distance aligns the ends of both runs.
             let distance = runs[run].1 - end;
             if distance > WINDOW {
                 break;
@@ -174,8 +174,8 @@ fn tokens(codes: &Runs<i8>, row: usize) -> Vec<Token> {
     tokens
 }
 
-/// Returns the position up to which the cells from `run` on equal those from the run `back` on, `distance`
-/// cells back.
+/// Returns the position up to which the cells from `run` on equal the cells `distance` before them, which
+/// begin in the run `back`.
 fn equal_to(runs: &[(i8, usize)], mut run: usize, mut back: usize, distance: usize) -> usize {
     let mut end = 0;
     while run < runs.len() && runs[run].0 == runs[back].0 {
@@ -191,7 +191,7 @@ fn equal_to(runs: &[(i8, usize)], mut run: usize, mut back: usize, distance: usi
 fn repeat(tokens: &mut Vec<Token>, mut length: usize, distance: usize) {
     let (least, most) = (*LENGTHS.start(), *LENGTHS.end());
     while length > 0 {
-        // The remainder must not be too short for a piece of its own.
+        // The remainder must be long enough for a piece of its own.
         let piece = if length > most && length < most + least { length - least } else { length.min(most) };
         tokens.push(Token::Repeat { length: piece, distance });
         length -= piece;
@@ -223,7 +223,7 @@ fn distance_symbol(distance: usize) -> (usize, u32, u64) {
     (2 * extra as usize + (offset >> extra), extra, (offset & ((1 << extra) - 1)) as u64)
 }
 
-/// Writes the only block, with Huffman codes made for it.
+/// Writes the only block of the stream, with Huffman codes made for this block.
 fn write_block(bits: &mut Bits, tokens: &[Token]) {
     let mut literals = [0u32; LITERALS];
     let mut distances = [0u32; DISTANCES];
@@ -257,7 +257,7 @@ fn write_block(bits: &mut Bits, tokens: &[Token]) {
     bits.symbol(&literals, END_OF_BLOCK);
 }
 
-/// Writes the lengths of both codes, Huffman-coded in turn (RFC 1951, section 3.2.7).
+/// Writes the code lengths of both codes, which are Huffman-coded too (RFC 1951, section 3.2.7).
 fn write_codes(bits: &mut Bits, literals: &Codes, distances: &Codes) {
     let used = |codes: &Codes, least: usize| {
         codes.lengths.iter().rposition(|&length| length > 0).map_or(least, |last| least.max(last + 1))
@@ -322,7 +322,7 @@ impl Codes {
     /// Makes the code for symbols with these counts, with code lengths of at most `longest` bits.
     fn new(counts: &[u32], longest: u8) -> Self {
         let mut counts = counts.to_vec();
-        // Some readers require at least two codes, used or not.
+        // Some readers require at least two codes, even if they are not used.
         for symbol in 0..2 {
             if counts.iter().filter(|&&count| count > 0).count() < 2 && counts[symbol] == 0 {
                 counts[symbol] = 1;
@@ -424,7 +424,7 @@ impl Bits {
     }
 }
 
-/// Checksum at the end of a zlib stream (RFC 1950), summed over whole runs.
+/// The Adler-32 checksum at the end of a zlib stream (RFC 1950), computed run by run.
 fn adler32(codes: &Runs<i8>) -> u32 {
     const MODULUS: u64 = 65521;
     let (mut a, mut b) = (1, 0);

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::trust::Unfit;
 
-/// Why a map could not be written or read. Each message names the file, the failure and the remedy.
+/// Reason why a map could not be written or read. Messages name the file, the failure and, mostly, a remedy.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum StoreError {
@@ -20,13 +20,13 @@ pub enum StoreError {
     /// An interrupted run has left finished tiles in this journal.
     #[error("{0} holds the finished tiles of an interrupted run")]
     Unfinished(PathBuf),
-    /// This name of the journal is taken by something that slipmap did not write.
+    /// The name of the journal is taken by this file, which slipmap did not write.
     #[error("{0} is in the way, and is nothing that slipmap wrote; move it, or choose another output")]
     InTheWay(PathBuf),
-    /// This journal of a run is damaged so that nothing of it can be used.
+    /// This journal of a run is damaged, and no part of it can be used.
     #[error("{0} is damaged so much that the interrupted run cannot be resumed")]
     Unusable(PathBuf),
-    /// The run to be resumed computed something else.
+    /// The run to be resumed had another plan, another configuration or another version of the program.
     #[error("{path} was begun as something else (- then, + now):\n{difference}")]
     Changed {
         /// The journal, or the finished map.
@@ -51,7 +51,7 @@ pub enum StoreError {
          come back, its tiles can be resumed"
     )]
     Gone(PathBuf),
-    /// The file system refuses.
+    /// The file system denies permission.
     #[error("no permission to {doing} {path}; choose a place that you may use, or change its permissions")]
     NoPermission {
         /// The action that failed.
@@ -65,7 +65,7 @@ pub enum StoreError {
          store fewer fields"
     )]
     DiskFull(PathBuf),
-    /// The disk, or the network that it is reached by, does not answer any more.
+    /// The disk, or the network to it, no longer answers.
     #[error(
         "cannot {doing} {path}: the disk or the network that it lies on has failed or is gone ({source})"
     )]
@@ -105,7 +105,7 @@ pub enum StoreError {
         /// The part that is missing or wrong.
         why: String,
     },
-    /// The file has changed since its run finished it.
+    /// The file has changed after the end of its run.
     #[error("{path} is damaged, and nothing of it is used: {what}")]
     Damaged {
         /// The map.
@@ -185,7 +185,7 @@ impl StoreError {
         }
     }
 
-    /// Maps a failure inside the HDF5 library to its variant; the library gives the system's reasons only as
+    /// Maps a failure inside the HDF5 library to its variant; the library reports the system's errors only as
     /// text.
     pub(super) fn hdf5(doing: impl Into<String>, path: &Path, error: &hdf5::Error) -> Self {
         // The innermost message names the cause, the outermost the action of the library.
@@ -239,7 +239,7 @@ fn is_device_loss(error: &io::Error) -> bool {
     error.raw_os_error().is_some_and(|number| of_devices.iter().any(|errno| errno.raw_os_error() == number))
 }
 
-/// Other systems: only the kinds are known.
+/// On other systems only the kinds are known.
 #[cfg(not(unix))]
 fn is_device_loss(_: &io::Error) -> bool {
     false

@@ -10,8 +10,8 @@ use crate::dataset::attributes::PLAN;
 use super::error::StoreError;
 use super::reader::MapFile;
 
-/// Attributes that are compared to explain why two fingerprints differ, in the order in which differences are
-/// shown.
+/// Attributes that are compared to explain why two fingerprints of plans differ, in the order in which
+/// differences are shown.
 const SHOWN: [&str; 12] = [
     "config",
     "crate_version",
@@ -48,7 +48,7 @@ pub(super) fn get<'a>(attributes: &'a [(String, Value)], name: &str) -> Option<&
     attributes.iter().find(|(known, _)| known == name).map(|(_, value)| value)
 }
 
-/// Differences of two plans, line by line; `None` if all attributes that both have are equal.
+/// Differences of two plans, line by line; `None` if their fingerprints are equal, or all shared attributes.
 pub(super) fn difference(then: &[(String, Value)], now: &[(String, Value)]) -> Option<String> {
     // Maps of earlier versions have no fingerprint.
     if get(then, PLAN).is_some() && get(then, PLAN) == get(now, PLAN) {

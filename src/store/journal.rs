@@ -5,9 +5,9 @@
 //! digest = SHA-256(magic | kind | lengths | SHA-256(a) | b)
 //! ```
 //!
-//! A frame is either whole or ignored. A reopened journal ends before the first frame that is not whole: a
-//! partial frame left by a kill, a power cut or a full disk is cut off, and so is everything after a damaged
-//! frame. The journal is locked (`flock`) for as long as its process lives.
+//! A frame is either whole or ignored. A reopened journal is cut before the first frame that is not whole.
+//! This removes a partial frame left by a kill, a power cut or a full disk, and a damaged frame with
+//! everything after it. The journal is locked (`flock`) for as long as its process lives.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufReader, Read, Seek, SeekFrom, Write};
@@ -22,10 +22,10 @@ use crate::files::sync_folder;
 
 use super::error::StoreError;
 
-/// First bytes of every frame, and so of every journal. The line ends are as in PNG's signature.
+/// First bytes of every frame, and so of every journal. They contain line ends, as PNG's signature does.
 pub(super) const MAGIC: [u8; 8] = *b"\x89slip\r\n\x1a";
 
-/// Whether a file is the journal of a run that has not ended. A pipe is not opened: that would wait for its writer.
+/// Whether a file is the journal of an unfinished run. A pipe is not opened, since that would block.
 pub(crate) fn is_journal(path: &Path) -> bool {
     if !path.is_file() {
         return false;
@@ -37,7 +37,7 @@ pub(crate) fn is_journal(path: &Path) -> bool {
 /// Length in bytes of a frame's header.
 const HEAD: usize = 64;
 
-/// Longest time between two forced writes to disk, which bounds the loss by a power cut.
+/// Time after which the next frame forces the journal to disk. It bounds the loss by a power cut.
 const SYNC_EVERY: Duration = Duration::from_secs(10);
 
 /// The kind of a frame: the meaning of its parts a and b.
@@ -91,9 +91,9 @@ pub(super) struct Journal {
     /// Length in bytes.
     pub(super) end: u64,
     synced: Instant,
-    /// Whether it is locked against other processes; false on file systems without locks.
+    /// Whether the journal is locked against other processes; false on file systems without locks.
     pub(super) locked: bool,
-    /// Whether the file holds something worth keeping when it is closed.
+    /// Whether the file is kept when the journal is dropped: it holds a tile, or was not empty when opened.
     keep: bool,
 }
 
@@ -102,7 +102,7 @@ impl Journal {
     ///
     /// # Errors
     /// [`StoreError::Busy`] if a running process holds it; [`StoreError::InTheWay`] if the path is not a
-    /// journal; otherwise the file system's reasons.
+    /// journal; otherwise the error of the file system.
     pub(super) fn open(path: &Path) -> Result<Self, StoreError> {
         let failed = |source| StoreError::io("write", path, source);
         loop {
@@ -118,7 +118,7 @@ impl Journal {
                 Err(TryLockError::WouldBlock) => {
                     return Err(StoreError::Busy(path.to_path_buf()));
                 }
-                // File systems without locks (on some clusters): the caller asks `locked`.
+                // File systems without locks (on some clusters): the caller checks `locked`.
                 Err(TryLockError::Error(_)) => false,
             };
             if !still_there(&file, path) {
@@ -127,7 +127,7 @@ impl Journal {
             let mut first = Vec::new();
             let length = file.metadata().map_err(failed)?.len();
             (&file).take(MAGIC.len() as u64).read_to_end(&mut first).map_err(failed)?;
-            // Accept a partial or empty magic as well: a kill within the first write leaves that.
+            // A kill within the first write leaves a partial or an empty magic, which is accepted too.
             if !MAGIC.starts_with(&first) {
                 return Err(StoreError::InTheWay(path.to_path_buf()));
             }
@@ -154,7 +154,7 @@ impl Journal {
         frame.extend_from_slice(b);
         let written = self.file.seek(SeekFrom::Start(self.end)).and_then(|_| self.file.write_all(&frame));
         if let Err(source) = written {
-            // Cut off the partial frame. Should this fail too, the next start cuts it off.
+            // Cut off the partial frame. If this fails too, the next start cuts it off.
             let _ = self.file.set_len(self.end);
             return Err(StoreError::io("write", &self.path, source));
         }
@@ -180,9 +180,9 @@ impl Journal {
         sync_folder(&self.path).map_err(|source| StoreError::io("write", &self.path, source))
     }
 
-    /// Passes frame by frame to `visit`, which returns whether it can use it. Stops at the first frame that
-    /// is partial, longer than `longest` bytes or refused, cuts off the rest and returns the number of bytes
-    /// cut off. One frame at a time is in memory.
+    /// Calls `visit` with one frame after the other; it returns false to refuse a frame. Stops at the first
+    /// frame that is partial, longer than `longest` bytes or refused, cuts off the rest (unless it is the
+    /// whole journal), and returns the number of bytes of the rest. One frame at a time is in memory.
     pub(super) fn replay(
         &mut self,
         longest: u64,
@@ -226,7 +226,7 @@ impl Drop for Journal {
     }
 }
 
-/// Returns whether `path` still leads to the opened file.
+/// Returns whether `path` still names the opened file.
 #[cfg(unix)]
 fn still_there(file: &File, path: &Path) -> bool {
     use std::os::unix::fs::MetadataExt;

@@ -1,4 +1,4 @@
-//! The map file: HDF5 that is also valid NetCDF-4. The only place that knows HDF5.
+//! The map file: HDF5 that is also valid NetCDF-4. This is the only module that uses HDF5.
 //!
 //! # The format
 //!
@@ -27,11 +27,11 @@
 //! # Machines
 //!
 //! The map of a machine has its belt speeds and dampings in SI units as auxiliary coordinates,
-//! `belt_speed_si` along V and `damping_si` along c (CF attribute `coordinates` of every variable, by which
-//! xarray finds them). Variables with a physical dimension have the attributes `si_factor` and `si_units`:
-//! their numbers times the factor are in that unit. Of the file, `machine_si` are the machine's numbers
-//! (`Machine::to_array`), `machine_units` the units of time, length, velocity, force and
-//! damping, `machine_motion` tells whether it moves or turns.
+//! `belt_speed_si` along V and `damping_si` along c. The CF attribute `coordinates` of every variable lists
+//! them; xarray finds them by it. Variables with a physical dimension have the attributes `si_factor` and
+//! `si_units`: their numbers times the factor are in that unit. The file has the attributes `machine_si`, the
+//! machine's numbers (`Machine::to_array`), `machine_units`, the units of time, length, velocity, force and
+//! damping, and `machine_motion`, translation or rotation.
 //!
 //! # Curves
 //!
@@ -49,14 +49,14 @@
 //! | `AXIS` | `point` | `f64` | the point's parameters, all of them |
 //! | `error` | `point` | `f64` | estimate of its distance from the curve, in sides of the plane |
 //!
-//! Points follow each other along their curves; a closed curve ends with its first point. The sides of a
-//! plane go from the first to the last node, logarithmically if the nodes are. If no plane has a curve there
-//! is no dimension `point`. The `sha256` of these variables treats each of them as one tile.
+//! Points are in order along their curves; a closed curve ends with its first point. The sides of a plane run
+//! from the first to the last node, logarithmically if the nodes are logarithmic. If no plane has a curve,
+//! there is no dimension `point`. For the `sha256` of these variables, each of them counts as one tile.
 //!
 //! # Protection against damage
 //!
 //! - [`MapFile::open`] verifies a map before any of it is used: by its seal or, where another program has
-//!   removed the seal, by all fingerprints. They detect accidents, not forgery: whoever changes a map on
+//!   removed the seal, by all fingerprints. These detect accidents, not forgery: a person who changes a map on
 //!   purpose can seal it again.
 //!
 //! - A map has a temporary name, `NAME.part-map`, until it is complete, sealed and on disk. A killed run may
@@ -66,7 +66,7 @@
 //!   tile's cells (not the padding of its chunk), little-endian, with one bit pattern for NaN. It depends
 //!   neither on the number of threads nor on the compression, and survives copying by other tools.
 //! - `sha256_attributes` of the file and of every variable: over its other attributes, so that [`check`] can
-//!   say where one was changed.
+//!   report where one was changed.
 //! - The seal: a line of text after the end of the HDF5 file with the SHA-256 of every byte before it. HDF5
 //!   readers ignore it. It detects a change of any byte; a program that opens the map for writing removes it.
 

@@ -1,4 +1,4 @@
-//! Opens a map of unknown origin: verifies all of it before any of it is used.
+//! Opens a map of unknown origin: verifies the whole file before any part is used.
 
 use std::path::Path;
 
@@ -10,17 +10,17 @@ use super::seal::{self, Seal};
 use super::trust;
 
 impl MapFile {
-    /// Opens the map at `path`, which may be any file. Refuses files that would take more memory or time than
-    /// their length warrants, and files that changed after their run.
+    /// Opens the map at `path`, which may be any file. Refuses files that would take memory or time out of
+    /// proportion to their length, and files that changed after their run.
     ///
-    /// The seal is checked first: every byte is read once, before the HDF5 library sees the file. A map that
-    /// another program has written to or copied has no seal; then every cell and attribute is compared with
-    /// its fingerprint.
+    /// The seal is checked first: every byte is read once, before the HDF5 library opens the file. A map that
+    /// another program has written to or copied has no seal; then all cells and attributes are compared with
+    /// their fingerprints.
     ///
     /// # Errors
     /// [`StoreError::NotAMap`] for a file that no version of this program wrote, or that this version cannot
-    /// read; [`StoreError::Damaged`] for a map that was changed; otherwise the file system's or the library's
-    /// reasons.
+    /// read; [`StoreError::Damaged`] for a map that was changed; otherwise the error of the file system or of
+    /// the library.
     pub fn open(path: &Path) -> Result<Self, StoreError> {
         let damaged = |what: String| StoreError::Damaged { path: path.to_path_buf(), what };
         let seal = seal::of(path)?;

@@ -27,7 +27,7 @@ pub(super) struct PackedChunk {
     pub(super) bytes: Vec<u8>,
 }
 
-/// A tile ready to be written: a chunk of each variable of [`Schema::filled_by`].
+/// A tile ready to be written: one chunk of each variable of [`Schema::filled_by`].
 #[derive(Debug, Serialize, Deserialize)]
 pub(super) struct PackedTile {
     pub(super) number: usize,
@@ -53,28 +53,28 @@ pub struct PackedRecord {
     pub(super) part: Part,
 }
 
-/// Packs tiles of an unfinished map, in this process or in another.
+/// Packs tiles of an unfinished map, in the process that writes the map or in another.
 #[derive(Debug)]
 pub struct Packer {
     pub(super) plan: Plan,
     schema: Schema,
-    /// Cache of chunks of few runs.
+    /// Cache of chunks with few runs.
     known: Mutex<HashMap<ChunkKey, Arc<KnownChunk>>>,
 }
 
-/// All that the bytes of a chunk of codes depend on: its codes, its shape without the padding, the code of
-/// the padding.
+/// The data on which the bytes of a chunk of codes depend: its codes, its shape without the padding, the code
+/// of the padding.
 type ChunkKey = (Runs<i8>, Vec<usize>, i8);
 
 /// The bytes of a chunk and the fingerprint of its cells.
 type KnownChunk = (Vec<u8>, Fingerprint);
 
-/// Largest number of runs of a chunk that is cached: constant chunks, and those that one axis alone divides.
-/// Others hardly ever occur again.
+/// Largest number of runs of a cached chunk: constant chunks, and chunks in which one axis alone decides.
+/// Other chunks hardly ever occur again.
 const RUNS_OF_KNOWN: usize = 64;
 /// Largest number of cached chunks: some MB.
 const MOST_KNOWN: usize = 4096;
-/// From this number of runs per 16 cells on, the general search compresses better than the one over runs.
+/// Above this number of runs per 16 cells, the general search compresses better than the search over runs.
 const RUNS_PER_16_CELLS: usize = 4;
 
 impl Packer {
@@ -87,7 +87,7 @@ impl Packer {
     /// Packs a tile.
     ///
     /// # Panics
-    /// If the tile has not the number of cells that the plan asks for: a bug of the engine.
+    /// If the tile does not have the number of cells that the plan requires, which is a bug of the engine.
     #[must_use]
     pub fn pack(&self, data: &TileData) -> PackedRecord {
         let tile = self.tile(data);
@@ -101,7 +101,7 @@ impl Packer {
         to_bytes(&(Bytes::new(&packed.part.bytes), AccountRecord::of(&self.plan, account)))
     }
 
-    /// Decodes the bytes of [`Packer::to_bytes`]; `None` if they are anything else.
+    /// Decodes the bytes of [`Packer::to_bytes`]; `None` for other bytes.
     #[must_use]
     pub fn from_bytes(&self, bytes: &[u8]) -> Option<(PackedRecord, Account)> {
         let (part, account): (&[u8], AccountRecord) = from_bytes(bytes)?;
@@ -146,7 +146,7 @@ impl Packer {
         PackedTile { number: data.tile.number, chunks }
     }
 
-    /// Bytes and fingerprint of a chunk of codes, from the cache where it has them.
+    /// Bytes and fingerprint of a chunk of codes, from the cache if it contains them.
     fn codes(
         &self,
         codes: &Runs<i8>,
@@ -174,7 +174,7 @@ impl Packer {
         }
         let key = (codes.clone(), shape.to_vec(), fill);
         let lock = || self.known.lock().unwrap_or_else(PoisonError::into_inner);
-        // Computed outside of the lock, perhaps twice: equal codes make equal bytes.
+        // Computed outside of the lock, perhaps twice, which does no harm: equal codes make equal bytes.
         let known = lock().get(&key).cloned();
         let found = known.unwrap_or_else(|| {
             let made = Arc::new(make(&key.0, &key.1, work));
@@ -188,14 +188,14 @@ impl Packer {
     }
 }
 
-/// A sink that hands the bytes of every tile on, see [`Packer::to_bytes`].
+/// A sink that passes on the bytes of every tile, see [`Packer::to_bytes`].
 pub(crate) struct ByteSink<F> {
     packer: Packer,
     receive: F,
 }
 
 impl<F: Fn(Vec<u8>) + Sync> ByteSink<F> {
-    /// The sink of the tiles of `plan` that calls `receive` with the bytes of each.
+    /// The sink of the tiles of `plan` that calls `receive` with the bytes of each tile.
     pub(crate) fn new(plan: &Plan, receive: F) -> Self {
         Self { packer: Packer::new(plan), receive }
     }
@@ -279,7 +279,7 @@ struct Deflate {
 
 impl Deflate {
     fn new(level: u8) -> Self {
-        // Both scales go from 1, fast, to 9, small; libdeflate's continues to 12.
+        // The levels of both run from 1, fast, to 9, small; those of libdeflate continue to 12.
         let level = CompressionLvl::new(level.into()).unwrap_or_default();
         Self { compressor: Compressor::new(level), scratch: Vec::new() }
     }
@@ -306,7 +306,7 @@ fn row_starts<'a>(shape: &'a [usize], chunk: &'a [usize]) -> impl Iterator<Item 
     })
 }
 
-/// Pads the cells of a tile of the given shape to a whole chunk; borrows them where the tile is one.
+/// Pads the cells of a tile of the given shape to a whole chunk; borrows them if the tile is a whole chunk.
 fn pad<'a, T: Copy>(cells: &'a [T], shape: &[usize], chunk: &[usize], fill: T) -> Cow<'a, [T]> {
     assert_eq!(cells.len(), shape.iter().product::<usize>(), "cells of a tile of shape {shape:?}");
     if shape == chunk {
@@ -320,7 +320,7 @@ fn pad<'a, T: Copy>(cells: &'a [T], shape: &[usize], chunk: &[usize], fill: T) -
     Cow::Owned(full)
 }
 
-/// [`pad`] for runs.
+/// As [`pad`], for runs.
 fn pad_runs<'a>(codes: &'a Runs<i8>, shape: &[usize], chunk: &[usize], fill: i8) -> Cow<'a, Runs<i8>> {
     assert_eq!(codes.len(), shape.iter().product::<usize>(), "codes of a tile of shape {shape:?}");
     if shape == chunk {

@@ -1,10 +1,10 @@
-//! An unfinished map that survives the end of its run, and is resumed from it.
+//! An unfinished map, which survives the end of its run and can be resumed.
 //!
 //! While the map is computed, two files lie beside the output `NAME`:
 //!
 //! - `NAME.part`, the journal: every finished tile with its account. A stopped run is resumed from it alone;
-//! - `NAME.part-map`, the map itself so far. HDF5 guarantees nothing for a file that was being written when
-//!   its process died, so resuming makes it anew from the journal.
+//! - `NAME.part-map`, the unfinished map itself. HDF5 guarantees nothing for a file whose process died while
+//!   it wrote to the file, so a resumed run writes the map again from the journal.
 //!
 //! Both are removed when the map gets its name.
 
@@ -31,7 +31,7 @@ const JOURNAL: &str = ".part";
 /// Suffix of the unfinished map's name.
 const UNFINISHED: &str = ".part-map";
 
-/// Key in the journal's header: whether the run replaces its output.
+/// Key in the journal's header of the flag that the run replaces an existing output.
 const REPLACES: &str = "replaces";
 
 /// Largest length of a header in bytes; a tile's frame may be longer.
@@ -57,8 +57,8 @@ pub(crate) struct Found {
     /// Seconds that earlier runs took, up to their last finished tiles.
     pub(crate) seconds: f64,
     history: String,
-    /// Number of bytes at the end of the journal that could not be used: a partial tile, or a damaged place
-    /// and all after it. Their tiles are not among the finished ones.
+    /// Number of bytes at the end of the journal that could not be used: a partial tile, or a damaged frame
+    /// and all bytes after it. Tiles in these bytes are not among the finished ones.
     pub(crate) lost: u64,
 }
 
@@ -84,13 +84,13 @@ pub enum Resumed {
 }
 
 impl PartialMap {
-    /// Starts the map that `plan` asks for.
+    /// Starts the map of `plan`.
     ///
     /// # Errors
     /// [`StoreError::Exists`] if the map exists already, [`StoreError::Unfinished`] if an interrupted run has
     /// left tiles, both unless they are to be replaced; [`StoreError::Busy`] if another process is writing
-    /// it; [`StoreError::InTheWay`] if the name of the journal is taken; otherwise the file system's or the
-    /// library's reasons.
+    /// the map; [`StoreError::InTheWay`] if the name of the journal is taken; otherwise the error of the file
+    /// system or of the library.
     pub fn begin(
         path: &Path,
         plan: &Plan,
@@ -113,11 +113,12 @@ impl PartialMap {
         Self::fresh(path, plan, &opening, history, existing, journal)
     }
 
-    /// Continues the map of an interrupted run, starts it if there is none, or finds that it is complete.
+    /// Continues the map of an interrupted run. Starts a new map if there is neither a journal nor a map;
+    /// returns [`Resumed::Complete`] if the map is finished.
     ///
     /// # Errors
     /// [`StoreError::Changed`] if the unfinished or finished map belongs to another plan, configuration or
-    /// version of the program; [`StoreError::Busy`] if another process is writing it;
+    /// version of the program; [`StoreError::Busy`] if another process is writing the map;
     /// [`StoreError::Unusable`] if the journal's header is lost; otherwise as [`PartialMap::begin`].
     pub fn resume(path: &Path, plan: &Plan, provenance: &Provenance) -> Result<Resumed, StoreError> {
         let journal_path = beside(path, JOURNAL)?;
@@ -159,7 +160,7 @@ impl PartialMap {
                 let replaces = get(&then, REPLACES) == Some(&Value::from(1));
                 let existing = if replaces { Existing::Replace } else { Existing::Refuse };
                 if !replaces && path.symlink_metadata().is_ok() {
-                    // The earlier run was stopped before it could remove the journal.
+                    // The earlier run finished the map, and was stopped before it removed the journal.
                     check_finished(path, opening)?;
                     finished_already = true;
                 }
@@ -167,7 +168,7 @@ impl PartialMap {
                     found.history.clone_from(history);
                 }
                 let temporary = Temporary::instead(beside(path, UNFINISHED)?)?;
-                // Title, comments and paths are those of the run that completes the map.
+                // The map gets the title, the comments and the paths of this run, not of the earlier one.
                 map =
                     Some(MapWriter::begin(path, temporary, plan, opening, found.history.clone(), existing)?);
                 Ok(true)
@@ -201,7 +202,7 @@ impl PartialMap {
             return Ok(Resumed::Complete);
         }
         let Some(mut map) = map else {
-            // If the run was stopped before its header was written, nothing is lost by starting anew.
+            // If the run was stopped before its header was written, a new start loses nothing.
             if length > header_length + 4096 {
                 return Err(StoreError::Unusable(journal_path));
             }
@@ -256,7 +257,7 @@ impl PartialMap {
         self.journal.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// For each tile of the grid, whether an earlier run has finished it.
+    /// One entry for each tile of the grid: whether an earlier run has finished the tile.
     #[must_use]
     pub fn finished(&self) -> &[bool] {
         &self.found.finished
@@ -291,7 +292,7 @@ impl PartialMap {
         self.journal().locked
     }
 
-    /// Forces the journal to disk; to be called before the map is left to a later run.
+    /// Forces the journal to disk. The caller must do so before it leaves the map to a later run.
     pub(crate) fn sync(&self) -> Result<(), StoreError> {
         self.journal().sync()
     }
@@ -300,12 +301,12 @@ impl PartialMap {
     ///
     /// # Errors
     /// [`StoreError::Incomplete`] if tiles are missing, [`StoreError::NotComputed`] if cells are,
-    /// [`StoreError::Overtaken`] if the output appeared meanwhile and is not to be replaced; otherwise the file
-    /// system's or the library's reasons. The journal stays, so that nothing computed is lost.
+    /// [`StoreError::Overtaken`] if the output appeared meanwhile and is not to be replaced; otherwise the
+    /// error of the file system or of the library. After an error the journal stays, so that no tile is lost.
     pub fn finish(self, outcome: &Outcome) -> Result<(), StoreError> {
         let Self { map, journal, .. } = self;
         let mut journal = journal.into_inner().unwrap_or_else(PoisonError::into_inner);
-        // If the power fails after the map's name reached the disk, the tiles are in the journal.
+        // If the power fails after the map's name has reached the disk, the tiles are in the journal.
         journal.sync()?;
         map.finish(outcome)?;
         journal.remove()
@@ -346,10 +347,10 @@ fn longest(plan: &Plan) -> u64 {
     LONGEST_HEADER.max(plain + plain / 16)
 }
 
-/// The remains of an interrupted run at a path.
+/// The files that an interrupted run has left at a path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Left {
-    /// Nothing to resume.
+    /// No journal, so nothing can be resumed.
     Nothing,
     /// A journal, which can be resumed.
     Journal,
@@ -371,7 +372,7 @@ pub(crate) fn left(path: &Path) -> Left {
     }
 }
 
-/// Removes the unfinished map, but not the journal: for a process that cannot end in order.
+/// Removes the unfinished map, but not the journal, for a process that cannot drop its [`PartialMap`].
 pub(crate) fn remove_unfinished(path: &Path) {
     if let Ok(unfinished) = beside(path, UNFINISHED) {
         // If it cannot be removed now, the next run removes it.

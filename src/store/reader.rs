@@ -30,7 +30,7 @@ pub enum Pick {
     Every(usize),
 }
 
-/// A stored map, open for reading. Cells stay on disk until they are read; all of them were verified when the
+/// A stored map, open for reading. Cells stay on disk until they are read. All cells were verified when the
 /// map was opened.
 #[derive(Debug)]
 pub struct MapFile {
@@ -64,7 +64,7 @@ impl MapFile {
     }
 
     /// Shape of the tiles in which cells are stored: reading tile by tile ([`Grid::tile`],
-    /// [`MapFile::codes`]) touches every byte once.
+    /// [`MapFile::codes`]) reads every byte once.
     #[must_use]
     pub fn tile_shape(&self) -> &[usize] {
         &self.schema.tile_shape
@@ -93,12 +93,12 @@ impl MapFile {
         self.schema.variables.iter().map(|variable| variable.name.as_str())
     }
 
-    /// Returns whether the map has this variable.
+    /// Returns whether the map has this variable over the grid.
     pub(crate) fn has(&self, variable: &str) -> bool {
         self.variables().any(|name| name == variable)
     }
 
-    /// Whether the map has this variable beside its cells.
+    /// Whether the map has this auxiliary variable.
     #[must_use]
     pub fn has_auxiliary(&self, name: &str) -> bool {
         AUXILIARY.contains(&name) && self.file.link_exists(name)
@@ -133,7 +133,7 @@ impl MapFile {
     /// recorded when the map was written.
     ///
     /// # Errors
-    /// [`StoreError::NoVariable`] if there is no such variable of codes; otherwise the library's reasons.
+    /// [`StoreError::NoVariable`] if there is no such variable of codes; otherwise the error of the library.
     pub fn counts(&self, variable: &str) -> Result<Vec<u64>, StoreError> {
         let dataset = self.dataset(variable)?;
         let read = value::read(&dataset, "flag_counts").map_err(|error| self.failed(variable, &error))?;
@@ -151,7 +151,7 @@ impl MapFile {
     /// Reads codes (verdicts, regimes) in a box of cells, one index range per dimension of the variable.
     ///
     /// # Errors
-    /// [`StoreError::NoVariable`] or [`StoreError::OutOfRange`]; otherwise the library's reasons.
+    /// [`StoreError::NoVariable`] or [`StoreError::OutOfRange`]; otherwise the error of the library.
     pub fn codes(&self, variable: &str, ranges: &[Range<usize>]) -> Result<ArrayD<i8>, StoreError> {
         self.read(variable, ranges)
     }
@@ -172,8 +172,8 @@ impl MapFile {
         self.slice(variable, at)
     }
 
-    /// Reads real numbers on a slice, as [`MapFile::code_slice`]; also those of a variable beside the cells,
-    /// which takes no notice of the axes that it does not have.
+    /// Reads real numbers on a slice, as [`MapFile::code_slice`], also those of an auxiliary variable: the
+    /// picks along axes that such a variable does not have are ignored.
     ///
     /// # Errors
     /// As [`MapFile::codes`].
@@ -271,7 +271,7 @@ pub(super) fn read_box<T: hdf5::H5Type>(
     dataset.read_slice(hdf5::Hyperslab::from(selection))
 }
 
-/// Opens an HDF5 file, and says why if that fails; returns its length in bytes too.
+/// Opens an HDF5 file; returns it and its length in bytes.
 fn open_file(path: &Path) -> Result<(File, u64), StoreError> {
     let failed = |source| StoreError::io("open", path, source);
     let mut head = Vec::new();
@@ -363,8 +363,8 @@ fn read_axis(file: &File, name: &str, length: u64) -> Result<Vec<f64>, Unfit> {
     Ok(axis.read_raw()?)
 }
 
-/// Reads what the file says of a method. The texts come from the file, not from the table of methods, because
-/// a map may be older or newer than the program.
+/// Reads the description of a method from the file, not from the table of methods, because a map may be older
+/// or newer than the program.
 fn method_info(file: &File, name: &str) -> hdf5::Result<MethodInfo> {
     let dataset = file.dataset(&format!("verdict_{name}"))?;
     let text = |attribute: &str| -> hdf5::Result<String> {

@@ -1,5 +1,5 @@
-//! Tables as HDF5 files that are also valid NetCDF-4: a dimension for each kind of row, a variable for each
-//! column.
+//! Writes tables to HDF5 files that are also valid NetCDF-4. Each kind of row has a dimension, each column a
+//! variable.
 
 use std::path::Path;
 
@@ -18,7 +18,7 @@ pub(crate) enum Contents {
     /// Real numbers; NaN for missing values.
     Reals(Vec<f64>),
     Integers(Vec<i32>),
-    /// Words, stored as the numbers of `flag_meanings`.
+    /// Words, stored as their positions in `flag_meanings`.
     Words(Vec<String>),
 }
 
@@ -107,7 +107,7 @@ fn create<T: hdf5::H5Type>(group: &Group, name: &str, values: &[T]) -> hdf5::Res
     group.new_dataset_builder().with_data(values).obj_track_times(false).create(name)
 }
 
-/// Makes a dataset a dimension with these values: an HDF5 dimension scale.
+/// Makes a dataset a dimension (an HDF5 dimension scale) with these values.
 pub(super) fn describe_scale(
     dataset: &Dataset,
     name: &str,

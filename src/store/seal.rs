@@ -1,8 +1,8 @@
 //! Publishes a finished map atomically: seals it, forces it to disk, then gives it its name.
 //!
 //! The seal is one line of text after the last byte of the HDF5 file: the SHA-256 of every byte before it.
-//! HDF5 readers ignore it. It covers what no checksum of HDF5 covers (unused bytes, the heap of references,
-//! raw coordinates), and a program that opens the map for writing removes it.
+//! HDF5 readers ignore it. It covers bytes that no checksum of HDF5 covers (unused bytes, the heap of
+//! references, raw coordinates). A program that opens the map for writing removes it.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Read, Seek, SeekFrom, Write};
@@ -28,9 +28,9 @@ const LENGTH: u64 = LABEL.len() as u64 + 64 + 1;
 /// State of a file's seal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Seal {
-    /// Matches: every byte is as it was when the map was finished.
+    /// The seal matches: no byte has changed since the map was finished.
     Whole,
-    /// Does not match: some byte has changed.
+    /// The seal does not match: some byte has changed.
     Broken,
     /// The file has no seal.
     Missing,
@@ -50,7 +50,7 @@ fn fingerprint(file: &mut File, length: u64) -> io::Result<String> {
     Ok(hex(&hash.finalize()))
 }
 
-/// Appends the seal to a closed file and forces all of it to disk.
+/// Appends the seal to a closed file and forces the file to disk.
 pub(super) fn seal(path: &Path) -> io::Result<()> {
     let mut file = OpenOptions::new().read(true).write(true).open(path)?;
     let length = file.metadata()?.len();
@@ -73,7 +73,7 @@ pub(super) fn verify(path: &Path) -> io::Result<Seal> {
     Ok(if digits == expected.as_bytes() { Seal::Whole } else { Seal::Broken })
 }
 
-/// The state of a file's seal, checked before the HDF5 library sees the file.
+/// The state of a file's seal, determined without the HDF5 library.
 pub(super) fn of(path: &Path) -> Result<Seal, StoreError> {
     let failed = |source| StoreError::io("read", path, source);
     match trust::plain_file(path).map_err(failed)? {
@@ -101,7 +101,7 @@ pub(super) fn beside(output: &Path, ending: &str) -> Result<PathBuf, StoreError>
     Ok(folder.join(own))
 }
 
-/// A file beside the output that is removed when dropped, unless it was published.
+/// A file beside the output, which is removed when this is dropped, unless it was published.
 #[derive(Debug)]
 pub(super) struct Temporary {
     pub(super) path: PathBuf,
@@ -109,7 +109,7 @@ pub(super) struct Temporary {
 }
 
 impl Temporary {
-    /// Creates the empty file at `path`, in place of one that a killed run has left.
+    /// Creates the empty file at `path`; replaces a file that a killed run has left.
     pub(super) fn instead(path: PathBuf) -> Result<Self, StoreError> {
         match fs::remove_file(&path) {
             Ok(()) => {}
@@ -127,7 +127,7 @@ impl Temporary {
         let failed = |source| StoreError::io("write", output, source);
         match existing {
             Existing::Replace => fs::rename(&self.path, output).map_err(failed)?,
-            // A link, unlike a renaming, never replaces a file that was created during the run.
+            // Unlike renaming, a hard link never replaces a file that was created during the run.
             Existing::Refuse => match fs::hard_link(&self.path, output) {
                 Ok(()) => fs::remove_file(&self.path).map_err(failed)?,
                 // Some file systems have no links; there the name is checked before it is taken.
@@ -145,7 +145,7 @@ impl Temporary {
             },
         }
         self.keep = true;
-        // The name is an entry of the folder, which has to reach the disk as well.
+        // The name is an entry of the folder, so the folder must be forced to disk as well.
         sync_folder(output).map_err(failed)
     }
 }

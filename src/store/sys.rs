@@ -1,9 +1,9 @@
 //! Calls of the HDF5 C library that the safe layer does not offer.
 //!
-//! This is the only place with unsafe code. Every call runs inside [`hdf5::sync::sync`], the lock that
-//! the safe layer takes around its own calls, because the system's library is not thread-safe. The
-//! identifiers come from live objects of the safe layer, borrowed for the whole call, and every buffer's
-//! length is checked against what the library reads or writes.
+//! This is the only module with unsafe code. Every call runs inside [`hdf5::sync::sync`], the lock that the
+//! safe layer takes around its own calls, because the system's library is not thread-safe. The identifiers
+//! come from live objects of the safe layer, borrowed for the whole call. The length of every buffer is at
+//! least the number of bytes that the library reads or writes.
 #![allow(unsafe_code)]
 
 use hdf5::types::TypeDescriptor;
@@ -38,8 +38,8 @@ pub(super) fn write_chunk(dataset: &Dataset, offset: &[usize], bytes: &[u8]) -> 
 
 /// Releases the library's lock on a file that is about to be closed.
 ///
-/// Closing is not enough: the lock belongs to the open file, and a process started meanwhile by another
-/// thread inherits it. The file would stay locked for as long as that process runs.
+/// Closing the file does not suffice: the lock belongs to the open file description, which a process started
+/// meanwhile by another thread inherits. The file would stay locked for as long as that process runs.
 ///
 /// # Errors
 /// The library's own. A file system without locks is no error.
@@ -63,17 +63,17 @@ pub(super) fn unlock(_: &File) -> hdf5::Result<()> {
     Ok(())
 }
 
-/// Termination of a text of fixed length.
+/// The termination of a text of fixed length.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Ending {
     /// Not terminated: UTF-8 of exactly the text's length.
     Exact,
-    /// By a zero byte: ASCII, as the dimension-scale specification demands.
+    /// Terminated by a zero byte: ASCII, as the dimension-scale specification requires.
     Zero,
 }
 
-/// Writes a text attribute of fixed length. It lies in the object's header under the library's metadata
-/// checksum (texts of variable length lie elsewhere, without one), and every NetCDF tool can read it.
+/// Writes a text attribute of fixed length. Such a text is stored in the object's header, under a checksum
+/// (texts of variable length are stored elsewhere, without one), and every NetCDF tool can read it.
 ///
 /// # Errors
 /// The library's own; an empty text cannot be stored.
@@ -126,8 +126,8 @@ pub(super) fn read_fixed_text(attribute: &Attribute) -> hdf5::Result<Option<Stri
     String::from_utf8(bytes).map(Some).map_err(|_| Error::from("the text is not UTF-8"))
 }
 
-/// An entry of a dimension scale's `REFERENCE_LIST`: a variable that uses the scale, and for which of its
-/// dimensions. The layout is that of the dimension-scale specification.
+/// An entry of a dimension scale's `REFERENCE_LIST`: a variable that uses the scale, and the dimension of the
+/// variable that it is. The layout is that of the dimension-scale specification.
 #[derive(Clone, Copy, H5Type)]
 #[repr(C)]
 pub(super) struct ScaleUse {

@@ -1,8 +1,8 @@
 //! Validates an untrusted map before it is read.
 //!
-//! A few bytes of an HDF5 file can declare more cells than memory holds, numbers of another type, or numbers
-//! that lie in other files of the reader's machine. These functions refuse, with the reason, what no finished
-//! map holds; whatever passes takes memory and time in proportion to the file's length.
+//! A few bytes of an HDF5 file can declare more cells than memory can hold, numbers of another type, or
+//! numbers that are stored in other files of the reader's machine. These functions refuse, with the reason,
+//! content that no finished map has. Reading the rest takes memory and time in proportion to its length.
 
 use std::path::Path;
 
@@ -19,13 +19,13 @@ const DEFLATE_RATIO: u64 = 1032;
 /// Largest number of cells of a chunk or a tile. Maps made by slipmap have at most 2^20.
 const MOST_CHUNK_CELLS: usize = 1 << 24;
 
-/// Number of nodes of an axis up to which the file's length is not compared.
+/// Number of nodes of an axis up to which it is not compared with the file's length.
 const UNCHECKED_NODES: usize = 1 << 20;
 
-/// Largest number of letters of a name.
+/// Largest length of a name in bytes.
 const LONGEST_NAME: usize = 64;
 
-/// Refuses a path that is not a regular file: reading a pipe could block, a device may never end.
+/// Refuses a pipe, which could block a reader, and a device, which may never end.
 ///
 /// # Errors
 /// The inner error is the reason for the refusal, the outer one the file system's.
@@ -38,18 +38,18 @@ pub(super) fn plain_file(path: &Path) -> std::io::Result<Result<(), String>> {
     })
 }
 
-/// Why a part of a file cannot be used.
+/// Reason why a part of a file cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub(super) enum Unfit {
-    /// The library's error.
+    /// The library returned an error.
     #[error("unreadable: {0}")]
     Unreadable(#[from] hdf5::Error),
-    /// No map that slipmap writes holds it; the reason.
+    /// No map that slipmap writes contains such a part; with the reason.
     #[error("{0}")]
     Foreign(String),
 }
 
-/// The error of a part that no map holds, unless it is `legal`.
+/// Returns [`Unfit::Foreign`] with the reason `why` unless `legal`.
 fn require(legal: bool, why: impl FnOnce() -> String) -> Result<(), Unfit> {
     if legal { Ok(()) } else { Err(Unfit::Foreign(why())) }
 }
@@ -67,7 +67,7 @@ pub(super) fn own_members(group: &Group) -> Result<(), Unfit> {
     }
 }
 
-/// Refuses method names that no map uses: they become parts of file names and of labels.
+/// Refuses method names that no map uses, since names become parts of file names and of labels.
 pub(super) fn name(name: &str) -> Result<(), String> {
     let plain = |byte: u8| byte.is_ascii_alphanumeric() || byte == b'_';
     if name.is_empty() || name.len() > LONGEST_NAME || !name.bytes().all(plain) {
@@ -76,7 +76,7 @@ pub(super) fn name(name: &str) -> Result<(), String> {
     Ok(())
 }
 
-/// Refuses an axis that is not a list of numbers of this file.
+/// Refuses an axis that is not a list of numbers stored in this file.
 pub(super) fn axis(dataset: &Dataset, name: &str, length: u64) -> Result<(), Unfit> {
     own_numbers(dataset, name)?;
     require(dataset.ndim() == 1, || {
@@ -103,7 +103,7 @@ pub(super) fn grid(schema: &Schema, length: u64) -> Result<(), String> {
     Ok(())
 }
 
-/// Refuses a variable whose shape or type differs from what the file's attributes say.
+/// Refuses a variable whose shape or type does not follow from the file's attributes.
 pub(super) fn variable(dataset: &Dataset, schema: &Schema, variable: &Variable) -> Result<(), Unfit> {
     let name = &variable.name;
     own_numbers(dataset, name)?;
@@ -112,7 +112,7 @@ pub(super) fn variable(dataset: &Dataset, schema: &Schema, variable: &Variable) 
     require(stored == expected, || format!("{name} holds {stored} instead of {expected}"))
 }
 
-/// Refuses an auxiliary variable that is not an array of numbers of this shape.
+/// Refuses an auxiliary variable that is not an array of this shape of real numbers.
 pub(super) fn auxiliary(dataset: &Dataset, name: &str, shape: &[usize]) -> Result<(), Unfit> {
     own_numbers(dataset, name)?;
     has_shape(dataset, name, shape)?;
@@ -137,12 +137,12 @@ pub(super) fn kind_of(variable: &Variable) -> TypeDescriptor {
     }
 }
 
-/// Number type of a stored dataset; a type unknown to the `hdf5` crate is an error.
+/// Number type of a stored dataset; an error for a type that the `hdf5` crate does not support.
 fn kind(dataset: &Dataset) -> hdf5::Result<TypeDescriptor> {
     dataset.dtype()?.to_descriptor()
 }
 
-/// Refuses numbers that lie in other files, and chunks that would fill the memory.
+/// Refuses numbers that are stored in other files, and chunks that would fill the memory.
 pub(super) fn own_numbers(dataset: &Dataset, name: &str) -> Result<(), Unfit> {
     let plist = dataset.dcpl()?;
     let here = matches!(plist.get_layout()?, Layout::Compact | Layout::Contiguous | Layout::Chunked);

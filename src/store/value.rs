@@ -8,14 +8,14 @@ use crate::dataset::{Value, hex};
 
 use super::sys::{self, Ending};
 
-/// Attributes that make a dataset a dimension, or link a variable to its dimensions. They hold references,
-/// not values, and `check` follows them instead of fingerprinting them.
+/// Attributes that make a dataset a dimension, or link a variable to its dimensions. They may hold
+/// references; `check` compares them directly and does not fingerprint them.
 pub(super) const STRUCTURAL: [&str; 4] = ["CLASS", "NAME", "DIMENSION_LIST", "REFERENCE_LIST"];
 
 /// Name of the attribute that holds the fingerprint of an object's other attributes.
 pub(super) const ATTRIBUTES_DIGEST: &str = "sha256_attributes";
 
-/// Largest number of values of an attribute; those of maps have a dozen at most.
+/// Largest number of values of an attribute that is read; attributes of maps have a dozen at most.
 const MOST_VALUES: usize = 1 << 16;
 
 /// Attaches `value` to `place`; an empty text or list is left out.
@@ -46,7 +46,7 @@ pub(super) fn read(place: &Location, name: &str) -> hdf5::Result<Option<Value>> 
         TypeDescriptor::FixedAscii(_) | TypeDescriptor::FixedUnicode(_) => {
             sys::read_fixed_text(&attribute)?.map(Value::Text)
         }
-        // Variable-length texts: written by tools that copy maps.
+        // Tools that copy maps write texts of variable length.
         TypeDescriptor::VarLenUnicode => foreign_text(&attribute.read_raw::<VarLenUnicode>()?)?,
         TypeDescriptor::VarLenAscii => foreign_text(&attribute.read_raw::<VarLenAscii>()?)?,
         TypeDescriptor::Integer(IntSize::U1) => Some(Value::Codes(attribute.read_raw()?)),
@@ -56,15 +56,15 @@ pub(super) fn read(place: &Location, name: &str) -> hdf5::Result<Option<Value>> 
     })
 }
 
-/// Decodes a text whose bytes the library did not check; `None` unless there is exactly one.
+/// Decodes a text whose bytes the library has not validated; `None` unless there is exactly one text.
 fn foreign_text<T: AsRef<[u8]>>(texts: &[T]) -> hdf5::Result<Option<Value>> {
     let [text] = texts else { return Ok(None) };
     let text = std::str::from_utf8(text.as_ref()).map_err(|_| hdf5::Error::from("the text is not UTF-8"))?;
     Ok(Some(Value::Text(text.into())))
 }
 
-/// Reads every attribute of `place` but the structural ones, by name; the value is `None` if it has a type
-/// that no map uses.
+/// Reads every attribute of `place` except the structural ones, sorted by name. The value is `None` if it has
+/// a type that no map uses.
 pub(super) fn read_all(place: &Location) -> hdf5::Result<Vec<(String, Option<Value>)>> {
     let mut names = place.attr_names()?;
     names.retain(|name| !STRUCTURAL.contains(&name.as_str()));
@@ -72,8 +72,8 @@ pub(super) fn read_all(place: &Location) -> hdf5::Result<Vec<(String, Option<Val
     names.into_iter().map(|name| read(place, &name).map(|value| (name, value))).collect()
 }
 
-/// Fingerprint of attributes sorted by name, without their own fingerprint. Lengths precede contents, so that
-/// no two different lists have the same encoding.
+/// Fingerprint of attributes, which must be sorted by name; [`ATTRIBUTES_DIGEST`] is left out. Lengths
+/// precede contents, so that different lists have different encodings.
 pub(super) fn digest<'a>(attributes: impl IntoIterator<Item = (&'a str, &'a Value)>) -> String {
     fn piece(hash: &mut Sha256, bytes: &[u8]) {
         hash.update((bytes.len() as u64).to_le_bytes());

@@ -31,8 +31,8 @@ struct Written {
     counts: Vec<u64>,
 }
 
-/// A map being written. Until [`MapWriter::finish`] it lies beside the output under a temporary name;
-/// dropping the writer removes it.
+/// A map that is being written. Until [`MapWriter::finish`] the file has a temporary name beside the output;
+/// dropping the writer removes the file.
 #[derive(Debug)]
 pub(super) struct MapWriter {
     // Fields are dropped in order: the file is closed, then removed.
@@ -47,7 +47,7 @@ pub(super) struct MapWriter {
 }
 
 impl MapWriter {
-    /// Starts the map with these attributes in this temporary file.
+    /// Starts the map with the attributes `opening` in the file `temporary`.
     pub(super) fn begin(
         path: &Path,
         temporary: Temporary,
@@ -87,8 +87,8 @@ impl MapWriter {
     ///
     /// # Errors
     /// [`StoreError::Incomplete`] if tiles are missing, [`StoreError::NotComputed`] if cells are,
-    /// [`StoreError::Overtaken`] if the output appeared meanwhile and is not to be replaced; otherwise the file
-    /// system's or the library's reasons. In every case but `Overtaken` the temporary file is removed.
+    /// [`StoreError::Overtaken`] if the output appeared meanwhile and is not to be replaced; otherwise the
+    /// error of the file system or of the library. All errors except `Overtaken` remove the temporary file.
     pub(super) fn finish(self, outcome: &Outcome) -> Result<(), StoreError> {
         self.check_complete()?;
         let Self { datasets, file, temporary, output, existing, history, schema, written } = self;
@@ -165,7 +165,7 @@ impl MapWriter {
     }
 }
 
-/// Creates the dimensions and the variables, which list their dimensions.
+/// Creates the dimensions, and the variables with the lists of their dimensions.
 fn create_datasets(file: &File, schema: &Schema, compression: u8) -> hdf5::Result<Vec<Dataset>> {
     let axes = schema.grid.axes();
     for axis in axes {
@@ -179,7 +179,7 @@ fn create_datasets(file: &File, schema: &Schema, compression: u8) -> hdf5::Resul
     schema.variables.iter().map(create).collect()
 }
 
-/// Lets a dataset name its dimensions.
+/// Writes the list of the dimensions of a dataset.
 fn name_dimensions<'a>(
     file: &File,
     dataset: &Dataset,
@@ -191,7 +191,7 @@ fn name_dimensions<'a>(
     dataset.new_attr_builder().with_data(&list).create("DIMENSION_LIST").map(drop)
 }
 
-/// Lets each dimension name the datasets that have it.
+/// Writes, for each dimension, the list of the datasets that have it.
 fn list_uses(file: &File, schema: &Schema, auxiliary: &[Auxiliary]) -> hdf5::Result<()> {
     let axes = schema.grid.axes();
     let mut uses: Vec<Vec<ScaleUse>> = vec![Vec::new(); axes.len()];
@@ -231,7 +231,7 @@ fn create_auxiliary(file: &File, schema: &Schema, auxiliary: &[Auxiliary]) -> hd
     Ok(())
 }
 
-/// Creates a coordinate, which is also a dimension (HDF5 dimension scale).
+/// Creates the coordinate variable of an axis, which is also a dimension (HDF5 dimension scale).
 fn create_scale(file: &File, axis: &Axis) -> hdf5::Result<()> {
     let dataset = file
         .new_dataset_builder()

@@ -1,18 +1,18 @@
 //! A friction law given as text, such as `mu + (1 - mu)*exp(-u/vs)`: phi in the slip speed u, in eps, and in
 //! any other names, which become parameters of the law and axes of maps.
 //!
-//! The text is parsed with the crate `winnow` to a tape of operations, which is evaluated on Taylor series
+//! The crate `winnow` parses the text to a tape of operations, which is evaluated on Taylor series
 //! ([`super::jet`]): over numbers for phi and its derivative, over intervals for proved bounds, over series
-//! in eps for the first-order theory. A series is as exact as a formula for the derivative, and shorter: a
-//! third derivative costs ten products for each product of the law, where its formula has hundreds of terms.
+//! in eps for the first-order theory. A series is as exact as a formula for the derivative, and cheaper: a
+//! third derivative costs ten products for each product of the law, while its formula has hundreds of terms.
 //! The tests compare the series with the formulas that the crate `exmex` derives for random laws. (`exmex` is
-//! not suited to users' input: it reads -u^2 as (-u)^2 and 1e-3 not as a number, and its errors give no place
-//! in the text.)
+//! not suited to users' input: it reads -u^2 as (-u)^2, does not accept 1e-3 as a number, and its errors do
+//! not contain the place in the text.)
 //!
 //! **Legal laws** are checked by [`Expression::check`]: phi(0) = 1 (after division by a stated static
-//! level), phi and D finite and continuous over the slip speeds in question. `abs` is legal where its
-//! argument keeps its sign there; powers that are not integers need a base >= 0, and where it vanishes an exponent
-//! of at least 1.
+//! level), phi and D finite and continuous over the slip speeds of the check. `abs` is legal if its argument
+//! does not change its sign there. A power with an exponent that is not an integer requires a base >= 0, and,
+//! where the base vanishes, an exponent of at least 1.
 
 mod parse;
 
@@ -25,8 +25,8 @@ use super::{Gradient, NoFirstOrder, Parameter};
 use crate::point::{LawParameters, MAX_LAW_PARAMETERS};
 use parse::{DEEPEST, Function, Op, Place, Tape, is_integer};
 
-/// Largest number of operations of a formula: more would make a right-hand side as slow as hundreds of usual
-/// ones.
+/// Largest number of operations of a formula: with more, one evaluation would cost as much as hundreds of
+/// evaluations of a usual law.
 const MOST_OPERATIONS: usize = 500;
 
 /// Tolerance of phi(0) = 1: formulas have rounding errors.
@@ -38,7 +38,7 @@ const STATIC_SLACK: f64 = 1e-12;
 pub struct ExpressionError {
     /// First character concerned, from 0.
     pub(crate) from: usize,
-    /// One past the last.
+    /// One past the last character concerned.
     pub(crate) to: usize,
     pub(crate) problem: String,
     /// The remedy.
@@ -65,8 +65,8 @@ impl PartialEq for Expression {
     }
 }
 
-/// Keeps the names of parameters for the life of the program, each once: axes of maps are known by static
-/// names.
+/// Keeps each name of a parameter once, for the life of the program: names of axes have the lifetime
+/// `'static`.
 fn interned(name: String) -> &'static str {
     static KNOWN: Mutex<Option<HashSet<&'static str>>> = Mutex::new(None);
     let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
@@ -80,7 +80,7 @@ fn interned(name: String) -> &'static str {
 }
 
 impl Expression {
-    /// Compiles `text`; phi is its value divided by `static_level` > 0.
+    /// Compiles `text`; phi is the value of the formula divided by `static_level` > 0.
     ///
     /// # Errors
     /// [`ExpressionError`] where the text is no formula, or has too many parameters.
@@ -115,11 +115,11 @@ impl Expression {
         Ok(Self(Arc::new(Compiled { text: text.to_owned(), static_level, tape, parameters })))
     }
 
-    /// The law with its slip speed in units of `unit`, divided by `static_level`: every u of the text becomes
-    /// (unit*u).
+    /// The law with its slip speed in units of `unit`, divided by `static_level`. In the text, every u is
+    /// replaced by (unit*u).
     ///
     /// # Errors
-    /// [`ExpressionError`] if that makes the formula too long.
+    /// [`ExpressionError`] if the replacement makes the formula too long.
     pub(crate) fn in_units(&self, unit: f64, static_level: f64) -> Result<Self, ExpressionError> {
         let mut text = String::with_capacity(self.0.text.len());
         let is_part = |letter: char| letter.is_alphanumeric() || letter == '_' || letter == '.';
@@ -161,13 +161,13 @@ impl Expression {
         found.map(|(_, place)| (place.from, place.to))
     }
 
-    /// Returns whether eps is among the names of the formula.
+    /// Returns whether eps occurs in the formula.
     pub(super) fn depends_on_epsilon(&self) -> bool {
         self.0.tape.ops.contains(&Op::Epsilon)
     }
 
-    /// The curve at one eps and one choice of parameters; those of a formula without eps are equal at all
-    /// eps.
+    /// The curve at one eps and one choice of parameters. The curves of a formula without eps are equal for
+    /// all eps.
     pub(super) fn curve(&self, epsilon: f64, parameters: &LawParameters) -> ExpressionCurve {
         let epsilon = if self.depends_on_epsilon() { epsilon } else { 0.0 };
         ExpressionCurve { law: self.clone(), epsilon, parameters: *parameters }
@@ -237,7 +237,7 @@ impl ExpressionCurve {
         1 + self.law.0.tape.ops.len() as u64 / 2
     }
 
-    /// Evaluates the tape; `watch` receives every operation's number and result.
+    /// Evaluates the tape; `watch` is called with the number and the result of every operation.
     #[inline]
     fn run<T: Real>(&self, u: T, epsilon: T, watch: impl FnMut(usize, &T)) -> T {
         self.run_with(u, epsilon, |i| T::constant(self.parameters.as_slice()[i]), watch)
@@ -286,7 +286,7 @@ impl ExpressionCurve {
         self.run(Jet::variable(u, 1.0), Jet::of(T::constant(self.epsilon)), |_, _| ())
     }
 
-    /// phi(u); below u = 0, where the flow is continued, the formula's value, or 1 where it has none.
+    /// phi(u); below u = 0, where the flow is continued, the formula's value, or 1 where that is not finite.
     #[inline]
     pub(super) fn phi(&self, u: f64) -> f64 {
         let phi = self.run(u, self.epsilon, |_, _| ());
@@ -300,16 +300,16 @@ impl ExpressionCurve {
         if slope.is_finite() || u >= 0.0 { -slope } else { -self.series::<f64, 2>(0.0).0[1] }
     }
 
-    /// The same at several slip speeds >= 0, for which the tape is run once.
+    /// -phi'(u) at several slip speeds >= 0, with one run of the tape.
     pub(super) fn weakenings<const N: usize>(&self, u: [f64; N]) -> [f64; N] {
         (-self.series::<Points<N>, 2>(Points(u)).0[1]).0
     }
 
-    /// Derivatives of the weakening rate, by series in eps and in one parameter after the other.
+    /// Derivatives of the weakening rate, from series in eps and in one parameter after the other.
     pub(super) fn gradient(&self, u: f64) -> Gradient {
         type Mixed = Jet<Jet<f64, 2>, 2>;
         let values = self.parameters.as_slice();
-        // The variable number `n`: eps for 0, else parameter n - 1.
+        // The derivative with respect to variable `n`: eps for 0, else parameter n - 1.
         let by = |n: usize| {
             let input = |i: usize, x: f64| Mixed::of(if i == n { Jet::variable(x, 1.0) } else { Jet::of(x) });
             let slip = Mixed::variable(Jet::of(u), 1.0);
@@ -320,12 +320,12 @@ impl ExpressionCurve {
         Gradient { epsilon: by(0), parameters: LawParameters::new(&parameters) }
     }
 
-    /// F1(u), where phi = 1 + eps F1 + O(eps^2), by series in eps at eps = 0.
+    /// F1(u), where phi = 1 + eps F1 + O(eps^2), from the series in eps at eps = 0.
     pub(super) fn leading<T: Real>(&self, u: T) -> T {
         self.run(Jet::<T, 2>::of(u), Jet::variable(T::constant(0.0), 1.0), |_, _| ()).0[1]
     }
 
-    /// Checks by samples that the law has a first order in eps on slip speeds up to twice the belt speed.
+    /// Checks at samples that the law is 1 + O(eps) on slip speeds up to twice the belt speed.
     pub(super) fn check_leading(&self, belt_speed: f64) -> Result<(), NoFirstOrder> {
         if !self.law.depends_on_epsilon() {
             return Err(NoFirstOrder::NoEpsilon);
@@ -346,8 +346,8 @@ impl ExpressionCurve {
     fn check(&self, fastest: f64) -> Result<(), ExpressionError> {
         let Compiled { tape, text, static_level, .. } = &*self.law.0;
         // Singular operations are searched first, because their errors are more specific than a wrong value.
-        // A range of slip speeds on which an operation's value or derivative has no bounds is bisected until
-        // it is too short to matter.
+        // A range of slip speeds on which an operation's value or derivative has no bounds is bisected down
+        // to a share of 1e-9.
         let shortest = 1e-9 * fastest;
         let mut pieces = vec![(0.0, fastest), (0.0, 0.0)];
         while let Some((a, b)) = pieces.pop() {
@@ -385,7 +385,7 @@ impl ExpressionCurve {
         Ok(())
     }
 
-    /// The operation `number` is singular for slip speeds within [a, b].
+    /// The error for an operation, given by its number, that is singular for slip speeds within [a, b].
     fn singular(&self, tape: &Tape, number: usize, a: f64, b: f64) -> ExpressionError {
         let Place { from, to } = tape.places[number];
         let part: String = self.law.0.text.chars().skip(from).take(to - from).collect();

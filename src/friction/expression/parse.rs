@@ -3,7 +3,7 @@
 //!
 //! The grammar is the usual one: `+ - * / ^`, parentheses, functions, numbers such as 1.5e-3; powers bind
 //! tighter than signs (-u^2 is -(u^2)) and to the right. An operation is appended to the tape as soon as its
-//! operands are there. Errors give their place in the text.
+//! operands are on the tape. Errors contain their place in the text.
 
 use winnow::combinator::{Infix, Prefix, alt, expression, opt, preceded};
 use winnow::error::ParserError;
@@ -15,7 +15,7 @@ use super::ExpressionError;
 
 /// Largest depth of the stack of an evaluation.
 pub(super) const DEEPEST: usize = 24;
-/// Largest number of open signs and parentheses: the parser recurses for each.
+/// Largest number of open signs and parentheses, each of which is one level of the parser's recursion.
 const MOST_OPEN: usize = 100;
 
 /// Binding strengths of operators.
@@ -95,13 +95,13 @@ pub(super) struct Place {
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Tape {
     pub(super) ops: Vec<Op>,
-    /// Place of each operation in the text.
+    /// For each operation the place in the text at which its errors are reported.
     pub(super) places: Vec<Place>,
     /// Named parameters with the place of their first occurrence, in order of appearance.
     pub(super) parameters: Vec<(String, Place)>,
 }
 
-/// The rest of the text, and the tape made of the text before it.
+/// The rest of the text, and the tape parsed from the text before it.
 type Input<'a> = Stateful<LocatingSlice<&'a [char]>, State>;
 
 #[derive(Debug)]
@@ -116,7 +116,7 @@ struct State {
 /// Reason why a parser stops.
 #[derive(Debug)]
 enum Stop {
-    /// The text here is not what it parses; another parser may apply.
+    /// The text here is not what this parser accepts; another parser may accept it.
     NotHere,
     /// The formula is wrong.
     Wrong(ExpressionError),
@@ -321,7 +321,7 @@ fn open(input: &mut Input, place: Place) -> Result<(), Stop> {
     Ok(())
 }
 
-/// Completes the last sign or parenthesis; returns its place.
+/// Closes the last open sign or parenthesis; returns its place.
 fn close(input: &mut Input) -> usize {
     input.state.open.pop().unwrap_or_default()
 }
@@ -336,7 +336,7 @@ fn value(input: &mut Input, op: Op, place: Place) -> Result<Place, Stop> {
     Ok(push(input, op, place, place))
 }
 
-/// Whether a power is taken by products: its base may then be negative.
+/// Whether a power is computed by products, so that its base may be negative.
 pub(super) fn is_integer(exponent: f64) -> bool {
     exponent.fract() == 0.0 && exponent.abs() <= 64.0
 }

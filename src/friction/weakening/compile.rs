@@ -1,4 +1,4 @@
-//! Compiles a curve to piecewise polynomials with their errors.
+//! Compiles the weakening rate of a curve to piecewise polynomials with bounds or estimates of their errors.
 
 use std::sync::{Arc, LazyLock, OnceLock};
 
@@ -7,23 +7,23 @@ use crate::friction::interval::Interval;
 use crate::friction::jet::Jet;
 use crate::friction::{Form, Range, Table};
 
-/// Largest number of pieces of a curve; what remains is then compiled as it is, with whatever error it has.
+/// Largest number of pieces of a curve. The remaining ranges are then accepted, whatever their errors.
 const MOST_PIECES: usize = 4096;
-/// Largest number of forms of one curve that are kept, of different reach; each may take a megabyte.
+/// Largest number of forms of one curve, with different reaches, that are kept; each may take a megabyte.
 const MOST_KEPT: usize = 16;
 /// Largest number of bisections of the first piece.
 const MOST_HALVINGS: u32 = 64;
-/// Least reach that is compiled for others too.
+/// Least reach of a form that may be the beginning of a longer one.
 const LEAST_SHARED: f64 = 0.03125;
-/// Truncation error aimed at, in units of the largest |w| so far.
+/// Target of the truncation error, in units of the largest |w| so far.
 const SHARPNESS: f64 = 2.0 * f64::EPSILON;
 /// Width of the enclosure of a coefficient that leaves the normal numbers, after a few hundred operations.
-/// Shorter pieces do not narrow it.
+/// Shorter pieces do not reduce this width.
 const UNDERFLOW: f64 = 256.0 * f64::MIN_POSITIVE;
 /// Largest sum of the last two coefficients of a polynomial below 0, in units of the largest |w|: few orbits reach these
 /// slip speeds, and only at their ends.
 const LARGEST_TAIL: f64 = 1e-12;
-/// Change of phi over half a piece below which a rest of w may be the rounding of its values.
+/// Change of phi over half a piece below which a residual of w may be due to the rounding of its values.
 const ROUNDED: f64 = 64.0 * f64::EPSILON;
 /// Bound of the Lebesgue constant of the points, 1 + (2 / pi) ln 12 = 2.582, with an allowance for the
 /// rounding of the points.
@@ -31,8 +31,8 @@ const LEBESGUE: f64 = 2.6;
 /// Allowance for the rounding of the points in the product of the distances to them.
 const ROOM: f64 = 1.001;
 
-/// The Chebyshev points of the first kind in [-1, 1]. The ends of a piece, where a formula may be undefined,
-/// are not among them, as they are among those of `simulate::chebyshev`, which are refined by halving.
+/// The Chebyshev points of the first kind in [-1, 1]. Unlike those of `simulate::chebyshev`, which are
+/// refined by halving, they do not include the ends of a piece, where a formula may be undefined.
 static POINTS: LazyLock<[f64; COUNT]> = LazyLock::new(|| std::array::from_fn(|j| angle(j).cos()));
 /// Chebyshev coefficient k as a sum of the values at the points.
 static TRANSFORM: LazyLock<[[f64; COUNT]; COUNT]> = LazyLock::new(|| {
@@ -58,7 +58,7 @@ fn angle(j: usize) -> f64 {
     std::f64::consts::PI * (j as f64 + 0.5) / COUNT as f64
 }
 
-/// The polynomial through values at the points, and the size of its last two Chebyshev coefficients.
+/// The polynomial through values at the points, and the sum of its last two |Chebyshev coefficients|.
 fn fit(values: &[f64; COUNT]) -> ([f64; COUNT], f64) {
     let chebyshev: [f64; COUNT] =
         std::array::from_fn(|k| TRANSFORM[k].iter().zip(values).map(|(weight, value)| weight * value).sum());
@@ -71,10 +71,10 @@ fn fit(values: &[f64; COUNT]) -> ([f64; COUNT], f64) {
     (c, chebyshev[COUNT - 2].abs() + chebyshev[COUNT - 1].abs())
 }
 
-/// Compiles `law` up to the slip speed `reach`; tables whole.
+/// Compiles `law` up to the slip speed `reach`; a table up to its end.
 ///
-/// What a longer reach needs up to half of it is what half of it needs, unless one piece is enough: it is
-/// taken from `known`, forms of this law, to which the result is added.
+/// Up to half the reach the pieces are those of the form with half the reach, unless one piece is enough for
+/// the whole. They are taken, if possible, from `known`, the forms of this law, to which the result is added.
 pub(in crate::friction) fn compile(
     law: &Form,
     reach: f64,
@@ -121,7 +121,7 @@ pub(in crate::friction) fn compile(
         && let Some(shortest) =
             (0..known.len()).min_by(|&i, &j| known[i].reach().total_cmp(&known[j].reach()))
     {
-        // The longest hold what the others do.
+        // Longer forms contain the pieces of shorter ones.
         known.swap_remove(shortest);
     }
     known.push(Arc::clone(&compiled));
@@ -137,7 +137,7 @@ struct Compiler<'a> {
 }
 
 impl Compiler<'_> {
-    /// Compiles from 0 to `reach`, from seam to seam.
+    /// Compiles a law with seams from 0 to `reach`, from seam to seam.
     fn compile(&mut self, reach: f64) {
         let seams = self.law.seams().iter().copied();
         let mut ends: Vec<f64> = seams.filter(|seam| 0.0 < *seam && *seam < reach).collect();
@@ -149,8 +149,8 @@ impl Compiler<'_> {
         }
     }
 
-    /// Compiles a law without seams: on from a form that reaches half as far, or a quarter, and so on, which may
-    /// be the beginning of a longer one. Returns the slip speed up to which the law was compiled at once.
+    /// Compiles a law without seams, beginning with a known form of half the reach, or a quarter, and so on,
+    /// or with part of a longer form. Returns the slip speed up to which the law was compiled at once.
     fn compile_doubled(&mut self, reach: f64, known: &[Arc<Weakening>]) -> f64 {
         let mut ends = vec![];
         let mut end = reach;
@@ -186,9 +186,9 @@ impl Compiler<'_> {
         base
     }
 
-    /// Appends the pieces of [from, to], where the law is smooth, after that many bisections.
+    /// Appends the pieces of [from, to], a range after `halvings` bisections in which the law is smooth.
     fn extend(&mut self, from: f64, to: f64, halvings: u32) {
-        // A stack: the last piece is the next.
+        // A stack: the last range is the next one.
         let mut waiting = vec![(from, to, halvings)];
         while let Some((a, b, halvings)) = waiting.pop() {
             let middle = 0.5 * (a + b);
@@ -206,8 +206,8 @@ impl Compiler<'_> {
     }
 }
 
-/// The piece [a, b] of a law that is smooth there; `None` if its halves will be more accurate, unless it is
-/// the `last`.
+/// The piece [a, b] of a law that is smooth there; `None` if it must be halved for accuracy. A piece that is
+/// the `last` of its bisections is always returned.
 fn piece(law: &Form, a: f64, b: f64, size: &mut f64, last: bool) -> Option<Piece> {
     let (middle, half) = (0.5 * (a + b), 0.5 * (b - a));
     let points = POINTS.map(|x| (middle + half * x).clamp(a, b));
@@ -222,7 +222,8 @@ fn piece(law: &Form, a: f64, b: f64, size: &mut f64, last: bool) -> Option<Piece
     }
     let size_here = size.max(largest);
     let aim = SHARPNESS * size_here + UNDERFLOW * scale;
-    // Where the law is nearly constant before it falls, w is small and its values are rounded by more than that.
+    // Where phi is nearly constant before it falls, w is small, and its values are rounded by more than
+    // `aim`.
     let is_rounding = |rest: f64| {
         rest * half <= ROUNDED && rest <= rounding(law, [points[0], points[COUNT / 2], points[COUNT - 1]])
     };
@@ -232,9 +233,9 @@ fn piece(law: &Form, a: f64, b: f64, size: &mut f64, last: bool) -> Option<Piece
         return None;
     }
     let round_off = Piece::round_off(&piece.c);
-    // In units of the half-width, so that no power of it leaves the normal numbers.
+    // The series is in units of the half-width, so that no power of it leaves the normal numbers.
     let proof = law.series(Interval::new(a, b), half.next_up()).map(|phi| {
-        // Coefficients of w are those of phi' with the other sign.
+        // w = -phi', so its coefficients follow from those of phi.
         let highest = Interval::of(COUNT as f64 + 1.0) * phi.0[COUNT + 1] / Interval::of(half);
         let remainder = ROOM * 2.0 * 0.5f64.powi(COUNT as i32) * highest.lo.abs().max(highest.hi.abs());
         (phi, remainder)
@@ -249,7 +250,7 @@ fn piece(law: &Form, a: f64, b: f64, size: &mut f64, last: bool) -> Option<Piece
             let found = piece.at(u);
             (exact.hi - found).abs().max((found - exact.lo).abs())
         });
-        // Keeps NaN, which comes from an enclosure without bounds.
+        // Keeps a NaN, which results from an enclosure without bounds.
         let residual = residual.fold(0.0, |a: f64, b| if b > a || b.is_nan() { b } else { a });
         let error = ROOM * (remainder + LEBESGUE * (residual + round_off)) + round_off;
         if error.is_finite() {
@@ -258,7 +259,7 @@ fn piece(law: &Form, a: f64, b: f64, size: &mut f64, last: bool) -> Option<Piece
         } else if let Some(bounds) = law.series::<2>(Interval::new(a, b), 1.0).map(|phi| -phi.0[1])
             && bounds.is_bounded()
         {
-            // Where higher derivatives have no bounds, as those of a power next to rest, w may have.
+            // Higher derivatives may have no bounds, as those of a power next to rest, where w has bounds.
             piece.error = ROOM * (bounds.size() + piece.c.iter().map(|c| c.abs()).sum::<f64>());
             piece.range = bounds.into();
         }
@@ -271,14 +272,14 @@ fn piece(law: &Form, a: f64, b: f64, size: &mut f64, last: bool) -> Option<Piece
     Some(piece)
 }
 
-/// The largest width of the enclosures of w at some slip speeds: values are not known better; 0 where there are none.
+/// The largest width of the enclosures of w at the slip speeds `at`, the limit of its accuracy; 0 if none.
 fn rounding(law: &Form, at: [f64; 3]) -> f64 {
     let width = |u: f64| law.series::<2>(Interval::of(u), 1.0).map_or(0.0, |phi| phi.0[1].hi - phi.0[1].lo);
     at.map(width).into_iter().filter(|width| width.is_finite()).fold(0.0, f64::max)
 }
 
 impl Trend {
-    /// Of a function with these slopes.
+    /// The trend of a function whose slopes are within `slope`.
     fn of(slope: Interval) -> Self {
         match slope {
             slope if slope.lo >= 0.0 => Trend::Rises,
@@ -313,7 +314,7 @@ impl Piece {
         }
     }
 
-    /// Bounds of w and signs of its derivatives on [a, b], from the series of phi there.
+    /// Sets the bounds of w and the signs of its derivatives on [a, b], from the series `phi` there.
     fn describe(&mut self, law: &Form, a: f64, b: f64, phi: &Jet<Interval, { COUNT + 2 }>) {
         let (slope, bend) = (-phi.derivative(2), -phi.derivative(3));
         self.bend = match bend {
@@ -323,7 +324,7 @@ impl Piece {
         };
         self.trend = Trend::of(slope);
         if self.trend == Trend::Unknown && self.bend != Bend::Unknown {
-            // A monotone slope lies between its values at the ends.
+            // The slope is monotone, so it lies between its values at the ends.
             let [at_a, at_b] = [a, b].map(|u| law.series::<3>(Interval::of(u), 1.0));
             if let Some((at_a, at_b)) = at_a.zip(at_b) {
                 self.trend = Trend::of((-at_a.derivative(2)).hull(-at_b.derivative(2)));
@@ -362,11 +363,11 @@ fn compile_table(table: &Table, breaks: &mut Vec<f64>, pieces: &mut Vec<Piece>) 
                 middle,
                 scale,
                 c,
-                // Next to a cut, which was rounded, the extreme is exceeded by less than that.
+                // The cut at an extreme is rounded; the value there exceeds the extreme by less than this.
                 error: ROOM * (error + 2.0 * round_off),
                 estimate: error + round_off,
                 range: Range { lo: f64::NEG_INFINITY, hi: f64::INFINITY },
-                // There is no extreme inside: the slope in the middle has the sign of all.
+                // There is no extreme inside, so the slope in the middle has the sign of the whole piece.
                 trend: Trend::of(exact[1]),
                 bend: if w2.lo >= 0.0 {
                     Bend::Up

@@ -1,20 +1,20 @@
 //! The compiled weakening rate: w(u) = -phi'(u) of one curve as polynomials on pieces of slip speeds. Engines
 //! and tests use every friction law in this form.
 //!
-//! A curve is compiled once ([`super::Curve::compiled`]), for all belt speeds and dampings: w depends on
-//! neither. The polynomials have a bound of `|w - polynomial|` that includes the round-off of
+//! A curve is compiled once ([`super::Curve::compiled`]) for all belt speeds and dampings, since w does not
+//! depend on them. The polynomials have a bound of `|w - polynomial|` that includes the round-off of
 //! [`Weakening::at`]. By the comparison lemma of [`crate::certify`] an error delta of w moves the critical
 //! damping, and the damping at which an orbit of any amplitude closes, by at most delta / eps (theory, "One
 //! form for every law").
 //!
-//! **Error.** A formula is interpolated at the [`COUNT`] Chebyshev points of each piece. With half-width h,
-//! the exact interpolant errs by at most `max |w^(n)| / n! * 2 (h / 2)^n`, n = [`COUNT`], where interval
-//! arithmetic on Taylor series bounds the derivative over the whole piece; and a polynomial that misses the
-//! values at the points by at most r differs from the exact interpolant by at most Lambda r, Lambda = 1 + (2
-//! / pi) ln n the Lebesgue constant of these points. (L. N. Trefethen, Approximation Theory and Approximation
+//! **Error.** A formula is interpolated at the n = [`COUNT`] Chebyshev points of each piece, of half-width h.
+//! The error of the exact interpolant is at most `max |w^(n)| / n! * 2 (h / 2)^n`, where interval arithmetic
+//! on Taylor series bounds the derivative over the whole piece. A polynomial that misses the values at the
+//! points by at most r differs from the exact interpolant by at most Lambda r; the Lebesgue constant of these
+//! points is at most Lambda = 1 + (2/pi) ln n. (L. N. Trefethen, Approximation Theory and Approximation
 //! Practice, SIAM 2013, chapters 8 and 15.) A table's weakening rate is a parabola on each piece, exact
-//! except for rounding. Where the error is not proved, because nothing encloses the law or there would be too
-//! many pieces, [`Accuracy`] says so.
+//! except for rounding. Where the law has no enclosure, or would need too many pieces, the error is not
+//! proved but [`Accuracy::Sampled`].
 
 mod compile;
 mod range;
@@ -25,7 +25,7 @@ use super::{Form, Range};
 
 pub(super) use compile::compile;
 
-/// Error of a polynomial that does not follow the law, in units of the largest |w|.
+/// Error, in units of the largest |w|, above which a polynomial does not resolve the law.
 const RESOLVED: f64 = 0.1;
 
 /// Number of coefficients of a piece.
@@ -58,8 +58,8 @@ pub struct Weakening {
     /// Ends of the pieces: the first is 0, the last the reach.
     breaks: Vec<f64>,
     pieces: Vec<Piece>,
-    /// The slip speed up to which it was compiled at once; from there on in steps that double the reach, so
-    /// that forms of the law with a smaller reach are beginnings of this one.
+    /// The slip speed up to which the law was compiled at once. From there on it was compiled in steps that
+    /// double the reach, so that forms with a smaller reach are beginnings of this one.
     base: f64,
     places: Places,
     /// Hulls of the ranges of [`range::BLOCK`] pieces each, which make bounds over many pieces fast.
@@ -68,13 +68,13 @@ pub struct Weakening {
     jumps: Vec<f64>,
     /// See [`Weakening::narrow`].
     narrow: Vec<f64>,
-    /// Number of coefficients that are not zero in all pieces: three of a table's.
+    /// Number of coefficients up to the last that is not zero in all pieces: at most three for a table.
     terms: usize,
     /// The law on slip speeds below 0, as far down as the first piece reaches up; computed on first use.
     below: OnceLock<Option<Piece>>,
 }
 
-/// Length of a narrow piece, in units of the slip speeds there.
+/// Largest length of a narrow piece, in units of its upper end.
 const NARROW: f64 = 1.0 / 200.0;
 /// Place below 0 at which the law is compared with the polynomial of the first piece, in units of its length, and the
 /// largest difference of one that continues the other, in units of the largest |w|. The polynomial itself errs by a
@@ -83,10 +83,10 @@ const BELOW: f64 = 0.05;
 const LARGEST_OFF: f64 = 1e-11;
 /// Step of quotients of differences, in units of the slip speed.
 const DIFFERENCE: f64 = 1e-5;
-/// Number of narrow pieces after which there is an end for the steps of integrators.
+/// Number of neighbouring narrow pieces after which integrators must end a step.
 const NARROW_TOGETHER: usize = 6;
 
-/// The ends of each range of narrow pieces, and some ends inside.
+/// The ends of each range of neighbouring narrow pieces, and some of the ends inside it.
 fn narrow_ends(breaks: &[f64]) -> Vec<f64> {
     let mut count = 0;
     let ends = breaks.windows(2).filter_map(|ends| {
@@ -97,7 +97,7 @@ fn narrow_ends(breaks: &[f64]) -> Vec<f64> {
     ends.collect()
 }
 
-/// Sizes of the jumps of w' at the breaks, of a law with corners.
+/// Sizes of the jumps of w' at the breaks of a law with corners; empty for other laws.
 fn jumps(law: &Form, breaks: &[f64], pieces: &[Piece]) -> Vec<f64> {
     if law.corners().is_empty() {
         return Vec::new();
@@ -106,8 +106,7 @@ fn jumps(law: &Form, breaks: &[f64], pieces: &[Piece]) -> Vec<f64> {
     (0..breaks.len()).map(|i| if i == 0 || i == pieces.len() { 0.0 } else { jump(i) }).collect()
 }
 
-/// A polynomial in x = (u - middle) * scale, which is within [-1, 1], and proved properties of w on its
-/// piece.
+/// A piece: a polynomial in x = (u - middle) * scale, x in [-1, 1], and proved properties of w there.
 #[derive(Clone, Debug)]
 struct Piece {
     middle: f64,
@@ -124,7 +123,7 @@ struct Piece {
     trend: Trend,
     /// Proved sign of w'' on the whole piece.
     bend: Bend,
-    /// Largest |w| at the points of this piece and of those before.
+    /// Largest |w| at the points of this piece and of all pieces before it.
     size: f64,
 }
 
@@ -134,7 +133,7 @@ pub(crate) struct ProvedPiece<'a> {
     /// Slip speeds on which the bound holds. The first piece reaches to minus infinity: below 0 its
     /// polynomial continues the law.
     pub(crate) ends: [f64; 2],
-    /// The polynomial is one in x = (u - middle) * scale.
+    /// The variable of the polynomial is x = (u - middle) * scale.
     pub(crate) middle: f64,
     pub(crate) scale: f64,
     /// Coefficients of 1, x, x^2, ...
@@ -152,14 +151,14 @@ pub(crate) struct Polynomial<'a> {
     pub(crate) c: &'a [f64],
 }
 
-/// Monotony of a function on a piece.
+/// Monotonicity of a function on a piece.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Trend {
     /// First derivative >= 0.
     Rises,
     /// First derivative <= 0.
     Falls,
-    /// Not known.
+    /// The sign is not known.
     Unknown,
 }
 
@@ -170,13 +169,13 @@ enum Bend {
     Up,
     /// Second derivative <= 0.
     Down,
-    /// Not known.
+    /// The sign is not known.
     Unknown,
 }
 
 impl Piece {
     /// The polynomial at slip speed `u`. Even and odd powers are summed separately, which halves the chain of
-    /// operations; no fused operations, so that digits do not depend on the machine.
+    /// operations. No operation is fused, so that results do not depend on the machine.
     #[inline(always)]
     fn at(&self, u: f64) -> f64 {
         let x = (u - self.middle) * self.scale;
@@ -187,7 +186,7 @@ impl Piece {
         even + x * odd
     }
 
-    /// Derivative of the polynomial by u.
+    /// Derivative of the polynomial with respect to u.
     fn slope_at(&self, u: f64) -> f64 {
         let x = (u - self.middle) * self.scale;
         let terms = self.c.iter().enumerate().skip(1).rev();
@@ -197,22 +196,22 @@ impl Piece {
     /// Bound of the round-off of [`Piece::at`] for x within [-1, 1].
     ///
     /// x carries two roundings and its square one more, so that a term of order k carries at most 2 + 3 k;
-    /// each of the six levels of the two chains adds two, and joining them two. That is less than 6 (k + 3)
-    /// units of 2^-53.
+    /// each of the six levels of the two chains adds two, and their sum adds two. In all, this is less than
+    /// 6 (k + 3) units of 2^-53.
     fn round_off(c: &[f64; COUNT]) -> f64 {
         let sum: f64 = c.iter().zip(3_u8..).map(|(c, k)| c.abs() * f64::from(k)).sum();
         3.0 * f64::EPSILON * sum
     }
 }
 
-/// Index of pieces: finds a piece at or before a slip speed by the leading bits of its floating-point
-/// representation.
+/// Index of the pieces: the leading bits of a slip speed, in floating-point representation, lead to a piece
+/// at or before that slip speed.
 #[derive(Debug, Default)]
 #[cfg_attr(test, derive(Clone))]
 struct Places {
     /// Key of the first entry.
     first: u64,
-    /// For each key the number of a piece that does not begin beyond it.
+    /// For each key the number of a piece that does not begin beyond the least slip speed of the key.
     pieces: Vec<u32>,
 }
 
@@ -222,7 +221,7 @@ const KEY_BITS: u32 = 5;
 const KEY_OCTAVES: u64 = 32;
 
 impl Places {
-    /// The key of |u|, so that -0 has that of 0.
+    /// The key of |u|, so that -0 has the key of 0.
     fn key(u: f64) -> u64 {
         u.abs().to_bits() >> (52 - KEY_BITS)
     }
@@ -242,7 +241,7 @@ impl Places {
         Self { first, pieces: pieces.collect() }
     }
 
-    /// A piece that does not begin beyond `u`, 0 <= u <= reach; `None` where u has no key.
+    /// A piece that does not begin beyond `u`, 0 <= u <= reach; `None` if u is below all keys.
     #[inline(always)]
     fn guess(&self, u: f64) -> Option<usize> {
         let key = Self::key(u).checked_sub(self.first)?;
@@ -257,7 +256,7 @@ impl Weakening {
     }
 
     /// Ends of the pieces, from 0 to the reach. Except at [`corners`](Weakening::corners) the law is smooth
-    /// there, and neighbouring polynomials agree to their error.
+    /// there, and neighbouring polynomials agree within their errors.
     pub(crate) fn breaks(&self) -> &[f64] {
         &self.breaks
     }
@@ -267,8 +266,8 @@ impl Weakening {
         self.law.corners()
     }
 
-    /// Slip speeds, increasing, in and around features of the law that are narrow against the slip speed: long steps of an
-    /// integrator may pass such a feature without a sample in it. None of a table, whose corners are known.
+    /// Slip speeds, increasing, in and around features of the law that are narrow compared with the slip
+    /// speed: a long step of an integrator may pass one without a sample in it. Empty for tables.
     pub(crate) fn narrow(&self) -> &[f64] {
         &self.narrow
     }
@@ -282,7 +281,7 @@ impl Weakening {
         self.narrow.is_empty() && off.abs() <= LARGEST_OFF * size
     }
 
-    /// The size of the jump of w' at an end of pieces, by its number; the law has corners.
+    /// The size of the jump of w' at the end of pieces with this number, for a law with corners.
     #[inline(always)]
     pub(crate) fn jump(&self, number: usize) -> f64 {
         self.jumps[number]
@@ -298,7 +297,7 @@ impl Weakening {
         piece
     }
 
-    /// The same below all keys, where a law that is steep at rest has up to a thousand octaves of pieces.
+    /// As `piece_of` below all keys, where a law that is steep at rest may have a thousand octaves of pieces.
     #[cold]
     fn piece_next_to_zero(&self, u: f64) -> usize {
         let below_keys = self.places.pieces[0] as usize;
@@ -312,7 +311,7 @@ impl Weakening {
         Polynomial { middle, scale, c: &c[..self.terms] }
     }
 
-    /// w(u). Within [0, reach] by the polynomials, else by the law itself (its continuation below 0).
+    /// w(u): within [0, reach] from the polynomials, else from the law (below 0, its continuation).
     #[inline]
     pub(crate) fn at(&self, u: f64) -> f64 {
         if u >= 0.0 && u <= self.reach() {
@@ -348,19 +347,19 @@ impl Weakening {
         self.pieces_between(lo, hi).map(|i| {
             let Piece { middle, scale, ref c, error, .. } = self.pieces[i];
             let from = if i == 0 { f64::NEG_INFINITY } else { self.breaks[i] };
-            // The bound of the piece is for the polynomial as computed, and includes its round-off.
+            // The bound of the piece holds for the computed polynomial, and exceeds its round-off.
             ProvedPiece { ends: [from, self.breaks[i + 1]], middle, scale, c, error: 2.0 * error }
         })
     }
 
-    /// Returns whether the polynomials follow the law at all for slip speeds in [`lo`, `hi`], up to the reach: a
-    /// law with more waves than there may be pieces has none.
+    /// Returns whether the polynomials resolve the law for slip speeds in [`lo`, `hi`], up to the reach. They
+    /// do not if the law has more waves than there may be pieces.
     pub(crate) fn is_resolved(&self, lo: f64, hi: f64) -> bool {
         let largest = self.pieces[self.piece_of(hi.clamp(0.0, self.reach()))].size;
         self.error(lo, hi).bound() <= RESOLVED * largest
     }
 
-    /// The same polynomials, with this bound of their error.
+    /// The same polynomials, with `error` as the bound of their error.
     #[cfg(test)]
     pub(crate) fn with_error(self, error: f64) -> Self {
         let pieces = self.pieces.into_iter().map(|piece| Piece { error, ..piece }).collect();

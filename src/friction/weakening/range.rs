@@ -1,4 +1,4 @@
-//! Proved bounds from coefficients: of the weakening rate over slip speeds, and of its even part about the
+//! Proved bounds, from coefficients, of the weakening rate over slip speeds and of its even part about the
 //! belt speed.
 
 use super::{Bend, COUNT, Piece, Trend, Weakening};
@@ -21,17 +21,17 @@ const HALVINGS: u32 = 26;
 const STEPS: u32 = 8;
 
 impl Range {
-    /// The smallest range that contains both.
+    /// The smallest range that contains both ranges.
     fn hull(self, other: Range) -> Range {
         Range { lo: self.lo.min(other.lo), hi: self.hi.max(other.hi) }
     }
 
-    /// Whether the other is within it.
+    /// Whether `other` is within this range.
     fn contains(self, other: Range) -> bool {
         self.lo <= other.lo && other.hi <= self.hi
     }
 
-    /// Widened on both sides.
+    /// This range, widened by `by` on both sides and rounded outwards.
     fn widened(self, by: f64) -> Range {
         Range { lo: (self.lo - by).next_down(), hi: (self.hi + by).next_up() }
     }
@@ -60,14 +60,14 @@ impl Piece {
         range_of_polynomial(&self.shifted(from, to), HALVINGS).widened(self.error)
     }
 
-    /// The polynomial in z from -1 to 1, where x runs from `from` to `to`.
+    /// The polynomial in z, where x runs from `from` to `to` as z runs from -1 to 1.
     fn shifted(&self, from: f64, to: f64) -> Local {
         let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
         Local { c: self.c, noise: 0.0 }.shifted(middle, half)
     }
 }
 
-/// A polynomial on [-1, 1] and the rounding of its coefficients, as a bound of the polynomial's error.
+/// A polynomial on [-1, 1], and `noise`, a bound of its error due to the rounding of its coefficients.
 #[derive(Clone, Copy)]
 struct Local {
     c: [f64; COUNT],
@@ -75,11 +75,11 @@ struct Local {
 }
 
 impl Local {
-    /// In z with x = middle + half z, all of |x|, |z| <= 1, by repeated synthetic division.
+    /// The polynomial in z with x = middle + half z, |x|, |z| <= 1, by repeated synthetic division.
     ///
-    /// Coefficient k is the sum over j of c_j binomial(j, k) middle^(j-k), made with at most 2 (j - k) + 2
-    /// roundings of terms that add up, with z = +-1, to at most |c_j| (|middle| + |half|)^j <= |c_j|, but for
-    /// rounding.
+    /// Coefficient k is half^k times the sum over j of c_j binomial(j, k) middle^(j-k), with at most
+    /// 2 (j - k) + 2 roundings. With z = +-1 the moduli of the terms of one j sum to at most
+    /// |c_j| (|middle| + |half|)^j <= |c_j|, up to rounding.
     fn shifted(mut self, middle: f64, half: f64) -> Local {
         let size: f64 = self.c.iter().map(|c| c.abs()).sum();
         for k in 0..COUNT {
@@ -104,8 +104,8 @@ impl Local {
 
 /// Proved bounds of a polynomial p on [-1, 1].
 ///
-/// Where |p''| >= m > 0, an extreme of p is beyond p(z) by at most p'(z)^2 / (2 m): by Taylor's theorem, for
-/// every z' it is at most the largest value of |p'(z) (z' - z)| - m (z' - z)^2 / 2.
+/// Where |p''| >= m > 0, an extreme of p exceeds p(z) by at most p'(z)^2 / (2 m): by Taylor's theorem the
+/// excess at any z' is at most |p'(z) (z' - z)| - m (z' - z)^2 / 2, whose largest value this is.
 fn range_of_polynomial(polynomial: &Local, halvings: u32) -> Range {
     let c = &polynomial.c;
     let [mut size, mut slope, mut bend] = [0.0; 3];
@@ -116,7 +116,7 @@ fn range_of_polynomial(polynomial: &Local, halvings: u32) -> Range {
     }
     let unit = 8.0 * COUNT as f64 * f64::EPSILON;
     let swing = c[1].abs() + size;
-    // Products that underflow err by less than the smallest normal number in all.
+    // The total error of products that underflow is less than the smallest normal number.
     let round_off = unit * (c[0].abs() + swing) + polynomial.noise + f64::MIN_POSITIVE;
     let [even, odd] = [0, 1].map(|from| c.iter().skip(from).step_by(2).sum::<f64>());
     let mut found = Range { lo: even - odd.abs(), hi: even + odd.abs() };
@@ -149,8 +149,8 @@ fn range_of_polynomial(polynomial: &Local, halvings: u32) -> Range {
     Range { lo: both.lo.max(whole.lo), hi: both.hi.min(whole.hi) }
 }
 
-/// A place in [-1, 1] where the slope of the polynomial is close to zero, if there is one and its second
-/// derivative is not, and the slope there: by Newton's method.
+/// By Newton's method, a place in [-1, 1] and the slope of the polynomial there. The slope is close to zero
+/// if there is such a place with a second derivative that is not.
 fn flattest(c: &[f64; COUNT]) -> (f64, f64) {
     let mut z: f64 = 0.0;
     let mut steps = 0;
@@ -170,14 +170,14 @@ fn flattest(c: &[f64; COUNT]) -> (f64, f64) {
 }
 
 impl Weakening {
-    /// Proved bounds of w over slip speeds in [`lo`, `hi`], 0 <= lo <= hi; infinite where there are none, for
+    /// Proved bounds of w over slip speeds in [`lo`, `hi`], 0 <= lo <= hi; infinite if there are none, for
     /// instance beyond the reach.
     #[must_use]
     pub fn range(&self, lo: f64, hi: f64) -> Range {
         self.bounds(lo, hi)
     }
 
-    /// The upper of these bounds, at half the cost.
+    /// The upper bound of [`Weakening::range`], at half the cost.
     pub(crate) fn highest(&self, lo: f64, hi: f64) -> f64 {
         self.bounds(lo, hi).hi
     }
@@ -201,12 +201,12 @@ impl Weakening {
         range
     }
 
-    /// Proved bounds of w on the part of a piece in [`lo`, `hi`], which meets it.
+    /// Proved bounds of w on the part of a piece in [`lo`, `hi`], which must not be empty.
     #[inline(always)]
     fn part(&self, piece: usize, lo: f64, hi: f64) -> Range {
         let [start, end] = [self.breaks[piece], self.breaks[piece + 1]];
         let piece = &self.pieces[piece];
-        // Next to its own ends the bounds of a monotone piece are known.
+        // At the ends of a monotone piece the bounds are those of the whole piece.
         let low = || if lo > start { piece.near(lo) } else { piece.range };
         let high = || if hi < end { piece.near(hi) } else { piece.range };
         match piece.trend {
@@ -228,8 +228,8 @@ impl Weakening {
         let nearest = belt_speed - within;
         let pieces = &self.pieces[self.pieces_between(nearest, farthest.next_up().min(self.reach()))];
         let Some(bend) = pieces.first().map(|piece| piece.bend) else { return NOTHING };
-        // The even part of a function that is convex, or concave, everywhere is monotone in |v|. At corners w
-        // is continuous, and its slope must jump the same way.
+        // The even part of a function that is convex, or concave, everywhere is monotone in |v|. A law with
+        // corners is excluded, since its slope may jump the other way there.
         if bend != Bend::Unknown && pieces.iter().all(|piece| piece.bend == bend) && self.corners().is_empty()
         {
             let ends = [0.0, within].map(|v| self.even_at(belt_speed, v));
@@ -240,15 +240,15 @@ impl Weakening {
 
     /// Bounds of the even part at one v.
     fn even_at(&self, belt_speed: f64, v: f64) -> Range {
-        // The slip speeds are rounded.
+        // The computed slip speeds are rounded, so they are enclosed.
         let near = self.range((belt_speed - v).next_down().max(0.0), (belt_speed - v).next_up());
         let far =
             self.range((belt_speed + v).next_down().max(0.0), (belt_speed + v).next_up().min(self.reach()));
         Range { lo: 0.5 * (near.lo + far.lo), hi: 0.5 * (near.hi + far.hi) }.widened(0.0)
     }
 
-    /// The same, piece by piece between all ends on both sides of the belt speed, over slip speeds u below
-    /// it; the far side has 2 V - u.
+    /// The bounds of [`Weakening::even_range`], part by part. The parts are ranges of slip speeds u below the
+    /// belt speed; each lies between neighbouring ends of pieces, as does its mirror image 2 V - u.
     fn even_range_by_pieces(&self, belt_speed: f64, within: f64) -> Range {
         let nearest = if within == belt_speed { 0.0 } else { (belt_speed - within).next_down() };
         let far_end = |end: &f64| belt_speed - (end - belt_speed);
@@ -265,7 +265,7 @@ impl Weakening {
         let highest = parts.iter().max_by(|a, b| a.coarse.hi.total_cmp(&b.coarse.hi));
         let lowest = parts.iter().min_by(|a, b| a.coarse.lo.total_cmp(&b.coarse.lo));
         let mut found: Option<Range> = None;
-        // Most others cannot reach beyond these two.
+        // Most other parts cannot exceed the range of these two.
         for part in highest.into_iter().chain(lowest).chain(&parts) {
             found = match found {
                 Some(range) if range.contains(part.coarse) => Some(range),
@@ -277,14 +277,14 @@ impl Weakening {
     }
 }
 
-/// A range of slip speeds [a, b] below the belt speed within which no piece ends, nor on the other side of the
-/// belt speed, between 2 V - b and 2 V - a.
+/// A range of slip speeds [a, b] below the belt speed. No piece ends within it, or within its mirror image,
+/// from 2 V - b to 2 V - a, beyond the belt speed.
 struct EvenPart<'a> {
     near: &'a Piece,
     far: &'a Piece,
     /// [a, b], and 2 V - a, 2 V - b.
     ends: [[f64; 2]; 2],
-    /// Bounds of the even part that follow from those of both pieces.
+    /// Bounds of the even part that follow from the bounds of w on both pieces.
     coarse: Range,
     error: f64,
 }
@@ -295,8 +295,8 @@ impl<'a> EvenPart<'a> {
         let piece = |u: f64| &law.pieces[law.piece_of(u.clamp(0.0, law.reach()))];
         let middle = 0.5 * (a + b);
         let (near, far) = (piece(middle), piece(mirror(middle)));
-        // The far ends are rounded twice, by a unit in the last place of 2 V in all, which moves w in
-        // proportion.
+        // The far ends are rounded twice, by a unit in the last place of 2 V in all; the change of w is
+        // bounded by this times its steepest slope.
         let slip = 2.0 * f64::EPSILON * (belt_speed + belt_speed) * far.scale;
         let steepest: f64 = far.c.iter().zip(0_u8..).map(|(c, k)| f64::from(k) * c.abs()).sum();
         let error = 0.5 * (near.error + far.error + slip * steepest);

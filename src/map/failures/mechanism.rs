@@ -11,10 +11,10 @@ use crate::simulate::{Failure, Fate};
 /// The cause of a failure of a method at a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Mechanism {
-    /// A condition of first order in eps at a finite eps: a band of width O(eps) next to the critical
-    /// damping.
+    /// A condition of first order in eps is wrong at a finite eps, in a band of width O(eps) next to the
+    /// critical damping.
     FirstOrderInEps,
-    /// The energy balance uses the circle of the undamped oscillator, from which the orbit differs.
+    /// The energy balance integrates along the undamped oscillator's circle, from which the orbit differs.
     Circle,
     /// |D| reaches 2 along the orbit, which then is far from a circle and may never turn.
     Node,
@@ -36,7 +36,7 @@ pub(crate) enum Mechanism {
     Transient,
     /// The errors of the adaptive steps add up to more than the margin.
     StepError,
-    /// The test claims one side only, and the cell is on the other.
+    /// The test claims only presence, or only absence, and the cell is on the other side.
     OneSided,
     /// The cell lies between the test's claims of presence and of absence, or exactly where they meet.
     Gap,
@@ -44,12 +44,12 @@ pub(crate) enum Mechanism {
     LandingUnproved,
     /// The integration failed.
     Breakdown(Failure),
-    /// No removal of a known defect mends it.
+    /// The failure remains after every removal of a known defect.
     Unexplained,
 }
 
 impl Mechanism {
-    /// Its name, and the explanation of a failure by it.
+    /// The name of the mechanism, and the explanation of a failure by it.
     fn words(self) -> (&'static str, &'static str) {
         use Mechanism::*;
         match self {
@@ -156,8 +156,8 @@ fn of_test(name: &str, column: &Column, c: f64, kind: Kind, fate: &Fate) -> Mech
 /// which it is right.
 fn of_naive(naive: NaiveMethod, knobs: &NaiveKnobs, oscillator: &Oscillator, truth: Verdict) -> Mechanism {
     let (n, d) = (*knobs, naive);
-    // A grazing orbit is beyond the belt line for a few units of time times the square root of its margin:
-    // steps of a thousandth resolve that down to margins of 1e-7.
+    // A grazing orbit is beyond the belt line for a time of a few times the square root of its margin: steps
+    // of 1e-3 resolve this down to margins of 1e-7.
     let short = |n: NaiveKnobs| NaiveKnobs { longest_step: 1e-3, ..n };
     let transient = (Mechanism::Transient, NaiveKnobs { turns: n.turns.saturating_mul(10), ..n });
     let error = (Mechanism::StepError, NaiveKnobs { tolerance: (1e-4 * n.tolerance).max(1e-13), ..n });
