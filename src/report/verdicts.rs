@@ -61,9 +61,9 @@ pub struct Volume {
     /// Bound of its error along c, with the nodes of the other axes fixed: half of every step of c over which
     /// the verdict changes.
     pub error_in_c: f64,
-    /// Bound of its error along all axes: the boxes whose corners disagree, each with the larger of the shares
-    /// of its corners with and without the claim. Valid if no box whose corners all agree contains a piece of
-    /// the boundary. Large where an axis has few nodes.
+    /// Bound of its error along all axes: the boxes whose corners disagree, each with the larger of the
+    /// shares of its corners with and without the claim. Valid if no box whose corners all agree contains a
+    /// piece of the boundary. Large where an axis has few nodes.
     pub error: f64,
     /// Volume on which the simulation finds the cycle too.
     pub(crate) confirmed: f64,

@@ -270,7 +270,7 @@ fn smooth(oscillator: &Oscillator, samples: &[State]) -> Vec<(f64, f64)> {
     points
 }
 
-/// Equal scales around an extent for a panel of width `w`, and its height; `aspects` bounds height over width.
+/// Equal scales around an extent for a panel of width `w`, and its height; `aspects` bounds height / width.
 pub(super) fn equal_scales(
     [left, right, low, high]: [f64; 4],
     w: f64,

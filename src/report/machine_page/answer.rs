@@ -40,7 +40,7 @@ pub(super) fn in_words(all: &Assessment) -> Rich {
     }
 }
 
-/// The probability of stick-slip from the spreads of the inputs and the errors of the friction, if there are any.
+/// The probability of stick-slip from the spreads of the inputs and the errors of the friction; may be empty.
 pub(super) fn uncertainty(all: &Assessment, risk: Option<&Risk>) -> Rich {
     let Some(risk) = risk else { return Rich::default() };
     let unit = all.machine.motion.unit(Dimension::Damping);
