@@ -156,8 +156,8 @@ impl PointTable {
             let mut row = ByteRecord::new();
             let before = self.reader.position().line();
             let more = self.reader.read_byte_record(&mut row);
-            // The reader's position of a row is before the empty lines above, and, for Windows line ends, before
-            // the end of the previous line.
+            // The reader's position of a row is before the empty lines above; with Windows line ends it is
+            // before the end of the previous line.
             let inside = row.as_slice().iter().filter(|byte| **byte == b'\n').count() as u64;
             let end = u64::from(!self.carriage_returns.load(Ordering::Relaxed));
             let line = before.max(self.reader.position().line().saturating_sub(inside + end));
