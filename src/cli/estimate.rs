@@ -49,8 +49,8 @@ pub(super) struct Sampled {
     seconds: f64,
     /// Bytes of the file.
     pub(super) packed: u128,
-    /// Whether the sample is smaller than a tile, so that `seconds` and `packed` are upper bounds: small tiles
-    /// are packed less densely, and their initial work counts more.
+    /// Whether the sample is smaller than a tile, so that `seconds` and `packed` are upper bounds: small
+    /// tiles are packed less densely, and their initial work counts more.
     at_most: bool,
 }
 

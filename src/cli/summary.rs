@@ -217,8 +217,8 @@ pub(super) fn print(report: &RunReport, out: &mut dyn Write) -> Result<(), Failu
     Ok(())
 }
 
-/// The command that explains a cell. For a machine, whose table is in SI units, it names the configuration and
-/// the quantities that the run overrode.
+/// The command that explains a cell. For a machine, whose table is in SI units, it names the configuration
+/// and the quantities that the run overrode.
 pub(super) fn probe_command(job: &Job, point: &Point) -> String {
     let (law, tolerance) = (job.plan.grid.law(), job.plan.tolerance);
     let Some(machine) = &job.machine else { return command_line(law, point, tolerance) };
