@@ -54,7 +54,7 @@
 
 // `pub` items are reachable by users of the library; the compiler reports unused items, all `pub(crate)`.
 #![warn(unreachable_pub)]
-// Without the program, the items that only it uses are unused. With all features on, unused items are reported.
+// Without the program, the items that only it uses are unused. Unused items are reported with all features.
 #![cfg_attr(not(all(feature = "explore", feature = "mpi")), allow(dead_code, unused_imports))]
 
 /// Tries the code of the README.

@@ -71,7 +71,7 @@ pub struct Row {
     pub cells: usize,
     /// Processor time per cell in seconds.
     pub seconds: f64,
-    /// Error of the scaled grazing margin; for methods without one, the converted error of the critical damping.
+    /// Error of the scaled grazing margin; for methods without one, that of the critical damping, converted.
     pub margin: Option<Errors>,
     /// Error of the critical damping; for methods without one, the converted error of the margin.
     pub critical: Option<Errors>,
