@@ -305,8 +305,8 @@ fn slopes_settle_counts_next_to_the_critical_damping() {
     assert!(settled.iter().all(|settled| *settled > 45), "{settled:?}");
 }
 
-/// A dip of friction of 1/26 of the belt speed changes C(r) between the first nodes of a backbone, which do not
-/// resolve it: three cycles, where one was counted.
+/// A dip of friction of 1/26 of the belt speed changes C(r) between the first nodes of a backbone, which do
+/// not resolve it: three cycles, where one was counted.
 #[test]
 fn cycles_at_a_narrow_dip_are_counted() {
     let law =

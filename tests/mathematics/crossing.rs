@@ -125,7 +125,7 @@ fn without_positive_divergence_nothing_crosses_for_ever() {
     assert!(contracting > 100, "{contracting}");
 }
 
-/// Friction that vanishes at large slip speeds hardly changes a loop; the error of the turn sets its direction.
+/// Where friction vanishes at large slip speeds, it changes a large loop by less than the error of a turn.
 #[test]
 fn loops_within_their_error_are_no_crossing_cycles() {
     let point = Law::Lorentzian.point(1.0, &[0.0, 0.778296192924968, 0.0], 18.91061728510668, 0.0).unwrap();

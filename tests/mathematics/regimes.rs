@@ -554,8 +554,8 @@ fn orbits_that_close_leave_the_regime_unknown() {
     assert_eq!(regime(1e-3), Regime::Bistable);
 }
 
-/// Belts slower and faster than a narrow smooth step of the friction by some of its widths: the polar form does
-/// not apply to orbits that reach the step, and each of them is expensive.
+/// Belts slower and faster than a narrow smooth step of the friction by some of its widths: the polar form
+/// does not apply to orbits that reach the step, and each of them is expensive.
 #[test]
 fn regimes_next_to_a_narrow_step_are_known() {
     let law = Law::Expression(Expression::new("1 - 0.1*(tanh((u-1)/w) + tanh(1/w))", 1.0).unwrap());

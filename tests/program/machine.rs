@@ -481,7 +481,7 @@ fn a_machine_is_plotted_in_its_units() {
     assert!(orbit.iter().any(|row| row["phase"] == "stick"));
 }
 
-/// Steady slip inside an unstable slip cycle inside a stable one: nothing sticks, but a kick starts vibration.
+/// Steady slip inside an unstable slip cycle inside a stable one: no orbit sticks; a kick starts vibration.
 #[test]
 fn a_page_tells_the_kick_onto_every_basin_boundary() {
     let scratch = Scratch::new();
