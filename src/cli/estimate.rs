@@ -57,7 +57,7 @@ pub(super) struct Sampled {
 /// Result of computing a sample.
 struct Timed {
     cells: usize,
-    /// Wall-clock time.
+    /// Wall-clock time, to which the limits of a sample apply.
     elapsed: Duration,
     /// Seconds that it takes where no other program is busy.
     seconds: f64,

@@ -213,7 +213,7 @@ pub(super) enum Match {
 /// Compares a unit in a header with the one in which the column is read.
 pub(super) fn compare(text: &str, wanted: Wanted) -> Match {
     let wanted_unit = wanted.unit();
-    // For a rotation, 1/min means turns per minute.
+    // Rotary speeds in 1/min are turns per minute.
     let minute = Unit { factor: 1.0 / 60.0, exponents: [0, 0, -1, 0] };
     let turns = matches!(wanted, Wanted::Si(Motion::Rotation, Dimension::Velocity));
     let Some(mut unit) = read(text) else { return Match::Unknown };
