@@ -102,7 +102,7 @@ enum Failure {
     BadInput(String),
     /// The input is valid, but the job failed.
     Broken(String),
-    /// The user interrupted it; the text says what remains.
+    /// The user interrupted it; the text states what remains.
     Interrupted(String),
     /// The reader of standard output closed it: a reason to stop, not an error.
     ReaderGone,

@@ -1,5 +1,5 @@
-//! Restricts access: refuses requests to another host or from another origin, and tells the browser to load
-//! nothing from other places.
+//! Restricts access: refuses requests to another host or from another origin, and instructs the browser to
+//! load nothing from other places.
 //!
 //! Any web page can send requests to the loopback address. Its `Origin` header reveals it; where another name
 //! was bound to this address on purpose, the `Host` header does.

@@ -110,7 +110,7 @@ pub struct MethodBoundary {
 pub struct Boundaries {
     /// The closed-form methods whose boundary is known.
     pub methods: Vec<MethodBoundary>,
-    /// Methods that this program does not know and whose boundary the map does not store.
+    /// Methods unknown to this program whose boundary the map does not store.
     pub(crate) unknown: Vec<String>,
     /// Whether the exact boundary was read from the map rather than computed again.
     pub stored: bool,

@@ -28,7 +28,7 @@ pub(crate) fn data(view: &View, curves: &PlaneCurves) -> Data {
         .reals("error", points().map(|(.., point)| point.error).collect())
 }
 
-/// The drawing order: a fold may lie on a Hopf curve, and then shows in the gaps of its dashes.
+/// The drawing order: a fold on a Hopf curve shows in the gaps between the dashes of the Hopf curve.
 const ORDER: [Bifurcation; 5] = [
     Bifurcation::Fold,
     Bifurcation::GrazingSliding,
