@@ -30,7 +30,7 @@ REGIMES = (
     "equilibrium_pure_slip_and_crossing stick_slip_and_crossing equilibrium_stick_slip_and_crossing "
     "pure_slip_stick_slip_and_crossing equilibrium_pure_slip_stick_slip_and_crossing",
 )
-# The axes of a machine's map in SI units: along which axis, and their units when it moves and when it turns.
+# The axes of a machine's map in SI units: the axis of the map, and the units for translation and rotation.
 SI_AXES = {"belt_speed_si": ("V", 2, ("m/s", "rad/s")), "damping_si": ("c", 4, ("N s/m", "N m s/rad"))}
 GUARANTEES = {"asymptotic", "finite_epsilon", "numerical", "validated", "none"}
 ROOT_TEXTS = (

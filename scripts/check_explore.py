@@ -27,11 +27,11 @@ from playwright.sync_api import expect, sync_playwright
 expect.set_options(timeout=30_000)
 
 AXE = Path(axe_playwright_python.__file__).with_name("axe.min.js")
-# Rules that WCAG 2.2 asks for, and the best practices of axe.
+# Rules that WCAG 2.2 requires, and the best practices of axe.
 RULES = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa", "best-practice"]
 FLAGS = ["--no-sandbox", "--disable-gpu", "--disable-background-networking"]
 BISTABLE = "#v=1&law=exponential&x=V,0.2,2.5&y=c,0,0.4&show=regime&p.epsilon=1&p.mu=0.5&p.vs=0.5&p.eta=0&p.V=1.5&p.c=0.1"
-# A machine as links of version 1 had it.
+# A machine in the format of links of version 1.
 OLD_MACHINE = ("#v=1&law=stribeck&x=V,0.025,1&y=c,0,0.5&show=regime&m.motion=translation&m.mass=2&m.stiffness=505000&m.damping=60&m.normal_force=1000"
                "&m.static_friction=0.4&m.kinetic_friction=0.25&m.stribeck_velocity=0.05&m.strengthening=0&m.belt_speed=0.15&pin=1")
 STRIBECK = "#v=1&law=stribeck&x=gamma,0,8&y=c,0,6&show=verdict_simulation&p.epsilon=0.2&p.alpha=0.3&p.beta=0&p.V=1&p.gamma=4&p.c=2"
@@ -256,7 +256,7 @@ def a_link_restores_the_state(session):
     page = session.open(BISTABLE + "&pin=1&r.mu=0.2,0.9")
     settle(page)
     link, first = page.evaluate("location.hash"), pixels(page)
-    # The other page has a newer version's keys too, and lacks some of ours.
+    # The other link also has keys of a newer version, and lacks some keys of this one.
     other = session.open(link.replace("v=1", "v=99") + "&colour=blue&r.future=1,2")
     settle(other)
     assert pixels(other) == first
@@ -295,7 +295,7 @@ def a_formula_with_an_error_is_told_with_its_place(session):
     settle(page)
     page.get_by_label("Slip speed and friction, row by row").fill("0,1\n0.5,0.7\n0.4,0.6\n")
     expect(page.locator(".problem").first).to_contain_text("friction.csv:3")
-    # Coefficients are refused without units; the text stays, and is right for a machine.
+    # Coefficients are refused without units; the text stays, and is legal for a machine.
     measured = "0,0.43\n0.02,0.39\n0.05,0.35\n0.1,0.31\n0.2,0.28\n0.5,0.26\n2,0.26\n"
     page.get_by_label("Slip speed and friction, row by row").fill(measured)
     expect(page.locator(".problem").first).to_contain_text("phi(0) is 0.43")
@@ -306,7 +306,7 @@ def a_formula_with_an_error_is_told_with_its_place(session):
     assert page.get_by_label("Slip speed and friction, row by row").input_value() == measured
     expect(page.locator("body")).not_to_have_class("of-other-inputs")
     expect(page.locator("#law-editor .problem")).to_have_text("")
-    # What is wrong in any units stays too, with its message.
+    # A law that is illegal in any units stays too, with its message.
     page.get_by_label("Slip speed and friction, row by row").fill(measured + "3,much\n")
     expect(page.locator(".problem").first).to_contain_text("friction.csv:8")
     page.get_by_role("button", name="Without units").click()
@@ -322,7 +322,7 @@ def a_refused_number_says_why(session):
     page = session.open(BISTABLE + "&pin=1")
     settle(page)
     body = page.locator("body")
-    # What is typed into each input, and the reason that stands next to it.
+    # The text typed into each input, and the reason shown next to it.
     for label, typed, why in [
         ("across: from", "3", "across: from: must be less than the other end, 2.5"),
         ("up: to", "", "up: to: a number is missing"),
@@ -339,14 +339,14 @@ def a_refused_number_says_why(session):
         expect(typed_into).to_have_attribute("aria-invalid", "true")
         assert typed_into.get_attribute("aria-describedby") == problem.get_attribute("id")
         assert problem.get_attribute("role") == "alert"
-        # It stands below its own input.
+        # The reason is shown below its own input.
         place, of_input = problem.bounding_box(), typed_into.bounding_box()
         assert 0 <= place["y"] - of_input["y"] < 90, (place, of_input)
         expect(body).to_have_class("of-other-inputs")
         expect(page.locator(".plane")).to_have_css("opacity", "0.35")
         if typed == "1.5":
             session.picture(page, "refused-number")
-        # What is not taken is gone with the next look elsewhere, and so are its traces.
+        # A refused text and its message disappear when the input loses the focus.
         page.locator("#overlay").focus()
         expect(problem).to_have_count(0)
         expect(typed_into).to_have_value(before)
@@ -357,7 +357,7 @@ def a_refused_number_says_why(session):
     typed_into.fill("2")
     expect(page.locator(".problem:not(:empty)")).to_have_count(0)
     expect(body).not_to_have_class("of-other-inputs")
-    # A coordinate of the point: the plane stands, and the answers about the point are grey.
+    # A refused coordinate of the point: the plane stays, and the answers about the point are grey.
     of_point = page.locator("#point .where input").first
     of_point.fill("-1")
     of_point.press("Enter")
@@ -367,7 +367,7 @@ def a_refused_number_says_why(session):
     of_point.press("Enter")
     expect(page.locator("#point .where .problem")).to_have_text("")
     expect(page.locator("#point .regime")).to_have_css("opacity", "1")
-    # A picture of other inputs is grey until the one of these has come.
+    # A picture of other inputs is grey until the picture of the present inputs has arrived.
     settle(page)
     page.route("**/api/plane", lambda route: (time.sleep(2), route.continue_()))
     page.get_by_label("kinetic to static friction ratio (μ): value", exact=True).fill("0.6")
@@ -452,7 +452,7 @@ def everything_can_be_taken_along(session):
             waiting.value.save_as(kept)
             assert kept.read_bytes().startswith(start), f"{kept.name} begins {kept.read_bytes()[:20]}"
         subprocess.run([session.program, "check", Path(folder) / "plane.h5"], check=True, capture_output=True)
-        # The page shows its pictures without a program, and asks nobody for anything.
+        # The page shows its pictures without the program, and sends no requests.
         alone = session.browser.new_page()
         requests = []
         alone.on("request", lambda request: requests.append(request.url))
@@ -509,7 +509,7 @@ def a_machine_is_in_si_units(session):
     assert page.get_by_label("across: to").input_value() == "0.5"
     page.get_by_label("across: to").fill("0.4")
     session.picture(page, "machine")
-    # What each quantity does to the critical damping, in per cent for one per cent.
+    # The sensitivity of the critical damping to each quantity, in per cent for one per cent.
     expect(page.locator("table.sensitivities")).to_contain_text("Stribeck velocity")
     # Any quantity is an axis: at each mass the critical damping of the machine's page.
     page.get_by_label("Axis across").select_option("mass")
@@ -618,7 +618,7 @@ def nobody_is_shut_out(session):
         if width > 2000:
             page.context.close()
             continue
-        # Its script comes in through the browser's own door, since the page lets no other in.
+        # Its script is injected through the browser, since the policy of the page forbids other scripts.
         page.evaluate(source)
         for opened in (None, "Examples", "Share and export"):
             if opened:
@@ -666,7 +666,7 @@ def main():
             started = time.monotonic()
             try:
                 test(session)
-                # An answer that would take too long on a busy machine is refused in words, and the browser tells of that.
+                # Answers that take too long on a busy machine are refused, and the browser logs that.
                 session.complaints[:] = [text for text in session.complaints if "503" not in text]
                 assert not session.complaints, f"the browser complains: {session.complaints}"
                 print(f"ok     {test.__name__} ({time.monotonic() - started:.1f} s)", flush=True)

@@ -69,7 +69,7 @@ def main():
             failures.append(f"it prints to {len(pages)} pages, not to {arguments.most_pages} at most")
         for number, text in enumerate(pages, 1):
             lines = [line.split() for line in text.splitlines() if line.strip()]
-            # A broken word shows as many lines of one letter, one below the other.
+            # A broken word appears as many lines of one letter each, one below the other.
             letters = run = 0
             for words in lines:
                 run = run + 1 if len(words) == 1 and len(words[0]) == 1 and words[0].isalpha() else 0

@@ -336,7 +336,7 @@ def follow(point, accuracy, extra_loops=6):
 
     def trapped(v, w):
         # D <= 0 wherever |v| <= rho < V makes the energy v^2 + w^2 fall for ever, so the orbit cannot reach
-        # the belt. Demanding D <= -2 excludes orbits that turn and have a margin; the others tend to a node.
+        # the belt. Requiring D <= -2 excludes orbits that turn and have a margin; the others tend to a node.
         radius = gmpy2.sqrt(v * v + w * w)
         return radius < belt and below.divergence(radius) <= -2
 

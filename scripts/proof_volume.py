@@ -31,7 +31,7 @@ def main():
             before = resource.getrusage(resource.RUSAGE_CHILDREN)
             run = subprocess.run(command, check=True, capture_output=True, text=True)
             after = resource.getrusage(resource.RUSAGE_CHILDREN)
-            # Of the whole run, whatever else the machine was doing; its cells take a tenth of a second.
+            # Processor time of the whole run, independent of other load; its cells take a tenth of a second.
             seconds = after.ru_utime - before.ru_utime
             proved = json.loads(run.stdout)["proved"]
             known = {name: proved[name] for name in names if name in proved}

@@ -40,7 +40,7 @@ need_build_tools() {
         build-essential pkg-config libhdf5-dev
 }
 
-# make_environment FOLDER REQUIREMENTS: a virtual environment with these packages, made anew when their list has changed.
+# make_environment FOLDER REQUIREMENTS: a virtual environment with these packages; rebuilt if they change.
 make_environment() {
     need_packages "python3 -m venv --help && python3 -m ensurepip --version" python3-venv python3-pip
     if ! cmp -s "$2" "$1/requirements.txt"; then
@@ -75,13 +75,13 @@ need_latex() {
         texlive-latex-base texlive-latex-recommended texlive-science
 }
 
-# An MPI library with its launcher, and libclang, with which the bindings to it are made.
+# An MPI library with its launcher, and libclang, which generates the bindings.
 need_mpi() {
     need_packages "command -v mpirun && command -v mpicc && ls /usr/lib/llvm-*/lib/libclang.so*" \
         libopenmpi-dev openmpi-bin libclang-dev
 }
 
-# A browser, and a reader of what it prints: what people make of the pages.
+# A browser, and a reader of the files that it prints, for tests of the pages.
 need_chromium() {
     need_packages "command -v chromium && command -v pdftotext" chromium poppler-utils
 }

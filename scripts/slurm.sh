@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # A map on a cluster with Slurm: submit with  sbatch scripts/slurm.sh CONFIG.toml [--set key.path=value ...]
-# Submitted again after a time limit or a lost node, with any number of nodes, it goes on where it stopped.
+# Submitted again after a time limit or a lost node, with any number of nodes, the run resumes.
 #SBATCH --job-name=slipmap
 #SBATCH --nodes=4
 #SBATCH --ntasks-per-node=1
@@ -9,7 +9,7 @@
 #SBATCH --signal=TERM@60
 # One rank per node with a thread per core: only rank 0 writes, and fewer ranks are fewer messages.
 # Build once on the login node:  cargo build --release --locked --features mpi --target-dir target/mpi
-# Beyond a few hundred cores the one that writes is the slowest (docs, "clusters"): then rather one map per
+# Beyond a few hundred cores the writing rank is the bottleneck (docs, "clusters"): then rather one map per
 # value of the slowest axis, as an array (sbatch --array=0-9), each with its own --set grid.epsilon=.. and
 # output.path=..
 set -euo pipefail

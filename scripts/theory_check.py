@@ -98,7 +98,7 @@ def identities(rng, count=25):
             weaker = polar_log_radius(replace(p, alpha=p.alpha / 2), CHECK)
         except Unresolved:
             continue
-        # The scaled points are exact only in the working precision, so the (v, w) flow gets other numbers.
+        # The scaled points are exact only in the working precision, so the (v, w) flow has other inputs.
         three = mpfr(3)
         scaled = Point(three * p.epsilon, p.alpha, p.beta / three, p.gamma / three, p.c / three, p.belt)
         # A third of the belt speed at three times gamma and beta keeps k, b and C; A needs a third of 1 -

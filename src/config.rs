@@ -210,7 +210,7 @@ impl Job {
             .planes(planes)
             .compression(compression)
             .build()
-            // All errors were refused above, with their places.
+            // The checks above have reported all errors with their places.
             .map_err(|error| root.missing("grid", error.to_string()))?;
         Ok(Job {
             plan,
@@ -248,7 +248,7 @@ fn schema(law: &Law) -> Vec<(Option<&'static str>, Vec<&'static str>)> {
     schema
 }
 
-/// Refuses unknown keys, and names the section or the key that was probably meant.
+/// Refuses unknown keys; the error names the section or the key that was probably meant.
 fn check_keys(root: &Section, law: &Law) -> Result<(), ConfigError> {
     let schema = schema(law);
     for (name, known) in &schema {
@@ -349,7 +349,7 @@ fn grid_error(error: &GridError, names: &[&str], nodes: &[(Vec<f64>, Node)]) -> 
 const NAIVE_KEYS: [&str; 7] =
     ["smoothing_width", "stick_band_width", "step", "tolerance", "longest_step", "turns", "start_pause"];
 
-/// Reads a finite number of at least `least`, which messages call `bound`.
+/// Reads a finite number of at least `least`; messages describe that condition by `bound`.
 fn number_or(
     section: &Section,
     key: &str,
@@ -404,7 +404,7 @@ fn tolerance(node: &Node) -> Result<f64, ConfigError> {
 /// Checks a bound on the error of the scaled grazing margin.
 ///
 /// # Errors
-/// The condition that it must meet.
+/// The condition that the value violates, in words.
 pub fn check_tolerance(value: f64) -> Result<(), String> {
     if TOLERANCES.contains(&value) {
         Ok(())

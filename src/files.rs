@@ -1,4 +1,4 @@
-//! Files and folders of every command: made in one step, under their names only when they are complete.
+//! Files and folders of every command: created in one step, and named only when they are complete.
 
 use std::fs::{self, File};
 use std::io;
@@ -42,8 +42,8 @@ pub(crate) fn create_folders(folder: &Path) -> io::Result<()> {
     })
 }
 
-/// A temporary file in a folder, with the permissions of any new file: others are readable by their owner
-/// only.
+/// A temporary file in a folder, with the permissions of any new file. Other temporary files are readable by
+/// their owner only.
 #[cfg(feature = "report")]
 pub(crate) fn temporary_in(folder: &Path) -> io::Result<NamedTempFile> {
     let mut builder = tempfile::Builder::new();
@@ -59,7 +59,7 @@ pub(crate) fn temporary_in(folder: &Path) -> io::Result<NamedTempFile> {
 /// Gives a complete temporary file its name.
 ///
 /// # Errors
-/// [`io::ErrorKind::AlreadyExists`] for a name that exists and is not to be replaced, or the file system's.
+/// [`io::ErrorKind::AlreadyExists`] for a name that exists and is not to be replaced, or another I/O error.
 #[cfg(feature = "report")]
 pub(crate) fn publish_file(file: NamedTempFile, path: &Path, existing: Existing) -> io::Result<()> {
     let named = match existing {

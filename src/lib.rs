@@ -3,9 +3,9 @@
 //!
 //! A mass on a spring rides on a belt of speed V. Friction that weakens with the slip speed can drive it
 //! into a cycle of sticking and slipping. Six numbers decide: eps, the alpha, beta and gamma of the
-//! friction law, V, and the damping c. This crate asks the same question, "does a stick-slip cycle
-//! exist?", of closed-form tests ([`certify`]) and of the simulated flow ([`simulate`]), at one point or at
-//! every cell of a grid ([`map`]). The mathematics is in [`theory`].
+//! friction law, V, and the damping c. This crate answers the question "does a stick-slip cycle exist?" by
+//! closed-form tests ([`certify`]) and by the simulated flow ([`simulate`]), at one point or at every cell of
+//! a grid ([`map`]). The mathematics is in [`theory`].
 //!
 //! # One point
 //! ```
@@ -52,9 +52,9 @@
 //! The modules `assessment`, `benchmark`, `cli`, `explore` and `report` belong to the program. They are
 //! public for its tests only, are not documented here, and may change at any time.
 
-// `pub` is what users of the library reach; all else is `pub(crate)`, and the compiler tells when nobody needs it.
+// `pub` items are reachable by users of the library; the compiler reports unused items, all `pub(crate)`.
 #![warn(unreachable_pub)]
-// Without the program some of what it needs is left over; what nobody needs shows when all features are on.
+// Without the program, the items that only it uses are unused. Unused items are reported with all features.
 #![cfg_attr(not(all(feature = "explore", feature = "mpi")), allow(dead_code, unused_imports))]
 
 /// Tries the code of the README.

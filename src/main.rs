@@ -1,4 +1,4 @@
-//! The command-line program; everything it does is in [`slipmap::cli`].
+//! The command-line program; its implementation is [`slipmap::cli`].
 
 /// The system's allocator keeps what a thread has freed for that thread's successors. With new threads for
 /// every picture, the memory of `slipmap explore` grew for as long as its page was used.

@@ -24,14 +24,14 @@ pub(crate) fn short(x: f64) -> String {
     }
 }
 
-/// A number rounded to so many significant digits, written as [`short`] does.
+/// A number rounded to `digits` significant digits, in the format of [`short`].
 pub(crate) fn rounded(x: f64, digits: usize) -> String {
     let (mantissa, exponent) = scientific(x, digits);
     format!("{mantissa}e{exponent}").parse().map_or_else(|_| short(x), short)
 }
 
-/// A number rounded to so many significant digits: a decimal with one digit before the point, and the power of
-/// ten. Of a number that is not finite, its name and 0.
+/// A number rounded to `digits` significant digits: a decimal with one digit before the point, and the power
+/// of ten. For a number that is not finite: its name, and 0.
 pub(crate) fn scientific(x: f64, digits: usize) -> (String, i32) {
     let text = format!("{x:.*e}", digits.saturating_sub(1));
     let (mantissa, exponent) = text.split_once('e').unwrap_or((&text, "0"));
@@ -52,7 +52,7 @@ pub(crate) fn signed(x: f64) -> String {
 /// A number that reads back as itself: the shortest such decimal.
 #[cfg(feature = "cli")]
 pub(crate) fn exact(x: f64) -> String {
-    // Unlike `{}`, `{:?}` turns to an exponent for very large and very small numbers.
+    // Unlike `{}`, `{:?}` uses an exponent for very large and very small numbers.
     let text = format!("{x:?}");
     text.strip_suffix(".0").map_or(text.clone(), str::to_owned)
 }

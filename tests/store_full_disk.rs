@@ -1,6 +1,6 @@
 //! A full disk is reported, and nothing is left but the journal of what was computed.
 //!
-//! In a program of its own, because it starts processes, which inherit the locks of all files that HDF5 has
+//! A separate program, because it starts processes, which inherit the locks of all files that HDF5 has
 //! open.
 
 #![cfg(all(unix, feature = "store"))]

@@ -14,7 +14,7 @@ PRESENT, ABSENT = int(Verdict["PRESENT"]), int(Verdict["ABSENT"])
 REFERENCE = "simulation"
 # Colours of Okabe and Ito, as in the program's figures.
 _VERDICT_COLORS = {-1: "#f7e3bf", 0: "#ffffff", 1: "#0072b2", 2: "#000000", 3: "#8c8c8c"}
-# The program tells sets of attractors apart by hatching too; here by colour alone.
+# The program distinguishes sets of attractors by hatching too; this module by colour alone.
 _REGIME_COLORS = {
     "equilibrium": "#f7e3bf",
     "stick_slip": "#0072b2",

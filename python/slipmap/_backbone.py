@@ -67,7 +67,7 @@ def backbone(
     def block(*arrays: Any) -> Any:
         flat, shape = flattened(names, arrays)
         rows, errors = _core.backbone(law._law, flat, ratios.tolist(), tolerance, threads)
-        # The law's own error moves every damping of the curve by at most that, as it does the critical one.
+        # The error of the law moves every damping of the curve, like the critical one, by at most itself.
         return rows.reshape((*shape, ratios.size)), errors.reshape(shape)[()] + law.error / np.broadcast_to(arrays[0], shape)[()]
 
     if any(isinstance(value, (xr.DataArray, xr.Variable)) for value in values):

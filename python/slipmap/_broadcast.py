@@ -91,5 +91,5 @@ def _apply(kernel: Kernel, names: list[str], values: Sequence[Any], dtypes: Sequ
     flat, shape = flattened(names, values)
     if 0 in shape:
         return tuple(np.empty(shape, dtype) for dtype in dtypes)
-    # A 0-d result is a NumPy scalar, as that of a ufunc.
+    # A 0-d result is a NumPy scalar, as from a ufunc.
     return tuple(np.asarray(result).reshape(shape)[()] for result in kernel(flat))

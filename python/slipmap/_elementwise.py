@@ -73,7 +73,7 @@ def critical_c(
 
     def kernel(arrays: list[np.ndarray]) -> tuple[np.ndarray, ...]:
         values, errors = _core.critical_c(law._law, arrays, tolerance, threads)
-        # By the comparison lemma an error of the law's weakening rate moves epsilon c* by at most that.
+        # By the comparison lemma an error of the law's weakening rate moves epsilon c* by at most that error.
         return (values, errors + law.error / arrays[0]) if return_error else (values,)
 
     arguments = law._arguments(parameters, epsilon=epsilon, V=V)

@@ -344,7 +344,7 @@ def _build(kind: Any, data: Any) -> Any:
     if is_dataclass(kind):
         hints = typing.get_type_hints(kind)
         known = {it.name for it in fields(kind)}
-        # A newer program may say more than this version of the package knows: it stays in to_dict().
+        # A newer program may have fields unknown to this version of the package: they stay in to_dict().
         return kind(**{name: _build(hints[name], entry) for name, entry in data.items() if name in known})  # type: ignore[operator]
-    # JSON knows no infinity: limits beyond all that was looked at are the text "inf".
+    # JSON has no infinity: limits beyond all epsilon examined are the text "inf".
     return float(data) if kind is float else data

@@ -17,13 +17,13 @@ use crate::law::{Law, check_law, check_values};
 use crate::point::check_tolerance;
 use crate::work::{FEW, Steering, run};
 
-/// Elements that share a task: many vectors of columns, and soon done.
+/// Number of elements in a task: many vectors of columns, but little time.
 const TASK: usize = 256;
 
-/// Elements at which a law that needs a check of its own is checked: all of a few, evenly spread over many.
+/// Largest number of elements at which a law with its own check is checked, evenly spread over all.
 const CHECKED: usize = 256;
 
-/// Elements that are checked between two looks at signals.
+/// Number of elements that are checked between two checks for signals.
 const BETWEEN_SIGNALS: usize = 1 << 16;
 
 /// Arguments of an elementwise function, in the order of the law's axes: one value for all elements, or one
@@ -57,8 +57,7 @@ impl<'a> Arguments<'a> {
         point(self.law, element)
     }
 
-    /// Applies `of` to the point of each element, in parallel where that pays; `unknown` where an argument is
-    /// NaN.
+    /// Applies `of` to the point of each element, in parallel for many; `unknown` where an argument is NaN.
     pub(crate) fn each<T: Clone + Send + Sync>(
         &self,
         py: Python<'_>,
@@ -110,7 +109,7 @@ fn point(law: &Family, values: &[f64]) -> Option<Point> {
     law.point(values[0], &values[1..=count], values[count + 1], damping).ok()
 }
 
-/// Applies `each` to tasks of consecutive elements, in parallel where that pays; `None` where it was stopped.
+/// Applies `each` to tasks of consecutive elements, in parallel for many; `None` where it was stopped.
 fn in_tasks<T: Send>(
     py: Python<'_>,
     len: usize,
@@ -253,7 +252,7 @@ fn groups(arguments: &Arguments<'_>) -> Vec<Group> {
     groups
 }
 
-/// What a method says of a column at growing dampings.
+/// The verdict codes of a method on a column at increasing dampings.
 fn of_method(method: &Method, column: &Column, dampings: &[f64], tolerance: f64) -> Vec<i8> {
     match method {
         Method::Test(test) => {

@@ -8,7 +8,7 @@ use crate::law::Law;
 use crate::map::grid_of;
 use crate::work::run;
 
-/// One connected curve: what happens on it, its points, and estimates of their distances from it.
+/// One connected curve: its kind, its points, and estimates of their distances from the exact curve.
 type Curve<'py> =
     (&'static str, Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>);
 

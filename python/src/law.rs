@@ -76,7 +76,7 @@ impl Law {
         let call = |u: f64| match function.call1((u,)).and_then(|value| value.extract::<f64>()) {
             Ok(value) => value,
             Err(error) => {
-                // The first error is the one to tell; NaN ends the sampling soon.
+                // The first error is the one that is raised; NaN ends the sampling soon.
                 raised.get_or_insert(error);
                 f64::NAN
             }
@@ -170,7 +170,7 @@ fn check_static_level(level: f64) -> PyResult<()> {
     )))
 }
 
-/// Which element of the caller's arrays a value is.
+/// Description of a value's position in the caller's arrays.
 pub(crate) type Place<'a> = &'a (dyn Fn() -> String + Sync);
 
 const AXIS_WITHOUT_INDEX: fn() -> String = String::new;

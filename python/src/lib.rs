@@ -1,7 +1,7 @@
-//! The compiled part of the Python package `slipmap`: what its Python part cannot do fast.
+//! The compiled part of the Python package `slipmap`: the functions that would be slow in Python.
 //!
-//! Python broadcasts, names and documents; this extension takes flat arrays and gives flat arrays. Every
-//! function that works for more than a moment releases the GIL, uses all cores, and heeds Ctrl-C.
+//! The Python part broadcasts, names and documents; this extension takes and returns flat arrays. Every long
+//! function releases the GIL, uses all cores, and can be interrupted by Ctrl-C.
 
 mod backbone;
 mod columns;

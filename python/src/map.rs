@@ -1,4 +1,4 @@
-//! Maps in memory: the run of the library with arrays for a sink.
+//! Maps in memory: the run of the library with arrays as its sink.
 
 use std::convert::Infallible;
 use std::ops::Range;
@@ -215,7 +215,7 @@ fn compute(
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Map> {
     let memory = py.detach(|| Memory::new(plan));
-    // The run of the library has threads of its own.
+    // The run of the library creates its own threads.
     let summary = run(py, Some(1), progress.as_ref(), |steering| {
         let on_cells = |cells| steering.advance(cells);
         let control = Control { threads, on_cells: &on_cells, stop: &steering.stop, ..Control::default() };
@@ -229,7 +229,7 @@ fn compute(
     })?;
     let Memory { schema, cells } = memory;
     let cells = cells.into_iter().map(|cells| cells.into_inner().unwrap_or_else(PoisonError::into_inner));
-    // Those of the file, in its order.
+    // The attributes of the map file, in its order.
     let mut all = attributes::opening(plan, provenance);
     all.push(("history".to_owned(), attributes::history(provenance).into()));
     all.extend(attributes::closing(&Outcome::of(plan, &summary, machine)));

@@ -1,4 +1,4 @@
-//! What the critical damping depends on.
+//! Sensitivities of the critical damping.
 
 use numpy::{PyArray1, PyArray2, PyReadonlyArray1};
 use pyo3::exceptions::PyValueError;
@@ -9,8 +9,8 @@ use slipmap::simulate::sensitivity::{self as engine, Estimate, Sensitivity};
 use crate::columns::Arguments;
 use crate::law::{Law, point_of};
 
-/// Derivatives by the arguments, in their order, and the standard error that the data's errors make (NaN for
-/// a law without any).
+/// Derivatives by the arguments, in their order, and the standard error due to the errors of the data (NaN
+/// for a law without standard errors).
 fn row(law: &Family, found: &Sensitivity) -> Vec<Estimate> {
     const NONE: Estimate = Estimate { value: f64::NAN, error: f64::NAN };
     let mut row: Vec<Estimate> = found.named(law).map(|(_, by)| by).collect();

@@ -1,4 +1,4 @@
-//! Work without the GIL: on all cores, stopped by Ctrl-C, telling how far it is.
+//! Work without the GIL: on all cores, stopped by Ctrl-C, with reports of progress.
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
@@ -7,13 +7,13 @@ use std::time::Duration;
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 
-/// How often signals are looked for and progress is told.
+/// Interval between checks for signals and reports of progress.
 const LOOK: Duration = Duration::from_millis(50);
 
-/// Pieces of work too small for threads.
+/// Number of pieces of work up to which no threads are used.
 pub(crate) const FEW: usize = 64;
 
-/// What work is told, and what it tells.
+/// Shared state of running work: the request to stop, and the progress.
 #[derive(Default)]
 pub(crate) struct Steering {
     /// Set when the work is to stop as soon as it can; what it returns then is thrown away.

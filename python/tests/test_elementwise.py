@@ -34,7 +34,7 @@ def test_any_shapes_broadcast_as_a_ufunc_and_elements_are_those_of_single_calls(
     for index in list(np.ndindex(shapes.result_shape))[:3]:
         speed, small = (np.broadcast_to(it, shapes.result_shape)[index] for it in (V, epsilon))
         one, own = slipmap.critical_c(LAW, V=float(speed), epsilon=float(small), return_error=True)
-        # Columns share vector registers, so that the last bits may differ: not more than their errors say.
+        # Columns share vector registers, so that the last bits may differ, within their errors.
         assert abs(one - c[index]) <= own + error[index]
 
 
@@ -225,7 +225,7 @@ def test_the_interpreter_runs_while_the_engine_works():
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
 def test_ctrl_c_stops_the_work():
-    # A shell starts what it runs in the background with SIGINT ignored, and Python keeps that.
+    # A shell starts background processes with SIGINT ignored, and Python keeps that setting.
     code = """
 import signal
 signal.signal(signal.SIGINT, signal.default_int_handler)

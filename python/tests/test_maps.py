@@ -57,7 +57,7 @@ def test_damage_is_found(stored, tmp_path):
     byte.write_bytes(content)
     with pytest.raises(slipmap.MapError, match="sealed"):
         slipmap.open_map(byte)
-    # A program that opens a map for writing cuts the seal off; the fingerprints remain.
+    # A program that opens a map for writing removes the seal; the fingerprints remain.
     for damage, words in [
         (lambda file: file["verdict_simulation"].__setitem__((0, 0, 0, 0, 0, 0), 0), "the cells of verdict_simulation"),
         (lambda file: file["V"].__setitem__(0, 0.6), "the cells of V"),
@@ -145,14 +145,14 @@ def same(own, stored):
 
 def test_a_configuration_gives_the_map_of_the_program(config, stored):
     cells = []
-    # The text in force, overrides applied, is stored too: the same ones are needed.
+    # The stored text of the configuration has the overrides applied: the same ones are required.
     sets = {"output.path": str(stored)}
     own = slipmap.run(config, set=sets, progress=lambda done, all: cells.append((done, all)))
     with slipmap.open_map(stored) as data:
         same(own, data)
         for name in ("title", "law", "methods", "fields", "engine", "tolerance", "config", "config_sha256"):
             assert own.attrs[name] == data.attrs[name], name
-        # All attributes of the file but the fingerprint of those.
+        # All attributes of the file except the fingerprint of the attributes.
         assert set(data.attrs) - set(own.attrs) == {"sha256_attributes"} and set(own.attrs) <= set(data.attrs)
         same(own.slipmap.curves, data.slipmap.curves)
     assert cells and cells[-1] == (own.verdict_simulation.size, own.verdict_simulation.size)
@@ -169,7 +169,7 @@ def test_a_grid_gives_the_map_of_the_program(config, stored):
         few = slipmap.map(grid, law=law, methods=["simulation", "symmetric"], audit_cells=0)
         assert few.slipmap.methods == ["symmetric", "simulation"]
         assert np.array_equal(few.verdict_simulation, data.verdict_simulation)
-        # Elementwise calls say the same.
+        # Elementwise calls give the same results.
         said = slipmap.verdicts(slipmap.Law.stribeck(), methods="simulation", **{name: data[name] for name in data.dims})
         assert np.array_equal(said.transpose(*data.verdict_simulation.dims), data.verdict_simulation)
 

@@ -10,7 +10,7 @@ from nbclient import NotebookClient
 
 NOTEBOOKS = pathlib.Path(__file__).parents[1] / "notebooks"
 CONFIGS = pathlib.Path(__file__).parents[2] / "configs"
-# Widgets and kernels warn about themselves.
+# Widgets and kernels emit warnings of their own.
 pytestmark = pytest.mark.filterwarnings("ignore")
 
 
@@ -72,5 +72,5 @@ print(json.dumps({
         assert percent == pytest.approx(float(report["percent_of_simulation"]), rel=1e-11)
     for epsilon, medians in own["medians"].items():
         for method, median in medians.items():
-            # The report counts errors in bins of relative width 2^-10 and tells the middle of one.
+            # The report counts errors in bins of relative width 2^-10 and gives the middle of a bin.
             assert median == pytest.approx(float(boundary[epsilon, method]["median_error"]), rel=2**-11 * 1.001)

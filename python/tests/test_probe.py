@@ -31,7 +31,7 @@ def test_a_probe_is_that_of_the_program(program, law, values, flags):
     assert {f"dc_d{name}": by.value for name, by in answer.sensitivity.derivatives.items()} == slopes
     assert {f"dc_d{name}": by.error for name, by in answer.sensitivity.derivatives.items()} == errors
     assert answer.methods["simulation"].verdict == expected["methods"]["simulation"]["verdict"]
-    # The elementwise functions say the same.
+    # The elementwise functions give the same results.
     own = {name: value for name, value in values.items() if name != "c"}
     c, error = slipmap.critical_c(law, **own, return_error=True)
     assert (c, error) == (answer.critical_c.value, answer.critical_c.error)
@@ -105,7 +105,7 @@ def test_orbits_meet_the_numbers_of_the_answer():
     point = slipmap.Point(slipmap.Law.stribeck(**PARAMETERS), V=1.0, c=0.5, epsilon=0.1)
     answer, orbit = slipmap.probe(point), slipmap.orbit(point)
     assert orbit.attrs["ending"] == "closes"
-    # Both engines are asked for an error of 1e-9; a landing is less accurate by the angle at which it is met.
+    # Both engines are run for an error of 1e-9, which the angle at the belt line magnifies in a landing.
     assert np.isclose(orbit.attrs["period"], answer.landing.period, rtol=1e-6)
     sticking = orbit.where(orbit.phase == 0, drop=True)
     assert (sticking.x2 == 1.0).all()

@@ -28,7 +28,7 @@ pub struct Cell {
 const TOLERANCE: f64 = 1e-13;
 
 /// The generator of Kronecker's sequence in d dimensions: the powers of the root of x^(d + 1) = x + 1 (M.
-/// Roberts), whose points fill a box evenly however many are taken.
+/// Roberts), whose points fill a box evenly for every number of points.
 fn generators(dimensions: usize) -> Vec<f64> {
     let root = (0..64).fold(2.0_f64, |x, _| (1.0 + x).powf(1.0 / (dimensions as f64 + 1.0)));
     (1..=dimensions).map(|power| root.powi(-(power as i32))).collect()

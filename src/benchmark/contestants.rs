@@ -23,7 +23,7 @@ named! {
         Engine => "engine",
         /// A simulation as commonly written.
         Naive => "naive",
-        /// A program of others.
+        /// Another program.
         Peer => "peer",
     }
 }
@@ -74,7 +74,7 @@ pub struct Contestant {
     pub(super) output: Output,
 }
 
-/// The answer by comparing `c` with a critical damping and its error.
+/// Compares `c` with a critical damping and its error.
 fn compare(c: f64, critical: Option<(f64, f64)>) -> Answer {
     let verdict = match critical {
         Some((critical, error)) if c < critical - error => Verdict::Present,
@@ -112,7 +112,7 @@ fn return_map(cells: &[Cell], tolerance: f64) -> Vec<Answer> {
     };
     let groups: Vec<ScaledGroups> = cells.iter().filter_map(scaled).collect();
     if groups.len() < cells.len() {
-        // The vectorised engine is for the Stribeck law; for others there is no reference either.
+        // The vectorised engine is for the Stribeck law; other laws have no reference either.
         return vec![Answer { verdict: Verdict::Failed, margin: None, critical: None }; cells.len()];
     }
     let turns = turns(&groups, tolerance);
@@ -146,7 +146,7 @@ fn auto(cell: &Cell, tolerance: f64) -> Answer {
 
 /// All contestants, each method with its settings from coarse to fine.
 ///
-/// The parameters: `tolerance` for engines (the error of the margin that is aimed at; for `critical_surface`
+/// The parameters: `tolerance` for engines (the requested error of the margin; for `critical_surface`
 /// relative to the divergence) and for `event_step` (the error per step), `smoothing_width` for `smoothed`,
 /// `stick_band_width` for `stick_band`, `step` for `fixed_step`. All other parameters of the naive methods
 /// have their default values.

@@ -65,19 +65,19 @@ pub struct Row {
     pub kind: Kind,
     /// Its name.
     pub name: String,
-    /// Its parameter and the value of that.
+    /// Name and value of its parameter.
     pub setting: Option<(String, f64)>,
-    /// Number of cells that it was asked about: all, or as many as its time allowed.
+    /// Number of cells that it answered: all, or as many as its time allowed.
     pub cells: usize,
     /// Processor time per cell in seconds.
     pub seconds: f64,
-    /// Error of the scaled grazing margin; for methods without one, that of the critical damping as a margin.
+    /// Error of the scaled grazing margin; for methods without one, that of the critical damping, converted.
     pub margin: Option<Errors>,
-    /// Error of the critical damping; for methods without one, that of the margin as a damping.
+    /// Error of the critical damping; for methods without one, the converted error of the margin.
     pub critical: Option<Errors>,
     /// Number of cells without an answer although there is a margin or critical damping.
     pub(crate) unanswered: usize,
-    /// Verdicts near the boundary; `None` if it was not asked about such cells.
+    /// Verdicts near the boundary; `None` if no such cell was measured.
     pub near: Option<Labels>,
     /// Verdicts anywhere.
     pub anywhere: Option<Labels>,
@@ -87,7 +87,7 @@ pub struct Row {
     pub(crate) front_labels: bool,
 }
 
-/// Least number of cells that even slow contestants are asked about.
+/// Least number of cells measured, even for slow contestants.
 const LEAST_CELLS: usize = 4;
 /// Least duration of a timed pass, reached by repetition: a thousand ticks of the clock.
 const LONG_ENOUGH: Duration = Duration::from_micros(500);
@@ -136,7 +136,7 @@ pub(crate) fn measure(contestant: &Contestant, cells: &[Cell], seconds: f64) -> 
     }
 }
 
-/// Asks about one cell after the other, as many as `budget` allows.
+/// Times the answers cell by cell, for as many cells as `budget` allows.
 fn one_by_one(
     cells: &[Cell],
     budget: Duration,
@@ -217,13 +217,13 @@ impl Sizes {
     }
 }
 
-/// First and last distance from the critical damping at which the search for a boundary looks.
+/// Smallest and largest distance from the critical damping in the search for a boundary.
 const NEAREST: f64 = 1e-9;
 const FARTHEST: f64 = 4.0;
 
 /// Searches the damping at which the verdicts of a method change, in the columns of the cells near the
 /// boundary, as many as `budget` allows. Where they do not change between c = 0 and [`FARTHEST`] above the
-/// critical damping, the distance searched counts as the error, which is larger.
+/// critical damping, the distance searched counts as the error; the true error is larger.
 fn search(cells: &[Cell], budget: Duration, decide: impl Fn(&Cell, f64) -> Verdict, errors: &mut Sizes) {
     let start = thread_time();
     for (number, cell) in cells.iter().filter(|cell| cell.near).enumerate() {

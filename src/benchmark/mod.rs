@@ -23,8 +23,8 @@ pub use measure::{Errors, Labels, Row};
 pub(crate) use study::StudyError;
 pub use study::{Settings, Study};
 
-/// Marks the points of the Pareto front: those for which no other has both less time and less error.
-/// Points without a number are never on it.
+/// Marks the points of the Pareto front: those that no different point equals or undercuts in both time and
+/// error. `None` is never on the front.
 pub(crate) fn pareto(points: &[Option<(f64, f64)>]) -> Vec<bool> {
     let beats = |a: (f64, f64), b: (f64, f64)| a.0 <= b.0 && a.1 <= b.1 && a != b;
     points

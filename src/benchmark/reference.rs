@@ -15,7 +15,7 @@ use crate::point::Point;
 const SEQUENCE: [usize; 12] = [2, 4, 6, 8, 10, 12, 14, 16, 18, 20, 22, 24];
 /// Numbers of extrapolated steps per turn.
 const STEPS: [usize; 5] = [8, 16, 32, 64, 128];
-/// Two turns that agree to this are accurate to this. Rounding errors are a few thousand times 2^-106.
+/// Two turns that agree to this tolerance are accurate to it. Rounding errors: a few thousand times 2^-106.
 const AGREEMENT: f64 = 1e-24;
 /// Least speed of the angle, and least distance from the pole of the friction law, for which the polar form
 /// is used; as in the return map.
@@ -42,7 +42,7 @@ pub struct Exact {
 }
 
 impl Exact {
-    /// Distance of a double from it.
+    /// Distance of the double `from` from this number.
     pub(crate) fn distance(&self, from: f64) -> f64 {
         (self.value - from).value().abs()
     }
@@ -104,7 +104,7 @@ impl Groups {
         let q = one + self.k * s;
         let divergence = self.a / (q * q) - self.c - self.b * s * 2.0;
         let turn = one + divergence * *sin_cos;
-        // Negated so that NaN is refused, too.
+        // Written so that NaN is refused too.
         (turn.value() > SLOWEST_TURN && q.value() > SLOWEST_TURN)
             .then(|| divergence * r * *sin_squared / turn)
     }

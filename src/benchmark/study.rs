@@ -16,7 +16,7 @@ pub enum StudyError {
         /// The friction law.
         law: &'static str,
     },
-    /// The caller interrupted it.
+    /// The caller interrupted the study.
     #[error("interrupted")]
     Interrupted,
 }
@@ -48,7 +48,7 @@ pub struct Study {
     pub cells: Vec<Cell>,
     /// The measurements, methods in their order, each from coarse to fine.
     pub rows: Vec<Row>,
-    /// The file of the peers' rows, and whether they are about the same cells.
+    /// The file of the peers' rows, and whether they were measured on the same cells.
     pub peers: Option<(String, bool)>,
 }
 

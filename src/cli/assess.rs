@@ -75,7 +75,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
             let draws = arguments.draws.map_or_else(usual, |draws| draws as usize);
             match risk(&job.machine, &job.uncertain, draws, &arguments.rare) {
                 Ok(found) => Some(found),
-                // The page tells so, and the rest of it does not depend on that.
+                // The page reports it; the rest of the page does not depend on it.
                 Err(NoRisk::NoneFound) => None,
                 Err(why @ NoRisk::Illegal) => return Err(Failure::bad_input(why, "choose smaller spreads")),
                 Err(why @ NoRisk::Interrupted) => return Err(Failure::bad_input(why, "start it again")),

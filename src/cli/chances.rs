@@ -14,10 +14,10 @@ use crate::risk::{NoRisk, Probabilities, Uncertain, is_uncertain, probabilities}
 const DRAWS: usize = 1_000_000;
 /// Least number of draws at each belt speed: a standard error of half a per cent at most.
 const FEWEST_DRAWS: usize = 10_000;
-/// Duration from which on a sample of belt speeds is extrapolated.
+/// Duration above which a sample of belt speeds is extrapolated.
 const ENOUGH: Duration = Duration::from_millis(200);
 
-/// The question of how probable stick-slip is at each belt speed and damping of a map.
+/// Computes the probability of stick-slip at each belt speed and damping of a map.
 pub(super) struct Chances<'a> {
     machine: &'a Machine,
     uncertain: &'a [Uncertain],
@@ -53,7 +53,7 @@ impl<'a> Chances<'a> {
     pub(super) fn seconds(&self, threads: Option<usize>) -> f64 {
         let (start, speeds) = (Instant::now(), self.belt_speeds.len());
         let mut timed = 0;
-        // From the middle of the belt speeds to both ends.
+        // Starts at the middle of the belt speeds, in steps of a third of them.
         for number in (0..speeds).map(|i| (speeds / 2 + i * speeds.div_ceil(3)) % speeds) {
             // A run that finds no probability takes this time as well.
             let _ = self.at(&self.belt_speeds[number..=number], threads, &AtomicBool::new(false));
@@ -73,7 +73,7 @@ impl<'a> Chances<'a> {
     ) -> Result<Probabilities, NoRisk> {
         let Self { machine, uncertain, dampings, draws, .. } = self;
         let found = || probabilities(machine, uncertain, belt_speeds, dampings, *draws, stop);
-        // Without a pool of its own it shares that of all.
+        // If no pool can be created, the global pool is used.
         match crate::map::pool(threads) {
             Ok(pool) => pool.install(found),
             Err(_) => found(),
@@ -81,7 +81,7 @@ impl<'a> Chances<'a> {
     }
 }
 
-/// What a user should know of draws that were illegal and of those without an answer.
+/// Notes on draws that were illegal and on draws without an answer.
 pub(super) fn notes_on_draws(draws: usize, failed: usize, redrawn: usize) -> Vec<String> {
     let mut notes = Vec::new();
     if redrawn > 0 {

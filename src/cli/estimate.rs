@@ -20,7 +20,7 @@ use crate::map::{self, Control, Grid, Method, Plan};
 use crate::simulate;
 use crate::store::ByteSink;
 
-/// Duration from which on a sample is extrapolated.
+/// Duration above which a sample is extrapolated.
 const ENOUGH: Duration = Duration::from_millis(200);
 /// Duration after which a sample is stopped.
 const TOO_LONG: Duration = Duration::from_secs(1);
@@ -33,7 +33,7 @@ const AUDITED: usize = 8;
 
 /// Duration for which the proof is sampled.
 const PROOF: Duration = Duration::from_millis(500);
-/// Duration after which the curves are given up: their time is then known from below only.
+/// Duration after which the curves are given up: then only a lower bound of their time is known.
 const CURVES: Duration = Duration::from_secs(4);
 
 /// Bytes of a map beside its tiles, measured on maps of one cell: of the file, of each variable (its attributes
@@ -49,15 +49,15 @@ pub(super) struct Sampled {
     seconds: f64,
     /// Bytes of the file.
     pub(super) packed: u128,
-    /// Whether the sample is smaller than a tile, so that both are bounds: small tiles are packed less densely, and
-    /// the work at their beginning counts more.
+    /// Whether the sample is smaller than a tile, so that `seconds` and `packed` are upper bounds: small
+    /// tiles are packed less densely, and their initial work counts more.
     at_most: bool,
 }
 
-/// What was computed of a sample.
+/// Result of computing a sample.
 struct Timed {
     cells: usize,
-    /// Wall-clock time, by which the sample ends.
+    /// Wall-clock time, to which the limits of a sample apply.
     elapsed: Duration,
     /// Seconds that it takes where no other program is busy.
     seconds: f64,
@@ -65,8 +65,8 @@ struct Timed {
     packed: u64,
 }
 
-/// A clock of the processor time of all threads: another busy program makes the wall-clock time longer, but not that
-/// of the run.
+/// A clock of the processor time of all threads, which, unlike wall-clock time, does not grow when another
+/// program is busy.
 struct Clock {
     start: Instant,
     process: Duration,
@@ -87,7 +87,7 @@ impl Clock {
     }
 }
 
-/// What is known of the time of the curves.
+/// Estimated time of the curves.
 #[derive(Clone, Copy, Debug)]
 struct CurvesTime {
     /// Wall-clock seconds.
@@ -198,7 +198,7 @@ pub(super) fn sampled(plan: &Plan, threads: Option<usize>) -> Sampled {
     if !plan.interpolates() {
         return Sampled { seconds, packed, at_most };
     }
-    // Columns that lie far apart are not interpolated, so that the sample tells the time of those that stay open.
+    // Columns that lie far apart are not interpolated: the sample gives the time of the undecided ones.
     let tests: Vec<Method> =
         plan.methods.iter().copied().filter(|method| *method != Method::Simulation).collect();
     let fields = plan.fields.iter().copied().filter(|field| !field.needs_flow()).collect();
@@ -210,14 +210,14 @@ pub(super) fn sampled(plan: &Plan, threads: Option<usize>) -> Sampled {
     Sampled { seconds: rest + share * (seconds - rest).max(0.0) + interpolating, packed, at_most }
 }
 
-/// The share of the map's cells that interpolation leaves open, and the duration of interpolation, from tiles
-/// spread over the map.
+/// The share of the map's cells that interpolation does not decide, and the duration of interpolation, from
+/// tiles spread over the map.
 fn interpolated(plan: &Plan, threads: Option<usize>) -> (f64, f64) {
     let workers = threads.unwrap_or_else(rayon::current_num_threads).max(1);
     let tiles = plan.tile_count();
     let chosen: Vec<usize> = match tiles <= TILES {
         true => (0..tiles).collect(),
-        // The parts of multiples of the golden ratio are spread evenly, however many of them are taken.
+        // The fractional parts of multiples of the golden ratio are spread evenly for every number of them.
         false => (1..=TILES)
             .map(|i| ((i as f64 * 0.618_033_988_749_894_9).fract() * tiles as f64) as usize)
             .collect(),
@@ -260,8 +260,8 @@ fn fixed_bytes(plan: &Plan) -> u128 {
     FILE_BYTES + VARIABLE_BYTES * Schema::of(plan).variables.len() as u128 + curves
 }
 
-/// The time of the curves, which are found as a run would find them, but given up after [`CURVES`]; `None` where
-/// none are asked for.
+/// The time of the curves, found as a run would find them, but given up after [`CURVES`]; `None` where no
+/// curves are requested.
 fn curves_time(plan: &Plan, threads: Option<usize>) -> Option<CurvesTime> {
     if plan.planes.is_empty() {
         return None;
@@ -273,7 +273,7 @@ fn curves_time(plan: &Plan, threads: Option<usize>) -> Option<CurvesTime> {
     Some(CurvesTime { seconds: start.elapsed().as_secs_f64(), is_complete })
 }
 
-/// Runs `work`, which is told to stop after some time; returns whether it ended before, and what it returned.
+/// Runs `work` and sets its stop flag after `time`; returns whether it ended before, and its result.
 fn within<T: Send + Default>(time: Duration, work: impl FnOnce(&AtomicBool) -> T + Send) -> (bool, T) {
     let stop = AtomicBool::new(false);
     std::thread::scope(|scope| {
@@ -284,12 +284,12 @@ fn within<T: Send + Default>(time: Duration, work: impl FnOnce(&AtomicBool) -> T
         }
         let in_time = worker.is_finished();
         stop.store(true, Ordering::Relaxed);
-        // A panic is a bug, and goes on here.
+        // A panic is a bug and is propagated.
         (in_time, worker.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
     })
 }
 
-/// Estimated duration in seconds of the proof that the plan asks for, from a sample that takes [`PROOF`].
+/// Estimated duration in seconds of the proof that the plan requests, from a sample that takes [`PROOF`].
 fn proof_seconds(plan: &Plan, threads: Option<usize>) -> Option<f64> {
     let proved = within(PROOF, |stop| map::prove(plan, threads, None, stop)).1?;
     let tried = proved.volumes.tiles.clamp(1, plan.proof_boxes);

@@ -123,7 +123,7 @@ fn write_files(folder: &Path, report: &CataloguePage) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The catalogue and what is said of it.
+/// The page of a catalogue: its command line, its job and the catalogue.
 struct CataloguePage<'a> {
     command: String,
     job: &'a Job,

@@ -1,4 +1,4 @@
-//! Handles Ctrl-C and requests to terminate. The first signal asks the work to stop, so that it can keep
+//! Handles Ctrl-C and requests to terminate. The first signal requests the work to stop, so that it can keep
 //! finished parts and remove unfinished files; work that does not stop in time is abandoned. The program ends
 //! within two seconds whether it is computing, drawing, or waiting for the other end of a pipe.
 
@@ -32,7 +32,7 @@ const SIGNALS: &[i32] = &[
     signal_hook::consts::SIGHUP,
 ];
 
-/// Time that the work has to stop by itself.
+/// Time limit for the work to stop by itself.
 const STOP_LIMIT: Duration = Duration::from_millis(1300);
 /// Time limit of the cleanup after abandoned work: a file system may not answer.
 const CLEANUP_LIMIT: Duration = Duration::from_millis(500);
@@ -93,7 +93,7 @@ pub(super) fn wait(work: &Receiver<ExitCode>) -> Option<ExitCode> {
 /// Cleans up and ends the process.
 fn give_up() -> ! {
     let (done, tidied) = channel();
-    // In a thread of its own, because a file system that does not answer would block it for ever.
+    // The cleanup has its own thread, because a file system that does not answer would block it for ever.
     let tidy = move || {
         let giving_up = ABANDONMENT.lock().unwrap_or_else(PoisonError::into_inner).take();
         let left = giving_up.as_ref().map_or(super::NOTHING_LEFT, |giving_up| &giving_up.left);

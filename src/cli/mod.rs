@@ -102,7 +102,7 @@ enum Failure {
     BadInput(String),
     /// The input is valid, but the job failed.
     Broken(String),
-    /// The user interrupted it; the text says what remains.
+    /// The user interrupted it; the text states what remains.
     Interrupted(String),
     /// The reader of standard output closed it: a reason to stop, not an error.
     ReaderGone,
@@ -139,8 +139,8 @@ const STACK: usize = 8 << 20;
 pub fn main() -> ExitCode {
     let command = Arguments::parse().command;
     interrupt::listen();
-    // The command runs in a thread of its own, and the first thread only waits, so that it receives signals
-    // at once. A thread that waits for a file system (a server that hangs) would not.
+    // The command runs in its own thread. The first thread only waits, so that it receives signals at once; a
+    // thread that waits for a file system (a server that hangs) would not.
     let (done, ended) = std::sync::mpsc::channel();
     let work = std::thread::Builder::new().stack_size(STACK).spawn(move || {
         // The receiver is alive: it waits below.

@@ -35,20 +35,20 @@ const GO: i32 = 2;
 const GO_ON: u64 = 1;
 /// Message with a finished tile.
 const TILE: i32 = 3;
-/// Answer of rank 0 to each: [`GO_ON`] and further tiles, perhaps none; empty if no more will come.
+/// Answer of rank 0 to each [`TILE`]: [`GO_ON`] and further tiles, perhaps none; empty if no more will come.
 const NEXT: i32 = 4;
 /// Message of a rank that has finished all its tiles.
 const BYE: i32 = 5;
 
-/// Message of rank 0: the map is finished, the others may end.
+/// Message of rank 0: the map is finished, and the other ranks may end.
 const END: i32 = 6;
-/// Message of rank 0 with boxes of which tiles are to be proved.
+/// Message of rank 0 with the boxes in which tiles are to be proved.
 const PROVE: i32 = 7;
-/// Answer to it: the tiles.
+/// Answer to [`PROVE`]: the proved tiles.
 const PROVED: i32 = 8;
 
-/// Interval of polling for messages. MPI's own blocking calls would keep a core busy, and waking up more often takes time
-/// from the threads that compute. Every rank has enough tiles in advance to bridge it.
+/// Interval of polling for messages. MPI's own blocking calls would keep a core busy, and more frequent
+/// polling takes time from the threads that compute. Every rank has enough tiles in advance to bridge it.
 const PAUSE: Duration = Duration::from_millis(2);
 
 /// Waits for a message of `process` with this tag.
@@ -73,8 +73,8 @@ struct Other {
     first_tiles: usize,
 }
 
-/// Rank 0 always tells the others that it ends: they wait for that message, because ending MPI waits for
-/// every rank with a busy loop.
+/// Rank 0 always sends [`END`]. The other ranks wait for that message, because the end of MPI waits for every
+/// rank in a busy loop.
 impl Drop for Ranks {
     fn drop(&mut self) {
         let world = self.universe.world();
@@ -91,7 +91,7 @@ impl Drop for Ranks {
 }
 
 impl Ranks {
-    /// Initialises MPI; this rank computes with so many threads, or with one per core.
+    /// Initialises MPI; this rank computes with `threads` threads, or with one per core.
     pub(super) fn join(threads: Option<usize>) -> Result<Self, Failure> {
         let threads = threads.unwrap_or_else(rayon::current_num_threads).max(1);
         match mpi::initialize_with_threading(Threading::Funneled) {
@@ -135,7 +135,7 @@ impl Ranks {
         // A rank that gets no tile now gets none later.
         let more = (!ahead.is_empty()).then_some(more);
         let tiles = Mutex::new(tiles);
-        // Rank 0 bounds the number of tiles that can be in it, and the receiver lives as long as there is a sender.
+        // Rank 0 bounds the number of tiles in this channel; the receiver lives as long as any sender.
         let (outbox, finished) = channel();
         let sink = ByteSink::new(&job.plan, move |bytes| drop(outbox.send(bytes)));
         let control = Control { threads: Some(self.threads), stop, ..Control::default() };
@@ -185,7 +185,7 @@ impl Ranks {
     }
 
     /// On rank 0: waits for the other ranks and starts them, or dismisses them if there is no plan. Returns
-    /// the number of threads of all ranks together.
+    /// the total number of threads of the other ranks.
     pub(super) fn begin(&self, plan: Option<(&map::Plan, &Queue)>) -> Result<usize, Failure> {
         let world = self.universe.world();
         let mut threads = vec![0; self.count()];
@@ -311,7 +311,7 @@ impl Ranks {
     }
 }
 
-/// Passes the numbers of tiles to the workers of this rank, who wait as long as there is a sender.
+/// Passes the numbers of tiles to the workers of this rank, which wait as long as there is a sender.
 fn hand_on(tiles: &[u64], more: &Sender<usize>) {
     for tile in tiles.iter().filter_map(|&tile| usize::try_from(tile).ok()) {
         let _ = more.send(tile);
@@ -333,15 +333,15 @@ fn send_without_busy_loop(writer: &Process, tiles: &[Vec<u8>]) {
     });
 }
 
-/// Number of tiles that a rank with so many threads has in advance: many of the short tiles of a large grid, for then
-/// messages are few; few towards the end, so that all ranks finish together.
+/// Number of tiles that a rank with `threads` threads has in advance: many of the short tiles of a large
+/// grid, which saves messages; few towards the end, so that all ranks finish together.
 fn ahead(left: usize, all_threads: usize, threads: usize) -> usize {
     threads * (left / (8 * all_threads)).clamp(2, 32) + 2
 }
 
 /// First messages to the other ranks: whether to begin, and with which tiles. Tiles are dealt one by one in
 /// turn, so that few tiles are shared fairly, until every rank has two for each thread and two more, or until
-/// only those are left that rank 0 computes itself.
+/// only the tiles that rank 0 computes itself are left.
 fn first_messages(queue: &Queue, own_threads: usize, threads: &[usize]) -> Vec<Vec<u64>> {
     let mut answers = vec![vec![GO_ON]; threads.len()];
     let first = |threads: usize| ahead(0, 1, threads);

@@ -39,7 +39,7 @@ pub(super) fn duration(seconds: f64) -> String {
     }
 }
 
-/// Removes control characters, which a terminal would execute, from a text that may quote a file or a name.
+/// Replaces control characters, which a terminal would execute, in a text that may quote a file or a name.
 pub(super) fn without_control_characters(text: &str) -> String {
     let obeyed = |c: char| c.is_control() && c != '\n' && c != '\t';
     text.chars().map(|c| if obeyed(c) { char::REPLACEMENT_CHARACTER } else { c }).collect()
@@ -94,7 +94,7 @@ impl Table {
     }
 }
 
-/// Prints the problems that a check has found, or what it means that there are none.
+/// Prints the problems that a check has found, or, without problems, the text `sound`.
 pub(super) fn problems(out: &mut dyn Write, problems: &[String], sound: &str) -> io::Result<()> {
     match problems.len() {
         0 => writeln!(out, "sound: {sound}")?,

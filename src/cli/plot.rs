@@ -146,7 +146,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     for held in &plotted.held {
         let why = match held.wanted {
             None => " (the middle node)".into(),
-            // Round-off of a conversion of units is no distance.
+            // Round-off of a conversion of units is not reported as a distance.
             Some(wanted) if (wanted - held.used).abs() <= 1e-9 * held.used.abs() => String::new(),
             Some(wanted) => format!(
                 " (the node nearest to {}, {} away; nothing between the nodes is stored)",

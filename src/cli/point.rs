@@ -114,7 +114,7 @@ impl PointArguments {
             .map(|name| flag(name).trim_end().to_owned())
             .collect();
         if !missing.is_empty() {
-            // In a formula every other name is a parameter; a common name of the slip speed is probably a
+            // In a formula every other name is a parameter, but a common name of the slip speed is probably a
             // mistake.
             let slip = ["v", "x", "s", "w"].iter().any(|name| axes.contains(name) && value(name).is_none());
             let slip = if slip { "the slip speed is called u; " } else { "" };
@@ -152,7 +152,7 @@ pub(super) fn check_law(law: &Law, point: &Point) -> Result<(), String> {
 }
 
 impl PointArguments {
-    /// Refuses a parameter that is none of the law's.
+    /// Refuses a parameter that does not belong to the law.
     pub(super) fn refuse_foreign(&self, law: &Law) -> Result<(), Failure> {
         let axes = Grid::axis_names(law);
         match self.given.iter().find(|(name, _)| !axes.contains(&name.as_str())) {

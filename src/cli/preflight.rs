@@ -157,7 +157,7 @@ fn check_folder(path: &Path, key: &str) -> Result<(), Failure> {
     })
 }
 
-/// Refuses a certificate's path that is that of another file of the run, cannot be written, or holds
+/// Refuses a certificate's path that equals the path of another file of the run, cannot be written, or holds
 /// something else.
 fn check_proof(job: &Job, proof: &Path, permission: Permission) -> Result<Place, Failure> {
     let name = proof.display();

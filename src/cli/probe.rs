@@ -215,7 +215,7 @@ fn probe_point(
     Ok(Ended::Fine)
 }
 
-/// Writes the figure and the table of the orbit, if they were asked for.
+/// Writes the figure and the table of the orbit, if they were requested.
 fn write_orbit(
     arguments: &Arguments,
     law: &Law,
@@ -358,7 +358,7 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
                 );
             }
         }
-        // Without a critical damping the output says so above.
+        // A missing critical damping was reported above.
         Err(NoSensitivity::Critical(_) | NoSensitivity::Negative) => {}
         Err(why) => line("c* moves by", format!("not known: {why}")),
     }
@@ -445,7 +445,7 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
         line("attracting cycle", format!("period {}, {shape}, multiplier {multiplier}", short(cycle.period)));
     }
     if let Some([from, to, error]) = answer.bistable_band() {
-        // Where the orbit from the exit point crosses for ever, the others do, too.
+        // Where the orbit from the exit point crosses for ever, the other orbits do, too.
         let other = match answer.flow.fate {
             Fate::CrossesForever => ", here with orbits that cross the belt line for ever",
             _ => "",
@@ -466,8 +466,8 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
     table.write(out)
 }
 
-/// What is known where the regime is not determined in full: "the equilibrium and the stick-slip cycle attract". What
-/// is not, and why, stands at the cycles.
+/// The known part of a regime that is not determined in full: "the equilibrium and the stick-slip cycle
+/// attract". The unknown part, with its reason, is printed with the cycles.
 fn known_of_regime(answer: &Answer) -> String {
     let stable = answer.oscillator.eigenvalues().is_stable();
     let words = match (stable, answer.flow.fate) {
@@ -507,7 +507,7 @@ fn cycle_words(displacement: Range, velocity: Range, multiplier: f64, period: f6
     )
 }
 
-/// Describes the number of slip cycles found, and what is proved of it.
+/// Describes the number of slip cycles found, and the bounds that are proved for it.
 fn slip_count_words(found: usize, count: &SlipCount) -> String {
     let number = |n: u32| if n == 0 { "none".to_owned() } else { n.to_string() };
     if let Some(exact) = count.exact() {

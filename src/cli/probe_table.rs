@@ -40,7 +40,7 @@ pub(super) struct Job<'a> {
     pub(super) overwrite: bool,
     /// Number of threads; `None` for one per core.
     pub(super) threads: Option<usize>,
-    /// The methods that are asked.
+    /// The methods whose verdicts are appended.
     pub(super) methods: Vec<Method>,
     /// Whether to append the limits in eps.
     pub(super) epsilon_limits: bool,
@@ -274,7 +274,7 @@ impl Output {
         })?;
         let temporary = file.path().to_owned();
         interrupt::on_abandonment(super::NOTHING_LEFT.to_owned(), move || {
-            // Nothing more can be done if it cannot be removed.
+            // An error of removing the file is ignored.
             let _ = std::fs::remove_file(temporary);
         });
         Ok(Self::Beside { file: BufWriter::new(file), path: path.to_owned(), overwrite })

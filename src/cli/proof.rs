@@ -49,7 +49,7 @@ pub(super) fn state(path: &Path) -> PathState {
     }
 }
 
-/// Reads the text of a certificate; `None` if the file is none.
+/// Reads the text of a certificate; `None` if the file is not a certificate.
 fn read(path: &Path) -> io::Result<Option<(Subject, String)>> {
     // Check the beginning first: another file may never end.
     let mut file = io::BufReader::new(std::fs::File::open(path)?);

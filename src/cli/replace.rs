@@ -26,7 +26,7 @@ pub(super) fn refuse_existing(option: &str, path: &Path, overwrite: bool) -> Res
     }
 }
 
-/// The file of an option exists.
+/// The failure for the file of an option that exists already.
 pub(super) fn exists(option: &str, path: &Path) -> Failure {
     let problem = format!("{option} {}: the file exists already", path.display());
     Failure::bad_input(problem, "choose another name, or add --overwrite to replace it")
@@ -62,7 +62,7 @@ pub(super) fn check(output: &Path, input: Option<&Path>, kind: Kind) -> Result<(
     }
 }
 
-/// Returns whether the file begins as its kind does.
+/// Returns whether the file begins as files of its kind do.
 fn begins(path: &Path, kind: Kind) -> io::Result<bool> {
     let mut file = io::BufReader::new(std::fs::File::open(path)?.take(LONGEST_LINE));
     match kind {

@@ -96,7 +96,7 @@ fn together(arguments: &Arguments, stop: &AtomicBool, _: usize) -> Result<Ended,
     if !ranks.is_writer() {
         return ranks.work(arguments.job(), stop);
     }
-    // The other ranks wait for an answer even if this fails.
+    // The other ranks wait for an answer even if the preparation fails.
     let prepared = arguments.job().and_then(|job| prepare(arguments, job));
     let Ok(Some((job, map))) = prepared else {
         let others = ranks.begin(None);
@@ -265,7 +265,7 @@ fn compute(
     }
 }
 
-/// Prints what is known of the run to be continued, and whether it is locked.
+/// Prints the state of the run to be continued, and whether it is locked.
 fn report_resumption(map: &PartialMap, resume: bool) {
     let (done, all) = (map.tiles(), map.finished().len());
     if done > 0 {
@@ -293,7 +293,7 @@ fn abandon_in_time(output: PathBuf) {
 
 /// The failure for a run that ended early.
 fn stopped(map: &PartialMap, error: &ComputeError<StoreError>, output: &Path) -> Failure {
-    // The error that stopped the run matters more than a failure of this.
+    // An error of syncing is ignored in favour of the error that stopped the run.
     let _ = map.sync();
     let (done, all) = (map.tiles(), map.finished().len());
     match error {
@@ -336,7 +336,7 @@ fn how_to_continue() -> String {
     format!("  to continue: {}{}", launcher(launched(), by_slurm), arguments.join(" "))
 }
 
-/// The launcher command for so many processes.
+/// The launcher command for `processes` processes.
 fn launcher(processes: usize, by_slurm: bool) -> String {
     match processes {
         0 | 1 => String::new(),
@@ -378,7 +378,7 @@ fn create_failure(error: StoreError) -> Failure {
     }
 }
 
-/// Provenance of what this command makes of a configuration.
+/// Provenance of the files that this command computes from a configuration.
 pub(super) fn provenance(job: &Job) -> Provenance {
     Provenance {
         title: job.title.clone(),

@@ -217,8 +217,8 @@ pub(super) fn print(report: &RunReport, out: &mut dyn Write) -> Result<(), Failu
     Ok(())
 }
 
-/// The command that explains a cell: of a machine, whose table is in SI units, by its configuration and the quantities
-/// that the run set otherwise.
+/// The command that explains a cell. For a machine, whose table is in SI units, it names the configuration
+/// and the quantities that the run overrode.
 pub(super) fn probe_command(job: &Job, point: &Point) -> String {
     let (law, tolerance) = (job.plan.grid.law(), job.plan.tolerance);
     let Some(machine) = &job.machine else { return command_line(law, point, tolerance) };
@@ -348,7 +348,7 @@ fn percent(part: u64, whole: u64) -> String {
     }
 }
 
-/// A number with three significant digits.
+/// A number rounded to three significant digits.
 fn short3(x: f64) -> String {
     short(format!("{x:.2e}").parse().unwrap_or(x))
 }

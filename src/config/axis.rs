@@ -26,8 +26,8 @@ pub(super) fn nodes(node: &Node) -> Result<Vec<f64>, ConfigError> {
     }
 }
 
-/// Refuses a range by its step, and says how many points it would have: a step that does not divide the range
-/// would leave out its end.
+/// Refuses a range given by its step; the error states the number of points instead. A step that does not
+/// divide the range would leave out its end.
 fn refuse_step(range: &Section) -> Result<(), ConfigError> {
     let Some(step) = range.get("step") else { return Ok(()) };
     let number = |key: &str| range.get(key).map_or(Ok(f64::NAN), |node| node.number());

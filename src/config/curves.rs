@@ -10,7 +10,7 @@ const PLANE_KEYS: [&str; 3] = ["x", "y", "at"];
 
 const EXAMPLE: &str = "{ x = \"V\", y = \"c\" }";
 
-/// The planes; of a machine its axes have the names of its quantities, too.
+/// Reads the planes; the axes of a machine may also be given by the names of its quantities.
 pub(super) fn read(section: &Section, grid: &Grid, of_machine: bool) -> Result<Vec<Plane>, ConfigError> {
     let Some(node) = section.get("planes") else {
         return match section.is_present() {

@@ -120,7 +120,7 @@ fn static_level(node: &Node) -> Result<f64, ConfigError> {
     }
 }
 
-/// An error in a formula, with marks under its place.
+/// The error of a formula, with marks under the part concerned.
 pub(super) fn at_formula(node: &Node, error: &ExpressionError) -> ConfigError {
     let text = node.text().unwrap_or_default();
     node.error(&point_into(text, error), error.remedy.clone())
@@ -153,7 +153,7 @@ pub(crate) struct OfMachine {
     pub(crate) forces: bool,
 }
 
-/// The same; the static level defaults to the first friction value, as of a machine.
+/// Reads a measured law as [`read_table`] does; `static_level` defaults to the first friction value.
 fn table_of(
     path: &Path,
     static_level: Option<f64>,
@@ -205,14 +205,14 @@ pub(crate) fn table_of_text(
         let Ok(record) = record else {
             return fail(format!("{name} is not a CSV file"), "write two columns separated by commas");
         };
-        // The reader's own place is before empty lines and comments.
+        // The reader's position is before the empty lines and comments that precede the record.
         let before =
             text.get(..record.position().map_or(0, |place| place.byte() as usize)).unwrap_or_default();
         let skipped = text[before.len()..].split_inclusive('\n').take_while(|line| is_skipped(line)).count();
         let line = before.matches('\n').count() + skipped + 1;
         let numbers: Vec<Option<f64>> = record.iter().map(|field| field.parse().ok()).collect();
         match numbers.as_slice() {
-            // Which of them is the friction cannot be guessed.
+            // It is ambiguous which column is the friction.
             [Some(_), Some(_), Some(_), more @ ..] if more.iter().any(Option::is_some) => {
                 let problem = format!("{name}:{line}: there are more than three columns of numbers");
                 return fail(
@@ -271,7 +271,7 @@ pub(crate) fn table_of_text(
     })
 }
 
-/// Refuses a field of the header of a machine's table that says another unit than that of its column.
+/// Refuses a field of the header of a machine's table that names another unit than that of its column.
 fn check_unit(field: &str, column: usize, machine: OfMachine) -> Result<(), (String, String)> {
     let OfMachine { motion, forces } = machine;
     let (what, wanted) = match (column, forces) {
@@ -320,8 +320,8 @@ fn check_unit(field: &str, column: usize, machine: OfMachine) -> Result<(), (Str
     Err((format!("the header says that {what} {is} in {unit}"), remedy))
 }
 
-/// Whether the text in brackets is no unit but a remark, as in `speed (relative)`, or the variable of a function,
-/// as in `mu(v)`.
+/// Whether the text in brackets is not a unit but a remark, as in `speed (relative)`, or the variable of a
+/// function, as in `mu(v)`.
 fn is_remark(field: &str, before: &str, inside: &str) -> bool {
     let round = field.trim_end().ends_with(')');
     let is_known = !matches!(compare(inside, Wanted::Number), Match::Unknown);

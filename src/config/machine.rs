@@ -28,9 +28,9 @@ pub(crate) struct MachineJob {
 }
 
 impl MachineJob {
-    /// The dimensionless oscillator of `machine`, with its law read as small if this job says so.
+    /// The dimensionless oscillator of `machine`, with its law read as 1 + eps F(u) if `small` is set.
     ///
-    /// `None` as of [`Machine::model`].
+    /// `None` where [`Machine::model`] returns `None`.
     pub(crate) fn model_of(&self, machine: &Machine) -> Option<Model> {
         let Model { law, point, si } = machine.model()?;
         Some(Model { law: if self.small { law.read_as_small() } else { law }, point, si })
@@ -54,12 +54,12 @@ pub(crate) fn keys(law: &Law) -> Vec<&'static str> {
     keys
 }
 
-/// The same with the other name of the mass.
+/// The keys of [`keys`], and `inertia`, the other name of the mass.
 pub(super) fn known_keys(law: &Law) -> Vec<&'static str> {
     keys(law).into_iter().chain([INERTIA]).collect()
 }
 
-/// Refuses a formula with the name of a quantity of the machine.
+/// Refuses a formula that uses the name of a quantity of the machine.
 pub(crate) fn check_names(formula: &Expression) -> Result<(), ExpressionError> {
     let mut names = formula.parameters().iter().map(|parameter| parameter.name);
     let Some(name) = names.find(|name| BEFORE.contains(name) || [AFTER, INERTIA].contains(name)) else {
@@ -74,7 +74,7 @@ pub(crate) fn check_names(formula: &Expression) -> Result<(), ExpressionError> {
 /// The remedy for an unknown key of `[machine]`.
 pub(super) fn remedy(key: &str, law: &Law) -> String {
     match key {
-        // What a tap test gives.
+        // A tap test measures the damping ratio.
         "damping_ratio" => {
             "write damping = 2 * damping_ratio * sqrt(stiffness * mass), a number in N s/m".into()
         }
@@ -88,7 +88,7 @@ pub(super) fn remedy(key: &str, law: &Law) -> String {
     }
 }
 
-/// The key that gives the mass: of what rotates it may be called inertia.
+/// The key that gives the mass; for a rotation it may be `inertia`.
 fn key_of_mass(section: &Section, motion: Motion) -> Result<&'static str, ConfigError> {
     match (section.get(INERTIA), section.get(MASS), motion) {
         (None, ..) => Ok(MASS),
@@ -158,8 +158,8 @@ fn normal(table: &Section) -> Result<Option<Spread>, ConfigError> {
     }
 }
 
-/// Reads the law and the machine of `file` alone, with these values of its quantities. A quantity with a
-/// standard deviation keeps it around its new value.
+/// Reads only the law and the machine of `file`, with `values` instead of the values in the file. A quantity
+/// with a standard deviation keeps it around its new value.
 ///
 /// # Errors
 /// The first error, with its place, its value and a remedy.
@@ -170,7 +170,7 @@ pub(crate) fn load_machine(file: &Path, values: &[(String, f64)]) -> Result<Mach
         Shape::Table(table) => table.get("sd")?.number().ok(),
         _ => None,
     };
-    // The mass is set under the name that it has in the file.
+    // The mass is set under the key that the file uses.
     let names = [MASS, INERTIA];
     let in_file = names.into_iter().find(|name| written.get(name).is_some());
     let set = |(name, value): &(String, f64)| {
@@ -267,7 +267,7 @@ impl<'a> Reader<'a> {
         self.section.get(key).ok_or_else(|| self.section.missing(key, how.into()))
     }
 
-    /// A number that may be uncertain: its nominal value.
+    /// Reads a number that may be uncertain; returns its nominal value.
     fn number(
         &mut self,
         key: &'static str,
@@ -277,7 +277,7 @@ impl<'a> Reader<'a> {
         self.number_under(key, key, is_legal, wanted)
     }
 
-    /// The same for the number of `quantity` that is given as `key`.
+    /// Reads the number of `quantity`, which may be uncertain, from the entry `key`; returns the nominal one.
     fn number_under(
         &mut self,
         key: &'static str,
@@ -303,8 +303,8 @@ impl<'a> Reader<'a> {
         self.number_under(key, quantity, |value| value > 0.0, "greater than 0")
     }
 
-    /// Increasing numbers, or one uncertain number. A range of belt speeds may have a standard deviation,
-    /// which is that of each.
+    /// Reads increasing numbers, or one uncertain number. A range of belt speeds may have a standard
+    /// deviation, which applies to each belt speed.
     fn many(&mut self, key: &'static str, least: f64, wanted: &str) -> Result<Vec<f64>, ConfigError> {
         let node = self.node(key)?;
         if uncertain(&node)?.is_some() {
@@ -348,7 +348,7 @@ impl<'a> Reader<'a> {
         })
     }
 
-    /// A formula with the values of its names; legal on slip speeds up to `fastest`.
+    /// Reads the values of a formula's names and checks that it is legal on slip speeds up to `fastest`.
     fn formula(
         &mut self,
         friction: &Section,
@@ -373,7 +373,7 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// Measured friction, divided by `unit` to give coefficients; known for slip speeds up to `fastest`.
+/// Measured friction, divided by `unit` to give coefficients; it must cover slip speeds up to `fastest`.
 fn measured(
     friction: &Section,
     table: &Table,

@@ -21,8 +21,8 @@ const BATCH: usize = 8192;
 /// Largest number of bytes of rows held at a time.
 const HELD: u64 = 1 << 26;
 
-/// Largest number of bytes of a row. A longer row is not one of numbers, and would fill the memory before it
-/// could be refused.
+/// Largest number of bytes of a row. A longer row is not a row of numbers, and would fill the memory before
+/// it could be refused.
 const LONGEST_ROW: u64 = 1 << 20;
 
 /// Reader of a table of points, or of machines.
@@ -51,10 +51,10 @@ impl PointTable {
         Self::with_shared(path, law, &[])
     }
 
-    /// The same where all rows share the values of some axes.
+    /// Opens a table as [`PointTable::open`] does, where all rows share the values `shared` of some axes.
     ///
     /// # Errors
-    /// As above; or one of these axes has a column too.
+    /// As those of [`PointTable::open`]; or a shared axis has a column too.
     pub(crate) fn with_shared(path: &Path, law: &Law, shared: &[(String, f64)]) -> Result<Self, ConfigError> {
         let is_shared = |name: &str| shared.iter().any(|(given, _)| given == name);
         let names: Vec<&str> = Grid::axis_names(law).into_iter().filter(|name| !is_shared(name)).collect();
@@ -63,13 +63,13 @@ impl PointTable {
         Ok(Self { shared: shared.to_vec(), ..table })
     }
 
-    /// The same with the columns of those `quantities` of a machine that the header names, at least one, of a
-    /// machine for which some are `given` elsewhere. A name may be followed by its unit, as in the tables that the
-    /// program writes: `damping [N s/m]`.
+    /// Opens a table of machines. Its header must name at least one of the `quantities`; quantities `given`
+    /// elsewhere must have no column. A name may be followed by its unit, as in the tables that the program
+    /// writes: `damping [N s/m]`.
     ///
     /// # Errors
-    /// The file cannot be read, or has no such column, or one of them twice or in another unit; or it has a column of
-    /// one that is given.
+    /// The file cannot be read, has no such column, has one of them twice or in another unit, or has a column
+    /// of a given quantity.
     pub(crate) fn of_machines(
         path: &Path,
         quantities: &[&'static str],
@@ -85,7 +85,7 @@ impl PointTable {
         Ok(table)
     }
 
-    /// Refuses columns of what is given for all rows.
+    /// Refuses columns of quantities that are given for all rows.
     fn refuse_columns_of(&self, given: &[(String, f64)]) -> Result<(), ConfigError> {
         let header: Vec<String> = self.header.iter().map(field_text).collect();
         let named = |name: &str| header.iter().any(|field| field == name || base(field) == name);
@@ -139,7 +139,7 @@ impl PointTable {
         Ok(Self { name, reader, header, columns, shared: Vec::new(), parsed, carriage_returns })
     }
 
-    /// Returns whether it has the column of this parameter or quantity.
+    /// Returns whether the table has a column of this parameter or quantity.
     pub(crate) fn has(&self, name: &str) -> bool {
         self.columns.iter().any(|(column, _)| *column == name)
     }
@@ -147,8 +147,8 @@ impl PointTable {
     /// Reads the next rows, some thousand at most; empty at the end.
     ///
     /// # Errors
-    /// A row with another number of fields than the header, or of more than a mebibyte; or the file system's
-    /// reasons.
+    /// A row has another number of fields than the header or is longer than a mebibyte, or the file cannot be
+    /// read.
     pub fn rows(&mut self) -> Result<Vec<ByteRecord>, ConfigError> {
         let mut rows = Vec::new();
         let start = self.reader.position().byte();
@@ -156,8 +156,8 @@ impl PointTable {
             let mut row = ByteRecord::new();
             let before = self.reader.position().line();
             let more = self.reader.read_byte_record(&mut row);
-            // The reader's own place of a row is before empty lines, and before the end of the line before on
-            // Windows.
+            // The reader's position of a row is before the empty lines above; with Windows line ends it is
+            // before the end of the previous line.
             let inside = row.as_slice().iter().filter(|byte| **byte == b'\n').count() as u64;
             let end = u64::from(!self.carriage_returns.load(Ordering::Relaxed));
             let line = before.max(self.reader.position().line().saturating_sub(inside + end));
@@ -176,7 +176,7 @@ impl PointTable {
     /// The point of `law` in a row.
     ///
     /// # Errors
-    /// A field of an axis that is not a number, or not legal on the axis.
+    /// The field of an axis is not a number, or not legal on the axis.
     pub fn point(&self, row: &ByteRecord, law: &Law) -> Result<Point, ConfigError> {
         let values = self.values(row)?;
         let of_row = |name: &str| values.iter().find(|(known, _)| *known == name).map(|(_, value)| *value);
@@ -260,7 +260,7 @@ fn base(field: &str) -> &str {
     bracketed(field).map_or(field, |(base, _)| base)
 }
 
-/// Finds the columns of these names: all of them, or of a machine at least one.
+/// Finds the columns of `names`: all of them, or, for a machine, at least one.
 fn find_axes(
     name: &str,
     header: &ByteRecord,
@@ -355,8 +355,8 @@ fn check_unit(name: &str, unit: &str, machine: Option<Motion>) -> Result<(), (St
     }
 }
 
-/// The first column whose name is that of a quantity of which the header has no other, with something behind it,
-/// such as a unit: `mass_kg`; with that quantity.
+/// The first column whose name is a quantity followed by other text, such as a unit (`mass_kg`), and that
+/// quantity. Quantities that have a column of their own are excluded.
 fn lengthened(header: &[String], names: &[&'static str]) -> Option<(usize, &'static str)> {
     let absent = |name: &&&str| !header.iter().any(|other| other == **name || base(other) == **name);
     let is_longer = |column: &str, name: &str| {
@@ -368,8 +368,8 @@ fn lengthened(header: &[String], names: &[&'static str]) -> Option<(usize, &'sta
     header.iter().enumerate().find_map(|(position, column)| Some((position, of(column)?)))
 }
 
-/// The first column whose name is probably meant to be one of `names`, of which the header has no other, with
-/// that name: they differ in case, or in few of many letters. Columns of any other name are kept unread.
+/// The first column whose name is probably a misspelling of one of `names` that has no column, and that name:
+/// they differ in case, or in few of many letters. Columns of any other name are kept unread.
 fn misspelt(header: &[String], names: &[&'static str]) -> Option<(usize, &'static str)> {
     let meant = |column: &String| {
         let column = base(column);

@@ -121,8 +121,8 @@ impl Source {
         Ok(())
     }
 
-    /// Place where the entry at `path` was written: that of its key, or of its value. For a missing entry,
-    /// that of its nearest parent.
+    /// Place where the entry at `path` was written: the place of its key if `at_key`, else of its value. For
+    /// a missing entry, the place of its nearest parent.
     fn place(&self, path: &[Step], at_key: bool) -> String {
         if let Some(set) = self.overrides.iter().rev().find(|set| path.starts_with(&set.path)) {
             return format!("--set {}", set.argument);
@@ -219,7 +219,7 @@ impl<'a> Section<'a> {
         Some(Node { source: self.source, path: self.child(key), entry: Entry::Item(item) })
     }
 
-    /// What `read` makes of the entry of this name; `default` where there is none.
+    /// The entry of this name converted by `read`; `default` where there is no such entry.
     pub(super) fn get_or<T>(
         &self,
         key: &str,
@@ -258,7 +258,7 @@ impl<'a> Section<'a> {
         self.source.error(&self.child(key), true, format!("`{key}` is missing{place}"), remedy)
     }
 
-    /// Name in messages: `[section]`, or `grid.alpha` for a table that is a value. The whole file has none.
+    /// Name in messages: `[section]`, or `grid.alpha` for a table that is a value; `None` for the whole file.
     fn name(&self) -> Option<String> {
         match self.path.as_slice() {
             [] => None,

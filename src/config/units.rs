@@ -50,7 +50,7 @@ const NAMED: [(&[&str], f64, Exponents); 22] = [
     (&["Nms"], 1.0, [1, 2, -1, 0]),
 ];
 
-/// Those that take prefixes.
+/// The units that may have prefixes.
 const PREFIXED: [&str; 5] = ["m", "s", "g", "N", "rad"];
 const PREFIXES: [(&str, f64); 10] = [
     ("da", 10.0),
@@ -86,9 +86,9 @@ fn symbol(text: &str) -> Option<Unit> {
     named(text).or_else(prefixed).or_else(together)
 }
 
-/// Reads a unit; `None` if it is none that is known.
+/// Reads a unit; `None` if it is not known.
 fn read(text: &str) -> Option<Unit> {
-    /// Length in bytes above which a text is no unit.
+    /// Length in bytes above which a text is not taken for a unit.
     const LONGEST: usize = 60;
     if text.len() > LONGEST {
         return None;
@@ -113,7 +113,7 @@ fn read(text: &str) -> Option<Unit> {
     if plain.is_empty() || plain == "-" {
         return (plain == "-").then_some(NONE);
     }
-    // Where it is no unit as it is written, capitals may not be meant.
+    // If the text is not a unit as written, it is tried in lower case.
     [plain.clone(), plain.to_lowercase()].into_iter().find_map(|plain| {
         let mut rest = plain.as_str();
         let unit = product(&mut rest)?;
@@ -171,7 +171,7 @@ fn factor(rest: &mut &str) -> Option<Unit> {
     Some(NONE.times(base, sign * exponent))
 }
 
-/// The unit in which a column is read: that of a dimension, or none.
+/// The unit in which a column is read: the SI unit of a dimension, or none.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Wanted {
     /// SI, of a machine with this motion.
@@ -197,30 +197,30 @@ impl Wanted {
     }
 }
 
-/// What the unit in a header is against that in which the column is read.
+/// Result of comparing the unit in a header with that in which the column is read.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Match {
-    /// The same.
+    /// The units are equal.
     Same,
-    /// One of this size in it, for the same quantity.
+    /// The header's unit is this many times the column's unit, for the same quantity.
     Factor(f64),
-    /// One of another quantity.
+    /// The header's unit is that of another quantity.
     Other,
-    /// None that is known.
+    /// The header's unit is not known.
     Unknown,
 }
 
-/// Compares a unit in a header with the one that is wanted.
+/// Compares a unit in a header with the one in which the column is read.
 pub(super) fn compare(text: &str, wanted: Wanted) -> Match {
     let wanted_unit = wanted.unit();
-    // Speeds per minute are turns where something rotates.
+    // Rotary speeds in 1/min are turns per minute.
     let minute = Unit { factor: 1.0 / 60.0, exponents: [0, 0, -1, 0] };
     let turns = matches!(wanted, Wanted::Si(Motion::Rotation, Dimension::Velocity));
     let Some(mut unit) = read(text) else { return Match::Unknown };
     if turns && unit == minute {
         unit = Unit { factor: std::f64::consts::TAU / 60.0, exponents: [0, 0, -1, 1] };
     }
-    // The radian may be left out: a stiffness in N m. Not of speeds, which may be turns per second.
+    // The radian may be left out, as in a stiffness in N m; not in speeds: 1/s may mean turns per second.
     let without_angle = |[mass, length, time, _]: Exponents| [mass, length, time];
     let same = match wanted {
         Wanted::Si(_, Dimension::Velocity | Dimension::Length) => unit.exponents == wanted_unit.exponents,
@@ -237,7 +237,7 @@ pub(super) fn compare(text: &str, wanted: Wanted) -> Match {
     }
 }
 
-/// A number of this unit in the wanted one, for messages: "1 mm/s is 0.001 m/s".
+/// The conversion of this unit to the wanted one, for messages: "1 mm/s is 0.001 m/s".
 pub(super) fn conversion(unit: &str, factor: f64, wanted: Wanted) -> String {
     format!("1 {unit} is {} {}", rounded(factor, 6), wanted.name()).trim_end().to_owned()
 }
@@ -263,8 +263,8 @@ pub(super) fn bracketed(header: &str) -> Option<(&str, &str)> {
     Some((header[..start].trim_end().trim_end_matches(['/', ',']).trim_end(), inside.trim()))
 }
 
-/// A unit of this kind that a header says without brackets: `u_mm_s`, `speed in mm/s`, `rpm`. Only words that
-/// are such a unit count, since `s` or `m` may be anything.
+/// A unit of speed or force that a header names without brackets: `u_mm_s`, `speed in mm/s`, `rpm`. Only
+/// words that form such a unit count, since `s` or `m` alone may mean anything.
 pub(super) fn in_words(header: &str, wanted: Wanted) -> Option<String> {
     let words: Vec<&str> = header.split([' ', ',', ';', '_']).filter(|word| !word.is_empty()).collect();
     let speeds: [Exponents; 2] = [[0, 1, -1, 0], [0, 0, -1, 1]];

@@ -54,7 +54,7 @@ impl PlaneRequest {
         self.curves_in(&self.of_machine(machine, &[&sides[0], &sides[1]])?, units, stop)
     }
 
-    /// The requested curves in a plane, found by continuation, in these units.
+    /// The requested curves in a plane, found by continuation, in the units `units` of the two axes.
     fn curves_in(
         &self,
         Slice { grid, x, y, .. }: &Slice,
@@ -75,7 +75,7 @@ impl PlaneRequest {
 /// Number of values of a quantity at which the limits of the damping are computed first, and their accuracy.
 const LIMITS: usize = 33;
 const ACCURACY: f64 = 1e-8;
-/// Where a curve bends by more than this share of the picture, there are further values; so many times.
+/// Where a curve bends by more than `BEND` of the picture, values are added, at most `REFINEMENTS` times.
 const BEND: f64 = 2e-3;
 const REFINEMENTS: usize = 8;
 
@@ -89,7 +89,7 @@ struct Limit {
 }
 
 impl Limit {
-    /// Those of legal machines.
+    /// The limits at those of `values` for which the machine is legal.
     fn of(machine: &Machine, name: &str, values: &[f64]) -> Vec<Self> {
         let model = |&value: &f64| {
             let machine = machine.with(name, value).filter(Machine::is_legal)?;
@@ -111,7 +111,7 @@ impl Limit {
         models.iter().zip(&columns).zip(roots).map(limit).collect()
     }
 
-    /// By how much this one is off the straight line between its neighbours.
+    /// Distance of this limit from the straight line between its neighbours, in damping.
     fn bend(self, before: Self, after: Self) -> f64 {
         let share = (self.value - before.value) / (after.value - before.value);
         let off = |of: fn(Self) -> f64| (of(before) + share * (of(after) - of(before)) - of(self)).abs();

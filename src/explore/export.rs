@@ -46,7 +46,7 @@ fn broken(error: impl std::fmt::Display) -> Refusal {
     Refusal::broken(error.to_string())
 }
 
-/// A figure that cannot be drawn: a critical damping, for example, does not vary along the damping.
+/// The refusal for a figure that cannot be drawn: a critical damping, for example, does not vary along c.
 fn undrawn(error: ReportError) -> Refusal {
     match error {
         ReportError::Choice(choice) => Refusal::bad_input(choice.to_string(), ""),
@@ -61,7 +61,7 @@ fn failed(error: ComputeError<crate::store::StoreError>) -> Refusal {
     }
 }
 
-/// A quoted text in TOML; Python reads the same.
+/// A quoted text in TOML, which is also valid Python.
 fn quoted(text: &str) -> String {
     toml_edit::Value::from(text).to_string()
 }
@@ -87,7 +87,7 @@ impl<'a> Range<'a> {
     }
 }
 
-/// What an exported text says of a plane.
+/// The contents of an exported text.
 struct Description<'a> {
     law: &'a Law,
     held: Vec<(&'static str, f64)>,
@@ -144,17 +144,17 @@ impl Description<'_> {
         list(self.methods.iter().map(Method::name))
     }
 
-    /// The field shown, unless every map has it.
+    /// The field shown, unless it is the verdict, which every map has.
     fn further_field(&self) -> Option<Field> {
         self.field.filter(|field| *field != Field::Verdict)
     }
 
-    /// The law as a configuration has it: that of a machine in SI units.
+    /// The law as written in a configuration: for a machine, in SI units.
     fn law_as_written(&self) -> Law {
         self.machine.as_ref().map_or_else(|| self.law.clone(), |(machine, _)| law_of(&machine.friction))
     }
 
-    /// The same plane as a Python script.
+    /// The plane as a Python script.
     fn python(&self) -> String {
         let mut text = String::from("import numpy as np\nimport slipmap\n\n");
         let law = match self.law.as_written() {
@@ -341,7 +341,7 @@ fn run(description: &Description, folder: &Path, stop: &AtomicBool) -> Result<st
     }
     let mut job = Job::load(&config, &[]).map_err(|error| Refusal::bad_input(error.problem, error.remedy))?;
     if let Law::Table(table) = written.as_written() {
-        // The map names the table without this temporary folder, as a run beside it would.
+        // The map names the table without this temporary folder, as after a run in that folder.
         let text = table_text(&written).unwrap_or_default();
         let named = table_of_text(TABLE, &text, Some(table.static_level()), None);
         let named = named.map_err(|(problem, remedy)| Refusal::bad_input(problem, remedy))?;

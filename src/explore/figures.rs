@@ -123,15 +123,15 @@ pub(super) fn friction(law: &Law, point: &Point, units: &UnitSystem) -> Value {
 /// Number of dampings at which cycles that reach the belt speed are searched.
 const DAMPINGS: usize = 48;
 
-/// The stick-slip cycle and the crossing cycles over the dampings from 0 to `most`: largest velocities, NaN
-/// where there is no such cycle; and the kinds that are not known at some of them, in words.
+/// Largest velocities of the stick-slip cycle and of the crossing cycles over the dampings from 0 to `most`,
+/// NaN where there is no such cycle; and the kinds that are not known at some of the dampings, in words.
 fn reaching_the_belt(
     law: &Law,
     point: &Point,
     most: f64,
     stop: &AtomicBool,
 ) -> Result<(Vec<Curve>, Vec<String>), Refusal> {
-    // At the critical damping itself, which may be the largest, an orbit cannot be told to stick or not.
+    // At the critical damping itself, which may be the largest, it cannot be decided whether an orbit sticks.
     let at = |i: usize| most * (1.0 - 1e-6) * i as f64 / (DAMPINGS - 1) as f64;
     let found: Vec<(f64, [Option<f64>; 3])> = (0..DAMPINGS)
         .into_par_iter()

@@ -1,8 +1,8 @@
-//! Restricts access: refuses requests to another host or from another origin, and tells the browser to load
-//! nothing from other places.
+//! Restricts access: refuses requests to another host or from another origin, and instructs the browser to
+//! load nothing from other places.
 //!
-//! Any web page can send requests to the loopback address. Its origin reveals it; if another name was bound
-//! to this address on purpose, the host does.
+//! Any web page can send requests to the loopback address. Its `Origin` header reveals it; where another name
+//! was bound to this address on purpose, the `Host` header does.
 
 use axum::extract::{Request, State};
 use axum::http::header::{
@@ -48,7 +48,7 @@ impl Names {
     }
 }
 
-/// Lets only requests of the page itself through, and restricts what the page may load.
+/// Passes only requests of the page itself, and restricts what the page may load.
 pub(super) async fn protect(State(names): State<Names>, request: Request, next: Next) -> Response {
     let mut response = match names.check(&request) {
         Ok(()) => next.run(request).await,

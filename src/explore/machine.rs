@@ -25,7 +25,7 @@ pub(super) fn motion_of(name: &str) -> Result<Motion, Refusal> {
     found.ok_or_else(|| Refusal::malformed(format!("there is no motion `{name}`")))
 }
 
-/// Refuses a formula with the name of a quantity of the machine.
+/// Refuses a formula that uses the name of a quantity of the machine.
 pub(super) fn check_names(law: &Law) -> Result<(), Refusal> {
     match law.as_written() {
         Law::Expression(formula) => Ok(config::check_names(formula)?),
@@ -33,7 +33,7 @@ pub(super) fn check_names(law: &Law) -> Result<(), Refusal> {
     }
 }
 
-/// The machine with these values of its quantities; its law is in SI units, and its friction legal up to
+/// The machine with these values of its quantities. Its law is in SI units; its friction must be legal up to
 /// twice the belt speed.
 pub(super) fn machine(law: &Law, motion: Motion, at: &BTreeMap<String, f64>) -> Result<Machine, Refusal> {
     check_names(law)?;
@@ -122,7 +122,7 @@ pub(super) fn law_of(friction: &Friction) -> Law {
     }
 }
 
-/// The unit of a quantity; of a name in a formula none is known.
+/// The unit of a quantity; the units of the names in a formula are not known.
 fn unit(name: &str, motion: Motion, law: &Law) -> &'static str {
     match name {
         "strengthening" if *law.as_written() == Law::Stribeck => match motion {
@@ -137,7 +137,7 @@ fn unit(name: &str, motion: Motion, law: &Law) -> &'static str {
     }
 }
 
-/// The value of a quantity before any is chosen: those of a brake pad.
+/// The default value of a quantity; the defaults describe a brake pad.
 fn usual(name: &str, law: &Law) -> f64 {
     let table = match law.as_written() {
         Law::Table(table) => Some(table),
@@ -152,12 +152,12 @@ fn usual(name: &str, law: &Law) -> f64 {
         "kinetic_friction" => 0.25,
         "strengthening" => 0.0,
         BELT_SPEED => 0.15_f64.min(table.map_or(f64::INFINITY, |table: &Table| 0.2 * table.fastest())),
-        // A velocity, as its name and most others in a formula.
+        // A velocity, as are the Stribeck velocity and most names in a formula.
         _ => 0.05,
     }
 }
 
-/// The axes of a machine under a law in SI units, as those of a law.
+/// The axes of a machine under a law in SI units, in the format of the axes of a law.
 pub(super) fn axes(law: &Law, motion: Motion) -> Value {
     let fastest = match law.as_written() {
         Law::Table(table) => Some(0.5 * table.fastest()),
@@ -188,7 +188,7 @@ pub(super) fn at_json(machine: &Machine) -> Value {
     machine.quantities().into_iter().map(|(name, value)| (name.to_owned(), json!(value))).collect()
 }
 
-/// The values of the axes of a machine's dimensionless law, and that law.
+/// The dimensionless law of a machine, and the values of its axes.
 pub(super) fn dimensionless(machine: &Machine, small: bool) -> Result<(Law, Vec<f64>), Refusal> {
     let overflow =
         || Refusal::bad_input("the friction leaves the numbers in dimensionless terms", "check the units");

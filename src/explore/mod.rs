@@ -2,8 +2,8 @@
 //!
 //! A server on the loopback address answers one page with pictures of planes, with everything that is known
 //! of a point, and with figures, all of them computed by the engines of the library. It keeps no state of a
-//! user: the whole state of a page is in its link, and each request says all that it needs. Nothing is read
-//! from the disk but the file that the command names.
+//! user: the whole state of a page is in its link, and each request contains all that it needs. Nothing is
+//! read from the disk but the file that the command names.
 
 mod assets;
 mod body;

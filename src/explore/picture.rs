@@ -61,7 +61,7 @@ enum Values {
 }
 
 impl Values {
-    /// Those of a picture in which nothing is computed yet.
+    /// The cells of a picture in which nothing is computed yet.
     fn none(is_codes: bool, cells: usize) -> Self {
         match is_codes {
             true => Values::Codes(vec![Verdict::NotComputed.code(); cells]),
@@ -137,7 +137,7 @@ fn computed(
     Ok((sink.cells.into_inner().unwrap_or_else(PoisonError::into_inner), kinds))
 }
 
-/// The cells of a picture of this size, put together from slices at these places.
+/// The cells of a picture of this size, assembled from slices at their places.
 fn computed_each(
     slices: &[Part],
     [width, height]: [usize; 2],
@@ -146,7 +146,7 @@ fn computed_each(
     field: Option<Field>,
     stop: &AtomicBool,
 ) -> Result<(Values, Option<Vec<Kind>>), Refusal> {
-    // The slices are what threads share.
+    // The threads work on different slices.
     let control = Control { stop, threads: Some(1), ..Control::default() };
     let found: Vec<_> = slices
         .par_iter()
@@ -178,7 +178,7 @@ fn computed_each(
 /// The code of cells beyond a map, which no variable uses.
 const NOT_STORED: i8 = i8::MIN;
 
-/// The kinds of a map's variable, and that of cells beyond the map.
+/// The kinds of a map's variable, and the kind of cells beyond the map.
 fn with_nothing(mut kinds: Vec<Kind>) -> Vec<Kind> {
     let words = "not in the map".into();
     kinds.push(Kind { code: NOT_STORED, name: "not_stored", fill: palette::NOT_COMPUTED, words });
@@ -295,7 +295,7 @@ impl Sink for Picture<'_> {
         let mut cells = self.cells.lock().unwrap_or_else(PoisonError::into_inner);
         match (&mut *cells, found) {
             (Values::Reals(all), Some(Cells::Reals(reals))) => {
-                // A critical damping has no cells along c.
+                // A critical damping does not vary along c: `each` cells share one number.
                 let each = data.tile.cells() / reals.len().max(1);
                 self.scatter(data, |cell, place| all[place] = reals[cell / each] as f32);
             }

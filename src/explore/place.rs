@@ -41,7 +41,7 @@ impl LawText {
         self.law_of(None)
     }
 
-    /// The same of a table that may be a machine's.
+    /// The law; its table may be that of a machine.
     fn law_of(&self, machine: Option<OfMachine>) -> Result<Law, Refusal> {
         let level = self.static_level.unwrap_or(1.0);
         if !(level > 0.0 && level.is_finite()) {
@@ -80,8 +80,7 @@ impl LawText {
 }
 
 /// A law and a value for each of its axes, by name; with a motion, a machine in SI units. Other names are
-/// ignored:
-/// they belong to the law that was shown before.
+/// ignored: they belong to the law that was shown before.
 #[derive(Clone, Debug, Deserialize)]
 pub(super) struct Place {
     pub(super) law: LawText,
@@ -92,7 +91,7 @@ pub(super) struct Place {
 }
 
 impl Place {
-    /// The machine, if it is one.
+    /// The machine, if the place has a motion.
     pub(super) fn machine(&self) -> Result<Option<Machine>, Refusal> {
         let Some(motion) = &self.motion else { return Ok(None) };
         let motion = machine::motion_of(motion)?;
@@ -121,7 +120,7 @@ impl Place {
     pub(super) fn point(&self) -> Result<(Law, Point), Refusal> {
         let (law, values) = self.read()?;
         let point = point_of(&law, &values)?;
-        // That of a machine is checked in its own units.
+        // The law of a machine has been checked in SI units.
         if self.motion.is_none() {
             check_law(&law, &point)?;
         }

@@ -1,4 +1,4 @@
-//! Planes of parameter space: what a request asks for, and the grids of its cells.
+//! Planes of parameter space: the contents of a request, and the grids of its cells.
 
 use rayon::prelude::*;
 use serde::Deserialize;
@@ -44,7 +44,7 @@ pub(super) struct PlaneRequest {
     /// Whether a figure has the boundaries of the regimes.
     #[serde(default)]
     pub(super) curves: bool,
-    /// Whether the fold curves are requested, or all others: for formulas and tables they take much longer.
+    /// Whether the fold curves are requested instead of all others: for formulas and tables folds are slow.
     #[serde(default)]
     pub(super) folds: bool,
     /// Whether the cells of the given map are shown where it has them.
@@ -59,7 +59,7 @@ impl Side {
         self.between(self.points, 0.5 / self.points as f64)
     }
 
-    /// A number of values, the first and the last a share `half` of the axis from its ends.
+    /// `points` values; the first and the last lie a share `half` of the axis inside its ends.
     pub(super) fn between(&self, points: usize, half: f64) -> Result<Vec<f64>, Refusal> {
         let Side { from, to, log, .. } = *self;
         let bad = |problem: String, remedy: &str| Err(Refusal::bad_input(problem, remedy));
@@ -121,7 +121,7 @@ impl PlaneRequest {
         }
     }
 
-    /// The grid with the values that `nodes` gives for both axes: of a machine belt speed and damping.
+    /// The grid with the values from `nodes_of` on both axes; for a machine these are belt speed and damping.
     pub(super) fn slice(
         &self,
         nodes_of: impl Fn(&Side) -> Result<Vec<f64>, Refusal>,
@@ -160,7 +160,7 @@ impl PlaneRequest {
         let units = machine.units();
         let mut nodes: Vec<Vec<f64>> = values.into_iter().map(|value| vec![value]).collect();
         let last = nodes.len() - 1;
-        // Sides with one node, as far as the picture is concerned: epsilon beside a given side.
+        // A direction without a given side shows an axis of one node: epsilon beside a given side.
         let mut places = [0, usize::from(sides.is_empty())];
         for (side, values) in sides {
             let (position, unit) = match side.axis.as_str() {
@@ -174,7 +174,7 @@ impl PlaneRequest {
         Ok(Slice { grid: Grid::new(law, nodes)?, x: places[0], y: places[1], units })
     }
 
-    /// The machines of a plane, as far as they are legal, each with its place: first column and row.
+    /// The legal machines of a plane, each with its place: first column and row.
     ///
     /// Belt speeds and dampings share a law. Any other quantity changes the units, so that each of its values has a
     /// grid of its own.
@@ -230,7 +230,7 @@ impl PlaneRequest {
             return Ok((Show::Difference(pair.each_ref().map(Method::name)), pair.to_vec(), None));
         }
         if self.show == "decider" {
-            // The weakest first, as in the report: cells that it decides need no other.
+            // The weakest first, as in the report: cells that it decides need no other method.
             let rigorous = Method::usual().filter(|it| it.guarantee() == Guarantee::FiniteEpsilon);
             return Ok((Show::Decider, rigorous.chain([Method::Simulation]).collect(), None));
         }
@@ -252,7 +252,7 @@ impl PlaneRequest {
     }
 }
 
-/// Checks the law at the corners and in the middle of a plane; cells between them may still fail.
+/// Checks that the law is legal in the middle of a plane or at one of two opposite corners.
 fn check_corners(grid: &Grid) -> Result<(), Refusal> {
     if !matches!(grid.law().as_written(), Law::Expression(_)) {
         return Ok(());

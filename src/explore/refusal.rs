@@ -14,7 +14,7 @@ pub(super) struct Refusal {
     #[serde(skip)]
     status: StatusCode,
     problem: String,
-    /// The remedy; empty if the problem says it.
+    /// The remedy; empty if the problem states it.
     remedy: String,
     /// First character of a formula concerned, and one past the last.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -31,34 +31,34 @@ impl Refusal {
         Self::new(StatusCode::BAD_REQUEST, problem, "reload the page")
     }
 
-    /// The request asks for something that does not exist or cannot be.
+    /// The request names something that does not exist or is illegal.
     pub(super) fn bad_input(problem: impl Into<String>, remedy: impl Into<String>) -> Self {
         Self::new(StatusCode::UNPROCESSABLE_ENTITY, problem, remedy)
     }
 
-    /// It came from another page, or to another host name.
+    /// The request came from another page, or to another host name.
     pub(super) fn foreign(problem: impl Into<String>) -> Self {
         Self::new(StatusCode::FORBIDDEN, problem, "open the address that `slipmap explore` has printed")
     }
 
-    /// Its body is too long.
+    /// The body of the request is too long.
     pub(super) fn too_long(bytes: usize) -> Self {
         let problem = format!("the request is longer than {} KiB", bytes >> 10);
         Self::new(StatusCode::PAYLOAD_TOO_LARGE, problem, "give a shorter table or formula")
     }
 
-    /// Its body arrived too slowly.
+    /// The body of the request arrived too slowly.
     pub(super) fn too_slow() -> Self {
         Self::new(StatusCode::REQUEST_TIMEOUT, "the request did not arrive in time", "try again")
     }
 
-    /// A newer request of the same tab has superseded it.
+    /// A newer request of the same tab has superseded this one.
     pub(super) fn overtaken() -> Self {
         // Not an error, which browsers would show on the console.
         Self::new(StatusCode::NO_CONTENT, "a newer request took the place of this one", "")
     }
 
-    /// It exceeded its time limit.
+    /// The request exceeded its time limit.
     pub(super) fn out_of_time(seconds: u64) -> Self {
         let problem = format!("this took longer than {seconds} s");
         Self::new(StatusCode::SERVICE_UNAVAILABLE, problem, "show a smaller region, or a simpler quantity")

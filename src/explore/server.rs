@@ -126,8 +126,8 @@ async fn accept(listener: tokio::net::TcpListener, router: Router) {
     }
 }
 
-/// Runs the work of a request on a thread of its own, until it is superseded or exceeds its time limit. Work
-/// that cannot stop at once keeps its place, so that a lane never works on more than it has places.
+/// Runs the work of a request on its own thread until it is superseded or exceeds its time limit. Work that
+/// cannot stop at once keeps its permit, so that a lane never runs more work than it has permits.
 async fn carry_out<T: Send + 'static>(
     lane: &Arc<Semaphore>,
     ticket: Ticket,
@@ -153,7 +153,7 @@ async fn start(State(shared): OfPage) -> Json<Value> {
     Json(shared.start.to_json())
 }
 
-/// A law that was typed or dropped; with a motion, that of a machine.
+/// A law that was typed or dropped; with a motion, the law of a machine.
 #[derive(Deserialize)]
 struct LawRequest {
     #[serde(flatten)]
@@ -180,7 +180,7 @@ async fn law(JsonBody(request): JsonBody<LawRequest>) -> Reply {
     Ok(Json(json!({ "name": law.name(), "axes": axes })))
 }
 
-/// A place in dimensionless numbers.
+/// Converts a place to dimensionless numbers.
 async fn dimensionless(JsonBody(request): JsonBody<place::Place>) -> Reply {
     let (law, point) = request.point()?;
     Ok(Json(json!({ "law": place::law_json(&law), "at": place::at_json(&law, &point) })))
@@ -200,7 +200,7 @@ async fn plane(
 async fn curves(State(shared): OfPage, JsonBody(request): JsonBody<PlaneRequest>) -> Reply {
     let ticket = shared.tabs.take(&request.turn, "curves")?;
     match carry_out(&shared.pictures, ticket, move |stop| request.boundaries(stop)).await {
-        // The picture is shown without them.
+        // The picture is shown without curves.
         Err(refusal) if refusal.is_out_of_time() => Ok(Json(json!({ "curves": [], "given_up": true }))),
         answer => answer.map(Json),
     }

@@ -11,7 +11,7 @@ use crate::map::{AxisRole, Grid};
 use crate::simulate::critical_damping;
 use crate::store::{MapFile, Value};
 
-/// Room above the larger of two dampings.
+/// Factor by which the damping axis extends beyond the larger of two dampings.
 const ROOM: f64 = 1.2;
 /// Accuracy of the critical damping, for the end of an axis.
 const TOLERANCE: f64 = 1e-6;
@@ -99,7 +99,7 @@ impl Start {
     }
 }
 
-/// The damping up to which a plane shows what a machine does: some more than its own and the critical one.
+/// The upper end of a machine's damping axis: `ROOM` times the larger of its own and the critical damping.
 fn most_damping(machine: &Machine) -> Option<f64> {
     let model = machine.model()?;
     let critical = critical_damping(&model.column(), TOLERANCE).map_or(0.0, |root| root.c);

@@ -8,7 +8,7 @@ use serde::Deserialize;
 
 use super::refusal::Refusal;
 
-/// Largest number of tabs and topics remembered; the one that was silent longest is forgotten first.
+/// Largest number of tabs and topics remembered; the one whose last request is oldest is forgotten first.
 const MOST: usize = 256;
 /// Largest number of characters of a tab's name.
 const LONGEST_NAME: usize = 40;

@@ -33,16 +33,16 @@ pub struct MethodAnswer {
     pub(crate) reason: Option<String>,
 }
 
-/// All answers, without the second engine's.
+/// All answers except those of the second engine.
 #[derive(Debug)]
 pub struct Answer {
     pub(crate) law: Law,
     pub(crate) point: Point,
-    /// Bound on the error of the grazing margin that the simulation aimed at.
+    /// Requested bound on the error of the scaled grazing margin of the simulation.
     pub(crate) tolerance: f64,
     /// The oscillator at the point.
     pub oscillator: Oscillator,
-    /// One answer for each method asked.
+    /// One answer for each requested method.
     pub methods: Vec<MethodAnswer>,
     /// The flow by the return map.
     pub(crate) flow: Flow,
@@ -86,8 +86,8 @@ impl Answer {
     }
 
     /// The dampings c >= 0 between which steady slip and stick-slip both attract: from the damping at which
-    /// the equilibrium becomes stable to c*, with the error of the latter; `None` where they are not known to differ. The
-    /// landing is not taken into account.
+    /// the equilibrium becomes stable to c*, and the error of c*. `None` where the two are not known to
+    /// differ. The landing is not taken into account.
     pub(crate) fn bistable_band(&self) -> Option<[f64; 3]> {
         let epsilon = self.point.epsilon;
         let becomes_stable = self.oscillator.curve.weakening(self.oscillator.belt_speed) / epsilon;
@@ -129,7 +129,7 @@ impl Answer {
         crossing_cycles(&self.oscillator, self.tolerance)
     }
 
-    /// Number of slip cycles, as far as it is proved.
+    /// Proved bounds on the number of slip cycles.
     pub(crate) fn slip_count(&self) -> SlipCount {
         count_slip_cycles(&self.oscillator)
     }
@@ -218,8 +218,8 @@ fn of_simulation(
     }
 }
 
-/// The problem if the law is measured and the orbit from the exit point leaves its data: where they end, and how far
-/// they should reach.
+/// The problem if the law is measured and the orbit from the exit point leaves its data: the slip speed at
+/// which the data end, and the one up to which they are needed.
 fn beyond_data(law: &Law, point: &Point) -> Option<String> {
     let Law::Table(table) = law else { return None };
     let needed = needed_slip_speed(law, point)?;

@@ -29,7 +29,7 @@ pub(crate) fn command_line(law: &Law, point: &Point, tolerance: f64) -> String {
         Law::Exponential | Law::Lorentzian => line.push_str(&format!(" --law {}", law.name())),
         Law::Expression(law) => line.push_str(&format!(" --phi '{}'", law.text())),
         Law::Table(table) => line.push_str(&format!(" --table '{}'", table.origin())),
-        // No command can name a function of another program.
+        // A function of another program has no option on the command line.
         Law::Function(law) => line.push_str(&format!(" --law '{}'", law.origin())),
         other => line.push_str(&format!(" --law {}", other.name())),
     }

@@ -184,7 +184,7 @@ impl Cycles {
         let reasons = reasons.into_iter().filter_map(|(which, why)| Some(format!("{which}: {}", why?)));
         let reasons: Vec<String> = reasons.collect();
         let fate = match answer.flow.fate {
-            // To an attractor that is not known.
+            // The orbit spirals to an attractor that is not known.
             Fate::SpiralsInward if slip.is_err() => Fate::TooCloseToCall,
             fate => fate,
         };

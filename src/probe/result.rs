@@ -1,4 +1,4 @@
-//! The typed result about one point: what it consists of, and how it is serialised.
+//! The typed result about one point: its parts and their serialisation.
 
 use std::borrow::Cow;
 
@@ -26,7 +26,7 @@ result! {
         /// The point: each axis of the law with its value, in the order of [`crate::map::Grid::axis_names`].
         #[cfg_attr(feature = "serde", serde(serialize_with = "as_map"))]
         pub(crate) point: Vec<(&'static str, f64)>,
-        /// Bound on the error of the scaled grazing margin m / V that the simulation aimed at.
+        /// Requested bound on the error of the scaled grazing margin m / V of the simulation.
         pub(crate) tolerance: f64,
         #[cfg_attr(feature = "serde", serde(serialize_with = "as_map"))]
         pub(crate) methods: Vec<(&'static str, MethodResult)>,
@@ -71,7 +71,7 @@ result! {
         pub(crate) epsilon_limit: Limit,
         /// Largest eps up to which the verdict does not contradict the simulated one.
         pub(crate) epsilon_limit_sound: Limit,
-        /// Reason why one of these two is not known.
+        /// Reason why one of the two limits is not known.
         pub(crate) epsilon_limit_reason: Option<String>,
     }
 
@@ -106,7 +106,7 @@ result! {
         pub(crate) x1: f64,
         pub(crate) slip_time: f64,
         pub(crate) stick_time: f64,
-        /// Their sum.
+        /// Sum of slip time and stick time.
         pub(crate) period: f64,
         /// Crossings of the belt line before the mass sticks.
         pub(crate) crossings: u32,
@@ -170,11 +170,11 @@ result! {
 
     /// The dampings c >= 0 between which steady slip and stick-slip both attract.
     pub(crate) struct BistableBand {
-        /// Damping from which on the equilibrium is stable.
+        /// Damping above which the equilibrium is stable.
         pub(crate) from_c: f64,
         /// The critical damping.
         pub(crate) to_c: f64,
-        /// Estimate of the absolute error of the latter.
+        /// Estimate of the absolute error of `to_c`.
         pub(crate) error: f64,
     }
 
@@ -207,7 +207,7 @@ result! {
 
     /// All cycles; `None` for those of a kind that could not be followed.
     pub(crate) struct Cycles {
-        /// `None`, too, where there is none.
+        /// `None` also where there is none.
         pub(crate) stick_slip: Option<StabilityResult>,
         /// Cycles below the belt line, by growing amplitude.
         pub(crate) slip: Option<Vec<StabilityResult>>,
@@ -243,7 +243,7 @@ result! {
         pub(crate) critical_belt_speed: Option<f64>,
         /// See [`crate::behaviour::Behaviour::critical_damping`].
         pub(crate) critical_damping: Option<f64>,
-        /// The same as a damping ratio.
+        /// The critical damping as a damping ratio.
         pub(crate) critical_damping_ratio: Option<f64>,
         /// Damping ratio d / (2 sqrt(k m)).
         pub(crate) damping_ratio: f64,
@@ -273,8 +273,8 @@ fn as_map<T: serde::Serialize, S: serde::Serializer>(
     serializer.collect_map(pairs.iter().map(|(name, value)| (name, value)))
 }
 
-/// Serialises a limit as a number; "inf" where it is beyond all eps looked at, since JSON has no infinity;
-/// null where it is unknown.
+/// Serialises a limit as a number; as "inf" where it is beyond all eps examined, since JSON has no infinity;
+/// as null where it is unknown.
 #[cfg(feature = "serde")]
 impl serde::Serialize for Limit {
     fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {

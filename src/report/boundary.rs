@@ -69,12 +69,12 @@ pub(crate) struct Worst {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct BoundaryError {
     pub(crate) sizes: Sizes,
-    /// Sizes of the errors in those columns that count at every eps, for the fit.
+    /// Sizes of the errors in those columns that have both boundaries at every eps, for the fit.
     pub(crate) common: Sizes,
-    /// The largest.
+    /// The error of largest absolute value.
     pub(crate) worst: Option<Worst>,
-    /// Number of columns in which the method's boundary lies beyond the exact one by more than the latter's
-    /// error.
+    /// Number of columns in which the method's boundary exceeds the exact one by more than the error of the
+    /// exact one.
     pub(crate) beyond: u64,
     /// Number of columns in which only the flow has a boundary: the method claims no presence there.
     pub(crate) only_exact: u64,
@@ -87,7 +87,7 @@ pub(crate) struct BoundaryError {
 pub struct Order {
     /// p, by least squares of the logarithms of the medians.
     pub order: f64,
-    /// Half width of its 95 % confidence interval; `None` for two eps, which give none.
+    /// Half width of its 95 % confidence interval; `None` if the fit has only two eps.
     pub half_width: Option<f64>,
     /// Number of eps in the fit.
     pub(crate) points: usize,
@@ -110,7 +110,7 @@ pub struct MethodBoundary {
 pub struct Boundaries {
     /// The closed-form methods whose boundary is known.
     pub methods: Vec<MethodBoundary>,
-    /// Methods that this program does not know and whose boundary the map does not store.
+    /// Methods unknown to this program whose boundary the map does not store.
     pub(crate) unknown: Vec<String>,
     /// Whether the exact boundary was read from the map rather than computed again.
     pub stored: bool,
@@ -209,7 +209,7 @@ fn blocks(map: &MapFile) -> impl Iterator<Item = Vec<Range<usize>>> {
     })
 }
 
-/// A box of columns, all eps in it.
+/// A box of columns that contains every eps.
 struct Block<'a> {
     grid: &'a Grid,
     ranges: Vec<Range<usize>>,
@@ -328,7 +328,7 @@ fn fit(points: &[(f64, f64)]) -> Option<Order> {
     Some(Order { order, half_width, points: n, smallest })
 }
 
-/// The 97.5 % quantile of Student's distribution; between tabulated degrees of freedom the larger one.
+/// The 97.5 % quantile of Student's distribution; between tabulated degrees of freedom, the larger quantile.
 fn student(degrees: usize) -> f64 {
     const DEGREES: [usize; 14] = [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 15, 20, 30, 120];
     const QUANTILES: [f64; 14] =

@@ -6,7 +6,7 @@ use super::text::{Rich, latex as latex_words};
 use super::units::View;
 use crate::store::MapFile;
 
-/// The title, for people.
+/// The title of the map, or else the name of its file without extension.
 fn title(map: &MapFile) -> Rich {
     let name = map.path.file_stem().map(|stem| stem.to_string_lossy().into_owned());
     Rich::foreign(map.text("title").or(name.as_deref()).unwrap_or("Map"))
@@ -72,7 +72,7 @@ fn anchor(kind: &str, name: &str) -> String {
 }
 
 /// The report as one self-contained HTML page: a summary on one screen, then contents, figures, tables and
-/// the configuration. Screens show the figure of fitting width; paper the wide one.
+/// the configuration. Screens show each figure at the width that fits; print shows the wide one.
 pub(super) fn html(view: &View, summary: &[(Rich, Rich)], tables: &[Table], figures: &[Figure]) -> String {
     let title = title(view.map);
     let mut text = "<dl class=\"summary\">\n".to_owned();

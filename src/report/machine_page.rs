@@ -27,10 +27,10 @@ const ANSWERS: f64 = 250.0;
 const LINE: f64 = TEXT + 2.6;
 /// Largest number of lines of a title and of an answer. HTML has no such limit.
 const MOST_LINES: usize = 4;
-/// Heights of the panels, and how far down the smaller ones are chosen.
+/// Heights of the panels, in points; the smaller one is used if the text ends below `LOW`.
 const PANEL: [f64; 2] = [150.0, 120.0];
 const LOW: f64 = 540.0;
-/// How much the panels of friction are higher than that of regimes, whose legend lies below it.
+/// Extra height of the friction panels over the regime panel, which has its legend below it.
 const HIGHER: f64 = 24.0;
 
 /// What a page is about, beside its assessment.
@@ -38,7 +38,7 @@ pub(crate) struct Subject<'a> {
     pub(crate) title: &'a str,
     /// The uncertain quantities.
     pub(crate) uncertain: &'a [Uncertain],
-    /// What follows of them; `None` too where no critical damping was found.
+    /// The resulting risk; also `None` where no critical damping was found for any draw.
     pub(crate) risk: Option<&'a Risk>,
     /// Program, day and configuration.
     pub(crate) source: &'a str,
@@ -57,7 +57,7 @@ pub(crate) struct MachinePage<'a> {
 }
 
 impl<'a> MachinePage<'a> {
-    /// The page of a machine, the working point at `all.machine`.
+    /// The page of a machine; `all.machine` is its working point.
     pub(crate) fn new(all: &'a Assessment, subject: &Subject) -> Self {
         Self {
             sections: lines::sections(all, subject.uncertain, subject.risk),
@@ -68,7 +68,7 @@ impl<'a> MachinePage<'a> {
         }
     }
 
-    /// One page of A4; longer if the text is.
+    /// Draws the page: A4, or longer if the text does not fit.
     pub(crate) fn scene(&self) -> Scene {
         let mut scene = Scene::new(PAGE.0, PAGE.1);
         let mut y = MARGIN - TITLE + 3.0;
@@ -139,7 +139,7 @@ impl<'a> MachinePage<'a> {
     }
 }
 
-/// Writes questions and answers, side by side in two columns where all of them are short; returns where they end.
+/// Writes questions and answers, in two columns where all of them are short; returns their lower end.
 fn write_lines(scene: &mut Scene, y: f64, lines: &[Line]) -> f64 {
     const GAP: f64 = 10.0;
     let widest = |of: fn(&Line) -> &Rich| {

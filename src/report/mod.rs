@@ -76,7 +76,7 @@ pub enum ReportError {
     /// The extension of this figure's name is not that of a known format.
     #[error("{0} does not end in .svg, .pdf or .png; give the figure one of these endings")]
     Format(PathBuf),
-    /// The file system refuses.
+    /// A file could not be written.
     #[error("cannot write {path}: {source}")]
     Io {
         /// The file to be written.
@@ -111,7 +111,7 @@ pub enum ReportError {
     Interrupted,
 }
 
-/// The error of a caller that wants to stop.
+/// Returns [`ReportError::Interrupted`] if [`Control::stop`] is set.
 fn check(control: &Control) -> Result<(), ReportError> {
     match control.stop.load(Ordering::Relaxed) {
         true => Err(ReportError::Interrupted),
@@ -129,7 +129,7 @@ pub struct Report {
 }
 
 impl Report {
-    /// Reads a map, tile by tile, and tells `control` how many cells it has read.
+    /// Reads a map tile by tile and reports the number of cells read to `control`.
     ///
     /// # Errors
     /// [`ReportError::Map`] if the map cannot be read, [`ReportError::Interrupted`].

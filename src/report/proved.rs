@@ -13,14 +13,14 @@ pub(crate) enum Rounded {
     Up,
 }
 
-/// A bound of a share in per cent, with as many digits as the share `undecided` allows: rounding moves the
-/// bound by less than a tenth of that.
+/// A bound of a share in per cent, with as many digits as the share `undecided` justifies: rounding moves the
+/// bound by less than a tenth of `undecided`.
 pub(crate) fn proved_percent(share: f64, undecided: f64, rounded: Rounded) -> String {
     if share >= 1.0 && rounded == Rounded::Up {
         return "100".into();
     }
     let (percent, open) = (100.0 * share, 100.0 * undecided);
-    // As many decimals as a tenth of the undecided share has; f64 has no more than fourteen of a hundred.
+    // As many decimals as a tenth of the undecided share has; an f64 near 100 has no more than fourteen.
     let decimals = if open > 0.0 { (1.0 - open.log10()).ceil().clamp(0.0, 14.0) } else { 14.0 };
     let unit = 10f64.powi(-(decimals as i32));
     let toward = |x: f64| match rounded {

@@ -28,7 +28,7 @@ impl From<Option<u64>> for Cell {
     }
 }
 
-/// Format of the numbers of a column. CSV holds all digits whatever this says.
+/// Format of the numbers of a column. It does not apply to CSV, which holds all digits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Show {
     /// Words or counts.

@@ -151,7 +151,7 @@ fn no_simulation(report: &Report) -> Option<Rich> {
 pub fn agreement(map: &MapFile, report: &Report) -> Table {
     let verdicts = &report.verdicts;
     let epsilons = epsilons(map);
-    // Eps, the method and its verdicts; without eps the sums over all of them.
+    // Eps, the method and its verdicts; `None` for eps marks the sums over all eps.
     let mut rows: Vec<(Option<f64>, &str, Confusion)> = Vec::new();
     for (e, &epsilon) in epsilons.iter().enumerate() {
         let methods = map.methods().iter().zip(&verdicts.confusion);

@@ -86,7 +86,7 @@ impl Symbol {
         text
     }
 
-    /// The exponent is raised where Unicode has its characters: 10⁻⁶ must not read 10−6.
+    /// Plain text, with raised exponents where Unicode has the characters: 10⁻⁶ must not read 10−6.
     fn plain(&self) -> String {
         let exponent: String = self.exponent.chars().map(raised).collect();
         format!("{}{}{exponent}", self.base, self.index)
@@ -124,7 +124,7 @@ pub(crate) fn rich(template: &str) -> Rich {
     text
 }
 
-/// Only words written in the program are read as [`rich`] does.
+/// Only words written in the program are parsed as templates, see [`rich`].
 impl From<&'static str> for Rich {
     fn from(template: &'static str) -> Self {
         rich(template)
@@ -178,7 +178,7 @@ impl Rich {
         if unit.is_empty() { self } else { self.then(Self::foreign(&format!(" {unit}"))) }
     }
 
-    /// Appends where a figure was taken, if that needs to be said: " at ε = 0.1".
+    /// Appends the parameters at which a figure was computed, unless `place` is empty: " at ε = 0.1".
     #[must_use]
     pub(crate) fn taken_at(self, place: Rich) -> Self {
         if place.pieces.is_empty() { self } else { self.then(" at ").then(place) }
@@ -243,7 +243,7 @@ pub(crate) fn markdown(words: &str) -> String {
     markdown_after("", words)
 }
 
-/// The same for words that follow others on their line.
+/// Escapes words for Markdown that follow the text `line` on their line.
 fn markdown_after(line: &str, words: &str) -> String {
     let mut text = String::with_capacity(words.len());
     let mut letters = words.chars().peekable();

@@ -39,7 +39,7 @@ impl<'a> View<'a> {
     }
 
     /// "ε = 0.1, β = 0.5": the value of every axis at the nodes `index`, except those in `shown`. For a
-    /// machine its friction replaces eps and the law's parameters, if none of these is shown.
+    /// machine, words for its friction replace eps and the law's parameters with a single node.
     pub(crate) fn held(&self, index: &[usize], shown: &[usize]) -> Rich {
         let axes = self.map.grid().axes();
         let mut parts = Vec::new();
@@ -56,8 +56,8 @@ impl<'a> View<'a> {
         join(parts)
     }
 
-    /// The oscillator of the map's machine at its middle belt speed and damping, of two the larger one: the first
-    /// damping is often 0, and an undamped machine is of little use. `None` for a map in dimensionless numbers.
+    /// The oscillator of the map's machine at the middle node of every axis, the upper one of two: the first
+    /// damping is often 0, and an undamped machine is of little interest. `None` for a dimensionless map.
     pub(crate) fn model(&self) -> Option<Model> {
         let si = self.units.machine?;
         let grid = self.map.grid();

@@ -52,8 +52,8 @@ fn place(code: i8) -> usize {
 
 /// The volume of parameter space on which a method claims presence, at one eps.
 ///
-/// The volume is that in the axes of more than one node except eps, by the trapezoidal rule: a box between
-/// neighbouring nodes counts by the share of its corners at which presence is claimed.
+/// The volume extends over the axes of more than one node except eps. By the trapezoidal rule, a box between
+/// neighbouring nodes is weighted with the share of its corners at which presence is claimed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Volume {
     /// Volume of the claim.
@@ -61,9 +61,9 @@ pub struct Volume {
     /// Bound of its error along c, with the nodes of the other axes fixed: half of every step of c over which
     /// the verdict changes.
     pub error_in_c: f64,
-    /// Bound of its error along all axes: the boxes whose corners disagree, each with the larger of its two
-    /// shares. Valid if no box whose corners all agree contains a piece of the boundary. Large where an axis
-    /// has few nodes.
+    /// Bound of its error along all axes: the boxes whose corners disagree, each with the larger of the
+    /// shares of its corners with and without the claim. Valid if no box whose corners all agree contains a
+    /// piece of the boundary. Large where an axis has few nodes.
     pub error: f64,
     /// Volume on which the simulation finds the cycle too.
     pub(crate) confirmed: f64,

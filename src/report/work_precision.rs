@@ -11,8 +11,8 @@ use crate::benchmark::{self, Cell, Errors, Kind, Labels, Row, Study};
 use crate::store::{self, Contents, Provenance, Records, Series, Value};
 
 impl Study {
-    /// Adds the measurements of `scripts/peers`: from `path`, or from that of the files `peers-*.csv` of
-    /// `folder` which is about the same cells, or else from the newest.
+    /// Adds the measurements of `scripts/peers`: from `path` if given, else from the newest of the files
+    /// `peers-*.csv` in `folder` that measured the same cells, or else from the newest of all.
     ///
     /// # Errors
     /// [`ReportError::Peers`] if the file cannot be read or has another format.
@@ -25,7 +25,7 @@ impl Study {
                 for path in peer_files(folder) {
                     files.push(PeerFile::read(&path)?);
                 }
-                // In the order of their dates.
+                // The files are sorted by date.
                 let same = files.iter().rposition(|file| file.cells.as_ref() == Some(&own));
                 let newest = same.or(files.len().checked_sub(1));
                 newest.map(|newest| files.swap_remove(newest))
@@ -42,7 +42,7 @@ impl Study {
         Ok(())
     }
 
-    /// Every number.
+    /// The table of all numbers of the study.
     pub(crate) fn table(&self) -> Table {
         let size = |errors: &Option<Errors>, of: fn(&Errors) -> f64| Entry::from(errors.as_ref().map(of));
         let count = |labels: &Option<Labels>, of: fn(&Labels) -> usize| {
@@ -251,7 +251,7 @@ impl PeerFile {
             let Some(seconds) = number("seconds_per_cell").filter(|seconds| *seconds > 0.0) else {
                 return Err(failed(format!("a row of {} has no time", word("peer"))));
             };
-            // This program has its own measurements.
+            // The study has its own measurements of this program.
             if word("peer") == "slipmap" {
                 continue;
             }

@@ -56,7 +56,7 @@ pub fn write(
     Ok(())
 }
 
-/// A file with a function that writes it: its name and the function.
+/// The name of a file and the function that writes it.
 pub(super) type Written<'a> = (&'a str, &'a dyn Fn(&Path) -> Result<(), StoreError>);
 
 /// Moves files into `folder`: all of them, or none if anything fails before the last step, the renaming.
@@ -175,7 +175,7 @@ pub(crate) fn write_file(contents: &[u8], path: &Path, existing: Existing) -> Re
     }
     // The message leaves out the name of the temporary file.
     let mut file = temporary_in(folder).map_err(|error| match error.kind() {
-        // The folder exists, so that it takes no files.
+        // The folder exists, so these errors mean that no file may be created in it.
         io::ErrorKind::PermissionDenied | io::ErrorKind::ReadOnlyFilesystem | io::ErrorKind::NotFound => {
             let (path, folder) = (path.to_path_buf(), folder.to_path_buf());
             ReportError::NotYours { path, folder, source: error.kind().into() }

@@ -130,7 +130,7 @@ fn edges_inside(top: &str, files: &[(PathBuf, String)]) -> BTreeSet<(String, Str
         let names = module(path);
         let Some(from) = names.get(1) else { continue };
         let mut used = names_after(code, &format!("crate::{top}::"));
-        // In the part itself `super` is the module; in its submodules it is one level further.
+        // In the part itself `super` is the module; in its submodules the module is one level higher.
         used.extend(names_after(code, &"super::".repeat(names.len() - 1)));
         edges.extend(
             used.iter()

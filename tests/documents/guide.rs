@@ -1,9 +1,9 @@
 //! Runs every command and every file of the README and of the guide in `docs`: blocks are executed in order,
-//! each page in a folder of its own, and their output is compared with the output shown.
+//! each page in its own folder, and their output is compared with the output shown.
 //!
 //! - A block `sh` is run by bash; `slipmap` and `scripts/slipmap` are the program of this build.
-//! - A block `text` after it is its standard output; `...` stands for any text, on a line of its own for any
-//!   lines.
+//! - A block `text` after a block `sh` is its standard output; `...` stands for any text, alone on a line for
+//! any lines.
 //! - A block with `file=NAME` after its language is written to that file first.
 //! - A block `python` is run by the interpreter that `SLIPMAP_PYTHON` names, which `scripts/test` sets;
 //!   without it, such blocks are not run.

@@ -95,7 +95,7 @@ fn rust_files(folder: &str) -> Vec<(String, String)> {
         .collect()
 }
 
-/// `scripts/test --quick` skips tests by these names: a name that no test has would skip nothing.
+/// `scripts/test --quick` skips tests by the names in its list: a name that no test has would skip nothing.
 #[test]
 fn slow_tests_exist() {
     let files: Vec<(String, String)> = ["src", "tests"].into_iter().flat_map(rust_files).collect();

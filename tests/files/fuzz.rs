@@ -1,6 +1,6 @@
-//! Parsers on damaged input, some thousand cases at each run: whatever reads a file must end with an answer
-//! or with an error. Inputs are valid ones with pieces changed, removed, doubled or inserted, which get
-//! further than random bytes.
+//! Parsers on damaged input, some thousand cases in each run: every reader of a file must end with an answer
+//! or with an error. Inputs are valid ones with pieces changed, removed, doubled or inserted, which reach
+//! more code than random bytes.
 
 use std::path::Path;
 use std::sync::Mutex;
@@ -51,7 +51,7 @@ enum Change {
     Put(Index, Vec<u8>),
     Cut(Index, usize),
     Double(Index, usize),
-    /// A length, or a number of that size, made extreme.
+    /// Replaces eight bytes, such as a length, by an extreme number.
     Number(Index, u64),
 }
 

@@ -1,4 +1,4 @@
-//! The map file: data are read as they were written, no unfinished file appears, and every damage is found.
+//! The map file: data are read back as written, no unfinished file appears, and all damage is found.
 
 use std::fs;
 use std::ops::Range;
@@ -516,7 +516,7 @@ fn a_changed_attribute_or_layout_is_found() {
             dataset.delete_attr("DIMENSION_LIST").unwrap();
         }),
         ("alpha, attribute REFERENCE_LIST", |file| {
-            // Links of the same kind, but those of another axis.
+            // Links of the right kind, but of another axis.
             let uses = |name: &str| file.dataset(name).unwrap().attr("REFERENCE_LIST").unwrap();
             let of_beta = uses("beta").read_raw::<Use>().unwrap();
             uses("alpha").write(&of_beta).unwrap();

@@ -1,4 +1,4 @@
-//! Number of tiles per second that the one writing process can take: the limit of a run on many machines.
+//! Number of tiles per second that the single writing process can store: the limit of a run on many machines.
 //!
 //! A measurement, not a test: `cargo test --release --test files writer_rate:: -- --ignored --nocapture`, run
 //! by `scripts/mpi`.
@@ -34,7 +34,7 @@ fn plan(layers: usize, tiles: usize) -> Plan {
         .unwrap()
 }
 
-/// Keeps tiles, and the messages of other processes about them.
+/// Keeps tiles, and the messages with which other processes send them.
 struct Sample(Packer, Mutex<Vec<(TileData, Account, Vec<u8>)>>);
 
 impl Sink for Sample {

@@ -34,7 +34,7 @@ impl Case {
         }
     }
 
-    /// The engines' margins and errors, those that exist.
+    /// The margins, as far as they exist, and errors of the engines.
     fn margins(&self) -> Vec<(f64, f64)> {
         let mut margins = Vec::new();
         if let Turn::Complete { margin, error, .. } = self.turn {
@@ -45,7 +45,7 @@ impl Case {
         margins
     }
 
-    /// The largest distance of two margins or landings in units of the sum of their errors.
+    /// The largest distance of two margins or of the landings, in units of the sum of their errors.
     fn discord(&self) -> f64 {
         let margins = self.margins();
         let pairs = margins.iter().flat_map(|a| margins.iter().map(move |b| (a, b)));
@@ -126,9 +126,9 @@ impl Tally {
         self.judge(!fates.contains(&"failed"), "failed", case);
     }
 
-    /// Margins and landings agree within their errors. These are estimates, and at k = eps gamma V > 15 that
-    /// of the direct engine is sometimes too small because of the steep friction next to the belt line: then
-    /// both must agree at a thousandth of the tolerance, and the estimate must not be far off.
+    /// Margins and landings agree within their errors, which are estimates. At k = eps gamma V > 15 the
+    /// direct engine's estimate is sometimes too small, because friction is steep next to the belt line: then
+    /// both engines must agree at a thousandth of the tolerance, and the estimate must not be far off.
     fn judge_margins(&mut self, case: &Case) {
         self.worst_discord = case.discord();
         if self.worst_discord > 1.0 {
@@ -220,7 +220,7 @@ impl Tally {
     }
 }
 
-/// Compares answers at `count` points, half of them near the boundary, and demands agreement.
+/// Compares answers at `count` points, half of them near the boundary, and requires agreement.
 fn survey(count: u64) -> Tally {
     let tally = (0..count)
         .into_par_iter()
@@ -247,7 +247,7 @@ fn survey(count: u64) -> Tally {
     println!("slowest, direct engine and return map: {:?}", tally.slowest);
     println!("{} problems", tally.problems.len());
     assert!(tally.problems.is_empty(), "{}", tally.problems[..tally.problems.len().min(20)].join("\n"));
-    // One estimate in five thousand points may be too small, as the direct engine's documentation says.
+    // One estimate in five thousand points may be too small, as the direct engine's documentation states.
     assert!(5000 * tally.discords <= count, "{} of {count} margins are at odds", tally.discords);
     tally
 }
@@ -325,8 +325,8 @@ fn every_engine_labels_every_cell_alike() {
         }
         let point = grid.point(&index);
         let &[alpha, beta, gamma] = point.law().as_slice() else { panic!("a Stribeck point") };
-        // Without weakening, strengthening and damping every orbit is a circle, and that from the exit point
-        // grazes exactly.
+        // Without weakening, strengthening and damping every orbit is a circle, and the one from the exit
+        // point grazes exactly.
         let grazes = gamma * (1.0 - alpha) == 0.0 && beta == 0.0 && point.damping() == 0.0;
         let expected =
             if grazes { [Verdict::Undecided].as_slice() } else { &[Verdict::Present, Verdict::Absent] };

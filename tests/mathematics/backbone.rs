@@ -36,7 +36,7 @@ fn oscillator(column: &Column, viscous: f64) -> Oscillator {
     Oscillator { curve: column.curve.clone(), viscous, belt_speed: column.belt_speed }
 }
 
-/// ln of the ratio by which a turn grows, by the flow in (x2, x2').
+/// ln of the ratio of the amplitudes after and before a turn, by the flow in (x2, x2').
 fn growth(column: &Column, viscous: f64, radius: f64) -> f64 {
     let oscillator = oscillator(column, viscous);
     // Where steps cannot be that fine, a hundred times coarser ones are accepted.
@@ -84,7 +84,7 @@ fn the_backbone_ends_at_hopf_and_grazing() {
 fn the_even_part_encloses_the_backbone() {
     for column in columns() {
         let backbone = Backbone::of(&column, 1e-10).unwrap();
-        // Over |v| <= r, by samples; between two of them E is taken to change as much as from one to the next.
+        // Over |v| <= r, by samples; between two samples E is assumed to change by at most their difference.
         let speed = column.belt_speed;
         let even = |v: f64| 0.5 * (column.curve.weakening(speed - v) + column.curve.weakening(speed + v));
         let (mut lo, mut hi, mut step): (f64, f64, f64) = (even(0.0), even(0.0), 0.0);
@@ -140,9 +140,9 @@ fn a_linear_law_has_a_flat_backbone() {
     assert!((backbone.viscous(0.5) - 0.3).abs() < 1e-14);
 }
 
-/// A measured law with a jump over a short range of slip speeds: its closed orbits feel the corners abruptly, and one
-/// polynomial through C missed both cycles. Their amplitudes and multipliers are those of an event-exact integrator in
-/// SciPy, at two tolerances.
+/// A measured law with a jump over a short range of slip speeds: its corners change C(r) abruptly, and a
+/// single polynomial through C missed both cycles. The expected amplitudes and multipliers come from an
+/// event-exact integrator in SciPy, at two tolerances.
 #[test]
 fn slip_cycles_of_rough_measured_friction_are_found() {
     // In m/s and units of the normal force, for a mass whose unit of velocity is 0.0931441 m/s.

@@ -1,5 +1,5 @@
-//! Every computation at a point has a budget of work: even at the ends of the range of numbers it ends, and
-//! its answer is right or says that there is none.
+//! Every computation at a point has a budget of work: it ends even at the ends of the range of numbers, and
+//! either its answer is right or it reports that there is none.
 
 use cpu_time::ThreadTime;
 use slipmap::certify::Guarantee;
@@ -57,7 +57,7 @@ fn point(random: &mut Random, law: &Law) -> Point {
         .collect();
     let belt_speed = if random.unit() < 0.5 { random.log(1e-8, 1e8) } else { random.log(0.05, 20.0) };
     let belt_speed = match law {
-        // Beyond its data a table has no friction.
+        // A table is undefined beyond its data.
         Law::Table(table) => belt_speed.min(0.5 * table.fastest()),
         _ => belt_speed,
     };
@@ -100,7 +100,7 @@ fn ask_many(points: usize, seed: u64) -> (Vec<String>, Vec<(f64, String)>) {
         let point = point(&mut random, law);
         let (problem, seconds) = ask(law, &point);
         let name = format!("{} {:?}", law.definition(), Grid::coordinates(law, &point));
-        // A long run that is cut short has told what it found.
+        // Printed at once, so that a long run that is cut short has reported its problems.
         if seconds > LONGEST || problem.is_some() {
             println!("{i}: {seconds:.2} s, {problem:?}: {name}");
         }

@@ -322,7 +322,7 @@ fn every_sticking_orbit_leaves_through_the_exit_point() {
 }
 
 /// Proposition 1: the cycle is stable in finite time. Orbits that start near it pass through E exactly, and
-/// from then on are the cycle.
+/// then coincide with the cycle.
 #[test]
 fn orbits_near_the_cycle_join_it_in_finite_time() {
     let mut random = Random(24);

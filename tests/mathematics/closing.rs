@@ -61,7 +61,7 @@ fn a_slow_belt_with_strong_weakening_has_a_critical_damping() {
     let parameters = [0.11942666779210852, 0.003180111210762882, 0.3716811919414624];
     let column = law.column(&law.point(1.0, &parameters, 0.004350037351403274, 0.0).unwrap());
     let found = critical_damping(&column, 1e-9).unwrap();
-    // By an integrator that shares no code, at two tolerances.
+    // Reference value by an independent integrator, at two tolerances.
     assert!((found.c - 70.146402).abs() < 1e-6 && found.error < 1e-6, "{found:?}");
     let fates = [-2.0, 2.0].map(|errors| {
         let oscillator = Oscillator::in_column(&column, found.c + errors * found.error);
@@ -103,7 +103,7 @@ fn the_direct_engine_changes_its_verdict_at_the_critical_damping() {
             }
         }
     }
-    // Strong nodes have no answer; next to the boundary the direct engine is too close to call.
+    // Strong nodes have no answer; next to the boundary the direct engine is undecided.
     assert!(solved >= 180 && 10 * decided >= 6 * asked, "{solved}: {decided} of {asked}");
 }
 
@@ -178,8 +178,8 @@ fn ends(backbone: &Backbone) -> [TurningPoint; 2] {
     [points[0], points[points.len() - 1]]
 }
 
-/// Asserts that every coarse backbone that is clear about one of the dampings counts the same cycles as the fine one, and
-/// returns the numbers of such counts, of all backbones and of the coarsest.
+/// Asserts that every coarse backbone that decides the count at a damping counts the same cycles as the fine
+/// one. Returns the numbers of such counts: of all backbones, and of the coarsest.
 fn coarse_counts(column: &Column, fine: &Backbone, dampings: &[f64]) -> [u32; 2] {
     let mut coarse = Some(Backbone::coarsest(&column.curve, column.belt_speed, 1e-5).unwrap());
     let (mut level, mut counts) = (0, [0; 2]);
@@ -198,7 +198,7 @@ fn coarse_counts(column: &Column, fine: &Backbone, dampings: &[f64]) -> [u32; 2]
     counts
 }
 
-/// On rough laws too, also next to the critical damping.
+/// Coarse and fine counts agree on rough laws too, and next to the critical damping.
 #[test]
 fn coarse_backbones_count_as_the_fine_one() {
     let mut random = Random(81);
@@ -305,8 +305,8 @@ fn slopes_settle_counts_next_to_the_critical_damping() {
     assert!(settled.iter().all(|settled| *settled > 45), "{settled:?}");
 }
 
-/// A dip of friction of 1/26 of the belt speed changes C(r) between the first nodes of a backbone, which show nothing of it:
-/// three cycles, where one was counted.
+/// A dip of friction of 1/26 of the belt speed changes C(r) between the first nodes of a backbone, which do
+/// not resolve it: three cycles, where one was counted.
 #[test]
 fn cycles_at_a_narrow_dip_are_counted() {
     let law =
@@ -323,7 +323,7 @@ fn cycles_at_a_narrow_dip_are_counted() {
     let answer = flow(&oscillator, 1e-9);
     assert_eq!(slip_cycle_count(&oscillator, &answer), Some(3));
     assert_eq!(regime(&oscillator, &answer), Regime::EquilibriumPureSlipAndStickSlip);
-    // Orbits between the cycles, by an engine that knows no backbone.
+    // Orbits between the cycles, by an engine that does not use the backbone.
     for (radius, shrinks) in [(0.03, true), (0.08, false), (0.13, true), (0.2, false)] {
         let SlipTurn::Returns { radius: next, .. } = turn(&oscillator, radius, 1e-12).unwrap() else {
             panic!("{radius}")

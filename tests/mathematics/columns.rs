@@ -8,21 +8,21 @@ use slipmap::map::{Engine, Regime, Verdict, decide, regime};
 use slipmap::simulate::critical::critical_dampings;
 use slipmap::simulate::{Failure, Fate, Flow, NoCriticalDamping, direct, flow};
 
-/// The tables give this many digits.
+/// Relative accuracy of the tables.
 const TABLE: f64 = 1e-16;
 
 fn columns(points: &[CriticalPoint]) -> Vec<Column> {
     points.iter().map(|point| Law::Stribeck.column(&point.at(0.0))).collect()
 }
 
-/// What was found on a table of columns.
+/// Results on a table of columns.
 #[derive(Debug, Default)]
 struct Found {
     /// Critical dampings, or verdicts.
     answers: usize,
-    /// Those that were withheld.
+    /// Number of answers that were withheld.
     withheld: usize,
-    /// Those that are wrong, beyond their errors.
+    /// The answers that are wrong by more than their errors.
     wrong: Vec<String>,
 }
 
@@ -54,7 +54,7 @@ fn dampings(points: &[CriticalPoint], tolerance: f64) -> Found {
 
 /// Distances from c* in units of the weakening rate.
 const STEPS: [f64; 7] = [1e-13, 1e-11, 1e-9, 1e-8, 1e-7, 1e-5, 1e-2];
-/// Those of cells that `auto` decides in ways of its own. Where a column has nearer ones it does what
+/// Distances of cells that `auto` decides by its own paths. In columns with nearer cells `auto` computes as
 /// `critical_surface` does.
 const FAR_STEPS: [f64; 2] = [1e-5, 1e-2];
 
@@ -124,8 +124,8 @@ fn verdicts_next_to_the_boundary_hold_where_it_is_hard_to_find() {
     }
 }
 
-/// At c* the margin vanishes: what `direct` says of it is its error. Steps that went past a steep part of the
-/// law next to the belt line once missed it, by up to 78 times the stated error.
+/// At c* the margin vanishes, so the margin that `direct` returns is its error. Steps that went past a steep
+/// part of the law next to the belt line once missed it, by up to 78 times the stated error.
 #[test]
 fn the_error_of_the_margin_holds_where_the_law_is_steep_next_to_the_belt_line() {
     for tolerance in [1e-6, 1e-9, 1e-12] {
@@ -161,7 +161,7 @@ fn a_cell_just_below_the_critical_damping_is_present() {
     }
 }
 
-/// A strong node whose turns the finest equal steps do not resolve: they called this cell absent.
+/// A strong node whose turns the finest equal steps do not resolve: this cell was labelled absent.
 #[test]
 fn a_cell_next_to_the_boundary_of_a_strong_node_is_not_absent() {
     let point = Law::Stribeck.point(0.0733348, &[0.552363, 0.0, 486.682], 0.428924, 0.0).unwrap();
@@ -174,7 +174,7 @@ fn a_cell_next_to_the_boundary_of_a_strong_node_is_not_absent() {
 }
 
 /// Where the equilibrium is stable at every damping, no certificate bounds the landing speed: on fast belts the
-/// orbit crosses the belt line. Such cells were called present.
+/// orbit crosses the belt line. Such cells were labelled present.
 #[test]
 fn cells_on_fast_belts_without_a_certificate_of_presence_are_not_present() {
     let lorentzian = |belt_speed: f64| {
@@ -222,7 +222,7 @@ fn a_table_with_a_dip_next_to_rest_has_its_boundary() {
         let column = law.column(&law.point(1.0, &[], belt_speed, 0.0).unwrap());
         let found = critical_dampings(std::slice::from_ref(&column), 1e-9).remove(0);
         let found = found.unwrap_or_else(|problem| panic!("{dip} {belt_speed}: {problem}"));
-        // A few errors away on either side the direct engine knows the fate, if it is one of c >= 0.
+        // A few errors away on either side the direct engine decides the fate, if c >= 0 there.
         for side in [-1.0, 1.0] {
             let c = found.c + side * (10.0 * found.error + 1e-6);
             let oscillator = Oscillator::in_column(&column, c);
@@ -241,7 +241,7 @@ fn a_table_with_a_dip_next_to_rest_has_its_boundary() {
     }
 }
 
-/// The undamped orbit leaves a table that ends early, so that nothing is known of it; orbits near c* stay inside.
+/// The undamped orbit leaves a table that ends early, so its fate is unknown; orbits near c* stay inside.
 #[test]
 fn a_table_that_ends_early_has_its_boundary() {
     let dip = [

@@ -10,7 +10,7 @@ use slipmap::simulate::{Neighbour, crossing_separates, dynamics, flow};
 use crate::sample::{Random, Sample};
 
 /// Friction that pushes at some slip speeds: a repelling and an attracting cycle as close as 4.6 per cent to each other.
-/// Their places are those of steps of 5e-4 by the classical Runge-Kutta method in (x1, x2).
+/// Their reference places come from the classical Runge-Kutta method in (x1, x2) with steps of 5e-4.
 #[test]
 fn narrow_pairs_of_crossing_cycles_are_found() {
     let law = Law::Expression(Expression::new("1-a*exp(-((u-m)/s)^2)", 1.0).unwrap());
@@ -24,7 +24,7 @@ fn narrow_pairs_of_crossing_cycles_are_found() {
         }
         assert_eq!(map::regime(&oscillator, &flow(&oscillator, 1e-9)), Regime::StickSlipAndCrossing, "{a}");
     }
-    // Down to the fold, where they meet, the pair is found or not known: its multipliers tend to 1.
+    // Down to the fold, where the two cycles meet, the pair is found or not known: its multipliers tend to 1.
     let (mut without, mut with, mut unknown, mut last) = (1.9, 2.0005, 0, Vec::new());
     for _ in 0..40 {
         let a = 0.5 * (without + with);
@@ -68,7 +68,7 @@ fn loops_lead_inward_where_friction_falls_little() {
     }
 }
 
-/// The search from outside against loops of every size.
+/// The search for cycles from outside, compared with loops of every size.
 #[test]
 fn regimes_have_a_crossing_cycle_where_some_loop_leads_outward() {
     let (mut random, mut found) = (Random(0xc405), [0; 2]);
@@ -125,7 +125,7 @@ fn without_positive_divergence_nothing_crosses_for_ever() {
     assert!(contracting > 100, "{contracting}");
 }
 
-/// Far out friction that vanishes hardly changes a loop: its direction is that of the error of the turn.
+/// Where friction vanishes at large slip speeds, it changes a large loop by less than the error of a turn.
 #[test]
 fn loops_within_their_error_are_no_crossing_cycles() {
     let point = Law::Lorentzian.point(1.0, &[0.0, 0.778296192924968, 0.0], 18.91061728510668, 0.0).unwrap();
@@ -145,7 +145,7 @@ fn a_repelling_crossing_cycle_separates_its_neighbours() {
         crossing_separates(0, cycles.len(), 1, &answer.fate),
         [Neighbour::StickSlip, Neighbour::Crossing]
     );
-    // Where loops from both sides of it lead.
+    // The ends of loops that start on either side of the cycle.
     let ends = [-1e-3, 1e-3].map(|shift| {
         let mut y = cycles[0].beyond_exit * (1.0 + shift);
         for _ in 0..1000 {
@@ -161,8 +161,8 @@ fn a_repelling_crossing_cycle_separates_its_neighbours() {
     assert!(ends[1] > 2.0 * cycles[0].beyond_exit && ends[1] < cycles[1].beyond_exit, "{ends:?}");
 }
 
-/// Its stick-slip cycle and its crossing cycle are both attractors, up to the damping at which the crossing
-/// cycles are gone.
+/// The stick-slip cycle and the crossing cycle both attract, up to the damping at which the crossing cycles
+/// vanish.
 #[test]
 fn a_crossing_cycle_around_a_stick_slip_cycle_belongs_to_the_regime() {
     let law = Law::Expression(Expression::new("1-a*(tanh((u-m)/s)+tanh(m/s))", 1.0).unwrap());
@@ -185,8 +185,8 @@ fn a_crossing_cycle_around_a_stick_slip_cycle_belongs_to_the_regime() {
     assert!((1..20).contains(&both), "{both}");
 }
 
-/// Far from the belt line the divergence is -2 but for exp(-2V): an orbit turns once in exp(V) units of time, while its
-/// distance from the equilibrium falls below the smallest number.
+/// Far from the belt line the divergence is -2 up to exp(-2V): an orbit turns once in exp(V) units of time,
+/// while its distance from the equilibrium falls below the smallest positive double.
 #[test]
 fn orbits_of_nearly_critical_damping_come_to_rest() {
     let law = Law::Expression(Expression::new("exp(-2*u)", 1.0).unwrap());

@@ -205,8 +205,8 @@ fn two_slip_cycles_vanish_at_a_fold() {
         assert!((level - 1.0 - 0.13228 * a * k.cos()).abs() < 2.0 * e * (1.0 + a), "{k} {level}");
         assert!(point.error < 1e-4, "{point:?}");
     }
-    // Near the left and right ends the count may differ by cycles that leave through the belt line or the
-    // equilibrium, at both sides alike: only the difference is that of the fold.
+    // Near the left and right ends cycles may also leave through the belt line or the equilibrium. They
+    // change the counts on both sides equally, so the difference of the counts is due to the fold alone.
     for places in sides(&curves[0], 1e-3).step_by(3) {
         let [above, below] = places.map(|place| slip_cycles(&at(place), TOLERANCE).unwrap().len());
         assert_eq!(above.abs_diff(below), 2, "{places:?} {above} {below}");

@@ -1,5 +1,5 @@
 //! One regression test for each mechanism by which a method fails (theory, "Where methods fail"): the naive
-//! method fails and ours does not; and the stored catalogue of failures, computed again.
+//! method fails, and the crate's method does not; and the stored catalogue of failures, computed again.
 
 use std::f64::consts::TAU;
 
@@ -82,7 +82,7 @@ fn missed_double_crossing() {
     // Shorter steps detect it, so there is no other cause.
     let knobs = NaiveKnobs { longest_step: 0.25 * approach, ..NaiveKnobs::default() };
     assert!(returns_in_time(&oscillator, knobs));
-    // Our engines return after 2 pi - sqrt(2 pi kappa eps), up to O(eps).
+    // The crate's engines return after 2 pi - sqrt(2 pi kappa eps), up to O(eps).
     assert_eq!(truth(&oscillator), Verdict::Present);
     let slip_time = landing(&oscillator).slip_time;
     assert!((slip_time - (TAU - approach)).abs() < 5.0 * epsilon, "{slip_time}");
@@ -90,7 +90,7 @@ fn missed_double_crossing() {
 
 #[test]
 fn start_at_a_tangency() {
-    // Without a pause the start itself is an event, which the method takes for sticking.
+    // Without a pause the start itself is an event, which the method misinterprets as sticking.
     let inward = point(0.1, [0.3, 0.1, 2.0], 1.0, 1.3);
     let eager = NaiveKnobs { start_pause: 0.0, ..NaiveKnobs::default() };
     let found = NaiveMethod::EventStep.decide(&oscillator(&inward), &eager).verdict;
@@ -179,7 +179,7 @@ fn margin_without_a_check_of_the_angle(oscillator: &Oscillator) -> f64 {
 
 #[test]
 fn nodes() {
-    // Where it is, the plain polar form is right.
+    // Where the angle is monotone, the plain polar form is right.
     let focus = point(0.5, [0.2, 0.1, 2.0], 1.0, 0.2);
     let plain = margin_without_a_check_of_the_angle(&oscillator(&focus));
     assert!((plain - flow(&oscillator(&focus), TOLERANCE).margin).abs() < 1e-8, "{plain}");
@@ -226,9 +226,9 @@ fn smoothed_sign() {
         let decide = |oscillator: &Oscillator| naive(NaiveMethod::Smoothed, oscillator, knobs);
         edge(&column, 0.5 * critical, 2.0 * critical, decide) - critical
     });
-    // Here it loses cycles: a mass that slips along the belt within the width is released early.
+    // Here the method misses cycles: a mass that slips along the belt within the width is released early.
     assert!(narrow < 0.0 && (5.0..20.0).contains(&(wide / narrow)), "{wide} {narrow}");
-    // Between the boundaries it is wrong, and our engines are not.
+    // Between the two boundaries the method is wrong, and the crate's engines are right.
     let between = Oscillator::in_column(&column, critical + 0.5 * narrow);
     let knobs = NaiveKnobs { turns: 400, tolerance: 1e-9, ..NaiveKnobs::default() };
     assert_eq!(naive(NaiveMethod::Smoothed, &between, knobs), Verdict::Absent);

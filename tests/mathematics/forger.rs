@@ -1,4 +1,4 @@
-//! Forged certificates: altered in every way, and refused unless their claims happen to be true.
+//! Forged certificates: altered in every way, and refused unless their claims are still true.
 //!
 //! The truth is computed without the library's proofs: the critical damping from the simulation, and the
 //! geometry of boxes from all pairs and many points.
@@ -158,7 +158,7 @@ fn alter(forged: &mut Value, change: &Change) {
 /// beta V.
 fn critical([a, k, b]: [f64; 3]) -> [f64; 2] {
     if !(a > 0.0 && k > 0.0) {
-        // D + C is A - 2 b s or -2 b s, whose even part is constant: so is C*, at any amplitude.
+        // D + C is A - 2 b s or -2 b s, whose even part is constant: C* equals it at any amplitude.
         return [a - 2.0 * b, 0.0];
     }
     let belt_speed = k / a;

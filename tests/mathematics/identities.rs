@@ -70,7 +70,7 @@ fn scaling_the_small_parameter_changes_no_answer() {
             for test in &TESTS {
                 let [claim, theirs] = [sample, scaled].map(|s| (test.claim)(&s.column()));
                 let same = claim.decide(sample.damping) == theirs.decide(scaled.damping);
-                // Rounding may carry a point across an edge on which it lies.
+                // Rounding may move a point that lies on an edge to the other side.
                 let on_edge =
                     [claim.present_below, claim.absent_above, claim.sticks_from].iter().any(|edge| {
                         (edge - sample.damping).abs() <= 1e-12 * (sample.drop_rate() + sample.damping)

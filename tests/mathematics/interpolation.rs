@@ -128,7 +128,7 @@ fn interpolated_cells_are_those_of_their_own_columns() {
 }
 
 /// A law that changes within less than the distance of the nodes: its columns refuse the interpolant.
-/// Columns that differ in eps alone share what is known of their cycles, unless the law contains eps.
+/// Columns that differ in eps alone share their computed cycles, unless the law contains eps.
 #[test]
 fn regimes_of_columns_that_share_their_cycles_are_those_of_single_points() {
     let wave = || formula("1 - 0.3*tanh(u/0.5) + 0.02*sin(3*u)");

@@ -87,7 +87,7 @@ impl Tally {
         let column = law.column(&law.point(epsilon, &parameters, belt_speed, 0.0).unwrap());
         let c = damping(&column, &mut random);
         let map = decide(std::slice::from_ref(&column), &[c], Engine::Auto, TOLERANCE)[0];
-        // As an audit: smaller steps before a contradiction.
+        // As an audit does: smaller steps before a contradiction is reported.
         let oscillator = Oscillator::in_column(&column, c);
         let mut answer = direct::flow(&oscillator, TOLERANCE);
         if decided(map) && decided(verdict(&answer)) && verdict(&answer) != map {

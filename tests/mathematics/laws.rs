@@ -196,7 +196,7 @@ fn a_law_given_as_a_function_is_the_law_built_in() {
         // The comparison lemma: an error delta of the weakening rate moves eps c* by at most delta.
         let allowed = delta / 0.5 + found.error + exact.error;
         assert!((found.c - exact.c).abs() <= allowed, "V = {belt_speed}: {found:?} {exact:?} {delta}");
-        // Bounds are proved of the polynomials: theorems hold for them as for a formula. Rounding: some
+        // Bounds are proved for the polynomials, so theorems hold for them as for a formula. Rounding: some
         // hundred operations on numbers below one.
         let range = column(&own, &[]).curve.weakening_range(0.0, 2.0 * belt_speed);
         assert!(range.lo.is_finite() && (range.hi - 0.5).abs() <= 2.0 * delta + 1e-13, "{range:?}");
@@ -226,7 +226,7 @@ fn errors_are_within_their_estimates() {
     }
 }
 
-/// A law given by functions: what `1 - d*tanh(u/w)` is as text.
+/// A law given by functions, equal to the text `1 - d*tanh(u/w)`.
 #[derive(Debug)]
 struct Hyperbolic(Vec<Parameter>);
 
@@ -433,7 +433,7 @@ struct ReferenceLaw {
     critical: f64,
 }
 
-/// Three hundred random formulas and tables against arithmetic of 128 bits that shares no code.
+/// Three hundred random formulas and tables compared with independent 128-bit arithmetic.
 #[test]
 fn critical_dampings_of_random_laws_are_those_of_the_reference() {
     let mut seen = [0, 0];

@@ -139,10 +139,10 @@ fn closed_forms_of_the_limits() {
     let ray = ray(&sample);
     let Limit::UpTo(epsilon) = ray.limit(method("perturbation")).equal else { panic!("it fails at eps = 1") };
     let here = Sample { epsilon, ..sample };
-    // The halving leaves 1e-12 of eps, the flow's margin an error far below its slope, about 1.
+    // The bisection leaves an error of 1e-12 of eps; the error of the margin is far below its slope, about 1.
     assert!(flow(&here.oscillator(), 1e-13).margin.abs() < 1e-9);
     assert!((critical_damping(&here.column(), 1e-12).unwrap().c - sample.damping).abs() < 1e-9);
-    // The leading order: the band 2 eps gamma^2 (1-alpha) V is as wide as what is left of kappa.
+    // The leading order: the width 2 eps gamma^2 (1-alpha) V of the band equals kappa.
     let kappa = sample.drop_rate() - 2.0 * sample.beta * sample.belt_speed - sample.damping;
     let leading = kappa / (2.0 * sample.gamma * sample.drop_rate() * sample.belt_speed);
     assert!(epsilon > leading && epsilon < 2.0 * leading, "{epsilon} {leading}");

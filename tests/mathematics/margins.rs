@@ -1,4 +1,4 @@
-//! Margins interpolated along columns and in grids against single turns, and their work.
+//! Margins interpolated along columns and in grids, compared with single turns, and their work.
 
 use slipmap::filippov::Oscillator;
 use slipmap::friction::{Column, Expression, Law, Table};
@@ -27,7 +27,7 @@ fn axis(most: f64, cells: usize) -> Vec<f64> {
     (0..cells).map(|i| most * i as f64 / (cells - 1) as f64).collect()
 }
 
-/// What the margins of some columns are like.
+/// Statistics of the margins of some columns.
 #[derive(Debug, Default)]
 struct Found {
     cells: usize,
@@ -41,7 +41,7 @@ fn rhs(turn: &Turn) -> u64 {
     u64::from(*rhs)
 }
 
-/// The margin, its error and the evaluations of each cell, as the turn of an orbit has them.
+/// The margin, its error and the evaluations of each cell, as a [`Turn`].
 fn turns(found: &Margins) -> Vec<Turn> {
     let cells = found.margins.iter().zip(&found.errors).zip(&found.rhs);
     cells
@@ -88,7 +88,7 @@ fn compare_margins(margins: &Margins, columns: &[Column], cs: &[f64], tolerance:
 
 #[test]
 fn interpolated_margins_are_within_their_error() {
-    // From columns that six nodes describe to nodes that no polynomial does.
+    // From columns that six nodes describe to columns that no polynomial describes.
     for (epsilon, most, cells) in [
         (0.05, 1.0, 20),
         (0.02, 3.0, 20),

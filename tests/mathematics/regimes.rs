@@ -51,7 +51,7 @@ fn in_band(column: &Column, fraction: f64) -> Oscillator {
     Oscillator::in_column(column, low + fraction * (high - low))
 }
 
-/// The dynamics where all of it is known.
+/// The complete dynamics, where every part is known.
 #[derive(Debug)]
 struct Known {
     equilibrium: Eigenvalues,
@@ -458,7 +458,7 @@ fn cycles_and_regimes_are_consistent_at_random_points() {
     assert!(met[..3].iter().all(|&n| n > 10), "{met:?}");
 }
 
-/// Nothing is said of what lies beyond an orbit whose fate is not known.
+/// The attractor beyond an orbit of unknown fate is reported as unknown.
 #[test]
 fn an_uncertain_orbit_from_the_exit_point_leaves_neighbours_unknown() {
     for fate in [Fate::TooCloseToCall, Fate::Failed(Failure::StepBudget)] {
@@ -479,7 +479,7 @@ fn the_half_turn_of_an_undamped_oscillator_is_exact() {
         else {
             panic!("circles inside the belt line");
         };
-        // The turn's error is that requested.
+        // The error of the turn is the requested one.
         assert!((next / radius - 1.0).abs() < 1e-13 && (slope - 1.0).abs() < 1e-13);
         assert!((time - 2.0 * PI).abs() < 1e-12);
     }
@@ -540,8 +540,8 @@ fn regimes_are_sets_of_attractors() {
     assert_eq!(names.len(), Regime::ALL.len());
 }
 
-/// Where friction is constant next to the belt speed and nothing damps, orbits about the equilibrium close: it neither
-/// attracts nor repels.
+/// Where friction is constant next to the belt speed and there is no damping, orbits about the equilibrium
+/// are closed: it neither attracts nor repels.
 #[test]
 fn orbits_that_close_leave_the_regime_unknown() {
     let data = [(0.0, 1.0), (0.5, 0.7), (1.0, 0.5), (2.0, 0.5), (3.0, 0.5), (6.0, 0.5)];
@@ -554,8 +554,8 @@ fn orbits_that_close_leave_the_regime_unknown() {
     assert_eq!(regime(1e-3), Regime::Bistable);
 }
 
-/// Slower and faster than a narrow smooth step of the friction by some of its widths: the orbits that reach it are not
-/// those of the polar form, and each of them costs much.
+/// Belts slower and faster than a narrow smooth step of the friction by some of its widths: the polar form
+/// does not apply to orbits that reach the step, and each of them is expensive.
 #[test]
 fn regimes_next_to_a_narrow_step_are_known() {
     let law = Law::Expression(Expression::new("1 - 0.1*(tanh((u-1)/w) + tanh(1/w))", 1.0).unwrap());

@@ -1,5 +1,5 @@
-//! The derivatives of the critical damping, against differences; the influence of the friction curve, against
-//! laws that differ in one range of slip speeds.
+//! The derivatives of the critical damping, compared with differences; the influence of the friction curve,
+//! compared with laws that differ in one range of slip speeds.
 
 use slipmap::friction::{Column, Expression, Law, Table};
 use slipmap::point::Point;
@@ -86,7 +86,7 @@ fn derivatives_are_those_of_differences() {
     }
 }
 
-/// The share of a range of slip speeds is what a law that is changed there, and nowhere else, does to eps c*.
+/// The share of a range of slip speeds is the change of eps c* by a law that is changed in that range alone.
 #[test]
 fn influence_is_what_a_change_at_these_speeds_does() {
     let base = "0.6 + 0.4*exp(-2*u)";

@@ -88,8 +88,8 @@ fn proofs_and_searches_agree_at_random_laws() {
     println!(
         "the number of slip cycles is proved at {proved} of {POINTS} points; at {several} there are several"
     );
-    // Only points near a fold or a Hopf bifurcation can stay open: within about the errors of the enclosures
-    // and the shortest piece, 1e-3, of one of these curves. A point in twenty is much more than lies there.
+    // Only points near a fold or a Hopf curve can stay undecided: within about the errors of the enclosures
+    // and the shortest piece, 1e-3, of one of these curves. Much less than a point in twenty lies there.
     assert!(proved * 20 >= POINTS * 19 && several > 0, "{proved} {several}");
 }
 
@@ -181,7 +181,7 @@ fn a_pair_of_cycles_next_to_the_equilibrium_is_found() {
     let [fold] = backbone.folds() else { panic!("{backbone:?}") };
     assert!(between.contains(&fold.radius) && fold.viscous < 0.0, "{fold:?}");
 
-    // The other engine: orbits grow inside the first cycle and outside the second, and shrink between them.
+    // By the direct engine, orbits grow inside the first cycle and outside the second; between, they shrink.
     let change = |radius: f64| {
         let x1 = oscillator.curve.phi(1.0 - radius) - oscillator.viscous * radius;
         let orbit = trace(&oscillator, Start::State { x1, x2: radius }, 1e-11, 22.0 * PI);

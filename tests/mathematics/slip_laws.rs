@@ -16,8 +16,8 @@ use slipmap::simulate::{Fate, critical_damping, dynamics, flow};
 /// The belt oscillator of J. J. Thomsen and A. Fidlin, "Analytical approximations for stick-slip vibration
 /// amplitudes", Int. J. Non-Linear Mech. 38 (2003) 389-403: x'' + 2 beta x' + x + g mu(x' - v) = 0, with
 /// mu(v) = mu_s - (3/2) (mu_s - mu_m) (v/v_m - (v/v_m)^3 / 3), of static friction mu_s = 0.4 and least
-/// friction mu_m = 0.25 at v_m = 0.5; g is their gamma squared. The numbers are as we have them from the
-/// paper, not re-checked; that its formulas below are right to their order is what the test shows.
+/// friction mu_m = 0.25 at v_m = 0.5; g is their gamma squared. The numbers are quoted from the paper and not
+/// re-checked; the test shows that its formulas below are right to their order.
 struct Published {
     g: f64,
     beta: f64,
@@ -227,8 +227,8 @@ fn a_pair_of_slip_cycles_between_two_signs_is_found() {
     }
 }
 
-/// Steps of Runge and Kutta in reversed time, in which a cycle that repels attracts: the velocities at which the equilibrium's x1
-/// is passed, up and down, and the time of a turn.
+/// Runge-Kutta steps in reversed time, in which a repelling cycle attracts. Returns the velocities at which
+/// the equilibrium's x1 is passed, up and down, and the time of a turn.
 fn reversed(curve: impl Fn(f64) -> f64, [viscous, belt_speed]: [f64; 2], step: f64) -> [f64; 3] {
     let slope = |[x1, x2]: [f64; 2]| [-x2, x1 + viscous * x2 - curve(belt_speed - x2)];
     let rest = curve(belt_speed);
@@ -253,7 +253,7 @@ fn reversed(curve: impl Fn(f64) -> f64, [viscous, belt_speed]: [f64; 2], step: f
     [last[1].max(middle[1]), -last[1].min(middle[1]), last[0] - before[0]]
 }
 
-/// A cycle whose multiplier leaves forward turns no digits is known as well as others.
+/// A cycle whose multiplier is so large that forward turns lose all digits is known as accurately as others.
 #[test]
 fn cycles_that_repel_strongly_are_followed_backward() {
     for [speed, damping] in [[0.001, 0.01], [0.002, 0.02], [0.004, 0.01]] {

@@ -47,7 +47,7 @@ fn no_reference_fate_is_contradicted() {
                 assert_eq!(row.fate, ReferenceFate::Inward, "{row:?}");
                 decided += 1;
             }
-            // Orbits that cross the belt line are undecided, and so are landings next to the segment's end.
+            // Orbits that cross the belt line are undecided, as are landings next to the end of the segment.
             Decision::Undecided => {}
         }
     }

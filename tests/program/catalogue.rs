@@ -1,4 +1,4 @@
-//! `slipmap failures`, and the catalogue in `results/failures`: every line of it is run again.
+//! `slipmap failures`, and the catalogue in `results/failures`, of which every line is run again.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -59,7 +59,7 @@ fn the_stored_catalogue_is_true_line_by_line() {
     for class in &classes {
         reproduce(&scratch, class);
     }
-    // Each mechanism that the theory names (theory, "Where methods fail") makes one of these methods fail.
+    // Each mechanism named in the theory (theory, "Where methods fail") makes one of these methods fail.
     let met: BTreeSet<&str> = classes.iter().map(|class| class["mechanism"].as_str()).collect();
     for mechanism in
         ["missed_double_crossing", "tangent_start", "first_order_in_eps", "overshoot", "node", "smoothing"]
@@ -121,7 +121,7 @@ fn a_catalogue_is_made_and_its_lines_hold() {
     assert_eq!(scratch.names(), ["small.toml"]);
     let run = scratch.run(&["failures", "small.toml", "--out", "made", "--threads", "1"]).ends_with(0);
     assert_eq!(run.out, "made/failures.md\n");
-    // The same for any number of threads, except for the line with the command.
+    // The page is the same for any number of threads, except for the line with the command.
     let rest = |text: &str| {
         text.lines().filter(|line| !line.starts_with("Made by")).map(str::to_owned).collect::<Vec<_>>()
     };

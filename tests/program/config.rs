@@ -54,7 +54,7 @@ fn refused(text: impl AsRef<[u8]>, parts: &[&str]) {
     assert_eq!(scratch.names(), ["bad.toml"], "something was written");
 }
 
-/// The same with an override of a legal configuration.
+/// Checks the refusal of an override of a legal configuration.
 #[track_caller]
 fn override_refused(set: &str, parts: &[&str]) {
     let scratch = Scratch::new();

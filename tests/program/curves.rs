@@ -66,7 +66,7 @@ fn stored_curves_are_those_of_their_planes_and_are_drawn() {
         );
     }
 
-    // Stored curves are drawn where the plane is theirs, in either orientation, and only there.
+    // Stored curves are drawn in their own plane, in either orientation, and in no other plane.
     let plot = |x: &str, y: &str, epsilon: &str, out: &str| {
         let at = format!("epsilon={epsilon}");
         let plane = ["plot", "map.h5", "--x", x, "--y", y, "--at", &at, "--at", "gamma=0.1"];

@@ -77,7 +77,7 @@ fn a_heap_that_was_made_to_crash_the_library_is_not_read() {
     let scratch = scratch();
     let whole = fs::read(scratch.path().join("good.h5")).unwrap();
     let heap = whole.windows(4).position(|part| part == b"GCOL").expect("lists of dimensions lie in a heap");
-    // The heap's own length, and that of its first object: the library trusts both.
+    // The length of the heap, and that of its first object: the library checks neither.
     for place in [heap + 8, heap + 24] {
         for length in [0_u64, 9, 1 << 20, 1 << 40, u64::MAX] {
             let mut bytes = whole.clone();
@@ -142,7 +142,7 @@ fn damage_found_while_reading_is_bad_input_too() {
     let scratch = scratch();
     fs::copy(scratch.path().join("good.h5"), scratch.path().join("map.h5")).unwrap();
     let path = scratch.path().join("map.h5");
-    // Every chunk of the variable, so that any slice contains one.
+    // Every chunk of the variable is damaged, so that any slice contains a damaged one.
     let chunks: Vec<_> = {
         let file = File::open(&path).unwrap();
         let cells = file.dataset("verdict_simulation").unwrap();

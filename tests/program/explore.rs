@@ -166,7 +166,7 @@ fn pictures_hold_the_cells_of_the_map() {
         let (status, bytes) = server.post("/api/plane", asked.to_string().as_bytes());
         assert_eq!((status, picture(&bytes).1.len()), (200, 128 * size), "{show}");
     }
-    // Whichever of two methods is named first is the first.
+    // The method that is named first in a comparison is the first in the codes.
     let compared = |pair: &str| {
         let mut asked = plane();
         asked["at"]["epsilon"] = 0.5.into();
@@ -341,7 +341,7 @@ fn overtaken_requests_are_dropped() {
         // Not 503: it did not reach its time limit.
         assert_eq!(first.join().unwrap(), 204);
     });
-    // An older one is not even started.
+    // An older request is not even started.
     assert_eq!(server.ask("/api/plane", &plane()).0, 204);
 }
 
@@ -443,7 +443,7 @@ fn ctrl_c_ends_it_in_time() {
     asking.join().unwrap();
 }
 
-/// The map that a page exports is the one that the program makes of the configuration that the page exports.
+/// The exported map equals the map that the program computes from the exported configuration.
 fn assert_map_is_that_of_its_configuration(server: &Server, scratch: &Scratch, asked: &Value) {
     let (status, bytes) = server.post("/api/file", asked.to_string().as_bytes());
     assert_eq!(status, 200, "{}", String::from_utf8_lossy(&bytes));
@@ -465,7 +465,7 @@ fn the_plane_leaves_as_a_configuration_a_map_figures_and_a_table() {
     let server = Server::start(&scratch, &[]);
     let (status, texts) = server.ask("/api/texts", &plane());
     assert_eq!(status, 200, "{texts}");
-    // The command of the point is that of the README.
+    // The exported command of the point is the one in the README.
     let command = texts["command"].as_str().unwrap();
     assert_eq!(command, format!("slipmap {}", crate::command::PROBE.join(" ")));
     assert!(texts["python"].as_str().unwrap().contains("slipmap.map(grid, law=slipmap.Law.stribeck(), "));
@@ -494,7 +494,7 @@ fn the_plane_leaves_as_a_configuration_a_map_figures_and_a_table() {
             );
         }
     }
-    // What does not vary along an axis is no figure over it.
+    // A variable that does not vary along an axis is not drawn over it.
     let mut constant = plane();
     (constant["file"], constant["show"]) = ("svg".into(), "critical_c_simulation".into());
     let (status, answer) = server.ask("/api/file", &constant);
@@ -539,7 +539,7 @@ fn stored_cells_are_shown_as_they_are() {
     assert!(picture(&far).1.iter().all(|&code| code as i8 == i8::MIN));
 }
 
-/// The brake pad as the page asks about it, with its quantities as axes.
+/// The request of the page about the brake pad, with its quantities as axes.
 fn machine(x: &str, y: &str) -> Value {
     let at = json!({
         "mass": 2.0, "stiffness": 5.05e5, "damping": 180.0, "normal_force": 1000.0, "static_friction": 0.4,
@@ -554,7 +554,7 @@ fn machine(x: &str, y: &str) -> Value {
     })
 }
 
-/// Every plane of two quantities has at each cell what `slipmap probe --machine` says of that machine.
+/// Every plane of two quantities has at each cell the answer of `slipmap probe --machine` for that machine.
 #[test]
 fn any_quantity_of_a_machine_is_an_axis() {
     let scratch = Scratch::new();
@@ -566,7 +566,7 @@ fn any_quantity_of_a_machine_is_an_axis() {
         .collect();
     let table = json!({ "name": "table", "table": table, "file": "mu.csv" });
     let exponential = json!({ "name": "exponential" });
-    // One cell of each plane: the second of two across, the first up.
+    // One cell of each plane of two by two: the second across, the first up.
     let share = |i: f64| (i + 0.5) / 2.0;
     for (law, x, y) in [
         (&exponential, "mass", "damping"),
@@ -585,7 +585,7 @@ fn any_quantity_of_a_machine_is_an_axis() {
         let (head, cells) = picture(&bytes);
         assert_eq!((head["width"].as_u64(), head["height"].as_u64()), (Some(2), Some(2)), "{x} {y}");
         let found = f32::from_le_bytes(cells[4..8].try_into().unwrap());
-        // The same machine, asked alone.
+        // A request about the machine of that cell alone.
         let mut alone = asked.clone();
         for (side, i) in [("x", 1.0), ("y", 0.0)] {
             let name = asked[side]["axis"].as_str().unwrap();
@@ -601,14 +601,14 @@ fn any_quantity_of_a_machine_is_an_axis() {
         assert_eq!(status, 200, "{curves}");
         let has_curves = !curves["curves"].as_array().unwrap().is_empty();
         assert_eq!(has_curves, [x, y].contains(&"damping"), "{x} {y}");
-        // The critical damping over the mass bends near 0, and is followed there.
+        // The critical damping over the mass bends near 0; its curve has more points there.
         if x == "mass" && y == "damping" {
             let grazing =
                 curves["curves"].as_array().unwrap().iter().find(|curve| curve["name"] == "grazing_sliding");
             assert!(grazing.unwrap()["points"].as_array().unwrap().len() > 36, "{curves}");
         }
     }
-    // A map has the axes belt speed and damping, and is that of its configuration.
+    // The exported map has the axes belt speed and damping, and equals that of its configuration.
     for law in [&formula, &table] {
         let mut asked = machine("belt_speed", "damping");
         (asked["law"], asked["file"], asked["show"]) = (law.clone(), "h5".into(), "regime".into());
@@ -643,7 +643,7 @@ fn any_quantity_of_a_machine_is_an_axis() {
     let (status, answer) =
         server.ask("/api/law", &json!({ "name": "expression", "phi": "mass*exp(-u)", "motion": "rotation" }));
     assert!(status == 422 && answer["place"] == json!([0, 4]), "{answer}");
-    // Where the page begins with such a machine, and what it is without units.
+    // The start of the page with such a machine, and its dimensionless law.
     scratch.file("mu.toml", "[friction]\nlaw = \"expression\"\nphi = \"0.2 + a*exp(-u/0.1)\"\n[machine]\nmass = 1.0\n\
         stiffness = 100.0\ndamping = { from = 0.0, to = 2.0, points = 3 }\nnormal_force = 10.0\na = 0.2\nbelt_speed = [0.1, 0.3]\n");
     let server = Server::start(&scratch, &["mu.toml"]);

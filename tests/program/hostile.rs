@@ -55,7 +55,7 @@ pub fn bounded(scratch: &Scratch, arguments: &[&str]) -> Run {
 pub const PLOT: [&str; 10] =
     ["plot", "map.h5", "--x", "gamma", "--y", "c", "--out", "plot.svg", "--overwrite", "--columns=1"];
 
-/// A copy of the valid map as `map.h5`, changed by `damage`.
+/// A copy of the valid map as `map.h5`, changed by `spoil`.
 pub fn damaged_copy(scratch: &Scratch, spoil: impl FnOnce(&File)) {
     let map = scratch.path().join("map.h5");
     let _ = fs::remove_file(&map);
@@ -67,7 +67,7 @@ pub fn damaged_copy(scratch: &Scratch, spoil: impl FnOnce(&File)) {
     moved_away(&work, &map);
 }
 
-/// Moves a file that this process has changed to a name on which nobody holds a lock: programs that other
+/// Moves a file that this process has changed to a name on which no process holds a lock: programs that other
 /// tests start meanwhile inherit HDF5's locks.
 pub fn moved_away(work: &Path, path: &Path) {
     fs::copy(work, path).unwrap();
@@ -119,7 +119,7 @@ fn assert_refused(scratch: &Scratch, what: &str, part: &str, check: i32) {
     assert_no_control_characters(&run);
     assert_eq!(run.code, check, "{what}: {run:?}");
     assert!((run.out + &run.err).contains(part), "{what}: no `{part}`");
-    // A file that is not a map of slipmap is neither changed nor written beside.
+    // A file that is not a map of slipmap is not changed, and no file is written beside it.
     assert!(fs::read(scratch.path().join("map.h5")).unwrap() == before, "{what}");
     assert_eq!(scratch.names(), ["good.h5", "job.toml", "map.h5"], "{what}");
 }

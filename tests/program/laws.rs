@@ -47,7 +47,7 @@ fn every_law_makes_a_map_that_is_checked_drawn_and_reported() {
     }
     // A law without parameters and with a definition of many lines.
     scratch.run(&["report", "map.h5", "--out", "report", "--data"]).ends_with(0);
-    // Its orbits are expensive: there are fewer points on the curve, and all of them have their number.
+    // Its orbits are expensive: the curve has fewer points, and each point has a number.
     let curve = std::fs::read_to_string(scratch.path().join("report/figures/critical-damping.csv")).unwrap();
     let (header, rows) = curve.split_once('\n').unwrap();
     let simulation = header.split(',').position(|name| name == "critical_c_simulation").unwrap();
@@ -131,7 +131,7 @@ fn probe_asks_any_law() {
     with(&["--law", "expression"]).refuses(&["needs --phi"]);
 }
 
-/// Far out this law gains energy without end, so that no crossing cycle can be followed.
+/// At large slip speeds this law gains energy without bound, so that no crossing cycle can be followed.
 #[test]
 fn cycles_of_one_kind_are_told_where_those_of_another_are_unknown() {
     let scratch = Scratch::new();
@@ -174,7 +174,7 @@ fn probe_prints_the_proved_number_of_slip_cycles() {
     );
 }
 
-/// The paper's test applies to a law without eps if the user says how to read it, and every output says so.
+/// The paper's test applies to a law without eps if the user states how to read it; all outputs repeat that.
 #[test]
 fn a_law_without_eps_is_read_as_small_on_request() {
     let scratch = Scratch::new();
@@ -238,7 +238,7 @@ fn tables_as_spreadsheets_write_them_are_named() {
         "standard error",
     ]);
     probe(b"# speeds\r\n\r\n0,1\r\n\r\n0.5,x\r\n4,0.8\r\n").refuses(&["pad.csv:5"]);
-    // A mark of UTF-8 before the first number is no part of it.
+    // A byte order mark of UTF-8 before the first number is not part of it.
     probe(format!("\u{feff}{}", text.trim_start_matches("u,mu\n")).as_bytes()).ends_with(0);
 }
 

@@ -71,7 +71,7 @@ fn examples_are_mapped_checked_and_probed_in_si_units() {
         assert_eq!(answer["methods"]["simulation"]["verdict"], "present", "{name}");
         let critical = number(&answer, "critical_damping");
         let fastest = number(&answer, "critical_belt_speed");
-        // Both are located far more closely than to a millionth.
+        // The critical damping and speed are located far more closely than to a millionth.
         for (factor, verdict) in [(1.0 - 1e-6, "present"), (1.0 + 1e-6, "absent")] {
             // One of the two commands for each example.
             let here = match name {
@@ -116,7 +116,7 @@ fn examples_are_mapped_checked_and_probed_in_si_units() {
         std::fs::remove_file(scratch.path().join("p.svg")).unwrap();
         scratch.run(&plot).refuses(&["p.csv", "--overwrite"]);
 
-        // The same as text.
+        // The text output has the same numbers.
         let [speed, damping] = [format!("belt_speed={speed:?}"), format!("damping={damping}")];
         let run = ["probe", "--machine", "machine.toml", "--set", &speed, "--set", &damping];
         let text = scratch.run(&run).ends_with(0).out;
@@ -181,7 +181,7 @@ fn a_report_has_a_table_in_si_units() {
     for (speed, wanted) in speeds.iter().zip([0.05, 0.1, 0.4]) {
         close(*speed, wanted, 4.0 * f64::EPSILON);
     }
-    // The map's machine is that at its middle damping, of two the larger one: an undamped machine helps nobody.
+    // The machine of the report is the one at the middle damping, the larger of two; the other is undamped.
     let probe =
         ["probe", "--machine", "machine.toml", "--set", "belt_speed=0.1", "--set", "damping=20", "--json"];
     let answer: Value = serde_json::from_str(&scratch.run(&probe).ends_with(0).out).unwrap();
@@ -203,7 +203,7 @@ fn a_report_has_a_table_in_si_units() {
     assert!(words.contains("- amplitude: ") && words.contains(" at belt speed 0.1 m/s and damping 20 N s/m"));
 }
 
-/// The mass of what rotates is its moment of inertia, under either name: in a file, on the command line, in a table.
+/// For a rotation the mass is the moment of inertia, under either name: in a file, as an option, in a table.
 #[test]
 fn what_rotates_has_an_inertia() {
     let scratch = Scratch::new();
@@ -316,7 +316,7 @@ fn a_page_assesses_a_machine() {
         probed["machine"]["critical_damping"].as_f64().unwrap(),
         1e-9,
     );
-    // What `probe` proves stands on the page.
+    // The page shows what `probe` proves.
     let proved = answer["proofs"].as_array().unwrap().iter().find(|proof| proof["test"] == "validated");
     assert_eq!(proved.unwrap()["verdict"], probed["methods"]["validated"]["verdict"]);
     assert_eq!(proved.unwrap()["verdict"], "present");
@@ -335,7 +335,7 @@ fn a_page_assesses_a_machine() {
     let svg = scratch.read("page.svg");
     roxmltree::Document::parse(&svg).unwrap();
     for page in [&svg, &html] {
-        // Where it comes from, and the friction curve.
+        // The source line of the page, and the friction curve.
         let source = format!("slipmap {}, 20", env!("CARGO_PKG_VERSION"));
         assert!(
             page.contains(&source) && page.contains(": brake.toml --set belt_speed=0.2 --set damping=180")
@@ -481,7 +481,7 @@ fn a_machine_is_plotted_in_its_units() {
     assert!(orbit.iter().any(|row| row["phase"] == "stick"));
 }
 
-/// Steady slip inside an unstable slip cycle inside a stable one: nothing sticks, but a kick starts a vibration.
+/// Steady slip inside an unstable slip cycle inside a stable one: no orbit sticks; a kick starts vibration.
 #[test]
 fn a_page_tells_the_kick_onto_every_basin_boundary() {
     let scratch = Scratch::new();
@@ -514,7 +514,7 @@ phi = \"1 - 1.4011736523425116*u*exp(-u/1.51636226761672) + 0.19596387877*sin(7.
     );
 }
 
-/// The command for a cell of a machine asks about that machine: its table and its quantities are in SI units.
+/// The command for a cell of a machine probes that machine: its table and its quantities are in SI units.
 #[test]
 fn the_command_for_a_failed_cell_of_a_machine_asks_about_it() {
     let scratch = Scratch::new();
@@ -532,16 +532,16 @@ fn the_command_for_a_failed_cell_of_a_machine_asks_about_it() {
     assert!(command.starts_with("probe --machine pad.toml --set belt_speed=0.599"), "{command}");
     let answer = scratch.run(&command.split(' ').collect::<Vec<_>>()).out;
     assert!(answer.contains("the orbit leaves the data"), "{answer}");
-    // What the run set is part of the question.
+    // The command contains the values that the run overrode.
     let set = ["--set", "machine.normal_force=950", "--set", "output.path='set.h5'"];
     let run = scratch.run(&[&["run", "pad.toml"], &set[..]].concat());
     let command = "probe --machine 'pad.toml' --set normal_force=950 --set belt_speed=0.599";
     assert!(run.out.contains(command), "{}", run.out);
-    // What is known where the regime is not determined.
+    // The known part of an undetermined regime is printed.
     assert!(answer.contains("whether other cycles attract is not determined"), "{answer}");
 }
 
-/// Where an orbit leaves the data the slip speed that it needs is told in SI units, and data up to there suffice.
+/// Where an orbit leaves the data, the required slip speed is reported in SI units; data up to it suffice.
 #[test]
 fn an_engineer_is_told_how_far_to_measure() {
     let scratch = Scratch::new();
@@ -595,7 +595,7 @@ fn a_page_of_data_that_end_early_says_what_is_known() {
     assert!(answer["risk"].is_null() && answer["steady_slip_unstable_below_damping"].is_f64(), "{answer}");
 }
 
-/// `probe --machine` and the page of the machine tell the same standard error of the critical damping.
+/// `probe --machine` and the page of the machine report the same standard error of the critical damping.
 #[test]
 fn the_standard_error_of_a_machine_is_told_alike() {
     let scratch = Scratch::new();

@@ -1,4 +1,4 @@
-//! Machines under every friction law, and what is uncertain of them, through the real binary.
+//! Machines under every friction law, and their uncertain quantities, through the real binary.
 
 use std::collections::HashMap;
 
@@ -62,7 +62,7 @@ fn one_friction_in_every_form_is_one_machine() {
         let error = if matches!(*name, "coefficients" | "formula") { 1e-12 } else { 5e-3 };
         assert!((number("always_stick_slips_below_damping") / hopf - 1.0).abs() < error, "{name}");
 
-        // The same by probe and by a map, which carries its axes in SI units.
+        // The same value comes from probe and from a map, which has its axes in SI units.
         let probed = json(&scratch, &["probe", "--machine", &file]);
         let probed = probed["machine"]["critical_damping"].as_f64().unwrap();
         assert!((probed / critical[name] - 1.0).abs() < 1e-8, "{name}");
@@ -97,7 +97,7 @@ fn one_friction_in_every_form_is_one_machine() {
     assert!((critical["table"] / critical["coefficients"] - 1.0).abs() < 1e-3, "{critical:?}");
     assert!((critical["force"] / critical["table"] - 1.0).abs() < 1e-8, "{critical:?}");
     assert!((critical["alone"] / critical["force"] - 1.0).abs() < 1e-8, "{critical:?}");
-    // Forces have a unit, coefficients have none, also under a normal force of 1 N.
+    // Forces have a unit; coefficients have none, even under a normal force of 1 N.
     let page = |arguments: &[&str]| scratch.run(&[&["machine"], arguments].concat()).ends_with(0).out;
     let alone = page(&["alone.toml"]);
     assert!(alone.contains("friction force") && !alone.contains("normal force"), "{alone}");
@@ -188,7 +188,7 @@ fn a_table_of_machines_is_answered_in_si_units() {
     scratch.file("machine.toml", machine("law = \"lorentzian\"", coefficients));
     scratch.file("in.csv", "name,belt_speed,mass\na,0.05,2\nb,0.2,4\n");
     let run = ["probe", "--machine", "machine.toml", "--points", "in.csv", "--out", "out.csv", "--quiet"];
-    // A misspelt quantity would be kept unread, and the machine's own value taken.
+    // A misspelt quantity is refused: otherwise it would be kept unread, and the machine's own value taken.
     let written = std::fs::read_to_string(scratch.path().join("in.csv")).unwrap();
     scratch.file("in.csv", "note,dampng,belt_speed\na,3,0.1\n");
     scratch.run(&run).refuses(&["in.csv:1: column 2: unknown name `dampng`", "`damping`"]);
@@ -270,7 +270,7 @@ fn a_map_of_an_uncertain_machine_has_its_probability() {
             assert!(risk["critical_damping_error"].as_f64().unwrap() < 1e-4);
         }
     }
-    // The spread of a belt speed is that of each speed of a range, and stays when another value is chosen.
+    // The spread of a belt speed applies to each speed of a range, and is kept when another value is chosen.
     let text = |belt_speed: &str| {
         let coefficients = "static_friction = 0.4\nkinetic_friction = 0.3\nstribeck_velocity = 0.25\n";
         machine("law = \"exponential\"", coefficients).replace("belt_speed = 0.1", belt_speed)

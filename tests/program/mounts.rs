@@ -1,4 +1,4 @@
-//! Disks that disappear during a run: a file system whose server dies, as a dead NFS or sshfs mount does.
+//! Disks that disappear during a run: a file system whose server dies, as that of an NFS or sshfs mount may.
 //!
 //! The server is `bindfs` (a FUSE program that shows one folder as another). Without it, or without
 //! permission to mount, the tests print that and are skipped; with SLIPMAP_NEEDS_FUSE set they fail instead.
@@ -18,7 +18,7 @@ struct Server {
 }
 
 impl Server {
-    /// Mounts it; `None` where that is not possible.
+    /// Mounts `disk` at `net`; `None` where that is not possible.
     fn start(scratch: &Scratch) -> Option<Self> {
         let [disk, net] = ["disk", "net"].map(|name| scratch.path().join(name));
         for folder in [&disk, &net] {
@@ -84,7 +84,7 @@ impl Drop for Server {
 
 const THERE: [&str; 2] = ["--set", "output.path=\"net/map.h5\""];
 
-/// A run to the mount whose first tiles are finished.
+/// A run with its output on the mount, whose first tiles are finished.
 fn begun(scratch: &Scratch, arguments: &[&str]) -> Child {
     let arguments = [&["run", "job.toml", "--threads", "1"], &THERE[..], arguments].concat();
     let mut command = scratch.command(&arguments);
@@ -148,7 +148,7 @@ fn a_hanging_server_does_not_delay_an_interrupted_run() {
     let mut child = begun(&scratch, &[]);
     server.signal("-STOP");
     assert!(Command::new("kill").args(["-TERM", &child.id().to_string()]).status().unwrap().success());
-    // The program abandons its tiles after two seconds, and says so. The kernel may keep its process until
+    // The program abandons its tiles within two seconds and reports it. The kernel may keep its process until
     // the server has answered outstanding requests; no program can change that.
     let (said, message) = std::sync::mpsc::channel();
     let mut stderr = child.stderr.take().unwrap();

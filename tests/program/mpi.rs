@@ -1,4 +1,4 @@
-//! One map by many processes: equal to the map of one process, for any number of them and if some are killed.
+//! One map by many processes equals the map of one process, for any number of them and if some are killed.
 //!
 //! Needs an MPI library with `mpirun`; run by `scripts/mpi`.
 
@@ -69,7 +69,7 @@ fn any_number_of_ranks_makes_the_same_map() {
     }
 }
 
-/// Rank 0 decides what is proved next, and all ranks prove.
+/// Rank 0 selects the boxes to be proved, and all ranks prove.
 #[test]
 fn any_number_of_ranks_makes_the_same_proofs() {
     let scratch = Scratch::new();

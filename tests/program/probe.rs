@@ -19,7 +19,7 @@ const METHODS: [&str; 7] = [
     "simulation",
 ];
 
-/// The arguments of a probe of [`POINT`] with some parameters changed, NaN for left out.
+/// The arguments of a probe of [`POINT`] with some parameters changed; NaN leaves a parameter out.
 fn probe(changes: &[(&str, f64)]) -> Vec<String> {
     let mut arguments = vec!["probe".to_owned()];
     for (name, value) in POINT {
@@ -202,7 +202,7 @@ fn options_hold_for_all_rows_of_a_table() {
     run("short.csv", &["--epsilon", "1", "--mu", "1"]).refuses(&["--mu is not a parameter of the law"]);
 }
 
-/// Columns in another order than the parameters, with others, awkward ones, among them.
+/// Columns in another order than the parameters, with further awkward columns among them.
 const TABLE: &str = "\
 id,gamma,c,V,alpha,\"remark, free\",beta,epsilon
 1,2,0.5,1,0.3,\"says \"\"hi\"\", twice\",0.1,0.1
@@ -421,7 +421,7 @@ fn bad_tables() {
         line_17("high").replace("0.1,0.3,0.1,2,0.5,", "0.1,0.3,low,2,0.5,"),
         &["in.csv:2: column beta: `low`"],
     );
-    // Empty lines count, with both ends of lines, and a row without an end at the end of the file has its own.
+    // Empty lines count, with either kind of line end, and so does a last row without a line end.
     let rows = line_17("high");
     for text in [rows.clone(), rows.replace('\n', "\r\n")] {
         let end = if text.contains('\r') { "\r\n" } else { "\n" };
@@ -481,7 +481,7 @@ fn orbits_are_written_from_any_start() {
         let (dt, dx) = (number(&pair[1], 0) - number(&pair[0], 0), number(&pair[1], 1) - number(&pair[0], 1));
         assert!((dt - dx).abs() < 1e-9, "{pair:?}");
     }
-    // The cycle is repeated, and its last turn ends on the way.
+    // The cycle is repeated, and its last turn ends incomplete.
     run(&["--orbit", "o.csv", "--from", "-0.5,1", "--duration", "33.3", "--overwrite"]).ends_with(0);
     let csv = scratch.read("o.csv");
     let last = csv.lines().last().unwrap();

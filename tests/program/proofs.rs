@@ -1,4 +1,4 @@
-//! Certificates as files: their paths, what they replace, and the messages about that.
+//! Certificates as files: their paths, the files that they replace, and the messages.
 
 use std::fs;
 

@@ -28,7 +28,7 @@ fn documented() -> Vec<(String, Vec<String>)> {
     sections.collect()
 }
 
-/// The keys of a section, empty for the top level, that the parser names where it refuses another one.
+/// The keys of a section that the parser lists when it refuses an unknown key; "" is the top level.
 fn keys_of(section: &str, law: &str) -> Vec<String> {
     let friction = format!("[friction]\nlaw = \"{law}\"\n");
     let text = match section {

@@ -122,7 +122,7 @@ fn everything() -> Plan {
         vec![0.1, 0.6],
         vec![0.1],
         vec![0.5, 2.0],
-        // Where proofs are cheap: the limits in epsilon of `validated` take hundreds.
+        // A value at which proofs are cheap: the limits in epsilon of `validated` take hundreds of proofs.
         vec![0.25],
         vec![0.0, 0.2, 0.4, 0.8, 1.6],
     ];
@@ -330,7 +330,7 @@ fn files_that_are_not_journals_are_not_changed() {
         scratch.run(&[&["run", "job.toml"], mode].concat()).refuses(&["map.h5.part is in the way"]);
     }
     assert_eq!(scratch.read("map.h5.part"), "notes of mine");
-    // A journal whose headers are lost is not silently replaced.
+    // A journal with lost headers is not silently replaced.
     fs::remove_file(scratch.path().join("map.h5.part")).unwrap();
     stopped(&scratch);
     let mut bytes = fs::read(scratch.path().join("map.h5.part")).unwrap();
@@ -402,8 +402,8 @@ fn can_mount() -> bool {
     mounted.is_ok_and(|status| status.success())
 }
 
-/// Runs on a file system of its own, of `kib` KiB, until it is full; then frees space and resumes. Prints how
-/// the first run ended, its messages, the files that it left, and how the second one ended.
+/// Runs on a separate file system of `kib` KiB until it is full, then frees space and resumes. Prints the
+/// exit code of the first run, its messages, the files that it left, and the exit code of the second run.
 const FULL: &str = r#"
 mkdir small && mount -t tmpfs -o size="$2"k tmpfs small && cp job.toml small && cd small || exit 1
 "$1" run job.toml --threads 2 >../out 2>../err; echo $? >../code
@@ -412,7 +412,7 @@ mount -o remount,size=64m . && "$1" run job.toml --resume >../out2 2>../err2; ec
 cp map.h5 ../full.h5
 "#;
 
-/// The same without a file system of its own: a limit on the size of each file.
+/// As [`FULL`], without a separate file system: with a limit on the size of each file.
 const LIMITED: &str = r#"
 mkdir small && cp job.toml small && cd small || exit 1
 (trap '' XFSZ; ulimit -f $(($2 * 2)); exec "$1" run job.toml --threads 2 >../out 2>../err); echo $? >../code

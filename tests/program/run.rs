@@ -1,4 +1,4 @@
-//! `slipmap run` and `slipmap check`: maps that are made, refused, interrupted and damaged.
+//! `slipmap run` and `slipmap check`: maps that are computed, refused, interrupted and damaged.
 
 use std::path::Path;
 use std::process::Stdio;
@@ -137,8 +137,8 @@ fn the_fields_of_a_map_are_the_answers_of_probe() {
             assert_eq!(answer["methods"][name]["verdict"], verdict, "{name} at {point:?}");
             let margin = real(&format!("margin_{name}"));
             match answer["methods"][name]["margin"].as_f64() {
-                // Both come from the same arithmetic but for the simulation, whose lanes may take another
-                // rung of the ladder: within the tolerance of both.
+                // Both come from the same arithmetic, except for the simulation: its lanes may take another
+                // rung of the ladder, and then both are within their tolerances.
                 Some(probed) => {
                     assert!((margin - probed).abs() <= 2e-9, "{name}: {margin} and {probed} at {point:?}")
                 }
@@ -216,7 +216,7 @@ fn the_cycles_basins_and_limits_of_a_map_are_those_of_probe() {
     assert!([0, 1, 2, 4].iter().all(|&regime| met[regime] > 0), "{met:?}");
 }
 
-/// -1 where the orbit tends to a node, nothing where it runs far past the belt line.
+/// The margin is -1 where the orbit tends to a node, and absent where it runs far past the belt line.
 #[test]
 fn the_margin_of_a_map_is_that_of_probe() {
     let scratch = scratch();
@@ -325,7 +325,7 @@ fn a_dry_run_estimates_the_size_and_writes_nothing() {
     let told = parse(&scratch.run(&[&["run", "small.toml", "--dry-run", "--json"], &curves[..]].concat()));
     assert!(told["curves_seconds"].as_f64().unwrap() < told["seconds"].as_f64().unwrap(), "{told}");
     assert!(told["curves_seconds_at_least"].is_boolean(), "{told}");
-    // What a file has beside its cells counts, most of all in a small one.
+    // The estimate includes the bytes beside the cells, which matter most in a small file.
     scratch.run(&["run", "small.toml"]).ends_with(0);
     let size = std::fs::metadata(scratch.path().join("maps/small.h5")).unwrap().len();
     assert!(packed < 2 * size && size < 2 * packed, "told {packed} B, true {size} B");
@@ -391,7 +391,7 @@ fn usage_errors_and_help() {
     assert_eq!(scratch.names(), ["small.toml"]);
 }
 
-/// Asks a process to stop as Ctrl-C does.
+/// Sends a process the signal of Ctrl-C.
 #[cfg(unix)]
 fn interrupt(process: u32) {
     let status = std::process::Command::new("kill").args(["-INT", &process.to_string()]).status().unwrap();
@@ -463,7 +463,7 @@ fn proofs_between_the_nodes_are_printed_stored_and_reported() {
     assert!(share(&more, "undecided_at_most") < share(&few, "undecided_at_most"), "{few} {more}");
     let sum: f64 = ["present", "absent", "undecided_at_most"].iter().map(|name| share(&more, name)).sum();
     assert!((sum - 1.0).abs() < 1e-12, "{more}");
-    // On the grid the method decides nearly all; between the nodes its verdicts must agree.
+    // On the grid the method decides nearly all cells; between the nodes its verdicts must agree.
     assert!(share(&more, "present") > 0.1 && share(&more, "absent") > 0.1, "{more}");
 
     let map = MapFile::open(&scratch.path().join("maps/small.h5")).unwrap();

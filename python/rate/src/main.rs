@@ -1,4 +1,4 @@
-//! Critical dampings of many columns by the engine itself: what a call from Python is measured against.
+//! Critical dampings of many columns by the engine itself: the baseline for calls from Python.
 //!
 //! Arguments: the law, the number of columns and the number of passes. Belt speeds run over equal steps from
 //! 0.3 to 3. Prints the seconds of each pass and the sum of all critical dampings.

@@ -15,7 +15,7 @@
 //! `peers own-map TOLERANCE AXES REPEATS` (same feature) computes a whole map: AXES is a file of six lines, the
 //! values of epsilon, alpha, beta, gamma, V and c. Printed is the same for all its cells, row-major.
 //!
-//! Two methods one would expect are missing for cause, seen on x'' = -x and on the scalar form. The dense
+//! Two expected methods are missing because of defects seen on x'' = -x and on the scalar form. The dense
 //! output of differential-equations' DOP853 (0.7.0) misses an event's state by 1e-9 at tolerance 1e-12, where
 //! its steps err by 1e-12. ode_solvers' DOP853 (0.6.2) takes 136 steps at tolerance 1e-6, where its DOPRI5
 //! takes 14, and reports a stiff problem at 1e-8.
@@ -150,7 +150,7 @@ mod with_diffsol {
         Cell { epsilon: p[0], alpha: p[1], beta: p[2], gamma: p[3], c: p[4], belt: p[5] }
     }
 
-    /// All cells through one problem, whose parameters change: the crate's cheapest way.
+    /// Computes all cells through one problem with changing parameters, the cheapest use of the crate.
     pub fn turns(cells: &[Cell], tolerance: f64) -> Vec<Answer> {
         let built = OdeBuilder::<NalgebraMat<f64>>::new()
             .rtol(tolerance)
@@ -180,7 +180,7 @@ mod with_diffsol {
                 if let OdeSolverStopReason::RootFound(t, _) = solver.step().ok()? {
                     let y = solver.interpolate(t).ok()?;
                     let x2 = y.get_index(1);
-                    // The roots at the start and at the minimum are not it.
+                    // The roots at the start and at the minimum are skipped.
                     if t > 1.0 && x2 > 0.0 {
                         let rhs = (problem.eqn.rhs().statistics().number_of_calls - calls) as u64;
                         return Some(Answer { margin: x2 / cell.belt - 1.0, rhs });
@@ -247,7 +247,7 @@ mod own {
 
     use super::{Answer, Cell, NO_ANSWER};
 
-    /// Margins by tile, and the number of evaluations in it.
+    /// Margins by tile, and the number of evaluations in each tile.
     #[derive(Default)]
     struct Margins(Mutex<Vec<(usize, Vec<f64>, u64)>>);
 

@@ -1,6 +1,6 @@
 //! Proofs of tiles of the universal surface by all ranks.
 //!
-//! Rank 0 decides which boxes come next, and deals them to the ranks in proportion to their threads.
+//! Rank 0 selects the next boxes, and deals them to the ranks in proportion to their threads.
 
 use mpi::traits::*;
 
@@ -9,12 +9,12 @@ use crate::certify::validated::prover::{Prover, Threads};
 use crate::certify::validated::tile::{GroupBox, Tile};
 
 impl Ranks {
-    /// On the other ranks, when their tiles of the map are done: proves what rank 0 sends, until the run
-    /// ends.
+    /// On the other ranks, when their tiles of the map are done: proves tiles in the boxes that rank 0 sends,
+    /// until the run ends.
     pub(super) fn prove_for_writer(&self) {
         let world = self.universe.world();
         let writer = world.process_at_rank(0);
-        // The message of the end is received when MPI is left.
+        // The message [`END`] is received when MPI is left.
         while writer.immediate_probe_with_tag(END).is_none() {
             if writer.immediate_probe_with_tag(PROVE).is_none() {
                 std::thread::sleep(PAUSE);
@@ -23,7 +23,7 @@ impl Ranks {
             let (numbers, _) = writer.receive_vec_with_tag::<f64>(PROVE);
             let domains = boxes_of(&numbers);
             let pool = crate::map::pool(Some(self.threads));
-            // The threads that every process has are enough if no others can be started.
+            // If no pool can be created, the global pool is used.
             let proofs = pool
                 .map_or_else(|_| Threads.prove(&domains), |pool| pool.install(|| Threads.prove(&domains)));
             writer.send_with_tag(&numbers_of(&proofs)[..], PROVED);
@@ -78,7 +78,7 @@ fn boxes_of(numbers: &[f64]) -> Vec<GroupBox> {
     numbers.as_chunks().0.iter().copied().map(of).collect()
 }
 
-/// Each proof as the count of its numbers and these, 0 where there is none.
+/// Each proof as the count of its numbers, followed by the numbers; the count 0 where there is no proof.
 fn numbers_of(proofs: &[Option<Tile>]) -> Vec<f64> {
     let of = |proof: &Option<Tile>| proof.as_ref().map_or(Vec::new(), Tile::numbers);
     proofs.iter().map(of).flat_map(|numbers| std::iter::once(numbers.len() as f64).chain(numbers)).collect()

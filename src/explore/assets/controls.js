@@ -39,7 +39,7 @@ export class Controls {
     return this.app.state;
   }
 
-  // Shows the state in all inputs; those of another law or of other axes are made anew.
+  // Shows the state in all inputs; for another law or other axes the inputs are rebuilt.
   sync() {
     const { state } = this;
     const key = JSON.stringify([state.law.name, state.axes.map(({ name }) => name), state.x.axis, state.y.axis, state.motion]);
@@ -74,7 +74,7 @@ export class Controls {
     }
   }
 
-  // An input for a number: `read` gives it, `set` takes a new one, or returns why it is refused; that is told in `place`.
+  // An input for a number: `read` returns it, `set` takes a new one or returns the refusal, shown in `place`.
   number(label, read, set, place, bounds = () => ({})) {
     const input = element("input", { class: "number", inputmode: "decimal", "aria-label": label, autocomplete: "off" });
     const tell = (why) => {
@@ -91,7 +91,7 @@ export class Controls {
     return input;
   }
 
-  // The picture is grey while it does not belong to the inputs: a law or a number among them is refused.
+  // The picture is grey while it does not match the inputs, because a law or a number was refused.
   grey() {
     document.body.classList.toggle("of-other-inputs", this.refused !== null || this.refused_inputs.size > 0);
   }
@@ -284,7 +284,7 @@ export class Controls {
     this.try_law(law, true);
   }
 
-  // The same law in the other units: a machine in dimensionless numbers, or a machine of usual size under it.
+  // Changes units under the same law: from a machine to dimensionless numbers, or to a default machine.
   async change_units() {
     const { state, app } = this;
     const { show, curves, pinned } = state;
@@ -298,7 +298,7 @@ export class Controls {
         const { axes } = await post("/api/law", law);
         app.open({ law, at, show, curves, pinned }, axes);
       }
-      // What was wrong in the old units may be right in the new ones.
+      // A law that was refused in the old units may be legal in the new ones.
       if (refused?.name === this.state.law.name) {
         this.refuse(refused);
         this.build_editor();
@@ -309,19 +309,19 @@ export class Controls {
     }
   }
 
-  // Keeps the text of a law that was refused; the picture, of the law before it, is grey until another one is taken.
+  // Keeps the text of a refused law; the picture of the law before it is grey until another law is accepted.
   refuse(law) {
     this.refused = law;
     this.grey();
   }
 
-  // Takes a law that was chosen, typed or dropped; a message with its place if it is none.
+  // Takes a law that was chosen, typed or dropped, or shows why and where it is refused.
   async try_law(law, anew = false) {
     try {
       const { motion, show, curves, at, ranges, x, y, pinned } = this.state;
       const { axes } = await post("/api/law", { ...law, motion });
       this.problem?.replaceChildren();
-      // A machine may have another law.
+      // A machine keeps its motion and its quantities under the new law.
       const kept = { law, motion, show, curves, at: { ...(motion ? COEFFICIENTS : {}), ...at }, ranges, x, y, pinned };
       this.app.open(anew && !motion ? { law, show, curves } : kept, axes);
     } catch (problem) {

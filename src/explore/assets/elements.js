@@ -20,7 +20,7 @@ function fill(made, attributes, children) {
   return made;
 }
 
-// A number with so many significant digits, trailing zeros dropped.
+// A number with `digits` significant digits, trailing zeros dropped.
 export function short(x, digits = 6) {
   if (x === null || x === undefined || Number.isNaN(x)) return "–";
   if (!Number.isFinite(x)) return x > 0 ? "+inf" : "-inf";
@@ -43,7 +43,7 @@ export function refusals() {
   return element("p", { class: "problem", role: "alert", id: `refusal-${crypto.randomUUID()}` });
 }
 
-// Marks an input as refused for this reason, told in that place; an empty one takes the mark away.
+// Marks an input as refused for the reason `why`, shown in `place`; an empty reason removes the mark.
 export function mark(input, place, words, why) {
   const was = input.getAttribute("aria-invalid") === "true";
   input.setAttribute("aria-invalid", String(why !== ""));

@@ -1,4 +1,4 @@
-// The examples of the first screen: links of this page, each with two sentences of what to see.
+// The examples of the first screen: links to this page, each with a short description.
 
 export const CASES = [
   {

@@ -1,4 +1,4 @@
-// What is told about the place under the pointer: at once from the picture, and where it rests, from every method.
+// The answer at the pointer: at once from the picture, and, where the pointer rests, from every method.
 
 import { element, short } from "./elements.js";
 import { post } from "./server.js";
@@ -46,7 +46,7 @@ export class Glance {
         this.box.replaceChildren(lines[0], element("b", {}, found.words), element("table", {}, ...rows));
         this.move_to(event);
       } catch {
-        // The next movement asks again.
+        // The next movement sends a new request.
       }
     }, REST);
   }

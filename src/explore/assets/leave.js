@@ -1,13 +1,13 @@
-// What the page is left with: texts to copy, files to keep, one page that needs no program, and the link.
+// Exports of the page: texts to copy, files to save, one page that needs no program, and the link.
 
 import { element } from "./elements.js";
 import { file, post } from "./server.js";
 import { place } from "./state.js";
 
-// Cells along each axis of a map or a figure that is taken along.
+// Cells along each axis of an exported map or figure.
 const USUAL = 256;
 const FILES = [["svg", "Figure, SVG"], ["png", "Figure, PNG"], ["pdf", "Figure, PDF"], ["csv", "Cells, CSV"], ["h5", "Map, HDF5"]];
-// What the kept page has otherwise than the page of the program: it scrolls, and its plane takes room among the rest.
+// Styles that differ in the saved page: it scrolls, and its plane is in the normal flow.
 const ALONE = `html, body { height: auto; overflow: visible; } body { display: block; max-width: 70rem; margin: auto; padding: 1rem; }
 #overlay { position: static; display: block; height: auto; cursor: auto; touch-action: auto; }
 #point { overflow-x: auto; }
@@ -97,7 +97,7 @@ export class Leave {
     }
   }
 
-  // One file that shows what is shown now: pictures and tables as they are, nothing that has to be asked for.
+  // Saves one file that shows the present contents: pictures and tables as they are, without requests.
   async keep_page() {
     const style = await (await fetch("/assets/style.css")).text();
     const { state } = this.app;
@@ -116,7 +116,7 @@ export class Leave {
     legend.querySelectorAll("canvas").forEach((copy, i) => copy.replaceWith(element("img", { src: swatches[i].toDataURL(), alt: "", class: copy.className, width: copy.width, height: copy.height })));
     const point = document.getElementById("point").cloneNode(true);
     point.querySelectorAll("button, p.problem").forEach((it) => it.remove());
-    // Copies of fields are empty.
+    // Copies of input fields are empty.
     const fields = document.querySelectorAll("#point input");
     point.querySelectorAll("input").forEach((copy, i) => copy.replaceWith(`= ${fields[i].value}`));
     const words = state.axes.map(({ name, symbol }) => `${symbol} = ${state.at[name]}`).join(", ");

@@ -31,7 +31,7 @@ export function legend(box, picture, curves, catalogue) {
     keys.push(element("span", { class: "key" }, shape("svg", { viewBox: "0 0 26 15", "aria-hidden": "true" }, line), words));
   }
   box.replaceChildren(...keys);
-  // It never shrinks: a finer picture may have one kind more, which wraps, and a stage that grew again with
-  // the next coarse picture would begin anew for ever.
+  // The legend never shrinks: a finer picture may have one more kind, which wraps. A stage that grew again
+  // with the next coarse picture would restart for ever.
   box.style.minHeight = `${box.offsetHeight}px`;
 }

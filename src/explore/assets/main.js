@@ -10,7 +10,7 @@ import { Point } from "./point.js";
 import { get, picture, post } from "./server.js";
 import { complete, label, place, read, write } from "./state.js";
 
-// Milliseconds after the last movement at which something counts as at rest.
+// Milliseconds without movement after which a change counts as finished.
 const REST = 160;
 
 class App {
@@ -29,7 +29,7 @@ class App {
     this.change("rest");
   }
 
-  // Shows a law, or a machine, whose axes the program tells.
+  // Shows a law or a machine, whose axes are requested from the program.
   async take(wanted) {
     const { axes } = await post("/api/law", { ...wanted.law, motion: wanted.motion });
     this.open(wanted, axes);
@@ -47,7 +47,7 @@ class App {
     return true;
   }
 
-  // Something was changed: "slider", "view" or "point" while it moves, "rest" when it has come to rest.
+  // Reports a change: "slider", "view" or "point" while it moves, "rest" when it has come to rest.
   change(what) {
     clearTimeout(this.timer);
     if (what !== "rest") this.timer = setTimeout(() => this.change("rest"), REST);
@@ -75,7 +75,7 @@ class App {
     this.change("rest");
   }
 
-  // Tells what is wrong, or that all is well again.
+  // Shows a problem; without one, hides the message.
   complain(problem) {
     if (problem?.name === "Error" && problem.constructor.name === "Gone") return;
     this.notice.hidden = !problem;
@@ -95,7 +95,7 @@ function listen_for_the_program(app) {
   });
 }
 
-// A small picture of an example, as soon as it can be had.
+// A small picture of an example.
 async function thumbnail(canvas, wanted, axes) {
   const state = complete(wanted, axes);
   // Formulas take longer.
@@ -148,9 +148,9 @@ function choose_theme() {
   });
 }
 
-// The state of the file that the command was given.
+// The state for the file that was given to the command.
 function state_of(start) {
-  // The two axes with most nodes, of equal ones the usual; the damping is the vertical one.
+  // The two axes with most nodes; among equal numbers in the order of `usual`. The damping is vertical.
   const usual = ["c", "damping", "V", "belt_speed", "gamma"];
   const rank = ({ name }) => (usual.includes(name) ? usual.indexOf(name) : usual.length);
   const several = start.axes.filter(({ nodes }) => nodes > 1).sort((a, b) => b.nodes - a.nodes || rank(a) - rank(b));

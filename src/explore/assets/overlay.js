@@ -1,4 +1,4 @@
-// What is drawn over the cells: axes, curves, and the pinned point.
+// The drawing over the cells: axes, curves, and the pinned point.
 
 import { shape, short } from "./elements.js";
 import { label } from "./state.js";
@@ -34,7 +34,7 @@ export function draw(svg, rect, scales, state, curves) {
   parts.push(shape("text", { class: "name", transform: across, "text-anchor": "middle" }, shown("y").text));
   const lines = shape("g", { "clip-path": "url(#frame)" });
   const paths = curves.map((curve) => [curve, path(curve.points.map(([x, y]) => place(x, y)))]);
-  // White below all of them first, so that none wipes out another.
+  // The white halos of all curves come first, so that no halo covers a curve.
   for (const [curve, d] of paths) lines.append(shape("path", { class: "halo", d, "stroke-width": 1.6 * curve.width + 2.4 }));
   for (const [curve, d] of paths) {
     const dash = curve.dash.map((length) => 1.5 * length).join(" ");

@@ -8,7 +8,7 @@ function rgb(hex) {
 // As a pixel in memory, on machines of either byte order.
 const pixel = ([r, g, b]) => new Uint32Array(new Uint8ClampedArray([r, g, b, 255]).buffer)[0];
 
-// Whether a hatching covers a place in its square tile of a given size.
+// Whether a hatching covers a place (x, y) in its square tile of `size` pixels.
 const hatchings = {
   rising: (x, y, size) => (x + y) % size < size / 8,
   falling: (x, y, size) => (x - y + size) % size < size / 8,
@@ -57,8 +57,8 @@ export function colours(picture, catalogue) {
   return { least, most, lookup, signed };
 }
 
-// Fills a canvas with the part of a picture that lies in the view; `fit` leads from places in the view to
-// places in the picture, both in the unit square from the lower left corner: [left, right, low, high].
+// Fills a canvas with the part of a picture that lies in the view; `fit` maps places in the view to places
+// in the picture, both in the unit square from the lower left corner: [left, right, low, high].
 export function paint(canvas, picture, catalogue, fit = [0, 1, 0, 1]) {
   const { width, height } = canvas;
   const context = canvas.getContext("2d");

@@ -1,5 +1,5 @@
-// The plane: its picture in steps from coarse to fine, the curves over it, and what mouse, fingers and keys
-// do there.
+// The plane: its picture in steps from coarse to fine, the curves over it, and its mouse, touch and
+// keyboard input.
 
 import { short } from "./elements.js";
 import { Glance } from "./glance.js";
@@ -10,24 +10,24 @@ import { Scale } from "./scale.js";
 import { picture as ask, post } from "./server.js";
 import { label, place } from "./state.js";
 
-// Rows of pictures while something is dragged, and seconds that one of them may take.
+// Rows of pictures while something is dragged, and time limit of one such picture in seconds.
 const QUICK = [12, 16, 24, 32, 48, 64, 96, 128, 192, 256];
 const FRAME = 0.03;
-// Seconds that a finer picture may take, those that are taken without a coarser one before, and cells that it
-// may have.
+// Time limit of a finer picture, and time below which no coarser one comes first, in seconds. `MOST_CELLS`
+// below bounds its cells.
 const PATIENCE = 4;
 const SOON = 0.3;
-// Seconds that a band of a picture should take, and those beyond which the bands of a picture are not begun.
+// Time for a band of a picture, and time limit for all bands of a picture, in seconds.
 const BAND = 2;
 const LONGEST = 900;
-// Seconds after which the program gives an answer up.
+// Time limit of the program for an answer, in seconds.
 const LATE = 20;
 const MOST_CELLS = 1_500_000;
-// Pixels within which a pointer takes the pin, and beyond which a click is a drag.
+// Pixels within which a pointer grasps the pin, and movement in pixels beyond which a click is a drag.
 const GRASP = 15;
 const STILL = 4;
 
-// A picture with more cells, each with what the picture shows there.
+// A picture resampled to more cells, each with the value of the nearest old cell.
 function enlarged(picture, width, height) {
   const cells = new picture.cells.constructor(width * height);
   for (let j = 0; j < height; j += 1) {
@@ -38,7 +38,7 @@ function enlarged(picture, width, height) {
 }
 
 export class Plane {
-  // `app` has the state, and is told of changes: app.change("view" | "point" | "rest").
+  // `app` holds the state and receives changes: app.change("view" | "point" | "rest").
   constructor(app, catalogue) {
     const find = (id) => document.getElementById(id);
     Object.assign(this, { app, catalogue, stage: find("stage"), canvas: find("cells"), overlay: find("overlay") });
@@ -57,7 +57,7 @@ export class Plane {
     return { x: new Scale(this.state.x), y: new Scale(this.state.y) };
   }
 
-  // What the picture depends on besides its ends.
+  // Everything that determines the picture, except the ends of its axes.
   key() {
     const { law, motion, x, y, show, stored, at, axes } = this.state;
     const held = axes.filter(({ name }) => name !== x.axis && name !== y.axis).map(({ name }) => [name, at[name]]);
@@ -75,8 +75,8 @@ export class Plane {
     this.update(false);
   }
 
-  // Shows the state: at once as far as the last picture goes, then better. While something is dragged
-  // (`hurry`) with few cells, many times a second.
+  // Shows the state: at once from the last picture, then in finer ones. While something is dragged (`hurry`),
+  // pictures have few cells and come many times a second.
   update(hurry) {
     if (!this.rect) return this.resize();
     this.changes += 1;
@@ -84,7 +84,7 @@ export class Plane {
     delete this.canvas.dataset.settled;
     if (this.curvesOf !== this.key()) this.curves = [];
     this.show();
-    // A quick picture in work sees the change when it is done; a slow one is overtaken.
+    // A quick picture in progress is followed by a new one; a slow one is superseded.
     if (!this.running?.quick) this.refine();
   }
 
@@ -112,7 +112,7 @@ export class Plane {
     return ["c", "damping"].includes(this.state[side].axis);
   }
 
-  // What it costs: a column of all dampings costs little more than one cell of it.
+  // Relative cost of a picture: a column of all dampings costs little more than one of its cells.
   work([width, height]) {
     return this.is_damping("x") ? height : this.is_damping("y") ? width : width * height;
   }
@@ -135,7 +135,7 @@ export class Plane {
     return rows;
   }
 
-  // Rows of the picture after one with so many; none if it would take too long.
+  // Rows of the picture after one with `rows` rows; null if it would take too long.
   finer(rows) {
     const full = this.full();
     if (rows >= full) return null;
@@ -156,7 +156,7 @@ export class Plane {
         this.show();
       }
       if (turn !== this.changes) {
-        // A slower one was overtaken by a run of its own.
+        // A slower picture was superseded by a new run.
         if (quick) this.refine();
         return;
       }
@@ -169,8 +169,8 @@ export class Plane {
     await this.complete(turn);
   }
 
-  // The pixels that are still missing, where one picture of all would take too long: twice as fine again and
-  // again, in bands of some seconds each.
+  // Refines the picture to full resolution where a single request would take too long: repeatedly twice as
+  // fine, in bands of some seconds each.
   async complete(turn) {
     while (turn === this.changes && this.picture && this.picture.height < this.full()) {
       const size = this.cells(Math.min(2 * this.picture.height, this.full()));
@@ -183,13 +183,13 @@ export class Plane {
     }
   }
 
-  // Computes a picture band by band, each shown at once; `false` where it was overtaken or refused.
+  // Computes a picture band by band and shows each at once; `false` where it was superseded or refused.
   async in_bands([width, height], turn) {
     // All dampings of a column are one piece of work.
     const [side, all] = this.is_damping("y") ? ["x", width] : ["y", height];
     const whole = enlarged(this.picture, width, height);
     for (let done = 0; done < all; ) {
-      // Nobody waits for a page in the background.
+      // A page in the background computes nothing.
       if (document.hidden) await new Promise((resolve) => document.addEventListener("visibilitychange", resolve, { once: true }));
       const left = this.seconds(height) * (1 - done / all);
       let count = Math.max(2, Math.min(all - done, Math.floor(((all - done) * BAND) / left)));
@@ -211,8 +211,8 @@ export class Plane {
     return true;
   }
 
-  // A picture of the present state with so many cells across and up, or a band of it: `part` of one side. Nothing
-  // where it was overtaken or refused; `late` where it took too long.
+  // A picture of the present state with `width` by `height` cells, or a band of it: `part` of one side. Null
+  // where it was superseded or refused; `late` where it took too long.
   async fetch([width, height], quick, turn, { side, part, text = "computing" } = {}) {
     const { x, y, show, stored } = this.state;
     const [key, kind, work] = [this.key(), this.kind(), this.work([width, height])];
@@ -232,14 +232,14 @@ export class Plane {
         return { late: true };
       }
       if (!problem.overtaken) this.app.complain(problem);
-      // What was changed meanwhile may be right again.
+      // The state may have become legal in the meantime.
       if (quick && turn !== this.changes) setTimeout(() => this.refine());
       return null;
     } finally {
       clearTimeout(late);
       if (this.running === running) {
         this.running = null;
-        // Between two bands the note stays.
+        // Between two bands the message stays.
         this.busy.hidden = !side;
       }
     }
@@ -258,7 +258,7 @@ export class Plane {
         if (turn !== this.changes) return;
         all = [...all, ...found.curves];
       } catch (problem) {
-        // The picture stands without them.
+        // The picture is shown without curves.
         if (problem.overtaken || turn !== this.changes) return;
       }
       this.curves = all;
@@ -289,7 +289,7 @@ export class Plane {
     return Math.hypot(across, up) < GRASP;
   }
 
-  // Shows other ends of both axes: [left, right] and [low, high] in units of the present ones, kept legal.
+  // Shows other ends of both axes, [left, right] and [low, high] in units of the present axes, kept legal.
   window([left, right], [low, high]) {
     const side = (name, [a, b]) => {
       const { axis } = this.state[name];
@@ -320,7 +320,7 @@ export class Plane {
   home() {
     for (const name of ["x", "y"]) {
       const axis = this.state.axes.find((axis) => axis.name === this.state[name].axis);
-      // A quantity of a machine has no other range than that of its slider.
+      // The only range of a machine's quantity is that of its slider.
       const [least, to] = axis.unit === undefined ? [axis.from, axis.to] : this.state.ranges[axis.name];
       const from = this.state[name].log ? Math.max(least, to / 1000) : least;
       this.state[name] = { ...this.state[name], from, to };
@@ -399,7 +399,7 @@ export class Plane {
     event.preventDefault();
   }
 
-  // What the picture says of a place.
+  // The value of the picture at a place.
   cell(u, v) {
     const { picture } = this;
     if (!picture || picture.key !== this.key()) return "";

@@ -1,4 +1,4 @@
-// The pinned point: what the mass does there, figures, verdicts, and every number that is known.
+// The pinned point: the motion there, figures, verdicts, and every number that is known.
 
 import { drawing, element, mark, refusals, short, why_refused } from "./elements.js";
 import { post } from "./server.js";
@@ -15,7 +15,7 @@ export class Point {
     return this.app.state;
   }
 
-  // Shows the pinned point of the state: while it moves the motion only, then everything.
+  // Shows the pinned point of the state: only the motion while the point moves, then everything.
   update(moving) {
     if (!this.state.pinned) {
       this.built = false;
@@ -75,7 +75,7 @@ export class Point {
     line.textContent = words ? `${where.join(", ")}: ${words}` : "";
   }
 
-  // Where the point is: its coordinates in the plane, which can be typed, and the others of a law.
+  // Shows the coordinates of the point: those in the plane, which can be typed, and the others of the law.
   tell_where() {
     const { state } = this;
     const axes = [state.x.axis, state.y.axis];
@@ -175,7 +175,7 @@ function verdict_table({ methods, critical_c, machine }) {
   const heads = machine ? [`margin, ${unit}`, `critical damping, ${unit}`] : ["margin", "critical c"];
   const number = (value, factor) => short(typeof value === "number" ? value * factor : value, 4);
   const head = element("tr", {}, ...["method", "verdict", ...heads].map((words) => element("th", { scope: "col" }, words)));
-  // Below each method, over the whole width, why it does not decide, or what its verdict is worth.
+  // Below each method, over the whole width: the reason why it does not decide, or its guarantee.
   const rows = Object.entries(methods).flatMap(([name, method]) => [
     element("tr", { "data-method": name, title: method.equation },
       element("th", { scope: "row" }, name.replaceAll("_", " ")),
@@ -191,7 +191,7 @@ function verdict_table({ methods, critical_c, machine }) {
     element("p", { class: "hint" }, `Critical damping${machine ? "" : " c*"} = ${exact}. A margin is in ${margin} to the edge of presence, or m / V of the simulation.`));
 }
 
-// Derivatives of the critical damping; of a machine in per cent for one per cent of each quantity.
+// Derivatives of the critical damping; for a machine in per cent for one per cent of each quantity.
 function sensitivity_table({ sensitivity, machine }) {
   const of_machine = machine?.sensitivities;
   if (!of_machine && sensitivity.reason) return [element("p", { class: "hint" }, `None: ${sensitivity.reason}.`)];
@@ -206,7 +206,7 @@ function sensitivity_table({ sensitivity, machine }) {
   return [element("table", { class: "sensitivities" }, element("thead", {}, element("tr", {}, ...heads)), element("tbody", {}, ...body))];
 }
 
-// Every line of the answer, as lists in lists.
+// Every line of the answer, as nested lists.
 function numbers(value) {
   const list = element("dl", { class: "numbers" });
   const parts = [list];

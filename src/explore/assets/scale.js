@@ -15,7 +15,7 @@ export class Scale {
     return log ? from * (to / from) ** unit : from + (to - from) * unit;
   }
 
-  // The value at a place with as many digits as cells of a fine picture tell apart.
+  // The value at a place, with as many digits as distinguish the cells of a fine picture.
   rounded(unit) {
     const value = this.value(unit);
     const step = Math.abs(this.value(unit + 1e-4) - value) || 1;
@@ -23,7 +23,7 @@ export class Scale {
     return Number(value.toFixed(digits));
   }
 
-  // About as many round numbers as asked for.
+  // About `count` round numbers.
   ticks(count) {
     const { from, to, log } = this;
     if (log && to / from > 8) {

@@ -1,11 +1,11 @@
-// Requests to the program behind the page. Each says of which tab it is and its number, so that the program
-// can drop those that are overtaken.
+// Requests to the program behind the page. Each contains its tab and its number, so that the program can drop
+// superseded requests.
 
 const tab = crypto.randomUUID();
 let number = 0;
 let lost = false;
 
-// An answer that is a refusal: what is wrong, what would be right, and the place in a formula.
+// An answer that is a refusal: the problem, the remedy, and the place in a formula.
 export class Problem extends Error {
   constructor({ problem, remedy, place }, status) {
     super(remedy ? `${problem}\n${remedy}` : problem);
@@ -34,7 +34,7 @@ async function send(path, options) {
   throw new Problem(refusal, response.status);
 }
 
-// Looks whether the program is back.
+// Polls until the program answers again.
 async function look() {
   try {
     await fetch("/api/catalogue");

@@ -1,9 +1,9 @@
-// The whole state of the page, and how it is written into the link.
+// The whole state of the page, and its format in the link.
 //
 // A link is a list of `key=value`: `v` the version, `law`, `x` and `y` (name, from, to, and "log"), `show`,
 // `p.NAME` the value of a parameter or, with `motion`, of a quantity of a machine in SI units, `r.NAME` the ends of
-// its slider, `pin=1` if a point is pinned. Keys that this page does not know are passed over, and keys that are
-// missing take their defaults: links of older and of newer versions open.
+// its slider, `pin=1` if a point is pinned. Unknown keys are ignored, and missing keys take their defaults,
+// so that links of older and of newer versions open.
 //
 // Links of version 1 have the quantities of a machine as `m.NAME`, and its axes as V and c in dimensionless numbers.
 
@@ -36,7 +36,7 @@ export function write(state) {
 
 const number = (text) => (text !== null && text.trim() !== "" && Number.isFinite(Number(text)) ? Number(text) : null);
 
-// What a link says, without what depends on the law's axes.
+// Parses a link, except what depends on the law's axes.
 export function read(fragment) {
   const link = new URLSearchParams(fragment.replace(/^#/, ""));
   if (!link.has("law")) return null;
@@ -78,14 +78,14 @@ function of_machine(wanted, { motion, ...at }) {
   return { ...wanted, motion, at, x: side(wanted.x), y: side(wanted.y) };
 }
 
-// A state of a law with these axes: what is wanted, and defaults for the rest.
+// The state of a law with these axes: the values in `wanted`, and defaults for the rest.
 export function complete(wanted, axes) {
   const names = axes.map((axis) => axis.name);
   const at = {};
   const ranges = {};
   for (const axis of axes) {
     at[axis.name] = wanted.at?.[axis.name] ?? axis.value;
-    // Quantities of a machine have no usual size.
+    // Quantities of a machine have no default range.
     const usual = axis.unit !== undefined && at[axis.name] > 0 ? [0, 2 * at[axis.name]] : [axis.from, axis.to];
     ranges[axis.name] = wanted.ranges?.[axis.name] ?? usual;
   }
@@ -102,10 +102,10 @@ export function complete(wanted, axes) {
   return { law: wanted.law, axes, at, ranges, x, y, motion: wanted.motion ?? null, show: wanted.show || "regime", curves: wanted.curves ?? true, stored: wanted.stored ?? false, pinned: wanted.pinned ?? false };
 }
 
-// What the program has to know of a place.
+// The part of the state that the program needs for a point.
 export const place = ({ law, at, motion }) => ({ law, at, motion });
 
-// How an axis is called: of a machine with its unit.
+// The name of an axis; for a machine, with its unit.
 export function label(state, name) {
   const { symbol, unit } = state.axes.find((axis) => axis.name === name);
   return { words: symbol, text: unit ? `${symbol}, ${unit}` : symbol, unit: unit ? ` ${unit}` : "" };

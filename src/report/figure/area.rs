@@ -43,7 +43,7 @@ const NO_NUMBER: Fill = Fill::hatched(palette::WHITE, Hatch::Rising, "#b4b4b4");
 const COLOURS: f64 = 128.0;
 const BAR_WIDTH: f64 = 8.0;
 
-/// The colour scale of real numbers, the same in every panel.
+/// The colour scale of real numbers, common to all panels.
 #[derive(Clone, Copy, Debug)]
 struct Colours {
     scale: Scale,
@@ -85,8 +85,8 @@ impl Colours {
     }
 }
 
-/// Draws areas that share their axes. `label` names the variable for the colour scale; `signed` says that its
-/// sign matters.
+/// Draws areas that share their axes. `label` names the variable for the colour scale; `signed` requests a
+/// two-sided colour scale if both signs occur.
 pub(crate) fn draw(areas: &[Area], heading: &Rich, label: &Label, signed: bool, width: Width) -> Scene {
     let mut scene = Scene::new(width.points(), 0.0);
     let Some(first) = areas.first() else { return scene };
@@ -170,7 +170,7 @@ fn draw_area(scene: &mut Scene, panel: &Panel, area: &Area, colours: Option<Colo
     }
 }
 
-/// Draws cells by colour, runs of equal ones in a column as one rectangle.
+/// Draws cells by colour; a run of cells of equal colour in a column is one rectangle.
 fn draw_pixels(
     scene: &mut Scene,
     panel: &Panel,

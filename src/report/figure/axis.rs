@@ -40,7 +40,7 @@ impl Tick {
     }
 }
 
-/// The least and the greatest of some numbers; infinity and minus infinity of none.
+/// The least and the greatest of some numbers; infinity and minus infinity if there are none.
 pub(crate) fn extremes(numbers: impl Iterator<Item = f64>) -> (f64, f64) {
     numbers.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)))
 }

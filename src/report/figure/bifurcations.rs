@@ -28,7 +28,7 @@ pub(crate) fn data(view: &View, curves: &PlaneCurves) -> Data {
         .reals("error", points().map(|(.., point)| point.error).collect())
 }
 
-/// The drawing order: a fold may lie on a Hopf curve, which shows in its gaps.
+/// The drawing order: a fold on a Hopf curve shows in the gaps between the dashes of the Hopf curve.
 const ORDER: [Bifurcation; 5] = [
     Bifurcation::Fold,
     Bifurcation::GrazingSliding,
@@ -44,7 +44,7 @@ pub(crate) fn draw(scene: &mut Scene, panel: &Panel, curves: &PlaneCurves, legen
         of_kind.map(|curve| curve.points.iter().map(|p| panel.place(p.x, p.y)).collect::<Vec<Place>>())
     };
     scene.clipped(panel.rect, |scene| {
-        // White lines below all of them first, so that none covers another.
+        // The white halos of all curves come first, so that no halo covers a curve.
         for bifurcation in ORDER {
             places(bifurcation).for_each(|line| scene.line(&line, &HALO));
         }

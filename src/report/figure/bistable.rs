@@ -1,6 +1,6 @@
 //! The bistable band: dampings between the loss of stability of the equilibrium and the critical damping,
-//! at which steady slip and the stick-slip cycle both attract. Where the critical damping is the smaller one, a
-//! slip cycle attracts between the two.
+//! at which steady slip and the stick-slip cycle both attract. Where the critical damping is the smaller of
+//! the two, a slip cycle attracts between them.
 
 use super::super::text::rich;
 use super::super::units::{Label, View};
@@ -14,13 +14,13 @@ use super::slice::equals;
 use super::{Figure, at_each_width, curves, palette};
 use crate::map::Regime;
 
-/// What attracts on either side of the two curves; cycles that begin at folds are left out.
+/// The attractors on either side of the two curves; cycles that begin at folds are left out.
 const AREAS: [Regime; 4] = [Regime::StickSlip, Regime::Bistable, Regime::PureSlip, Regime::Equilibrium];
 
-/// The smallest positive double: curves begin at a part of the first node, which may round to zero.
+/// The smallest positive double: curves begin at a fraction of the first node, which may round to zero.
 const SMALLEST: f64 = f64::from_bits(1);
 
-/// Largest part of the damping axis that the loss of stability may take, in critical dampings.
+/// Upper limit of the loss of stability on the damping axis, in critical dampings.
 const MOST_OF_HOPF: f64 = 3.0;
 
 const HOPF: Stroke = Stroke { color: palette::BLACK, width: 0.8, dash: &[3.0, 2.0] };
@@ -77,7 +77,7 @@ pub(crate) fn bistable(view: &View) -> Option<Figure> {
             let columns = curves::columns(map, &index, 0, &eps_values);
             let roots = curves::exact(&columns, &budget);
             let width = roots.iter().zip(&columns).map(|(root, column)| {
-                // Both ends at legal dampings; on logarithmic axes only a positive width shows.
+                // Both ends are legal dampings; logarithmic axes show only positive widths.
                 let width = root - curves::stability(column).max(0.0);
                 // Smaller differences are rounding errors of two critical dampings.
                 if width > 1e-8 * root.abs() { width } else { f64::NAN }

@@ -12,7 +12,7 @@ use crate::simulate::critical::critical_dampings;
 use crate::store::MapFile;
 
 pub(super) const POINTS: usize = 160;
-/// The same where only its extent is asked for, to find the part of a scale that is drawn.
+/// Number of steps of a coarse curve, which finds the part of a scale that is drawn.
 pub(super) const FEW_POINTS: usize = 24;
 /// Number of marks on a curve.
 const MARKS: usize = 6;
@@ -56,8 +56,8 @@ pub(super) fn columns(map: &MapFile, index: &[usize], axis: usize, values: &[f64
     values.iter().map(&mut column).collect()
 }
 
-/// What the curves of one figure may still cost, so that a figure ends whatever its map holds. Curves end where
-/// it is spent.
+/// Work left for the curves of one figure, so that a figure takes bounded time for every map. Curves end
+/// where it is spent.
 pub(super) struct Budget(Cell<u64>);
 
 impl Budget {
@@ -65,7 +65,7 @@ impl Budget {
         Self(Cell::new(MOST_WORK))
     }
 
-    /// The samples of a scale, and fewer where the [`FEW_POINTS`] computed so far let them exceed the budget.
+    /// The samples of a scale: [`POINTS`], or [`FEW_POINTS`] where their cost predicts an exceeded budget.
     pub(super) fn samples(&self, scale: Scale) -> Vec<f64> {
         let left = self.0.get();
         let each = (POINTS / FEW_POINTS + 1) as u64;
@@ -85,7 +85,7 @@ impl Budget {
                 break;
             }
             for (column, root) in some.iter().zip(critical_dampings(some, TOLERANCE)) {
-                // Columns that differ in V share the compiled form of their law, which reaches to a power of two.
+                // Columns with V within a factor of two share the compiled form of their law.
                 let shares = |other: &Column| {
                     let octaves = (other.belt_speed.log2() - column.belt_speed.log2()).abs();
                     other.curve == column.curve && octaves < 1.0

@@ -26,7 +26,7 @@ use crate::simulate::{Fate, Range, TIGHT, flow};
 /// Number of values of the parameter at which cycles are searched; a branch that exists only between two of
 /// them is missed.
 const VALUES: usize = 121;
-/// Number of bisections that locate a change: to a ten-millionth of a step.
+/// Number of bisections that locate a change, to a ten-millionth of a step.
 const BISECTIONS: usize = 24;
 /// Accuracy of the orbits.
 const TOLERANCE: f64 = 1e-9;
@@ -73,8 +73,8 @@ struct State {
     amplitude: f64,
 }
 
-/// Those of each kind at one value of the parameter, by increasing amplitude, in the order of [`Kind::ALL`]; `None` for a
-/// kind that is not known there.
+/// The states of each kind at one value of the parameter, by increasing amplitude, in the order of
+/// [`Kind::ALL`]; `None` for a kind that could not be determined there.
 type Found = [Option<Vec<State>>; 4];
 
 fn find(oscillator: &Oscillator) -> Found {
@@ -95,7 +95,7 @@ fn find(oscillator: &Oscillator) -> Found {
     ]
 }
 
-/// Returns whether as many cycles of a kind are known, with the same stability.
+/// Returns whether two values have equally many states of a kind, with equal stability.
 fn alike(a: &Option<Vec<State>>, b: &Option<Vec<State>>) -> bool {
     let attract = |states: &Option<Vec<State>>| -> Option<Vec<bool>> {
         states.as_ref().map(|states| states.iter().map(|state| state.attracts).collect())
@@ -103,7 +103,7 @@ fn alike(a: &Option<Vec<State>>, b: &Option<Vec<State>>) -> bool {
     attract(a) == attract(b)
 }
 
-/// Returns whether that holds for every kind.
+/// Returns whether two values are [`alike`] in every kind.
 fn same_kinds(a: &Found, b: &Found) -> bool {
     a.iter().zip(b).all(|(a, b)| alike(a, b))
 }
@@ -139,7 +139,7 @@ fn branches(found: &[(f64, Found)]) -> Vec<Branch> {
     done
 }
 
-/// What is not known at some of the values of a parameter, in words.
+/// The kinds that could not be determined at some values of a parameter, in words.
 fn unknown(found: &[(f64, Found)], parameter: &str) -> Vec<String> {
     let of_kind = |(number, kind): (usize, Kind)| {
         let values = found.iter().filter(|(_, states)| states[number].is_none()).count();
@@ -260,7 +260,7 @@ pub(crate) fn diagram(view: &View, plot: &DiagramPlot) -> Result<Plotted, Report
 mod tests {
     use super::*;
 
-    /// One kind that is not known at one value interrupts its own branches alone, and is told.
+    /// A kind that is not known at one value interrupts only its own branches and is reported.
     #[test]
     fn what_is_known_is_drawn_where_other_kinds_are_not() {
         let state = |amplitude: f64| Some(vec![State { attracts: true, amplitude }]);

@@ -19,14 +19,13 @@ const HALVINGS: usize = 11;
 /// Accuracy of the grazing margin, far below the width of a line.
 const TOLERANCE: f64 = 1e-9;
 
-/// Budget of a boundary: evaluations of the right-hand side, in units of that of the Stribeck law (see
-/// [`crate::friction::Curve::cost`]), a second or so. Where orbits are so stiff that it would cost more, none
-/// is drawn.
+/// Budget of a boundary, about a second: evaluations of the right-hand side, in units of that of the Stribeck
+/// law (see [`crate::friction::Curve::cost`]). Where stiff orbits would exceed it, no boundary is drawn.
 const WORK: u64 = 100_000_000;
-/// Number of orbits after which the budget is looked at: enough to run in parallel, and few.
+/// Number of orbits between checks of the budget: small, but enough to run in parallel.
 const TOGETHER: usize = 16;
-/// Step from one node to the next in the order in which they are computed, prime to their number: the first
-/// ones are spread over the slice, and tell the cost of all.
+/// Step between nodes in the order of computation, coprime to their number: the first nodes are spread over
+/// the slice, so that their cost predicts the cost of all.
 const STRIDE: usize = 1009;
 
 /// An edge between two nodes of the search: its lower node, and whether it is horizontal.
@@ -46,7 +45,7 @@ pub(crate) fn boundary(slice: &Slice, panel: &Panel) -> Vec<Vec<Place>> {
     for (number, label) in order.into_iter().zip(labels) {
         nodes[number / (STEPS + 1)][number % (STEPS + 1)] = label;
     }
-    // Where an orbit has no answer there is no boundary to be seen.
+    // Where an orbit has no answer, no boundary is drawn.
     let differ =
         |one: Option<bool>, other: Option<bool>| one.zip(other).is_some_and(|(one, other)| one != other);
     let mut edges: Vec<Edge> = Vec::new();
@@ -82,8 +81,8 @@ pub(crate) fn boundary(slice: &Slice, panel: &Panel) -> Vec<Vec<Place>> {
     chains(&crossings).into_iter().map(|chain| chain.iter().map(|edge| crossings[edge]).collect()).collect()
 }
 
-/// Answers, each with its cost, in parallel; `None` once the first ones let all of them cost more than the
-/// budget. It does not depend on the number of threads.
+/// Computes the answers, each with its cost, in parallel; returns `None` once the mean cost so far predicts
+/// that all exceed the budget. The result does not depend on the number of threads.
 fn within<T: Sync, A: Send>(
     budget: &mut u64,
     items: &[T],
@@ -105,13 +104,13 @@ fn within<T: Sync, A: Send>(
     Some(answers)
 }
 
-/// Returns whether the orbit sticks at a point of the slice, given by its position along both scales, if that is known, and
-/// the cost of the answer.
+/// Returns whether the orbit sticks at a point of the slice, `None` if not known, and the cost of the answer.
+/// `s` and `t` are the positions of the point along the two scales, 0 to 1.
 fn sticks(slice: &Slice, x: Scale, y: Scale, s: f64, t: f64) -> (Option<bool>, u64) {
     let point = slice.point(x.value(s), y.value(t));
     let oscillator = Oscillator::new(slice.law(), &point);
     let answer = flow(&oscillator, TOLERANCE);
-    // Along axes of the law's parameters every node has a law of its own.
+    // Along axes of the law's parameters every node has its own law, which is compiled for it.
     let law_axes = 0..slice.view.map.grid().axes().len() - 2;
     let compiling = match law_axes.contains(&slice.x) || law_axes.contains(&slice.y) {
         true => oscillator.curve.compiling_work(oscillator.belt_speed),

@@ -43,7 +43,7 @@ impl Legend {
         }
     }
 
-    /// Returns whether it has no entries.
+    /// Returns whether the legend has no entries.
     pub(crate) fn is_empty(&self) -> bool {
         self.entries.is_empty()
     }
@@ -66,9 +66,9 @@ impl Legend {
         if self.is_empty() { 0.0 } else { self.layout(width).0 as f64 * ROW }
     }
 
-    /// Draws it below the panels of a figure, and ends the figure there.
+    /// Draws the legend below the panels of a figure, and ends the figure there.
     pub(crate) fn below(&self, scene: &mut Scene, left: f64, top: f64) {
-        // Aligned with the panels if it fits there in as few rows as over the whole width.
+        // Aligned with the panels if that takes no more rows than the whole width.
         let whole = scene.width - 8.0;
         let room = scene.width - left - 4.0;
         let (left, room) = if self.height(room) > self.height(whole) { (4.0, whole) } else { (left, room) };
@@ -76,7 +76,7 @@ impl Legend {
         self.draw(scene, left, top, room);
     }
 
-    /// Draws it with its upper left corner at a place.
+    /// Draws the legend with its upper left corner at a place.
     pub(crate) fn draw(&self, scene: &mut Scene, left: f64, top: f64, width: f64) {
         let (rows, columns) = self.layout(width);
         for (i, (sample, name)) in self.entries.iter().enumerate() {

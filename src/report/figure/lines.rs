@@ -28,7 +28,7 @@ pub(crate) struct Chart {
     pub(crate) title: Rich,
     /// Factor by which the numbers of the curves are multiplied where they are written.
     pub(crate) factor: f64,
-    /// Whether a curve may lie at 0, which then must not be the frame.
+    /// Whether a curve may lie at 0, so that the frame must not.
     pub(crate) drawn_at_zero: bool,
     pub(crate) curves: Vec<Curve>,
 }
@@ -39,7 +39,7 @@ pub(crate) fn extent(curves: &[Curve], of: fn(&Place) -> f64) -> (f64, f64) {
 }
 
 impl Chart {
-    /// A scale that contains all numbers of the curves, and 0 if that is near.
+    /// A scale that contains all numbers of the curves, and 0 if it is near and `drawn_at_zero` is false.
     pub(crate) fn scale(&self) -> Scale {
         let (low, high) = extent(&self.curves, |point| point.1);
         if low > high {
@@ -98,7 +98,7 @@ pub(crate) fn draw(heading: &Rich, x: Scale, x_name: &Rich, charts: &[Chart], wi
             panel.y_name(&mut scene, &chart.name, panels.labels_width);
             panel.title(&mut scene, &chart.title);
         } else {
-            // It would run into that of the next panel.
+            // The name would overlap that of the next panel.
             let begun = chart.title.plain();
             let between = if begun.is_empty() || begun.ends_with(' ') { "" } else { ": " };
             panel.title(&mut scene, &chart.title.clone().then(between).then(chart.name.clone()));

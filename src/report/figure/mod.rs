@@ -56,7 +56,7 @@ pub struct Figure {
     pub(crate) data: Data,
 }
 
-/// The scene of a figure at each width, which `draw` fills, and whose height it sets.
+/// The scene of a figure at each width; `draw` fills it and sets its height.
 pub(crate) fn at_each_width(mut draw: impl FnMut(&mut Scene, Width)) -> Vec<(Width, Scene)> {
     let at = |width: Width| {
         let mut scene = Scene::new(width.points(), 0.0);
@@ -81,7 +81,7 @@ pub fn all(view: &View, report: &Report) -> Result<Vec<Figure>, ReportError> {
         &|| Ok(bistable::bistable(view).into_iter().collect()),
         &|| Ok(portraits::portraits(view).into_iter().collect()),
     ];
-    // Several figures need them, and none should wait for another.
+    // Several figures need these nodes; computed here, no figure waits for another.
     view.informative_nodes();
     let figures: Vec<Vec<Figure>> = makers.into_par_iter().map(|make| make()).collect::<Result<_, _>>()?;
     Ok(figures.into_iter().flatten().collect())

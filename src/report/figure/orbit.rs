@@ -66,7 +66,7 @@ pub(crate) fn orbit_figure(plot: &OrbitPlot) -> OrbitFigure {
         let (x, y, h) = equal_scales(extent, w, (0.4, 0.95));
         (x.in_unit(x1.factor), y.in_unit(x2.factor), h)
     };
-    // The margin depends on the numbers, and these on the height.
+    // The margin depends on the width of the numbers, and these on the height.
     let (x_scale, y_scale, _) = scales(150.0);
     let labels = Panel::y_labels_width(y_scale, 150.0);
     let widest = labels.max(Panel::y_labels_width(x_scale, 75.0)).max(18.0);

@@ -21,7 +21,7 @@ pub(crate) const YELLOW: &str = "#f0e442";
 pub(crate) const BLUE: &str = "#0072b2";
 pub(crate) const VERMILION: &str = "#d55e00";
 pub(crate) const PURPLE: &str = "#cc79a7";
-/// Wine, darker than all of these but black.
+/// Wine, darker than all the colours above but black.
 pub(crate) const WINE: &str = "#882255";
 
 /// Style of a method's lines and marks.

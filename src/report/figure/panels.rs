@@ -161,7 +161,7 @@ impl Panels {
         }
     }
 
-    /// The same below a heading, which is drawn at the top of the figure.
+    /// Panels as by [`Panels::new`], below a heading that is drawn at the top of the figure.
     pub(crate) fn below(
         scene: &mut Scene,
         heading: &Rich,

@@ -3,13 +3,13 @@
 use super::super::text::{Piece, Rich};
 use super::scene::text_width;
 
-/// The lines of a text of this size that are at most this wide, and at most so many: what is left out is told by
-/// dots. Numbers stay with their units, and signs of operation at the end of their line.
+/// Breaks a text of size `size` into at most `most` lines of at most `width`; "…" marks omitted text. Numbers
+/// stay with their units, and operators at the end of their line.
 pub(crate) fn paragraph(text: &Rich, size: f64, width: f64, most: usize) -> Vec<Rich> {
     let fits = |line: &Rich| text_width(line, size) <= width;
     let mut lines: Vec<Rich> = vec![Rich::default()];
     for atom in atoms(text) {
-        // Nothing to break at: wherever it must be.
+        // A part that is too wide is broken between any two letters.
         let parts = if fits(&atom) { vec![atom] } else { letters(&atom) };
         for part in parts {
             let Some(line) = lines.last_mut() else { continue };
@@ -36,7 +36,7 @@ pub(crate) fn paragraph(text: &Rich, size: f64, width: f64, most: usize) -> Vec<
     lines.iter().map(in_few_pieces).collect()
 }
 
-/// The same text, words that follow each other as one piece: one element of SVG.
+/// The text with successive words merged into one piece, which becomes one element of SVG.
 fn in_few_pieces(text: &Rich) -> Rich {
     let mut pieces: Vec<Piece> = Vec::new();
     for piece in &text.pieces {

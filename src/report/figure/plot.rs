@@ -59,7 +59,7 @@ pub struct Plotted {
     pub held: Vec<Held>,
     /// Axes of which not all nodes are drawn, with n where one node in n is.
     pub(crate) thinned: Vec<(String, usize)>,
-    /// The curves of codimension one of the first panel, if they are stored or were asked for.
+    /// The curves of codimension one of the first panel, if they are stored or were requested.
     pub(crate) curves: Option<PlaneCurves>,
     /// Notes for the user.
     pub notes: Vec<String>,
@@ -247,7 +247,7 @@ fn over_plane(view: &View, plot: &Plot, x: usize, y: usize) -> Result<Plotted, R
     Ok(Plotted { scene, caption, data, held, thinned, curves, notes })
 }
 
-/// A note for each requested value of an axis that another node stands for.
+/// A note for each requested value of an axis that was replaced by the nearest node.
 fn moved(view: &View, axis: Option<usize>, wanted: Option<&At>, nodes: &[Option<usize>]) -> Vec<String> {
     let (Some(axis), Some((_, wanted))) = (axis, wanted) else { return Vec::new() };
     let axis = &view.map.grid().axes()[axis];

@@ -28,7 +28,7 @@ pub(super) const ORBIT: Stroke = Stroke::solid(palette::BLUE, 1.2);
 pub(super) const STICK: Stroke = Stroke::solid(palette::VERMILION, 2.0);
 pub(super) const SEGMENT: Stroke = Stroke::solid(palette::LIGHT_GREY, 4.5);
 pub(super) const OTHER: Stroke = Stroke { color: palette::GREEN, width: 0.9, dash: &[3.0, 1.5] };
-/// Slip cycles that attract, and those that repel.
+/// Attracting slip cycles.
 const ATTRACTING: Stroke = Stroke::solid(palette::BLACK, 1.0);
 pub(super) const REPELLING: Stroke = Stroke { color: palette::BLACK, width: 1.0, dash: &[1.2, 1.6] };
 pub(super) const BELT: Stroke = Stroke { color: palette::GREY, width: 0.6, dash: &[1.0, 1.6] };
@@ -194,7 +194,7 @@ impl Portrait {
         legend.add(Sample::Mark(Marker::Square, palette::BLACK, stable), rich(words));
     }
 
-    /// The fate of the orbit, in words.
+    /// The long-run behaviour of the orbit, in words.
     pub(super) fn words(&self) -> &'static str {
         let stable = self.oscillator.eigenvalues().is_stable();
         match self.orbit.ending {
@@ -270,7 +270,7 @@ fn smooth(oscillator: &Oscillator, samples: &[State]) -> Vec<(f64, f64)> {
     points
 }
 
-/// Scales of equal units around an extent, for a panel of width `w`, and the panel's height.
+/// Equal scales around an extent for a panel of width `w`, and its height; `aspects` bounds height / width.
 pub(super) fn equal_scales(
     [left, right, low, high]: [f64; 4],
     w: f64,

@@ -73,7 +73,7 @@ pub(crate) fn portraits(view: &View) -> Option<Figure> {
         let mut panels = Panels::new(scene.width, columns, 3, h, x, y);
         panels.shift((0.0, write_heading(scene, panels.panels[0].rect.x, &held)));
         let mut legend = Legend::default();
-        // Equal units in both directions, for the height that the page left.
+        // Equal units in both directions, for the height that is left on the page.
         let aspect = panels.panels[0].rect.h / panels.panels[0].rect.w;
         let (x, y, _) = equal_scales(common, 1.0, (aspect, aspect));
         for panel in &mut panels.panels {

@@ -72,7 +72,7 @@ impl Rect {
     }
 }
 
-/// Lines of a hatching; rising and falling to the right.
+/// Lines of a hatching; they rise or fall to the right.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Hatch {
     Rising,
@@ -126,7 +126,7 @@ pub(crate) enum Marker {
     Plus,
 }
 
-/// The part of a text that lies at its position.
+/// The part of a text that is placed at its position.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Anchor {
     Start,

@@ -28,10 +28,10 @@ pub enum ChoiceError {
         /// The names that it has.
         available: String,
     },
-    /// Both directions were to show this axis.
+    /// This axis was requested for both directions.
     #[error("both directions show the axis `{0}`; choose two different axes")]
     SameAxis(String),
-    /// This axis was to be shown and held.
+    /// This axis was requested both as shown and as held.
     #[error("the axis `{0}` is shown, so it cannot be held at a value; leave one of the two out")]
     Shown(String),
     /// The value for a fixed axis is not a number.
@@ -86,7 +86,7 @@ pub enum ChoiceError {
     /// The ends of a diagram over this axis are illegal.
     #[error("a diagram over `{0}` cannot have these ends; give two legal values, the smaller one first")]
     NoRange(String),
-    /// The map does not store this variable, because its configuration does not ask for it.
+    /// The map does not store this variable, because its configuration does not request it.
     #[error(
         "the map does not store `{variable}`; add \"{field}\" to output.fields of its configuration and compute it again"
     )]
@@ -212,7 +212,7 @@ impl<'a> Slice<'a> {
         steps.into_iter().filter(|(_, step)| *step > 1)
     }
 
-    /// The sentence of a caption for that: " One node in 60 of V is drawn."
+    /// The sentence of a caption for [`Slice::thinned`]: " One node in 60 of V is drawn."
     pub(crate) fn thinned_words(&self) -> Rich {
         self.thinned().fold(Rich::default(), |text, (axis, step)| {
             let of = rich(&format!(" One node in {step} of "));
@@ -257,7 +257,7 @@ impl<'a> Slice<'a> {
         self.view.held(&self.index, &[self.x, self.y])
     }
 
-    /// The same without eps, for figures with a panel for each eps.
+    /// "β = 0.5": every fixed axis but eps, for figures with a panel for each eps.
     pub(crate) fn held_but_epsilon(&self) -> Rich {
         self.view.held(&self.index, &[self.x, self.y, 0])
     }
@@ -298,7 +298,7 @@ pub(crate) fn hold(
     let held = held.map(|(i, axis)| {
         let label = view.axis(axis);
         let used = axis.values[index[i]] * label.factor;
-        // Of one node none is the middle.
+        // A single node is not reported as a middle node.
         let only = (axis.values.len() == 1).then_some(used);
         Held { axis: label.header(), wanted: wanted[i].or(only), used }
     });
@@ -320,7 +320,7 @@ pub(crate) fn nearest_node(view: &View, position: usize, value: f64) -> Result<u
         let [first, last] = [first, last].map(|bound| Rich::number(bound, 6).plain());
         return Err(ChoiceError::Outside { axis: label.header(), value: value.to_string(), first, last });
     }
-    // A rounded number may stand for the only node.
+    // The only node may be given as a rounded number.
     if axis.values.len() == 1 && (value - first).abs() > 0.01 * first.abs() {
         let only = Rich::number(first, 6).plain();
         return Err(ChoiceError::OnlyOne { axis: label.header(), value: value.to_string(), only });
@@ -367,8 +367,8 @@ impl View<'_> {
 }
 
 /// Nodes of a map for an informative figure: the middle ones if a cycle exists in their column, else those of
-/// the most similar column with a cycle among first, middle and last nodes of every axis: preferably with V
-/// in its middle, few axes changed, and the largest critical damping of these.
+/// the most similar column with a cycle among first, middle and last nodes of every axis. Columns with V at
+/// its middle come first, then those with fewest axes changed, then those of largest critical damping.
 fn informative_nodes(map: &MapFile) -> Vec<usize> {
     let axes = map.grid().axes();
     let middle = middle(axes);

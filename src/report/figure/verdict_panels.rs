@@ -27,7 +27,7 @@ pub(super) const FEWEST_NODES: usize = 3;
 /// Largest number of eps with slices of their own.
 const MOST_EPSILONS: usize = 4;
 
-/// The exact boundary: black, on white so that it is visible on dark areas.
+/// The exact boundary: black on a white halo, so that it is visible on dark areas.
 pub(super) const EXACT: Stroke = Stroke::solid(palette::BLACK, 1.0);
 pub(super) const HALO: Stroke = Stroke::solid(palette::WHITE, 2.4);
 /// The critical damping of the method whose panel it is.
@@ -191,7 +191,7 @@ fn stored_edge(slice: &Slice, method: &str) -> Result<Vec<(f64, f64)>, ReportErr
     Ok(x_nodes.into_iter().zip(edge.iter().copied()).collect())
 }
 
-/// Draws such an edge; `false` if there is none.
+/// Draws the boundary returned by [`stored_edge`]; returns `false` if there is none.
 fn draw_edge(scene: &mut Scene, panel: &Panel, edge: &[(f64, f64)]) -> bool {
     let places: Vec<Place> = edge.iter().map(|&(x, c)| panel.place(x, c)).collect();
     scene.clipped(panel.rect, |scene| {
@@ -224,7 +224,7 @@ fn figure(slice: &Slice) -> Result<Figure, ReportError> {
         Claim::of(codes[method][[i, j]], simulation.map(|simulation| codes[simulation][[i, j]]))
     };
     let undecided = |cells: &Array2<i8>| cells.iter().all(|code| *code == Verdict::Undecided.code());
-    // Empty panels say in less space that they are empty.
+    // Methods that are undecided everywhere are listed by name instead of drawn as panels.
     let (empty, shown): (Vec<usize>, Vec<usize>) = (0..methods.len()).partition(|&m| undecided(&codes[m]));
     let (empty, shown) = if shown.is_empty() { (shown, empty) } else { (empty, shown) };
     let left_out = join(empty.iter().map(|&m| method_title(&methods[m].name)));

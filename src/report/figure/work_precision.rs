@@ -24,7 +24,7 @@ struct Line<'a> {
     style: MethodStyle,
 }
 
-/// Rows of one method together, in their order.
+/// Groups the rows by method, in their order.
 fn lines(study: &Study) -> Vec<Line<'_>> {
     let mut lines: Vec<Line> = Vec::new();
     let mut peers = 0;

@@ -7,7 +7,7 @@ use crate::machine::{Dimension, Motion};
 use crate::map::{Attractors, Regime};
 use crate::risk::Risk;
 
-/// What it does at the working point, and the damping that ends it.
+/// The behaviour at the working point, and the damping above which the vibration ends.
 pub(super) fn in_words(all: &Assessment) -> Rich {
     let (machine, does) = (&all.machine, &all.behaviour);
     let unit = |dimension| machine.motion.unit(dimension);
@@ -40,7 +40,7 @@ pub(super) fn in_words(all: &Assessment) -> Rich {
     }
 }
 
-/// What the spreads of the inputs and the errors of the measured friction make of it; empty without them.
+/// The probability of stick-slip from the spreads of the inputs and the errors of the friction; may be empty.
 pub(super) fn uncertainty(all: &Assessment, risk: Option<&Risk>) -> Rich {
     let Some(risk) = risk else { return Rich::default() };
     let unit = all.machine.motion.unit(Dimension::Damping);

@@ -69,8 +69,8 @@ fn regimes_over(grid: &Grid) -> Option<Vec<Vec<i8>>> {
     Some(columns.into_iter().map(|(_, codes)| codes).collect())
 }
 
-/// The Hopf damping and the critical damping over belt speeds: of every law in little time, which
-/// continuation in the plane is not.
+/// The Hopf damping and the critical damping over belt speeds. This is fast for every law; continuation in
+/// the plane is not.
 fn limits(grid: &Grid, point: &Point, speeds: &[f64]) -> Vec<PlaneCurve> {
     let columns: Vec<Column> =
         speeds.iter().map(|&belt_speed| grid.law().column(&Point { belt_speed, ..*point })).collect();
@@ -85,7 +85,7 @@ fn limits(grid: &Grid, point: &Point, speeds: &[f64]) -> Vec<PlaneCurve> {
     vec![curve(Bifurcation::Hopf, hopf.collect()), curve(Bifurcation::GrazingSliding, grazing.collect())]
 }
 
-/// The regimes around the working point, with the curves between them, in a panel of this height.
+/// The regimes around the working point, with the curves between them, in a panel of height `height`.
 pub(super) fn regimes(all: &Assessment, height: f64) -> Scene {
     let machine = &all.machine;
     let units = machine.units();
@@ -147,8 +147,8 @@ const WEIGHTS: f64 = 0.7;
 /// Room above the second of two panels.
 const BETWEEN: f64 = TITLE_MARGIN + 4.0;
 
-/// The friction at the slip speeds of the vibration, and the weight of each in the critical damping where these are
-/// known, in panels of this height together.
+/// The friction at the slip speeds of the vibration and, where known, the weight of each slip speed in the
+/// critical damping, in panels of total height `height`.
 pub(super) fn friction(all: &Assessment, height: f64) -> Scene {
     let mut scene = Scene::new(FIGURE, 0.0);
     let machine = &all.machine;

@@ -24,7 +24,7 @@ fn line(name: &str, value: Rich) -> Line {
     (rich(name), value)
 }
 
-/// All of the page.
+/// All sections of the page.
 pub(super) fn sections(all: &Assessment, uncertain: &[Uncertain], risk: Option<&Risk>) -> Vec<Section> {
     let mut sections = vec![("Machine", given(all, uncertain)), ("Limits", limits(all))];
     const UNCERTAIN: &str = "Uncertain quantities";
@@ -195,7 +195,7 @@ fn limits(all: &Assessment) -> Vec<Line> {
     limits
 }
 
-/// What it does at the working point.
+/// Frequencies, times, amplitudes and kicks at the working point.
 fn motion(all: &Assessment) -> Vec<Line> {
     let does = &all.behaviour;
     let of = |value: f64, dimension: Dimension| quantity(value, all.machine.motion.unit(dimension));
@@ -278,7 +278,7 @@ fn proved(all: &Assessment) -> Vec<Line> {
     ]
 }
 
-/// What attracts at the working point; where that is not determined what is known of it, and why the rest is not.
+/// The attractors at the working point; where they are not determined, what is known and why the rest is not.
 pub(super) fn regime_lines(all: &Assessment) -> Vec<Line> {
     const NAME: &str = "regime at the working point";
     let Some(Undetermined { sticks, is_stable, reasons }) = &all.undetermined else {
@@ -341,8 +341,8 @@ fn risk_lines(all: &Assessment, risk: &Risk) -> Vec<Line> {
     lines
 }
 
-/// A share in per cent, to two decimals: what would be printed as 0 or 100 but is not is given as beyond the
-/// last number that can be.
+/// A share in per cent, to two decimals. A share that is not 0 or 1 but would be printed so is given as
+/// "< 0.01" or "> 99.99".
 pub(super) fn percent(share: f64) -> String {
     match 100.0 * share {
         0.0 => "0".into(),

@@ -1,4 +1,4 @@
-//! A sink that records the messages of other processes to the writing one.
+//! A sink that records the messages that other processes send to the writing process.
 
 use std::sync::Mutex;
 

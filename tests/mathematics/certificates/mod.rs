@@ -1,4 +1,4 @@
-//! The closed-form tests compared with identities derived by hand and with an oracle of their own: a plain
+//! The closed-form tests compared with identities derived by hand and with an independent oracle: a plain
 //! fixed-step integration of the slip flow, written here from the equations and sharing no code with the
 //! crate.
 
@@ -74,8 +74,8 @@ use oracle::{Fate, STEPS_PER_TURN};
 /// which leaves a factor of ten for points outside its sample.
 const ORACLE_ERROR: f64 = 1e-7;
 
-/// The same for the square of the landing speed, which is 2 V times the height above the belt line that
-/// the orbit would reach, to first order.
+/// Bound on the oracle's error in the square of the landing speed, which is to first order 2 V times the
+/// height above the belt line that the orbit would reach.
 fn squared_speed_error(p: &Stribeck) -> f64 {
     2.0 * ORACLE_ERROR * p.v * p.v
 }
@@ -284,9 +284,9 @@ fn share_of_points_that_symmetric_decides() {
     assert!(share(with) > 0.9);
 }
 
-/// The asymptotic tests compared with the oracle: how often they are wrong at finite eps, and that harmonic
-/// balance never denies an existing cycle (a conjecture of the theory: a failure here would be a
-/// counterexample).
+/// The asymptotic tests compared with the oracle: the counts of their errors at finite eps, and that none of
+/// them denies an orbit that returns, at these points. Above k = 15.62 harmonic balance may deny a cycle that
+/// exists, see tests/mathematics/identities.rs.
 #[test]
 fn asymptotic_tests_err_only_where_the_theory_says() {
     let names = ["perturbation", "bendixson_leading", "harmonic_balance"];

@@ -50,7 +50,7 @@ pub fn turn(p: &Stribeck, steps_per_turn: u32) -> Turn {
     let h = TAU / f64::from(steps_per_turn);
     let mut state = (p.v, 0.0);
     let mut amplitude = 0.0f64;
-    // A weak node takes long; the time of thirty turns is far more than any turn here takes.
+    // A weak node needs much time; thirty turns are far longer than any turn here.
     for _ in 0..30 * steps_per_turn {
         let next = step(p, state, h);
         let rising = state.1 > 0.0;

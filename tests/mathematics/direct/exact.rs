@@ -162,7 +162,7 @@ fn dry_friction_alone_shrinks_crossing_orbits_by_four() {
             // 1e-12 V per turn, seen under the angle of the slowest contact, |w| = 0.3 or more.
             assert!((x1 - exact).abs() < 1e-10 * belt_speed.max(1.0), "{met:?}");
         }
-        // Then the orbit from the exit point touches the line for ever: too close to call.
+        // Then the orbit from the exit point touches the line for ever, so that its fate is undecided.
         assert!(met.len() >= expected.len());
     }
 }
@@ -256,7 +256,7 @@ fn hostile_points_end_with_a_reason() {
         let traced = trace(&oscillator, Start::State { x1: 0.3, x2: 1.0 }, 1e-9, 10.0);
         assert!(traced.samples.len() <= 200_000);
     }
-    // The orbit at a divergence of 2 and more runs away without turning.
+    // At a divergence of 2 and more the orbit diverges without turning.
     assert_eq!(flow(&coulomb(-2.0, 1.0), 1e-9).fate, Fate::Failed(Failure::NotFinite));
     assert_eq!(flow(&coulomb(-2.5, 1.0), 1e-9).fate, Fate::Failed(Failure::NotFinite));
     assert_eq!(flow(&oscillator(points[1]), 1e-9).fate, Fate::SpiralsInward);

@@ -44,7 +44,7 @@ fn a_traced_cycle_closes_with_the_period_of_the_flow() {
         let oscillator = oscillator(anywhere(&mut random));
         let Fate::Sticks(landing) = flow(&oscillator, 1e-11).fate else { continue };
         let period = landing.slip_time + landing.stick_time;
-        // An event too close to call may have either outcome.
+        // An event that is too close to call may have either outcome.
         if oscillator.exit_x1() - landing.x1 < 1e-3 {
             continue;
         }

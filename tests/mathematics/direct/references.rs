@@ -89,7 +89,7 @@ fn margins_and_their_error_estimates_agree_with_the_polar_form() {
                 Fate::Failed(_) => panic!("{context}"),
             }
             if answer.margin.is_nan() {
-                // The continuation ends at V/8, or nearer if the law has its pole near.
+                // The continuation ends at V/8, or nearer to the belt line if the law has a pole near it.
                 assert!(exact.value > 0.0, "{context}");
                 continue;
             }
@@ -111,8 +111,8 @@ fn margins_and_their_error_estimates_agree_with_the_polar_form() {
     assert!(median < 2e-15 && worst < 1e-13, "median {median:e}, worst {worst:e}");
 }
 
-/// Friction that is even in the slip speed falls within a thin layer next to a fast belt. Steps once went past it, with
-/// an error of 190 times the stated one.
+/// Friction that is even in the slip speed falls within a thin layer next to a fast belt. Steps once went
+/// past the layer, with an error of 190 times the stated one.
 #[test]
 fn thin_layers_of_friction_that_is_even_in_the_slip_speed_are_resolved() {
     let mut random = Random(0x1a7e);

@@ -39,7 +39,7 @@ pub struct MarginPoint {
     /// x2' at the first return to the belt line from below; `None` for [`ReferenceFate::Inward`].
     pub landing_speed: Option<f64>,
     pub fate: ReferenceFate,
-    /// Time from the exit point to the landing; `None` unless it sticks, as the next two.
+    /// Time from the exit point to the landing; this and the next two are `None` unless the orbit sticks.
     pub slip_time: Option<f64>,
     /// Time from the landing to the exit point.
     pub stick_time: Option<f64>,
@@ -88,7 +88,7 @@ pub fn column_points() -> Vec<CriticalPoint> {
     rows("columns.csv")
 }
 
-/// All rows of the table of that kind named by the environment.
+/// All rows of the table in the format of `columns.csv` that the variable SLIPMAP_COLUMNS names.
 pub fn other_column_points() -> Vec<CriticalPoint> {
     let path = std::env::var("SLIPMAP_COLUMNS").expect("SLIPMAP_COLUMNS names no file");
     rows(&path)

@@ -33,7 +33,7 @@ impl Sample {
         Self { damping, ..self }
     }
 
-    /// The same oscillator with the small parameter `l` times as large.
+    /// An equivalent sample with the small parameter `l` times as large.
     pub fn rescaled(self, l: f64) -> Self {
         Self {
             epsilon: l * self.epsilon,

@@ -27,7 +27,7 @@ path = \"map.h5\"
 fields = [\"verdict\", \"margin\", \"critical_c\", \"regime\"]
 ";
 
-/// A folder with that configuration.
+/// A folder with the configuration [`JOB`].
 pub fn scratch() -> Scratch {
     let scratch = Scratch::new();
     scratch.file("job.toml", JOB);
@@ -84,7 +84,7 @@ pub fn contents(path: &Path) -> BTreeMap<String, Vec<u8>> {
             let value = match kind {
                 // Addresses in the file, which `slipmap check` follows.
                 _ if ["DIMENSION_LIST", "REFERENCE_LIST"].contains(&attribute.as_str()) => vec![],
-                // Those of dimension scales.
+                // The attributes of dimension scales.
                 TypeDescriptor::FixedAscii(_) => {
                     content.read_raw::<hdf5::types::FixedAscii<64>>().unwrap()[0].as_bytes().to_vec()
                 }

@@ -1,4 +1,4 @@
-//! Reports: their numbers, and their pages; this file makes the maps for both.
+//! Reports: their numbers and their pages. This file computes the maps for both.
 
 mod numbers;
 mod pages;
@@ -46,7 +46,7 @@ fn plan(nodes: [&[f64]; 6], methods: &[&str], fields: &[Field]) -> Plan {
         .unwrap()
 }
 
-/// All but one, which would take seconds on the few cells of large divergence.
+/// All methods but `event_step`, which would take seconds on the few cells of large divergence.
 fn all_methods() -> Vec<&'static str> {
     Method::all().map(|method| method.name()).filter(|name| *name != "event_step").collect()
 }
@@ -85,8 +85,8 @@ fn small(folder: &Path, methods: &[&str], fields: &[Field]) -> MapFile {
     store_map(folder, &plan(nodes, methods, fields), "A small map")
 }
 
-/// The small map with every method and every field that a report reads, which many tests read: limits in epsilon,
-/// which no table has, would take twice as long as all else.
+/// The small map with every method and every field that a report reads, shared by many tests. It has no
+/// limits in epsilon, which no table has, and which would take twice as long as all else.
 static SMALL: LazyLock<MapFile> = LazyLock::new(|| {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("report");
     let _ = std::fs::remove_dir_all(&folder);

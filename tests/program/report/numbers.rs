@@ -46,7 +46,7 @@ fn volumes_are_those_of_the_boxes() {
                 if claims > 0.0 && claims < 1.0 {
                     error += volume * claims.max(1.0 - claims);
                 }
-                // A corner at the lower damping represents half of its edge along c, as does the other.
+                // Each of the two corners of an edge along c represents half of the edge.
                 in_c += volume
                     * share(&|corner| {
                         let mut other = corner.clone();

@@ -78,7 +78,7 @@ fn degenerate_maps_have_reports() {
 
 #[test]
 fn failed_cells_are_counted_and_drawn() {
-    // A sink between the engine and the file that breaks every verdict.
+    // A sink between the engine and the file that replaces every verdict by a failure.
     struct Broken<'a>(&'a PartialMap);
     impl map::Sink for Broken<'_> {
         type Packed = <PartialMap as map::Sink>::Packed;
@@ -303,7 +303,7 @@ fn one_axis_plots_draw_what_the_map_stores() {
         }
     }
     assert!(plotted.notes.is_empty(), "{:?}", plotted.notes);
-    // Where there is no node another stands for it, and that is said.
+    // A value that is not a node is replaced by the nearest node, with a note.
     let between = ("alpha".to_owned(), vec![0.01, 0.3]);
     let over_axis = Plot { panels: Some(&between), ..plot.clone() };
     let over_plane = Plot { y: Some("V"), at: &at[1..], variables: &variables[..1], ..over_axis.clone() };
@@ -320,7 +320,7 @@ fn one_axis_plots_draw_what_the_map_stores() {
 
 #[test]
 fn slices_show_the_stored_cells() {
-    // Every cell of a plotted verdict is a node's: the areas of the page add up to the nodes' cells.
+    // Every plotted cell belongs to a node: the areas on the page add up to the cells of the nodes.
     let view = View::new(&SMALL);
     let at = [("epsilon".to_owned(), vec![0.5])];
     let svg = {
