@@ -3,7 +3,7 @@
 //!
 //! - A block `sh` is run by bash; `slipmap` and `scripts/slipmap` are the program of this build.
 //! - A block `text` after a block `sh` is its standard output; `...` stands for any text, alone on a line for
-//! any lines.
+//!   any lines.
 //! - A block with `file=NAME` after its language is written to that file first.
 //! - A block `python` is run by the interpreter that `SLIPMAP_PYTHON` names, which `scripts/test` sets;
 //!   without it, such blocks are not run.
