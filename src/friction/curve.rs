@@ -189,6 +189,20 @@ impl Curve {
         }
     }
 
+    /// The weakening rate averaged over the grazing circle as in [`Curve::mean_weakening`], by eight angles; `None` for
+    /// laws with [known features](Curve::has_known_features). It costs eight evaluations, and follows every feature
+    /// that a formula has in its parameters.
+    pub(crate) fn sampled_mean(&self, belt_speed: f64) -> Option<f64> {
+        const ANGLES: usize = 8;
+        let angle = |k: usize| std::f64::consts::PI * (k as f64 + 0.5) / ANGLES as f64;
+        let slips: [f64; ANGLES] = std::array::from_fn(|k| belt_speed * (1.0 - angle(k).cos()));
+        let mean = || {
+            let rates = self.form.weakenings(slips).into_iter().enumerate();
+            rates.map(|(k, rate)| angle(k).sin().powi(2) * rate).sum::<f64>() * 2.0 / ANGLES as f64
+        };
+        (!self.has_known_features()).then(mean)
+    }
+
     /// The law to first order in eps at belt speed V.
     ///
     /// # Errors

@@ -14,6 +14,10 @@
 //! interpolant is rejected. Like the error of the backbone, this is an estimate and no bound. Cells within
 //! three errors of a boundary stay undecided here, and are decided from their own column.
 //!
+//! A formula may have features in its parameters that are narrower than the distance of the nodes. So samples of
+//! the law itself are interpolated, too, and compared in every column: their mean over the grazing circle is C(V)
+//! to first order. A box in which they differ has no answer.
+//!
 //! A box in which too many cells stay undecided gets more nodes along the axis with the largest error, and is
 //! then cut there, as long as it has several times more columns than nodes.
 
@@ -44,6 +48,8 @@ const COLUMNS_PER_NODE: usize = 3;
 const NODES_PER_OPEN: usize = 2;
 /// Number of further columns of a box that are computed and compared with the interpolant.
 const COMPARED: usize = 2;
+/// Largest distance of samples of the law from their interpolant, in units of its error or that of C.
+const SAMPLES_OFF: f64 = 3.0;
 /// Square of the reach from which on an orbit does not stick.
 const CROSSES: f64 = 4.0 * JUMP * JUMP;
 /// Largest number of columns of a box, evenly spread, whose undecided cells are counted.
@@ -53,8 +59,8 @@ const OPEN_WITHIN: f64 = 3.0;
 
 /// The interpolated answers for the columns of a tile.
 pub(super) struct Interpolated {
-    /// Number of values of a column: C at its amplitudes, from r = V down, and the squared reach of both
-    /// orbits.
+    /// Number of values of a column: C at its amplitudes, from r = V down, the squared reach of both orbits,
+    /// and the mean of samples of the law.
     stride: usize,
     values: Vec<f64>,
     /// For each column the errors of C and of the two squares; infinite where they are unknown.
@@ -105,7 +111,7 @@ impl Interpolated {
             found.settled_from = groups.map(farthest).fold(0.0, f64::max);
         }
         found.least = cs[0];
-        found.stride = intervals + 3;
+        found.stride = intervals + 4;
         found.values = vec![f64::NAN; found.stride * columns.len()];
         found.errors = vec![[f64::INFINITY; 3]; columns.len()];
         let shape = tile.shape();
@@ -118,8 +124,9 @@ impl Interpolated {
     /// C at the amplitudes of a column, the squares of both reaches, and the errors.
     fn of(&self, number: usize) -> Option<(&[f64], [f64; 2], &[f64; 3])> {
         let errors = self.errors.get(number).filter(|errors| errors[0].is_finite())?;
-        let (values, reaches) = self.values[number * self.stride..][..self.stride].split_last_chunk()?;
-        Some((values, *reaches, errors))
+        let (values, &[reach, farther, _]) =
+            self.values[number * self.stride..][..self.stride].split_last_chunk()?;
+        Some((values, [reach, farther], errors))
     }
 
     /// The end of the orbit from the exit point at damping `c` of a column; `None` where it is undecided.
@@ -161,6 +168,11 @@ pub(crate) fn open_share(plan: &Plan, tile: usize) -> f64 {
     };
     let open = columns.iter().enumerate().flat_map(|(i, column)| cs.iter().map(move |&c| (i, column, c)));
     open.filter(|&(i, column, c)| is_open(i, column, c)).count() as f64 / tile.cells() as f64
+}
+
+/// The mean of samples of a column's law; 0 for laws that are simple functions of their parameters.
+fn sampled(column: &Column) -> f64 {
+    column.curve.sampled_mean(column.belt_speed).unwrap_or(0.0)
 }
 
 fn end(critical: f64, reach: f64, errors: &[f64; 3], viscous: f64) -> Option<End> {
@@ -289,8 +301,13 @@ impl TileColumns<'_> {
             values.extend_from_slice(node);
             node_error = node_error.max(*error);
         }
-        let (values, [mut errors, least], worst) = spread(&sides, values, stride, node_error);
+        let (values, [errors, least], worst) = spread(&sides, values, stride, node_error);
+        let ([mut errors @ .., of_samples], [least @ .., _]) = (errors, least);
         let numbers = self.numbers(part);
+        let allowed = SAMPLES_OFF * errors[0].max(of_samples);
+        if let Some(roughest) = self.axis_of_missed_feature(part, &numbers, &values, allowed) {
+            return Some(if sides[roughest].is_exact { longest } else { roughest });
+        }
         let Open { cells, is_refuted } = self.compare(&numbers, &values, &mut errors, &least, found);
         if is_refuted {
             return Some(longest);
@@ -336,7 +353,33 @@ impl TileColumns<'_> {
             let reach = if from.is_finite() { reach(&oscillator, from, TOLERANCE).ok() } else { None };
             values.push(reach.map_or(f64::INFINITY, |reach| reach * reach));
         }
+        values.push(sampled(column));
         Some((values, error))
+    }
+
+    /// The axis along which the law has a feature between the nodes: where samples of the law in all columns of a
+    /// box are not within `allowed` of their interpolant, that along which they bend most.
+    fn axis_of_missed_feature(
+        &self,
+        part: &[Range<usize>],
+        numbers: &[usize],
+        values: &[f64],
+        allowed: f64,
+    ) -> Option<usize> {
+        let samples: Vec<f64> = numbers.iter().map(|&number| sampled(&self.columns[number])).collect();
+        let stride = values.len() / samples.len();
+        let interpolated = values.iter().skip(stride - 1).step_by(stride);
+        if samples.iter().zip(interpolated).all(|(sample, other)| (sample - other).abs() <= allowed) {
+            return None;
+        }
+        let bend = |axis: usize| {
+            let after: usize = part[axis + 1..].iter().map(ExactSizeIterator::len).product();
+            let length = part[axis].len();
+            let inner = (0..samples.len()).filter(|at| (1..length - 1).contains(&(at / after % length)));
+            let bends = inner.map(|at| (samples[at - after] - 2.0 * samples[at] + samples[at + after]).abs());
+            bends.fold(0.0, f64::max) * (length as f64).powi(2)
+        };
+        (0..part.len()).max_by(|&one, &other| bend(one).total_cmp(&bend(other)))
     }
 
     /// Counts the cells left undecided, and tests whether columns computed for comparison refute the error.
@@ -361,10 +404,10 @@ impl TileColumns<'_> {
             };
             let differs =
                 |i: usize, error: f64| (exact[i] - interpolated[i]).abs() > error && error.is_finite();
-            if differs(stride - 1, errors[2]) {
+            if differs(stride - 2, errors[2]) {
                 errors[2] = f64::INFINITY;
             }
-            (0..stride - 2).any(|i| differs(i, errors[0] + error)) || differs(stride - 2, errors[1])
+            (0..stride - 3).any(|i| differs(i, errors[0] + error)) || differs(stride - 3, errors[1])
         };
         if (0..COMPARED).any(refutes) {
             return Open { cells: 0, is_refuted: true };
@@ -376,11 +419,11 @@ impl TileColumns<'_> {
         let each = numbers.len().div_ceil(COUNTED) | 1;
         for (&number, values) in numbers.iter().zip(values.chunks(stride)).step_by(each) {
             let column = &self.columns[number];
-            let (critical, reach) = (values[0], values[stride - 2]);
+            let (critical, reach) = (values[0], values[stride - 3]);
             let backbones = found.nodes.as_ref().map(|nodes| {
                 let at_belt_speed = column.curve.weakening(column.belt_speed);
                 let backbone =
-                    |error| InterpolatedBackbone::new(nodes, column.belt_speed, &values[..stride - 2], error);
+                    |error| InterpolatedBackbone::new(nodes, column.belt_speed, &values[..stride - 3], error);
                 ([backbone(errors[0]), backbone(finer[0])], at_belt_speed)
             });
             for c in self.cs {
@@ -413,13 +456,13 @@ fn spread(
     values: Vec<f64>,
     stride: usize,
     node_error: f64,
-) -> (Vec<f64>, [[f64; 3]; 2], usize) {
+) -> (Vec<f64>, [[f64; 4]; 2], usize) {
     let factors =
         sides.iter().map(|side| if side.is_exact { 1.0 } else { chebyshev::lebesgue(side.nodes.len() - 1) });
     let factor: f64 = factors.product();
-    let least = [node_error, TOLERANCE * JUMP * JUMP, TOLERANCE * JUMP * JUMP];
+    let least = [node_error, TOLERANCE * JUMP * JUMP, TOLERANCE * JUMP * JUMP, 0.0];
     let mut errors = least;
-    let mut along = vec![[0.0; 3]; sides.len()];
+    let mut along = vec![[0.0; 4]; sides.len()];
     let mut after = stride;
     for (tails, side) in along.iter_mut().zip(sides).rev() {
         if !side.is_exact {
@@ -430,7 +473,7 @@ fn spread(
     }
     // Each axis's share of the errors of C and of the first reach, which leave cells undecided.
     let share =
-        |tails: &[f64; 3]| (0..2).map(|kind| tails[kind] / errors[kind]).filter(|it| it.is_finite()).sum();
+        |tails: &[f64; 4]| (0..2).map(|kind| tails[kind] / errors[kind]).filter(|it| it.is_finite()).sum();
     let shares: Vec<f64> = along.iter().map(share).collect();
     let worst = (0..sides.len())
         .filter(|&axis| !sides[axis].is_exact)
@@ -461,15 +504,15 @@ fn spread(
 
 /// The largest tails of the series along an axis of `count` nodes, whose values are `after` numbers apart: of
 /// C and of the two squares, which are the last two of each `stride` numbers.
-fn tails(values: &[f64], count: usize, after: usize, stride: usize) -> [f64; 3] {
+fn tails(values: &[f64], count: usize, after: usize, stride: usize) -> [f64; 4] {
     let transform = Transform::new(count - 1);
-    let mut tails = [0.0_f64; 3];
+    let mut tails = [0.0_f64; 4];
     let mut line = vec![0.0; count];
     for block in values.chunks(count * after) {
         for first in 0..after {
             line.iter_mut().zip(block[first..].iter().step_by(after)).for_each(|(to, from)| *to = *from);
             let tail = 2.0 * transform.coefficients(&line).skip(count - 2).map(f64::abs).sum::<f64>();
-            let largest = &mut tails[(first % stride + 3).saturating_sub(stride)];
+            let largest = &mut tails[(first % stride + 4).saturating_sub(stride)];
             // A tail that is NaN replaces the largest.
             *largest = if tail <= *largest { *largest } else { tail };
         }

@@ -259,9 +259,11 @@ impl LowerSet {
         let mut size = surplus.abs();
         for (stride, rank) in self.strides.iter().zip(ranks).filter(|(_, rank)| *rank > 0) {
             let before = |ranks: usize| self.size_at(place - ranks * stride);
-            // The mean fall over several ranks, where the frontier has no other surplus to confirm it.
+            // The mean fall over several ranks, where the frontier has no other surplus to confirm it. This surplus, or
+            // that four ranks before, may be small or large by chance: the slower fall of two.
+            let mean_fall = |size: f64, before: f64| (size / before).sqrt().sqrt().min(1.0);
             let fall = match rank {
-                4.. if axes == 1 => (size / before(4)).sqrt().sqrt().min(1.0),
+                5.. if axes == 1 => mean_fall(size, before(4)).max(mean_fall(before(1), before(5))),
                 _ => FALL,
             };
             size = size.max(fall * before(1));
@@ -299,6 +301,18 @@ impl LowerSet {
                 self.want_following(number);
             }
         }
+    }
+
+    /// The values in all cells of the polynomial through other values at the same nodes, in the order in which they
+    /// were added.
+    pub(super) fn through(&self, values: impl IntoIterator<Item = f64>) -> Vec<f64> {
+        let Self { sides, strides, numbers, nodes, .. } = self;
+        let (sides, strides, numbers, nodes) =
+            (sides.clone(), strides.clone(), numbers.clone(), nodes.clone());
+        let (surpluses, frontier, history) = (Vec::new(), Vec::new(), Vec::new());
+        let mut other = Self { sides, strides, numbers, nodes, surpluses, known: 0, frontier, history };
+        other.take(values);
+        other.values()
     }
 
     /// The values of the polynomial in all cells of the box, row-major.

@@ -38,6 +38,14 @@ const MOST_WASTED: f64 = 1.0 / 16.0;
 /// Number of cells for each further one that is compared, and the largest number of these.
 const CELLS_PER_COMPARED: usize = 64;
 const MOST_COMPARED: usize = 8;
+/// Number of nodes for each that is compared where that are more.
+const NODES_PER_COMPARED: usize = 16;
+/// Least error that is stated, in units of the goal: estimates far below it are by few surpluses.
+const LEAST_CLAIMED: f64 = 0.01;
+/// How much larger than the goal for ratios the errors of samples of the law may be.
+const SAMPLES_OFF: f64 = 3.0;
+/// Ratio of the largest error in a box to the largest in the cells that are compared.
+const LARGEST_PER_OBSERVED: f64 = 4.0;
 /// Rounding errors of a ratio.
 const ROUNDING: f64 = 32.0 * f64::EPSILON;
 
@@ -103,6 +111,8 @@ struct Cells<'a> {
     spirals: Vec<f64>,
     /// For each column whether it may be interpolated.
     is_smooth: Vec<bool>,
+    /// For each column the mean of samples of its law, less the weakening rate at belt speed, if it is a formula.
+    samples: Option<Vec<f64>>,
     /// The sides of boxes, by their axis and range; the axis after those of columns is c.
     sides: HashMap<(usize, Range<usize>), Option<Rc<Side>>>,
     /// The turns of the nodes of boxes that were cut.
@@ -120,6 +130,10 @@ impl<'a> Cells<'a> {
             };
             [0.0, 1.0, 2.0].into_iter().all(is_near) && column.curve.is_analytic(column.belt_speed)
         };
+        let sample = |column: &Column| {
+            let mean = column.curve.sampled_mean(column.belt_speed)?;
+            Some(mean - column.curve.weakening(column.belt_speed))
+        };
         Self {
             columns,
             axes,
@@ -127,6 +141,7 @@ impl<'a> Cells<'a> {
             tolerance,
             spirals: reach_of_spirals(columns, cs),
             is_smooth: columns.iter().map(is_smooth).collect(),
+            samples: columns.iter().map(sample).collect(),
             sides: HashMap::new(),
             turns: HashMap::new(),
             done: Margins::none(columns.len() * cs.len()),
@@ -289,6 +304,8 @@ struct Growing {
     /// Largest error of a ratio that is small enough for the margins: the tolerance divided by the largest
     /// reach of a spiral.
     goal: f64,
+    /// The error stated for the ratios.
+    stated: f64,
     /// The tolerance of turns: a power of 2, so that many boxes have the same.
     tolerance: f64,
     /// The turns of the nodes.
@@ -333,7 +350,18 @@ impl Growing {
         }
         let ranges = ranges.clone();
         let (turns, compared) = (Vec::new(), Vec::new());
-        Some(Self { ranges, columns, set, most, goal, tolerance, turns, node_error: 0.0, compared })
+        Some(Self {
+            ranges,
+            columns,
+            set,
+            most,
+            goal,
+            stated: 0.0,
+            tolerance,
+            turns,
+            node_error: 0.0,
+            compared,
+        })
     }
 
     /// The cells whose turns are requested next.
@@ -375,7 +403,9 @@ impl Growing {
         let (of_polynomial, of_turns) = (self.set.take(values), ENLARGED * self.node_error);
         let enough = SHARE_OF_POLYNOMIAL * self.goal;
         if of_polynomial <= enough && of_turns <= self.goal - enough {
-            return self.fill(cells, of_polynomial + of_turns);
+            // Twice the estimate where that is within the goal.
+            let error = (2.0 * of_polynomial + of_turns).clamp(LEAST_CLAIMED * self.goal, self.goal);
+            return if self.misses_feature(cells) { Next::Cut } else { self.fill(cells, error) };
         }
         if self.set.expected_nodes(enough) > NODES_EXPECTED * self.most {
             return Next::Cut;
@@ -385,8 +415,22 @@ impl Growing {
         if can_grow { Next::MoreTurns } else { Next::Cut }
     }
 
+    /// Returns whether the law has a feature in its parameters that the nodes miss: whether the polynomial through
+    /// samples of the law at the nodes is off in a column by more than the samples may be for the goal. To first order
+    /// the ratio is the exponential of pi times the sample.
+    fn misses_feature(&self, cells: &Cells) -> bool {
+        let Some(samples) = cells.samples.as_ref().filter(|_| self.columns.len() > 1) else { return false };
+        let dampings = cells.cs.len();
+        let at_nodes = self.turns.iter().map(|(cell, _)| samples[cell / dampings]);
+        let found = self.set.through(at_nodes);
+        let allowed = SAMPLES_OFF * self.goal / PI;
+        let mut columns = self.columns.iter().zip(found.chunks_exact(dampings));
+        !columns.all(|(&column, found)| (found[0] - samples[column]).abs() <= allowed)
+    }
+
     /// Fills the cells by the polynomial, whose ratios have this error.
     fn fill(&mut self, cells: &mut Cells, error: f64) -> Next {
+        self.stated = error;
         let dampings = cells.cs.len();
         let values = self.set.values();
         pulp::Arch::new().dispatch(
@@ -411,7 +455,8 @@ impl Growing {
         }
         let all = values.len();
         let mut random = Random(all as u64);
-        let count = (all / CELLS_PER_COMPARED).clamp(1, MOST_COMPARED);
+        let most = MOST_COMPARED.max(self.turns.len() / NODES_PER_COMPARED);
+        let count = (all / CELLS_PER_COMPARED).clamp(1, most);
         let compared = (0..count).map(|_| (random.unit() * all as f64) as usize);
         self.compared = compared.map(|cell| self.cell(cell, dampings)).collect();
         Next::MoreTurns
@@ -419,13 +464,30 @@ impl Growing {
 
     /// Compares some cells with their turns.
     fn compare(&self, cells: &mut Cells, taken: usize) -> Next {
+        let mut observed: f64 = 0.0;
         for &(cell, turn) in &self.turns[taken..] {
             let Turn::Complete { margin, error, .. } = turn else { return Next::Cut };
-            let (found, found_error) = (&mut cells.done.margins[cell], &mut cells.done.errors[cell]);
-            if (margin - *found).abs() > *found_error + error {
+            let (off, stated) = ((margin - cells.done.margins[cell]).abs(), cells.done.errors[cell]);
+            if off > stated + error {
                 return Next::Cut;
             }
-            (*found, *found_error) = (margin, error);
+            observed = observed.max(off / stated);
+        }
+        let factor = LARGEST_PER_OBSERVED * observed;
+        if factor > 1.0 {
+            if factor * self.stated > self.goal {
+                return Next::Cut;
+            }
+            let dampings = cells.cs.len();
+            for column in &self.columns {
+                let errors = &mut cells.done.errors[column * dampings..][..dampings];
+                errors.iter_mut().for_each(|error| *error *= factor);
+            }
+        }
+        for &(cell, turn) in &self.turns[taken..] {
+            if let Turn::Complete { margin, error, .. } = turn {
+                (cells.done.margins[cell], cells.done.errors[cell]) = (margin, error);
+            }
         }
         Next::Finished
     }

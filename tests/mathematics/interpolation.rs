@@ -70,6 +70,13 @@ fn grids() -> Vec<(&'static str, Grid)> {
             grid(formula(exponential), vec![one(1.0), nodes(0.1, 1.0, n), one(0.5), belts.clone(), one(0.1)]),
         ),
         (
+            "ridge",
+            grid(
+                formula("1 - (0.1 + 0.2*exp(-((p - 0.37)/0.02)^2))*(1 - exp(-u))"),
+                vec![one(0.5), nodes(0.0, 1.0, 128), nodes(0.5, 1.5, 16), vec![0.25, 0.3]],
+            ),
+        ),
+        (
             "crossing",
             grid(
                 formula(exponential),

@@ -14,6 +14,8 @@ const SLOWEST_TURN: f64 = 0.02;
 const LARGEST_LOG: f64 = 1.0;
 /// About the largest |dm / dC| / V of orbits that grow by at most that.
 const MARGIN_BY_DAMPING: f64 = PI * E;
+/// Largest divergence of the spiral from which the iteration starts at a given C.
+const FARTHEST_START: f64 = 0.2;
 /// Largest |A| in a step of Newton's method.
 const LARGEST_GROWTH: f64 = 8.0;
 /// Largest change of p in a step.
@@ -279,8 +281,9 @@ impl Orbit<'_> {
         self.viscous = viscous.unwrap_or(mean);
         if let Some(viscous) = viscous {
             let mut start = 0.0;
+            let divergence = (mean - viscous).clamp(-FARTHEST_START, FARTHEST_START);
             for element in &mut self.elements {
-                element.slope = element.sin_squared.map(|sin_squared| (mean - viscous) * sin_squared);
+                element.slope = element.sin_squared.map(|sin_squared| divergence * sin_squared);
                 start = element.integrate(rule, start);
             }
             largest = largest.max(viscous.abs());
