@@ -334,7 +334,11 @@ fn risk_lines(all: &Assessment, risk: &Risk) -> Vec<Line> {
     for rare in &risk.rare_by {
         let share = Rich::number(100.0 * rare.probability, 4);
         let name = rich("damping at which that probability is ").then(share).then(" %");
-        let value = rare.damping.as_ref().map_or_else(|| rich("too few draws"), limits);
+        let value = match &rare.damping {
+            Some(damping) if damping.limits[1] == 0.0 => rich("none: it needs no damping"),
+            Some(damping) => limits(damping),
+            None => rich("too few draws"),
+        };
         lines.push((name, value));
     }
     lines.push((rich("limits in brackets"), rich("those of the sampling by draws alone, 95 %")));
