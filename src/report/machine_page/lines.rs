@@ -152,6 +152,7 @@ fn limits(all: &Assessment) -> Vec<Line> {
     let below = |limit: &Limit, otherwise: &str| match limit {
         Limit::Below(speed) => of(*speed, Velocity),
         Limit::Everywhere => rich(&format!("any, up to 1,000 times the {speed}")),
+        Limit::NoneUpTo(speed) => rich("none up to ").then(of(*speed, Velocity)),
         Limit::NotFound => rich(otherwise),
     };
     let mut limits = regime_lines(all);
