@@ -182,7 +182,7 @@ fn limits(all: &Assessment) -> Vec<Line> {
             match all.vibrates_below_damping {
                 Some(0.0) => rich("none: it needs no damping"),
                 Some(damping) => with_error(damping),
-                None => rich("not determined"),
+                None => not_determined(all),
             },
         ),
     ]);
@@ -194,6 +194,12 @@ fn limits(all: &Assessment) -> Vec<Line> {
         limits.push(line("damping over critical damping", quantity(margin, "")));
     }
     limits
+}
+
+/// "not determined", with the reason if it is not that of the whole regime.
+fn not_determined(all: &Assessment) -> Rich {
+    let why = all.slip_cycles_unknown.as_ref();
+    Rich::foreign(&why.map_or_else(|| "not determined".into(), |why| format!("not determined: {why}")))
 }
 
 /// Frequencies, times, amplitudes and kicks at the working point.
@@ -225,12 +231,12 @@ fn motion(all: &Assessment) -> Vec<Line> {
         )),
         None => motion.push(line(
             "kick that starts it",
-            rich(match does.regime {
-                Regime::StickSlip | Regime::PureSlip | Regime::Crossing => "none is needed",
-                Regime::Equilibrium => "no kick of steady slip does",
+            match does.regime {
+                Regime::StickSlip | Regime::PureSlip | Regime::Crossing => rich("none is needed"),
+                Regime::Equilibrium => rich("no kick of steady slip does"),
                 // A cycle that crosses the belt line may be started by a kick that is not computed.
-                _ => "not determined",
-            }),
+                _ => not_determined(all),
+            },
         )),
     }
     motion
