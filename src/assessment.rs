@@ -89,6 +89,8 @@ pub(crate) struct Assessment {
     pub(crate) vibrates_below_damping: Option<f64>,
     /// Standard errors of dampings; `None` for friction without standard errors.
     pub(crate) standard_errors: Option<StandardErrors>,
+    /// Reason why slip cycles are unknown where the regime is known but not all that depends on them.
+    pub(crate) slip_cycles_unknown: Option<String>,
     /// The known properties where the regime is not determined; `None` where it is.
     pub(crate) undetermined: Option<Undetermined>,
     /// Period of the attracting motion, s.
@@ -158,11 +160,14 @@ fn always_below_damping(law: &Law, point: &Point, hopf: f64, critical: f64) -> O
 
 /// The damping c above which steady slip is the only attractor: the largest of the backbone, on which every
 /// slip cycle and the grazing orbit lie.
-fn vibrates_below_damping(law: &Law, point: &Point) -> Option<f64> {
+fn vibrates_below_damping(law: &Law, point: &Point, critical: f64) -> Option<f64> {
     let column = law.column(point);
     let backbone = Backbone::of(&column, BACKBONE_TOLERANCE).ok()?;
     let turns = backbone.turning_points().iter().map(|turn| turn.viscous / column.epsilon);
     let most = turns.fold(0.0, f64::max);
+    // The backbone of a steep table may be less accurate than the critical damping.
+    let is_critical = (most - critical).abs() <= backbone.error / column.epsilon;
+    let most = if is_critical { critical } else { most };
     // Cycles that cross the belt line are not on the backbone, so the regime is computed beyond it.
     let damping = most * (1.0 + BEYOND);
     (regime_at(law, &Point { damping, ..*point }) == Regime::Equilibrium).then_some(most)
@@ -258,13 +263,25 @@ pub(crate) fn assess(machine: &Machine) -> Option<Assessment> {
     if undecided && proves_absence(&oscillator, &count_slip_cycles(&oscillator)) {
         proofs.push(Proof { test: "number_of_slip_cycles", verdict: "absent" });
     }
+    let vibrates_below = vibrates_below_damping(law, point, critical);
+    let has_kick = basin.is_some()
+        || matches!(
+            behaviour.regime,
+            Regime::Equilibrium | Regime::PureSlip | Regime::StickSlip | Regime::Crossing
+        );
+    let is_missing = vibrates_below.is_none() || !has_kick;
+    let slip_cycles_unknown = is_missing
+        .then(|| slip_cycles(&oscillator, TOLERANCE).err())
+        .flatten()
+        .map(|why| format!("slip cycles: {why}"));
     Some(Assessment {
         machine: machine.clone(),
         always_below_speed: always_below_speed(law, point).times(units.velocity),
         always_below_damping: always_below_damping(law, point, hopf / point.epsilon, critical)
             .map(|damping| damping * units.damping),
         hopf_damping: hopf / point.epsilon * units.damping,
-        vibrates_below_damping: vibrates_below_damping(law, point).map(|damping| damping * units.damping),
+        vibrates_below_damping: vibrates_below.map(|damping| damping * units.damping),
+        slip_cycles_unknown,
         standard_errors: standard_error_of_hopf(&column).map(|hopf| StandardErrors {
             critical_damping: risk::standard_error(&model),
             hopf_damping: hopf / point.epsilon * units.damping,
@@ -418,6 +435,60 @@ mod tests {
         let critical = here.behaviour.critical_damping.unwrap();
         assert!(here.standard_error_of(critical).is_some_and(|error| error != found));
         assert_eq!(here.standard_error_of(0.5 * critical), None);
+    }
+
+    /// A table that falls steeply from rest, with scatter: orbits over its first rows are outside the polar form
+    /// and exhaust the budget of an accurate backbone.
+    #[test]
+    fn a_steep_noisy_table_has_kicks_and_limits() {
+        let data = [
+            (0.0, 0.451),
+            (0.003, 0.4459),
+            (0.0038927, 0.4384),
+            (0.0050511, 0.4356),
+            (0.0065542, 0.43430),
+            (0.0085046, 0.4253),
+            (0.011035, 0.4208),
+            (0.014319, 0.4159),
+            (0.01858, 0.407),
+            (0.024109, 0.3943),
+            (0.031284, 0.3831),
+            (0.040593, 0.359),
+            (0.052673, 0.3541),
+            (0.068347, 0.3326),
+            (0.088685, 0.3145),
+            (0.11508, 0.3078),
+            (0.14932, 0.298),
+            (0.19375, 0.2882),
+            (0.25141, 0.2828),
+            (0.32622, 0.2857),
+            (0.4233, 0.2864),
+            (0.54927, 0.2938),
+            (0.71271, 0.2924),
+            (0.9248, 0.2943),
+            (1.2, 0.3022),
+        ];
+        let machine = Machine {
+            friction: Friction::Measured(Table::new("a pad", &data, data[0].1).unwrap()),
+            mass: 1.8,
+            stiffness: 4.2e5,
+            normal_force: 900.0,
+            belt_speed: 0.1,
+            damping: 300.0,
+            ..example(Law::Stribeck)
+        };
+        let all = assess(&machine).unwrap();
+        assert_eq!(all.behaviour.regime, Regime::Bistable);
+        assert_eq!(all.slip_cycles_unknown, None);
+        // No slip cycle lies beyond the grazing orbit: the critical damping is the last limit.
+        assert_eq!(all.vibrates_below_damping, all.behaviour.critical_damping);
+        let Model { law, point, .. } = machine.model().unwrap();
+        let cycles = slip_cycles(&Oscillator::new(&law, &point), TOLERANCE).unwrap();
+        // By turns of another program, with the interpolation and the method of Runge and Kutta of SciPy.
+        assert!(cycles.len() == 1 && !cycles[0].is_stable(), "{cycles:?}");
+        assert!((cycles[0].velocity.hi - 0.046_691_803).abs() < 2e-9, "{cycles:?}");
+        let kick = all.kick.unwrap();
+        assert!(kick.forward > 0.02 && kick.forward < 0.025, "{kick:?}");
     }
 
     #[test]

@@ -15,6 +15,8 @@ use crate::simulate::{Fate, critical_damping, exceeds, flow};
 pub enum Limit {
     /// The statement fails at the smallest values that were tried, or it is unknown beyond the limit.
     NotFound,
+    /// The statement fails at all values that were tried, up to this one; beyond it, it is unknown.
+    NoneUpTo(f64),
     /// The limit.
     Below(f64),
     /// The statement holds at all values that were tried.
@@ -27,7 +29,7 @@ impl Limit {
     pub fn value(self) -> Option<f64> {
         match self {
             Limit::Below(value) => Some(value),
-            Limit::NotFound | Limit::Everywhere => None,
+            Limit::NotFound | Limit::NoneUpTo(_) | Limit::Everywhere => None,
         }
     }
 
@@ -35,7 +37,8 @@ impl Limit {
     pub(crate) fn times(self, unit: f64) -> Self {
         match self {
             Limit::Below(value) => Limit::Below(value * unit),
-            other => other,
+            Limit::NoneUpTo(value) => Limit::NoneUpTo(value * unit),
+            Limit::NotFound | Limit::Everywhere => self,
         }
     }
 }
@@ -103,22 +106,37 @@ pub(crate) fn last_between(mut low: f64, mut high: f64, holds: impl Fn(f64) -> O
 /// false.
 fn highest_belt_speed(near: f64, holds: impl Fn(f64) -> Option<bool>) -> Limit {
     let mut beyond = Limit::Everywhere;
+    // The fastest speed from which on `holds` is false at all slower ones.
+    let mut none_up_to = Limit::NotFound;
     for speed in belt_speeds(near, CRITICAL_PER_DECADE).rev() {
         beyond = match (holds(speed), beyond) {
             (Some(true), Limit::Below(high)) => {
                 return last_between(speed, high, holds).map_or(Limit::NotFound, Limit::Below);
             }
             (Some(true), unchanged) => return unchanged,
-            (Some(false), _) => Limit::Below(speed),
-            (None, _) => Limit::NotFound,
+            (Some(false), _) => {
+                if none_up_to == Limit::NotFound {
+                    none_up_to = Limit::NoneUpTo(speed);
+                }
+                Limit::Below(speed)
+            }
+            (None, _) => {
+                none_up_to = Limit::NotFound;
+                Limit::NotFound
+            }
         };
     }
-    Limit::NotFound
+    none_up_to
 }
 
 /// The highest belt speed V at which c* falls through the point's damping.
 fn critical_belt_speed(law: &Law, point: &Point, tolerance: f64) -> Limit {
+    // A closed orbit reaches about twice the belt speed: beyond half their end, data tell nothing.
+    let end = if let Law::Table(table) = law { 0.5 * table.fastest() } else { f64::INFINITY };
     highest_belt_speed(point.belt_speed, |belt_speed| {
+        if belt_speed > end {
+            return None;
+        }
         let column = law.column(&Point { belt_speed, ..*point });
         exceeds(&column, point.damping, tolerance).ok()
     })
@@ -178,11 +196,42 @@ pub fn behaviour(model: &Model, tolerance: f64) -> Behaviour {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::machine::{Machine, example};
+    use crate::friction::Table;
+    use crate::machine::{Friction, Machine, example};
+
+    fn does(machine: &Machine) -> Behaviour {
+        behaviour(&machine.model().unwrap(), 1e-10)
+    }
+
+    /// Friction that rises: the machine stick-slips at no belt speed, as far as the data reach.
+    #[test]
+    fn a_limit_that_does_not_exist_is_told_from_an_unknown_one() {
+        let below = |known: f64, limit: f64| {
+            highest_belt_speed(1.0, |speed| (speed < known).then_some(speed < limit))
+        };
+        assert_eq!(below(f64::INFINITY, f64::INFINITY), Limit::Everywhere);
+        assert!(matches!(below(f64::INFINITY, 2.0), Limit::Below(at) if (at - 2.0).abs() < 1e-9));
+        assert_eq!(below(f64::INFINITY, 0.0), Limit::NoneUpTo(1e3));
+        assert!(matches!(below(5.0, 0.0), Limit::NoneUpTo(at) if at < 5.0 && at > 4.0));
+        assert_eq!(below(5.0, f64::INFINITY), Limit::NotFound);
+        assert_eq!(below(0.0, 0.0), Limit::NotFound);
+        // Unknown at the slowest speeds.
+        let slow = highest_belt_speed(1.0, |speed| (speed > 0.1).then_some(false));
+        assert_eq!(slow, Limit::NotFound);
+        let data = [0.0, 0.05, 0.1, 0.2, 0.5, 1.2].map(|u| (u, 0.3 + 0.2 * u));
+        let friction = Friction::Measured(Table::new("rises", &data, 0.3).unwrap());
+        let machine = Machine { friction, belt_speed: 0.2, ..example(Law::Stribeck) };
+        let found = does(&machine).critical_belt_speed;
+        assert!(matches!(found, Limit::NoneUpTo(speed) if speed > 0.5 && speed <= 0.6), "{found:?}");
+        // Friction that falls as far as the data reach has no limit there.
+        let data = data.map(|(u, mu)| (u, 0.6 - mu));
+        let friction = Friction::Measured(Table::new("falls", &data, 0.3).unwrap());
+        let falls = Machine { friction, damping: 0.0, ..machine };
+        assert_eq!(does(&falls).critical_belt_speed, Limit::NotFound);
+    }
 
     #[test]
     fn critical_values_are_those_of_the_machine_itself() {
-        let does = |machine: &Machine| behaviour(&machine.model().unwrap(), 1e-10);
         for law in Law::BUILT_IN {
             let machine = example(law.clone());
             let here = does(&machine);

@@ -521,6 +521,47 @@ mod tests {
         assert!(0.05 < p && p < 0.45, "the case is a test: {p}");
     }
 
+    /// Friction that rises within its standard errors may fall: the probability has no step where the critical
+    /// damping of the data passes zero.
+    #[test]
+    fn friction_that_rises_within_its_errors_may_stick_slip() {
+        let speeds = [0.0, 0.05, 0.1, 0.2, 0.5, 1.2];
+        let of = |slope: f64| {
+            let data = speeds.map(|u| (u, 0.3 + slope * u));
+            let table =
+                Table::new("flat", &data, data[0].1).unwrap().with_standard_errors(&[0.01; 6]).unwrap();
+            Machine {
+                friction: Friction::Measured(table),
+                mass: 1.8,
+                stiffness: 4.2e5,
+                normal_force: 900.0,
+                belt_speed: 0.2,
+                damping: 1.0,
+                ..example(Law::Stribeck)
+            }
+        };
+        let found = |slope: f64| risk(&of(slope), &[], 20_000, &[]).unwrap();
+        let [rises, falls] = [1e-4, -1e-4].map(|slope| found(slope).probability.value);
+        assert!((rises - falls).abs() < 0.02 && (0.4..0.6).contains(&rises), "{rises} {falls}");
+        let rising = found(0.005);
+        // Of 300 tables with other errors.
+        let machine = of(0.005);
+        let mut random = Random(8);
+        let n = 300;
+        let may = (0..n).filter(|_| {
+            let data = speeds.map(|u| (u, 0.3 + 0.005 * u + 0.01 * random.normal()));
+            let table = Table::new("another", &data, data[0].1).unwrap();
+            critical(&Machine { friction: Friction::Measured(table), ..machine.clone() }) > machine.damping
+        });
+        let share = may.count() as f64 / f64::from(n);
+        let p = rising.probability.value;
+        assert!((share - p).abs() < 4.0 * (p * (1.0 - p) / f64::from(n)).sqrt(), "{share} {p}");
+        assert!(rising.failed == 0 && rising.standard_error.is_some_and(|error| error > 10.0), "{rising:?}");
+        // As few as one in a million where friction rises by far more than its errors.
+        let steep = found(1.0);
+        assert!(steep.failed == 0 && steep.probability.value == 0.0, "{steep:?}");
+    }
+
     #[test]
     fn steep_scattered_data_have_a_standard_error_too() {
         // Rows as a rig gives them: near rest friction falls so fast that the orbit is outside the polar form.

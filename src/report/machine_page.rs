@@ -168,7 +168,7 @@ fn write_lines(scene: &mut Scene, y: f64, lines: &[Line]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::answer::in_words;
+    use super::answer::{in_words, uncertainty};
     use super::lines::{percentage, regime_lines, sections};
     use super::*;
     use crate::assessment::{Undetermined, assess};
@@ -176,7 +176,7 @@ mod tests {
     use crate::machine::{Friction, Machine, Motion, example};
     use crate::map::Regime;
     use crate::point::LawParameters;
-    use crate::risk::{Estimate, Spread};
+    use crate::risk::{Estimate, Spread, risk};
 
     #[test]
     fn a_critical_damping_that_was_not_found_is_not_told_as_none() {
@@ -319,6 +319,30 @@ mod tests {
             let page = MachinePage::new(&all, &Subject { title: "", uncertain: &[], risk: None, source: "" });
             assert!(page.scene().svg("page", &page.caption()).contains("Coefficient of friction"));
         }
+    }
+
+    /// Friction that rises by far more than its errors: no damping is needed for any probability.
+    fn rising_machine() -> Machine {
+        let data = [0.0, 0.05, 0.1, 0.2, 0.5, 1.2].map(|u| (u, 0.3 + 0.2 * u));
+        let table = Table::new("rises", &data, 0.3).unwrap().with_standard_errors(&[1e-3; 6]).unwrap();
+        let friction = Friction::Measured(table);
+        let [mass, stiffness, normal_force, belt_speed] = [1.8, 4.2e5, 900.0, 0.2];
+        let like = example(Law::Stribeck);
+        Machine { friction, mass, stiffness, normal_force, belt_speed, damping: 0.0, ..like }
+    }
+
+    #[test]
+    fn no_damping_is_needed_where_no_draw_may_stick_slip() {
+        let machine = rising_machine();
+        let risk = risk(&machine, &[], 20_000, &[0.1, 0.01]).unwrap();
+        assert!(risk.standard_error.is_some_and(|error| error > 1.0), "{risk:?}");
+        let all = assess(&machine).unwrap();
+        let text = text_of(sections(&all, &[], Some(&risk)));
+        for share in [10, 1] {
+            let line = format!("damping at which that probability is {share} %: none: it needs no damping\n");
+            assert!(text.contains(&line), "{text}");
+        }
+        assert!(uncertainty(&all, Some(&risk)).plain().ends_with(" with a probability of 0 %."));
     }
 
     #[test]

@@ -28,7 +28,7 @@ use rayon::prelude::*;
 use crate::friction::{Column, Law, Table};
 use crate::machine::{Friction, Machine, Model};
 use crate::simulate::critical::{critical_damping, critical_dampings};
-use crate::simulate::sensitivity::{self, NoSensitivity};
+use crate::simulate::sensitivity::sensitivity_of_any_sign;
 
 /// Tolerance of the root search for a critical damping.
 const TOLERANCE: f64 = 1e-9;
@@ -69,7 +69,7 @@ pub(super) struct Found {
     /// Largest error of the interpolated dampings at the samples, in SI units.
     pub(super) error: f64,
     /// Their standard deviations due to the standard errors of measured friction, in SI units; NaN where
-    /// unknown, 0 for friction without standard errors and for negative critical dampings.
+    /// unknown, 0 for friction without standard errors.
     pub(super) deviations: Vec<f64>,
 }
 
@@ -92,21 +92,21 @@ pub(crate) fn standard_error(model: &Model) -> Option<f64> {
 }
 
 /// The critical damping of a machine with measured friction, and its standard deviation to first order in the
-/// standard errors of the data; both dimensionless, NaN where unknown. The deviation of a negative critical
-/// damping is 0.
+/// standard errors of the data; both dimensionless, NaN where unknown. A negative critical damping has a
+/// deviation, too: other data may have a positive one.
 fn of_measured(model: &Model) -> Pair {
     let column = model.column();
     let errors = column.curve.table().and_then(Table::standard_errors).unwrap_or_default();
-    match sensitivity::sensitivity(&column) {
-        // The derivatives are at a fixed unit of friction: in SI this is not the static friction.
+    match sensitivity_of_any_sign(&column) {
         Ok(found) => {
+            // The derivatives are at a fixed unit of friction: in SI this is not the static friction.
             let moved = found.by_data.iter().zip(errors).map(|(by, error)| (by.value * error).powi(2));
-            [found.critical.c, moved.sum::<f64>().sqrt()]
+            let critical = found.critical;
+            // A search may end with a negative critical damping that is known to be negative only.
+            let is_known = critical.c >= 0.0 || critical.error < -critical.c;
+            [critical.c, if is_known { moved.sum::<f64>().sqrt() } else { f64::NAN }]
         }
-        Err(why) => {
-            let critical = critical_damping(&column, TOLERANCE).map_or(f64::NAN, |critical| critical.c);
-            [critical, if why == NoSensitivity::Negative { 0.0 } else { f64::NAN }]
-        }
+        Err(_) => [critical_damping(&column, TOLERANCE).map_or(f64::NAN, |critical| critical.c), f64::NAN],
     }
 }
 

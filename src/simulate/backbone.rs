@@ -46,6 +46,11 @@ const CLOSE: f64 = 0.01;
 /// Least tolerance where there are corners: orbits that only touch one take many steps.
 const LEAST_TOLERANCE_WITH_CORNERS: f64 = 1e-8;
 
+/// Tolerance of the second attempt where a backbone exceeds the budget. A steep law with corners has orbits
+/// outside the polar form, each of which takes as long as a hundred others, and whose errors stay above the
+/// least tolerance; panels are refined in vain then.
+const SECOND_TOLERANCE: f64 = 1e-6;
+
 /// Largest error, relative to the largest |C|, of a backbone from which the number of cycles is read.
 /// Interpolants through nine nodes gave wrong counts in eleven of 120,000 cases of rough random laws, each
 /// with an error above 8e-3 of that size.
@@ -109,7 +114,7 @@ pub struct Backbone {
 
 impl Backbone {
     /// Computes the backbone of a column, with an error of about `tolerance` in units of the weakening rate
-    /// where that can be reached.
+    /// where that can be reached; its `error` says where it cannot.
     ///
     /// # Errors
     /// [`Failure`] of an orbit.
@@ -125,13 +130,24 @@ impl Backbone {
         Self::within(curve, belt_speed, tolerance, &Work::of_backbone(curve))
     }
 
-    /// [`Backbone::of_curve`] within a budget of work.
+    /// [`Backbone::of_curve`] within a budget of work. If that ends, a less accurate one, within a second
+    /// budget, of which the rest is left.
     pub(super) fn within(
         curve: &Curve,
         belt_speed: f64,
         tolerance: f64,
         work: &Work,
     ) -> Result<Self, Failure> {
+        match Self::first_within(curve, belt_speed, tolerance, work) {
+            Err(Failure::StepBudget) if tolerance < SECOND_TOLERANCE => {
+                work.renew();
+                Self::first_within(curve, belt_speed, SECOND_TOLERANCE, work)
+            }
+            found => found,
+        }
+    }
+
+    fn first_within(curve: &Curve, belt_speed: f64, tolerance: f64, work: &Work) -> Result<Self, Failure> {
         if !curve.corners().is_empty()
             && let Some(backbone) = Self::cut(curve, belt_speed, tolerance, work)?
         {

@@ -110,7 +110,19 @@ pub enum NoSensitivity {
 /// # Errors
 /// [`NoSensitivity`].
 pub fn sensitivity(column: &Column) -> Result<Sensitivity, NoSensitivity> {
-    let critical = legal_critical_damping(column)?;
+    at(column, legal_critical_damping(column)?)
+}
+
+/// The derivatives of the critical damping, also of a negative one, at which a grazing orbit closes, too.
+///
+/// # Errors
+/// [`NoSensitivity`], but not [`NoSensitivity::Negative`].
+pub(crate) fn sensitivity_of_any_sign(column: &Column) -> Result<Sensitivity, NoSensitivity> {
+    at(column, critical_damping(column, CRITICAL)?)
+}
+
+/// The derivatives on the orbit that grazes at the damping `critical`.
+fn at(column: &Column, critical: CriticalDamping) -> Result<Sensitivity, NoSensitivity> {
     let work = Work::of_question(&column.curve);
     let [fine, coarse] =
         [(critical.c, TOLERANCES[0]), (critical.c + critical.error, TOLERANCES[1])].map(|(c, tolerance)| {

@@ -34,6 +34,11 @@ impl Work {
         Self { compiles: curve.cost() > 1, ..Self::of_question(curve) }
     }
 
+    /// Makes the budget whole again, for a second attempt.
+    pub(super) fn renew(&self) {
+        self.left.set(QUESTION);
+    }
+
     /// Subtracts evaluations of the law itself from the budget.
     ///
     /// # Errors

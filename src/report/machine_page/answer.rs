@@ -55,6 +55,8 @@ pub(super) fn uncertainty(all: &Assessment, risk: Option<&Risk>) -> Rich {
             .then(rich(&share));
     let rarest = risk.rare_by.iter().rev().find_map(|rare| Some((rare.probability, rare.damping.as_ref()?)));
     match rarest {
+        // Without damping the probability is smaller still.
+        Some((_, damping)) if damping.value == 0.0 => probability.then("."),
         Some((share, damping)) => {
             let damping = Rich::number(damping.value, 3).with_unit(unit);
             let share = Rich::number(100.0 * share, 2);

@@ -85,12 +85,25 @@ fn limits(grid: &Grid, point: &Point, speeds: &[f64]) -> Vec<PlaneCurve> {
     vec![curve(Bifurcation::Hopf, hopf.collect()), curve(Bifurcation::GrazingSliding, grazing.collect())]
 }
 
+/// The fastest belt speed of the regime figure, in SI units: somewhat beyond the machine's and the critical one.
+/// Orbits reach slip speeds of twice the belt speed and somewhat more, so beyond half the end of measured data
+/// they would fail.
+fn fastest_shown(all: &Assessment) -> f64 {
+    let machine = &all.machine;
+    let must = all.behaviour.critical_belt_speed.value().unwrap_or(0.0).max(machine.belt_speed);
+    let end = match &machine.friction {
+        Friction::Measured(table) => 0.47 * table.fastest(),
+        Friction::Coefficients(..) | Friction::Formula(..) => f64::INFINITY,
+    };
+    (1.4 * must).min(end.max(must))
+}
+
 /// The regimes around the working point, with the curves between them, in a panel of height `height`.
 pub(super) fn regimes(all: &Assessment, height: f64) -> Scene {
     let machine = &all.machine;
     let units = machine.units();
     let does = &all.behaviour;
-    let speed = does.critical_belt_speed.value().unwrap_or(machine.belt_speed).max(machine.belt_speed) * 1.4;
+    let speed = fastest_shown(all);
     let damping =
         does.critical_damping.unwrap_or(machine.damping).max(machine.damping).max(1e-3 * units.damping) * 1.6;
     let nodes = |to: f64, least: f64| -> Vec<f64> {
@@ -231,4 +244,33 @@ pub(super) fn friction(all: &Assessment, height: f64) -> Scene {
     lowest.x_name(&mut scene, &Rich::foreign(&format!("slip speed, {velocity}")));
     scene.height = lowest.rect.y + lowest.rect.h + BOTTOM_MARGIN + SMALL_TEXT;
     scene
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::assessment::assess;
+    use crate::friction::{Law, Table};
+    use crate::machine::{Machine, example};
+
+    #[test]
+    fn the_regimes_end_where_the_data_do() {
+        let phi = |u: f64| 0.29 + 0.15 * (-u / 0.05).exp() - 0.01 * u;
+        let of = |end: f64| {
+            let data: Vec<(f64, f64)> =
+                [0.0, 0.03, 0.06, 0.1, 0.2, 0.4, 1.0].map(|share| (share * end, phi(share * end))).into();
+            let friction = Friction::Measured(Table::new("a pad", &data, data[0].1).unwrap());
+            let [mass, stiffness, normal_force, belt_speed, damping] = [1.8, 4.2e5, 900.0, 0.1, 80.0];
+            let like = example(Law::Stribeck);
+            assess(&Machine { friction, mass, stiffness, normal_force, belt_speed, damping, ..like }).unwrap()
+        };
+        let all = of(1.2);
+        let critical = all.behaviour.critical_belt_speed.value().unwrap();
+        assert!(critical > 0.43 && critical < 0.5, "else the data do not end the picture: {critical}");
+        assert!((fastest_shown(&all) - 0.47 * 1.2).abs() < 1e-9);
+        // Without data the picture goes on beyond the critical speed.
+        let all = assess(&example(Law::Exponential)).unwrap();
+        let critical = all.behaviour.critical_belt_speed.value().unwrap();
+        assert!((fastest_shown(&all) / critical - 1.4).abs() < 1e-9);
+    }
 }

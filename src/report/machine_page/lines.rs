@@ -152,6 +152,7 @@ fn limits(all: &Assessment) -> Vec<Line> {
     let below = |limit: &Limit, otherwise: &str| match limit {
         Limit::Below(speed) => of(*speed, Velocity),
         Limit::Everywhere => rich(&format!("any, up to 1,000 times the {speed}")),
+        Limit::NoneUpTo(speed) => rich("none up to ").then(of(*speed, Velocity)),
         Limit::NotFound => rich(otherwise),
     };
     let mut limits = regime_lines(all);
@@ -181,7 +182,7 @@ fn limits(all: &Assessment) -> Vec<Line> {
             match all.vibrates_below_damping {
                 Some(0.0) => rich("none: it needs no damping"),
                 Some(damping) => with_error(damping),
-                None => rich("not determined"),
+                None => not_determined(all),
             },
         ),
     ]);
@@ -193,6 +194,12 @@ fn limits(all: &Assessment) -> Vec<Line> {
         limits.push(line("damping over critical damping", quantity(margin, "")));
     }
     limits
+}
+
+/// "not determined", with the reason if it is not that of the whole regime.
+fn not_determined(all: &Assessment) -> Rich {
+    let why = all.slip_cycles_unknown.as_ref();
+    Rich::foreign(&why.map_or_else(|| "not determined".into(), |why| format!("not determined: {why}")))
 }
 
 /// Frequencies, times, amplitudes and kicks at the working point.
@@ -224,12 +231,12 @@ fn motion(all: &Assessment) -> Vec<Line> {
         )),
         None => motion.push(line(
             "kick that starts it",
-            rich(match does.regime {
-                Regime::StickSlip | Regime::PureSlip | Regime::Crossing => "none is needed",
-                Regime::Equilibrium => "no kick of steady slip does",
+            match does.regime {
+                Regime::StickSlip | Regime::PureSlip | Regime::Crossing => rich("none is needed"),
+                Regime::Equilibrium => rich("no kick of steady slip does"),
                 // A cycle that crosses the belt line may be started by a kick that is not computed.
-                _ => "not determined",
-            }),
+                _ => not_determined(all),
+            },
         )),
     }
     motion
@@ -334,7 +341,11 @@ fn risk_lines(all: &Assessment, risk: &Risk) -> Vec<Line> {
     for rare in &risk.rare_by {
         let share = Rich::number(100.0 * rare.probability, 4);
         let name = rich("damping at which that probability is ").then(share).then(" %");
-        let value = rare.damping.as_ref().map_or_else(|| rich("too few draws"), limits);
+        let value = match &rare.damping {
+            Some(damping) if damping.limits[1] == 0.0 => rich("none: it needs no damping"),
+            Some(damping) => limits(damping),
+            None => rich("too few draws"),
+        };
         lines.push((name, value));
     }
     lines.push((rich("limits in brackets"), rich("those of the sampling by draws alone, 95 %")));
