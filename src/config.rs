@@ -125,16 +125,22 @@ impl Job {
     pub fn load(file: &Path, sets: &[String]) -> Result<Job, ConfigError> {
         let source = Source::load(file, sets)?;
         let root = source.root();
+        // Before the friction, which is read otherwise for a machine.
+        refuse_unknown_sections(&root)?;
         let friction = root.section("friction")?;
         let folder = file.parent().unwrap_or(Path::new(""));
         let (axes, machine) = (root.section("grid")?, root.section("machine")?);
-        let alone = machine.is_present() && !axes.is_present();
+        if axes.is_present() && machine.is_present() {
+            let remedy = "give the axes in [grid] or the machine in [machine], and leave the other out";
+            return Err(root.unknown("machine", remedy.into()));
+        }
+        let alone = machine.is_present();
         let about = match alone {
             true => law::About::Machine(machine::motion_of(&machine)?),
             false => law::About::Oscillator,
         };
         let law = law::read(&friction, folder, about)?;
-        if axes.is_present() || !machine.is_present() {
+        if !alone {
             law::check_symbols(&law, &friction, &axes)?;
         }
         check_keys(&root, &law)?;
@@ -142,20 +148,13 @@ impl Job {
         let stem = file.file_stem().map_or_else(|| "map".into(), |stem| stem.to_string_lossy().into_owned());
         let title = root.get_or("title", stem.clone(), |node| Ok(line(node)?.to_owned()))?;
 
-        let (grid, machine, uncertain) = match (axes.is_present(), machine.is_present()) {
-            (true, true) => {
-                let remedy = "give the axes in [grid] or the machine in [machine], and leave the other out";
-                return Err(root.unknown("machine", remedy.into()));
-            }
-            (false, true) => {
-                let job = machine::read(&machine, &friction, &law)?;
-                (machine::grid(&machine, &job)?, Some(job.machine), job.uncertain)
-            }
-            (_, false) => {
-                let grid = grid(&axes, &law)?;
-                law::check_range(&friction, &grid)?;
-                (grid, None, Vec::new())
-            }
+        let (grid, machine, uncertain) = if alone {
+            let job = machine::read(&machine, &friction, &law)?;
+            (machine::grid(&machine, &job)?, Some(job.machine), job.uncertain)
+        } else {
+            let grid = grid(&axes, &law)?;
+            law::check_range(&friction, &grid)?;
+            (grid, None, Vec::new())
         };
 
         let methods = root.section("methods")?.get_or("run", Method::usual().collect(), |node| {
@@ -227,25 +226,50 @@ impl Job {
     }
 }
 
+/// The sections of a configuration.
+const SECTIONS: [&str; 11] = [
+    "friction",
+    "grid",
+    "machine",
+    "methods",
+    "simulation",
+    "naive",
+    "validated",
+    "curves",
+    "audit",
+    "output",
+    "work_precision",
+];
+
 /// The keys of each section of a configuration for `law`; `None` is the top level.
 fn schema(law: &Law) -> Vec<(Option<&'static str>, Vec<&'static str>)> {
-    let sections = vec![
-        ("friction", law::KEYS.to_vec()),
-        ("grid", Grid::axis_names(law)),
-        ("machine", machine::known_keys(law)),
-        ("methods", vec!["run"]),
-        ("simulation", vec!["engine", "tolerance"]),
-        ("naive", NAIVE_KEYS.to_vec()),
-        ("validated", vec!["boxes", "proof"]),
-        ("curves", curves::KEYS.to_vec()),
-        ("audit", vec!["cells"]),
-        ("output", vec!["path", "fields", "compression"]),
-        ("work_precision", vec!["cells", "near", "seconds"]),
-    ];
-    let top = std::iter::once("title").chain(sections.iter().map(|(name, _)| *name)).collect();
+    let keys_of = |section: &'static str| match section {
+        "friction" => law::KEYS.to_vec(),
+        "grid" => Grid::axis_names(law),
+        "machine" => machine::known_keys(law),
+        "methods" => vec!["run"],
+        "simulation" => vec!["engine", "tolerance"],
+        "naive" => NAIVE_KEYS.to_vec(),
+        "validated" => vec!["boxes", "proof"],
+        "curves" => curves::KEYS.to_vec(),
+        "audit" => vec!["cells"],
+        "output" => vec!["path", "fields", "compression"],
+        _ => vec!["cells", "near", "seconds"],
+    };
+    let top = std::iter::once("title").chain(SECTIONS).collect();
     let mut schema = vec![(None, top)];
-    schema.extend(sections.into_iter().map(|(name, keys)| (Some(name), keys)));
+    schema.extend(SECTIONS.map(|name| (Some(name), keys_of(name))));
     schema
+}
+
+/// Refuses a section whose name is unknown, such as `[maschine]`.
+fn refuse_unknown_sections(root: &Section) -> Result<(), ConfigError> {
+    for key in root.keys().iter().filter(|key| !SECTIONS.contains(&key.as_str())) {
+        if root.section(key).is_ok() {
+            return Err(root.unknown(key, nearest("key", key, &SECTIONS)));
+        }
+    }
+    Ok(())
 }
 
 /// Refuses unknown keys; the error names the section or the key that was probably meant.

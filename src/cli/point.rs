@@ -100,7 +100,9 @@ fn parse_number(text: &str) -> Result<f64, String> {
 
 pub(super) fn parse_setting(text: &str) -> Result<(String, f64), String> {
     let (name, value) = text.split_once('=').ok_or("there is no `=` in it; write for example mu=0.3")?;
-    Ok((name.trim().to_owned(), parse_number(value.trim())?))
+    // Also as `slipmap run` takes the quantities of a machine: machine.mass=1.
+    let name = name.trim();
+    Ok((name.strip_prefix("machine.").unwrap_or(name).to_owned(), parse_number(value.trim())?))
 }
 
 impl PointArguments {

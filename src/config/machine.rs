@@ -182,8 +182,9 @@ pub(crate) fn load_machine(file: &Path, values: &[(String, f64)]) -> Result<Mach
     };
     let source = Source::load(file, &values.iter().map(set).collect::<Vec<_>>())?;
     let root = source.root();
+    super::refuse_unknown_sections(&root)?;
     let section = root.section("machine")?;
-    if !section.is_present() {
+    if !written.is_present() {
         return Err(root.missing(
             "machine",
             "name a configuration that describes a machine in a table [machine]".into(),

@@ -200,5 +200,5 @@ fn contradicts(flow: &Flow, stored: Verdict) -> bool {
 
 /// The tolerance of the second computation.
 fn finer(tolerance: f64) -> f64 {
-    (1e-3 * tolerance).max(FINEST_DIRECT)
+    (1e-3 * tolerance).max(FINEST_DIRECT).min(tolerance)
 }

@@ -470,9 +470,8 @@ mod tests {
         {
             assert_eq!(csv_cell(words), text);
         }
-        for plain in ["-0.5 to 1", "+inf", "a = b", "- "] {
-            assert_eq!(csv_cell(plain).trim_start_matches('\''), plain);
+        for plain in ["-0.5 to 1", "+.5", "a = b", "-"] {
+            assert_eq!(csv_cell(plain), plain);
         }
-        assert_eq!(csv_cell("-0.5 to 1"), "-0.5 to 1");
     }
 }

@@ -338,3 +338,24 @@ fn measured_friction_with_standard_errors_makes_a_machine_uncertain() {
     assert!(told["stages"]["probability"].as_f64().is_some_and(|seconds| seconds > 0.0), "{told}");
     assert!(MapFile::open(&scratch.path().join("map.h5")).unwrap().has_auxiliary(PROBABILITY));
 }
+
+/// The coefficients of a machine's friction are no error of a law of an oscillator: what is wrong is the section.
+#[test]
+fn a_wrong_section_is_named_before_the_friction() {
+    let scratch = Scratch::new();
+    scratch.file("mu.csv", data(1.0));
+    let right = machine("law = \"table\"\nfile = \"mu.csv\"", "");
+    scratch.file("typo.toml", right.replace("[machine]", "[maschine]"));
+    for arguments in [&["run", "typo.toml"][..], &["machine", "typo.toml", "--set", "damping=2"]] {
+        let parts = ["typo.toml:5:", "unknown key `maschine`", "nearest valid key is `machine`"];
+        scratch.run(arguments).refuses(&parts);
+    }
+    scratch.file("both.toml", format!("{right}[grid]\nV = 1.0\n"));
+    scratch.run(&["run", "both.toml"]).refuses(&["both.toml:5:", "leave the other out"]);
+    // As `slipmap run` takes it.
+    scratch.file("right.toml", &right);
+    let shares = ["damping=2", "machine.damping=2"].map(|set| {
+        json(&scratch, &["machine", "right.toml", "--set", set])["damping_over_critical"].as_f64().unwrap()
+    });
+    assert_eq!(shares[0], shares[1]);
+}
