@@ -557,7 +557,7 @@ mod tests {
         let p = rising.probability.value;
         assert!((share - p).abs() < 4.0 * (p * (1.0 - p) / f64::from(n)).sqrt(), "{share} {p}");
         assert!(rising.failed == 0 && rising.standard_error.is_some_and(|error| error > 10.0), "{rising:?}");
-        // As few as one in a million where friction rises by far more than its errors.
+        // It does not where friction rises by far more than its errors.
         let steep = found(1.0);
         assert!(steep.failed == 0 && steep.probability.value == 0.0, "{steep:?}");
     }
