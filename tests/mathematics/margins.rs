@@ -196,9 +196,17 @@ fn margins_of_grids_of_formulas_are_within_their_error() {
         (formula("mu + (1 - mu)*exp(-abs(u)/vs)"), false),
         (Law::Table(Table::new("rows", &rows, 1.0).unwrap()), false),
     ] {
-        let of_law = [(0.5, 0.7, 3), (3.0, 5.0, 24), (0.4, 0.8, 6)];
+        let of_law = match is_smooth {
+            true => [(0.5, 0.7, 3), (3.0, 5.0, 24), (0.4, 0.8, 6)],
+            // Their turns are slow.
+            false => [(0.5, 0.7, 1), (3.0, 5.0, 2), (0.4, 0.8, 2)],
+        };
         let ranges = if law.parameters().is_empty() { &of_law[2..] } else { &of_law[..] };
-        let found = GridOfColumns::new(&law, 0.5, ranges).compare(&axis(0.1, 12), 1e-9, 1e-12);
+        let found = GridOfColumns::new(&law, 0.5, ranges).compare(
+            &axis(0.1, if is_smooth { 12 } else { 5 }),
+            1e-9,
+            1e-12,
+        );
         if is_smooth {
             assert!(3 * found.interpolated > found.cells, "{} {found:?}", law.definition());
         } else {
