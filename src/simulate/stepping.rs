@@ -1,6 +1,6 @@
 //! One turn of many orbits of Stribeck's law by equal steps in the polar angle, eight orbits together, far
 //! from the circle: 3 microseconds a turn there, where the elements of [`super::elements`], for any law, take
-//! 12, and the steps of [`super::closed_orbit`] 60.
+//! about 20, and the steps of [`super::closed_orbit`] 60.
 
 use std::sync::{LazyLock, OnceLock};
 

@@ -163,7 +163,8 @@ fn margins_are_within_their_error(count: u64) {
         }
         compared
     };
-    let all = (0..count).into_par_iter().map(compare);
+    // The last is an orbit that turns just before a corner, where the end of a span lies beyond its turning point.
+    let all = (0..count).into_par_iter().chain([3082]).map(compare);
     let compared = all.reduce(|| [0; 3], |a, b| std::array::from_fn(|i| a[i] + b[i]));
     assert!(compared.iter().all(|compared| 10 * compared > 6 * count), "{compared:?}");
 }

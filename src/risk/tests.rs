@@ -1,0 +1,323 @@
+//! Tests of probabilities against separate counts and draws.
+
+use super::*;
+use crate::friction::{Expression, Law, Table};
+use crate::machine::{Friction, example};
+use crate::point::LawParameters;
+use crate::simulate::critical_damping;
+
+/// The critical damping in SI units, by a root search for this machine alone.
+fn critical(machine: &Machine) -> f64 {
+    let model = machine.model().unwrap();
+    critical_damping(&model.column(), 1e-10).unwrap().c * model.si.units.damping
+}
+
+fn machine(law: Law) -> Machine {
+    example(law).with("strengthening", 0.0).unwrap()
+}
+
+#[test]
+fn an_uncertain_damping_alone_has_a_known_probability() {
+    // Its critical damping is one number d*, so that P = P(d < d*), evenly spread between two values.
+    let machine = machine(Law::Exponential);
+    let critical = critical(&machine);
+    let machine = machine.with("damping", critical).unwrap();
+    let (min, max) = (0.9 * critical, 1.3 * critical);
+    let uncertain = [("damping", Spread::Uniform { min, max })];
+    let found = risk(&machine, &uncertain, 20_000, &[0.05]).unwrap();
+    // Four standard errors of a share.
+    let error = |p: f64| 4.0 * (p * (1.0 - p) / 20_000.0_f64).sqrt();
+    let [low, high] = found.probability.limits;
+    assert!((found.probability.value - 0.25).abs() < error(0.25), "{found:?}");
+    // The limits are 1.96 standard errors to both sides.
+    assert!((0.5 * (high - low) / error(0.25) - 1.96 / 4.0).abs() < 0.02, "{found:?}");
+    // The nominal damping is d*; deviations go from -0.1 to 0.3 of it. To exceed d* in all but 5 % of the
+    // draws, it has to be d* (1 + 0.1 - 0.05 * 0.4).
+    let damping = found.rare_by[0].damping.unwrap();
+    let exact = critical * (1.0 + 0.1 - 0.02);
+    assert!((damping.value - exact).abs() < 0.4 * critical * error(0.05), "{damping:?} {exact}");
+    assert!(damping.limits[0] < damping.value && damping.value < damping.limits[1], "{damping:?}");
+    assert!((found.failed, found.draws) == (0, 20_000));
+}
+
+#[test]
+fn a_rare_damping_next_to_zero_has_its_probability() {
+    // Negative dampings are illegal: how many draws that concerns depends on the nominal damping.
+    let machine = machine(Law::Exponential);
+    let critical = critical(&machine);
+    let uncertain = [
+        ("damping", Spread::Normal { sd: 0.4 * critical }),
+        ("belt_speed", Spread::Uniform { min: 0.1, max: 0.4 }),
+    ];
+    let found =
+        risk(&machine.with("damping", 0.01 * critical).unwrap(), &uncertain, 20_000, &[0.3, 0.1]).unwrap();
+    assert!(found.draws < 12_000 && found.draws + found.redrawn == 20_000, "{found:?}");
+    for RareBy { probability, damping } in found.rare_by {
+        let nominal = machine.with("damping", damping.unwrap().value).unwrap();
+        let there = risk(&nominal, &uncertain, 20_000, &[]).unwrap().probability;
+        assert!((there.value - probability).abs() < 2e-3, "{probability} {there:?}");
+    }
+}
+
+/// Machines of every kind of friction, with their uncertain quantities.
+fn uncertain_machines() -> Vec<(Machine, Vec<Uncertain>)> {
+    let always = [
+        ("normal_force", Spread::Normal { sd: 12.0 }),
+        ("mass", Spread::Uniform { min: 1.6, max: 2.5 }),
+        ("belt_speed", Spread::Uniform { min: 0.05, max: 0.4 }),
+    ];
+    let with = |more: &[Uncertain]| always.iter().chain(more).copied().collect::<Vec<_>>();
+    let coefficients = [
+        ("kinetic_friction", Spread::Normal { sd: 0.05 }),
+        ("strengthening", Spread::Uniform { min: 0.0, max: 0.04 }),
+    ];
+    // The built-in laws but Stribeck's take the path of formulas.
+    let mut all = vec![(example(Law::Stribeck), with(&coefficients))];
+    let formula = Expression::new("muk + (0.4 - muk)*exp(-(u/vs))", 1.0).unwrap();
+    let formula = Friction::Formula(formula, LawParameters::new(&[0.3, 0.25]));
+    let vs = ("vs", Spread::Uniform { min: 0.2, max: 0.3 });
+    all.push((Machine { friction: formula, ..example(Law::Stribeck) }, with(&[vs])));
+    let data = [(0.0, 0.4), (0.1, 0.36), (0.25, 0.33), (0.6, 0.31), (2.0, 0.3), (4.0, 0.3)];
+    let table = Friction::Measured(Table::new("a test", &data, 0.4).unwrap());
+    all.push((Machine { friction: table, ..example(Law::Stribeck) }, with(&[])));
+    all
+}
+
+#[test]
+fn interpolated_critical_dampings_are_those_of_each_machine() {
+    for (machine, uncertain) in uncertain_machines() {
+        let names: Vec<&str> = uncertain.iter().map(|(name, _)| *name).collect();
+        let mut random = Random(11);
+        let mut groups = Groups::new(&machine, &names);
+        let drawn: Vec<Machine> =
+            (0..12_000).map(|_| draw(&machine, &uncertain, &mut random).unwrap().machine).collect();
+        drawn.iter().for_each(|machine| groups.push(machine));
+        let found = groups.critical_dampings();
+        let law = machine.model().unwrap().law;
+        for (machine, damping) in drawn.iter().zip(&found.dampings).step_by(331) {
+            let exact = critical(machine);
+            // The error is known at the samples of a box only; other machines in it may have a few times
+            // that error.
+            let bound = 10.0 * found.error + 1e-7 * exact.abs();
+            assert!((damping - exact).abs() < bound, "{law:?}: {damping} {exact} {}", found.error);
+        }
+        assert!(found.error < 1e-5 * critical(&machine), "{law:?}: {}", found.error);
+    }
+}
+
+/// A machine with measured friction, each datum with its standard error, and the data.
+fn measured_machine() -> (Machine, Vec<(f64, f64)>, Vec<f64>) {
+    let data: Vec<(f64, f64)> =
+        [0.0, 0.05, 0.12, 0.25, 0.45, 0.8, 2.0, 4.0].map(|u: f64| (u, 0.3 + 0.1 * (-u / 0.25).exp())).into();
+    let errors: Vec<f64> = (0..8).map(|i| 2e-4 * f64::from(1 + i % 3)).collect();
+    let table = Table::new("a test", &data, data[0].1).unwrap().with_standard_errors(&errors).unwrap();
+    (Machine { friction: Friction::Measured(table), ..example(Law::Stribeck) }, data, errors)
+}
+
+#[test]
+fn measured_friction_is_as_uncertain_as_tables_of_other_measurements() {
+    let (machine, data, errors) = measured_machine();
+    let nominal = critical(&machine);
+    let machine = machine.with("damping", 1.01 * nominal).unwrap();
+    let mut random = Random(5);
+    let n = 300;
+    let others: Vec<f64> = (0..n)
+        .map(|_| {
+            let mut data = data.clone();
+            data.iter_mut().zip(&errors).for_each(|((_, mu), error)| *mu += error * random.normal());
+            let table = Table::new("another", &data, data[0].1).unwrap();
+            critical(&Machine { friction: Friction::Measured(table), ..machine.clone() })
+        })
+        .collect();
+    let spread = (others.iter().map(|other| (other - nominal).powi(2)).sum::<f64>() / f64::from(n)).sqrt();
+    let found = risk(&machine, &[], 20_000, &[]).unwrap();
+    // Four standard errors of a standard deviation and of a share; the critical damping's second order in
+    // the errors of the data is far below them.
+    let standard_error = found.standard_error.unwrap();
+    assert!(
+        (spread / standard_error - 1.0).abs() < 4.0 / f64::from(2 * n).sqrt(),
+        "{spread} {standard_error}"
+    );
+    let share = others.iter().filter(|other| **other > machine.damping).count() as f64 / f64::from(n);
+    let p = found.probability.value;
+    assert!((share - p).abs() < 4.0 * (p * (1.0 - p) / f64::from(n)).sqrt(), "{share} {p}");
+    assert!(0.05 < p && p < 0.45, "the case is a test: {p}");
+}
+
+/// Friction that rises within its standard errors may fall: the probability has no step where the critical
+/// damping of the data passes zero.
+#[test]
+fn friction_that_rises_within_its_errors_may_stick_slip() {
+    let speeds = [0.0, 0.05, 0.1, 0.2, 0.5, 1.2];
+    let of = |slope: f64| {
+        let data = speeds.map(|u| (u, 0.3 + slope * u));
+        let table = Table::new("flat", &data, data[0].1).unwrap().with_standard_errors(&[0.01; 6]).unwrap();
+        Machine {
+            friction: Friction::Measured(table),
+            mass: 1.8,
+            stiffness: 4.2e5,
+            normal_force: 900.0,
+            belt_speed: 0.2,
+            damping: 1.0,
+            ..example(Law::Stribeck)
+        }
+    };
+    let found = |slope: f64| risk(&of(slope), &[], 20_000, &[]).unwrap();
+    let [rises, falls] = [1e-4, -1e-4].map(|slope| found(slope).probability.value);
+    assert!((rises - falls).abs() < 0.02 && (0.4..0.6).contains(&rises), "{rises} {falls}");
+    let rising = found(0.005);
+    // Of 300 tables with other errors.
+    let machine = of(0.005);
+    let mut random = Random(8);
+    let n = 300;
+    let may = (0..n).filter(|_| {
+        let data = speeds.map(|u| (u, 0.3 + 0.005 * u + 0.01 * random.normal()));
+        let table = Table::new("another", &data, data[0].1).unwrap();
+        critical(&Machine { friction: Friction::Measured(table), ..machine.clone() }) > machine.damping
+    });
+    let share = may.count() as f64 / f64::from(n);
+    let p = rising.probability.value;
+    assert!((share - p).abs() < 4.0 * (p * (1.0 - p) / f64::from(n)).sqrt(), "{share} {p}");
+    assert!(rising.failed == 0 && rising.standard_error.is_some_and(|error| error > 10.0), "{rising:?}");
+    // It does not where friction rises by far more than its errors.
+    let steep = found(1.0);
+    assert!(steep.failed == 0 && steep.probability.value == 0.0, "{steep:?}");
+}
+
+#[test]
+fn steep_scattered_data_have_a_standard_error_too() {
+    // Rows as a rig gives them: near rest friction falls so fast that the orbit is outside the polar form.
+    let data = [
+        (0.0, 0.3736),
+        (0.002, 0.3481),
+        (0.00254, 0.3523),
+        (0.00411, 0.3525),
+        (0.00664, 0.3299),
+        (0.01074, 0.3228),
+        (0.01735, 0.3029),
+        (0.03566, 0.2798),
+        (0.07327, 0.2473),
+        (0.15055, 0.2313),
+        (0.5, 0.2418),
+    ];
+    let table = Table::new("a rig", &data, data[0].1).unwrap().with_standard_errors(&[0.004; 11]).unwrap();
+    let machine = Machine {
+        friction: Friction::Measured(table),
+        mass: 1.2,
+        stiffness: 9e4,
+        normal_force: 250.0,
+        belt_speed: 0.1,
+        ..example(Law::Stribeck)
+    };
+    let uncertain = [("normal_force", Spread::Normal { sd: 10.0 })];
+    let found = risk(&machine, &uncertain, 60, &[]).unwrap();
+    assert!(found.failed == 0 && found.standard_error.is_some_and(|error| error > 0.0), "{found:?}");
+}
+
+/// The formula of a machine in three parameters: with the speed and the mass they are too many to interpolate.
+#[test]
+fn fewer_draws_are_usual_where_each_needs_a_search() {
+    let formula = Expression::new("muk + (mus - muk)*exp(-u/vs)", 1.0).unwrap();
+    let friction = Friction::Formula(formula, LawParameters::new(&[0.25, 0.4, 0.05]));
+    let machine = Machine { friction, ..example(Law::Stribeck) };
+    let all = ["muk", "mus", "vs", "belt_speed", "mass", "stiffness"];
+    let usual = |names: &[&'static str]| {
+        let spreads: Vec<Uncertain> = names.iter().map(|name| (*name, Spread::Normal { sd: 0.01 })).collect();
+        usual_draws(&machine, &spreads)
+    };
+    assert_eq!(usual(&all), 10_000);
+    assert_eq!((usual(&all[..4]), usual(&all[1..])), (1_000_000, 1_000_000));
+    assert_eq!(usual_draws(&example(Law::Stribeck), &[("mass", Spread::Normal { sd: 0.01 })]), 1_000_000);
+}
+
+#[test]
+fn illegal_draws_and_failed_ones_are_counted_apart() {
+    let machine = machine(Law::Exponential);
+    let uncertain = [("mass", Spread::Normal { sd: 0.8 * machine.mass })];
+    let found = risk(&machine, &uncertain, 1000, &[]).unwrap();
+    // A normal number is more than 1.25 standard deviations below its mean in 10.6 % of all draws: of those
+    // until 1000 are legal, 118 on average.
+    assert!((60..180).contains(&found.redrawn), "{}", found.redrawn);
+    assert_eq!((found.draws, found.failed), (1000, 0));
+}
+
+#[test]
+fn limits_hold_whatever_draws_without_an_answer_do() {
+    let needed = |failed| Needed {
+        draws: (1..=1000)
+            .map(|i| NeededDraw { damping: f64::from(i), legal_from: f64::NEG_INFINITY })
+            .collect(),
+        all_legal_from: f64::NEG_INFINITY,
+        failed,
+        redrawn: 0,
+        error: 0.0,
+    };
+    let (all, some) = (needed(0).probability(900.0), needed(250).probability(900.0));
+    assert!(all.value == 0.1 && all.limits[0] > 0.08 && all.limits[1] < 0.125, "{all:?}");
+    // 100 of 1250 at least, 350 at most, and the limits of a share of so many draws.
+    assert!(some.value == 0.1 && (0.06..0.08).contains(&some.limits[0]), "{some:?}");
+    assert!((0.28..0.31).contains(&some.limits[1]), "{some:?}");
+    // All of those without an answer may need more damping than any other.
+    assert!(needed(0).quantile(0.1).is_some() && needed(250).quantile(0.1).is_none());
+    let half = needed(250).quantile(0.5).unwrap();
+    assert!(half.limits[0] < 380.0 && half.limits[1] > 620.0 && half.value == 501.0, "{half:?}");
+}
+
+#[test]
+fn interpolated_standard_errors_are_those_of_each_machine() {
+    let (machine, ..) = measured_machine();
+    let uncertain = [
+        ("normal_force", Spread::Normal { sd: 12.0 }),
+        ("belt_speed", Spread::Uniform { min: 0.05, max: 0.4 }),
+    ];
+    let mut groups = Groups::new(&machine, &["normal_force", "belt_speed"]);
+    let mut random = Random(11);
+    let drawn: Vec<Machine> =
+        (0..500).map(|_| draw(&machine, &uncertain, &mut random).unwrap().machine).collect();
+    drawn.iter().for_each(|machine| groups.push(machine));
+    let found = groups.critical_dampings();
+    for (machine, deviation) in drawn.iter().zip(&found.deviations).step_by(97) {
+        let exact = standard_error(&machine.model().unwrap()).unwrap();
+        // To a few times the accuracy at the samples of a box.
+        assert!((deviation / exact - 1.0).abs() < 0.05, "{deviation} {exact}");
+    }
+}
+
+#[test]
+fn probabilities_agree_with_a_separate_count() {
+    const DRAWN: u32 = 200;
+    let (machine, uncertain) = uncertain_machines().swap_remove(0);
+    let found = risk(&machine, &uncertain, 2000, &[0.1]).unwrap();
+    let mut random = Random(7);
+    let sticks = (0..DRAWN)
+        .filter(|_| {
+            let drawn = draw(&machine, &uncertain, &mut random).unwrap();
+            critical(&drawn.machine) > machine.damping + drawn.of_damping
+        })
+        .count() as f64
+        / f64::from(DRAWN);
+    // Four standard errors of the difference of two shares.
+    let error = (0.25 / 2000.0 + 0.25 / f64::from(DRAWN)).sqrt();
+    assert!((found.probability.value - sticks).abs() < 4.0 * error, "{found:?} {sticks}");
+    // With that damping the probability is the requested one.
+    let rare = machine.with("damping", found.rare_by[0].damping.unwrap().value).unwrap();
+    let again = risk(&rare, &uncertain, 2000, &[]).unwrap();
+    assert!((again.probability.value - 0.1).abs() < 2e-3, "{again:?}");
+}
+
+#[test]
+fn a_map_of_probabilities_has_each_of_its_points() {
+    let machine = machine(Law::Stribeck);
+    let uncertain = [("normal_force", Spread::Normal { sd: 10.0 })];
+    let (speeds, dampings) = ([0.1, 0.3], [0.0, 2.0, 4.0]);
+    let stop = AtomicBool::new(false);
+    let map = probabilities(&machine, &uncertain, &speeds, &dampings, 3000, &stop).unwrap().values;
+    for (i, speed) in speeds.into_iter().enumerate() {
+        for (j, damping) in dampings.into_iter().enumerate() {
+            let here = machine.with("belt_speed", speed).unwrap().with("damping", damping).unwrap();
+            let alone = risk(&here, &uncertain, 3000, &[]).unwrap().probability;
+            assert_eq!(map[3 * i + j], alone.value, "{speed} {damping}");
+        }
+    }
+    assert!(map[0] == 1.0 && map[5] < map[3], "{map:?}");
+}
