@@ -98,8 +98,7 @@ impl Interpolated {
             if intervals == 0 && plan.stores(Field::CriticalC) {
                 return found;
             }
-            found.nodes = (intervals > 0)
-                .then(|| BackboneNodes::new(intervals, !columns[0].curve.corners().is_empty()));
+            found.nodes = (intervals > 0).then(|| BackboneNodes::new(intervals));
         }
         // This distance grows with the belt speed, except for a table that ends early.
         if plan.stores(Field::Regime) && first.curve.fastest() == f64::INFINITY {

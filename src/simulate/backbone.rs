@@ -246,12 +246,12 @@ impl Backbone {
         Ok(Some(Self::of_panels(vec![finer], solver)))
     }
 
-    /// The backbone through known values of C at the nodes, from r = V down to 0, with errors of at most
-    /// `node_error`.
-    fn of_values(belt_speed: f64, values: Vec<f64>, node_error: f64, crosses_corners: bool) -> Self {
+    /// The backbone of a law without corners through known values of C at the nodes, from r = V down to 0, with
+    /// errors of at most `node_error`.
+    fn of_values(belt_speed: f64, values: Vec<f64>, node_error: f64) -> Self {
         let series = coefficients(&values);
         let panel = Panel { from: 0.0, to: belt_speed, in_root: false, values, orbits: Vec::new(), series };
-        Self::new(vec![panel], node_error, crosses_corners, 0.0)
+        Self::new(vec![panel], node_error, false, 0.0)
     }
 
     fn of_panels(
@@ -431,7 +431,7 @@ mod tests {
         let c = |x: f64| 1.0 + 4.0 * x * (1.0 - x);
         let values: Vec<f64> = (0..=8).map(|i| c(0.5 * (1.0 + node(i, 8)))).collect();
         for node_error in [1e-4, 1e-3, 1e-2, 0.05] {
-            let backbone = Backbone::of_values(1.0, values.clone(), node_error, false);
+            let backbone = Backbone::of_values(1.0, values.clone(), node_error);
             let error = backbone.error;
             assert!(error >= node_error && error < 0.5, "{error}");
             assert_eq!(backbone.folds().len(), 1, "{error}");

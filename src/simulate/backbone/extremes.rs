@@ -82,24 +82,16 @@ impl Backbone {
         flat
     }
 
-    /// Ranges of C about flat pieces between nodes on which slopes do not show that C is monotone.
+    /// Ranges of C about pairs of neighbouring nodes, except the pair next to r = 0, between which C changes by
+    /// at most three errors and slopes do not show that it is monotone.
     pub(super) fn flat_between_nodes(&self) -> Vec<[f64; 2]> {
-        let panel = &self.panels[0];
+        let (panel, far) = (&self.panels[0], FAR * self.error);
         let radius = |i: usize| panel.radius(node(i, panel.values.len() - 1));
         let is_monotone = |i| self.monotone.iter().any(|it| it.from <= radius(i + 1) && radius(i) <= it.to);
-        let pieces = flat_pieces(&panel.values, FAR * self.error);
-        pieces.filter(|(i, _)| !is_monotone(*i)).map(|(_, dampings)| dampings).collect()
+        let pairs = panel.values[..panel.values.len() - 1].windows(2).enumerate();
+        let flat = pairs.filter(|(i, pair)| (pair[0] - pair[1]).abs() <= far && !is_monotone(*i));
+        flat.map(|(_, pair)| [pair[0].min(pair[1]) - far, pair[0].max(pair[1]) + far]).collect()
     }
-}
-
-/// The pairs of neighbouring nodes, except the one next to r = 0, between which C changes by at most
-/// `enough`, each with the range of C within `enough` of its values there.
-pub(super) fn flat_pieces(values: &[f64], enough: f64) -> impl Iterator<Item = (usize, [f64; 2])> {
-    let pairs = values[..values.len() - 1].windows(2).enumerate();
-    pairs.filter_map(move |(i, pair)| {
-        let [low, high] = [pair[0].min(pair[1]), pair[0].max(pair[1])];
-        (high - low <= enough).then_some((i, [low - enough, high + enough]))
-    })
 }
 
 /// Number of steps to an extreme: enough for the accuracy that rounding errors of the values permit.

@@ -1,11 +1,11 @@
-//! Backbones between columns, whose values at the nodes are interpolated over the other parameters.
+//! Backbones between columns of a law without corners, whose values at the nodes are interpolated over the other
+//! parameters.
 
 use std::cell::OnceCell;
 
 use super::super::Failure;
 use super::super::chebyshev::{Transform, node, weights};
 use super::super::work::Work;
-use super::extremes::flat_pieces;
 use super::panel::{SAMPLES_PER_INTERVAL, largest, node_error_of, truncation_error};
 use super::{Backbone, FAR, LARGEST_ERROR, SIZES};
 use crate::friction::Column;
@@ -29,17 +29,15 @@ pub(crate) struct InterpolatedBackbone<'a> {
 /// Tables that interpolated backbones with the same nodes share.
 pub(crate) struct BackboneNodes {
     transform: Transform,
-    /// Whether the law has corners, and the polynomials lie across them.
-    crosses_corners: bool,
     /// The weights of the nodes at each sample at which extremes are searched, by increasing r.
     weights: Vec<Vec<f64>>,
 }
 
 impl BackboneNodes {
-    pub(crate) fn new(intervals: usize, crosses_corners: bool) -> Self {
+    pub(crate) fn new(intervals: usize) -> Self {
         let samples = SAMPLES_PER_INTERVAL * intervals;
         let weights = (0..=samples).map(|i| weights(intervals, -node(i, samples))).collect();
-        Self { transform: Transform::new(intervals), crosses_corners, weights }
+        Self { transform: Transform::new(intervals), weights }
     }
 
     /// Whether the polynomial through `values` rises from each sample to the next, or falls.
@@ -111,18 +109,12 @@ impl<'a> InterpolatedBackbone<'a> {
         if !is_accurate {
             return None;
         }
-        let mut flat = flat_pieces(self.values, FAR * self.error).map(|(_, [low, high])| low..=high);
-        if self.nodes.crosses_corners && flat.any(|dampings| dampings.contains(&viscous)) {
-            return None;
-        }
         if self.nodes.is_monotone(self.values) {
             // There is at most one cycle, between the ends.
             let near_end = near(self.values[0]) || near(self.values[self.values.len() - 1]);
             return (!near_end).then_some(equilibrium_is_stable == returns && !returns);
         }
-        let crosses_corners = self.nodes.crosses_corners;
-        let make =
-            || Backbone::of_values(self.belt_speed, self.values.to_vec(), self.node_error, crosses_corners);
+        let make = || Backbone::of_values(self.belt_speed, self.values.to_vec(), self.node_error);
         let backbone = self.with_extremes.get_or_init(make);
         let cycles = backbone
             .is_reliable_at(viscous)
