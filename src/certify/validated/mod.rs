@@ -54,7 +54,6 @@
 //! | C* enclosed over a box | [`tile::Tile::prove`] | `a_tile_holds_the_points_inside`, `bounds_hold_between_the_samples_and_samples_alone_do_not`, [`super::recheck`] |
 //! | C* enclosed over the universal surface, equally by any number of workers | [`surface::Surface::refine`], [`prover::Prover`] | `a_surface_is_the_same_for_any_number_of_workers`, `tests/program/mpi.rs::any_number_of_ranks_makes_the_same_proofs` |
 //! | volumes proved | [`boxes::BoxProof`] | `proved_volumes_enclose_the_true_one`, `volumes_of_known_sets` |
-//! | C* < C_HB over a box; false at k = 56 | [`balance::compare`] | `the_balance_is_a_bound_over_a_box`, `harmonic_balance_is_exceeded_at_large_k` |
 //! | C* enclosed for any law | [`any_law::prove`] | `tests/mathematics/laws.rs::validated_encloses_every_law`, `two_proofs_of_one_column_agree` |
 //! | landing speed bounded | `landing_speed::Flow` | `agrees_with_the_bound_in_double_precision`, `tests/mathematics/validated.rs` |
 //!
@@ -64,7 +63,6 @@
 //! use the platform's instead, whose error is assumed to be less than four units in the last place.
 
 pub mod any_law;
-pub mod balance;
 pub mod boxes;
 mod circle;
 mod defect;

@@ -196,7 +196,7 @@ fn even_part_width(domain: &GroupBox) -> f64 {
 }
 
 /// The axis along which D varies most.
-pub(super) fn widest_axis(domain: &GroupBox) -> usize {
+fn widest_axis(domain: &GroupBox) -> usize {
     let GroupBox { a, k, b } = domain;
     let widths = [a[1] - a[0], a[1] * (k[1] - k[0]) / (1.0 + k[0]), 2.0 * (b[1] - b[0])];
     (0..3).max_by(|&i, &j| widths[i].total_cmp(&widths[j])).unwrap_or(0)
