@@ -8,7 +8,7 @@
 //! Backward in time, with -w for w, the flow has the same form with -D for D. A cycle that repels then
 //! attracts, and is followed without loss of digits.
 //!
-//! This module is for cycles; verdicts do not use it.
+//! This module is for cycles and landings; whether an orbit returns to the belt line is decided without it.
 
 use std::borrow::Cow;
 use std::f64::consts::TAU;

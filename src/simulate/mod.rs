@@ -23,7 +23,6 @@ mod dynamics;
 mod elements;
 pub(crate) mod folds;
 mod gauss;
-mod landing;
 mod lower_set;
 pub mod margins;
 pub mod naive;

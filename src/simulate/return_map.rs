@@ -7,11 +7,12 @@
 
 pub use super::polar::Turn;
 
+use super::arc::{LowerEnd, Walk};
 use super::closed_orbit::Lap;
 use super::elements::{self, Margin};
-use super::landing::{Approach, Arrival, approach};
+use super::work::Work;
 use super::{Fate, Flow, Landing, closed_orbit, collocation, direct, stepping};
-use crate::filippov::Oscillator;
+use crate::filippov::{Oscillator, Side};
 use crate::friction::Column;
 use crate::point::ScaledGroups;
 
@@ -116,8 +117,37 @@ pub(super) fn decisive_turn(oscillator: &Oscillator, tolerance: f64) -> Turn {
 /// finer steps there.
 const COARSEST_HANDED_OVER: f64 = 1e-12;
 
+/// Largest tolerance of the orbit to the landing: next to grazing the landing speed magnifies its errors.
+const LANDING: f64 = 1e-12;
+/// Largest margin from which the landing speed follows, where the divergence at the belt line is small.
+const NEXT_TO_GRAZING: f64 = 1e-8;
+
+/// The landing speed x2' and the time of the orbit from the exit point, whose margin is `margin` > 0, and the number of
+/// evaluations; the first is `None` where the orbit could not be followed.
+///
+/// Next to grazing the margin has more digits than the orbit. On the last arc, of the angle a, the radius grows by the
+/// factor 1 + D a^3 / 3 up to V (1 + m), and x2'^2 = r^2 - V^2 at its beginning: with a = sqrt(m (2 + m)) the speed is
+/// V a (1 - D a / 3), up to the order a^3.
+fn landing(oscillator: &Oscillator, margin: f64, tolerance: f64) -> (Option<[f64; 2]>, u64) {
+    let belt_speed = oscillator.belt_speed;
+    let work = Work::of_question(&oscillator.curve);
+    let start = [belt_speed, 0.0];
+    let mut walk = Walk::new(oscillator, Side::Below, start, tolerance.min(LANDING), belt_speed, &work);
+    let (angle, divergence) = ((margin * (2.0 + margin)).sqrt(), oscillator.divergence(0.0));
+    let is_near = margin * (1.0 + divergence * divergence) < NEXT_TO_GRAZING;
+    let found = match walk.lower_arc(|_, _, _| ()) {
+        Ok(LowerEnd::Meets(end) | LowerEnd::Turns(end)) if is_near => {
+            let speed = belt_speed * angle * (1.0 - angle * divergence / 3.0);
+            Some([speed, end.time + (end.w - speed) / belt_speed])
+        }
+        Ok(LowerEnd::Meets(end)) => Some([end.w, end.time]),
+        Ok(LowerEnd::Turns(_) | LowerEnd::Rests) | Err(_) => None,
+    };
+    (found, work.spent())
+}
+
 /// The fate of the orbit from the exit point, by the return map; handed over to [`direct::flow`] where the
-/// polar form does not apply or the orbit lands beyond the stick segment.
+/// polar form does not apply, or the orbit lands beyond the stick segment or cannot be followed to the landing.
 ///
 /// `tolerance` bounds the error of the scaled grazing margin m/V and of the landing.
 #[must_use]
@@ -130,7 +160,7 @@ pub fn flow(oscillator: &Oscillator, tolerance: f64) -> Flow {
             return Flow { rhs: u64::from(rhs) + answer.rhs, ..answer };
         }
     };
-    let mut rhs = u64::from(rhs);
+    let rhs = u64::from(rhs);
     let answer = |fate, rhs| Flow { fate, margin, margin_error, rhs };
     if margin < -margin_error {
         return answer(Fate::SpiralsInward, rhs);
@@ -138,19 +168,15 @@ pub fn flow(oscillator: &Oscillator, tolerance: f64) -> Flow {
     if margin.abs() <= margin_error {
         return answer(Fate::TooCloseToCall, rhs);
     }
-    match approach(oscillator, tolerance, &mut rhs) {
-        Approach::Arrives(Arrival { speed, time }) if speed < 2.0 => {
-            let landing = Landing {
-                x1: oscillator.exit_x1() - speed,
-                slip_time: time,
-                stick_time: speed / oscillator.belt_speed,
-                crossings: 0,
-            };
-            answer(Fate::Sticks(landing), rhs)
+    let (landing, spent) = landing(oscillator, margin, tolerance);
+    match landing {
+        Some([speed, slip_time]) if speed < 2.0 => {
+            let (x1, stick_time) = (oscillator.exit_x1() - speed, speed / oscillator.belt_speed);
+            answer(Fate::Sticks(Landing { x1, slip_time, stick_time, crossings: 0 }), rhs + spent)
         }
-        Approach::Arrives(_) | Approach::StaysBelow | Approach::NoAnswer => {
+        Some(_) | None => {
             let direct = direct::flow(oscillator, tolerance);
-            answer(direct.fate, rhs + direct.rhs)
+            answer(direct.fate, rhs + spent + direct.rhs)
         }
     }
 }

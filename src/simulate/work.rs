@@ -34,6 +34,11 @@ impl Work {
         Self { compiles: curve.cost() > 1, ..Self::of_question(curve) }
     }
 
+    /// Evaluations of the law itself so far, if no others were subtracted.
+    pub(super) fn spent(&self) -> u64 {
+        (QUESTION - self.left.get()) / self.cost
+    }
+
     /// Makes the budget whole again, for a second attempt.
     pub(super) fn renew(&self) {
         self.left.set(QUESTION);
