@@ -5,20 +5,18 @@
 //! | --- | --- | --- |
 //! | Hopf | D(V), the trace at the equilibrium | the equilibrium changes its stability, a slip cycle is born |
 //! | grazing-sliding | the scaled margin m / V | the orbit from the exit point comes back to the belt line, or not |
-//! | landing | wL - 2, wL the landing speed x2' | it lands on the stick segment, or beyond and crosses |
-//! | crossing | y', where it crosses down again beyond E | it sticks after one crossing, or crosses for ever |
+//! | landing | the [`reach`] less 2 | it lands on the stick segment, or beyond and crosses |
+//! | crossing | the [`reach`] less 4 | it sticks after one crossing, or crosses for ever |
 //! | fold | C - eps c at the extreme of the backbone C(r) that is nearest to eps c | two slip cycles meet and vanish |
 
 use super::backbone::Backbone;
 use super::continuation::{Branch, TestValue, zero_curves};
-use super::crossing::{landing_speed, second_crossing};
+use super::crossing::{JUMP, reach};
+use super::flow;
 use super::return_map::{Turn, turn_of};
-use super::{Failure, flow};
 use crate::filippov::Oscillator;
 use crate::named::named;
 
-/// Length of the stick segment, twice the static friction: the landing speed at which it is missed.
-const SEGMENT: f64 = 2.0;
 /// Factor from the tolerance to a coarser one: the difference of the two values is taken as the error.
 const COARSER: f64 = 100.0;
 
@@ -50,12 +48,8 @@ impl Bifurcation {
                 Some(TestValue { value, error })
             }
             Bifurcation::GrazingSliding => margin(oscillator, tolerance),
-            Bifurcation::Landing => twice(tolerance, |tolerance| {
-                // An orbit that stays below the belt line counts as one that grazes it, with landing speed
-                // zero.
-                Ok(Some(landing_speed(oscillator, tolerance)?.unwrap_or(0.0) - SEGMENT))
-            }),
-            Bifurcation::Crossing => twice(tolerance, |tolerance| second_crossing(oscillator, tolerance)),
+            Bifurcation::Landing => reach_beyond(oscillator, JUMP, tolerance),
+            Bifurcation::Crossing => reach_beyond(oscillator, 2.0 * JUMP, tolerance),
             // There is at most one slip cycle (see `weakening_is_convex`), so none can meet.
             Bifurcation::Fold if oscillator.curve.weakening_is_convex() => None,
             // For planes without the damping; in planes with it the extremes are followed (`folds`).
@@ -77,11 +71,12 @@ impl Bifurcation {
     }
 }
 
-/// A value, with its difference from that at a coarser tolerance as the error.
-fn twice(tolerance: f64, value: impl Fn(f64) -> Result<Option<f64>, Failure>) -> Option<TestValue> {
-    let fine = value(tolerance).ok()??;
-    let coarse = value(COARSER * tolerance).ok()??;
-    Some(TestValue { value: fine, error: (fine - coarse).abs() + 4.0 * f64::EPSILON })
+/// The reach of the orbit from the exit point less `bound`, with its difference from that at a coarser tolerance as the
+/// error.
+fn reach_beyond(oscillator: &Oscillator, bound: f64, tolerance: f64) -> Option<TestValue> {
+    let [fine, coarse] = [tolerance, COARSER * tolerance].map(|tolerance| reach(oscillator, 0.0, tolerance));
+    let (fine, coarse) = (fine.ok()?, coarse.ok()?);
+    Some(TestValue { value: fine - bound, error: (fine - coarse).abs() + 4.0 * f64::EPSILON })
 }
 
 /// The scaled margin; far from grazing perhaps only its sign.

@@ -151,32 +151,6 @@ fn loop_with_extent(
     Ok((passage.end(y), extent))
 }
 
-/// The landing speed: x2' on the lower side with which the orbit from the exit point returns to the belt
-/// line; `None` if it does not. The orbit sticks there if this is below 2 and crosses if it is above.
-///
-/// # Errors
-/// [`Failure`].
-pub fn landing_speed(oscillator: &Oscillator, tolerance: f64) -> Result<Option<f64>, Failure> {
-    let belt_speed = oscillator.belt_speed;
-    let work = Work::of_question(&oscillator.curve);
-    let mut walk = Walk::new(oscillator, Side::Below, [belt_speed, 0.0], tolerance, belt_speed, &work);
-    Ok(match walk.lower_arc(|_, _, _| ())? {
-        LowerEnd::Meets(end) => Some(end.w),
-        LowerEnd::Turns(_) | LowerEnd::Rests => None,
-    })
-}
-
-/// The distance beyond the exit point at which the orbit from there crosses down again, after it crossed up
-/// past the end of the stick segment; negative if it sticks from above, `None` if it did not cross.
-///
-/// # Errors
-/// [`Failure`].
-pub fn second_crossing(oscillator: &Oscillator, tolerance: f64) -> Result<Option<f64>, Failure> {
-    let work = Work::of_question(&oscillator.curve);
-    let passage = passage(oscillator, 0.0, tolerance, &work, |_, _, _| ())?;
-    Ok(passage.down.map(|down| -(down.w + JUMP)))
-}
-
 /// A smooth function of the parameters for the orbit from `beyond_exit` beyond the exit point: 0 if it does
 /// not return, else the landing speed up to 2. If the orbit crosses the belt line, it is 4 plus the distance
 /// beyond the exit point at which the orbit crosses again; below 4 the orbit sticks. The orbit follows the
