@@ -8,35 +8,18 @@ use super::verdict::Attractors;
 use crate::filippov::Oscillator;
 use crate::friction::{Column, Curve, Range};
 use crate::simulate::backbone::{Backbone, CycleRange, InterpolatedBackbone};
-use crate::simulate::crossing::{
-    CrossingCycle, StickSlipCycle, crossing_cycles, settled_from, some_cross_for_ever, stick_slip_cycle,
-};
-use crate::simulate::slip_cycle::{BACKBONE_TOLERANCE, Kick, SlipCycle, kick_onto, locate, none_within};
-use crate::simulate::{Failure, Flow, Neighbour, TIGHT, outermost_repelling};
+use crate::simulate::crossing::{crossing_cycles, settled_from, some_cross_for_ever, stick_slip_cycle};
+use crate::simulate::slip_cycle::{BACKBONE_TOLERANCE, Kick, kick_onto, locate, none_within};
+use crate::simulate::{Cycle, Failure, Flow, Neighbour, TIGHT, outermost_repelling};
 
 /// Tolerance, in units of the weakening rate, of the coarse backbones that are tried first where only the
 /// number of cycles is needed: few dampings of a column lie that close to an extreme of the backbone.
 pub(super) const COARSE: f64 = 1e-5;
 
-/// An attracting cycle.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
-pub struct AttractingCycle {
-    pub(crate) period: f64,
-    /// Range of the position x1 on the cycle.
-    #[cfg_attr(feature = "serde", serde(rename = "x1"))]
-    pub(crate) displacement: Range,
-    /// Range of the velocity x2 on the cycle.
-    #[cfg_attr(feature = "serde", serde(rename = "x2"))]
-    pub(crate) velocity: Range,
-    /// Floquet multiplier; 0 for the stick-slip cycle, which is reached in finite time.
-    pub(crate) multiplier: f64,
-}
-
 /// The outermost slip cycle that repels, which separates the basins of two attractors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct BasinBoundary {
-    pub(crate) cycle: SlipCycle,
+    pub(crate) cycle: Cycle,
     /// The kicks that carry steady slip onto it.
     pub(crate) kick: Kick,
     /// The attractors of orbits just inside it and just outside it.
@@ -239,26 +222,15 @@ impl<'a> Behaviour<'a> {
         oscillator: &Oscillator,
         flow: &Flow,
         tolerance: f64,
-    ) -> Option<AttractingCycle> {
+    ) -> Option<Cycle> {
         let end = End::of(flow);
         match end {
-            End::Sticks => {
-                let StickSlipCycle { period, velocity, displacement } =
-                    stick_slip_cycle(oscillator, flow, tolerance).ok()??;
-                Some(AttractingCycle { period, displacement, velocity, multiplier: 0.0 })
-            }
-            End::Crosses => {
-                let cycles = crossing_cycles(oscillator, tolerance).ok()?;
-                let CrossingCycle { period, displacement, velocity, multiplier, .. } =
-                    cycles.into_iter().find(CrossingCycle::is_stable)?;
-                Some(AttractingCycle { period, displacement, velocity, multiplier })
-            }
+            End::Sticks => stick_slip_cycle(oscillator, flow, tolerance).ok()?,
+            End::Crosses => crossing_cycles(oscillator, tolerance).ok()?.into_iter().find(Cycle::is_stable),
             End::Inward => {
                 let cycle =
                     self.slip_cycles(oscillator.viscous, end)?.into_iter().rfind(|cycle| cycle.is_stable)?;
-                let SlipCycle { period, displacement, velocity, multiplier } =
-                    locate(oscillator, &cycle, tolerance.min(TIGHT)).ok()?;
-                Some(AttractingCycle { period, displacement, velocity, multiplier })
+                locate(oscillator, &cycle, tolerance.min(TIGHT)).ok()
             }
             End::TooClose | End::Failed => None,
         }
@@ -295,7 +267,7 @@ pub(crate) struct LongRun {
     pub(crate) regime: Regime,
     /// The attracting cycle: the stick-slip or the crossing cycle, or else the largest attracting slip cycle.
     /// `None` if there is none, or if its orbit cannot be computed.
-    pub(crate) cycle: Option<AttractingCycle>,
+    pub(crate) cycle: Option<Cycle>,
     /// The boundary between basins; `None` if no slip cycle repels, or if its orbit cannot be computed.
     pub(crate) basin: Option<BasinBoundary>,
 }
@@ -358,7 +330,7 @@ mod tests {
         let answer = flow(&oscillator, 1e-9);
         let kick = long_run(&oscillator, &answer, 1e-9).basin.unwrap().kick;
         let all = dynamics(&oscillator, &answer, 1e-9);
-        assert!(all.slip.unwrap().last().is_some_and(SlipCycle::is_stable));
+        assert!(all.slip.unwrap().last().is_some_and(Cycle::is_stable));
         let other = all.kick.unwrap().unwrap();
         for (one, other) in [(kick.forward, other.forward), (kick.backward, other.backward)] {
             assert!((one - other).abs() < 1e-9, "{one} {other}");

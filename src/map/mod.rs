@@ -28,8 +28,8 @@ mod verdict;
 
 pub use account::{Account, FailedCell, MethodAccount, Stages, Unknown};
 pub use audit::{Audit, Disagreement};
-pub use behaviour::{AttractingCycle, regime, slip_cycle_count};
 pub(crate) use behaviour::{BasinBoundary, LongRun, long_run};
+pub use behaviour::{regime, slip_cycle_count};
 pub use contradictions::{Contradiction, Contradictions};
 pub(crate) use curves::{CURVE_COLUMNS, curves_of};
 pub use curves::{Plane, PlaneCurve, PlaneCurves, PlanePoint};

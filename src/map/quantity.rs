@@ -3,7 +3,7 @@
 
 use std::collections::HashMap;
 
-use super::behaviour::{AttractingCycle, BasinBoundary, Behaviour, Behaviours};
+use super::behaviour::{BasinBoundary, Behaviour, Behaviours};
 use super::end::End;
 use super::limits::Ray;
 use super::{Field, Plan, Quantity, Tile};
@@ -11,7 +11,7 @@ use crate::filippov::Oscillator;
 use crate::friction::Column;
 use crate::point::Point;
 use crate::simulate::sensitivity::sensitivity;
-use crate::simulate::{Fate, Landing, Range, flow};
+use crate::simulate::{Cycle, Fate, Landing, Range, flow};
 
 /// The values of the quantities of `plan`, in the order of [`Plan::quantities`], in the cells of a tile.
 pub(super) fn describe(plan: &Plan, tile: &Tile, ends: &[End]) -> Vec<Vec<f64>> {
@@ -59,7 +59,7 @@ pub(crate) struct Description {
     pub(crate) landing: Option<Landing>,
     /// The number of slip cycles, stable or not.
     pub(crate) slip_cycles: Option<usize>,
-    pub(crate) cycle: Option<AttractingCycle>,
+    pub(crate) cycle: Option<Cycle>,
     pub(crate) boundary: Option<BasinBoundary>,
 }
 

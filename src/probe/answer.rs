@@ -6,15 +6,15 @@ use crate::certify::{Claim, Decision, Guarantee};
 use crate::filippov::Oscillator;
 use crate::friction::{Column, Law};
 use crate::map::limits::{EpsilonLimit, Ray};
-use crate::map::{self, AttractingCycle, BasinBoundary, Method, Regime, Verdict};
+use crate::map::{self, BasinBoundary, Method, Regime, Verdict};
 use crate::number::{rounded, short, signed};
 use crate::point::Point;
-use crate::simulate::crossing::{CrossingCycle, StickSlipCycle, crossing_cycles, stick_slip_cycle};
+use crate::simulate::crossing::{crossing_cycles, stick_slip_cycle};
 use crate::simulate::naive::NaiveVerdict;
 use crate::simulate::sensitivity::{NoSensitivity, Sensitivity, sensitivity};
 use crate::simulate::slip_count::{SlipCount, count_slip_cycles};
-use crate::simulate::slip_cycle::{SlipCycle, Unknown, slip_cycles};
-use crate::simulate::{self, CriticalDamping, Failure, Fate, Flow, Landing, NoCriticalDamping, TIGHT};
+use crate::simulate::slip_cycle::{Unknown, slip_cycles};
+use crate::simulate::{self, CriticalDamping, Cycle, Failure, Fate, Flow, Landing, NoCriticalDamping, TIGHT};
 
 /// The answer of one method.
 #[derive(Debug)]
@@ -50,7 +50,7 @@ pub struct Answer {
     pub(crate) critical: Result<CriticalDamping, NoCriticalDamping>,
     /// The long-run behaviour.
     pub(crate) regime: Regime,
-    pub(crate) cycle: Option<AttractingCycle>,
+    pub(crate) cycle: Option<Cycle>,
     pub(crate) basin: Option<BasinBoundary>,
 }
 
@@ -115,17 +115,17 @@ impl Answer {
     }
 
     /// The cycles that slip all the time below the belt line.
-    pub(crate) fn slip_cycles(&self) -> Result<Vec<SlipCycle>, Unknown> {
+    pub(crate) fn slip_cycles(&self) -> Result<Vec<Cycle>, Unknown> {
         slip_cycles(&self.oscillator, self.tolerance.min(TIGHT))
     }
 
     /// The stick-slip cycle, if there is one.
-    pub(crate) fn stick_slip_cycle(&self) -> Result<Option<StickSlipCycle>, Failure> {
+    pub(crate) fn stick_slip_cycle(&self) -> Result<Option<Cycle>, Failure> {
         stick_slip_cycle(&self.oscillator, &self.flow, self.tolerance)
     }
 
     /// The cycles that cross the belt line and never stick.
-    pub(crate) fn crossing_cycles(&self) -> Result<Vec<CrossingCycle>, Unknown> {
+    pub(crate) fn crossing_cycles(&self) -> Result<Vec<Cycle>, Unknown> {
         crossing_cycles(&self.oscillator, self.tolerance)
     }
 

@@ -17,15 +17,13 @@ pub use result::{MachineResult, Probe};
 
 use crate::behaviour::Behaviour;
 use crate::filippov::{Eigenvalues, Oscillator};
-use crate::friction::{Law, Range};
+use crate::friction::Law;
 use crate::machine::Machine;
 use crate::map::{self, Grid, Regime};
-use crate::simulate::crossing::{CrossingCycle, StickSlipCycle};
 use crate::simulate::sensitivity::{NoSensitivity, Sensitivity};
 use crate::simulate::slip_count::SlipCount;
-use crate::simulate::slip_cycle::SlipCycle;
 use crate::simulate::{
-    CriticalDamping, Fate, Flow, Landing, Neighbour, NoCriticalDamping, crossing_separates, separates,
+    CriticalDamping, Cycle, Fate, Flow, Landing, Neighbour, NoCriticalDamping, crossing_separates, separates,
 };
 
 impl Probe {
@@ -145,30 +143,10 @@ impl Equilibrium {
     }
 }
 
-impl StabilityResult {
-    fn of(stable: bool, multiplier: f64, period: f64, [x1, x2]: [Range; 2]) -> Self {
-        Self { stable, multiplier, separates: None, period, beyond_exit: None, x1, x2 }
-    }
-}
-
-impl From<SlipCycle> for StabilityResult {
-    fn from(cycle: SlipCycle) -> Self {
-        let extents = [cycle.displacement, cycle.velocity];
-        Self::of(cycle.is_stable(), cycle.multiplier, cycle.period, extents)
-    }
-}
-
-impl From<CrossingCycle> for StabilityResult {
-    fn from(cycle: CrossingCycle) -> Self {
-        let extents = [cycle.displacement, cycle.velocity];
-        let beyond_exit = Some(cycle.beyond_exit);
-        Self { beyond_exit, ..Self::of(cycle.is_stable(), cycle.multiplier, cycle.period, extents) }
-    }
-}
-
-impl From<StickSlipCycle> for StabilityResult {
-    fn from(cycle: StickSlipCycle) -> Self {
-        Self::of(true, 0.0, cycle.period, [cycle.displacement, cycle.velocity])
+impl From<Cycle> for StabilityResult {
+    fn from(cycle: Cycle) -> Self {
+        let Cycle { period, displacement: x1, velocity: x2, multiplier, beyond_exit } = cycle;
+        Self { stable: cycle.is_stable(), multiplier, separates: None, period, beyond_exit, x1, x2 }
     }
 }
 

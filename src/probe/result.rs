@@ -4,8 +4,8 @@ use std::borrow::Cow;
 
 use crate::friction::Range;
 use crate::machine::Units;
-use crate::map::AttractingCycle;
 use crate::map::limits::Limit;
+use crate::simulate::Cycle;
 use crate::simulate::sensitivity::Estimate;
 use crate::simulate::slip_cycle::Kick;
 
@@ -46,7 +46,7 @@ result! {
         pub(crate) landing: Option<LandingResult>,
         /// The dampings between which steady slip and stick-slip both attract.
         pub(crate) bistable_band: Option<BistableBand>,
-        pub(crate) attracting_cycle: Option<AttractingCycle>,
+        pub(crate) attracting_cycle: Option<Cycle>,
         pub(crate) basin_boundary: Option<BasinBoundary>,
         /// All cycles, with their stability.
         pub(crate) cycles: Cycles,

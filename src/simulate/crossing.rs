@@ -14,7 +14,7 @@ use super::arc::{LowerEnd, State, Walk};
 use super::roots::fixed_point;
 use super::slip_cycle::{Extent, Unknown};
 use super::work::Work;
-use super::{Failure, Fate, Flow, Range};
+use super::{Cycle, Failure, Fate, Flow, Range};
 use crate::filippov::{Oscillator, Side};
 use crate::friction::{Curve, Pieces};
 
@@ -49,40 +49,6 @@ pub enum Loop {
     Sticks,
     /// The orbit stays below the belt line.
     SpiralsInward,
-}
-
-/// A cycle that crosses the belt line twice a period and never sticks.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CrossingCycle {
-    /// x1 at which it crosses downward, less that of the exit point.
-    pub beyond_exit: f64,
-    /// Velocities x2 on it.
-    pub velocity: Range,
-    /// Positions x1 on it.
-    pub displacement: Range,
-    /// Floquet multiplier.
-    pub multiplier: f64,
-    /// Period.
-    pub period: f64,
-}
-
-impl CrossingCycle {
-    /// Returns whether it attracts.
-    #[must_use]
-    pub fn is_stable(&self) -> bool {
-        self.multiplier < 1.0
-    }
-}
-
-/// The shape of the stick-slip cycle. Its multiplier is zero: it is reached in finite time.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct StickSlipCycle {
-    /// Period: slip time and stick time.
-    pub period: f64,
-    /// Velocities x2 on it.
-    pub velocity: Range,
-    /// Positions x1 on it.
-    pub displacement: Range,
 }
 
 /// Where an orbit that starts on the belt line meets the line again.
@@ -357,7 +323,7 @@ impl<'a> Search<'a> {
     }
 
     /// Adds the cycles between two loops, by growing size.
-    fn cycles(&self, [a, b]: [&Node; 2], cycles: &mut Vec<CrossingCycle>) -> Result<(), Unknown> {
+    fn cycles(&self, [a, b]: [&Node; 2], cycles: &mut Vec<Cycle>) -> Result<(), Unknown> {
         if a.outward == b.outward {
             return match self.reversal([a, b], a.outward, self.missed)? {
                 None => Ok(()),
@@ -367,9 +333,8 @@ impl<'a> Search<'a> {
                 }
             };
         }
-        let Some(cycle) = self.cycle_between([a.y, b.y], a.outward)? else { return Ok(()) };
-        let at =
-            |outward| Node { y: cycle.beyond_exit, outward, growth: Some([0.0, cycle.multiplier - 1.0]) };
+        let Some((y, cycle)) = self.cycle_between([a.y, b.y], a.outward)? else { return Ok(()) };
+        let at = |outward| Node { y, outward, growth: Some([0.0, cycle.multiplier - 1.0]) };
         if a.y > 0.0 {
             self.cycles([a, &at(a.outward)], cycles)?;
         }
@@ -377,9 +342,9 @@ impl<'a> Search<'a> {
         self.cycles([&at(b.outward), b], cycles)
     }
 
-    /// The cycle between two distances beyond the exit point, of which one leads outward and one inward;
+    /// The cycle between two distances beyond the exit point, of which one leads outward and one inward, and its own;
     /// `None` if loops change from outward to sticking there without passing through a cycle.
-    fn cycle_between(&self, between: [f64; 2], low_outward: bool) -> Result<Option<CrossingCycle>, Failure> {
+    fn cycle_between(&self, between: [f64; 2], low_outward: bool) -> Result<Option<(f64, Cycle)>, Failure> {
         let Self { oscillator, tolerance, work, .. } = *self;
         let y = fixed_point(between, low_outward, tolerance, |y| {
             let here = loop_within(oscillator, y, tolerance, work)?;
@@ -391,7 +356,7 @@ impl<'a> Search<'a> {
         })?;
         let (end, Extent { velocity, displacement }) = loop_with_extent(oscillator, y, tolerance, work)?;
         let Loop::Crosses { slope: multiplier, time: period, .. } = end else { return Ok(None) };
-        Ok(Some(CrossingCycle { beyond_exit: y, velocity, displacement, multiplier, period }))
+        Ok(Some((y, Cycle { period, displacement, velocity, multiplier, beyond_exit: Some(y) })))
     }
 }
 
@@ -433,7 +398,7 @@ pub(crate) fn some_cross_for_ever(oscillator: &Oscillator, settled_from: f64) ->
 ///
 /// # Errors
 /// [`Unknown`].
-pub fn crossing_cycles(oscillator: &Oscillator, tolerance: f64) -> Result<Vec<CrossingCycle>, Unknown> {
+pub fn crossing_cycles(oscillator: &Oscillator, tolerance: f64) -> Result<Vec<Cycle>, Unknown> {
     let farthest = settled_from(&oscillator.curve, oscillator.belt_speed);
     if farthest == 0.0 || contracts(oscillator) {
         return Ok(Vec::new());
@@ -479,19 +444,21 @@ pub fn stick_slip_cycle(
     oscillator: &Oscillator,
     flow: &Flow,
     tolerance: f64,
-) -> Result<Option<StickSlipCycle>, Failure> {
+) -> Result<Option<Cycle>, Failure> {
     let Fate::Sticks(landing) = flow.fate else {
         return Ok(None);
     };
     let work = Work::of_question(&oscillator.curve);
     let (_, Extent { velocity, displacement }) = loop_with_extent(oscillator, 0.0, tolerance, &work)?;
-    Ok(Some(StickSlipCycle {
+    Ok(Some(Cycle {
         period: landing.slip_time + landing.stick_time,
-        velocity,
         // While it sticks the mass moves from the landing to the exit point.
         displacement: Range {
             lo: displacement.lo.min(landing.x1),
             hi: displacement.hi.max(oscillator.exit_x1()),
         },
+        velocity,
+        multiplier: 0.0,
+        beyond_exit: None,
     }))
 }

@@ -1,8 +1,8 @@
 //! All attractors of one oscillator, and the cycles that separate their basins.
 
-use super::crossing::{CrossingCycle, StickSlipCycle, crossing_cycles, stick_slip_cycle};
-use super::slip_cycle::{Kick, SlipCycle, Unknown, kick_onto, slip_cycles};
-use super::{Failure, Fate, Flow};
+use super::crossing::{crossing_cycles, stick_slip_cycle};
+use super::slip_cycle::{Kick, Unknown, kick_onto, slip_cycles};
+use super::{Cycle, Failure, Fate, Flow};
 use crate::filippov::{Eigenvalues, Oscillator};
 use crate::named::named;
 
@@ -13,11 +13,11 @@ pub struct Dynamics {
     /// Eigenvalues at the equilibrium.
     pub equilibrium: Eigenvalues,
     /// The stick-slip cycle; `None` where there is none.
-    pub stick_slip: Result<Option<StickSlipCycle>, Failure>,
+    pub stick_slip: Result<Option<Cycle>, Failure>,
     /// Cycles below the belt line, by growing amplitude.
-    pub slip: Result<Vec<SlipCycle>, Unknown>,
+    pub slip: Result<Vec<Cycle>, Unknown>,
     /// Cycles that cross the belt line, by growing size.
-    pub crossing: Result<Vec<CrossingCycle>, Unknown>,
+    pub crossing: Result<Vec<Cycle>, Unknown>,
     /// The kicks that carry steady slip onto the outermost slip cycle that repels, the same as `kick_forward`
     /// and `kick_backward` of a map: `None` where none repels.
     pub kick: Result<Option<Kick>, Unknown>,
@@ -89,7 +89,7 @@ pub fn dynamics(oscillator: &Oscillator, flow: &Flow, tolerance: f64) -> Dynamic
     let tight = tolerance.min(TIGHT);
     let slip = slip_cycles(oscillator, tight);
     let kick = slip.clone().and_then(|cycles| {
-        let position = outermost_repelling(&cycles, SlipCycle::is_stable);
+        let position = outermost_repelling(&cycles, Cycle::is_stable);
         Ok(position.map(|position| kick_onto(oscillator, &cycles[position], tight)).transpose()?)
     });
     Dynamics {

@@ -72,6 +72,35 @@ pub enum Fate {
     Failed(Failure),
 }
 
+/// A limit cycle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+pub struct Cycle {
+    /// Period.
+    pub period: f64,
+    /// Positions x1 on it.
+    #[cfg_attr(feature = "serde", serde(rename = "x1"))]
+    pub displacement: Range,
+    /// Velocities x2 on it.
+    #[cfg_attr(feature = "serde", serde(rename = "x2"))]
+    pub velocity: Range,
+    /// Floquet multiplier: the cycle attracts if it is below 1 and repels if it is above; 0 for the stick-slip
+    /// cycle, which is reached in finite time.
+    pub multiplier: f64,
+    /// For a cycle that crosses the belt line and never sticks: x1 at which it crosses downward, less that of the
+    /// exit point.
+    #[cfg_attr(feature = "serde", serde(skip))]
+    pub beyond_exit: Option<f64>,
+}
+
+impl Cycle {
+    /// Returns whether it attracts.
+    #[must_use]
+    pub fn is_stable(&self) -> bool {
+        self.multiplier < 1.0
+    }
+}
+
 /// Reason why an integration failed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Failure {

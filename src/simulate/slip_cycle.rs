@@ -16,29 +16,8 @@ use super::arc::{LowerEnd, SlipTurn, State, Walk, end_of_turn, turn_within};
 use super::backbone::{Backbone, CycleRange};
 use super::roots::fixed_point;
 use super::work::Work;
-use super::{Failure, Range};
+use super::{Cycle, Failure, Range};
 use crate::filippov::{Oscillator, Side};
-
-/// A cycle that slips all the time below the belt line.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SlipCycle {
-    /// Velocities x2 on it; the upper one is the fixed point of the return map.
-    pub velocity: Range,
-    /// Positions x1 on it.
-    pub displacement: Range,
-    /// Floquet multiplier: the cycle attracts if it is below 1 and repels if it is above.
-    pub multiplier: f64,
-    /// Period.
-    pub period: f64,
-}
-
-impl SlipCycle {
-    /// Returns whether it attracts.
-    #[must_use]
-    pub fn is_stable(&self) -> bool {
-        self.multiplier < 1.0
-    }
-}
 
 /// Sudden changes of velocity that carry the mass from steady slip, at rest at the equilibrium, onto an
 /// unstable slip cycle: a slightly larger one leads to the attractor that lies outside of it.
@@ -91,14 +70,14 @@ pub enum Unknown {
 /// the cycles is that of the turn.
 pub(crate) const BACKBONE_TOLERANCE: f64 = 1e-10;
 
-/// The slip cycles, by growing amplitude, located with the relative error `tolerance` of one turn divided by
+/// The slip cycles, by growing amplitude, the highest velocity, located with the relative error `tolerance` of one turn divided by
 /// |1 - multiplier|.
 ///
 /// They are read from the [`Backbone`], and alternate in stability. None exists where [`none_proved`].
 ///
 /// # Errors
 /// [`Unknown`].
-pub fn slip_cycles(oscillator: &Oscillator, tolerance: f64) -> Result<Vec<SlipCycle>, Unknown> {
+pub fn slip_cycles(oscillator: &Oscillator, tolerance: f64) -> Result<Vec<Cycle>, Unknown> {
     if none_proved(oscillator) {
         return Ok(Vec::new());
     }
@@ -117,11 +96,7 @@ pub fn slip_cycles(oscillator: &Oscillator, tolerance: f64) -> Result<Vec<SlipCy
 }
 
 /// Computes the slip cycle whose amplitude has known bounds and whose stability is known.
-pub(crate) fn locate(
-    oscillator: &Oscillator,
-    cycle: &CycleRange,
-    tolerance: f64,
-) -> Result<SlipCycle, Failure> {
+pub(crate) fn locate(oscillator: &Oscillator, cycle: &CycleRange, tolerance: f64) -> Result<Cycle, Failure> {
     locate_within(oscillator, cycle, tolerance, &Work::of_question(&oscillator.curve))
 }
 
@@ -130,7 +105,7 @@ fn locate_within(
     cycle: &CycleRange,
     tolerance: f64,
     work: &Work,
-) -> Result<SlipCycle, Failure> {
+) -> Result<Cycle, Failure> {
     let walk = |radius| walk_towards(oscillator, radius, cycle.is_stable, tolerance, work);
     let radius = fixed_point(cycle.between, true, tolerance, |radius| {
         let here = end_of_turn(walk(radius))?;
@@ -148,11 +123,12 @@ fn locate_within(
         // A cycle does not tend to the equilibrium.
         return Err(Failure::StepUnderflow);
     };
-    Ok(SlipCycle {
-        velocity: extent.velocity,
-        displacement: extent.displacement,
-        multiplier: if cycle.is_stable { growth.exp() } else { (-growth).exp() },
+    Ok(Cycle {
         period: time,
+        displacement: extent.displacement,
+        velocity: extent.velocity,
+        multiplier: if cycle.is_stable { growth.exp() } else { (-growth).exp() },
+        beyond_exit: None,
     })
 }
 
@@ -212,7 +188,7 @@ impl Extent {
 
 /// The kicks that carry the equilibrium onto `cycle`: the velocities at which the cycle passes the
 /// equilibrium's x1.
-pub(crate) fn kick_onto(oscillator: &Oscillator, cycle: &SlipCycle, tolerance: f64) -> Result<Kick, Failure> {
+pub(crate) fn kick_onto(oscillator: &Oscillator, cycle: &Cycle, tolerance: f64) -> Result<Kick, Failure> {
     let radius = cycle.velocity.hi;
     let rest = oscillator.equilibrium_x1();
     let work = Work::of_question(&oscillator.curve);

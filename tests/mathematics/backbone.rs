@@ -2,10 +2,11 @@
 
 use slipmap::filippov::Oscillator;
 use slipmap::friction::{Column, Expression, Law, Table};
+use slipmap::simulate::Cycle;
 use slipmap::simulate::arc::{SlipTurn, turn};
 use slipmap::simulate::backbone::Backbone;
 use slipmap::simulate::critical_damping;
-use slipmap::simulate::slip_cycle::{SlipCycle, slip_cycles};
+use slipmap::simulate::slip_cycle::slip_cycles;
 
 fn column(law: &Law, epsilon: f64, parameters: &[f64], belt_speed: f64) -> Column {
     law.column(&law.point(epsilon, parameters, belt_speed, 0.0).unwrap())
@@ -160,7 +161,7 @@ fn slip_cycles_of_rough_measured_friction_are_found() {
     let law = Law::Table(Table::new("measured", &data, 1.0).unwrap());
     let column = column(&law, 1.0, &[], 0.037544347 / 0.0931441);
     let found = slip_cycles(&oscillator(&column, 0.266_281_5), 1e-11).unwrap();
-    let shape = |cycle: &SlipCycle| [cycle.velocity.hi / column.belt_speed, cycle.multiplier];
+    let shape = |cycle: &Cycle| [cycle.velocity.hi / column.belt_speed, cycle.multiplier];
     let shapes: Vec<[f64; 2]> = found.iter().map(shape).collect();
     let expected = [[0.0567, 0.9837], [0.1028, 1.0230]];
     assert_eq!(shapes.len(), expected.len(), "{shapes:?}");

@@ -9,13 +9,12 @@ use slipmap::friction::{Column, Expression, Law, Table};
 use slipmap::map::{self, Attractors, Regime};
 use slipmap::point::Point;
 use slipmap::simulate::arc::{SlipTurn, turn};
-use slipmap::simulate::crossing::{
-    CrossingCycle, Loop, StickSlipCycle, crossing_cycles, crossing_loop, stick_slip_cycle,
-};
+use slipmap::simulate::crossing::{Loop, crossing_cycles, crossing_loop, stick_slip_cycle};
 use slipmap::simulate::direct::{self, Ending, Phase, Start, Trace, trace};
-use slipmap::simulate::slip_cycle::{Kick, SlipCycle, slip_cycles};
+use slipmap::simulate::slip_cycle::{Kick, slip_cycles};
 use slipmap::simulate::{
-    Dynamics, Failure, Fate, Flow, Neighbour, critical_damping, crossing_separates, dynamics, flow, separates,
+    Cycle, Dynamics, Failure, Fate, Flow, Neighbour, critical_damping, crossing_separates, dynamics, flow,
+    separates,
 };
 
 fn point(epsilon: f64, law: [f64; 3], belt_speed: f64, damping: f64) -> Point {
@@ -55,9 +54,9 @@ fn in_band(column: &Column, fraction: f64) -> Oscillator {
 #[derive(Debug)]
 struct Known {
     equilibrium: Eigenvalues,
-    stick_slip: Option<StickSlipCycle>,
-    slip: Vec<SlipCycle>,
-    crossing: Vec<CrossingCycle>,
+    stick_slip: Option<Cycle>,
+    slip: Vec<Cycle>,
+    crossing: Vec<Cycle>,
     kick: Option<Kick>,
 }
 
@@ -306,14 +305,15 @@ fn crossing_cycles_attract_the_orbit_from_the_exit_point() {
         let seen = crossings_down(&oscillator, &traced);
         let last = seen.last().unwrap();
         let scale = oscillator.belt_speed;
-        assert!((last - cycle.beyond_exit).abs() < 1e-9 * scale, "{last} {}", cycle.beyond_exit);
+        let beyond_exit = cycle.beyond_exit.unwrap();
+        assert!((last - beyond_exit).abs() < 1e-9 * scale, "{last} {beyond_exit}");
 
         // Its multiplier is the slope of the direct flow's loop map.
         let next = |y: f64| {
             let start = Start::State { x1: oscillator.exit_x1() + y, x2: oscillator.belt_speed };
             crossings_down(&oscillator, &trace(&oscillator, start, 1e-14, 1.2 * cycle.period))[0]
         };
-        let y = cycle.beyond_exit;
+        let y = cycle.beyond_exit.unwrap();
         // Central differences at two widths, extrapolated: what is left is h^4 / y^4, and 1e-13 V / h.
         let difference = |h: f64| (next(y + h) - next(y - h)) / (2.0 * h);
         let h = 2e-2 * y;
@@ -335,7 +335,7 @@ fn crossing_cycles_attract_the_orbit_from_the_exit_point() {
 }
 
 /// The shape of a stick-slip cycle is that of the trace of the direct engine.
-fn assert_traced(oscillator: &Oscillator, cycle: &StickSlipCycle) {
+fn assert_traced(oscillator: &Oscillator, cycle: &Cycle) {
     let traced = trace(oscillator, Start::ExitPoint, 1e-11, 1e3);
     let Ending::Closes { period } = traced.ending else { panic!("{:?}", traced.ending) };
     // A landing's error is V^2/wL times that of the margin; 1e-4 V is the smallest wL met here.
@@ -501,7 +501,7 @@ fn three_attractors_have_a_name() {
     let answer = flow(&oscillator, 1e-10);
     assert!(matches!(answer.fate, Fate::Sticks(_)) && oscillator.eigenvalues().is_stable());
     let cycles = slip_cycles(&oscillator, 1e-12).unwrap();
-    let stable: Vec<bool> = cycles.iter().map(SlipCycle::is_stable).collect();
+    let stable: Vec<bool> = cycles.iter().map(Cycle::is_stable).collect();
     assert_eq!(stable, [false, true, false], "{cycles:?}");
     assert_eq!(map::regime(&oscillator, &answer), Regime::EquilibriumPureSlipAndStickSlip);
     let sides: Vec<[Neighbour; 2]> = [0, 2].map(|i| separates(i, 3, &answer.fate)).to_vec();
