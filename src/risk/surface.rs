@@ -27,6 +27,7 @@ use rayon::prelude::*;
 
 use crate::friction::{Column, Law, Table};
 use crate::machine::{Friction, Machine, Model};
+use crate::simulate::chebyshev::{Side, Tensor};
 use crate::simulate::critical::{critical_damping, critical_dampings};
 use crate::simulate::sensitivity::sensitivity_of_any_sign;
 
@@ -42,8 +43,6 @@ const ACCURACY_IN_DEVIATIONS: f64 = 3e-3;
 const SAMPLES: usize = 8;
 /// Number of nodes along each axis, by the number of axes along which the box has an extent.
 const NODES: [usize; 5] = [1, 6, 9, 7, 5];
-/// Largest product of the numbers of nodes along all axes of a box except the first.
-const MOST_ROWS: usize = 125;
 /// Number of machines in one call of the root search.
 const SEARCHED_TOGETHER: usize = 64;
 /// Least number of machines per node in a box that is interpolated.
@@ -265,11 +264,8 @@ impl<'a> Groups<'a> {
 
     /// The values of these machines, interpolated over their box, over its parts, or by a search for each.
     fn boxed(&self, machines: &mut [usize]) -> Vec<Placed> {
-        let sides = self.sides(machines);
-        let wide: Vec<usize> = (0..self.size).filter(|&axis| sides[axis][1] > sides[axis][0]).collect();
-        let along = NODES.get(wide.len()).copied();
-        let nodes = along.and_then(|n| n.checked_pow(u32::try_from(wide.len()).ok()?));
-        let Some((along, nodes)) = along.zip(nodes).filter(|(_, n)| machines.len() > MACHINES_PER_NODE * n)
+        let Some((sides, nodes)) =
+            self.sides(machines).filter(|(_, nodes)| machines.len() > MACHINES_PER_NODE * nodes)
         else {
             let values = self.exact(machines).into_iter();
             let placed = machines.iter().zip(values);
@@ -278,15 +274,13 @@ impl<'a> Groups<'a> {
         // Equally spaced samples of the machines, which are in the order of the draws.
         let step = machines.len() / SAMPLES;
         let samples: Vec<usize> = (0..SAMPLES).map(|i| machines[i * step]).collect();
-        let points = chebyshev_points(&sides, &wide, along, nodes);
+        let points = Tensor::points(&sides);
         let all: Vec<&[f64]> =
             points.iter().map(Vec::as_slice).chain(samples.iter().map(|&machine| self.of(machine))).collect();
         let values = self.searched(&all);
         let (at_nodes, at_samples) = values.split_at(nodes);
-        let surfaces = [0, 1].map(|of| {
-            let at_nodes = at_nodes.iter().map(|pair| pair[of]).collect();
-            Surface::new(sides.clone(), wide.clone(), along, at_nodes)
-        });
+        let surfaces =
+            [0, 1].map(|of| Tensor::through(&sides, at_nodes.iter().map(|pair| pair[of]).collect()));
         let errors = [0, 1].map(|of| {
             let missed = samples.iter().zip(at_samples);
             let missed = missed.map(|(&m, exact)| (surfaces[of].at(self.of(m)) - exact[of]).abs());
@@ -319,8 +313,8 @@ impl<'a> Groups<'a> {
         below
     }
 
-    /// The smallest box that contains these machines.
-    fn sides(&self, machines: &[usize]) -> Vec<[f64; 2]> {
+    /// The smallest box that contains these machines, and its number of nodes; `None` if it has too many axes.
+    fn sides(&self, machines: &[usize]) -> Option<(Vec<Side>, usize)> {
         let mut sides = vec![[f64::INFINITY, f64::NEG_INFINITY]; self.size];
         for &machine in machines {
             for (side, &value) in sides.iter_mut().zip(self.of(machine)) {
@@ -333,7 +327,10 @@ impl<'a> Groups<'a> {
                 side[1] = side[0];
             }
         }
-        sides
+        let wide = sides.iter().filter(|[lo, hi]| hi > lo).count();
+        let along = *NODES.get(wide)?;
+        let side = |range: [f64; 2]| Side { range, count: if range[1] > range[0] { along } else { 1 } };
+        Some((sides.into_iter().map(side).collect(), along.pow(wide as u32)))
     }
 }
 
@@ -344,91 +341,4 @@ pub(super) fn has_standard_errors(machine: &Machine) -> bool {
 
 fn is_stribeck(machine: &Machine) -> bool {
     matches!(&machine.friction, Friction::Coefficients(law, _) if *law.as_written() == Law::Stribeck)
-}
-
-/// A tensor Chebyshev interpolant over a box.
-struct Surface {
-    sides: Vec<[f64; 2]>,
-    /// The axes along which the box has an extent.
-    wide: Vec<usize>,
-    /// Number of polynomials along each of these axes.
-    along: usize,
-    /// The coefficients; the index of the last axis varies fastest.
-    coefficients: Vec<f64>,
-}
-
-/// The Chebyshev nodes of a box, the last axis fastest.
-fn chebyshev_points(sides: &[[f64; 2]], wide: &[usize], along: usize, nodes: usize) -> Vec<Vec<f64>> {
-    let node = |i: usize| (std::f64::consts::PI * (i as f64 + 0.5) / along as f64).cos();
-    let point = |number| {
-        let mut point: Vec<f64> = sides.iter().map(|side| side[0]).collect();
-        let mut rest = number;
-        for &axis in wide.iter().rev() {
-            let [lo, hi] = sides[axis];
-            point[axis] = lo + 0.5 * (1.0 + node(rest % along)) * (hi - lo);
-            rest /= along;
-        }
-        point
-    };
-    (0..nodes).map(point).collect()
-}
-
-impl Surface {
-    /// The interpolant of values at [`chebyshev_points`].
-    fn new(sides: Vec<[f64; 2]>, wide: Vec<usize>, along: usize, values: Vec<f64>) -> Self {
-        let (nodes, mut coefficients) = (values.len(), values);
-        // From values at the nodes to coefficients, axis by axis.
-        for axis in 0..wide.len() {
-            let stride = along.pow((wide.len() - 1 - axis) as u32);
-            for first in (0..nodes).filter(|number| (number / stride).is_multiple_of(along)) {
-                let values: Vec<f64> = (0..along).map(|i| coefficients[first + i * stride]).collect();
-                for j in 0..along {
-                    let term =
-                        |i: usize| (std::f64::consts::PI * j as f64 * (i as f64 + 0.5) / along as f64).cos();
-                    let sum: f64 = values.iter().enumerate().map(|(i, value)| value * term(i)).sum();
-                    coefficients[first + j * stride] = if j == 0 { 1.0 } else { 2.0 } * sum / along as f64;
-                }
-            }
-        }
-        Self { sides, wide, along, coefficients }
-    }
-
-    /// The value at a point of the box.
-    fn at(&self, point: &[f64]) -> f64 {
-        let mut sums = [0.0; MOST_ROWS];
-        let mut left = self.coefficients.len();
-        // Sums over each axis, the slowest first.
-        for (number, &axis) in self.wide.iter().enumerate() {
-            let [lo, hi] = self.sides[axis];
-            let x = 2.0 * (point[axis] - lo) / (hi - lo) - 1.0;
-            let rows = left / self.along;
-            for row in 0..rows {
-                let (mut before, mut now) = (x, 1.0);
-                let mut sum = 0.0;
-                for place in (row..left).step_by(rows) {
-                    sum += now * if number == 0 { self.coefficients[place] } else { sums[place] };
-                    (before, now) = (now, 2.0 * x * now - before);
-                }
-                sums[row] = sum;
-            }
-            left = rows;
-        }
-        if self.wide.is_empty() { self.coefficients[0] } else { sums[0] }
-    }
-
-    /// The size of the values: the modulus of the constant coefficient.
-    fn size(&self) -> f64 {
-        self.coefficients[0].abs()
-    }
-
-    /// The axis along which the last coefficients are largest; the last axis if a value at a node is unknown.
-    fn roughest(&self) -> usize {
-        let last = |position: usize| -> f64 {
-            let stride = self.along.pow((self.wide.len() - 1 - position) as u32);
-            let of_last = |(number, _): &(usize, &f64)| number / stride % self.along + 2 >= self.along;
-            self.coefficients.iter().enumerate().filter(of_last).map(|(_, c)| c.abs()).sum()
-        };
-        let best = (0..self.wide.len()).max_by(|a, b| last(*a).total_cmp(&last(*b)));
-        best.map_or(0, |position| self.wide[position])
-    }
 }

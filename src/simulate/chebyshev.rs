@@ -1,4 +1,5 @@
-//! Interpolation by polynomials through the Chebyshev points cos(pi i / size), i = 0 ..= size, of [-1, 1].
+//! Interpolation by polynomials through Chebyshev points: along a line through cos(pi i / size), i = 0 ..= size, which
+//! include the ends, and in boxes through cos(pi (i + 1/2) / count), i = 0 .. count, along each axis, which do not.
 
 use std::f64::consts::PI;
 use std::sync::OnceLock;
@@ -144,6 +145,116 @@ impl Between {
         let of_row =
             |[_, weights]: &[Vec<f64>; 2]| weights.iter().zip(errors).map(|(w, error)| w.abs() * error).sum();
         self.rows.iter().map(of_row).fold(0.0, f64::max)
+    }
+}
+
+/// An axis of a box: its range, and the number of Chebyshev polynomials along it, 1 where the range has no width.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Side {
+    pub(crate) range: [f64; 2],
+    pub(crate) count: usize,
+}
+
+/// Largest product of the numbers of polynomials along all axes of a box but the first with several.
+const MOST_ROWS: usize = 128;
+
+/// A sum of products of Chebyshev polynomials in a box.
+#[derive(Debug)]
+pub(crate) struct Tensor {
+    sides: Vec<Side>,
+    /// The index of the last axis varies fastest.
+    coefficients: Vec<f64>,
+}
+
+/// cos(pi j (i + 1/2) / count).
+fn cosine(i: usize, j: usize, count: usize) -> f64 {
+    (PI * j as f64 * (i as f64 + 0.5) / count as f64).cos()
+}
+
+/// Adds `rest`, block by block, times T_1(x), T_2(x) and so on to `first`.
+fn add_up(first: &mut [f64], rest: &[f64], x: f64) {
+    let (mut before, mut now) = (1.0, x);
+    for block in rest.chunks_exact(first.len()) {
+        first.iter_mut().zip(block).for_each(|(sum, coefficient)| *sum += now * coefficient);
+        (before, now) = (now, 2.0 * x * now - before);
+    }
+}
+
+impl Tensor {
+    /// The points of a box, those of the last axis fastest.
+    pub(crate) fn points(sides: &[Side]) -> Vec<Vec<f64>> {
+        let point = |number: usize| {
+            let (mut point, mut rest) = (vec![0.0; sides.len()], number);
+            for (place, Side { range: [lo, hi], count }) in point.iter_mut().zip(sides).rev() {
+                *place = lo + 0.5 * (1.0 + cosine(rest % count, 1, *count)) * (hi - lo);
+                rest /= count;
+            }
+            point
+        };
+        (0..sides.iter().map(|side| side.count).product()).map(point).collect()
+    }
+
+    /// The sum with these values at the [points](Self::points) of a box.
+    pub(crate) fn through(sides: &[Side], values: Vec<f64>) -> Self {
+        let mut tensor = Self { sides: sides.to_vec(), coefficients: values };
+        for axis in 0..sides.len() {
+            let (stride, count) = (tensor.stride(axis), sides[axis].count);
+            let coefficients = &mut tensor.coefficients;
+            for first in (0..coefficients.len()).filter(|number| (number / stride).is_multiple_of(count)) {
+                let values: Vec<f64> = (0..count).map(|i| coefficients[first + i * stride]).collect();
+                for j in 0..count {
+                    let sum: f64 =
+                        values.iter().enumerate().map(|(i, value)| value * cosine(i, j, count)).sum();
+                    coefficients[first + j * stride] = if j == 0 { 1.0 } else { 2.0 } * sum / count as f64;
+                }
+            }
+        }
+        tensor
+    }
+
+    /// Distance of coefficients that are neighbours along an axis.
+    fn stride(&self, axis: usize) -> usize {
+        self.sides[axis + 1..].iter().map(|side| side.count).product()
+    }
+
+    /// The value at a point of the box.
+    pub(crate) fn at(&self, point: &[f64]) -> f64 {
+        let mut sums = [0.0; MOST_ROWS];
+        let all = self.coefficients.len();
+        let mut left = all;
+        // Sums over each axis, the slowest first.
+        for (&Side { range: [lo, hi], count }, place) in self.sides.iter().zip(point) {
+            if count == 1 {
+                continue;
+            }
+            let (rows, x) = (left / count, 2.0 * (place - lo) / (hi - lo) - 1.0);
+            if left == all {
+                let (first, rest) = self.coefficients.split_at(rows);
+                sums[..rows].copy_from_slice(first);
+                add_up(&mut sums[..rows], rest, x);
+            } else {
+                let (first, rest) = sums[..left].split_at_mut(rows);
+                add_up(first, rest, x);
+            }
+            left = rows;
+        }
+        if all == 1 { self.coefficients[0] } else { sums[0] }
+    }
+
+    /// The size of the values: the modulus of the constant coefficient.
+    pub(crate) fn size(&self) -> f64 {
+        self.coefficients[0].abs()
+    }
+
+    /// The axis along which the last two coefficients are largest; the last axis if a value at a point is unknown.
+    pub(crate) fn roughest(&self) -> usize {
+        let last = |axis: usize| -> f64 {
+            let (stride, count) = (self.stride(axis), self.sides[axis].count);
+            let of_last = |(number, _): &(usize, &f64)| number / stride % count + 2 >= count;
+            self.coefficients.iter().enumerate().filter(of_last).map(|(_, c)| c.abs()).sum()
+        };
+        let wide = (0..self.sides.len()).filter(|&axis| self.sides[axis].count > 1);
+        wide.max_by(|a, b| last(*a).total_cmp(&last(*b))).unwrap_or(0)
     }
 }
 

@@ -18,6 +18,7 @@
 
 use std::sync::LazyLock;
 
+use super::chebyshev::{Side, Tensor};
 use super::critical::{CriticalDamping, critical_dampings};
 use crate::friction::{Column, Law};
 use crate::point::{LawParameters, Point, ScaledGroups};
@@ -44,111 +45,32 @@ const EXTENTS: [Extent; 2] = [
 /// Round-off of C* in units of A: a sum of up to 1280 terms of the size of C_HB - C*, which is far below A.
 const ROUND_OFF: f64 = 8.0 * f64::EPSILON;
 
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct SurfacePoint {
-    /// C* = eps c*.
-    pub(crate) viscous: f64,
-    /// Bound on its absolute error.
-    pub(crate) error: f64,
-}
-
-/// An interpolant of R over one box.
-struct Interpolant {
-    extent: &'static Extent,
-    /// Coefficients, A slowest, y fastest.
-    coefficients: Vec<[f64; ALONG_Y]>,
-}
-
 /// C_HB at b = 0; b0 is half of it.
 fn harmonic_balance(a: f64, k: f64) -> f64 {
     let q = (1.0 + 2.0 * k).sqrt();
     2.0 * a / (q * (1.0 + k + q))
 }
 
-/// T_0(x), T_1(x), ... for x in [-1, 1].
-fn chebyshev(x: f64, values: &mut [f64]) {
-    let (mut previous, mut current) = (x, 1.0);
-    for value in values {
-        *value = current;
-        (previous, current) = (current, 2.0 * x * current - previous);
-    }
-}
-
-/// Chebyshev nodes of the first kind, `size` of them on [-1, 1].
-fn nodes(size: usize) -> impl Iterator<Item = f64> {
-    (0..size).map(move |i| (std::f64::consts::PI * (i as f64 + 0.5) / size as f64).cos())
-}
-
-/// Replaces samples at the Chebyshev nodes by coefficients, along an axis of length `size` whose elements
-/// are `stride` apart.
-fn to_coefficients(data: &mut [f64], size: usize, stride: usize) {
-    let mut basis = vec![0.0; size];
-    for block in data.chunks_exact_mut(size * stride) {
-        for offset in 0..stride {
-            let mut sums = vec![0.0; size];
-            for (i, node) in nodes(size).enumerate() {
-                chebyshev(node, &mut basis);
-                for (sum, t) in sums.iter_mut().zip(&basis) {
-                    *sum += block[offset + i * stride] * t;
-                }
-            }
-            for (j, sum) in sums.into_iter().enumerate() {
-                let norm = if j == 0 { 1.0 } else { 2.0 };
-                block[offset + j * stride] = norm * sum / size as f64;
-            }
-        }
-    }
-}
-
-impl Interpolant {
-    fn new(extent: &'static Extent) -> Self {
-        let [along_a, along_k] = extent.size;
-        let onto = |x: f64, max: f64| 0.5 * (1.0 + x) * max;
-        let mut groups = Vec::with_capacity(along_a * along_k * ALONG_Y);
-        for a in nodes(along_a) {
-            for k in nodes(along_k) {
-                for y in nodes(ALONG_Y) {
-                    let (a, k) = (onto(a, extent.a_max), onto(k, extent.k_max));
-                    let b = onto(y, 0.5 * harmonic_balance(a, k));
-                    groups.push(ScaledGroups { a, k, b, c: 0.0 });
-                }
-            }
-        }
+impl Extent {
+    /// The interpolant of R over A, k and y.
+    fn interpolant(&self) -> Tensor {
+        let [along_a, along_k] = self.size;
+        let side = |most: f64, count: usize| Side { range: [0.0, most], count };
+        let sides = [side(self.a_max, along_a), side(self.k_max, along_k), side(1.0, ALONG_Y)];
+        let groups = |point: Vec<f64>| {
+            let (a, k) = (point[0], point[1]);
+            ScaledGroups { a, k, b: 0.5 * point[2] * harmonic_balance(a, k), c: 0.0 }
+        };
+        let groups: Vec<ScaledGroups> = Tensor::points(&sides).into_iter().map(groups).collect();
         let columns: Vec<Column> = groups.iter().map(oscillators_like).collect();
-        let mut samples: Vec<f64> = critical_dampings(&columns, f64::EPSILON)
-            .into_iter()
-            .zip(&groups)
-            .map(|(critical, g)| {
-                let Ok(critical) = critical else {
-                    unreachable!("the divergence stays far below 2 in the box of the table")
-                };
-                (harmonic_balance(g.a, g.k) - 2.0 * g.b - critical.c) / (g.a * g.a * g.a)
-            })
-            .collect();
-        to_coefficients(&mut samples, ALONG_Y, 1);
-        to_coefficients(&mut samples, along_k, ALONG_Y);
-        to_coefficients(&mut samples, along_a, along_k * ALONG_Y);
-        let coefficients = samples.chunks_exact(ALONG_Y).map(|row| std::array::from_fn(|i| row[i])).collect();
-        Self { extent, coefficients }
-    }
-
-    /// R at a point of the box.
-    fn value(&self, a: f64, k: f64, y: f64) -> f64 {
-        let [along_a, along_k] = self.extent.size;
-        let (mut in_a, mut in_k, mut in_y) = ([0.0; 16], [0.0; 16], [0.0; ALONG_Y]);
-        chebyshev(2.0 * a / self.extent.a_max - 1.0, &mut in_a[..along_a]);
-        chebyshev(2.0 * k / self.extent.k_max - 1.0, &mut in_k[..along_k]);
-        chebyshev(2.0 * y - 1.0, &mut in_y);
-        let mut total = [0.0; ALONG_Y];
-        for (rows, t_a) in self.coefficients.chunks_exact(along_k).zip(&in_a) {
-            for (row, t_k) in rows.iter().zip(&in_k) {
-                let weight = t_a * t_k;
-                for (sum, coefficient) in total.iter_mut().zip(row) {
-                    *sum += weight * coefficient;
-                }
-            }
-        }
-        total.iter().zip(&in_y).map(|(sum, t)| sum * t).sum()
+        let gap = |(critical, g): (Result<CriticalDamping, _>, &ScaledGroups)| {
+            let Ok(critical) = critical else {
+                unreachable!("the divergence stays far below 2 in the box of the table")
+            };
+            (harmonic_balance(g.a, g.k) - 2.0 * g.b - critical.c) / (g.a * g.a * g.a)
+        };
+        let critical = critical_dampings(&columns, f64::EPSILON).into_iter();
+        Tensor::through(&sides, critical.zip(&groups).map(gap).collect())
     }
 }
 
@@ -159,10 +81,10 @@ fn oscillators_like(groups: &ScaledGroups) -> Column {
     Law::Stribeck.column(&Point { epsilon: 1.0, law, belt_speed, damping: 0.0 })
 }
 
-/// C* at the groups (A, k, b), for any C; `None` outside the tabulated boxes.
-pub(crate) fn lookup(groups: &ScaledGroups) -> Option<SurfacePoint> {
-    static TABLES: LazyLock<[Interpolant; EXTENTS.len()]> =
-        LazyLock::new(|| std::array::from_fn(|i| Interpolant::new(&EXTENTS[i])));
+/// C* at the groups (A, k, b), for any C, and a bound on its error; `None` outside the tabulated boxes.
+fn lookup(groups: &ScaledGroups) -> Option<[f64; 2]> {
+    static TABLES: LazyLock<[Tensor; EXTENTS.len()]> =
+        LazyLock::new(|| EXTENTS.each_ref().map(Extent::interpolant));
     let &ScaledGroups { a, k, b, .. } = groups;
     let number = EXTENTS.iter().position(|extent| a <= extent.a_max && k <= extent.k_max)?;
     let without_b = harmonic_balance(a, k);
@@ -172,17 +94,15 @@ pub(crate) fn lookup(groups: &ScaledGroups) -> Option<SurfacePoint> {
         return None;
     }
     let cube = a * a * a;
-    Some(SurfacePoint {
-        viscous: without_b - 2.0 * b - cube * TABLES[number].value(a, k, y),
-        error: EXTENTS[number].bound * cube + ROUND_OFF * a,
-    })
+    let viscous = without_b - 2.0 * b - cube * TABLES[number].at(&[a, k, y]);
+    Some([viscous, EXTENTS[number].bound * cube + ROUND_OFF * a])
 }
 
 /// c* of a column from the table: its value and error, in units of c; `None` outside the tabulated boxes.
 #[must_use]
 pub fn critical_damping(column: &Column) -> Option<CriticalDamping> {
     let law = column.curve.stribeck()?;
-    let SurfacePoint { viscous, error } = lookup(&law.scaled(column.belt_speed, 0.0))?;
+    let [viscous, error] = lookup(&law.scaled(column.belt_speed, 0.0))?;
     Some(CriticalDamping { c: viscous / column.epsilon, error: error / column.epsilon, rhs: 0 })
 }
 
@@ -210,8 +130,8 @@ mod tests {
             let mut worst: f64 = 0.0;
             for (groups, solved) in groups.iter().zip(critical_dampings(&columns, f64::EPSILON)) {
                 let (found, solved) = (lookup(groups).unwrap(), solved.unwrap());
-                let error = (found.viscous - solved.c).abs();
-                assert!(error <= found.error + solved.error, "{groups:?} {found:?} {solved:?}");
+                let error = (found[0] - solved.c).abs();
+                assert!(error <= found[1] + solved.error, "{groups:?} {found:?} {solved:?}");
                 worst = worst.max((error - solved.error).max(0.0) / groups.a.powi(3));
             }
             assert!(2.0 * worst <= extent.bound, "{worst:e}");
