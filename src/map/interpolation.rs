@@ -35,6 +35,7 @@ use crate::simulate::backbone::{BackboneNodes, InterpolatedBackbone};
 use crate::simulate::chebyshev::{self, Transform};
 use crate::simulate::critical_damping;
 use crate::simulate::crossing::{JUMP, reach, settled_from};
+use crate::simulate::margins::numbers_in;
 
 /// Tolerance of eps c* where no backbone is needed, in units of the weakening rate, and of the [`reach`].
 const TOLERANCE: f64 = 1e-6;
@@ -302,7 +303,7 @@ impl TileColumns<'_> {
         }
         let (values, [errors, least], worst) = spread(&sides, values, stride, node_error);
         let ([mut errors @ .., of_samples], [least @ .., _]) = (errors, least);
-        let numbers = self.numbers(part);
+        let numbers = numbers_in(part, self.shape.iter().copied());
         let allowed = SAMPLES_OFF * errors[0].max(of_samples);
         if let Some(roughest) = self.axis_of_missed_feature(part, &numbers, &values, allowed) {
             return Some(if sides[roughest].is_exact { longest } else { roughest });
@@ -316,16 +317,6 @@ impl TileColumns<'_> {
             found.errors[*column] = errors;
         }
         (NODES_PER_OPEN * cells > nodes).then_some(worst)
-    }
-
-    /// The columns of a box, as positions in the tile.
-    fn numbers(&self, part: &[Range<usize>]) -> Vec<usize> {
-        let mut numbers = vec![0];
-        for (range, length) in part.iter().zip(self.shape) {
-            numbers =
-                numbers.iter().flat_map(|start| range.clone().map(move |i| start * length + i)).collect();
-        }
-        numbers
     }
 
     /// Computes the column at these coordinates.

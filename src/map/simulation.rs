@@ -16,7 +16,7 @@ use crate::simulate::{
     CriticalDamping, NoCriticalDamping,
     critical::critical_dampings,
     direct, flow,
-    margins::{Margins, margins, margins_of_grid},
+    margins::{Margins, margins},
     return_map::is_resolved,
     surface,
 };
@@ -68,10 +68,7 @@ impl Simulated {
         cs: &[f64],
         tolerance: f64,
     ) -> Margins {
-        let found = match axes.is_empty() {
-            true => margins(columns, cs, tolerance),
-            false => margins_of_grid(columns, axes, cs, tolerance),
-        };
+        let found = margins(columns, axes, cs, tolerance);
         self.rhs += found.rhs.iter().map(|&rhs| u64::from(rhs)).sum::<u64>();
         found
     }

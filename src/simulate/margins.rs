@@ -79,20 +79,15 @@ impl Margins {
 /// Margins of the orbits of all columns at the dampings `cs`, column by column, each with an error of at most
 /// `tolerance` where that can be reached.
 ///
-/// A column's margins do not depend on the other columns; see [`margins_of_grid`] for columns that form a
-/// grid.
+/// `axes` are the values along each axis of the grid that the columns form, slowest first; their numbers multiply to
+/// that of the columns. Without axes a column's margins do not depend on the other columns.
 #[must_use]
-pub fn margins(columns: &[Column], cs: &[f64], tolerance: f64) -> Margins {
-    let numbers: Vec<f64> = (0..columns.len()).map(|number| number as f64).collect();
-    let one = |number: usize| std::iter::once(number..number + 1).collect();
-    let each = (0..columns.len()).map(one).collect();
-    Cells::new(columns, &[numbers], cs, tolerance).margins(each)
-}
-
-/// As [`margins`], for columns that form a grid: `axes` are the values along each axis of columns, slowest
-/// first; their numbers multiply to that of the columns.
-#[must_use]
-pub fn margins_of_grid(columns: &[Column], axes: &[Vec<f64>], cs: &[f64], tolerance: f64) -> Margins {
+pub fn margins(columns: &[Column], axes: &[Vec<f64>], cs: &[f64], tolerance: f64) -> Margins {
+    if axes.is_empty() {
+        let numbers = [(0..columns.len()).map(|number| number as f64).collect()];
+        let each = (0..columns.len()).map(|number| std::iter::once(number..number + 1).collect());
+        return Cells::new(columns, &numbers, cs, tolerance).margins(each.collect());
+    }
     let whole = axes.iter().map(|values| 0..values.len()).collect();
     Cells::new(columns, axes, cs, tolerance).margins(vec![whole])
 }
@@ -229,14 +224,7 @@ impl<'a> Cells<'a> {
 
     /// The numbers of the columns of a box, row-major.
     fn columns_of(&self, ranges: &Ranges) -> Vec<usize> {
-        let mut numbers = vec![0];
-        for (range, values) in ranges.iter().zip(self.axes) {
-            numbers = numbers
-                .iter()
-                .flat_map(|start| range.clone().map(move |at| start * values.len() + at))
-                .collect();
-        }
-        numbers
+        numbers_in(ranges, self.axes.iter().map(Vec::len))
     }
 
     /// A side of a box along an axis; `None` where it cannot be interpolated.
@@ -245,6 +233,13 @@ impl<'a> Cells<'a> {
         let new = || Side::new(&values[range.clone()]).map(Rc::new);
         self.sides.entry((axis, range.clone())).or_insert_with(new).clone()
     }
+}
+
+/// The numbers, row-major, of the columns in a box of a grid with these numbers of columns along its axes.
+pub(crate) fn numbers_in(ranges: &[Range<usize>], lengths: impl Iterator<Item = usize>) -> Vec<usize> {
+    ranges.iter().zip(lengths).fold(vec![0], |numbers, (range, length)| {
+        numbers.iter().flat_map(|start| range.clone().map(move |at| start * length + at)).collect()
+    })
 }
 
 /// 1 + m/V of orbits along which the divergence is that at belt speed: exp(pi D / sqrt(1 - D^2/4)).

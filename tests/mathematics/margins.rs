@@ -3,7 +3,7 @@
 use slipmap::filippov::Oscillator;
 use slipmap::friction::{Column, Expression, Law, Table};
 use slipmap::simulate::direct;
-use slipmap::simulate::margins::{Margins, margins, margins_of_grid};
+use slipmap::simulate::margins::{Margins, margins};
 use slipmap::simulate::return_map::{Turn, turns_of};
 
 /// Numbers in [0, 1) from a Weyl sequence: fills a box evenly and reproducibly.
@@ -54,7 +54,7 @@ fn turns(found: &Margins) -> Vec<Turn> {
 
 /// Compares margins of columns, each by itself, and their errors with single turns at tolerance `sharp`.
 fn compare(columns: &[Column], cs: &[f64], tolerance: f64, sharp: f64) -> Found {
-    compare_margins(&margins(columns, cs, tolerance), columns, cs, tolerance, sharp)
+    compare_margins(&margins(columns, &[], cs, tolerance), columns, cs, tolerance, sharp)
 }
 
 fn compare_margins(margins: &Margins, columns: &[Column], cs: &[f64], tolerance: f64, sharp: f64) -> Found {
@@ -148,13 +148,13 @@ impl GridOfColumns {
     }
 
     fn compare(&self, cs: &[f64], tolerance: f64, sharp: f64) -> Found {
-        let margins = margins_of_grid(&self.columns, &self.axes, cs, tolerance);
+        let margins = margins(&self.columns, &self.axes, cs, tolerance);
         compare_margins(&margins, &self.columns, cs, tolerance, sharp)
     }
 }
 
 #[test]
-fn interpolated_margins_of_grids_are_within_their_error() {
+fn interpolated_marginss_are_within_their_error() {
     // From a grid that one polynomial describes to one in which none does.
     for (epsilon, slowest, widest, most, shares) in [
         (0.05, 0.2, 4.0, 1.0, [0.8, 0.75, 0.3]),
@@ -172,7 +172,7 @@ fn interpolated_margins_of_grids_are_within_their_error() {
 }
 
 #[test]
-fn margins_of_grids_of_other_laws_are_within_their_error() {
+fn marginss_of_other_laws_are_within_their_error() {
     for law in [Law::Exponential, Law::Lorentzian] {
         let ranges = [(0.5, 0.7, 4), (3.0, 5.0, 5), (0.0, 0.02, 2), (0.4, 0.8, 8)];
         let found = GridOfColumns::new(&law, 1.0, &ranges).compare(&axis(0.1, 12), 1e-9, 1e-13);
@@ -183,7 +183,7 @@ fn margins_of_grids_of_other_laws_are_within_their_error() {
 /// Smooth formulas are interpolated; those with a narrow step or with |u|, which has a corner where orbits go beyond the
 /// belt line, and tables are not.
 #[test]
-fn margins_of_grids_of_formulas_are_within_their_error() {
+fn marginss_of_formulas_are_within_their_error() {
     let rows: Vec<(f64, f64)> =
         (0..20).map(|i| 0.25 * f64::from(i)).map(|u| (u, 0.5 + 0.5 * (-0.5 * u).exp())).collect();
     let formula = |text: &str| Law::Expression(Expression::new(text, 1.0).unwrap());
@@ -219,7 +219,7 @@ fn margins_of_grids_of_formulas_are_within_their_error() {
 fn the_direct_engine_finds_the_same_margins() {
     let (columns, cs) = (stribeck(0.05, 40), axis(1.0, 20));
     let mut compared = 0;
-    for (column, turns) in columns.iter().zip(turns(&margins(&columns, &cs, 1e-9)).chunks(cs.len())) {
+    for (column, turns) in columns.iter().zip(turns(&margins(&columns, &[], &cs, 1e-9)).chunks(cs.len())) {
         for (turn, &c) in turns.iter().zip(&cs) {
             let &Turn::Complete { margin, error, rhs: 0 } = turn else { continue };
             let direct = direct::flow(&Oscillator::in_column(column, c), 1e-12);
@@ -241,19 +241,19 @@ fn columns_that_no_polynomial_describes_are_not_interpolated() {
         (stribeck(0.05, 50), vec![0.5; 20]),
         (stribeck(0.05, 50), vec![f64::NAN; 20]),
     ] {
-        let turns = turns(&margins(&columns, &cs, 1e-9));
+        let turns = turns(&margins(&columns, &[], &cs, 1e-9));
         let single: Vec<Turn> = columns.iter().flat_map(|column| turns_of(column, &cs, 1e-9)).collect();
         assert_eq!(format!("{turns:?}"), format!("{single:?}"));
     }
-    assert_eq!(margins(&stribeck(0.05, 2), &[], 1e-9), Margins::default());
+    assert_eq!(margins(&stribeck(0.05, 2), &[], &[], 1e-9), Margins::default());
 }
 
 #[test]
 fn a_column_does_not_feel_its_neighbours() {
     let (columns, cs) = (stribeck(0.1, 60), axis(3.0, 20));
-    let together = turns(&margins(&columns, &cs, 1e-9));
+    let together = turns(&margins(&columns, &[], &cs, 1e-9));
     for (column, turns) in columns.iter().zip(together.chunks(cs.len())) {
-        assert_eq!(self::turns(&margins(std::slice::from_ref(column), &cs, 1e-9)), turns);
+        assert_eq!(self::turns(&margins(std::slice::from_ref(column), &[], &cs, 1e-9)), turns);
     }
 }
 
