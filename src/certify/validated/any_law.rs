@@ -2,7 +2,7 @@
 
 use super::landing_speed::{Divergence, Flow};
 use super::turn::{Obstacle, critical};
-use super::{Claim, sticks_from};
+use super::{Claim, claim_of};
 use crate::friction::interval::Interval;
 use crate::friction::{Column, Range};
 
@@ -11,8 +11,6 @@ use crate::friction::{Column, Range};
 pub struct Proof {
     /// Enclosure of C* = eps c*; an end is infinite where no bound is proved.
     pub critical: Range,
-    /// The damping c from which on the landing is proved; infinity if none is.
-    pub(crate) sticks_from: f64,
     /// The reason why the enclosure of C* is not sharp, if it is not.
     pub(crate) obstacle: Option<Obstacle>,
 }
@@ -29,15 +27,7 @@ pub fn prove(column: &Column) -> Proof {
         false => critical(&law, belt_speed, [even.lo, even.hi]),
     };
     let [lo, hi] = bounds;
-    let epsilon = Interval::of(column.epsilon);
-    let flow = |c: f64| Flow {
-        divergence: Divergence::Compiled(&law),
-        viscous: epsilon * Interval::of(c),
-        belt_speed: Interval::of(belt_speed),
-    };
-    let below = if lo.is_finite() { Interval::of(lo).over(epsilon).lo } else { f64::NEG_INFINITY };
-    let sticks_from = if below > 0.0 { sticks_from(&|c| flow(c).lands(), below) } else { 0.0 };
-    Proof { critical: Range { lo, hi }, sticks_from, obstacle }
+    Proof { critical: Range { lo, hi }, obstacle }
 }
 
 pub(super) fn claim(column: &Column) -> Claim {
@@ -45,13 +35,12 @@ pub(super) fn claim(column: &Column) -> Claim {
     if !column.curve.is_normal() {
         return Claim::NOTHING;
     }
-    let Proof { critical: Range { lo, hi }, sticks_from, .. } = prove(column);
-    let epsilon = Interval::of(column.epsilon);
-    if !lo.is_finite() && !hi.is_finite() {
-        return Claim::NOTHING;
-    }
-    // An unbounded side is not claimed.
-    let present_below = if lo.is_finite() { Interval::of(lo).over(epsilon).lo } else { f64::NEG_INFINITY };
-    let absent_above = if hi.is_finite() { Interval::of(hi).over(epsilon).hi } else { f64::INFINITY };
-    Claim { sticks_from, present_below, absent_above }
+    let Range { lo, hi } = prove(column).critical;
+    let (law, epsilon) = (column.compiled(), Interval::of(column.epsilon));
+    let flow = |c: f64| Flow {
+        divergence: Divergence::Compiled(&law),
+        viscous: epsilon * Interval::of(c),
+        belt_speed: Interval::of(column.belt_speed),
+    };
+    claim_of(Interval::new(lo, hi).over(epsilon), &|c| flow(c).lands())
 }

@@ -169,13 +169,11 @@ impl Enclosed {
     }
 }
 
-/// The smallest damping found from which on the landing is proved, see [`super::landing`]; infinity if none
-/// is.
-fn sticks_from(lands: &dyn Fn(f64) -> bool, present_below: f64) -> f64 {
-    if present_below <= 0.0 {
-        return 0.0;
-    }
-    least_proved(lands, [0.0, present_below], HALVINGS).unwrap_or(f64::INFINITY)
+/// The claim about a column whose critical damping lies in `c`, an end of which is infinite where no bound is proved.
+fn claim_of(c: Interval, lands: &dyn Fn(f64) -> bool) -> Claim {
+    let landing = || least_proved(lands, [0.0, c.lo], HALVINGS).unwrap_or(f64::INFINITY);
+    let sticks_from = if c.lo <= 0.0 { 0.0 } else { landing() };
+    Claim { sticks_from, present_below: c.lo, absent_above: c.hi }
 }
 
 /// The smallest damping found in a range from which on the landing is proved, by `halvings` bisections;
@@ -210,10 +208,8 @@ fn claim(column: &Column) -> Claim {
     let even = even_part_bounds(&enclosed.groups);
     // Below zero no legal damping is small enough for a cycle, so a sharper enclosure is not needed.
     let critical = if even.hi < 0.0 { even } else { enclosed.within(even) };
-    let c = critical.over(enclosed.epsilon);
-    // Below c.lo, eps c < C*. A failed division gives the whole line, which claims nothing.
-    let sticks_from = sticks_from(&|c| enclosed.flow(c).lands(), c.lo);
-    Claim { sticks_from, present_below: c.lo, absent_above: c.hi }
+    // Below the lower end, eps c < C*. A failed division gives the whole line, which claims nothing.
+    claim_of(critical.over(enclosed.epsilon), &|c| enclosed.flow(c).lands())
 }
 
 #[cfg(test)]
