@@ -250,7 +250,7 @@ impl Function<'_> {
 
 /// The polynomial of a tile and its derivatives over ranges of A, k, b, which may extend a little beyond the
 /// tile; the whole line where they extend far.
-fn polynomial(tile: &Tile, at: [Interval; 3]) -> Derivatives {
+pub(super) fn polynomial(tile: &Tile, at: [Interval; 3]) -> Derivatives {
     let axes: [[[Interval; HIGHEST + 1]; 3]; 3] =
         std::array::from_fn(|axis| chebyshev(at[axis], tile.domain.ranges()[axis]));
     let [along_a, along_k, along_b] = axes;
@@ -279,7 +279,7 @@ fn polynomial(tile: &Tile, at: [Interval; 3]) -> Derivatives {
 }
 
 /// T_n and its first two derivatives by the parameter `at`, T being scaled to [-1, 1] over a range.
-pub(super) fn chebyshev(at: Interval, [lo, hi]: [f64; 2]) -> [[Interval; HIGHEST + 1]; 3] {
+fn chebyshev(at: Interval, [lo, hi]: [f64; 2]) -> [[Interval; HIGHEST + 1]; 3] {
     let whole = Interval::new(-1.0, 1.0);
     let (low, high) = (Interval::of(lo), Interval::of(hi));
     if !(hi - lo > THIN) {

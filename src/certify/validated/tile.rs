@@ -200,14 +200,8 @@ impl Tile {
     /// An enclosure of C* at groups inside the box.
     #[cfg(test)]
     pub(super) fn critical(&self, groups: &Groups) -> Interval {
-        let Groups { a, k, b } = *groups;
-        let at = [(a, self.domain.a), (k, self.domain.k), (b, self.domain.b)]
-            .map(|(x, range)| super::expansion::chebyshev(x, range)[0]);
-        let sum = self.viscous.iter().enumerate().fold(Interval::ZERO, |sum, (mode, &c)| {
-            let [i, j, l] = degrees(mode);
-            sum + Interval::of(c) * (at[0][i] * at[1][j] * at[2][l])
-        });
-        sum + Interval::new(-self.radius, self.radius)
+        let [[[value, ..], ..], ..] = super::expansion::polynomial(self, [groups.a, groups.k, groups.b]);
+        value + Interval::new(-self.radius, self.radius)
     }
 
     /// The axis along which the candidates are least resolved.
