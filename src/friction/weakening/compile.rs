@@ -289,6 +289,17 @@ impl Trend {
     }
 }
 
+impl Bend {
+    /// The convexity of a function whose second derivatives are within `bend`.
+    fn of(bend: Interval) -> Self {
+        match bend {
+            bend if bend.lo >= 0.0 => Bend::Up,
+            bend if bend.hi <= 0.0 => Bend::Down,
+            _ => Bend::Unknown,
+        }
+    }
+}
+
 /// The polynomial through values of the law on [-length, 0]; `None` where that is too long, or where the law has no
 /// formula there.
 pub(super) fn below(law: &Form, length: f64, size: f64) -> Option<Piece> {
@@ -317,11 +328,7 @@ impl Piece {
     /// Sets the bounds of w and the signs of its derivatives on [a, b], from the series `phi` there.
     fn describe(&mut self, law: &Form, a: f64, b: f64, phi: &Jet<Interval, { COUNT + 2 }>) {
         let (slope, bend) = (-phi.derivative(2), -phi.derivative(3));
-        self.bend = match bend {
-            bend if bend.lo >= 0.0 => Bend::Up,
-            bend if bend.hi <= 0.0 => Bend::Down,
-            _ => Bend::Unknown,
-        };
+        self.bend = Bend::of(bend);
         self.trend = Trend::of(slope);
         if self.trend == Trend::Unknown && self.bend != Bend::Unknown {
             // The slope is monotone, so it lies between its values at the ends.
@@ -360,23 +367,13 @@ fn compile_table(table: &Table, breaks: &mut Vec<f64>, pieces: &mut Vec<Piece>) 
             }
             let round_off = Piece::round_off(&c);
             let mut piece = Piece {
-                middle,
-                scale,
-                c,
                 // The cut at an extreme is rounded; the value there exceeds the extreme by less than this.
                 error: ROOM * (error + 2.0 * round_off),
                 estimate: error + round_off,
-                range: Range { lo: f64::NEG_INFINITY, hi: f64::INFINITY },
                 // There is no extreme inside, so the slope in the middle has the sign of the whole piece.
                 trend: Trend::of(exact[1]),
-                bend: if w2.lo >= 0.0 {
-                    Bend::Up
-                } else if w2.hi <= 0.0 {
-                    Bend::Down
-                } else {
-                    Bend::Unknown
-                },
-                size: 0.0,
+                bend: Bend::of(w2),
+                ..Piece::new(middle, scale, c, 0.0)
             };
             piece.range = piece.range_on(a, b);
             let before = pieces.last().map_or(0.0, |piece| piece.size);
