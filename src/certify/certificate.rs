@@ -9,11 +9,8 @@
 //! values count, not the bytes: another program may have written the text again, with its own order of keys
 //! and spaces.
 
-use std::fmt;
-
 use rayon::prelude::*;
-use serde::de::{self, Unexpected, Visitor};
-use serde::{Deserialize, Deserializer, Serialize};
+use serde::{Deserialize, Serialize};
 
 use super::recheck::{self, divides};
 use super::validated::surface::Surface;
@@ -28,8 +25,8 @@ const STATEMENT: &str = "With v' = w, w' = -v + D w, D = -C + A/(1 + k s)^2 - 2 
     T_i T_j T_l| <= radius, m = i + 3 (j + 9 l), T Chebyshev polynomials of A, k, b scaled to [-1, 1] over the domain. \
     Integers are multiples of unit; zeros at the end of a list are left out. Cosines and sines are the witness, see the \
     documentation of slipmap::certify::recheck. In the boxes `open` nothing is claimed.";
-/// Larger integers are not exact as f64, and no coefficient is that large.
-const LARGEST: i64 = 1 << 53;
+/// From here on different integers are the same f64; no coefficient is that large.
+const BEYOND: f64 = (1_u64 << 53) as f64;
 
 /// What a certificate is about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -88,37 +85,18 @@ struct StoredTile {
 }
 
 /// An integer, which other programs may write with a decimal point.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-#[serde(transparent)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "f64")]
 struct Multiple(i64);
 
-impl<'de> Deserialize<'de> for Multiple {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Integer;
-        impl Visitor<'_> for Integer {
-            type Value = Multiple;
+impl TryFrom<f64> for Multiple {
+    type Error = &'static str;
 
-            fn expecting(&self, out: &mut fmt::Formatter) -> fmt::Result {
-                out.write_str("an integer of at most 2^53")
-            }
-
-            fn visit_i64<E: de::Error>(self, value: i64) -> Result<Multiple, E> {
-                Ok(Multiple(value))
-            }
-
-            fn visit_u64<E: de::Error>(self, value: u64) -> Result<Multiple, E> {
-                let wrong = || E::invalid_value(Unexpected::Unsigned(value), &self);
-                i64::try_from(value).map(Multiple).map_err(|_| wrong())
-            }
-
-            fn visit_f64<E: de::Error>(self, value: f64) -> Result<Multiple, E> {
-                match value.fract() == 0.0 && value.abs() <= LARGEST as f64 {
-                    true => Ok(Multiple(value as i64)),
-                    false => Err(E::invalid_value(Unexpected::Float(value), &self)),
-                }
-            }
+    fn try_from(x: f64) -> Result<Self, Self::Error> {
+        match x.fract() == 0.0 && x.abs() < BEYOND {
+            true => Ok(Self(x as i64)),
+            false => Err("a coefficient is not an integer below 2^53"),
         }
-        deserializer.deserialize_any(Integer)
     }
 }
 
@@ -245,10 +223,6 @@ impl StoredTile {
 
     /// The reason why its claim is not confirmed; `None` if it is.
     fn doubt(&self) -> Option<String> {
-        let mut numbers = self.cosines.iter().chain(&self.sines).chain([&self.viscous]).flatten();
-        if numbers.any(|c| !(-LARGEST..=LARGEST).contains(&c.0)) {
-            return Some("a coefficient is too large".into());
-        }
         recheck::verify(&self.tile()).err().map(|doubt| doubt.to_string())
     }
 
