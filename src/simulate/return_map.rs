@@ -9,9 +9,8 @@ pub use super::polar::Turn;
 
 use super::arc::{LowerEnd, Walk};
 use super::closed_orbit::Lap;
-use super::elements::{self, Margin};
 use super::work::Work;
-use super::{Fate, Flow, Landing, closed_orbit, collocation, direct, stepping};
+use super::{Fate, Flow, Landing, closed_orbit, collocation, direct, elements, stepping};
 use crate::filippov::{Oscillator, Side};
 use crate::friction::Column;
 use crate::point::ScaledGroups;
@@ -64,8 +63,8 @@ pub(super) fn turn_of(oscillator: &Oscillator, tolerance: f64) -> Turn {
     }
     let weakening = curve.compiled(4.0 * belt_speed);
     let spent = match elements::turn(&weakening, *belt_speed, *viscous, tolerance) {
-        Ok(Margin { margin, error, rhs }) => return Turn::Complete { margin, error, rhs: rhs as u32 },
-        Err(spent) => spent as u32,
+        Turn::HandOver { rhs } => rhs,
+        complete @ Turn::Complete { .. } => return complete,
     };
     match closed_orbit::turn(oscillator, *belt_speed, tolerance) {
         Ok(Lap { margin, error, rhs, .. }) => Turn::Complete { margin, error, rhs: spent + rhs },

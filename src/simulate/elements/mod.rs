@@ -44,7 +44,7 @@ mod orbit;
 use std::sync::LazyLock;
 
 use super::gauss::{MOST, Rule};
-use super::polar::Closing;
+use super::polar::{Closing, Turn};
 use crate::friction::Weakening;
 use orbit::{Orbit, Problem, Step};
 
@@ -292,16 +292,6 @@ impl Orbit<'_> {
     }
 }
 
-/// The margin of an orbit.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(in crate::simulate) struct Margin {
-    /// m / V.
-    pub(in crate::simulate) margin: f64,
-    /// Estimate of its absolute error.
-    pub(in crate::simulate) error: f64,
-    pub(in crate::simulate) rhs: u64,
-}
-
 /// A closed orbit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in crate::simulate) struct Closed {
@@ -326,19 +316,21 @@ pub(in crate::simulate) fn closed_orbit(
 }
 
 /// The orbit from the exit point after one turn at C = `viscous`, with an error of the margin of at most
-/// `tolerance`; `Err` with the number of evaluations where the polar form does not apply or no rung reaches
-/// that.
+/// `tolerance`; handed over where the polar form does not apply or no rung reaches that.
 pub(in crate::simulate) fn turn(
     weakening: &Weakening,
     belt_speed: f64,
     viscous: f64,
     tolerance: f64,
-) -> Result<Margin, u64> {
+) -> Turn {
     let problem = Problem { weakening, belt_speed, radius: belt_speed, viscous: Some(viscous) };
-    let found = solve(problem, tolerance)?;
-    let margin = found.orbit.end().exp_m1();
+    let found = match solve(problem, tolerance) {
+        Ok(found) => found,
+        Err(rhs) => return Turn::HandOver { rhs: rhs as u32 },
+    };
+    let (margin, rhs) = (found.orbit.end().exp_m1(), found.rhs as u32);
     let error = found.error * found.end_by_damping * (1.0 + margin);
-    if error <= tolerance { Ok(Margin { margin, error, rhs: found.rhs }) } else { Err(found.rhs) }
+    if error <= tolerance { Turn::Complete { margin, error, rhs } } else { Turn::HandOver { rhs } }
 }
 
 /// An orbit on the last rung, and its errors.
