@@ -95,8 +95,8 @@ const WEIGHTS: [(usize, f64, f64, f64); 8] = [
 
 /// A right-hand side y' = f within one step.
 ///
-/// A trait and not a closure: a closure cannot be forced to inline into the function whose vector width is
-/// selected at run time, and without that every fused product becomes a library call.
+/// It has to be inlined into the function whose vector width is selected at run time: without that every fused product
+/// becomes a library call.
 pub(super) trait Field<const N: usize> {
     /// f at the abscissa `NODES[stage]` of the step.
     fn slope(&mut self, stage: usize, state: &[f64; N]) -> [f64; N];
@@ -138,7 +138,8 @@ pub(super) fn step<const N: usize>(
         next[lane] = sum[lane].mul_add(h, next[lane]);
         let (e5, e3) = (error_5[lane].abs(), error_3[lane].abs());
         let scale = e5.mul_add(e5, 0.01 * e3 * e3).sqrt();
-        error[lane] = if scale > 0.0 { h.abs() * e5 * e5 / scale } else { 0.0 };
+        // Squares of the errors of very slow orbits vanish.
+        error[lane] = if scale > 0.0 { h.abs() * e5 * e5 / scale } else { h.abs() * e5 };
     }
     (next, error)
 }

@@ -75,6 +75,23 @@ fn landings_next_to_grazing_are_those_of_the_margin() {
     assert!(landed > 15, "{landed}");
 }
 
+/// Orbits on very slow belts are those of slow ones in units of the belt speed; the divergence is 0.2 on both.
+#[test]
+fn landings_on_very_slow_belts_are_those_of_slow_ones() {
+    let stick_time = |belt_speed: f64| {
+        let point = Law::Stribeck.point(1.0, &[0.0, 0.0, 0.3], belt_speed, 0.1).unwrap();
+        match flow(&Oscillator::new(&Law::Stribeck, &point), 1e-9).fate {
+            Fate::Sticks(landing) => landing.stick_time,
+            fate => panic!("{belt_speed:e}: {fate:?}"),
+        }
+    };
+    let expected = stick_time(1e-20);
+    for belt_speed in [1e-100, 1e-170, 1e-250] {
+        let found = stick_time(belt_speed);
+        assert!((found / expected - 1.0).abs() < 1e-9, "{belt_speed:e}: {found} {expected}");
+    }
+}
+
 #[test]
 fn margins_are_within_their_error() {
     let mut checked = 0;
