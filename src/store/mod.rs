@@ -98,7 +98,7 @@ pub use crate::files::Existing;
 pub use error::StoreError;
 pub(crate) use journal::is_journal;
 pub(crate) use pack::ByteSink;
-pub use pack::{PackedRecord, Packer};
+pub use pack::{PackedTile, Packer};
 pub(crate) use partial::{Left, left, remove_unfinished};
 pub use partial::{PartialMap, Resumed};
 pub(crate) use reader::SIGNATURE;
