@@ -12,7 +12,7 @@ use crate::dataset::fingerprint::{self, canonical};
 use crate::dataset::{Cells, Fingerprint, Schema, Variable};
 use crate::map::{Account, Plan, Runs, Sink, TileData, unravel};
 
-use super::codec::{AccountRecord, from_bytes, to_bytes};
+use super::codec::{from_bytes, to_bytes};
 use super::deflate;
 
 /// A chunk as stored in the file, with the fingerprint and the counts of its cells.
@@ -120,14 +120,14 @@ impl Packer {
     /// Encodes a packed tile and its account, to be sent to the process that writes the map.
     #[must_use]
     pub fn to_bytes(&self, tile: &PackedTile, account: &Account) -> Vec<u8> {
-        to_bytes(&(tile, AccountRecord::of(&self.plan, account)))
+        to_bytes(&(tile, account))
     }
 
     /// Decodes the bytes of [`Packer::to_bytes`]; `None` for other bytes.
     #[must_use]
     pub fn from_bytes(&self, bytes: &[u8]) -> Option<(PackedTile, Account)> {
-        let (tile, account): (PackedTile, AccountRecord) = from_bytes(bytes)?;
-        tile.fits(&self.schema).then_some((tile, account.account(&self.plan)?))
+        let both = from_bytes::<(PackedTile, Account)>(bytes);
+        both.filter(|(tile, account)| tile.fits(&self.schema) && account.fits(&self.plan))
     }
 
     /// Bytes and fingerprint of a chunk of codes, from the cache if it contains them.

@@ -20,7 +20,7 @@ use crate::dataset::{Outcome, Provenance, Schema, Value, attributes};
 use crate::files::Existing;
 use crate::map::{Account, Plan, Sink, TileData};
 
-use super::codec::{AccountRecord, from_bytes, to_bytes};
+use super::codec::{from_bytes, to_bytes};
 use super::error::StoreError;
 use super::identity::{check_finished, difference, get};
 use super::journal::Journal;
@@ -41,17 +41,17 @@ const LONGEST_HEADER: u64 = 1 << 26;
 
 /// The contents of a frame of the journal.
 #[derive(Serialize, Deserialize)]
-enum Frame<T> {
+enum Frame<Tile, Of> {
     /// The plan of the run, as attributes. The first frame.
     Header(Vec<(String, Value)>),
     /// A start of the program: the line that it adds to the history.
     Session(String),
     /// A finished tile, the seconds from the start of the program to its end, and its account.
-    Tile(T, f64, Box<AccountRecord>),
+    Tile(Tile, f64, Of),
 }
 
 /// The contents of a frame; `None` for other bytes.
-fn frame(bytes: &[u8]) -> Option<Frame<PackedTile>> {
+fn frame(bytes: &[u8]) -> Option<Frame<PackedTile, Account>> {
     from_bytes(bytes)
 }
 
@@ -196,10 +196,10 @@ impl PartialMap {
                 found.history = format!("{}\n{line}", found.history);
                 Ok(true)
             }
-            (Some(Frame::Tile(tile, seconds, record)), Some(map)) => {
-                let Some(account) = record.account(plan).filter(|_| tile.fits(&map.schema)) else {
+            (Some(Frame::Tile(tile, seconds, account)), Some(map)) => {
+                if !(tile.fits(&map.schema) && account.fits(plan)) {
                     return Ok(false);
-                };
+                }
                 let number = tile.number;
                 if !found.finished[number] {
                     map.put(tile)?;
@@ -233,7 +233,7 @@ impl PartialMap {
             found.finished.len()
         );
         found.history = format!("{}\n{line}", found.history);
-        journal.append(&to_bytes(&Frame::<PackedTile>::Session(line)), false)?;
+        journal.append(&to_bytes(&Frame::<PackedTile, Account>::Session(line)), false)?;
         map.history.clone_from(&found.history);
         Ok(Resumed::Partial(Box::new(Self::with(map, journal, plan, found))))
     }
@@ -336,7 +336,6 @@ impl Sink for PartialMap {
     }
 
     fn write(&self, tile: PackedTile, account: &Account) -> Result<(), StoreError> {
-        let account = Box::new(AccountRecord::of(&self.packer.plan, account));
         let frame = Frame::Tile(&tile, self.started.elapsed().as_secs_f64(), account);
         self.journal().append(&to_bytes(&frame), true)?;
         self.written.fetch_add(1, Ordering::Relaxed);
@@ -349,7 +348,7 @@ fn header(opening: &[(String, Value)], history: &str, existing: Existing) -> Vec
     let mut attributes = opening.to_vec();
     attributes.push((REPLACES.into(), Value::from(i64::from(existing == Existing::Replace))));
     attributes.push(("history".into(), history.into()));
-    to_bytes(&Frame::<PackedTile>::Header(attributes))
+    to_bytes(&Frame::<PackedTile, Account>::Header(attributes))
 }
 
 /// Length in bytes of the contents of the longest frame that a run of `plan` writes.

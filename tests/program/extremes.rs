@@ -261,8 +261,7 @@ fn contradictions_between_theorems_and_simulation_are_reported() {
         "simulation" => Verdict::Absent,
         _ => Verdict::Undecided,
     });
-    let point = job.plan.grid().point(&[0; 6]);
-    let first = vec![Contradiction { tile: 0, point, verdicts: verdicts.collect() }];
+    let first = vec![Contradiction { tile: 0, index: vec![0; 6], verdicts: verdicts.collect() }];
     let sink = Contradicted(&map, Contradictions { cells: 3, first });
     let queue = Queue::new(map.finished().to_vec());
     map::compute_tiles(&job.plan, &sink, &Control::default(), &|| queue.take()).unwrap();
