@@ -25,7 +25,7 @@ use super::error::StoreError;
 use super::identity::{check_finished, difference, get};
 use super::journal::Journal;
 use super::pack::{PackedTile, Packer};
-use super::seal::{Temporary, beside};
+use super::seal::{beside, temporary};
 use super::writer::MapWriter;
 
 /// Suffix of the journal's name.
@@ -185,7 +185,7 @@ impl PartialMap {
                 if let Some(Value::Text(history)) = get(&then, "history") {
                     found.history.clone_from(history);
                 }
-                let temporary = Temporary::instead(beside(path, UNFINISHED)?)?;
+                let temporary = temporary(beside(path, UNFINISHED)?)?;
                 // The map gets the title, the comments and the paths of this run, not of the earlier one.
                 map =
                     Some(MapWriter::begin(path, temporary, plan, opening, found.history.clone(), existing)?);
@@ -248,7 +248,7 @@ impl PartialMap {
         mut journal: Journal,
     ) -> Result<Self, StoreError> {
         journal.clear()?;
-        let temporary = Temporary::instead(beside(path, UNFINISHED)?)?;
+        let temporary = temporary(beside(path, UNFINISHED)?)?;
         let map = MapWriter::begin(path, temporary, plan, opening, history.clone(), existing)?;
         journal.append(&header(opening, &history, existing), false)?;
         journal.sync()?;
