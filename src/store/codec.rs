@@ -1,11 +1,12 @@
-//! The journal's contents as bytes: attributes, tiles and accounts, by serde in the format of `postcard`.
+//! The contents of the journal and of messages as bytes: attributes, tiles and accounts, by serde in the
+//! format of `postcard`.
 //!
 //! Decoded data are not trusted: every length is compared with the number of bytes that are left before
 //! memory is allocated for it, and every number is compared with the plan.
 
 use serde::{Deserialize, Serialize};
 
-pub(super) fn to_bytes(value: &impl Serialize) -> Vec<u8> {
+pub(crate) fn to_bytes(value: &impl Serialize) -> Vec<u8> {
     match postcard::to_stdvec(value) {
         Ok(bytes) => bytes,
         Err(error) => panic!("lists of known length can be written to memory: {error}"),
@@ -13,7 +14,7 @@ pub(super) fn to_bytes(value: &impl Serialize) -> Vec<u8> {
 }
 
 /// Decodes the bytes of a value of this type; `None` for other bytes.
-pub(super) fn from_bytes<'a, T: Deserialize<'a>>(bytes: &'a [u8]) -> Option<T> {
+pub(crate) fn from_bytes<'a, T: Deserialize<'a>>(bytes: &'a [u8]) -> Option<T> {
     postcard::take_from_bytes(bytes).ok().filter(|(_, rest)| rest.is_empty()).map(|(value, _)| value)
 }
 

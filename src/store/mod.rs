@@ -93,6 +93,8 @@ pub use crate::dataset::attributes::fingerprint;
 pub(crate) use crate::dataset::attributes::plan_digest;
 pub use crate::dataset::{Outcome, Provenance, Value};
 pub use check::{CheckReport, Problem, check};
+#[cfg(feature = "mpi")]
+pub(crate) use codec::{from_bytes, to_bytes};
 
 pub use crate::files::Existing;
 pub use error::StoreError;
