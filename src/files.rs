@@ -6,6 +6,7 @@ use std::path::Path;
 
 #[cfg(feature = "report")]
 use tempfile::NamedTempFile;
+use tempfile::{PathPersistError, TempPath};
 
 /// Behaviour if the output exists already.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -62,9 +63,18 @@ pub(crate) fn temporary_in(folder: &Path) -> io::Result<NamedTempFile> {
 /// [`io::ErrorKind::AlreadyExists`] for a name that exists and is not to be replaced, or another I/O error.
 #[cfg(feature = "report")]
 pub(crate) fn publish_file(file: NamedTempFile, path: &Path, existing: Existing) -> io::Result<()> {
-    let named = match existing {
+    publish(file.into_temp_path(), path, existing).map_err(|refused| refused.error)
+}
+
+/// Gives a complete and closed temporary file its name; or returns it with the error.
+pub(crate) fn publish(file: TempPath, path: &Path, existing: Existing) -> Result<(), PathPersistError> {
+    match existing {
         Existing::Replace => file.persist(path),
-        Existing::Refuse => file.persist_noclobber(path),
-    };
-    named.map(drop).map_err(|error| error.error)
+        Existing::Refuse => file.persist_noclobber(path).or_else(|refused| match refused.error.kind() {
+            io::ErrorKind::AlreadyExists => Err(refused),
+            _ if path.exists() => Err(refused),
+            // On file systems where only renaming gives a name, it is checked before it is taken.
+            _ => refused.path.persist(path),
+        }),
+    }
 }

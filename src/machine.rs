@@ -101,6 +101,17 @@ impl Dimension {
     }
 }
 
+/// Whether a quantity of a machine may have a finite value, by its sign; and what it must be.
+pub(crate) fn requirement(quantity: &str, value: f64) -> (bool, &'static str) {
+    match quantity {
+        "mass" | "stiffness" | "normal_force" | "static_friction" | "stribeck_velocity" | AFTER => {
+            (value > 0.0, "greater than 0")
+        }
+        "damping" | "strengthening" => (value >= 0.0, "at least 0"),
+        _ => (true, "a number"),
+    }
+}
+
 /// A machine, in SI units; for a rotation kg m^2 replaces kg, N m replaces N and rad replaces m.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Machine {
@@ -289,12 +300,26 @@ impl Machine {
         }
     }
 
+    /// The first quantity that has an illegal value: its name, its value, and what it must be.
+    pub(crate) fn illegal(&self) -> Option<(&'static str, f64, &'static str)> {
+        let of_formula = |name: &str| {
+            matches!(self.friction, Friction::Formula(..)) && Coefficients::NAMES.contains(&name)
+        };
+        let illegal = self.quantities().into_iter().find_map(|(name, value)| {
+            let (legal, wanted) = requirement(name, value);
+            let legal = (legal || of_formula(name)) && value.is_finite();
+            (!legal).then_some((name, value, wanted))
+        });
+        match &self.friction {
+            Friction::Coefficients(_, of) if !of.kinetic_is_legal() => {
+                illegal.or(Some(("kinetic_friction", of.kinetic_friction, Coefficients::KINETIC)))
+            }
+            _ => illegal,
+        }
+    }
+
     pub(crate) fn is_legal(&self) -> bool {
-        let positive = [self.mass, self.stiffness, self.normal_force, self.belt_speed];
-        positive.iter().all(|value| *value > 0.0 && value.is_finite())
-            && self.damping >= 0.0
-            && self.damping.is_finite()
-            && self.friction.is_legal()
+        self.illegal().is_none() && self.friction.is_legal_at_rest()
     }
 
     /// The units of the dimensionless oscillator.

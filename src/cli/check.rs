@@ -1,12 +1,12 @@
 //! `slipmap check`: verifies a stored map or a stored proof.
 
-use std::io::{self, Write as _};
+use std::io;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
 use serde_json::json;
 
-use super::output::{self, number_of, print_json};
+use super::output::{checked, number_of};
 use super::{Ended, Failure, proof};
 use crate::store;
 
@@ -56,26 +56,20 @@ fn check_map(map: &Path, as_json: bool) -> Result<Ended, Failure> {
         let problem = format!("{name} cannot be read as a map:\n  {}", problems.join("\n  "));
         return Err(Failure::bad_input(problem, "name a file written by `slipmap run`"));
     }
-    if as_json {
-        print_json(&json!({
-            "map": map.to_string_lossy(),
-            "sound": report.is_sound(),
-            "variables": report.variables,
-            "cells": report.cells,
-            "tiles": report.tiles,
-            "problems": problems,
-        }))?;
-    } else {
-        let mut out = io::stdout().lock();
-        writeln!(
-            out,
-            "{name}: {} over {} in {}\n\
-             checked: the seal of the whole file, layout and attributes, fingerprints, that every cell is legal",
-            number_of(report.variables, "variable"),
-            number_of(report.cells, "cell"),
-            number_of(report.tiles, "tile")
-        )?;
-        output::problems(&mut out, &problems, "the map is complete and unchanged since its run")?;
-    }
-    Ok(if report.is_sound() { Ended::Fine } else { Ended::Flawed })
+    let json = json!({
+        "map": map.to_string_lossy(),
+        "sound": report.is_sound(),
+        "variables": report.variables,
+        "cells": report.cells,
+        "tiles": report.tiles,
+        "problems": problems,
+    });
+    let what = format!(
+        "{name}: {} over {} in {}\n\
+         checked: the seal of the whole file, layout and attributes, fingerprints, that every cell is legal",
+        number_of(report.variables, "variable"),
+        number_of(report.cells, "cell"),
+        number_of(report.tiles, "tile")
+    );
+    checked(as_json, &json, &what, &problems, "the map is complete and unchanged since its run")
 }

@@ -22,22 +22,23 @@ use mpi::environment::Universe;
 use mpi::topology::Process;
 use mpi::traits::*;
 
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
 use super::{Ended, Failure};
 use crate::config::Job;
 use crate::map::{self, Account, ComputeError, Control, Queue, Sink as _};
-use crate::store::{ByteSink, PartialMap, StoreError, plan_digest};
+use crate::store::{ByteSink, PartialMap, StoreError, from_bytes, plan_digest, to_bytes};
 
-/// Message of a rank at its start: fingerprint of its plan and number of threads, or the error of its job.
+/// Message of a rank at its start, a [`Hello`].
 const HELLO: i32 = 1;
-/// Answer of rank 0: [`GO_ON`] and the first tiles, or empty if the run does not begin.
+/// Answer of rank 0, [`Tiles`]: the first ones; `None` if the run does not begin.
 const GO: i32 = 2;
-/// First entry of [`GO`] and [`NEXT`].
-const GO_ON: u64 = 1;
 /// Message with a finished tile.
 const TILE: i32 = 3;
-/// Answer of rank 0 to each [`TILE`]: [`GO_ON`] and further tiles, perhaps none; empty if no more will come.
+/// Answer of rank 0 to each [`TILE`], [`Tiles`]: further ones, perhaps none yet; `None` if no more will come.
 const NEXT: i32 = 4;
-/// Message of a rank that has finished all its tiles.
+/// Message of a rank that has finished all its tiles: whether it was interrupted.
 const BYE: i32 = 5;
 
 /// Message of rank 0: the map is finished, and the other ranks may end.
@@ -50,6 +51,21 @@ const PROVED: i32 = 8;
 /// Interval of polling for messages. MPI's own blocking calls would keep a core busy, and more frequent
 /// polling takes time from the threads that compute. Every rank has enough tiles in advance to bridge it.
 const PAUSE: Duration = Duration::from_millis(2);
+
+/// Fingerprint of a rank's plan and its number of threads, or the error of its job.
+type Hello = Result<(String, usize), String>;
+
+/// Numbers of tiles to compute.
+type Tiles = Option<Vec<usize>>;
+
+fn send(process: &Process, tag: i32, value: &impl Serialize) {
+    process.send_with_tag(&to_bytes(value)[..], tag);
+}
+
+/// Waits for a message; `None` if it was corrupted on its way, or is one of another version.
+fn receive<T: DeserializeOwned>(process: &Process, tag: i32) -> Option<T> {
+    from_bytes(&process.receive_vec_with_tag::<u8>(tag).0)
+}
 
 /// Waits for a message of `process` with this tag.
 fn wait_for(process: &Process, tag: i32) {
@@ -118,22 +134,22 @@ impl Ranks {
 
     /// On the other ranks: computes the tiles that rank 0 hands out.
     pub(super) fn work(&self, job: Result<Job, Failure>, stop: &AtomicBool) -> Result<Ended, Failure> {
-        let hello = match &job {
-            Ok(job) => format!("{} {}", plan_digest(&job.plan), self.threads),
-            Err(Failure::BadInput(message) | Failure::Broken(message)) => format!("! {message}"),
-            Err(_) => "! it cannot read its configuration".into(),
+        let hello: Hello = match &job {
+            Ok(job) => Ok((plan_digest(&job.plan), self.threads)),
+            Err(Failure::BadInput(message) | Failure::Broken(message)) => Err(message.clone()),
+            Err(_) => Err("it cannot read its configuration".into()),
         };
         let world = self.universe.world();
         let writer = world.process_at_rank(0);
-        writer.send_with_tag(hello.as_bytes(), HELLO);
-        let (go, _) = writer.receive_vec_with_tag::<u64>(GO);
+        send(&writer, HELLO, &hello);
+        let first = receive::<Tiles>(&writer, GO).flatten();
         // Rank 0 reports the error, once.
-        let (Ok(job), Some((&GO_ON, ahead))) = (job, go.split_first()) else { return Ok(Ended::Fine) };
+        let (Ok(job), Some(first)) = (job, first) else { return Ok(Ended::Fine) };
 
         let (more, tiles) = channel();
-        hand_on(ahead, &more);
         // A rank that gets no tile now gets none later.
-        let more = (!ahead.is_empty()).then_some(more);
+        let more = (!first.is_empty()).then_some(more);
+        more.iter().for_each(|more| hand_on(&first, more));
         let tiles = Mutex::new(tiles);
         // Rank 0 bounds the number of tiles in this channel; the receiver lives as long as any sender.
         let (outbox, finished) = channel();
@@ -148,8 +164,7 @@ impl Ranks {
             });
             self.send_all(&finished, more, stop);
         });
-        let interrupted = u8::from(stop.load(Ordering::Relaxed));
-        writer.send_with_tag(&[interrupted][..], BYE);
+        send(&writer, BYE, &stop.load(Ordering::Relaxed));
         self.prove_for_writer();
         Ok(Ended::Fine)
     }
@@ -175,9 +190,8 @@ impl Ranks {
             send_without_busy_loop(&writer, &tiles);
             for _ in &tiles {
                 wait_for(&writer, NEXT);
-                let (next, _) = writer.receive_vec_with_tag::<u64>(NEXT);
-                match (next.split_first(), &more) {
-                    (Some((&GO_ON, tiles)), Some(more)) => hand_on(tiles, more),
+                match (receive::<Tiles>(&writer, NEXT).flatten(), &more) {
+                    (Some(tiles), Some(more)) => hand_on(&tiles, more),
                     _ => more = None,
                 }
             }
@@ -192,39 +206,33 @@ impl Ranks {
         let mut wrong = None;
         let digest = plan.map(|(plan, _)| plan_digest(plan));
         for (rank, threads) in (0..).zip(&mut threads).skip(1) {
-            let (hello, _) = world.process_at_rank(rank).receive_vec_with_tag::<u8>(HELLO);
-            let hello = String::from_utf8_lossy(&hello).into_owned();
-            if let Some(message) = hello.strip_prefix("! ") {
-                wrong.get_or_insert_with(|| format!("rank {rank}: {message}"));
-            } else if let Some((theirs, count)) = hello.split_once(' ') {
-                *threads = count.parse().unwrap_or(1);
-                if digest.as_ref().is_some_and(|digest| digest != theirs) {
-                    wrong.get_or_insert_with(|| {
-                        format!(
-                            "rank {rank} would compute another map: its configuration or its version of slipmap \
-                             is not that of rank 0\n  help: give all ranks the same files"
-                        )
-                    });
+            let problem = match receive::<Hello>(&world.process_at_rank(rank), HELLO) {
+                Some(Ok((theirs, count))) if digest.as_ref().is_none_or(|digest| *digest == theirs) => {
+                    *threads = count;
+                    continue;
                 }
-            }
+                Some(Err(message)) => format!("rank {rank}: {message}"),
+                Some(Ok(_)) | None => format!(
+                    "rank {rank} would compute another map: its configuration or its version of slipmap is not \
+                     that of rank 0\n  help: give all ranks the same files"
+                ),
+            };
+            wrong.get_or_insert(problem);
         }
         let plan = plan.filter(|_| wrong.is_none());
-        let answers = match plan {
-            Some((_, queue)) => first_messages(queue, self.threads, &threads[1..]),
+        let first = match plan {
+            Some((_, queue)) => first_tiles(queue, self.threads, &threads[1..]),
             None => vec![Vec::new(); threads.len() - 1],
         };
-        for (rank, answer) in (1..).zip(&answers) {
-            world.process_at_rank(rank).send_with_tag(&answer[..], GO);
+        for (rank, tiles) in (1..).zip(&first) {
+            send(&world.process_at_rank(rank), GO, &plan.map(|_| tiles));
         }
         match wrong {
             Some(message) => Err(Failure::BadInput(message)),
             None => {
-                let other = |(&threads, answer): (&usize, &Vec<u64>)| {
-                    let first_tiles = answer.len().saturating_sub(1); // without GO_ON
-                    Other { threads, first_tiles }
-                };
-                let others =
-                    self.others.get_or_init(|| threads[1..].iter().zip(&answers).map(other).collect());
+                let other =
+                    |(&threads, tiles): (&usize, &Vec<usize>)| Other { threads, first_tiles: tiles.len() };
+                let others = self.others.get_or_init(|| threads[1..].iter().zip(&first).map(other).collect());
                 Ok(others.iter().map(|other| other.threads).sum())
             }
         }
@@ -275,7 +283,7 @@ impl Ranks {
             let (bytes, status) = message.matched_receive_vec::<u8>();
             if status.tag() == BYE {
                 at_work -= 1;
-                if bytes != [0] && outcome.is_ok() {
+                if from_bytes(&bytes) != Some(false) && outcome.is_ok() {
                     outcome = Err(ComputeError::Interrupted);
                 }
                 continue;
@@ -283,15 +291,15 @@ impl Ranks {
             // Send the next tiles first: the other rank waits for them.
             let rank = status.source_rank() as usize - 1;
             theirs[rank] -= 1;
-            let mut next = Vec::new();
+            let mut next: Tiles = None;
             if outcome.is_ok() && !stop.load(Ordering::Relaxed) && queue.left() > 0 {
                 let wanted =
                     ahead(queue.left(), all_threads, others[rank].threads).saturating_sub(theirs[rank]);
-                let tiles = std::iter::from_fn(|| queue.take()).take(wanted).map(|tile| tile as u64);
-                next = std::iter::once(GO_ON).chain(tiles).collect();
-                theirs[rank] += next.len() - 1;
+                let tiles: Vec<usize> = std::iter::from_fn(|| queue.take()).take(wanted).collect();
+                theirs[rank] += tiles.len();
+                next = Some(tiles);
             }
-            world.process_at_rank(status.source_rank()).send_with_tag(&next[..], NEXT);
+            send(&world.process_at_rank(status.source_rank()), NEXT, &next);
             if outcome.is_err() {
                 continue;
             }
@@ -312,8 +320,8 @@ impl Ranks {
 }
 
 /// Passes the numbers of tiles to the workers of this rank, which wait as long as there is a sender.
-fn hand_on(tiles: &[u64], more: &Sender<usize>) {
-    for tile in tiles.iter().filter_map(|&tile| usize::try_from(tile).ok()) {
+fn hand_on(tiles: &[usize], more: &Sender<usize>) {
+    for &tile in tiles {
         let _ = more.send(tile);
     }
 }
@@ -339,26 +347,26 @@ fn ahead(left: usize, all_threads: usize, threads: usize) -> usize {
     threads * (left / (8 * all_threads)).clamp(2, 32) + 2
 }
 
-/// First messages to the other ranks: whether to begin, and with which tiles. Tiles are dealt one by one in
-/// turn, so that few tiles are shared fairly, until every rank has two for each thread and two more, or until
-/// only the tiles that rank 0 computes itself are left.
-fn first_messages(queue: &Queue, own_threads: usize, threads: &[usize]) -> Vec<Vec<u64>> {
-    let mut answers = vec![vec![GO_ON]; threads.len()];
+/// The first tiles of the other ranks. They are dealt one by one in turn, so that few tiles are shared fairly,
+/// until every rank has two for each thread and two more, or until only the tiles that rank 0 computes itself
+/// are left.
+fn first_tiles(queue: &Queue, own_threads: usize, threads: &[usize]) -> Vec<Vec<usize>> {
+    let mut dealt = vec![Vec::new(); threads.len()];
     let first = |threads: usize| ahead(0, 1, threads);
     let most = threads.iter().max().map_or(0, |&threads| first(threads));
     for round in 0..most {
-        for (answer, &threads) in answers.iter_mut().zip(threads) {
+        for (tiles, &threads) in dealt.iter_mut().zip(threads) {
             // Rank 0 gets a tile in every round as well.
             let reserved = (round + 1).min(first(own_threads));
             if round < first(threads)
                 && queue.left() > reserved
                 && let Some(tile) = queue.take()
             {
-                answer.push(tile as u64);
+                tiles.push(tile);
             }
         }
     }
-    answers
+    dealt
 }
 
 #[cfg(test)]
@@ -369,9 +377,9 @@ mod tests {
     fn few_tiles_are_dealt_fairly() {
         let dealt_of = |tiles: usize| {
             let queue = Queue::new(vec![false; tiles]);
-            let answers = first_messages(&queue, 1, &[1, 1, 1]);
+            let others = first_tiles(&queue, 1, &[1, 1, 1]);
             let mut shares = vec![std::iter::from_fn(|| queue.take()).count()];
-            shares.extend(answers.iter().map(|answer| answer.len() - 1));
+            shares.extend(others.iter().map(Vec::len));
             shares
         };
         assert_eq!(dealt_of(4), [1, 1, 1, 1]);

@@ -5,6 +5,7 @@ use std::io::{self, Write};
 use serde::Serialize;
 use serde_json::{Value, json};
 
+use super::{Ended, Failure};
 pub(super) use crate::number::{count, exact, number_of, short, signed};
 
 /// Formats a number of bytes in a fitting unit.
@@ -94,13 +95,26 @@ impl Table {
     }
 }
 
-/// Prints the problems that a check has found, or, without problems, the text `sound`.
-pub(super) fn problems(out: &mut dyn Write, problems: &[String], sound: &str) -> io::Result<()> {
-    match problems.len() {
-        0 => writeln!(out, "sound: {sound}")?,
-        n => writeln!(out, "{}:", number_of(n, "problem"))?,
+/// Prints what a check has found: as JSON, or as text, `what` was checked and its problems, or, without
+/// problems, the text `sound`.
+pub(super) fn checked(
+    as_json: bool,
+    json: &Value,
+    what: &str,
+    problems: &[String],
+    sound: &str,
+) -> Result<Ended, Failure> {
+    if as_json {
+        print_json(json)?;
+    } else {
+        let mut out = io::stdout().lock();
+        match problems.len() {
+            0 => writeln!(out, "{what}\nsound: {sound}")?,
+            n => writeln!(out, "{what}\n{}:", number_of(n, "problem"))?,
+        }
+        problems.iter().try_for_each(|problem| writeln!(out, "  {}", without_control_characters(problem)))?;
     }
-    problems.iter().try_for_each(|problem| writeln!(out, "  {}", without_control_characters(problem)))
+    Ok(if problems.is_empty() { Ended::Fine } else { Ended::Flawed })
 }
 
 /// A JSON object with these entries, in their order.
@@ -109,9 +123,9 @@ pub(super) fn object<'a, V: Serialize>(entries: impl IntoIterator<Item = (&'a st
 }
 
 /// Prints `value` as JSON. Numbers that are not finite become null.
-pub(super) fn print_json(value: &impl Serialize) -> Result<(), super::Failure> {
+pub(super) fn print_json(value: &impl Serialize) -> Result<(), Failure> {
     let text = serde_json::to_string_pretty(value)
-        .map_err(|error| super::Failure::Broken(format!("cannot form the JSON: {error}")))?;
+        .map_err(|error| Failure::Broken(format!("cannot form the JSON: {error}")))?;
     Ok(writeln!(io::stdout().lock(), "{text}")?)
 }
 

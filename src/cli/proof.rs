@@ -5,7 +5,7 @@ use std::path::Path;
 
 use serde_json::json;
 
-use super::output::{self, count, number_of, short};
+use super::output::{checked, count, exact, number_of, short, without_control_characters};
 use super::report::existing;
 use super::{Ended, Failure};
 use crate::certify::certificate::{Certificate, Checked, Subject};
@@ -124,59 +124,46 @@ pub(super) fn check(path: &Path, as_json: bool) -> Result<Ended, Failure> {
         bad(error.to_string(), "name a file that this version of `slipmap run` wrote for validated.proof")
     })?;
     let Checked { domain, tiles, confirmed, largest_radius, open_share, problems } = certificate.check();
-    if as_json {
-        output::print_json(&json!({
-            "proof": path.to_string_lossy(),
-            "sound": problems.is_empty(),
-            "tiles": tiles,
-            "confirmed": confirmed,
-            "largest_radius": largest_radius,
-            "open_share": open_share,
-            "problems": problems,
-        }))?;
-    } else {
-        let mut out = io::stdout().lock();
-        let GroupBox { a, k, b } = domain;
-        writeln!(
-            out,
-            "{name}: C*(A, k, b) over A {a:?}, k {k:?}, b {b:?}\n\
-             (A = epsilon gamma (1 - alpha), k = epsilon gamma V, b = epsilon beta V, C = epsilon c)\n\
-             {} of {} proved again, C* known to {} or better there; {} % of the domain is open",
-            count(confirmed),
-            number_of(tiles, "tile"),
-            short(largest_radius),
-            short(100.0 * open_share)
-        )?;
-        let sound = "every claim is confirmed by the barriers of certify::recheck";
-        output::problems(&mut out, &problems, sound)?;
-    }
-    Ok(if problems.is_empty() { Ended::Fine } else { Ended::Flawed })
+    let json = json!({
+        "proof": path.to_string_lossy(),
+        "sound": problems.is_empty(),
+        "tiles": tiles,
+        "confirmed": confirmed,
+        "largest_radius": largest_radius,
+        "open_share": open_share,
+        "problems": problems,
+    });
+    let GroupBox { a, k, b } = domain;
+    let what = format!(
+        "{name}: C*(A, k, b) over A {a:?}, k {k:?}, b {b:?}\n\
+         (A = epsilon gamma (1 - alpha), k = epsilon gamma V, b = epsilon beta V, C = epsilon c)\n\
+         {} of {} proved again, C* known to {} or better there; {} % of the domain is open",
+        count(confirmed),
+        number_of(tiles, "tile"),
+        short(largest_radius),
+        short(100.0 * open_share)
+    );
+    checked(as_json, &json, &what, &problems, "every claim is confirmed by the barriers of certify::recheck")
 }
 
 fn check_point(path: &Path, certificate: &PointCertificate, as_json: bool) -> Result<Ended, Failure> {
     let problems = certificate.check();
     let [lo, hi] = certificate.critical_c;
-    if as_json {
-        output::print_json(&json!({
-            "proof": path.to_string_lossy(),
-            "sound": problems.is_empty(),
-            "verdict": certificate.verdict,
-            "critical_c": [lo, hi],
-            "problems": problems,
-        }))?;
-    } else {
-        let mut out = io::stdout().lock();
-        let end = |c: Option<f64>| c.map_or("unknown".into(), output::exact);
-        writeln!(
-            out,
-            "{}: one point, {}; critical c from {} to {}",
-            path.display(),
-            output::without_control_characters(&certificate.verdict),
-            end(lo),
-            end(hi)
-        )?;
-        let sound = "every claim is proved again, from the law and the parameters alone";
-        output::problems(&mut out, &problems, sound)?;
-    }
-    Ok(if problems.is_empty() { Ended::Fine } else { Ended::Flawed })
+    let json = json!({
+        "proof": path.to_string_lossy(),
+        "sound": problems.is_empty(),
+        "verdict": certificate.verdict,
+        "critical_c": [lo, hi],
+        "problems": problems,
+    });
+    let end = |c: Option<f64>| c.map_or("unknown".into(), exact);
+    let what = format!(
+        "{}: one point, {}; critical c from {} to {}",
+        path.display(),
+        without_control_characters(&certificate.verdict),
+        end(lo),
+        end(hi)
+    );
+    let sound = "every claim is proved again, from the law and the parameters alone";
+    checked(as_json, &json, &what, &problems, sound)
 }

@@ -59,6 +59,11 @@ impl RunReport<'_> {
         }
     }
 
+    /// The command that explains the cell with this index.
+    fn probe(&self, index: &[usize]) -> String {
+        probe_command(self.job, &self.job.plan.grid.point(index))
+    }
+
     fn file_size(&self) -> Option<u64> {
         self.job.output.metadata().ok().map(|metadata| metadata.len())
     }
@@ -180,10 +185,10 @@ pub(super) fn print(report: &RunReport, out: &mut dyn Write) -> Result<(), Failu
         writeln!(
             out,
             "  {} says {}, the direct engine {}: {}",
-            disagreement.method,
+            job.plan.methods[disagreement.method].name(),
             disagreement.stored.name(),
-            fate_name(&disagreement.direct.fate).replace('_', " "),
-            probe_command(job, &disagreement.point)
+            fate_name(&disagreement.direct).replace('_', " "),
+            report.probe(&disagreement.index)
         )?;
     }
     let contradictions = &account.contradictions;
@@ -203,7 +208,7 @@ pub(super) fn print(report: &RunReport, out: &mut dyn Write) -> Result<(), Failu
                 named.collect::<Vec<_>>().join(", ")
             };
             let (present, absent) = (methods_with(Verdict::Present), methods_with(Verdict::Absent));
-            let probe = probe_command(job, &cell.point);
+            let probe = report.probe(&cell.index);
             writeln!(out, "  present by {present}; absent by {absent}: {probe}")?;
         }
     }
@@ -211,7 +216,7 @@ pub(super) fn print(report: &RunReport, out: &mut dyn Write) -> Result<(), Failu
         let listed = account.failed.len();
         writeln!(out, "{} failed; the first {listed}:", number_of(report.failed(), "verdict"))?;
         for cell in &account.failed {
-            writeln!(out, "  {}: {}", cell.method.name(), probe_command(job, &cell.point))?;
+            writeln!(out, "  {}: {}", job.plan.methods[cell.method].name(), report.probe(&cell.index))?;
         }
     }
     Ok(())
@@ -269,7 +274,6 @@ pub(super) fn json(report: &RunReport) -> Result<(), Failure> {
         let cost = [("cells", json!(method.cells)), ("seconds", json!(method.seconds))];
         (method.method.name(), object(cost.into_iter().chain(verdicts)))
     }));
-    let probe = |point: &Point| probe_command(job, point);
     output::print_json(&json!({
         "title": job.title,
         "output": job.output.to_string_lossy(),
@@ -289,10 +293,10 @@ pub(super) fn json(report: &RunReport) -> Result<(), Failure> {
             "within_margin": account.audit.within_margin,
             "unresolved": account.audit.unresolved,
             "disagreements": account.audit.disagreements.iter().map(|found| json!({
-                "method": found.method,
+                "method": job.plan.methods[found.method].name(),
                 "stored": found.stored.name(),
-                "direct": Verdict::from(&found.direct.fate).name(),
-                "probe": probe(&found.point),
+                "direct": Verdict::from(&found.direct).name(),
+                "probe": report.probe(&found.index),
             })).collect::<Vec<_>>(),
             "thread_seconds": account.stages.audit,
         },
@@ -302,7 +306,7 @@ pub(super) fn json(report: &RunReport) -> Result<(), Failure> {
                 "verdicts": object(
                     job.plan.methods.iter().zip(&cell.verdicts).map(|(method, verdict)| (method.name(), verdict.name())),
                 ),
-                "probe": probe(&cell.point),
+                "probe": report.probe(&cell.index),
             })).collect::<Vec<_>>(),
         },
         "unknown": { "regimes": account.unknown.regimes, "critical_c": account.unknown.critical },
@@ -327,8 +331,8 @@ pub(super) fn json(report: &RunReport) -> Result<(), Failure> {
         "stages": object(report.stages()),
         "failed": report.failed(),
         "failed_cells": account.failed.iter().map(|cell| json!({
-            "method": cell.method.name(),
-            "probe": probe(&cell.point),
+            "method": job.plan.methods[cell.method].name(),
+            "probe": report.probe(&cell.index),
         })).collect::<Vec<_>>(),
     }))
 }
@@ -361,7 +365,7 @@ mod tests {
         Account, Audit, Contradiction, Contradictions, Disagreement, FailedCell, Method, MethodSummary,
         Unknown,
     };
-    use crate::simulate::{Failure as Breakdown, Fate, Flow};
+    use crate::simulate::{Failure as Breakdown, Fate};
 
     fn job() -> Job {
         let folder = tempfile::tempdir().unwrap();
@@ -419,7 +423,9 @@ mod tests {
     #[test]
     fn failures_and_contradictions_are_listed_with_their_points() {
         let job = job();
-        let point = job.plan.grid.point(&[0, 0, 0, 0, 0, 1]);
+        let index = vec![0, 0, 0, 0, 0, 1];
+        let point = job.plan.grid.point(&index);
+        let position = |name: &str| job.plan.methods.iter().position(|method| method.name() == name).unwrap();
         let line = "slipmap probe --epsilon 0.1 --alpha 0.5 --beta 0 --gamma 1 --V 1 --c 1";
         assert_eq!(command_line(&Law::Stribeck, &point, job.plan.tolerance), line);
 
@@ -432,7 +438,8 @@ mod tests {
         };
 
         let mut failed = summary(1, Vec::new());
-        failed.account.failed = vec![FailedCell { tile: 0, point, method: Method::Simulation }];
+        failed.account.failed =
+            vec![FailedCell { tile: 0, index: index.clone(), method: position("simulation") }];
         says(&failed, &format!("simulation: {line}\n"));
 
         let mut contradictory = summary(0, Vec::new());
@@ -442,14 +449,13 @@ mod tests {
             "simulation" => Verdict::Absent,
             _ => Verdict::Undecided,
         });
-        let cell = Contradiction { tile: 0, point, verdicts: verdicts.collect() };
+        let cell = Contradiction { tile: 0, index: index.clone(), verdicts: verdicts.collect() };
         contradictory.account.contradictions = Contradictions { cells: 1, first: vec![cell] };
         says(&contradictory, "1 cell in which methods with a guarantee contradict");
         says(&contradictory, &format!("present by symmetric; absent by simulation: {line}\n"));
 
-        let fate = Fate::Failed(Breakdown::StepBudget);
-        let direct = Flow { fate, margin: f64::NAN, margin_error: f64::NAN, rhs: 0 };
-        let disagreement = Disagreement { point, method: "symmetric", stored: Verdict::Present, direct };
+        let (method, direct) = (position("symmetric"), Fate::Failed(Breakdown::StepBudget));
+        let disagreement = Disagreement { index, method, stored: Verdict::Present, direct };
         let contradicted = summary(0, vec![disagreement]);
         says(&contradicted, &format!("symmetric says present, the direct engine failed: {line}\n"));
     }

@@ -6,7 +6,7 @@ use super::law::{About, at_formula};
 use super::source::{ConfigError, Node, Section, Shape, Source};
 use super::{axis, choice, law, nearest, refuse_unknown_keys};
 use crate::friction::{Expression, ExpressionError, Law, Table};
-use crate::machine::{Coefficients, Dimension, Friction, INERTIA, MASS, Machine, Model, Motion};
+use crate::machine::{Coefficients, Dimension, Friction, INERTIA, MASS, Machine, Model, Motion, requirement};
 use crate::map::Grid;
 use crate::point::LawParameters;
 use crate::risk::{Spread, Uncertain};
@@ -212,14 +212,14 @@ pub(super) fn read(section: &Section, friction: &Section, law: &Law) -> Result<M
     let forces = law::holds_forces(friction)?;
     check_complete(section, law, forces)?;
     let mut reader = Reader { section, uncertain: Vec::new() };
-    let belt_speeds = reader.many(AFTER, f64::MIN_POSITIVE, "greater than 0")?;
-    let dampings = reader.many("damping", 0.0, "at least 0")?;
+    let belt_speeds = reader.many(AFTER)?;
+    let dampings = reader.many("damping")?;
     let motion = motion_of(section)?;
-    let mass = reader.positive_under(key_of_mass(section, motion)?, MASS)?;
+    let mass = reader.number_that(key_of_mass(section, motion)?, MASS, |mass| requirement(MASS, mass))?;
     // Measured forces belong to the normal force of the measurement, or to an unknown one.
     let normal_force = match section.get("normal_force") {
         None => 1.0,
-        Some(_) => reader.positive("normal_force")?,
+        Some(_) => reader.number("normal_force")?,
     };
     let fastest = 2.0 * belt_speeds.last().copied().unwrap_or(0.0);
     let known = match law.as_written() {
@@ -233,7 +233,7 @@ pub(super) fn read(section: &Section, friction: &Section, law: &Law) -> Result<M
     let machine = Machine {
         motion,
         mass,
-        stiffness: reader.positive("stiffness")?,
+        stiffness: reader.number("stiffness")?,
         damping: dampings[0],
         normal_force,
         normal_force_is_known: section.get("normal_force").is_some(),
@@ -268,48 +268,34 @@ impl<'a> Reader<'a> {
         self.section.get(key).ok_or_else(|| self.section.missing(key, how.into()))
     }
 
-    /// Reads a number that may be uncertain; returns its nominal value.
-    fn number(
-        &mut self,
-        key: &'static str,
-        is_legal: impl Fn(f64) -> bool,
-        wanted: &str,
-    ) -> Result<f64, ConfigError> {
-        self.number_under(key, key, is_legal, wanted)
+    /// Reads a quantity that may be uncertain; returns its nominal value.
+    fn number(&mut self, key: &'static str) -> Result<f64, ConfigError> {
+        self.number_that(key, key, |value| requirement(key, value))
     }
 
     /// Reads the number of `quantity`, which may be uncertain, from the entry `key`; returns the nominal one.
-    fn number_under(
+    fn number_that(
         &mut self,
         key: &'static str,
         quantity: &'static str,
-        is_legal: impl Fn(f64) -> bool,
-        wanted: &str,
+        requirement: impl Fn(f64) -> (bool, &'static str),
     ) -> Result<f64, ConfigError> {
         let node = self.node(key)?;
         let (value, spread) = match uncertain(&node)? {
             Some((value, spread)) => (value, Some((quantity, spread))),
             None => (node.number()?, None),
         };
-        check(&node, key, value, is_legal(value), wanted)?;
+        check(&node, key, value, requirement(value))?;
         self.uncertain.extend(spread);
         Ok(value)
     }
 
-    fn positive(&mut self, key: &'static str) -> Result<f64, ConfigError> {
-        self.positive_under(key, key)
-    }
-
-    fn positive_under(&mut self, key: &'static str, quantity: &'static str) -> Result<f64, ConfigError> {
-        self.number_under(key, quantity, |value| value > 0.0, "greater than 0")
-    }
-
     /// Reads increasing numbers, or one uncertain number. A range of belt speeds may have a standard
     /// deviation, which applies to each belt speed.
-    fn many(&mut self, key: &'static str, least: f64, wanted: &str) -> Result<Vec<f64>, ConfigError> {
+    fn many(&mut self, key: &'static str) -> Result<Vec<f64>, ConfigError> {
         let node = self.node(key)?;
         if uncertain(&node)?.is_some() {
-            return Ok(vec![self.number(key, |value| value >= least, wanted)?]);
+            return Ok(vec![self.number(key)?]);
         }
         let values = match node.shape() {
             Shape::Table(range) if range.get("sd").is_some() => {
@@ -326,7 +312,7 @@ impl<'a> Reader<'a> {
             _ => axis::nodes(&node)?,
         };
         for &value in &values {
-            check(&node, key, value, value >= least, wanted)?;
+            check(&node, key, value, requirement(key, value))?;
         }
         match values.windows(2).find(|pair| pair[0] >= pair[1]) {
             Some(pair) => Err(node
@@ -336,15 +322,15 @@ impl<'a> Reader<'a> {
     }
 
     fn coefficients(&mut self) -> Result<Coefficients, ConfigError> {
-        let static_friction = self.positive("static_friction")?;
-        let within = |value| (0.0..=static_friction).contains(&value);
+        let static_friction = self.number("static_friction")?;
+        let kinetic = |value| ((0.0..=static_friction).contains(&value), Coefficients::KINETIC);
         Ok(Coefficients {
             static_friction,
-            kinetic_friction: self.number("kinetic_friction", within, "from 0 to static_friction")?,
-            stribeck_velocity: self.positive("stribeck_velocity")?,
+            kinetic_friction: self.number_that("kinetic_friction", "kinetic_friction", kinetic)?,
+            stribeck_velocity: self.number("stribeck_velocity")?,
             strengthening: match self.section.get("strengthening") {
                 None => 0.0,
-                Some(_) => self.number("strengthening", |value| value >= 0.0, "at least 0")?,
+                Some(_) => self.number("strengthening")?,
             },
         })
     }
@@ -360,11 +346,11 @@ impl<'a> Reader<'a> {
         check_names(formula).map_err(|error| at_formula(&phi, &error))?;
         let mut values = Vec::new();
         for parameter in formula.parameters() {
-            values.push(self.number(parameter.name, |_| true, "a number")?);
+            values.push(self.number_that(parameter.name, parameter.name, |_| (true, "a number"))?);
         }
         let known = Friction::Formula(formula.clone(), LawParameters::new(&values));
         let rest = known.at_rest();
-        if !(rest > 0.0 && rest.is_finite()) {
+        if !known.is_legal_at_rest() {
             let problem = format!("the coefficient of friction at rest, u = 0, is {rest}");
             return Err(phi.error(&problem, "write a formula that is greater than 0 there"));
         }
@@ -401,8 +387,8 @@ fn measured(
     coefficients.map(Friction::Measured).map_err(|error| file.error(&error.problem, error.remedy))
 }
 
-fn check(node: &Node, key: &str, value: f64, is_legal: bool, wanted: &str) -> Result<(), ConfigError> {
-    match is_legal && value.is_finite() {
+fn check(node: &Node, key: &str, value: f64, (legal, wanted): (bool, &str)) -> Result<(), ConfigError> {
+    match legal && value.is_finite() {
         true => Ok(()),
         false => Err(node.error(
             &format!("{key} must be {wanted}"),

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use super::refusal::Refusal;
 use crate::config;
 use crate::friction::{Expression, Law, Table};
-use crate::machine::{Coefficients, Dimension, Friction, Machine, Motion};
+use crate::machine::{Coefficients, Dimension, Friction, Machine, Motion, requirement};
 use crate::map::Grid;
 use crate::point::LawParameters;
 
@@ -68,34 +68,13 @@ pub(super) fn machine(law: &Law, motion: Motion, at: &BTreeMap<String, f64>) -> 
     Ok(machine)
 }
 
-/// Whether a quantity must be greater than 0.
-fn is_positive(name: &str) -> bool {
-    const NAMES: [&str; 6] =
-        ["mass", "stiffness", "normal_force", "static_friction", "stribeck_velocity", BELT_SPEED];
-    NAMES.contains(&name)
-}
-
 fn check(machine: &Machine) -> Result<(), Refusal> {
-    for (name, value) in machine.quantities() {
-        let wanted = match name {
-            name if is_positive(name) => (value > 0.0, "greater than 0"),
-            DAMPING | "strengthening" => (value >= 0.0, "at least 0"),
-            _ => (true, "a number"),
-        };
-        if !(wanted.0 && value.is_finite()) {
-            let problem = format!("{name} is {value}; it must be {}", wanted.1);
-            return Err(Refusal::bad_input(problem, "choose another value"));
-        }
-    }
-    if let Friction::Coefficients(_, of) = &machine.friction
-        && !(0.0..=of.static_friction).contains(&of.kinetic_friction)
-    {
-        let problem =
-            format!("kinetic_friction is {}; it must be from 0 to static_friction", of.kinetic_friction);
+    if let Some((name, value, wanted)) = machine.illegal() {
+        let problem = format!("{name} is {value}; it must be {wanted}");
         return Err(Refusal::bad_input(problem, "choose another value"));
     }
     let rest = machine.friction.at_rest();
-    if !(rest > 0.0 && rest.is_finite()) {
+    if !machine.friction.is_legal_at_rest() {
         let problem = format!("the coefficient of friction at rest is {rest}");
         return Err(Refusal::bad_input(problem, "it must be greater than 0"));
     }
@@ -174,7 +153,7 @@ pub(super) fn axes(law: &Law, motion: Motion) -> Value {
             "unit": unit(name, motion, law),
             "least": known.then_some(0.0),
             "most": if name == BELT_SPEED { fastest } else { None },
-            "open": is_positive(name),
+            "open": !requirement(name, 0.0).0,
             "from": 0.0,
             "to": if value > 0.0 { 2.0 * value } else { 0.1 },
             "value": value,

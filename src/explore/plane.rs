@@ -12,7 +12,7 @@ use crate::certify::Guarantee;
 use crate::config::range_nodes;
 use crate::friction::Law;
 use crate::machine::Machine;
-use crate::map::{Field, Grid, Method, Quantity};
+use crate::map::{Field, Grid, Method};
 use crate::report::UnitSystem;
 
 /// Largest number of cells of a picture along one axis.
@@ -234,21 +234,12 @@ impl PlaneRequest {
             let rigorous = Method::usual().filter(|it| it.guarantee() == Guarantee::FiniteEpsilon);
             return Ok((Show::Decider, rigorous.chain([Method::Simulation]).collect(), None));
         }
-        let variable = Show::Variable(self.show.clone());
-        for (prefix, field) in
-            [("verdict_", Field::Verdict), ("margin_", Field::Margin), ("critical_c_", Field::CriticalC)]
-        {
-            if let Some(name) = self.show.strip_prefix(prefix) {
-                return Ok((variable, vec![method(name)?], Some(field)));
-            }
+        let (field, method) = Field::of_variable(&self.show).ok_or_else(unknown)?;
+        if matches!(field, Field::EpsilonLimit | Field::Sensitivity) {
+            return Err(unknown());
         }
-        let fields = [Field::Regime, Field::Landing, Field::Cycle, Field::Basin];
-        let holds = |field: &Field| match field {
-            Field::Regime => self.show == "regime",
-            field => Quantity::of(*field, 1, 0).iter().any(|quantity| quantity.name() == self.show),
-        };
-        let field = fields.into_iter().find(holds).ok_or_else(unknown)?;
-        Ok((variable, vec![Method::Simulation], Some(field)))
+        let method = method.unwrap_or(Method::Simulation);
+        Ok((Show::Variable(self.show.clone()), vec![method], Some(field)))
     }
 }
 

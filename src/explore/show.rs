@@ -28,9 +28,7 @@ impl Show {
     /// Meanings of the codes of a picture; `None` for numbers.
     pub(super) fn kinds(&self, methods: &[Method]) -> Option<Vec<Kind>> {
         match self {
-            Show::Variable(name) if name == "regime" => Some(palette::regimes()),
-            Show::Variable(name) if name.starts_with("verdict_") => Some(palette::verdicts()),
-            Show::Variable(_) => None,
+            Show::Variable(name) => palette::kinds(name),
             Show::Difference([a, b]) => Some(differences(a, b)),
             Show::Decider => Some(deciders(methods)),
         }

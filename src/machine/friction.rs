@@ -35,12 +35,11 @@ impl Coefficients {
         Self { static_friction, kinetic_friction, stribeck_velocity, strengthening }
     }
 
-    fn are_legal(&self) -> bool {
-        self.to_array().iter().all(|value| value.is_finite())
-            && self.static_friction > 0.0
-            && self.stribeck_velocity > 0.0
-            && self.strengthening >= 0.0
-            && (0.0..=self.static_friction).contains(&self.kinetic_friction)
+    /// What the kinetic friction must be.
+    pub(crate) const KINETIC: &str = "from 0 to static_friction";
+
+    pub(super) fn kinetic_is_legal(&self) -> bool {
+        (0.0..=self.static_friction).contains(&self.kinetic_friction)
     }
 }
 
@@ -129,15 +128,8 @@ impl Friction {
         }
     }
 
-    /// Returns whether its numbers are legal.
-    pub(super) fn is_legal(&self) -> bool {
-        match self {
-            Friction::Coefficients(_, coefficients) => coefficients.are_legal(),
-            Friction::Formula(..) => {
-                let level = self.at_rest();
-                level > 0.0 && level.is_finite()
-            }
-            Friction::Measured(_) => true,
-        }
+    pub(crate) fn is_legal_at_rest(&self) -> bool {
+        let level = self.at_rest();
+        level > 0.0 && level.is_finite()
     }
 }

@@ -1,15 +1,17 @@
 //! Statistics of tiles: cells counted, processor seconds, audit results.
 
-use super::{Audit, Contradictions, LISTED, Method, Paths, Plan, Runs, TileData, Verdict};
+use super::{Audit, Contradictions, LISTED, Paths, Plan, Runs, TileData, Verdict};
 use crate::named::named_sums;
-use crate::point::Point;
 
 /// A cell on which a method failed.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "store", derive(serde::Serialize, serde::Deserialize))]
 pub struct FailedCell {
     pub(crate) tile: usize,
-    pub(crate) point: Point,
-    pub(crate) method: Method,
+    /// Its index in the grid.
+    pub(crate) index: Vec<usize>,
+    /// Position of the method in the plan.
+    pub(crate) method: usize,
 }
 
 /// Statistics of one method.
@@ -63,6 +65,7 @@ pub struct Unknown {
 
 /// Statistics of one tile, or their sums over several. All but the seconds depend on the plan alone.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "store", derive(serde::Serialize, serde::Deserialize))]
 pub struct Account {
     /// Number of cells computed.
     pub cells: u64,
@@ -89,6 +92,19 @@ impl Account {
     #[must_use]
     pub fn none(plan: &Plan) -> Self {
         Self { methods: vec![MethodAccount::default(); plan.methods.len()], ..Self::default() }
+    }
+
+    /// Whether all cells and methods in it are those of `plan`.
+    #[cfg(feature = "store")]
+    pub(crate) fn fits(&self, plan: &Plan) -> bool {
+        let (shape, methods) = (plan.grid.shape(), plan.methods.len());
+        let has = |index: &[usize]| {
+            index.len() == shape.len() && index.iter().zip(&shape).all(|(at, len)| at < len)
+        };
+        self.methods.len() == methods
+            && self.failed.iter().all(|cell| has(&cell.index) && cell.method < methods)
+            && self.contradictions.first.iter().all(|cell| has(&cell.index) && cell.verdicts.len() == methods)
+            && self.audit.disagreements.iter().all(|cell| has(&cell.index) && cell.method < methods)
     }
 
     /// Processor seconds of all methods and stages.
@@ -125,12 +141,14 @@ pub(super) fn count(verdicts: &Runs<Verdict>) -> [u64; 5] {
 }
 
 /// The first failed cells of a tile, at most ten, method by method.
-pub(super) fn failed_cells(plan: &Plan, data: &TileData) -> Vec<FailedCell> {
-    let failed = data.methods.iter().flat_map(|cells| {
+pub(super) fn failed_cells(data: &TileData) -> Vec<FailedCell> {
+    let failed = data.methods.iter().enumerate().flat_map(|(method, cells)| {
         let runs = cells.verdicts.iter().filter(|(verdict, _)| *verdict == Verdict::Failed);
-        runs.flat_map(|(_, cells)| cells).map(|cell| {
-            let point = plan.grid.point(&data.tile.cell_index(cell));
-            FailedCell { tile: data.tile.number, point, method: cells.method }
+        let index = |cell| data.tile.cell_index(cell);
+        runs.flat_map(|(_, cells)| cells).map(move |cell| FailedCell {
+            tile: data.tile.number,
+            index: index(cell),
+            method,
         })
     });
     failed.take(LISTED).collect()
@@ -140,7 +158,7 @@ pub(super) fn failed_cells(plan: &Plan, data: &TileData) -> Vec<FailedCell> {
 mod tests {
     use super::*;
     use crate::friction::Law;
-    use crate::map::{Grid, MethodCells, Tile};
+    use crate::map::{Grid, Method, MethodCells, Tile};
 
     fn tile_data(tile: Tile, failed: &[usize]) -> TileData {
         let verdict = |cell| if failed.contains(&cell) { Verdict::Failed } else { Verdict::Absent };
@@ -155,7 +173,7 @@ mod tests {
     }
 
     #[test]
-    fn failed_cells_are_found_with_their_points() {
+    fn failed_cells_are_found_with_their_places() {
         let axis = |values: &[f64]| values.to_vec();
         let nodes =
             [&[0.1, 0.2][..], &[0.5], &[0.0], &[1.0, 2.0, 3.0], &[1.0], &[0.0, 0.5, 1.0, 1.5]].map(axis);
@@ -168,11 +186,10 @@ mod tests {
         // Tiles come in any order; the failed cells are listed in the grid's order.
         for (number, failed) in [(last, &[2][..]), (0, &[1, 7])] {
             let data = tile_data(plan.grid.tile(&plan.tile_shape, number), failed);
-            sum.add(Account { failed: failed_cells(&plan, &data), ..Account::none(&plan) });
+            sum.add(Account { failed: failed_cells(&data), ..Account::none(&plan) });
         }
-        let points: Vec<Point> = sum.failed.into_iter().map(|cell| cell.point).collect();
-        let at = |index: &[usize]| plan.grid.point(index);
-        assert_eq!(points, [at(&[0, 0, 0, 0, 0, 1]), at(&[0, 0, 0, 1, 0, 3]), at(&[1, 0, 0, 2, 0, 2])]);
+        let places: Vec<Vec<usize>> = sum.failed.into_iter().map(|cell| cell.index).collect();
+        assert_eq!(places, [[0, 0, 0, 0, 0, 1], [0, 0, 0, 1, 0, 3], [1, 0, 0, 2, 0, 2]]);
     }
 
     #[test]
@@ -181,8 +198,8 @@ mod tests {
         let grid = Grid::new(Law::Stribeck, nodes.to_vec()).unwrap();
         let plan = simulated(grid, vec![1, 1, 1, 1, 1, 32]);
         let data = tile_data(plan.grid.tile(&plan.tile_shape, 0), &(0..32).collect::<Vec<_>>());
-        let found = failed_cells(&plan, &data);
+        let found = failed_cells(&data);
         assert_eq!(found.len(), LISTED);
-        assert_eq!(found[9].point.damping, 9.5);
+        assert_eq!(found[9].index, [0, 0, 0, 0, 0, 9]);
     }
 }

@@ -13,19 +13,21 @@ use super::simulation::FINEST_DIRECT;
 use super::{Grid, Plan, Runs, Tile, Verdict};
 use crate::certify::Guarantee;
 use crate::filippov::Oscillator;
-use crate::point::Point;
 use crate::random::Random;
-use crate::simulate::{Flow, direct};
+use crate::simulate::{Fate, Flow, direct};
 
 /// A verdict that the direct engine contradicts.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "store", derive(serde::Serialize, serde::Deserialize))]
 pub struct Disagreement {
-    pub(crate) point: Point,
-    pub(crate) method: &'static str,
+    /// The index of the cell in the grid.
+    pub(crate) index: Vec<usize>,
+    /// Position of the method in the plan.
+    pub(crate) method: usize,
     /// The verdict in the map.
     pub(crate) stored: Verdict,
-    /// The flow computed by the direct engine.
-    pub(crate) direct: Flow,
+    /// The fate of the orbit by the direct engine.
+    pub(crate) direct: Fate,
 }
 
 /// Results of the audit. A decision is one method's verdict, present or absent, on one audited cell. Audited
@@ -44,7 +46,6 @@ pub struct Audit {
     /// Number of decisions on cells for which the direct engine gives no answer.
     pub unresolved: u64,
     /// Decisions that the direct engine contradicts.
-    #[cfg_attr(feature = "store", serde(skip))]
     pub disagreements: Vec<Disagreement>,
 }
 
@@ -60,23 +61,7 @@ impl Audit {
 
     /// Sorts the disagreements in the order of the grid, since tiles come in any order.
     pub(super) fn sort(&mut self) {
-        let numbers = |d: &Disagreement| {
-            let Point { epsilon, law, belt_speed, damping } = d.point;
-            [epsilon].into_iter().chain(law.as_slice().to_vec()).chain([belt_speed, damping])
-        };
-        self.disagreements.sort_by(|a, b| {
-            let order = numbers(a).partial_cmp(numbers(b)).unwrap_or(std::cmp::Ordering::Equal);
-            order.then(a.method.cmp(b.method))
-        });
-    }
-}
-
-impl Disagreement {
-    /// Restores a disagreement that the audit of `plan` found in an earlier run: computes the direct engine's
-    /// answer again.
-    pub(crate) fn again(plan: &Plan, point: Point, method: &'static str, stored: Verdict) -> Self {
-        let direct = direct::flow(&Oscillator::new(plan.grid.law(), &point), finer(plan.tolerance));
-        Self { point, method, stored, direct }
+        self.disagreements.sort_by(|a, b| a.index.cmp(&b.index).then(a.method.cmp(&b.method)));
     }
 }
 
@@ -153,7 +138,7 @@ impl Draws {
         cells.dedup();
         for cell in cells {
             let stored = verdicts.iter().filter_map(|verdicts| verdicts.get(cell));
-            audit.add(audit_cell(plan, plan.grid.point(&tile.cell_index(cell)), stored));
+            audit.add(audit_cell(plan, &tile.cell_index(cell), stored));
         }
         audit
     }
@@ -161,13 +146,13 @@ impl Draws {
 
 /// Decides one cell again and compares every method whose guarantee excludes errors. The direct engine's
 /// error is an estimate: where the engine contradicts a verdict, it is run again with a smaller tolerance.
-fn audit_cell(plan: &Plan, point: Point, verdicts: impl Iterator<Item = Verdict>) -> Audit {
+fn audit_cell(plan: &Plan, index: &[usize], verdicts: impl Iterator<Item = Verdict>) -> Audit {
     let mut audit = Audit { cells: 1, ..Audit::default() };
-    let oscillator = Oscillator::new(plan.grid.law(), &point);
+    let oscillator = Oscillator::new(plan.grid.law(), &plan.grid.point(index));
     let first = direct::flow(&oscillator, plan.tolerance);
     let second = OnceCell::new();
-    for (method, stored) in plan.methods.iter().zip(verdicts) {
-        if !(stored.is_decision() && excludes_errors(method.guarantee())) {
+    for (method, (of, stored)) in plan.methods.iter().zip(verdicts).enumerate() {
+        if !(stored.is_decision() && excludes_errors(of.guarantee())) {
             continue;
         }
         audit.checked += 1;
@@ -183,8 +168,8 @@ fn audit_cell(plan: &Plan, point: Point, verdicts: impl Iterator<Item = Verdict>
                 if direct.margin.abs() <= direct.margin_error + plan.tolerance {
                     audit.within_margin += 1;
                 } else {
-                    let direct = *direct;
-                    audit.disagreements.push(Disagreement { point, method: method.name(), stored, direct });
+                    let (index, direct) = (index.to_vec(), direct.fate);
+                    audit.disagreements.push(Disagreement { index, method, stored, direct });
                 }
             }
         }

@@ -3,23 +3,24 @@
 //!
 //! These methods are the tests that are theorems at finite eps, `validated`, and `simulation`.
 
-use super::{LISTED, Plan, TileData, Verdict};
+use super::{LISTED, TileData, Verdict};
 use crate::certify::Guarantee;
-use crate::point::Point;
 
 /// A cell in which methods with a guarantee contradict each other.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "store", derive(serde::Serialize, serde::Deserialize))]
 pub struct Contradiction {
     /// The number of its tile.
     pub tile: usize,
-    /// Its point.
-    pub point: Point,
+    /// Its index in the grid.
+    pub index: Vec<usize>,
     /// The verdict of each method of the plan, in the plan's order.
     pub verdicts: Vec<Verdict>,
 }
 
 /// The contradictions in the cells of some tiles: their number, and the first ones.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "store", derive(serde::Serialize, serde::Deserialize))]
 pub struct Contradictions {
     /// Number of cells.
     pub cells: u64,
@@ -47,7 +48,7 @@ pub(super) fn excludes_errors(guarantee: Guarantee) -> bool {
 }
 
 /// The contradictions among the verdicts of a tile.
-pub(super) fn contradictions(plan: &Plan, data: &TileData) -> Contradictions {
+pub(super) fn contradictions(data: &TileData) -> Contradictions {
     let guaranteed = data.methods.iter().filter(|cells| excludes_errors(cells.method.guarantee()));
     let mut runs: Vec<_> = guaranteed.map(|cells| cells.verdicts.iter().peekable()).collect();
     let mut found = Contradictions::default();
@@ -67,24 +68,24 @@ pub(super) fn contradictions(plan: &Plan, data: &TileData) -> Contradictions {
         if present && absent {
             found.cells += (to - from) as u64;
             let room = LISTED - found.first.len();
-            found.first.extend((from..to).take(room).map(|cell| contradiction(plan, data, cell)));
+            found.first.extend((from..to).take(room).map(|cell| contradiction(data, cell)));
         }
         from = to;
     }
     found
 }
 
-fn contradiction(plan: &Plan, data: &TileData, cell: usize) -> Contradiction {
+fn contradiction(data: &TileData, cell: usize) -> Contradiction {
     let verdicts = data.methods.iter().map(|cells| cells.verdicts.get(cell).unwrap_or(Verdict::NotComputed));
-    let point = plan.grid.point(&data.tile.cell_index(cell));
-    Contradiction { tile: data.tile.number, point, verdicts: verdicts.collect() }
+    let index = data.tile.cell_index(cell);
+    Contradiction { tile: data.tile.number, index, verdicts: verdicts.collect() }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::friction::Law;
-    use crate::map::{Grid, Method, MethodCells, Runs};
+    use crate::map::{Grid, Method, MethodCells, Plan, Runs};
 
     fn verdicts_of(codes: &[i8]) -> Runs<Verdict> {
         codes.iter().map(|code| Verdict::of_code(*code).unwrap()).collect()
@@ -113,7 +114,7 @@ mod tests {
             regime: Runs::new(),
             quantities: Vec::new(),
         };
-        contradictions(&plan, &data)
+        contradictions(&data)
     }
 
     #[test]
@@ -122,8 +123,8 @@ mod tests {
         assert_eq!(clear, Contradictions::default(), "the first-order test has no guarantee at finite eps");
         let found = of([&[0; 4], &[1, 0, -1, -1], &[0, 1, 0, 1], &[-1, -1, 1, 0]]);
         assert_eq!(found.cells, 4, "with the simulation or between two theorems");
-        let dampings: Vec<f64> = found.first.iter().map(|cell| cell.point.damping).collect();
-        assert_eq!(dampings, [0.0, 1.0, 2.0, 3.0]);
+        let dampings: Vec<usize> = found.first.iter().map(|cell| cell.index[5]).collect();
+        assert_eq!(dampings, [0, 1, 2, 3]);
         assert!(found.first[0].verdicts.contains(&Verdict::Present));
         assert!(found.first[0].verdicts.contains(&Verdict::Absent));
     }

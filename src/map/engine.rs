@@ -224,8 +224,8 @@ fn work<S: Sink>(
         for (method, cells) in account.methods.iter_mut().zip(&data.methods) {
             method.counts = count(&cells.verdicts);
         }
-        account.contradictions = contradictions(plan, &data);
-        account.failed = failed_cells(plan, &data);
+        account.contradictions = contradictions(&data);
+        account.failed = failed_cells(&data);
     });
     account.stages.pack = packing + counting;
     Ok((packed?, account))

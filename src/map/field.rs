@@ -1,5 +1,7 @@
 //! The fields that a map can store, named as in configurations, and the quantities that they consist of.
 
+#[cfg(feature = "report")]
+use super::Method;
 use crate::named::named;
 
 named! {
@@ -32,6 +34,23 @@ impl Field {
     /// Returns whether the field is computed from the simulated flow, whichever methods the plan has.
     pub(crate) fn needs_flow(self) -> bool {
         !matches!(self, Field::Verdict | Field::Margin | Field::CriticalC)
+    }
+
+    /// The field to which a variable of a map belongs by its name, and the method in the name.
+    #[cfg(feature = "report")]
+    pub(crate) fn of_variable(variable: &str) -> Option<(Self, Option<Method>)> {
+        Field::ALL.into_iter().find_map(|field| {
+            let is_one = match field {
+                Field::Verdict | Field::Margin | Field::CriticalC | Field::EpsilonLimit => {
+                    let method = variable.strip_prefix(field.name())?.strip_prefix('_')?;
+                    return Some((field, Some(Method::by_name(method)?)));
+                }
+                Field::Regime => variable == field.name(),
+                Field::Sensitivity => variable.starts_with(Quantity::CriticalDerivative(0).name()),
+                _ => Quantity::of(field, 0, 0).iter().any(|quantity| quantity.name() == variable),
+            };
+            is_one.then_some((field, None))
+        })
     }
 }
 

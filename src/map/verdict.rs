@@ -9,6 +9,7 @@ named! {
     /// A method's verdict on one cell, with the code stored in `verdict_METHOD` and its name in tables and in
     /// `flag_meanings`.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    #[cfg_attr(feature = "store", derive(serde::Serialize, serde::Deserialize))]
     #[repr(i8)]
     pub enum Verdict {
         /// No stick-slip limit cycle.

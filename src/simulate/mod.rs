@@ -45,6 +45,7 @@ pub(crate) use crate::friction::Range;
 
 /// Place and times of sticking again, and of the stick-slip cycle that follows.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "store", derive(serde::Serialize, serde::Deserialize))]
 pub struct Landing {
     /// x1 at which the mass begins to stick.
     pub x1: f64,
@@ -58,6 +59,7 @@ pub struct Landing {
 
 /// The fate of the orbit from the exit point.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "store", derive(serde::Serialize, serde::Deserialize))]
 pub enum Fate {
     /// It sticks again: a stick-slip limit cycle exists.
     Sticks(Landing),
@@ -103,6 +105,7 @@ impl Cycle {
 
 /// Reason why an integration failed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[cfg_attr(feature = "store", derive(serde::Serialize, serde::Deserialize))]
 pub enum Failure {
     /// The step budget ran out.
     #[error("the step budget ran out")]

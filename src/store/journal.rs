@@ -1,8 +1,7 @@
-//! The journal of a run: an append-only file of finished tiles, each with its fingerprint.
+//! The journal of a run: an append-only file of frames, each with its fingerprint.
 //!
 //! ```text
-//! frame = magic (8 bytes) | kind u64 | length of a u64 | length of b u64 | digest (32 bytes) | a | b
-//! digest = SHA-256(magic | kind | lengths | SHA-256(a) | b)
+//! frame = magic (8 bytes) | length u64 | SHA-256 of magic, length and contents (32 bytes) | contents
 //! ```
 //!
 //! A frame is either whole or ignored. A reopened journal is cut before the first frame that is not whole.
@@ -17,7 +16,6 @@ use std::time::{Duration, Instant};
 use fs4::TryLockError;
 use sha2::{Digest, Sha256};
 
-use crate::dataset::Fingerprint;
 use crate::files::sync_folder;
 
 use super::error::StoreError;
@@ -35,51 +33,18 @@ pub(crate) fn is_journal(path: &Path) -> bool {
 }
 
 /// Length in bytes of a frame's header.
-const HEAD: usize = 64;
+const HEAD: usize = 48;
 
 /// Time after which the next frame forces the journal to disk. It bounds the loss by a power cut.
 const SYNC_EVERY: Duration = Duration::from_secs(10);
 
-/// The kind of a frame: the meaning of its parts a and b.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Kind {
-    /// The plan of the run: a, the attributes; b, empty. The first frame.
-    Header = 1,
-    /// A start of the program: a, the line it adds to the history.
-    Session = 2,
-    /// A finished tile: a, its chunks; b, its account.
-    Tile = 3,
-}
-
-impl Kind {
-    fn of(code: u64) -> Option<Self> {
-        [Kind::Header, Kind::Session, Kind::Tile].into_iter().find(|kind| *kind as u64 == code)
-    }
-}
-
-/// A frame's first part with its fingerprint, made by a worker.
-#[derive(Debug)]
-pub(super) struct Part {
-    pub(super) bytes: Vec<u8>,
-    fingerprint: Fingerprint,
-}
-
-impl Part {
-    pub(super) fn new(bytes: Vec<u8>) -> Self {
-        let fingerprint = Sha256::digest(&bytes).into();
-        Self { bytes, fingerprint }
-    }
-}
-
-/// Makes the header of a frame.
-fn head(kind: u64, a: u64, fingerprint: &Fingerprint, b: &[u8]) -> [u8; HEAD] {
+/// Makes the header of a frame with these contents.
+fn head(contents: &[u8]) -> [u8; HEAD] {
     let mut head = [0; HEAD];
     head[..8].copy_from_slice(&MAGIC);
-    for (place, number) in head[8..32].chunks_exact_mut(8).zip([kind, a, b.len() as u64]) {
-        place.copy_from_slice(&number.to_le_bytes());
-    }
-    let digest = Sha256::new().chain_update(&head[..32]).chain_update(fingerprint).chain_update(b).finalize();
-    head[32..].copy_from_slice(&digest);
+    head[8..16].copy_from_slice(&(contents.len() as u64).to_le_bytes());
+    let digest = Sha256::new().chain_update(&head[..16]).chain_update(contents).finalize();
+    head[16..].copy_from_slice(&digest);
     head
 }
 
@@ -147,11 +112,9 @@ impl Journal {
         Ok(())
     }
 
-    pub(super) fn append(&mut self, kind: Kind, a: &Part, b: &[u8]) -> Result<(), StoreError> {
-        let mut frame = Vec::with_capacity(HEAD + a.bytes.len() + b.len());
-        frame.extend_from_slice(&head(kind as u64, a.bytes.len() as u64, &a.fingerprint, b));
-        frame.extend_from_slice(&a.bytes);
-        frame.extend_from_slice(b);
+    /// Appends a frame. `keep` keeps the journal when it is dropped.
+    pub(super) fn append(&mut self, contents: &[u8], keep: bool) -> Result<(), StoreError> {
+        let frame = [&head(contents), contents].concat();
         let written = self.file.seek(SeekFrom::Start(self.end)).and_then(|_| self.file.write_all(&frame));
         if let Err(source) = written {
             // Cut off the partial frame. If this fails too, the next start cuts it off.
@@ -159,7 +122,7 @@ impl Journal {
             return Err(StoreError::io("write", &self.path, source));
         }
         self.end += frame.len() as u64;
-        self.keep |= kind == Kind::Tile;
+        self.keep |= keep;
         if self.synced.elapsed() > SYNC_EVERY { self.sync() } else { Ok(()) }
     }
 
@@ -180,13 +143,13 @@ impl Journal {
         sync_folder(&self.path).map_err(|source| StoreError::io("write", &self.path, source))
     }
 
-    /// Calls `visit` with one frame after the other; it returns false to refuse a frame. Stops at the first
-    /// frame that is partial, longer than `longest` bytes or refused, cuts off the rest (unless it is the
-    /// whole journal), and returns the number of bytes of the rest. One frame at a time is in memory.
+    /// Calls `visit` with the contents of one frame after the other; it returns false to refuse a frame. Stops
+    /// at the first frame that is partial, longer than `longest` bytes or refused, cuts off the rest (unless it
+    /// is the whole journal), and returns the number of bytes of the rest. One frame at a time is in memory.
     pub(super) fn replay(
         &mut self,
         longest: u64,
-        mut visit: impl FnMut(Kind, &[u8], &[u8]) -> Result<bool, StoreError>,
+        mut visit: impl FnMut(&[u8]) -> Result<bool, StoreError>,
     ) -> Result<u64, StoreError> {
         let path = self.path.clone();
         let failed = |source| StoreError::io("read", &path, source);
@@ -195,9 +158,8 @@ impl Journal {
         reader.seek(SeekFrom::Start(0)).map_err(failed)?;
         let mut end = 0;
         let mut contents = Vec::new();
-        while let Some((kind, a)) =
-            read_frame(&mut reader, length - end, longest, &mut contents).map_err(failed)?
-            && visit(kind, &contents[..a], &contents[a..])?
+        while read_frame(&mut reader, longest.min(length - end), &mut contents).map_err(failed)?
+            && visit(&contents)?
         {
             end += (HEAD + contents.len()) as u64;
         }
@@ -240,33 +202,17 @@ fn still_there(_: &File, _: &Path) -> bool {
     true
 }
 
-/// Reads the next frame into `contents`; returns its kind and the length of its first part, or `None` if it
-/// is not whole.
-fn read_frame(
-    reader: &mut impl Read,
-    left: u64,
-    longest: u64,
-    contents: &mut Vec<u8>,
-) -> io::Result<Option<(Kind, usize)>> {
-    let mut found = Vec::with_capacity(HEAD);
-    if reader.take(HEAD as u64).read_to_end(&mut found)? < HEAD || found[..8] != MAGIC {
-        return Ok(None);
-    }
-    let number = |at: usize| found[at..at + 8].iter().rev().fold(0, |n, &byte| n << 8 | u64::from(byte));
-    let (code, a, b) = (number(8), number(16), number(24));
-    let Some(kind) = Kind::of(code) else { return Ok(None) };
-    let Some(length) =
-        a.checked_add(b).filter(|&length| length <= longest.min(left.saturating_sub(HEAD as u64)))
-    else {
-        return Ok(None);
-    };
-    let (Ok(length), Ok(first)) = (usize::try_from(length), usize::try_from(a)) else { return Ok(None) };
+/// Reads the contents of the next frame; returns whether it is whole, and at most `longest` bytes long.
+fn read_frame(reader: &mut impl Read, longest: u64, contents: &mut Vec<u8>) -> io::Result<bool> {
     contents.clear();
-    if reader.take(length as u64).read_to_end(contents)? < length {
-        return Ok(None);
+    let mut found = Vec::with_capacity(HEAD);
+    if reader.take(HEAD as u64).read_to_end(&mut found)? < HEAD {
+        return Ok(false);
     }
-    let fingerprint = Sha256::digest(&contents[..first]).into();
-    Ok((found == head(code, a, &fingerprint, &contents[first..])).then_some((kind, first)))
+    let length = found[8..16].iter().rev().fold(0, |n, &byte| n << 8 | u64::from(byte));
+    Ok(length <= longest
+        && reader.take(length).read_to_end(contents)? as u64 == length
+        && found == head(contents))
 }
 
 #[cfg(test)]
@@ -277,30 +223,20 @@ mod tests {
         Journal::open(&folder.path().join("map.h5.part")).unwrap()
     }
 
-    /// A frame: its kind and its two parts.
-    type Frame = (Kind, Vec<u8>, Vec<u8>);
-
-    fn frames(journal: &mut Journal) -> (Vec<Frame>, u64) {
+    fn frames(journal: &mut Journal) -> (Vec<Vec<u8>>, u64) {
         let mut found = Vec::new();
-        let cut = journal
-            .replay(1 << 20, |kind, a, b| {
-                found.push((kind, a.to_vec(), b.to_vec()));
-                Ok(true)
-            })
-            .unwrap();
-        (found, cut)
+        let cut = journal.replay(1 << 20, |contents| {
+            found.push(contents.to_vec());
+            Ok(true)
+        });
+        (found, cut.unwrap())
     }
 
     /// Writes frames of several lengths, some of which contain the magic.
-    fn written(journal: &mut Journal) -> Vec<Frame> {
-        let all: Vec<_> = (0..5u8)
-            .map(|i| {
-                let a: Vec<u8> = MAGIC.iter().copied().cycle().take(7 * usize::from(i)).collect();
-                (if i == 0 { Kind::Header } else { Kind::Tile }, a, vec![i; usize::from(i) % 3])
-            })
-            .collect();
-        for (kind, a, b) in &all {
-            journal.append(*kind, &Part::new(a.clone()), b).unwrap();
+    fn written(journal: &mut Journal) -> Vec<Vec<u8>> {
+        let all: Vec<Vec<u8>> = (0..5).map(|i| MAGIC.iter().copied().cycle().take(7 * i).collect()).collect();
+        for contents in &all {
+            journal.append(contents, true).unwrap();
         }
         all
     }
@@ -312,8 +248,8 @@ mod tests {
         let all = written(&mut journal);
         let ends: Vec<u64> = all
             .iter()
-            .scan(0, |end, (_, a, b)| {
-                *end += (HEAD + a.len() + b.len()) as u64;
+            .scan(0, |end, contents| {
+                *end += (HEAD + contents.len()) as u64;
                 Some(*end)
             })
             .collect();
@@ -329,7 +265,7 @@ mod tests {
             let end = if whole == 0 { 0 } else { ends[whole - 1] };
             assert_eq!(lost, cut as u64 - end);
             // Appending continues from there.
-            journal.append(Kind::Tile, &Part::new(vec![9; 9]), b"on").unwrap();
+            journal.append(&[9; 9], true).unwrap();
             assert_eq!(frames(&mut journal).0.len(), whole + 1);
         }
     }
@@ -340,7 +276,7 @@ mod tests {
         let mut journal = journal(&folder);
         let all = written(&mut journal);
         let bytes = fs::read(&journal.path).unwrap();
-        let lengths = all.iter().map(|(_, a, b)| HEAD + a.len() + b.len());
+        let lengths = all.iter().map(|contents| HEAD + contents.len());
         let frame_of = lengths.enumerate().flat_map(|(frame, length)| std::iter::repeat_n(frame, length));
         for (place, frame) in frame_of.enumerate() {
             let mut damaged = bytes.clone();

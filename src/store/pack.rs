@@ -7,15 +7,13 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use libdeflater::{CompressionLvl, Compressor};
 use serde::{Deserialize, Serialize};
-use serde_bytes::Bytes;
 
 use crate::dataset::fingerprint::{self, canonical};
 use crate::dataset::{Cells, Fingerprint, Schema, Variable};
 use crate::map::{Account, Plan, Runs, Sink, TileData, unravel};
 
-use super::codec::{AccountRecord, from_bytes, to_bytes};
+use super::codec::{from_bytes, to_bytes};
 use super::deflate;
-use super::journal::Part;
 
 /// A chunk as stored in the file, with the fingerprint and the counts of its cells.
 #[derive(Debug, Serialize, Deserialize)]
@@ -29,7 +27,7 @@ pub(super) struct PackedChunk {
 
 /// A tile ready to be written: one chunk of each variable of [`Schema::filled_by`].
 #[derive(Debug, Serialize, Deserialize)]
-pub(super) struct PackedTile {
+pub struct PackedTile {
     pub(super) number: usize,
     pub(super) chunks: Vec<PackedChunk>,
 }
@@ -44,13 +42,6 @@ impl PackedTile {
                 .map(|(_, variable, _)| codes(variable))
                 .eq(self.chunks.iter().map(|chunk| chunk.counts.len()))
     }
-}
-
-/// A tile packed for the map and for the journal.
-#[derive(Debug)]
-pub struct PackedRecord {
-    pub(super) tile: PackedTile,
-    pub(super) part: Part,
 }
 
 /// Packs tiles of an unfinished map, in the process that writes the map or in another.
@@ -89,27 +80,7 @@ impl Packer {
     /// # Panics
     /// If the tile does not have the number of cells that the plan requires, which is a bug of the engine.
     #[must_use]
-    pub fn pack(&self, data: &TileData) -> PackedRecord {
-        let tile = self.tile(data);
-        let part = Part::new(to_bytes(&tile));
-        PackedRecord { tile, part }
-    }
-
-    /// Encodes a packed tile and its account, to be sent to the process that writes the map.
-    #[must_use]
-    pub fn to_bytes(&self, packed: &PackedRecord, account: &Account) -> Vec<u8> {
-        to_bytes(&(Bytes::new(&packed.part.bytes), AccountRecord::of(&self.plan, account)))
-    }
-
-    /// Decodes the bytes of [`Packer::to_bytes`]; `None` for other bytes.
-    #[must_use]
-    pub fn from_bytes(&self, bytes: &[u8]) -> Option<(PackedRecord, Account)> {
-        let (part, account): (&[u8], AccountRecord) = from_bytes(bytes)?;
-        let tile = from_bytes::<PackedTile>(part).filter(|tile| tile.fits(&self.schema))?;
-        Some((PackedRecord { tile, part: Part::new(part.to_vec()) }, account.account(&self.plan)?))
-    }
-
-    fn tile(&self, data: &TileData) -> PackedTile {
+    pub fn pack(&self, data: &TileData) -> PackedTile {
         let schema = &self.schema;
         let mut work = Work { level: self.plan.compression, deflate: None, plain: Vec::new() };
         let mut chunks: Vec<PackedChunk> = Vec::with_capacity(schema.variables.len());
@@ -144,6 +115,19 @@ impl Packer {
             chunks.push(PackedChunk { fingerprint, counts, bytes });
         }
         PackedTile { number: data.tile.number, chunks }
+    }
+
+    /// Encodes a packed tile and its account, to be sent to the process that writes the map.
+    #[must_use]
+    pub fn to_bytes(&self, tile: &PackedTile, account: &Account) -> Vec<u8> {
+        to_bytes(&(tile, account))
+    }
+
+    /// Decodes the bytes of [`Packer::to_bytes`]; `None` for other bytes.
+    #[must_use]
+    pub fn from_bytes(&self, bytes: &[u8]) -> Option<(PackedTile, Account)> {
+        let both = from_bytes::<(PackedTile, Account)>(bytes);
+        both.filter(|(tile, account)| tile.fits(&self.schema) && account.fits(&self.plan))
     }
 
     /// Bytes and fingerprint of a chunk of codes, from the cache if it contains them.
@@ -202,14 +186,14 @@ impl<F: Fn(Vec<u8>) + Sync> ByteSink<F> {
 }
 
 impl<F: Fn(Vec<u8>) + Sync> Sink for ByteSink<F> {
-    type Packed = PackedRecord;
+    type Packed = PackedTile;
     type Error = Infallible;
 
-    fn pack(&self, data: &TileData) -> Result<PackedRecord, Infallible> {
+    fn pack(&self, data: &TileData) -> Result<PackedTile, Infallible> {
         Ok(self.packer.pack(data))
     }
 
-    fn write(&self, packed: PackedRecord, account: &Account) -> Result<(), Infallible> {
+    fn write(&self, packed: PackedTile, account: &Account) -> Result<(), Infallible> {
         (self.receive)(self.packer.to_bytes(&packed, account));
         Ok(())
     }

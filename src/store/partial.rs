@@ -14,16 +14,18 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
+use serde::{Deserialize, Serialize};
+
 use crate::dataset::{Outcome, Provenance, Schema, Value, attributes};
 use crate::files::Existing;
 use crate::map::{Account, Plan, Sink, TileData};
 
-use super::codec::{AccountRecord, from_bytes, to_bytes};
+use super::codec::{from_bytes, to_bytes};
 use super::error::StoreError;
 use super::identity::{check_finished, difference, get};
-use super::journal::{Journal, Kind, Part};
-use super::pack::{PackedRecord, PackedTile, Packer};
-use super::seal::{Temporary, beside};
+use super::journal::Journal;
+use super::pack::{PackedTile, Packer};
+use super::seal::{beside, temporary};
 use super::writer::MapWriter;
 
 /// Suffix of the journal's name.
@@ -36,6 +38,22 @@ const REPLACES: &str = "replaces";
 
 /// Largest length of a header in bytes; a tile's frame may be longer.
 const LONGEST_HEADER: u64 = 1 << 26;
+
+/// The contents of a frame of the journal.
+#[derive(Serialize, Deserialize)]
+enum Frame<Tile, Of> {
+    /// The plan of the run, as attributes. The first frame.
+    Header(Vec<(String, Value)>),
+    /// A start of the program: the line that it adds to the history.
+    Session(String),
+    /// A finished tile, the seconds from the start of the program to its end, and its account.
+    Tile(Tile, f64, Of),
+}
+
+/// The contents of a frame; `None` for other bytes.
+fn frame(bytes: &[u8]) -> Option<Frame<PackedTile, Account>> {
+    from_bytes(bytes)
+}
 
 /// An unfinished map.
 #[derive(Debug)]
@@ -103,9 +121,10 @@ impl PartialMap {
         let mut journal = Journal::open(&beside(path, JOURNAL)?)?;
         if existing == Existing::Refuse {
             let unfinished = || StoreError::Unfinished(beside(path, JOURNAL).unwrap_or_default());
-            journal.replay(longest(plan), |kind, _, _| match kind {
-                Kind::Tile => Err(unfinished()),
-                Kind::Header | Kind::Session => Ok(true),
+            journal.replay(longest(plan), |bytes| match frame(bytes) {
+                Some(Frame::Header(_) | Frame::Session(_)) => Ok(true),
+                // A tile, or a frame of another version.
+                Some(Frame::Tile(..)) | None => Err(unfinished()),
             })?;
         }
         let opening = attributes::opening(plan, provenance);
@@ -148,12 +167,11 @@ impl PartialMap {
         let mut map: Option<MapWriter> = None;
         let mut session_seconds = 0.0;
         let mut finished_already = false;
-        let header_length = header(opening, "", Existing::Refuse).bytes.len() as u64;
+        let header_length = header(opening, "", Existing::Refuse).len() as u64;
         let length = journal.end;
-        let lost = journal.replay(longest(plan), |kind, a, b| match (kind, &map) {
-            (Kind::Header, Some(_)) => Ok(false),
-            (Kind::Header, None) => {
-                let Some(then) = from_bytes::<Vec<(String, Value)>>(a) else { return Ok(false) };
+        let lost = journal.replay(longest(plan), |bytes| match (frame(bytes), &map) {
+            (None, _) | (Some(Frame::Header(_)), Some(_)) | (Some(Frame::Tile(..)), None) => Ok(false),
+            (Some(Frame::Header(then)), None) => {
                 if let Some(difference) = difference(&then, opening) {
                     return Err(StoreError::Changed { path: journal_path.clone(), difference });
                 }
@@ -167,25 +185,21 @@ impl PartialMap {
                 if let Some(Value::Text(history)) = get(&then, "history") {
                     found.history.clone_from(history);
                 }
-                let temporary = Temporary::instead(beside(path, UNFINISHED)?)?;
+                let temporary = temporary(beside(path, UNFINISHED)?)?;
                 // The map gets the title, the comments and the paths of this run, not of the earlier one.
                 map =
                     Some(MapWriter::begin(path, temporary, plan, opening, found.history.clone(), existing)?);
                 Ok(true)
             }
-            (Kind::Session, _) => {
+            (Some(Frame::Session(line)), _) => {
                 found.seconds += std::mem::take(&mut session_seconds);
-                if let Some(line) = from_bytes::<String>(a) {
-                    found.history = format!("{}\n{line}", found.history);
-                }
+                found.history = format!("{}\n{line}", found.history);
                 Ok(true)
             }
-            (Kind::Tile, None) => Ok(false),
-            (Kind::Tile, Some(map)) => {
-                let tile = from_bytes::<PackedTile>(a).filter(|tile| tile.fits(&map.schema));
-                let account = from_bytes::<(f64, AccountRecord)>(b)
-                    .and_then(|(seconds, record)| Some((seconds, record.account(plan)?)));
-                let (Some(tile), Some((seconds, account))) = (tile, account) else { return Ok(false) };
+            (Some(Frame::Tile(tile, seconds, account)), Some(map)) => {
+                if !(tile.fits(&map.schema) && account.fits(plan)) {
+                    return Ok(false);
+                }
                 let number = tile.number;
                 if !found.finished[number] {
                     map.put(tile)?;
@@ -218,8 +232,8 @@ impl PartialMap {
             attributes::history(provenance),
             found.finished.len()
         );
-        journal.append(Kind::Session, &Part::new(to_bytes(&line)), &[])?;
         found.history = format!("{}\n{line}", found.history);
+        journal.append(&to_bytes(&Frame::<PackedTile, Account>::Session(line)), false)?;
         map.history.clone_from(&found.history);
         Ok(Resumed::Partial(Box::new(Self::with(map, journal, plan, found))))
     }
@@ -234,9 +248,9 @@ impl PartialMap {
         mut journal: Journal,
     ) -> Result<Self, StoreError> {
         journal.clear()?;
-        let temporary = Temporary::instead(beside(path, UNFINISHED)?)?;
+        let temporary = temporary(beside(path, UNFINISHED)?)?;
         let map = MapWriter::begin(path, temporary, plan, opening, history.clone(), existing)?;
-        journal.append(Kind::Header, &header(opening, &history, existing), &[])?;
+        journal.append(&header(opening, &history, existing), false)?;
         journal.sync()?;
         journal.sync_name()?;
         Ok(Self::with(map, journal, plan, Found::nothing(plan, history)))
@@ -314,28 +328,27 @@ impl PartialMap {
 }
 
 impl Sink for PartialMap {
-    type Packed = PackedRecord;
+    type Packed = PackedTile;
     type Error = StoreError;
 
-    fn pack(&self, data: &TileData) -> Result<PackedRecord, StoreError> {
+    fn pack(&self, data: &TileData) -> Result<PackedTile, StoreError> {
         Ok(self.packer.pack(data))
     }
 
-    fn write(&self, packed: PackedRecord, account: &Account) -> Result<(), StoreError> {
-        let account = AccountRecord::of(&self.packer.plan, account);
-        let bytes = to_bytes(&(self.started.elapsed().as_secs_f64(), account));
-        self.journal().append(Kind::Tile, &packed.part, &bytes)?;
+    fn write(&self, tile: PackedTile, account: &Account) -> Result<(), StoreError> {
+        let frame = Frame::Tile(&tile, self.started.elapsed().as_secs_f64(), account);
+        self.journal().append(&to_bytes(&frame), true)?;
         self.written.fetch_add(1, Ordering::Relaxed);
-        self.map.put(packed.tile)
+        self.map.put(tile)
     }
 }
 
 /// The journal's first frame.
-fn header(opening: &[(String, Value)], history: &str, existing: Existing) -> Part {
+fn header(opening: &[(String, Value)], history: &str, existing: Existing) -> Vec<u8> {
     let mut attributes = opening.to_vec();
     attributes.push((REPLACES.into(), Value::from(i64::from(existing == Existing::Replace))));
     attributes.push(("history".into(), history.into()));
-    Part::new(to_bytes(&attributes))
+    to_bytes(&Frame::<PackedTile, Account>::Header(attributes))
 }
 
 /// Length in bytes of the contents of the longest frame that a run of `plan` writes.

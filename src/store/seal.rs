@@ -9,9 +9,10 @@ use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 use sha2::{Digest, Sha256};
+use tempfile::TempPath;
 
 use crate::dataset::hex;
-use crate::files::{Existing, folder_of, sync_folder};
+use crate::files::{self, Existing, folder_of, sync_folder};
 
 use super::error::StoreError;
 use super::trust;
@@ -101,60 +102,32 @@ pub(super) fn beside(output: &Path, ending: &str) -> Result<PathBuf, StoreError>
     Ok(folder.join(own))
 }
 
-/// A file beside the output, which is removed when this is dropped, unless it was published.
-#[derive(Debug)]
-pub(super) struct Temporary {
-    pub(super) path: PathBuf,
-    keep: bool,
+/// The empty file at `path`, which is removed unless it is published; replaces one that a killed run has left.
+pub(super) fn temporary(path: PathBuf) -> Result<TempPath, StoreError> {
+    match fs::remove_file(&path) {
+        Err(source) if source.kind() != io::ErrorKind::NotFound => {
+            return Err(StoreError::io("remove", &path, source));
+        }
+        _ => {}
+    }
+    let created = OpenOptions::new().write(true).create_new(true).open(&path);
+    created
+        .and_then(|_| TempPath::try_from_path(&path))
+        .map_err(|source| StoreError::io("write", &path, source))
 }
 
-impl Temporary {
-    /// Creates the empty file at `path`; replaces a file that a killed run has left.
-    pub(super) fn instead(path: PathBuf) -> Result<Self, StoreError> {
-        match fs::remove_file(&path) {
-            Ok(()) => {}
-            Err(error) if error.kind() == io::ErrorKind::NotFound => {}
-            Err(source) => return Err(StoreError::io("remove", &path, source)),
+/// Gives the finished map its name and forces the name to disk.
+pub(super) fn publish(map: TempPath, output: &Path, existing: Existing) -> Result<(), StoreError> {
+    let failed = |source| StoreError::io("write", output, source);
+    if let Err(refused) = files::publish(map, output, existing) {
+        if existing == Existing::Replace || output.symlink_metadata().is_err() {
+            return Err(failed(refused.error));
         }
-        match OpenOptions::new().write(true).create_new(true).open(&path) {
-            Ok(_) => Ok(Self { path, keep: false }),
-            Err(source) => Err(StoreError::io("write", &path, source)),
-        }
+        // Keep the finished map: it is too expensive to lose.
+        let kept = refused.path.keep().map_err(|error| failed(error.error))?;
+        let kept = folder_of(output).join(kept.file_name().unwrap_or_default());
+        return Err(StoreError::Overtaken { path: output.to_path_buf(), kept });
     }
-
-    /// Gives the finished file its name and forces the name to disk.
-    pub(super) fn publish(mut self, output: &Path, existing: Existing) -> Result<(), StoreError> {
-        let failed = |source| StoreError::io("write", output, source);
-        match existing {
-            Existing::Replace => fs::rename(&self.path, output).map_err(failed)?,
-            // Unlike renaming, a hard link never replaces a file that was created during the run.
-            Existing::Refuse => match fs::hard_link(&self.path, output) {
-                Ok(()) => fs::remove_file(&self.path).map_err(failed)?,
-                // Some file systems have no links; there the name is checked before it is taken.
-                Err(source) if source.kind() != io::ErrorKind::AlreadyExists && !output.exists() => {
-                    fs::rename(&self.path, output).map_err(failed)?;
-                }
-                Err(_) => {
-                    // Keep the finished map: it is too expensive to lose.
-                    self.keep = true;
-                    return Err(StoreError::Overtaken {
-                        path: output.to_path_buf(),
-                        kept: self.path.clone(),
-                    });
-                }
-            },
-        }
-        self.keep = true;
-        // The name is an entry of the folder, so the folder must be forced to disk as well.
-        sync_folder(output).map_err(failed)
-    }
-}
-
-impl Drop for Temporary {
-    fn drop(&mut self) {
-        if !self.keep {
-            // Nothing more can be done if this fails; the name shows that the file is temporary.
-            let _ = fs::remove_file(&self.path);
-        }
-    }
+    // The name is an entry of the folder, so the folder must be forced to disk as well.
+    sync_folder(output).map_err(failed)
 }

@@ -6,6 +6,7 @@ use std::sync::{Mutex, PoisonError};
 use hdf5::plist::file_create::AttrCreationOrder;
 use hdf5::types::VarLenArray;
 use hdf5::{Dataset, File, ObjectReference1};
+use tempfile::TempPath;
 
 use crate::dataset::{
     Auxiliary, Fingerprint, Outcome, Schema, Value, Variable, attributes, auxiliary, fingerprint, hex,
@@ -18,7 +19,7 @@ use super::curves;
 use super::error::StoreError;
 use super::pack::PackedTile;
 use super::records::describe_scale;
-use super::seal::{self, Temporary};
+use super::seal;
 use super::sys::{self, ScaleUse};
 use super::value;
 
@@ -38,7 +39,7 @@ pub(super) struct MapWriter {
     // Fields are dropped in order: the file is closed, then removed.
     datasets: Vec<Dataset>,
     file: File,
-    temporary: Temporary,
+    temporary: TempPath,
     output: PathBuf,
     existing: Existing,
     pub(super) history: String,
@@ -50,7 +51,7 @@ impl MapWriter {
     /// Starts the map with the attributes `opening` in the file `temporary`.
     pub(super) fn begin(
         path: &Path,
-        temporary: Temporary,
+        temporary: TempPath,
         plan: &Plan,
         opening: &[(String, Value)],
         history: String,
@@ -58,7 +59,7 @@ impl MapWriter {
     ) -> Result<Self, StoreError> {
         let schema = Schema::of(plan);
         let failed = |error: hdf5::Error| StoreError::hdf5("create", path, &error);
-        let file = create_file(&temporary.path).map_err(failed)?;
+        let file = create_file(&temporary).map_err(failed)?;
         for (name, value) in opening {
             value::write(&file, name, value).map_err(failed)?;
         }
@@ -119,8 +120,8 @@ impl MapWriter {
         file.flush().map_err(failed)?;
         sys::unlock(&file).map_err(failed)?;
         file.close().map_err(failed)?;
-        seal::seal(&temporary.path).map_err(|source| StoreError::io("write", &output, source))?;
-        temporary.publish(&output, existing)
+        seal::seal(&temporary).map_err(|source| StoreError::io("write", &output, source))?;
+        seal::publish(temporary, &output, existing)
     }
 
     pub(super) fn put(&self, packed: PackedTile) -> Result<(), StoreError> {

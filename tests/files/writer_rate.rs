@@ -8,7 +8,7 @@ use std::time::Instant;
 
 use slipmap::friction::Law;
 use slipmap::map::{Account, Control, Grid, Plan, Queue, Sink, TileData, compute_tiles};
-use slipmap::store::{Existing, PackedRecord, Packer, PartialMap, Provenance, StoreError};
+use slipmap::store::{Existing, PackedTile, Packer, PartialMap, Provenance, StoreError};
 
 /// All seven verdicts on a box of `tiles` tiles, each of `layers` values of gamma by 256 by 256 cells, across
 /// the boundary of existence.
@@ -38,7 +38,7 @@ fn plan(layers: usize, tiles: usize) -> Plan {
 struct Sample(Packer, Mutex<Vec<(TileData, Account, Vec<u8>)>>);
 
 impl Sink for Sample {
-    type Packed = (TileData, PackedRecord);
+    type Packed = (TileData, PackedTile);
     type Error = StoreError;
 
     fn pack(&self, data: &TileData) -> Result<Self::Packed, StoreError> {

@@ -5,17 +5,8 @@ use std::fs;
 use hdf5::File;
 use slipmap::map::Verdict;
 
-use crate::command::Scratch;
+use crate::command::{Scratch, random};
 use crate::hostile::{LABEL, PLOT, assert_no_control_characters, bounded, damaged_copy, forge, scratch};
-
-/// SplitMix64.
-fn random(state: &mut u64) -> usize {
-    *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-    let mut z = *state;
-    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    ((z ^ (z >> 31)) >> 2) as usize
-}
 
 /// Flips single bits: `check` finds each, and every other command refuses the map, in bounded memory and
 /// time.
@@ -33,9 +24,10 @@ fn flip(flips: usize, seed: u64) {
     let mut ended = std::collections::BTreeMap::new();
     // The first flip is in the label, for every seed.
     for number in 0..flips {
-        let place = random(&mut state) % if number == 0 { LABEL.len() } else { whole.len() };
+        let among = if number == 0 { LABEL.len() } else { whole.len() };
+        let place = (random(&mut state) * among as f64) as usize;
         let place = if number == 0 { label.start + place } else { place };
-        let bit = random(&mut state) % 8;
+        let bit = (random(&mut state) * 8.0) as usize;
         let mut bytes = whole.clone();
         bytes[place] ^= 1 << bit;
         scratch.file("map.h5", &bytes);

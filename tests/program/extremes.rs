@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use serde_json::Value;
 use slipmap::config::Job;
 use slipmap::map::{self, Account, Contradiction, Contradictions, Control, Queue, Sink, TileData, Verdict};
-use slipmap::store::{Existing, MapFile, PackedRecord, PartialMap, Provenance, StoreError};
+use slipmap::store::{Existing, MapFile, PackedTile, PartialMap, Provenance, StoreError};
 
 use crate::command::{Run, Scratch};
 
@@ -233,14 +233,14 @@ fn more_threads_than_a_small_multiple_of_the_cores_are_refused() {
 struct Contradicted<'a>(&'a PartialMap, Contradictions);
 
 impl Sink for Contradicted<'_> {
-    type Packed = PackedRecord;
+    type Packed = PackedTile;
     type Error = StoreError;
 
-    fn pack(&self, data: &TileData) -> Result<PackedRecord, StoreError> {
+    fn pack(&self, data: &TileData) -> Result<PackedTile, StoreError> {
         self.0.pack(data)
     }
 
-    fn write(&self, packed: PackedRecord, account: &Account) -> Result<(), StoreError> {
+    fn write(&self, packed: PackedTile, account: &Account) -> Result<(), StoreError> {
         self.0.write(packed, &Account { contradictions: self.1.clone(), ..account.clone() })
     }
 }
@@ -261,8 +261,7 @@ fn contradictions_between_theorems_and_simulation_are_reported() {
         "simulation" => Verdict::Absent,
         _ => Verdict::Undecided,
     });
-    let point = job.plan.grid().point(&[0; 6]);
-    let first = vec![Contradiction { tile: 0, point, verdicts: verdicts.collect() }];
+    let first = vec![Contradiction { tile: 0, index: vec![0; 6], verdicts: verdicts.collect() }];
     let sink = Contradicted(&map, Contradictions { cells: 3, first });
     let queue = Queue::new(map.finished().to_vec());
     map::compute_tiles(&job.plan, &sink, &Control::default(), &|| queue.take()).unwrap();

@@ -6,7 +6,7 @@ use std::process::{Child, Command, Stdio};
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 use std::time::{Duration, Instant};
 
-use crate::command::{Run, Scratch};
+use crate::command::{Run, Scratch, random};
 use crate::map_equal::{assert_same, contents, scratch};
 use slipmap::friction::Law;
 use slipmap::map::{Account, Control, Field, Grid, Method, Plan, Queue, compute_tiles};
@@ -58,15 +58,6 @@ fn stopped(scratch: &Scratch) {
 
 fn check(scratch: &Scratch, name: &str) {
     scratch.run(&["check", name]).ends_with(0);
-}
-
-/// SplitMix64 between 0 and 1.
-fn random(state: &mut u64) -> f64 {
-    *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-    let mut z = *state;
-    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
 }
 
 /// Kills runs at random times, resumes each until it is complete, and compares every map.

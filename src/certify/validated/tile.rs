@@ -83,6 +83,7 @@ impl GroupBox {
 /// Polynomials are sums over modes, number i + 3 (j + 9 l) the mode T_i T_j T_l of the Chebyshev polynomials
 /// in A, k and b scaled to [-1, 1] over the box.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "mpi", derive(serde::Serialize, serde::Deserialize))]
 pub struct Tile {
     pub(crate) domain: GroupBox,
     /// The proved bound on |C* - polynomial|.
@@ -114,26 +115,6 @@ impl Tile {
         let (sampled, factors) = tile.survey(circle, factors)?;
         tile.radius = radius_of_proof(&domain.groups(), &Bounds::new(&sampled, &factors), circle)?;
         Some(tile)
-    }
-
-    /// All numbers except those of the box: the radius, then the modes of `viscous`, of each of the `cosines`
-    /// and of each of the `sines`.
-    pub(crate) fn numbers(&self) -> Vec<f64> {
-        let rows = std::iter::once(&self.viscous).chain(&self.cosines).chain(&self.sines);
-        std::iter::once(self.radius).chain(rows.flatten().copied()).collect()
-    }
-
-    /// The tile over `domain` with these [`Tile::numbers`]; `None` if they are of another length.
-    pub(crate) fn of_numbers(domain: GroupBox, numbers: &[f64]) -> Option<Tile> {
-        let (&radius, modes) = numbers.split_first()?;
-        let mut rows: Vec<Vec<f64>> = modes.chunks(MODES).map(<[f64]>::to_vec).collect();
-        // There is one row for `viscous`, and two rows for each harmonic.
-        if !modes.len().is_multiple_of(MODES) || rows.len().is_multiple_of(2) {
-            return None;
-        }
-        let sines = rows.split_off(rows.len() / 2 + 1);
-        let cosines = rows.split_off(1);
-        Some(Tile { domain, radius, viscous: rows.pop()?, cosines, sines })
     }
 
     /// Samples the candidates at points of the box; returns the samples and the factors from them to bounds.
@@ -328,17 +309,6 @@ fn interpolate(domain: GroupBox) -> Option<Tile> {
 mod tests {
     use super::*;
     use crate::certify::validated::Enclosed;
-
-    #[test]
-    fn numbers_give_the_tile_back() {
-        let domain = GroupBox { a: [0.1, 0.2], k: [0.1, 0.2], b: [0.0, 0.01] };
-        let tile = Tile::prove(domain).unwrap();
-        let numbers = tile.numbers();
-        assert_eq!(Tile::of_numbers(domain, &numbers), Some(tile));
-        for wrong in [&[][..], &numbers[1..], &numbers[..1], &numbers[..1 + 2 * MODES]] {
-            assert_eq!(Tile::of_numbers(domain, wrong), None);
-        }
-    }
 
     #[test]
     fn a_tile_holds_the_points_inside() {

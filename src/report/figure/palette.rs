@@ -146,6 +146,15 @@ pub(crate) fn regimes() -> Vec<Kind> {
     Regime::ALL.map(regime).into()
 }
 
+/// The kinds of cells of a variable of codes; `None` if it holds real numbers.
+pub(crate) fn kinds(variable: &str) -> Option<Vec<Kind>> {
+    match variable {
+        "regime" => Some(regimes()),
+        _ if variable.starts_with("verdict_") => Some(verdicts()),
+        _ => None,
+    }
+}
+
 /// Fill of the area in which a method decides: the colour of its lines, hatched to be distinguished in
 /// greyscale.
 pub(crate) fn method_area(name: &str) -> Fill {

@@ -11,12 +11,12 @@ use super::area::{self, Area, Layer};
 use super::axis::Scale;
 use super::data::{Data, Values};
 use super::lines::{self, Chart, Curve};
-use super::palette::{self, Kind};
+use super::palette::{self, Kind, kinds};
 use super::scene::{Scene, Width};
 use super::slice::{ChoiceError, Held, Slice, drawn, find_axis, hold, nearest_node, picks, step};
 use super::strips::{self, Strip};
 use crate::dataset::auxiliary::PROBABILITY;
-use crate::map::{Plane, PlaneCurves};
+use crate::map::{Field, Plane, PlaneCurves};
 use crate::number::short;
 use crate::store::{MapFile, Pick};
 
@@ -106,9 +106,11 @@ fn variables<'a>(map: &'a MapFile, requested: &'a [String]) -> Result<Vec<&'a st
     let probability = [PROBABILITY].into_iter().filter(|name| map.has_auxiliary(name));
     let names: Vec<&str> = map.variables().chain(probability).collect();
     if let Some(name) = requested.iter().find(|name| !names.contains(&name.as_str())) {
-        return Err(match field_of(name) {
-            Some(field) => ChoiceError::NotStored { variable: name.clone(), field },
-            None => ChoiceError::unknown("variable", name, names.iter().copied()),
+        return Err(match Field::of_variable(name) {
+            Some((field, _)) if field != Field::Verdict => {
+                ChoiceError::NotStored { variable: name.clone(), field: field.name() }
+            }
+            _ => ChoiceError::unknown("variable", name, names.iter().copied()),
         });
     }
     if requested.is_empty() {
@@ -117,33 +119,6 @@ fn variables<'a>(map: &'a MapFile, requested: &'a [String]) -> Result<Vec<&'a st
         return Ok(chosen.into_iter().collect());
     }
     Ok(requested.iter().map(String::as_str).collect())
-}
-
-/// The field with which a run stores a variable.
-fn field_of(variable: &str) -> Option<&'static str> {
-    use crate::map::{Field, Method, Quantity};
-    let of_method = |prefix: &str| {
-        variable.strip_prefix(prefix).is_some_and(|name| Method::all().any(|method| method.name() == name))
-    };
-    let field = Field::ALL.into_iter().find(|field| match field {
-        Field::Verdict => false,
-        Field::Margin => of_method("margin_"),
-        Field::CriticalC => of_method("critical_c_"),
-        Field::Regime => variable == "regime",
-        Field::EpsilonLimit => of_method("epsilon_limit_"),
-        Field::Sensitivity => variable.starts_with(Quantity::CriticalDerivative(0).name()),
-        _ => Quantity::of(*field, 0, 0).iter().any(|quantity| quantity.name() == variable),
-    });
-    field.map(Field::name)
-}
-
-/// The kinds of cells of a variable of codes; `None` if it holds real numbers.
-fn kinds(variable: &str) -> Option<Vec<Kind>> {
-    match variable {
-        "regime" => Some(palette::regimes()),
-        _ if variable.starts_with("verdict_") => Some(palette::verdicts()),
-        _ => None,
-    }
 }
 
 /// One value for every fixed axis.
