@@ -40,8 +40,8 @@ need_build_tools() {
         build-essential pkg-config libhdf5-dev
 }
 
-# make_environment FOLDER REQUIREMENTS: a virtual environment with these packages; rebuilt if they change. Python compiles
-# what is imported when it is; to compile all files here would take as long as to install them.
+# make_environment FOLDER REQUIREMENTS: a virtual environment with these packages; rebuilt if they change.
+# Python compiles what is imported when it is; to compile all files here would take as long as to install them.
 make_environment() {
     need_packages "python3 -m venv --help && python3 -m ensurepip --version" python3-venv python3-pip
     if ! cmp -s "$2" "$1/requirements.txt"; then
@@ -52,16 +52,16 @@ make_environment() {
     fi
 }
 
-# The Python programs that read maps as users do, and what tests the Python package, in a folder of their own that git
-# ignores.
+# The Python programs that read maps as users do, and what tests the Python package, in a folder of their own
+# that git ignores.
 need_python() {
     need_packages "command -v ncdump && command -v h5dump" netcdf-bin hdf5-tools
     make_environment "$root/target/venv" "$root/scripts/requirements.txt"
     python="$root/target/venv/bin/python"
 }
 
-# The package of python/, built for tests (profile dev of its Cargo.toml: half the time of a release build), in the same
-# environment.
+# The package of python/, built for tests (profile dev of its Cargo.toml: half the time of a release build), in
+# the same environment.
 need_package() {
     need_python
     local venv="$root/target/venv"

@@ -23,7 +23,8 @@ fn random(state: &mut u64) -> usize {
 /// The exception is the label of the seal: without it the file has no seal, as after a copy by another
 /// program. Its contents, in which no bit was flipped, are then compared with their fingerprints and used.
 ///
-/// The other commands take turns: all of them read a map through the same verification, whichever bit was flipped.
+/// The other commands take turns: all of them read a map through the same verification, whichever bit was
+/// flipped.
 fn flip(flips: usize, seed: u64) {
     let scratch = scratch();
     let whole = fs::read(scratch.path().join("good.h5")).unwrap();

@@ -485,8 +485,8 @@ fn a_machine_is_plotted_in_its_units() {
 #[test]
 fn a_page_tells_the_kick_onto_every_basin_boundary() {
     let scratch = Scratch::new();
-    // To first order the divergence fed into a turn of radius r is 0.01 (1 - 1.5 cos 7.2 g(7.2 r)) - 0.0105, g(x) = 2
-    // J1(x)/x: negative at both ends, positive about the minimum of g, at r = 0.71 (tests/mathematics/curves.rs).
+    // To first order a turn of radius r grows by 0.01 (1 - 1.5 cos(7.2) g(7.2 r)) - 0.0105, g(x) = 2 J1(x)/x:
+    // negative at both ends, positive about the minimum of g, at r = 0.71 (tests/mathematics/curves.rs).
     let wavy = "\
 [machine]
 mass = 1.0
