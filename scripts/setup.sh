@@ -41,31 +41,32 @@ need_build_tools() {
 }
 
 # make_environment FOLDER REQUIREMENTS: a virtual environment with these packages; rebuilt if they change.
+# Python compiles what is imported when it is; to compile all files here would take as long as to install them.
 make_environment() {
     need_packages "python3 -m venv --help && python3 -m ensurepip --version" python3-venv python3-pip
     if ! cmp -s "$2" "$1/requirements.txt"; then
         mkdir -p "$(dirname "$1")"
         python3 -m venv --clear "$1"
-        "$1/bin/pip" install -q --disable-pip-version-check -r "$2"
+        "$1/bin/pip" install -q --disable-pip-version-check --no-compile -r "$2"
         cp "$2" "$1/requirements.txt"
     fi
 }
 
-# The Python programs that read maps as users do, in a folder of their own that git ignores.
+# The Python programs that read maps as users do, and what tests the Python package, in a folder of their own
+# that git ignores.
 need_python() {
     need_packages "command -v ncdump && command -v h5dump" netcdf-bin hdf5-tools
     make_environment "$root/target/venv" "$root/scripts/requirements.txt"
     python="$root/target/venv/bin/python"
 }
 
-# The package of python/, built for tests (profile dev of its Cargo.toml: half the time of a release build), with what its
-# tests need, in a virtual environment of its own.
+# The package of python/, built for tests (profile dev of its Cargo.toml: half the time of a release build), in
+# the same environment.
 need_package() {
-    local venv="$root/target/venv-package"
-    make_environment "$venv" "$root/python/requirements-test.txt"
+    need_python
+    local venv="$root/target/venv"
     (cd "$root/python" && PATH="$venv/bin:$PATH" VIRTUAL_ENV="$venv" \
         CARGO_TARGET_DIR="${CARGO_TARGET_DIR:-$root/target}" maturin develop --locked --quiet)
-    package_python="$venv/bin/python"
 }
 
 # pdflatex with what the LaTeX of reports uses (siunitx is in texlive-science): 120 MB to fetch, a minute or

@@ -114,8 +114,8 @@ fn cycles_read_off_the_backbone_are_those_that_turns_show() {
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), &value| (lo.min(value), hi.max(value)));
         for i in 0..=8 {
             let viscous = lo + (hi - lo) * (f64::from(i) / 8.0 * 1.2 - 0.07);
-            let radius = |i: i32| column.belt_speed * f64::from(i) / 130.0;
-            let signs: Vec<bool> = (1..130).map(|i| growth(&column, viscous, radius(i)) > 0.0).collect();
+            let radius = |i: i32| column.belt_speed * f64::from(i) / 66.0;
+            let signs: Vec<bool> = (1..66).map(|i| growth(&column, viscous, radius(i)) > 0.0).collect();
             let stable = oscillator(&column, viscous).eigenvalues().is_stable();
             let cycles = backbone.cycles(viscous, stable, *signs.last().unwrap()).unwrap();
             let changes: Vec<bool> = std::iter::once(&!stable)

@@ -51,7 +51,7 @@ fn falling(random: &mut Random, fall: f64) -> (Law, Vec<f64>) {
 #[test]
 fn loops_lead_inward_where_friction_falls_little() {
     let mut random = Random(0x100b5);
-    for i in 0..120 {
+    for i in 0..40 {
         let fall = random.log(0.01, 0.99);
         let (law, values) = falling(&mut random, fall);
         // Up to the bound; half of them without damping.
@@ -72,7 +72,7 @@ fn loops_lead_inward_where_friction_falls_little() {
 #[test]
 fn regimes_have_a_crossing_cycle_where_some_loop_leads_outward() {
     let (mut random, mut found) = (Random(0xc405), [0; 2]);
-    for _ in 0..36 {
+    for _ in 0..24 {
         // Friction that changes its sign, on fast belts: crossing cycles are not rare.
         let fall = 0.9 + random.unit();
         let (law, values) = falling(&mut random, fall);
@@ -80,8 +80,8 @@ fn regimes_have_a_crossing_cycle_where_some_loop_leads_outward() {
         let damping = random.log(1e-3, 0.3);
         let oscillator = Oscillator::new(&law, &law.point(1.0, &values, belt_speed, damping).unwrap());
         let regime = map::regime(&oscillator, &flow(&oscillator, 1e-9));
-        let outward = (-24..=16).any(|i| {
-            let y = belt_speed.max(1.0) * 10_f64.powf(f64::from(i) / 8.0);
+        let outward = (-12..=8).any(|i| {
+            let y = belt_speed.max(1.0) * 10_f64.powf(f64::from(i) / 4.0);
             matches!(crossing_loop(&oscillator, y, 1e-8), Ok(Loop::Crosses { beyond_exit, .. }) if beyond_exit > y)
         });
         if regime == Regime::Failed {
@@ -95,7 +95,7 @@ fn regimes_have_a_crossing_cycle_where_some_loop_leads_outward() {
         );
         found[usize::from(outward)] += 1;
     }
-    assert!(found.iter().all(|count| *count > 6), "{found:?}");
+    assert!(found.iter().all(|count| *count > 4), "{found:?}");
 }
 
 #[test]

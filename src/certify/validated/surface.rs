@@ -206,29 +206,48 @@ fn widest_axis(domain: &GroupBox) -> usize {
 mod tests {
     use super::*;
     use crate::certify::validated::prover::Threads;
-    use std::cell::Cell;
+    use std::cell::{Cell, RefCell};
 
-    /// Proves as so many workers would.
-    struct Workers(usize, Cell<usize>);
+    /// What is proved, box by box.
+    type Proved = RefCell<Vec<(GroupBox, Option<Tile>)>>;
 
-    impl Prover for Workers {
+    /// Proves as so many workers would, each box once: the tile of a box is the same for every worker.
+    struct Workers<'a> {
+        number: usize,
+        most: Cell<usize>,
+        proved: &'a Proved,
+    }
+
+    impl Workers<'_> {
+        fn known(&self, domain: &GroupBox) -> Option<Option<Tile>> {
+            let proved = self.proved.borrow();
+            proved.iter().find(|(one, _)| one == domain).map(|(_, tile)| tile.clone())
+        }
+    }
+
+    impl Prover for Workers<'_> {
         fn workers(&self) -> usize {
-            self.0
+            self.number
         }
         fn prove(&self, domains: &[GroupBox]) -> Vec<Option<Tile>> {
-            self.1.set(self.1.get().max(domains.len()));
-            Threads.prove(domains)
+            self.most.set(self.most.get().max(domains.len()));
+            let new: Vec<GroupBox> =
+                domains.iter().filter(|domain| self.known(domain).is_none()).copied().collect();
+            let tiles = Threads.prove(&new);
+            self.proved.borrow_mut().extend(new.into_iter().zip(tiles));
+            domains.iter().map(|domain| self.known(domain).unwrap()).collect()
         }
     }
 
     #[test]
     fn a_surface_is_the_same_for_any_number_of_workers() {
         let domain = GroupBox { a: [0.1, 0.4], k: [0.1, 0.3], b: [0.0, 0.02] };
-        let refined = |workers: usize| {
-            let prover = Workers(workers, Cell::new(0));
+        let proved = Proved::default();
+        let refined = |number: usize| {
+            let prover = Workers { number, most: Cell::new(0), proved: &proved };
             let mut surface = Surface::new(domain);
             surface.refine(9, 0.0, &|part| part.a[1] - part.a[0], &prover, &|| true);
-            (surface, prover.1.get())
+            (surface, prover.most.get())
         };
         let (alone, most) = refined(1);
         assert_eq!((alone.tried, most), (9, 2));

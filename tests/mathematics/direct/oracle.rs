@@ -63,8 +63,13 @@ pub enum Outcome {
 
 /// Follows v' = w, w' = -v + D w in steps of about `turn` radians, and half of that. `None` if the steps are too coarse
 /// to decide.
-pub fn lienard(oscillator: &Oscillator, turn: f64) -> Option<(Outcome, Known, Known)> {
-    let [(kind, coarse), (finer_kind, fine)] = [turn, 0.5 * turn].map(|turn| lienard_flow(oscillator, turn));
+pub fn lienard(
+    divergence: &impl Fn(f64) -> f64,
+    belt_speed: f64,
+    turn: f64,
+) -> Option<(Outcome, Known, Known)> {
+    let flow = |turn| lienard_flow(divergence, belt_speed, turn);
+    let [(kind, coarse), (finer_kind, fine)] = [turn, 0.5 * turn].map(flow);
     let known = |i: usize| {
         let difference = fine[i] - coarse[i];
         Known { value: fine[i] + difference / 15.0, error: difference.abs() + 1e-14 * (1.0 + fine[i].abs()) }
@@ -73,12 +78,11 @@ pub fn lienard(oscillator: &Oscillator, turn: f64) -> Option<(Outcome, Known, Kn
 }
 
 /// The outcome, and its value and time.
-fn lienard_flow(oscillator: &Oscillator, turn: f64) -> (Outcome, [f64; 2]) {
-    let belt_speed = oscillator.belt_speed;
-    let steepest = oscillator.divergence(0.0).abs().max(oscillator.divergence(2.0 * belt_speed).abs());
+fn lienard_flow(divergence: &impl Fn(f64) -> f64, belt_speed: f64, turn: f64) -> (Outcome, [f64; 2]) {
+    let steepest = divergence(0.0).abs().max(divergence(2.0 * belt_speed).abs());
     let h = turn / (1.0 + steepest);
-    let below = |[v, w]: [f64; 2]| [w, -v + oscillator.divergence(belt_speed - v) * w];
-    let above = |[v, w]: [f64; 2]| [w, -v + oscillator.divergence(v - belt_speed) * w];
+    let below = |[v, w]: [f64; 2]| [w, -v + divergence(belt_speed - v) * w];
+    let above = |[v, w]: [f64; 2]| [w, -v + divergence(v - belt_speed) * w];
 
     let mut state = [belt_speed, 0.0];
     let mut time = 0.0;
