@@ -170,7 +170,7 @@ result! {
 
     /// The dampings c >= 0 between which steady slip and stick-slip both attract.
     pub(crate) struct BistableBand {
-        /// Damping above which the equilibrium is stable.
+        /// Damping above which the equilibrium is stable and the orbit from the exit point sticks.
         pub(crate) from_c: f64,
         /// The critical damping.
         pub(crate) to_c: f64,
