@@ -386,7 +386,7 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
         ),
     );
     line(
-        "sticking segment",
+        "stick segment",
         format!(
             "{} < x1 < {}, x2 = {belt}",
             short(oscillator.upper_tangency_x1()),

@@ -153,7 +153,7 @@ result! {
         pub(crate) im: f64,
     }
 
-    /// The sliding segment: from_x1 < x1 < to_x1 on the line x2.
+    /// The stick segment: from_x1 < x1 < to_x1 on the line x2.
     pub(crate) struct SlidingSegment {
         /// The end at which the upper field is tangent.
         pub(crate) from_x1: f64,
