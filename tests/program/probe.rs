@@ -172,8 +172,7 @@ fn a_critical_damping_below_zero_is_not_given_digits() {
 #[test]
 fn the_bistable_band_ends_where_sticking_does() {
     let regime_at = |c: f64| {
-        let point =
-            [("epsilon", 1.0), ("alpha", 0.0), ("beta", 0.0), ("gamma", 0.1), ("V", 30.0), ("c", c)];
+        let point = [("epsilon", 1.0), ("alpha", 0.0), ("beta", 0.0), ("gamma", 0.1), ("V", 30.0), ("c", c)];
         json(&point)
     };
     let band = &regime_at(0.01)["bistable_band"];
