@@ -197,8 +197,8 @@ impl From<Failure> for Stopped {
     }
 }
 
-/// Computes the missing tiles through `compute_tiles`, completes the map, whose proofs `prover` may share with
-/// other processes, and reports.
+/// Computes the missing tiles through `compute_tiles`, completes the map, whose proofs `prover` may share
+/// with other processes, and reports.
 fn compute(
     arguments: &Arguments,
     job: &Job,

@@ -73,8 +73,8 @@ fn damping(units: &UnitSystem, words: &str, symbol: &str) -> Label {
 /// Number of ranges of slip speeds whose weights are shown.
 const PARTS: usize = 40;
 
-/// The weight of the friction's slope at each slip speed for the critical damping, in per cent, as steps; empty
-/// where there is no critical damping.
+/// The weight of the friction's slope at each slip speed for the critical damping, in per cent, as steps;
+/// empty where there is no critical damping.
 fn weights(law: &Law, point: &Point) -> Vec<(f64, f64)> {
     let parts = sensitivity::influence(&law.column(point), PARTS).unwrap_or_default();
     let steps =
@@ -169,8 +169,8 @@ fn reaching_the_belt(
     Ok((curves, unknown))
 }
 
-/// Largest velocities on the stick-slip cycle, the smallest crossing cycle that attracts and the smallest that repels: NaN
-/// where there is none, `None` where it is not known.
+/// Largest velocities on the stick-slip cycle, the smallest crossing cycle that attracts and the smallest
+/// that repels: NaN where there is none, `None` where it is not known.
 fn largest_velocities(oscillator: &Oscillator) -> [Option<f64>; 3] {
     let flow = flow(oscillator, TOLERANCE);
     let sticks = match flow.fate {

@@ -163,8 +163,8 @@ fn at(column: &Column, critical: CriticalDamping) -> Result<Sensitivity, NoSensi
     })
 }
 
-/// The weight of the friction's slope for the critical damping, on `parts` equal ranges of slip speeds from 0 to
-/// the fastest on the grazing orbit.
+/// The weight of the friction's slope for the critical damping, on `parts` equal ranges of slip speeds from 0
+/// to the fastest on the grazing orbit.
 ///
 /// # Errors
 /// [`NoSensitivity`].

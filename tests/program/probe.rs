@@ -139,7 +139,8 @@ fn the_text_names_every_answer() {
     }
 }
 
-/// Friction that falls by its whole size far beyond the belt speed: orbits that cross the belt line gain there.
+/// Friction that falls by its whole size far beyond the belt speed: orbits that cross the belt line gain
+/// there.
 #[test]
 fn cycles_that_cross_the_belt_line_are_named() {
     let law = "1-a*(tanh((u-m)/s)+tanh(m/s))";

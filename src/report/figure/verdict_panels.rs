@@ -27,8 +27,8 @@ pub(super) const FEWEST_NODES: usize = 3;
 /// Largest number of eps with slices of their own.
 const MOST_EPSILONS: usize = 4;
 
-/// The exact boundary: black on a white halo, so that it is visible on dark areas. Wrong cells, which may be a
-/// thin band beside it, are drawn over the halo.
+/// The exact boundary: black on a white halo, so that it is visible on dark areas. Wrong cells, which may be
+/// a thin band beside it, are drawn over the halo.
 pub(super) const EXACT: Stroke = Stroke::solid(palette::BLACK, 1.0);
 pub(super) const HALO: Stroke = Stroke::solid(palette::WHITE, 2.4);
 /// The critical damping of the method whose panel it is.

@@ -6,13 +6,14 @@
 //! * `stick_band` is the switch model of stick, transition and slip by |x2 - V| < eta, eta the knob
 //!   `stick_band_width`, integrated alike without events. The mass sticks in the stick branch. Known defects:
 //!   steps jump the band, and the band catches what passes below the belt.
-//! * `fixed_step` integrates the field with sign(x2 - V), where sign(0) = 0, by classical Runge-Kutta with steps
-//!   of the knob `step`, h. The mass sticks where the belt line is met within a step and |x1 + eps c x2| < 1.
-//!   Known defect: chatter of size O(h) on the belt, so that the orbit leaves the belt off the exit point.
+//! * `fixed_step` integrates the field with sign(x2 - V), where sign(0) = 0, by classical Runge-Kutta with
+//!   steps of the knob `step`, h. The mass sticks where the belt line is met within a step and |x1 + eps c
+//!   x2| < 1. Known defect: chatter of size O(h) on the belt, so that the orbit leaves the belt off the exit
+//!   point.
 //! * `event_step` integrates the field of the side on which the orbit was last seen by Dormand-Prince 8(5,3)
 //!   with large steps. The mass sticks where x2 - V changed its sign between the ends of a step, and
-//!   |x1 + eps c V| < 1 there. Known defects: two crossings inside one step go unseen; the start at a tangency
-//!   needs a pause, the knob `start_pause`, which hides short arcs.
+//!   |x1 + eps c V| < 1 there. Known defects: two crossings inside one step go unseen; the start at a
+//!   tangency needs a pause, the knob `start_pause`, which hides short arcs.
 //!
 //! Sources: for `smoothed` and `stick_band` R. I. Leine, D. H. van Campen, A. de Kraker and L. van den Steen,
 //! *Stick-slip vibrations induced by alternate friction models*, Nonlinear Dynamics 16 (1998), whose
