@@ -90,8 +90,10 @@ fn draw(scene: &mut Scene, study: &Study, width: Width) {
     let errors = study.rows.iter().filter_map(|row| row.margin);
     let (least, most) = decades(errors.flat_map(|e| [e.median, e.worst])).unwrap_or((1e-16, 1.0));
     let near = study.cells.iter().filter(|cell| cell.near).count().max(1);
+    // Peers may have been measured on more cells.
+    let shares = study.rows.iter().filter_map(|row| row.near.and_then(|labels| labels.missed()));
+    let one = shares.filter(|share| *share > 0.0).fold(1.0 / near as f64, f64::min);
     // Space at the bottom for methods that label every cell right.
-    let one = 1.0 / near as f64;
     let none = 0.35 * one;
     let scales = [Scale::logarithmic(least, most), Scale::logarithmic(0.2 * one, 1.6)];
     let (columns, aspect) = width.select((1, 0.72), (2, 0.95));
@@ -140,7 +142,7 @@ fn draw(scene: &mut Scene, study: &Study, width: Width) {
     legend.add(Sample::Line(FRONT), rich("Pareto front"));
     legend.add(Sample::Mark(Marker::Circle, palette::GREY, true), rich("filled: on the front"));
     legend.add(Sample::Line(Stroke::solid(palette::GREY, 0.5)), rich("bar in (a): down to the median"));
-    legend.add(Sample::Line(NONE), rich("below it in (b): none"));
+    legend.add(Sample::Line(NONE), rich("(b): none below this line"));
     legend.below(scene, left, bottom + 2.0);
 }
 
