@@ -3,7 +3,8 @@
 
     cargo build --release && python3 scripts/proof_volume.py target/release/slipmap > results/validated/volume.csv
 
-Each row is a run of its own with the given number of boxes, on all cores.
+Each row is a run of its own, on all cores. `boxes` is the number of boxes tried: that of the key `boxes`, or one more, since
+the two halves of a box are tried together.
 """
 
 import csv

@@ -137,7 +137,7 @@ def chart(rows, path):
     n = [row[0] for row in two]
     series = [
         ("whole map, 2 threads", [float(row[4]) for row in two], "o-", "#000000"),
-        ("of it simulation, thread s", [float(row[8]) for row in two], "s--", "#0072b2"),
+        ("simulation alone, thread-seconds", [float(row[8]) for row in two], "s--", "#0072b2"),
     ]
     for name, values, style, color in series:
         axes.loglog(n, values, style, color=color, label=name)

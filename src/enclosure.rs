@@ -1,7 +1,6 @@
-//! One step along an orbit in polar form, with proof: a polynomial that nearly solves dy/dth = F(th, y), and a
-//! bound on the distance of orbits from it. The proofs of critical dampings
-//! (`certify::validated::turn`) and of numbers of slip cycles ([`crate::simulate::slip_count`]) are made of
-//! such steps.
+//! One step along an orbit in polar form, with proof: a polynomial that nearly solves dy/dth = F(th, y), and
+//! a bound on the distance of orbits from it. The proofs of critical dampings (`certify::validated::turn`)
+//! and of numbers of slip cycles ([`crate::simulate::slip_count`]) are made of such steps.
 //!
 //! **Polynomial.** The Taylor polynomial of degree 6 of the solution that starts at a given number, with
 //! rounded coefficients. Its defect y' - F and the integral of a second function along it are enclosed by

@@ -1,4 +1,4 @@
-//! The discontinuous oscillator: sliding segment, exit point, equilibrium and the two vector fields.
+//! The discontinuous oscillator: stick segment, exit point, equilibrium and the two vector fields.
 //!
 //! ```text
 //! x1' = x2
@@ -40,9 +40,9 @@ pub enum BeltRegion {
     CrossingDown,
     /// Both fields point up.
     CrossingUp,
-    /// End of the sliding segment where the lower field is tangent: sticking orbits leave here.
+    /// End of the stick segment where the lower field is tangent: sticking orbits leave here.
     ExitPoint,
-    /// The other end of the sliding segment, where the upper field is tangent.
+    /// The other end of the stick segment, where the upper field is tangent.
     UpperTangency,
 }
 
@@ -142,7 +142,7 @@ impl Oscillator {
         1.0 - self.viscous * self.belt_speed
     }
 
-    /// x1 at the other end of the sliding segment, -1 - eps c V.
+    /// x1 at the other end of the stick segment, -1 - eps c V.
     pub(crate) fn upper_tangency_x1(&self) -> f64 {
         -1.0 - self.viscous * self.belt_speed
     }

@@ -1,7 +1,7 @@
 //! Enums whose variants have names, and sums whose parts have names.
 
-/// Defines an enum and the name of each variant: `Variant => "name"`. Adds the constant `ALL`, every variant in the order
-/// of the definition, and the method `name`.
+/// Defines an enum and the name of each variant: `Variant => "name"`. Adds the constant `ALL`, every variant
+/// in the order of the definition, and the method `name`.
 macro_rules! named {
     (
         $(#[$about:meta])*

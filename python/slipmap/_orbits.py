@@ -89,7 +89,7 @@ def phase_portrait(point: Point, *, max_time: float = 40.0 * math.pi, tolerance:
     xarray.Dataset
         ``time``, ``x1``, ``x2`` and ``phase`` along ``sample``; the coordinate ``orbit`` names the orbit of
         each sample: "exit", "inner", "outer" and "unstable_cycle". Scalars: ``equilibrium_x1`` and the ends
-        ``exit_x1`` and ``upper_tangency_x1`` of the sliding segment, which lies at x2 = V.
+        ``exit_x1`` and ``upper_tangency_x1`` of the stick segment, which lies at x2 = V.
     """
     answer = probe(point, tolerance=tolerance)
     speed, rest = point["V"], answer.equilibrium.x1

@@ -297,7 +297,11 @@ class Probe:
         ]
         facts: list[tuple[Any, ...]] = [("regime", self.regime.replace("_", " "))]
         if self.critical_c.value is not None and self.critical_c.error is not None:
-            facts.append(("critical damping", f"{self.critical_c.value:.10g} ± {self.critical_c.error:.1g}"))
+            value, error = self.critical_c.value, self.critical_c.error
+            # The search of a negative one may end with its sign.
+            is_located = value >= 0.0 or error < -value
+            words = f"{value:.10g} ± {error:.1g}" if is_located else f"negative, above {value - error:.6g}"
+            facts.append(("critical damping", words))
         facts.append(("orbit from the exit point", self.flow.return_map.fate.replace("_", " ")))
         if self.landing:
             facts.append(("slip time, stick time", f"{self.landing.slip_time:g}, {self.landing.stick_time:g}"))

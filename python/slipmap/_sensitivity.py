@@ -124,7 +124,7 @@ def standard_error(
 def influence(
     law: Law, parts: int = 64, *, V: float, epsilon: float, **parameters: float
 ) -> xr.Dataset:
-    """Which part of the friction curve the critical damping depends on.
+    """The weight of the friction's slope at each slip speed, for the critical damping.
 
     Parameters
     ----------
@@ -162,7 +162,7 @@ def influence(
     edges, shares = _core.influence(law._law, values, parts)
     data = xr.Dataset(
         {
-            "share": ("slip_speed", shares, {"long_name": "share of the influence", "units": "1"}),
+            "share": ("slip_speed", shares, {"long_name": "weight of the friction's slope", "units": "1"}),
             "slip_from": ("slip_speed", edges[:-1], {"long_name": "slip speed from here", "units": "1"}),
             "slip_to": ("slip_speed", edges[1:], {"long_name": "slip speed to here", "units": "1"}),
         },

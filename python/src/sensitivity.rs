@@ -44,7 +44,7 @@ pub(crate) fn sensitivity<'py>(
     Ok((table(|it| it.value)?, table(|it| it.error)?))
 }
 
-/// The influence of the friction curve: the edges of equal ranges of slip speeds, and their shares.
+/// The weight of the friction's slope: the edges of equal ranges of slip speeds, and their shares.
 #[pyfunction]
 pub(crate) fn influence<'py>(
     py: Python<'py>,

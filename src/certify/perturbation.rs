@@ -1,7 +1,7 @@
 //! The paper's new test: the first-order energy balance.
 //!
 //! ```text
-//! present if  c < (1 / pi V) * integral over [0, 2 pi] of F1(V - V cos t) cos t dt      paper (6)
+//! present if  c < 1 / (pi V) * integral over [0, 2 pi] of F1(V - V cos t) cos t dt      paper (6)
 //! absent  if  c > the same
 //! ```
 //!

@@ -12,7 +12,7 @@ use crate::risk::{NoRisk, Probabilities, Uncertain, is_uncertain, probabilities}
 
 /// Number of draws for the whole map.
 const DRAWS: usize = 1_000_000;
-/// Least number of draws at each belt speed: a standard error of half a per cent at most.
+/// Least number of draws at each belt speed: the standard error of a probability is then at most 0.005.
 const FEWEST_DRAWS: usize = 10_000;
 /// Duration above which a sample of belt speeds is extrapolated.
 const ENOUGH: Duration = Duration::from_millis(200);

@@ -336,6 +336,13 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
     line(
         "critical damping",
         match &answer.critical {
+            Ok(root) if !root.is_located() => {
+                let from = short(root.c - root.error);
+                format!(
+                    "c* < 0, between {from} and 0 ({} right-hand sides): no cycle at any damping",
+                    count(root.rhs)
+                )
+            }
             Ok(root) => format!(
                 "c* = {} +- {} ({} right-hand sides){}",
                 exact(root.c),
@@ -379,7 +386,7 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
         ),
     );
     line(
-        "sticking segment",
+        "stick segment",
         format!(
             "{} < x1 < {}, x2 = {belt}",
             short(oscillator.upper_tangency_x1()),
@@ -445,12 +452,7 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
         line("attracting cycle", format!("period {}, {shape}, multiplier {multiplier}", short(cycle.period)));
     }
     if let Some([from, to, error]) = answer.bistable_band() {
-        // Where the orbit from the exit point crosses for ever, the other orbits do, too.
-        let other = match answer.flow.fate {
-            Fate::CrossesForever => ", here with orbits that cross the belt line for ever",
-            _ => "",
-        };
-        line("bistable for c", format!("{} to {} +- {}{other}", exact(from), exact(to), short(error)));
+        line("bistable for c", format!("{} to {} +- {}", exact(from), exact(to), short(error)));
     }
     if let Some(BasinBoundary { kick, separates: [_, outside], .. }) = &answer.basin {
         line(

@@ -99,14 +99,14 @@ fn together(arguments: &Arguments, stop: &AtomicBool, _: usize) -> Result<Ended,
     // The other ranks wait for an answer even if the preparation fails.
     let prepared = arguments.job().and_then(|job| prepare(arguments, job));
     let Ok(Some((job, map))) = prepared else {
-        let others = ranks.begin(None);
-        return prepared.and(others).map(|_| Ended::Fine);
+        let told = ranks.begin(None);
+        return prepared.and(told).map(|_| Ended::Fine);
     };
     compute(arguments, &job, map, stop, Some(&ranks), |map, control, queue| {
-        let others = ranks.begin(Some((&job.plan, queue)))?;
+        let remote_threads = ranks.begin(Some((&job.plan, queue)))?;
         let local = || map::compute_tiles(&job.plan, map, control, &|| queue.take());
         let (account, threads) = ranks.serve(map, queue, stop, control.on_cells, local)?;
-        Ok((account, threads + others))
+        Ok((account, threads + remote_threads))
     })
 }
 
@@ -197,15 +197,15 @@ impl From<Failure> for Stopped {
     }
 }
 
-/// Computes the missing tiles through `tiles`, completes the map, with proofs shared with `others`, and
-/// reports.
+/// Computes the missing tiles through `compute_tiles`, completes the map, whose proofs `prover` may share
+/// with other processes, and reports.
 fn compute(
     arguments: &Arguments,
     job: &Job,
     map: PartialMap,
     stop: &AtomicBool,
-    others: Option<&dyn Prover>,
-    tiles: impl FnOnce(&PartialMap, &Control, &Queue) -> Result<(Account, usize), Stopped>,
+    prover: Option<&dyn Prover>,
+    compute_tiles: impl FnOnce(&PartialMap, &Control, &Queue) -> Result<(Account, usize), Stopped>,
 ) -> Result<Ended, Failure> {
     let start = Instant::now();
     let bar = progress::bar(arguments.quiet, Some(job.plan.grid.cells() as u64), "cells");
@@ -219,8 +219,8 @@ fn compute(
     let control = Control { threads, on_cells: &on_cells, on_plane: &on_plane, stop };
     let earlier_seconds = map.found.seconds;
     let earlier = Earlier { account: map.account().clone(), seconds: earlier_seconds };
-    let computed = map::run_with(&job.plan, &control, earlier, others, || {
-        let computed = tiles(&map, &control, &queue);
+    let computed = map::run_with(&job.plan, &control, earlier, prover, || {
+        let computed = compute_tiles(&map, &control, &queue);
         bar.finish_and_clear();
         let count = job.plan.planes.len() as u64;
         planes.get_or_init(|| progress::bar(arguments.quiet || count == 0, Some(count), "planes of curves"));

@@ -1,4 +1,5 @@
-//! Units as people write them in the headers of tables: `mm/s`, `mm s^-1`, `mm_per_s`, `N·s/m`, `kg m²`, `rpm`.
+//! Units as people write them in the headers of tables: `mm/s`, `mm s^-1`, `mm_per_s`, `N·s/m`, `kg m²`,
+//! `rpm`.
 
 use crate::machine::{Dimension, Motion};
 use crate::number::rounded;
@@ -70,7 +71,8 @@ fn named(symbol: &str) -> Option<Unit> {
     of.map(|&(_, factor, exponents)| Unit { factor, exponents })
 }
 
-/// The unit of a symbol without spaces: a name, a prefix and a name, or products written together, as Nm and Ns.
+/// The unit of a symbol without spaces: a name, a prefix and a name, or products written together, as Nm and
+/// Ns.
 fn symbol(text: &str) -> Option<Unit> {
     let prefixed = || {
         PREFIXES.iter().find_map(|(prefix, factor)| {

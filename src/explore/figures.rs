@@ -70,24 +70,24 @@ fn damping(units: &UnitSystem, words: &str, symbol: &str) -> Label {
     units.quantity(words, rich(symbol), "", Some(Dimension::Damping))
 }
 
-/// Number of parts of the slip speeds whose influence is shown.
+/// Number of ranges of slip speeds whose weights are shown.
 const PARTS: usize = 40;
 
-/// The influence of each slip speed on the critical damping, as steps; empty where there is no critical
-/// damping.
-fn influence(law: &Law, point: &Point) -> Vec<(f64, f64)> {
+/// The weight of the friction's slope at each slip speed for the critical damping, in per cent, as steps;
+/// empty where there is no critical damping.
+fn weights(law: &Law, point: &Point) -> Vec<(f64, f64)> {
     let parts = sensitivity::influence(&law.column(point), PARTS).unwrap_or_default();
     let steps =
         parts.iter().flat_map(|part| [(part.from, 100.0 * part.share), (part.to, 100.0 * part.share)]);
     steps.chain(parts.last().map(|part| (part.to, 0.0))).collect()
 }
 
-/// The friction curve, its slope against the damping, and the influence of each slip speed.
+/// The friction curve, its slope against the damping, and the weight of the slope at each slip speed.
 pub(super) fn friction(law: &Law, point: &Point, units: &UnitSystem) -> Value {
     let curve = law.curve(point.epsilon, &point.law);
     let v = point.belt_speed;
-    let shares = influence(law, point);
-    let fastest = shares.last().map_or(2.0 * v, |(fastest, _)| fastest.max(2.0 * v));
+    let weights = weights(law, point);
+    let fastest = weights.last().map_or(2.0 * v, |(fastest, _)| fastest.max(2.0 * v));
     let sample = |of: &dyn Fn(f64) -> f64| -> Vec<(f64, f64)> {
         let at = |i: usize| fastest * i as f64 / POINTS as f64;
         (0..=POINTS).map(|i| (at(i), of(at(i)))).collect()
@@ -109,10 +109,13 @@ pub(super) fn friction(law: &Law, point: &Point, units: &UnitSystem) -> Value {
         "(a) Friction {phi} over slip speed {u}, in units of friction at rest. (b) How fast it weakens, against the \
          damping: where the rate is above the line the motion gains energy.",
     );
-    if !shares.is_empty() {
-        let share = line(Rich::default(), palette::GREEN, &[], shares);
-        charts.push(chart("influence, %", "(c)", vec![share]));
-        words.push_str(" (c) Share of each slip speed in the critical damping.");
+    if !weights.is_empty() {
+        let steps = line(Rich::default(), palette::GREEN, &[], weights);
+        charts.push(chart("weight of slope, %", "(c)", vec![steps]));
+        words.push_str(
+            " (c) Weight of the friction's slope at each slip speed: the critical damping moves as the weighted mean of \
+             the rate does.",
+        );
     }
     let slip = velocity(units, "slip speed", "slip speed {u}");
     let x = Scale::linear(0.0, fastest).in_unit(slip.factor);
@@ -166,8 +169,8 @@ fn reaching_the_belt(
     Ok((curves, unknown))
 }
 
-/// Largest velocities on the stick-slip cycle, the smallest crossing cycle that attracts and the smallest that repels: NaN
-/// where there is none, `None` where it is not known.
+/// Largest velocities on the stick-slip cycle, the smallest crossing cycle that attracts and the smallest
+/// that repels: NaN where there is none, `None` where it is not known.
 fn largest_velocities(oscillator: &Oscillator) -> [Option<f64>; 3] {
     let flow = flow(oscillator, TOLERANCE);
     let sticks = match flow.fate {
@@ -226,7 +229,7 @@ pub(super) fn backbone(
     curves.push(guide(here.name.clone(), point.damping, &curves));
     let (low, high) = extent(&curves, |point| point.0);
     let room = (0.06 * (high - low)).max(1e-3);
-    let largest = velocity(units, "largest velocity", "largest {x_2}");
+    let largest = velocity(units, "largest velocity", "largest velocity {x_2}");
     let chart = Chart { name: largest.text(), factor: largest.factor, ..chart("", "", curves) };
     let x = Scale::linear(low - room, high + room).in_unit(here.factor);
     let scene = draw(&Rich::default(), x, &here.text(), &[chart], Width::OneColumn);

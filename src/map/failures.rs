@@ -24,10 +24,7 @@ use crate::filippov::Oscillator;
 use crate::friction::{Column, Law};
 use crate::named::named;
 use crate::point::Point;
-use crate::simulate::{Fate, critical_damping, direct, flow};
-
-/// Number of bisections for the damping between sticking and crossing.
-const HALVINGS: u32 = 40;
+use crate::simulate::{Fate, direct, flow, located_critical_damping, sticks_from};
 
 named! {
     /// Kind of failure of a method at a cell.
@@ -282,20 +279,51 @@ fn examine(point: &Point, comparison: &Comparison) -> Examined {
 }
 
 /// The distance from `c` to the nearest damping at which the simulated verdict changes: the critical damping,
-/// or the damping below which orbits cross for ever. NaN if there is neither.
+/// which may be negative, or the damping below which orbits cross for ever. NaN if there is neither.
 fn distance_in_c(column: &Column, c: f64, fate: &Fate, tolerance: f64) -> f64 {
-    let Ok(critical) = critical_damping(column, tolerance) else { return f64::NAN };
+    let Ok(critical) = located_critical_damping(column, tolerance) else { return f64::NAN };
     let to_grazing = (critical.c - c).abs();
-    // Fates have a fixed order along the column: crossing, sticking, inward.
-    let crosses = |c: f64| flow(&Oscillator::in_column(column, c), tolerance).fate == Fate::CrossesForever;
-    let (mut low, mut high) = match fate {
-        Fate::CrossesForever => (c, critical.c),
-        Fate::Sticks(_) if c > 0.0 && crosses(0.0) => (0.0, c),
+    let undamped = 0.0;
+    let range = match fate {
+        Fate::CrossesForever => [c, critical.c],
+        Fate::Sticks(_) if c > undamped => [undamped, c],
         _ => return to_grazing,
     };
-    for _ in 0..HALVINGS {
-        let middle = 0.5 * (low + high);
-        *(if crosses(middle) { &mut low } else { &mut high }) = middle;
+    let from = sticks_from(column, range, tolerance);
+    match from == undamped {
+        true => to_grazing,
+        false => to_grazing.min((from - c).abs()),
     }
-    to_grazing.min((0.5 * (low + high) - c).abs())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The search of the critical damping of an overdamped column ends with its sign.
+    #[test]
+    fn the_distance_to_a_negative_critical_damping_is_measured() {
+        let point = Law::Stribeck.point(1.0, &[0.0, 0.1, 8.0], 2.0, 7.0).unwrap();
+        let column = Law::Stribeck.column(&point);
+        let distance = distance_in_c(&column, point.damping, &Fate::SpiralsInward, 1e-9);
+        // The direct engine changes its verdict at c* = -0.28495104.
+        for (c, returns) in [(7.0 - distance - 1e-6, true), (7.0 - distance + 1e-6, false)] {
+            let fate = direct::flow(&Oscillator::in_column(&column, c), 1e-9).fate;
+            assert_eq!(fate != Fate::SpiralsInward, returns, "{c}");
+        }
+        assert!((distance - 7.28495104).abs() < 1e-6, "{distance}");
+    }
+
+    /// On a fast belt orbits cross for ever at small damping.
+    #[test]
+    fn the_distance_to_the_crossing_orbits_is_measured() {
+        let point = Law::Stribeck.point(1.0, &[0.0, 0.0, 0.1], 30.0, 0.0).unwrap();
+        let column = Law::Stribeck.column(&point);
+        let fate = |c: f64| flow(&Oscillator::in_column(&column, c), 1e-9).fate;
+        let from = distance_in_c(&column, 0.0, &fate(0.0), 1e-9);
+        assert_eq!(fate(from - 1e-6), Fate::CrossesForever);
+        assert!(matches!(fate(from + 1e-6), Fate::Sticks(_)));
+        let c = from + 1e-4;
+        assert!((distance_in_c(&column, c, &fate(c), 1e-9) - 1e-4).abs() < 1e-9);
+    }
 }

@@ -14,7 +14,9 @@ use crate::simulate::naive::NaiveVerdict;
 use crate::simulate::sensitivity::{NoSensitivity, Sensitivity, sensitivity};
 use crate::simulate::slip_count::{SlipCount, count_slip_cycles};
 use crate::simulate::slip_cycle::{Unknown, slip_cycles};
-use crate::simulate::{self, CriticalDamping, Cycle, Failure, Fate, Flow, Landing, NoCriticalDamping, TIGHT};
+use crate::simulate::{
+    self, CriticalDamping, Cycle, Failure, Fate, Flow, Landing, NoCriticalDamping, TIGHT, sticks_from,
+};
 
 /// The answer of one method.
 #[derive(Debug)]
@@ -86,14 +88,18 @@ impl Answer {
     }
 
     /// The dampings c >= 0 between which steady slip and stick-slip both attract: from the damping at which
-    /// the equilibrium becomes stable to c*, and the error of c*. `None` where the two are not known to
-    /// differ. The landing is not taken into account.
+    /// the equilibrium becomes stable, or, on fast belts, at which the orbit from the exit point ceases to
+    /// cross for ever, to c*, and the error of c*. `None` where the two are not known to differ.
     pub(crate) fn bistable_band(&self) -> Option<[f64; 3]> {
         let epsilon = self.point.epsilon;
         let becomes_stable = self.oscillator.curve.weakening(self.oscillator.belt_speed) / epsilon;
         let root = self.critical.as_ref().ok()?;
         // Avoids -0, since this is printed.
         let from = if becomes_stable > 0.0 { becomes_stable } else { 0.0 };
+        if from + root.error >= root.c {
+            return None;
+        }
+        let from = sticks_from(&self.law.column(&self.point), [from, root.c], self.tolerance);
         (from + root.error < root.c).then_some([from, root.c, root.error])
     }
 

@@ -153,7 +153,7 @@ result! {
         pub(crate) im: f64,
     }
 
-    /// The sliding segment: from_x1 < x1 < to_x1 on the line x2.
+    /// The stick segment: from_x1 < x1 < to_x1 on the line x2.
     pub(crate) struct SlidingSegment {
         /// The end at which the upper field is tangent.
         pub(crate) from_x1: f64,
@@ -170,7 +170,7 @@ result! {
 
     /// The dampings c >= 0 between which steady slip and stick-slip both attract.
     pub(crate) struct BistableBand {
-        /// Damping above which the equilibrium is stable.
+        /// Damping above which the equilibrium is stable and the orbit from the exit point sticks.
         pub(crate) from_c: f64,
         /// The critical damping.
         pub(crate) to_c: f64,

@@ -14,7 +14,7 @@ fn title(map: &MapFile) -> Rich {
 
 fn heading(table: &Table) -> &'static str {
     match table.name {
-        "volume" => "Certified volume",
+        "volume" => "Claimed volume",
         "proved_volume" => "Proved volume",
         "agreement" => "Agreement with the simulation",
         "boundary" => "Error of the boundary",

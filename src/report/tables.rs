@@ -59,7 +59,7 @@ fn percent(part: f64, whole: f64) -> Option<f64> {
     (whole > 0.0).then(|| 100.0 * part / whole)
 }
 
-/// Certified volume of each method at each eps.
+/// Volume claimed by each method at each eps.
 #[must_use]
 pub fn volume(view: &View, report: &Report) -> Table {
     let map = view.map;
@@ -106,7 +106,8 @@ pub fn volume(view: &View, report: &Report) -> Table {
          over the axes of more than one node except {epsilon}. Its error is bounded twice: along {c} alone, the nodes \
          of the other axes taken as they are, by half of every step of {c} over which the verdict changes; and along \
          all axes by the boxes between neighbouring nodes whose corners do not all have the same verdict, a bound that \
-         is wide where an axis has few nodes. The error of the percentage of the simulation is that along {c}.",
+         is wide where an axis has few nodes. The error of the percentage of the simulation is that along {c}. What a \
+         method claims beyond the ends of the axes, as above the largest {c}, is not counted.",
     )];
     if verdicts.dimensions == 0 {
         notes.push(rich(

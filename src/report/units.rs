@@ -242,8 +242,8 @@ impl Label {
     }
 }
 
-/// Variables that a map has for each method: the beginning of their names, what they are, and the word before the
-/// method.
+/// Variables that a map has for each method: the beginning of their names, what they are, and the word before
+/// the method.
 const OF_METHODS: [(&str, &str, &str); 4] = [
     ("verdict_", "verdict", " of "),
     ("margin_", "margin", " of "),

@@ -102,8 +102,7 @@ fn of_measured(model: &Model) -> Pair {
             let moved = found.by_data.iter().zip(errors).map(|(by, error)| (by.value * error).powi(2));
             let critical = found.critical;
             // A search may end with a negative critical damping that is known to be negative only.
-            let is_known = critical.c >= 0.0 || critical.error < -critical.c;
-            [critical.c, if is_known { moved.sum::<f64>().sqrt() } else { f64::NAN }]
+            [critical.c, if critical.is_located() { moved.sum::<f64>().sqrt() } else { f64::NAN }]
         }
         Err(_) => [critical_damping(&column, TOLERANCE).map_or(f64::NAN, |critical| critical.c), f64::NAN],
     }

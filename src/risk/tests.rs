@@ -214,7 +214,8 @@ fn steep_scattered_data_have_a_standard_error_too() {
     assert!(found.failed == 0 && found.standard_error.is_some_and(|error| error > 0.0), "{found:?}");
 }
 
-/// The formula of a machine in three parameters: with the speed and the mass they are too many to interpolate.
+/// The formula of a machine in three parameters: with the speed and the mass they are too many to
+/// interpolate.
 #[test]
 fn fewer_draws_are_usual_where_each_needs_a_search() {
     let formula = Expression::new("muk + (mus - muk)*exp(-u/vs)", 1.0).unwrap();

@@ -29,7 +29,8 @@ const TRIALS: u32 = 60;
 const NEAREST: f64 = 1e-14;
 /// Largest value, in units of its error, that counts as a zero.
 const NOISE: f64 = 16.0;
-/// Smaller values always count as zeros: a root of a function of order one may not be located more closely.
+/// Largest value that counts as a zero even if its error is smaller: test functions are of order one, and
+/// their roots are not located more closely.
 const SMALL: f64 = 1e-9;
 /// Largest ratio of successive values of a function that counts as flat: 1, up to noise.
 const FLAT: f64 = 1.000_001;

@@ -9,7 +9,7 @@ use super::closing::{Amplitude, closing_dampings};
 use super::polar::{Closing, Turn};
 use super::return_map::{UNRESOLVED, decisive_turn};
 use super::roots::{falling_bracket, falling_root, first_step};
-use super::{Fate, Landing, direct};
+use super::{Fate, Landing, direct, flow};
 use crate::filippov::Oscillator;
 use crate::friction::Column;
 
@@ -23,6 +23,14 @@ pub struct CriticalDamping {
     pub error: f64,
     /// Number of evaluations of the right-hand side.
     pub rhs: u64,
+}
+
+impl CriticalDamping {
+    /// Whether more than the sign of `c` is known. The search of a negative c* may end with its sign: between
+    /// `c - error` and 0.
+    pub(crate) fn is_located(&self) -> bool {
+        self.c >= 0.0 || self.error < -self.c
+    }
 }
 
 /// Reason why a column has no critical damping.
@@ -50,7 +58,7 @@ pub fn critical_dampings(
         Ok(Closing { viscous, error, rhs, .. }) => {
             Ok(CriticalDamping { c: viscous / column.epsilon, error: error / column.epsilon, rhs })
         }
-        Err(rhs) => search(column, tolerance, rhs),
+        Err(rhs) => search(column, tolerance, rhs, Wanted::Legal),
     };
     columns.iter().zip(found).map(answer).collect()
 }
@@ -61,6 +69,37 @@ pub fn critical_dampings(
 /// [`NoCriticalDamping`] where the flow gives no verdict next to the boundary.
 pub fn critical_damping(column: &Column, tolerance: f64) -> Result<CriticalDamping, NoCriticalDamping> {
     critical_dampings(std::slice::from_ref(column), tolerance)[0]
+}
+
+/// The critical damping of one column, which is located where it is negative, too, see
+/// [`CriticalDamping::is_located`].
+pub(crate) fn located_critical_damping(
+    column: &Column,
+    tolerance: f64,
+) -> Result<CriticalDamping, NoCriticalDamping> {
+    let critical = critical_damping(column, tolerance)?;
+    match critical.is_located() {
+        true => Ok(critical),
+        false => search(column, tolerance, critical.rhs, Wanted::AnySign),
+    }
+}
+
+/// The lowest damping in `[low, high]` from which the orbit from the exit point sticks, given that it sticks
+/// just below `high`. Along c the fates have a fixed order: crossing, sticking, inward.
+pub(crate) fn sticks_from(column: &Column, [low, high]: [f64; 2], tolerance: f64) -> f64 {
+    let sticks = |c: f64| {
+        let fate = flow(&Oscillator::in_column(column, c), tolerance).fate;
+        !matches!(fate, Fate::CrossesForever | Fate::Failed(_))
+    };
+    if sticks(low) {
+        return low;
+    }
+    let (mut low, mut high) = (low, high);
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (low + high);
+        *(if sticks(middle) { &mut high } else { &mut low }) = middle;
+    }
+    high
 }
 
 /// Whether c* of a column exceeds the damping `c`: whether an orbit that leaves the belt returns to it.
@@ -88,6 +127,17 @@ fn bounds(column: &Column) -> [f64; 2] {
     let pad = 1e-6 * width + 1e-12 * (range.hi.abs() + range.lo.abs()) / column.epsilon;
     [range.lo / column.epsilon - pad, range.hi / column.epsilon + pad]
 }
+
+/// The critical dampings that a search has to locate; of others it finds the sign.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Wanted {
+    /// Those of legal dampings, c >= 0.
+    Legal,
+    AnySign,
+}
+
+/// Number of bisections for the damping from which orbits stick.
+const HALVINGS: u32 = 40;
 
 /// Work after which the search of a column ends, in evaluations of the right-hand side of the Stribeck law.
 /// Only orbits so stiff that one takes a million reach it. The check of the result may take as much again.
@@ -153,7 +203,12 @@ fn side_by_flow(column: &Column, oscillator: &Oscillator, tolerance: f64, spent:
 }
 
 /// Searches a column with the simulated flow, which also decides overdamped points.
-fn search(column: &Column, tolerance: f64, rhs: u64) -> Result<CriticalDamping, NoCriticalDamping> {
+fn search(
+    column: &Column,
+    tolerance: f64,
+    rhs: u64,
+    wanted: Wanted,
+) -> Result<CriticalDamping, NoCriticalDamping> {
     if column.belt_speed < SLOWEST {
         return Err(NoCriticalDamping::NoVerdict);
     }
@@ -197,12 +252,15 @@ fn search(column: &Column, tolerance: f64, rhs: u64) -> Result<CriticalDamping, 
         Ok(side.margin)
     };
     // The signs at the bounds are checked nevertheless.
-    let [low, high] = bounds(column);
+    let [low, mut high] = bounds(column);
     // The undamped orbit of a table may leave its data where orbits near c* do not: a failure is ignored.
     if low < 0.0 && high > 0.0 && margin(0.0).is_ok_and(|margin| margin < 0.0) {
-        // No legal damping is small enough; the value of a negative c* is not needed.
-        let half = 0.5 * low.max(f64::MIN);
-        return Ok(CriticalDamping { c: half, error: -half, rhs });
+        // No legal damping is small enough.
+        if wanted == Wanted::Legal {
+            let half = 0.5 * low.max(f64::MIN);
+            return Ok(CriticalDamping { c: half, error: -half, rhs });
+        }
+        high = 0.0;
     }
     let from = if high > 0.0 { low.max(0.0) } else { low };
     let mean = column.curve.mean_weakening(column.belt_speed) / column.epsilon;

@@ -259,8 +259,8 @@ impl LowerSet {
         let mut size = surplus.abs();
         for (stride, rank) in self.strides.iter().zip(ranks).filter(|(_, rank)| *rank > 0) {
             let before = |ranks: usize| self.size_at(place - ranks * stride);
-            // The mean fall over several ranks, where the frontier has no other surplus to confirm it. This surplus, or
-            // that four ranks before, may be small or large by chance: the slower fall of two.
+            // The mean fall over several ranks, where the frontier has no other surplus to confirm it. This
+            // surplus, or that four ranks before, may be small or large by chance: the slower fall of two.
             let mean_fall = |size: f64, before: f64| (size / before).sqrt().sqrt().min(1.0);
             let fall = match rank {
                 5.. if axes == 1 => mean_fall(size, before(4)).max(mean_fall(before(1), before(5))),
@@ -303,8 +303,8 @@ impl LowerSet {
         }
     }
 
-    /// The values in all cells of the polynomial through other values at the same nodes, in the order in which they
-    /// were added.
+    /// The values in all cells of the polynomial through other values at the same nodes, in the order in
+    /// which they were added.
     pub(super) fn through(&self, values: impl IntoIterator<Item = f64>) -> Vec<f64> {
         let Self { sides, strides, numbers, nodes, .. } = self;
         let (sides, strides, numbers, nodes) =
@@ -399,8 +399,8 @@ mod tests {
             .collect()
     }
 
-    /// Interpolates `f` on the grid of these axes to `enough`: the numbers of nodes and of cells, the error that
-    /// is claimed, and the true one. `None` if there are not enough nodes.
+    /// Interpolates `f` on the grid of these axes to `enough`: the numbers of nodes and of cells, the error
+    /// that is claimed, and the true one. `None` if there are not enough nodes.
     fn interpolate(
         axes: &[Vec<f64>],
         enough: f64,

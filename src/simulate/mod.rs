@@ -37,6 +37,7 @@ pub mod surface;
 mod work;
 
 pub use critical::{CriticalDamping, NoCriticalDamping, critical_damping, exceeds};
+pub(crate) use critical::{located_critical_damping, sticks_from};
 pub use dynamics::{Dynamics, Neighbour, crossing_separates, dynamics, separates};
 pub(crate) use dynamics::{TIGHT, outermost_repelling};
 pub use return_map::flow;

@@ -17,7 +17,7 @@
 //!
 //! The derivative by a parameter p is the mean of dw/dp, that by V the mean of w'(u) u / V (velocities are
 //! measured in V, so that the orbit starts at the same point), and that by eps the mean of dw/d eps less c,
-//! over eps. The share of W spent at each slip speed is the **influence** of the friction curve there.
+//! over eps. The share of W spent at each slip speed is the **weight** of the friction's slope there.
 //!
 //! **Accuracy.** The integrals use Gauss's rule of five points on each step of the orbit. Errors are
 //! estimated from two orbits, one much coarser, and from the error of the critical damping.
@@ -163,7 +163,7 @@ fn at(column: &Column, critical: CriticalDamping) -> Result<Sensitivity, NoSensi
     })
 }
 
-/// The influence of the friction curve on the critical damping, on `parts` equal ranges of slip speeds from 0
+/// The weight of the friction's slope for the critical damping, on `parts` equal ranges of slip speeds from 0
 /// to the fastest on the grazing orbit.
 ///
 /// # Errors

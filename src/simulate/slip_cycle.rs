@@ -66,8 +66,8 @@ pub enum Unknown {
     TooClose,
 }
 
-/// Accuracy of the backbone from which slip cycles are read, in units of the weakening rate. The accuracy of
-/// the cycles is that of the turn.
+/// Tolerance of the backbone, in units of the weakening rate. It only brackets each slip cycle, which is then
+/// located by turns of its own.
 pub(crate) const BACKBONE_TOLERANCE: f64 = 1e-10;
 
 /// The slip cycles, by growing amplitude, the highest velocity, located with the relative error `tolerance` of one turn divided by
@@ -120,7 +120,7 @@ fn locate_within(
     let end = walk.lower_arc(|walk, from, to| extent.step(walk, from, to))?;
     let (LowerEnd::Turns(State { growth, time, .. }) | LowerEnd::Meets(State { growth, time, .. })) = end
     else {
-        // A cycle does not tend to the equilibrium.
+        // The orbit came to rest, which a cycle does only where round-off ends it.
         return Err(Failure::StepUnderflow);
     };
     Ok(Cycle {

@@ -59,7 +59,8 @@ pub enum StoreError {
         /// The path that it failed on.
         path: PathBuf,
     },
-    /// There is no room for this file: the disk is full, or a quota or a limit on the size of files is used up.
+    /// There is no room for this file: the disk is full, or a quota or a limit on the size of files is used
+    /// up.
     #[error(
         "no room left for {0} (disk, quota or limit on file sizes); free space, write elsewhere, or \
          store fewer fields"

@@ -274,8 +274,8 @@ fn tiles_of_other_processes_never_panic() {
     proptest!(runs(4000), |(changes in changes())| {
         let bytes = damaged(&good.message, &changes);
         if let Some((packed, account)) = packer.from_bytes(&bytes) {
-            // Data that was parsed is written as it was read, apart from numbers that were not in their shortest
-            // form.
+            // Data that was parsed is written as it was read, apart from numbers that were not in their
+            // shortest form.
             let written = packer.to_bytes(&packed, &account);
             prop_assert!(written.len() <= bytes.len());
             let (packed, account) = packer.from_bytes(&written).unwrap();

@@ -135,6 +135,10 @@ fn landing_return_time_and_period_have_their_orders() {
                 let Fate::Sticks(landing) = answer.fate else { panic!("{sample:?}: {answer:?}") };
                 let judge = direct::flow(&sample.oscillator(), 1e-13);
                 let Fate::Sticks(judged) = judge.fate else { panic!("{sample:?}: {judge:?}") };
+                for Landing { x1, crossings, .. } in [landing, judged] {
+                    assert_eq!(crossings, 0, "{sample:?}");
+                    assert!(x1 > sample.oscillator().exit_x1() - 2.0, "{sample:?}");
+                }
 
                 let s = (TAU * kappa * epsilon).sqrt();
                 let [growth, strengthening] = [overclaim(&sample), sample.beta * sample.belt_speed];

@@ -233,7 +233,8 @@ fn wavy_table(
     law.column(&law.point(1.0, &[], belt_speed, 0.0).unwrap())
 }
 
-/// A table whose backbone has a dip between r = 0.06 and 0.23, where a polynomial by values and slopes there has none.
+/// A table whose backbone has a dip between r = 0.06 and 0.23, where a polynomial by values and slopes there
+/// has none.
 #[test]
 fn a_dip_of_the_backbone_next_to_corners_is_counted() {
     let law = [0.253_590_857_451_886_8, 1.761_167_405_660_870_4, 0.033_238_371_030_369_4];
@@ -270,7 +271,8 @@ fn cycles_about_a_corner_next_to_the_belt_speed_are_counted() {
     coarse_counts(&column, &fine, &[viscous]);
 }
 
-/// A table whose backbone turns twice between two nodes, which the slopes there show and the polynomial does not.
+/// A table whose backbone turns twice between two nodes, which the slopes there show and the polynomial does
+/// not.
 #[test]
 fn slopes_at_the_nodes_show_extremes_between_them() {
     let law = [0.458_407_758_451_794_3, 1.158_114_111_842_981, 0.088_071_917_314_429_48];

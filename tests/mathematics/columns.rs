@@ -173,8 +173,8 @@ fn a_cell_next_to_the_boundary_of_a_strong_node_is_not_absent() {
     }
 }
 
-/// Where the equilibrium is stable at every damping, no certificate bounds the landing speed: on fast belts the
-/// orbit crosses the belt line. Such cells were labelled present.
+/// Where the equilibrium is stable at every damping, no certificate bounds the landing speed: on fast belts
+/// the orbit crosses the belt line. Such cells were labelled present.
 #[test]
 fn cells_on_fast_belts_without_a_certificate_of_presence_are_not_present() {
     let lorentzian = |belt_speed: f64| {
@@ -211,8 +211,8 @@ fn cells_on_fast_belts_without_a_certificate_of_presence_are_not_present() {
     assert!(crossing > 60, "{crossing}");
 }
 
-/// Measured friction that dips next to rest: bounds of the even part are far from the boundary, and at the lower
-/// one orbits leave the table. Such columns had no critical damping and no regime.
+/// Measured friction that dips next to rest: bounds of the even part are far from the boundary, and at the
+/// lower one orbits leave the table. Such columns had no critical damping and no regime.
 #[test]
 fn a_table_with_a_dip_next_to_rest_has_its_boundary() {
     for (dip, belt_speed) in [(0.93, 0.35), (0.9, 0.1)] {

@@ -242,8 +242,8 @@ fn tables_as_spreadsheets_write_them_are_named() {
     probe(format!("\u{feff}{}", text.trim_start_matches("u,mu\n")).as_bytes()).ends_with(0);
 }
 
-/// The friction oscillates by 6e-6, and the orbit passes two hundred periods in a turn: with a tolerance of 1e-8 the
-/// direct engine steps over them, and is wrong by 26 times its stated error.
+/// The friction oscillates by 6e-6, and the orbit passes two hundred periods in a turn: with a tolerance of
+/// 1e-8 the direct engine steps over them, and is wrong by 26 times its stated error.
 #[test]
 fn an_audit_asks_again_with_smaller_steps_before_it_contradicts() {
     let scratch = Scratch::new();

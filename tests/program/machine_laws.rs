@@ -339,7 +339,8 @@ fn measured_friction_with_standard_errors_makes_a_machine_uncertain() {
     assert!(MapFile::open(&scratch.path().join("map.h5")).unwrap().has_auxiliary(PROBABILITY));
 }
 
-/// The coefficients of a machine's friction are no error of a law of an oscillator: what is wrong is the section.
+/// The coefficients of a machine's friction are no error of a law of an oscillator: what is wrong is the
+/// section.
 #[test]
 fn a_wrong_section_is_named_before_the_friction() {
     let scratch = Scratch::new();

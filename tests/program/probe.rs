@@ -139,7 +139,8 @@ fn the_text_names_every_answer() {
     }
 }
 
-/// Friction that falls by its whole size far beyond the belt speed: orbits that cross the belt line gain there.
+/// Friction that falls by its whole size far beyond the belt speed: orbits that cross the belt line gain
+/// there.
 #[test]
 fn cycles_that_cross_the_belt_line_are_named() {
     let law = "1-a*(tanh((u-m)/s)+tanh(m/s))";
@@ -155,6 +156,36 @@ fn cycles_that_cross_the_belt_line_are_named() {
         "{found:?}"
     );
     assert!(!text("0.2").contains("crossing cycle"));
+}
+
+/// The search of a negative critical damping may end with its sign: then no digits of it are printed.
+#[test]
+fn a_critical_damping_below_zero_is_not_given_digits() {
+    let point = [("epsilon", 1.0), ("alpha", 0.0), ("gamma", 8.0), ("V", 2.0), ("c", 7.0)];
+    let text = run(&probe(&point), &[]).ends_with(0).out;
+    assert!(text.contains("c* < 0, between -0.372322 and 0 ("), "{text}");
+    let critical = &json(&point)["critical_c"];
+    let [value, error] = ["value", "error"].map(|key| critical[key].as_f64().unwrap());
+    assert!(value < 0.0 && value - error <= -0.28495 && value + error >= 0.0, "{critical}");
+}
+
+/// On a fast belt the orbit from the exit point sticks from above a damping only: in the band both attract.
+#[test]
+fn the_bistable_band_ends_where_sticking_does() {
+    let regime_at = |c: f64| {
+        let point = [("epsilon", 1.0), ("alpha", 0.0), ("beta", 0.0), ("gamma", 0.1), ("V", 30.0), ("c", c)];
+        json(&point)
+    };
+    let band = &regime_at(0.01)["bistable_band"];
+    let [from, to] = ["from_c", "to_c"].map(|key| band[key].as_f64().unwrap());
+    for (c, regime) in [
+        (from - 1e-5, "equilibrium_and_crossing"),
+        (from + 1e-5, "bistable"),
+        (to - 1e-5, "bistable"),
+        (to + 1e-5, "equilibrium"),
+    ] {
+        assert_eq!(regime_at(c)["regime"], regime, "{c} {band}");
+    }
 }
 
 #[test]

@@ -23,8 +23,8 @@ path = \"map.h5\"
 fields = [\"verdict\"]
 ";
 
-/// The text of a certificate as another program may write it: keys in another order, spaces, integers with decimal
-/// points.
+/// The text of a certificate as another program may write it: keys in another order, spaces, integers with
+/// decimal points.
 pub(crate) fn written_again(text: &str) -> String {
     fn other(value: Value) -> Value {
         match value {

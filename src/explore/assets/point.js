@@ -4,7 +4,7 @@ import { drawing, element, mark, refusals, short, why_refused } from "./elements
 import { post } from "./server.js";
 import { label, place } from "./state.js";
 
-const FIGURES = [["orbit", "Motion"], ["friction", "Friction curve"], ["backbone", "Amplitude against damping"]];
+const FIGURES = [["orbit", "Motion"], ["friction", "Friction curve"], ["backbone", "Largest velocity against damping"]];
 
 export class Point {
   constructor(app) {

@@ -15,8 +15,8 @@ use super::ExpressionError;
 
 /// Largest depth of the stack of an evaluation.
 pub(super) const DEEPEST: usize = 24;
-/// Largest number of open signs and parentheses, each of which is one level of the parser's recursion.
-const MOST_OPEN: usize = 100;
+/// Largest number of signs and parentheses inside one another: each is one level of the parser's recursion.
+const DEEPEST_NESTING: usize = 100;
 
 /// Binding strengths of operators.
 const SUM: i64 = 10;
@@ -109,8 +109,8 @@ struct State {
     tape: Tape,
     /// Number of values on the stack.
     waiting: usize,
-    /// Places of the signs without operand and of the open parentheses.
-    open: Vec<usize>,
+    /// Places of the signs and parentheses around the text that is being parsed.
+    around: Vec<usize>,
 }
 
 /// Reason why a parser stops.
@@ -141,12 +141,12 @@ impl ParserError<Input<'_>> for Stop {
 pub(super) fn parse(text: &str) -> Result<Tape, ExpressionError> {
     let letters: Vec<char> = text.chars().collect();
     let tape = Tape { ops: Vec::new(), places: Vec::new(), parameters: Vec::new() };
-    let state = State { tape, waiting: 0, open: Vec::new() };
+    let state = State { tape, waiting: 0, around: Vec::new() };
     let mut input = Stateful { input: LocatingSlice::new(letters.as_slice()), state };
     match sum(&mut input).and_then(|_| end(&mut input)) {
         Ok(()) => Ok(input.state.tape),
         Err(Stop::Wrong(error)) => Err(error),
-        Err(Stop::NotHere) => unreachable!("what is no operand has a sign, and an operand after it"),
+        Err(Stop::NotHere) => unreachable!("only signs are refused as operands, and they are read before"),
     }
 }
 
@@ -177,14 +177,15 @@ fn sum(input: &mut Input) -> Result<Place, Stop> {
 fn sign<'a>(input: &mut Input<'a>) -> Result<Prefix<Input<'a>, Place, Stop>, Stop> {
     let (sign, place) = token(input)?;
     let prefix = match sign {
-        ['+'] => Prefix(SIGN, |input, of| Ok(Place { from: close(input), ..of })),
+        ['+'] => Prefix(SIGN, |input, of| Ok(Place { from: leave(input), ..of })),
         ['-'] => Prefix(SIGN, |input, of| {
-            let whole = Place { from: close(input), ..of };
-            Ok(push(input, Op::Negate, whole, whole))
+            let whole = Place { from: leave(input), ..of };
+            push(input, Op::Negate, whole);
+            Ok(whole)
         }),
         _ => return Err(Stop::NotHere),
     };
-    open(input, place)?;
+    enter(input, place)?;
     Ok(prefix)
 }
 
@@ -239,7 +240,8 @@ fn name(input: &mut Input, name: String, place: Place) -> Result<Place, Stop> {
         };
         let argument = parenthesis(input, bracket)?;
         let whole = Place { from: place.from, ..argument };
-        return Ok(push(input, Op::Call(function), whole, whole));
+        push(input, Op::Call(function), whole);
+        return Ok(whole);
     }
     let op = match name.as_str() {
         "u" => Op::Slip,
@@ -267,10 +269,10 @@ fn name(input: &mut Input, name: String, place: Place) -> Result<Place, Stop> {
 
 /// Parses the rest of the parenthesis opened at `bracket`, up to its end.
 fn parenthesis(input: &mut Input, bracket: Place) -> Result<Place, Stop> {
-    open(input, bracket)?;
+    enter(input, bracket)?;
     sum(input)?;
     match opt(token).parse_next(input)? {
-        Some(([')'], Place { to, .. })) => Ok(Place { from: close(input), to }),
+        Some(([')'], Place { to, .. })) => Ok(Place { from: leave(input), to }),
         Some(([','], place)) => wrong(place, "functions take one argument".into(), "correct the formula"),
         Some((word, place)) if begins_operand(word) => {
             wrong(place, "an operator or `)` is expected here".into(), "products need a *")
@@ -312,18 +314,18 @@ fn after(input: &Input) -> Place {
     Place { from, to: from + 1 }
 }
 
-/// Records a sign or parenthesis that needs an operand.
-fn open(input: &mut Input, place: Place) -> Result<(), Stop> {
-    if input.state.open.len() == MOST_OPEN {
+/// Enters a sign or parenthesis.
+fn enter(input: &mut Input, place: Place) -> Result<(), Stop> {
+    if input.state.around.len() == DEEPEST_NESTING {
         return wrong(place, "the formula nests too deep here".into(), "simplify it");
     }
-    input.state.open.push(place.from);
+    input.state.around.push(place.from);
     Ok(())
 }
 
-/// Closes the last open sign or parenthesis; returns its place.
-fn close(input: &mut Input) -> usize {
-    input.state.open.pop().unwrap_or_default()
+/// Leaves the innermost sign or parenthesis; returns its place.
+fn leave(input: &mut Input) -> usize {
+    input.state.around.pop().unwrap_or_default()
 }
 
 /// Appends an operation that pushes a value.
@@ -333,7 +335,8 @@ fn value(input: &mut Input, op: Op, place: Place) -> Result<Place, Stop> {
         let problem = format!("more than {DEEPEST} values wait here for their operators");
         return wrong(place, problem, "write it with fewer open parentheses");
     }
-    Ok(push(input, op, place, place))
+    push(input, op, place);
+    Ok(place)
 }
 
 /// Whether a power is computed by products, so that its base may be negative.
@@ -341,8 +344,8 @@ pub(super) fn is_integer(exponent: f64) -> bool {
     exponent.fract() == 0.0 && exponent.abs() <= 64.0
 }
 
-/// Appends an operation of two values. Errors of a quotient are reported at its denominator, those of a power
-/// at its base.
+/// Appends an operation of two values; returns its place in the text. Errors of a quotient are reported at
+/// its denominator, those of a power at its base.
 fn join(input: &mut Input, op: Op, left: Place, right: Place) -> Place {
     input.state.waiting -= 1;
     let whole = Place { from: left.from, to: right.to };
@@ -357,17 +360,17 @@ fn join(input: &mut Input, op: Op, left: Place, right: Place) -> Place {
             let rest = ops.len() - length;
             ops.truncate(rest);
             input.state.tape.places.truncate(rest);
-            push(input, Op::PowerInteger(exponent as i32), left, whole)
+            push(input, Op::PowerInteger(exponent as i32), left);
         }
-        (Op::Power, None) => push(input, op, left, whole),
-        (Op::Divide, _) => push(input, op, right, whole),
-        _ => push(input, op, whole, whole),
+        (Op::Power, None) => push(input, op, left),
+        (Op::Divide, _) => push(input, op, right),
+        _ => push(input, op, whole),
     }
+    whole
 }
 
-/// Appends an operation whose errors are reported at `blamed`; returns `whole`, its place.
-fn push(input: &mut Input, op: Op, blamed: Place, whole: Place) -> Place {
+/// Appends an operation whose errors are reported at `blamed`.
+fn push(input: &mut Input, op: Op, blamed: Place) {
     input.state.tape.ops.push(op);
     input.state.tape.places.push(blamed);
-    whole
 }

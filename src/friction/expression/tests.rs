@@ -200,8 +200,8 @@ fn several_slip_speeds_at_once_give_the_same_numbers() {
     assert_eq!(curve.weakenings(speeds), speeds.map(|u| curve.weakening(u)));
 }
 
-/// Stribeck's law with an exponent is, at the exponents 1 and 2, the law with that number, to the last bit; at others its
-/// weakening vanishes at rest, and its polynomials hold there, too.
+/// Stribeck's law with an exponent is, at the exponents 1 and 2, the law with that number, to the last bit;
+/// at others its weakening vanishes at rest, and its polynomials hold there, too.
 #[test]
 fn a_parameter_may_be_the_exponent() {
     let law = |text: &str| Law::Expression(Expression::new(text, 1.0).unwrap());

@@ -76,9 +76,9 @@ pub struct Weakening {
 
 /// Largest length of a narrow piece, in units of its upper end.
 const NARROW: f64 = 1.0 / 200.0;
-/// Place below 0 at which the law is compared with the polynomial of the first piece, in units of its length, and the
-/// largest difference of one that continues the other, in units of the largest |w|. The polynomial itself errs by a
-/// hundred times its error on the piece.
+/// Place below 0 at which the law is compared with the polynomial of the first piece, in units of its length,
+/// and the largest difference of one that continues the other, in units of the largest |w|. The polynomial
+/// itself errs by a hundred times its error on the piece.
 const BELOW: f64 = 0.05;
 const LARGEST_OFF: f64 = 1e-11;
 /// Step of quotients of differences, in units of the slip speed.
@@ -272,8 +272,8 @@ impl Weakening {
         &self.narrow
     }
 
-    /// Returns whether the formula below 0 continues the polynomial there, and nothing is narrow. A formula with |u|, or
-    /// with a root of u, has another continuation.
+    /// Returns whether the formula below 0 continues the polynomial there, and nothing is narrow. A formula
+    /// with |u|, or with a root of u, has another continuation.
     pub(crate) fn is_analytic(&self) -> bool {
         let Piece { size, .. } = self.pieces[0];
         let below = -BELOW * self.breaks[1];
@@ -321,7 +321,8 @@ impl Weakening {
         }
     }
 
-    /// w(u) and w'(u), both of the same polynomial; where there is none the slope is a quotient of differences.
+    /// w(u) and w'(u), both of the same polynomial; where there is none the slope is a quotient of
+    /// differences.
     pub(crate) fn at_with_slope(&self, u: f64) -> [f64; 2] {
         let piece = if u < 0.0 && u >= -self.breaks[1] {
             let size = self.pieces[0].size;

@@ -55,8 +55,8 @@ impl Scale {
         Self { from: from - room, to: from + room, log: false, shown: 1.0 }
     }
 
-    /// A logarithmic scale of positive numbers; a single number gets a range around it. Ends beyond the smallest
-    /// and the largest double are moved there.
+    /// A logarithmic scale of positive numbers; a single number gets a range around it. Ends beyond the
+    /// smallest and the largest double are moved there.
     pub(crate) fn logarithmic(from: f64, to: f64) -> Self {
         let [from, to] = if to > from { [from, to] } else { [from / 2.0, from * 2.0] };
         Self { from: from.max(f64::from_bits(1)), to: to.min(f64::MAX), log: true, shown: 1.0 }

@@ -60,8 +60,8 @@ pub(crate) fn draw(scene: &mut Scene, panel: &Panel, curves: &PlaneCurves, legen
     }
 }
 
-/// Line style and legend text of the curve of a bifurcation. Lines differ in their dashes, in colours visible on
-/// every area.
+/// Line style and legend text of the curve of a bifurcation. Lines differ in their dashes, in colours visible
+/// on every area.
 pub(crate) fn line_style(bifurcation: Bifurcation) -> (Stroke, &'static str) {
     match bifurcation {
         Bifurcation::Hopf => (Stroke { color: palette::BLACK, width: 1.0, dash: &[5.0, 2.0] }, "Hopf curve"),

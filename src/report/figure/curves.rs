@@ -76,7 +76,8 @@ impl Budget {
         self.0.set(self.0.get().saturating_sub(work));
     }
 
-    /// The exact critical dampings of the first columns, as many as the budget holds; NaN where there is none.
+    /// The exact critical dampings of the first columns, as many as the budget holds; NaN where there is
+    /// none.
     fn solve(&self, columns: &[Column]) -> Vec<f64> {
         let mut found = Vec::with_capacity(columns.len());
         let mut compiled: Option<&Column> = None;
@@ -115,8 +116,8 @@ pub(super) fn stability(column: &Column) -> f64 {
     column.curve.weakening(column.belt_speed) / column.epsilon
 }
 
-/// The boundary of each method of a map that this program knows, the simulation last; NaN where there is none,
-/// and where the budget is spent.
+/// The boundary of each method of a map that this program knows, the simulation last; NaN where there is
+/// none, and where the budget is spent.
 pub(super) fn by_method(map: &MapFile, columns: &[Column], budget: &Budget) -> Vec<(String, Vec<f64>)> {
     let simulated = budget.solve(columns);
     let solved = &columns[..simulated.len()];

@@ -59,7 +59,7 @@ pub(crate) fn method(name: &str) -> MethodStyle {
     }
 }
 
-/// The style of the peer with this number: grey and dotted, distinguished by its mark.
+/// The style of the peer with this number: dotted, distinguished by its colour and its mark.
 pub(crate) fn peer(number: usize) -> MethodStyle {
     const MARKERS: [Marker; 7] = [
         Marker::Circle,
@@ -70,7 +70,9 @@ pub(crate) fn peer(number: usize) -> MethodStyle {
         Marker::Plus,
         Marker::Cross,
     ];
-    style("#6e6e6e", 0.8, &[1.0, 1.4], MARKERS[number % MARKERS.len()])
+    const COLORS: [&str; 7] = [VERMILION, BLUE, BLACK, ORANGE, GREEN, PURPLE, GREY];
+    let number = number % MARKERS.len();
+    style(COLORS[number], 0.8, &[1.0, 1.4], MARKERS[number])
 }
 
 pub(crate) const PRESENT: Fill = Fill::plain(BLUE);

@@ -57,7 +57,7 @@ fn single(
     Figure { name: name.into(), caption, scenes, data: Data::default() }
 }
 
-/// The belt line with its sticking segment.
+/// The belt line with its stick segment.
 fn belt(scene: &mut Scene, panel: &Panel, oscillator: &Oscillator) {
     let v = oscillator.belt_speed;
     scene.clipped(panel.rect, |scene| {
@@ -78,7 +78,7 @@ fn fields() -> Figure {
     let oscillator = Oscillator::in_column(&column(0.1, [0.3, 0.1, 2.0]), 0.5);
     let v = oscillator.belt_speed;
     let caption = rich(
-        "The vector fields on both sides of the belt line {x_2} = {V} (the paper's figure 2). On the sticking segment both \
+        "The vector fields on both sides of the belt line {x_2} = {V} (the paper's figure 2). On the stick segment both \
          point to the line; {epsilon} = 0.1, {alpha} = 0.3, {beta} = 0.1, {gamma} = 2, {V} = 1, {c} = 0.5.",
     );
     single("paper-figure-2", caption, [-2.2, 2.2, v - 0.45, v + 0.45], |scene, panel, legend| {
@@ -103,7 +103,7 @@ fn fields() -> Figure {
         exit_point(scene, panel, &oscillator);
         legend.add(Sample::Line(above), rich("field above the belt line"));
         legend.add(Sample::Line(below), rich("field below the belt line"));
-        legend.add(Sample::Line(SEGMENT), rich("sticking segment"));
+        legend.add(Sample::Line(SEGMENT), rich("stick segment"));
         legend.add(Sample::Mark(Marker::Circle, palette::BLACK, true), rich("exit point"));
     })
 }
@@ -130,7 +130,7 @@ fn coulomb() -> Figure {
         scene.marker(Marker::Square, equilibrium, 5.0, palette::BLACK, true);
         legend.add(Sample::Line(ORBIT), rich("true orbit"));
         legend.add(Sample::Line(OTHER), rich("false orbit"));
-        legend.add(Sample::Line(SEGMENT), rich("sticking segment"));
+        legend.add(Sample::Line(SEGMENT), rich("stick segment"));
         legend.add(Sample::Mark(Marker::Square, palette::BLACK, true), rich("equilibrium"));
     })
 }
@@ -181,14 +181,14 @@ fn cases() -> Figure {
         let mut legend = Legend::default();
         legend.add(Sample::Line(ORBIT), rich("orbit from the exit point"));
         legend.add(Sample::Line(circle), rich("the same at {epsilon} = 0"));
-        legend.add(Sample::Line(SEGMENT), rich("sticking segment"));
+        legend.add(Sample::Line(SEGMENT), rich("stick segment"));
         legend.add(Sample::Mark(Marker::Triangle, palette::VERMILION, true), rich("landing"));
         legend.add(Sample::Mark(Marker::Circle, palette::BLACK, true), rich("exit point"));
         legend.below(scene, panels.panels[0].rect.x, panels.bottom);
     });
     let caption = rich(
         "The orbit from the exit point near its return to the belt line (after the paper's figure 4): (a) it stays short \
-         of the line, (b) it grazes the line at the exit point, (c) it lands on the sticking segment; {epsilon} = 0.1, \
+         of the line, (b) it grazes the line at the exit point, (c) it lands on the stick segment; {epsilon} = 0.1, \
          {alpha} = 0.3, {beta} = 0.1, {gamma} = 2, {V} = 1.",
     );
     Figure { name: "paper-figure-4".into(), caption, scenes, data: Data::default() }
@@ -245,7 +245,7 @@ fn divergence() -> Figure {
         legend.add(Sample::Line(ORBIT), rich("stick-slip cycle"));
         legend.add(Sample::Line(closed_stroke), rich("unstable closed orbit"));
         legend.add(Sample::Line(OTHER), rich("orbit inside it"));
-        legend.add(Sample::Line(SEGMENT), rich("sticking segment"));
+        legend.add(Sample::Line(SEGMENT), rich("stick segment"));
         legend.add(Sample::Mark(Marker::Square, palette::BLACK, true), rich("stable equilibrium"));
     })
 }

@@ -1,4 +1,4 @@
-//! The phase portrait of one point: orbits, cycles, the sticking segment, exit point, landing and
+//! The phase portrait of one point: orbits, cycles, the stick segment, exit point, landing and
 //! equilibrium.
 
 use super::super::text::rich;
@@ -121,7 +121,7 @@ impl Portrait {
                 extent[3].max(state.x2),
             ];
         }
-        // The whole sticking segment, unless that would make the orbit tiny.
+        // The whole stick segment, unless that would make the orbit tiny.
         extent[0] = extent[0].min(self.oscillator.upper_tangency_x1().max(extent[0] - v));
         extent
     }
@@ -179,7 +179,7 @@ impl Portrait {
                 legend.add(Sample::Line(stroke), rich(words));
             }
         }
-        legend.add(Sample::Line(SEGMENT), rich("sticking segment"));
+        legend.add(Sample::Line(SEGMENT), rich("stick segment"));
         legend.add(Sample::Mark(Marker::Circle, palette::BLACK, true), rich("exit point"));
         if matches!(self.start, Start::State { .. }) {
             legend.add(Sample::Mark(Marker::Diamond, palette::BLUE, true), rich("start"));

@@ -49,8 +49,8 @@ fn raster(name: &str, tree: &Tree) -> Result<Vec<u8>, ReportError> {
     // The last row and column are covered only in part and must not be transparent.
     pixels.fill(Color::WHITE);
     resvg::render(tree, Transform::from_scale(scale, scale), &mut pixels.as_mut());
-    // Opaque: a twentieth of the size that resvg's own encoder gives these figures. Every line begins with the
-    // number of its filter; flat colours compress best with none.
+    // Opaque: a twentieth of the size that resvg's own encoder gives these figures. Every line begins with
+    // the number of its filter; flat colours compress best with none.
     let width = 4 * pixels.width() as usize;
     let lines = pixels.data().chunks_exact(width);
     let colors: Vec<u8> = lines

@@ -27,7 +27,8 @@ pub(super) const FEWEST_NODES: usize = 3;
 /// Largest number of eps with slices of their own.
 const MOST_EPSILONS: usize = 4;
 
-/// The exact boundary: black on a white halo, so that it is visible on dark areas.
+/// The exact boundary: black on a white halo, so that it is visible on dark areas. Wrong cells, which may be
+/// a thin band beside it, are drawn over the halo.
 pub(super) const EXACT: Stroke = Stroke::solid(palette::BLACK, 1.0);
 pub(super) const HALO: Stroke = Stroke::solid(palette::WHITE, 2.4);
 /// The critical damping of the method whose panel it is.
@@ -51,6 +52,10 @@ impl Claim {
         Claim::Verdict(Verdict::Failed),
         Claim::Verdict(Verdict::NotComputed),
     ];
+
+    fn is_wrong(self) -> bool {
+        matches!(self, Claim::WrongPresence | Claim::WrongAbsence)
+    }
 
     fn of(method: i8, simulation: Option<i8>) -> Self {
         let (present, absent) = (Verdict::Present.code(), Verdict::Absent.code());
@@ -191,13 +196,8 @@ fn stored_edge(slice: &Slice, method: &str) -> Result<Vec<(f64, f64)>, ReportErr
     Ok(x_nodes.into_iter().zip(edge.iter().copied()).collect())
 }
 
-/// Draws the boundary returned by [`stored_edge`]; returns `false` if there is none.
-fn draw_edge(scene: &mut Scene, panel: &Panel, edge: &[(f64, f64)]) -> bool {
-    let places: Vec<Place> = edge.iter().map(|&(x, c)| panel.place(x, c)).collect();
-    scene.clipped(panel.rect, |scene| {
-        scene.line(&places, &HALO);
-        scene.line(&places, &OWN_EDGE);
-    });
+/// Whether there is a boundary to draw among the points returned by [`stored_edge`].
+fn has_edge(edge: &[(f64, f64)]) -> bool {
     edge.iter().filter(|(_, c)| c.is_finite()).count() > 1
 }
 
@@ -242,15 +242,24 @@ fn figure(slice: &Slice) -> Result<Figure, ReportError> {
         let mut used = vec![false; looks.len()];
         let mut edged = false;
         for (number, (&m, panel)) in shown.iter().zip(&panels.panels).enumerate() {
-            for (n, known) in Claim::ALL.into_iter().enumerate() {
-                let areas = outlines(panel, &x_edges, &y_edges, |i, j| claim(m, i, j) == known);
-                used[n] |= !areas.is_empty();
-                scene.area(&areas, looks[n].0);
-            }
-            edged |= draw_edge(scene, panel, &edges[m]);
+            let mut draw = |scene: &mut Scene, wrong: bool| {
+                for (n, known) in Claim::ALL.into_iter().enumerate().filter(|(_, it)| it.is_wrong() == wrong)
+                {
+                    let areas = outlines(panel, &x_edges, &y_edges, |i, j| claim(m, i, j) == known);
+                    used[n] |= !areas.is_empty();
+                    scene.area(&areas, looks[n].0);
+                }
+            };
+            let edge: Vec<Place> = edges[m].iter().map(|&(x, c)| panel.place(x, c)).collect();
+            edged |= has_edge(&edges[m]);
             // The boundary is searched once and transformed from panel to panel.
             let (drawn, curves) = exact.get_or_insert_with(|| (*panel, boundary(slice, panel)));
-            draw_curves(scene, curves, drawn, panel);
+            draw(scene, false);
+            draw_lines(scene, std::slice::from_ref(&edge), panel, panel, &[HALO]);
+            draw_lines(scene, curves, drawn, panel, &[HALO]);
+            draw(scene, true);
+            draw_lines(scene, &[edge], panel, panel, &[OWN_EDGE]);
+            draw_lines(scene, curves, drawn, panel, &[EXACT]);
             panel.title(scene, &letter(number).then(method_title(&methods[m].name)));
         }
         panels.axes(scene, &x_name, &y_name);
@@ -321,11 +330,15 @@ pub(super) fn method_title(name: &str) -> Rich {
 
 /// Draws boundaries that were searched in another panel with the same scales.
 pub(super) fn draw_curves(scene: &mut Scene, curves: &[Vec<Place>], from: &Panel, to: &Panel) {
+    draw_lines(scene, curves, from, to, &[HALO, EXACT]);
+}
+
+/// Draws curves of one panel into another one with each of `strokes`.
+fn draw_lines(scene: &mut Scene, curves: &[Vec<Place>], from: &Panel, to: &Panel, strokes: &[Stroke]) {
     scene.clipped(to.rect, |scene| {
         for curve in curves {
             let moved: Vec<Place> = curve.iter().map(|place| moved(*place, from, to)).collect();
-            scene.line(&moved, &HALO);
-            scene.line(&moved, &EXACT);
+            strokes.iter().for_each(|stroke| scene.line(&moved, stroke));
         }
     });
 }

@@ -14,6 +14,8 @@ use crate::benchmark::{Kind, Row, Study};
 
 /// The front, drawn below everything else.
 const FRONT: Stroke = Stroke::solid(palette::LIGHT_GREY, 2.6);
+/// Upper end of the space of methods that label every cell right.
+const NONE: Stroke = Stroke { color: palette::GREY, width: 0.5, dash: &[2.0, 2.0] };
 /// Size of the marks.
 const MARKER: f64 = 4.6;
 
@@ -60,12 +62,13 @@ pub fn chart(study: &Study) -> Figure {
     .then(rich(&format!(
         ". (a) Largest error of the scaled grazing margin {{m}}/{{V}} (marks) and its median (lower end of the \
          bars). (b) Share of the {near} cells within {} of the boundary in {{c}} that are not labelled right. \
-         Each method over its own knob; filled marks and the broad grey line: the Pareto front.",
+         Marks below the dashed line have none. Each method over its own knob; filled marks and the broad grey line: the \
+         Pareto front.",
         study.settings.near
     )))
     .then(match &study.peers {
-        Some((_, true)) => rich(" Peers were measured on the same cells."),
-        Some((_, false)) => rich(" Peers were measured on other cells."),
+        Some((_, true)) => rich(" Peers, dotted, were measured on the same cells."),
+        Some((_, false)) => rich(" Peers, dotted, were measured on other cells."),
         None => Rich::default(),
     });
     let scenes = at_each_width(|scene, width| draw(scene, study, width));
@@ -87,13 +90,15 @@ fn draw(scene: &mut Scene, study: &Study, width: Width) {
     let errors = study.rows.iter().filter_map(|row| row.margin);
     let (least, most) = decades(errors.flat_map(|e| [e.median, e.worst])).unwrap_or((1e-16, 1.0));
     let near = study.cells.iter().filter(|cell| cell.near).count().max(1);
+    // Peers may have been measured on more cells.
+    let shares = study.rows.iter().filter_map(|row| row.near.and_then(|labels| labels.missed()));
+    let one = shares.filter(|share| *share > 0.0).fold(1.0 / near as f64, f64::min);
     // Space at the bottom for methods that label every cell right.
-    let one = 1.0 / near as f64;
     let none = 0.35 * one;
     let scales = [Scale::logarithmic(least, most), Scale::logarithmic(0.2 * one, 1.6)];
     let (columns, aspect) = width.select((1, 0.72), (2, 0.95));
     let time = rich("seconds per cell");
-    let names = [rich("largest error of {m}/{V}"), rich("not labelled right")];
+    let names = [rich("largest error of {m}/{V}"), rich("share of cells not labelled right")];
     let mut bottom = 0.0_f64;
     let mut top = 0.0;
     let half = scene.width / f64::from(columns);
@@ -137,6 +142,7 @@ fn draw(scene: &mut Scene, study: &Study, width: Width) {
     legend.add(Sample::Line(FRONT), rich("Pareto front"));
     legend.add(Sample::Mark(Marker::Circle, palette::GREY, true), rich("filled: on the front"));
     legend.add(Sample::Line(Stroke::solid(palette::GREY, 0.5)), rich("bar in (a): down to the median"));
+    legend.add(Sample::Line(NONE), rich("(b): none below this line"));
     legend.below(scene, left, bottom + 2.0);
 }
 
@@ -144,7 +150,7 @@ fn draw(scene: &mut Scene, study: &Study, width: Width) {
 fn zero(scene: &mut Scene, panel: &Panel, none: f64, above: f64) {
     let Rect { x, w, .. } = panel.rect;
     let at = panel.place(panel.x.from, above).1;
-    scene.line(&[(x, at), (x + w, at)], &Stroke { color: palette::GREY, width: 0.5, dash: &[2.0, 2.0] });
+    scene.line(&[(x, at), (x + w, at)], &NONE);
     let label = panel.place(panel.x.from, none).1 + 0.36 * SMALL_TEXT;
     scene.text((x - 3.0, label), &rich("0"), SMALL_TEXT, Anchor::End);
 }

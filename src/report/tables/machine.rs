@@ -14,7 +14,8 @@ const ROWS: usize = 12;
 /// Bound on the error of the scaled grazing margin.
 const TOLERANCE: f64 = 1e-9;
 
-/// The behaviour of a map's machine at its belt speeds and its middle damping; `None` for a map in dimensionless terms.
+/// The behaviour of a map's machine at its belt speeds and its middle damping; `None` for a map in
+/// dimensionless terms.
 pub(super) fn machine(view: &View) -> Option<Table> {
     let map = view.map;
     let model = view.model()?;

@@ -20,7 +20,7 @@ use crate::filippov::Oscillator;
 use orbit::{Contact, Event, Overshoot, Rest, State};
 use slip::Slip;
 
-/// Width of the sliding segment in x1: the force of static friction acts both ways.
+/// Width of the stick segment in x1: the force of static friction acts both ways.
 const SLIDING_WIDTH: f64 = 2.0;
 
 /// Errors greater than this, in belt speeds, come from orbits that separate so fast (at strong nodes) that
@@ -52,7 +52,7 @@ const LARGE_ERRORS: f64 = 8.0;
 ///
 /// **An orbit that crosses back never sticks.** Let the orbit from E = (e, V) cross the line upward at A
 /// and come back down at B with x1(B) > e. The closed curve G made of this orbit and of the segment BE
-/// encloses the whole sliding segment, and the equilibrium. The flow passes BE downward, to the outside of
+/// encloses the whole stick segment, and the equilibrium. The flow passes BE downward, to the outside of
 /// G, and cannot pass the orbit itself: what has left G never returns, so B's orbit never slides. In
 /// terms of the return map on the downward crossings x1 > e: it is monotone, as planar orbits do not
 /// cross, and P(e) > e, so all iterates stay beyond e.

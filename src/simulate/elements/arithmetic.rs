@@ -3,7 +3,8 @@
 use crate::friction::Polynomial;
 use crate::simulate::gauss::MOST;
 
-/// sin(z) and cos(z) for |z| <= pi / 4.
+/// sin(z) and cos(z) for |z| <= pi / 4, by the Taylor series up to z^17 / 17! and z^16 / 16!, of which
+/// Horner's rule takes the coefficients 1 / n! from the last one to the first.
 #[inline(always)]
 pub(super) fn sin_cos(z: f64) -> [f64; 2] {
     let y = z * z;

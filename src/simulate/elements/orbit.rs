@@ -36,8 +36,8 @@ pub(super) struct Problem<'a> {
 }
 
 impl Problem<'_> {
-    /// The error of C, in units of the largest |w|, for a tolerance: in the same units where C is sought, of the
-    /// margin where it is given.
+    /// The error of C, in units of the largest |w|, for a tolerance: in the same units where C is sought, of
+    /// the margin where it is given.
     pub(super) fn tolerance(&self, tolerance: f64, unit: f64) -> f64 {
         match self.viscous {
             None => tolerance,
@@ -260,9 +260,9 @@ impl Orbit<'_> {
         share == 1.0
     }
 
-    /// Puts the elements of a circle into their spans, with the orbit to first order in D: the circle and the C at which
-    /// it closes, or the spiral at the given C. Returns the size of D: the largest |w| on the circle, or |C| where that
-    /// is given and larger.
+    /// Puts the elements of a circle into their spans, with the orbit to first order in D: the circle and the
+    /// C at which it closes, or the spiral at the given C. Returns the size of D: the largest |w| on the
+    /// circle, or |C| where that is given and larger.
     #[inline(always)]
     pub(super) fn start<const N: usize>(&mut self, rule: &Rule<N>) -> f64 {
         self.place(rule);
@@ -455,10 +455,10 @@ impl Orbit<'_> {
     }
 }
 
-/// Error of C by a corner at which x2 = `velocity`, where the orbit passes it `off`, in slip speeds, the end of
-/// its span, or does not reach it there: w is wrong by at most the jump of its slope times the distance of the corner
-/// from the span's end, over the angles between that and the passage, or the turning point, with the weight sin^2
-/// theta.
+/// Error of C by a corner at which x2 = `velocity`, where the orbit passes it `off`, in slip speeds, the end
+/// of its span, or does not reach it there: w is wrong by at most the jump of its slope times the distance of
+/// the corner from the span's end, over the angles between that and the passage, or the turning point, with
+/// the weight sin^2 theta.
 #[inline(always)]
 fn by_corner(jump: f64, off: f64, velocity: f64, r: f64, cos: f64) -> f64 {
     jump * (velocity - r * cos).abs() * off * sin_beside(off, r, cos) / (PI * r)

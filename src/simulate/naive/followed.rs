@@ -58,7 +58,7 @@ impl Observer {
     }
 }
 
-/// A sticking state in the middle of the sliding segment.
+/// A sticking state in the middle of the stick segment.
 fn sticking_state(oscillator: &Oscillator) -> State {
     [-oscillator.viscous * oscillator.belt_speed, oscillator.belt_speed]
 }

@@ -1,11 +1,19 @@
 //! Common simulation methods, each as in its literature. They are included to be measured, not trusted.
 //!
-//! | name | equation solved | integrator | when a turn sticks | knobs | known defect |
-//! | --- | --- | --- | --- | --- | --- |
-//! | `smoothed` | sign(s) replaced by tanh(s/d) | adaptive Runge-Kutta 5(4) | \|x2 - V\| <= 5 d and \|x1 + eps c x2\| < 1 | d = `smoothing_width` | bias O(d) in x2, hence O(d / (eps V)) in the critical damping |
-//! | `stick_band` | the switch model: stick, transition and slip by \|x2 - V\| < eta | the same, no events | in the stick branch | eta = `stick_band_width` | steps jump the band; the band catches what passes below the belt |
-//! | `fixed_step` | the field with sign(x2 - V), sign(0) = 0 | classical Runge-Kutta, step h | the belt line is met within a step and \|x1 + eps c x2\| < 1 | h = `step` | chatter of size O(h) on the belt, so it leaves the belt off the exit point |
-//! | `event_step` | the field of the side on which the orbit was last seen | Dormand-Prince 8(5,3), large steps | x2 - V changed its sign between the ends of a step, and \|x1 + eps c V\| < 1 there | `start_pause` | two crossings inside one step go unseen; the start at a tangency needs a pause, which hides short arcs |
+//! * `smoothed` replaces sign(s) by tanh(s/d), d the knob `smoothing_width`, and integrates by adaptive
+//!   Runge-Kutta 5(4). The mass sticks where |x2 - V| <= 5 d and |x1 + eps c x2| < 1. Known defect: a bias of
+//!   O(d) in x2, hence of O(d / (eps V)) in the critical damping.
+//! * `stick_band` is the switch model of stick, transition and slip by |x2 - V| < eta, eta the knob
+//!   `stick_band_width`, integrated alike without events. The mass sticks in the stick branch. Known defects:
+//!   steps jump the band, and the band catches what passes below the belt.
+//! * `fixed_step` integrates the field with sign(x2 - V), where sign(0) = 0, by classical Runge-Kutta with
+//!   steps of the knob `step`, h. The mass sticks where the belt line is met within a step and |x1 + eps c
+//!   x2| < 1. Known defect: chatter of size O(h) on the belt, so that the orbit leaves the belt off the exit
+//!   point.
+//! * `event_step` integrates the field of the side on which the orbit was last seen by Dormand-Prince 8(5,3)
+//!   with large steps. The mass sticks where x2 - V changed its sign between the ends of a step, and
+//!   |x1 + eps c V| < 1 there. Known defects: two crossings inside one step go unseen; the start at a
+//!   tangency needs a pause, the knob `start_pause`, which hides short arcs.
 //!
 //! Sources: for `smoothed` and `stick_band` R. I. Leine, D. H. van Campen, A. de Kraker and L. van den Steen,
 //! *Stick-slip vibrations induced by alternate friction models*, Nonlinear Dynamics 16 (1998), whose
@@ -13,7 +21,7 @@
 //! textbook; for `event_step` the event rule of SciPy's `solve_ivp` and of MATLAB's `ode45`.
 //!
 //! **Verdict.** These methods do not use the exit point, so all but `event_step` start where the mass sticks,
-//! in the middle of the sticking segment. The orbit is followed for `turns` turns, counted by x2 falling
+//! in the middle of the stick segment. The orbit is followed for `turns` turns, counted by x2 falling
 //! through zero; it stick-slips if it still sticks in the last of them, that is, if it has met the belt
 //! within the limits of static friction. An orbit that does not turn (an overdamped one) is given the time
 //! that as many stick-slip cycles could take, and must stick in the second half of it. `event_step` switches

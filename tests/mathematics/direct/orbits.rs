@@ -87,7 +87,7 @@ fn a_bistable_point_has_two_basins() {
     assert_eq!(from(0.05), Ending::Settles);
     assert!(matches!(from(0.999), Ending::Closes { .. }));
     assert_eq!(from(0.0), Ending::Settles);
-    // Orbits from the sliding segment and from far above reach the cycle, too.
+    // Orbits from the stick segment and from far above reach the cycle, too.
     let sliding = Start::State { x1: -0.5, x2: 1.0 };
     assert!(matches!(trace(&oscillator, sliding, 1e-10, 1000.0).ending, Ending::Closes { .. }));
     assert!(matches!(from(5.0), Ending::Closes { .. }));

@@ -407,7 +407,7 @@ fn the_commands_write_everything_or_nothing() {
 
     scratch.run(&[&PROBE[..], &["--figure", "point.svg"]].concat()).ends_with(0);
     let svg = scratch.read("point.svg");
-    assert!(svg.contains("sticking segment") && svg.contains("landing"), "{svg}");
+    assert!(svg.contains("stick segment") && svg.contains("landing"), "{svg}");
     scratch.run(&[&PROBE[..], &["--figure", "point.svg"]].concat()).refuses(&[
         "--figure point.svg",
         "choose another name",
