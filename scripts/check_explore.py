@@ -451,6 +451,8 @@ def everything_can_be_taken_along(session):
             kept = Path(folder) / waiting.value.suggested_filename
             waiting.value.save_as(kept)
             assert kept.read_bytes().startswith(start), f"{kept.name} begins {kept.read_bytes()[:20]}"
+            if ending != "html":
+                expect(page.locator("#export-progress")).to_have_text(f"plane.{ending} is saved.")
         subprocess.run([session.program, "check", Path(folder) / "plane.h5"], check=True, capture_output=True)
         # The page shows its pictures without the program, and sends no requests.
         alone = session.browser.new_page()

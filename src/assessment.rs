@@ -76,12 +76,10 @@ pub(crate) struct Assessment {
     pub(crate) machine: Machine,
     /// The behaviour at the working point.
     pub(crate) behaviour: Behaviour,
-    /// Belt speed below which it stick-slips from every initial state, at the working damping. The search
-    /// samples speeds within three decades of the working speed.
+    /// Belt speed below which it stick-slips from every initial state, at the working damping.
     pub(crate) always_below_speed: Limit,
-    /// Damping below which it stick-slips from every initial state, at the working speed; `None` if none was
-    /// found.
-    pub(crate) always_below_damping: Option<f64>,
+    /// Damping below which it stick-slips from every initial state, at the working speed.
+    pub(crate) always_below_damping: Limit,
     /// Damping below which steady slip is unstable, at the working speed; it may be negative.
     pub(crate) hopf_damping: f64,
     /// Least damping above which steady slip is the only attractor, at the working speed: the largest of the
@@ -109,7 +107,29 @@ pub(crate) struct Assessment {
     pub(crate) proofs: Vec<Proof>,
 }
 
+/// The kick of steady slip that starts the motion.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum NeededKick {
+    /// A kick slightly larger than this one.
+    Kick(Kick),
+    /// The motion starts by itself.
+    NotNeeded,
+    /// No kick of steady slip starts it.
+    None,
+    NotDetermined,
+}
+
 impl Assessment {
+    pub(crate) fn needed_kick(&self) -> NeededKick {
+        match (self.kick, self.behaviour.regime) {
+            (Some(kick), _) => NeededKick::Kick(kick),
+            (None, Regime::StickSlip | Regime::PureSlip | Regime::Crossing) => NeededKick::NotNeeded,
+            (None, Regime::Equilibrium) => NeededKick::None,
+            // A cycle that crosses the belt line may be started by a kick that is not computed.
+            (None, _) => NeededKick::NotDetermined,
+        }
+    }
+
     /// The working damping divided by the critical damping: above 1 no orbit that has left the belt returns.
     pub(crate) fn safety_margin(&self) -> Option<f64> {
         self.behaviour.critical_damping.filter(|d| *d > 0.0).map(|critical| self.machine.damping / critical)
@@ -137,25 +157,35 @@ const NEAR: f64 = 1e-6;
 /// Relative distance beyond a limit at which the regime must be known; closer to a fold it may be unknown.
 const BEYOND: f64 = 1e-3;
 
-/// The end, at most `high`, of the range from `low` in which the stick-slip cycle is the only attractor;
-/// `None` if the regime beyond it is unknown.
-fn end(low: f64, high: f64, regime: impl Fn(f64) -> Regime) -> Option<f64> {
+/// The end, at most `high`, of the range from `low` in which the stick-slip cycle is the only attractor; the
+/// end of where that is known if the regime beyond it is unknown.
+fn end(low: f64, high: f64, regime: impl Fn(f64) -> Regime) -> Limit {
     let only = |value: f64| regime(value) == Regime::StickSlip;
     let inside = high * (1.0 - NEAR);
     if only(inside) {
-        return Some(high);
+        return Limit::Below(high);
     }
-    let end = last_between(low, inside, |value| Some(only(value)))?;
-    (regime((end * (1.0 + BEYOND)).min(inside)) != Regime::Failed).then_some(end)
+    let Some(end) = last_between(low, inside, |value| Some(only(value))) else { return Limit::AtLeast(low) };
+    match regime((end * (1.0 + BEYOND)).min(inside)) {
+        Regime::Failed => Limit::AtLeast(end),
+        _ => Limit::Below(end),
+    }
 }
 
 /// The damping c below which the stick-slip cycle is the only attractor. This requires that steady slip is
 /// unstable, that the orbit from the exit point returns, and that no slip cycle exists: eps c lies below the
 /// whole backbone. So these dampings are an interval from 0, provided that there are no crossing cycles at 0.
-fn always_below_damping(law: &Law, point: &Point, hopf: f64, critical: f64) -> Option<f64> {
+fn always_below_damping(law: &Law, point: &Point, hopf: f64, critical: f64) -> Limit {
     let of = |damping: f64| regime_at(law, &Point { damping, ..*point });
     let high = hopf.min(critical);
-    if high > 0.0 && of(0.0) == Regime::StickSlip { end(0.0, high, of) } else { None }
+    if high <= 0.0 {
+        return Limit::NoneUpTo(0.0);
+    }
+    match of(0.0) {
+        Regime::StickSlip => end(0.0, high, of),
+        Regime::Failed => Limit::NotDetermined,
+        _ => Limit::NoneUpTo(0.0),
+    }
 }
 
 /// The damping c above which steady slip is the only attractor: the largest of the backbone, on which every
@@ -215,24 +245,26 @@ const REGIMES_PER_DECADE: i32 = 16;
 /// The belt speed V below which the stick-slip cycle is the only attractor.
 fn always_below_speed(law: &Law, point: &Point) -> Limit {
     let of = |belt_speed: f64| regime_at(law, &Point { belt_speed, ..*point });
+    let column = law.column(point);
     let mut low = None;
-    for speed in belt_speeds(point.belt_speed, REGIMES_PER_DECADE) {
+    for speed in belt_speeds(&column.curve, REGIMES_PER_DECADE) {
         match (of(speed), low) {
             (Regime::StickSlip, _) => low = Some(speed),
-            (Regime::Failed, _) | (_, None) => return Limit::NotFound,
+            (Regime::Failed, None) => return Limit::NotDetermined,
+            (Regime::Failed, Some(low)) => return Limit::AtLeast(low),
+            (_, None) => return Limit::NoneUpTo(speed),
             (_, Some(low)) => {
                 // Steady slip may become stable between the two speeds.
-                let column = law.column(point);
                 let unstable = |speed: f64| column.curve.weakening(speed) > column.epsilon * point.damping;
                 let high = match unstable(speed) {
                     true => Some(speed),
                     false => last_between(low, speed, |speed| Some(unstable(speed))),
                 };
-                return high.and_then(|high| end(low, high, of)).map_or(Limit::NotFound, Limit::Below);
+                return high.map_or(Limit::AtLeast(low), |high| end(low, high, of));
             }
         }
     }
-    Limit::Everywhere
+    low.map_or(Limit::NotDetermined, Limit::AtLeast)
 }
 
 fn regime_at(law: &Law, point: &Point) -> Regime {
@@ -278,7 +310,7 @@ pub(crate) fn assess(machine: &Machine) -> Option<Assessment> {
         machine: machine.clone(),
         always_below_speed: always_below_speed(law, point).times(units.velocity),
         always_below_damping: always_below_damping(law, point, hopf / point.epsilon, critical)
-            .map(|damping| damping * units.damping),
+            .times(units.damping),
         hopf_damping: hopf / point.epsilon * units.damping,
         vibrates_below_damping: vibrates_below.map(|damping| damping * units.damping),
         slip_cycles_unknown,
@@ -437,6 +469,29 @@ mod tests {
         assert_eq!(here.standard_error_of(0.5 * critical), None);
     }
 
+    #[test]
+    fn limits_of_the_speed_do_not_depend_on_the_working_speed() {
+        let formula = Expression::new("0.25 + 0.15*exp(-(u/0.05)^2)", 1.0).unwrap();
+        let data = [(0.0, 0.4), (0.05, 0.36), (0.12, 0.33), (0.3, 0.31), (0.8, 0.3), (2.0, 0.3)];
+        let table = Table::new("a test", &data, data[0].1).unwrap();
+        let machines = [
+            machine(&Law::Exponential),
+            Machine {
+                friction: Friction::Formula(formula, LawParameters::new(&[])),
+                ..machine(&Law::Stribeck)
+            },
+            Machine { friction: Friction::Measured(table), ..machine(&Law::Stribeck) },
+        ];
+        for machine in machines {
+            let limits = [0.0213, 0.1, 0.47].map(|speed| {
+                let all = assess(&machine.with("belt_speed", speed).unwrap()).unwrap();
+                (all.always_below_speed, all.behaviour.critical_belt_speed)
+            });
+            assert!(limits.iter().all(|of| *of == limits[0]), "{limits:?}");
+            assert!(matches!(limits[0].1, Limit::Below(_)), "{limits:?}");
+        }
+    }
+
     /// A table that falls steeply from rest, with scatter: orbits over its first rows are outside the polar form
     /// and exhaust the budget of an accurate backbone.
     #[test]
@@ -542,8 +597,10 @@ mod tests {
                 let model = machine.with(name, value).unwrap().model().unwrap();
                 regime_at(&model.law, &model.point) == Regime::StickSlip
             };
-            let limits =
-                [("belt_speed", all.always_below_speed.value()), ("damping", all.always_below_damping)];
+            let limits = [
+                ("belt_speed", all.always_below_speed.value()),
+                ("damping", all.always_below_damping.value()),
+            ];
             for ((name, limit), found) in limits.into_iter().zip(&mut found) {
                 let Some(limit) = limit else { continue };
                 *found += 1;
@@ -553,7 +610,7 @@ mod tests {
                 assert!(!only(name, 1.001 * limit), "{name} {limit}: {machine:?}");
             }
             let may = all.behaviour.critical_damping.unwrap_or(f64::INFINITY);
-            assert!(all.always_below_damping.is_none_or(|always| always <= may), "{machine:?}");
+            assert!(all.always_below_damping.value().is_none_or(|always| always <= may), "{machine:?}");
         }
         assert!(found[0] >= 4 && found[1] >= 5, "{found:?}");
     }

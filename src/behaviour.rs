@@ -1,7 +1,7 @@
 //! The behaviour of a machine at its working point, in SI units.
 
 use crate::filippov::Oscillator;
-use crate::friction::Law;
+use crate::friction::{Curve, Law};
 use crate::machine::Model;
 use crate::map::{Regime, regime};
 use crate::point::Point;
@@ -13,23 +13,23 @@ use crate::simulate::{Fate, critical_damping, exceeds, flow};
 /// A limit of a quantity, below which a statement holds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Limit {
-    /// The statement fails at the smallest values that were tried, or it is unknown beyond the limit.
-    NotFound,
-    /// The statement fails at all values that were tried, up to this one; beyond it, it is unknown.
+    /// It is unknown whether the statement holds at the values that were tried.
+    NotDetermined,
+    /// There is none: the statement fails at all values that were tried, up to this one.
     NoneUpTo(f64),
     /// The limit.
     Below(f64),
-    /// The statement holds at all values that were tried.
-    Everywhere,
+    /// The limit is at least this value; what holds beyond it is unknown, or was not tried.
+    AtLeast(f64),
 }
 
 impl Limit {
-    /// The limit; `None` if there is none.
+    /// The limit; `None` unless it was found.
     #[must_use]
     pub fn value(self) -> Option<f64> {
         match self {
             Limit::Below(value) => Some(value),
-            Limit::NotFound | Limit::NoneUpTo(_) | Limit::Everywhere => None,
+            Limit::NotDetermined | Limit::NoneUpTo(_) | Limit::AtLeast(_) => None,
         }
     }
 
@@ -38,7 +38,8 @@ impl Limit {
         match self {
             Limit::Below(value) => Limit::Below(value * unit),
             Limit::NoneUpTo(value) => Limit::NoneUpTo(value * unit),
-            Limit::NotFound | Limit::Everywhere => self,
+            Limit::AtLeast(value) => Limit::AtLeast(value * unit),
+            Limit::NotDetermined => self,
         }
     }
 }
@@ -51,7 +52,7 @@ pub struct Behaviour {
     /// Damping ratio d / (2 sqrt(k m)).
     pub damping_ratio: f64,
     /// Critical belt speed, m/s: above it a mass that leaves the belt does not return to it. It is the
-    /// highest such limit within a factor of 1000 of the machine's speed.
+    /// highest such limit among the speeds that are tried; these do not depend on the working point.
     pub critical_belt_speed: Limit,
     /// Critical damping coefficient, N s/m: above it a mass that leaves the belt does not return to it.
     /// `None` if no damping is needed, or none was found.
@@ -77,12 +78,43 @@ pub struct Behaviour {
 /// falls several times has windows of speeds: of 58 random wavy laws, 4 had one between speeds eight per
 /// factor of ten.
 const CRITICAL_PER_DECADE: i32 = 32;
-const DECADES: i32 = 3;
+/// Number of factors of ten by which the belt speeds that are tried reach beyond the velocities of the machine.
+const DECADES: f64 = 3.0;
 
-/// Belt speeds within three decades of `near`, from the slowest, `per_decade` of them per factor of ten.
-pub(crate) fn belt_speeds(near: f64, per_decade: i32) -> impl DoubleEndedIterator<Item = f64> {
-    let range = DECADES * per_decade;
-    (-range..=range).map(move |i| near * 10f64.powf(f64::from(i) / f64::from(per_decade)))
+/// The slip speed u at which the friction has fallen by half of its largest fall; 1 if it does not fall.
+fn half_fall(curve: &Curve) -> f64 {
+    const PER_DECADE: i32 = 8;
+    const EXTENT: i32 = 6;
+    let speeds = (-EXTENT * PER_DECADE..=EXTENT * PER_DECADE).map(|i| speed_of(i, PER_DECADE));
+    let falls = speeds.take_while(|u| *u <= curve.fastest()).map(|u| (u, 1.0 - curve.phi(u)));
+    // A formula may be a law up to some slip speed only: friction is positive.
+    let falls: Vec<(f64, f64)> = falls.take_while(|(_, fall)| *fall < 1.0).collect();
+    let half = 0.5 * falls.iter().map(|(_, fall)| *fall).fold(0.0, f64::max);
+    falls.into_iter().find(|(_, fall)| *fall > 0.0 && *fall >= half).map_or(1.0, |(u, _)| u)
+}
+
+fn speed_of(number: i32, per_decade: i32) -> f64 {
+    10f64.powf(f64::from(number) / f64::from(per_decade))
+}
+
+/// The belt speeds V that are tried, from the slowest, `per_decade` of them per factor of ten: from a
+/// thousandth of the slower to a thousand times the faster of two velocities of the machine, that of the
+/// static friction on its mass and spring, V = 1, and that at which its friction falls. A closed orbit reaches
+/// about twice the belt speed: data and samples give no answers beyond half their end, the fastest speed.
+///
+/// The speeds do not depend on the belt speed and the damping of the machine, so its limits do not either.
+pub(crate) fn belt_speeds(curve: &Curve, per_decade: i32) -> Vec<f64> {
+    let fall = half_fall(curve);
+    let index = |speed: f64| speed.log10() * f64::from(per_decade);
+    let first = (index(fall.min(1.0)) - DECADES * f64::from(per_decade)).floor() as i32;
+    let last = (index(fall.max(1.0)) + DECADES * f64::from(per_decade)).ceil() as i32;
+    let end = 0.5 * curve.fastest();
+    let mut speeds: Vec<f64> = (first..=last).map(|i| speed_of(i, per_decade)).collect();
+    if speeds.last().is_some_and(|last| *last > end) {
+        speeds.retain(|speed| *speed < end);
+        speeds.push(end);
+    }
+    speeds
 }
 
 /// By bisection, a value up to which `holds` is true, between `low`, where it is true, and `high`, where it
@@ -102,41 +134,35 @@ pub(crate) fn last_between(mut low: f64, mut high: f64, holds: impl Fn(f64) -> O
     Some(0.5 * (low + high))
 }
 
-/// The highest belt speed, within three decades of `near`, up to which `holds` is true and beyond which it is
-/// false.
-fn highest_belt_speed(near: f64, holds: impl Fn(f64) -> Option<bool>) -> Limit {
-    let mut beyond = Limit::Everywhere;
+/// The highest of the increasing `speeds` up to which `holds` is true and beyond which it is false, located
+/// between two of them.
+fn highest_belt_speed(speeds: &[f64], holds: impl Fn(f64) -> Option<bool>) -> Limit {
+    // The slowest speed from which on `holds` is false at all faster ones.
+    let mut fails_from = None;
     // The fastest speed from which on `holds` is false at all slower ones.
-    let mut none_up_to = Limit::NotFound;
-    for speed in belt_speeds(near, CRITICAL_PER_DECADE).rev() {
-        beyond = match (holds(speed), beyond) {
-            (Some(true), Limit::Below(high)) => {
-                return last_between(speed, high, holds).map_or(Limit::NotFound, Limit::Below);
+    let mut none_up_to = Limit::NotDetermined;
+    for &speed in speeds.iter().rev() {
+        match (holds(speed), fails_from) {
+            (Some(true), Some(high)) => {
+                return last_between(speed, high, holds).map_or(Limit::AtLeast(speed), Limit::Below);
             }
-            (Some(true), unchanged) => return unchanged,
+            (Some(true), None) => return Limit::AtLeast(speed),
             (Some(false), _) => {
-                if none_up_to == Limit::NotFound {
+                fails_from = Some(speed);
+                if none_up_to == Limit::NotDetermined {
                     none_up_to = Limit::NoneUpTo(speed);
                 }
-                Limit::Below(speed)
             }
-            (None, _) => {
-                none_up_to = Limit::NotFound;
-                Limit::NotFound
-            }
-        };
+            (None, _) => (fails_from, none_up_to) = (None, Limit::NotDetermined),
+        }
     }
     none_up_to
 }
 
 /// The highest belt speed V at which c* falls through the point's damping.
 fn critical_belt_speed(law: &Law, point: &Point, tolerance: f64) -> Limit {
-    // A closed orbit reaches about twice the belt speed: beyond half their end, data tell nothing.
-    let end = if let Law::Table(table) = law { 0.5 * table.fastest() } else { f64::INFINITY };
-    highest_belt_speed(point.belt_speed, |belt_speed| {
-        if belt_speed > end {
-            return None;
-        }
+    let speeds = belt_speeds(&law.column(point).curve, CRITICAL_PER_DECADE);
+    highest_belt_speed(&speeds, |belt_speed| {
         let column = law.column(&Point { belt_speed, ..*point });
         exceeds(&column, point.damping, tolerance).ok()
     })
@@ -203,31 +229,56 @@ mod tests {
         behaviour(&machine.model().unwrap(), 1e-10)
     }
 
+    fn example_point() -> Point {
+        example(Law::Exponential).model().unwrap().point
+    }
+
     /// Friction that rises: the machine stick-slips at no belt speed, as far as the data reach.
     #[test]
     fn a_limit_that_does_not_exist_is_told_from_an_unknown_one() {
+        let speeds = belt_speeds(&Law::Exponential.column(&example_point()).curve, CRITICAL_PER_DECADE);
+        let (slowest, fastest) = (speeds[0], *speeds.last().unwrap());
         let below = |known: f64, limit: f64| {
-            highest_belt_speed(1.0, |speed| (speed < known).then_some(speed < limit))
+            highest_belt_speed(&speeds, |speed| (speed < known).then_some(speed < limit))
         };
-        assert_eq!(below(f64::INFINITY, f64::INFINITY), Limit::Everywhere);
+        assert_eq!(below(f64::INFINITY, f64::INFINITY), Limit::AtLeast(fastest));
         assert!(matches!(below(f64::INFINITY, 2.0), Limit::Below(at) if (at - 2.0).abs() < 1e-9));
-        assert_eq!(below(f64::INFINITY, 0.0), Limit::NoneUpTo(1e3));
+        assert_eq!(below(f64::INFINITY, 0.0), Limit::NoneUpTo(fastest));
         assert!(matches!(below(5.0, 0.0), Limit::NoneUpTo(at) if at < 5.0 && at > 4.0));
-        assert_eq!(below(5.0, f64::INFINITY), Limit::NotFound);
-        assert_eq!(below(0.0, 0.0), Limit::NotFound);
-        // Unknown at the slowest speeds.
-        let slow = highest_belt_speed(1.0, |speed| (speed > 0.1).then_some(false));
-        assert_eq!(slow, Limit::NotFound);
+        assert!(matches!(below(5.0, f64::INFINITY), Limit::AtLeast(at) if at < 5.0 && at > 4.0));
+        assert_eq!(below(0.0, 0.0), Limit::NotDetermined);
+        // Unknown at the slowest speed.
+        let slow = highest_belt_speed(&speeds, |speed| (speed > slowest).then_some(false));
+        assert_eq!(slow, Limit::NotDetermined);
+        // Unknown around the limit.
+        let gap = highest_belt_speed(&speeds, |speed| (!(0.5..=2.0).contains(&speed)).then_some(speed < 1.0));
+        assert!(matches!(gap, Limit::AtLeast(at) if at < 0.5 && at > 0.4), "{gap:?}");
         let data = [0.0, 0.05, 0.1, 0.2, 0.5, 1.2].map(|u| (u, 0.3 + 0.2 * u));
         let friction = Friction::Measured(Table::new("rises", &data, 0.3).unwrap());
         let machine = Machine { friction, belt_speed: 0.2, ..example(Law::Stribeck) };
         let found = does(&machine).critical_belt_speed;
         assert!(matches!(found, Limit::NoneUpTo(speed) if speed > 0.5 && speed <= 0.6), "{found:?}");
-        // Friction that falls as far as the data reach has no limit there.
+        // Friction that falls as far as the data reach: the limit lies beyond half their end.
         let data = data.map(|(u, mu)| (u, 0.6 - mu));
         let friction = Friction::Measured(Table::new("falls", &data, 0.3).unwrap());
         let falls = Machine { friction, damping: 0.0, ..machine };
-        assert_eq!(does(&falls).critical_belt_speed, Limit::NotFound);
+        let found = does(&falls).critical_belt_speed;
+        assert!(matches!(found, Limit::AtLeast(speed) if (speed - 0.6).abs() < 1e-12), "{found:?}");
+    }
+
+    #[test]
+    fn tried_speeds_enclose_the_velocities_of_the_machine() {
+        // Friction that falls far below, at, and far above the velocity of its static force.
+        for velocity in [1e-4, 1.0, 1e4] {
+            let machine = example(Law::Exponential).with("stribeck_velocity", velocity).unwrap();
+            let model = machine.model().unwrap();
+            let speeds = belt_speeds(&model.column().curve, 4);
+            let velocity = velocity / model.si.units.velocity;
+            let (slowest, fastest) = (speeds[0], speeds[speeds.len() - 1]);
+            assert!(slowest <= 1.1e-3 * velocity.min(1.0), "{velocity}: {slowest}");
+            assert!(fastest >= 0.9e3 * velocity.max(1.0), "{velocity}: {fastest}");
+            assert!(speeds.len() < 2 * 4 * 6 * 2, "{}", speeds.len());
+        }
     }
 
     #[test]

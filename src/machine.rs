@@ -24,7 +24,7 @@
 mod doubts;
 mod friction;
 
-pub(crate) use doubts::scatter;
+pub(crate) use doubts::{negative, scatter};
 pub use friction::{Coefficients, Friction};
 
 use crate::friction::{Column, Law};

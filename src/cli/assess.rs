@@ -14,7 +14,8 @@ use super::point::parse_setting;
 use super::replace::refuse_existing;
 use super::report::{existing, failure};
 use super::{Ended, Failure};
-use crate::assessment::{Assessment, assess};
+use crate::assessment::{Assessment, NeededKick, assess};
+use crate::behaviour::Limit;
 use crate::report::{MachinePage, Subject, write_figure, write_file};
 use crate::risk::{Estimate, NoRisk, Risk, is_uncertain, risk, usual_draws};
 
@@ -127,6 +128,35 @@ fn source(arguments: &Arguments) -> String {
     format!("slipmap {}, {day}: {file}{sets}", env!("CARGO_PKG_VERSION"))
 }
 
+/// A limit with its status: what its value means.
+fn limit(limit: Limit) -> Value {
+    let (status, value) = match limit {
+        Limit::Below(value) => ("limit", Some(value)),
+        Limit::AtLeast(value) => ("at_least", Some(value)),
+        Limit::NoneUpTo(value) => ("none", Some(value)),
+        Limit::NotDetermined => ("not_determined", None),
+    };
+    json!({ "status": status, "value": value })
+}
+
+/// A limit of the damping that is `None` where it is unknown; none is needed where it is not positive.
+fn of_damping(limit: Option<f64>) -> Limit {
+    match limit {
+        Some(damping) if damping > 0.0 => Limit::Below(damping),
+        Some(_) => Limit::NoneUpTo(0.0),
+        None => Limit::NotDetermined,
+    }
+}
+
+fn kick_status(all: &Assessment) -> &'static str {
+    match all.needed_kick() {
+        NeededKick::Kick(_) => "kick",
+        NeededKick::NotNeeded => "not_needed",
+        NeededKick::None => "none",
+        NeededKick::NotDetermined => "not_determined",
+    }
+}
+
 fn to_json(all: &Assessment, risk: Option<&Risk>) -> Value {
     let (machine, does) = (&all.machine, &all.behaviour);
     let [slip, stick] = does.slip_and_stick_time.map_or([None; 2], |times| times.map(Some));
@@ -138,13 +168,24 @@ fn to_json(all: &Assessment, risk: Option<&Risk>) -> Value {
         "regime": does.regime.name(),
         "always_stick_slips_below_belt_speed": all.always_below_speed.value(),
         "may_stick_slip_below_belt_speed": does.critical_belt_speed.value(),
-        "always_stick_slips_below_damping": all.always_below_damping,
+        "always_stick_slips_below_damping": all.always_below_damping.value(),
         "may_stick_slip_below_damping": does.critical_damping,
         "may_stick_slip_below_damping_error": does.critical_damping_error,
         "may_stick_slip_below_damping_standard_error": all.standard_errors.and_then(|errors| errors.critical_damping),
         "steady_slip_unstable_below_damping": all.hopf_damping,
         "steady_slip_unstable_below_damping_standard_error": all.standard_errors.map(|errors| errors.hopf_damping),
         "vibrates_below_damping": all.vibrates_below_damping,
+        "limits": {
+            "always_stick_slips_below_belt_speed": limit(all.always_below_speed),
+            "may_stick_slip_below_belt_speed": limit(does.critical_belt_speed),
+            "always_stick_slips_below_damping": limit(all.always_below_damping),
+            "may_stick_slip_below_damping": limit(match does.critical_damping {
+                None if does.critical_damping_is_known => Limit::NoneUpTo(0.0),
+                critical => of_damping(critical),
+            }),
+            "steady_slip_unstable_below_damping": limit(of_damping(Some(all.hopf_damping))),
+            "vibrates_below_damping": limit(of_damping(all.vibrates_below_damping)),
+        },
         "damping_over_critical": all.safety_margin(),
         "needed_slip_speed": does.needed_slip_speed,
         "natural_frequency": does.natural_frequency,
@@ -153,6 +194,7 @@ fn to_json(all: &Assessment, risk: Option<&Risk>) -> Value {
         "stick_time": stick,
         "amplitude": does.amplitude,
         "velocity_amplitude": all.velocity_amplitude,
+        "kick_status": kick_status(all),
         "kick_forward": all.kick.map(|kick| kick.forward),
         "kick_backward": all.kick.map(|kick| kick.backward),
         "sensitivities": all.sensitivities,

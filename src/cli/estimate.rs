@@ -18,6 +18,8 @@ use crate::dataset::Schema;
 use crate::filippov::Oscillator;
 use crate::map::{self, Control, Grid, Method, Plan};
 use crate::simulate;
+use crate::simulate::continuation::MOST_POINTS;
+use crate::simulate::folds::MOST_SECTIONS;
 use crate::store::ByteSink;
 
 /// Duration above which a sample is extrapolated.
@@ -156,7 +158,12 @@ pub(super) fn run(
     line("methods", plan.methods.iter().map(|method| method.name()).collect::<Vec<_>>().join(", "));
     line("fields", plan.fields.iter().map(|field| field.name()).collect::<Vec<_>>().join(", "));
     if !plan.planes.is_empty() {
-        line("curves", format!("in {}", number_of(plan.planes.len(), "plane")));
+        let planes = number_of(plan.planes.len(), "plane");
+        let (points, folds) = (count(MOST_POINTS), count(MOST_SECTIONS));
+        line(
+            "curves",
+            format!("in {planes}, at most {points} points of each kind, {folds} of each fold curve"),
+        );
     }
     line("output", job.output.display().to_string());
     for replaced in preflight.replaces.iter().chain(&preflight.replaces_proof) {

@@ -7,7 +7,8 @@ use super::output::{Align, Table, short};
 use super::{Failure, say};
 use crate::behaviour::Behaviour;
 use crate::config::{MachineJob, load_machine};
-use crate::machine::{Dimension, Machine};
+use crate::friction::Law;
+use crate::machine::{Dimension, Machine, negative};
 use crate::number::rounded;
 use crate::probe::regime_words;
 use crate::risk::standard_error;
@@ -28,18 +29,35 @@ pub(super) fn warn(machine: &Machine) {
     }
 }
 
+/// Prints a warning if the law is a table with negative friction.
+pub(super) fn warn_of_law(law: &Law) {
+    if let Law::Table(table) = law.as_written()
+        && let Some(doubt) = negative(table)
+    {
+        say(&format!("warning: {doubt}"));
+    }
+}
+
 /// Refuses several belt speeds or dampings, except for a quantity that is set elsewhere.
 pub(super) fn check_single(
     job: &MachineJob,
     file: &Path,
     is_chosen: impl Fn(&str) -> bool,
 ) -> Result<(), Failure> {
-    for (name, values) in [("belt_speed", &job.belt_speeds), ("damping", &job.dampings)] {
-        if values.len() > 1 && !is_chosen(name) {
-            let problem = format!("{}: {name} has {} values", file.display(), values.len());
-            let help = format!("choose one, for example --set {name}={}", short(values[0]));
-            return Err(Failure::bad_input(problem, help));
-        }
+    let all = [("belt_speed", &job.belt_speeds), ("damping", &job.dampings)];
+    let several = all.iter().filter(|(name, values)| values.len() > 1 && !is_chosen(name));
+    let several: Vec<_> = several.collect();
+    if !several.is_empty() {
+        let join = |each: &dyn Fn(&str, &[f64]) -> String, separator: &str| {
+            several.iter().map(|(name, values)| each(name, values)).collect::<Vec<_>>().join(separator)
+        };
+        let counts = join(&|name, values| format!("{name} has {} values", values.len()), ", ");
+        let sets = join(&|name, values| format!("--set {name}={}", short(values[0])), " ");
+        let help = match several.len() {
+            1 => format!("choose one, for example {sets}"),
+            _ => format!("choose one of each, for example {sets}"),
+        };
+        return Err(Failure::bad_input(format!("{}: {counts}", file.display()), help));
     }
     Ok(())
 }

@@ -93,13 +93,17 @@ pub(super) struct PointArguments {
 
 fn parse_number(text: &str) -> Result<f64, String> {
     text.parse().map_err(|_| {
-        let remedy = decimal_comma(text).unwrap_or_else(|| "write for example 0.5 or 1e-3".into());
+        let remedy =
+            decimal_comma(text).unwrap_or_else(|| "write for example 0.5 or 1e-3, without a unit".into());
         format!("this is not a number; {remedy}")
     })
 }
 
 pub(super) fn parse_setting(text: &str) -> Result<(String, f64), String> {
     let (name, value) = text.split_once('=').ok_or("there is no `=` in it; write for example mu=0.3")?;
+    if value.contains('=') {
+        return Err("write each quantity with a --set of its own: --set mu=0.3 --set vs=0.1".into());
+    }
     // Also as `slipmap run` takes the quantities of a machine: machine.mass=1.
     let name = name.trim();
     Ok((name.strip_prefix("machine.").unwrap_or(name).to_owned(), parse_number(value.trim())?))

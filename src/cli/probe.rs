@@ -138,6 +138,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
         return probe_machine(arguments, file, tolerance);
     }
     let law = arguments.law.law()?;
+    super::machine::warn_of_law(&law);
     if arguments.points.is_some() {
         let given = |name: &&str| arguments.point.given.iter().any(|(known, _)| known == name);
         if Grid::axis_names(&law).iter().all(given) {

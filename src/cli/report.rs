@@ -89,6 +89,12 @@ pub(super) fn open(path: &Path) -> Result<MapFile, Failure> {
 
 /// Converts an error of opening or reading a map.
 fn unreadable(error: &StoreError) -> Failure {
+    if let StoreError::Io { path, source, .. } = error
+        && source.kind() == io::ErrorKind::NotFound
+    {
+        let problem = format!("{}: there is no such file", path.display());
+        return Failure::bad_input(problem, "check the path; `slipmap run` prints that of its map");
+    }
     let help = match error {
         StoreError::NotAMap { .. } => "\n  help: name a file written by `slipmap run`".into(),
         StoreError::Damaged { path, .. } => format!(

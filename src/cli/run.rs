@@ -133,8 +133,9 @@ fn prepare(arguments: &Arguments, job: Job) -> Result<Option<(Job, PartialMap)>,
         (false, false) => Permission::None,
     };
     let preflight = Preflight::check(&job, permission)?;
-    if let Some(machine) = &job.machine {
-        super::machine::warn(machine);
+    match &job.machine {
+        Some(machine) => super::machine::warn(machine),
+        None => super::machine::warn_of_law(job.plan.grid().law()),
     }
     if arguments.dry_run {
         if let Some(refused) = &preflight.refuses {

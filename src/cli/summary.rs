@@ -12,6 +12,7 @@ use crate::point::Point;
 use crate::probe::{command_line, fate_name};
 use crate::report::proved::{Rounded, proved_percent};
 use crate::simulate::bifurcation::Bifurcation;
+use crate::simulate::continuation::MOST_POINTS;
 
 pub(super) struct RunReport<'a> {
     pub(super) job: &'a Job,
@@ -256,6 +257,16 @@ fn curves_line(axes: &[Axis], curves: &PlaneCurves) -> String {
         .map(|(kind, count)| format!("{} {count}", kind.name().replace('_', " ")))
         .collect();
     found.push(if found.is_empty() { "none".into() } else { number_of(curves.points(), "point") });
+    let points_of = |kind: &Bifurcation| -> usize {
+        let of_kind = curves.curves.iter().filter(|curve| curve.bifurcation == *kind);
+        of_kind.map(|curve| curve.points.len()).sum()
+    };
+    // The last branch may end one point before the limit. Fold curves have a limit of their own.
+    let followed = Bifurcation::ALL.iter().filter(|kind| **kind != Bifurcation::Fold);
+    let cut = followed.filter(|kind| points_of(kind) + 1 >= MOST_POINTS);
+    found.extend(cut.map(|kind| {
+        format!("{} incomplete beyond {} points", kind.name().replace('_', " "), count(MOST_POINTS))
+    }));
     format!("curves over {} and {}{at}: {}", axes[plane.x].name, axes[plane.y].name, found.join(", "))
 }
 

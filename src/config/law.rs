@@ -126,11 +126,23 @@ pub(super) fn at_formula(node: &Node, error: &ExpressionError) -> ConfigError {
     node.error(&point_into(text, error), error.remedy.clone())
 }
 
-/// The problem, the formula below it, and marks under the part concerned.
+/// Number of characters of a formula that are quoted before and after the place of an error.
+const QUOTED: usize = 40;
+
+/// The problem, the formula below it, and marks under the part concerned. Of a long formula the characters around
+/// that part are quoted.
 #[must_use]
 pub fn point_into(text: &str, error: &ExpressionError) -> String {
-    let marks = "^".repeat(error.to.saturating_sub(error.from).max(1));
-    format!("{}\n    {text}\n    {}{marks}", error.problem, " ".repeat(error.from))
+    let letters: Vec<char> = text.chars().collect();
+    // Up to 20 more are quoted where that completes the formula.
+    let first = if error.from <= QUOTED + 20 { 0 } else { (error.from - QUOTED).min(letters.len()) };
+    let to = error.to.clamp(error.from + 1, error.from + 2 * QUOTED);
+    let last = if letters.len() <= to + QUOTED + 20 { letters.len() } else { to + QUOTED };
+    let quoted: String = letters[first..last.max(first)].iter().collect();
+    let before = if first > 0 { ".. " } else { "" };
+    let after = if last < letters.len() { " .." } else { "" };
+    let indent = " ".repeat(before.len() + error.from - first);
+    format!("{}\n    {before}{quoted}{after}\n    {indent}{}", error.problem, "^".repeat(to - error.from))
 }
 
 /// Largest size in bytes of the file of a measured law.
@@ -264,7 +276,8 @@ pub(crate) fn table_of_text(
         return fail(problem, "begin with the friction at slip speed 0, greater than 0");
     }
     let table = Table::new(name, &data, static_level.unwrap_or(first))
-        .and_then(|table| if errors.is_empty() { Ok(table) } else { table.with_standard_errors(&errors) });
+        .and_then(|table| if errors.is_empty() { Ok(table) } else { table.with_standard_errors(&errors) })
+        .map(|table| table.with_lines(&lines));
     table.map_err(|error| {
         let line = error.row.and_then(|row| lines.get(row)).map_or(String::new(), |line| format!(":{line}"));
         (format!("{name}{line}: {}", error.problem), error.remedy)

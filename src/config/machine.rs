@@ -158,8 +158,8 @@ fn normal(table: &Section) -> Result<Option<Spread>, ConfigError> {
     }
 }
 
-/// Reads only the law and the machine of `file`, with `values` instead of the values in the file. A quantity
-/// with a standard deviation keeps it around its new value.
+/// Reads the law and the machine of `file`, with `values` instead of the values in the file. A quantity
+/// with a standard deviation keeps it around its new value. The file is validated as for a run.
 ///
 /// # Errors
 /// The first error, with its place, its value and a remedy.
@@ -198,7 +198,14 @@ pub(crate) fn load_machine(file: &Path, values: &[(String, f64)]) -> Result<Mach
         return Err(section.unknown(key, remedy(key, &law)));
     }
     let title = root.get("title").map(|node| super::line(&node).map(str::to_owned)).transpose()?;
-    Ok(MachineJob { title, ..read(&section, &friction, &law)? })
+    let job = MachineJob { title, ..read(&section, &friction, &law)? };
+    // What is wrong in the rest of the file, or replaced by `values`, is an error of a run, so it is one here.
+    let only_set = values.iter().filter(|(name, _)| match names.contains(&name.as_str()) {
+        true => in_file.is_none(),
+        false => written.get(name).is_none(),
+    });
+    super::Job::load(file, &only_set.map(set).collect::<Vec<_>>())?;
+    Ok(job)
 }
 
 /// Reads the kind of motion.
@@ -384,6 +391,7 @@ fn measured(
             table.standard_errors().map(|errors| errors.iter().map(|error| error / unit).collect());
         errors.map_or(Ok(of.clone()), |errors| of.with_standard_errors(&errors))
     });
+    let coefficients = coefficients.map(|of| of.with_lines(table.lines()));
     coefficients.map(Friction::Measured).map_err(|error| file.error(&error.problem, error.remedy))
 }
 

@@ -31,12 +31,15 @@ use super::{Start, assets, catalogue, machine, place};
 const CONNECTIONS: usize = 256;
 /// Time limit for the head of a request, after which a silent connection is closed.
 const SILENCE: Duration = Duration::from_secs(10);
-/// Time limit of one answer.
+/// Time limit of an answer that the page waits for. An export has none: it is written in full, until a newer one
+/// takes its place, the user stops it or the page is closed.
 const LONGEST_WORK: Duration = Duration::from_secs(20);
 /// Number of pictures computed at a time; each uses all cores.
 const PICTURES: usize = 2;
 /// Number of points and figures computed at a time.
 const POINTS: usize = 4;
+/// Number of exports computed at a time; the page keeps its own pictures and points meanwhile.
+const EXPORTS: usize = 1;
 /// Interval between two checks of the flag that ends the server.
 const LOOK: Duration = Duration::from_millis(50);
 /// Time limit of unfinished work when the server ends.
@@ -47,6 +50,7 @@ struct Shared {
     tabs: Tabs,
     pictures: Arc<Semaphore>,
     points: Arc<Semaphore>,
+    exports: Arc<Semaphore>,
     start: Start,
 }
 
@@ -63,12 +67,13 @@ pub(crate) fn serve(listener: TcpListener, start: Start, stop: &AtomicBool) -> i
         tabs: Tabs::default(),
         pictures: Arc::new(Semaphore::new(PICTURES)),
         points: Arc::new(Semaphore::new(POINTS)),
+        exports: Arc::new(Semaphore::new(EXPORTS)),
         start,
     });
     let router = routes(Arc::clone(&shared))
         .layer(axum::middleware::from_fn_with_state(Names::of_port(port), protect));
     let mut runtime = tokio::runtime::Builder::new_current_thread();
-    runtime.enable_io().enable_time().max_blocking_threads(PICTURES + POINTS);
+    runtime.enable_io().enable_time().max_blocking_threads(PICTURES + POINTS + EXPORTS);
     let runtime = runtime.build()?;
     let ended = runtime.block_on(async {
         let listener = tokio::net::TcpListener::from_std(listener)?;
@@ -126,27 +131,38 @@ async fn accept(listener: tokio::net::TcpListener, router: Router) {
     }
 }
 
-/// Runs the work of a request on its own thread until it is superseded or exceeds its time limit. Work that
-/// cannot stop at once keeps its permit, so that a lane never runs more work than it has permits.
+/// Runs the work of a request as [`to_the_end`], within the time limit.
 async fn carry_out<T: Send + 'static>(
     lane: &Arc<Semaphore>,
     ticket: Ticket,
     work: impl FnOnce(&AtomicBool) -> Result<T, Refusal> + Send + 'static,
 ) -> Result<T, Refusal> {
-    let answer = async {
-        let place = Arc::clone(lane).acquire_owned().await;
-        if ticket.is_overtaken() {
-            return Err(Refusal::overtaken());
-        }
-        let stop = Arc::clone(ticket.stop());
-        let done = tokio::task::spawn_blocking(move || {
-            let _place = place;
-            work(&stop)
-        });
-        done.await.unwrap_or_else(|panic| Err(Refusal::broken(format!("the computation failed: {panic}"))))
-    };
-    let answer = tokio::time::timeout(LONGEST_WORK, answer).await;
-    answer.unwrap_or_else(|_| Err(Refusal::out_of_time(LONGEST_WORK.as_secs())))
+    within(LONGEST_WORK, to_the_end(lane, ticket, work)).await
+}
+
+/// Refuses what takes longer than the limit.
+async fn within<T>(limit: Duration, answer: impl Future<Output = Result<T, Refusal>>) -> Result<T, Refusal> {
+    let answer = tokio::time::timeout(limit, answer).await;
+    answer.unwrap_or_else(|_| Err(Refusal::out_of_time(limit.as_secs())))
+}
+
+/// Runs the work of a request on its own thread until it is superseded. Work that cannot stop at once keeps its
+/// permit, so that a lane never runs more work than it has permits.
+async fn to_the_end<T: Send + 'static>(
+    lane: &Arc<Semaphore>,
+    ticket: Ticket,
+    work: impl FnOnce(&AtomicBool) -> Result<T, Refusal> + Send + 'static,
+) -> Result<T, Refusal> {
+    let place = Arc::clone(lane).acquire_owned().await;
+    if ticket.is_overtaken() {
+        return Err(Refusal::overtaken());
+    }
+    let stop = Arc::clone(ticket.stop());
+    let done = tokio::task::spawn_blocking(move || {
+        let _place = place;
+        work(&stop)
+    });
+    done.await.unwrap_or_else(|panic| Err(Refusal::broken(format!("the computation failed: {panic}"))))
 }
 
 async fn start(State(shared): OfPage) -> Json<Value> {
@@ -231,7 +247,7 @@ async fn file(
     JsonBody(request): JsonBody<ExportRequest>,
 ) -> Result<Response, Refusal> {
     let ticket = shared.tabs.take(&request.plane.turn, "file")?;
-    let (kind, bytes) = carry_out(&shared.pictures, ticket, move |stop| request.file(stop)).await?;
+    let (kind, bytes) = to_the_end(&shared.exports, ticket, move |stop| request.file(stop)).await?;
     Ok(([(CONTENT_TYPE, kind)], bytes).into_response())
 }
 
@@ -240,6 +256,29 @@ mod tests {
     use std::sync::mpsc::channel;
 
     use super::*;
+
+    #[test]
+    fn an_export_is_finished_where_an_answer_to_the_page_is_late() {
+        let runtime = tokio::runtime::Builder::new_current_thread().enable_time().build().unwrap();
+        let answer = |number: u64, limit: Option<Duration>| {
+            runtime.block_on(async {
+                let turn = serde_json::from_value(json!({ "tab": "tab", "number": number })).unwrap();
+                let ticket = Tabs::default().take(&turn, "file").unwrap();
+                let lane = Arc::new(Semaphore::new(EXPORTS));
+                let work = |_: &AtomicBool| {
+                    std::thread::sleep(Duration::from_millis(200));
+                    Ok(())
+                };
+                let export = to_the_end(&lane, ticket, work);
+                match limit {
+                    Some(limit) => within(limit, export).await,
+                    None => export.await,
+                }
+            })
+        };
+        assert!(answer(1, Some(Duration::from_millis(10))).unwrap_err().is_out_of_time());
+        assert_eq!(answer(2, None), Ok(()));
+    }
 
     #[test]
     fn work_keeps_its_place_until_it_ends_though_nobody_waits_for_it() {

@@ -53,6 +53,8 @@ struct Cubics {
     slope: Vec<f64>,
     /// Standard errors of the friction, in the units of `friction`.
     errors: Option<Vec<f64>>,
+    /// The line of each datum in its file; empty for data that are not from a file.
+    lines: Vec<usize>,
 }
 
 /// phi on one piece as phi_0 + t (s_0 + t (c_2 + t c_3)), t = u - u_0.
@@ -134,7 +136,18 @@ impl Table {
             phi,
             slope,
             errors: None,
+            lines: Vec::new(),
         })))
+    }
+
+    /// The same table with the line of each datum in its file, for messages.
+    pub(crate) fn with_lines(&self, lines: &[usize]) -> Self {
+        Self(Arc::new(Cubics { lines: lines.to_vec(), ..Cubics::clone(&self.0) }))
+    }
+
+    /// The lines of the data in their file; empty for data that are not from a file.
+    pub(crate) fn lines(&self) -> &[usize] {
+        &self.0.lines
     }
 
     /// The same table with the standard error of each friction value, in the units of the friction.

@@ -55,6 +55,9 @@ impl Machine {
                 table.origin()
             ));
         }
+        if let Friction::Measured(table) = &self.friction {
+            doubts.extend(negative(table));
+        }
         if let Friction::Measured(table) = &self.friction
             && let Some((turns, rows)) = scatter(table)
         {
@@ -67,6 +70,24 @@ impl Machine {
         }
         doubts
     }
+}
+
+/// The warning about a table with negative friction, which would push the mass on; `None` for other tables.
+pub(crate) fn negative(table: &Table) -> Option<String> {
+    let mut rows = table.data().enumerate().filter(|(_, (_, friction))| *friction < 0.0);
+    let (row, (u, friction)) = rows.next()?;
+    let also = match rows.count() {
+        0 => String::new(),
+        1 => ", and in one more row".to_owned(),
+        more => format!(", and in {more} more rows"),
+    };
+    let place =
+        table.lines().get(row).map_or_else(|| format!(", row {}", row + 1), |line| format!(":{line}"));
+    Some(format!(
+        "{}{place}: the friction is negative, {friction} at slip speed {u}{also}: it would push the mass on; check the \
+         sign, and the zero of the measurement",
+        table.origin()
+    ))
 }
 
 /// The number of changes of direction and the number of rows, for a table that changes its direction so often
@@ -93,6 +114,19 @@ mod tests {
             odd("belt_speed", 150.0)
         );
         assert!(odd("static_friction", 20.0).contains("at rest is 20, above 5"));
+        let negative = {
+            let data = [(0.0, 0.4), (0.2, -0.1), (0.5, 0.33), (0.6, -0.2)];
+            Table::new("pad.csv", &data, 0.4).unwrap()
+        };
+        let of = |table: Table| Machine { friction: Friction::Measured(table), ..machine.clone() }.doubts();
+        let said = of(negative.with_lines(&[2, 5, 6, 7])).join("; ");
+        assert!(
+            said.starts_with(
+                "pad.csv:5: the friction is negative, -0.1 at slip speed 0.2, and in one more row: "
+            ),
+            "{said}"
+        );
+        assert!(of(negative).join("; ").starts_with("pad.csv, row 2: the friction is negative"));
         let measured = |unit: f64| {
             let data = [(0.0, 0.4), (0.2 * unit, 0.35), (0.5 * unit, 0.33)];
             let friction = Friction::Measured(Table::new("a.csv", &data, 0.4).unwrap());

@@ -13,6 +13,7 @@ use super::text::{Rich, rich};
 use crate::assessment::Assessment;
 use crate::risk::{Risk, Uncertain};
 use figures::FIGURE;
+pub(super) use lines::percent;
 use lines::{Line, Section};
 
 /// Size of the page: A4, in points.

@@ -1,16 +1,33 @@
 //! The summary on the first screen of a report.
 
+use super::figure::picks;
+use super::machine_page::percent;
 use super::tables::undetermined_regimes;
 use super::text::{Rich, rich};
 use super::units::{View, join};
 use super::{Report, SIMULATION};
 use crate::behaviour::behaviour;
+use crate::dataset::auxiliary::PROBABILITY;
 use crate::machine::Dimension;
 use crate::map::Verdict;
 use crate::number::count;
 
 /// Bound on the error of the scaled grazing margin for a machine.
 const TOLERANCE: f64 = 1e-9;
+
+/// The smallest and the largest probability that the machine may stick-slip; `None` for a map without them.
+fn probabilities(view: &View) -> Option<(f64, f64)> {
+    let map = view.map;
+    let axes = map.grid().axes().len();
+    let (all, first) = ([axes - 2, axes - 1], vec![0; axes]);
+    let values = map
+        .has_auxiliary(PROBABILITY)
+        .then(|| map.real_slice(PROBABILITY, &picks(map, &all, &first, axes)).ok());
+    let values = values.flatten()?;
+    let known = || values.iter().copied().filter(|value| value.is_finite());
+    let (least, most) = (known().fold(f64::INFINITY, f64::min), known().fold(f64::NEG_INFINITY, f64::max));
+    (least <= most).then_some((least, most))
+}
 
 /// The lines of the summary: a name and its value.
 pub(super) fn summary(view: &View, report: &Report) -> Vec<(Rich, Rich)> {
@@ -37,6 +54,14 @@ pub(super) fn summary(view: &View, report: &Report) -> Vec<(Rich, Rich)> {
             line("amplitude", quantity(amplitude, Dimension::Length).then(at));
         }
         line("natural frequency", Rich::number(does.natural_frequency, 4).then(" Hz"));
+    }
+    if let Some((least, most)) = probabilities(view) {
+        let range = match least == most {
+            true => percent(least),
+            false => format!("{} to {}", percent(least), percent(most)),
+        };
+        let words = format!("{range} % over the belt speeds and dampings, {PROBABILITY} in the map");
+        line("probability that it may stick-slip, by the uncertain quantities", Rich::foreign(&words));
     }
     let cells = count(map.grid().cells() as u64);
     line("friction law", Rich::foreign(map.grid().law().name()));

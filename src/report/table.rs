@@ -1,6 +1,8 @@
 //! A table independent of formats, and its formats: Markdown, HTML, LaTeX and CSV.
 
-use super::text::{Rich, html, latex, markdown, rich};
+mod latex;
+
+use super::text::{Rich, html, markdown, rich};
 use crate::number::{in_groups, scientific, without_zeros};
 
 /// The contents of a cell.
@@ -93,9 +95,6 @@ enum Style {
     Trimmed(usize),
     Scientific(usize),
 }
-
-/// Number of columns above which tables have a smaller font, and narrower gaps, in LaTeX.
-const WIDE: usize = 10;
 
 /// Range of numbers that are shown without a power of ten. In LaTeX, where numbers are aligned, one number
 /// outside of it gives the whole column a power of ten.
@@ -207,95 +206,6 @@ impl Table {
         text
     }
 
-    /// As a LaTeX `table` for `\input`; needs `booktabs` and `siunitx`.
-    #[must_use]
-    pub fn latex(&self) -> String {
-        let styles: Vec<Style> = (0..self.columns.len()).map(|column| self.aligned_style(column)).collect();
-        let is_wide = self.columns.len() > WIDE;
-        let mut text = format!(
-            "% Needs \\usepackage{{booktabs}} and \\usepackage{{siunitx}}.\n\\begin{{table}}\n\\centering\n\\{}\n\\setlength{{\\tabcolsep}}{{{}}}\n\\caption{{{}}}\n\
-             \\label{{tab:slipmap-{}}}\n\\begin{{tabular}}{{",
-            if is_wide { "scriptsize" } else { "footnotesize" },
-            if is_wide { "1.5pt" } else { "3pt" },
-            self.caption.latex(),
-            self.name
-        );
-        for (column, style) in styles.iter().enumerate() {
-            text.push_str(&self.latex_column(column, *style));
-        }
-        text.push_str("}\n\\toprule\n");
-        let headings: Vec<String> =
-            self.columns.iter().map(|column| format!("{{{}}}", column.heading.latex())).collect();
-        text.push_str(&format!("{} \\\\\n\\midrule\n", headings.join(" & ")));
-        for row in &self.rows {
-            let cells: Vec<String> = row
-                .iter()
-                .zip(&styles)
-                .map(|(cell, style)| match cell {
-                    Cell::Words(words) => breakable(words),
-                    Cell::Missing if matches!(style, Style::Words) => "--".into(),
-                    Cell::Missing => "{--}".into(),
-                    _ => match decimal(cell, *style) {
-                        Some(Decimal { mantissa, exponent: 0 }) if !matches!(style, Style::Scientific(_)) => {
-                            mantissa
-                        }
-                        Some(Decimal { mantissa, exponent }) => format!("{mantissa}e{exponent}"),
-                        None => "{--}".into(),
-                    },
-                })
-                .collect();
-            text.push_str(&format!("{} \\\\\n", cells.join(" & ")));
-        }
-        text.push_str("\\bottomrule\n\\end{tabular}\n");
-        for note in &self.notes {
-            text.push_str(&format!("\\par\\smallskip{{\\footnotesize {}\\par}}\n", note.latex()));
-        }
-        text.push_str("\\end{table}\n");
-        text
-    }
-
-    /// The column type of `tabular` that fits the widest number.
-    fn latex_column(&self, column: usize, style: Style) -> String {
-        if matches!(style, Style::Words) {
-            return self.latex_words_column(column);
-        }
-        let numbers: Vec<Decimal> = self.rows.iter().filter_map(|row| decimal(&row[column], style)).collect();
-        let widest = |count: fn(&Decimal) -> usize| numbers.iter().map(count).max().unwrap_or(1);
-        let whole = widest(|n| n.mantissa.trim_start_matches('-').split('.').next().map_or(1, str::len));
-        let decimals = widest(|n| n.mantissa.split_once('.').map_or(0, |(_, decimals)| decimals.len()));
-        let exponent = widest(|n| n.exponent.unsigned_abs().to_string().len());
-        let sign = if numbers.iter().any(|n| n.mantissa.starts_with('-')) { "-" } else { "" };
-        match style {
-            Style::Scientific(_) => {
-                let down = if numbers.iter().any(|n| n.exponent < 0) { "-" } else { "" };
-                format!("S[table-format={sign}{whole}.{decimals}e{down}{exponent}]")
-            }
-            _ => format!("S[table-format={sign}{whole}.{decimals}]"),
-        }
-    }
-
-    /// A column of words: paragraphs if the words of the table do not fit on a line.
-    fn latex_words_column(&self, column: usize) -> String {
-        const LINE: usize = 90;
-        let longest = |column: usize| {
-            let lengths = self.rows.iter().map(|row| match &row[column] {
-                Cell::Words(words) => words.chars().count(),
-                _ => 0,
-            });
-            lengths.max().unwrap_or(0)
-        };
-        let all: Vec<usize> = (0..self.columns.len()).map(longest).collect();
-        let room = LINE.saturating_sub(all.iter().filter(|length| **length <= LINE / 4).sum());
-        if all.iter().sum::<usize>() <= LINE || all[column] <= LINE / 4 {
-            return "l".into();
-        }
-        // The long columns share the width that the short ones leave.
-        let long = all.iter().filter(|length| **length > LINE / 4).count();
-        let share = (room as f64 / LINE as f64).max(0.3) / long as f64;
-        // The gaps on both sides are part of the line, too.
-        format!("p{{\\dimexpr{share:.2}\\linewidth-2\\tabcolsep\\relax}}")
-    }
-
     /// As CSV, numbers with all digits.
     #[must_use]
     pub fn csv(&self) -> String {
@@ -317,17 +227,6 @@ pub(crate) fn csv_text(heading: Vec<String>, rows: impl Iterator<Item = Vec<Stri
 
 /// Longest word that is not broken; longer ones, such as fingerprints, may be broken anywhere.
 const LONGEST_WORD: usize = 40;
-
-/// Words for LaTeX, with places at which long ones may be broken.
-fn breakable(words: &str) -> String {
-    let parts = words.split(' ').map(|word| match word.is_ascii() && word.len() > LONGEST_WORD {
-        true => {
-            word.as_bytes().chunks(8).map(|part| latex(&String::from_utf8_lossy(part))).collect::<Vec<_>>()
-        }
-        false => vec![latex(word)],
-    });
-    parts.map(|parts| parts.join("\\allowbreak{}")).collect::<Vec<_>>().join(" ")
-}
 
 /// Words in a cell of a CSV file, made harmless for terminals and spreadsheets: no control characters, and an
 /// apostrophe before text that a spreadsheet would take for a formula.

@@ -4,7 +4,8 @@
 //! function on a grid of `STEPS` steps a side; closed curves that fit between its nodes are missed. Curves
 //! are followed in both directions by pseudo-arclength continuation: a step along the secant, then a root on
 //! the normal through its end. Steps shrink where the curve turns. A curve ends on the border of the square,
-//! where it closes, or where the function is undefined (for instance at a point of codimension two).
+//! where it closes, or where the function is undefined (for instance at a point of codimension two). All curves
+//! of a function together have at most `MOST_POINTS` points, as many as a figure as wide as a page can show.
 //!
 //! **Error.** For each point, its distance from the curve: (|value| + error of the value) over the slope of
 //! the function along the normal. Between points the curve leaves its chord by at most about an eighth of the
@@ -21,8 +22,8 @@ const SHORTEST: f64 = 1e-5;
 /// Largest angle between successive steps: a step that turns by more is repeated at half the length, one that
 /// turns by less than a third of it is followed by a longer one.
 const LARGEST_TURN: f64 = 0.2;
-/// Largest number of points of one curve.
-const MOST_POINTS: usize = 20_000;
+/// Largest number of points of all curves of a function.
+pub(crate) const MOST_POINTS: usize = 2_000;
 /// Largest number of trials for one root.
 const TRIALS: u32 = 60;
 /// Smallest distance of two trials: neighbours in double precision.
@@ -71,22 +72,29 @@ pub struct Branch {
 
 pub(crate) fn zero_curves(function: TestFunction) -> Vec<Branch> {
     let mut branches: Vec<Branch> = Vec::new();
+    let mut left = MOST_POINTS;
     for seed in seeds(function) {
+        if left < 2 {
+            break;
+        }
         if branches.iter().any(|branch| covers(branch, seed.place)) {
             continue;
         }
         let Some((direction, slope)) = start(function, seed.place) else {
             continue;
         };
-        let (ahead, closed) = follow(function, seed, direction, slope);
+        // The seed is a point, too.
+        let (ahead, closed) = follow(function, seed, direction, slope, left - 1);
         let mut points = Vec::new();
         if !closed {
-            let (behind, _) = follow(function, seed, direction.map(|x| -x), -slope);
+            let room = left - 1 - ahead.len();
+            let (behind, _) = follow(function, seed, direction.map(|x| -x), -slope, room);
             points.extend(behind.into_iter().rev());
         }
         points.push(seed);
         points.extend(ahead);
         if points.len() > 1 {
+            left -= points.len();
             branches.push(Branch { points, closed });
         }
     }
@@ -242,16 +250,17 @@ impl Line<'_> {
     }
 }
 
-/// The points after `start` in a direction, and whether they lead back to it.
+/// The points after `start` in a direction, at most `most` of them, and whether they lead back to it.
 fn follow(
     function: TestFunction,
     start: CurvePoint,
     first_direction: [f64; 2],
     mut slope: f64,
+    most: usize,
 ) -> (Vec<CurvePoint>, bool) {
     let mut points: Vec<CurvePoint> = Vec::new();
     let (mut here, mut direction, mut h) = (start.place, first_direction, 0.25 * LONGEST);
-    while points.len() < MOST_POINTS && h >= SHORTEST {
+    while points.len() < most && h >= SHORTEST {
         let back = minus(start.place, here);
         let ahead = dot(back, direction);
         let aside = dot(back, normal(direction)).abs();
@@ -337,6 +346,14 @@ mod tests {
     /// A function whose error is round-off.
     fn exact(f: impl Fn(f64, f64) -> f64 + Sync) -> impl Fn([f64; 2]) -> Option<TestValue> + Sync {
         move |[x, y]| Some(TestValue { value: f(x, y), error: 4.0 * f64::EPSILON })
+    }
+
+    /// Rings within rings: what a figure cannot show is left out.
+    #[test]
+    fn all_curves_together_have_as_many_points_as_a_figure_shows() {
+        let rings = exact(|x, y| (250.0 * ((x - 0.5) * (x - 0.5) + (y - 0.5) * (y - 0.5))).sin());
+        let points: usize = zero_curves(&rings).iter().map(|curve| curve.points.len()).sum();
+        assert!(points > MOST_POINTS / 2 && points <= MOST_POINTS, "{points}");
     }
 
     #[test]

@@ -5,7 +5,7 @@
 //! The other axis is cut into `PARTS` parts. Each is halved until the extremes at neighbouring sections
 //! correspond to each other one by one, move little, and lie on a line within `FLAT`. Where two extremes meet
 //! in a cusp, or one leaves through an end of the backbone, the part is halved `HALVINGS` times: branches end
-//! there. Two extremes that appear and vanish again between neighbouring sections are missed.
+//! there. All parts are halved alike, so that `MOST_SECTIONS` sections are spread over the plane. Two extremes that appear and vanish again between neighbouring sections are missed.
 
 use rayon::prelude::*;
 
@@ -13,9 +13,11 @@ use super::continuation::{Branch, CurvePoint};
 
 /// Number of parts of the other axis, each of which is halved at least once.
 const PARTS: usize = 64;
-/// Largest number of halvings of a part, and of sections in it.
+/// Largest number of halvings of a part.
 const HALVINGS: u32 = 8;
-const MOST_SECTIONS: usize = 60;
+/// Largest number of sections, as many as a figure can show. Each is a backbone; extremes of noisy ones correspond
+/// nowhere.
+pub(crate) const MOST_SECTIONS: usize = 600;
 /// Largest distance, in amplitude over belt speed and in sides of the plane, of extremes that correspond.
 const NEAR: f64 = 0.04;
 /// Largest distance of the middle of a part from its chord, in sides.
@@ -79,15 +81,7 @@ pub(crate) type Extremes<'a> = &'a (dyn Fn(f64) -> Vec<Extreme> + Sync);
 pub(crate) fn fold_curves(extremes: Extremes, damping_axis: usize) -> Vec<Branch> {
     let at = |share: f64| Section { share, extremes: extremes(share) };
     let nodes: Vec<Section> = (0..=PARTS).into_par_iter().map(|i| at(i as f64 / PARTS as f64)).collect();
-    let inner: Vec<Vec<Section>> = nodes
-        .par_windows(2)
-        .map(|ends| between(&at, &ends[0], &ends[1], HALVINGS, &mut { MOST_SECTIONS }))
-        .collect();
-    let mut sections = Vec::new();
-    for (i, node) in nodes.into_iter().enumerate() {
-        sections.push(node);
-        sections.extend(inner.get(i).cloned().unwrap_or_default());
-    }
+    let sections = refined(&at, nodes);
     let place = |share: f64, height: f64| if damping_axis == 0 { [height, share] } else { [share, height] };
     let point = |&(share, extreme): &Followed| CurvePoint {
         place: place(share, extreme.height),
@@ -98,31 +92,47 @@ pub(crate) fn fold_curves(extremes: Extremes, damping_axis: usize) -> Vec<Branch
     curves.iter().map(|points| Branch { points: points.iter().map(point).collect(), closed: false }).collect()
 }
 
-/// The sections needed between two neighbouring ones.
-fn between(
-    at: &dyn Fn(f64) -> Section,
-    from: &Section,
-    to: &Section,
-    halvings: u32,
-    left: &mut usize,
-) -> Vec<Section> {
-    if halvings == 0 || *left == 0 {
-        return Vec::new();
+/// The sections with those that are needed between them. Gaps are halved together, level by level, as long as the
+/// halves of all of them are within the limit; so the result does not depend on the order of the work.
+fn refined(at: &(dyn Fn(f64) -> Section + Sync), nodes: Vec<Section>) -> Vec<Section> {
+    // Each section with whether the gap after it is to be halved.
+    let last = nodes.len() - 1;
+    let mut sections: Vec<(Section, bool)> =
+        nodes.into_iter().enumerate().map(|(i, node)| (node, i < last)).collect();
+    for _ in 0..HALVINGS {
+        let open: Vec<usize> = (0..sections.len()).filter(|&i| sections[i].1).collect();
+        if open.is_empty() || sections.len() + open.len() > MOST_SECTIONS {
+            break;
+        }
+        let middles: Vec<Section> =
+            open.par_iter().map(|&i| at(0.5 * (sections[i].0.share + sections[i + 1].0.share))).collect();
+        let is_smooth: Vec<bool> = open
+            .iter()
+            .zip(&middles)
+            .map(|(&i, middle)| is_between(&sections[i].0, middle, &sections[i + 1].0))
+            .collect();
+        let mut halves = middles.into_iter().zip(is_smooth);
+        let mut finer = Vec::with_capacity(sections.len() + open.len());
+        for (section, is_open) in sections {
+            match is_open.then(|| halves.next()).flatten() {
+                None => finer.push((section, false)),
+                Some((middle, is_smooth)) => finer.extend([(section, !is_smooth), (middle, !is_smooth)]),
+            }
+        }
+        sections = finer;
     }
-    *left -= 1;
-    let middle = at(0.5 * (from.share + to.share));
-    let ends = from.extremes.iter().zip(&to.extremes);
-    if from.corresponds(&middle)
+    sections.into_iter().map(|(section, _)| section).collect()
+}
+
+/// Whether the extremes of three sections correspond and lie on lines.
+fn is_between(from: &Section, middle: &Section, to: &Section) -> bool {
+    let mut ends = from.extremes.iter().zip(&to.extremes);
+    from.corresponds(middle)
         && middle.corresponds(to)
-        && middle.extremes.iter().zip(ends).all(|(middle, (from, to))| middle.is_on_chord(*from, *to))
-    {
-        return vec![middle];
-    }
-    let mut all = between(at, from, &middle, halvings - 1, left);
-    let after = between(at, &middle, to, halvings - 1, left);
-    all.push(middle);
-    all.extend(after);
-    all
+        && middle
+            .extremes
+            .iter()
+            .all(|middle| ends.next().is_some_and(|(from, to)| middle.is_on_chord(*from, *to)))
 }
 
 /// An extreme at a place of the other axis.
@@ -288,6 +298,25 @@ mod tests {
             let right = curve.points.iter().all(|point| point.place[0] > 0.4055);
             assert!(left || right, "{curve:?}");
         }
+    }
+
+    /// Extremes of a noisy backbone, which do not correspond anywhere: the work is bounded, and spread evenly.
+    #[test]
+    fn noise_does_not_multiply_the_sections() {
+        let sections = std::sync::Mutex::new(Vec::new());
+        let at = |s: f64| {
+            sections.lock().unwrap().push(s);
+            let random = (s.to_bits().wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 11) as f64 / (1u64 << 53) as f64;
+            let height = 0.3 + 0.4 * random;
+            vec![Extreme { amplitude: 0.5, height, error: 0.0, is_maximum: true }]
+        };
+        let points: usize = fold_curves(&at, 1).iter().map(|curve| curve.points.len()).sum();
+        let mut sections = sections.into_inner().unwrap();
+        sections.sort_by(f64::total_cmp);
+        assert!(points <= MOST_SECTIONS && sections.len() <= MOST_SECTIONS, "{points} {}", sections.len());
+        let widest = sections.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max);
+        // Some three sections correspond by chance.
+        assert!(sections.len() > MOST_SECTIONS / 2 && widest < 1.5 / PARTS as f64, "{widest}");
     }
 
     #[test]

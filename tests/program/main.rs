@@ -20,6 +20,7 @@ mod laws;
 mod long_axes;
 mod machine;
 mod machine_laws;
+mod machine_limits;
 mod map_equal;
 #[cfg(target_os = "linux")]
 mod mounts;

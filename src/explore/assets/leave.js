@@ -43,6 +43,7 @@ export class Leave {
     });
     this.problem = element("p", { class: "problem", role: "alert" });
     this.texts = element("div");
+    this.progress = element("p", { class: "hint", role: "status", id: "export-progress" });
     const files = FILES.map(([ending, words]) => element("button", { type: "button", "data-file": ending, onclick: () => this.keep(ending) }, words));
     const page = element("button", { type: "button", "data-file": "html", onclick: () => this.keep_page() }, "This page, HTML");
     const link = element("input", { readonly: true, value: location.href, "aria-label": "link to this state", id: "link" });
@@ -50,7 +51,7 @@ export class Leave {
     this.box.replaceChildren(
       element("h3", {}, "Link"), element("div", { class: "copied" }, link, this.copier(() => location.href, "Copy the link")),
       element("h3", {}, "Files"), element("label", { class: "field" }, "cells along each axis", cells),
-      element("div", { class: "files" }, ...files, page), this.problem,
+      element("div", { class: "files" }, ...files, page), this.progress, this.problem,
       this.texts,
     );
     await this.tell();
@@ -88,12 +89,30 @@ export class Leave {
     }
   }
 
+  // Computes and saves a file. However long it takes, it is finished, unless it is stopped or another is wanted.
   async keep(ending) {
+    this.stop?.abort();
+    const stop = (this.stop = new AbortController());
+    const { progress, cells } = this;
+    const name = `plane.${ending}`;
+    const start = Date.now();
+    const words = element("span");
+    const tell = () => (words.textContent = `Computing ${cells} x ${cells} cells for ${name}: ${Math.round((Date.now() - start) / 1000)} s. It is saved when it is done. `);
+    tell();
+    progress.replaceChildren(words, element("button", { type: "button", "data-stop": ending, onclick: () => stop.abort() }, "Stop"));
+    const clock = setInterval(tell, 1000);
+    let said = "";
     try {
-      save(await file({ ...this.body(), file: ending }), `plane.${ending}`);
+      save(await file({ ...this.body(), file: ending }, stop.signal), name);
+      said = `${name} is saved.`;
       this.complain(null);
     } catch (problem) {
+      said = stop.signal.aborted ? `${name} was stopped.` : "";
       this.complain(problem);
+    } finally {
+      clearInterval(clock);
+      // A newer export tells its own progress.
+      if (this.stop === stop) progress.replaceChildren(said);
     }
   }
 

@@ -36,6 +36,19 @@ pub(crate) struct Area<'a> {
     pub(crate) title: Rich,
 }
 
+impl Area<'_> {
+    /// Whether each cell failed; numbers do not tell.
+    pub(super) fn failed(&self) -> Vec<bool> {
+        match &self.layer {
+            Layer::Codes(cells, kinds) => {
+                let failed = kinds.iter().find(|kind| kind.fill == palette::FAILED).map(|kind| kind.code);
+                cells.iter().map(|code| Some(*code) == failed).collect()
+            }
+            Layer::Reals(_) => Vec::new(),
+        }
+    }
+}
+
 /// Colours for cells without a number.
 const NO_NUMBER: Fill = Fill::hatched(palette::WHITE, Hatch::Rising, "#b4b4b4");
 /// Number of steps of a colour scale: more cannot be distinguished, and equal neighbours become one

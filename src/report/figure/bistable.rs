@@ -2,17 +2,22 @@
 //! at which steady slip and the stick-slip cycle both attract. Where the critical damping is the smaller of
 //! the two, a slip cycle attracts between them.
 
-use super::super::text::rich;
+use ndarray::Array2;
+
+use super::super::ReportError;
+use super::super::text::{Rich, rich};
 use super::super::units::{Label, View};
 use super::axis::{Scale, extremes};
 use super::curves::Budget;
 use super::data::Data;
 use super::legend::{Legend, Sample};
 use super::panels::{Panel, Panels, write_heading};
-use super::scene::{Marker, Place, Scene, Stroke, Width};
-use super::slice::equals;
+use super::region::outlines;
+use super::scene::{Marker, Place, Rect, Scene, Stroke, Width};
+use super::slice::{Slice, equals};
 use super::{Figure, at_each_width, curves, palette};
 use crate::map::Regime;
+use crate::number::count;
 
 /// The attractors on either side of the two curves; cycles that begin at folds are left out.
 const AREAS: [Regime; 4] = [Regime::StickSlip, Regime::Bistable, Regime::PureSlip, Regime::Equilibrium];
@@ -29,7 +34,7 @@ const CRITICAL: Stroke = Stroke::solid(palette::BLACK, 1.0);
 /// The figure: (a) the band in the plane of V and c at the largest eps, (b) its width against eps. For a
 /// machine, for laws that do not vanish with eps, and where no band is found, only the plane. `None` for a map without a
 /// positive critical damping.
-pub(crate) fn bistable(view: &View) -> Option<Figure> {
+pub(crate) fn bistable(view: &View) -> Result<Option<Figure>, ReportError> {
     let budget = Budget::of_figure();
     let map = view.map;
     let axes = map.grid().axes();
@@ -50,7 +55,7 @@ pub(crate) fn bistable(view: &View) -> Option<Figure> {
     let lower: Vec<f64> = columns.iter().map(curves::stability).collect();
     let most = upper.iter().copied().filter(|c| c.is_finite()).fold(0.0, f64::max);
     if most == 0.0 {
-        return None;
+        return Ok(None);
     }
     let stable = upper.iter().zip(&lower).filter(|(c, _)| c.is_finite()).map(|(_, hopf)| *hopf);
     let y = Scale::linear(0.0, 1.15 * stable.fold(most, f64::max).min(MOST_OF_HOPF * most));
@@ -93,6 +98,7 @@ pub(crate) fn bistable(view: &View) -> Option<Figure> {
         false => Scale::logarithmic(0.8 * least, 1.5 * largest),
     };
 
+    let unknown = unknown_regimes(view, &index, v)?;
     let scenes = at_each_width(|scene, width| {
         let whole = scene.width;
         let half = match width {
@@ -105,12 +111,19 @@ pub(crate) fn bistable(view: &View) -> Option<Figure> {
         let panel = first.panels[0];
         let top = panel.rect.y;
         band(scene, &panel, &values, &lower, &upper);
+        let cells = unknown.draw(scene, &panel);
         first.axes(scene, &x_label.text(), &y_label.text());
         let mut legend = Legend::default();
         let slips = upper.iter().zip(&lower).any(|(critical, hopf)| hopf > critical);
         for regime in AREAS.into_iter().filter(|regime| slips || *regime != Regime::PureSlip) {
             let kind = palette::regime(regime);
             legend.add(Sample::Area(kind.fill), rich(&kind.words));
+        }
+        if cells {
+            legend.add(Sample::Area(palette::FAILED), rich("cells of unknown cycles"));
+        }
+        if upper.iter().any(|critical| !critical.is_finite()) {
+            legend.add(Sample::Area(palette::UNKNOWN), rich("critical damping unknown"));
         }
         legend.add(Sample::Line(HOPF), rich("equilibrium becomes stable"));
         legend.add(Sample::Line(CRITICAL), rich("critical damping"));
@@ -151,6 +164,7 @@ pub(crate) fn bistable(view: &View) -> Option<Figure> {
     )
     .taken_at(held)
     .then(". Cycles that begin at folds are left out.")
+    .then(unknown.words())
     .then(rich(match alone {
         true => "",
         false => " (b) Width of the bistable band at legal dampings {c} ≥ 0, against {epsilon}.",
@@ -161,11 +175,60 @@ pub(crate) fn bistable(view: &View) -> Option<Figure> {
         .reals(x_label.header(), scaled(&values, x_label.factor))
         .reals(header("equilibrium_stable_from"), scaled(&lower, y_label.factor))
         .reals(header("critical_damping"), scaled(&upper, y_label.factor));
-    Some(Figure { name: "bistable".into(), caption, scenes, data })
+    Ok(Some(Figure { name: "bistable".into(), caption, scenes, data }))
 }
 
-/// The areas between the curves and the frame, wherever there is a critical damping.
+/// The cells of the map in the plane of V and c whose regime is not determined.
+struct UnknownRegimes {
+    /// Edges of the cells along V and c.
+    edges: [Vec<f64>; 2],
+    is_unknown: Array2<bool>,
+}
+
+/// Finds them; none for a map without regimes, or without cells in the plane.
+fn unknown_regimes(view: &View, index: &[usize], v: usize) -> Result<UnknownRegimes, ReportError> {
+    let axes = view.map.grid().axes();
+    let nothing = UnknownRegimes { edges: [Vec::new(), Vec::new()], is_unknown: Array2::default((0, 0)) };
+    if !view.map.has("regime") || axes[v].values.len() < 2 || axes[v + 1].values.len() < 2 {
+        return Ok(nothing);
+    }
+    let slice = Slice::new(view, v, v + 1, index.to_vec());
+    let is_unknown = slice.codes("regime")?.map(|code| *code == Regime::Failed.code());
+    Ok(UnknownRegimes { edges: slice.edges(), is_unknown })
+}
+
+impl UnknownRegimes {
+    /// Draws the cells over the areas; `false` if there are none.
+    fn draw(&self, scene: &mut Scene, panel: &Panel) -> bool {
+        let [x, y] = &self.edges;
+        if self.is_unknown.is_empty() {
+            return false;
+        }
+        let areas = outlines(panel, x, y, |i, j| self.is_unknown[[i, j]]);
+        scene.clipped(panel.rect, |scene| scene.area(&areas, palette::FAILED));
+        !areas.is_empty()
+    }
+
+    /// The sentence of the caption; empty if there are none.
+    fn words(&self) -> Rich {
+        let unknown = self.is_unknown.iter().filter(|unknown| **unknown).count() as u64;
+        match unknown {
+            0 => Rich::default(),
+            _ => rich(&format!(
+                " In black: {} of the {} cells of the map in this plane, in which it is not known which cycles attract.",
+                count(unknown),
+                count(self.is_unknown.len() as u64)
+            )),
+        }
+    }
+}
+
+/// The areas between the curves and the frame; where the critical damping is unknown, an area that says so.
 fn band(scene: &mut Scene, panel: &Panel, x: &[f64], lower: &[f64], upper: &[f64]) {
+    if upper.iter().any(|critical| !critical.is_finite()) {
+        let Rect { x, y, w, h } = panel.rect;
+        scene.area(&[vec![(x, y), (x + w, y), (x + w, y + h), (x, y + h)]], palette::UNKNOWN);
+    }
     let known = |i: usize| upper[i].is_finite();
     let ends = |i: usize| known(i) && (i == 0 || !known(i - 1));
     for first in (0..x.len()).filter(|&i| ends(i)) {

@@ -13,7 +13,7 @@ use super::region::outlines;
 use super::scene::{Fill, Rect};
 use super::slice::Slice;
 use super::verdict_panels::{
-    EXACT, FEWEST_NODES, cell_columns, chosen_epsilons, draw_curves, main_plane, method_title,
+    EXACT, FEWEST_NODES, cell_columns, chosen_epsilons, draw_curves, failed_words, main_plane, method_title,
 };
 use super::{Figure, at_each_width, palette, slice::equals};
 use crate::map::Verdict;
@@ -40,7 +40,10 @@ pub(crate) fn deciders(view: &View, report: &Report) -> Result<Option<Figure>, R
     let area = |name: &str| (palette::method_area(name), method_title(name));
     let mut kinds: Vec<(Fill, Rich)> = tests.iter().map(|&m| area(&methods[m].name)).collect();
     kinds.push((palette::method_area(SIMULATION), rich("simulation only")));
+    let failed = palette::verdict(Verdict::Failed);
+    let [none_of_them, fails] = [kinds.len(), kinds.len() + 1];
     kinds.push((palette::UNDECIDED, rich("none of them")));
+    kinds.push((failed.fill, rich(&failed.words)));
     // cells[panel][x, y]: position in `kinds`.
     let mut slices = Vec::new();
     for &epsilon in &epsilons {
@@ -55,6 +58,12 @@ pub(crate) fn deciders(view: &View, report: &Report) -> Result<Option<Figure>, R
         slices.push((slice, codes));
     }
     let decides = |code: i8| Verdict::of_code(code).is_some_and(Verdict::is_decision);
+    // The position in `kinds` of a cell.
+    let kind_of = |codes: &[Array2<i8>], i: usize, j: usize| {
+        let first = codes.iter().position(|codes| decides(codes[[i, j]]));
+        let has_failed = || codes.iter().any(|codes| codes[[i, j]] == failed.code);
+        first.unwrap_or_else(|| if has_failed() { fails } else { none_of_them })
+    };
     let [(x_scale, x_name), (y_scale, y_name)] = slices[0].0.scales();
     let [x_edges, y_edges] = slices[0].0.edges();
     let held = match slices.len() {
@@ -70,10 +79,7 @@ pub(crate) fn deciders(view: &View, report: &Report) -> Result<Option<Figure>, R
         let mut used = vec![false; kinds.len()];
         for ((panel, (slice, codes)), curves) in panels.panels.iter().zip(&slices).zip(&exact) {
             for (kind, (fill, _)) in kinds.iter().enumerate() {
-                let areas = outlines(panel, &x_edges, &y_edges, |i, j| {
-                    let first = codes.iter().position(|codes| decides(codes[[i, j]]));
-                    first.unwrap_or(kinds.len() - 1) == kind
-                });
+                let areas = outlines(panel, &x_edges, &y_edges, |i, j| kind_of(codes, i, j) == kind);
                 used[kind] |= !areas.is_empty();
                 scene.area(&areas, *fill);
             }
@@ -97,7 +103,10 @@ pub(crate) fn deciders(view: &View, report: &Report) -> Result<Option<Figure>, R
     .then("; at ")
     .then(held)
     .then(".")
-    .then(slices[0].0.thinned_words());
+    .then(slices[0].0.thinned_words())
+    .then(failed_words("cells", slices.iter().flat_map(|(_, codes)| {
+        codes[0].indexed_iter().map(|((i, j), _)| kind_of(codes, i, j) == fails)
+    })));
     let mut data = Data::default();
     if let [(slice, ..), ..] = &slices[..] {
         let [columns, rows] = slice.nodes().map(|nodes| nodes.len());
@@ -107,12 +116,10 @@ pub(crate) fn deciders(view: &View, report: &Report) -> Result<Option<Figure>, R
         if slices.len() > 1 {
             data = data.reals("epsilon", each.collect());
         }
-        let name = |codes: &[Array2<i8>], i: usize, j: usize| match codes
-            .iter()
-            .position(|codes| decides(codes[[i, j]]))
-        {
-            None => "none".to_owned(),
-            Some(first) => tests.get(first).map_or(SIMULATION, |&m| &methods[m].name).to_owned(),
+        let name = |codes: &[Array2<i8>], i: usize, j: usize| match kind_of(codes, i, j) {
+            kind if kind == fails => "failed".to_owned(),
+            kind if kind == none_of_them => "none".to_owned(),
+            first => tests.get(first).map_or(SIMULATION, |&m| &methods[m].name).to_owned(),
         };
         let mut words = Vec::new();
         for (_, codes) in &slices {

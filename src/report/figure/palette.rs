@@ -83,6 +83,8 @@ pub(crate) const WRONG_PRESENCE: Fill = Fill::hatched(VERMILION, Hatch::Falling,
 /// Denies a cycle that exists.
 pub(crate) const WRONG_ABSENCE: Fill = Fill::hatched(PURPLE, Hatch::Crossed, BLACK);
 pub(crate) const FAILED: Fill = Fill::plain(BLACK);
+/// Where a figure does not know an answer.
+pub(crate) const UNKNOWN: Fill = Fill::hatched(WHITE, Hatch::Crossed, "#8c8c8c");
 pub(crate) const NOT_COMPUTED: Fill = Fill::hatched(WHITE, Hatch::Dots, BLACK);
 
 /// The kind of a cell: its code in the map, its name there, its fill, and its name in legends.
@@ -158,12 +160,12 @@ pub(crate) fn kinds(variable: &str) -> Option<Vec<Kind>> {
 }
 
 /// Fill of the area in which a method decides: the colour of its lines, hatched to be distinguished in
-/// greyscale.
+/// greyscale. Plain blue means a cycle in other figures, and here a method decides its absence as well.
 pub(crate) fn method_area(name: &str) -> Fill {
     match name {
         "instability" => Fill::hatched(SKY, Hatch::Rising, WHITE),
         "bendixson" => Fill::hatched(PURPLE, Hatch::Dots, BLACK),
-        "symmetric" => Fill::plain(BLUE),
+        "symmetric" => Fill::hatched(WHITE, Hatch::Crossed, BLUE),
         "validated" => Fill::hatched(WINE, Hatch::Crossed, WHITE),
         "simulation" => Fill::hatched(WHITE, Hatch::Dots, BLACK),
         _ => Fill::hatched(method(name).stroke.color, Hatch::Falling, WHITE),

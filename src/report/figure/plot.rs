@@ -15,6 +15,7 @@ use super::palette::{self, Kind, kinds};
 use super::scene::{Scene, Width};
 use super::slice::{ChoiceError, Held, Slice, drawn, find_axis, hold, nearest_node, picks, step};
 use super::strips::{self, Strip};
+use super::verdict_panels::failed_words;
 use crate::dataset::auxiliary::PROBABILITY;
 use crate::map::{Field, Plane, PlaneCurves};
 use crate::number::short;
@@ -98,6 +99,21 @@ pub(crate) fn figure(view: &View, name: String, wanted: &Plot) -> Result<Figure,
     let (narrow, wide) = (narrow?, wide?);
     let scenes = vec![(Width::OneColumn, narrow.scene), (Width::TwoColumns, wide.scene)];
     Ok(Figure { name, caption: wide.caption, scenes, data: wide.data })
+}
+
+/// The probability that a machine with uncertain quantities may stick-slip, over belt speed and damping; `None` for a
+/// map without it, and for one of a single cell.
+pub(crate) fn probability(view: &View) -> Result<Option<Figure>, ReportError> {
+    let axes = view.map.grid().axes();
+    let [speed, damping] = [axes.len() - 2, axes.len() - 1];
+    let has_nodes = |axis: usize| axes[axis].values.len() > 1;
+    if !view.map.has_auxiliary(PROBABILITY) || !(has_nodes(speed) || has_nodes(damping)) {
+        return Ok(None);
+    }
+    let variables = [PROBABILITY.to_owned()];
+    let (x, y, width) = (&axes[speed].name, Some(axes[damping].name.as_str()), Width::OneColumn);
+    let wanted = Plot { x, y, at: &[], variables: &variables, panels: None, curves: false, width };
+    figure(view, "probability".into(), &wanted).map(Some)
 }
 
 /// The requested variables, or the default one.
@@ -196,7 +212,8 @@ fn over_plane(view: &View, plot: &Plot, x: usize, y: usize) -> Result<Plotted, R
         .then(view.axis(&axes[y]).name)
         .taken_at(at)
         .then(".")
-        .then(first.slice.thinned_words());
+        .then(first.slice.thinned_words())
+        .then(failed_words("cells", areas.iter().flat_map(Area::failed)));
     if areas.iter().any(|area| area.curves.as_ref().is_some_and(|curves| !curves.curves.is_empty())) {
         caption = caption.then(" Lines: where the long-run behaviour changes, by continuation.");
     }

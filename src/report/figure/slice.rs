@@ -338,7 +338,7 @@ pub(super) fn step(axis: &Axis) -> usize {
 }
 
 /// The drawn nodes along the first `rank` axes: those along the `shown` ones, and the others' node of `index`.
-pub(super) fn picks(map: &MapFile, shown: &[usize], index: &[usize], rank: usize) -> Vec<Pick> {
+pub(in crate::report) fn picks(map: &MapFile, shown: &[usize], index: &[usize], rank: usize) -> Vec<Pick> {
     let pick = |(axis, nodes): (usize, &Axis)| match shown.contains(&axis) {
         true => Pick::Every(step(nodes)),
         false => Pick::Node(index[axis]),

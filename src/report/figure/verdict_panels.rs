@@ -17,6 +17,7 @@ use super::scene::{Fill, Place, Scene, Stroke, Width};
 use super::slice::{Slice, picks};
 use super::{Figure, at_each_width};
 use crate::map::{Axis, Verdict};
+use crate::number::count;
 use crate::simulate::critical_damping;
 use crate::store::MapFile;
 
@@ -302,10 +303,25 @@ fn figure(slice: &Slice) -> Result<Figure, ReportError> {
             })
             .then(words(" Not drawn, because undecided in every cell of this plane: "))
             .then(rich(if empty.is_empty() { "" } else { "." }))
-            .then(slice.thinned_words()),
+            .then(slice.thinned_words())
+            .then(failed_words("verdicts", codes.iter().flatten().map(|code| *code == Verdict::Failed.code()))),
         scenes,
         data,
     })
+}
+
+/// The sentence of a caption about the failed ones among what is drawn, cells or verdicts; empty if there are none.
+pub(super) fn failed_words(what: &str, failed: impl Iterator<Item = bool>) -> Rich {
+    let (cells, failed) =
+        failed.fold((0, 0), |(cells, count), failed| (cells + 1, count + u64::from(failed)));
+    match failed {
+        0 => Rich::default(),
+        _ => rich(&format!(
+            " Failed, in black: {} of the {} {what} drawn, for which no answer was found.",
+            count(failed),
+            count(cells)
+        )),
+    }
 }
 
 /// The coordinates of the cells of a slice, the vertical axis fastest, once for each of `panels`.

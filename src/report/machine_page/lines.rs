@@ -3,11 +3,10 @@
 use super::super::figure::palette;
 use super::super::text::{Rich, rich};
 use super::super::units::join;
-use crate::assessment::{Assessment, Undetermined};
+use crate::assessment::{Assessment, NeededKick, Undetermined};
 use crate::behaviour::Limit;
 use crate::friction::Table;
 use crate::machine::{Dimension, Friction, Machine, Motion, scatter};
-use crate::map::Regime;
 use crate::risk::{Estimate, Risk, Spread, Uncertain, is_uncertain};
 
 /// A question and its answer.
@@ -149,25 +148,28 @@ fn limits(all: &Assessment) -> Vec<Line> {
         _ if does.critical_damping_is_known => rich("none: it needs no damping"),
         _ => rich("not determined"),
     };
-    let below = |limit: &Limit, otherwise: &str| match limit {
-        Limit::Below(speed) => of(*speed, Velocity),
-        Limit::Everywhere => rich(&format!("any, up to 1,000 times the {speed}")),
-        Limit::NoneUpTo(speed) => rich("none up to ").then(of(*speed, Velocity)),
-        Limit::NotFound => rich(otherwise),
+    let below = |limit: Limit, none: &str, dimension: Dimension| match limit {
+        Limit::Below(value) if dimension == Damping => with_error(value),
+        Limit::Below(value) => of(value, dimension),
+        Limit::AtLeast(value) => rich("at least ").then(of(value, dimension)),
+        Limit::NoneUpTo(value) => rich(none).then(of(value, dimension)),
+        Limit::NotDetermined => rich("not determined"),
     };
+    // The search for these begins with the smallest values.
+    const NOT_EVEN: &str = "none: not even at ";
     let mut limits = regime_lines(all);
     limits.extend([
         line(
             &format!("stick-slips whatever the start below {speed}"),
-            below(&all.always_below_speed, "none was found"),
+            below(all.always_below_speed, NOT_EVEN, Velocity),
         ),
         line(
             &format!("may stick-slip below {speed}"),
-            below(&does.critical_belt_speed, "no limit was found"),
+            below(does.critical_belt_speed, "none up to ", Velocity),
         ),
         line(
             "stick-slips whatever the start below damping",
-            all.always_below_damping.map_or_else(|| rich("none was found"), with_error),
+            below(all.always_below_damping, NOT_EVEN, Damping),
         ),
         line("may stick-slip below damping", critical),
         line(
@@ -221,24 +223,19 @@ fn motion(all: &Assessment) -> Vec<Line> {
     if let Some(amplitude) = all.velocity_amplitude {
         motion.push(line("velocity amplitude", of(amplitude, Velocity)));
     }
-    match all.kick {
-        Some(kick) => motion.push(line(
-            match all.machine.motion {
-                Motion::Translation => "kick that starts it: with the belt, against it",
-                Motion::Rotation => "kick that starts it: with the rotation, against it",
-            },
-            of(kick.forward, Velocity).then(", ").then(of(kick.backward, Velocity)),
-        )),
-        None => motion.push(line(
-            "kick that starts it",
-            match does.regime {
-                Regime::StickSlip | Regime::PureSlip | Regime::Crossing => rich("none is needed"),
-                Regime::Equilibrium => rich("no kick of steady slip does"),
-                // A cycle that crosses the belt line may be started by a kick that is not computed.
-                _ => not_determined(all),
-            },
-        )),
-    }
+    let with_belt = match all.machine.motion {
+        Motion::Translation => "kick that starts it: with the belt, against it",
+        Motion::Rotation => "kick that starts it: with the rotation, against it",
+    };
+    let kick = |value: Rich| line("kick that starts it", value);
+    motion.push(match all.needed_kick() {
+        NeededKick::Kick(kick) => {
+            line(with_belt, of(kick.forward, Velocity).then(", ").then(of(kick.backward, Velocity)))
+        }
+        NeededKick::NotNeeded => kick(rich("none is needed")),
+        NeededKick::None => kick(rich("no kick of steady slip does")),
+        NeededKick::NotDetermined => kick(not_determined(all)),
+    });
     motion
 }
 
@@ -354,7 +351,7 @@ fn risk_lines(all: &Assessment, risk: &Risk) -> Vec<Line> {
 
 /// A share in per cent, to two decimals. A share that is not 0 or 1 but would be printed so is given as
 /// "< 0.01" or "> 99.99".
-pub(super) fn percent(share: f64) -> String {
+pub(in crate::report) fn percent(share: f64) -> String {
     match 100.0 * share {
         0.0 => "0".into(),
         100.0 => "100".into(),

@@ -2,6 +2,7 @@
 
 mod numbers;
 mod pages;
+mod unknown;
 
 use std::collections::BTreeMap;
 use std::path::Path;

@@ -1,0 +1,224 @@
+//! A table in LaTeX, as wide as a column of a two-column article or, where it needs them, as both.
+//!
+//! The width is estimated from the numbers of characters. Headings are broken into lines as wide as their
+//! columns; long words share the width that numbers leave, in paragraphs.
+
+use super::super::text::{Piece, Rich, latex};
+use super::{Cell, Decimal, LONGEST_WORD, Style, Table, decimal};
+
+/// Widths in points: of a line in one column of a two-column article and in both.
+const ONE_COLUMN: f64 = 229.0;
+const BOTH_COLUMNS: f64 = 469.0;
+/// A power of ten takes as much room as this many characters.
+const POWER: usize = 6;
+/// Longest words that are kept on one line.
+const SHORT: usize = 22;
+/// Fewest characters of a paragraph, and most lines.
+const NARROWEST: f64 = 20.0;
+const MOST_LINES: f64 = 5.0;
+
+/// A font with the gap between columns and the mean width of a character, in points.
+struct Font {
+    name: &'static str,
+    gap: f64,
+    character: f64,
+}
+
+const FOOTNOTE: Font = Font { name: "footnotesize", gap: 3.0, character: 4.5 };
+const SCRIPT: Font = Font { name: "scriptsize", gap: 1.5, character: 4.2 };
+
+/// The layouts in order of preference: environment, width of a line, and font.
+const LAYOUTS: [(&str, f64, Font); 4] = [
+    ("table", ONE_COLUMN, FOOTNOTE),
+    ("table", ONE_COLUMN, SCRIPT),
+    ("table*", BOTH_COLUMNS, FOOTNOTE),
+    ("table*", BOTH_COLUMNS, SCRIPT),
+];
+
+/// A column before the layout is chosen.
+struct Width {
+    /// Its type in `tabular`, unless it is set in paragraphs.
+    kind: String,
+    /// Number of characters of its widest cell.
+    cells: usize,
+    /// Whether its cells may be set in paragraphs.
+    breaks: bool,
+    heading: Vec<Rich>,
+}
+
+impl Width {
+    fn characters(&self) -> usize {
+        self.heading.iter().map(|line| line.plain().chars().count()).fold(self.cells, usize::max)
+    }
+}
+
+/// The share of a line that each paragraph gets, or `None` if there are none, and whether the table fits.
+fn fit(columns: &[Width], line: f64, font: &Font) -> (Option<f64>, bool) {
+    let gaps = 2.0 * font.gap * columns.len() as f64;
+    let width = |of: &[&Width]| of.iter().map(|of| of.characters() as f64 * font.character).sum::<f64>();
+    let (long, short): (Vec<&Width>, Vec<&Width>) = columns.iter().partition(|of| of.breaks);
+    let room = line - gaps - width(&short);
+    if long.is_empty() || width(&long) <= room {
+        return (None, width(&long) <= room);
+    }
+    let each = room / long.len() as f64;
+    let lines = long.iter().map(|of| of.cells as f64 * font.character / each).fold(0.0, f64::max);
+    let fits = each >= NARROWEST * font.character && lines <= MOST_LINES;
+    (Some((each.max(NARROWEST * font.character) + 2.0 * font.gap) / line), fits)
+}
+
+impl Table {
+    /// As a LaTeX `table` for `\input`; needs `booktabs` and `siunitx`.
+    #[must_use]
+    pub fn latex(&self) -> String {
+        let styles: Vec<Style> = (0..self.columns.len()).map(|column| self.aligned_style(column)).collect();
+        let columns: Vec<Width> =
+            styles.iter().enumerate().map(|(column, style)| self.width(column, *style)).collect();
+        let fits = |(_, line, font): &&(&str, f64, Font)| fit(&columns, *line, font).1;
+        let (environment, line, font) = LAYOUTS.iter().find(fits).unwrap_or(&LAYOUTS[LAYOUTS.len() - 1]);
+        let share = fit(&columns, *line, font).0;
+        let mut text = format!(
+            "% Needs \\usepackage{{booktabs}} and \\usepackage{{siunitx}}.\n\\begin{{{environment}}}\n\\centering\n\\{}\n\\setlength{{\\tabcolsep}}{{{}pt}}\n\
+             \\setlength{{\\belowcaptionskip}}{{4pt}}\n\\emergencystretch=2em\n\\caption{{{}}}\n\\label{{tab:slipmap-{}}}\n\\begin{{tabular}}{{",
+            font.name,
+            font.gap,
+            self.caption.latex(),
+            self.name
+        );
+        // Characters of the longest word that is not broken, by column.
+        let longest = |of: &Width| match share {
+            Some(share) if of.breaks => ((share * line / font.character) as usize).min(LONGEST_WORD),
+            _ => LONGEST_WORD,
+        };
+        for of in &columns {
+            match share {
+                // The gaps on both sides are part of the line, too.
+                Some(share) if of.breaks => text.push_str(&format!(
+                    ">{{\\raggedright\\arraybackslash}}p{{\\dimexpr{share:.3}\\linewidth-2\\tabcolsep\\relax}}"
+                )),
+                _ => text.push_str(&of.kind),
+            }
+        }
+        text.push_str("}\n\\toprule\n");
+        let headings: Vec<String> = columns.iter().map(stacked).collect();
+        text.push_str(&format!("{} \\\\\n\\midrule\n", headings.join(" & ")));
+        for row in &self.rows {
+            let cells: Vec<String> = row
+                .iter()
+                .zip(&styles)
+                .zip(&columns)
+                .map(|((cell, style), of)| match cell {
+                    Cell::Words(words) => breakable(words, longest(of)),
+                    Cell::Missing if matches!(style, Style::Words) => "--".into(),
+                    Cell::Missing => "{--}".into(),
+                    _ => match decimal(cell, *style) {
+                        Some(Decimal { mantissa, exponent: 0 }) if !matches!(style, Style::Scientific(_)) => {
+                            mantissa
+                        }
+                        Some(Decimal { mantissa, exponent }) => format!("{mantissa}e{exponent}"),
+                        None => "{--}".into(),
+                    },
+                })
+                .collect();
+            text.push_str(&format!("{} \\\\\n", cells.join(" & ")));
+        }
+        text.push_str("\\bottomrule\n\\end{tabular}\n");
+        for note in &self.notes {
+            text.push_str(&format!("\\par\\smallskip{{\\footnotesize {}\\par}}\n", note.latex()));
+        }
+        text.push_str(&format!("\\end{{{environment}}}\n"));
+        text
+    }
+
+    /// The width of a column, and its type in `tabular`: that which fits the widest number.
+    fn width(&self, column: usize, style: Style) -> Width {
+        let heading = &self.columns[column].heading;
+        if matches!(style, Style::Words) {
+            let lengths = self.rows.iter().map(|row| match &row[column] {
+                Cell::Words(words) => words.chars().count(),
+                Cell::Count(count) => count.to_string().len(),
+                _ => 2,
+            });
+            let cells = lengths.max().unwrap_or(0);
+            let heading = lines_of(heading, cells);
+            return Width { kind: "l".into(), cells, breaks: cells > SHORT, heading };
+        }
+        let numbers: Vec<Decimal> = self.rows.iter().filter_map(|row| decimal(&row[column], style)).collect();
+        let widest = |count: fn(&Decimal) -> usize| numbers.iter().map(count).max().unwrap_or(1);
+        let whole = widest(|n| n.mantissa.trim_start_matches('-').split('.').next().map_or(1, str::len));
+        let decimals = widest(|n| n.mantissa.split_once('.').map_or(0, |(_, decimals)| decimals.len()));
+        let exponent = widest(|n| n.exponent.unsigned_abs().to_string().len());
+        let sign = if numbers.iter().any(|n| n.mantissa.starts_with('-')) { "-" } else { "" };
+        let mut cells = 2 * sign.len() + whole + usize::from(decimals > 0) + decimals;
+        let kind = match style {
+            Style::Scientific(_) => {
+                let down = if numbers.iter().any(|n| n.exponent < 0) { "-" } else { "" };
+                cells += POWER;
+                format!("S[table-format={sign}{whole}.{decimals}e{down}{exponent}]")
+            }
+            _ => format!("S[table-format={sign}{whole}.{decimals}]"),
+        };
+        Width { kind, cells, breaks: false, heading: lines_of(heading, cells) }
+    }
+}
+
+/// A heading in lines of at most `width` characters, but for longer words. What follows the last comma, a unit, is
+/// not broken.
+fn lines_of(heading: &Rich, width: usize) -> Vec<Rich> {
+    let mut words: Vec<Rich> = vec![Rich::default()];
+    let last = heading.pieces.len().saturating_sub(1);
+    for (number, piece) in heading.pieces.iter().enumerate() {
+        let Piece::Words(text) = piece else {
+            words.last_mut().into_iter().for_each(|word| word.pieces.push(piece.clone()));
+            continue;
+        };
+        let (name, unit) = match text.rsplit_once(", ") {
+            Some((name, unit)) if number == last => (format!("{name},"), Some(unit)),
+            _ => (text.clone(), None),
+        };
+        for (i, part) in name.split(' ').chain(unit).enumerate() {
+            if i > 0 {
+                words.push(Rich::default());
+            }
+            if !part.is_empty() {
+                words.last_mut().into_iter().for_each(|word| word.pieces.push(Piece::Words(part.to_owned())));
+            }
+        }
+    }
+    let length = |text: &Rich| text.plain().chars().count();
+    let widest = words.iter().map(length).fold(width, usize::max);
+    let mut lines: Vec<Rich> = Vec::new();
+    for word in words.into_iter().filter(|word| !word.pieces.is_empty()) {
+        match lines.last_mut() {
+            Some(line) if length(line) + 1 + length(&word) <= widest => {
+                *line = std::mem::take(line).then(" ").then(word);
+            }
+            _ => lines.push(word),
+        }
+    }
+    lines
+}
+
+/// The heading of a column, in as many lines as it has.
+fn stacked(of: &Width) -> String {
+    let side = if of.kind == "l" { "l" } else { "c" };
+    match of.heading.as_slice() {
+        [] => "{}".into(),
+        [line] => format!("{{{}}}", line.latex()),
+        lines => {
+            let lines: Vec<String> = lines.iter().map(Rich::latex).collect();
+            format!("{{\\begin{{tabular}}[b]{{@{{}}{side}@{{}}}}{}\\end{{tabular}}}}", lines.join("\\\\"))
+        }
+    }
+}
+
+/// Words for LaTeX, with places at which words longer than `longest` characters may be broken.
+fn breakable(words: &str, longest: usize) -> String {
+    let parts = words.split(' ').map(|word| match word.is_ascii() && word.len() > longest {
+        true => {
+            word.as_bytes().chunks(8).map(|part| latex(&String::from_utf8_lossy(part))).collect::<Vec<_>>()
+        }
+        false => vec![latex(word)],
+    });
+    parts.map(|parts| parts.join("\\allowbreak{}")).collect::<Vec<_>>().join(" ")
+}

@@ -1,0 +1,123 @@
+//! The limits of a machine and the checks of its configuration, through the real binary.
+
+use serde_json::{Value, json};
+
+use crate::command::Scratch;
+
+const MACHINE: &str = "[machine]\nmass = 2\nstiffness = 5e5\nnormal_force = 1000\nbelt_speed = 0.1\ndamping = 30\n\
+                       [friction]\nlaw = \"table\"\nfile = \"pad.csv\"\n";
+
+fn machine(rows: &str) -> Scratch {
+    let scratch = Scratch::new();
+    scratch.file("pad.csv", rows);
+    scratch.file("pad.toml", MACHINE);
+    scratch
+}
+
+fn page(scratch: &Scratch, more: &[&str]) -> Value {
+    let all: Vec<&str> = ["machine", "pad.toml", "--json"].iter().chain(more).copied().collect();
+    serde_json::from_str(&scratch.run(&all).ends_with(0).out).unwrap()
+}
+
+const FALLS: &str = "0,0.43\n0.05,0.36\n0.12,0.31\n0.3,0.28\n0.6,0.275\n1.2,0.275\n";
+
+#[test]
+fn every_limit_says_what_its_value_means() {
+    let falls = page(&machine(FALLS), &[]);
+    let status = |page: &Value, key: &str| page["limits"][key]["status"].as_str().unwrap().to_owned();
+    for key in
+        ["may_stick_slip_below_damping", "vibrates_below_damping", "steady_slip_unstable_below_damping"]
+    {
+        assert_eq!(status(&falls, key), "limit", "{key}");
+        assert_eq!(falls["limits"][key]["value"], falls[key], "{key}");
+    }
+    assert_eq!(falls["kick_status"], "not_needed");
+    assert_eq!(page(&machine(FALLS), &["--set", "damping=2000"])["kick_status"], "none");
+
+    // Friction that rises needs no damping at any speed up to half the end of the data.
+    let rises = page(&machine("0,0.3\n0.1,0.31\n0.3,0.35\n1.2,0.4\n"), &[]);
+    let limits = &rises["limits"];
+    assert_eq!(limits["may_stick_slip_below_belt_speed"], json!({ "status": "none", "value": 0.6 }));
+    for key in ["may_stick_slip_below_damping", "vibrates_below_damping", "always_stick_slips_below_damping"]
+    {
+        assert_eq!(limits[key], json!({ "status": "none", "value": 0.0 }), "{key}");
+    }
+    assert_eq!(status(&rises, "always_stick_slips_below_belt_speed"), "none");
+
+    // Data that end early: the second limit lies beyond them, and no damping is known.
+    let early = page(&machine("0,0.43\n0.05,0.36\n0.1,0.33\n0.2,0.31\n"), &["--set", "damping=0"]);
+    let limits = &early["limits"];
+    assert_eq!(limits["may_stick_slip_below_belt_speed"]["status"], "at_least", "{limits}");
+    assert_eq!(limits["may_stick_slip_below_damping"], json!({ "status": "not_determined", "value": null }));
+}
+
+/// The speeds that are tried are those of the machine: the limits are the same at every working speed.
+#[test]
+fn limits_of_the_speed_do_not_depend_on_the_working_speed() {
+    let scratch = machine(FALLS);
+    let limits = ["0.03", "0.1", "0.41"].map(|speed| {
+        let page = page(&scratch, &["--set", &format!("belt_speed={speed}"), "--set", "damping=120"]);
+        ["always_stick_slips_below_belt_speed", "may_stick_slip_below_belt_speed"]
+            .map(|key| page["limits"][key].clone())
+    });
+    assert!(limits[0][0]["value"].is_f64() && limits[0][1]["status"] == "limit", "{limits:?}");
+    assert!(limits.iter().all(|of| *of == limits[0]), "{limits:?}");
+}
+
+/// A configuration that `run` refuses is refused by `machine` and `probe`, too, with the same message.
+#[test]
+fn a_configuration_is_valid_for_all_commands_or_for_none() {
+    let scratch = machine(FALLS);
+    for (more, part) in [
+        ("[output]\nfields = [\"nonsense\"]\n", "output.fields[0]"),
+        ("[output]\nfield = [\"regime\"]\n", "unknown key `field`"),
+        ("[audit]\ncells = -1\n", "audit.cells"),
+        ("[simulation]\ntolerance = 2.0\n", "simulation.tolerance"),
+    ] {
+        scratch.file("pad.toml", format!("{MACHINE}{more}"));
+        let refused = scratch.run(&["run", "pad.toml"]).refuses(&["pad.toml:1", part]).err;
+        for command in [&["machine", "pad.toml"][..], &["probe", "--machine", "pad.toml"]] {
+            assert_eq!(scratch.run(command).refuses(&[part]).err, refused, "{command:?}");
+        }
+    }
+    // Also where --set replaces what is wrong in the file.
+    let range = MACHINE.replace("belt_speed = 0.1", "belt_speed = { from = 0.1, to = 0.4, points = 0 }");
+    scratch.file("pad.toml", range);
+    let refused = scratch.run(&["run", "pad.toml"]).refuses(&["belt_speed.points = 0"]).err;
+    let set = ["machine", "pad.toml", "--set", "belt_speed=0.1"];
+    assert_eq!(scratch.run(&set).refuses(&[]).err, refused);
+    // What is missing from the file may be set.
+    scratch.file("pad.toml", MACHINE.replace("belt_speed = 0.1\n", ""));
+    scratch.run(&set).ends_with(0);
+}
+
+#[test]
+fn negative_friction_is_told_with_its_line() {
+    let scratch = machine("# a rig\nu,mu\n0,0.43\n\n0.05,0.36\n0.12,-0.31\n0.3,0.28\n0.6,0.275\n1.2,0.275\n");
+    let warning = "warning: pad.csv:6: the friction is negative, -0.31 at slip speed 0.12";
+    for command in [
+        &["machine", "pad.toml"][..],
+        &["run", "pad.toml", "--dry-run"],
+        &["probe", "--table", "pad.csv", "--static", "0.43", "--epsilon", "1", "--V", "0.1", "--c", "0.2"],
+    ] {
+        let run = scratch.run(command).ends_with(0);
+        assert!(run.err.contains(warning), "{command:?}: {}", run.err);
+    }
+}
+
+/// A formula of thousands of characters is quoted around its mistake.
+#[test]
+fn a_long_formula_is_quoted_around_the_place_of_the_error() {
+    let scratch = Scratch::new();
+    let terms = |from: u32, to: u32| {
+        (from..to).map(|i| format!("0.001*exp(-u/0.{i})")).collect::<Vec<_>>().join(" + ")
+    };
+    let phi = format!("0.5 + {} + foo(u) + {}", terms(100, 180), terms(180, 240));
+    let point = ["--epsilon", "1", "--V", "0.1", "--c", "0.2"];
+    let run = scratch.run(&[&["probe", "--phi", &phi], &point[..]].concat()).refuses(&["foo(u)", ".. "]);
+    let lines: Vec<&str> = run.err.lines().collect();
+    assert!(lines.iter().all(|line| line.len() < 140), "{}", run.err);
+    let quoted = lines.iter().position(|line| line.contains("foo(u)")).unwrap();
+    let mark = lines[quoted + 1].find('^').unwrap();
+    assert_eq!(&lines[quoted][mark..mark + 3], "foo", "{}", run.err);
+}
