@@ -38,6 +38,8 @@ pub(crate) enum Subject {
     Surface,
     /// One point: [`super::point_certificate::PointCertificate`].
     Point,
+    /// A box of any law's parameters: [`super::law_certificate::LawCertificate`].
+    Law,
 }
 
 impl Subject {
@@ -53,11 +55,15 @@ impl Subject {
             Some(rest) => rest.to_owned(),
             None => serde_json::from_str::<Named>(text).ok()?.format,
         };
-        if format.starts_with("slipmap proof of a point ") {
-            Some(Subject::Point)
-        } else {
-            format.starts_with("slipmap proof ").then_some(Subject::Surface)
-        }
+        let beginnings = [
+            ("slipmap proof of a point ", Subject::Point),
+            ("slipmap proof of a law ", Subject::Law),
+            ("slipmap proof ", Subject::Surface),
+        ];
+        beginnings
+            .into_iter()
+            .find(|(beginning, _)| format.starts_with(beginning))
+            .map(|(_, subject)| subject)
     }
 }
 
@@ -195,9 +201,9 @@ impl Certificate {
         if self.statement != STATEMENT {
             problems.push("its statement is not the one that this format proves".into());
         }
-        let boxes: Vec<GroupBox> =
-            self.tiles.iter().map(|tile| tile.domain).chain(self.open.clone()).collect();
-        if let Err(fault) = divides(&self.domain, &boxes) {
+        let boxes = self.tiles.iter().map(|tile| &tile.domain).chain(&self.open);
+        let boxes: Vec<_> = boxes.map(GroupBox::ranges).collect();
+        if let Err(fault) = divides(&self.domain.ranges(), &boxes) {
             problems.push(format!("tiles (counted first) and open boxes do not divide the domain: {fault}"));
         }
         let found: Vec<Option<String>> = self.tiles.par_iter().map(StoredTile::doubt).collect();

@@ -8,11 +8,12 @@ use serde_json::json;
 use super::output::{self, count, number_of, short};
 use super::report::existing;
 use super::{Ended, Failure};
-use crate::certify::certificate::{Certificate, Checked, Subject};
+use crate::certify::certificate::{Certificate, Checked, NoCertificate, Subject};
+use crate::certify::law_certificate::{self, LawCertificate};
 use crate::certify::point_certificate::PointCertificate;
-use crate::certify::validated::surface::Surface;
 use crate::certify::validated::tile::GroupBox;
 use crate::files::{create_folders, folder_of, publish_file, temporary_in};
+use crate::map::Proofs;
 
 /// Largest size in bytes of a certificate that is read: more than a hundred thousand tiles.
 const LONGEST: u64 = 1 << 30;
@@ -40,6 +41,9 @@ pub(super) fn state(path: &Path) -> PathState {
         Ok(_) => {}
     }
     match read(path) {
+        Ok(Some((Subject::Law, text))) => {
+            PathState::Proof(LawCertificate::parse(&text).ok().map(|read| read.run))
+        }
         Ok(Some((_, text))) => PathState::Proof(Certificate::parse(&text).ok().and_then(|read| read.run)),
         Ok(None) => match path.metadata().map(|metadata| metadata.len()) {
             Ok(0) => PathState::Nothing,
@@ -78,11 +82,15 @@ pub(super) fn check_place(path: &Path, overwrite: bool) -> Result<(), Failure> {
     Err(Failure::bad_input(format!("--proof {name} {problem}"), help))
 }
 
-/// Writes the certificate of a surface atomically. Replaces an existing one if `overwrite` is set, or if it
+/// Writes the certificate of a run's proofs atomically. Replaces an existing one if `overwrite` is set, or if it
 /// was written by the same run before it was stopped.
-pub(super) fn write(surface: &Surface, run: &str, path: &Path, overwrite: bool) -> Result<(), Failure> {
+pub(super) fn write(proof: &Proofs, run: &str, path: &Path, overwrite: bool) -> Result<(), Failure> {
     let own = || matches!(state(path), PathState::Proof(Some(writer)) if writer == run);
-    write_text(Certificate::of(surface, run).text(), path, overwrite || own())
+    let text = match proof {
+        Proofs::Surface(surface) => Certificate::of(surface, run).text(),
+        Proofs::Law(law) => LawCertificate::of(law, run).text(),
+    };
+    write_text(text, path, overwrite || own())
 }
 
 /// Writes the text of a certificate atomically.
@@ -115,42 +123,82 @@ pub(super) fn check(path: &Path, as_json: bool) -> Result<Ended, Failure> {
                 "name a certificate: of `run` by validated.proof, or of `probe --proof`",
             )
         })?;
-    if subject == Subject::Point {
-        let certificate = PointCertificate::parse(&text)
-            .map_err(|error| bad(error.to_string(), "use the version of slipmap that wrote it"))?;
-        return check_point(path, &certificate, as_json);
+    let other_version =
+        |error: NoCertificate| bad(error.to_string(), "use the version of slipmap that wrote it");
+    match subject {
+        Subject::Point => {
+            return check_point(path, &PointCertificate::parse(&text).map_err(other_version)?, as_json);
+        }
+        Subject::Law => {
+            return check_law(path, &LawCertificate::parse(&text).map_err(other_version)?, as_json);
+        }
+        Subject::Surface => {}
     }
     let certificate = Certificate::parse(&text).map_err(|error| {
         bad(error.to_string(), "name a file that this version of `slipmap run` wrote for validated.proof")
     })?;
     let Checked { domain, tiles, confirmed, largest_radius, open_share, problems } = certificate.check();
-    if as_json {
-        output::print_json(&json!({
-            "proof": path.to_string_lossy(),
-            "sound": problems.is_empty(),
-            "tiles": tiles,
-            "confirmed": confirmed,
-            "largest_radius": largest_radius,
-            "open_share": open_share,
-            "problems": problems,
-        }))?;
-    } else {
-        let mut out = io::stdout().lock();
-        let GroupBox { a, k, b } = domain;
-        writeln!(
-            out,
-            "{name}: C*(A, k, b) over A {a:?}, k {k:?}, b {b:?}\n\
-             (A = epsilon gamma (1 - alpha), k = epsilon gamma V, b = epsilon beta V, C = epsilon c)\n\
-             {} of {} proved again, C* known to {} or better there; {} % of the domain is open",
-            count(confirmed),
-            number_of(tiles, "tile"),
-            short(largest_radius),
-            short(100.0 * open_share)
-        )?;
-        let sound = "every claim is confirmed by the barriers of certify::recheck";
-        output::problems(&mut out, &problems, sound)?;
+    let GroupBox { a, k, b } = domain;
+    let what = format!(
+        "C*(A, k, b) over A {a:?}, k {k:?}, b {b:?}\n\
+         (A = epsilon gamma (1 - alpha), k = epsilon gamma V, b = epsilon beta V, C = epsilon c)"
+    );
+    let sound = "every claim is confirmed by the barriers of certify::recheck";
+    let found = Found { what, tiles, confirmed, largest_radius, open_share, problems, sound };
+    found.print(path, as_json)
+}
+
+/// The result of the check of a box.
+struct Found {
+    what: String,
+    tiles: usize,
+    confirmed: usize,
+    largest_radius: f64,
+    open_share: f64,
+    problems: Vec<String>,
+    /// What is said of a certificate without problems.
+    sound: &'static str,
+}
+
+impl Found {
+    fn print(self, path: &Path, as_json: bool) -> Result<Ended, Failure> {
+        let Found { what, tiles, confirmed, largest_radius, open_share, problems, sound } = self;
+        if as_json {
+            output::print_json(&json!({
+                "proof": path.to_string_lossy(),
+                "sound": problems.is_empty(),
+                "tiles": tiles,
+                "confirmed": confirmed,
+                "largest_radius": largest_radius,
+                "open_share": open_share,
+                "problems": problems,
+            }))?;
+        } else {
+            let mut out = io::stdout().lock();
+            writeln!(
+                out,
+                "{}: {what}\n{} of {} proved again, C* known to {} or better there; {} % of the domain is open",
+                path.display(),
+                count(confirmed),
+                number_of(tiles, "tile"),
+                short(largest_radius),
+                short(100.0 * open_share)
+            )?;
+            output::problems(&mut out, &problems, sound)?;
+        }
+        Ok(if problems.is_empty() { Ended::Fine } else { Ended::Flawed })
     }
-    Ok(if problems.is_empty() { Ended::Fine } else { Ended::Flawed })
+}
+
+fn check_law(path: &Path, certificate: &LawCertificate, as_json: bool) -> Result<Ended, Failure> {
+    let law_certificate::Checked { tiles, confirmed, largest_radius, open_share, problems } =
+        certificate.check();
+    let ranges = certificate.axes.iter().zip(&certificate.domain);
+    let ranges =
+        ranges.map(|(name, range)| format!("{} {range:?}", output::without_control_characters(name)));
+    let what = format!("C* = epsilon c* over {}", ranges.collect::<Vec<_>>().join(", "));
+    let sound = "every claim is proved again, from the law and the boxes alone";
+    Found { what, tiles, confirmed, largest_radius, open_share, problems, sound }.print(path, as_json)
 }
 
 fn check_point(path: &Path, certificate: &PointCertificate, as_json: bool) -> Result<Ended, Failure> {

@@ -56,6 +56,7 @@
 //! | volumes proved | [`boxes::BoxProof`] | `proved_volumes_enclose_the_true_one`, `volumes_of_known_sets` |
 //! | C* < C_HB over a box; false at k = 56 | [`balance::compare`] | `the_balance_is_a_bound_over_a_box`, `harmonic_balance_is_exceeded_at_large_k` |
 //! | C* enclosed for any law | [`any_law::prove`] | `tests/mathematics/laws.rs::validated_encloses_every_law`, `two_proofs_of_one_column_agree` |
+//! | C* enclosed over a box of any law's parameters | `barrier::Tile::prove` | `tiles_hold_the_points_inside` |
 //! | landing speed bounded | `landing_speed::Flow` | `agrees_with_the_bound_in_double_precision`, `tests/mathematics/validated.rs` |
 //!
 //! # Arithmetic
@@ -65,11 +66,13 @@
 
 pub mod any_law;
 pub mod balance;
+pub(crate) mod barrier;
 pub mod boxes;
 mod circle;
 mod defect;
 mod expansion;
 mod landing_speed;
+pub(crate) mod law_boxes;
 mod mean;
 mod orbit;
 #[doc(hidden)] // who proves the tiles of a surface: the program's threads and processes
