@@ -176,14 +176,14 @@ impl Job {
 
         let section = root.section("validated")?;
         let proof_boxes = section.get_or("boxes", DEFAULT_PROOF_BOXES, |node| node.integer(0, 1_000_000))?;
-        let proves = *law.as_written() == Law::Stribeck && methods.contains(&Method::Test(&validated::TEST));
+        let proves = methods.contains(&Method::Test(&validated::TEST));
         let proof_boxes = if proves { proof_boxes } else { 0 };
         let proof = match section.get("proof") {
             None => None,
             Some(node) if proof_boxes == 0 => {
                 return Err(node.error(
                     "this run proves nothing that could be stored",
-                    "run the method validated on the law stribeck with at least one of validated.boxes, or leave the proof out",
+                    "run the method validated with at least one of validated.boxes, or leave the proof out",
                 ));
             }
             Some(node) => Some(output_path(&node)?),

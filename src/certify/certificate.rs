@@ -35,6 +35,8 @@ pub(crate) enum Subject {
     Surface,
     /// One point: [`super::point_certificate::PointCertificate`].
     Point,
+    /// A box of any law's parameters: [`super::law_certificate::LawCertificate`].
+    Law,
 }
 
 impl Subject {
@@ -50,11 +52,15 @@ impl Subject {
             Some(rest) => rest.to_owned(),
             None => serde_json::from_str::<Named>(text).ok()?.format,
         };
-        if format.starts_with("slipmap proof of a point ") {
-            Some(Subject::Point)
-        } else {
-            format.starts_with("slipmap proof ").then_some(Subject::Surface)
-        }
+        let beginnings = [
+            ("slipmap proof of a point ", Subject::Point),
+            ("slipmap proof of a law ", Subject::Law),
+            ("slipmap proof ", Subject::Surface),
+        ];
+        beginnings
+            .into_iter()
+            .find(|(beginning, _)| format.starts_with(beginning))
+            .map(|(_, subject)| subject)
     }
 }
 
@@ -69,7 +75,7 @@ pub struct Certificate {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) run: Option<String>,
     unit: f64,
-    domain: GroupBox,
+    pub(crate) domain: GroupBox,
     open: Vec<GroupBox>,
     tiles: Vec<StoredTile>,
 }
@@ -103,7 +109,6 @@ impl TryFrom<f64> for Multiple {
 /// The result of a check.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Checked {
-    pub(crate) domain: GroupBox,
     pub(crate) tiles: usize,
     /// Number of tiles that were proved again.
     pub(crate) confirmed: usize,
@@ -173,9 +178,9 @@ impl Certificate {
         if self.statement != STATEMENT {
             problems.push("its statement is not the one that this format proves".into());
         }
-        let boxes: Vec<GroupBox> =
-            self.tiles.iter().map(|tile| tile.domain).chain(self.open.clone()).collect();
-        if let Err(fault) = divides(&self.domain, &boxes) {
+        let boxes = self.tiles.iter().map(|tile| &tile.domain).chain(&self.open);
+        let boxes: Vec<_> = boxes.map(GroupBox::ranges).collect();
+        if let Err(fault) = divides(&self.domain.ranges(), &boxes) {
             problems.push(format!("tiles (counted first) and open boxes do not divide the domain: {fault}"));
         }
         let found: Vec<Option<String>> = self.tiles.par_iter().map(StoredTile::doubt).collect();
@@ -196,11 +201,10 @@ impl Certificate {
             wide.map(|([lo, hi], [whole_lo, whole_hi])| (hi - lo) / (whole_hi - whole_lo)).product()
         };
         Checked {
-            domain: self.domain,
             tiles: self.tiles.len(),
             confirmed,
             largest_radius: self.tiles.iter().map(|tile| tile.radius).fold(0.0, f64::max),
-            open_share: self.open.iter().map(share).sum(),
+            open_share: self.open.iter().map(share).fold(0.0, |sum, share| sum + share),
             problems,
         }
     }

@@ -51,6 +51,8 @@ pub mod certificate;
 pub mod harmonic_balance;
 pub mod instability;
 pub mod landing;
+#[cfg(feature = "cli")]
+pub(crate) mod law_certificate;
 pub mod perturbation;
 #[cfg(feature = "cli")]
 pub mod point_certificate;

@@ -299,8 +299,9 @@ fn within<T: Send + Default>(time: Duration, work: impl FnOnce(&AtomicBool) -> T
 /// Estimated duration in seconds of the proof that the plan requests, from a sample that takes [`PROOF`].
 fn proof_seconds(plan: &Plan, threads: Option<usize>) -> Option<f64> {
     let proved = within(PROOF, |stop| map::prove(plan, threads, None, stop)).1?;
-    let tried = proved.volumes.tiles.clamp(1, plan.proof_boxes);
-    Some(proved.seconds * plan.proof_boxes as f64 / tried as f64)
+    let boxes = map::boxes_to_try(plan);
+    let tried = proved.volumes.tiles.clamp(1, boxes);
+    Some(proved.seconds * boxes as f64 / tried as f64)
 }
 
 /// A coarser grid of at most `wanted` columns (at least one), spread over the whole grid. All dampings are

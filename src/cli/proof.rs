@@ -8,11 +8,12 @@ use serde_json::json;
 use super::output::{checked, count, exact, number_of, short, without_control_characters};
 use super::report::existing;
 use super::{Ended, Failure};
-use crate::certify::certificate::{Certificate, Checked, Subject};
+use crate::certify::certificate::{Certificate, Checked, NoCertificate, Subject};
+use crate::certify::law_certificate::LawCertificate;
 use crate::certify::point_certificate::PointCertificate;
-use crate::certify::validated::surface::Surface;
 use crate::certify::validated::tile::GroupBox;
 use crate::files::{create_folders, folder_of, publish_file, temporary_in};
+use crate::map::Proofs;
 
 /// Largest size in bytes of a certificate that is read: more than a hundred thousand tiles.
 const LONGEST: u64 = 1 << 30;
@@ -40,6 +41,9 @@ pub(super) fn state(path: &Path) -> PathState {
         Ok(_) => {}
     }
     match read(path) {
+        Ok(Some((Subject::Law, text))) => {
+            PathState::Proof(LawCertificate::parse(&text).ok().map(|read| read.run))
+        }
         Ok(Some((_, text))) => PathState::Proof(Certificate::parse(&text).ok().and_then(|read| read.run)),
         Ok(None) => match path.metadata().map(|metadata| metadata.len()) {
             Ok(0) => PathState::Nothing,
@@ -78,11 +82,15 @@ pub(super) fn check_place(path: &Path, overwrite: bool) -> Result<(), Failure> {
     Err(Failure::bad_input(format!("--proof {name} {problem}"), help))
 }
 
-/// Writes the certificate of a surface atomically. Replaces an existing one if `overwrite` is set, or if it
+/// Writes the certificate of a run's proofs atomically. Replaces an existing one if `overwrite` is set, or if it
 /// was written by the same run before it was stopped.
-pub(super) fn write(surface: &Surface, run: &str, path: &Path, overwrite: bool) -> Result<(), Failure> {
+pub(super) fn write(proofs: &Proofs, run: &str, path: &Path, overwrite: bool) -> Result<(), Failure> {
     let own = || matches!(state(path), PathState::Proof(Some(writer)) if writer == run);
-    write_text(Certificate::of(surface, run).text(), path, overwrite || own())
+    let text = match proofs {
+        Proofs::Surface(surface) => Certificate::of(surface, run).text(),
+        Proofs::Law(law) => LawCertificate::of(law, run).text(),
+    };
+    write_text(text, path, overwrite || own())
 }
 
 /// Writes the text of a certificate atomically.
@@ -115,15 +123,40 @@ pub(super) fn check(path: &Path, as_json: bool) -> Result<Ended, Failure> {
                 "name a certificate: of `run` by validated.proof, or of `probe --proof`",
             )
         })?;
-    if subject == Subject::Point {
-        let certificate = PointCertificate::parse(&text)
-            .map_err(|error| bad(error.to_string(), "use the version of slipmap that wrote it"))?;
-        return check_point(path, &certificate, as_json);
+    let other_version =
+        |error: NoCertificate| bad(error.to_string(), "use the version of slipmap that wrote it");
+    match subject {
+        Subject::Point => check_point(path, &PointCertificate::parse(&text).map_err(other_version)?, as_json),
+        Subject::Surface => {
+            let certificate = Certificate::parse(&text).map_err(other_version)?;
+            let GroupBox { a, k, b } = certificate.domain;
+            let what = format!(
+                "C*(A, k, b) over A {a:?}, k {k:?}, b {b:?}\n\
+                 (A = epsilon gamma (1 - alpha), k = epsilon gamma V, b = epsilon beta V, C = epsilon c)"
+            );
+            let sound = "every claim is confirmed by the barriers of certify::recheck";
+            check_boxes(path, &what, certificate.check(), sound, as_json)
+        }
+        Subject::Law => {
+            let certificate = LawCertificate::parse(&text).map_err(other_version)?;
+            let ranges = certificate.axes.iter().zip(&certificate.domain);
+            let ranges =
+                ranges.map(|(name, range)| format!("{} {range:?}", without_control_characters(name)));
+            let what = format!("C* = epsilon c* over {}", ranges.collect::<Vec<_>>().join(", "));
+            let sound = "every claim is proved again, from the law and the boxes alone";
+            check_boxes(path, &what, certificate.check(), sound, as_json)
+        }
     }
-    let certificate = Certificate::parse(&text).map_err(|error| {
-        bad(error.to_string(), "name a file that this version of `slipmap run` wrote for validated.proof")
-    })?;
-    let Checked { domain, tiles, confirmed, largest_radius, open_share, problems } = certificate.check();
+}
+
+fn check_boxes(
+    path: &Path,
+    what: &str,
+    found: Checked,
+    sound: &str,
+    as_json: bool,
+) -> Result<Ended, Failure> {
+    let Checked { tiles, confirmed, largest_radius, open_share, problems } = found;
     let json = json!({
         "proof": path.to_string_lossy(),
         "sound": problems.is_empty(),
@@ -133,17 +166,15 @@ pub(super) fn check(path: &Path, as_json: bool) -> Result<Ended, Failure> {
         "open_share": open_share,
         "problems": problems,
     });
-    let GroupBox { a, k, b } = domain;
     let what = format!(
-        "{name}: C*(A, k, b) over A {a:?}, k {k:?}, b {b:?}\n\
-         (A = epsilon gamma (1 - alpha), k = epsilon gamma V, b = epsilon beta V, C = epsilon c)\n\
-         {} of {} proved again, C* known to {} or better there; {} % of the domain is open",
+        "{}: {what}\n{} of {} proved again, C* known to {} or better there; {} % of the domain is open",
+        path.display(),
         count(confirmed),
         number_of(tiles, "tile"),
         short(largest_radius),
         short(100.0 * open_share)
     );
-    checked(as_json, &json, &what, &problems, "every claim is confirmed by the barriers of certify::recheck")
+    checked(as_json, &json, &what, &problems, sound)
 }
 
 fn check_point(path: &Path, certificate: &PointCertificate, as_json: bool) -> Result<Ended, Failure> {

@@ -237,7 +237,7 @@ fn compute(
         Err(Stopped::Never(failure)) => return Err(failure),
     };
     if let (Some(path), Some(proved)) = (&job.proof, &summary.proved) {
-        proof::write(&proved.surface, &job.identity(), path, arguments.overwrite)?;
+        proof::write(&proved.proof, &job.identity(), path, arguments.overwrite)?;
     }
     let mut outcome = Outcome::of(&job.plan, &summary, job.machine.as_ref());
     let mut probability_seconds = 0.0;

@@ -7,7 +7,7 @@ use serde_json::json;
 use super::Failure;
 use super::output::{self, Align, Table, bytes, count, duration, exact, number_of, object, short};
 use crate::config::{Job, load_machine};
-use crate::map::{Axis, LISTED, PlaneCurves, Summary, Verdict};
+use crate::map::{Axis, LISTED, PlaneCurves, Proofs, Summary, Verdict};
 use crate::point::Point;
 use crate::probe::{command_line, fate_name};
 use crate::report::proved::{Rounded, proved_percent};
@@ -147,11 +147,15 @@ pub(super) fn print(report: &RunReport, out: &mut dyn Write) -> Result<(), Failu
         writeln!(
             out,
             "proved by validated over the whole box, all points between the nodes included: the cycle present in at least \
-             {} %, absent in at least {} %, undecided in at most {} %, from {} boxes of (A, k, b) in {}",
+             {} %, absent in at least {} %, undecided in at most {} %, from {} {} in {}",
             proved_percent(volumes.present, volumes.undecided, Rounded::Down),
             proved_percent(volumes.absent, volumes.undecided, Rounded::Down),
             proved_percent(volumes.undecided, volumes.undecided, Rounded::Up),
             count(volumes.tiles),
+            match proved.proof {
+                Proofs::Surface(_) => "boxes of (A, k, b)",
+                Proofs::Law(_) => "boxes of the parameters",
+            },
             duration(proved.seconds)
         )?;
     }

@@ -69,6 +69,15 @@ pub enum PointError {
     },
 }
 
+impl Law {
+    /// Returns whether all points of a box of eps, the law's parameters and V are legal for the law.
+    pub(crate) fn admits_box(&self, ranges: &[[f64; 2]]) -> bool {
+        let known = std::iter::once(&EPSILON).chain(self.parameters()).chain([&BELT_SPEED]);
+        ranges.len() == self.parameters().len() + 2
+            && known.zip(ranges).all(|(known, [lo, hi])| lo <= hi && known.admits(*lo) && known.admits(*hi))
+    }
+}
+
 impl Point {
     /// The point at another damping.
     ///

@@ -22,6 +22,11 @@ pub(crate) struct Exponential {
     eta: f64,
 }
 
+/// phi of a law that falls from 1 to mu as `rest` falls from 1 to 0, in any arithmetic.
+pub(super) fn falling_from_one<T: Real>(rest: T, u: T, mu: T, eta: T) -> T {
+    mu + (T::constant(1.0) - mu) * rest + eta * u
+}
+
 impl Exponential {
     pub(super) fn new(parameters: &LawParameters) -> Self {
         let &[mu, vs, eta] = parameters.as_slice() else {

@@ -46,6 +46,12 @@ pub(crate) struct Parts {
     pub(crate) drop: f64,
 }
 
+/// phi(u) at eps and alpha, beta, gamma in any arithmetic.
+pub(super) fn phi_at<T: Real>(u: T, epsilon: T, [alpha, beta, gamma]: [T; 3]) -> T {
+    let one = T::constant(1.0);
+    (one - alpha) / (one + epsilon * gamma * u) + alpha + epsilon * beta * u * u
+}
+
 impl Stribeck {
     pub(super) fn new(epsilon: f64, parameters: &LawParameters) -> Self {
         let &[alpha, beta, gamma] = parameters.as_slice() else {

@@ -46,7 +46,7 @@ pub(crate) use plan::{
 };
 pub use plan::{Engine, Plan, PlanBuilder, PlanError};
 pub(crate) use pool::pool;
-pub(crate) use proved::prove;
+pub(crate) use proved::{Proofs, boxes_to_try, prove};
 pub(crate) use quantity::Description;
 pub use run::run;
 pub(crate) use run::{Earlier, run_with};

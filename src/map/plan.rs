@@ -2,7 +2,7 @@
 
 use super::{Axis, Field, Grid, Method, Plane, Quantity, tiles};
 use crate::certify::validated;
-use crate::friction::{Column, Curve, Law};
+use crate::friction::{Column, Curve};
 use crate::named::named;
 
 /// Largest number of dampings for which columns are interpolated: with more, each column serves many cells.
@@ -182,8 +182,8 @@ impl PlanBuilder {
         // Without the simulation there is nothing to audit.
         let simulated = plan.methods.contains(&Method::Simulation);
         plan.audit_cells = if simulated { plan.audit_cells.min(plan.grid.cells()) } else { 0 };
-        let proves =
-            *plan.grid.law() == Law::Stribeck && plan.methods.contains(&Method::Test(&validated::TEST));
+        let proves = plan.grid.law().is_enclosed_over_boxes()
+            && plan.methods.contains(&Method::Test(&validated::TEST));
         plan.proof_boxes = if proves { plan.proof_boxes } else { 0 };
         if let Some(plane) = plan.planes.iter().find(|plane| !lies_in(plane, plan.grid.axes())) {
             return Err(PlanError::Plane(plane.clone()));
@@ -365,7 +365,7 @@ impl Plan {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::friction::Expression;
+    use crate::friction::{Expression, Law};
     use crate::point::LawParameters;
 
     #[test]

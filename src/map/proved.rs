@@ -5,28 +5,47 @@ use std::time::Instant;
 
 use rayon::ThreadPool;
 
-use super::{Method, Plan};
-use crate::certify::validated;
+use super::Plan;
 use crate::certify::validated::boxes::{BoxProof, Budget, ParameterBox, Volumes};
+use crate::certify::validated::law_boxes::LawProof;
 use crate::certify::validated::prover::{Prover, Threads};
 use crate::certify::validated::surface::Surface;
 use crate::certify::validated::tile::{GroupBox, Tile};
 use crate::friction::Law;
 
-/// A box of parameters, and the proofs over it.
+/// Number of boxes of another law for each that a plan requests: a box of Stribeck's law takes a hundred times as long, and
+/// covers more.
+const BOXES_OF_OTHER_LAWS: usize = 100;
+
+/// The proofs over the box of all parameters, from the first to the last node of every axis.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Proved {
-    /// The box: from the first to the last node of every axis.
-    pub(crate) parameters: ParameterBox,
     /// Proved volumes, as shares of the box.
     pub(crate) volumes: Volumes,
     /// Wall-clock seconds that the proofs took.
     pub(crate) seconds: f64,
-    pub(crate) surface: Surface,
+    pub(crate) proof: Proofs,
 }
 
-/// Computes the proofs that the plan requests with `threads` workers (all cores if `None`) and `others`;
-/// stops early if `stop` is set. `None` if the plan requests no proofs, or if the workers cannot be started.
+/// What is proved.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Proofs {
+    /// The universal surface of Stribeck's law.
+    Surface(Surface),
+    /// The critical damping of another law.
+    Law(Box<LawProof>),
+}
+
+/// Number of boxes that a plan tries to prove.
+pub(crate) fn boxes_to_try(plan: &Plan) -> usize {
+    match plan.grid.law().as_written() {
+        Law::Stribeck => plan.proof_boxes,
+        _ => plan.proof_boxes.saturating_mul(BOXES_OF_OTHER_LAWS),
+    }
+}
+
+/// Computes the proofs that the plan requests with `threads` workers (all cores if `None`) and, for Stribeck's law,
+/// `others`; stops early if `stop` is set. `None` if the plan requests no proofs, or if the workers cannot be started.
 /// The proofs do not depend on the number of workers.
 pub(crate) fn prove(
     plan: &Plan,
@@ -34,21 +53,35 @@ pub(crate) fn prove(
     others: Option<&dyn Prover>,
     stop: &AtomicBool,
 ) -> Option<Proved> {
-    let wanted = plan.proof_boxes > 0 && plan.methods.contains(&Method::Test(&validated::TEST));
-    let parameters = wanted.then(|| parameters(plan))??;
+    if plan.proof_boxes == 0 {
+        return None;
+    }
     let pool = super::pool(threads).ok()?;
     let start = Instant::now();
-    let Budget { tiles, parts } = Budget::of_boxes(plan.proof_boxes);
     let go_on = || !stop.load(Ordering::Relaxed);
-    let mut proof = BoxProof::new(&parameters);
-    // Other processes are reached from the calling thread only.
-    match others {
-        Some(others) => proof.refine_surface(tiles, &Shared { pool: &pool, others }, &go_on),
-        None => pool.install(|| proof.refine_surface(tiles, &Threads, &go_on)),
-    }
-    pool.install(|| proof.refine_parts(parts, &go_on));
-    let (volumes, seconds) = (proof.volumes(), start.elapsed().as_secs_f64());
-    Some(Proved { parameters, volumes, seconds, surface: proof.surface })
+    let ranges = plan.grid.axes().iter().map(|axis| [axis.values[0], axis.values[axis.values.len() - 1]]);
+    let ranges: Vec<[f64; 2]> = ranges.collect();
+    let (volumes, proof) = match (plan.grid.law().as_written(), ranges.as_slice()) {
+        (Law::Stribeck, &[epsilon, alpha, beta, gamma, belt_speed, damping]) => {
+            let parameters = ParameterBox { epsilon, alpha, beta, gamma, belt_speed, damping };
+            let Budget { tiles, parts } = Budget::of_boxes(plan.proof_boxes);
+            let mut proof = BoxProof::new(&parameters);
+            // Other processes are reached from the calling thread only.
+            match others {
+                Some(others) => proof.refine_surface(tiles, &Shared { pool: &pool, others }, &go_on),
+                None => pool.install(|| proof.refine_surface(tiles, &Threads, &go_on)),
+            }
+            pool.install(|| proof.refine_parts(parts, &go_on));
+            (proof.volumes(), Proofs::Surface(proof.surface))
+        }
+        (law, [parameters @ .., damping]) => {
+            let mut proof = LawProof::new(law, parameters.to_vec(), *damping);
+            pool.install(|| proof.refine(boxes_to_try(plan), &go_on));
+            (proof.volumes(), Proofs::Law(Box::new(proof)))
+        }
+        _ => return None,
+    };
+    Some(Proved { volumes, seconds: start.elapsed().as_secs_f64(), proof })
 }
 
 /// The threads of this process, and the workers of other processes.
@@ -75,23 +108,5 @@ impl Prover for Shared<'_> {
             proofs.extend(theirs);
             proofs
         })
-    }
-}
-
-/// The box of all parameters; `None` for laws other than Stribeck's, whose boxes are not proved.
-fn parameters(plan: &Plan) -> Option<ParameterBox> {
-    let ranges: Vec<[f64; 2]> =
-        plan.grid.axes().iter().map(|axis| [axis.values[0], axis.values[axis.values.len() - 1]]).collect();
-    match plan.grid.law().as_written() {
-        // The order of the axes: eps, the law's parameters, V, c.
-        Law::Stribeck => Some(ParameterBox {
-            epsilon: ranges[0],
-            alpha: ranges[1],
-            beta: ranges[2],
-            gamma: ranges[3],
-            belt_speed: ranges[4],
-            damping: ranges[5],
-        }),
-        _ => None,
     }
 }

@@ -4,8 +4,6 @@
 //! planes that no box crosses, until a part holds a single box, which must equal it. That proves coverage and
 //! disjointness at once, and succeeds on every subdivision that was made by repeated cuts.
 
-use crate::certify::validated::tile::GroupBox;
-
 /// Largest number of boxes examined, summed over all cuts. Bisections examine each box once a level: a
 /// million boxes, cut to a depth of 64, stay below it.
 const BUDGET: usize = 1 << 27;
@@ -23,30 +21,31 @@ pub enum Fault {
     #[error("box {} extends outside the domain", .0 + 1)]
     Outside(usize),
     /// No box holds the inner points of this part.
-    #[error("the boxes do not cover the domain: none holds A {:?}, k {:?}, b {:?}", .0.a, .0.k, .0.b)]
-    Gap(GroupBox),
+    #[error("the boxes do not cover the domain: none holds {0:?}")]
+    Gap(Vec<[f64; 2]>),
     /// Boxes overlap within this part, or cannot be separated by planes.
-    #[error("boxes overlap within A {:?}, k {:?}, b {:?}", .0.a, .0.k, .0.b)]
-    Overlap(GroupBox),
+    #[error("boxes overlap within {0:?}")]
+    Overlap(Vec<[f64; 2]>),
     /// There are too many boxes, too irregularly placed.
     #[error("there are too many boxes, too irregularly placed, to be checked")]
     TooIntricate,
 }
 
-/// Checks that the boxes divide `domain`.
+/// Checks that the boxes divide `domain`. Every box has a range for each axis.
 ///
 /// # Errors
 /// The first [`Fault`] found.
-pub fn divides(domain: &GroupBox, boxes: &[GroupBox]) -> Result<(), Fault> {
-    let is_box =
-        |one: &GroupBox| one.ranges().iter().all(|[lo, hi]| lo.is_finite() && hi.is_finite() && lo <= hi);
+pub fn divides<B: AsRef<[[f64; 2]]>>(domain: &[[f64; 2]], boxes: &[B]) -> Result<(), Fault> {
+    let is_box = |one: &[[f64; 2]]| one.iter().all(|[lo, hi]| lo.is_finite() && hi.is_finite() && lo <= hi);
     if !is_box(domain) {
         return Err(Fault::NoDomain);
     }
-    let whole = domain.ranges();
-    for (i, one) in boxes.iter().enumerate() {
-        let axes = || one.ranges().into_iter().zip(whole);
-        if !is_box(one) || axes().any(|([lo, hi], [from, to])| from < to && !(lo < hi)) {
+    for (i, one) in boxes.iter().map(AsRef::as_ref).enumerate() {
+        let axes = || one.iter().zip(domain);
+        if one.len() != domain.len()
+            || !is_box(one)
+            || axes().any(|([lo, hi], [from, to])| from < to && !(lo < hi))
+        {
             return Err(Fault::NoBox(i));
         }
         if axes().any(|([lo, hi], [from, to])| lo < from || hi > to) {
@@ -54,7 +53,7 @@ pub fn divides(domain: &GroupBox, boxes: &[GroupBox]) -> Result<(), Fault> {
         }
     }
     let mut budget = BUDGET;
-    let mut waiting = vec![(*domain, boxes.to_vec())];
+    let mut waiting = vec![(domain.to_vec(), boxes.iter().map(AsRef::as_ref).collect::<Vec<_>>())];
     while let Some((part, mut inside)) = waiting.pop() {
         match inside.as_slice() {
             [] => return Err(Fault::Gap(part)),
@@ -63,31 +62,35 @@ pub fn divides(domain: &GroupBox, boxes: &[GroupBox]) -> Result<(), Fault> {
             _ => {}
         }
         budget = budget.checked_sub(inside.len()).ok_or(Fault::TooIntricate)?;
-        let cut = (0..3).find_map(|axis| cut(&part, &mut inside, axis));
+        let cut = (0..part.len()).find_map(|axis| cut(&part, &mut inside, axis));
         waiting.extend(cut.ok_or(Fault::Overlap(part))?);
     }
     Ok(())
 }
 
+/// A part of the domain, and the boxes in it.
+type Part<'a> = (Vec<[f64; 2]>, Vec<&'a [[f64; 2]]>);
+
 /// The parts and their boxes between all planes across `axis` that no box crosses; `None` if there is no such
 /// plane.
-fn cut(part: &GroupBox, boxes: &mut [GroupBox], axis: usize) -> Option<Vec<(GroupBox, Vec<GroupBox>)>> {
-    let [from, to] = part.ranges()[axis];
+fn cut<'a>(part: &[[f64; 2]], boxes: &mut [&'a [[f64; 2]]], axis: usize) -> Option<Vec<Part<'a>>> {
+    let [from, to] = part[axis];
     if from == to {
         return None;
     }
-    let range = |one: &GroupBox| one.ranges()[axis];
-    boxes.sort_by(|one, two| range(one)[0].total_cmp(&range(two)[0]));
+    boxes.sort_by(|one, two| one[axis][0].total_cmp(&two[axis][0]));
     let (mut parts, mut begin, mut low) = (Vec::new(), 0, from);
     let mut reach = f64::NEG_INFINITY;
     for i in 0..=boxes.len() {
-        let next = boxes.get(i).map_or(to, |one| range(one)[0]);
+        let next = boxes.get(i).map_or(to, |one| one[axis][0]);
         if i > 0 && reach <= next {
-            parts.push((part.with_range(axis, [low, next]), boxes[begin..i].to_vec()));
+            let mut between = part.to_vec();
+            between[axis] = [low, next];
+            parts.push((between, boxes[begin..i].to_vec()));
             (begin, low) = (i, next);
         }
         if let Some(one) = boxes.get(i) {
-            reach = reach.max(range(one)[1]);
+            reach = reach.max(one[axis][1]);
         }
     }
     (parts.len() > 1).then_some(parts)
@@ -96,6 +99,12 @@ fn cut(part: &GroupBox, boxes: &mut [GroupBox], axis: usize) -> Option<Vec<(Grou
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::certify::validated::tile::GroupBox;
+
+    fn divides(domain: &GroupBox, boxes: &[GroupBox]) -> Result<(), Fault> {
+        let boxes: Vec<_> = boxes.iter().map(GroupBox::ranges).collect();
+        super::divides(&domain.ranges(), &boxes)
+    }
 
     fn domain() -> GroupBox {
         GroupBox { a: [0.1, 0.15], k: [0.15, 0.25], b: [0.01, 0.02] }

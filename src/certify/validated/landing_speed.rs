@@ -12,9 +12,9 @@
 //!   strips themselves: R < rho if no x >= 0 exists for the strip up to rho.
 
 use super::defect::Groups;
-use crate::friction::Weakening;
 use crate::friction::interval::Interval;
 use crate::friction::jet::Real as _;
+use crate::friction::{Law, Slope, Weakening};
 
 /// Numbers of strips per quarter turn, tried in this order.
 const REFINEMENTS: [u32; 3] = [2, 8, 48];
@@ -26,6 +26,8 @@ pub(super) enum Divergence<'a> {
     Groups(Groups),
     /// The polynomials of any law.
     Compiled(&'a Weakening),
+    /// Any law over a box of eps and its parameters.
+    Box(&'a Law, &'a [Interval]),
 }
 
 /// The parameters of a landing, enclosed.
@@ -76,6 +78,14 @@ impl Flow<'_> {
                     return f64::INFINITY;
                 }
                 Interval::of(range.hi)
+            }
+            Divergence::Box(law, x) => {
+                let speeds = Interval::new((self.belt_speed * slip).lo.max(0.0), (self.belt_speed * most).hi);
+                let x: Vec<Slope> = x.iter().map(|x| Slope::of(*x)).collect();
+                match law.weakening_over(Slope::of(speeds), &x) {
+                    Some(weakening) => weakening.0[0],
+                    None => return f64::INFINITY,
+                }
             }
         };
         (weakening - Interval::of(self.viscous.lo)).hi

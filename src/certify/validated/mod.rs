@@ -55,6 +55,7 @@
 //! | C* enclosed over the universal surface, equally by any number of workers | [`surface::Surface::refine`], [`prover::Prover`] | `a_surface_is_the_same_for_any_number_of_workers`, `tests/program/mpi.rs::any_number_of_ranks_makes_the_same_proofs` |
 //! | volumes proved | [`boxes::BoxProof`] | `proved_volumes_enclose_the_true_one`, `volumes_of_known_sets` |
 //! | C* enclosed for any law | [`any_law::prove`] | `tests/mathematics/laws.rs::validated_encloses_every_law`, `two_proofs_of_one_column_agree` |
+//! | C* enclosed over a box of any law's parameters | `barrier::Tile::prove` | `tiles_hold_the_points_inside` |
 //! | landing speed bounded | `landing_speed::Flow` | `agrees_with_the_bound_in_double_precision`, `tests/mathematics/validated.rs` |
 //!
 //! # Arithmetic
@@ -63,11 +64,13 @@
 //! use the platform's instead, whose error is assumed to be less than four units in the last place.
 
 pub mod any_law;
+pub(crate) mod barrier;
 pub mod boxes;
 mod circle;
 mod defect;
 mod expansion;
 mod landing_speed;
+pub(crate) mod law_boxes;
 mod mean;
 mod orbit;
 #[doc(hidden)] // who proves the tiles of a surface: the program's threads and processes

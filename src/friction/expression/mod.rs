@@ -173,6 +173,11 @@ impl Expression {
         ExpressionCurve { law: self.clone(), epsilon, parameters: *parameters }
     }
 
+    /// phi at slip speed `u`, eps and parameters in any arithmetic.
+    pub(super) fn phi_at<T: Real>(&self, u: T, epsilon: T, parameters: &[T]) -> T {
+        self.curve(0.0, &LawParameters::new(&[])).run_with(u, epsilon, |i| parameters[i], |_, _| ())
+    }
+
     /// Checks that the law is legal at one eps and one choice of parameters for slip speeds in
     /// [0, `fastest`]: phi(0) = 1, phi and phi' finite and phi' continuous.
     ///
