@@ -347,9 +347,9 @@ fn ahead(left: usize, all_threads: usize, threads: usize) -> usize {
     threads * (left / (8 * all_threads)).clamp(2, 32) + 2
 }
 
-/// The first tiles of the other ranks. They are dealt one by one in turn, so that few tiles are shared fairly,
-/// until every rank has two for each thread and two more, or until only the tiles that rank 0 computes itself
-/// are left.
+/// The first tiles of the other ranks. They are dealt one by one in turn, so that few tiles are shared
+/// fairly, until every rank has two for each thread and two more, or until only the tiles that rank 0
+/// computes itself are left.
 fn first_tiles(queue: &Queue, own_threads: usize, threads: &[usize]) -> Vec<Vec<usize>> {
     let mut dealt = vec![Vec::new(); threads.len()];
     let first = |threads: usize| ahead(0, 1, threads);

@@ -143,9 +143,10 @@ impl Journal {
         sync_folder(&self.path).map_err(|source| StoreError::io("write", &self.path, source))
     }
 
-    /// Calls `visit` with the contents of one frame after the other; it returns false to refuse a frame. Stops
-    /// at the first frame that is partial, longer than `longest` bytes or refused, cuts off the rest (unless it
-    /// is the whole journal), and returns the number of bytes of the rest. One frame at a time is in memory.
+    /// Calls `visit` with the contents of one frame after the other; it returns false to refuse a frame.
+    /// Stops at the first frame that is partial, longer than `longest` bytes or refused, cuts off the rest
+    /// (unless it is the whole journal), and returns the number of bytes of the rest. One frame at a time is
+    /// in memory.
     pub(super) fn replay(
         &mut self,
         longest: u64,
