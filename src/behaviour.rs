@@ -78,7 +78,8 @@ pub struct Behaviour {
 /// falls several times has windows of speeds: of 58 random wavy laws, 4 had one between speeds eight per
 /// factor of ten.
 const CRITICAL_PER_DECADE: i32 = 32;
-/// Number of factors of ten by which the belt speeds that are tried reach beyond the velocities of the machine.
+/// Number of factors of ten by which the belt speeds that are tried reach beyond the velocities of the
+/// machine.
 const DECADES: f64 = 3.0;
 
 /// The slip speed u at which the friction has fallen by half of its largest fall; 1 if it does not fall.
@@ -99,8 +100,9 @@ fn speed_of(number: i32, per_decade: i32) -> f64 {
 
 /// The belt speeds V that are tried, from the slowest, `per_decade` of them per factor of ten: from a
 /// thousandth of the slower to a thousand times the faster of two velocities of the machine, that of the
-/// static friction on its mass and spring, V = 1, and that at which its friction falls. A closed orbit reaches
-/// about twice the belt speed: data and samples give no answers beyond half their end, the fastest speed.
+/// static friction on its mass and spring, V = 1, and that at which its friction falls. A closed orbit
+/// reaches about twice the belt speed: data and samples give no answers beyond half their end, the fastest
+/// speed.
 ///
 /// The speeds do not depend on the belt speed and the damping of the machine, so its limits do not either.
 pub(crate) fn belt_speeds(curve: &Curve, per_decade: i32) -> Vec<f64> {

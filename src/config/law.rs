@@ -129,8 +129,8 @@ pub(super) fn at_formula(node: &Node, error: &ExpressionError) -> ConfigError {
 /// Number of characters of a formula that are quoted before and after the place of an error.
 const QUOTED: usize = 40;
 
-/// The problem, the formula below it, and marks under the part concerned. Of a long formula the characters around
-/// that part are quoted.
+/// The problem, the formula below it, and marks under the part concerned. Of a long formula the characters
+/// around that part are quoted.
 #[must_use]
 pub fn point_into(text: &str, error: &ExpressionError) -> String {
     let letters: Vec<char> = text.chars().collect();

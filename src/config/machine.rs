@@ -199,7 +199,8 @@ pub(crate) fn load_machine(file: &Path, values: &[(String, f64)]) -> Result<Mach
     }
     let title = root.get("title").map(|node| super::line(&node).map(str::to_owned)).transpose()?;
     let job = MachineJob { title, ..read(&section, &friction, &law)? };
-    // What is wrong in the rest of the file, or replaced by `values`, is an error of a run, so it is one here.
+    // What is wrong in the rest of the file, or replaced by `values`, is an error of a run, so it is one
+    // here.
     let only_set = values.iter().filter(|(name, _)| match names.contains(&name.as_str()) {
         true => in_file.is_none(),
         false => written.get(name).is_none(),

@@ -31,8 +31,8 @@ use super::{Start, assets, catalogue, machine, place};
 const CONNECTIONS: usize = 256;
 /// Time limit for the head of a request, after which a silent connection is closed.
 const SILENCE: Duration = Duration::from_secs(10);
-/// Time limit of an answer that the page waits for. An export has none: it is written in full, until a newer one
-/// takes its place, the user stops it or the page is closed.
+/// Time limit of an answer that the page waits for. An export has none: it is written in full, until a newer
+/// one takes its place, the user stops it or the page is closed.
 const LONGEST_WORK: Duration = Duration::from_secs(20);
 /// Number of pictures computed at a time; each uses all cores.
 const PICTURES: usize = 2;
@@ -146,8 +146,8 @@ async fn within<T>(limit: Duration, answer: impl Future<Output = Result<T, Refus
     answer.unwrap_or_else(|_| Err(Refusal::out_of_time(limit.as_secs())))
 }
 
-/// Runs the work of a request on its own thread until it is superseded. Work that cannot stop at once keeps its
-/// permit, so that a lane never runs more work than it has permits.
+/// Runs the work of a request on its own thread until it is superseded. Work that cannot stop at once keeps
+/// its permit, so that a lane never runs more work than it has permits.
 async fn to_the_end<T: Send + 'static>(
     lane: &Arc<Semaphore>,
     ticket: Ticket,

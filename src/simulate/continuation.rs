@@ -4,8 +4,9 @@
 //! function on a grid of `STEPS` steps a side; closed curves that fit between its nodes are missed. Curves
 //! are followed in both directions by pseudo-arclength continuation: a step along the secant, then a root on
 //! the normal through its end. Steps shrink where the curve turns. A curve ends on the border of the square,
-//! where it closes, or where the function is undefined (for instance at a point of codimension two). All curves
-//! of a function together have at most `MOST_POINTS` points, as many as a figure as wide as a page can show.
+//! where it closes, or where the function is undefined (for instance at a point of codimension two). All
+//! curves of a function together have at most `MOST_POINTS` points, as many as a figure as wide as a page can
+//! show.
 //!
 //! **Error.** For each point, its distance from the curve: (|value| + error of the value) over the slope of
 //! the function along the normal. Between points the curve leaves its chord by at most about an eighth of the

@@ -5,7 +5,8 @@
 //! The other axis is cut into `PARTS` parts. Each is halved until the extremes at neighbouring sections
 //! correspond to each other one by one, move little, and lie on a line within `FLAT`. Where two extremes meet
 //! in a cusp, or one leaves through an end of the backbone, the part is halved `HALVINGS` times: branches end
-//! there. All parts are halved alike, so that `MOST_SECTIONS` sections are spread over the plane. Two extremes that appear and vanish again between neighbouring sections are missed.
+//! there. All parts are halved alike, so that `MOST_SECTIONS` sections are spread over the plane. Two
+//! extremes that appear and vanish again between neighbouring sections are missed.
 
 use rayon::prelude::*;
 
@@ -15,8 +16,8 @@ use super::continuation::{Branch, CurvePoint};
 const PARTS: usize = 64;
 /// Largest number of halvings of a part.
 const HALVINGS: u32 = 8;
-/// Largest number of sections, as many as a figure can show. Each is a backbone; extremes of noisy ones correspond
-/// nowhere.
+/// Largest number of sections, as many as a figure can show. Each is a backbone; extremes of noisy ones
+/// correspond nowhere.
 pub(crate) const MOST_SECTIONS: usize = 600;
 /// Largest distance, in amplitude over belt speed and in sides of the plane, of extremes that correspond.
 const NEAR: f64 = 0.04;
@@ -92,8 +93,8 @@ pub(crate) fn fold_curves(extremes: Extremes, damping_axis: usize) -> Vec<Branch
     curves.iter().map(|points| Branch { points: points.iter().map(point).collect(), closed: false }).collect()
 }
 
-/// The sections with those that are needed between them. Gaps are halved together, level by level, as long as the
-/// halves of all of them are within the limit; so the result does not depend on the order of the work.
+/// The sections with those that are needed between them. Gaps are halved together, level by level, as long as
+/// the halves of all of them are within the limit; so the result does not depend on the order of the work.
 fn refined(at: &(dyn Fn(f64) -> Section + Sync), nodes: Vec<Section>) -> Vec<Section> {
     // Each section with whether the gap after it is to be halved.
     let last = nodes.len() - 1;
@@ -300,7 +301,8 @@ mod tests {
         }
     }
 
-    /// Extremes of a noisy backbone, which do not correspond anywhere: the work is bounded, and spread evenly.
+    /// Extremes of a noisy backbone, which do not correspond anywhere: the work is bounded, and spread
+    /// evenly.
     #[test]
     fn noise_does_not_multiply_the_sections() {
         let sections = std::sync::Mutex::new(Vec::new());

@@ -89,7 +89,8 @@ export class Leave {
     }
   }
 
-  // Computes and saves a file. However long it takes, it is finished, unless it is stopped or another is wanted.
+  // Computes and saves a file. However long it takes, it is finished, unless it is stopped or another is
+  // wanted.
   async keep(ending) {
     this.stop?.abort();
     const stop = (this.stop = new AbortController());

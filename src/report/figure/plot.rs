@@ -101,8 +101,8 @@ pub(crate) fn figure(view: &View, name: String, wanted: &Plot) -> Result<Figure,
     Ok(Figure { name, caption: wide.caption, scenes, data: wide.data })
 }
 
-/// The probability that a machine with uncertain quantities may stick-slip, over belt speed and damping; `None` for a
-/// map without it, and for one of a single cell.
+/// The probability that a machine with uncertain quantities may stick-slip, over belt speed and damping;
+/// `None` for a map without it, and for one of a single cell.
 pub(crate) fn probability(view: &View) -> Result<Option<Figure>, ReportError> {
     let axes = view.map.grid().axes();
     let [speed, damping] = [axes.len() - 2, axes.len() - 1];

@@ -310,7 +310,8 @@ fn figure(slice: &Slice) -> Result<Figure, ReportError> {
     })
 }
 
-/// The sentence of a caption about the failed ones among what is drawn, cells or verdicts; empty if there are none.
+/// The sentence of a caption about the failed ones among what is drawn, cells or verdicts; empty if there are
+/// none.
 pub(super) fn failed_words(what: &str, failed: impl Iterator<Item = bool>) -> Rich {
     let (cells, failed) =
         failed.fold((0, 0), |(cells, count), failed| (cells + 1, count + u64::from(failed)));

@@ -162,8 +162,8 @@ impl Table {
     }
 }
 
-/// A heading in lines of at most `width` characters, but for longer words. What follows the last comma, a unit, is
-/// not broken.
+/// A heading in lines of at most `width` characters, but for longer words. What follows the last comma, a
+/// unit, is not broken.
 fn lines_of(heading: &Rich, width: usize) -> Vec<Rich> {
     let mut words: Vec<Rich> = vec![Rich::default()];
     let last = heading.pieces.len().saturating_sub(1);
