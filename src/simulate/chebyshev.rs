@@ -197,8 +197,8 @@ impl Tensor {
     /// The sum with these values at the [points](Self::points) of a box.
     pub(crate) fn through(sides: &[Side], values: Vec<f64>) -> Self {
         let mut tensor = Self { sides: sides.to_vec(), coefficients: values };
-        for axis in 0..sides.len() {
-            let (stride, count) = (tensor.stride(axis), sides[axis].count);
+        for (axis, side) in sides.iter().enumerate() {
+            let (stride, count) = (tensor.stride(axis), side.count);
             let coefficients = &mut tensor.coefficients;
             for first in (0..coefficients.len()).filter(|number| (number / stride).is_multiple_of(count)) {
                 let values: Vec<f64> = (0..count).map(|i| coefficients[first + i * stride]).collect();
