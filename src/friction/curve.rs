@@ -63,6 +63,19 @@ pub(crate) enum Pieces {
 const OCTAVES: i32 = 14;
 /// Number of intervals between the samples of a function, which are dense next to 0.
 const SAMPLES: u32 = 256;
+/// Number of the intervals of [`Curve::friction_by_intervals`] per factor of two.
+const PER_OCTAVE: i32 = 4;
+/// Powers of two between which these intervals lie, and at which phi is sampled beyond them.
+const INTERVALS: std::ops::RangeInclusive<i32> = -4..=40;
+const SAMPLED: std::ops::RangeInclusive<i32> = 41..=80;
+/// Intervals this narrow, in units of their ends, are not halved though the sign of a formula is not known there.
+const NARROWEST: f64 = 1.0 / 64.0;
+/// A distance that is less than this share of another halves with the interval.
+const HALVED: f64 = 0.6;
+/// A number at which powers of slip speeds are finite yet.
+const FASTEST: f64 = 1e60;
+/// Friction above this counts as not negative: less than rounding makes of it.
+const NOTHING: f64 = -1e-12;
 
 /// The smallest range that contains all `ranges`.
 fn hull(ranges: impl Iterator<Item = Range>) -> Range {
@@ -152,7 +165,7 @@ impl Curve {
         let starts = || std::iter::once(0.0).chain(ends());
         match &self.form {
             Form::Stribeck(law) => law.friction_range(hi),
-            Form::Table(law) => law.friction_range(hi),
+            Form::Table(law) => law.friction_range(0.0, hi),
             Form::Function(_) | Form::Custom(_) => hull((0..=SAMPLES).map(|i| {
                 let value = self.phi(hi * (f64::from(i) / f64::from(SAMPLES)).powi(2));
                 Range { lo: value, hi: value }
@@ -161,6 +174,72 @@ impl Curve {
                 starts().zip(ends()).filter_map(|(lo, hi)| Some(form.formula(Interval::new(lo, hi))?.into())),
             ),
         }
+    }
+
+    /// Returns whether friction never pushes: whether phi >= 0 at all slip speeds, up to [`Curve::fastest`].
+    pub(crate) fn never_pushes(&self, unit: f64) -> bool {
+        if !self.is_sampled() && self.friction_range(self.fastest().min(FASTEST), Pieces::One).lo >= NOTHING {
+            return true;
+        }
+        self.friction_by_intervals(unit).iter().all(|(_, range)| range.lo >= NOTHING)
+    }
+
+    /// Bounds of phi on intervals of slip speed, with the ends of each, from 0 up to [`Curve::fastest`]. Beyond
+    /// 10^12 `unit` there are samples only, as for laws given by functions: intervals without a length.
+    pub(crate) fn friction_by_intervals(&self, unit: f64) -> Vec<([f64; 2], Range)> {
+        let end = |i: i32| unit * 2_f64.powf(f64::from(i) / f64::from(PER_OCTAVE));
+        let fastest = self.fastest();
+        let mut from = 0.0;
+        let mut found = Vec::new();
+        let [first, last] = [*INTERVALS.start(), *INTERVALS.end()].map(|octave| PER_OCTAVE * octave);
+        for to in (first..=last).map(|i| end(i).min(fastest)) {
+            if to > from {
+                found.push(([from, to], self.friction_between(from, to)));
+            }
+            from = to;
+        }
+        if fastest == f64::INFINITY {
+            found.extend(SAMPLED.map(|octave| {
+                let at = end(PER_OCTAVE * octave);
+                ([at; 2], Range { lo: self.phi(at), hi: self.phi(at) })
+            }));
+        }
+        found
+    }
+
+    /// Bounds of phi over slip speeds in [`lo`, `hi`]. They need not be narrow where their sign is certain.
+    fn friction_between(&self, lo: f64, hi: f64) -> Range {
+        if let Form::Table(table) = &self.form {
+            return table.friction_range(lo, hi);
+        }
+        if self.formula(0.0).is_some() {
+            return self.formula_between(lo, hi, [f64::INFINITY; 2]);
+        }
+        let at = |i: u32| self.phi((hi - lo).mul_add(f64::from(i) / f64::from(SAMPLES), lo).min(hi));
+        hull((0..=SAMPLES).map(at).map(|phi| Range { lo: phi, hi: phi }))
+    }
+
+    /// As [`Curve::friction_between`] for a formula. `before` are the distances of the bounds from samples on
+    /// twice and four times the interval: where small ones halve with it, they come from terms that cancel, as
+    /// in `1 - u/(1 + u)`, and the samples are the bounds; a narrow dip would leave them as they are.
+    fn formula_between(&self, lo: f64, hi: f64, before: [f64; 2]) -> Range {
+        let Some(range) = self.formula(Interval::new(lo, hi)) else { return Interval::ENTIRE.into() };
+        let middle = 0.5 * (lo + hi);
+        let samples = [lo, middle, hi].map(|u| self.phi(u));
+        let pushes = samples.map(|phi| phi < 0.0);
+        if range.lo >= NOTHING || range.hi < 0.0 || pushes != [pushes[0]; 3] {
+            return range.into();
+        }
+        let sampled = hull(samples.into_iter().map(|phi| Range { lo: phi, hi: phi }));
+        let distance = if pushes[0] { range.hi - sampled.hi } else { sampled.lo - range.lo };
+        if distance < HALVED * before[0] && before[0] < HALVED * before[1] && before[1] < 1.0 {
+            return sampled;
+        }
+        if hi - lo < NARROWEST * hi {
+            return range.into();
+        }
+        let halves = [[lo, middle], [middle, hi]];
+        hull(halves.map(|[lo, hi]| self.formula_between(lo, hi, [distance, before[0]])).into_iter())
     }
 
     /// Proved bounds, over 0 < |v| <= V, of the even part in v of `weakening(V - v)`.

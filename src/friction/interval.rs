@@ -291,6 +291,20 @@ impl Real for Interval {
         Self { lo: lo.max(-1.0), hi: hi.min(1.0) }
     }
 
+    fn squared(self) -> Self {
+        self.square()
+    }
+
+    /// Where tanh is 1 up to rounding, 4 e / (1 + e)^2 with e = exp(-2 |x|) is much narrower than 1 - tanh^2.
+    fn tanh_slope(self, tanh: Self) -> Self {
+        let slope = Self::ONE - tanh.square();
+        if self.contains_zero() {
+            return slope;
+        }
+        let e = (Self::of(-2.0) * self.abs()).exp();
+        slope.intersection(Self::of(4.0) * e / (Self::ONE + e).square())
+    }
+
     fn atan(self) -> Self {
         self.increasing(f64::atan)
     }

@@ -339,13 +339,14 @@ impl Table {
         if u.hi <= self.fastest() { met.map(of_piece).reduce(hull) } else { None }
     }
 
-    /// Bounds of phi on [0, hi]. The cubics are monotone between the data.
-    pub(super) fn friction_range(&self, hi: f64) -> Range {
-        let data = self.0.phi[..self.0.u.partition_point(|knot| *knot <= hi)].iter().copied();
-        data.chain([self.phi(hi)]).fold(Range { lo: 1.0, hi: 1.0 }, |range, value| Range {
-            lo: range.lo.min(value),
-            hi: range.hi.max(value),
-        })
+    /// Bounds of phi on [lo, hi]. The cubics are monotone between the data.
+    pub(super) fn friction_range(&self, lo: f64, hi: f64) -> Range {
+        let Cubics { u, phi, .. } = &*self.0;
+        let between = u.partition_point(|knot| *knot < lo)..u.partition_point(|knot| *knot <= hi);
+        let ends = Range { lo: self.phi(lo).min(self.phi(hi)), hi: self.phi(lo).max(self.phi(hi)) };
+        phi[between]
+            .iter()
+            .fold(ends, |range, value| Range { lo: range.lo.min(*value), hi: range.hi.max(*value) })
     }
 
     /// The mean weakening rate by Gauss quadrature between the data, where the integrand is smooth.

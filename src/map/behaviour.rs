@@ -8,7 +8,8 @@ use super::verdict::Attractors;
 use crate::filippov::Oscillator;
 use crate::friction::{Column, Curve, Range};
 use crate::simulate::backbone::{Backbone, CycleRange, InterpolatedBackbone};
-use crate::simulate::crossing::{crossing_cycles, settled_from, some_cross_for_ever, stick_slip_cycle};
+use crate::simulate::crossing::{crossing_cycles, some_cross_for_ever, stick_slip_cycle};
+use crate::simulate::far_loops::FarLoops;
 use crate::simulate::slip_cycle::{BACKBONE_TOLERANCE, Kick, kick_onto, locate, none_within};
 use crate::simulate::{Cycle, Failure, Flow, Neighbour, TIGHT, outermost_repelling};
 
@@ -39,8 +40,8 @@ pub(super) struct Behaviour<'a> {
     coarse: RefCell<Vec<Result<Backbone, Failure>>>,
     /// The backbone of full accuracy, computed on first use.
     fine: OnceCell<Result<Backbone, Failure>>,
-    /// The distance beyond the exit point from which on loops lead inward; computed on first use.
-    settled_from: OnceCell<f64>,
+    /// Where loops far beyond the exit point lead; computed on first use.
+    far: OnceCell<FarLoops<'a>>,
     /// The smallest eps c, so far, at which the search found no orbit that crosses the belt line for ever.
     none_cross_from: Cell<f64>,
 }
@@ -80,7 +81,7 @@ impl<'a> Behaviour<'a> {
             even: OnceCell::new(),
             coarse: RefCell::default(),
             fine: OnceCell::new(),
-            settled_from: OnceCell::new(),
+            far: OnceCell::new(),
             none_cross_from: Cell::new(f64::INFINITY),
         }
     }
@@ -203,12 +204,12 @@ impl<'a> Behaviour<'a> {
     /// Whether some orbits cross the belt line for ever, though the orbit from the exit point does not;
     /// `None` if unknown. If no orbit does at one damping, none does at a larger one.
     fn some_cross_for_ever(&self, viscous: f64) -> Option<bool> {
-        let settled = *self.settled_from.get_or_init(|| settled_from(self.curve, self.belt_speed));
-        if settled == 0.0 || viscous >= self.none_cross_from.get() {
+        if viscous >= self.none_cross_from.get() {
             return Some(false);
         }
+        let far = self.far.get_or_init(|| FarLoops::new(self.curve, self.belt_speed));
         let oscillator = Oscillator { curve: self.curve.clone(), viscous, belt_speed: self.belt_speed };
-        let some = some_cross_for_ever(&oscillator, settled).ok()?;
+        let some = some_cross_for_ever(&oscillator, far).ok()?;
         if !some {
             self.none_cross_from.set(viscous);
         }

@@ -34,7 +34,8 @@ use crate::random::Random;
 use crate::simulate::backbone::{BackboneNodes, InterpolatedBackbone};
 use crate::simulate::chebyshev::{self, Transform};
 use crate::simulate::critical_damping;
-use crate::simulate::crossing::{JUMP, reach, settled_from};
+use crate::simulate::crossing::{JUMP, reach};
+use crate::simulate::far_loops::FarLoops;
 use crate::simulate::margins::numbers_in;
 
 /// Tolerance of eps c* where no backbone is needed, in units of the weakening rate, and of the [`reach`].
@@ -101,11 +102,12 @@ impl Interpolated {
             }
             found.nodes = (intervals > 0).then(|| BackboneNodes::new(intervals));
         }
-        // This distance grows with the belt speed, except for a table that ends early.
+        // This distance grows with the belt speed, except for a table that ends early, and falls with the damping.
         if plan.stores(Field::Regime) && first.curve.fastest() == f64::INFINITY {
             let farthest = |group: &[Column]| {
                 let fastest = group.iter().map(|column| column.belt_speed).fold(0.0, f64::max);
-                settled_from(&group[0].curve, fastest)
+                let least = group.iter().map(|column| column.epsilon * cs[0]).fold(f64::INFINITY, f64::min);
+                FarLoops::new(&group[0].curve, fastest).inward_from(least)
             };
             let groups = columns.chunk_by(|one, other| one.curve == other.curve);
             found.settled_from = groups.map(farthest).fold(0.0, f64::max);

@@ -11,27 +11,29 @@
 //! arc. The slope of the loop map is the product over both arcs.
 
 use super::arc::{LowerEnd, State, Walk};
+use super::far_loops::FarLoops;
 use super::roots::fixed_point;
 use super::slip_cycle::{Extent, Unknown};
 use super::work::Work;
 use super::{Cycle, Failure, Fate, Flow, Range};
 use crate::filippov::{Oscillator, Side};
-use crate::friction::{Curve, Pieces};
 
 /// Jump of x2' across the belt line: twice the static friction force of 1.
 pub(crate) const JUMP: f64 = 2.0;
 /// Number of values of y per factor of ten at which the sign of y' - y is computed first.
 const PER_DECADE: i32 = 8;
-/// Decades searched, in units of max(1, V). Farther out dry friction only dissipates: the belt's motion no
-/// longer matters.
-const DECADES: std::ops::RangeInclusive<i32> = -6..=2;
+/// The first decade searched, in units of max(1, V).
+const FIRST_DECADE: i32 = -6;
+/// The last decade searched, in the same units, where no distance is known from which on all loops lead inward
+/// or all outward. [`Unknown::FarOut`] names it.
+const LAST_DECADE: i32 = 4;
+/// Slip speeds up to which the divergence is looked at, in the same units, and at least four times the
+/// distance searched.
+const CONTRACTS_TO: f64 = 400.0;
 /// Relative error of a loop where only its direction is required.
 const DIRECTION_TOLERANCE: f64 = 1e-6;
 /// Change of a loop, in units of the tolerance, below which its direction is that of its error.
 const ERRORS: f64 = 10.0;
-
-/// The refinement of a bound ends after a step that leaves more than this share of it.
-const WORTHWHILE: f64 = 0.8;
 
 /// A loop from a downward crossing of the belt line.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -135,90 +137,16 @@ fn outward(from: f64, end: &Loop) -> bool {
     matches!(end, Loop::Crosses { beyond_exit, .. } if *beyond_exit > from)
 }
 
-/// Largest distance beyond the exit point that is searched. It depends on the belt speed alone, except for
-/// laws that are known up to a slip speed only: their orbits must stay below it.
-fn farthest(curve: &Curve, belt_speed: f64) -> f64 {
-    let all = belt_speed.max(1.0) * 10_f64.powi(*DECADES.end());
-    // From y beyond the exit point orbits stay within about hypot(y, V) + 2 of the lower centre.
-    let radius = curve.fastest() - belt_speed - 2.0;
-    if radius == f64::INFINITY {
-        all
-    } else if radius > belt_speed {
-        all.min(((radius - belt_speed) * (radius + belt_speed)).sqrt())
-    } else {
-        0.0
-    }
-}
-
-/// The distance y beyond the exit point from which on loops are proved to lead inward at every damping c >=
-/// 0, among the loops small enough to be searched. A table that ends early has none. It is 0 where no orbit
-/// crosses the belt line for ever.
-///
-/// Let phi >= 1 - W at all slip speeds, and phi <= 1 + d up to V. Then y is the root of (2 - W + d)
-/// (y + 2 - W) = (W + d) (hypot(y, V) + 2 d + W), and 0 if the left side is larger at y = 0. For a law that
-/// only weakens, 0 if W V < 4 (1 - W).
-///
-/// **Proof** (theory, "Any friction law"). A loop that leads outward at damping c does so at c = 0, since
-/// loops fall with c. Let it cross upward with wL, and downward y' >= y beyond E. By Green's theorem the
-/// integral of D over the part of its inside above the belt line is ((y' + 2)^2 - (wL - 2)^2) / 2, and over
-/// the part below it is (wL^2 - y^2) / 2. The width of the inside falls upward from y' + wL above the line;
-/// so the first integral is at most W (y' + wL), and wL - y >= 4 - 2 W. Below the line the width rises
-/// downward from s = y + wL to its largest, L, at x2 = 0, and falls from there: the second integral is at
-/// most W L + d (L - s). By the energy about (1, 0), L <= 2 (hypot(y, V) + 2 d + W). So (2 - W + d) s <=
-/// (W + d) L with s >= 2 (y + 2 - W). []
-///
-/// Loops from less than y stay at slip speeds up to V + hypot(y, V) + 6 (W + d), by the same energy; W of
-/// these slip speeds alone may give a smaller y.
-pub(crate) fn settled_from(curve: &Curve, belt_speed: f64) -> f64 {
-    let farthest = farthest(curve, belt_speed);
-    if farthest == 0.0 {
-        return 0.0;
-    }
-    let mut settled = farthest;
-    let mut fastest = curve.fastest().min(4.0 * belt_speed.max(1.0) * 10_f64.powi(*DECADES.end()));
-    for pieces in [Pieces::One, Pieces::Octaves, Pieces::Octaves, Pieces::Octaves, Pieces::Octaves] {
-        let drop = (1.0 - curve.friction_range(fastest, pieces).lo).max(0.0);
-        let rise = (curve.friction_range(belt_speed.min(fastest), pieces).hi - 1.0).max(0.0);
-        let before = settled;
-        settled = settled.min(root_of_bounds(drop, rise, belt_speed));
-        if settled == 0.0 || pieces == Pieces::Octaves && settled > WORTHWHILE * before {
-            break;
-        }
-        fastest = fastest.min(belt_speed + settled.hypot(belt_speed) + 6.0 * (drop + rise));
-    }
-    settled
-}
-
-/// The root of [`settled_from`]; infinite where there is none, or a bound is missing.
-fn root_of_bounds(drop: f64, rise: f64, belt_speed: f64) -> f64 {
-    if !(drop < 1.0 && rise.is_finite()) {
-        return f64::INFINITY;
-    }
-    // p y + k = q hypot(y, V), p > q > 0.
-    let (p, q) = (2.0 - drop + rise, drop + rise);
-    let k = p * (2.0 - drop) - q * (2.0 * rise + drop);
-    if k > q * belt_speed {
-        return 0.0;
-    }
-    let square = (p - q) * (p + q);
-    let root = q * k.hypot(square.sqrt() * belt_speed);
-    if k > 0.0 {
-        (q * belt_speed - k) * (q * belt_speed + k) / (p * k + root)
-    } else {
-        (root - p * k) / square
-    }
-}
-
-/// Returns whether it is proved that no crossing cycle exists among those small enough to be searched: where
-/// the divergence is nowhere positive.
+/// Returns whether it is proved that no crossing cycle exists up to the distance `farthest` beyond the exit
+/// point: where the divergence is nowhere positive.
 ///
 /// **Proof.** The integral of D over the region that a crossing cycle encloses is the flux out of its parts
 /// below and above the belt line. Nothing flows through the orbit; through the part of the line inside, of
 /// length s, flows x2' of the lower field less x2' of the upper one, which is 2 everywhere. So the integral
 /// is 2 s > 0. []
-fn contracts(oscillator: &Oscillator) -> bool {
-    let unit = oscillator.belt_speed.max(1.0);
-    oscillator.divergence_is_at_most(0.0, 0.0, 4.0 * unit * 10_f64.powi(*DECADES.end()))
+fn contracts(oscillator: &Oscillator, farthest: f64) -> bool {
+    let fastest = (CONTRACTS_TO * oscillator.belt_speed.max(1.0)).max(4.0 * farthest);
+    oscillator.divergence_is_at_most(0.0, 0.0, fastest)
 }
 
 /// A loop, from `y` > 0 beyond the exit point.
@@ -261,11 +189,8 @@ struct Search<'a> {
 }
 
 impl<'a> Search<'a> {
-    fn new(oscillator: &'a Oscillator, tolerance: f64, work: &'a Work) -> Self {
-        let fastest =
-            oscillator.curve.fastest().min(4.0 * farthest(&oscillator.curve, oscillator.belt_speed));
-        let pushes = oscillator.curve.friction_range(fastest, Pieces::Octaves).lo <= 0.0;
-        Self { oscillator, tolerance, work, missed: if pushes { f64::INFINITY } else { 0.0 } }
+    fn new(oscillator: &'a Oscillator, far: &FarLoops, tolerance: f64, work: &'a Work) -> Self {
+        Self { oscillator, tolerance, work, missed: if far.may_push() { f64::INFINITY } else { 0.0 } }
     }
 
     fn node(&self, y: f64) -> Result<Node, Failure> {
@@ -361,19 +286,24 @@ impl<'a> Search<'a> {
 }
 
 /// Returns whether some orbits cross the belt line for ever: whether a loop leads outward. They tend to a
-/// crossing cycle, or grow. Loops are followed from [`settled_from`] inward.
-pub(crate) fn some_cross_for_ever(oscillator: &Oscillator, settled_from: f64) -> Result<bool, Unknown> {
-    if contracts(oscillator) {
+/// crossing cycle, or grow. Loops are followed inward from where all others lead inward.
+pub(crate) fn some_cross_for_ever(oscillator: &Oscillator, far: &FarLoops) -> Result<bool, Unknown> {
+    let settled_from = far.inward_from(oscillator.viscous);
+    if settled_from == 0.0 || contracts(oscillator, settled_from) {
         return Ok(false);
+    }
+    if settled_from == f64::INFINITY && far.outward_from(oscillator.viscous) < f64::INFINITY {
+        return Ok(true);
     }
     let unit = oscillator.belt_speed.max(1.0);
     // Only directions are required. The compiled law gives them in a tenth of the time.
     let work = Work::of_backbone(&oscillator.curve);
-    let search = Search::new(oscillator, DIRECTION_TOLERANCE, &work);
+    let search = Search::new(oscillator, far, DIRECTION_TOLERANCE, &work);
     // From outside: loops are nested, so that none between a loop and the next leads outward.
-    let mut y = settled_from;
+    let is_settled = settled_from < f64::INFINITY;
+    let mut y = if is_settled { settled_from } else { unit * 10_f64.powi(LAST_DECADE) };
     let mut last: Option<Node> = None;
-    while y > unit * 10_f64.powi(*DECADES.start()) {
+    while y > unit * 10_f64.powi(FIRST_DECADE) {
         let end = loop_within(oscillator, y, DIRECTION_TOLERANCE, &work)?;
         let here = Node::of(y, &end);
         let outward = matches!(end, Loop::Crosses { beyond_exit, .. } if beyond_exit >= y);
@@ -385,35 +315,40 @@ pub(crate) fn some_cross_for_ever(oscillator: &Oscillator, settled_from: f64) ->
         {
             return Ok(true);
         }
-        let Loop::Crosses { beyond_exit, .. } = end else { return Ok(false) };
+        let Loop::Crosses { beyond_exit, .. } = end else { break };
         y = beyond_exit.min(y / 10_f64.powf(1.0 / f64::from(PER_DECADE)));
         last = Some(here);
     }
-    Ok(false)
+    if is_settled { Ok(false) } else { Err(Unknown::FarOut) }
 }
 
 /// The crossing cycles, by growing size. An orbit from the exit point that never sticks tends to the first
 /// of them, if there is any; otherwise it grows without bound. None exists where the divergence is nowhere
-/// positive, or where the friction force falls too little (theory, "Any friction law").
+/// positive, or where the friction force falls too little (theory, "Crossing cycles").
 ///
 /// # Errors
 /// [`Unknown`].
 pub fn crossing_cycles(oscillator: &Oscillator, tolerance: f64) -> Result<Vec<Cycle>, Unknown> {
-    let farthest = settled_from(&oscillator.curve, oscillator.belt_speed);
-    if farthest == 0.0 || contracts(oscillator) {
+    let far = FarLoops::new(&oscillator.curve, oscillator.belt_speed);
+    let settled_from = far.inward_from(oscillator.viscous);
+    if settled_from == 0.0 || contracts(oscillator, settled_from) {
         return Ok(Vec::new());
     }
+    let known_from = match settled_from == f64::INFINITY {
+        true => far.outward_from(oscillator.viscous),
+        false => settled_from,
+    };
     let unit = oscillator.belt_speed.max(1.0);
+    let farthest = if known_from < f64::INFINITY { known_from } else { unit * 10_f64.powi(LAST_DECADE) };
     let work = Work::of_question(&oscillator.curve);
-    let search = Search::new(oscillator, tolerance, &work);
-    // Inward from the first place at which loops are settled. A loop that does not cross again excludes all
-    // cycles inside it.
+    let search = Search::new(oscillator, &far, tolerance, &work);
+    // Inward from the first place at which the direction of all larger loops is known. A loop that does not
+    // cross again excludes all cycles inside it.
     let place = |i: i32| unit * 10_f64.powf(f64::from(i) / f64::from(PER_DECADE));
+    let first = FIRST_DECADE * PER_DECADE;
+    let last = ((farthest / unit).log10() * f64::from(PER_DECADE)).ceil() as i32;
     let mut nodes: Vec<Node> = Vec::new();
-    for i in (DECADES.start() * PER_DECADE..=DECADES.end() * PER_DECADE).rev() {
-        if i > DECADES.start() * PER_DECADE && place(i - 1) >= farthest {
-            continue;
-        }
+    for i in (first..=last.max(first)).rev() {
         let node = search.node(place(i))?;
         if !node.is_flat(tolerance) {
             nodes.push(node);
@@ -421,6 +356,12 @@ pub fn crossing_cycles(oscillator: &Oscillator, tolerance: f64) -> Result<Vec<Cy
         if node.growth.is_none() {
             break;
         }
+    }
+    // Beyond the outermost of these loops others change by less than their error, if they are followed at all.
+    if known_from == f64::INFINITY
+        || nodes.first().is_some_and(|node| node.outward == (settled_from < f64::INFINITY))
+    {
+        return Err(Unknown::FarOut);
     }
     if nodes.last().is_some_and(|last| last.growth.is_some()) {
         let smallest = Node::of(0.0, &loop_within(oscillator, 0.0, tolerance, &work)?);

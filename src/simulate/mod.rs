@@ -21,6 +21,7 @@ pub mod direct;
 mod dop853;
 mod dynamics;
 mod elements;
+pub(crate) mod far_loops;
 pub(crate) mod folds;
 mod gauss;
 mod lower_set;

@@ -64,6 +64,13 @@ pub enum Unknown {
     /// Near a fold, where two cycles meet: whether there are two or none is within the error.
     #[error("two cycles meet within the error")]
     TooClose,
+    /// There may be crossing cycles so far beyond the exit point that no loop was followed there, or that loops
+    /// change by less than their error.
+    #[error(
+        "far beyond the exit point, where friction may push for ever, loops change by less than their error or \
+         were not followed: none from more than 10^4 max(1, V)"
+    )]
+    FarOut,
 }
 
 /// Tolerance of the backbone, in units of the weakening rate. It only brackets each slip cycle, which is then

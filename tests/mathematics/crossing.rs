@@ -39,6 +39,48 @@ fn narrow_pairs_of_crossing_cycles_are_found() {
     assert!(last.iter().all(|cycle| (cycle.multiplier - 1.0).abs() < 0.01), "{last:?}");
 }
 
+/// Friction that pushes at high slip speeds, and little damping: cycles far beyond the exit point. The places are those
+/// of loops by a Runge-Kutta method of order 5 in (x1, x2) in long double.
+#[test]
+fn crossing_cycles_far_out_are_found() {
+    let at = |phi: &str, damping: f64| {
+        let law = Law::Expression(Expression::new(phi, 1.0).unwrap());
+        Oscillator::new(&law, &law.point(1.0, &[], 1.0, damping).unwrap())
+    };
+    let step = "0.6+0.4*exp(-u)-0.45*(1+tanh((u-300)/20))";
+    let cases: [(&str, f64, Regime, &[f64]); 7] = [
+        ("1-1.2*tanh(2*u)", 0.001, Regime::Crossing, &[253.642_573_440]),
+        ("1-1.2*tanh(2*u)", 1e-6, Regime::Crossing, &[254_646.908_942]),
+        (step, 0.0002, Regime::StickSlipAndCrossing, &[450.592_188_442, 1_831.242_466_438]),
+        // Without damping friction pushes for ever: beyond the repelling cycle orbits grow.
+        (step, 0.0, Regime::StickSlipAndCrossing, &[403.192_322_713]),
+        ("0.5+0.5*exp(-u)-0.01*u", 0.005, Regime::StickSlipAndCrossing, &[126.319_182_659]),
+        // The damping exceeds what friction pushes.
+        ("0.5+0.5*exp(-u)-0.01*u", 0.02, Regime::StickSlip, &[]),
+        // Friction that vanishes never pushes, although its terms cancel.
+        ("1-u/(1+u)", 0.0, Regime::StickSlip, &[]),
+    ];
+    for (phi, damping, regime, places) in cases {
+        let oscillator = at(phi, damping);
+        assert_eq!(map::regime(&oscillator, &flow(&oscillator, 1e-9)), regime, "{phi} {damping}");
+        let cycles = crossing_cycles(&oscillator, 1e-12).unwrap();
+        assert_eq!(cycles.len(), places.len(), "{phi} {damping} {cycles:?}");
+        for (cycle, place) in cycles.iter().zip(places) {
+            assert!((cycle.beyond_exit / place - 1.0).abs() < 2e-9, "{phi} {damping} {cycles:?}");
+        }
+    }
+    // A narrow dip far out, between the samples of the law.
+    let dip = at("0.5+0.5*exp(-u)-60*exp(-((u-3000)/20)^2)", 0.0001);
+    assert_eq!(map::regime(&dip, &flow(&dip, 1e-9)), Regime::StickSlipAndCrossing);
+    // It vanishes far out, and what is left of it pushes: no place is known from which on loops lead inward. Some lead
+    // outward all the same.
+    let vanishing = at("exp(-u)-0.3*exp(-(u-5)^2)", 0.0);
+    assert_eq!(map::regime(&vanishing, &flow(&vanishing, 1e-9)), Regime::StickSlipAndCrossing);
+    assert_eq!(crossing_cycles(&vanishing, 1e-9), Err(Unknown::FarOut));
+    let hardly = at("exp(-u)-0.003*exp(-(u-9)^2)", 0.0);
+    assert_eq!(map::regime(&hardly, &flow(&hardly, 1e-9)), Regime::Failed);
+}
+
 /// Laws that fall by W in all, some of them in steps.
 fn falling(random: &mut Random, fall: f64) -> (Law, Vec<f64>) {
     let phi = "1-w*(p*(tanh((u-m)/s)+tanh(m/s))/(1+tanh(m/s))+(1-p)*(1-exp(-u/n)))";

@@ -107,6 +107,13 @@ fn grids() -> Vec<(&'static str, Grid)> {
             ),
         ),
         (
+            "pushed far out",
+            grid(
+                formula("0.6 + 0.4*exp(-u) - p*(1 + tanh((u - 300)/20))"),
+                vec![one(1.0), nodes(0.25, 0.45, 24), nodes(0.5, 3.0, 12), one(0.0002)],
+            ),
+        ),
+        (
             "crossing at the smaller damping",
             grid(
                 formula(exponential),
