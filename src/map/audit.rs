@@ -9,7 +9,6 @@ use std::cell::OnceCell;
 use std::collections::HashMap;
 
 use super::contradictions::excludes_errors;
-use super::simulation::FINEST_DIRECT;
 use super::{Grid, Plan, Runs, Tile, Verdict};
 use crate::certify::Guarantee;
 use crate::filippov::Oscillator;
@@ -185,5 +184,5 @@ fn contradicts(flow: &Flow, stored: Verdict) -> bool {
 
 /// The tolerance of the second computation.
 fn finer(tolerance: f64) -> f64 {
-    (1e-3 * tolerance).max(FINEST_DIRECT).min(tolerance)
+    (1e-3 * tolerance).max(direct::FINEST).min(tolerance)
 }

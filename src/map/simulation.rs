@@ -94,8 +94,9 @@ pub(super) fn simulate(
         Engine::Direct => {
             for column in columns.iter() {
                 for &c in cs {
-                    let end = by_direct(&Oscillator::in_column(column, c), tolerance, &mut done.rhs);
-                    done.ends.push(end);
+                    let answer = direct::decisive_flow(&Oscillator::in_column(column, c), tolerance);
+                    done.rhs += answer.rhs;
+                    done.ends.push(End::of(&answer));
                 }
             }
             done.paths.direct = done.ends.len() as u64;
@@ -161,24 +162,6 @@ pub fn decide(columns: &[Column], cs: &[f64], engine: Engine, tolerance: f64) ->
 
 /// A tolerance of the critical damping that decides all cells of most columns.
 const ENOUGH_FOR_MOST: f64 = 1e-6;
-
-/// The smallest tolerance of the direct engine at which round-off does not affect its steps.
-pub(super) const FINEST_DIRECT: f64 = 1e-13;
-
-/// Decides a cell by the direct engine; reduces the tolerance while the cell lies within the error of the
-/// boundary.
-fn by_direct(oscillator: &Oscillator, tolerance: f64, rhs: &mut u64) -> End {
-    let mut tolerance = tolerance;
-    loop {
-        let answer = direct::flow(oscillator, tolerance);
-        *rhs += answer.rhs;
-        let end = End::of(&answer);
-        if end != End::TooClose || tolerance <= FINEST_DIRECT {
-            return end;
-        }
-        tolerance = (1e-2 * tolerance).max(FINEST_DIRECT);
-    }
-}
 
 /// Decides every cell of a column by its margin, and by an orbit of its own where the margin leaves its sign
 /// or the landing undecided.

@@ -174,7 +174,8 @@ pub fn flow(oscillator: &Oscillator, tolerance: f64) -> Flow {
             answer(Fate::Sticks(Landing { x1, slip_time, stick_time, crossings: 0 }), rhs + spent)
         }
         Some(_) | None => {
-            let direct = direct::flow(oscillator, tolerance);
+            // The margin, which is known better, may be below this tolerance.
+            let direct = direct::decisive_flow(oscillator, tolerance);
             answer(direct.fate, rhs + spent + direct.rhs)
         }
     }

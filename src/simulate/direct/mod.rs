@@ -95,6 +95,23 @@ pub fn flow(oscillator: &Oscillator, tolerance: f64) -> Flow {
     }
 }
 
+/// The smallest tolerance at which round-off does not affect the steps.
+pub(crate) const FINEST: f64 = 1e-13;
+
+/// As [`flow`]; reduces the tolerance while the point lies within the error of a boundary.
+#[must_use]
+pub(crate) fn decisive_flow(oscillator: &Oscillator, tolerance: f64) -> Flow {
+    let (mut tolerance, mut rhs) = (tolerance, 0);
+    loop {
+        let answer = flow(oscillator, tolerance);
+        rhs += answer.rhs;
+        if answer.fate != Fate::TooCloseToCall || tolerance <= FINEST {
+            return Flow { rhs, ..answer };
+        }
+        tolerance = (1e-2 * tolerance).max(FINEST);
+    }
+}
+
 /// Outcome of the first turn below the belt line.
 enum FirstTurn {
     /// The orbit has no later maximum of x2 above this.
