@@ -68,7 +68,8 @@ const PER_OCTAVE: i32 = 4;
 /// Powers of two between which these intervals lie, and at which phi is sampled beyond them.
 const INTERVALS: std::ops::RangeInclusive<i32> = -4..=40;
 const SAMPLED: std::ops::RangeInclusive<i32> = 41..=80;
-/// Intervals this narrow, in units of their ends, are not halved though the sign of a formula is not known there.
+/// Intervals this narrow, in units of their ends, are not halved though the sign of a formula is not known
+/// there.
 const NARROWEST: f64 = 1.0 / 64.0;
 /// A distance that is less than this share of another halves with the interval.
 const HALVED: f64 = 0.6;

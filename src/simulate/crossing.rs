@@ -324,7 +324,7 @@ pub(crate) fn some_cross_for_ever(oscillator: &Oscillator, far: &FarLoops) -> Re
 
 /// The crossing cycles, by growing size. An orbit from the exit point that never sticks tends to the first
 /// of them, if there is any; otherwise it grows without bound. None exists where the divergence is nowhere
-/// positive, or where the friction force falls too little (theory, "Crossing cycles").
+/// positive, or where the friction force falls too little (theory, "Any friction law").
 ///
 /// # Errors
 /// [`Unknown`].

@@ -3,7 +3,7 @@
 //! A viscous force is part of the friction: the oscillator with the law phi and the damping C = eps c is that
 //! with the law psi(u) = phi(u) + C u and no damping, in other coordinates x1. In the statements below a =
 //! 1 + y is x1 where a loop begins y beyond the exit point, -b where it crosses upward, and a' = 1 + y' where
-//! it crosses down again. M >= 1 and P >= 0 are bounds -P <= psi <= M. Proofs: theory, "Crossing cycles".
+//! it crosses down again. M >= 1 and P >= 0 are bounds -P <= psi <= M. Proofs: theory, "Any friction law".
 //!
 //! **Friction that never pushes.** *Let psi >= 0 at all slip speeds, and psi <= M up to V. Then the loops
 //! from y >= M - 1 + 2 sqrt(3 V^2 + 2 M^2) on lead inward.*
@@ -13,8 +13,8 @@
 //! greater than 4 G / 3 and than (M V^2 + 2 P (G + (U - V)^2)) / (2 f).*
 //!
 //! **Friction that pushes for ever.** *Let -P <= psi <= M up to U >= V, and psi <= -f < 0 from U on. Then the
-//! orbits from y on come back farther out, or not at all, if h = 1 + y - 2 max(M, P) is greater than 3, h^2 than 4
-//! G, and f h^2 than (7/4) P V^2 + 2 M ((U - V)^2 + G).*
+//! orbits from y on come back farther out, or not at all, if h = 1 + y - 2 max(M, P) is greater than 3, h^2
+//! than 4 G, and f h^2 than (7/4) P V^2 + 2 M ((U - V)^2 + G).*
 //!
 //! Since loops fall with the damping, those that lead inward at one damping do so at all larger ones.
 
@@ -159,7 +159,7 @@ fn without_pushing(highest: f64, belt_speed: f64) -> f64 {
 /// at most the root of (2 - W + d) (y + 2 - W) = (W + d) (hypot(y, V) + 2 d + W), and 0 if the left side is
 /// larger at y = 0. For a law that only weakens, 0 if W V < 4 (1 - W).
 ///
-/// **Proof** (theory, "Crossing cycles"). A loop that leads outward at damping c does so at c = 0, since
+/// **Proof** (theory, "Any friction law"). A loop that leads outward at damping c does so at c = 0, since
 /// loops fall with c. Let it cross upward with wL, and downward y' >= y beyond E. By Green's theorem the
 /// integral of D over the part of its inside above the belt line is ((y' + 2)^2 - (wL - 2)^2) / 2, and over
 /// the part below it is (wL^2 - y^2) / 2. The width of the inside falls upward from y' + wL above the line;

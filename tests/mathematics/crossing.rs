@@ -39,8 +39,8 @@ fn narrow_pairs_of_crossing_cycles_are_found() {
     assert!(last.iter().all(|cycle| (cycle.multiplier - 1.0).abs() < 0.01), "{last:?}");
 }
 
-/// Friction that pushes at high slip speeds, and little damping: cycles far beyond the exit point. The places are those
-/// of loops by a Runge-Kutta method of order 5 in (x1, x2) in long double.
+/// Friction that pushes at high slip speeds, and little damping: cycles far beyond the exit point. The places
+/// are those of loops by a Runge-Kutta method of order 5 in (x1, x2) in long double.
 #[test]
 fn crossing_cycles_far_out_are_found() {
     let at = |phi: &str, damping: f64| {
@@ -72,7 +72,7 @@ fn crossing_cycles_far_out_are_found() {
     // A narrow dip far out, between the samples of the law.
     let dip = at("0.5+0.5*exp(-u)-60*exp(-((u-3000)/20)^2)", 0.0001);
     assert_eq!(map::regime(&dip, &flow(&dip, 1e-9)), Regime::StickSlipAndCrossing);
-    // It vanishes far out, and what is left of it pushes: no place is known from which on loops lead inward. Some lead
+    // It vanishes far out, and pushes nearer: no place is known from which on loops lead inward. Some lead
     // outward all the same.
     let vanishing = at("exp(-u)-0.3*exp(-(u-5)^2)", 0.0);
     assert_eq!(map::regime(&vanishing, &flow(&vanishing, 1e-9)), Regime::StickSlipAndCrossing);
