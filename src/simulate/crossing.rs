@@ -358,9 +358,9 @@ pub fn crossing_cycles(oscillator: &Oscillator, tolerance: f64) -> Result<Vec<Cy
         }
     }
     // Beyond the outermost of these loops others change by less than their error, if they are followed at all.
-    if known_from == f64::INFINITY
-        || nodes.first().is_some_and(|node| node.outward == (settled_from < f64::INFINITY))
-    {
+    // Of a law that is known up to a slip speed only, cycles that leave it are not asked for.
+    let leads_on = || nodes.first().is_some_and(|node| node.outward == (settled_from < f64::INFINITY));
+    if known_from == f64::INFINITY || oscillator.curve.fastest() == f64::INFINITY && leads_on() {
         return Err(Unknown::FarOut);
     }
     if nodes.last().is_some_and(|last| last.growth.is_some()) {

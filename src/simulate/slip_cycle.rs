@@ -67,8 +67,8 @@ pub enum Unknown {
     /// There may be crossing cycles so far beyond the exit point that no loop was followed there, or that loops
     /// change by less than their error.
     #[error(
-        "far beyond the exit point, where friction may push for ever, loops change by less than their error or \
-         were not followed: none from more than 10^4 max(1, V)"
+        "far beyond the exit point, where friction may push for ever, loops change by less than their error, or \
+         none was followed: from more than 10^4 max(1, V)"
     )]
     FarOut,
 }
