@@ -13,9 +13,9 @@ use crate::certify::validated::surface::Surface;
 use crate::certify::validated::tile::{GroupBox, Tile};
 use crate::friction::Law;
 
-/// Number of boxes of another law for each that a plan requests: a box of Stribeck's law takes a hundred times as long, and
-/// covers more.
-const BOXES_OF_OTHER_LAWS: usize = 100;
+/// Number of boxes of another law for each that a plan requests: a box of Stribeck's law takes some fifty times as long,
+/// and covers more.
+const BOXES_OF_OTHER_LAWS: usize = 25;
 
 /// The proofs over the box of all parameters, from the first to the last node of every axis.
 #[derive(Clone, Debug, PartialEq)]

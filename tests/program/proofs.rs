@@ -145,3 +145,71 @@ fn the_proof_of_a_point_is_kept_and_verified() {
         scratch.run(&["check", "--proof", "wrong.json"]).refuses(&["is not a proof"]);
     }
 }
+
+const FORMULA: &str = "\
+[friction]
+law = \"expression\"
+phi = \"mu + (1 - mu)*exp(-u)\"
+[grid]
+epsilon = 1.0
+mu = [0.5, 0.6]
+V = [1.0, 1.1]
+c = [0.0, 0.2, 0.4]
+[methods]
+run = [\"validated\"]
+[validated]
+boxes = 1
+proof = \"proof.json\"
+[output]
+path = \"map.h5\"
+";
+
+/// A machine's friction as measured: its box has a proof as well.
+const MACHINE: &str = "\
+[friction]
+law = \"table\"
+file = \"friction.csv\"
+[machine]
+mass = 2.0
+stiffness = 505000.0
+normal_force = 1000.0
+belt_speed = [0.2, 0.3]
+damping = [0.0, 300.0, 600.0]
+[methods]
+run = [\"validated\"]
+[validated]
+boxes = 1
+proof = \"proof.json\"
+[output]
+path = \"map.h5\"
+";
+
+#[test]
+fn boxes_of_every_law_are_proved_and_their_certificates_checked() {
+    for (job, axes) in
+        [(FORMULA, "epsilon [1.0, 1.0], mu [0.5, 0.6], V [1.0, 1.1]"), (MACHINE, "epsilon [1.0, 1.0], V")]
+    {
+        let scratch = Scratch::new();
+        scratch.file("job.toml", job);
+        scratch
+            .file("friction.csv", "0,0.4\n0.02,0.37\n0.05,0.34\n0.1,0.31\n0.2,0.285\n0.4,0.27\n0.8,0.262\n");
+        let printed: Value = serde_json::from_str(&run(&scratch, &["job.toml", "--json"]).out).unwrap();
+        let share = |name: &str| printed["proved"][name].as_f64().unwrap();
+        let (present, absent, undecided) = (share("present"), share("absent"), share("undecided_at_most"));
+        assert!(present > 0.1 && absent > 0.1 && undecided < 0.2, "{printed}");
+        assert!((present + absent + undecided - 1.0).abs() < 1e-9, "{printed}");
+        let checked = scratch.run(&["check", "--proof", "proof.json"]);
+        assert!(checked.code == 0 && checked.out.contains(axes), "{}{}", checked.out, checked.err);
+        // A claim twice as sharp, in the text.
+        let text = fs::read_to_string(scratch.path().join("proof.json")).unwrap();
+        let mut proof: Value = serde_json::from_str(&text).unwrap();
+        let radius = proof["tiles"][0]["radius"].as_f64().unwrap();
+        proof["tiles"][0]["radius"] = (0.5 * radius).into();
+        scratch.file("forged.json", proof.to_string());
+        let forged = scratch.run(&["check", "--proof", "forged.json"]);
+        assert!(forged.code == 1 && forged.out.contains("tile 1"), "{}{}", forged.out, forged.err);
+        // Written by another run: not replaced.
+        run(&scratch, &["job.toml", "--set", "output.path=\"other.h5\"", "--set", "validated.boxes=2"])
+            .refuses(&["proof.json"]);
+    }
+}
