@@ -272,13 +272,14 @@ mod tests {
     fn tried_speeds_enclose_the_velocities_of_the_machine() {
         // Friction that falls far below, at, and far above the velocity of its static force.
         for velocity in [1e-4, 1.0, 1e4] {
-            let machine = example(Law::Exponential).with("stribeck_velocity", velocity).unwrap();
+            let machine = example(Law::Exponential).with("strengthening", 0.0).unwrap();
+            let machine = machine.with("stribeck_velocity", velocity).unwrap();
             let model = machine.model().unwrap();
             let speeds = belt_speeds(&model.column().curve, 4);
             let velocity = velocity / model.si.units.velocity;
             let (slowest, fastest) = (speeds[0], speeds[speeds.len() - 1]);
             assert!(slowest <= 1.1e-3 * velocity.min(1.0), "{velocity}: {slowest}");
-            assert!(fastest >= 0.9e3 * velocity.max(1.0), "{velocity}: {fastest}");
+            assert!(fastest >= 0.8e3 * velocity.max(1.0), "{velocity}: {fastest}");
             assert!(speeds.len() < 2 * 4 * 6 * 2, "{}", speeds.len());
         }
     }
