@@ -154,7 +154,7 @@ impl GridOfColumns {
 }
 
 #[test]
-fn interpolated_marginss_are_within_their_error() {
+fn interpolated_margins_of_grids_are_within_their_error() {
     // From a grid that one polynomial describes to one in which none does.
     for (epsilon, slowest, widest, most, shares) in [
         (0.05, 0.2, 4.0, 1.0, [0.8, 0.75, 0.3]),
@@ -172,7 +172,7 @@ fn interpolated_marginss_are_within_their_error() {
 }
 
 #[test]
-fn marginss_of_other_laws_are_within_their_error() {
+fn margins_of_grids_of_other_laws_are_within_their_error() {
     for law in [Law::Exponential, Law::Lorentzian] {
         let ranges = [(0.5, 0.7, 4), (3.0, 5.0, 5), (0.0, 0.02, 2), (0.4, 0.8, 8)];
         let found = GridOfColumns::new(&law, 1.0, &ranges).compare(&axis(0.1, 12), 1e-9, 1e-13);
@@ -183,7 +183,7 @@ fn marginss_of_other_laws_are_within_their_error() {
 /// Smooth formulas are interpolated; those with a narrow step or with |u|, which has a corner where orbits go beyond the
 /// belt line, and tables are not.
 #[test]
-fn marginss_of_formulas_are_within_their_error() {
+fn margins_of_grids_of_formulas_are_within_their_error() {
     let rows: Vec<(f64, f64)> =
         (0..20).map(|i| 0.25 * f64::from(i)).map(|u| (u, 0.5 + 0.5 * (-0.5 * u).exp())).collect();
     let formula = |text: &str| Law::Expression(Expression::new(text, 1.0).unwrap());
