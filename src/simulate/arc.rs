@@ -103,6 +103,23 @@ impl Field<3> for Lienard<'_> {
     }
 }
 
+/// Arguments of one step, for which pulp selects the instruction set at run time. Without that every fused
+/// product is a library call.
+struct Step<'a> {
+    h: f64,
+    from: [f64; 3],
+    field: Lienard<'a>,
+}
+
+impl pulp::WithSimd for Step<'_> {
+    type Output = ([f64; 3], [f64; 3]);
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(mut self, _: S) -> Self::Output {
+        step(self.h, &self.from, &mut self.field)
+    }
+}
+
 impl<'a> Walk<'a> {
     /// An orbit that starts at (v, w). The local errors of a turn add up to about `tolerance` times `scale`,
     /// a velocity. Its steps draw on `work`.
@@ -178,10 +195,8 @@ impl<'a> Walk<'a> {
 
     /// The state a time `h` after `from`, and its local error.
     pub(super) fn after(&self, from: &State, h: f64) -> (State, f64) {
-        let ([v, w, growth], error) = pulp::Arch::new().dispatch(
-            #[inline(always)]
-            || step(h, &[from.v, from.w, from.growth], &mut Lienard(self)),
-        );
+        let step = Step { h, from: [from.v, from.w, from.growth], field: Lienard(self) };
+        let ([v, w, growth], error) = pulp::Arch::new().dispatch(step);
         (State { v, w, growth, time: from.time + h }, error[0].hypot(error[1]))
     }
 

@@ -252,6 +252,25 @@ fn sweep<F: Shape>(
     Sweeps { left, settled, inside, sweeps }
 }
 
+/// Arguments of [`sweep`] for the function whose vector width pulp selects at run time. A closure would not
+/// be inlined there, and each fused product would be a library call.
+struct Dispatched<'a, F> {
+    lanes: &'a mut Lanes<F>,
+    circle: &'a Circle,
+    workspace: &'a mut Workspace,
+    enough: &'a [f64; LANES],
+    round_off: &'a [f64; LANES],
+}
+
+impl<F: Shape> pulp::WithSimd for Dispatched<'_, F> {
+    type Output = Sweeps;
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) -> Sweeps {
+        sweep(self.lanes, self.circle, self.workspace, self.enough, self.round_off)
+    }
+}
+
 /// The divergence of an orbit at an estimate of the C at which it closes, and its size, the unit of C.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Start {
@@ -292,10 +311,13 @@ pub(super) fn spectral<F: Shape>(starts: &[Start], tolerance: f64) -> Vec<Result
                 answers[of(lane)]
                     .map_or(divergence, |Closing { viscous: c, .. }| Divergence { c, ..divergence })
             });
-            let done = arch.dispatch(
-                #[inline(always)]
-                || sweep(&mut lanes, circle, &mut workspace, &enough, &round_off),
-            );
+            let done = arch.dispatch(Dispatched {
+                lanes: &mut lanes,
+                circle,
+                workspace: &mut workspace,
+                enough: &enough,
+                round_off: &round_off,
+            });
             for (lane, &column) in columns.iter().enumerate() {
                 orbits[column].clear();
                 let before = answers[column];

@@ -85,6 +85,21 @@ fn turn(lanes: &Lanes, angles: &[[Angle; STAGES]]) -> Lap {
     Lap { delta, error: total, room }
 }
 
+/// Arguments of [`turn`] for the function whose vector width pulp selects at run time.
+struct Dispatched<'a> {
+    lanes: &'a Lanes,
+    angles: &'a [[Angle; STAGES]],
+}
+
+impl pulp::WithSimd for Dispatched<'_> {
+    type Output = Lap;
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) -> Lap {
+        turn(self.lanes, self.angles)
+    }
+}
+
 /// The rung to try first, from the size of the divergence and its rate of change along the orbit. Fitted by
 /// counting evaluations over random points; a wrong guess costs one more turn, not accuracy. `None` where no
 /// rung resolves the pole of the divergence: then the estimate is not reliable either.
@@ -121,11 +136,7 @@ pub(super) fn turns(groups: &[ScaledGroups], tolerance: f64) -> Vec<Turn> {
     for rung in 0..LADDER.len() {
         for orbits in std::mem::take(&mut waiting[rung]).chunks(LANES) {
             let lanes = Lanes::new(|lane| Divergence::from(&groups[orbits[lane.min(orbits.len() - 1)]]));
-            let angles = angles(rung);
-            let lap = arch.dispatch(
-                #[inline(always)]
-                || turn(&lanes, angles),
-            );
+            let lap = arch.dispatch(Dispatched { lanes: &lanes, angles: angles(rung) });
             for (lane, &orbit) in orbits.iter().enumerate() {
                 let rung_cost = (STAGES * LADDER[rung]) as u32;
                 let margin = lap.delta[lane];

@@ -33,10 +33,7 @@ pub(in crate::certify) fn amplitude_bounds(columns: &[(&Column, f64)], strips: u
             b: std::array::from_fn(|lane| of(lane).b),
             viscous: std::array::from_fn(|lane| of(lane).c),
         };
-        let Reached { energy, s } = arch.dispatch(
-            #[inline(always)]
-            || lower_half(&lanes, strips),
-        );
+        let Reached { energy, s } = arch.dispatch(Dispatched { lanes: &lanes, strips });
         for (lane, (column, _)) in columns.iter().enumerate() {
             // Infinite or not a number: the strips found no bound.
             let found = energy[lane].is_finite();
@@ -74,6 +71,21 @@ impl Scaled {
 struct Reached {
     energy: Lanes,
     s: Lanes,
+}
+
+/// Arguments of [`lower_half`] for the function whose vector width pulp selects at run time.
+struct Dispatched<'a> {
+    lanes: &'a Scaled,
+    strips: u32,
+}
+
+impl pulp::WithSimd for Dispatched<'_> {
+    type Output = Reached;
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) -> Reached {
+        lower_half(self.lanes, self.strips)
+    }
 }
 
 /// The strips of the lower half: those of `Flow::to_axis` and of `Flow::axis_to_turning` in [`super`].
