@@ -492,8 +492,8 @@ mod tests {
         }
     }
 
-    /// A table that falls steeply from rest, with scatter: orbits over its first rows are outside the polar form
-    /// and exhaust the budget of an accurate backbone.
+    /// A table that falls steeply from rest, with scatter: orbits over its first rows are outside the polar
+    /// form and exhaust the budget of an accurate backbone.
     #[test]
     fn a_steep_noisy_table_has_kicks_and_limits() {
         let data = [
@@ -576,7 +576,8 @@ mod tests {
     #[test]
     fn the_thresholds_are_those_of_the_machine() {
         let wavy = "0.4 - 0.127*(1-exp(-u/0.096)) + 0.0046*(cos(57.52*u)-1)";
-        // Thomsen and Fidlin 2003: a slip cycle attracts between the critical damping and the Hopf bifurcation.
+        // Thomsen and Fidlin 2003: a slip cycle attracts between the critical damping and the Hopf
+        // bifurcation.
         let cubic = "0.4 - 1.5*0.15*(u/0.5 - (u/0.5)^3/3)";
         let rising = "0.3 + 2.1*u*exp(-u/0.05)";
         let formula = |phi: &str, [mass, stiffness, normal_force, belt_speed, damping]: [f64; 5]| {

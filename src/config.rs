@@ -510,8 +510,8 @@ fn choices<T: Clone>(node: &Node, table: &[(&'static str, T)], noun: &str) -> Re
 /// The nearest valid word: "the nearest valid key is `alpha`; valid are: ..".
 pub(crate) fn nearest(noun: &str, word: &str, valid: &[&'static str]) -> String {
     let word = word.to_lowercase();
-    // An abbreviation, or a part of a name, counts as nearer than a word with other letters: `eps` means epsilon,
-    // not beta, and `speed` belt_speed.
+    // An abbreviation, or a part of a name, counts as nearer than a word with other letters: `eps` means
+    // epsilon, not beta, and `speed` belt_speed.
     let distance = |name: &&&str| {
         let name = name.to_lowercase();
         let abbreviated =

@@ -1,14 +1,14 @@
 //! Speed against accuracy: every method and engine at several settings, on the same cells, against a
 //! reference of some 25 digits. The data of the work-precision chart.
 //!
-//! * Cells, `cells::draw`: half anywhere in the box of the configuration's grid, half within a stated distance
-//!   in c of the boundary.
+//! * Cells, `cells::draw`: half anywhere in the box of the configuration's grid, half within a stated
+//!   distance in c of the boundary.
 //! * Reference, [`reference::reference`]: margin and critical damping in double-double arithmetic.
-//! * Time: processor time of one thread from the cell's friction curve to its answer; unlike in maps, nothing is
-//!   shared between the cells of a column.
-//! * Error: that of the scaled grazing margin m/V where a method gives one; else that of the critical damping,
-//!   times |dm/dc|/V at the boundary: the error of the margin of the orbit that the method takes for the grazing
-//!   one.
+//! * Time: processor time of one thread from the cell's friction curve to its answer; unlike in maps, nothing
+//!   is shared between the cells of a column.
+//! * Error: that of the scaled grazing margin m/V where a method gives one; else that of the critical
+//!   damping, times |dm/dc|/V at the boundary: the error of the margin of the orbit that the method takes for
+//!   the grazing one.
 //! * Labels: verdicts on the cells near the boundary: right, wrong, or none.
 
 pub(crate) mod cells;

@@ -1,7 +1,7 @@
 //! Certificates of the critical damping of any law over a box of parameters: JSON text that can be verified.
 //!
-//! [`LawCertificate::check`] trusts nothing: it compares the statement with that of the format, rebuilds the law from its
-//! definition, checks that the boxes divide the domain, and proves every claim again.
+//! [`LawCertificate::check`] trusts nothing: it compares the statement with that of the format, rebuilds the
+//! law from its definition, checks that the boxes divide the domain, and proves every claim again.
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};

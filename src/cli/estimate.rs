@@ -38,8 +38,8 @@ const PROOF: Duration = Duration::from_millis(500);
 /// Duration after which the curves are given up: then only a lower bound of their time is known.
 const CURVES: Duration = Duration::from_secs(4);
 
-/// Bytes of a map beside its tiles, measured on maps of one cell: of the file, of each variable (its attributes
-/// and the index of its chunks), and of the curves.
+/// Bytes of a map beside its tiles, measured on maps of one cell: of the file, of each variable (its
+/// attributes and the index of its chunks), and of the curves.
 const FILE_BYTES: u128 = 24_000;
 const VARIABLE_BYTES: u128 = 5_500;
 const CURVES_BYTES: u128 = 16_000;

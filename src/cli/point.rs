@@ -26,8 +26,8 @@ pub(super) struct LawArguments {
     /// Measured friction: a CSV file with the columns slip speed and friction
     #[arg(long, value_name = "FILE.csv")]
     table: Option<PathBuf>,
-    /// Friction at rest (slip speed 0) in the units of the formula or the table, which is divided by it; leave it
-    /// out where friction at rest is 1
+    /// Friction at rest (slip speed 0) in the units of the formula or the table, which is divided by it;
+    /// leave it out where friction at rest is 1
     #[arg(long = "static", value_name = "NUMBER", value_parser = parse_number, default_value_t = 1.0)]
     static_level: f64,
     /// Read the law as 1 + eps F(u), with F = (phi - 1) / eps at the given eps: then the tests to first order

@@ -61,8 +61,8 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "X1,X2", value_parser = parse_start, allow_hyphen_values = true,
           conflicts_with = "points")]
     from: Option<(f64, f64)>,
-    /// For how long that orbit is followed, unless it settles before; default: until it closes, settles, or has
-    /// made four turns
+    /// For how long that orbit is followed, unless it settles before; default: until it closes, settles, or
+    /// has made four turns
     #[arg(long, value_name = "TIME", value_parser = parse_duration, conflicts_with = "points")]
     duration: Option<f64>,
     /// Keep what `validated` proves of the point, for `slipmap check --proof`
@@ -85,8 +85,8 @@ pub(super) struct Arguments {
     /// some twenty times as long
     #[arg(long, requires = "points")]
     epsilon_limits: bool,
-    /// Also append verdict_validated and margin_validated, by computer-assisted proofs; takes three times as long for
-    /// the paper's law, some seventy times for others
+    /// Also append verdict_validated and margin_validated, by computer-assisted proofs; takes three times as
+    /// long for the paper's law, some seventy times for others
     #[arg(long, requires = "points")]
     validated: bool,
     /// No progress bar

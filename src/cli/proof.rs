@@ -82,8 +82,8 @@ pub(super) fn check_place(path: &Path, overwrite: bool) -> Result<(), Failure> {
     Err(Failure::bad_input(format!("--proof {name} {problem}"), help))
 }
 
-/// Writes the certificate of a run's proofs atomically. Replaces an existing one if `overwrite` is set, or if it
-/// was written by the same run before it was stopped.
+/// Writes the certificate of a run's proofs atomically. Replaces an existing one if `overwrite` is set, or if
+/// it was written by the same run before it was stopped.
 pub(super) fn write(proofs: &Proofs, run: &str, path: &Path, overwrite: bool) -> Result<(), Failure> {
     let own = || matches!(state(path), PathState::Proof(Some(writer)) if writer == run);
     let text = match proofs {

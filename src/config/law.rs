@@ -194,8 +194,8 @@ fn table_of(
 }
 
 /// Reads a measured law as [`read_table`] does, from the text of a file of this `name`; without a static
-/// level that is the first friction. The header of the table of a machine must name no units but those in which
-/// it is read.
+/// level that is the first friction. The header of the table of a machine must name no units but those in
+/// which it is read.
 pub(crate) fn table_of_text(
     name: &str,
     text: &str,

@@ -176,8 +176,8 @@ impl PlaneRequest {
 
     /// The legal machines of a plane, each with its place: first column and row.
     ///
-    /// Belt speeds and dampings share a law. Any other quantity changes the units, so that each of its values has a
-    /// grid of its own.
+    /// Belt speeds and dampings share a law. Any other quantity changes the units, so that each of its values
+    /// has a grid of its own.
     pub(super) fn machines(&self, machine: &Machine) -> Result<(Vec<Part>, [usize; 2]), Refusal> {
         let sides = self.sides(Side::nodes)?;
         let known: Vec<&str> = machine.quantities().into_iter().map(|(name, _)| name).collect();

@@ -185,8 +185,9 @@ impl Curve {
         self.friction_by_intervals(unit).iter().all(|(_, range)| range.lo >= NOTHING)
     }
 
-    /// Bounds of phi on intervals of slip speed, with the ends of each, from 0 up to [`Curve::fastest`]. Beyond
-    /// 10^12 `unit` there are samples only, as for laws given by functions: intervals without a length.
+    /// Bounds of phi on intervals of slip speed, with the ends of each, from 0 up to [`Curve::fastest`].
+    /// Beyond 10^12 `unit` there are samples only, as for laws given by functions: intervals without a
+    /// length.
     pub(crate) fn friction_by_intervals(&self, unit: f64) -> Vec<([f64; 2], Range)> {
         let end = |i: i32| unit * 2_f64.powf(f64::from(i) / f64::from(PER_OCTAVE));
         let fastest = self.fastest();
@@ -221,8 +222,8 @@ impl Curve {
     }
 
     /// As [`Curve::friction_between`] for a formula. `before` are the distances of the bounds from samples on
-    /// twice and four times the interval: where small ones halve with it, they come from terms that cancel, as
-    /// in `1 - u/(1 + u)`, and the samples are the bounds; a narrow dip would leave them as they are.
+    /// twice and four times the interval: where small ones halve with it, they come from terms that cancel,
+    /// as in `1 - u/(1 + u)`, and the samples are the bounds; a narrow dip would leave them as they are.
     fn formula_between(&self, lo: f64, hi: f64, before: [f64; 2]) -> Range {
         let Some(range) = self.formula(Interval::new(lo, hi)) else { return Interval::ENTIRE.into() };
         let middle = 0.5 * (lo + hi);
@@ -269,9 +270,9 @@ impl Curve {
         }
     }
 
-    /// The weakening rate averaged over the grazing circle as in [`Curve::mean_weakening`], by eight angles; `None` for
-    /// laws with [known features](Curve::has_known_features). It costs eight evaluations, and follows every feature
-    /// that a formula has in its parameters.
+    /// The weakening rate averaged over the grazing circle as in [`Curve::mean_weakening`], by eight angles;
+    /// `None` for laws with [known features](Curve::has_known_features). It costs eight evaluations, and
+    /// follows every feature that a formula has in its parameters.
     pub(crate) fn sampled_mean(&self, belt_speed: f64) -> Option<f64> {
         const ANGLES: usize = 8;
         let angle = |k: usize| std::f64::consts::PI * (k as f64 + 0.5) / ANGLES as f64;
@@ -403,8 +404,8 @@ impl Curve {
         matches!(self.form, Form::Stribeck(_) | Form::Exponential(_) | Form::Lorentzian(_) | Form::Table(_))
     }
 
-    /// Returns whether the weakening rate is one analytic function of the slip speeds of orbits that start within
-    /// `belt_speed`, those below 0 included, and without narrow features.
+    /// Returns whether the weakening rate is one analytic function of the slip speeds of orbits that start
+    /// within `belt_speed`, those below 0 included, and without narrow features.
     pub(crate) fn is_analytic(&self, belt_speed: f64) -> bool {
         match self.form {
             Form::Stribeck(_) | Form::Exponential(_) | Form::Lorentzian(_) => true,

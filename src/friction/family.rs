@@ -1,4 +1,5 @@
-//! The weakening rate of a law over boxes of its parameters, enclosed: what proofs between the nodes of a map need.
+//! The weakening rate of a law over boxes of its parameters, enclosed: what proofs between the nodes of a map
+//! need.
 
 use super::exponential::falling_from_one;
 use super::interval::Interval;
@@ -31,9 +32,9 @@ impl Law {
         !matches!(self.as_written(), Law::Function(_) | Law::Custom(_))
     }
 
-    /// Encloses the weakening rate -phi' and its derivative, where the slip speed `u` and `x`, eps and the law's
-    /// parameters, change along one direction. Below u = 0 the weakening rate is that at rest; at corners the
-    /// derivatives of both sides are enclosed. `None` where no bounds are known.
+    /// Encloses the weakening rate -phi' and its derivative, where the slip speed `u` and `x`, eps and the
+    /// law's parameters, change along one direction. Below u = 0 the weakening rate is that at rest; at
+    /// corners the derivatives of both sides are enclosed. `None` where no bounds are known.
     pub(crate) fn weakening_over(&self, mut u: Slope, x: &[Slope]) -> Option<Slope> {
         if u.0[0].lo < 0.0 {
             u.0 = [u.0[0].at_least_zero(), u.0[1].hull(Interval::ZERO)];

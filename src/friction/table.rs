@@ -324,8 +324,8 @@ impl Table {
         })
     }
 
-    /// Enclosures of -phi' and of its derivative, on both sides of corners, at the slip speeds `u` >= 0; `None`
-    /// beyond the data.
+    /// Enclosures of -phi' and of its derivative, on both sides of corners, at the slip speeds `u` >= 0;
+    /// `None` beyond the data.
     pub(super) fn rates(&self, u: Interval) -> Option<[Interval; 2]> {
         let of_piece = |Parabola { ends: [from, to], coefficients: [c0, c1, c2] }: Parabola| {
             let part = Interval::new(u.lo.max(from), u.hi.min(to));
@@ -502,8 +502,9 @@ mod tests {
         }
     }
 
-    /// The standard error of the slope is the deviation of the slopes of tables with random data: by a table whose
-    /// secants are steep, where first order suffices, and by one with equal neighbours, where it is too small.
+    /// The standard error of the slope is the deviation of the slopes of tables with random data: by a table
+    /// whose secants are steep, where first order suffices, and by one with equal neighbours, where it is too
+    /// small.
     #[test]
     fn the_standard_error_of_the_slope_is_that_of_random_data() {
         let steep = [(0.0, 0.5), (0.1, 0.44), (0.2, 0.40), (0.4, 0.34), (0.8, 0.28), (1.6, 0.25)];
@@ -524,8 +525,8 @@ mod tests {
                 let deviation =
                     (slopes.iter().map(|slope| (slope - mean).powi(2)).sum::<f64>() / count).sqrt();
                 let found = table.standard_error_of_weakening(u).unwrap();
-                // Deviations of 16,384 and 10,000 draws: of normal numbers their relative errors are 1 / sqrt(2 n),
-                // of others more; four times their sum.
+                // Deviations of 16,384 and 10,000 draws: of normal numbers their relative errors are 1 /
+                // sqrt(2 n), of others more; four times their sum.
                 assert!((found / deviation - 1.0).abs() < 0.05, "{u}: {found} {deviation}");
                 let (first, by) = table.weakening_by_data(u);
                 let linear = by.iter().take(6 - first).map(|by| (by * sd).powi(2)).sum::<f64>().sqrt();

@@ -14,9 +14,9 @@
 //! interpolant is rejected. Like the error of the backbone, this is an estimate and no bound. Cells within
 //! three errors of a boundary stay undecided here, and are decided from their own column.
 //!
-//! A formula may have features in its parameters that are narrower than the distance of the nodes. So samples of
-//! the law itself are interpolated, too, and compared in every column: their mean over the grazing circle is C(V)
-//! to first order. A box in which they differ has no answer.
+//! A formula may have features in its parameters that are narrower than the distance of the nodes. So samples
+//! of the law itself are interpolated, too, and compared in every column: their mean over the grazing circle
+//! is C(V) to first order. A box in which they differ has no answer.
 //!
 //! A box in which too many cells stay undecided gets more nodes along the axis with the largest error, and is
 //! then cut there, as long as it has several times more columns than nodes.
@@ -102,7 +102,8 @@ impl Interpolated {
             }
             found.nodes = (intervals > 0).then(|| BackboneNodes::new(intervals));
         }
-        // This distance grows with the belt speed, except for a table that ends early, and falls with the damping.
+        // This distance grows with the belt speed, except for a table that ends early, and falls with the
+        // damping.
         if plan.stores(Field::Regime) && first.curve.fastest() == f64::INFINITY {
             let farthest = |group: &[Column]| {
                 let fastest = group.iter().map(|column| column.belt_speed).fold(0.0, f64::max);
@@ -349,8 +350,8 @@ impl TileColumns<'_> {
         Some((values, error))
     }
 
-    /// The axis along which the law has a feature between the nodes: where samples of the law in all columns of a
-    /// box are not within `allowed` of their interpolant, that along which they bend most.
+    /// The axis along which the law has a feature between the nodes: where samples of the law in all columns
+    /// of a box are not within `allowed` of their interpolant, that along which they bend most.
     fn axis_of_missed_feature(
         &self,
         part: &[Range<usize>],

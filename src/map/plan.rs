@@ -118,7 +118,8 @@ impl PlanBuilder {
         engine: Engine,
         /// Bound on the error of the scaled grazing margin m / V that the simulation aims at.
         tolerance: f64,
-        /// Number of cells that the direct engine decides again; a grid with fewer cells is audited completely.
+        /// Number of cells that the direct engine decides again; a grid with fewer cells is audited
+        /// completely.
         audit_cells: usize,
         /// Number of boxes of scaled parameters that the method `validated` tries to prove, to decide points
         /// between the nodes; 0 for none. Used only with the method `validated` and the Stribeck law.

@@ -13,8 +13,8 @@ use crate::certify::validated::surface::Surface;
 use crate::certify::validated::tile::{GroupBox, Tile};
 use crate::friction::Law;
 
-/// Number of boxes of another law for each that a plan requests: a box of Stribeck's law takes some fifty times as long,
-/// and covers more.
+/// Number of boxes of another law for each that a plan requests: a box of Stribeck's law takes some fifty
+/// times as long, and covers more.
 const BOXES_OF_OTHER_LAWS: usize = 25;
 
 /// The proofs over the box of all parameters, from the first to the last node of every axis.
@@ -44,9 +44,9 @@ pub(crate) fn boxes_to_try(plan: &Plan) -> usize {
     }
 }
 
-/// Computes the proofs that the plan requests with `threads` workers (all cores if `None`) and, for Stribeck's law,
-/// `others`; stops early if `stop` is set. `None` if the plan requests no proofs, or if the workers cannot be started.
-/// The proofs do not depend on the number of workers.
+/// Computes the proofs that the plan requests with `threads` workers (all cores if `None`) and, for
+/// Stribeck's law, `others`; stops early if `stop` is set. `None` if the plan requests no proofs, or if the
+/// workers cannot be started. The proofs do not depend on the number of workers.
 pub(crate) fn prove(
     plan: &Plan,
     threads: Option<usize>,

@@ -275,8 +275,8 @@ fn by_column(
     }
 }
 
-/// The critical dampings of columns, to the first of the `tolerances`, or to the second where cells at the dampings
-/// `cs` lie within the error of the first.
+/// The critical dampings of columns, to the first of the `tolerances`, or to the second where cells at the
+/// dampings `cs` lie within the error of the first.
 fn labelling_roots(
     columns: &[Column],
     cs: &[f64],

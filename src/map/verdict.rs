@@ -87,8 +87,8 @@ pub struct Attractors {
 }
 
 named! {
-    /// The long-run behaviour of a cell, which is its set of attractors, with the code stored in `regime` and its
-    /// name in tables and in `flag_meanings`.
+    /// The long-run behaviour of a cell, which is its set of attractors, with the code stored in `regime` and
+    /// its name in tables and in `flag_meanings`.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     #[repr(i8)]
     pub enum Regime {
@@ -114,17 +114,19 @@ named! {
         EquilibriumAndCrossing = 9 => "equilibrium_and_crossing",
         /// A slip cycle attracts, and from outside its basin orbits cross the belt line for ever.
         PureSlipAndCrossing = 10 => "pure_slip_and_crossing",
-        /// The equilibrium and a slip cycle attract, and from outside their basins orbits cross the belt line for
-        /// ever.
+        /// The equilibrium and a slip cycle attract, and from outside their basins orbits cross the belt line
+        /// for ever.
         EquilibriumPureSlipAndCrossing = 11 => "equilibrium_pure_slip_and_crossing",
         /// The stick-slip cycle attracts, and orbits far outside of it cross the belt line for ever.
         StickSlipAndCrossing = 12 => "stick_slip_and_crossing",
-        /// The equilibrium and the stick-slip cycle attract, and orbits far outside cross the belt line for ever.
+        /// The equilibrium and the stick-slip cycle attract, and orbits far outside cross the belt line for
+        /// ever.
         EquilibriumStickSlipAndCrossing = 13 => "equilibrium_stick_slip_and_crossing",
-        /// A slip cycle and the stick-slip cycle attract, and orbits far outside cross the belt line for ever.
+        /// A slip cycle and the stick-slip cycle attract, and orbits far outside cross the belt line for
+        /// ever.
         PureSlipStickSlipAndCrossing = 14 => "pure_slip_stick_slip_and_crossing",
-        /// The equilibrium, a slip cycle and the stick-slip cycle attract, and orbits far outside cross the belt
-        /// line for ever.
+        /// The equilibrium, a slip cycle and the stick-slip cycle attract, and orbits far outside cross the
+        /// belt line for ever.
         EquilibriumPureSlipStickSlipAndCrossing = 15 => "equilibrium_pure_slip_stick_slip_and_crossing",
     }
 }

@@ -74,8 +74,8 @@ pub struct Table {
     pub(crate) notes: Vec<Rich>,
 }
 
-/// A column of a table with a row for each `T`: its name for CSV files, its heading, the format of its numbers,
-/// and its cell.
+/// A column of a table with a row for each `T`: its name for CSV files, its heading, the format of its
+/// numbers, and its cell.
 pub(crate) type ColumnOf<'a, T> = (&'a str, &'a str, Show, &'a dyn Fn(&T) -> Cell);
 
 /// A number as shown: a decimal, and a power of ten if that is not 0.

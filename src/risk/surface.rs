@@ -312,7 +312,8 @@ impl<'a> Groups<'a> {
         below
     }
 
-    /// The smallest box that contains these machines, and its number of nodes; `None` if it has too many axes.
+    /// The smallest box that contains these machines, and its number of nodes; `None` if it has too many
+    /// axes.
     fn sides(&self, machines: &[usize]) -> Option<(Vec<Side>, usize)> {
         let mut sides = vec![[f64::INFINITY, f64::NEG_INFINITY]; self.size];
         for &machine in machines {

@@ -246,8 +246,8 @@ impl Backbone {
         Ok(Some(Self::of_panels(vec![finer], solver)))
     }
 
-    /// The backbone of a law without corners through known values of C at the nodes, from r = V down to 0, with
-    /// errors of at most `node_error`.
+    /// The backbone of a law without corners through known values of C at the nodes, from r = V down to 0,
+    /// with errors of at most `node_error`.
     fn of_values(belt_speed: f64, values: Vec<f64>, node_error: f64) -> Self {
         let series = coefficients(&values);
         let panel = Panel { from: 0.0, to: belt_speed, in_root: false, values, orbits: Vec::new(), series };

@@ -71,8 +71,8 @@ impl Bifurcation {
     }
 }
 
-/// The reach of the orbit from the exit point less `bound`, with its difference from that at a coarser tolerance as the
-/// error.
+/// The reach of the orbit from the exit point less `bound`, with its difference from that at a coarser
+/// tolerance as the error.
 fn reach_beyond(oscillator: &Oscillator, bound: f64, tolerance: f64) -> Option<TestValue> {
     let [fine, coarse] = [tolerance, COARSER * tolerance].map(|tolerance| reach(oscillator, 0.0, tolerance));
     let (fine, coarse) = (fine.ok()?, coarse.ok()?);

@@ -1,5 +1,6 @@
-//! Interpolation by polynomials through Chebyshev points: along a line through cos(pi i / size), i = 0 ..= size, which
-//! include the ends, and in boxes through cos(pi (i + 1/2) / count), i = 0 .. count, along each axis, which do not.
+//! Interpolation by polynomials through Chebyshev points: along a line through cos(pi i / size), i = 0 ..=
+//! size, which include the ends, and in boxes through cos(pi (i + 1/2) / count), i = 0 .. count, along each
+//! axis, which do not.
 
 use std::f64::consts::PI;
 use std::sync::OnceLock;
@@ -148,7 +149,8 @@ impl Between {
     }
 }
 
-/// An axis of a box: its range, and the number of Chebyshev polynomials along it, 1 where the range has no width.
+/// An axis of a box: its range, and the number of Chebyshev polynomials along it, 1 where the range has no
+/// width.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Side {
     pub(crate) range: [f64; 2],
@@ -246,7 +248,8 @@ impl Tensor {
         self.coefficients[0].abs()
     }
 
-    /// The axis along which the last two coefficients are largest; the last axis if a value at a point is unknown.
+    /// The axis along which the last two coefficients are largest; the last axis if a value at a point is
+    /// unknown.
     pub(crate) fn roughest(&self) -> usize {
         let last = |axis: usize| -> f64 {
             let (stride, count) = (self.stride(axis), self.sides[axis].count);

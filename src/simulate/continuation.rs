@@ -414,7 +414,8 @@ mod tests {
         }
     }
 
-    /// The margin of overdamped orbits is flat but for a narrow strip about the curve: steps as long as elsewhere follow it.
+    /// The margin of overdamped orbits is flat but for a narrow strip about the curve: steps as long as
+    /// elsewhere follow it.
     #[test]
     fn a_steep_function_takes_no_more_points() {
         let curve = |x: f64, y: f64| y - 0.3 - 0.4 * x * x;

@@ -95,8 +95,8 @@ const WEIGHTS: [(usize, f64, f64, f64); 8] = [
 
 /// A right-hand side y' = f within one step.
 ///
-/// It has to be inlined into the function whose vector width is selected at run time: without that every fused product
-/// becomes a library call.
+/// It has to be inlined into the function whose vector width is selected at run time: without that every
+/// fused product becomes a library call.
 pub(super) trait Field<const N: usize> {
     /// f at the abscissa `NODES[stage]` of the step.
     fn slope(&mut self, stage: usize, state: &[f64; N]) -> [f64; N];

@@ -79,8 +79,8 @@ impl Margins {
 /// Margins of the orbits of all columns at the dampings `cs`, column by column, each with an error of at most
 /// `tolerance` where that can be reached.
 ///
-/// `axes` are the values along each axis of the grid that the columns form, slowest first; their numbers multiply to
-/// that of the columns. Without axes a column's margins do not depend on the other columns.
+/// `axes` are the values along each axis of the grid that the columns form, slowest first; their numbers
+/// multiply to that of the columns. Without axes a column's margins do not depend on the other columns.
 #[must_use]
 pub fn margins(columns: &[Column], axes: &[Vec<f64>], cs: &[f64], tolerance: f64) -> Margins {
     if axes.is_empty() {
@@ -106,7 +106,8 @@ struct Cells<'a> {
     spirals: Vec<f64>,
     /// For each column whether it may be interpolated.
     is_smooth: Vec<bool>,
-    /// For each column the mean of samples of its law, less the weakening rate at belt speed, if it is a formula.
+    /// For each column the mean of samples of its law, less the weakening rate at belt speed, if it is a
+    /// formula.
     samples: Option<Vec<f64>>,
     /// The sides of boxes, by their axis and range; the axis after those of columns is c.
     sides: HashMap<(usize, Range<usize>), Option<Rc<Side>>>,
@@ -410,9 +411,9 @@ impl Growing {
         if can_grow { Next::MoreTurns } else { Next::Cut }
     }
 
-    /// Returns whether the law has a feature in its parameters that the nodes miss: whether the polynomial through
-    /// samples of the law at the nodes is off in a column by more than the samples may be for the goal. To first order
-    /// the ratio is the exponential of pi times the sample.
+    /// Returns whether the law has a feature in its parameters that the nodes miss: whether the polynomial
+    /// through samples of the law at the nodes is off in a column by more than the samples may be for the
+    /// goal. To first order the ratio is the exponential of pi times the sample.
     fn misses_feature(&self, cells: &Cells) -> bool {
         let Some(samples) = cells.samples.as_ref().filter(|_| self.columns.len() > 1) else { return false };
         let dampings = cells.cs.len();

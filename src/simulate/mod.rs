@@ -88,11 +88,11 @@ pub struct Cycle {
     /// Velocities x2 on it.
     #[cfg_attr(feature = "serde", serde(rename = "x2"))]
     pub velocity: Range,
-    /// Floquet multiplier: the cycle attracts if it is below 1 and repels if it is above; 0 for the stick-slip
-    /// cycle, which is reached in finite time.
+    /// Floquet multiplier: the cycle attracts if it is below 1 and repels if it is above; 0 for the
+    /// stick-slip cycle, which is reached in finite time.
     pub multiplier: f64,
-    /// For a cycle that crosses the belt line and never sticks: x1 at which it crosses downward, less that of the
-    /// exit point.
+    /// For a cycle that crosses the belt line and never sticks: x1 at which it crosses downward, less that of
+    /// the exit point.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub beyond_exit: Option<f64>,
 }

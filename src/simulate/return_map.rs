@@ -121,12 +121,12 @@ const LANDING: f64 = 1e-12;
 /// Largest margin from which the landing speed follows, where the divergence at the belt line is small.
 const NEXT_TO_GRAZING: f64 = 1e-8;
 
-/// The landing speed x2' and the time of the orbit from the exit point, whose margin is `margin` > 0, and the number of
-/// evaluations; the first is `None` where the orbit could not be followed.
+/// The landing speed x2' and the time of the orbit from the exit point, whose margin is `margin` > 0, and the
+/// number of evaluations; the first is `None` where the orbit could not be followed.
 ///
-/// Next to grazing the margin has more digits than the orbit. On the last arc, of the angle a, the radius grows by the
-/// factor 1 + D a^3 / 3 up to V (1 + m), and x2'^2 = r^2 - V^2 at its beginning: with a = sqrt(m (2 + m)) the speed is
-/// V a (1 - D a / 3), up to the order a^3.
+/// Next to grazing the margin has more digits than the orbit. On the last arc, of the angle a, the radius
+/// grows by the factor 1 + D a^3 / 3 up to V (1 + m), and x2'^2 = r^2 - V^2 at its beginning: with a = sqrt(m
+/// (2 + m)) the speed is V a (1 - D a / 3), up to the order a^3.
 fn landing(oscillator: &Oscillator, margin: f64, tolerance: f64) -> (Option<[f64; 2]>, u64) {
     let belt_speed = oscillator.belt_speed;
     let work = Work::of_question(&oscillator.curve);
@@ -146,7 +146,8 @@ fn landing(oscillator: &Oscillator, margin: f64, tolerance: f64) -> (Option<[f64
 }
 
 /// The fate of the orbit from the exit point, by the return map; handed over to [`direct::flow`] where the
-/// polar form does not apply, or the orbit lands beyond the stick segment or cannot be followed to the landing.
+/// polar form does not apply, or the orbit lands beyond the stick segment or cannot be followed to the
+/// landing.
 ///
 /// `tolerance` bounds the error of the scaled grazing margin m/V and of the landing.
 #[must_use]

@@ -64,8 +64,8 @@ pub enum Unknown {
     /// Near a fold, where two cycles meet: whether there are two or none is within the error.
     #[error("two cycles meet within the error")]
     TooClose,
-    /// There may be crossing cycles so far beyond the exit point that no loop was followed there, or that loops
-    /// change by less than their error.
+    /// There may be crossing cycles so far beyond the exit point that no loop was followed there, or that
+    /// loops change by less than their error.
     #[error(
         "far beyond the exit point, where friction may push for ever, loops change by less than their error, or \
          none was followed: from more than 10^4 max(1, V)"
@@ -77,7 +77,8 @@ pub enum Unknown {
 /// located by turns of its own.
 pub(crate) const BACKBONE_TOLERANCE: f64 = 1e-10;
 
-/// The slip cycles, by growing amplitude, the highest velocity, located with the relative error `tolerance` of one turn divided by
+/// The slip cycles, by growing amplitude, the highest velocity, located with the relative error `tolerance`
+/// of one turn divided by
 /// |1 - multiplier|.
 ///
 /// They are read from the [`Backbone`], and alternate in stability. None exists where [`none_proved`].

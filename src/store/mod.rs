@@ -56,8 +56,8 @@
 //! # Protection against damage
 //!
 //! - [`MapFile::open`] verifies a map before any of it is used: by its seal or, where another program has
-//!   removed the seal, by all fingerprints. These detect accidents, not forgery: a person who changes a map on
-//!   purpose can seal it again.
+//!   removed the seal, by all fingerprints. These detect accidents, not forgery: a person who changes a map
+//!   on purpose can seal it again.
 //!
 //! - A map has a temporary name, `NAME.part-map`, until it is complete, sealed and on disk. A killed run may
 //!   leave that file and `NAME.part`, the journal of its finished tiles ([`PartialMap`]), but nothing under

@@ -102,7 +102,8 @@ pub(super) fn beside(output: &Path, ending: &str) -> Result<PathBuf, StoreError>
     Ok(folder.join(own))
 }
 
-/// The empty file at `path`, which is removed unless it is published; replaces one that a killed run has left.
+/// The empty file at `path`, which is removed unless it is published; replaces one that a killed run has
+/// left.
 pub(super) fn temporary(path: PathBuf) -> Result<TempPath, StoreError> {
     match fs::remove_file(&path) {
         Err(source) if source.kind() != io::ErrorKind::NotFound => {

@@ -9,8 +9,9 @@ use slipmap::simulate::{Neighbour, crossing_separates, dynamics, flow};
 
 use crate::sample::{Random, Sample};
 
-/// Friction that pushes at some slip speeds: a repelling and an attracting cycle as close as 4.6 per cent to each other.
-/// Their reference places come from the classical Runge-Kutta method in (x1, x2) with steps of 5e-4.
+/// Friction that pushes at some slip speeds: a repelling and an attracting cycle as close as 4.6 per cent to
+/// each other. Their reference places come from the classical Runge-Kutta method in (x1, x2) with steps of
+/// 5e-4.
 #[test]
 fn narrow_pairs_of_crossing_cycles_are_found() {
     let law = Law::Expression(Expression::new("1-a*exp(-((u-m)/s)^2)", 1.0).unwrap());
@@ -271,8 +272,9 @@ fn cycles_are_known_where_those_of_another_kind_are_not() {
     assert_eq!(meeting.kick, Ok(None));
 }
 
-/// A step of friction of 1/1300 of the belt speed, below zero: loops from 0.326181 beyond the exit point on grow without
-/// bound, by a Runge-Kutta method of order 8 in long double whose steps end around the step of friction.
+/// A step of friction of 1/1300 of the belt speed, below zero: loops from 0.326181 beyond the exit point on
+/// grow without bound, by a Runge-Kutta method of order 8 in long double whose steps end around the step of
+/// friction.
 #[test]
 fn loops_see_narrow_steps() {
     let law = Law::Expression(Expression::new("1-a*u/(u+b)-d*(tanh((u-e)/w)+tanh(e/w))/2", 1.0).unwrap());

@@ -168,7 +168,8 @@ fn margins_are_within_their_error(count: u64) {
         }
         compared
     };
-    // The last is an orbit that turns just before a corner, where the end of a span lies beyond its turning point.
+    // The last is an orbit that turns just before a corner, where the end of a span lies beyond its turning
+    // point.
     let all = (0..count).into_par_iter().chain([3082]).map(compare);
     let compared = all.reduce(|| [0; 3], |a, b| std::array::from_fn(|i| a[i] + b[i]));
     assert!(compared.iter().all(|compared| 10 * compared > 6 * count), "{compared:?}");
@@ -190,8 +191,8 @@ fn verdicts_of_random_laws_are_those_of_the_direct_engine() {
     survey(600);
 }
 
-/// Formulas with steps narrow beside the belt speed, so that the orbit is that of the direct engine, whose error at the
-/// tolerance of maps exceeds the margin.
+/// Formulas with steps narrow beside the belt speed, so that the orbit is that of the direct engine, whose
+/// error at the tolerance of maps exceeds the margin.
 #[test]
 fn margins_below_the_error_of_the_direct_engine_have_a_verdict() {
     for number in [770, 1769, 2926, 3417, 3904, 4314] {

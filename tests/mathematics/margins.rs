@@ -180,8 +180,8 @@ fn margins_of_grids_of_other_laws_are_within_their_error() {
     }
 }
 
-/// Smooth formulas are interpolated; those with a narrow step or with |u|, which has a corner where orbits go beyond the
-/// belt line, and tables are not.
+/// Smooth formulas are interpolated; those with a narrow step or with |u|, which has a corner where orbits go
+/// beyond the belt line, and tables are not.
 #[test]
 fn margins_of_grids_of_formulas_are_within_their_error() {
     let rows: Vec<(f64, f64)> =
@@ -257,8 +257,8 @@ fn a_column_does_not_feel_its_neighbours() {
     }
 }
 
-/// Evaluations of the right-hand side per cell in the box for which speeds are stated: of single turns, of columns
-/// each by itself, and of columns that form a grid.
+/// Evaluations of the right-hand side per cell in the box for which speeds are stated: of single turns, of
+/// columns each by itself, and of columns that form a grid.
 #[test]
 fn work_counter() {
     let found = compare(&stribeck(0.05, 1000), &axis(1.0, 20), 1e-9, 1e-12);

@@ -364,8 +364,8 @@ fn the_stick_slip_cycle_is_the_traced_one() {
     }
 }
 
-/// A step of friction of 1/500 of the belt speed, which takes most of an orbit's velocity, and one of 1/230 of it on a slow
-/// belt, at eight times the belt speed.
+/// A step of friction of 1/500 of the belt speed, which takes most of an orbit's velocity, and one of 1/230
+/// of it on a slow belt, at eight times the belt speed.
 #[test]
 fn the_stick_slip_cycle_over_a_narrow_step_is_the_traced_one() {
     let law = Expression::new("1-a*u/(u+b)+d*(tanh((u-e)/w)+tanh(e/w))", 1.0).unwrap();
@@ -560,7 +560,8 @@ fn regimes_next_to_a_narrow_step_are_known() {
     }
 }
 
-/// At the critical damping to first order in eps the margin is of second order: far below the rounding errors of 1.
+/// At the critical damping to first order in eps the margin is of second order: far below the rounding errors
+/// of 1.
 #[test]
 fn small_terms_are_resolved_to_second_order() {
     for epsilon in [1e-14, 1e-13, 1e-12, 1e-10, 1e-8, 1e-4] {
@@ -579,8 +580,8 @@ fn small_terms_are_resolved_to_second_order() {
     }
 }
 
-/// Next to a cusp of folds three slip cycles lie within a small range of dampings. That there are three follows from
-/// integrations in extended precision, which change sign three times.
+/// Next to a cusp of folds three slip cycles lie within a small range of dampings. That there are three
+/// follows from integrations in extended precision, which change sign three times.
 #[test]
 fn three_cycles_next_to_a_cusp_of_folds_are_counted() {
     let rational = "1 - 0.5942742260704288*u^2/(0.35014300930538617^2 + u^2) \
@@ -600,9 +601,9 @@ fn three_cycles_next_to_a_cusp_of_folds_are_counted() {
     }
 }
 
-/// Measured friction that falls steeply from rest and scatters: many orbits of its backbone are followed in (x2, x2'),
-/// since their polar angle is not monotone in time. Without a guess of the damping at which each closes the backbone
-/// took more than its budget.
+/// Measured friction that falls steeply from rest and scatters: many orbits of its backbone are followed in
+/// (x2, x2'), since their polar angle is not monotone in time. Without a guess of the damping at which each
+/// closes the backbone took more than its budget.
 #[test]
 fn regimes_of_scattered_data_next_to_the_boundary_are_known() {
     // Slip speeds in 1e-4 of the unit of velocity, friction in 1e-4 of that at rest.

@@ -48,9 +48,9 @@ fn verdicts_next_to_the_boundary() {
     }
 }
 
-/// Next to grazing the landing speed is that of the margin, x2'^2 = V^2 m (2 + m), but for the growth on the last arc:
-/// an orbit followed to the belt line has lost the digits of the margin. At the first of these points it was 1.6 times
-/// as large.
+/// Next to grazing the landing speed is that of the margin, x2'^2 = V^2 m (2 + m), but for the growth on the
+/// last arc: an orbit followed to the belt line has lost the digits of the margin. At the first of these
+/// points it was 1.6 times as large.
 #[test]
 fn landings_next_to_grazing_are_those_of_the_margin() {
     let laws = [
@@ -75,7 +75,8 @@ fn landings_next_to_grazing_are_those_of_the_margin() {
     assert!(landed > 15, "{landed}");
 }
 
-/// Orbits on very slow belts are those of slow ones in units of the belt speed; the divergence is 0.2 on both.
+/// Orbits on very slow belts are those of slow ones in units of the belt speed; the divergence is 0.2 on
+/// both.
 #[test]
 fn landings_on_very_slow_belts_are_those_of_slow_ones() {
     let stick_time = |belt_speed: f64| {

@@ -17,8 +17,8 @@ fn repository(path: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
 }
 
-/// Runs the `slipmap probe` line of each class, those of several classes once, and checks that the failures are
-/// there.
+/// Runs the `slipmap probe` line of each class, those of several classes once, and checks that the failures
+/// are there.
 fn reproduce(scratch: &Scratch, classes: &[Row]) {
     let mut answers: BTreeMap<&str, Value> = BTreeMap::new();
     for class in classes {

@@ -1,24 +1,26 @@
 //! The critical damping of any law over a box of parameters, enclosed by barriers.
 //!
 //! # Statement
-//! A [`Tile`] claims: for all eps, parameters of the law and V in its box, with coordinates z that run from -1 to
-//! 1 along each axis, `|C* - (C0 + sum of slope_i z_i)| <= radius`, C* = eps c*.
+//! A [`Tile`] claims: for all eps, parameters of the law and V in its box, with coordinates z that run from
+//! -1 to 1 along each axis, `|C* - (C0 + sum of slope_i z_i)| <= radius`, C* = eps c*.
 //!
 //! # Proof
 //! **Barriers.** In units of the belt speed, v = r cos th, x2'/V = -r sin th and D = w(V (1 - v)) - C (see
-//! [`super`]). Let rho be a positive function with rho(0) = rho(2 pi) = 1, piecewise smooth; the closed curve r =
-//! rho(th) bounds a region around the equilibrium. Orbits cross it outward where G < 0, and inward where G > 0,
+//! [`super`]). Let rho be a positive function with rho(0) = rho(2 pi) = 1, piecewise smooth; the closed curve
+//! r = rho(th) bounds a region around the equilibrium. Orbits cross it outward where G < 0, and inward where
+//! G > 0,
 //!
 //! ```text
 //! G = rho' (1 + D sin th cos th) - D rho sin^2 th.
 //! ```
 //!
-//! If G < 0 on the whole curve the orbit from the exit point (1, 0) comes back to the belt line or runs away; if G >
-//! 0 it does neither. [`crate::certify::recheck`] proves that for Stribeck's law; of the law the proof uses only that D
-//! is a Lipschitz function of v. Above the belt line the law may be continued in any such way: w(u) = w(0) for u < 0.
-//! Neither does the angle have to be monotone in time, nor is an orbit followed.
+//! If G < 0 on the whole curve the orbit from the exit point (1, 0) comes back to the belt line or runs away;
+//! if G > 0 it does neither. [`crate::certify::recheck`] proves that for Stribeck's law; of the law the proof
+//! uses only that D is a Lipschitz function of v. Above the belt line the law may be continued in any such
+//! way: w(u) = w(0) for u < 0. Neither does the angle have to be monotone in time, nor is an orbit followed.
 //!
-//! **The curves.** Let R be a curve and C0 a damping, both linear in z: the witness. With rho = R + t sigma and C = C0
+//! **The curves.** Let R be a curve and C0 a damping, both linear in z: the witness. With rho = R + t sigma
+//! and C = C0
 //! - t, sigma(0) = sigma(2 pi) = 0,
 //!
 //! ```text
@@ -26,17 +28,17 @@
 //! D' = dD/dt = 1 - w'(u) V sigma cos th.
 //! ```
 //!
-//! Let |G| <= g at t = 0, and H >= h > 0 for |t| <= radius. Then G < 0 at t = radius > g / h, and G > 0 at t =
-//! -radius: the claim follows, since the orbit comes back at all dampings below C* and at none above. []
+//! Let |G| <= g at t = 0, and H >= h > 0 for |t| <= radius. Then G < 0 at t = radius > g / h, and G > 0 at t
+//! = -radius: the claim follows, since the orbit comes back at all dampings below C* and at none above. []
 //!
-//! **The bounds.** On each cell of angles R and sigma are cubic polynomials with given values and slopes at its ends.
-//! By the mean value theorem G differs from its value in the middle of the cell and of the box by at most the sum of
-//! the sizes of its derivatives by the angle and by each z_i, which are enclosed over the cell and the box. H is
-//! enclosed as it stands. g and 1/h are the largest over all cells.
+//! **The bounds.** On each cell of angles R and sigma are cubic polynomials with given values and slopes at
+//! its ends. By the mean value theorem G differs from its value in the middle of the cell and of the box by
+//! at most the sum of the sizes of its derivatives by the angle and by each z_i, which are enclosed over the
+//! cell and the box. H is enclosed as it stands. g and 1/h are the largest over all cells.
 //!
-//! **The witness** needs no accuracy: R and C0 pass through closed orbits in the middle of the box and at the ends of its
-//! axes, found in plain numbers; sigma solves H = const along the one in the middle. If all are accurate, the radius is of
-//! second order in the extent of the box.
+//! **The witness** needs no accuracy: R and C0 pass through closed orbits in the middle of the box and at the
+//! ends of its axes, found in plain numbers; sigma solves H = const along the one in the middle. If all are
+//! accurate, the radius is of second order in the extent of the box.
 
 use std::f64::consts::TAU;
 
@@ -61,7 +63,8 @@ const SLOWEST: f64 = 0.02;
 const FIRST_RADIUS: f64 = 4.0;
 /// How often a larger radius is tried.
 const TRIALS: usize = 3;
-/// Factor on a radius that covers its own rounding, and differences of the platform's functions between machines.
+/// Factor on a radius that covers its own rounding, and differences of the platform's functions between
+/// machines.
 const ROUNDING: f64 = 1.0 + 1e-6;
 /// The coordinate along an axis of a box, or within a cell.
 const UNIT: Interval = Interval::new(-1.0, 1.0);
@@ -394,7 +397,8 @@ impl Cell {
 enum Coordinates {
     /// The middle of the box at one y.
     Middle(f64),
-    /// The whole box at the given y, and the derivative by the coordinate of this number: y first, then the axes.
+    /// The whole box at the given y, and the derivative by the coordinate of this number: y first, then the
+    /// axes.
     Whole(Interval, usize),
 }
 
@@ -452,8 +456,8 @@ impl Barrier<'_> {
         Some(slope * (one + d * sin * cos) - d * rho * sin * sin)
     }
 
-    /// Bound on |G| for t = 0 in the box, at angles within `half` of `middle` in units of the cell: without the changes
-    /// along the axes of the box, and with them.
+    /// Bound on |G| for t = 0 in the box, at angles within `half` of `middle` in units of the cell: without
+    /// the changes along the axes of the box, and with them.
     fn bound(&self, cell: &Cell, middle: f64, half: f64) -> Option<[f64; 2]> {
         let y = Interval::ball(middle, half);
         let change = |number: usize| Some(self.defect(cell, Coordinates::Whole(y, number))?.0[1]);
@@ -466,8 +470,8 @@ impl Barrier<'_> {
         Some([along.size(), sum.hi])
     }
 
-    /// The bound of [`Barrier::bound`] for a part of a cell. Parts whose bound exceeds `enough` are halved, `halvings` times
-    /// at most.
+    /// The bound of [`Barrier::bound`] for a part of a cell. Parts whose bound exceeds `enough` are halved,
+    /// `halvings` times at most.
     fn largest_defect(&self, cell: &Cell, [from, to]: [f64; 2], enough: f64, halvings: u32) -> Option<f64> {
         let middle = 0.5 * (from + to);
         let found = self.bound(cell, middle, 0.5 * (to - from)).map(|[_, sum]| sum);
@@ -499,8 +503,8 @@ impl Barrier<'_> {
         Some(d_by * swept + d * spread * sin.square() - spread_slope * (one + d * sin * cos))
     }
 
-    /// Lower bound of H in a part of a cell. Parts are halved, `halvings` times at most, where that may raise it much;
-    /// `None` where the curve is no barrier.
+    /// Lower bound of H in a part of a cell. Parts are halved, `halvings` times at most, where that may raise
+    /// it much; `None` where the curve is no barrier.
     fn least_growth(&self, cell: &Cell, [from, to]: [f64; 2], radius: f64, halvings: u32) -> Option<f64> {
         let middle = 0.5 * (from + to);
         let found =

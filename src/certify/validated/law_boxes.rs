@@ -1,10 +1,10 @@
 //! Proved shares of the volume of a box of any law's parameters.
 //!
-//! The box is cut into parts, each with a [`Tile`] that encloses C* over it, or without a proof. In a part the damping
-//! needs no subdivision: a point is proved present where eps c lies below the lower bound of C* and the landing is
-//! proved for the whole part from a damping below c on, and proved absent where eps c lies above the upper bound. The
-//! bounds are linear in the part's coordinates; the means of c cut off by them are integrated in interval arithmetic,
-//! so that the shares are lower bounds. Nothing is sampled.
+//! The box is cut into parts, each with a [`Tile`] that encloses C* over it, or without a proof. In a part
+//! the damping needs no subdivision: a point is proved present where eps c lies below the lower bound of C*
+//! and the landing is proved for the whole part from a damping below c on, and proved absent where eps c lies
+//! above the upper bound. The bounds are linear in the part's coordinates; the means of c cut off by them are
+//! integrated in interval arithmetic, so that the shares are lower bounds. Nothing is sampled.
 //!
 //! The statements hold wherever the law is legal: phi(0) = 1, and D a Lipschitz function of the slip speed.
 
@@ -50,8 +50,8 @@ impl LawProof {
         Self { law: law.clone(), ranges, damping, parts: vec![whole], tried: 0 }
     }
 
-    /// Tries proofs of up to `boxes` parts, or until `go_on` returns false: in each round of a quarter of the parts,
-    /// those with the largest undecided shares. The result does not depend on the number of threads.
+    /// Tries proofs of up to `boxes` parts, or until `go_on` returns false: in each round of a quarter of the
+    /// parts, those with the largest undecided shares. The result does not depend on the number of threads.
     pub(crate) fn refine(&mut self, boxes: usize, go_on: &(dyn Fn() -> bool + Sync)) {
         if self.tried == 0 && boxes > 0 {
             self.parts = vec![self.proved(self.ranges.clone())];
@@ -125,8 +125,8 @@ impl LawProof {
         Part { ranges, tile: Some(tile), present, absent, undecided }
     }
 
-    /// The smallest damping found, within the range of c, from which on the landing is proved in a whole part; `None` if
-    /// there is none.
+    /// The smallest damping found, within the range of c, from which on the landing is proved in a whole
+    /// part; `None` if there is none.
     fn sticks_from(&self, ranges: &Ranges) -> Option<f64> {
         let x: Vec<Interval> = ranges.iter().map(|[lo, hi]| Interval::new(*lo, *hi)).collect();
         let [parameters @ .., belt_speed] = x.as_slice() else { return None };
@@ -295,7 +295,8 @@ mod tests {
             let few = volumes(&law, ranges.clone(), [0.0, 0.5], 40);
             let more = volumes(&law, ranges.clone(), [0.0, 0.5], 160);
             assert!(more.undecided < few.undecided && more.undecided < 0.2, "{few:?} {more:?}");
-            // The midpoint rule with steps of a sixth of each axis: its error is far below the undecided share.
+            // The midpoint rule with steps of a sixth of each axis: its error is far below the undecided
+            // share.
             let wide: Vec<usize> =
                 (0..ranges.len()).filter(|&axis| ranges[axis][0] < ranges[axis][1]).collect();
             let columns = 6_usize.pow(wide.len() as u32);

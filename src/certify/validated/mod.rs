@@ -172,7 +172,8 @@ impl Enclosed {
     }
 }
 
-/// The claim about a column whose critical damping lies in `c`, an end of which is infinite where no bound is proved.
+/// The claim about a column whose critical damping lies in `c`, an end of which is infinite where no bound is
+/// proved.
 fn claim_of(c: Interval, lands: &dyn Fn(f64) -> bool) -> Claim {
     let landing = || least_proved(lands, [0.0, c.lo], HALVINGS).unwrap_or(f64::INFINITY);
     let sticks_from = if c.lo <= 0.0 { 0.0 } else { landing() };

@@ -20,8 +20,8 @@ const SHARPNESS: f64 = 2.0 * f64::EPSILON;
 /// Width of the enclosure of a coefficient that leaves the normal numbers, after a few hundred operations.
 /// Shorter pieces do not reduce this width.
 const UNDERFLOW: f64 = 256.0 * f64::MIN_POSITIVE;
-/// Largest sum of the last two coefficients of a polynomial below 0, in units of the largest |w|: few orbits reach these
-/// slip speeds, and only at their ends.
+/// Largest sum of the last two coefficients of a polynomial below 0, in units of the largest |w|: few orbits
+/// reach these slip speeds, and only at their ends.
 const LARGEST_TAIL: f64 = 1e-12;
 /// Change of phi over half a piece below which a residual of w may be due to the rounding of its values.
 const ROUNDED: f64 = 64.0 * f64::EPSILON;
@@ -300,8 +300,8 @@ impl Bend {
     }
 }
 
-/// The polynomial through values of the law on [-length, 0]; `None` where that is too long, or where the law has no
-/// formula there.
+/// The polynomial through values of the law on [-length, 0]; `None` where that is too long, or where the law
+/// has no formula there.
 pub(super) fn below(law: &Form, length: f64, size: f64) -> Option<Piece> {
     let half = 0.5 * length;
     let values = POINTS.map(|x| law.weakening(half * (x - 1.0)));

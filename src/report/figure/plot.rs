@@ -147,8 +147,8 @@ pub(crate) fn one_each(at: &[At]) -> Result<Vec<(String, f64)>, ChoiceError> {
         .collect()
 }
 
-/// The axis chosen for panels or curves, which is then shown, and its nodes; without one there is one panel or
-/// curve.
+/// The axis chosen for panels or curves, which is then shown, and its nodes; without one there is one panel
+/// or curve.
 fn choose(
     view: &View,
     at: Option<&At>,

@@ -337,7 +337,8 @@ pub(super) fn step(axis: &Axis) -> usize {
     axis.values.len().div_ceil(MOST_NODES)
 }
 
-/// The drawn nodes along the first `rank` axes: those along the `shown` ones, and the others' node of `index`.
+/// The drawn nodes along the first `rank` axes: those along the `shown` ones, and the others' node of
+/// `index`.
 pub(in crate::report) fn picks(map: &MapFile, shown: &[usize], index: &[usize], rank: usize) -> Vec<Pick> {
     let pick = |(axis, nodes): (usize, &Axis)| match shown.contains(&axis) {
         true => Pick::Every(step(nodes)),

@@ -21,8 +21,8 @@ use crate::number::count;
 use crate::simulate::critical_damping;
 use crate::store::MapFile;
 
-/// Fewest nodes of both axes of an area. Two nodes would fill half of it each, as if what lies between had been
-/// computed; they are drawn as rows instead.
+/// Fewest nodes of both axes of an area. Two nodes would fill half of it each, as if what lies between had
+/// been computed; they are drawn as rows instead.
 pub(super) const FEWEST_NODES: usize = 3;
 
 /// Largest number of eps with slices of their own.
@@ -148,8 +148,8 @@ fn informative_damping(map: &MapFile, index: &[usize]) -> usize {
     }
 }
 
-/// Verdicts of every method over one axis, with rows for the nodes of the `other` one, which has too few for an
-/// area; one figure for each eps.
+/// Verdicts of every method over one axis, with rows for the nodes of the `other` one, which has too few for
+/// an area; one figure for each eps.
 fn over_one_axis(
     view: &View,
     over: usize,

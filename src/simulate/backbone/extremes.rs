@@ -82,8 +82,8 @@ impl Backbone {
         flat
     }
 
-    /// Ranges of C about pairs of neighbouring nodes, except the pair next to r = 0, between which C changes by
-    /// at most three errors and slopes do not show that it is monotone.
+    /// Ranges of C about pairs of neighbouring nodes, except the pair next to r = 0, between which C changes
+    /// by at most three errors and slopes do not show that it is monotone.
     pub(super) fn flat_between_nodes(&self) -> Vec<[f64; 2]> {
         let (panel, far) = (&self.panels[0], FAR * self.error);
         let radius = |i: usize| panel.radius(node(i, panel.values.len() - 1));

@@ -1,5 +1,5 @@
-//! Backbones between columns of a law without corners, whose values at the nodes are interpolated over the other
-//! parameters.
+//! Backbones between columns of a law without corners, whose values at the nodes are interpolated over the
+//! other parameters.
 
 use std::cell::OnceCell;
 

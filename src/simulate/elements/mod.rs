@@ -9,9 +9,9 @@
 //! ```
 //!
 //! and, for one C, p(2 pi) = 0. The turn is cut into elements, and p' is a polynomial on each, with p' = g at
-//! Gauss's nodes. A step of Newton's method solves the linear equation for (dp, dC), or for dp at a given C, by
-//! the integrating factor exp(A), A the integral of a = dg/dp. The first iterate is the circle p = 0, with C the
-//! mean of w with the weight sin^2, or at a given C the spiral of first order in D.
+//! Gauss's nodes. A step of Newton's method solves the linear equation for (dp, dC), or for dp at a given C,
+//! by the integrating factor exp(A), A the integral of a = dg/dp. The first iterate is the circle p = 0, with
+//! C the mean of w with the weight sin^2, or at a given C the spiral of first order in D.
 //!
 //! **Elements.** The weakening rate is compiled to polynomials on pieces of slip speeds ([`Weakening`]).
 //! Elements end where the orbit passes from one piece to the next, so that g is smooth on each, at the

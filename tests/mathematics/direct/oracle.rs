@@ -61,8 +61,8 @@ pub enum Outcome {
     Rests,
 }
 
-/// Follows v' = w, w' = -v + D w in steps of about `turn` radians, and half of that. `None` if the steps are too coarse
-/// to decide.
+/// Follows v' = w, w' = -v + D w in steps of about `turn` radians, and half of that. `None` if the steps are
+/// too coarse to decide.
 pub fn lienard(
     divergence: &impl Fn(f64) -> f64,
     belt_speed: f64,

@@ -72,8 +72,8 @@ fn gather(map: &MapFile) -> Report {
     Report::gather(map, &Control::default()).unwrap()
 }
 
-/// A small map in which every method decides something, with unequal steps on every axis; its columns are not so
-/// steep that the limits in epsilon of `validated` take half a minute.
+/// A small map in which every method decides something, with unequal steps on every axis; its columns are not
+/// so steep that the limits in epsilon of `validated` take half a minute.
 fn small(folder: &Path, methods: &[&str], fields: &[Field]) -> MapFile {
     let nodes: [&[f64]; 6] = [
         &[0.05, 0.2, 0.5],
