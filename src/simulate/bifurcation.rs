@@ -5,8 +5,8 @@
 //! | --- | --- | --- |
 //! | Hopf | D(V), the trace at the equilibrium | the equilibrium changes its stability, a slip cycle is born |
 //! | grazing-sliding | the scaled margin m / V | the orbit from the exit point comes back to the belt line, or not |
-//! | landing | the [`reach`] less 2 | it lands on the stick segment, or beyond and crosses |
-//! | crossing | the [`reach`] less 4 | it sticks after one crossing, or crosses for ever |
+//! | landing | `crossing::reach` less 2 | it lands on the stick segment, or beyond and crosses |
+//! | crossing | `crossing::reach` less 4 | it sticks after one crossing, or crosses for ever |
 //! | fold | C - eps c at the extreme of the backbone C(r) that is nearest to eps c | two slip cycles meet and vanish |
 
 use super::backbone::Backbone;

@@ -25,7 +25,7 @@ pub(super) struct PackedChunk {
     pub(super) bytes: Vec<u8>,
 }
 
-/// A tile ready to be written: one chunk of each variable of [`Schema::filled_by`].
+/// A tile ready to be written: one chunk of each variable of `Schema::filled_by`.
 #[derive(Debug, Serialize, Deserialize)]
 pub struct PackedTile {
     pub(super) number: usize,
