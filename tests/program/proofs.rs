@@ -158,7 +158,7 @@ c = [0.0, 0.2, 0.4]
 [methods]
 run = [\"validated\"]
 [validated]
-boxes = 1
+boxes = 2
 proof = \"proof.json\"
 [output]
 path = \"map.h5\"
@@ -173,12 +173,12 @@ file = \"friction.csv\"
 mass = 2.0
 stiffness = 505000.0
 normal_force = 1000.0
-belt_speed = [0.2, 0.3]
+belt_speed = [0.2, 0.21]
 damping = [0.0, 300.0, 600.0]
 [methods]
 run = [\"validated\"]
 [validated]
-boxes = 1
+boxes = 2
 proof = \"proof.json\"
 [output]
 path = \"map.h5\"
@@ -209,7 +209,7 @@ fn boxes_of_every_law_are_proved_and_their_certificates_checked() {
         let forged = scratch.run(&["check", "--proof", "forged.json"]);
         assert!(forged.code == 1 && forged.out.contains("tile 1"), "{}{}", forged.out, forged.err);
         // Written by another run: not replaced.
-        run(&scratch, &["job.toml", "--set", "output.path=\"other.h5\"", "--set", "validated.boxes=2"])
+        run(&scratch, &["job.toml", "--set", "output.path=\"other.h5\"", "--set", "validated.boxes=3"])
             .refuses(&["proof.json"]);
     }
 }
