@@ -295,16 +295,6 @@ impl Real for Interval {
         self.square()
     }
 
-    /// Where tanh is 1 up to rounding, 4 e / (1 + e)^2 with e = exp(-2 |x|) is much narrower than 1 - tanh^2.
-    fn tanh_slope(self, tanh: Self) -> Self {
-        let slope = Self::ONE - tanh.square();
-        if self.contains_zero() {
-            return slope;
-        }
-        let e = (Self::of(-2.0) * self.abs()).exp();
-        slope.intersection(Self::of(4.0) * e / (Self::ONE + e).square())
-    }
-
     fn atan(self) -> Self {
         self.increasing(f64::atan)
     }

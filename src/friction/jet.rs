@@ -21,10 +21,6 @@ pub(crate) trait Real:
     fn tanh(self) -> Self;
     fn atan(self) -> Self;
     fn abs(self) -> Self;
-    /// The derivative of tanh, whose value is `tanh`.
-    fn tanh_slope(self, tanh: Self) -> Self {
-        Self::constant(1.0) - tanh * tanh
-    }
     /// A power, with an exponent that is not an integer, of a number >= 0.
     fn power(self, exponent: f64) -> Self;
 
@@ -77,14 +73,6 @@ impl Real for f64 {
     }
     fn tanh(self) -> Self {
         f64::tanh(self)
-    }
-    /// Where tanh is nearly 1, by 4 e / (1 + e)^2 with e = exp(-2 |x|): 1 - tanh^2 would be its rounding.
-    fn tanh_slope(self, tanh: Self) -> Self {
-        if tanh.abs() < 0.9 {
-            return 1.0 - tanh * tanh;
-        }
-        let e = f64::exp(-2.0 * f64::abs(self));
-        4.0 * e / ((1.0 + e) * (1.0 + e))
     }
     fn atan(self) -> Self {
         f64::atan(self)
@@ -169,9 +157,6 @@ impl<const N: usize> Real for Points<N> {
     }
     fn tanh(self) -> Self {
         self.map(f64::tanh)
-    }
-    fn tanh_slope(self, tanh: Self) -> Self {
-        Self(std::array::from_fn(|i| self.0[i].tanh_slope(tanh.0[i])))
     }
     fn atan(self) -> Self {
         self.map(f64::atan)
@@ -348,9 +333,9 @@ impl<T: Real, const N: usize> Real for Jet<T, N> {
 
     fn tanh(self) -> Self {
         // tanh' = 1 - tanh^2.
-        self.integrate(self.0[0].tanh(), |tanh, k| match k {
-            0 => self.0[0].tanh_slope(tanh[0]),
-            _ => -product(tanh, tanh, k),
+        self.integrate(self.0[0].tanh(), |tanh, k| {
+            let one = if k == 0 { T::constant(1.0) } else { T::constant(0.0) };
+            one - product(tanh, tanh, k)
         })
     }
 
