@@ -155,6 +155,7 @@ impl Claim {
             Interval::of(proved.radius) + Interval::of(apart(self.viscous, proved.viscous)),
             |sum, (one, two)| sum + Interval::of(apart(*one, *two)),
         );
+        // What is proved is less than the proved radius by a thousand times this tolerance, see `Tile::prove`.
         let follows = self.slopes.len() == proved.slopes.len() && distance.hi <= self.radius * (1.0 + 1e-9);
         (!follows).then(|| format!("claims a radius of {:e}, and {:e} is proved", self.radius, distance.hi))
     }
