@@ -160,7 +160,7 @@ const WEIGHTS: f64 = 0.7;
 /// Room above the second of two panels.
 const BETWEEN: f64 = TITLE_MARGIN + 4.0;
 
-/// The friction at the slip speeds of the vibration and, where known, the weight of each slip speed in the
+/// The friction at the slip speeds of the vibration and, where known, the weight of its slope there for the
 /// critical damping, in panels of total height `height`.
 pub(super) fn friction(all: &Assessment, height: f64) -> Scene {
     let mut scene = Scene::new(FIGURE, 0.0);
@@ -236,7 +236,7 @@ pub(super) fn friction(all: &Assessment, height: f64) -> Scene {
             scene.rect(rect, Fill::plain(palette::SKY));
         }
         curve_panel.axes(&mut scene, Labels { x: false, y: true });
-        panel.title(&mut scene, &rich("Share of each slip speed in the critical damping, %"));
+        panel.title(&mut scene, &rich("Weight of the friction's slope at each slip speed, %"));
         lowest = panel;
     }
     lowest.axes(&mut scene, Labels { x: true, y: true });
