@@ -111,7 +111,9 @@ fn negative_friction_is_told_with_its_line() {
 fn data_may_leave_open_what_the_machine_does() {
     let exact = machine(FALLS);
     assert!(page(&exact, &[])["regimes_left_open_by_data"].is_null());
-    let scratch = machine(&FALLS.replace('\n', ",0.002\n"));
+    let speeds = [0.0, 0.01, 0.02, 0.035, 0.05, 0.07, 0.1, 0.14, 0.2, 0.28, 0.4, 0.6, 0.8, 1.0];
+    let row = |u: f64| format!("{u},{},0.0005\n", 0.27 + 0.16 * (-u / 0.07).exp() + 0.01 * u);
+    let scratch = machine(&speeds.map(row).concat());
     let at = |damping: f64| {
         let set = format!("damping={damping}");
         let more = ["--set", &set, "--draws", "1000"];

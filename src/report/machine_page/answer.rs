@@ -59,9 +59,12 @@ pub(super) fn uncertainty(all: &Assessment, risk: Option<&Risk>) -> Rich {
             format!("between {low} and {high} %, as {failed} of {} draws have no answer", risk.draws + failed)
         }
     };
-    let probability =
-        rich(" That is for the nominal values. With their spreads it may stick-slip with a probability ")
-            .then(rich(&share));
+    let begins = if all.is_left_open() {
+        " It may"
+    } else {
+        " That is for the nominal values. With their spreads it may"
+    };
+    let probability = rich(begins).then(" stick-slip with a probability ").then(rich(&share));
     let rarest = risk.rare_by.iter().rev().find_map(|rare| Some((rare.probability, rare.damping.as_ref()?)));
     match rarest {
         // Without damping the probability is smaller still.
@@ -84,15 +87,15 @@ fn sticks(all: &Assessment) -> Option<bool> {
 /// standard errors of 171 ± 20 N s/m, below which steady slip is unstable".
 fn undecided(all: &Assessment, place: Rich, LeftOpen { limits, regimes }: &LeftOpen) -> Rich {
     let unit = all.machine.motion.unit(Dimension::Damping);
-    let behaviours = match all.behaviour.regime {
-        Regime::Failed => does_what(all),
+    let mut sentence = match all.behaviour.regime {
+        Regime::Failed => rich(&capital(&does_what(all))).then(" at ").then(place).then(". "),
         _ => {
             let all: Vec<String> = regimes.iter().map(|regime| attracts(*regime)).collect();
-            format!("it {}", all.join("; or it ").replace(",;", ";"))
+            let all = all.join("; or it ").replace(",;", ";");
+            let behaviours = format!(" the data leave open what it does: it {}. ", all.trim_end_matches(','));
+            rich("At ").then(place).then(rich(&behaviours))
         }
     };
-    let behaviours = format!(" the data leave open what it does: {}. ", behaviours.trim_end_matches(','));
-    let mut sentence = rich("At ").then(place).then(rich(&behaviours));
     for (number, (limit, value)) in limits.iter().enumerate() {
         let begins =
             if number == 0 { "The damping lies within two standard errors of " } else { ", and of " };

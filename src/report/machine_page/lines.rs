@@ -7,6 +7,7 @@ use crate::assessment::{Assessment, ErrorsFrom, NeededKick, Undetermined};
 use crate::behaviour::Limit;
 use crate::friction::Table;
 use crate::machine::{Dimension, Friction, Machine, Motion};
+use crate::number::rounded;
 use crate::risk::{Estimate, Risk, Spread, Uncertain, WithError, is_uncertain};
 
 /// A question and its answer.
@@ -22,10 +23,27 @@ pub(super) fn quantity(value: f64, unit: &str) -> Rich {
 /// A number and its standard error: "171 ± 20 N s/m". The number has no digits beyond those of the error.
 pub(super) fn with_error(of: WithError, unit: &str) -> Rich {
     let WithError { value, standard_error } = of;
-    let place = |x: f64| if x == 0.0 { i32::MIN / 4 } else { x.abs().log10().floor() as i32 };
-    let digits = (place(value) - place(standard_error) + 2).clamp(1, 4);
-    let error = Rich::number(standard_error, 2);
-    Rich::number(value, digits as usize).then(" ± ").then(error).with_unit(unit)
+    // Digits before the point are rounded, too: 530 ± 100, not 528 ± 102.
+    let number = |x: f64, digits: usize| Rich::number(rounded(x, digits).parse().unwrap_or(x), 4);
+    number(value, digits_within(of)).then(" ± ").then(number(standard_error, 2)).with_unit(unit)
+}
+
+/// Number of digits of a value up to the second digit of its error, at most four.
+fn digits_within(WithError { value, standard_error }: WithError) -> usize {
+    if standard_error == 0.0 {
+        return 4;
+    }
+    let place = |x: f64| x.abs().log10().floor() as i32;
+    (place(value).max(place(standard_error) - 1) - place(standard_error) + 2).clamp(1, 4) as usize
+}
+
+/// Numbers of digits of what depends on the slope of the friction and on its mean over the motion in a way that
+/// is not known: those of the damping below which steady slip is unstable, and of the critical damping.
+fn digits_of_data(all: &Assessment) -> [usize; 2] {
+    let errors = all.standard_errors;
+    let limits =
+        [errors.map(|errors| errors.hopf_damping), errors.and_then(|errors| errors.critical_damping)];
+    limits.map(|limit| limit.map_or(4, |limit| digits_within(limit).max(2)))
 }
 
 /// A limit of the damping, with its standard error where that is known.
@@ -157,10 +175,10 @@ fn table_in_words(table: &Table) -> Rich {
 fn limits(all: &Assessment) -> Vec<Line> {
     let (machine, does) = (&all.machine, &all.behaviour);
     let unit = |dimension| machine.motion.unit(dimension);
-    let of = |value: f64, dimension: Dimension| quantity(value, unit(dimension));
     use Dimension::{Damping, Velocity};
     let speed = machine.motion.words("belt_speed");
-    let of_damping = |damping: f64| damping_limit(all, damping, 4);
+    let [of_slope, of_mean] = digits_of_data(all);
+    let of_damping = |damping: f64| damping_limit(all, damping, of_slope);
     let errors = all.standard_errors;
     let none = |limit: Option<WithError>| match limit {
         // Errors that may make it positive.
@@ -180,23 +198,32 @@ fn limits(all: &Assessment) -> Vec<Line> {
         _ if does.critical_damping_is_known => none(errors.and_then(|errors| errors.critical_damping)),
         _ => rich("not determined"),
     };
-    let below = |limit: Limit, none: &str, dimension: Dimension| match limit {
-        Limit::Below(value) if dimension == Damping => of_damping(value),
-        Limit::Below(value) => of(value, dimension),
-        Limit::AtLeast(value) => rich("at least ").then(of(value, dimension)),
-        Limit::NoneUpTo(value) => rich(none).then(of(value, dimension)),
-        Limit::NotDetermined => rich("not determined"),
+    let below = |limit: Limit, none: &str, dimension: Dimension, digits: usize| {
+        let of = |value: f64| Rich::number(value, digits).with_unit(unit(dimension));
+        match limit {
+            Limit::Below(value) if dimension == Damping => of_damping(value),
+            Limit::Below(value) => of(value),
+            Limit::AtLeast(value) => rich("at least ").then(of(value)),
+            Limit::NoneUpTo(value) => rich(none).then(of(value)),
+            Limit::NotDetermined => rich("not determined"),
+        }
     };
     // The search for these begins with the smallest values.
     const NOT_EVEN: &str = "none: not even at ";
     let mut limits = regime_lines(all);
     limits.extend([
-        line(&format!("always stick-slips below {speed}"), below(all.always_below_speed, NOT_EVEN, Velocity)),
+        line(
+            &format!("always stick-slips below {speed}"),
+            below(all.always_below_speed, NOT_EVEN, Velocity, of_slope),
+        ),
         line(
             &format!("may stick-slip below {speed}"),
-            below(does.critical_belt_speed, "none up to ", Velocity),
+            below(does.critical_belt_speed, "none up to ", Velocity, of_mean),
         ),
-        line("always stick-slips below damping", below(all.always_below_damping, NOT_EVEN, Damping)),
+        line(
+            "always stick-slips below damping",
+            below(all.always_below_damping, NOT_EVEN, Damping, of_slope),
+        ),
         line("may stick-slip below damping", critical),
         line(
             "steady slip is unstable below damping",
@@ -223,7 +250,7 @@ fn limits(all: &Assessment) -> Vec<Line> {
         limits.push(line("after ±", Rich::foreign(&words)));
     }
     if let Some(margin) = all.safety_margin() {
-        limits.push(line("damping over critical damping", quantity(margin, "")));
+        limits.push(line("damping over critical damping", Rich::number(margin, of_mean)));
     }
     limits
 }
@@ -237,11 +264,14 @@ fn not_determined(all: &Assessment) -> Rich {
 /// Frequencies, times, amplitudes and kicks at the working point.
 fn motion(all: &Assessment) -> Vec<Line> {
     let does = &all.behaviour;
-    let of = |value: f64, dimension: Dimension| quantity(value, all.machine.motion.unit(dimension));
+    let [_, digits] = digits_of_data(all);
+    let of = |value: f64, dimension: Dimension| {
+        Rich::number(value, digits).with_unit(all.machine.motion.unit(dimension))
+    };
     use Dimension::{Length, Time, Velocity};
     let mut motion = vec![line("undamped natural frequency", quantity(does.natural_frequency, "Hz"))];
     if let Some(period) = all.period {
-        let frequency = rich(" (").then(quantity(1.0 / period, "Hz")).then(")");
+        let frequency = rich(" (").then(Rich::number(1.0 / period, digits)).then(" Hz)");
         motion.push(line("period of the vibration", of(period, Time).then(frequency)));
     }
     if let Some([slip, stick]) = does.slip_and_stick_time {
@@ -259,7 +289,7 @@ fn motion(all: &Assessment) -> Vec<Line> {
     };
     let kick = |value: Rich| line("kick that starts it", value);
     motion.push(match all.needed_kick() {
-        NeededKick::Kick(_) if all.left_open().is_some_and(|open| !open.limits.is_empty()) => {
+        _ if all.is_left_open() => {
             kick(rich("the data leave open whether one is needed, and how large it is"))
         }
         NeededKick::Kick(kick) => {
@@ -331,12 +361,9 @@ pub(super) fn regime_lines(all: &Assessment) -> Vec<Line> {
     const NAME: &str = "regime at the working point";
     let Some(Undetermined { sticks, is_stable, reasons }) = &all.undetermined else {
         let words = rich(&palette::regime(all.behaviour.regime).words);
-        return match all.left_open() {
-            Some(open) if !open.limits.is_empty() => {
-                vec![(rich(NAME), words.then(" by the curve through the data, which leave it open"))]
-            }
-            _ => vec![(rich(NAME), words)],
-        };
+        let open =
+            if all.is_left_open() { " by the curve through the data, which leave it open" } else { "" };
+        return vec![(rich(NAME), words.then(open))];
     };
     let stick_slip = match sticks {
         Some(true) => "the stick-slip cycle attracts, ",
