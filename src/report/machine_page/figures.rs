@@ -123,10 +123,10 @@ pub(super) fn regimes(all: &Assessment, height: f64) -> Scene {
     let rect = Rect { x: left, y: TITLE_MARGIN, w: FIGURE - left - RIGHT_MARGIN, h: height };
     let panel = Panel { rect, x, y };
     let of_curve = match machine.friction {
-        Friction::Measured(_) => " by the curve through the data",
+        Friction::Measured(_) => " of the curve through the data",
         Friction::Coefficients(..) | Friction::Formula(..) => "",
     };
-    panel.title(&mut scene, &Rich::foreign(&format!("Regimes{of_curve}; diamond: the working point")));
+    panel.title(&mut scene, &Rich::foreign(&format!("Regimes{of_curve}; diamond: working point")));
     let mut legend = Legend::default();
     let Some(Model { law, point, .. }) = machine.model() else { return scene };
     let mut axes = vec![vec![1.0]];
