@@ -6,7 +6,7 @@ mod data_errors;
 use crate::behaviour::{Behaviour, Limit, behaviour, belt_speeds, last_between};
 use crate::certify::{Guarantee, TESTS, validated};
 use crate::filippov::Oscillator;
-use crate::friction::{Column, Law};
+use crate::friction::Law;
 use crate::machine::{Dimension, Friction, Machine, Model};
 use crate::map::{self, LongRun, Regime, Verdict};
 use crate::number::{rounded, short};
@@ -14,7 +14,7 @@ use crate::point::Point;
 use crate::simulate::backbone::Backbone;
 use crate::simulate::crossing::crossing_cycles;
 use crate::simulate::slip_count::{count_slip_cycles, proves_absence};
-use crate::simulate::slip_cycle::{BACKBONE_TOLERANCE, Kick, slip_cycles};
+use crate::simulate::slip_cycle::{Kick, slip_cycles};
 use crate::simulate::{Fate, Flow, critical_damping, flow, sensitivity};
 pub(crate) use data_errors::{DampingLimit, ErrorsFrom, LeftOpen, StandardErrors};
 
@@ -171,12 +171,16 @@ fn always_below_damping(of: impl Fn(f64) -> Regime, hopf: f64, critical: f64) ->
 
 /// The damping c above which steady slip is the only attractor: the largest of the backbone, on which every
 /// slip cycle and the grazing orbit lie.
-fn vibrates_below_damping(column: &Column, regime: impl Fn(f64) -> Regime, critical: f64) -> Option<f64> {
-    let backbone = Backbone::of(column, BACKBONE_TOLERANCE).ok()?;
-    let turns = backbone.turning_points().iter().map(|turn| turn.viscous / column.epsilon);
+fn vibrates_below_damping(
+    backbone: &Backbone,
+    epsilon: f64,
+    critical: f64,
+    regime: impl Fn(f64) -> Regime,
+) -> Option<f64> {
+    let turns = backbone.turning_points().iter().map(|turn| turn.viscous / epsilon);
     let most = turns.fold(0.0, f64::max);
     // The backbone of a steep table may be less accurate than the critical damping.
-    let is_critical = (most - critical).abs() <= backbone.error / column.epsilon;
+    let is_critical = (most - critical).abs() <= backbone.error / epsilon;
     let most = if is_critical { critical } else { most };
     // Cycles that cross the belt line are not on the backbone, so the regime is computed beyond it.
     (regime(most * (1.0 + BEYOND)) == Regime::Equilibrium).then_some(most)
@@ -275,7 +279,9 @@ pub(crate) fn assess(machine: &Machine) -> Option<Assessment> {
     if undecided && proves_absence(&oscillator, &count_slip_cycles(&oscillator)) {
         proofs.push(Proof { test: "number_of_slip_cycles", verdict: "absent" });
     }
-    let vibrates_below = vibrates_below_damping(&column, regime, critical);
+    let backbone = attractors.backbone();
+    let vibrates_below =
+        backbone.and_then(|backbone| vibrates_below_damping(backbone, column.epsilon, critical, regime));
     let has_kick = basin.is_some()
         || matches!(
             behaviour.regime,
@@ -294,7 +300,7 @@ pub(crate) fn assess(machine: &Machine) -> Option<Assessment> {
         hopf_damping: hopf / point.epsilon * units.damping,
         vibrates_below_damping: vibrates_below.map(|damping| damping * units.damping),
         slip_cycles_unknown,
-        standard_errors: StandardErrors::of(machine, basin.as_ref()),
+        standard_errors: StandardErrors::of(machine, basin.as_ref().zip(backbone)),
         undetermined: (behaviour.regime == Regime::Failed)
             .then(|| undetermined(&oscillator, &flow, beyond_data(machine, &behaviour))),
         period: cycle.map(|cycle| cycle.period * units.time),

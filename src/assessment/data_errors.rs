@@ -38,7 +38,8 @@ pub(crate) struct StandardErrors {
 
 impl StandardErrors {
     /// The standard errors of a machine; `None` for friction of which no errors are known.
-    pub(super) fn of(machine: &Machine, basin: Option<&BasinBoundary>) -> Option<Self> {
+    /// `kick` is the boundary that a kick leads to, if there is one, and the backbone.
+    pub(super) fn of(machine: &Machine, kick: Option<(&BasinBoundary, &Backbone)>) -> Option<Self> {
         let (machine, from) = with_errors(machine)?;
         let model = machine.model()?;
         let Model { point, si, .. } = &model;
@@ -49,7 +50,7 @@ impl StandardErrors {
             value: column.curve.weakening(point.belt_speed) * per_rate,
             standard_error: column.curve.table()?.standard_error_of_weakening(column.belt_speed)? * per_rate,
         };
-        let kick = basin.and_then(|basin| error_of_kick(&column, point.damping, basin));
+        let kick = kick.and_then(|(basin, backbone)| error_of_kick(&column, point.damping, basin, backbone));
         Some(Self { from, critical_damping: uncertain_critical_damping(&model), hopf_damping: hopf, kick })
     }
 }
@@ -69,10 +70,9 @@ fn with_errors(machine: &Machine) -> Option<(Machine, ErrorsFrom)> {
 /// The relative standard error of the amplitude of the slip cycle that the kick leads to. The cycle lies where
 /// the backbone takes the value of the damping, so that an error of the backbone there, divided by its slope, is
 /// one of the amplitude.
-fn error_of_kick(column: &Column, damping: f64, basin: &BasinBoundary) -> Option<f64> {
+fn error_of_kick(column: &Column, damping: f64, basin: &BasinBoundary, backbone: &Backbone) -> Option<f64> {
     let radius = basin.cycle.velocity.hi;
     let error = column.epsilon * standard_error_of_closing(column, damping, radius)?;
-    let backbone = Backbone::of(column, super::BACKBONE_TOLERANCE).ok()?;
     let [below, above] = [1.0 - STEP, 1.0 + STEP].map(|factor| backbone.viscous(radius * factor));
     let relative = error * 2.0 * STEP / (above - below).abs();
     relative.is_finite().then_some(relative)

@@ -170,6 +170,11 @@ impl<'a> Behaviour<'a> {
         if self.coarse.borrow().last().is_some_and(Result::is_err) {
             return None;
         }
+        self.backbone()
+    }
+
+    /// The backbone of full accuracy; `None` where an orbit fails.
+    pub(crate) fn backbone(&self) -> Option<&Backbone> {
         let make = || Backbone::of_curve(self.curve, self.belt_speed, BACKBONE_TOLERANCE);
         self.fine.get_or_init(make).as_ref().ok()
     }
