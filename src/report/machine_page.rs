@@ -321,7 +321,7 @@ mod tests {
         let table = Table::new("a rig", &data, 0.4).unwrap();
         let errors = table.with_standard_errors(&[0.001, 0.004, 0.008, 0.002]).unwrap();
         for (table, words) in [
-            (table, "a rig, 4 rows\n"),
+            (table, "a rig, 4 rows without standard errors\n"),
             (errors, "a rig, 4 rows, standard errors (third column) 0.001 to 0.008\n"),
         ] {
             let friction = Friction::Measured(table);
@@ -416,14 +416,14 @@ mod tests {
         };
         let text = words(&all);
         assert!(
-            text.contains("normal force: 1 N\ncoefficient of friction: a rig, 4 rows\nat rest: 0.4\n"),
+            text.contains("normal force: 1 N\ncoefficient of friction: a rig, 4 rows without standard errors\nat rest: 0.4\n"),
             "{text}"
         );
         all.machine.normal_force_is_known = false;
         let text = words(&all);
         assert!(
             !text.contains("normal force: ")
-                && text.contains("friction force: a rig, 4 rows\nat rest: 0.4 N\n"),
+                && text.contains("friction force: a rig, 4 rows without standard errors\nat rest: 0.4 N\n"),
             "{text}"
         );
     }

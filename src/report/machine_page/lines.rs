@@ -149,8 +149,8 @@ fn given_friction(machine: &Machine, uncertain: &[Uncertain]) -> Vec<Line> {
     }
 }
 
-/// "pad.csv, 11 rows, standard errors (third column) 0.001 to 0.008", "pad.csv, 33 rows averaged at 11 slip
-/// speeds, standard errors (by their scatter) 0.002".
+/// "pad.csv, 11 rows without standard errors", "pad.csv, 11 rows, standard errors (third column) 0.001 to
+/// 0.008", "pad.csv, 33 rows averaged at 11 slip speeds, standard errors (by their scatter) 0.002".
 fn table_in_words(table: &Table) -> Rich {
     let (rows, readings) = (table.data().count(), table.readings());
     let averaged = readings > rows;
@@ -160,7 +160,7 @@ fn table_in_words(table: &Table) -> Rich {
         format!("{rows} rows")
     };
     let text = Rich::foreign(&format!("{}, {count}", table.origin()));
-    let Some(errors) = table.standard_errors() else { return text };
+    let Some(errors) = table.standard_errors() else { return text.then(" without standard errors") };
     let [least, most] = [f64::min, f64::max].map(|of| errors.iter().copied().reduce(of).unwrap_or(0.0));
     let range = if least < most {
         Rich::number(least, 2).then(" to ").then(Rich::number(most, 2))
