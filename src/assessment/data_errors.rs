@@ -1,5 +1,5 @@
-//! What the errors of measured friction do to the answers: the standard errors of the limits, and the behaviours
-//! between which the data cannot decide.
+//! What the errors of measured friction do to the answers: the standard errors of the limits, and the
+//! behaviours between which the data cannot decide.
 
 use super::{Assessment, SAME};
 use crate::friction::Column;
@@ -67,9 +67,9 @@ fn with_errors(machine: &Machine) -> Option<(Machine, ErrorsFrom)> {
     Some((Machine { friction, ..machine.clone() }, ErrorsFrom::Scatter))
 }
 
-/// The relative standard error of the amplitude of the slip cycle that the kick leads to. The cycle lies where
-/// the backbone takes the value of the damping, so that an error of the backbone there, divided by its slope, is
-/// one of the amplitude.
+/// The relative standard error of the amplitude of the slip cycle that the kick leads to. The cycle lies
+/// where the backbone takes the value of the damping, so that an error of the backbone there, divided by its
+/// slope, is one of the amplitude.
 fn error_of_kick(column: &Column, damping: f64, basin: &BasinBoundary, backbone: &Backbone) -> Option<f64> {
     let radius = basin.cycle.velocity.hi;
     let error = column.epsilon * standard_error_of_closing(column, damping, radius)?;
@@ -126,9 +126,9 @@ impl Assessment {
     }
 }
 
-/// The regimes that are possible if these limits are open: the one found, first, and those on their other sides.
-/// A slip cycle attracts where nothing else does. One that attracts beside others may be made by the errors: its
-/// own limits lie between these two.
+/// The regimes that are possible if these limits are open: the one found, first, and those on their other
+/// sides. A slip cycle attracts where nothing else does. One that attracts beside others may be made by the
+/// errors: its own limits lie between these two.
 fn possible(found: Regime, hopf: bool, critical: bool) -> Vec<Regime> {
     let mut regimes = vec![found];
     if found == Regime::Failed || !(hopf || critical) {

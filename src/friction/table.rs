@@ -145,7 +145,7 @@ impl Table {
         })))
     }
 
-    /// The same table with the line of each datum in its file, and the number of readings there, for messages.
+    /// The same table with the line of each datum in its file, and the number of readings there.
     pub(crate) fn with_rows(&self, lines: &[usize], readings: usize) -> Self {
         Self(Arc::new(Cubics { lines: lines.to_vec(), readings, ..Cubics::clone(&self.0) }))
     }
@@ -261,8 +261,8 @@ impl Table {
         steps.windows(2).filter(|steps| steps[0] * steps[1] < 0.0).count()
     }
 
-    /// The standard deviation of the friction about the straight line through the rows before and after, which
-    /// is that of independent errors where the curve hardly bends between rows (Gasser, Sroka and
+    /// The standard deviation of the friction about the straight line through the rows before and after,
+    /// which is that of independent errors where the curve hardly bends between rows (Gasser, Sroka and
     /// Jennen-Steinmetz, Biometrika 73, 1986). In the units of the friction.
     pub(crate) fn scatter(&self) -> f64 {
         let Cubics { u, friction, .. } = &*self.0;

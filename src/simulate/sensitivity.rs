@@ -163,8 +163,8 @@ fn at(column: &Column, critical: CriticalDamping) -> Result<Sensitivity, NoSensi
     })
 }
 
-/// The standard error of the damping c at which the orbit of amplitude `radius`, the largest x2 on it, closes;
-/// it closes at `c`. To first order in the standard errors of the table's data, at a fixed unit of friction;
+/// The standard error of the damping at which the orbit of amplitude `radius`, the largest x2 on it, closes,
+/// which is `c`. To first order in the standard errors of the table's data, at a fixed unit of friction;
 /// `None` without them, and where the orbit cannot be followed.
 pub(crate) fn standard_error_of_closing(column: &Column, c: f64, radius: f64) -> Option<f64> {
     let errors = column.curve.table()?.standard_errors()?;

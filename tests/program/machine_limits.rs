@@ -105,8 +105,8 @@ fn negative_friction_is_told_with_its_line() {
     }
 }
 
-/// Within two standard errors of a limit the page names the behaviours that are possible, in place of one, and
-/// gives no digits of a kick.
+/// Within two standard errors of a limit the page names the behaviours that are possible, in place of one,
+/// and gives no digits of a kick.
 #[test]
 fn data_may_leave_open_what_the_machine_does() {
     let exact = machine(FALLS);

@@ -37,8 +37,8 @@ fn digits_within(WithError { value, standard_error }: WithError) -> usize {
     (place(value).max(place(standard_error) - 1) - place(standard_error) + 2).clamp(1, 4) as usize
 }
 
-/// Numbers of digits of what depends on the slope of the friction and on its mean over the motion in a way that
-/// is not known: those of the damping below which steady slip is unstable, and of the critical damping.
+/// Numbers of digits of what depends on the slope of the friction and on its mean over the motion in a way
+/// that is not known: those of the damping below which steady slip is unstable, and of the critical damping.
 fn digits_of_data(all: &Assessment) -> [usize; 2] {
     let errors = all.standard_errors;
     let limits =
