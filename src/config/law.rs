@@ -146,6 +146,10 @@ pub fn point_into(text: &str, error: &ExpressionError) -> String {
     format!("{}\n    {before}{quoted}{after}\n    {indent}{}", error.problem, "^".repeat(to - error.from))
 }
 
+/// Largest ratio of two readings at rest that are averaged. While it sticks, the friction is what the spring
+/// pulls: a record of that is no friction law.
+const WIDEST_AT_REST: f64 = 2.0;
+
 /// Largest size in bytes of the file of a measured law.
 const LONGEST_TABLE: u64 = 16 << 20;
 
@@ -273,6 +277,13 @@ pub(crate) fn table_of_text(
     }
     let read = data.len();
     if errors.is_empty() {
+        let at_rest = || data.iter().take_while(|(u, _)| *u == 0.0).map(|(_, friction)| *friction);
+        let [least, most] = [f64::min, f64::max].map(|of| at_rest().reduce(of).unwrap_or(0.0));
+        if least < most && most > WIDEST_AT_REST * least {
+            let line = lines.first().map_or(1, |line| *line);
+            let problem = format!("{name}:{line}: the friction at slip speed 0 goes from {least} to {most}");
+            return fail(problem, "write the one at which it breaks loose, in one row");
+        }
         if let Some(means) = means(&data) {
             lines = means.first.into_iter().map(|row| lines[row]).collect();
             (data, errors) = (means.data, means.standard_errors.unwrap_or_default());

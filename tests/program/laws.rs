@@ -252,6 +252,12 @@ fn rows_of_one_slip_speed_are_averaged() {
         "the row before",
         "average the rows of one slip speed into one",
     ]);
+    // The force of the spring while it sticks.
+    probe("# a ramp\n0,0.2\n0,0.6\n0,1\n0.1,0.9\n0.5,0.8\n").refuses(&[
+        "pad.csv:2",
+        "slip speed 0 goes from 0.2 to 1",
+        "breaks loose",
+    ]);
     probe("0,1\n0.1,0.9\n0.5,0.8\n0.1,0.91\n").refuses(&["pad.csv:4", "0.1 follows 0.5", "sort the rows"]);
 }
 
