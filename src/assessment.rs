@@ -63,7 +63,7 @@ pub(crate) struct Undetermined {
 /// Standard errors, N s/m, that follow from the standard errors of the data of measured friction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct StandardErrors {
-    /// Of the critical damping, to first order; `None` where it has no derivatives.
+    /// Of the critical damping; `None` where it has no derivatives.
     pub(crate) critical_damping: Option<f64>,
     pub(crate) hopf_damping: f64,
 }

@@ -31,7 +31,7 @@ use super::work::Work;
 use super::{CriticalDamping, Failure, NoCriticalDamping, critical_damping};
 use crate::filippov::{Oscillator, Side};
 use crate::friction::jet::Jet;
-use crate::friction::{Column, Law, Table};
+use crate::friction::{Column, Law};
 
 /// Error of the critical damping, in units of the divergence.
 const CRITICAL: f64 = 1e-13;
@@ -65,8 +65,11 @@ pub struct Sensitivity {
     /// the unit of friction held fixed; empty for other laws.
     pub by_data: Vec<Estimate>,
     /// The standard error of c* by the independent standard errors of a table's data, the first of which is
-    /// the unit of friction; `None` where the law has none.
+    /// the unit of friction; `None` where the law has none. To first order in the change of the weakening
+    /// rate, which itself is that of random data.
     pub standard_error: Option<Estimate>,
+    /// The same with the unit of friction held fixed.
+    pub(crate) standard_error_in_fixed_unit: Option<Estimate>,
 }
 
 impl Sensitivity {
@@ -139,19 +142,11 @@ fn at(column: &Column, critical: CriticalDamping) -> Result<Sensitivity, NoSensi
     };
     let by_data = estimates(&fine.by_data, &coarse.by_data);
     let estimates = estimates(&fine.by_parameters, &coarse.by_parameters);
-    let standard_error = column.curve.table().and_then(Table::standard_errors).map(|errors| {
-        let total = |means: &Means| {
-            let unit = std::iter::once(means.by_unit.value).chain(std::iter::repeat(0.0));
-            let moved = means
-                .by_data
-                .iter()
-                .zip(unit)
-                .zip(errors)
-                .map(|((by, unit), error)| (by.value + unit) * error);
-            moved.map(|moved| moved * moved).sum::<f64>().sqrt()
-        };
-        let (value, coarse) = (total(&fine), total(&coarse));
-        Estimate { value, error: (value - coarse).abs() + ROUND_OFF * value }
+    let standard_errors = fine.standard_errors.zip(coarse.standard_errors).map(|(fine, coarse)| {
+        [0, 1].map(|unit| {
+            let ((value, sampling), (coarse, _)) = (fine[unit], coarse[unit]);
+            Estimate { value, error: (value - coarse).abs() + sampling + ROUND_OFF * value }
+        })
     });
     Ok(Sensitivity {
         critical,
@@ -159,7 +154,8 @@ fn at(column: &Column, critical: CriticalDamping) -> Result<Sensitivity, NoSensi
         by_belt_speed: estimates[1],
         by_parameters: estimates[2..].to_vec(),
         by_data,
-        standard_error,
+        standard_error_in_fixed_unit: standard_errors.map(|[fixed, _]| fixed),
+        standard_error: standard_errors.map(|[_, moved]| moved),
     })
 }
 
@@ -276,7 +272,8 @@ struct Means {
     by_parameters: Vec<Term>,
     /// Derivatives by a table's data, with the unit of friction held fixed.
     by_data: Vec<Term>,
-    by_unit: Term,
+    /// Standard errors with their sampling errors, with the unit of friction held fixed and moved.
+    standard_errors: Option<[(f64, f64); 2]>,
 }
 
 fn means(column: &Column, c: f64, orbit: &[Sample]) -> Means {
@@ -286,7 +283,6 @@ fn means(column: &Column, c: f64, orbit: &[Sample]) -> Means {
     terms[0].add(-c);
     let measured = curve.table().and_then(|table| Some((table, table.standard_errors()?.len())));
     let mut data = vec![Term::default(); measured.map_or(0, |(_, data)| data)];
-    let mut unit = Term::default();
     for &Sample { slip, weight } in orbit {
         let gradient = curve.weakening_gradient(slip);
         let by_parameters = gradient.parameters.as_slice();
@@ -306,9 +302,14 @@ fn means(column: &Column, c: f64, orbit: &[Sample]) -> Means {
             for (sum, by) in data[first..].iter_mut().zip(by_data) {
                 sum.add(weight * by);
             }
-            unit.add(-weight * curve.weakening(slip) / table.static_level());
         }
     }
+    let standard_errors = measured.and_then(|(table, _)| {
+        let points: Vec<(f64, f64)> = orbit.iter().map(|&Sample { slip, weight }| (slip, weight)).collect();
+        let by_data: Vec<f64> = data.iter().map(|by| by.value).collect();
+        let found = table.standard_errors_of_sum(&points, &by_data)?;
+        Some(found.map(|(value, error)| (value / epsilon, error / epsilon)))
+    });
     let over = |terms: Vec<Term>| terms.into_iter().map(|term| term.over(*epsilon)).collect();
-    Means { by_parameters: over(terms), by_data: over(data), by_unit: unit.over(*epsilon) }
+    Means { by_parameters: over(terms), by_data: over(data), standard_errors }
 }
