@@ -1,20 +1,22 @@
 //! The engineer's assessment of a machine at its working point, in SI units: the speeds and dampings at which
 //! it stick-slips or may stick-slip, the motion, the sensitivities, and the verdicts of rigorous tests.
 
+mod data_errors;
+
 use crate::behaviour::{Behaviour, Limit, behaviour, belt_speeds, last_between};
 use crate::certify::{Guarantee, TESTS, validated};
 use crate::filippov::Oscillator;
-use crate::friction::{Column, Law};
+use crate::friction::Law;
 use crate::machine::{Dimension, Friction, Machine, Model};
 use crate::map::{self, LongRun, Regime, Verdict};
 use crate::number::{rounded, short};
 use crate::point::Point;
-use crate::risk;
 use crate::simulate::backbone::Backbone;
 use crate::simulate::crossing::crossing_cycles;
 use crate::simulate::slip_count::{count_slip_cycles, proves_absence};
-use crate::simulate::slip_cycle::{BACKBONE_TOLERANCE, Kick, slip_cycles};
+use crate::simulate::slip_cycle::{Kick, slip_cycles};
 use crate::simulate::{Fate, Flow, critical_damping, flow, sensitivity};
+pub(crate) use data_errors::{DampingLimit, ErrorsFrom, LeftOpen, StandardErrors};
 
 /// Tolerance of the scaled grazing margin.
 const TOLERANCE: f64 = 1e-9;
@@ -60,14 +62,6 @@ pub(crate) struct Undetermined {
     pub(crate) reasons: Vec<String>,
 }
 
-/// Standard errors, N s/m, that follow from the standard errors of the data of measured friction.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct StandardErrors {
-    /// Of the critical damping; `None` where it has no derivatives.
-    pub(crate) critical_damping: Option<f64>,
-    pub(crate) hopf_damping: f64,
-}
-
 /// The assessment. Speeds are in m/s, dampings in N s/m, lengths in m, times in s; for a rotation rad
 /// replaces m and N m replaces N.
 #[derive(Clone, Debug, PartialEq)]
@@ -85,7 +79,7 @@ pub(crate) struct Assessment {
     /// Least damping above which steady slip is the only attractor, at the working speed: the largest of the
     /// Hopf damping, the critical damping and the dampings of folds, or zero. `None` where it is unknown.
     pub(crate) vibrates_below_damping: Option<f64>,
-    /// Standard errors of dampings; `None` for friction without standard errors.
+    /// Standard errors that follow from those of the data; `None` where none are known.
     pub(crate) standard_errors: Option<StandardErrors>,
     /// Reason why slip cycles are unknown where the regime is known but not all that depends on them.
     pub(crate) slip_cycles_unknown: Option<String>,
@@ -139,18 +133,6 @@ impl Assessment {
 /// Relative distance up to which two limits are taken as equal.
 const SAME: f64 = 1e-6;
 
-impl Assessment {
-    /// The standard error of a limit of the damping; `None` unless it is the critical or the Hopf damping.
-    pub(crate) fn standard_error_of(&self, damping: f64) -> Option<f64> {
-        let errors = self.standard_errors?;
-        let is = |limit: f64| (damping - limit).abs() <= SAME * limit.abs();
-        match self.behaviour.critical_damping {
-            Some(critical) if is(critical) => errors.critical_damping,
-            _ => is(self.hopf_damping).then_some(errors.hopf_damping),
-        }
-    }
-}
-
 /// Relative distance below a known upper limit at which the regime is computed.
 const NEAR: f64 = 1e-6;
 
@@ -175,8 +157,7 @@ fn end(low: f64, high: f64, regime: impl Fn(f64) -> Regime) -> Limit {
 /// The damping c below which the stick-slip cycle is the only attractor. This requires that steady slip is
 /// unstable, that the orbit from the exit point returns, and that no slip cycle exists: eps c lies below the
 /// whole backbone. So these dampings are an interval from 0, provided that there are no crossing cycles at 0.
-fn always_below_damping(law: &Law, point: &Point, hopf: f64, critical: f64) -> Limit {
-    let of = |damping: f64| regime_at(law, &Point { damping, ..*point });
+fn always_below_damping(of: impl Fn(f64) -> Regime, hopf: f64, critical: f64) -> Limit {
     let high = hopf.min(critical);
     if high <= 0.0 {
         return Limit::NoneUpTo(0.0);
@@ -190,22 +171,19 @@ fn always_below_damping(law: &Law, point: &Point, hopf: f64, critical: f64) -> L
 
 /// The damping c above which steady slip is the only attractor: the largest of the backbone, on which every
 /// slip cycle and the grazing orbit lie.
-fn vibrates_below_damping(law: &Law, point: &Point, critical: f64) -> Option<f64> {
-    let column = law.column(point);
-    let backbone = Backbone::of(&column, BACKBONE_TOLERANCE).ok()?;
-    let turns = backbone.turning_points().iter().map(|turn| turn.viscous / column.epsilon);
+fn vibrates_below_damping(
+    backbone: &Backbone,
+    epsilon: f64,
+    critical: f64,
+    regime: impl Fn(f64) -> Regime,
+) -> Option<f64> {
+    let turns = backbone.turning_points().iter().map(|turn| turn.viscous / epsilon);
     let most = turns.fold(0.0, f64::max);
     // The backbone of a steep table may be less accurate than the critical damping.
-    let is_critical = (most - critical).abs() <= backbone.error / column.epsilon;
+    let is_critical = (most - critical).abs() <= backbone.error / epsilon;
     let most = if is_critical { critical } else { most };
     // Cycles that cross the belt line are not on the backbone, so the regime is computed beyond it.
-    let damping = most * (1.0 + BEYOND);
-    (regime_at(law, &Point { damping, ..*point }) == Regime::Equilibrium).then_some(most)
-}
-
-/// The standard error of eps c at the Hopf bifurcation, which is the weakening rate at the belt speed.
-fn standard_error_of_hopf(column: &Column) -> Option<f64> {
-    column.curve.table()?.standard_error_of_weakening(column.belt_speed)
+    (regime(most * (1.0 + BEYOND)) == Regime::Equilibrium).then_some(most)
 }
 
 /// The reason why the orbit of measured friction fails: the data end. States how far they should reach.
@@ -283,7 +261,13 @@ pub(crate) fn assess(machine: &Machine) -> Option<Assessment> {
     let flow = flow(&oscillator, TOLERANCE);
     let hopf = column.curve.weakening(point.belt_speed);
     let critical = behaviour.critical_damping.map_or(f64::INFINITY, |damping| damping / units.damping);
-    let LongRun { cycle, basin, .. } = map::long_run(&oscillator, &flow, TOLERANCE);
+    // One backbone serves all dampings.
+    let attractors = map::Behaviour::new(&column.curve, column.belt_speed);
+    let LongRun { cycle, basin, .. } = attractors.long_run(&oscillator, &flow, TOLERANCE);
+    let regime = |damping: f64| {
+        let oscillator = Oscillator::in_column(&column, damping);
+        attractors.regime_of(&oscillator, &crate::simulate::flow(&oscillator, TOLERANCE))
+    };
     let theorems = TESTS.iter().filter(|test| test.guarantee != Guarantee::Asymptotic);
     let proofs = theorems.chain([&validated::TEST]).map(|test| Proof {
         test: test.name,
@@ -295,7 +279,9 @@ pub(crate) fn assess(machine: &Machine) -> Option<Assessment> {
     if undecided && proves_absence(&oscillator, &count_slip_cycles(&oscillator)) {
         proofs.push(Proof { test: "number_of_slip_cycles", verdict: "absent" });
     }
-    let vibrates_below = vibrates_below_damping(law, point, critical);
+    let backbone = attractors.backbone();
+    let vibrates_below =
+        backbone.and_then(|backbone| vibrates_below_damping(backbone, column.epsilon, critical, regime));
     let has_kick = basin.is_some()
         || matches!(
             behaviour.regime,
@@ -309,15 +295,12 @@ pub(crate) fn assess(machine: &Machine) -> Option<Assessment> {
     Some(Assessment {
         machine: machine.clone(),
         always_below_speed: always_below_speed(law, point).times(units.velocity),
-        always_below_damping: always_below_damping(law, point, hopf / point.epsilon, critical)
+        always_below_damping: always_below_damping(regime, hopf / point.epsilon, critical)
             .times(units.damping),
         hopf_damping: hopf / point.epsilon * units.damping,
         vibrates_below_damping: vibrates_below.map(|damping| damping * units.damping),
         slip_cycles_unknown,
-        standard_errors: standard_error_of_hopf(&column).map(|hopf| StandardErrors {
-            critical_damping: risk::standard_error(&model),
-            hopf_damping: hopf / point.epsilon * units.damping,
-        }),
+        standard_errors: StandardErrors::of(machine, basin.as_ref().zip(backbone)),
         undetermined: (behaviour.regime == Regime::Failed)
             .then(|| undetermined(&oscillator, &flow, beyond_data(machine, &behaviour))),
         period: cycle.map(|cycle| cycle.period * units.time),

@@ -18,8 +18,8 @@ use rayon::prelude::*;
 
 use crate::machine::Machine;
 use crate::random::Random;
-pub(crate) use surface::standard_error;
 use surface::{Groups, has_standard_errors};
+pub(crate) use surface::{WithError, standard_error, uncertain_critical_damping};
 
 /// Distribution of an uncertain quantity.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -14,7 +14,7 @@ use super::point::parse_setting;
 use super::replace::refuse_existing;
 use super::report::{existing, failure};
 use super::{Ended, Failure};
-use crate::assessment::{Assessment, NeededKick, assess};
+use crate::assessment::{Assessment, DampingLimit, NeededKick, StandardErrors, assess};
 use crate::behaviour::Limit;
 use crate::report::{MachinePage, Subject, write_figure, write_file};
 use crate::risk::{Estimate, NoRisk, Risk, is_uncertain, risk, usual_draws};
@@ -103,6 +103,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     }
     let mut out = io::stdout().lock();
     writeln!(out, "{title}\n{}", page.answer.plain())?;
+    for warning in &page.warnings {
+        writeln!(out, "{}", warning.plain())?;
+    }
     for (heading, lines) in &page.sections {
         writeln!(out, "\n{heading}")?;
         let mut table = Table::new(&[("", Align::Left), ("", Align::Left)]);
@@ -148,6 +151,14 @@ fn of_damping(limit: Option<f64>) -> Limit {
     }
 }
 
+/// The name of a limit of the damping in `limits`.
+fn key_of(limit: DampingLimit) -> &'static str {
+    match limit {
+        DampingLimit::Hopf => "steady_slip_unstable_below_damping",
+        DampingLimit::Critical => "may_stick_slip_below_damping",
+    }
+}
+
 fn kick_status(all: &Assessment) -> &'static str {
     match all.needed_kick() {
         NeededKick::Kick(_) => "kick",
@@ -160,20 +171,45 @@ fn kick_status(all: &Assessment) -> &'static str {
 fn to_json(all: &Assessment, risk: Option<&Risk>) -> Value {
     let (machine, does) = (&all.machine, &all.behaviour);
     let [slip, stick] = does.slip_and_stick_time.map_or([None; 2], |times| times.map(Some));
+    let error = |of: fn(StandardErrors) -> Option<f64>| all.standard_errors.and_then(of);
+    let open = all.left_open();
     let estimate = |estimate: &Estimate| json!({ "value": estimate.value, "limits_95": estimate.limits });
+    let risk = risk.map(|risk| {
+        json!({
+            "draws": risk.draws,
+            "failed": risk.failed,
+            "redrawn": risk.redrawn,
+            "critical_damping_error": risk.critical_damping_error,
+            "critical_damping_standard_error": risk.standard_error,
+            "probability": estimate(&risk.probability),
+            "rare_by": risk.rare_by.iter().map(|rare| json!({
+                "probability": rare.probability,
+                "damping": rare.damping.as_ref().map(estimate),
+            })).collect::<Vec<_>>(),
+        })
+    });
     json!({
         "law": machine.friction.law_name(),
         "motion": machine.motion.name(),
         "machine": object(machine.quantities()),
         "regime": does.regime.name(),
+        "regimes_left_open_by_data": open.as_ref().map(|open| {
+            let names = open.regimes.iter().map(|regime| regime.name());
+            if open.limits.is_empty() { Vec::new() } else { names.collect() }
+        }),
+        "damping_within_two_standard_errors_of": open.map(|open| {
+            open.limits.iter().map(|(limit, _)| key_of(*limit)).collect::<Vec<_>>()
+        }),
+        "standard_errors_from": all.standard_errors.map(|errors| errors.from),
+        "warnings": machine.doubts(),
         "always_stick_slips_below_belt_speed": all.always_below_speed.value(),
         "may_stick_slip_below_belt_speed": does.critical_belt_speed.value(),
         "always_stick_slips_below_damping": all.always_below_damping.value(),
         "may_stick_slip_below_damping": does.critical_damping,
         "may_stick_slip_below_damping_error": does.critical_damping_error,
-        "may_stick_slip_below_damping_standard_error": all.standard_errors.and_then(|errors| errors.critical_damping),
+        "may_stick_slip_below_damping_standard_error": error(|errors| errors.critical_damping.map(|of| of.standard_error)),
         "steady_slip_unstable_below_damping": all.hopf_damping,
-        "steady_slip_unstable_below_damping_standard_error": all.standard_errors.map(|errors| errors.hopf_damping),
+        "steady_slip_unstable_below_damping_standard_error": error(|errors| Some(errors.hopf_damping.standard_error)),
         "vibrates_below_damping": all.vibrates_below_damping,
         "limits": {
             "always_stick_slips_below_belt_speed": limit(all.always_below_speed),
@@ -197,20 +233,10 @@ fn to_json(all: &Assessment, risk: Option<&Risk>) -> Value {
         "kick_status": kick_status(all),
         "kick_forward": all.kick.map(|kick| kick.forward),
         "kick_backward": all.kick.map(|kick| kick.backward),
+        "kick_relative_standard_error": error(|errors| errors.kick),
         "sensitivities": all.sensitivities,
         "influence": all.influence,
         "proofs": all.proofs,
-        "risk": risk.map(|risk| json!({
-            "draws": risk.draws,
-            "failed": risk.failed,
-            "redrawn": risk.redrawn,
-            "critical_damping_error": risk.critical_damping_error,
-            "critical_damping_standard_error": risk.standard_error,
-            "probability": estimate(&risk.probability),
-            "rare_by": risk.rare_by.iter().map(|rare| json!({
-                "probability": rare.probability,
-                "damping": rare.damping.as_ref().map(estimate),
-            })).collect::<Vec<_>>(),
-        })),
+        "risk": risk,
     })
 }

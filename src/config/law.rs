@@ -7,6 +7,7 @@ use super::points::SEPARATE;
 use super::source::{ConfigError, Node, Section, decimal_comma, is_utf_16};
 use super::units::{Match, Wanted, bracketed, compare, conversion, in_words};
 use super::{choice, nearest};
+use crate::friction::readings::means;
 use crate::friction::{Expression, ExpressionError, Law, Table};
 use crate::machine::{Dimension, Motion};
 use crate::map::{AxisRole, Grid, unravel};
@@ -145,11 +146,16 @@ pub fn point_into(text: &str, error: &ExpressionError) -> String {
     format!("{}\n    {before}{quoted}{after}\n    {indent}{}", error.problem, "^".repeat(to - error.from))
 }
 
+/// Largest ratio of two readings at rest that are averaged. While it sticks, the friction is what the spring
+/// pulls: a record of that is no friction law.
+const WIDEST_AT_REST: f64 = 2.0;
+
 /// Largest size in bytes of the file of a measured law.
 const LONGEST_TABLE: u64 = 16 << 20;
 
 /// Reads a measured law: two columns, slip speed and friction, and optionally a third with the standard
-/// errors of the friction; with or without a header.
+/// errors of the friction; with or without a header. Rows of one slip speed without standard errors are
+/// averaged.
 ///
 /// # Errors
 /// The problem with its line, and a remedy.
@@ -269,6 +275,33 @@ pub(crate) fn table_of_text(
             }
         }
     }
+    let read = data.len();
+    if errors.is_empty() {
+        let at_rest = || data.iter().take_while(|(u, _)| *u == 0.0).map(|(_, friction)| *friction);
+        let [least, most] = [f64::min, f64::max].map(|of| at_rest().reduce(of).unwrap_or(0.0));
+        if least < most && most > WIDEST_AT_REST * least {
+            let line = lines.first().map_or(1, |line| *line);
+            let problem = format!("{name}:{line}: the friction at slip speed 0 goes from {least} to {most}");
+            return fail(problem, "write the one at which it breaks loose, in one row");
+        }
+        if let Some(means) = means(&data) {
+            lines = means.first.into_iter().map(|row| lines[row]).collect();
+            (data, errors) = (means.data, means.standard_errors.unwrap_or_default());
+        }
+    } else {
+        let third = headers.iter().filter_map(|(line, header)| Some((line, header.get(2)?)));
+        if let Some((line, field)) = third.into_iter().find(|(_, field)| is_deviation(field)) {
+            let problem = format!(
+                "{name}:{line}: the header calls the third column `{field}`, a standard deviation, but standard errors \
+                 are read"
+            );
+            return fail(
+                problem,
+                "divide it by the square root of the number of readings in each row, and call it `se`; if each row is \
+                 one reading, call it `se`",
+            );
+        }
+    }
     let first = data.first().map_or(1.0, |(_, friction): &(f64, f64)| *friction);
     if !(static_level.unwrap_or(first) > 0.0) {
         let line = lines.first().map_or(1, |line| *line);
@@ -277,11 +310,19 @@ pub(crate) fn table_of_text(
     }
     let table = Table::new(name, &data, static_level.unwrap_or(first))
         .and_then(|table| if errors.is_empty() { Ok(table) } else { table.with_standard_errors(&errors) })
-        .map(|table| table.with_lines(&lines));
+        .map(|table| table.with_rows(&lines, read));
     table.map_err(|error| {
         let line = error.row.and_then(|row| lines.get(row)).map_or(String::new(), |line| format!(":{line}"));
         (format!("{name}{line}: {}", error.problem), error.remedy)
     })
+}
+
+/// Whether the header of the third column says that it holds standard deviations, not standard errors.
+fn is_deviation(field: &str) -> bool {
+    let text = field.to_lowercase();
+    let is_word = |of: &[&str]| text.split(|c: char| !c.is_alphanumeric()).any(|word| of.contains(&word));
+    let is_error = text.contains("err") || text.contains("mean") || is_word(&["se", "sem"]);
+    !is_error && (text.contains("deviation") || is_word(&["sd", "std", "stdev", "stddev"]))
 }
 
 /// Refuses a field of the header of a machine's table that names another unit than that of its column.

@@ -392,7 +392,7 @@ fn measured(
             table.standard_errors().map(|errors| errors.iter().map(|error| error / unit).collect());
         errors.map_or(Ok(of.clone()), |errors| of.with_standard_errors(&errors))
     });
-    let coefficients = coefficients.map(|of| of.with_lines(table.lines()));
+    let coefficients = coefficients.map(|of| of.with_rows(table.lines(), table.readings()));
     coefficients.map(Friction::Measured).map_err(|error| file.error(&error.problem, error.remedy))
 }
 

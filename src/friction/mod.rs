@@ -16,6 +16,7 @@ pub(crate) mod interval;
 pub(crate) mod jet;
 mod lorentzian;
 mod mean;
+pub(crate) mod readings;
 mod stribeck;
 mod table;
 mod weakening;

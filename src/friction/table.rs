@@ -55,6 +55,8 @@ struct Cubics {
     errors: Option<Vec<f64>>,
     /// The line of each datum in its file; empty for data that are not from a file.
     lines: Vec<usize>,
+    /// Number of readings of which the data are means; the number of data where none are.
+    readings: usize,
 }
 
 /// phi on one piece as phi_0 + t (s_0 + t (c_2 + t c_3)), t = u - u_0.
@@ -105,13 +107,15 @@ impl Table {
             if !(u.is_finite() && phi.is_finite()) {
                 return error(Some(row), "a datum is not finite".into(), "correct or remove this row");
             }
-            if row > 0 && u <= data[row - 1].0 {
+            if row > 0 && u == data[row - 1].0 {
+                let problem = format!("the slip speed {u} is that of the row before");
+                let remedy =
+                    "average the rows of one slip speed into one, with the standard error of their mean";
+                return error(Some(row), problem, remedy);
+            }
+            if row > 0 && u < data[row - 1].0 {
                 let problem = format!("the slip speed {u} follows {}", data[row - 1].0);
-                return error(
-                    Some(row),
-                    problem,
-                    "sort the rows by slip speed, the first column, without repetition",
-                );
+                return error(Some(row), problem, "sort the rows by slip speed, the first column");
             }
         }
         if data[0].0 != 0.0 {
@@ -137,17 +141,23 @@ impl Table {
             slope,
             errors: None,
             lines: Vec::new(),
+            readings: data.len(),
         })))
     }
 
-    /// The same table with the line of each datum in its file, for messages.
-    pub(crate) fn with_lines(&self, lines: &[usize]) -> Self {
-        Self(Arc::new(Cubics { lines: lines.to_vec(), ..Cubics::clone(&self.0) }))
+    /// The same table with the line of each datum in its file, and the number of readings there.
+    pub(crate) fn with_rows(&self, lines: &[usize], readings: usize) -> Self {
+        Self(Arc::new(Cubics { lines: lines.to_vec(), readings, ..Cubics::clone(&self.0) }))
     }
 
     /// The lines of the data in their file; empty for data that are not from a file.
     pub(crate) fn lines(&self) -> &[usize] {
         &self.0.lines
+    }
+
+    /// The number of readings of which the data are means; the number of data where none are.
+    pub(crate) fn readings(&self) -> usize {
+        self.0.readings
     }
 
     /// The same table with the standard error of each friction value, in the units of the friction.
@@ -308,6 +318,22 @@ impl Table {
     pub(crate) fn turns(&self) -> usize {
         let steps: Vec<f64> = self.0.friction.windows(2).map(|ends| ends[1] - ends[0]).collect();
         steps.windows(2).filter(|steps| steps[0] * steps[1] < 0.0).count()
+    }
+
+    /// The standard deviation of the friction about the straight line through the rows before and after,
+    /// which is that of independent errors where the curve hardly bends between rows (Gasser, Sroka and
+    /// Jennen-Steinmetz, Biometrika 73, 1986). In the units of the friction.
+    pub(crate) fn scatter(&self) -> f64 {
+        let Cubics { u, friction, .. } = &*self.0;
+        let square = |i: usize| {
+            let after = (u[i] - u[i - 1]) / (u[i + 1] - u[i - 1]);
+            let before = 1.0 - after;
+            let miss = before * friction[i - 1] + after * friction[i + 1] - friction[i];
+            miss * miss / (before * before + after * after + 1.0)
+        };
+        let inner = 1..self.pieces();
+        let count = inner.len() as f64;
+        (inner.map(square).sum::<f64>() / count).sqrt()
     }
 
     /// The largest slip speed for which the law is known.
@@ -613,11 +639,30 @@ mod tests {
         assert!((weights - 2.0).abs() < 1e-14 && (fourth - 2.0 / 31.0).abs() < 1e-14);
     }
 
+    /// Errors of known size are found in the scatter of the rows, at equal and at unequal distances.
+    #[test]
+    fn the_scatter_is_the_deviation_of_the_errors() {
+        let mut random = Random(5);
+        for power in [1.0, 1.5] {
+            let row = |i: i32| {
+                let u = 2.0 * (f64::from(i) / 400.0).powf(power);
+                (u, 0.3 + 0.1 * (-u / 0.5).exp() + 0.004 * random.normal())
+            };
+            let data: Vec<(f64, f64)> = (0..=400).map(row).collect();
+            let scatter = Table::new("noisy", &data, data[0].1).unwrap().scatter();
+            // Neighbouring residuals are correlated: the relative error is about 1 / sqrt(400).
+            assert!((scatter / 0.004 - 1.0).abs() < 0.15, "{power}: {scatter}");
+        }
+        let line: Vec<(f64, f64)> = (0..5).map(|i| f64::from(i) * 0.25).map(|u| (u, 1.0 - 0.5 * u)).collect();
+        assert_eq!(Table::new("line", &line, 1.0).unwrap().scatter(), 0.0);
+    }
+
     #[test]
     fn bad_data_are_refused_with_their_row() {
         let row = |data: &[(f64, f64)], level| Table::new("bad", data, level).unwrap_err().row;
         assert_eq!(row(&[(0.0, 1.0), (1.0, 0.5)], 1.0), None);
         assert_eq!(row(&[(0.0, 1.0), (1.0, 0.5), (1.0, 0.4)], 1.0), Some(2));
+        assert_eq!(row(&[(0.0, 1.0), (1.0, 0.5), (0.9, 0.4)], 1.0), Some(2));
         assert_eq!(row(&[(0.0, 1.0), (1.0, f64::NAN), (2.0, 0.4)], 1.0), Some(1));
         assert_eq!(row(&[(0.1, 1.0), (1.0, 0.5), (2.0, 0.4)], 1.0), Some(0));
         let error = Table::new("bad", &[(0.0, 0.4), (1.0, 0.3), (2.0, 0.2)], 1.0).unwrap_err();

@@ -13,6 +13,8 @@ const WIDEST_TABLE: f64 = 500.0;
 /// is taken to be scattered. With independent errors alone, two thirds of the rows have one.
 const FEWEST_TURNS: usize = 8;
 const SHARE_OF_TURNS: f64 = 0.25;
+/// Largest number of rows that are taken to be means already if they have standard errors.
+const MOST_MEANS: usize = 20;
 
 impl Machine {
     /// The warnings: which number is implausible, and why, one line each.
@@ -62,9 +64,9 @@ impl Machine {
             && let Some((turns, rows)) = scatter(table)
         {
             doubts.push(format!(
-                "the friction of {} changes its direction at {turns} of {rows} rows: its errors make many slip cycles \
-                 possible; average neighbouring rows into 10 to 20 speeds, with the standard error of each mean as third \
-                 column",
+                "the friction of {} rises and falls by turns, at {turns} of {rows} rows: the curve goes through every \
+                 row, and its bumps may be errors of the data; average neighbouring rows into at most {MOST_MEANS} \
+                 speeds, with the standard error of each mean as third column",
                 table.origin()
             ));
         }
@@ -91,10 +93,13 @@ pub(crate) fn negative(table: &Table) -> Option<String> {
 }
 
 /// The number of changes of direction and the number of rows, for a table that changes its direction so often
-/// that its errors must be the cause; `None` for other tables.
+/// that its errors must be the cause; `None` for other tables, and for as few means with standard errors as
+/// the warning asks for.
 pub(crate) fn scatter(table: &Table) -> Option<(usize, usize)> {
     let (turns, rows) = (table.turns(), table.data().count());
-    (turns >= FEWEST_TURNS && turns as f64 >= SHARE_OF_TURNS * rows as f64).then_some((turns, rows))
+    let averaged = table.standard_errors().is_some() && rows <= MOST_MEANS;
+    let scatters = turns >= FEWEST_TURNS && turns as f64 >= SHARE_OF_TURNS * rows as f64;
+    (scatters && !averaged).then_some((turns, rows))
 }
 
 #[cfg(test)]
@@ -102,6 +107,26 @@ mod tests {
     use super::*;
     use crate::friction::Law;
     use crate::machine::example;
+
+    /// Once its advice is followed the warning of scatter is silent, even if the means still scatter.
+    #[test]
+    fn scatter_is_told_until_the_rows_are_averaged() {
+        let scattered = |rows: usize, errors: bool| {
+            let row = |i| (0.01 * f64::from(i), 0.4 - 0.002 * f64::from(i) + 0.005 * f64::from(i % 2));
+            let data: Vec<(f64, f64)> = (0..).map(row).take(rows).collect();
+            let table = Table::new("a.csv", &data, 0.4).unwrap();
+            let with_errors = || table.with_standard_errors(&vec![0.002; rows]).unwrap();
+            let friction = Friction::Measured(if errors { with_errors() } else { table.clone() });
+            Machine { friction, belt_speed: 0.1, ..example(Law::Exponential) }.doubts().join("; ")
+        };
+        assert_eq!(scattered(9, false), "");
+        for (rows, errors) in [(40, false), (40, true), (20, false)] {
+            let said = scattered(rows, errors);
+            assert!(said.contains(&format!("at {} of {rows} rows", rows - 2)), "{said}");
+            assert!(said.contains("into at most 20 speeds, with the standard error"), "{said}");
+        }
+        assert_eq!(scattered(20, true), "");
+    }
 
     #[test]
     fn numbers_in_other_units_look_odd() {
@@ -119,7 +144,7 @@ mod tests {
             Table::new("pad.csv", &data, 0.4).unwrap()
         };
         let of = |table: Table| Machine { friction: Friction::Measured(table), ..machine.clone() }.doubts();
-        let said = of(negative.with_lines(&[2, 5, 6, 7])).join("; ");
+        let said = of(negative.with_rows(&[2, 5, 6, 7], 4)).join("; ");
         assert!(
             said.starts_with(
                 "pad.csv:5: the friction is negative, -0.1 at slip speed 0.2, and in one more row: "
@@ -141,14 +166,6 @@ mod tests {
         assert_eq!(with_third_column([0.01, 0.02, 0.02]), "");
         // A temperature.
         assert!(with_third_column([27.0, 31.0, 37.0]).contains("third column of a.csv reaches 37"));
-        let scattered = |rows: u32| {
-            let row = |i: u32| (0.01 * f64::from(i), 0.4 - 0.002 * f64::from(i) + 0.005 * f64::from(i % 2));
-            let data: Vec<(f64, f64)> = (0..rows).map(row).collect();
-            let friction = Friction::Measured(Table::new("a.csv", &data, 0.4).unwrap());
-            Machine { friction, belt_speed: 0.1, ..machine.clone() }.doubts().join("; ")
-        };
-        assert_eq!(scattered(9), "");
-        assert!(scattered(40).contains("its direction at 38 of 40 rows"), "{}", scattered(40));
         assert!(measured(1000.0).contains("a.csv reach 500 m/s, 5000 times"), "{}", measured(1000.0));
     }
 }

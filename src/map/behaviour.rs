@@ -28,7 +28,7 @@ pub(crate) struct BasinBoundary {
 }
 
 /// The attractors of one friction curve and belt speed, for all dampings.
-pub(super) struct Behaviour<'a> {
+pub(crate) struct Behaviour<'a> {
     curve: &'a Curve,
     belt_speed: f64,
     /// The weakening rate at belt speed: eps c at the Hopf bifurcation.
@@ -73,7 +73,7 @@ struct Ends {
 }
 
 impl<'a> Behaviour<'a> {
-    pub(super) fn new(curve: &'a Curve, belt_speed: f64) -> Self {
+    pub(crate) fn new(curve: &'a Curve, belt_speed: f64) -> Self {
         Self {
             curve,
             belt_speed,
@@ -170,6 +170,11 @@ impl<'a> Behaviour<'a> {
         if self.coarse.borrow().last().is_some_and(Result::is_err) {
             return None;
         }
+        self.backbone()
+    }
+
+    /// The backbone of full accuracy; `None` where an orbit fails.
+    pub(crate) fn backbone(&self) -> Option<&Backbone> {
         let make = || Backbone::of_curve(self.curve, self.belt_speed, BACKBONE_TOLERANCE);
         self.fine.get_or_init(make).as_ref().ok()
     }
@@ -199,6 +204,20 @@ impl<'a> Behaviour<'a> {
             })
         };
         attractors().map_or(Regime::Failed, Regime::of)
+    }
+
+    /// The regime of a point of this curve and belt speed; `flow` is that of its orbit from the exit point.
+    pub(crate) fn regime_of(&self, oscillator: &Oscillator, flow: &Flow) -> Regime {
+        self.regime(oscillator.viscous, End::of(flow), None, false)
+    }
+
+    /// The long-run behaviour of a point, as [`Self::regime_of`].
+    pub(crate) fn long_run(&self, oscillator: &Oscillator, flow: &Flow, tolerance: f64) -> LongRun {
+        LongRun {
+            regime: self.regime_of(oscillator, flow),
+            cycle: self.attracting_cycle(oscillator, flow, tolerance),
+            basin: self.basin_boundary(oscillator, End::of(flow), tolerance),
+        }
     }
 
     /// Whether some orbits cross the belt line for ever, though the orbit from the exit point does not;
@@ -275,19 +294,13 @@ pub(crate) struct LongRun {
 
 /// The long-run behaviour of a point, from one backbone; `flow` is that of its orbit from the exit point.
 pub(crate) fn long_run(oscillator: &Oscillator, flow: &Flow, tolerance: f64) -> LongRun {
-    let behaviour = Behaviour::new(&oscillator.curve, oscillator.belt_speed);
-    LongRun {
-        regime: behaviour.regime(oscillator.viscous, End::of(flow), None, false),
-        cycle: behaviour.attracting_cycle(oscillator, flow, tolerance),
-        basin: behaviour.basin_boundary(oscillator, End::of(flow), tolerance),
-    }
+    Behaviour::new(&oscillator.curve, oscillator.belt_speed).long_run(oscillator, flow, tolerance)
 }
 
 /// The regime of a point; `flow` is the answer for its orbit from the exit point.
 #[must_use]
 pub fn regime(oscillator: &Oscillator, flow: &Flow) -> Regime {
-    let behaviour = Behaviour::new(&oscillator.curve, oscillator.belt_speed);
-    behaviour.regime(oscillator.viscous, End::of(flow), None, false)
+    Behaviour::new(&oscillator.curve, oscillator.belt_speed).regime_of(oscillator, flow)
 }
 
 /// The number of slip cycles of a point, stable or not; `None` if it is unknown.

@@ -28,7 +28,7 @@ mod verdict;
 
 pub use account::{Account, FailedCell, MethodAccount, Stages, Unknown};
 pub use audit::{Audit, Disagreement};
-pub(crate) use behaviour::{BasinBoundary, LongRun, long_run};
+pub(crate) use behaviour::{BasinBoundary, Behaviour, LongRun, long_run};
 pub use behaviour::{regime, slip_cycle_count};
 pub use contradictions::{Contradiction, Contradictions};
 pub(crate) use curves::{CURVE_COLUMNS, curves_of};

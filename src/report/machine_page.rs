@@ -26,8 +26,10 @@ const TITLE: f64 = 12.0;
 const ANSWERS: f64 = 250.0;
 /// Distance of two lines.
 const LINE: f64 = TEXT + 2.6;
-/// Largest number of lines of a title and of an answer. HTML has no such limit.
+/// Largest number of lines of a title and of the answer to a question. HTML has no such limit.
 const MOST_LINES: usize = 4;
+/// Largest number of lines of the answer in a sentence, and of a warning.
+const MOST_LINES_OF_ANSWER: usize = 6;
 /// Heights of the panels, in points; the smaller one is used if the text ends below `LOW`.
 const PANEL: [f64; 2] = [150.0, 120.0];
 const LOW: f64 = 540.0;
@@ -52,6 +54,8 @@ pub(crate) struct MachinePage<'a> {
     pub(crate) sections: Vec<Section>,
     /// The answer in a sentence.
     pub(crate) answer: Rich,
+    /// Doubts about the numbers of the machine.
+    pub(crate) warnings: Vec<Rich>,
     all: &'a Assessment,
     title: Rich,
     source: Rich,
@@ -63,6 +67,7 @@ impl<'a> MachinePage<'a> {
         Self {
             sections: lines::sections(all, subject.uncertain, subject.risk),
             answer: answer::in_words(all).then(answer::uncertainty(all, subject.risk)),
+            warnings: all.machine.doubts().iter().map(|doubt| warning(doubt)).collect(),
             all,
             title: Rich::foreign(subject.title),
             source: Rich::foreign(subject.source),
@@ -78,9 +83,11 @@ impl<'a> MachinePage<'a> {
             scene.text((MARGIN, y), &line, TITLE, Anchor::Start);
         }
         y += 2.0;
-        for line in paragraph(&self.answer, TEXT, WIDTH, MOST_LINES) {
-            y += TEXT + 3.0;
-            scene.text((MARGIN, y), &line, TEXT, Anchor::Start);
+        for text in std::iter::once(&self.answer).chain(&self.warnings) {
+            for line in paragraph(text, TEXT, WIDTH, MOST_LINES_OF_ANSWER) {
+                y += TEXT + 3.0;
+                scene.text((MARGIN, y), &line, TEXT, Anchor::Start);
+            }
         }
         y += 6.0;
         for (heading, lines) in &self.sections {
@@ -111,7 +118,8 @@ impl<'a> MachinePage<'a> {
 
     /// The page as self-contained HTML.
     pub(crate) fn html(&self) -> String {
-        let mut body = format!("<p>{}</p>\n", self.answer.html());
+        let texts = std::iter::once(&self.answer).chain(&self.warnings);
+        let mut body: String = texts.map(|text| format!("<p>{}</p>\n", text.html())).collect();
         for (heading, lines) in &self.sections {
             body.push_str(&format!("<h2>{heading}</h2>\n<dl class=\"summary\">\n"));
             for (name, value) in lines {
@@ -128,7 +136,7 @@ impl<'a> MachinePage<'a> {
             (
                 "friction",
                 figures::friction(self.all, PANEL[0] + HIGHER),
-                "Friction, and the share of each slip speed in the critical damping where it is known.",
+                "Friction, and the weight of its slope at each slip speed for the critical damping where it is known.",
             ),
         ];
         for (name, figure, words) in figures {
@@ -138,6 +146,10 @@ impl<'a> MachinePage<'a> {
         body.push_str(&format!("<p class=\"note\">{}</p>\n", self.source.html()));
         document::page(&self.title, &body)
     }
+}
+
+fn warning(doubt: &str) -> Rich {
+    Rich::foreign(&format!("Warning: {doubt}."))
 }
 
 /// Writes questions and answers, in two columns where all of them are short; returns their lower end.
@@ -210,8 +222,6 @@ mod tests {
             "regime at the working point: not determined in full",
             "what is known of it: the stick-slip cycle attracts, steady slip is unstable",
             "what is not, and why: slip cycles: the step budget ran out",
-            "the table changes its direction at 58 of 60 rows: average neighbouring rows into 10 to 20 speeds, with \
-             their errors",
         ];
         assert_eq!(lines, expected);
         assert!(in_words(&all).plain().starts_with("Stick-slips at least from some starts at "));
@@ -310,9 +320,10 @@ mod tests {
         let data = [(0.0, 0.4), (0.02, 0.35), (0.1, 0.31), (0.5, 0.3)];
         let table = Table::new("a rig", &data, 0.4).unwrap();
         let errors = table.with_standard_errors(&[0.001, 0.004, 0.008, 0.002]).unwrap();
-        for (table, words) in
-            [(table, "a rig, 4 rows\n"), (errors, "a rig, 4 rows, standard errors 0.001 to 0.008\n")]
-        {
+        for (table, words) in [
+            (table, "a rig, 4 rows without standard errors\n"),
+            (errors, "a rig, 4 rows, standard errors (third column) 0.001 to 0.008\n"),
+        ] {
             let friction = Friction::Measured(table);
             let all = assess(&Machine { friction, ..example(Law::Stribeck) }).unwrap();
             let text = text_of(sections(&all, &[], None));
@@ -405,14 +416,14 @@ mod tests {
         };
         let text = words(&all);
         assert!(
-            text.contains("normal force: 1 N\ncoefficient of friction: a rig, 4 rows\nat rest: 0.4\n"),
+            text.contains("normal force: 1 N\ncoefficient of friction: a rig, 4 rows without standard errors\nat rest: 0.4\n"),
             "{text}"
         );
         all.machine.normal_force_is_known = false;
         let text = words(&all);
         assert!(
             !text.contains("normal force: ")
-                && text.contains("friction force: a rig, 4 rows\nat rest: 0.4 N\n"),
+                && text.contains("friction force: a rig, 4 rows without standard errors\nat rest: 0.4 N\n"),
             "{text}"
         );
     }

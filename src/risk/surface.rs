@@ -82,12 +82,26 @@ struct Placed {
     error: f64,
 }
 
-/// Standard error of the critical damping of a machine, in SI units, by those of its measured friction. `None`
-/// if the friction has none, or the critical damping has no derivatives.
-pub(crate) fn standard_error(model: &Model) -> Option<f64> {
-    let [_, deviation] = of_measured(model);
+/// A number and its standard error.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct WithError {
+    pub(crate) value: f64,
+    pub(crate) standard_error: f64,
+}
+
+/// The critical damping of a machine, which may be negative, and its standard error, in SI units, by the
+/// standard errors of its measured friction. `None` if the friction has none, or the critical damping has no
+/// derivatives.
+pub(crate) fn uncertain_critical_damping(model: &Model) -> Option<WithError> {
+    let [c, deviation] = of_measured(model);
+    let unit = model.si.units.damping;
     (deviation >= 0.0 && model.column().curve.table()?.standard_errors().is_some())
-        .then_some(deviation * model.si.units.damping)
+        .then_some(WithError { value: c * unit, standard_error: deviation * unit })
+}
+
+/// The standard error alone, see [`uncertain_critical_damping`].
+pub(crate) fn standard_error(model: &Model) -> Option<f64> {
+    uncertain_critical_damping(model).map(|critical| critical.standard_error)
 }
 
 /// The critical damping of a machine with measured friction, and its standard deviation by the standard

@@ -159,6 +159,18 @@ fn at(column: &Column, critical: CriticalDamping) -> Result<Sensitivity, NoSensi
     })
 }
 
+/// The standard error of the damping at which the orbit of amplitude `radius`, the largest x2 on it, closes,
+/// which is `c`. To first order in the standard errors of the table's data, at a fixed unit of friction;
+/// `None` without them, and where the orbit cannot be followed.
+pub(crate) fn standard_error_of_closing(column: &Column, c: f64, radius: f64) -> Option<f64> {
+    let errors = column.curve.table()?.standard_errors()?;
+    let work = Work::of_question(&column.curve);
+    let orbit = closed_orbit(column, c, radius, TOLERANCES[1], &[], &work).ok()?;
+    let by_data = means(column, c, &orbit).by_data;
+    let squares = by_data.iter().zip(errors).map(|(by, error)| (by.value * error).powi(2));
+    Some(squares.sum::<f64>().sqrt())
+}
+
 /// The weight of the friction's slope for the critical damping, on `parts` equal ranges of slip speeds from 0
 /// to the fastest on the grazing orbit.
 ///
@@ -197,10 +209,23 @@ struct Sample {
 /// integrands change as fast as the law does, and faster than the orbit.
 const FINE: f64 = 0.01;
 
-/// The grazing orbit, as a quadrature rule with its weight. Steps also end at the slip speeds `edges`.
+/// The grazing orbit, as [`closed_orbit`].
 fn grazing_orbit(
     column: &Column,
     c: f64,
+    tolerance: f64,
+    edges: &[f64],
+    work: &Work,
+) -> Result<Vec<Sample>, Failure> {
+    closed_orbit(column, c, column.belt_speed, tolerance, edges, work)
+}
+
+/// The orbit from (x2, x2') = (`radius`, 0), which closes, as a quadrature rule with its weight. Steps also
+/// end at the slip speeds `edges`.
+fn closed_orbit(
+    column: &Column,
+    c: f64,
+    radius: f64,
     tolerance: f64,
     edges: &[f64],
     work: &Work,
@@ -214,7 +239,7 @@ fn grazing_orbit(
         stops.extend(pieces.map(|ends| ends[1]).step_by(2));
     }
     stops.sort_by(f64::total_cmp);
-    let walk = Walk::new(&oscillator, Side::Below, [belt_speed, 0.0], tolerance, belt_speed, work);
+    let walk = Walk::new(&oscillator, Side::Below, [radius, 0.0], tolerance, radius, work);
     let mut walk = walk.stopping_at(&stops);
     static RULE: LazyLock<Rule<5>> = LazyLock::new(Rule::new);
     let rule = &*RULE;

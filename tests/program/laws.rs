@@ -211,8 +211,54 @@ fn standard_errors_of_a_table_are_read_whole_or_refused() {
     };
     probe("u,mu,sigma\n0,1,0.01\n0.1,0.9,0.01\n0.5,0.8,0.02\n1,0.8,0.01\n").ends_with(0);
     probe("u,mu,remark\n0,1,at rest\n0.1,0.9,\n0.5,0.8,warm\n1,0.8,\n").ends_with(0);
+    for header in ["u,mu,sd", "u,mu,std [-]", "u,mu,mu_std_dev", "u,mu,Standard deviation"] {
+        probe(&format!("# a rig\n{header}\n0,1,0.01\n0.1,0.9,0.01\n0.5,0.8,0.02\n1,0.8,0.01\n")).refuses(&[
+            "pad.csv:2",
+            "a standard deviation",
+            "square root of the number of readings",
+        ]);
+    }
+    for header in ["u,mu,std_err", "u,mu,SEM", "u,mu,se", "u,mu,standard error", "u,mu,sd of the mean"] {
+        probe(&format!("{header}\n0,1,0.01\n0.1,0.9,0.01\n0.5,0.8,0.02\n1,0.8,0.01\n")).ends_with(0);
+    }
     probe("0,1,0.01\n0.1,0.9\n0.5,0.8,0.02\n1,0.8,0.01\n").refuses(&["pad.csv:2", "standard errors"]);
     probe("0,1,0.01\n0.1,0.9,-0.1\n0.5,0.8,0.02\n1,0.8,0.01\n").refuses(&["pad.csv:2", "-0.1"]);
+}
+
+/// Rows of one slip speed are the table of their means, whose standard errors are those of their scatter.
+#[test]
+fn rows_of_one_slip_speed_are_averaged() {
+    let scratch = Scratch::new();
+    let probe = |rows: &str| {
+        scratch.file("pad.csv", rows);
+        let point = ["--epsilon", "1", "--V", "0.2", "--c", "0.1", "--json"];
+        scratch.run(&[&["probe", "--table", "pad.csv", "--static", "1"], &point[..]].concat())
+    };
+    // Squares about the means: 2 (0.01)^2 at 0.1 and 2 (0.02)^2 at 0.5; five rows more than speeds.
+    let repeated = "u,mu\n0,1\n0,1\n0.1,0.91\n0.1,0.9\n0.1,0.89\n0.5,0.82\n0.5,0.78\n0.5,0.8\n1,0.8\n";
+    let sd = (1e-3_f64 / 5.0).sqrt();
+    let means: String = [(0.0, 1.0, 2.0), (0.1, 0.9, 3.0), (0.5, 0.8, 3.0), (1.0, 0.8, 1.0_f64)]
+        .map(|(u, mu, count)| format!("{u},{mu},{}\n", sd / count.sqrt()))
+        .concat();
+    let [one, other] = [repeated, &means].map(|rows| {
+        let answer: serde_json::Value = serde_json::from_str(&probe(rows).ends_with(0).out).unwrap();
+        let of = &answer["sensitivity"]["standard_error"]["value"];
+        of.as_f64().unwrap_or_else(|| panic!("{answer}"))
+    });
+    // Means are rounded to the last digit.
+    assert!(one > 0.0 && (one / other - 1.0).abs() < 1e-9, "{one} {other}");
+    probe("0,1,0.01\n0.1,0.9,0.01\n0.1,0.91,0.01\n0.5,0.8,0.02\n").refuses(&[
+        "pad.csv:3",
+        "the row before",
+        "average the rows of one slip speed into one",
+    ]);
+    // The force of the spring while it sticks.
+    probe("# a ramp\n0,0.2\n0,0.6\n0,1\n0.1,0.9\n0.5,0.8\n").refuses(&[
+        "pad.csv:2",
+        "slip speed 0 goes from 0.2 to 1",
+        "breaks loose",
+    ]);
+    probe("0,1\n0.1,0.9\n0.5,0.8\n0.1,0.91\n").refuses(&["pad.csv:4", "0.1 follows 0.5", "sort the rows"]);
 }
 
 #[test]

@@ -341,6 +341,7 @@ fn a_page_assesses_a_machine() {
             page.contains(&source) && page.contains(": brake.toml --set belt_speed=0.2 --set damping=180")
         );
         assert!(page.contains("Coefficient of friction; dashed: the belt speed"));
+        assert!(page.contains("s slope at each slip speed, %") && !page.contains("for the curve through"));
     }
     // Uncertain quantities: a probability with its limits, and a damping for each share.
     let uncertain = example("brake_pad")

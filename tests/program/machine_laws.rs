@@ -322,6 +322,11 @@ fn measured_friction_with_standard_errors_makes_a_machine_uncertain() {
     assert!(page["may_stick_slip_below_damping_error"].as_f64().is_some_and(|e| e > 0.0), "{page}");
     assert!(words.contains(" by the standard errors of the data"), "of the critical damping: {words}");
     assert!(words.contains("limits in brackets"), "{words}");
+    // Errors of the computation are told only where they are not far smaller than those of the data.
+    let numerical = ["numerical error", "largest error met"];
+    assert!(!numerical.iter().any(|of| words.contains(of)), "{words}");
+    assert!(scratch.run(&["machine", "exact.toml"]).ends_with(0).out.contains(" N s/m (numerical error "));
+    assert!(words.contains("for the curve through the data"), "{words}");
     assert_eq!(page["may_stick_slip_below_damping_standard_error"].as_f64(), Some(error), "{page}");
     let slope = &page["steady_slip_unstable_below_damping_standard_error"];
     assert!(slope.as_f64().is_some_and(|slope| slope > 0.0 && slope != error), "{page}");

@@ -105,6 +105,80 @@ fn negative_friction_is_told_with_its_line() {
     }
 }
 
+/// Within two standard errors of a limit the page names the behaviours that are possible, in place of one,
+/// and gives no digits of a kick.
+#[test]
+fn data_may_leave_open_what_the_machine_does() {
+    let exact = machine(FALLS);
+    assert!(page(&exact, &[])["regimes_left_open_by_data"].is_null());
+    let speeds = [0.0, 0.01, 0.02, 0.035, 0.05, 0.07, 0.1, 0.14, 0.2, 0.28, 0.4, 0.6, 0.8, 1.0];
+    let row = |u: f64| format!("{u},{},0.0005\n", 0.27 + 0.16 * (-u / 0.07).exp() + 0.01 * u);
+    let scratch = machine(&speeds.map(row).concat());
+    let at = |damping: f64| {
+        let set = format!("damping={damping}");
+        let more = ["--set", &set, "--draws", "1000"];
+        let text = scratch.run(&[&["machine", "pad.toml"], &more[..]].concat()).ends_with(0).out;
+        (page(&scratch, &more), text)
+    };
+    let (decided, text) = at(30.0);
+    let number = |key: &str| decided[key].as_f64().unwrap();
+    let [hopf, error] =
+        ["", "_standard_error"].map(|end| number(&format!("steady_slip_unstable_below_damping{end}")));
+    assert!(hopf - 30.0 > 3.0 * error && number("may_stick_slip_below_damping") > hopf + 3.0 * error);
+    assert_eq!(decided["regimes_left_open_by_data"], json!([]));
+    assert_eq!(decided["standard_errors_from"], "data");
+    assert!(text.contains("\nStick-slips from every start at 0.1 m/s"), "{text}");
+    // By the curve through the data: bistable on one side, stick-slip on the other.
+    for (damping, regimes) in
+        [(hopf + error, ["bistable", "stick_slip"]), (hopf - error, ["stick_slip", "bistable"])]
+    {
+        let (open, text) = at(damping);
+        assert_eq!(open["regime"], regimes[0]);
+        assert_eq!(open["regimes_left_open_by_data"], json!(regimes));
+        let limits = json!(["steady_slip_unstable_below_damping"]);
+        assert_eq!(open["damping_within_two_standard_errors_of"], limits);
+        for part in [
+            "the data leave open what it does: it s",
+            "it stick-slips from every start",
+            "it slips steadily or stick-slips, depending on the start",
+            "The damping lies within two standard errors of ",
+            "for the curve through the data",
+        ] {
+            assert!(text.contains(part), "{part} is not in\n{text}");
+        }
+        let kick = text.lines().find(|line| line.contains("kick that starts it")).unwrap();
+        assert!(!kick.chars().any(|c| c.is_ascii_digit()), "{kick}");
+    }
+    // Where the data decide for two attractors, the kick has an error and the digits that it leaves.
+    let (bistable, text) = at(0.5 * (hopf + number("may_stick_slip_below_damping")));
+    assert_eq!(bistable["regimes_left_open_by_data"], json!([]), "{bistable}");
+    let relative = bistable["kick_relative_standard_error"].as_f64().unwrap();
+    assert!(relative > 1e-3 && relative < 1.0, "{relative}");
+    let kick = text.lines().find(|line| line.contains("kick that starts it")).unwrap();
+    assert!(kick.matches(" ± ").count() == 2, "{kick}");
+}
+
+/// Scatter is told on the page and in JSON, and its size makes standard errors where the data have none.
+#[test]
+fn scatter_is_told_on_the_page() {
+    let row = |i: u32| {
+        let u = 0.02 * f64::from(i);
+        let mu = 0.28 + 0.15 * (-u / 0.1).exp() + if i.is_multiple_of(2) { 0.004 } else { -0.004 };
+        format!("{u},{mu}\n")
+    };
+    let scratch = machine(&(0..60).map(row).collect::<String>());
+    let answer = page(&scratch, &[]);
+    let warnings = answer["warnings"].as_array().unwrap();
+    assert!(warnings[0].as_str().unwrap().contains("into at most 20 speeds"), "{warnings:?}");
+    assert_eq!(answer["standard_errors_from"], "scatter");
+    let text = scratch.run(&["machine", "pad.toml", "--out", "page.html"]).ends_with(0).out;
+    for page in [text, scratch.read("page.html")] {
+        assert!(page.contains("Warning: the friction of pad.csv rises and falls by turns"), "{page}");
+        assert!(page.contains("standard error by the scatter of the rows"), "{page}");
+    }
+    assert_eq!(page(&machine(FALLS), &[])["warnings"], json!([]));
+}
+
 /// A formula of thousands of characters is quoted around its mistake.
 #[test]
 fn a_long_formula_is_quoted_around_the_place_of_the_error() {

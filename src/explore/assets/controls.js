@@ -339,7 +339,9 @@ export class Controls {
       return;
     }
     const table = await file.text();
-    const level = Number(table.split("\n").map((line) => line.split(",")).find(([u]) => u?.trim() !== "" && Number(u) === 0)?.[1]);
+    // Rows at one slip speed are averaged when the table is read.
+    const at_rest = table.split("\n").map((line) => line.split(",")).filter(([u]) => u?.trim() !== "" && Number(u) === 0);
+    const level = at_rest.reduce((sum, row) => sum + Number(row[1]), 0) / at_rest.length;
     await this.try_law({ name: "table", table, file: file.name, static: Number.isFinite(level) && level > 0 ? level : 1 }, true);
   }
 

@@ -1,8 +1,8 @@
 //! The answer of the page in a sentence.
 
 use super::super::text::{Rich, rich};
-use super::lines::{percent, quantity};
-use crate::assessment::{Assessment, Undetermined};
+use super::lines::{damping_limit, percent, quantity, with_error};
+use crate::assessment::{Assessment, DampingLimit, LeftOpen, Undetermined};
 use crate::machine::{Dimension, Motion};
 use crate::map::{Attractors, Regime};
 use crate::risk::Risk;
@@ -11,12 +11,21 @@ use crate::risk::Risk;
 pub(super) fn in_words(all: &Assessment) -> Rich {
     let (machine, does) = (&all.machine, &all.behaviour);
     let unit = |dimension| machine.motion.unit(dimension);
-    let limit = |damping: f64| Rich::number(damping, 3).with_unit(unit(Dimension::Damping));
+    let limit = |damping: f64| damping_limit(all, damping, 3);
     let place = quantity(machine.belt_speed, unit(Dimension::Velocity)).then(" and ");
     let place = place.then(quantity(machine.damping, unit(Dimension::Damping)));
-    let sentence = rich(&does_what(all)).then(" at ").then(place).then(vibration(all));
-    let Attractors { slip, stick_slip, crossing, .. } = does.regime.attractors();
-    let vibrates = slip || stick_slip || crossing || sticks(all) == Some(true);
+    let vibrates = |regime: Regime| {
+        let Attractors { slip, stick_slip, crossing, .. } = regime.attractors();
+        slip || stick_slip || crossing
+    };
+    let (sentence, vibrates) = match all.left_open().filter(|open| !open.limits.is_empty()) {
+        Some(open) => (undecided(all, place, &open), open.regimes.iter().any(|regime| vibrates(*regime))),
+        None => {
+            let does_what = capital(&does_what(all));
+            (rich(&does_what).then(" at ").then(place).then(vibration(all)), vibrates(does.regime))
+        }
+    };
+    let vibrates = vibrates || sticks(all) == Some(true);
     if does.regime == Regime::Failed && !vibrates {
         return sentence.then(".");
     }
@@ -50,9 +59,12 @@ pub(super) fn uncertainty(all: &Assessment, risk: Option<&Risk>) -> Rich {
             format!("between {low} and {high} %, as {failed} of {} draws have no answer", risk.draws + failed)
         }
     };
-    let probability =
-        rich(" That is for the nominal values. With their spreads it may stick-slip with a probability ")
-            .then(rich(&share));
+    let begins = if all.is_left_open() {
+        " It may"
+    } else {
+        " That is for the nominal values. With their spreads it may"
+    };
+    let probability = rich(begins).then(" stick-slip with a probability ").then(rich(&share));
     let rarest = risk.rare_by.iter().rev().find_map(|rare| Some((rare.probability, rare.damping.as_ref()?)));
     match rarest {
         // Without damping the probability is smaller still.
@@ -71,15 +83,47 @@ fn sticks(all: &Assessment) -> Option<bool> {
     all.undetermined.as_ref().and_then(|Undetermined { sticks, .. }| *sticks)
 }
 
-/// "Stick-slips from every start", "Slips steadily or stick-slips, depending on the start,".
-fn does_what(all: &Assessment) -> String {
-    let regime = all.behaviour.regime;
-    if regime == Regime::Failed {
-        return match sticks(all) {
-            Some(true) => "Stick-slips at least from some starts".into(),
-            _ => "What it does is not determined".into(),
+/// "At 0.2 m/s and 180 N s/m the data leave open what it does: it ...; or it ... The damping lies within two
+/// standard errors of 171 ± 20 N s/m, below which steady slip is unstable".
+fn undecided(all: &Assessment, place: Rich, LeftOpen { limits, regimes }: &LeftOpen) -> Rich {
+    let unit = all.machine.motion.unit(Dimension::Damping);
+    let mut sentence = match all.behaviour.regime {
+        Regime::Failed => rich(&capital(&does_what(all))).then(" at ").then(place).then(". "),
+        _ => {
+            let all: Vec<String> = regimes.iter().map(|regime| attracts(*regime)).collect();
+            let all = all.join("; or it ").replace(",;", ";");
+            let behaviours = format!(" the data leave open what it does: it {}. ", all.trim_end_matches(','));
+            rich("At ").then(place).then(rich(&behaviours))
+        }
+    };
+    for (number, (limit, value)) in limits.iter().enumerate() {
+        let begins =
+            if number == 0 { "The damping lies within two standard errors of " } else { ", and of " };
+        let below = match limit {
+            DampingLimit::Hopf => ", below which steady slip is unstable",
+            DampingLimit::Critical => ", above which it cannot stick-slip",
         };
+        sentence = sentence.then(rich(begins)).then(with_error(*value, unit)).then(rich(below));
     }
+    sentence
+}
+
+fn capital(words: &str) -> String {
+    let mut letters = words.chars();
+    letters.next().map_or_else(String::new, |first| first.to_ascii_uppercase().to_string() + letters.as_str())
+}
+
+/// "stick-slips from every start", "slips steadily or stick-slips, depending on the start,".
+fn does_what(all: &Assessment) -> String {
+    match (all.behaviour.regime, sticks(all)) {
+        (Regime::Failed, Some(true)) => "stick-slips at least from some starts".into(),
+        (Regime::Failed, _) => "what it does is not determined".into(),
+        (regime, _) => attracts(regime),
+    }
+}
+
+/// As [`does_what`], for a regime that is determined.
+fn attracts(regime: Regime) -> String {
     let Attractors { equilibrium, slip, stick_slip, crossing } = regime.attractors();
     // Clauses of more than one attractor are short: commas separate them.
     let several = [equilibrium, slip, stick_slip, crossing].iter().filter(|it| **it).count() > 1;
@@ -91,12 +135,10 @@ fn does_what(all: &Assessment) -> String {
     ];
     let does: Vec<&str> =
         does.iter().filter(|(is, ..)| *is).map(|(_, of, alone)| if several { *of } else { *alone }).collect();
-    let words = match does.as_slice() {
+    match does.as_slice() {
         [first @ .., last] if several => format!("{} or {last}, depending on the start,", first.join(", ")),
         _ => does.concat(),
-    };
-    let mut letters = words.chars();
-    letters.next().map_or_else(String::new, |first| first.to_ascii_uppercase().to_string() + letters.as_str())
+    }
 }
 
 /// " (75 Hz, 0.41 mm)": frequency and amplitude of the attracting cycle.

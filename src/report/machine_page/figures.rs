@@ -122,7 +122,11 @@ pub(super) fn regimes(all: &Assessment, height: f64) -> Scene {
     let left = left_margin(labels);
     let rect = Rect { x: left, y: TITLE_MARGIN, w: FIGURE - left - RIGHT_MARGIN, h: height };
     let panel = Panel { rect, x, y };
-    panel.title(&mut scene, &rich("Regimes; diamond: the working point"));
+    let of_curve = match machine.friction {
+        Friction::Measured(_) => " of the curve through the data",
+        Friction::Coefficients(..) | Friction::Formula(..) => "",
+    };
+    panel.title(&mut scene, &Rich::foreign(&format!("Regimes{of_curve}; diamond: working point")));
     let mut legend = Legend::default();
     let Some(Model { law, point, .. }) = machine.model() else { return scene };
     let mut axes = vec![vec![1.0]];
@@ -160,7 +164,7 @@ const WEIGHTS: f64 = 0.7;
 /// Room above the second of two panels.
 const BETWEEN: f64 = TITLE_MARGIN + 4.0;
 
-/// The friction at the slip speeds of the vibration and, where known, the weight of each slip speed in the
+/// The friction at the slip speeds of the vibration and, where known, the weight of its slope there for the
 /// critical damping, in panels of total height `height`.
 pub(super) fn friction(all: &Assessment, height: f64) -> Scene {
     let mut scene = Scene::new(FIGURE, 0.0);
@@ -236,7 +240,7 @@ pub(super) fn friction(all: &Assessment, height: f64) -> Scene {
             scene.rect(rect, Fill::plain(palette::SKY));
         }
         curve_panel.axes(&mut scene, Labels { x: false, y: true });
-        panel.title(&mut scene, &rich("Share of each slip speed in the critical damping, %"));
+        panel.title(&mut scene, &rich("Weight of the friction's slope at each slip speed, %"));
         lowest = panel;
     }
     lowest.axes(&mut scene, Labels { x: true, y: true });

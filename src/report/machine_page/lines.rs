@@ -3,11 +3,12 @@
 use super::super::figure::palette;
 use super::super::text::{Rich, rich};
 use super::super::units::join;
-use crate::assessment::{Assessment, NeededKick, Undetermined};
+use crate::assessment::{Assessment, ErrorsFrom, NeededKick, Undetermined};
 use crate::behaviour::Limit;
 use crate::friction::Table;
-use crate::machine::{Dimension, Friction, Machine, Motion, scatter};
-use crate::risk::{Estimate, Risk, Spread, Uncertain, is_uncertain};
+use crate::machine::{Dimension, Friction, Machine, Motion};
+use crate::number::rounded;
+use crate::risk::{Estimate, Risk, Spread, Uncertain, WithError, is_uncertain};
 
 /// A question and its answer.
 pub(crate) type Line = (Rich, Rich);
@@ -17,6 +18,41 @@ pub(crate) type Section = (&'static str, Vec<Line>);
 
 pub(super) fn quantity(value: f64, unit: &str) -> Rich {
     Rich::number(value, 4).with_unit(unit)
+}
+
+/// A number and its standard error: "171 ± 20 N s/m". The number has no digits beyond those of the error.
+pub(super) fn with_error(of: WithError, unit: &str) -> Rich {
+    let WithError { value, standard_error } = of;
+    // Digits before the point are rounded, too: 530 ± 100, not 528 ± 102.
+    let number = |x: f64, digits: usize| Rich::number(rounded(x, digits).parse().unwrap_or(x), 4);
+    number(value, digits_within(of)).then(" ± ").then(number(standard_error, 2)).with_unit(unit)
+}
+
+/// Number of digits of a value up to the second digit of its error, at most four.
+fn digits_within(WithError { value, standard_error }: WithError) -> usize {
+    if standard_error == 0.0 {
+        return 4;
+    }
+    let place = |x: f64| x.abs().log10().floor() as i32;
+    (place(value).max(place(standard_error) - 1) - place(standard_error) + 2).clamp(1, 4) as usize
+}
+
+/// Numbers of digits of what depends on the slope of the friction and on its mean over the motion in a way
+/// that is not known: those of the damping below which steady slip is unstable, and of the critical damping.
+fn digits_of_data(all: &Assessment) -> [usize; 2] {
+    let errors = all.standard_errors;
+    let limits =
+        [errors.map(|errors| errors.hopf_damping), errors.and_then(|errors| errors.critical_damping)];
+    limits.map(|limit| limit.map_or(4, |limit| digits_within(limit).max(2)))
+}
+
+/// A limit of the damping, with its standard error where that is known.
+pub(super) fn damping_limit(all: &Assessment, damping: f64, digits: usize) -> Rich {
+    let unit = all.machine.motion.unit(Dimension::Damping);
+    match all.standard_error_of(damping) {
+        Some(standard_error) => with_error(WithError { value: damping, standard_error }, unit),
+        None => Rich::number(damping, digits).with_unit(unit),
+    }
 }
 
 fn line(name: &str, value: Rich) -> Line {
@@ -113,87 +149,108 @@ fn given_friction(machine: &Machine, uncertain: &[Uncertain]) -> Vec<Line> {
     }
 }
 
-/// "pad.csv, 11 rows, standard errors 0.001 to 0.008".
+/// "pad.csv, 11 rows without standard errors", "pad.csv, 11 rows, standard errors (third column) 0.001 to
+/// 0.008", "pad.csv, 33 rows averaged at 11 slip speeds, standard errors (by their scatter) 0.002".
 fn table_in_words(table: &Table) -> Rich {
-    let text = Rich::foreign(&format!("{}, {} rows", table.origin(), table.data().count()));
-    let Some(errors) = table.standard_errors() else { return text };
+    let (rows, readings) = (table.data().count(), table.readings());
+    let averaged = readings > rows;
+    let count = if averaged {
+        format!("{readings} rows averaged at {rows} slip speeds")
+    } else {
+        format!("{rows} rows")
+    };
+    let text = Rich::foreign(&format!("{}, {count}", table.origin()));
+    let Some(errors) = table.standard_errors() else { return text.then(" without standard errors") };
     let [least, most] = [f64::min, f64::max].map(|of| errors.iter().copied().reduce(of).unwrap_or(0.0));
     let range = if least < most {
         Rich::number(least, 2).then(" to ").then(Rich::number(most, 2))
     } else {
         Rich::number(most, 2)
     };
-    text.then(", standard errors ").then(range)
+    let from = if averaged { "by their scatter" } else { "third column" };
+    text.then(Rich::foreign(&format!(", standard errors ({from}) "))).then(range)
 }
 
 /// The limits of belt speed and damping.
 fn limits(all: &Assessment) -> Vec<Line> {
     let (machine, does) = (&all.machine, &all.behaviour);
     let unit = |dimension| machine.motion.unit(dimension);
-    let of = |value: f64, dimension: Dimension| quantity(value, unit(dimension));
     use Dimension::{Damping, Velocity};
     let speed = machine.motion.words("belt_speed");
-    let with_error = |damping: f64| match all.standard_error_of(damping) {
-        Some(error) => {
-            let error = Rich::number(error, 2);
-            of(damping, Damping).then(", ± ").then(error).then(" by the standard errors of the data")
+    let [of_slope, of_mean] = digits_of_data(all);
+    let of_damping = |damping: f64| damping_limit(all, damping, of_slope);
+    let errors = all.standard_errors;
+    let none = |limit: Option<WithError>| match limit {
+        // Errors that may make it positive.
+        Some(limit) if limit.value + 2.0 * limit.standard_error > 0.0 => {
+            rich("none by the curve through the data: ").then(with_error(limit, unit(Damping)))
         }
-        None => of(damping, Damping),
+        _ => rich("none: it needs no damping"),
     };
     let critical = match (does.critical_damping, does.critical_damping_error) {
-        (Some(damping), _) if all.standard_error_of(damping).is_some() => with_error(damping),
-        (Some(damping), Some(error)) => {
-            Rich::number(damping, 4).then(" ± ").then(Rich::number(error, 2)).with_unit(unit(Damping))
+        (Some(damping), numerical) => {
+            let of_data = all.standard_error_of(damping).unwrap_or(0.0);
+            let numerical = numerical.filter(|error| *error > of_data).map_or_else(Rich::default, |error| {
+                rich(" (numerical error ").then(Rich::number(error, 2)).then(")")
+            });
+            of_damping(damping).then(numerical)
         }
-        _ if does.critical_damping_is_known => rich("none: it needs no damping"),
+        _ if does.critical_damping_is_known => none(errors.and_then(|errors| errors.critical_damping)),
         _ => rich("not determined"),
     };
-    let below = |limit: Limit, none: &str, dimension: Dimension| match limit {
-        Limit::Below(value) if dimension == Damping => with_error(value),
-        Limit::Below(value) => of(value, dimension),
-        Limit::AtLeast(value) => rich("at least ").then(of(value, dimension)),
-        Limit::NoneUpTo(value) => rich(none).then(of(value, dimension)),
-        Limit::NotDetermined => rich("not determined"),
+    let below = |limit: Limit, none: &str, dimension: Dimension, digits: usize| {
+        let of = |value: f64| Rich::number(value, digits).with_unit(unit(dimension));
+        match limit {
+            Limit::Below(value) if dimension == Damping => of_damping(value),
+            Limit::Below(value) => of(value),
+            Limit::AtLeast(value) => rich("at least ").then(of(value)),
+            Limit::NoneUpTo(value) => rich(none).then(of(value)),
+            Limit::NotDetermined => rich("not determined"),
+        }
     };
     // The search for these begins with the smallest values.
     const NOT_EVEN: &str = "none: not even at ";
     let mut limits = regime_lines(all);
     limits.extend([
         line(
-            &format!("stick-slips whatever the start below {speed}"),
-            below(all.always_below_speed, NOT_EVEN, Velocity),
+            &format!("always stick-slips below {speed}"),
+            below(all.always_below_speed, NOT_EVEN, Velocity, of_slope),
         ),
         line(
             &format!("may stick-slip below {speed}"),
-            below(does.critical_belt_speed, "none up to ", Velocity),
+            below(does.critical_belt_speed, "none up to ", Velocity, of_mean),
         ),
         line(
-            "stick-slips whatever the start below damping",
-            below(all.always_below_damping, NOT_EVEN, Damping),
+            "always stick-slips below damping",
+            below(all.always_below_damping, NOT_EVEN, Damping, of_slope),
         ),
         line("may stick-slip below damping", critical),
         line(
             "steady slip is unstable below damping",
             match all.hopf_damping > 0.0 {
-                true => with_error(all.hopf_damping),
-                false => rich("none: it needs no damping"),
+                true => of_damping(all.hopf_damping),
+                false => none(errors.map(|errors| errors.hopf_damping)),
             },
         ),
         line(
             "vibrates at all (stick-slip or slip cycle) below damping",
             match all.vibrates_below_damping {
                 Some(0.0) => rich("none: it needs no damping"),
-                Some(damping) => with_error(damping),
+                Some(damping) => of_damping(damping),
                 None => not_determined(all),
             },
         ),
     ]);
-    if all.standard_errors.is_some() {
-        let words = "not known; they depend on the slope of the data there";
-        limits.push(line("standard errors of the other limits", rich(words)));
+    if let Some(errors) = errors {
+        let by = match errors.from {
+            ErrorsFrom::Data => "the standard errors of the data",
+            ErrorsFrom::Scatter => "the scatter of the rows, which have no standard errors",
+        };
+        let words = format!("standard error by {by}; not known of the other limits");
+        limits.push(line("after ±", Rich::foreign(&words)));
     }
     if let Some(margin) = all.safety_margin() {
-        limits.push(line("damping over critical damping", quantity(margin, "")));
+        limits.push(line("damping over critical damping", Rich::number(margin, of_mean)));
     }
     limits
 }
@@ -207,11 +264,14 @@ fn not_determined(all: &Assessment) -> Rich {
 /// Frequencies, times, amplitudes and kicks at the working point.
 fn motion(all: &Assessment) -> Vec<Line> {
     let does = &all.behaviour;
-    let of = |value: f64, dimension: Dimension| quantity(value, all.machine.motion.unit(dimension));
+    let [_, digits] = digits_of_data(all);
+    let of = |value: f64, dimension: Dimension| {
+        Rich::number(value, digits).with_unit(all.machine.motion.unit(dimension))
+    };
     use Dimension::{Length, Time, Velocity};
     let mut motion = vec![line("undamped natural frequency", quantity(does.natural_frequency, "Hz"))];
     if let Some(period) = all.period {
-        let frequency = rich(" (").then(quantity(1.0 / period, "Hz")).then(")");
+        let frequency = rich(" (").then(Rich::number(1.0 / period, digits)).then(" Hz)");
         motion.push(line("period of the vibration", of(period, Time).then(frequency)));
     }
     if let Some([slip, stick]) = does.slip_and_stick_time {
@@ -229,8 +289,19 @@ fn motion(all: &Assessment) -> Vec<Line> {
     };
     let kick = |value: Rich| line("kick that starts it", value);
     motion.push(match all.needed_kick() {
+        _ if all.is_left_open() => {
+            kick(rich("the data leave open whether one is needed, and how large it is"))
+        }
         NeededKick::Kick(kick) => {
-            line(with_belt, of(kick.forward, Velocity).then(", ").then(of(kick.backward, Velocity)))
+            let unit = all.machine.motion.unit(Velocity);
+            let relative = all.standard_errors.and_then(|errors| errors.kick);
+            let of = |value: f64| match (relative, &all.machine.friction) {
+                (Some(error), _) => with_error(WithError { value, standard_error: error * value }, unit),
+                // The errors of the data are not known, but they are seldom below a per cent.
+                (None, Friction::Measured(_)) => Rich::number(value, 2).with_unit(unit),
+                (None, _) => quantity(value, unit),
+            };
+            line(with_belt, of(kick.forward).then(", ").then(of(kick.backward)))
         }
         NeededKick::NotNeeded => kick(rich("none is needed")),
         NeededKick::None => kick(rich("no kick of steady slip does")),
@@ -268,17 +339,20 @@ fn sensitivities(all: &Assessment, uncertain: &[Uncertain]) -> Vec<Line> {
 }
 
 fn proved(all: &Assessment) -> Vec<Line> {
+    let is_measured = matches!(all.machine.friction, Friction::Measured(_));
+    let of_curve = if is_measured { ", for the curve through the data" } else { "" };
     let deciding: Vec<_> = all.proofs.iter().filter(|proof| proof.verdict != "undecided").collect();
     let proved = match deciding.first() {
         Some(first) => {
             let tests: Vec<&str> = deciding.iter().map(|proof| proof.test).collect();
-            format!("{}, proved by {}", first.verdict, tests.join(", ").replace('_', " "))
+            format!("{}, proved by {}{of_curve}", first.verdict, tests.join(", ").replace('_', " "))
         }
         None => "no proof decides it".to_owned(),
     };
+    let computed = format!("computed: orbits to 1e-9, sensitivities to 1e-5{of_curve}");
     vec![
         line("stick-slip cycle at the working point", Rich::foreign(&proved)),
-        line("all numbers above", rich("computed: orbits to 1e-9, sensitivities to 1e-5")),
+        line("all numbers above", Rich::foreign(&computed)),
     ]
 }
 
@@ -286,7 +360,10 @@ fn proved(all: &Assessment) -> Vec<Line> {
 pub(super) fn regime_lines(all: &Assessment) -> Vec<Line> {
     const NAME: &str = "regime at the working point";
     let Some(Undetermined { sticks, is_stable, reasons }) = &all.undetermined else {
-        return vec![(rich(NAME), rich(&palette::regime(all.behaviour.regime).words))];
+        let words = rich(&palette::regime(all.behaviour.regime).words);
+        let open =
+            if all.is_left_open() { " by the curve through the data, which leave it open" } else { "" };
+        return vec![(rich(NAME), words.then(open))];
     };
     let stick_slip = match sticks {
         Some(true) => "the stick-slip cycle attracts, ",
@@ -300,13 +377,6 @@ pub(super) fn regime_lines(all: &Assessment) -> Vec<Line> {
     ];
     let whys = reasons.iter().map(|why| (rich("what is not, and why"), Rich::foreign(why)));
     lines.extend(whys);
-    if let Friction::Measured(table) = &all.machine.friction
-        && let Some((turns, rows)) = scatter(table)
-    {
-        let name = format!("the table changes its direction at {turns} of {rows} rows");
-        let advice = "average neighbouring rows into 10 to 20 speeds, with their errors";
-        lines.push((rich(&name), rich(advice)));
-    }
     lines
 }
 
@@ -327,7 +397,7 @@ fn risk_lines(all: &Assessment, risk: &Risk) -> Vec<Line> {
         rich("probability that it may stick-slip (95 % limits)"),
         rich(&percentage(&risk.probability)).then(rich(&format!(", {} draws", risk.draws))),
     )];
-    if risk.critical_damping_error > 0.0 {
+    if risk.critical_damping_error > risk.standard_error.unwrap_or(0.0) {
         let error = Rich::number(risk.critical_damping_error, 2).with_unit(unit);
         lines.push((rich("largest error met of a draw's critical damping"), error));
     }
