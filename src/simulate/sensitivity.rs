@@ -127,11 +127,11 @@ pub(crate) fn sensitivity_of_any_sign(column: &Column) -> Result<Sensitivity, No
 /// The derivatives on the orbit that grazes at the damping `critical`.
 fn at(column: &Column, critical: CriticalDamping) -> Result<Sensitivity, NoSensitivity> {
     let work = Work::of_question(&column.curve);
-    let [fine, coarse] =
-        [(critical.c, TOLERANCES[0]), (critical.c + critical.error, TOLERANCES[1])].map(|(c, tolerance)| {
-            Ok::<_, Failure>(means(column, c, &grazing_orbit(column, c, tolerance, &[], &work)?))
-        });
-    let (fine, coarse) = (fine?, coarse?);
+    let orbit = |c: f64, tolerance: f64| grazing_orbit(column, c, tolerance, &[], &work);
+    let samples = orbit(critical.c, TOLERANCES[0])?;
+    let fine = means(column, critical.c, &samples);
+    let c = critical.c + critical.error;
+    let coarse = means(column, c, &orbit(c, TOLERANCES[1])?);
     let estimates = |fine: &[Term], coarse: &[Term]| -> Vec<Estimate> {
         let pairs = fine.iter().zip(coarse);
         let estimate = |(fine, coarse): (&Term, &Term)| Estimate {
@@ -142,12 +142,7 @@ fn at(column: &Column, critical: CriticalDamping) -> Result<Sensitivity, NoSensi
     };
     let by_data = estimates(&fine.by_data, &coarse.by_data);
     let estimates = estimates(&fine.by_parameters, &coarse.by_parameters);
-    let standard_errors = fine.standard_errors.zip(coarse.standard_errors).map(|(fine, coarse)| {
-        [0, 1].map(|unit| {
-            let ((value, sampling), (coarse, _)) = (fine[unit], coarse[unit]);
-            Estimate { value, error: (value - coarse).abs() + sampling + ROUND_OFF * value }
-        })
-    });
+    let standard_errors = standard_errors(column, &samples, &by_data);
     Ok(Sensitivity {
         critical,
         by_epsilon: estimates[0],
@@ -157,6 +152,25 @@ fn at(column: &Column, critical: CriticalDamping) -> Result<Sensitivity, NoSensi
         standard_error_in_fixed_unit: standard_errors.map(|[fixed, _]| fixed),
         standard_error: standard_errors.map(|[_, moved]| moved),
     })
+}
+
+/// Standard errors of c* by those of a table's data, with the unit of friction held fixed and moved; `None`
+/// without them.
+fn standard_errors(column: &Column, orbit: &[Sample], by_data: &[Estimate]) -> Option<[Estimate; 2]> {
+    let (table, epsilon) = (column.curve.table()?, column.epsilon);
+    let errors = table.standard_errors()?;
+    let points: Vec<(f64, f64)> = orbit.iter().map(|&Sample { slip, weight }| (slip, weight)).collect();
+    let of_rate: Vec<f64> = by_data.iter().map(|by| by.value * epsilon).collect();
+    let found = table.standard_errors_of_sum(&points, &of_rate)?;
+    // The root of a sum of squares changes at most by that of the changes.
+    let of_orbit =
+        by_data.iter().zip(errors).map(|(by, error)| (by.error * error).powi(2)).sum::<f64>().sqrt();
+    Some(
+        found.map(|(value, sampling)| Estimate {
+            value: value / epsilon,
+            error: sampling / epsilon + of_orbit,
+        }),
+    )
 }
 
 /// The standard error of the damping at which the orbit of amplitude `radius`, the largest x2 on it, closes,
@@ -297,8 +311,6 @@ struct Means {
     by_parameters: Vec<Term>,
     /// Derivatives by a table's data, with the unit of friction held fixed.
     by_data: Vec<Term>,
-    /// Standard errors with their sampling errors, with the unit of friction held fixed and moved.
-    standard_errors: Option<[(f64, f64); 2]>,
 }
 
 fn means(column: &Column, c: f64, orbit: &[Sample]) -> Means {
@@ -329,12 +341,6 @@ fn means(column: &Column, c: f64, orbit: &[Sample]) -> Means {
             }
         }
     }
-    let standard_errors = measured.and_then(|(table, _)| {
-        let points: Vec<(f64, f64)> = orbit.iter().map(|&Sample { slip, weight }| (slip, weight)).collect();
-        let by_data: Vec<f64> = data.iter().map(|by| by.value).collect();
-        let found = table.standard_errors_of_sum(&points, &by_data)?;
-        Some(found.map(|(value, error)| (value / epsilon, error / epsilon)))
-    });
     let over = |terms: Vec<Term>| terms.into_iter().map(|term| term.over(*epsilon)).collect();
-    Means { by_parameters: over(terms), by_data: over(data), standard_errors }
+    Means { by_parameters: over(terms), by_data: over(data) }
 }
