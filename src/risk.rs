@@ -7,8 +7,8 @@
 //! the critical damping less the deviation of the damping. Both have 95 % confidence limits for the sampling.
 //!
 //! Friction that was measured with standard errors is uncertain too. The errors of its data are independent
-//! and normal. To first order in them the critical damping of a draw is normal around that of the data as
-//! measured, with a known standard deviation (`Risk::standard_error`). Each draw has such a deviation.
+//! and normal. The critical damping of a draw is taken as normal around that of the data as measured, with
+//! its standard deviation over random data (`Risk::standard_error`). Each draw has such a deviation.
 
 mod surface;
 

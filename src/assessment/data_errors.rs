@@ -29,7 +29,7 @@ pub(crate) enum ErrorsFrom {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct StandardErrors {
     pub(crate) from: ErrorsFrom,
-    /// The critical damping, which may be negative here, to first order; `None` where it has no derivatives.
+    /// The critical damping, which may be negative here; `None` where it has no derivatives.
     pub(crate) critical_damping: Option<WithError>,
     pub(crate) hopf_damping: WithError,
     /// Relative standard error of the kick, to first order; `None` where there is no kick, or it is unknown.

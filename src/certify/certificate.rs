@@ -119,6 +119,29 @@ pub struct Checked {
     pub problems: Vec<String>,
 }
 
+impl Checked {
+    /// The result for tiles that claim these `radii`, in a `domain` with `open` boxes.
+    pub(super) fn new<Box: AsRef<[[f64; 2]]>>(
+        radii: impl ExactSizeIterator<Item = f64>,
+        confirmed: usize,
+        domain: impl AsRef<[[f64; 2]]>,
+        open: impl Iterator<Item = Box>,
+        problems: Vec<String>,
+    ) -> Self {
+        let share = |one: Box| -> f64 {
+            let wide = one.as_ref().iter().zip(domain.as_ref()).filter(|(_, [lo, hi])| hi > lo);
+            wide.map(|([lo, hi], [from, to])| (hi - lo) / (to - from)).product()
+        };
+        Self {
+            tiles: radii.len(),
+            confirmed,
+            largest_radius: radii.fold(0.0, f64::max),
+            open_share: open.map(share).fold(0.0, |sum, share| sum + share),
+            problems,
+        }
+    }
+}
+
 /// Reason why a text is not a certificate.
 #[derive(Debug, thiserror::Error)]
 pub enum NoCertificate {
@@ -195,18 +218,9 @@ impl Certificate {
                 )
             }));
         }
-        let share = |one: &GroupBox| -> f64 {
-            let ranges = one.ranges().into_iter().zip(self.domain.ranges());
-            let wide = ranges.filter(|(_, [lo, hi])| hi > lo);
-            wide.map(|([lo, hi], [whole_lo, whole_hi])| (hi - lo) / (whole_hi - whole_lo)).product()
-        };
-        Checked {
-            tiles: self.tiles.len(),
-            confirmed,
-            largest_radius: self.tiles.iter().map(|tile| tile.radius).fold(0.0, f64::max),
-            open_share: self.open.iter().map(share).fold(0.0, |sum, share| sum + share),
-            problems,
-        }
+        let radii = self.tiles.iter().map(|tile| tile.radius);
+        let open = self.open.iter().map(GroupBox::ranges);
+        Checked::new(radii, confirmed, self.domain.ranges(), open, problems)
     }
 }
 

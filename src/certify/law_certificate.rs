@@ -128,18 +128,8 @@ impl LawCertificate {
                 }
             }
         }
-        let share = |one: &Ranges| -> f64 {
-            let ranges = one.iter().zip(&self.domain);
-            let wide = ranges.filter(|(_, [lo, hi])| hi > lo);
-            wide.map(|([lo, hi], [from, to])| (hi - lo) / (to - from)).product()
-        };
-        Checked {
-            tiles: self.tiles.len(),
-            confirmed,
-            largest_radius: self.tiles.iter().map(|tile| tile.radius).fold(0.0, f64::max),
-            open_share: self.open.iter().map(share).fold(0.0, |sum, share| sum + share),
-            problems,
-        }
+        let radii = self.tiles.iter().map(|tile| tile.radius);
+        Checked::new(radii, confirmed, &self.domain, self.open.iter(), problems)
     }
 }
 

@@ -196,7 +196,7 @@ impl Curve {
         let [first, last] = [*INTERVALS.start(), *INTERVALS.end()].map(|octave| PER_OCTAVE * octave);
         for to in (first..=last).map(|i| end(i).min(fastest)) {
             if to > from {
-                found.push(([from, to], self.friction_between(from, to)));
+                found.push(([from, to], self.friction_between(from, to, 0.0)));
             }
             from = to;
         }
@@ -209,25 +209,30 @@ impl Curve {
         found
     }
 
-    /// Bounds of phi over slip speeds in [`lo`, `hi`]. They need not be narrow where their sign is certain.
-    fn friction_between(&self, lo: f64, hi: f64) -> Range {
+    /// Bounds of phi(u) + C u, C = `viscous`, over slip speeds u in [`lo`, `hi`]. They need not be narrow where
+    /// their sign is certain.
+    pub(crate) fn friction_between(&self, lo: f64, hi: f64, viscous: f64) -> Range {
         if let Form::Table(table) = &self.form {
-            return table.friction_range(lo, hi);
+            let phi = table.friction_range(lo, hi);
+            return Range { lo: viscous.mul_add(lo, phi.lo), hi: viscous.mul_add(hi, phi.hi) };
         }
         if self.formula(0.0).is_some() {
-            return self.formula_between(lo, hi, [f64::INFINITY; 2]);
+            return self.formula_between(lo, hi, viscous, [f64::INFINITY; 2]);
         }
-        let at = |i: u32| self.phi((hi - lo).mul_add(f64::from(i) / f64::from(SAMPLES), lo).min(hi));
-        hull((0..=SAMPLES).map(at).map(|phi| Range { lo: phi, hi: phi }))
+        let place = |i: u32| (hi - lo).mul_add(f64::from(i) / f64::from(SAMPLES), lo).min(hi);
+        let psi = |u: f64| viscous.mul_add(u, self.phi(u));
+        hull((0..=SAMPLES).map(place).map(psi).map(|psi| Range { lo: psi, hi: psi }))
     }
 
     /// As [`Curve::friction_between`] for a formula. `before` are the distances of the bounds from samples on
     /// twice and four times the interval: where small ones halve with it, they come from terms that cancel,
     /// as in `1 - u/(1 + u)`, and the samples are the bounds; a narrow dip would leave them as they are.
-    fn formula_between(&self, lo: f64, hi: f64, before: [f64; 2]) -> Range {
-        let Some(range) = self.formula(Interval::new(lo, hi)) else { return Interval::ENTIRE.into() };
+    fn formula_between(&self, lo: f64, hi: f64, viscous: f64, before: [f64; 2]) -> Range {
+        let u = Interval::new(lo, hi);
+        let Some(phi) = self.formula(u) else { return Interval::ENTIRE.into() };
+        let range = phi + Interval::of(viscous) * u;
         let middle = 0.5 * (lo + hi);
-        let samples = [lo, middle, hi].map(|u| self.phi(u));
+        let samples = [lo, middle, hi].map(|u| viscous.mul_add(u, self.phi(u)));
         let pushes = samples.map(|phi| phi < 0.0);
         if range.lo >= NOTHING || range.hi < 0.0 || pushes != [pushes[0]; 3] {
             return range.into();
@@ -241,7 +246,8 @@ impl Curve {
             return range.into();
         }
         let halves = [[lo, middle], [middle, hi]];
-        hull(halves.map(|[lo, hi]| self.formula_between(lo, hi, [distance, before[0]])).into_iter())
+        let before = [distance, before[0]];
+        hull(halves.map(|[lo, hi]| self.formula_between(lo, hi, viscous, before)).into_iter())
     }
 
     /// Proved bounds, over 0 < |v| <= V, of the even part in v of `weakening(V - v)`.

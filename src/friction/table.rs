@@ -217,26 +217,85 @@ impl Table {
         (first, std::array::from_fn(|k| if first + k < last { derivative(first + k) } else { 0.0 }))
     }
 
-    /// Standard error of -phi' at slip speed `u` from the standard errors of the data, to about 1 %; `None`
-    /// without them. From random data: where neighbouring values are equal, or their order turns, the slope
-    /// of the interpolant is zero and not differentiable, and a first-order estimate may be much too small.
+    /// Standard error of -phi' at slip speed `u` with the unit of friction held fixed; `None` without standard
+    /// errors of the data. See [`Table::standard_errors_of_sum`].
     pub(crate) fn standard_error_of_weakening(&self, u: f64) -> Option<f64> {
-        const DRAWS: u32 = 16_384;
-        let Cubics { u: knots, phi, static_level, errors, .. } = &*self.0;
+        let mut by_data = vec![0.0; self.0.u.len()];
+        let (first, by) = self.weakening_by_data(u);
+        by_data[first..].iter_mut().zip(by).for_each(|(sum, by)| *sum = by);
+        self.standard_errors_of_sum(&[(u, 1.0)], &by_data).map(|[(value, _), _]| value)
+    }
+
+    /// Standard errors of the sum of -phi' times a weight over `points`, pairs of slip speed and weight, each
+    /// with its sampling error: with the unit of friction held fixed, and with the first datum as the unit;
+    /// `None` without standard errors of the data. `by_data` are the derivatives of the sum by the data, with
+    /// the unit held fixed.
+    ///
+    /// The slopes of the interpolant are not linear in the data: they vanish where the data turn, as nearly
+    /// equal data do within their errors. So random data tell by how much the variance differs from that to
+    /// first order.
+    pub(crate) fn standard_errors_of_sum(
+        &self,
+        points: &[(f64, f64)],
+        by_data: &[f64],
+    ) -> Option<[(f64, f64); 2]> {
+        const DRAWS: u32 = 4096;
+        let Cubics { u: knots, friction, static_level, errors, .. } = &*self.0;
         let errors = errors.as_ref()?;
-        let i = self.piece_at(u);
-        let (first, last) = (i.saturating_sub(1), (i + 3).min(knots.len()));
-        let mut random = Random(16);
-        let [mut sum, mut squares] = [0.0; 2];
-        for _ in 0..DRAWS {
-            let near: Vec<f64> =
-                (first..last).map(|k| phi[k] + errors[k] / static_level * random.normal()).collect();
-            let drawn = weakening_of(&knots[first..last], &near, i - first, u) - self.weakening(u);
-            sum += drawn;
-            squares += drawn * drawn;
+        // On each piece -phi' is linear in the secant and in the slopes at the ends.
+        let mut by_secant = vec![0.0; knots.len()];
+        let mut by_slope = vec![0.0; knots.len()];
+        let (mut first, mut last) = (knots.len(), 0);
+        for &(u, weight) in points {
+            let i = self.piece_at(u);
+            let x = (u - knots[i]) / (knots[i + 1] - knots[i]);
+            by_secant[i] -= weight * hermite_slope(x, 1.0, 0.0, 0.0);
+            by_slope[i] -= weight * hermite_slope(x, 0.0, 1.0, 0.0);
+            by_slope[i + 1] -= weight * hermite_slope(x, 0.0, 0.0, 1.0);
+            // The slopes at the ends of the piece follow from these data alone.
+            (first, last) = (first.min(i.saturating_sub(1)), last.max((i + 3).min(knots.len())));
         }
-        let [mean, square] = [sum, squares].map(|total| total / f64::from(DRAWS));
-        Some((square - mean * mean).max(0.0).sqrt())
+        let knots = &knots[first..last];
+        let sum = |friction: &[Jet<f64, 1>]| {
+            let of_slopes = slopes(knots, friction).into_iter().zip(&by_slope[first..]);
+            let secants = friction.windows(2).zip(knots.windows(2));
+            let of_secants = secants.map(|(f, u)| (f[1].0[0] - f[0].0[0]) / (u[1] - u[0]));
+            of_slopes.map(|(slope, by)| slope.0[0] * by).sum::<f64>()
+                + of_secants.zip(&by_secant[first..]).map(|(secant, by)| secant * by).sum::<f64>()
+        };
+        let nominal: Vec<Jet<f64, 1>> = friction[first..last].iter().map(|&f| Jet::of(f)).collect();
+        let nominal = sum(&nominal);
+        let by_unit = -nominal / static_level / friction[0];
+        let mut random = Random(16);
+        let mut near = vec![Jet::of(0.0); last - first];
+        // Sums of the excess over first order, of the excess of squares, and of the square of that.
+        let mut sums = [[0.0; 3]; 2];
+        for _ in 0..DRAWS {
+            let of_unit = errors[0] * random.normal();
+            let mut linear = 0.0;
+            for (k, near) in (first..last).zip(&mut near) {
+                let moved = if k == 0 { of_unit } else { errors[k] * random.normal() };
+                *near = Jet::of(friction[k] + moved);
+                linear += by_data[k] * moved;
+            }
+            let drawn = (sum(&near) - nominal) / static_level;
+            for (sums, unit) in sums.iter_mut().zip([0.0, by_unit * of_unit]) {
+                let excess = (drawn + unit).powi(2) - (linear + unit).powi(2);
+                for (sum, x) in sums.iter_mut().zip([drawn - linear, excess, excess * excess]) {
+                    *sum += x;
+                }
+            }
+        }
+        let with_unit = |unit: f64, sums: [f64; 3]| {
+            let moved = by_data.iter().zip(errors).enumerate();
+            let moved = moved.map(|(k, (by, error))| (by + if k == 0 { unit } else { 0.0 }) * error);
+            let [mean, excess, square] = sums.map(|sum| sum / f64::from(DRAWS));
+            let linear = moved.map(|moved| moved * moved).sum::<f64>();
+            let value = (linear + excess - mean * mean).max(0.0).sqrt();
+            let of_variance = ((square - excess * excess).max(0.0) / f64::from(DRAWS)).sqrt();
+            (value, if of_variance > 0.0 { 0.5 * of_variance / value } else { 0.0 })
+        };
+        Some([with_unit(0.0, sums[0]), with_unit(by_unit, sums[1])])
     }
 
     /// The source of the data.
@@ -435,15 +494,6 @@ fn slopes<const N: usize>(u: &[f64], phi: &[Jet<f64, N>]) -> Vec<Jet<f64, N>> {
     }
     slopes.push(end(h[last], h[last - 1], secant[last], secant[last - 1]));
     slopes
-}
-
-/// -phi'(u) on piece `i` of these data.
-fn weakening_of(knots: &[f64], phi: &[f64], i: usize, u: f64) -> f64 {
-    let series: Vec<Jet<f64, 1>> = phi.iter().map(|&phi| Jet::of(phi)).collect();
-    let slope = slopes(knots, &series);
-    let h = knots[i + 1] - knots[i];
-    let x = (u - knots[i]) / h;
-    -hermite_slope(x, (phi[i + 1] - phi[i]) / h, slope[i].0[0], slope[i + 1].0[0])
 }
 
 /// The slope of a cubic at share `x` of its piece, from the slope of the chord and the slopes at both ends.

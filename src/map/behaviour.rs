@@ -315,7 +315,8 @@ mod tests {
     use super::*;
     use crate::friction::{Expression, Law};
     use crate::simulate::arc::{SlipTurn, turn};
-    use crate::simulate::{dynamics, flow};
+    use crate::simulate::flow;
+    use crate::simulate::slip_cycle::slip_cycles;
 
     /// Steady slip, inside an unstable slip cycle, inside a stable one, which no orbit leaves.
     #[test]
@@ -336,16 +337,17 @@ mod tests {
         assert!(kick.forward <= cycle.velocity.hi && kick.backward <= -cycle.velocity.lo, "{kick:?}");
     }
 
-    /// The kick of the dynamics means the same, also where the outermost slip cycle attracts.
+    /// The kick leads onto the outermost slip cycle that repels, also where the outermost of all attracts.
     #[test]
-    fn the_kick_of_the_dynamics_is_that_onto_the_boundary() {
+    fn the_kick_is_that_onto_the_boundary() {
         let law = Law::Expression(Expression::new("0.6 + 0.4*exp(-u) - 0.1*sin(7*u)", 1.0).unwrap());
         let oscillator = Oscillator::new(&law, &law.point(1.0, &[], 1.2, 0.15).unwrap());
         let answer = flow(&oscillator, 1e-9);
         let kick = long_run(&oscillator, &answer, 1e-9).basin.unwrap().kick;
-        let all = dynamics(&oscillator, &answer, 1e-9);
-        assert!(all.slip.unwrap().last().is_some_and(Cycle::is_stable));
-        let other = all.kick.unwrap().unwrap();
+        let cycles = slip_cycles(&oscillator, TIGHT).unwrap();
+        let [.., repels, last] = &cycles[..] else { panic!("{cycles:?}") };
+        assert!(last.is_stable() && !repels.is_stable());
+        let other = kick_onto(&oscillator, repels, TIGHT).unwrap();
         for (one, other) in [(kick.forward, other.forward), (kick.backward, other.backward)] {
             assert!((one - other).abs() < 1e-9, "{one} {other}");
         }

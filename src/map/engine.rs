@@ -7,9 +7,7 @@ use std::sync::mpsc::sync_channel;
 
 use super::account::{Account, MethodAccount, count, failed_cells};
 use super::audit::Draws;
-use super::behaviour::Behaviours;
 use super::contradictions::contradictions;
-use super::end::End;
 use super::interpolation::Interpolated;
 use super::proved::Proved;
 use super::quantity::describe;
@@ -287,35 +285,15 @@ fn compute_tile(plan: &Plan, draws: &Draws, tile: &Tile) -> (TileData, Account) 
                 .unwrap_or_else(|| simulate(&columns, &axes, cs, plan.engine, plan.tolerance, false, &known))
         });
         account.stages.fields += taken;
-        if plan.stores(Field::Regime) {
-            (data.regime, account.stages.regime) =
-                timed(|| regimes(tile, &columns, cs, &simulated.ends, &known));
-        }
-        let (quantities, taken) = timed(|| describe(plan, tile, &simulated.ends));
-        data.quantities = quantities;
-        account.stages.fields += taken;
+        let (regimes, taken) =
+            timed(|| describe(plan, tile, &columns, &simulated.ends, &known, &mut data.quantities));
+        (data.regime, account.stages.regime) = regimes;
+        account.stages.fields += taken - account.stages.regime;
     }
     let verdicts: Vec<&Runs<Verdict>> = data.methods.iter().map(|cells| &cells.verdicts).collect();
     (account.audit, account.stages.audit) = timed(|| draws.audit(plan, tile, &verdicts));
     account.unknown.regimes = data.regime.count(|regime| regime == Regime::Failed);
     (data, account)
-}
-
-/// The regimes of a tile's cells; `ends` holds the ends of their orbits from the exit point.
-fn regimes(tile: &Tile, columns: &[Column], cs: &[f64], ends: &[End], known: &Interpolated) -> Runs<Regime> {
-    let mut regimes = vec![Regime::Failed; ends.len()];
-    let mut behaviours = Behaviours::default();
-    for number in tile.columns_by_epsilon() {
-        let column = &columns[number];
-        let backbone = known.backbone(number, column);
-        let none_crosses = known.no_other_crosses(number);
-        let behaviour = behaviours.of(column);
-        let cells = number * cs.len()..(number + 1) * cs.len();
-        for ((regime, &end), &c) in regimes[cells.clone()].iter_mut().zip(&ends[cells]).zip(cs) {
-            *regime = behaviour.regime(column.epsilon * c, end, backbone.as_ref(), none_crosses);
-        }
-    }
-    regimes.into_iter().collect()
 }
 
 /// The cells of a tile, column by column.

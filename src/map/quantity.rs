@@ -5,38 +5,59 @@ use std::collections::HashMap;
 
 use super::behaviour::{BasinBoundary, Behaviour, Behaviours};
 use super::end::End;
+use super::interpolation::Interpolated;
 use super::limits::Ray;
-use super::{Field, Plan, Quantity, Tile};
+use super::{Field, Plan, Quantity, Regime, Runs, Tile};
+use crate::clock::timed;
 use crate::filippov::Oscillator;
 use crate::friction::Column;
 use crate::point::Point;
 use crate::simulate::sensitivity::sensitivity;
 use crate::simulate::{Cycle, Fate, Landing, Range, flow};
 
-/// The values of the quantities of `plan`, in the order of [`Plan::quantities`], in the cells of a tile.
-pub(super) fn describe(plan: &Plan, tile: &Tile, ends: &[End]) -> Vec<Vec<f64>> {
-    let quantities = plan.quantities();
-    let mut values =
-        vec![vec![f64::NAN; if quantities.is_empty() { 0 } else { tile.cells() }]; quantities.len()];
-    if quantities.is_empty() {
-        return values;
-    }
-    let law = plan.grid.law();
+/// The regimes of a tile's cells, where `plan` stores them, with the processor seconds that they took, and
+/// the values of its quantities, in the order of [`Plan::quantities`]. `ends` holds the ends of the cells'
+/// orbits from the exit point.
+pub(super) fn describe(
+    plan: &Plan,
+    tile: &Tile,
+    columns: &[Column],
+    ends: &[End],
+    known: &Interpolated,
+    values: &mut Vec<Vec<f64>>,
+) -> (Runs<Regime>, f64) {
+    let (law, quantities) = (plan.grid.law(), plan.quantities());
+    *values = vec![vec![f64::NAN; tile.cells()]; quantities.len()];
+    let mut regimes = vec![Regime::Failed; if plan.stores(Field::Regime) { tile.cells() } else { 0 }];
+    let mut seconds = 0.0;
     let cs = &plan.grid.dampings()[tile.damping_range()];
     let mut limits = Limits { plan, known: HashMap::new() };
-    let columns: Vec<Column> = plan.grid.columns(tile).collect();
     let mut behaviours = Behaviours::default();
-    for column in tile.columns_by_epsilon() {
-        let start = plan.grid.point(&tile.column_index(column));
-        let behaviour = behaviours.of(&columns[column]);
-        let derivatives =
-            plan.stores(Field::Sensitivity).then(|| sensitivity(&columns[column]).ok()).flatten();
+    for number in tile.columns_by_epsilon() {
+        let column = &columns[number];
+        let behaviour = behaviours.of(column);
+        if plan.stores(Field::Regime) {
+            let ((), taken) = timed(|| {
+                let backbone = known.backbone(number, column);
+                let none_crosses = known.no_other_crosses(number);
+                let cells = number * cs.len()..(number + 1) * cs.len();
+                for ((regime, &end), &c) in regimes[cells.clone()].iter_mut().zip(&ends[cells]).zip(cs) {
+                    *regime = behaviour.regime(column.epsilon * c, end, backbone.as_ref(), none_crosses);
+                }
+            });
+            seconds += taken;
+        }
+        if quantities.is_empty() {
+            continue;
+        }
+        let start = plan.grid.point(&tile.column_index(number));
+        let derivatives = plan.stores(Field::Sensitivity).then(|| sensitivity(column).ok()).flatten();
         let derivatives: Vec<f64> =
             derivatives.iter().flat_map(|found| found.named(law)).map(|(_, by)| by.value).collect();
         for (i, &c) in cs.iter().enumerate() {
             let point = Point { damping: c, ..start };
-            let position = column * cs.len() + i;
-            let cell = Description::of(plan, behaviour, &Oscillator::new(law, &point), ends[position]);
+            let position = number * cs.len() + i;
+            let cell = Description::of(plan, behaviour, &Oscillator::in_column(column, c), ends[position]);
             let limits = plan.stores(Field::EpsilonLimit).then(|| limits.at(&point));
             for (values, quantity) in values.iter_mut().zip(&quantities) {
                 values[position] = match quantity {
@@ -49,7 +70,7 @@ pub(super) fn describe(plan: &Plan, tile: &Tile, ends: &[End]) -> Vec<Vec<f64>> 
             }
         }
     }
-    values
+    (regimes.into_iter().collect(), seconds)
 }
 
 /// Properties of the orbits of one cell.

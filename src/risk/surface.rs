@@ -19,13 +19,13 @@
 //! with so few machines that each has its own search. A box in which no search succeeds is not cut. The
 //! guarantee is numerical; [`Found::error`] is the largest error at the samples.
 //!
-//! Standard errors of measured friction make y uncertain. To first order in them the standard deviation of y
-//! is another function of the same groups (theory, "Any friction law"). The same orbits give y and its
-//! deviation, which is interpolated from the same nodes.
+//! Standard errors of measured friction make y uncertain. The standard deviation of y is another function of
+//! the same groups (theory, "Any friction law"). The same orbits give y and its deviation, which is
+//! interpolated from the same nodes.
 
 use rayon::prelude::*;
 
-use crate::friction::{Column, Law, Table};
+use crate::friction::{Column, Law};
 use crate::machine::{Friction, Machine, Model};
 use crate::simulate::chebyshev::{Side, Tensor};
 use crate::simulate::critical::{critical_damping, critical_dampings};
@@ -89,9 +89,9 @@ pub(crate) struct WithError {
     pub(crate) standard_error: f64,
 }
 
-/// The critical damping of a machine, which may be negative, and its standard error, in SI units, to first
-/// order in the standard errors of its measured friction. `None` if the friction has none, or the critical
-/// damping has no derivatives.
+/// The critical damping of a machine, which may be negative, and its standard error, in SI units, by the
+/// standard errors of its measured friction. `None` if the friction has none, or the critical damping has no
+/// derivatives.
 pub(crate) fn uncertain_critical_damping(model: &Model) -> Option<WithError> {
     let [c, deviation] = of_measured(model);
     let unit = model.si.units.damping;
@@ -104,19 +104,18 @@ pub(crate) fn standard_error(model: &Model) -> Option<f64> {
     uncertain_critical_damping(model).map(|critical| critical.standard_error)
 }
 
-/// The critical damping of a machine with measured friction, and its standard deviation to first order in the
-/// standard errors of the data; both dimensionless, NaN where unknown. A negative critical damping has a
-/// deviation, too: other data may have a positive one.
+/// The critical damping of a machine with measured friction, and its standard deviation by the standard
+/// errors of the data; both dimensionless, NaN where unknown. A negative critical damping has a deviation,
+/// too: other data may have a positive one.
 fn of_measured(model: &Model) -> Pair {
     let column = model.column();
-    let errors = column.curve.table().and_then(Table::standard_errors).unwrap_or_default();
     match sensitivity_of_any_sign(&column) {
         Ok(found) => {
-            // The derivatives are at a fixed unit of friction: in SI this is not the static friction.
-            let moved = found.by_data.iter().zip(errors).map(|(by, error)| (by.value * error).powi(2));
             let critical = found.critical;
-            // A search may end with a negative critical damping that is known to be negative only.
-            [critical.c, if critical.is_located() { moved.sum::<f64>().sqrt() } else { f64::NAN }]
+            // In SI the unit of friction is not the static friction. A search may end with a negative critical
+            // damping that is known to be negative only.
+            let deviation = found.standard_error_in_fixed_unit.filter(|_| critical.is_located());
+            [critical.c, deviation.map_or(f64::NAN, |deviation| deviation.value)]
         }
         Err(_) => [critical_damping(&column, TOLERANCE).map_or(f64::NAN, |critical| critical.c), f64::NAN],
     }

@@ -23,6 +23,10 @@ use crate::friction::{Curve, Pieces, Range};
 /// The refinement of a bound ends after a step that leaves more than this share of it.
 const WORTHWHILE: f64 = 0.8;
 
+/// Distances greater than this, in units of max(1, V), are of no use: no loop is followed so far out, where it
+/// would change by less than its error.
+const FARTHEST: f64 = 1e10;
+
 /// The friction of a curve far out, for all dampings.
 pub(crate) struct FarLoops<'a> {
     curve: &'a Curve,
@@ -82,10 +86,13 @@ impl<'a> FarLoops<'a> {
         self.least(&self.psi(viscous), |parts| self.outward(parts))
     }
 
-    /// Bounds of phi + C u on the intervals.
+    /// Bounds of phi + C u on the intervals. Where bounds of the two terms leave the sign open, phi falls
+    /// about as fast as C u rises, and the sum is bounded on parts of the interval.
     fn psi(&self, viscous: f64) -> Vec<(f64, Range)> {
-        let bounds = self.intervals.iter().map(|([from, to], phi)| {
-            (*from, Range { lo: viscous.mul_add(*from, phi.lo), hi: viscous.mul_add(*to, phi.hi) })
+        let bounds = self.intervals.iter().map(|&([from, to], phi)| {
+            let apart = Range { lo: viscous.mul_add(from, phi.lo), hi: viscous.mul_add(to, phi.hi) };
+            let open = apart.lo < 0.0 && apart.hi > 0.0 && viscous > 0.0 && from < to;
+            (from, if open { self.curve.friction_between(from, to, viscous) } else { apart })
         });
         bounds.collect()
     }
@@ -101,6 +108,7 @@ impl<'a> FarLoops<'a> {
             hi: one.hi.max(other.hi),
         };
         let nothing = Range { lo: f64::INFINITY, hi: f64::NEG_INFINITY };
+        let farthest = FARTHEST * self.belt_speed.max(1.0);
         let bounds = (1..psi.len()).filter(|at| psi[*at].0 >= self.belt_speed).filter_map(|at| {
             let (near, far) = psi.split_at(at);
             bound(&Parts {
@@ -109,7 +117,7 @@ impl<'a> FarLoops<'a> {
                 far: far.iter().fold(nothing, hull),
             })
         });
-        bounds.fold(f64::INFINITY, f64::min)
+        bounds.filter(|bound| *bound <= farthest).fold(f64::INFINITY, f64::min)
     }
 
     fn inward(&self, &Parts { from, near, far }: &Parts) -> Option<f64> {

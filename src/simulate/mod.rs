@@ -19,7 +19,6 @@ pub mod critical;
 pub mod crossing;
 pub mod direct;
 mod dop853;
-mod dynamics;
 mod elements;
 pub(crate) mod far_loops;
 pub(crate) mod folds;
@@ -27,6 +26,7 @@ mod gauss;
 mod lower_set;
 pub mod margins;
 pub mod naive;
+mod neighbours;
 mod polar;
 pub mod return_map;
 mod roots;
@@ -39,8 +39,8 @@ mod work;
 
 pub use critical::{CriticalDamping, NoCriticalDamping, critical_damping, exceeds};
 pub(crate) use critical::{located_critical_damping, sticks_from};
-pub use dynamics::{Dynamics, Neighbour, crossing_separates, dynamics, separates};
-pub(crate) use dynamics::{TIGHT, outermost_repelling};
+pub use neighbours::{Neighbour, crossing_separates, separates};
+pub(crate) use neighbours::{TIGHT, outermost_repelling};
 pub use return_map::flow;
 
 pub(crate) use crate::friction::Range;

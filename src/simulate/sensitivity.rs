@@ -31,7 +31,7 @@ use super::work::Work;
 use super::{CriticalDamping, Failure, NoCriticalDamping, critical_damping};
 use crate::filippov::{Oscillator, Side};
 use crate::friction::jet::Jet;
-use crate::friction::{Column, Law, Table};
+use crate::friction::{Column, Law};
 
 /// Error of the critical damping, in units of the divergence.
 const CRITICAL: f64 = 1e-13;
@@ -65,8 +65,11 @@ pub struct Sensitivity {
     /// the unit of friction held fixed; empty for other laws.
     pub by_data: Vec<Estimate>,
     /// The standard error of c* by the independent standard errors of a table's data, the first of which is
-    /// the unit of friction; `None` where the law has none.
+    /// the unit of friction; `None` where the law has none. To first order in the change of the weakening
+    /// rate, which itself is that of random data.
     pub standard_error: Option<Estimate>,
+    /// The same with the unit of friction held fixed.
+    pub(crate) standard_error_in_fixed_unit: Option<Estimate>,
 }
 
 impl Sensitivity {
@@ -124,11 +127,11 @@ pub(crate) fn sensitivity_of_any_sign(column: &Column) -> Result<Sensitivity, No
 /// The derivatives on the orbit that grazes at the damping `critical`.
 fn at(column: &Column, critical: CriticalDamping) -> Result<Sensitivity, NoSensitivity> {
     let work = Work::of_question(&column.curve);
-    let [fine, coarse] =
-        [(critical.c, TOLERANCES[0]), (critical.c + critical.error, TOLERANCES[1])].map(|(c, tolerance)| {
-            Ok::<_, Failure>(means(column, c, &grazing_orbit(column, c, tolerance, &[], &work)?))
-        });
-    let (fine, coarse) = (fine?, coarse?);
+    let orbit = |c: f64, tolerance: f64| grazing_orbit(column, c, tolerance, &[], &work);
+    let samples = orbit(critical.c, TOLERANCES[0])?;
+    let fine = means(column, critical.c, &samples);
+    let c = critical.c + critical.error;
+    let coarse = means(column, c, &orbit(c, TOLERANCES[1])?);
     let estimates = |fine: &[Term], coarse: &[Term]| -> Vec<Estimate> {
         let pairs = fine.iter().zip(coarse);
         let estimate = |(fine, coarse): (&Term, &Term)| Estimate {
@@ -139,28 +142,35 @@ fn at(column: &Column, critical: CriticalDamping) -> Result<Sensitivity, NoSensi
     };
     let by_data = estimates(&fine.by_data, &coarse.by_data);
     let estimates = estimates(&fine.by_parameters, &coarse.by_parameters);
-    let standard_error = column.curve.table().and_then(Table::standard_errors).map(|errors| {
-        let total = |means: &Means| {
-            let unit = std::iter::once(means.by_unit.value).chain(std::iter::repeat(0.0));
-            let moved = means
-                .by_data
-                .iter()
-                .zip(unit)
-                .zip(errors)
-                .map(|((by, unit), error)| (by.value + unit) * error);
-            moved.map(|moved| moved * moved).sum::<f64>().sqrt()
-        };
-        let (value, coarse) = (total(&fine), total(&coarse));
-        Estimate { value, error: (value - coarse).abs() + ROUND_OFF * value }
-    });
+    let standard_errors = standard_errors(column, &samples, &by_data);
     Ok(Sensitivity {
         critical,
         by_epsilon: estimates[0],
         by_belt_speed: estimates[1],
         by_parameters: estimates[2..].to_vec(),
         by_data,
-        standard_error,
+        standard_error_in_fixed_unit: standard_errors.map(|[fixed, _]| fixed),
+        standard_error: standard_errors.map(|[_, moved]| moved),
     })
+}
+
+/// Standard errors of c* by those of a table's data, with the unit of friction held fixed and moved; `None`
+/// without them.
+fn standard_errors(column: &Column, orbit: &[Sample], by_data: &[Estimate]) -> Option<[Estimate; 2]> {
+    let (table, epsilon) = (column.curve.table()?, column.epsilon);
+    let errors = table.standard_errors()?;
+    let points: Vec<(f64, f64)> = orbit.iter().map(|&Sample { slip, weight }| (slip, weight)).collect();
+    let of_rate: Vec<f64> = by_data.iter().map(|by| by.value * epsilon).collect();
+    let found = table.standard_errors_of_sum(&points, &of_rate)?;
+    // The root of a sum of squares changes at most by that of the changes.
+    let of_orbit =
+        by_data.iter().zip(errors).map(|(by, error)| (by.error * error).powi(2)).sum::<f64>().sqrt();
+    Some(
+        found.map(|(value, sampling)| Estimate {
+            value: value / epsilon,
+            error: sampling / epsilon + of_orbit,
+        }),
+    )
 }
 
 /// The standard error of the damping at which the orbit of amplitude `radius`, the largest x2 on it, closes,
@@ -301,7 +311,6 @@ struct Means {
     by_parameters: Vec<Term>,
     /// Derivatives by a table's data, with the unit of friction held fixed.
     by_data: Vec<Term>,
-    by_unit: Term,
 }
 
 fn means(column: &Column, c: f64, orbit: &[Sample]) -> Means {
@@ -311,7 +320,6 @@ fn means(column: &Column, c: f64, orbit: &[Sample]) -> Means {
     terms[0].add(-c);
     let measured = curve.table().and_then(|table| Some((table, table.standard_errors()?.len())));
     let mut data = vec![Term::default(); measured.map_or(0, |(_, data)| data)];
-    let mut unit = Term::default();
     for &Sample { slip, weight } in orbit {
         let gradient = curve.weakening_gradient(slip);
         let by_parameters = gradient.parameters.as_slice();
@@ -331,9 +339,8 @@ fn means(column: &Column, c: f64, orbit: &[Sample]) -> Means {
             for (sum, by) in data[first..].iter_mut().zip(by_data) {
                 sum.add(weight * by);
             }
-            unit.add(-weight * curve.weakening(slip) / table.static_level());
         }
     }
     let over = |terms: Vec<Term>| terms.into_iter().map(|term| term.over(*epsilon)).collect();
-    Means { by_parameters: over(terms), by_data: over(data), by_unit: unit.over(*epsilon) }
+    Means { by_parameters: over(terms), by_data: over(data) }
 }

@@ -194,9 +194,12 @@ impl Extent {
     }
 }
 
-/// The kicks that carry the equilibrium onto `cycle`: the velocities at which the cycle passes the
-/// equilibrium's x1.
-pub(crate) fn kick_onto(oscillator: &Oscillator, cycle: &Cycle, tolerance: f64) -> Result<Kick, Failure> {
+/// The kicks that carry the equilibrium onto the slip cycle `cycle`: the velocities at which it passes the
+/// equilibrium's x1. The cycle is followed with the relative error `tolerance`.
+///
+/// # Errors
+/// [`Failure`] of its orbit.
+pub fn kick_onto(oscillator: &Oscillator, cycle: &Cycle, tolerance: f64) -> Result<Kick, Failure> {
     let radius = cycle.velocity.hi;
     let rest = oscillator.equilibrium_x1();
     let work = Work::of_question(&oscillator.curve);

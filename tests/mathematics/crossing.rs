@@ -3,9 +3,9 @@
 use slipmap::filippov::Oscillator;
 use slipmap::friction::{Expression, Law};
 use slipmap::map::{self, Regime};
-use slipmap::simulate::crossing::{Loop, crossing_cycles, crossing_loop};
-use slipmap::simulate::slip_cycle::Unknown;
-use slipmap::simulate::{Neighbour, crossing_separates, dynamics, flow};
+use slipmap::simulate::crossing::{Loop, crossing_cycles, crossing_loop, stick_slip_cycle};
+use slipmap::simulate::slip_cycle::{Unknown, slip_cycles};
+use slipmap::simulate::{Neighbour, crossing_separates, flow};
 
 use crate::sample::{Random, Sample};
 
@@ -260,17 +260,31 @@ fn cycles_are_known_where_those_of_another_kind_are_not() {
     let (mut without, mut with) = (1.9, 2.0005);
     let meeting = loop {
         let oscillator = at(0.5 * (without + with));
-        let found = dynamics(&oscillator, &flow(&oscillator, 1e-9), 1e-9);
-        match &found.crossing {
+        match crossing_cycles(&oscillator, 1e-9) {
             Ok(cycles) => {
                 *(if cycles.is_empty() { &mut without } else { &mut with }) = 0.5 * (without + with)
             }
-            Err(_) => break found,
+            Err(unknown) => {
+                assert_eq!(unknown, Unknown::TooClose);
+                break oscillator;
+            }
         }
     };
-    assert_eq!(meeting.crossing, Err(Unknown::TooClose));
-    assert!(matches!(meeting.stick_slip, Ok(Some(_))) && meeting.slip == Ok(Vec::new()), "{meeting:?}");
-    assert_eq!(meeting.kick, Ok(None));
+    let stick_slip = stick_slip_cycle(&meeting, &flow(&meeting, 1e-9), 1e-9);
+    assert!(matches!(stick_slip, Ok(Some(_))), "{stick_slip:?}");
+    assert_eq!(slip_cycles(&meeting, 1e-13), Ok(Vec::new()));
+}
+
+/// Friction that falls without end, a little slower than the damping rises: all loops lead inward.
+#[test]
+fn damping_may_outweigh_friction_that_falls_without_end() {
+    let law = Law::Expression(Expression::new("1 - 0.01*(u - 1.5*sin(7.2*u)/7.2)", 1.0).unwrap());
+    for damping in [0.0102, 0.0105, 0.0115] {
+        let oscillator = Oscillator::new(&law, &law.point(1.0, &[], 1.0, damping).unwrap());
+        assert_eq!(crossing_cycles(&oscillator, 1e-9), Ok(Vec::new()), "{damping}");
+        let regime = map::regime(&oscillator, &flow(&oscillator, 1e-9));
+        assert_eq!(regime, Regime::PureSlipAndEquilibrium, "{damping}");
+    }
 }
 
 /// A step of friction of 1/1300 of the belt speed, below zero: loops from 0.326181 beyond the exit point on

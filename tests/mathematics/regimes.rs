@@ -11,10 +11,9 @@ use slipmap::point::Point;
 use slipmap::simulate::arc::{SlipTurn, turn};
 use slipmap::simulate::crossing::{Loop, crossing_cycles, crossing_loop, stick_slip_cycle};
 use slipmap::simulate::direct::{self, Ending, Phase, Start, Trace, trace};
-use slipmap::simulate::slip_cycle::{Kick, slip_cycles};
+use slipmap::simulate::slip_cycle::{Kick, kick_onto, slip_cycles};
 use slipmap::simulate::{
-    Cycle, Dynamics, Failure, Fate, Flow, Neighbour, critical_damping, crossing_separates, dynamics, flow,
-    separates,
+    Cycle, Failure, Fate, Flow, Neighbour, critical_damping, crossing_separates, flow, separates,
 };
 
 use crate::sample::Random;
@@ -64,10 +63,15 @@ struct Known {
 
 impl Known {
     fn of(oscillator: &Oscillator, flow: &Flow, tolerance: f64) -> Self {
-        let Dynamics { equilibrium, stick_slip, slip, crossing, kick } =
-            dynamics(oscillator, flow, tolerance);
-        let (stick_slip, slip) = (stick_slip.unwrap(), slip.unwrap());
-        Self { equilibrium, stick_slip, slip, crossing: crossing.unwrap(), kick: kick.unwrap() }
+        let slip = slip_cycles(oscillator, 1e-13).unwrap();
+        let repels = slip.iter().rfind(|cycle| !cycle.is_stable());
+        Self {
+            equilibrium: oscillator.eigenvalues(),
+            stick_slip: stick_slip_cycle(oscillator, flow, tolerance).unwrap(),
+            crossing: crossing_cycles(oscillator, tolerance).unwrap(),
+            kick: repels.map(|cycle| kick_onto(oscillator, cycle, 1e-13).unwrap()),
+            slip,
+        }
     }
 }
 

@@ -6,6 +6,8 @@ use slipmap::point::Point;
 use slipmap::simulate::sensitivity::{Estimate, Influence, NoSensitivity, influence, sensitivity};
 use slipmap::simulate::{CriticalDamping, critical_damping};
 
+use crate::sample::Random;
+
 fn point(law: &Law, epsilon: f64, parameters: &[f64], belt_speed: f64) -> Point {
     law.point(epsilon, parameters, belt_speed, 0.0).unwrap()
 }
@@ -159,6 +161,38 @@ fn the_standard_error_is_that_of_tables_whose_data_are_moved() {
         assert!((found.by_data[i].value - difference).abs() < 1e-6 * (1.0 + difference.abs()), "{i}");
     }
     assert!(found.by_parameters.is_empty());
+}
+
+/// Nearly flat friction, whose data turn within their errors, and friction with equal neighbours: the
+/// deviation of the critical dampings of random tables.
+#[test]
+fn standard_errors_are_those_of_random_tables() {
+    let speeds = [0.0, 0.1, 0.25, 0.45, 0.7, 1.0, 1.4, 2.0];
+    let flat = [0.5, 0.497, 0.496, 0.4945, 0.494, 0.493, 0.4925, 0.492];
+    let equal = [0.5, 0.45, 0.42, 0.40, 0.40, 0.39, 0.39, 0.38];
+    for (friction, sd) in [(flat, 2e-3), (equal, 4e-3)] {
+        let data = |moved: &mut dyn FnMut() -> f64| -> Vec<(f64, f64)> {
+            speeds.into_iter().zip(friction).map(|(u, f)| (u, f + sd * moved())).collect()
+        };
+        let table = |data: &[(f64, f64)]| Table::new("data", data, data[0].1).unwrap();
+        let column = |table: Table| {
+            let law = Law::Table(table);
+            law.column(&point(&law, 1.0, &[], 0.6))
+        };
+        let given = table(&data(&mut || 0.0)).with_standard_errors(&[sd; 8]).unwrap();
+        let found = sensitivity(&column(given)).unwrap().standard_error.unwrap();
+        let mut random = Random(3);
+        // A normal number, up to its fourth moment by 1 %.
+        let mut normal = || (0..12).map(|_| random.unit()).sum::<f64>() - 6.0;
+        let drawn = (0..3000).map(|_| critical_damping(&column(table(&data(&mut normal))), 1e-9).unwrap().c);
+        let (mut sum, mut squares, mut count) = (0.0, 0.0, 0.0);
+        for c in drawn {
+            (sum, squares, count) = (sum + c, squares + c * c, count + 1.0);
+        }
+        let deviation = (squares / count - (sum / count).powi(2)).sqrt();
+        assert!((found.value / deviation - 1.0).abs() < 0.05, "{found:?} {deviation}");
+        assert!(found.error < 0.02 * found.value, "{found:?}");
+    }
 }
 
 #[test]

@@ -1,27 +1,7 @@
-//! All attractors of one oscillator, and the cycles that separate their basins.
+//! The attractors on both sides of a cycle that repels.
 
-use super::crossing::{crossing_cycles, stick_slip_cycle};
-use super::slip_cycle::{Kick, Unknown, kick_onto, slip_cycles};
-use super::{Cycle, Failure, Fate, Flow};
-use crate::filippov::{Eigenvalues, Oscillator};
+use super::Fate;
 use crate::named::named;
-
-/// The equilibrium and all cycles, with their stability. Each kind of cycle may be unknown where others are
-/// known.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Dynamics {
-    /// Eigenvalues at the equilibrium.
-    pub equilibrium: Eigenvalues,
-    /// The stick-slip cycle; `None` where there is none.
-    pub stick_slip: Result<Option<Cycle>, Failure>,
-    /// Cycles below the belt line, by growing amplitude.
-    pub slip: Result<Vec<Cycle>, Unknown>,
-    /// Cycles that cross the belt line, by growing size.
-    pub crossing: Result<Vec<Cycle>, Unknown>,
-    /// The kicks that carry steady slip onto the outermost slip cycle that repels, the same as `kick_forward`
-    /// and `kick_backward` of a map: `None` where none repels.
-    pub kick: Result<Option<Kick>, Unknown>,
-}
 
 named! {
     /// The attractor of orbits on one side of a repelling cycle, with its name in `--json`.
@@ -82,21 +62,3 @@ pub(crate) fn outermost_repelling<T>(cycles: &[T], is_stable: impl Fn(&T) -> boo
 /// Largest relative error of a turn that is used for slip cycles: their amplitude is ill-conditioned where
 /// the multiplier is close to 1.
 pub(crate) const TIGHT: f64 = 1e-13;
-
-/// Computes the dynamics; `flow` is the answer for the orbit from the exit point.
-#[must_use]
-pub fn dynamics(oscillator: &Oscillator, flow: &Flow, tolerance: f64) -> Dynamics {
-    let tight = tolerance.min(TIGHT);
-    let slip = slip_cycles(oscillator, tight);
-    let kick = slip.clone().and_then(|cycles| {
-        let position = outermost_repelling(&cycles, Cycle::is_stable);
-        Ok(position.map(|position| kick_onto(oscillator, &cycles[position], tight)).transpose()?)
-    });
-    Dynamics {
-        equilibrium: oscillator.eigenvalues(),
-        stick_slip: stick_slip_cycle(oscillator, flow, tolerance),
-        crossing: crossing_cycles(oscillator, tolerance),
-        slip,
-        kick,
-    }
-}
