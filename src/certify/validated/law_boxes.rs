@@ -292,8 +292,11 @@ mod tests {
             (Law::Table(table.unwrap()), vec![[1.0, 1.0], [0.5, 1.0]]),
         ];
         for (law, ranges) in cases {
-            let few = volumes(&law, ranges.clone(), [0.0, 0.5], 40);
-            let more = volumes(&law, ranges.clone(), [0.0, 0.5], 160);
+            let mut proof = LawProof::new(&law, ranges.clone(), [0.0, 0.5]);
+            let [few, more] = [40, 160].map(|boxes| {
+                proof.refine(boxes, &|| true);
+                proof.volumes()
+            });
             assert!(more.undecided < few.undecided && more.undecided < 0.2, "{few:?} {more:?}");
             // The midpoint rule with steps of a sixth of each axis: its error is far below the undecided
             // share.
