@@ -77,6 +77,7 @@ impl<'a> FarLoops<'a> {
             }
             false => self.least(&psi, |parts| self.inward(parts)),
         };
+        let bound = if bound <= FARTHEST * self.belt_speed.max(1.0) { bound } else { f64::INFINITY };
         bound.min(farthest(self.curve, self.belt_speed))
     }
 
@@ -108,7 +109,6 @@ impl<'a> FarLoops<'a> {
             hi: one.hi.max(other.hi),
         };
         let nothing = Range { lo: f64::INFINITY, hi: f64::NEG_INFINITY };
-        let farthest = FARTHEST * self.belt_speed.max(1.0);
         let bounds = (1..psi.len()).filter(|at| psi[*at].0 >= self.belt_speed).filter_map(|at| {
             let (near, far) = psi.split_at(at);
             bound(&Parts {
@@ -117,7 +117,7 @@ impl<'a> FarLoops<'a> {
                 far: far.iter().fold(nothing, hull),
             })
         });
-        bounds.filter(|bound| *bound <= farthest).fold(f64::INFINITY, f64::min)
+        bounds.fold(f64::INFINITY, f64::min)
     }
 
     fn inward(&self, &Parts { from, near, far }: &Parts) -> Option<f64> {
@@ -227,7 +227,7 @@ mod tests {
     use crate::filippov::Oscillator;
     use crate::friction::{Expression, Law};
     use crate::random::Random;
-    use crate::simulate::crossing::{Loop, crossing_loop};
+    use crate::simulate::crossing::{Loop, crossing_loop, some_cross_for_ever};
 
     /// Laws with a step or a dip; some of them push for ever, some nowhere.
     fn law(random: &mut Random) -> (Law, Vec<f64>) {
@@ -242,6 +242,16 @@ mod tests {
             vec![random.unit(), log(random, 0.01, 10.0), 2.0 * random.unit(), e, e * log(random, 0.05, 0.5)];
         let phi = phi[(3.0 * random.unit()) as usize];
         (Law::Expression(Expression::new(phi, 1.0).unwrap()), values)
+    }
+
+    /// Friction that pushes for ever from 10^11 on: no loop is followed there, and none needs to be.
+    #[test]
+    fn orbits_that_run_away_are_known_however_far_out() {
+        let law = Law::Expression(Expression::new("1-1e-11*u", 1.0).unwrap());
+        let oscillator = Oscillator::new(&law, &law.point(1.0, &[], 1.0, 0.0).unwrap());
+        let far = FarLoops::new(&oscillator.curve, 1.0);
+        assert!((1e11..1e13).contains(&far.outward_from(0.0)) && far.inward_from(0.0) == f64::INFINITY);
+        assert_eq!(some_cross_for_ever(&oscillator, &far), Ok(true));
     }
 
     #[test]
