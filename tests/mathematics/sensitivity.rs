@@ -164,20 +164,22 @@ fn the_standard_error_is_that_of_tables_whose_data_are_moved() {
 }
 
 /// Nearly flat friction, whose data turn within their errors, and friction with equal neighbours: the
-/// deviation of the critical dampings of random tables.
+/// deviation of the critical dampings of random tables. First order is 7 % too large for the first, and 16 %
+/// too small for the second.
 #[test]
 fn standard_errors_are_those_of_random_tables() {
     let speeds = [0.0, 0.1, 0.25, 0.45, 0.7, 1.0, 1.4, 2.0];
     let flat = [0.5, 0.497, 0.496, 0.4945, 0.494, 0.493, 0.4925, 0.492];
-    let equal = [0.5, 0.45, 0.42, 0.40, 0.40, 0.39, 0.39, 0.38];
-    for (friction, sd) in [(flat, 2e-3), (equal, 4e-3)] {
+    let equal = [0.5, 0.46, 0.46, 0.42, 0.42, 0.40, 0.40, 0.38];
+    let sd = 2e-3;
+    for friction in [flat, equal] {
         let data = |moved: &mut dyn FnMut() -> f64| -> Vec<(f64, f64)> {
             speeds.into_iter().zip(friction).map(|(u, f)| (u, f + sd * moved())).collect()
         };
         let table = |data: &[(f64, f64)]| Table::new("data", data, data[0].1).unwrap();
         let column = |table: Table| {
             let law = Law::Table(table);
-            law.column(&point(&law, 1.0, &[], 0.6))
+            law.column(&point(&law, 1.0, &[], 0.17))
         };
         let given = table(&data(&mut || 0.0)).with_standard_errors(&[sd; 8]).unwrap();
         let found = sensitivity(&column(given)).unwrap().standard_error.unwrap();
