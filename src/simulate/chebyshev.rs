@@ -22,7 +22,7 @@ type ForPowers<T> = [OnceLock<T>; usize::BITS as usize];
 pub(crate) fn coefficients(values: &[f64]) -> Vec<f64> {
     static ALL: ForPowers<Transform> = [const { OnceLock::new() }; usize::BITS as usize];
     let size = values.len() - 1;
-    debug_assert!(size.is_power_of_two());
+    assert!(size.is_power_of_two());
     ALL[size.ilog2() as usize].get_or_init(|| Transform::new(size)).coefficients(values).collect()
 }
 
@@ -109,7 +109,7 @@ impl Between {
     /// The table for `size` intervals, a power of two; computed once.
     pub(crate) fn of(size: usize) -> &'static Self {
         static ALL: ForPowers<Between> = [const { OnceLock::new() }; usize::BITS as usize];
-        debug_assert!(size.is_power_of_two());
+        assert!(size.is_power_of_two());
         ALL[size.ilog2() as usize].get_or_init(|| Self::new(size))
     }
 
@@ -173,12 +173,29 @@ fn cosine(i: usize, j: usize, count: usize) -> f64 {
     (PI * j as f64 * (i as f64 + 0.5) / count as f64).cos()
 }
 
-/// Adds `rest`, block by block, times T_1(x), T_2(x) and so on to `first`.
+/// Adds `rest`, block by block, times T_1(x), T_2(x) and so on to `first`. Blocks are taken four at a time, which
+/// loads and stores each sum once for all of them.
 fn add_up(first: &mut [f64], rest: &[f64], x: f64) {
+    let size = first.len();
     let (mut before, mut now) = (1.0, x);
-    for block in rest.chunks_exact(first.len()) {
-        first.iter_mut().zip(block).for_each(|(sum, coefficient)| *sum += now * coefficient);
+    let mut next = || {
+        let polynomial = now;
         (before, now) = (now, 2.0 * x * now - before);
+        polynomial
+    };
+    let fours = rest.chunks_exact(4 * size);
+    let last = fours.remainder();
+    for four in fours {
+        let [t1, t2, t3, t4] = std::array::from_fn(|_| next());
+        let (a, b) = four.split_at(2 * size);
+        let ((a, b), (c, d)) = (a.split_at(size), b.split_at(size));
+        for ((((sum, a), b), c), d) in first.iter_mut().zip(a).zip(b).zip(c).zip(d) {
+            *sum = *sum + t1 * a + t2 * b + t3 * c + t4 * d;
+        }
+    }
+    for block in last.chunks_exact(size) {
+        let polynomial = next();
+        first.iter_mut().zip(block).for_each(|(sum, coefficient)| *sum += polynomial * coefficient);
     }
 }
 

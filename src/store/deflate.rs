@@ -348,7 +348,9 @@ struct Bits {
 impl Bits {
     /// Appends the lowest `count` <= 16 bits of `value`, whose other bits are zero.
     fn push(&mut self, value: u64, count: u32) {
-        debug_assert!(count <= 16 && value >> count == 0);
+        if cfg!(test) {
+            assert!(count <= 16 && value >> count == 0);
+        }
         self.pending |= value << self.count;
         self.count += count;
         if self.count >= 32 {

@@ -44,7 +44,7 @@ impl Data {
     /// Appends a column.
     #[must_use]
     pub(crate) fn with(mut self, header: impl Into<String>, values: Values) -> Self {
-        debug_assert!(self.columns.iter().all(|(_, other)| other.len() == values.len()));
+        assert!(self.columns.iter().all(|(_, other)| other.len() == values.len()));
         self.columns.push((header.into(), values));
         self
     }
