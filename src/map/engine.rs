@@ -285,10 +285,10 @@ fn compute_tile(plan: &Plan, draws: &Draws, tile: &Tile) -> (TileData, Account) 
                 .unwrap_or_else(|| simulate(&columns, &axes, cs, plan.engine, plan.tolerance, false, &known))
         });
         account.stages.fields += taken;
-        let (regimes, taken) =
-            timed(|| describe(plan, tile, &columns, &simulated.ends, &known, &mut data.quantities));
-        (data.regime, account.stages.regime) = regimes;
-        account.stages.fields += taken - account.stages.regime;
+        let (described, taken) = timed(|| describe(plan, tile, &columns, &simulated.ends, &known));
+        account.stages.regime = described.regime_seconds;
+        account.stages.fields += taken - described.regime_seconds;
+        (data.regime, data.quantities) = (described.regimes, described.quantities);
     }
     let verdicts: Vec<&Runs<Verdict>> = data.methods.iter().map(|cells| &cells.verdicts).collect();
     (account.audit, account.stages.audit) = timed(|| draws.audit(plan, tile, &verdicts));

@@ -15,55 +15,70 @@ use crate::point::Point;
 use crate::simulate::sensitivity::sensitivity;
 use crate::simulate::{Cycle, Fate, Landing, Range, flow};
 
-/// The regimes of a tile's cells, where `plan` stores them, with the processor seconds that they took, and
-/// the values of its quantities, in the order of [`Plan::quantities`]. `ends` holds the ends of the cells'
-/// orbits from the exit point.
+/// What a map stores of the orbits of a tile's cells, besides verdicts.
+#[derive(Default)]
+pub(super) struct Described {
+    /// Empty where the plan stores none.
+    pub(super) regimes: Runs<Regime>,
+    /// Processor seconds that the regimes took.
+    pub(super) regime_seconds: f64,
+    /// In the order of [`Plan::quantities`], for all cells each.
+    pub(super) quantities: Vec<Vec<f64>>,
+}
+
+/// Describes a tile; `ends` holds the ends of its cells' orbits from the exit point.
 pub(super) fn describe(
     plan: &Plan,
     tile: &Tile,
     columns: &[Column],
     ends: &[End],
     known: &Interpolated,
-    values: &mut Vec<Vec<f64>>,
-) -> (Runs<Regime>, f64) {
-    let (law, quantities) = (plan.grid.law(), plan.quantities());
-    *values = vec![vec![f64::NAN; tile.cells()]; quantities.len()];
-    let mut regimes = vec![Regime::Failed; if plan.stores(Field::Regime) { tile.cells() } else { 0 }];
-    if quantities.is_empty() && regimes.is_empty() {
+) -> Described {
+    let quantities = plan.quantities();
+    let mut described = Described {
+        quantities: vec![vec![f64::NAN; tile.cells()]; quantities.len()],
+        ..Described::default()
+    };
+    let stores_regimes = plan.stores(Field::Regime);
+    if quantities.is_empty() && !stores_regimes {
         // Most maps of many cells hold verdicts alone: nothing is asked of their columns here.
-        return (regimes.into_iter().collect(), 0.0);
+        return described;
     }
-    let mut seconds = 0.0;
     let cs = &plan.grid.dampings()[tile.damping_range()];
+    let mut regimes = vec![Regime::Failed; if stores_regimes { tile.cells() } else { 0 }];
     let mut limits = Limits { plan, known: HashMap::new() };
     let mut behaviours = Behaviours::default();
     for number in tile.columns_by_epsilon() {
         let column = &columns[number];
         let behaviour = behaviours.of(column);
-        if plan.stores(Field::Regime) {
+        let cells = number * cs.len()..(number + 1) * cs.len();
+        if stores_regimes {
             let ((), taken) = timed(|| {
                 let backbone = known.backbone(number, column);
                 let none_crosses = known.no_other_crosses(number);
-                let cells = number * cs.len()..(number + 1) * cs.len();
-                for ((regime, &end), &c) in regimes[cells.clone()].iter_mut().zip(&ends[cells]).zip(cs) {
+                for ((regime, &end), &c) in
+                    regimes[cells.clone()].iter_mut().zip(&ends[cells.clone()]).zip(cs)
+                {
                     *regime = behaviour.regime(column.epsilon * c, end, backbone.as_ref(), none_crosses);
                 }
             });
-            seconds += taken;
+            described.regime_seconds += taken;
         }
         if quantities.is_empty() {
             continue;
         }
         let start = plan.grid.point(&tile.column_index(number));
         let derivatives = plan.stores(Field::Sensitivity).then(|| sensitivity(column).ok()).flatten();
-        let derivatives: Vec<f64> =
-            derivatives.iter().flat_map(|found| found.named(law)).map(|(_, by)| by.value).collect();
-        for (i, &c) in cs.iter().enumerate() {
+        let derivatives: Vec<f64> = derivatives
+            .iter()
+            .flat_map(|found| found.named(plan.grid.law()))
+            .map(|(_, by)| by.value)
+            .collect();
+        for (position, &c) in cells.zip(cs) {
             let point = Point { damping: c, ..start };
-            let position = number * cs.len() + i;
             let cell = Description::of(plan, behaviour, &Oscillator::in_column(column, c), ends[position]);
             let limits = plan.stores(Field::EpsilonLimit).then(|| limits.at(&point));
-            for (values, quantity) in values.iter_mut().zip(&quantities) {
+            for (values, quantity) in described.quantities.iter_mut().zip(&quantities) {
                 values[position] = match quantity {
                     Quantity::EpsilonLimit(method) => {
                         limits.as_ref().map_or(f64::NAN, |limits| limits[*method])
@@ -74,7 +89,8 @@ pub(super) fn describe(
             }
         }
     }
-    (regimes.into_iter().collect(), seconds)
+    described.regimes = regimes.into_iter().collect();
+    described
 }
 
 /// Properties of the orbits of one cell.
