@@ -82,16 +82,25 @@ const CRITICAL_PER_DECADE: i32 = 32;
 /// machine.
 const DECADES: f64 = 3.0;
 
-/// The slip speed u at which the friction has fallen by half of its largest fall; 1 if it does not fall.
-fn half_fall(curve: &Curve) -> f64 {
+/// Where the friction of a law falls, in slip speeds u.
+struct Fall {
+    /// The friction has fallen by half of its largest fall; 1 if it does not fall.
+    half: f64,
+    /// A formula may be a law up to some slip speed only: the friction is positive up to this one.
+    positive_to: f64,
+}
+
+fn fall(curve: &Curve) -> Fall {
     const PER_DECADE: i32 = 8;
     const EXTENT: i32 = 6;
     let speeds = (-EXTENT * PER_DECADE..=EXTENT * PER_DECADE).map(|i| speed_of(i, PER_DECADE));
-    let falls = speeds.take_while(|u| *u <= curve.fastest()).map(|u| (u, 1.0 - curve.phi(u)));
-    // A formula may be a law up to some slip speed only: friction is positive.
-    let falls: Vec<(f64, f64)> = falls.take_while(|(_, fall)| *fall < 1.0).collect();
-    let half = 0.5 * falls.iter().map(|(_, fall)| *fall).fold(0.0, f64::max);
-    falls.into_iter().find(|(_, fall)| *fall > 0.0 && *fall >= half).map_or(1.0, |(u, _)| u)
+    let speeds: Vec<f64> = speeds.take_while(|u| *u <= curve.fastest()).collect();
+    let falls: Vec<f64> = speeds.iter().map(|u| 1.0 - curve.phi(*u)).take_while(|fall| *fall < 1.0).collect();
+    let largest = falls.iter().copied().fold(0.0, f64::max);
+    let half = falls.iter().position(|fall| *fall > 0.0 && *fall >= 0.5 * largest);
+    let positive_to =
+        if falls.len() < speeds.len() { speeds[falls.len().saturating_sub(1)] } else { f64::INFINITY };
+    Fall { half: half.map_or(1.0, |number| speeds[number]), positive_to }
 }
 
 fn speed_of(number: i32, per_decade: i32) -> f64 {
@@ -101,16 +110,16 @@ fn speed_of(number: i32, per_decade: i32) -> f64 {
 /// The belt speeds V that are tried, from the slowest, `per_decade` of them per factor of ten: from a
 /// thousandth of the slower to a thousand times the faster of two velocities of the machine, that of the
 /// static friction on its mass and spring, V = 1, and that at which its friction falls. A closed orbit
-/// reaches about twice the belt speed: data and samples give no answers beyond half their end, the fastest
-/// speed.
+/// reaches about twice the belt speed: data, samples and formulas give no answers beyond half the slip speed
+/// up to which they are a law, the fastest speed.
 ///
 /// The speeds do not depend on the belt speed and the damping of the machine, so its limits do not either.
 pub(crate) fn belt_speeds(curve: &Curve, per_decade: i32) -> Vec<f64> {
-    let fall = half_fall(curve);
+    let Fall { half, positive_to } = fall(curve);
     let index = |speed: f64| speed.log10() * f64::from(per_decade);
-    let first = (index(fall.min(1.0)) - DECADES * f64::from(per_decade)).floor() as i32;
-    let last = (index(fall.max(1.0)) + DECADES * f64::from(per_decade)).ceil() as i32;
-    let end = 0.5 * curve.fastest();
+    let first = (index(half.min(1.0)) - DECADES * f64::from(per_decade)).floor() as i32;
+    let last = (index(half.max(1.0)) + DECADES * f64::from(per_decade)).ceil() as i32;
+    let end = 0.5 * curve.fastest().min(positive_to);
     let mut speeds: Vec<f64> = (first..=last).map(|i| speed_of(i, per_decade)).collect();
     if speeds.last().is_some_and(|last| *last > end) {
         speeds.retain(|speed| *speed < end);
@@ -224,7 +233,7 @@ pub fn behaviour(model: &Model, tolerance: f64) -> Behaviour {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::friction::Table;
+    use crate::friction::{Expression, Table};
     use crate::machine::{Friction, Machine, example};
 
     fn does(machine: &Machine) -> Behaviour {
@@ -266,6 +275,16 @@ mod tests {
         let falls = Machine { friction, damping: 0.0, ..machine };
         let found = does(&falls).critical_belt_speed;
         assert!(matches!(found, Limit::AtLeast(speed) if (speed - 0.6).abs() < 1e-12), "{found:?}");
+    }
+
+    /// Friction that falls without end is positive, and a law, up to u = 16 only.
+    #[test]
+    fn tried_speeds_end_where_orbits_meet_friction_that_is_not_positive() {
+        let phi = "1 - 0.5*u*exp(-u) - u/16";
+        let law = Law::Expression(Expression::new(phi, 1.0).unwrap());
+        let speeds = belt_speeds(&law.column(&law.point(1.0, &[], 1.0, 0.0).unwrap()).curve, 32);
+        let last = speeds[speeds.len() - 1];
+        assert!((6.0..=8.0).contains(&last), "{last}");
     }
 
     #[test]
