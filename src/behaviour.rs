@@ -86,7 +86,7 @@ const DECADES: f64 = 3.0;
 struct Fall {
     /// The friction has fallen by half of its largest fall; 1 if it does not fall.
     half: f64,
-    /// A formula may be a law up to some slip speed only: the friction is positive up to this one.
+    /// A formula may be a law up to some slip speed only: beyond this one, the friction is never positive.
     positive_to: f64,
 }
 
@@ -95,12 +95,15 @@ fn fall(curve: &Curve) -> Fall {
     const EXTENT: i32 = 6;
     let speeds = (-EXTENT * PER_DECADE..=EXTENT * PER_DECADE).map(|i| speed_of(i, PER_DECADE));
     let speeds: Vec<f64> = speeds.take_while(|u| *u <= curve.fastest()).collect();
-    let falls: Vec<f64> = speeds.iter().map(|u| 1.0 - curve.phi(*u)).take_while(|fall| *fall < 1.0).collect();
-    let largest = falls.iter().copied().fold(0.0, f64::max);
+    let falls: Vec<f64> = speeds.iter().map(|u| 1.0 - curve.phi(*u)).collect();
+    let first_falls = falls.iter().take_while(|fall| **fall < 1.0);
+    let largest = first_falls.copied().fold(0.0, f64::max);
     let half = falls.iter().position(|fall| *fall > 0.0 && *fall >= 0.5 * largest);
-    let positive_to =
-        if falls.len() < speeds.len() { speeds[falls.len().saturating_sub(1)] } else { f64::INFINITY };
-    Fall { half: half.map_or(1.0, |number| speeds[number]), positive_to }
+    let positive = falls.iter().rposition(|fall| *fall < 1.0).filter(|last| last + 1 < falls.len());
+    Fall {
+        half: half.map_or(1.0, |number| speeds[number]),
+        positive_to: positive.map_or(f64::INFINITY, |last| speeds[last]),
+    }
 }
 
 fn speed_of(number: i32, per_decade: i32) -> f64 {
@@ -277,9 +280,9 @@ mod tests {
         assert!(matches!(found, Limit::AtLeast(speed) if (speed - 0.6).abs() < 1e-12), "{found:?}");
     }
 
-    /// Friction that falls without end is positive, and a law, up to u = 16 only.
+    /// Friction that falls without end is positive up to u = 16 only.
     #[test]
-    fn tried_speeds_end_where_orbits_meet_friction_that_is_not_positive() {
+    fn tried_speeds_end_where_orbits_reach_friction_that_is_not_positive() {
         let phi = "1 - 0.5*u*exp(-u) - u/16";
         let law = Law::Expression(Expression::new(phi, 1.0).unwrap());
         let speeds = belt_speeds(&law.column(&law.point(1.0, &[], 1.0, 0.0).unwrap()).curve, 32);
