@@ -173,7 +173,7 @@ fn cosine(i: usize, j: usize, count: usize) -> f64 {
     (PI * j as f64 * (i as f64 + 0.5) / count as f64).cos()
 }
 
-/// Adds `rest`, block by block, times T_1(x), T_2(x) and so on to `first`. Blocks are taken four at a time, which
+/// Adds `rest`, block by block, times T_1(x), T_2(x) and so on to `first`. Blocks are taken three at a time, which
 /// loads and stores each sum once for all of them.
 fn add_up(first: &mut [f64], rest: &[f64], x: f64) {
     let size = first.len();
@@ -183,14 +183,14 @@ fn add_up(first: &mut [f64], rest: &[f64], x: f64) {
         (before, now) = (now, 2.0 * x * now - before);
         polynomial
     };
-    let fours = rest.chunks_exact(4 * size);
-    let last = fours.remainder();
-    for four in fours {
-        let [t1, t2, t3, t4] = std::array::from_fn(|_| next());
-        let (a, b) = four.split_at(2 * size);
-        let ((a, b), (c, d)) = (a.split_at(size), b.split_at(size));
-        for ((((sum, a), b), c), d) in first.iter_mut().zip(a).zip(b).zip(c).zip(d) {
-            *sum = *sum + t1 * a + t2 * b + t3 * c + t4 * d;
+    let threes = rest.chunks_exact(3 * size);
+    let last = threes.remainder();
+    for three in threes {
+        let [t1, t2, t3] = std::array::from_fn(|_| next());
+        let (a, b) = three.split_at(size);
+        let (b, c) = b.split_at(size);
+        for (((sum, a), b), c) in first.iter_mut().zip(a).zip(b).zip(c) {
+            *sum = *sum + t1 * a + t2 * b + t3 * c;
         }
     }
     for block in last.chunks_exact(size) {
