@@ -1,7 +1,7 @@
 //! The behaviour of a machine at its working point, in SI units.
 
 use crate::filippov::Oscillator;
-use crate::friction::{Curve, Law};
+use crate::friction::{Curve, Law, NOTHING};
 use crate::machine::Model;
 use crate::map::{Regime, regime};
 use crate::point::Point;
@@ -86,8 +86,8 @@ const DECADES: f64 = 3.0;
 struct Fall {
     /// The friction has fallen by half of its largest fall; 1 if it does not fall.
     half: f64,
-    /// A formula may be a law up to some slip speed only: beyond this one, the friction is never positive.
-    positive_to: f64,
+    /// A formula may be a law up to some slip speed only: beyond this one, the friction pushes, or is not known.
+    pushes_from: f64,
 }
 
 fn fall(curve: &Curve) -> Fall {
@@ -95,14 +95,20 @@ fn fall(curve: &Curve) -> Fall {
     const EXTENT: i32 = 6;
     let speeds = (-EXTENT * PER_DECADE..=EXTENT * PER_DECADE).map(|i| speed_of(i, PER_DECADE));
     let speeds: Vec<f64> = speeds.take_while(|u| *u <= curve.fastest()).collect();
-    let falls: Vec<f64> = speeds.iter().map(|u| 1.0 - curve.phi(*u)).collect();
-    let first_falls = falls.iter().take_while(|fall| **fall < 1.0);
-    let largest = first_falls.copied().fold(0.0, f64::max);
+    let falls = speeds.iter().map(|u| 1.0 - curve.phi(*u)).take_while(|fall| *fall < 1.0);
+    let falls: Vec<f64> = falls.collect();
+    let largest = falls.iter().copied().fold(0.0, f64::max);
     let half = falls.iter().position(|fall| *fall > 0.0 && *fall >= 0.5 * largest);
-    let positive = falls.iter().rposition(|fall| *fall < 1.0).filter(|last| last + 1 < falls.len());
+    let resists = |u: f64| curve.phi(u) >= NOTHING;
+    let pushes_from = match speeds.iter().rposition(|u| resists(*u)) {
+        Some(last) if last + 1 < speeds.len() => {
+            last_between(speeds[last], speeds[last + 1], |u| Some(resists(u)))
+        }
+        _ => None,
+    };
     Fall {
         half: half.map_or(1.0, |number| speeds[number]),
-        positive_to: positive.map_or(f64::INFINITY, |last| speeds[last]),
+        pushes_from: pushes_from.unwrap_or(f64::INFINITY),
     }
 }
 
@@ -118,11 +124,11 @@ fn speed_of(number: i32, per_decade: i32) -> f64 {
 ///
 /// The speeds do not depend on the belt speed and the damping of the machine, so its limits do not either.
 pub(crate) fn belt_speeds(curve: &Curve, per_decade: i32) -> Vec<f64> {
-    let Fall { half, positive_to } = fall(curve);
+    let Fall { half, pushes_from } = fall(curve);
     let index = |speed: f64| speed.log10() * f64::from(per_decade);
     let first = (index(half.min(1.0)) - DECADES * f64::from(per_decade)).floor() as i32;
     let last = (index(half.max(1.0)) + DECADES * f64::from(per_decade)).ceil() as i32;
-    let end = 0.5 * curve.fastest().min(positive_to);
+    let end = 0.5 * curve.fastest().min(pushes_from);
     let mut speeds: Vec<f64> = (first..=last).map(|i| speed_of(i, per_decade)).collect();
     if speeds.last().is_some_and(|last| *last > end) {
         speeds.retain(|speed| *speed < end);
@@ -280,14 +286,22 @@ mod tests {
         assert!(matches!(found, Limit::AtLeast(speed) if (speed - 0.6).abs() < 1e-12), "{found:?}");
     }
 
-    /// Friction that falls without end is positive up to u = 16 only.
+    /// Friction that falls without end pushes from some slip speed on, which orbits of belts half as fast reach.
+    /// Friction that tends to 0 never pushes.
     #[test]
-    fn tried_speeds_end_where_orbits_reach_friction_that_is_not_positive() {
-        let phi = "1 - 0.5*u*exp(-u) - u/16";
-        let law = Law::Expression(Expression::new(phi, 1.0).unwrap());
-        let speeds = belt_speeds(&law.column(&law.point(1.0, &[], 1.0, 0.0).unwrap()).curve, 32);
-        let last = speeds[speeds.len() - 1];
-        assert!((6.0..=8.0).contains(&last), "{last}");
+    fn tried_speeds_end_where_orbits_reach_friction_that_pushes() {
+        for (phi, end) in [
+            ("1 - 0.5*u*exp(-u) - u/16", 8.0),
+            // It pushes next to u = 1 as well.
+            ("1 - 3*u*exp(-u) - u/50", 25.0),
+            ("exp(-u)", 1000.0),
+            ("0.5*(1 - u + abs(1 - u))", 1000.0),
+        ] {
+            let law = Law::Expression(Expression::new(phi, 1.0).unwrap());
+            let speeds = belt_speeds(&law.column(&law.point(1.0, &[], 1.0, 0.0).unwrap()).curve, 32);
+            let last = speeds[speeds.len() - 1];
+            assert!((last / end - 1.0).abs() < 0.1, "{phi}: {last}");
+        }
     }
 
     #[test]

@@ -76,7 +76,7 @@ const HALVED: f64 = 0.6;
 /// A number at which powers of slip speeds are finite yet.
 const FASTEST: f64 = 1e60;
 /// Friction above this counts as not negative: less than rounding makes of it.
-const NOTHING: f64 = -1e-12;
+pub(crate) const NOTHING: f64 = -1e-12;
 
 /// The smallest range that contains all `ranges`.
 fn hull(ranges: impl Iterator<Item = Range>) -> Range {

@@ -22,7 +22,7 @@ mod table;
 mod weakening;
 
 pub use curve::{Column, Curve};
-pub(crate) use curve::{Pieces, Ranges};
+pub(crate) use curve::{NOTHING, Pieces, Ranges};
 pub use custom::{Custom, CustomLaw, CustomLawError};
 pub use domain::PointError;
 pub(crate) use exponential::Exponential;
