@@ -82,34 +82,36 @@ const CRITICAL_PER_DECADE: i32 = 32;
 /// machine.
 const DECADES: f64 = 3.0;
 
-/// Where the friction of a law falls, in slip speeds u.
-struct Fall {
-    /// The friction has fallen by half of its largest fall; 1 if it does not fall.
-    half: f64,
-    /// A formula may be a law up to some slip speed only: beyond this one, the friction pushes, or is not known.
-    pushes_from: f64,
-}
-
-fn fall(curve: &Curve) -> Fall {
+/// Slip speeds u at which the friction of a law is examined, up to its last one.
+fn slip_speeds(curve: &Curve) -> impl DoubleEndedIterator<Item = f64> {
     const PER_DECADE: i32 = 8;
     const EXTENT: i32 = 6;
     let speeds = (-EXTENT * PER_DECADE..=EXTENT * PER_DECADE).map(|i| speed_of(i, PER_DECADE));
-    let speeds: Vec<f64> = speeds.take_while(|u| *u <= curve.fastest()).collect();
-    let falls = speeds.iter().map(|u| 1.0 - curve.phi(*u)).take_while(|fall| *fall < 1.0);
-    let falls: Vec<f64> = falls.collect();
-    let largest = falls.iter().copied().fold(0.0, f64::max);
-    let half = falls.iter().position(|fall| *fall > 0.0 && *fall >= 0.5 * largest);
+    speeds.filter(|u| *u <= curve.fastest())
+}
+
+/// The slip speed u at which the friction has fallen by half of its largest fall; 1 if it does not fall.
+fn half_fall(curve: &Curve) -> f64 {
+    // A formula may be a law up to some slip speed only: friction is positive.
+    let falls = slip_speeds(curve).map(|u| (u, 1.0 - curve.phi(u))).take_while(|(_, fall)| *fall < 1.0);
+    let falls: Vec<(f64, f64)> = falls.collect();
+    let half = 0.5 * falls.iter().map(|(_, fall)| *fall).fold(0.0, f64::max);
+    falls.into_iter().find(|(_, fall)| *fall > 0.0 && *fall >= half).map_or(1.0, |(u, _)| u)
+}
+
+/// The slip speed from which on the friction of a law pushes at all others, or is not a number; infinite if
+/// there is none.
+fn pushes_from(curve: &Curve) -> f64 {
     let resists = |u: f64| curve.phi(u) >= NOTHING;
-    let pushes_from = match speeds.iter().rposition(|u| resists(*u)) {
-        Some(last) if last + 1 < speeds.len() => {
-            last_between(speeds[last], speeds[last + 1], |u| Some(resists(u)))
+    let mut pushes = f64::INFINITY;
+    for u in slip_speeds(curve).rev() {
+        if resists(u) {
+            let end = pushes.is_finite().then(|| last_between(u, pushes, |u| Some(resists(u))));
+            return end.flatten().unwrap_or(f64::INFINITY);
         }
-        _ => None,
-    };
-    Fall {
-        half: half.map_or(1.0, |number| speeds[number]),
-        pushes_from: pushes_from.unwrap_or(f64::INFINITY),
+        pushes = u;
     }
+    f64::INFINITY
 }
 
 fn speed_of(number: i32, per_decade: i32) -> f64 {
@@ -119,16 +121,16 @@ fn speed_of(number: i32, per_decade: i32) -> f64 {
 /// The belt speeds V that are tried, from the slowest, `per_decade` of them per factor of ten: from a
 /// thousandth of the slower to a thousand times the faster of two velocities of the machine, that of the
 /// static friction on its mass and spring, V = 1, and that at which its friction falls. A closed orbit
-/// reaches about twice the belt speed: data, samples and formulas give no answers beyond half the slip speed
-/// up to which they are a law, the fastest speed.
+/// reaches about twice the belt speed: data and samples give no answers beyond half their end, and
+/// formulas none beyond half the slip speed from which on their friction pushes.
 ///
 /// The speeds do not depend on the belt speed and the damping of the machine, so its limits do not either.
 pub(crate) fn belt_speeds(curve: &Curve, per_decade: i32) -> Vec<f64> {
-    let Fall { half, pushes_from } = fall(curve);
+    let fall = half_fall(curve);
     let index = |speed: f64| speed.log10() * f64::from(per_decade);
-    let first = (index(half.min(1.0)) - DECADES * f64::from(per_decade)).floor() as i32;
-    let last = (index(half.max(1.0)) + DECADES * f64::from(per_decade)).ceil() as i32;
-    let end = 0.5 * curve.fastest().min(pushes_from);
+    let first = (index(fall.min(1.0)) - DECADES * f64::from(per_decade)).floor() as i32;
+    let last = (index(fall.max(1.0)) + DECADES * f64::from(per_decade)).ceil() as i32;
+    let end = 0.5 * curve.fastest().min(pushes_from(curve));
     let mut speeds: Vec<f64> = (first..=last).map(|i| speed_of(i, per_decade)).collect();
     if speeds.last().is_some_and(|last| *last > end) {
         speeds.retain(|speed| *speed < end);

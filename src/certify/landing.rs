@@ -278,7 +278,7 @@ fn turning_point(energy: f64, s: f64, divergence_bound: impl Fn(f64) -> f64) -> 
 /// In both cases e(to) = m^2 + x^2 with x <= d h + sqrt((d h)^2 + e - m^2). Here e >= m^2 up to round-off.
 #[inline(always)]
 fn approach(energy: f64, from: f64, to: f64, d: f64) -> f64 {
-    if cfg!(test) {
+    if cfg!(any(test, debug_assertions)) {
         assert!(from <= to && to <= 0.0);
     }
     let kick = d * (to - from);
@@ -291,7 +291,7 @@ fn approach(energy: f64, from: f64, to: f64, d: f64) -> f64 {
 /// hold: `None` if no x >= 0 satisfies the inequality, which means that the orbit turns before `to`.
 #[inline]
 fn recede(energy: f64, from: f64, to: f64, d: f64) -> Option<f64> {
-    if cfg!(test) {
+    if cfg!(any(test, debug_assertions)) {
         assert!(0.0 <= from && from <= to);
     }
     let kick = d * (to - from);

@@ -348,7 +348,7 @@ struct Bits {
 impl Bits {
     /// Appends the lowest `count` <= 16 bits of `value`, whose other bits are zero.
     fn push(&mut self, value: u64, count: u32) {
-        if cfg!(test) {
+        if cfg!(any(test, debug_assertions)) {
             assert!(count <= 16 && value >> count == 0);
         }
         self.pending |= value << self.count;
