@@ -64,17 +64,10 @@ impl Polynomial {
         self.coefficients.iter().rev().fold(0.0, |sum, a| sum * angle + a)
     }
 
-    /// The Taylor series around the angles `from` after the beginning of the step.
-    fn series(&self, from: Interval) -> Jet<Interval, ORDER> {
-        let offset = Jet::<Interval, ORDER>::variable(from, 1.0);
-        let zero = Jet::of(Interval::of(0.0));
-        self.coefficients.iter().rev().fold(zero, |sum, a| sum * offset + Jet::constant(*a))
-    }
-
     /// Encloses a step of length `width`; `None` where a bound is infinite.
     pub(crate) fn enclosed(&self, orbit: &impl Polar, width: Interval) -> Option<Enclosure> {
         let parts = |from: Interval| {
-            let y = self.series(from);
+            let y = Jet::around(from, &self.coefficients);
             let angle = Jet::variable(Interval::of(self.theta) + from, 1.0);
             let [f, integrand, turning] = orbit.polar(angle, y)?;
             // y has degree ORDER - 1, so the last coefficient of dy/dth is zero.
@@ -94,7 +87,7 @@ impl Polynomial {
             defect = defect + if k == 0 { defect_0[k] } else { defect_0[k] * span.powi(k as i32) };
             integral = integral + integrand_0[k] * width.powi(k as i32 + 1) / Interval::of((k + 1) as f64);
         }
-        let end = self.series(width).0[0];
+        let end = width.polynomial(&self.coefficients);
         let is_bounded = defect.is_bounded() && integral.is_bounded() && along.0[0].is_bounded();
         is_bounded.then_some(Enclosure { along, end, defect: defect.size(), integral, slowest })
     }

@@ -2,7 +2,7 @@
 //! elementary functions. Series of [`super::interval::Interval`] enclose the derivatives on a whole interval;
 //! nested series give mixed derivatives.
 
-use std::ops::{Add, Div, Mul, Neg, Sub};
+use std::ops::{Add, Div, Mul, Neg, Range, Sub};
 
 /// Numbers to which the elementary functions can be applied. Where a function is not defined its value is
 /// NaN, or the whole line for intervals.
@@ -46,6 +46,12 @@ pub(crate) trait Real:
     /// The square.
     fn squared(self) -> Self {
         self * self
+    }
+
+    /// The value of a polynomial, whose coefficients begin with that of order zero.
+    #[inline]
+    fn polynomial(self, coefficients: &[f64]) -> Self {
+        coefficients.iter().rev().fold(Self::constant(0.0), |sum, a| sum * self + Self::constant(*a))
     }
 }
 
@@ -95,13 +101,19 @@ pub(crate) struct Points<const N: usize>(pub(crate) [f64; N]);
 
 impl<const N: usize> Points<N> {
     #[inline]
-    fn with(self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self {
-        Self(std::array::from_fn(|i| f(self.0[i], other.0[i])))
+    fn with(mut self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self {
+        for (a, b) in self.0.iter_mut().zip(other.0) {
+            *a = f(*a, b);
+        }
+        self
     }
 
     #[inline]
-    fn map(self, f: impl Fn(f64) -> f64) -> Self {
-        Self(self.0.map(f))
+    fn map(mut self, f: impl Fn(f64) -> f64) -> Self {
+        for a in &mut self.0 {
+            *a = f(*a);
+        }
+        self
     }
 }
 
@@ -191,8 +203,13 @@ impl<T: Real, const N: usize> Jet<T, N> {
 
     /// The number of coefficients up to the last nonzero one. Products skip the others, since constants and
     /// the slip speed itself are frequent factors.
+    #[inline]
     fn length(&self) -> usize {
-        N - self.0.iter().rev().take_while(|coefficient| coefficient.is_zero()).count()
+        let mut length = N;
+        while length > 0 && self.0[length - 1].is_zero() {
+            length -= 1;
+        }
+        length
     }
 
     pub(crate) fn derivative(&self, order: usize) -> T {
@@ -200,52 +217,88 @@ impl<T: Real, const N: usize> Jet<T, N> {
         self.0[order] * T::constant(factorial)
     }
 
+    /// The coefficients times their orders, j g_j, and the number of them up to the last nonzero one.
+    #[inline]
+    fn slopes(&self) -> ([T; N], usize) {
+        let mut slopes = self.0;
+        for (j, slope) in slopes.iter_mut().enumerate() {
+            *slope = T::constant(j as f64) * *slope;
+        }
+        (slopes, self.length())
+    }
+
     /// The series with first coefficient `start` whose derivative is g' times a rate, g = `self`. `rate`
     /// returns coefficient k of the rate, which may depend on the coefficients of the result up to k.
     fn integrate(&self, start: T, mut rate: impl FnMut(&[T; N], usize) -> T) -> Self {
         let mut sum = [T::constant(0.0); N];
         sum[0] = start;
-        let length = self.length();
+        let (slopes, length) = self.slopes();
         let mut rates = [T::constant(0.0); N];
         for k in 1..N {
             rates[k - 1] = rate(&sum, k - 1);
-            let mut total = T::constant(0.0);
-            for j in 1..length.min(k + 1) {
-                total = total + T::constant(j as f64) * self.0[j] * rates[k - j];
-            }
-            sum[k] = total / T::constant(k as f64);
+            sum[k] = convolved(&slopes, &rates, k, 1..length.min(k + 1)) / T::constant(k as f64);
         }
         Self(sum)
     }
+
+    /// The Taylor series of a polynomial around `x`, by repeated synthetic division.
+    pub(crate) fn around(x: T, coefficients: &[f64]) -> Self {
+        let mut series = [T::constant(0.0); N];
+        for coefficient in coefficients.iter().rev() {
+            for k in (1..N).rev() {
+                series[k] = series[k] * x + series[k - 1];
+            }
+            series[0] = series[0] * x + T::constant(*coefficient);
+        }
+        Self(series)
+    }
 }
 
-/// Coefficient k of a product.
-fn product<T: Real, const N: usize>(a: &[T; N], b: &[T; N], k: usize) -> T {
-    let mut sum = a[0] * b[k];
-    for j in 1..=k {
+/// The sum of a_j b_(k-j) over a range of j; 0 where it is empty.
+#[inline]
+fn convolved<T: Real, const N: usize>(a: &[T; N], b: &[T; N], k: usize, range: Range<usize>) -> T {
+    if range.is_empty() {
+        return T::constant(0.0);
+    }
+    let mut sum = a[range.start] * b[k - range.start];
+    for j in range.start + 1..range.end {
         sum = sum + a[j] * b[k - j];
     }
     sum
 }
 
+// Plain loops: adapters of the standard library, such as `array::from_fn`, are compiled apart from what they call
+// where the crate is divided into codegen units.
 impl<T: Real, const N: usize> Neg for Jet<T, N> {
     type Output = Self;
-    fn neg(self) -> Self {
-        Self(self.0.map(|x| -x))
+    #[inline]
+    fn neg(mut self) -> Self {
+        for a in &mut self.0 {
+            *a = -*a;
+        }
+        self
     }
 }
 
 impl<T: Real, const N: usize> Add for Jet<T, N> {
     type Output = Self;
-    fn add(self, other: Self) -> Self {
-        Self(std::array::from_fn(|k| self.0[k] + other.0[k]))
+    #[inline]
+    fn add(mut self, other: Self) -> Self {
+        for k in 0..N {
+            self.0[k] = self.0[k] + other.0[k];
+        }
+        self
     }
 }
 
 impl<T: Real, const N: usize> Sub for Jet<T, N> {
     type Output = Self;
-    fn sub(self, other: Self) -> Self {
-        Self(std::array::from_fn(|k| self.0[k] - other.0[k]))
+    #[inline]
+    fn sub(mut self, other: Self) -> Self {
+        for k in 0..N {
+            self.0[k] = self.0[k] - other.0[k];
+        }
+        self
     }
 }
 
@@ -253,11 +306,12 @@ impl<T: Real, const N: usize> Mul for Jet<T, N> {
     type Output = Self;
     fn mul(self, other: Self) -> Self {
         let (long, short) = (self.length(), other.length());
-        Self(std::array::from_fn(|k| {
+        let mut product = [T::constant(0.0); N];
+        for (k, coefficient) in product.iter_mut().enumerate() {
             let terms = (k + 1).saturating_sub(short)..long.min(k + 1);
-            let terms = terms.map(|j| self.0[j] * other.0[k - j]);
-            terms.reduce(|sum, term| sum + term).unwrap_or(T::constant(0.0))
-        }))
+            *coefficient = convolved(&self.0, &other.0, k, terms);
+        }
+        Self(product)
     }
 }
 
@@ -317,16 +371,11 @@ impl<T: Real, const N: usize> Real for Jet<T, N> {
     fn sin_cos(self) -> (Self, Self) {
         let (mut sin, mut cos) = ([T::constant(0.0); N], [T::constant(0.0); N]);
         (sin[0], cos[0]) = self.0[0].sin_cos();
-        let length = self.length();
+        let (slopes, length) = self.slopes();
         for k in 1..N {
-            let (mut s, mut c) = (T::constant(0.0), T::constant(0.0));
-            for j in 1..length.min(k + 1) {
-                let rate = T::constant(j as f64) * self.0[j];
-                s = s + rate * cos[k - j];
-                c = c - rate * sin[k - j];
-            }
-            let order = T::constant(k as f64);
-            (sin[k], cos[k]) = (s / order, c / order);
+            let (terms, order) = (1..length.min(k + 1), T::constant(k as f64));
+            let (s, c) = (convolved(&slopes, &cos, k, terms.clone()), convolved(&slopes, &sin, k, terms));
+            (sin[k], cos[k]) = (s / order, -c / order);
         }
         (Self(sin), Self(cos))
     }
@@ -335,7 +384,7 @@ impl<T: Real, const N: usize> Real for Jet<T, N> {
         // tanh' = 1 - tanh^2.
         self.integrate(self.0[0].tanh(), |tanh, k| {
             let one = if k == 0 { T::constant(1.0) } else { T::constant(0.0) };
-            one - product(tanh, tanh, k)
+            one - convolved(tanh, tanh, k, 0..k + 1)
         })
     }
 
@@ -355,22 +404,33 @@ impl<T: Real, const N: usize> Real for Jet<T, N> {
     fn power(self, exponent: f64) -> Self {
         // By (g^p)' = p g^(p-1) g': first g^(p-n) with one coefficient, then g^(p-n+1) with two, and so on.
         // So at g = 0 all derivatives that exist are computed as finite numbers.
-        let length = self.length();
+        let (slopes, length) = self.slopes();
         let mut lower = [T::constant(0.0); N];
         for order in (0..N).rev() {
             let p = exponent - order as f64;
             let mut series = [T::constant(0.0); N];
             series[0] = self.0[0].power(p);
             for k in 1..N - order {
-                let mut total = T::constant(0.0);
-                for j in 1..length.min(k + 1) {
-                    total = total + T::constant(j as f64) * self.0[j] * lower[k - j];
-                }
+                let total = convolved(&slopes, &lower, k, 1..length.min(k + 1));
                 series[k] = T::constant(p) * total / T::constant(k as f64);
             }
             lower = series;
         }
         Self(lower)
+    }
+
+    /// The Taylor series of the polynomial around the value of this series, then a polynomial in what this
+    /// series adds to that value.
+    fn polynomial(self, coefficients: &[f64]) -> Self {
+        let around = Self::around(self.0[0], coefficients);
+        let mut added = self;
+        added.0[0] = T::constant(0.0);
+        let mut sum = Self::constant(0.0);
+        for a in around.0.iter().rev() {
+            sum = sum * added;
+            sum.0[0] = *a;
+        }
+        sum
     }
 }
 

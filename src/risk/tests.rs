@@ -94,7 +94,7 @@ fn interpolated_critical_dampings_are_those_of_each_machine() {
         drawn.iter().for_each(|machine| groups.push(machine));
         let found = groups.critical_dampings();
         let law = machine.model().unwrap().law;
-        for (machine, damping) in drawn.iter().zip(&found.dampings).step_by(331) {
+        for (machine, damping) in drawn.iter().zip(&found.dampings).step_by(661) {
             let exact = critical(machine);
             // The error is known at the samples of a box only; other machines in it may have a few times
             // that error.
@@ -286,7 +286,7 @@ fn interpolated_standard_errors_are_those_of_each_machine() {
 
 #[test]
 fn probabilities_agree_with_a_separate_count() {
-    const DRAWN: u32 = 200;
+    const DRAWN: u32 = 120;
     let (machine, uncertain) = uncertain_machines().swap_remove(0);
     let found = risk(&machine, &uncertain, 2000, &[0.1]).unwrap();
     let mut random = Random(7);

@@ -102,6 +102,8 @@ pub(super) trait Field<const N: usize> {
     fn slope(&mut self, stage: usize, state: &[f64; N]) -> [f64; N];
 }
 
+// Loops over lanes are plain: adapters such as `zip` are compiled apart from what calls them where the crate is divided
+// into codegen units.
 /// Advances `state` by one step `h` of y' = f and returns the new state and the estimate of each
 /// component's local error (the combination of the two embedded errors that the authors propose).
 #[inline(always)]
@@ -114,13 +116,13 @@ pub(super) fn step<const N: usize>(
     for stage in 0..STAGES {
         let mut sum = [0.0_f64; N];
         for &(other, weight) in MATRIX[stage] {
-            for (s, k) in sum.iter_mut().zip(&k[other]) {
-                *s = k.mul_add(weight, *s);
+            for lane in 0..N {
+                sum[lane] = k[other][lane].mul_add(weight, sum[lane]);
             }
         }
         let mut at = *state;
-        for (y, s) in at.iter_mut().zip(&sum) {
-            *y = s.mul_add(h, *y);
+        for lane in 0..N {
+            at[lane] = sum[lane].mul_add(h, at[lane]);
         }
         k[stage] = field.slope(stage, &at);
     }

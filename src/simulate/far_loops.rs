@@ -257,7 +257,7 @@ mod tests {
     #[test]
     fn loops_lead_where_all_are_proved_to_lead() {
         let (mut random, mut seen) = (Random(0xfa5), [0; 3]);
-        for i in 0..200 {
+        for i in 0..120 {
             let (law, values) = law(&mut random);
             let belt_speed = 0.01 * 3000_f64.powf(random.unit());
             let damping = if i % 2 == 0 { 0.0 } else { 1e-3 * 1e3_f64.powf(random.unit()) };
@@ -281,6 +281,6 @@ mod tests {
                 );
             }
         }
-        assert!(seen.iter().all(|count| *count > 20), "{seen:?}");
+        assert!(seen.iter().all(|count| *count > 12), "{seen:?}");
     }
 }

@@ -113,7 +113,7 @@ fn ask_many(points: usize, seed: u64) -> (Vec<String>, Vec<(f64, String)>) {
 
 #[test]
 fn extreme_points_have_answers_that_agree() {
-    let (wrong, times) = ask_many(30, 0x5eed);
+    let (wrong, times) = ask_many(16, 0x5eed);
     for (seconds, point) in times.iter().take(10) {
         println!("{seconds:.2} s: {point}");
     }

@@ -242,8 +242,8 @@ fn every_fold_of_the_backbone_lies_on_a_curve_and_every_curve_on_folds() {
         let found = PlaneCurves::of(&grid, Plane::new(1, 2, vec![0; 3]), &false.into());
         let folds: Vec<_> =
             found.curves.iter().filter(|curve| curve.bifurcation == Bifurcation::Fold).collect();
-        for i in 0..40 {
-            let speed = between(speeds, (f64::from(i) + 0.37) / 40.0);
+        for i in 0..20 {
+            let speed = between(speeds, (f64::from(i) + 0.37) / 20.0);
             let column = law.column(&law.point(1.0, &[], speed, 0.0).unwrap());
             let backbone = Backbone::of(&column, 1e-10).unwrap();
             let expected: Vec<f64> = backbone
@@ -264,5 +264,5 @@ fn every_fold_of_the_backbone_lies_on_a_curve_and_every_curve_on_folds() {
         }
     }
     // Next to cusps a fold may lie beyond the end of its curve.
-    assert!(seen + 2 >= asked && asked > 100, "{seen} of {asked}");
+    assert!(seen + 2 >= asked && asked > 50, "{seen} of {asked}");
 }

@@ -101,7 +101,7 @@ fn interpolated_margins_are_within_their_error() {
         (2.0, 0.1, 20),
     ] {
         for tolerance in [1e-6, 1e-9, 1e-12] {
-            compare(&stribeck(epsilon, 120), &axis(most, cells), tolerance, 1e-15);
+            compare(&stribeck(epsilon, 60), &axis(most, cells), tolerance, 1e-15);
         }
     }
 }

@@ -48,7 +48,7 @@
 //!
 //! | statement | function | test |
 //! | --- | --- | --- |
-//! | outward rounding | `friction::interval::Interval` | `operations_hold_the_exact_results`, `broken_rounding_is_caught` |
+//! | outward rounding | `friction::interval::Interval` | `operations_hold_the_exact_results`, `missing_outward_rounding_is_caught` |
 //! | samples bound a polynomial | `circle::riesz_factor` | `samples_bound_polynomials` |
 //! | C* enclosed | [`Enclosed::critical`] | `tests/mathematics/validated.rs` against 150-bit references |
 //! | C* enclosed over a box | [`tile::Tile::prove`] | `a_tile_holds_the_points_inside`, `bounds_hold_between_the_samples_and_samples_alone_do_not`, [`super::recheck`] |

@@ -90,7 +90,7 @@ fn difference(one: &ProvedPiece, two: &ProvedPiece, from: f64, to: f64) -> f64 {
         let constant = Jet::<Interval, COUNT>::constant;
         let u = Jet::<Interval, COUNT>::variable(Interval::of(from), 1.0);
         let x = (u - constant(piece.middle)) * constant(piece.scale);
-        piece.c.iter().rev().fold(constant(0.0), |sum, a| sum * x + constant(*a))
+        x.polynomial(piece.c)
     };
     let apart = series(one) - series(two);
     let width = Interval::of(to) - Interval::of(from);
@@ -120,7 +120,7 @@ impl Polar for OnPiece<'_> {
         let c = T::constant;
         let (sin, cos) = theta.sin_cos();
         let x = (c(*belt_speed) - c(*belt_speed) * r * cos - c(piece.middle)) * c(piece.scale);
-        let w = piece.c.iter().rev().fold(c(0.0), |sum, a| sum * x + c(*a));
+        let w = x.polynomial(piece.c);
         let d = w - c(*viscous);
         let speed = c(1.0) + d * sin * cos;
         let swept = r * sin * sin / speed;

@@ -66,12 +66,18 @@ pub(super) fn step<E>(
 ) -> Result<Increment, E> {
     let mut slopes = [first; 12];
     for (done, weights) in STAGES.iter().enumerate() {
-        let by = sum(weights.iter().zip(&slopes).map(|(weight, slope)| (*weight, *slope)));
+        let mut by = [0.0; 2];
+        for (stage, weight) in weights.iter().enumerate() {
+            add(&mut by, *weight, slopes[stage]);
+        }
         slopes[done + 1] = slope([start[0].offset(h * by[0]), start[1].offset(h * by[1])])?;
     }
-    let weighted =
-        |which: usize| sum(WEIGHTS.iter().map(|(stage, weights)| (weights[which], slopes[*stage])));
-    let [by, fifth, third] = [0, 1, 2].map(weighted);
+    let [mut by, mut fifth, mut third] = [[0.0; 2]; 3];
+    for (stage, weights) in WEIGHTS {
+        add(&mut by, weights[0], slopes[stage]);
+        add(&mut fifth, weights[1], slopes[stage]);
+        add(&mut third, weights[2], slopes[stage]);
+    }
     // Two embedded estimates, of orders 5 and 3, combined into one of the method's order.
     let fifth = fifth[0].hypot(fifth[1]);
     let mixed = fifth.hypot(0.1 * third[0].hypot(third[1]));
@@ -79,10 +85,11 @@ pub(super) fn step<E>(
     Ok(Increment { by: [h * by[0], h * by[1]], error })
 }
 
-/// Sum of slopes, each times its weight.
+/// Adds a slope times its weight.
 #[inline]
-fn sum(terms: impl Iterator<Item = (f64, [f64; 2])>) -> [f64; 2] {
-    terms.fold([0.0; 2], |sum, (weight, slope)| [sum[0] + weight * slope[0], sum[1] + weight * slope[1]])
+fn add(sum: &mut [f64; 2], weight: f64, slope: [f64; 2]) {
+    sum[0] += weight * slope[0];
+    sum[1] += weight * slope[1];
 }
 
 /// Root of the sum of squares of the first weights in [`WEIGHTS`]: how far independent rounding errors of the

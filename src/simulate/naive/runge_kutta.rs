@@ -20,9 +20,14 @@ const ROWS: [&[f64]; 6] = [
 const ERROR: [f64; 7] =
     [71.0 / 57600.0, 0.0, -71.0 / 16695.0, 71.0 / 1920.0, -17253.0 / 339200.0, 22.0 / 525.0, -1.0 / 40.0];
 
+#[inline]
 fn moved(state: &State, h: f64, weights: &[f64], slopes: &[State]) -> State {
-    let sum = |i: usize| weights.iter().zip(slopes).map(|(weight, slope)| weight * slope[i]).sum::<f64>();
-    [h.mul_add(sum(0), state[0]), h.mul_add(sum(1), state[1])]
+    let mut sum = [0.0; 2];
+    for (stage, weight) in weights.iter().enumerate() {
+        sum[0] += weight * slopes[stage][0];
+        sum[1] += weight * slopes[stage][1];
+    }
+    [h.mul_add(sum[0], state[0]), h.mul_add(sum[1], state[1])]
 }
 
 /// A step of the classical method of order 4.
