@@ -410,9 +410,9 @@ impl<T: Real, const N: usize> Real for Jet<T, N> {
             let p = exponent - order as f64;
             let mut series = [T::constant(0.0); N];
             series[0] = self.0[0].power(p);
-            for k in 1..N - order {
+            for (k, coefficient) in series.iter_mut().enumerate().take(N - order).skip(1) {
                 let total = convolved(&slopes, &lower, k, 1..length.min(k + 1));
-                series[k] = T::constant(p) * total / T::constant(k as f64);
+                *coefficient = T::constant(p) * total / T::constant(k as f64);
             }
             lower = series;
         }
