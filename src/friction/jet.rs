@@ -267,8 +267,8 @@ fn convolved<T: Real, const N: usize>(a: &[T; N], b: &[T; N], k: usize, range: R
     sum
 }
 
-// Plain loops: adapters of the standard library, such as `array::from_fn`, are compiled apart from what they call
-// where the crate is divided into codegen units.
+// Plain loops: adapters of the standard library, such as `array::from_fn`, are compiled apart from what they
+// call where the crate is divided into codegen units.
 impl<T: Real, const N: usize> Neg for Jet<T, N> {
     type Output = Self;
     #[inline]
@@ -472,6 +472,25 @@ mod tests {
         check((-x).abs(), [0.7, 1.0, 0.0, 0.0]);
         let p = |p: f64| 0.7f64.powf(p);
         check(x.power(2.5), [p(2.5), 2.5 * p(1.5), 3.75 * p(0.5), 1.875 * p(-0.5)]);
+    }
+
+    /// A polynomial of a series, by its Taylor expansion, is that of Horner's rule; the expansion consists of
+    /// the derivatives.
+    #[test]
+    fn polynomials_of_series_are_those_of_horner() {
+        let coefficients = [0.3, -1.2, 0.5, 0.7, -0.4, 0.9];
+        let x = Jet::<f64, 4>::variable(0.7, 2.0).sin_cos().0;
+        let horner = coefficients
+            .iter()
+            .rev()
+            .fold(Jet::constant(0.0), |sum, a| sum * x + Jet::<f64, 4>::constant(*a));
+        for (found, exact) in x.polynomial(&coefficients).0.into_iter().zip(horner.0) {
+            // Some twenty roundings of terms of at most ten units.
+            assert!((found - exact).abs() <= 200.0 * f64::EPSILON, "{found} {exact}");
+        }
+        // p'' / 2 at 2: 0.5 + 3 * 0.7 * 2 - 6 * 0.4 * 4 + 10 * 0.9 * 8.
+        let around = Jet::<f64, 3>::around(2.0, &coefficients);
+        assert!((around.0[2] - (0.5 + 4.2 - 9.6 + 72.0)).abs() < 1e-13, "{around:?}");
     }
 
     /// At 0 a power has as many derivatives as it has.

@@ -102,8 +102,8 @@ pub(super) trait Field<const N: usize> {
     fn slope(&mut self, stage: usize, state: &[f64; N]) -> [f64; N];
 }
 
-// Loops over lanes are plain: adapters such as `zip` are compiled apart from what calls them where the crate is divided
-// into codegen units.
+// Loops over lanes are plain: adapters such as `zip` are compiled apart from what calls them where the crate
+// is divided into codegen units.
 /// Advances `state` by one step `h` of y' = f and returns the new state and the estimate of each
 /// component's local error (the combination of the two embedded errors that the authors propose).
 #[inline(always)]
