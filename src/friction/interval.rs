@@ -450,8 +450,8 @@ mod tests {
     fn missing_outward_rounding_is_caught() {
         // The middle of an image is what was computed, without the steps outwards.
         let wrong = wrong_operations(1, |image| Interval::of(0.5 * (image.lo + image.hi)));
-        // Nearly every operation rounds, half of them the wrong way.
-        assert!(wrong > 20_000, "only {wrong} operations were found wrong");
+        // Nearly every operation rounds, and one number does not hold the exact result then.
+        assert!(wrong > 90_000, "only {wrong} operations were found wrong");
     }
 
     #[test]

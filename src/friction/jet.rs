@@ -267,8 +267,8 @@ fn convolved<T: Real, const N: usize>(a: &[T; N], b: &[T; N], k: usize, range: R
     sum
 }
 
-// Plain loops: adapters of the standard library, such as `array::from_fn`, are compiled apart from what they
-// call where the crate is divided into codegen units.
+// Plain loops: adapters of the standard library, such as `array::from_fn`, may be compiled in another codegen
+// unit than the body of the loop, and then nothing is inlined.
 impl<T: Real, const N: usize> Neg for Jet<T, N> {
     type Output = Self;
     #[inline]
@@ -437,6 +437,7 @@ impl<T: Real, const N: usize> Real for Jet<T, N> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::friction::interval::Interval;
 
     /// Derivatives of compositions whose derivatives are known.
     #[test]
@@ -487,6 +488,17 @@ mod tests {
         for (found, exact) in x.polynomial(&coefficients).0.into_iter().zip(horner.0) {
             // Some twenty roundings of terms of at most ten units.
             assert!((found - exact).abs() <= 200.0 * f64::EPSILON, "{found} {exact}");
+        }
+        // Of an interval: the series of its numbers, also beyond the degree.
+        let wide = Jet::<Interval, 7>::variable(Interval::new(0.6, 0.8), 2.0).sin_cos().0;
+        let wide = (wide.polynomial(&coefficients), Jet::<Interval, 7>::around(wide.0[0], &coefficients));
+        for i in 0..=10 {
+            let x = Jet::<f64, 7>::variable(0.6 + 0.02 * f64::from(i), 2.0).sin_cos().0;
+            let one = (x.polynomial(&coefficients), Jet::<f64, 7>::around(x.0[0], &coefficients));
+            for (wide, one) in [(wide.0, one.0), (wide.1, one.1)] {
+                let holds = |k: usize| wide.0[k].lo <= one.0[k] && one.0[k] <= wide.0[k].hi;
+                assert!((0..7).all(holds), "{wide:?} {one:?}");
+            }
         }
         // p'' / 2 at 2: 0.5 + 3 * 0.7 * 2 - 6 * 0.4 * 4 + 10 * 0.9 * 8.
         let around = Jet::<f64, 3>::around(2.0, &coefficients);

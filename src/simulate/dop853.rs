@@ -102,8 +102,6 @@ pub(super) trait Field<const N: usize> {
     fn slope(&mut self, stage: usize, state: &[f64; N]) -> [f64; N];
 }
 
-// Loops over lanes are plain: adapters such as `zip` are compiled apart from what calls them where the crate
-// is divided into codegen units.
 /// Advances `state` by one step `h` of y' = f and returns the new state and the estimate of each
 /// component's local error (the combination of the two embedded errors that the authors propose).
 #[inline(always)]
@@ -112,6 +110,8 @@ pub(super) fn step<const N: usize>(
     state: &[f64; N],
     field: &mut impl Field<N>,
 ) -> ([f64; N], [f64; N]) {
+    // Loops over lanes are plain: adapters such as `zip` may be compiled in another codegen unit than this
+    // function, and then they are not inlined.
     let mut k = [[0.0_f64; N]; STAGES];
     for stage in 0..STAGES {
         let mut sum = [0.0_f64; N];

@@ -264,5 +264,5 @@ fn every_fold_of_the_backbone_lies_on_a_curve_and_every_curve_on_folds() {
         }
     }
     // Next to cusps a fold may lie beyond the end of its curve.
-    assert!(seen + 2 >= asked && asked > 50, "{seen} of {asked}");
+    assert!(seen + 1 >= asked && asked > 50, "{seen} of {asked}");
 }
