@@ -22,12 +22,8 @@ const ERROR: [f64; 7] =
 
 #[inline]
 fn moved(state: &State, h: f64, weights: &[f64], slopes: &[State]) -> State {
-    let mut sum = [0.0; 2];
-    for (stage, weight) in weights.iter().enumerate() {
-        sum[0] += weight * slopes[stage][0];
-        sum[1] += weight * slopes[stage][1];
-    }
-    [h.mul_add(sum[0], state[0]), h.mul_add(sum[1], state[1])]
+    let sum = |i: usize| weights.iter().zip(slopes).map(|(weight, slope)| weight * slope[i]).sum::<f64>();
+    [h.mul_add(sum(0), state[0]), h.mul_add(sum(1), state[1])]
 }
 
 /// A step of the classical method of order 4.
