@@ -61,7 +61,7 @@ impl Polynomial {
 
     /// The value at `angle` after the beginning of the step, rounded.
     pub(crate) fn at(&self, angle: f64) -> f64 {
-        self.coefficients.iter().rev().fold(0.0, |sum, a| sum * angle + a)
+        angle.polynomial(&self.coefficients)
     }
 
     /// Encloses a step of length `width`; `None` where a bound is infinite.
