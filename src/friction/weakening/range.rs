@@ -3,6 +3,7 @@
 
 use super::{Bend, COUNT, Piece, Trend, Weakening};
 use crate::friction::Range;
+use crate::friction::jet::Real;
 
 /// Number of pieces with a common hull, see [`Weakening::range`].
 pub(super) const BLOCK: usize = 32;
@@ -130,7 +131,7 @@ fn range_of_polynomial(polynomial: &Local, halvings: u32) -> Range {
         let slope_at = slope_at.abs() + unit * (c[1].abs() + slope);
         let beyond = 0.5 * slope_at * slope_at / least_bend;
         if beyond <= 0.01 * round_off {
-            let value = c.iter().rev().fold(0.0, |sum, c| sum * z + c);
+            let value = z.polynomial(c);
             if c[2] > 0.0 {
                 found.lo = found.lo.min(value - beyond);
             } else {
