@@ -22,7 +22,8 @@
 //! **Methods.** The edges of `perturbation` and `bendixson_leading` do not depend on eps, and those of
 //! `instability`, `symmetric` and `harmonic_balance` fall with eps. So c crosses each edge at most once, and
 //! bisection finds that eps. The nodes may miss a claim of `bendixson` or of a landing that holds only
-//! between two nodes, and alternations of the verdicts of naive methods, whose limit is that of the nodes.
+//! between two nodes, and alternations of the verdicts of naive methods, whose limit is that of the nodes. A
+//! change within `SAME` of a change of the flow is taken to be at the same eps.
 //!
 //! **Budget.** A ray and all limits along it spend at most `WORK`. If the budget is spent, or the flow has no
 //! answer, limits found at smaller eps hold, and all others are [`Limit::Unknown`], with the reason.
@@ -30,6 +31,8 @@
 use std::cell::{Cell, RefCell};
 use std::collections::HashMap;
 use std::f64::consts::TAU;
+use std::iter::Peekable;
+use std::slice::Iter;
 
 use super::{Method, Verdict};
 use crate::certify::validated;
@@ -222,13 +225,22 @@ fn halve(
 
 /// The eps between two nodes at which a method's verdict changes, increasing, each with the new verdict.
 /// Between presence and absence a method may be undecided in an interval far narrower than that of the nodes.
+/// A change within [`SAME`] of `flow_change`, an eps between the nodes at which the flow's verdict changes, is
+/// put there, without a bisection.
 fn changes(
     [low, high]: [f64; 2],
     at_low: Verdict,
+    flow_change: Option<f64>,
     verdict_at: impl Fn(f64) -> Result<Verdict, Unknown>,
 ) -> Result<Vec<(f64, Verdict)>, Unknown> {
     let last = verdict_at(high)?;
     let (mut from, mut verdict) = (low, at_low);
+    if let Some(place) = flow_change.filter(|_| verdict != last) {
+        let [before, beyond] = [place / (1.0 + 0.5 * SAME), place * (1.0 + 0.5 * SAME)];
+        if low < before && beyond < high && verdict_at(before)? == verdict && verdict_at(beyond)? == last {
+            return Ok(vec![(place, last)]);
+        }
+    }
     let mut changes = Vec::new();
     while verdict != last && changes.len() < MOST_CHANGES {
         let place = halve(from, high, |epsilon| Ok(verdict_at(epsilon)? == verdict))?;
@@ -451,9 +463,12 @@ impl Ray {
             // Stop if the budget is spent.
             self.spend(0)?;
             let (column, damping) = (self.column(epsilon)?, self.point.damping);
-            if method.name() == validated::TEST.name && column.curve.stribeck().is_none() {
-                // For these laws each eps would need a proof of its own.
-                return Err(Unknown::GivenUp);
+            if method == Method::validated() {
+                return match column.curve.stribeck() {
+                    Some(_) => Ok(validated::decide(&column, damping).into()),
+                    // For other laws each eps would need a proof of its own.
+                    None => Err(Unknown::GivenUp),
+                };
             }
             if let Method::Naive(naive, knobs) = method {
                 let oscillator = Oscillator::in_column(&column, damping);
@@ -484,9 +499,13 @@ impl Ray {
         let mut truth = self.changes.iter().peekable();
         let mut low = LOWEST;
         for high in nodes(LOWEST, end).skip(1) {
-            let mut own = changes([low, high], pair.0, verdict_at)?.into_iter().peekable();
+            let next_change = |truth: &mut Peekable<Iter<(f64, Verdict)>>| {
+                truth.peek().map(|(place, _)| *place).filter(|place| *place <= high)
+            };
+            let mut own =
+                changes([low, high], pair.0, next_change(&mut truth), verdict_at)?.into_iter().peekable();
             loop {
-                let flow_changes = truth.peek().filter(|(place, _)| *place <= high).map(|(place, _)| *place);
+                let flow_changes = next_change(&mut truth);
                 let own_changes = own.peek().map(|(place, _)| *place);
                 let place = match (own_changes, flow_changes) {
                     (None, None) => break,

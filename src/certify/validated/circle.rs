@@ -98,16 +98,10 @@ impl Circle {
         self.cosines[self.quarter_before(j)]
     }
 
-    /// cos theta_j as a number, to within [`Circle::middle_error`].
+    /// cos n theta_j and sin n theta_j, n = 1, 2, .., as numbers, to within [`Circle::middle_error`].
     #[inline]
-    pub(super) fn cos_middle(&self, j: usize) -> f64 {
-        self.cosine_middles[j % self.size()]
-    }
-
-    /// sin theta_j as a number, to within [`Circle::middle_error`].
-    #[inline]
-    pub(super) fn sin_middle(&self, j: usize) -> f64 {
-        self.cosine_middles[self.quarter_before(j)]
+    pub(super) fn multiples(&self, j: usize) -> impl Iterator<Item = (f64, f64)> {
+        multiples(&self.cosine_middles, j)
     }
 
     /// The index of theta_j - pi/2, whose cosine is sin theta_j.
@@ -116,6 +110,21 @@ impl Circle {
         let size = self.size();
         (j + size - size / 4) % size
     }
+}
+
+/// cos n theta_j and sin n theta_j, n = 1, 2, .., from the cosines of equal angles, whose number is divisible
+/// by 4. A division to find each index would cost more than all the rest of a sum.
+#[inline]
+pub(super) fn multiples(cosines: &[f64], j: usize) -> impl Iterator<Item = (f64, f64)> {
+    let size = cosines.len();
+    let step = j % size;
+    let wrapped = move |index: usize| if index < size { index } else { index - size };
+    // sin theta = cos(theta - pi/2).
+    let (mut at, mut quarter_before) = (0, size - size / 4);
+    std::iter::from_fn(move || {
+        (at, quarter_before) = (wrapped(at + step), wrapped(quarter_before + step));
+        Some((cosines[at], cosines[quarter_before]))
+    })
 }
 
 /// Bound on the ratio of a trigonometric polynomial's largest absolute value to that on samples: 1 /
@@ -156,13 +165,17 @@ mod tests {
             // A few dozen roundings on numbers of size one.
             assert!(circle.middle_error < 128.0 * f64::EPSILON, "{size}: {}", circle.middle_error);
             for j in 0..size {
-                let angle = std::f64::consts::TAU * j as f64 / size as f64;
-                // The library's functions are accurate to an ulp, and so is the angle.
                 let (cos, sin) = (circle.cos(j), circle.sin(j));
-                assert!((angle.cos() - circle.cos_middle(j)).abs() < circle.middle_error + 4e-15);
-                assert!((angle.sin() - circle.sin_middle(j)).abs() < circle.middle_error + 4e-15);
                 let unit = cos.square() + sin.square();
                 assert!(unit.lo <= 1.0 && 1.0 <= unit.hi, "{size} {j}: {unit:?}");
+            }
+            for step in [0, 1, 7, size / 2, size - 1, size + 3] {
+                // The library's functions are accurate to an ulp, and so is the angle.
+                for (n, (cos, sin)) in (1..=2 * size + 5).zip(circle.multiples(step)) {
+                    let angle = std::f64::consts::TAU * (n * step % size) as f64 / size as f64;
+                    assert!((angle.cos() - cos).abs() < circle.middle_error + 4e-15, "{size} {step} {n}");
+                    assert!((angle.sin() - sin).abs() < circle.middle_error + 4e-15, "{size} {step} {n}");
+                }
             }
             // cos 3x = 4 cos^3 x - 3 cos x pins the table to the angle without any library.
             for j in 0..size {

@@ -151,13 +151,9 @@ impl Sampled {
         for j in 0..=size / 2 {
             // Parts of r0 that are even and odd in theta, and of r0'.
             let (mut even, mut odd, mut slope_odd, mut slope_even) = (0.0, 0.0, 0.0, 0.0);
-            let mut at = 0;
-            for (n, (a, b)) in cosines.iter().zip(sines).enumerate() {
-                at += j;
-                if at >= size {
-                    at -= size;
-                }
-                let (cos, sin, n) = (circle.cos_middle(at), circle.sin_middle(at), (n + 1) as f64);
+            let mut n = 0.0;
+            for ((a, b), (cos, sin)) in cosines.iter().zip(sines).zip(circle.multiples(j)) {
+                n += 1.0;
                 even += a * cos;
                 odd += b * sin;
                 slope_odd -= n * a * sin;

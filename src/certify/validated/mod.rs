@@ -80,7 +80,7 @@ pub mod surface;
 pub mod tile;
 mod turn;
 
-use super::{Claim, Guarantee, Test};
+use super::{Claim, Decision, Guarantee, Test};
 use crate::friction::interval::Interval;
 use crate::friction::{Column, Range};
 use defect::{Bounds, Candidate, Groups, Sampled, radius_of_proof, sampling};
@@ -216,6 +216,22 @@ fn claim(column: &Column) -> Claim {
     claim_of(critical.over(enclosed.epsilon), &|c| enclosed.flow(c).lands())
 }
 
+/// The decision of [`TEST`] at the damping `c`. The even part of the divergence often decides it, far cheaper
+/// than the enclosure by the grazing orbit.
+pub(crate) fn decide(column: &Column, c: f64) -> Decision {
+    if let Some(enclosed) = Enclosed::of(column) {
+        let bounds = even_part_bounds(&enclosed.groups).over(enclosed.epsilon);
+        if c > bounds.hi {
+            return Decision::Absent;
+        }
+        // The claim, too, takes a landing that is proved at c = 0 to be proved at every damping.
+        if c < bounds.lo && enclosed.flow(0.0).lands() {
+            return Decision::Present;
+        }
+    }
+    claim(column).decide(c)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -253,6 +269,21 @@ mod tests {
             // Some tens of roundings, amplified by the samples' factor.
             assert!(found.hi - found.lo < 1e-12 * exact.abs(), "{found:?}");
         }
+    }
+
+    #[test]
+    fn decisions_are_those_of_the_claim() {
+        let mut counts = [0; 3];
+        for column in random_columns(200) {
+            let claim = claim(&column);
+            for share in [0.0, 0.3, 0.9, 0.999, 1.0, 1.001, 1.1, 3.0] {
+                let c = share * claim.present_below.max(0.0);
+                let decision = decide(&column, c);
+                assert_eq!(decision, claim.decide(c), "{column:?} {c}");
+                counts[decision as usize] += 1;
+            }
+        }
+        assert!(counts.iter().all(|&count| count > 100), "{counts:?}");
     }
 
     #[test]

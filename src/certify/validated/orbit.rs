@@ -14,6 +14,8 @@
 use std::f64::consts::TAU;
 use std::sync::OnceLock;
 
+use super::circle::multiples;
+
 /// Numbers of angles, coarse to fine.
 const SIZES: [usize; 11] = [16, 24, 32, 48, 64, 96, 128, 192, 256, 384, 512];
 /// Number of sweeps after which the iteration counts as divergent.
@@ -35,6 +37,17 @@ pub(super) struct Orbit {
     pub(super) viscous: f64,
     pub(super) cosines: Vec<f64>,
     pub(super) sines: Vec<f64>,
+}
+
+impl Orbit {
+    /// r - 1 at the angle theta_j of equal angles whose cosines are given.
+    fn growth(&self, cosines: &[f64], j: usize) -> f64 {
+        let mut growth = 0.0;
+        for ((a, b), (cos, sin)) in self.cosines.iter().zip(&self.sines).zip(multiples(cosines, j)) {
+            growth += a * (cos - 1.0) + b * sin;
+        }
+        growth
+    }
 }
 
 /// N equal angles.
@@ -82,25 +95,38 @@ pub(super) fn approximate(groups: Guess) -> Option<Orbit> {
         return Some(Orbit { viscous: 0.0, cosines: Vec::new(), sines: Vec::new() });
     }
     let q = (1.0 + 2.0 * k).sqrt();
-    let mut viscous = 2.0 * a / (q * (1.0 + k + q)) - 2.0 * b;
-    // 1/(1 + k s) is analytic in the angle up to a distance of arcosh(1 + 1/k): harmonics fall that fast.
+    let viscous = 2.0 * a / (q * (1.0 + k + q)) - 2.0 * b;
+    let mut orbit = Orbit { viscous, cosines: Vec::new(), sines: Vec::new() };
+    // 1/(1 + k s) is analytic in the angle up to a distance of arcosh(1 + 1/k): harmonics fall that fast. N
+    // angles tell less than N/2 harmonics apart.
     let harmonics = 60.0 / (1.0 + 1.0 / k).acosh();
-    let first = SIZES.iter().position(|&n| n as f64 >= harmonics).unwrap_or(SIZES.len() - 1);
-    (first..SIZES.len()).find_map(|which| {
+    let first = SIZES.iter().position(|&n| n as f64 >= 2.0 * harmonics).unwrap_or(SIZES.len() - 1);
+    for which in first..SIZES.len() {
         let mesh = Mesh::get(which);
-        let growth = settle(groups, mesh, &mut viscous, scale)?;
-        transform(mesh, &growth, viscous, scale)
-    })
+        let (growth, viscous) = settle(groups, mesh, &orbit, scale)?;
+        let all = transform(mesh, &growth, viscous);
+        let negligible = |n: &usize| all.cosines[*n].abs().max(all.sines[*n].abs()) <= NEGLIGIBLE * scale;
+        let count = all.cosines.len();
+        let kept = (0..count).rev().take_while(negligible).last().unwrap_or(count);
+        orbit = Orbit { viscous, cosines: all.cosines[..kept].to_vec(), sines: all.sines[..kept].to_vec() };
+        // Some harmonics at the end must be small.
+        if kept + 2 <= count {
+            break;
+        }
+    }
+    Some(orbit)
 }
 
-/// Sweeps until the changes are round-off; returns r - 1, which keeps the digits of small changes.
-fn settle(groups: Guess, mesh: &Mesh, viscous: &mut f64, scale: f64) -> Option<Vec<f64>> {
+/// Sweeps from `orbit` until the changes are round-off; returns r - 1, which keeps the digits of small
+/// changes, and the damping.
+fn settle(groups: Guess, mesh: &Mesh, orbit: &Orbit, scale: f64) -> Option<(Vec<f64>, f64)> {
     let Guess { a, k, b } = groups;
     let size = mesh.size();
-    let (mut growth, mut next) = (vec![0.0; size], vec![0.0; size]);
+    let mut c = orbit.viscous;
+    let mut growth: Vec<f64> = (0..size).map(|j| orbit.growth(&mesh.cos, j)).collect();
+    let mut next = vec![0.0; size];
     let (mut g, mut by_c) = (vec![0.0; size], vec![0.0; size]);
     let mut last = f64::INFINITY;
-    let mut c = *viscous;
     for _ in 0..MOST_SWEEPS {
         let (mut mean, mut mean_by_c) = (0.0, 0.0);
         for j in 0..size {
@@ -135,28 +161,26 @@ fn settle(groups: Guess, mesh: &Mesh, viscous: &mut f64, scale: f64) -> Option<V
         }
         // Near convergence, stop when only round-off changes.
         if change <= 2.0 * f64::EPSILON * scale || (change <= 1e-12 * scale && change >= 0.5 * last) {
-            *viscous = c;
-            return Some(growth);
+            return Some((growth, c));
         }
         last = change;
     }
     None
 }
 
-/// Fourier coefficients of the samples of r - 1; `None` if they have not decayed.
-fn transform(mesh: &Mesh, growth: &[f64], viscous: f64, scale: f64) -> Option<Orbit> {
+/// Fourier coefficients of the samples of r - 1.
+fn transform(mesh: &Mesh, growth: &[f64], viscous: f64) -> Orbit {
     let size = mesh.size();
-    let coefficient = |n: usize, table: &[f64]| {
-        let sum: f64 = growth.iter().enumerate().map(|(j, growth)| growth * table[n * j % size]).sum();
-        sum * 2.0 / size as f64
-    };
-    let cosines: Vec<f64> = (1..size / 2).map(|n| coefficient(n, &mesh.cos)).collect();
-    let sines: Vec<f64> = (1..size / 2).map(|n| coefficient(n, &mesh.sin)).collect();
-    let negligible = |n: &usize| cosines[*n].abs().max(sines[*n].abs()) <= NEGLIGIBLE * scale;
-    let kept = (0..cosines.len()).rev().take_while(negligible).last().unwrap_or(cosines.len());
-    // Some harmonics at the end must be small.
-    if kept + 2 > cosines.len() && size < SIZES[SIZES.len() - 1] {
-        return None;
+    let (mut cosines, mut sines) = (Vec::with_capacity(size / 2), Vec::with_capacity(size / 2));
+    for n in 1..size / 2 {
+        // r - 1 is 0 at angle 0.
+        let (mut cosine, mut sine) = (0.0, 0.0);
+        for (growth, (cos, sin)) in growth[1..].iter().zip(multiples(&mesh.cos, n)) {
+            cosine += growth * cos;
+            sine += growth * sin;
+        }
+        cosines.push(cosine * 2.0 / size as f64);
+        sines.push(sine * 2.0 / size as f64);
     }
-    Some(Orbit { viscous, cosines: cosines[..kept].to_vec(), sines: sines[..kept].to_vec() })
+    Orbit { viscous, cosines, sines }
 }
