@@ -51,13 +51,13 @@ fn raster(name: &str, tree: &Tree) -> Result<Vec<u8>, ReportError> {
     resvg::render(tree, Transform::from_scale(scale, scale), &mut pixels.as_mut());
     // Opaque: a twentieth of the size that resvg's own encoder gives these figures. Every line begins with
     // the number of its filter; flat colours compress best with none.
-    let width = 4 * pixels.width() as usize;
-    let lines = pixels.data().chunks_exact(width);
-    let colors: Vec<u8> = lines
-        .flat_map(|line| {
-            std::iter::once(0).chain(line.chunks_exact(4).flat_map(|pixel| pixel[..3].iter().copied()))
-        })
-        .collect();
+    let mut colors = Vec::with_capacity(pixels.data().len());
+    for line in pixels.data().chunks_exact(4 * pixels.width() as usize) {
+        colors.push(0);
+        for pixel in line.chunks_exact(4) {
+            colors.extend_from_slice(&pixel[..3]);
+        }
+    }
     let mut compressor = Compressor::new(CompressionLvl::default());
     let mut compressed = vec![0; compressor.zlib_compress_bound(colors.len())];
     let length = compressor.zlib_compress(&colors, &mut compressed).map_err(|error| failed(name, error))?;
