@@ -11,7 +11,7 @@ use slipmap::store::{Existing, MapFile, PackedTile, PartialMap, Provenance, Stor
 
 use crate::command::{Run, Scratch};
 
-/// Eight cells, with one axis changed.
+/// A few cells, with one axis changed.
 fn config(axis: &str, nodes: &str) -> String {
     let mut text = String::from("[grid]\n");
     let usual = [
@@ -19,7 +19,7 @@ fn config(axis: &str, nodes: &str) -> String {
         ("alpha", "0.3"),
         ("beta", "0.0"),
         ("gamma", "[1.0, 2.0]"),
-        ("V", "[1.0, 2.0]"),
+        ("V", "1.0"),
         ("c", "[0.0, 1.0]"),
     ];
     for (name, value) in usual {

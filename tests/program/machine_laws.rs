@@ -20,13 +20,13 @@ fn coefficient(u: f64) -> f64 {
     0.3 + 0.1 * (-u / 0.25f64).exp()
 }
 
-/// Measured at a hundred speeds, in units of `unit`.
+/// Measured at fifty speeds, in units of `unit`.
 fn data(unit: f64) -> String {
     let row = |i: i32| {
-        let u = 2.0 * (f64::from(i) / 100.0).powi(2);
+        let u = 2.0 * (f64::from(i) / 50.0).powi(2);
         format!("{u},{}\n", coefficient(u) * unit)
     };
-    (0..=100).map(row).collect()
+    (0..=50).map(row).collect()
 }
 
 fn json(scratch: &Scratch, arguments: &[&str]) -> Value {

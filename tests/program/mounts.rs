@@ -91,7 +91,7 @@ fn begun(scratch: &Scratch, arguments: &[&str]) -> Child {
     let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     let start = Instant::now();
     // Read without the server, which may be dead later.
-    while fs::metadata(scratch.path().join("disk/map.h5.part")).map_or(0, |journal| journal.len()) < 400_000 {
+    while fs::metadata(scratch.path().join("disk/map.h5.part")).map_or(0, |journal| journal.len()) < 200_000 {
         assert!(start.elapsed() < Duration::from_secs(100), "no tiles were ever finished");
         std::thread::sleep(Duration::from_millis(2));
     }

@@ -37,11 +37,11 @@ fn journal_length(scratch: &Scratch) -> u64 {
     fs::metadata(scratch.path().join("map.h5.part")).map_or(0, |metadata| metadata.len())
 }
 
-/// Waits until a run has added some of the 40 tiles, of about 100 kB each, to the `before` bytes of its
+/// Waits until a run has added some of the 40 tiles, of about 50 kB each, to the `before` bytes of its
 /// journal.
 fn wait_for_tiles(scratch: &Scratch, before: u64) {
     let start = Instant::now();
-    while journal_length(scratch) < before + 400_000 {
+    while journal_length(scratch) < before + 200_000 {
         assert!(start.elapsed() < Duration::from_secs(100), "no tiles were ever finished");
         std::thread::sleep(Duration::from_millis(2));
     }
@@ -188,7 +188,7 @@ fn a_folder_that_disappears_during_a_run_is_reported() {
     let away = ["--set", "output.path=\"away/map.h5\"", "--threads", "1"];
     let child = start(&scratch, &away);
     let begun = Instant::now();
-    while fs::metadata(scratch.path().join("away/map.h5.part")).map_or(0, |m| m.len()) < 400_000 {
+    while fs::metadata(scratch.path().join("away/map.h5.part")).map_or(0, |m| m.len()) < 200_000 {
         assert!(begun.elapsed() < Duration::from_secs(100), "no tiles were ever finished");
         std::thread::sleep(Duration::from_millis(2));
     }

@@ -8,7 +8,7 @@ use hdf5::types::{IntSize, TypeDescriptor};
 
 use crate::command::Scratch;
 
-/// A map of 40 tiles across the boundary of existence, with an audit; half a second of work or two.
+/// A map of 40 tiles across the boundary of existence, with an audit; a quarter of a second of work or two.
 pub const JOB: &str = "\
 title = \"stopped and resumed, or shared\"
 [grid]
@@ -17,7 +17,7 @@ alpha = { from = 0.0, to = 0.8, points = 20 }
 beta = [0.0, 0.2]
 gamma = { from = 0.5, to = 8.0, points = 16, spacing = \"log\" }
 V = [0.5, 2.0]
-c = { from = 0.0, to = 3.0, points = 64 }
+c = { from = 0.0, to = 3.0, points = 32 }
 [curves]
 planes = [{ x = \"gamma\", y = \"c\" }]
 [audit]
