@@ -22,8 +22,7 @@
 //! **Methods.** The edges of `perturbation` and `bendixson_leading` do not depend on eps, and those of
 //! `instability`, `symmetric` and `harmonic_balance` fall with eps. So c crosses each edge at most once, and
 //! bisection finds that eps. The nodes may miss a claim of `bendixson` or of a landing that holds only
-//! between two nodes, and alternations of the verdicts of naive methods, whose limit is that of the nodes. A
-//! change within `SAME` of a change of the flow is taken to be at the same eps.
+//! between two nodes, and alternations of the verdicts of naive methods, whose limit is that of the nodes.
 //!
 //! **Budget.** A ray and all limits along it spend at most `WORK`. If the budget is spent, or the flow has no
 //! answer, limits found at smaller eps hold, and all others are [`Limit::Unknown`], with the reason.
@@ -31,11 +30,9 @@
 use std::cell::{Cell, RefCell};
 use std::collections::HashMap;
 use std::f64::consts::TAU;
-use std::iter::Peekable;
-use std::slice::Iter;
 
 use super::{Method, Verdict};
-use crate::certify::validated;
+use crate::certify::{Guarantee, validated};
 use crate::filippov::Oscillator;
 use crate::friction::{Column, Law};
 use crate::point::Point;
@@ -47,8 +44,10 @@ pub const LOWEST: f64 = 1e-6;
 pub const HIGHEST: f64 = 10.0;
 /// Number of nodes per factor of ten.
 pub(crate) const PER_DECADE: u32 = 8;
-/// Number of bisections, which reduce an interval between nodes by a factor of 1e-12.
+/// Largest number of bisections, which reduce an interval between nodes by a factor of 1e-12.
 const HALVINGS: u32 = 40;
+/// Width in log(eps) at which a bisection ends earlier.
+const WIDTH: f64 = 1e-13;
 /// Largest number of changes of a method's verdict that are located between two nodes.
 const MOST_CHANGES: usize = 4;
 /// Relative distance beyond a change at which the new verdict is evaluated; exceeds the error of its place.
@@ -110,6 +109,22 @@ pub struct EpsilonLimit {
 }
 
 impl EpsilonLimit {
+    /// Records the verdicts of a method and of the flow from `place` on, `None` for eps -> 0, in increasing
+    /// eps. Returns whether both limits are found.
+    fn meet(&mut self, place: Option<f64>, (verdict, truth): (Verdict, Verdict)) -> bool {
+        let found = place.map_or(Limit::Never, Limit::UpTo);
+        // An undecided flow is not compared.
+        if truth.is_decision() && verdict != truth {
+            if self.equal == Limit::Throughout {
+                self.equal = found;
+            }
+            if self.sound == Limit::Throughout && verdict.is_decision() {
+                self.sound = found;
+            }
+        }
+        self.sound != Limit::Throughout
+    }
+
     /// The reason why one of the two limits is unknown; `None` if both are known.
     pub(crate) fn unknown(&self) -> Option<Unknown> {
         [self.equal, self.sound].into_iter().find_map(|limit| match limit {
@@ -217,6 +232,9 @@ fn halve(
     holds: impl Fn(f64) -> Result<bool, Unknown>,
 ) -> Result<f64, Unknown> {
     for _ in 0..HALVINGS {
+        if (holding / other).ln().abs() < WIDTH {
+            break;
+        }
         let middle = (holding * other).sqrt();
         *(if holds(middle)? { &mut holding } else { &mut other }) = middle;
     }
@@ -225,22 +243,13 @@ fn halve(
 
 /// The eps between two nodes at which a method's verdict changes, increasing, each with the new verdict.
 /// Between presence and absence a method may be undecided in an interval far narrower than that of the nodes.
-/// A change within [`SAME`] of `flow_change`, an eps between the nodes at which the flow's verdict changes, is
-/// put there, without a bisection.
 fn changes(
     [low, high]: [f64; 2],
     at_low: Verdict,
-    flow_change: Option<f64>,
     verdict_at: impl Fn(f64) -> Result<Verdict, Unknown>,
 ) -> Result<Vec<(f64, Verdict)>, Unknown> {
     let last = verdict_at(high)?;
     let (mut from, mut verdict) = (low, at_low);
-    if let Some(place) = flow_change.filter(|_| verdict != last) {
-        let [before, beyond] = [place / (1.0 + 0.5 * SAME), place * (1.0 + 0.5 * SAME)];
-        if low < before && beyond < high && verdict_at(before)? == verdict && verdict_at(beyond)? == last {
-            return Ok(vec![(place, last)]);
-        }
-    }
     let mut changes = Vec::new();
     while verdict != last && changes.len() < MOST_CHANGES {
         let place = halve(from, high, |epsilon| Ok(verdict_at(epsilon)? == verdict))?;
@@ -252,6 +261,48 @@ fn changes(
         change.1 = last;
     }
     Ok(changes)
+}
+
+/// The [`changes`] of a theorem, where `turn` is the only eps between the nodes at which the flow's verdict
+/// changes, if any. One evaluation can be a proof of some milliseconds, so only those are made that bear on a
+/// limit: theorems contradict the flow nowhere, and where they begin to differ from it is sought only if they
+/// are `equal` below. Next to `turn` a theorem is undecided, and by the error of its proof more or less by
+/// chance: its first change is sought from `turn` downwards, and within [`SAME`] it is put there.
+fn theorem_changes(
+    [low, high]: [f64; 2],
+    at_low: Verdict,
+    turn: Option<f64>,
+    equal: bool,
+    verdict_at: impl Fn(f64) -> Result<Verdict, Unknown>,
+) -> Result<Vec<(f64, Verdict)>, Unknown> {
+    let last = verdict_at(high)?;
+    let end = (turn.unwrap_or(high), last);
+    if at_low == last || !equal {
+        return Ok(vec![end]);
+    }
+    let near = turn.map(|turn| [turn / (1.0 + 0.5 * SAME), turn * (1.0 + 0.5 * SAME)]);
+    let Some([before, beyond]) = near.filter(|[before, beyond]| low < *before && *beyond < high) else {
+        return changes([low, high], at_low, verdict_at);
+    };
+    let at_turn = verdict_at(before)?;
+    if at_turn == at_low {
+        return if verdict_at(beyond)? == last {
+            Ok(vec![end])
+        } else {
+            changes([low, high], at_low, verdict_at)
+        };
+    }
+    let (mut distance, mut holding, mut other) = (0.5 * SAME, low, before);
+    while holding == low {
+        distance *= 10.0;
+        let epsilon = before / (1.0 + distance);
+        if epsilon <= low {
+            break;
+        }
+        *(if verdict_at(epsilon)? == at_low { &mut holding } else { &mut other }) = epsilon;
+    }
+    let place = halve(holding, other, |epsilon| Ok(verdict_at(epsilon)? == at_low))?;
+    Ok(vec![(place, at_turn), end])
 }
 
 /// The flow at one eps.
@@ -478,34 +529,25 @@ impl Ray {
             }
             Ok(method.decide(&column, damping, self.tolerance))
         };
+        let is_theorem = matches!(method.guarantee(), Guarantee::FiniteEpsilon | Guarantee::Validated);
         // The pairs (method, flow) in increasing eps, each with the eps at which it begins.
         let mut pair = (verdict_at(LOWEST)?, self.first);
-        let mut meet = |place: Option<f64>, (verdict, truth): (Verdict, Verdict)| {
-            let found = place.map_or(Limit::Never, Limit::UpTo);
-            // An undecided flow is not compared.
-            if truth.is_decision() && verdict != truth {
-                if limit.equal == Limit::Throughout {
-                    limit.equal = found;
-                }
-                if limit.sound == Limit::Throughout && verdict.is_decision() {
-                    limit.sound = found;
-                }
-            }
-            limit.sound != Limit::Throughout
-        };
-        if meet(None, pair) {
+        if limit.meet(None, pair) {
             return Ok(());
         }
         let mut truth = self.changes.iter().peekable();
         let mut low = LOWEST;
         for high in nodes(LOWEST, end).skip(1) {
-            let next_change = |truth: &mut Peekable<Iter<(f64, Verdict)>>| {
-                truth.peek().map(|(place, _)| *place).filter(|place| *place <= high)
+            let mut turns = self.changes.iter().map(|change| change.0).filter(|at| low < *at && *at <= high);
+            let (turn, another) = (turns.next(), turns.next());
+            let own = if is_theorem && another.is_none() {
+                theorem_changes([low, high], pair.0, turn, limit.equal == Limit::Throughout, verdict_at)?
+            } else {
+                changes([low, high], pair.0, verdict_at)?
             };
-            let mut own =
-                changes([low, high], pair.0, next_change(&mut truth), verdict_at)?.into_iter().peekable();
+            let mut own = own.into_iter().peekable();
             loop {
-                let flow_changes = next_change(&mut truth);
+                let flow_changes = truth.peek().filter(|(place, _)| *place <= high).map(|(place, _)| *place);
                 let own_changes = own.peek().map(|(place, _)| *place);
                 let place = match (own_changes, flow_changes) {
                     (None, None) => break,
@@ -521,7 +563,7 @@ impl Ray {
                 while let Some((_, verdict)) = truth.next_if(|change| change.0 <= together) {
                     pair.1 = *verdict;
                 }
-                if meet(Some(place), pair) {
+                if limit.meet(Some(place), pair) {
                     return Ok(());
                 }
             }
