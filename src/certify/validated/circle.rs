@@ -98,10 +98,11 @@ impl Circle {
         self.cosines[self.quarter_before(j)]
     }
 
-    /// cos n theta_j and sin n theta_j, n = 1, 2, .., as numbers, to within [`Circle::middle_error`].
-    #[inline]
-    pub(super) fn multiples(&self, j: usize) -> impl Iterator<Item = (f64, f64)> {
-        multiples(&self.cosine_middles, j)
+    /// The cosines and sines of theta_from, theta_(from+step), theta_(from+2 step), .., as numbers, to within
+    /// [`Circle::middle_error`].
+    #[inline(always)] // into functions whose vector width is selected at run time
+    pub(super) fn walk(&self, from: usize, step: usize) -> impl Iterator<Item = (f64, f64)> {
+        walk(&self.cosine_middles, from, step)
     }
 
     /// The index of theta_j - pi/2, whose cosine is sin theta_j.
@@ -112,18 +113,20 @@ impl Circle {
     }
 }
 
-/// cos n theta_j and sin n theta_j, n = 1, 2, .., from the cosines of equal angles, whose number is divisible
-/// by 4. A division to find each index would cost more than all the rest of a sum.
-#[inline]
-pub(super) fn multiples(cosines: &[f64], j: usize) -> impl Iterator<Item = (f64, f64)> {
+/// The cosines and sines of the angles number `from`, `from` + `step`, .. of equal angles whose cosines are
+/// given; their number is divisible by 4. A division to find each index would cost more than all the rest of a
+/// sum.
+#[inline(always)]
+pub(super) fn walk(cosines: &[f64], from: usize, step: usize) -> impl Iterator<Item = (f64, f64)> {
     let size = cosines.len();
-    let step = j % size;
     let wrapped = move |index: usize| if index < size { index } else { index - size };
+    let (from, step) = (from % size, step % size);
     // sin theta = cos(theta - pi/2).
-    let (mut at, mut quarter_before) = (0, size - size / 4);
+    let (mut at, mut quarter_before) = (from, wrapped(from + size - size / 4));
     std::iter::from_fn(move || {
+        let pair = (cosines[at], cosines[quarter_before]);
         (at, quarter_before) = (wrapped(at + step), wrapped(quarter_before + step));
-        Some((cosines[at], cosines[quarter_before]))
+        Some(pair)
     })
 }
 
@@ -171,8 +174,8 @@ mod tests {
             }
             for step in [0, 1, 7, size / 2, size - 1, size + 3] {
                 // The library's functions are accurate to an ulp, and so is the angle.
-                for (n, (cos, sin)) in (1..=2 * size + 5).zip(circle.multiples(step)) {
-                    let angle = std::f64::consts::TAU * (n * step % size) as f64 / size as f64;
+                for (n, (cos, sin)) in (0..=2 * size + 5).zip(circle.walk(3 * size + 5, step)) {
+                    let angle = std::f64::consts::TAU * ((5 + n * step) % size) as f64 / size as f64;
                     assert!((angle.cos() - cos).abs() < circle.middle_error + 4e-15, "{size} {step} {n}");
                     assert!((angle.sin() - sin).abs() < circle.middle_error + 4e-15, "{size} {step} {n}");
                 }

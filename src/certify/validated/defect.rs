@@ -49,6 +49,9 @@
 use super::circle::{Circle, reach, riesz_factor};
 use crate::friction::interval::Interval;
 
+/// Number of candidates that are best sampled together.
+pub(super) const LANES: usize = 8;
+
 /// Half-width of the tube in y.
 const TUBE: f64 = 1e-3;
 /// Half-width of the tube in C.
@@ -67,13 +70,104 @@ pub(super) struct Groups {
     pub(super) b: Interval,
 }
 
-/// An approximate grazing orbit: exactly r0 = 1 + sum of `cosines` (cos n theta - 1) + `sines` sin n theta.
-pub(super) struct Candidate<'a> {
-    pub(super) viscous: Interval,
-    pub(super) cosines: &'a [f64],
-    pub(super) sines: &'a [f64],
+/// Approximate grazing orbits, one in each of `L` vector lanes: exactly r0 = 1 + sum of `cosines` (cos n theta
+/// - 1) + `sines` sin n theta.
+pub(super) struct Candidates<'a, const L: usize> {
+    pub(super) groups: [Groups; L],
+    pub(super) viscous: [Interval; L],
+    pub(super) cosines: &'a [[f64; L]],
+    pub(super) sines: &'a [[f64; L]],
     /// Bound on the error of each coefficient.
     pub(super) error: f64,
+}
+
+/// The coefficients of a harmonic n of each candidate: a, b, -n a, n b.
+type Harmonic<const L: usize> = [[f64; L]; 4];
+
+/// Sums over harmonics at an angle theta, of each candidate: a cos n theta, b sin n theta, -n a sin n theta,
+/// n b cos n theta.
+type Sums<const L: usize> = [[f64; L]; 4];
+
+impl<const L: usize> Candidates<'_, L> {
+    /// Every second harmonic from the number `first` on.
+    fn every_second(&self, first: usize) -> Vec<Harmonic<L>> {
+        let mut harmonics = Vec::with_capacity(self.cosines.len().div_ceil(2));
+        for n in (first..=self.cosines.len()).step_by(2) {
+            let (a, b) = (self.cosines[n - 1], self.sines[n - 1]);
+            harmonics.push([a, b, a.map(|a| -(n as f64) * a), b.map(|b| n as f64 * b)]);
+        }
+        harmonics
+    }
+}
+
+/// The sums over the odd and over the even harmonics, each at the angles from 0 to pi/2, for the function
+/// whose vector width pulp selects at run time.
+struct Sampling<'a, const L: usize> {
+    harmonics: [&'a [Harmonic<L>]; 2],
+    circle: &'a Circle,
+}
+
+impl<const L: usize> pulp::WithSimd for Sampling<'_, L> {
+    type Output = Vec<[Sums<L>; 2]>;
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) -> Self::Output {
+        let quarter = self.circle.size() / 4;
+        let mut all = Vec::with_capacity(quarter + 1);
+        for j in 0..=quarter {
+            all.push([
+                sums(self.harmonics[0], self.circle, j, j),
+                sums(self.harmonics[1], self.circle, 2 * j, j),
+            ]);
+        }
+        all
+    }
+}
+
+/// The sums over harmonics n, n + 2, n + 4, .. at theta_j; `first` is n j.
+#[inline(always)]
+fn sums<const L: usize>(harmonics: &[Harmonic<L>], circle: &Circle, first: usize, j: usize) -> Sums<L> {
+    let [mut even, mut odd, mut slope_odd, mut slope_even] = [[0.0; L]; 4];
+    for ([a, b, minus_na, nb], (cos, sin)) in harmonics.iter().zip(circle.walk(first, 2 * j)) {
+        for lane in 0..L {
+            even[lane] += a[lane] * cos;
+            odd[lane] += b[lane] * sin;
+            slope_odd[lane] += minus_na[lane] * sin;
+            slope_even[lane] += nb[lane] * cos;
+        }
+    }
+    [even, odd, slope_odd, slope_even]
+}
+
+/// Bounds on the errors of the sums of a candidate.
+struct Errors {
+    /// 1 - sum of the cosines' coefficients.
+    base: Interval,
+    value: f64,
+    slope: f64,
+}
+
+impl Errors {
+    /// Sums of products are computed in plain f64. For n terms c t with |t| <= 1, where t is known to within e
+    /// and c to within f, the error is at most (n + 2) u sum|c| + e sum|c| + n f (with u = 2^-53 and (n + 2)^2
+    /// u < 1), whatever the order of the sum; doubled, this covers the rounding of the bound itself.
+    fn of<const L: usize>(candidates: &Candidates<L>, lane: usize, circle: &Circle) -> Self {
+        let Candidates { cosines, sines, error, .. } = *candidates;
+        let count = 2.0 * cosines.len() as f64;
+        let (mut sum, mut weighted, mut base) = (0.0, 0.0, Interval::ONE);
+        for (i, (a, b)) in cosines.iter().zip(sines).enumerate() {
+            sum += a[lane].abs() + b[lane].abs();
+            weighted += (i + 1) as f64 * (a[lane].abs() + b[lane].abs());
+            base = base - Interval::of(a[lane]);
+        }
+        let unit = (count + 4.0) * 0.5 * f64::EPSILON + circle.middle_error;
+        let (loose, tiny) = (error * count, f64::MIN_POSITIVE);
+        Self {
+            base: base + Interval::new(-loose, loose),
+            value: 2.0 * (unit * sum + loose) + tiny,
+            slope: 2.0 * (unit * weighted + loose * (cosines.len() as f64 + 1.0)) + tiny,
+        }
+    }
 }
 
 /// Maxima and hulls over the samples of one or many candidates.
@@ -123,61 +217,65 @@ impl Sampled {
 }
 
 impl Sampled {
-    /// Samples one candidate on the circle.
-    pub(super) fn of(groups: &Groups, candidate: &Candidate, circle: &Circle) -> Self {
+    /// Samples candidates on the circle; returns the maxima and hulls over all of them.
+    pub(super) fn of<const L: usize>(candidates: &Candidates<L>, circle: &Circle) -> Self {
         let size = circle.size();
-        let Candidate { cosines, sines, .. } = *candidate;
-        // Sums of products are computed in plain f64. For n terms c t with |t| <= 1, where t is known to
-        // within e and c to within f, the error is at most (n + 2) u sum|c| + e sum|c| + n f (with u = 2^-53
-        // and (n + 2)^2 u < 1); doubled, this covers the rounding of the bound itself.
-        let count = 2.0 * cosines.len() as f64;
-        let (mut sum, mut weighted, mut base) = (0.0, 0.0, Interval::ONE);
-        for (i, (a, b)) in cosines.iter().zip(sines).enumerate() {
-            sum += a.abs() + b.abs();
-            weighted += (i + 1) as f64 * (a.abs() + b.abs());
-            base = base - Interval::of(*a);
-        }
-        let unit = (count + 4.0) * 0.5 * f64::EPSILON + circle.middle_error;
-        let (loose, tiny) = (candidate.error * count, f64::MIN_POSITIVE);
-        let value_error = 2.0 * (unit * sum + loose) + tiny;
-        let slope_error = 2.0 * (unit * weighted + loose * (cosines.len() as f64 + 1.0)) + tiny;
-        base = base + Interval::new(-loose, loose);
-
-        let Groups { a, k, b } = *groups;
-        let twice_b = b + b;
-        let c0 = candidate.viscous;
-        let mut sampled =
-            Self { defect: 0.0, radius: vec![Interval::ONE; size], slope: 0.0, viscous: candidate.viscous };
-        for j in 0..=size / 2 {
-            // Parts of r0 that are even and odd in theta, and of r0'.
-            let (mut even, mut odd, mut slope_odd, mut slope_even) = (0.0, 0.0, 0.0, 0.0);
-            let mut n = 0.0;
-            for ((a, b), (cos, sin)) in cosines.iter().zip(sines).zip(circle.multiples(j)) {
-                n += 1.0;
-                even += a * cos;
-                odd += b * sin;
-                slope_odd -= n * a * sin;
-                slope_even += n * b * cos;
-            }
-            let (cos, sin) = (circle.cos(j), circle.sin(j));
-            let sin2 = sin.square();
-            for (j, sin, r, slope) in [
-                (j, sin, even + odd, slope_even + slope_odd),
-                ((size - j) % size, -sin, even - odd, slope_even - slope_odd),
-            ] {
-                let r = base + Interval::ball(r, value_error);
-                let slope = Interval::ball(slope, slope_error);
-                let v = r * cos;
-                let s = Interval::ONE - v;
-                let q2 = (Interval::ONE + k * s).square();
-                let numerator = a - q2 * (c0 + twice_b * s);
-                let g = slope * (q2 + numerator * (sin * cos)) - numerator * (r * sin2);
-                sampled.defect = sampled.defect.max(g.size());
-                sampled.slope = sampled.slope.max(slope.size());
-                sampled.radius[j] = r;
+        let (odd, even) = (candidates.every_second(1), candidates.every_second(2));
+        let sums = pulp::Arch::new().dispatch(Sampling { harmonics: [&odd, &even], circle });
+        let mut sampled = Self {
+            defect: 0.0,
+            radius: vec![Interval::ONE; size],
+            slope: 0.0,
+            viscous: candidates.viscous.into_iter().reduce(Interval::hull).unwrap_or(Interval::ENTIRE),
+        };
+        for lane in 0..L {
+            let errors = Errors::of(candidates, lane, circle);
+            for (j, [odd, even]) in sums.iter().enumerate() {
+                // At pi - theta the even harmonics' cosines and the odd ones' sines are the same, the others
+                // change their sign.
+                let [odd, even] = [odd, even].map(|sums| sums.map(|sum| sum[lane]));
+                let opposite = [even[0] - odd[0], odd[1] - even[1], odd[2] - even[2], even[3] - odd[3]];
+                let same = [even[0] + odd[0], even[1] + odd[1], even[2] + odd[2], even[3] + odd[3]];
+                for (j, [even, odd, slope_odd, slope_even]) in [(j, same), (size / 2 - j, opposite)] {
+                    sampled.add(candidates, &errors, circle, j, lane, [even + odd, slope_even + slope_odd]);
+                    let back = (size - j) % size;
+                    sampled.add(
+                        candidates,
+                        &errors,
+                        circle,
+                        back,
+                        lane,
+                        [even - odd, slope_even - slope_odd],
+                    );
+                }
             }
         }
         sampled
+    }
+
+    /// Adds the sample of one candidate at theta_j, where r0 - `errors.base` and r0' are near `sums`.
+    #[inline]
+    fn add<const L: usize>(
+        &mut self,
+        candidates: &Candidates<L>,
+        errors: &Errors,
+        circle: &Circle,
+        j: usize,
+        lane: usize,
+        [r, slope]: [f64; 2],
+    ) {
+        let (cos, sin) = (circle.cos(j), circle.sin(j));
+        let Groups { a, k, b } = candidates.groups[lane];
+        let r = errors.base + Interval::ball(r, errors.value);
+        let slope = Interval::ball(slope, errors.slope);
+        let v = r * cos;
+        let s = Interval::ONE - v;
+        let q2 = (Interval::ONE + k * s).square();
+        let numerator = a - q2 * (candidates.viscous[lane] + (b + b) * s);
+        let g = slope * (q2 + numerator * (sin * cos)) - numerator * (r * sin.square());
+        self.defect = self.defect.max(g.size());
+        self.slope = self.slope.max(slope.size());
+        self.radius[j] = if lane == 0 { r } else { self.radius[j].hull(r) };
     }
 
     /// The maxima and hulls over the samples of both.

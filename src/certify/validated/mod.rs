@@ -83,7 +83,7 @@ mod turn;
 use super::{Claim, Decision, Guarantee, Test};
 use crate::friction::interval::Interval;
 use crate::friction::{Column, Range};
-use defect::{Bounds, Candidate, Groups, Sampled, radius_of_proof, sampling};
+use defect::{Bounds, Candidates, Groups, Sampled, radius_of_proof, sampling};
 use landing_speed::{Divergence, Flow};
 use orbit::{Guess, approximate};
 
@@ -152,13 +152,15 @@ impl Enclosed {
         let Groups { a, k, b } = self.groups;
         let orbit = approximate(Guess { a: middle(a), k: middle(k), b: middle(b) })?;
         let (circle, factors) = sampling(orbit.cosines.len())?;
-        let candidate = Candidate {
-            viscous: Interval::of(orbit.viscous),
-            cosines: &orbit.cosines,
-            sines: &orbit.sines,
+        let one_lane = |row: &[f64]| row.iter().map(|c| [*c]).collect::<Vec<_>>();
+        let candidate = Candidates {
+            groups: [self.groups],
+            viscous: [Interval::of(orbit.viscous)],
+            cosines: &one_lane(&orbit.cosines),
+            sines: &one_lane(&orbit.sines),
             error: 0.0,
         };
-        let sampled = Sampled::of(&self.groups, &candidate, circle);
+        let sampled = Sampled::of(&candidate, circle);
         let eta = radius_of_proof(&self.groups, &Bounds::new(&sampled, &factors), circle)?;
         Some(Interval::ball(orbit.viscous, eta))
     }

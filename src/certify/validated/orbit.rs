@@ -14,7 +14,7 @@
 use std::f64::consts::TAU;
 use std::sync::OnceLock;
 
-use super::circle::multiples;
+use super::circle::walk;
 
 /// Numbers of angles, coarse to fine.
 const SIZES: [usize; 11] = [16, 24, 32, 48, 64, 96, 128, 192, 256, 384, 512];
@@ -43,7 +43,7 @@ impl Orbit {
     /// r - 1 at the angle theta_j of equal angles whose cosines are given.
     fn growth(&self, cosines: &[f64], j: usize) -> f64 {
         let mut growth = 0.0;
-        for ((a, b), (cos, sin)) in self.cosines.iter().zip(&self.sines).zip(multiples(cosines, j)) {
+        for ((a, b), (cos, sin)) in self.cosines.iter().zip(&self.sines).zip(walk(cosines, j, j)) {
             growth += a * (cos - 1.0) + b * sin;
         }
         growth
@@ -175,7 +175,7 @@ fn transform(mesh: &Mesh, growth: &[f64], viscous: f64) -> Orbit {
     for n in 1..size / 2 {
         // r - 1 is 0 at angle 0.
         let (mut cosine, mut sine) = (0.0, 0.0);
-        for (growth, (cos, sin)) in growth[1..].iter().zip(multiples(&mesh.cos, n)) {
+        for (growth, (cos, sin)) in growth[1..].iter().zip(walk(&mesh.cos, n, n)) {
             cosine += growth * cos;
             sine += growth * sin;
         }

@@ -9,7 +9,7 @@
 use rayon::prelude::*;
 
 use super::circle::{Circle, reach, riesz_factor};
-use super::defect::{Bounds, Candidate, Factors, Groups, Sampled, radius_of_proof, sampling};
+use super::defect::{Bounds, Candidates, Factors, Groups, LANES, Sampled, radius_of_proof, sampling};
 use super::orbit::{Guess, Orbit, approximate};
 use crate::friction::interval::Interval;
 
@@ -128,15 +128,17 @@ impl Tile {
             radius: product(&[a.radius, k.radius, b.radius]),
             slope: product(&[factors.slope, a.radius, k.radius, b.radius]),
         };
-        // Maxima and hulls do not depend on the order of the samples.
-        let sampled = (0..a.nodes.len() * k.nodes.len())
+        let total = a.nodes.len() * k.nodes.len() * b.nodes.len();
+        let node = |at: usize| {
+            let (rest, one) = (at / a.nodes.len(), at % a.nodes.len());
+            [&a.nodes[one], &k.nodes[rest % k.nodes.len()], &b.nodes[rest / k.nodes.len()]]
+        };
+        // Maxima and hulls do not depend on the order of the samples, nor on one taken twice.
+        let sampled = (0..total.div_ceil(LANES))
             .into_par_iter()
-            .map(|at| {
-                let (one, two) = (&a.nodes[at % a.nodes.len()], &k.nodes[at / a.nodes.len()]);
-                b.nodes
-                    .iter()
-                    .map(|three| self.sample([one, two, three], circle))
-                    .reduce(|sampled, next| sampled.with(&next))
+            .map(|group| {
+                let nodes = std::array::from_fn(|lane| node((LANES * group + lane).min(total - 1)));
+                Some(self.sample(nodes, circle))
             })
             .reduce(
                 || None,
@@ -148,34 +150,47 @@ impl Tile {
         Some((sampled, factors))
     }
 
-    /// Samples the candidate at one point of the box.
-    fn sample(&self, nodes: [&Node; 3], circle: &Circle) -> Sampled {
-        let [a, k, b] = nodes.map(|node| node.value);
-        let mut weights = [0.0; MODES];
-        let mut viscous = Interval::ZERO;
-        for (mode, weight) in weights.iter_mut().enumerate() {
+    /// Samples the candidates at some points of the box.
+    fn sample(&self, nodes: [[&Node; 3]; LANES], circle: &Circle) -> Sampled {
+        let mut weights = [[0.0; LANES]; MODES];
+        let mut viscous = [Interval::ZERO; LANES];
+        for (mode, weights) in weights.iter_mut().enumerate() {
             let [i, j, l] = degrees(mode);
-            let exact = nodes[0].chebyshev[i] * nodes[1].chebyshev[j] * nodes[2].chebyshev[l];
-            viscous = viscous + Interval::of(self.viscous[mode]) * exact;
-            *weight = 0.5 * (exact.lo + exact.hi);
+            for (lane, [a, k, b]) in nodes.iter().enumerate() {
+                let exact = a.chebyshev[i] * k.chebyshev[j] * b.chebyshev[l];
+                viscous[lane] = viscous[lane] + Interval::of(self.viscous[mode]) * exact;
+                weights[lane] = 0.5 * (exact.lo + exact.hi);
+            }
         }
         // A weight, of size at most 1, is known to within its interval's width, far below 32 units; a sum of
         // products of MODES terms rounds by at most (MODES + 1) units of their sizes.
         let mut most: f64 = 0.0;
-        let mut sums = |rows: &[Vec<f64>]| -> Vec<f64> {
-            rows.iter()
-                .map(|row| {
-                    most = most.max(row.iter().map(|c| c.abs()).sum());
-                    row.iter().zip(&weights).map(|(c, w)| c * w).sum()
-                })
-                .collect()
+        let mut sums = |rows: &[Vec<f64>]| -> Vec<[f64; LANES]> {
+            let mut sums = Vec::with_capacity(rows.len());
+            for row in rows {
+                most = most.max(row.iter().map(|c| c.abs()).sum());
+                let mut sum = [0.0; LANES];
+                for (c, weights) in row.iter().zip(&weights) {
+                    for (sum, weight) in sum.iter_mut().zip(weights) {
+                        *sum += c * weight;
+                    }
+                }
+                sums.push(sum);
+            }
+            sums
         };
         let (cosines, sines) = (sums(&self.cosines), sums(&self.sines));
         let width = |node: &Node| node.chebyshev.iter().map(|t| t.hi - t.lo).fold(0.0, f64::max);
-        let unit = (MODES as f64 + 4.0) * f64::EPSILON + 4.0 * nodes.map(width).iter().sum::<f64>();
-        let candidate =
-            Candidate { viscous, cosines: &cosines, sines: &sines, error: unit * most + f64::MIN_POSITIVE };
-        Sampled::of(&Groups { a, k, b }, &candidate, circle)
+        let widest = nodes.iter().map(|nodes| nodes.iter().map(|node| width(node)).sum::<f64>());
+        let unit = (MODES as f64 + 4.0) * f64::EPSILON + 4.0 * widest.fold(0.0, f64::max);
+        let candidates = Candidates {
+            groups: nodes.map(|[a, k, b]| Groups { a: a.value, k: k.value, b: b.value }),
+            viscous,
+            cosines: &cosines,
+            sines: &sines,
+            error: unit * most + f64::MIN_POSITIVE,
+        };
+        Sampled::of(&candidates, circle)
     }
 
     /// An enclosure of C* at groups inside the box.
@@ -342,7 +357,7 @@ mod tests {
                     std::array::from_fn(|n| Interval::of(if end == 0 && n % 2 == 1 { -1.0 } else { 1.0 }));
                 Node { value: Interval::of(domain.ranges()[axis][end]), chebyshev }
             };
-            let there = tile.sample([&node(0), &node(1), &node(2)], circle);
+            let there = tile.sample([[&node(0), &node(1), &node(2)]; LANES], circle);
             assert!(there.is_within(&bounds), "{corner}");
             missed += u32::from(!there.is_within(&samples_alone));
         }
