@@ -49,7 +49,7 @@
 use super::circle::{Circle, reach, riesz_factor};
 use crate::friction::interval::Interval;
 
-/// Number of candidates that are best sampled together.
+/// Rounded of candidates that are best sampled together.
 pub(super) const LANES: usize = 8;
 
 /// Half-width of the tube in y.
@@ -100,27 +100,68 @@ impl<const L: usize> Candidates<'_, L> {
     }
 }
 
-/// The sums over the odd and over the even harmonics, each at the angles from 0 to pi/2, for the function
-/// whose vector width pulp selects at run time.
+/// Numbers near those of the candidates at every angle, in plain f64: arguments for the function whose vector
+/// width pulp selects at run time.
 struct Sampling<'a, const L: usize> {
-    harmonics: [&'a [Harmonic<L>]; 2],
+    odd: &'a [Harmonic<L>],
+    even: &'a [Harmonic<L>],
+    /// 1 - sum of the cosines' coefficients, and the middles of A, k, b and C0.
+    base: [f64; L],
+    a: [f64; L],
+    k: [f64; L],
+    b: [f64; L],
+    viscous: [f64; L],
     circle: &'a Circle,
 }
 
+/// What [`Sampling`] computes, of each candidate.
+struct Computed<const L: usize> {
+    /// r0 at each angle.
+    radius: Vec<[f64; L]>,
+    /// Largest |r0|, |r0'| and |G|.
+    most: [[f64; L]; 3],
+}
+
 impl<const L: usize> pulp::WithSimd for Sampling<'_, L> {
-    type Output = Vec<[Sums<L>; 2]>;
+    type Output = Computed<L>;
 
     #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) -> Self::Output {
-        let quarter = self.circle.size() / 4;
-        let mut all = Vec::with_capacity(quarter + 1);
-        for j in 0..=quarter {
-            all.push([
-                sums(self.harmonics[0], self.circle, j, j),
-                sums(self.harmonics[1], self.circle, 2 * j, j),
-            ]);
+    fn with_simd<S: pulp::Simd>(self, _: S) -> Computed<L> {
+        let size = self.circle.size();
+        let mut radius = vec![[0.0; L]; size];
+        let mut most = [[0.0; L]; 3];
+        for (j, (cos, sin)) in (0..=size / 4).zip(self.circle.walk(0, 1)) {
+            let odd = sums(self.odd, self.circle, j, j);
+            let even = sums(self.even, self.circle, 2 * j, j);
+            // The signs of the cosine and of the sine at theta_j, -theta_j, pi - theta_j and pi + theta_j. Those
+            // of even harmonics are 1 and their product.
+            for (at, [x, y]) in [
+                (j, [1.0, 1.0]),
+                ((size - j) % size, [1.0, -1.0]),
+                (size / 2 - j, [-1.0, 1.0]),
+                (size / 2 + j, [-1.0, -1.0]),
+            ] {
+                let (cos, sin) = (x * cos, y * sin);
+                let (product, sin2) = (sin * cos, sin * sin);
+                for lane in 0..L {
+                    let [in_cosines, in_sines] =
+                        [even[0][lane] + x * odd[0][lane], y * (odd[1][lane] + x * even[1][lane])];
+                    let r = self.base[lane] + (in_cosines + in_sines);
+                    let slope = y * (odd[2][lane] + x * even[2][lane]) + (even[3][lane] + x * odd[3][lane]);
+                    let s = 1.0 - r * cos;
+                    let q = 1.0 + self.k[lane] * s;
+                    let q2 = q * q;
+                    let linear = self.viscous[lane] + 2.0 * self.b[lane] * s;
+                    let numerator = self.a[lane] - q2 * linear;
+                    let g = slope * (q2 + numerator * product) - numerator * (r * sin2);
+                    radius[at][lane] = r;
+                    for (most, x) in most.iter_mut().zip([r, slope, g]) {
+                        most[lane] = if x.abs() > most[lane] { x.abs() } else { most[lane] };
+                    }
+                }
+            }
         }
-        all
+        Computed { radius, most }
     }
 }
 
@@ -168,6 +209,57 @@ impl Errors {
             slope: 2.0 * (unit * weighted + loose * (cosines.len() as f64 + 1.0)) + tiny,
         }
     }
+}
+
+/// Upper bounds of the size of a number and of the error with which it is known, for numbers that plain f64
+/// computes: a sum or a product of `x` and `y` rounds by at most half an epsilon of its computed size. Each
+/// bound is made larger by more than its own rounding.
+#[derive(Clone, Copy)]
+struct Rounded {
+    size: f64,
+    error: f64,
+}
+
+impl Rounded {
+    const SLACK: f64 = 1.0 + 8.0 * f64::EPSILON;
+
+    /// A number that was computed with a size of at most `most`, to within `error`.
+    fn computed(most: f64, error: f64) -> Self {
+        Self { size: Self::SLACK * (most + error), error: Self::SLACK * error }
+    }
+
+    /// A number in an interval, of which the middle is used.
+    fn between(interval: Interval) -> Self {
+        Self { size: interval.size(), error: Self::SLACK * (interval.hi - interval.lo) }
+    }
+
+    fn rounded(size: f64, error: f64) -> Self {
+        let rounding = f64::EPSILON * (size + error) + f64::MIN_POSITIVE;
+        Self { size: Self::SLACK * size, error: Self::SLACK * (error + rounding) }
+    }
+
+    fn plus(self, other: Self) -> Self {
+        Self::rounded(self.size + other.size, self.error + other.error)
+    }
+
+    fn times(self, other: Self) -> Self {
+        let error = self.size * other.error + self.error * (other.size + other.error);
+        Self::rounded(self.size * other.size, error)
+    }
+}
+
+/// Bound on the error of G as [`Sampling`] computes it, from the bounds of r0 and r0' at all angles.
+fn defect_error(r: Rounded, slope: Rounded, groups: &Groups, viscous: Interval, circle: &Circle) -> f64 {
+    let one = Rounded { size: 1.0, error: 0.0 };
+    let cos = Rounded { size: 1.0, error: circle.middle_error };
+    let s = one.plus(r.times(cos));
+    let q = one.plus(Rounded::between(groups.k).times(s));
+    let q2 = q.times(q);
+    let twice_b = Rounded::between(groups.b + groups.b);
+    let linear = Rounded::between(viscous).plus(twice_b.times(s));
+    let numerator = Rounded::between(groups.a).plus(q2.times(linear));
+    let product = cos.times(cos);
+    slope.times(q2.plus(numerator.times(product))).plus(numerator.times(r.times(product))).error
 }
 
 /// Maxima and hulls over the samples of one or many candidates.
@@ -219,63 +311,42 @@ impl Sampled {
 impl Sampled {
     /// Samples candidates on the circle; returns the maxima and hulls over all of them.
     pub(super) fn of<const L: usize>(candidates: &Candidates<L>, circle: &Circle) -> Self {
-        let size = circle.size();
-        let (odd, even) = (candidates.every_second(1), candidates.every_second(2));
-        let sums = pulp::Arch::new().dispatch(Sampling { harmonics: [&odd, &even], circle });
+        let middle = |x: Interval| 0.5 * (x.lo + x.hi);
+        let errors: [Errors; L] = std::array::from_fn(|lane| Errors::of(candidates, lane, circle));
+        let computed = pulp::Arch::new().dispatch(Sampling {
+            odd: &candidates.every_second(1),
+            even: &candidates.every_second(2),
+            base: std::array::from_fn(|lane| middle(errors[lane].base)),
+            a: candidates.groups.map(|groups| middle(groups.a)),
+            k: candidates.groups.map(|groups| middle(groups.k)),
+            b: candidates.groups.map(|groups| middle(groups.b)),
+            viscous: candidates.viscous.map(middle),
+            circle,
+        });
         let mut sampled = Self {
             defect: 0.0,
-            radius: vec![Interval::ONE; size],
+            radius: Vec::with_capacity(circle.size()),
             slope: 0.0,
             viscous: candidates.viscous.into_iter().reduce(Interval::hull).unwrap_or(Interval::ENTIRE),
         };
+        let mut radius_errors = [0.0; L];
         for lane in 0..L {
-            let errors = Errors::of(candidates, lane, circle);
-            for (j, [odd, even]) in sums.iter().enumerate() {
-                // At pi - theta the even harmonics' cosines and the odd ones' sines are the same, the others
-                // change their sign.
-                let [odd, even] = [odd, even].map(|sums| sums.map(|sum| sum[lane]));
-                let opposite = [even[0] - odd[0], odd[1] - even[1], odd[2] - even[2], even[3] - odd[3]];
-                let same = [even[0] + odd[0], even[1] + odd[1], even[2] + odd[2], even[3] + odd[3]];
-                for (j, [even, odd, slope_odd, slope_even]) in [(j, same), (size / 2 - j, opposite)] {
-                    sampled.add(candidates, &errors, circle, j, lane, [even + odd, slope_even + slope_odd]);
-                    let back = (size - j) % size;
-                    sampled.add(
-                        candidates,
-                        &errors,
-                        circle,
-                        back,
-                        lane,
-                        [even - odd, slope_even - slope_odd],
-                    );
-                }
-            }
+            let [r, slope, g] = computed.most.map(|most| most[lane]);
+            // A sum of the base's middle and of the sums.
+            let base = Rounded::between(errors[lane].base);
+            let r = Rounded::computed(r, base.error + errors[lane].value + f64::EPSILON * (r + base.size));
+            let slope = Rounded::computed(slope, errors[lane].slope);
+            // Not finite if anything here overflows.
+            let error = defect_error(r, slope, &candidates.groups[lane], candidates.viscous[lane], circle);
+            sampled.defect = sampled.defect.max(Interval::ball(g, error).hi);
+            sampled.slope = sampled.slope.max(slope.size);
+            radius_errors[lane] = r.error;
+        }
+        for radius in computed.radius {
+            let hull = radius.into_iter().zip(radius_errors).map(|(r, error)| Interval::ball(r, error));
+            sampled.radius.push(hull.reduce(Interval::hull).unwrap_or(Interval::ENTIRE));
         }
         sampled
-    }
-
-    /// Adds the sample of one candidate at theta_j, where r0 - `errors.base` and r0' are near `sums`.
-    #[inline]
-    fn add<const L: usize>(
-        &mut self,
-        candidates: &Candidates<L>,
-        errors: &Errors,
-        circle: &Circle,
-        j: usize,
-        lane: usize,
-        [r, slope]: [f64; 2],
-    ) {
-        let (cos, sin) = (circle.cos(j), circle.sin(j));
-        let Groups { a, k, b } = candidates.groups[lane];
-        let r = errors.base + Interval::ball(r, errors.value);
-        let slope = Interval::ball(slope, errors.slope);
-        let v = r * cos;
-        let s = Interval::ONE - v;
-        let q2 = (Interval::ONE + k * s).square();
-        let numerator = a - q2 * (candidates.viscous[lane] + (b + b) * s);
-        let g = slope * (q2 + numerator * (sin * cos)) - numerator * (r * sin.square());
-        self.defect = self.defect.max(g.size());
-        self.slope = self.slope.max(slope.size());
-        self.radius[j] = if lane == 0 { r } else { self.radius[j].hull(r) };
     }
 
     /// The maxima and hulls over the samples of both.
