@@ -100,39 +100,102 @@ impl<const L: usize> Candidates<'_, L> {
     }
 }
 
-/// Numbers near those of the candidates at every angle, in plain f64: arguments for the function whose vector
-/// width pulp selects at run time.
+/// A number in each lane, with a bound of its error, up to the rounding of that bound itself: some units for
+/// each operation, for which [`SLACK`] is enough.
+#[derive(Clone, Copy)]
+struct Balls<const L: usize> {
+    value: [f64; L],
+    error: [f64; L],
+}
+
+/// Factor that exceeds the roundings of an error after some dozens of operations on [`Balls`].
+const SLACK: f64 = 1.0 + 1024.0 * f64::EPSILON;
+/// A sum or product is rounded by at most this share of the result.
+const ROUNDING: f64 = 0.5 * f64::EPSILON;
+
+impl<const L: usize> Balls<L> {
+    fn of(intervals: [Interval; L]) -> Self {
+        Self { value: intervals.map(|x| 0.5 * (x.lo + x.hi)), error: intervals.map(|x| x.hi - x.lo) }
+    }
+
+    #[inline(always)]
+    fn same(value: f64, error: f64) -> Self {
+        Self { value: [value; L], error: [error; L] }
+    }
+
+    #[inline(always)]
+    fn plus(mut self, other: Self) -> Self {
+        for lane in 0..L {
+            self.value[lane] += other.value[lane];
+            self.error[lane] += other.error[lane] + ROUNDING * self.value[lane].abs();
+        }
+        self
+    }
+
+    #[inline(always)]
+    fn minus(mut self, other: Self) -> Self {
+        for lane in 0..L {
+            self.value[lane] -= other.value[lane];
+            self.error[lane] += other.error[lane] + ROUNDING * self.value[lane].abs();
+        }
+        self
+    }
+
+    #[inline(always)]
+    fn times(mut self, other: Self) -> Self {
+        for lane in 0..L {
+            let (x, y) = (self.value[lane], other.value[lane]);
+            let error = x.abs() * other.error[lane] + self.error[lane] * (y.abs() + other.error[lane]);
+            self.value[lane] = x * y;
+            // The last term covers underflow.
+            self.error[lane] = error + (ROUNDING * (x * y).abs() + f64::MIN_POSITIVE);
+        }
+        self
+    }
+}
+
+/// Samples of the candidates at every angle: arguments for the function whose vector width pulp selects at run
+/// time.
 struct Sampling<'a, const L: usize> {
     odd: &'a [Harmonic<L>],
     even: &'a [Harmonic<L>],
-    /// 1 - sum of the cosines' coefficients, and the middles of A, k, b and C0.
-    base: [f64; L],
-    a: [f64; L],
-    k: [f64; L],
-    b: [f64; L],
-    viscous: [f64; L],
+    /// 1 - sum of the cosines' coefficients, with the errors of the sums for r0.
+    base: Balls<L>,
+    /// Bound on the errors of the sums for r0'.
+    slope_error: [f64; L],
+    groups: [Balls<L>; 3],
+    viscous: Balls<L>,
     circle: &'a Circle,
 }
 
 /// What [`Sampling`] computes, of each candidate.
-struct Computed<const L: usize> {
+struct Samples<const L: usize> {
     /// r0 at each angle.
     radius: Vec<[f64; L]>,
-    /// Largest |r0|, |r0'| and |G|.
-    most: [[f64; L]; 3],
+    /// Bound on its errors.
+    radius_error: [f64; L],
+    /// Largest |r0'| and |G|, errors included.
+    slope: [f64; L],
+    defect: [f64; L],
 }
 
 impl<const L: usize> pulp::WithSimd for Sampling<'_, L> {
-    type Output = Computed<L>;
+    type Output = Samples<L>;
 
     #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) -> Computed<L> {
-        let size = self.circle.size();
-        let mut radius = vec![[0.0; L]; size];
-        let mut most = [[0.0; L]; 3];
-        for (j, (cos, sin)) in (0..=size / 4).zip(self.circle.walk(0, 1)) {
-            let odd = sums(self.odd, self.circle, j, j);
-            let even = sums(self.even, self.circle, 2 * j, j);
+    fn with_simd<S: pulp::Simd>(self, _: S) -> Samples<L> {
+        let circle = self.circle;
+        let size = circle.size();
+        let [a, k, twice_b] = self.groups;
+        let one = Balls::same(1.0, 0.0);
+        let zeros = [0.0; L];
+        let mut samples =
+            Samples { radius: vec![zeros; size], radius_error: zeros, slope: zeros, defect: zeros };
+        // Zero as long as all numbers are finite, then NaN, which maxima ignore.
+        let mut overflow = zeros;
+        for (j, (cos, sin)) in (0..=size / 4).zip(circle.walk(0, 1)) {
+            let odd = sums(self.odd, circle, j, j);
+            let even = sums(self.even, circle, 2 * j, j);
             // The signs of the cosine and of the sine at theta_j, -theta_j, pi - theta_j and pi + theta_j. Those
             // of even harmonics are 1 and their product.
             for (at, [x, y]) in [
@@ -141,27 +204,41 @@ impl<const L: usize> pulp::WithSimd for Sampling<'_, L> {
                 (size / 2 - j, [-1.0, 1.0]),
                 (size / 2 + j, [-1.0, -1.0]),
             ] {
-                let (cos, sin) = (x * cos, y * sin);
-                let (product, sin2) = (sin * cos, sin * sin);
+                let (mut value, mut slope) = (Balls::same(0.0, 0.0), Balls::same(0.0, 0.0));
+                slope.error = self.slope_error;
                 for lane in 0..L {
-                    let [in_cosines, in_sines] =
-                        [even[0][lane] + x * odd[0][lane], y * (odd[1][lane] + x * even[1][lane])];
-                    let r = self.base[lane] + (in_cosines + in_sines);
-                    let slope = y * (odd[2][lane] + x * even[2][lane]) + (even[3][lane] + x * odd[3][lane]);
-                    let s = 1.0 - r * cos;
-                    let q = 1.0 + self.k[lane] * s;
-                    let q2 = q * q;
-                    let linear = self.viscous[lane] + 2.0 * self.b[lane] * s;
-                    let numerator = self.a[lane] - q2 * linear;
-                    let g = slope * (q2 + numerator * product) - numerator * (r * sin2);
-                    radius[at][lane] = r;
-                    for (most, x) in most.iter_mut().zip([r, slope, g]) {
-                        most[lane] = if x.abs() > most[lane] { x.abs() } else { most[lane] };
-                    }
+                    value.value[lane] =
+                        (even[0][lane] + x * odd[0][lane]) + y * (odd[1][lane] + x * even[1][lane]);
+                    slope.value[lane] =
+                        (even[3][lane] + x * odd[3][lane]) + y * (odd[2][lane] + x * even[2][lane]);
+                }
+                let cos = Balls::same(x * cos, circle.middle_error);
+                let sin = Balls::same(y * sin, circle.middle_error);
+                let r = self.base.plus(value);
+                let s = one.minus(r.times(cos));
+                let q = one.plus(k.times(s));
+                let q2 = q.times(q);
+                let numerator = a.minus(q2.times(self.viscous.plus(twice_b.times(s))));
+                let advance = slope.times(q2.plus(numerator.times(sin.times(cos))));
+                let g = advance.minus(numerator.times(r.times(sin.times(sin))));
+                samples.radius[at] = r.value;
+                for (lane, overflow) in overflow.iter_mut().enumerate() {
+                    let largest = |most: &mut f64, x: f64| *most = if x > *most { x } else { *most };
+                    let defect = g.value[lane].abs() + g.error[lane];
+                    largest(&mut samples.radius_error[lane], r.error[lane]);
+                    largest(&mut samples.slope[lane], slope.value[lane].abs() + slope.error[lane]);
+                    largest(&mut samples.defect[lane], defect);
+                    *overflow += 0.0 * defect;
                 }
             }
         }
-        Computed { radius, most }
+        for (lane, overflow) in overflow.iter().enumerate() {
+            let finite = *overflow == 0.0;
+            samples.defect[lane] = if finite { SLACK * samples.defect[lane] } else { f64::INFINITY };
+            samples.slope[lane] *= SLACK;
+            samples.radius_error[lane] *= SLACK;
+        }
+        samples
     }
 }
 
@@ -209,57 +286,6 @@ impl Errors {
             slope: 2.0 * (unit * weighted + loose * (cosines.len() as f64 + 1.0)) + tiny,
         }
     }
-}
-
-/// Upper bounds of the size of a number and of the error with which it is known, for numbers that plain f64
-/// computes: a sum or a product of `x` and `y` rounds by at most half an epsilon of its computed size. Each
-/// bound is made larger by more than its own rounding.
-#[derive(Clone, Copy)]
-struct Rounded {
-    size: f64,
-    error: f64,
-}
-
-impl Rounded {
-    const SLACK: f64 = 1.0 + 8.0 * f64::EPSILON;
-
-    /// A number that was computed with a size of at most `most`, to within `error`.
-    fn computed(most: f64, error: f64) -> Self {
-        Self { size: Self::SLACK * (most + error), error: Self::SLACK * error }
-    }
-
-    /// A number in an interval, of which the middle is used.
-    fn between(interval: Interval) -> Self {
-        Self { size: interval.size(), error: Self::SLACK * (interval.hi - interval.lo) }
-    }
-
-    fn rounded(size: f64, error: f64) -> Self {
-        let rounding = f64::EPSILON * (size + error) + f64::MIN_POSITIVE;
-        Self { size: Self::SLACK * size, error: Self::SLACK * (error + rounding) }
-    }
-
-    fn plus(self, other: Self) -> Self {
-        Self::rounded(self.size + other.size, self.error + other.error)
-    }
-
-    fn times(self, other: Self) -> Self {
-        let error = self.size * other.error + self.error * (other.size + other.error);
-        Self::rounded(self.size * other.size, error)
-    }
-}
-
-/// Bound on the error of G as [`Sampling`] computes it, from the bounds of r0 and r0' at all angles.
-fn defect_error(r: Rounded, slope: Rounded, groups: &Groups, viscous: Interval, circle: &Circle) -> f64 {
-    let one = Rounded { size: 1.0, error: 0.0 };
-    let cos = Rounded { size: 1.0, error: circle.middle_error };
-    let s = one.plus(r.times(cos));
-    let q = one.plus(Rounded::between(groups.k).times(s));
-    let q2 = q.times(q);
-    let twice_b = Rounded::between(groups.b + groups.b);
-    let linear = Rounded::between(viscous).plus(twice_b.times(s));
-    let numerator = Rounded::between(groups.a).plus(q2.times(linear));
-    let product = cos.times(cos);
-    slope.times(q2.plus(numerator.times(product))).plus(numerator.times(r.times(product))).error
 }
 
 /// Maxima and hulls over the samples of one or many candidates.
@@ -311,42 +337,37 @@ impl Sampled {
 impl Sampled {
     /// Samples candidates on the circle; returns the maxima and hulls over all of them.
     pub(super) fn of<const L: usize>(candidates: &Candidates<L>, circle: &Circle) -> Self {
-        let middle = |x: Interval| 0.5 * (x.lo + x.hi);
         let errors: [Errors; L] = std::array::from_fn(|lane| Errors::of(candidates, lane, circle));
-        let computed = pulp::Arch::new().dispatch(Sampling {
+        let mut base = Balls::of(std::array::from_fn(|lane| errors[lane].base));
+        for (error, sums) in base.error.iter_mut().zip(&errors) {
+            *error += sums.value;
+        }
+        let samples = pulp::Arch::new().dispatch(Sampling {
             odd: &candidates.every_second(1),
             even: &candidates.every_second(2),
-            base: std::array::from_fn(|lane| middle(errors[lane].base)),
-            a: candidates.groups.map(|groups| middle(groups.a)),
-            k: candidates.groups.map(|groups| middle(groups.k)),
-            b: candidates.groups.map(|groups| middle(groups.b)),
-            viscous: candidates.viscous.map(middle),
+            base,
+            slope_error: std::array::from_fn(|lane| errors[lane].slope),
+            groups: [
+                Balls::of(candidates.groups.map(|groups| groups.a)),
+                Balls::of(candidates.groups.map(|groups| groups.k)),
+                Balls::of(candidates.groups.map(|groups| groups.b + groups.b)),
+            ],
+            viscous: Balls::of(candidates.viscous),
             circle,
         });
-        let mut sampled = Self {
-            defect: 0.0,
-            radius: Vec::with_capacity(circle.size()),
-            slope: 0.0,
-            viscous: candidates.viscous.into_iter().reduce(Interval::hull).unwrap_or(Interval::ENTIRE),
+        let hull = |intervals: &mut dyn Iterator<Item = Interval>| {
+            intervals.reduce(Interval::hull).unwrap_or(Interval::ENTIRE)
         };
-        let mut radius_errors = [0.0; L];
-        for lane in 0..L {
-            let [r, slope, g] = computed.most.map(|most| most[lane]);
-            // A sum of the base's middle and of the sums.
-            let base = Rounded::between(errors[lane].base);
-            let r = Rounded::computed(r, base.error + errors[lane].value + f64::EPSILON * (r + base.size));
-            let slope = Rounded::computed(slope, errors[lane].slope);
-            // Not finite if anything here overflows.
-            let error = defect_error(r, slope, &candidates.groups[lane], candidates.viscous[lane], circle);
-            sampled.defect = sampled.defect.max(Interval::ball(g, error).hi);
-            sampled.slope = sampled.slope.max(slope.size);
-            radius_errors[lane] = r.error;
+        let radius = samples.radius.iter().map(|r| {
+            hull(&mut r.iter().zip(samples.radius_error).map(|(r, error)| Interval::ball(*r, error)))
+        });
+        let most = |bounds: [f64; L]| bounds.into_iter().fold(0.0, f64::max);
+        Self {
+            defect: most(samples.defect),
+            radius: radius.collect(),
+            slope: most(samples.slope),
+            viscous: hull(&mut candidates.viscous.into_iter()),
         }
-        for radius in computed.radius {
-            let hull = radius.into_iter().zip(radius_errors).map(|(r, error)| Interval::ball(r, error));
-            sampled.radius.push(hull.reduce(Interval::hull).unwrap_or(Interval::ENTIRE));
-        }
-        sampled
     }
 
     /// The maxima and hulls over the samples of both.
@@ -488,4 +509,134 @@ pub(super) fn radius_of_proof(groups: &Groups, bounds: &Bounds, circle: &Circle)
     let eta = eta.hi.max(f64::MIN_POSITIVE);
     let excursion = error + exp(sums.growth) * sums.response_most * Interval::of(eta);
     (excursion.hi < TUBE && eta < SPAN).then_some(eta)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Reproducible numbers between -1 and 1, of many sizes.
+    fn numbers() -> impl Iterator<Item = f64> {
+        let mut state: u64 = 0x5eed;
+        std::iter::from_fn(move || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            let unit = (state >> 11) as f64 / (1u64 << 53) as f64;
+            Some((2.0 * unit - 1.0) * 0.5f64.powi((state >> 7) as i32 & 7))
+        })
+    }
+
+    #[test]
+    fn balls_hold_the_exact_results() {
+        let mut numbers = numbers();
+        let mut next = || numbers.next().unwrap();
+        let mut rounded = 0;
+        for _ in 0..10_000 {
+            let (x, y) = (next(), next());
+            let exact = |x: f64| Balls::<1>::same(x, 0.0);
+            let product = exact(x).times(exact(y));
+            // What rounding takes from a product, and from a sum, is a number itself.
+            let lost = x.mul_add(y, -product.value[0]).abs();
+            assert!(lost <= product.error[0], "{x} {y}");
+            for (sum, y) in [(exact(x).plus(exact(y)), y), (exact(x).minus(exact(y)), -y)] {
+                let shifted = sum.value[0] - x;
+                let lost = (x - (sum.value[0] - shifted)) + (y - shifted);
+                assert!(lost.abs() <= sum.error[0], "{x} {y}");
+                rounded += u32::from(lost != 0.0);
+            }
+            rounded += u32::from(lost != 0.0);
+            // Numbers at the ends of balls, with errors far above rounding.
+            let (dx, dy) = (1e-3 * next().abs(), 1e-3 * next().abs());
+            let (one, two) = (Balls::<1>::same(x, dx), Balls::<1>::same(y, dy));
+            for (x, y) in [(x - dx, y - dy), (x - dx, y + dy), (x + dx, y - dy), (x + dx, y + dy)] {
+                for (ball, number) in
+                    [(one.times(two), x * y), (one.plus(two), x + y), (one.minus(two), x - y)]
+                {
+                    let distance = (number - ball.value[0]).abs();
+                    assert!(distance <= ball.error[0] + 4.0 * f64::EPSILON, "{x} {y}");
+                }
+            }
+        }
+        assert!(rounded > 15_000, "{rounded}");
+    }
+
+    /// Samples of lanes are those of each alone, and numbers that are too large bound nothing.
+    #[test]
+    fn lanes_are_sampled_like_each_alone() {
+        let (circle, _) = sampling(5).unwrap();
+        let mut numbers = numbers();
+        let mut next = || numbers.next().unwrap();
+        let mut row =
+            |size: f64| (0..5).map(|_| [size * next(), size * next(), size * next()]).collect::<Vec<_>>();
+        for size in [0.1, 1e200] {
+            let (cosines, sines) = (row(size), row(size));
+            let groups = [0.1, 0.2, 0.3].map(|x| Groups {
+                a: Interval::of(x),
+                k: Interval::of(2.0 * x),
+                b: Interval::new(x, x.next_up()),
+            });
+            let viscous = [0.01, 0.02, 0.03].map(Interval::of);
+            let all = Candidates { groups, viscous, cosines: &cosines, sines: &sines, error: 1e-15 };
+            let alone = |lane: usize| {
+                let one = |row: &[[f64; 3]]| row.iter().map(|c| [c[lane]]).collect::<Vec<_>>();
+                let (cosines, sines) = (one(&cosines), one(&sines));
+                let candidates = Candidates {
+                    groups: [groups[lane]],
+                    viscous: [viscous[lane]],
+                    cosines: &cosines,
+                    sines: &sines,
+                    error: 1e-15,
+                };
+                Sampled::of(&candidates, circle)
+            };
+            let (together, merged) = (Sampled::of(&all, circle), alone(0).with(&alone(1)).with(&alone(2)));
+            assert_eq!(together.defect, merged.defect);
+            assert_eq!(together.slope, merged.slope);
+            assert_eq!(together.radius, merged.radius);
+            assert_eq!(together.defect.is_finite(), size < 1.0);
+        }
+    }
+
+    /// Every sample against interval arithmetic with the harmonics summed one by one.
+    #[test]
+    fn samples_meet_those_by_intervals() {
+        let (circle, _) = sampling(4).unwrap();
+        let mut numbers = numbers();
+        let mut row = || (0..4).map(|_| [0.2 * numbers.next().unwrap()]).collect::<Vec<_>>();
+        let (cosines, sines) = (row(), row());
+        let groups = Groups { a: Interval::of(0.3), k: Interval::of(0.7), b: Interval::of(0.1) };
+        let viscous = Interval::of(0.05);
+        let candidate =
+            Candidates { groups: [groups], viscous: [viscous], cosines: &cosines, sines: &sines, error: 0.0 };
+        let sampled = Sampled::of(&candidate, circle);
+        let (mut largest, mut steepest): (f64, f64) = (0.0, 0.0);
+        for j in 0..circle.size() {
+            let (mut r, mut slope) = (Interval::ONE, Interval::ZERO);
+            for (n, ([a], [b])) in (1..).zip(cosines.iter().zip(&sines)) {
+                let (a, b, count) = (Interval::of(*a), Interval::of(*b), Interval::of(n as f64));
+                r = r + a * (circle.cos(n * j) - Interval::ONE) + b * circle.sin(n * j);
+                slope = slope + count * (b * circle.cos(n * j) - a * circle.sin(n * j));
+            }
+            let (cos, sin) = (circle.cos(j), circle.sin(j));
+            let s = Interval::ONE - r * cos;
+            let q2 = (Interval::ONE + groups.k * s).square();
+            let numerator = groups.a - q2 * (viscous + (groups.b + groups.b) * s);
+            let g = slope * (q2 + numerator * (sin * cos)) - numerator * (r * sin.square());
+            let radius = sampled.radius[j];
+            assert!(radius.lo <= r.hi && r.lo <= radius.hi, "{j}: {radius:?} {r:?}");
+            assert!(radius.hi - radius.lo < 1e-14, "{j}: {radius:?}");
+            largest = largest.max(g.lo.abs().min(g.hi.abs()));
+            steepest = steepest.max(slope.lo.abs().min(slope.hi.abs()));
+        }
+        // The tables of cosines alone are known to a hundred roundings at most.
+        assert!(
+            largest <= sampled.defect && sampled.defect < largest + 1e-12,
+            "{largest} {}",
+            sampled.defect
+        );
+        assert!(
+            steepest <= sampled.slope && sampled.slope < steepest + 1e-12,
+            "{steepest} {}",
+            sampled.slope
+        );
+    }
 }

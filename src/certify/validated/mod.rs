@@ -50,6 +50,7 @@
 //! | --- | --- | --- |
 //! | outward rounding | `friction::interval::Interval` | `operations_hold_the_exact_results`, `missing_outward_rounding_is_caught` |
 //! | samples bound a polynomial | `circle::riesz_factor` | `samples_bound_polynomials` |
+//! | rounding of samples | `defect::Balls` | `balls_hold_the_exact_results`, `samples_meet_those_by_intervals` |
 //! | C* enclosed | [`Enclosed::critical`] | `tests/mathematics/validated.rs` against 150-bit references |
 //! | C* enclosed over a box | [`tile::Tile::prove`] | `a_tile_holds_the_points_inside`, `bounds_hold_between_the_samples_and_samples_alone_do_not`, [`super::recheck`] |
 //! | C* enclosed over the universal surface, equally by any number of workers | [`surface::Surface::refine`], [`prover::Prover`] | `a_surface_is_the_same_for_any_number_of_workers`, `tests/program/mpi.rs::any_number_of_ranks_makes_the_same_proofs` |
@@ -60,8 +61,9 @@
 //!
 //! # Arithmetic
 //! `friction::interval::Interval` rounds outwards by one unit in the last place around each operation of
-//! plain f64. Sines and cosines are enclosed by half-angle formulas from exact values; the proofs for any law
-//! use the platform's instead, whose error is assumed to be less than four units in the last place.
+//! plain f64; candidates are sampled over vector lanes, each number with a bound of its error
+//! (`defect::Balls`). Sines and cosines are enclosed by half-angle formulas from exact values; the proofs for
+//! any law use the platform's instead, whose error is assumed to be less than four units in the last place.
 
 pub mod any_law;
 pub(crate) mod barrier;
