@@ -9,7 +9,7 @@
 //! with f0 and g_i taken at the middle of the part and q_ij at some other point of it, which depends on xi
 //! (Taylor). All three are enclosed.
 
-use super::tile::{HIGHEST, MODES, Tile, degrees};
+use super::tile::{DEGREES, HIGHEST, MODES, Tile, degrees};
 use crate::friction::interval::Interval;
 
 /// Number of parameters: epsilon, alpha, beta, gamma, V.
@@ -58,11 +58,14 @@ impl Expansion {
 
     /// The difference of two functions.
     pub(super) fn minus(&self, other: &Self) -> Self {
-        Self {
-            value: self.value - other.value,
-            slope: std::array::from_fn(|i| self.slope[i] - other.slope[i]),
-            bend: std::array::from_fn(|i| std::array::from_fn(|j| self.bend[i][j] - other.bend[i][j])),
+        let mut difference = Self::constant(self.value - other.value);
+        for i in 0..AXES {
+            difference.slope[i] = self.slope[i] - other.slope[i];
+            for j in 0..AXES {
+                difference.bend[i][j] = self.bend[i][j] - other.bend[i][j];
+            }
         }
+        difference
     }
 
     /// Its reciprocal; it must be positive.
@@ -251,9 +254,11 @@ impl Function<'_> {
 /// The polynomial of a tile and its derivatives over ranges of A, k, b, which may extend a little beyond the
 /// tile; the whole line where they extend far.
 pub(super) fn polynomial(tile: &Tile, at: [Interval; 3]) -> Derivatives {
-    let axes: [[[Interval; HIGHEST + 1]; 3]; 3] =
-        std::array::from_fn(|axis| chebyshev(at[axis], tile.domain.ranges()[axis]));
-    let [along_a, along_k, along_b] = axes;
+    let mut along = [[[Interval::ZERO; HIGHEST + 1]; 3]; 3];
+    for (axis, (range, degree)) in tile.domain.ranges().into_iter().zip(DEGREES).enumerate() {
+        chebyshev(at[axis], range, degree, &mut along[axis]);
+    }
+    let [along_a, along_k, along_b] = &along;
     // Sums over the modes of k first, then of A, then of b, at all orders of derivatives.
     let mut by_k = [[[Interval::ZERO; 3]; 3]; 3];
     for (mode, &c) in tile.viscous.iter().take(MODES).enumerate().filter(|(_, c)| **c != 0.0) {
@@ -278,50 +283,51 @@ pub(super) fn polynomial(tile: &Tile, at: [Interval; 3]) -> Derivatives {
     d
 }
 
-/// T_n and its first two derivatives by the parameter `at`, T being scaled to [-1, 1] over a range.
-fn chebyshev(at: Interval, [lo, hi]: [f64; 2]) -> [[Interval; HIGHEST + 1]; 3] {
+/// T_0 to T_`degree` and their first two derivatives by the parameter `at`, T being scaled to [-1, 1] over a
+/// range. Plain loops: an iterator over arrays of intervals is compiled apart from its users.
+fn chebyshev(at: Interval, [lo, hi]: [f64; 2], degree: usize, values: &mut [[Interval; HIGHEST + 1]; 3]) {
     let whole = Interval::new(-1.0, 1.0);
     let (low, high) = (Interval::of(lo), Interval::of(hi));
     if !(hi - lo > THIN) {
         // An axis without width: the polynomials are constants.
-        let mut constants = [[Interval::ZERO; HIGHEST + 1]; 3];
-        constants[0] = [if lo == hi { Interval::ZERO } else { whole }; HIGHEST + 1];
-        constants[0][0] = Interval::ONE;
-        return constants;
+        values[0][0] = Interval::ONE;
+        values[0][1..=degree].fill(if lo == hi { Interval::ZERO } else { whole });
+        return;
     }
     let x = (at + at - low - high).over(high - low);
     let scale = Interval::of(2.0).over(high - low);
     if !(x.size() <= FARTHEST) {
-        return [[Interval::ENTIRE; HIGHEST + 1]; 3];
+        for values in values {
+            values[..=degree].fill(Interval::ENTIRE);
+        }
+        return;
     }
     // Values at the middle, and bounds of the derivatives over all of x: T_n and its derivatives are largest
     // in size at the ends of [-1, 1] and beyond.
     let middle = 0.5 * (x.lo + x.hi);
-    let off = (x - Interval::of(middle)).size();
-    let (here, most) = (recurrence(middle), recurrence(x.size().max(1.0)));
+    let off = Interval::of((x - Interval::of(middle)).size());
+    let (here, most) = (recurrence(middle, degree, 2), recurrence(x.size().max(1.0), degree, 3));
     let mut power = Interval::ONE;
-    std::array::from_fn(|order| {
-        let values = std::array::from_fn(|n| {
-            let change = Interval::of(off) * Interval::of(most[order + 1][n].hi);
-            let (near, far) = (here[order][n] + Interval::new(-change.hi, change.hi), most[order][n].hi);
-            let value = near.intersection(Interval::new(-far, far));
-            value * power
-        });
+    for order in 0..3 {
+        for n in 0..=degree {
+            let change = (off * Interval::of(most[order + 1][n].hi)).hi;
+            let (near, far) = (here[order][n] + Interval::new(-change, change), most[order][n].hi);
+            values[order][n] = near.intersection(Interval::new(-far, far)) * power;
+        }
         power = power * scale;
-        values
-    })
+    }
 }
 
-/// T_n and its first three derivatives at a number.
-fn recurrence(x: f64) -> [[Interval; HIGHEST + 1]; 4] {
+/// T_0 to T_`degree` and their derivatives up to the order `orders` at a number.
+fn recurrence(x: f64, degree: usize, orders: usize) -> [[Interval; HIGHEST + 1]; 4] {
     let twice = Interval::of(x) + Interval::of(x);
     let mut t = [[Interval::ZERO; HIGHEST + 1]; 4];
     t[0][0] = Interval::ONE;
     t[0][1] = Interval::of(x);
     t[1][1] = Interval::ONE;
-    for n in 2..=HIGHEST {
+    for n in 2..=degree {
         // T_n = 2 x T_n-1 - T_n-2, differentiated.
-        for order in 0..4 {
+        for order in 0..=orders {
             let inner = match order {
                 0 => Interval::ZERO,
                 _ => Interval::of(2.0 * order as f64) * t[order - 1][n - 1],
@@ -395,7 +401,12 @@ mod tests {
         // T_3 = 4 x^3 - 3 x over [1, 3], also outside of it.
         for u in [1.0, 1.7, 2.2, 3.0, 3.4] {
             let x: f64 = u - 2.0;
-            let found = chebyshev(Interval::of(u), [1.0, 3.0]);
+            let values = |at: Interval| {
+                let mut values = [[Interval::ZERO; HIGHEST + 1]; 3];
+                chebyshev(at, [1.0, 3.0], HIGHEST, &mut values);
+                values
+            };
+            let found = values(Interval::of(u));
             let exact = [4.0 * x.powi(3) - 3.0 * x, 12.0 * x * x - 3.0, 24.0 * x];
             for (order, exact) in exact.into_iter().enumerate() {
                 let Interval { lo, hi } = found[order][3];
@@ -404,7 +415,7 @@ mod tests {
                     "{u} {order}: {lo} {hi}"
                 );
             }
-            let wide = chebyshev(Interval::new(u - 0.1, u + 0.1), [1.0, 3.0]);
+            let wide = values(Interval::new(u - 0.1, u + 0.1));
             for order in 0..3 {
                 assert!(wide[order][3].lo <= exact[order] && exact[order] <= wide[order][3].hi);
             }

@@ -14,7 +14,7 @@ use super::orbit::{Guess, Orbit, approximate};
 use crate::friction::interval::Interval;
 
 /// Degrees of the candidates in A, k and b. D is linear in A and b but not in k.
-const DEGREES: [usize; 3] = [2, 8, 2];
+pub(super) const DEGREES: [usize; 3] = [2, 8, 2];
 /// The largest of these degrees.
 pub(super) const HIGHEST: usize = 8;
 /// Size of a harmonic, relative to the first, below which it is left out.
