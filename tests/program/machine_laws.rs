@@ -58,7 +58,7 @@ fn one_friction_in_every_form_is_one_machine() {
         critical.insert(*name, number("may_stick_slip_below_damping"));
         // The damping at which steady slip turns stable is the weakening of the force at belt speed.
         let hopf = 50.0 * 0.1 / 0.25 * (-0.1f64 / 0.25).exp();
-        // Cubics between a hundred data have slopes good to some thousandths.
+        // Cubics between fifty data have slopes good to some thousandths.
         let error = if matches!(*name, "coefficients" | "formula") { 1e-12 } else { 5e-3 };
         assert!((number("always_stick_slips_below_damping") / hopf - 1.0).abs() < error, "{name}");
 

@@ -49,7 +49,7 @@
 use super::circle::{Circle, reach, riesz_factor};
 use crate::friction::interval::Interval;
 
-/// Rounded of candidates that are best sampled together.
+/// Number of candidates that are best sampled together.
 pub(super) const LANES: usize = 8;
 
 /// Half-width of the tube in y.
@@ -596,7 +596,8 @@ mod tests {
         }
     }
 
-    /// Every sample against interval arithmetic with the harmonics summed one by one.
+    /// r0 at every angle, and the largest |r0'| and |G|, against interval arithmetic with the harmonics summed one
+    /// by one.
     #[test]
     fn samples_meet_those_by_intervals() {
         let (circle, _) = sampling(4).unwrap();

@@ -220,7 +220,7 @@ fn claim(column: &Column) -> Claim {
     claim_of(critical.over(enclosed.epsilon), &|c| enclosed.flow(c).lands())
 }
 
-/// The decision of [`TEST`] at the damping `c`. The even part of the divergence often decides it, far cheaper
+/// The decision of [`TEST`] at the damping `c` >= 0. The even part of the divergence often decides it, far cheaper
 /// than the enclosure by the grazing orbit.
 pub(crate) fn decide(column: &Column, c: f64) -> Decision {
     if let Some(enclosed) = Enclosed::of(column) {

@@ -101,9 +101,12 @@ pub(super) fn approximate(groups: Guess) -> Option<Orbit> {
     // angles tell less than N/2 harmonics apart.
     let harmonics = 60.0 / (1.0 + 1.0 / k).acosh();
     let first = SIZES.iter().position(|&n| n as f64 >= 2.0 * harmonics).unwrap_or(SIZES.len() - 1);
+    let mut settled = false;
     for which in first..SIZES.len() {
         let mesh = Mesh::get(which);
-        let (growth, viscous) = settle(groups, mesh, &orbit, scale)?;
+        // More angles may converge where these do not.
+        let Some((growth, viscous)) = settle(groups, mesh, &orbit, scale) else { continue };
+        settled = true;
         let all = transform(mesh, &growth, viscous);
         let negligible = |n: &usize| all.cosines[*n].abs().max(all.sines[*n].abs()) <= NEGLIGIBLE * scale;
         let count = all.cosines.len();
@@ -114,7 +117,7 @@ pub(super) fn approximate(groups: Guess) -> Option<Orbit> {
             break;
         }
     }
-    Some(orbit)
+    settled.then_some(orbit)
 }
 
 /// Sweeps from `orbit` until the changes are round-off; returns r - 1, which keeps the digits of small
