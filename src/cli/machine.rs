@@ -1,113 +1,242 @@
-//! `slipmap probe --machine`: the behaviour of a machine, in SI units.
+//! `slipmap machine`: the engineer's page of a machine.
 
-use std::io::{self, Write};
-use std::path::Path;
+use std::io::{self, Write as _};
+use std::path::PathBuf;
+use std::time::SystemTime;
 
-use super::output::{Align, Table, short};
-use super::{Failure, say};
-use crate::behaviour::Behaviour;
-use crate::config::{MachineJob, load_machine};
-use crate::friction::Law;
-use crate::machine::{Dimension, Machine, negative};
-use crate::number::rounded;
-use crate::probe::regime_words;
-use crate::risk::standard_error;
+use clap::Args;
+use serde_json::{Value, json};
 
-/// Reads the machine of a file with the quantities set by `--set`; belt speed and damping have one value
-/// each.
-pub(super) fn load(file: &Path, settings: &[(String, f64)]) -> Result<MachineJob, Failure> {
-    let job = load_machine(file, settings)?;
-    check_single(&job, file, |_| false)?;
-    warn(&job.machine);
-    Ok(job)
+use super::chances::notes_on_draws;
+use super::output::{Align, Table, object, print_json};
+use super::point::parse_setting;
+use super::probe_machine;
+use super::replace::refuse_existing;
+use super::report::{existing, failure};
+use super::{Ended, Failure};
+use crate::assessment::{Assessment, DampingLimit, NeededKick, StandardErrors, assess};
+use crate::behaviour::Limit;
+use crate::report::{MachinePage, Subject, write_figure, write_file};
+use crate::risk::{Estimate, NoRisk, Risk, is_uncertain, risk, usual_draws};
+
+/// Assess a machine at its working point, in SI units.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  slipmap machine configs/brake_pad.toml --set belt_speed=0.1 --set damping=50
+  slipmap machine configs/brake_pad.toml --set belt_speed=0.1 --set damping=50 --out brake.pdf
+  slipmap machine configs/brake_pad.toml --set belt_speed=0.1 --set damping=50 --json
+
+The speeds and dampings below which the machine stick-slips or may do so, the motion, the kick that starts it, what it
+depends on, and what is proved. Quantities of [machine] that are written { value = 2.0, sd = 0.1 } or { min = 1.8,
+max = 2.2 } are uncertain, and so is a table of friction with standard errors: then also the probability that it may
+stick-slip, and the dampings that make it rare.")]
+pub(super) struct Arguments {
+    /// The configuration, with a table [machine]
+    #[arg(value_name = "CONFIG.toml")]
+    config: PathBuf,
+    /// Choose a quantity of the machine, in SI units; may be repeated. A quantity with an sd keeps it
+    #[arg(long, value_name = "NAME=NUMBER", value_parser = parse_setting)]
+    set: Vec<(String, f64)>,
+    /// Write the page; .pdf, .svg, .png or .html
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// Draws of the uncertain quantities; default: 1000000, and 10000 where each needs a search of its own, as of a
+    /// formula with many uncertain parameters
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(100..))]
+    draws: Option<u32>,
+    /// Probabilities for which the damping is sought
+    #[arg(long, value_name = "P", value_delimiter = ',', default_values_t = [0.1, 0.01, 0.001],
+          value_parser = parse_probability)]
+    rare: Vec<f64>,
+    /// Print JSON instead of text
+    #[arg(long)]
+    json: bool,
+    /// Replace the page if it exists
+    #[arg(long)]
+    overwrite: bool,
 }
 
-/// Prints a warning for each number of a machine that suggests other units.
-pub(super) fn warn(machine: &Machine) {
-    for doubt in machine.doubts() {
-        say(&format!("warning: {doubt}"));
+fn parse_probability(text: &str) -> Result<f64, String> {
+    let value = text.parse::<f64>().ok().filter(|value| *value > 0.0 && *value < 1.0);
+    value.ok_or_else(|| "write a number between 0 and 1".into())
+}
+
+pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
+    let job = probe_machine::load(&arguments.config, &arguments.set)?;
+    if let Some(path) = &arguments.out {
+        refuse_existing("--out", path, arguments.overwrite)?;
     }
-}
-
-/// Prints a warning if the law is a table with negative friction.
-pub(super) fn warn_of_law(law: &Law) {
-    if let Law::Table(table) = law.as_written()
-        && let Some(doubt) = negative(table)
-    {
-        say(&format!("warning: {doubt}"));
-    }
-}
-
-/// Refuses several belt speeds or dampings, except for a quantity that is set elsewhere.
-pub(super) fn check_single(
-    job: &MachineJob,
-    file: &Path,
-    is_chosen: impl Fn(&str) -> bool,
-) -> Result<(), Failure> {
-    let all = [("belt_speed", &job.belt_speeds), ("damping", &job.dampings)];
-    let several = all.iter().filter(|(name, values)| values.len() > 1 && !is_chosen(name));
-    let several: Vec<_> = several.collect();
-    if !several.is_empty() {
-        let join = |each: &dyn Fn(&str, &[f64]) -> String, separator: &str| {
-            several.iter().map(|(name, values)| each(name, values)).collect::<Vec<_>>().join(separator)
+    let leaves = || Failure::bad_input("the friction leaves the numbers", "check the units");
+    let all = assess(&job.machine).ok_or_else(leaves)?;
+    let risk = match is_uncertain(&job.machine, &job.uncertain) {
+        false => None,
+        true => {
+            let usual = || usual_draws(&job.machine, &job.uncertain);
+            let draws = arguments.draws.map_or_else(usual, |draws| draws as usize);
+            match risk(&job.machine, &job.uncertain, draws, &arguments.rare) {
+                Ok(found) => Some(found),
+                // The page reports it; the rest of the page does not depend on it.
+                Err(NoRisk::NoneFound) => None,
+                Err(why @ NoRisk::Illegal) => return Err(Failure::bad_input(why, "choose smaller spreads")),
+                Err(why @ NoRisk::Interrupted) => return Err(Failure::bad_input(why, "start it again")),
+            }
+        }
+    };
+    let stem = arguments.config.file_stem().map_or_else(|| "machine".into(), |stem| stem.to_string_lossy());
+    let title = job.title.as_deref().unwrap_or(&stem);
+    let source = source(arguments);
+    let subject = Subject { title, uncertain: &job.uncertain, risk: risk.as_ref(), source: &source };
+    let page = MachinePage::new(&all, &subject);
+    if let Some(path) = &arguments.out {
+        let existing = existing(arguments.overwrite);
+        let html = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("html"));
+        let written = match html {
+            true => write_file(page.html().as_bytes(), path, existing),
+            false => write_figure(&page.scene(), &page.caption(), path, existing),
         };
-        let counts = join(&|name, values| format!("{name} has {} values", values.len()), ", ");
-        let sets = join(&|name, values| format!("--set {name}={}", short(values[0])), " ");
-        let help = match several.len() {
-            1 => format!("choose one, for example {sets}"),
-            _ => format!("choose one of each, for example {sets}"),
-        };
-        return Err(Failure::bad_input(format!("{}: {counts}", file.display()), help));
+        written.map_err(failure)?;
     }
-    Ok(())
+    if arguments.json {
+        print_json(&to_json(&all, risk.as_ref()))?;
+        return Ok(Ended::Fine);
+    }
+    let mut out = io::stdout().lock();
+    writeln!(out, "{title}\n{}", page.answer.plain())?;
+    for warning in &page.warnings {
+        writeln!(out, "{}", warning.plain())?;
+    }
+    for (heading, lines) in &page.sections {
+        writeln!(out, "\n{heading}")?;
+        let mut table = Table::new(&[("", Align::Left), ("", Align::Left)]);
+        for (name, value) in lines {
+            table.row([name.plain(), value.plain()]);
+        }
+        table.write(&mut out)?;
+    }
+    if let Some(risk) = risk {
+        for note in notes_on_draws(risk.draws + risk.failed, risk.failed, risk.redrawn) {
+            writeln!(out, "\n{note}")?;
+        }
+    }
+    Ok(Ended::Fine)
 }
 
-/// A number with its unit, or a dash.
-fn quantity(value: Option<f64>, unit: &str) -> String {
-    value.map_or("-".into(), |value| format!("{} {unit}", short(value)))
+/// Program, day and configuration: "slipmap 0.2.0, 2026-11-24: pad.toml --set damping=50".
+fn source(arguments: &Arguments) -> String {
+    let date = humantime::format_rfc3339_seconds(SystemTime::now()).to_string();
+    let day = date.split('T').next().unwrap_or_default();
+    let file = arguments.config.file_name().unwrap_or_default().to_string_lossy();
+    let sets: String = arguments.set.iter().map(|(name, value)| format!(" --set {name}={value}")).collect();
+    format!("slipmap {}, {day}: {file}{sets}", env!("CARGO_PKG_VERSION"))
 }
 
-/// Prints the machine and its behaviour as text.
-pub(super) fn write(out: &mut dyn Write, machine: &Machine, behaviour: &Behaviour) -> io::Result<()> {
-    writeln!(out, "The machine, in SI units")?;
-    let (units, motion) = (machine.units(), machine.motion);
-    let mut table = Table::new(&[("", Align::Left), ("", Align::Left)]);
-    let damping_unit = motion.unit(Dimension::Damping);
-    let mut critical = quantity(behaviour.critical_damping, damping_unit);
-    if let Some(error) = machine.model().as_ref().and_then(standard_error) {
-        critical
-            .push_str(&format!(", +- {} {damping_unit} by the standard errors of the data", short(error)));
+/// A limit with its status: what its value means.
+fn limit(limit: Limit) -> Value {
+    let (status, value) = match limit {
+        Limit::Below(value) => ("limit", Some(value)),
+        Limit::AtLeast(value) => ("at_least", Some(value)),
+        Limit::NoneUpTo(value) => ("none", Some(value)),
+        Limit::NotDetermined => ("not_determined", None),
+    };
+    json!({ "status": status, "value": value })
+}
+
+/// A limit of the damping that is `None` where it is unknown; none is needed where it is not positive.
+fn of_damping(limit: Option<f64>) -> Limit {
+    match limit {
+        Some(damping) if damping > 0.0 => Limit::Below(damping),
+        Some(_) => Limit::NoneUpTo(0.0),
+        None => Limit::NotDetermined,
     }
-    let speed = motion.words("belt_speed");
-    let critical_speed = format!("critical {speed}");
-    let [slip, stick] = behaviour.slip_and_stick_time.map_or([None; 2], |times| times.map(Some));
-    let needed = behaviour.needed_slip_speed.map(|needed| {
-        let velocity = motion.unit(Dimension::Velocity);
-        (
-            "measure friction up to",
-            format!("about {} {velocity}: the orbit leaves the data", rounded(needed, 3)),
-        )
+}
+
+/// The name of a limit of the damping in `limits`.
+fn key_of(limit: DampingLimit) -> &'static str {
+    match limit {
+        DampingLimit::Hopf => "steady_slip_unstable_below_damping",
+        DampingLimit::Critical => "may_stick_slip_below_damping",
+    }
+}
+
+fn kick_status(all: &Assessment) -> &'static str {
+    match all.needed_kick() {
+        NeededKick::Kick(_) => "kick",
+        NeededKick::NotNeeded => "not_needed",
+        NeededKick::None => "none",
+        NeededKick::NotDetermined => "not_determined",
+    }
+}
+
+fn to_json(all: &Assessment, risk: Option<&Risk>) -> Value {
+    let (machine, does) = (&all.machine, &all.behaviour);
+    let [slip, stick] = does.slip_and_stick_time.map_or([None; 2], |times| times.map(Some));
+    let error = |of: fn(StandardErrors) -> Option<f64>| all.standard_errors.and_then(of);
+    let open = all.left_open();
+    let estimate = |estimate: &Estimate| json!({ "value": estimate.value, "limits_95": estimate.limits });
+    let risk = risk.map(|risk| {
+        json!({
+            "draws": risk.draws,
+            "failed": risk.failed,
+            "redrawn": risk.redrawn,
+            "critical_damping_error": risk.critical_damping_error,
+            "critical_damping_standard_error": risk.standard_error,
+            "probability": estimate(&risk.probability),
+            "rare_by": risk.rare_by.iter().map(|rare| json!({
+                "probability": rare.probability,
+                "damping": rare.damping.as_ref().map(estimate),
+            })).collect::<Vec<_>>(),
+        })
     });
-    let does = [
-        (speed.as_str(), quantity(Some(machine.belt_speed), motion.unit(Dimension::Velocity))),
-        (&critical_speed, quantity(behaviour.critical_belt_speed.value(), motion.unit(Dimension::Velocity))),
-        ("damping", quantity(Some(machine.damping), motion.unit(Dimension::Damping))),
-        ("critical damping", critical),
-        ("damping ratio", short(behaviour.damping_ratio)),
-        ("critical damping ratio", quantity(behaviour.critical_damping_ratio, "")),
-        ("natural frequency", quantity(Some(behaviour.natural_frequency), "Hz")),
-        ("regime", regime_words(behaviour.regime).to_owned()),
-        ("slip time", quantity(slip, "s")),
-        ("stick time", quantity(stick, "s")),
-        ("amplitude", quantity(behaviour.amplitude, motion.unit(Dimension::Length))),
-    ];
-    let units = [
-        ("unit of time", quantity(Some(units.time), "s")),
-        ("unit of length", quantity(Some(units.length), motion.unit(Dimension::Length))),
-        ("unit of velocity", quantity(Some(units.velocity), motion.unit(Dimension::Velocity))),
-    ];
-    for (name, text) in does.into_iter().chain(needed).chain(units) {
-        table.row([name.to_owned(), text.trim_end().to_owned()]);
-    }
-    table.write(out)
+    json!({
+        "law": machine.friction.law_name(),
+        "motion": machine.motion.name(),
+        "machine": object(machine.quantities()),
+        "regime": does.regime.name(),
+        "regimes_left_open_by_data": open.as_ref().map(|open| {
+            let names = open.regimes.iter().map(|regime| regime.name());
+            if open.limits.is_empty() { Vec::new() } else { names.collect() }
+        }),
+        "damping_within_two_standard_errors_of": open.map(|open| {
+            open.limits.iter().map(|(limit, _)| key_of(*limit)).collect::<Vec<_>>()
+        }),
+        "standard_errors_from": all.standard_errors.map(|errors| errors.from),
+        "warnings": machine.doubts(),
+        "always_stick_slips_below_belt_speed": all.always_below_speed.value(),
+        "may_stick_slip_below_belt_speed": does.critical_belt_speed.value(),
+        "always_stick_slips_below_damping": all.always_below_damping.value(),
+        "may_stick_slip_below_damping": does.critical_damping,
+        "may_stick_slip_below_damping_error": does.critical_damping_error,
+        "may_stick_slip_below_damping_standard_error": error(|errors| errors.critical_damping.map(|of| of.standard_error)),
+        "steady_slip_unstable_below_damping": all.hopf_damping,
+        "steady_slip_unstable_below_damping_standard_error": error(|errors| Some(errors.hopf_damping.standard_error)),
+        "vibrates_below_damping": all.vibrates_below_damping,
+        "limits": {
+            "always_stick_slips_below_belt_speed": limit(all.always_below_speed),
+            "may_stick_slip_below_belt_speed": limit(does.critical_belt_speed),
+            "always_stick_slips_below_damping": limit(all.always_below_damping),
+            "may_stick_slip_below_damping": limit(match does.critical_damping {
+                None if does.critical_damping_is_known => Limit::NoneUpTo(0.0),
+                critical => of_damping(critical),
+            }),
+            "steady_slip_unstable_below_damping": limit(of_damping(Some(all.hopf_damping))),
+            "vibrates_below_damping": limit(of_damping(all.vibrates_below_damping)),
+        },
+        "damping_over_critical": all.safety_margin(),
+        "needed_slip_speed": does.needed_slip_speed,
+        "natural_frequency": does.natural_frequency,
+        "period": all.period,
+        "slip_time": slip,
+        "stick_time": stick,
+        "amplitude": does.amplitude,
+        "velocity_amplitude": all.velocity_amplitude,
+        "kick_status": kick_status(all),
+        "kick_forward": all.kick.map(|kick| kick.forward),
+        "kick_backward": all.kick.map(|kick| kick.backward),
+        "kick_relative_standard_error": error(|errors| errors.kick),
+        "sensitivities": all.sensitivities,
+        "influence": all.influence,
+        "proofs": all.proofs,
+        "risk": risk,
+    })
 }

@@ -3,7 +3,6 @@
 //! Exit codes: 0 success; 1 the job ran but part of it failed; 2 bad input, with nothing written; 130
 //! interrupted by Ctrl-C, 143 by a request to terminate.
 
-mod assess;
 mod chances;
 mod check;
 mod estimate;
@@ -19,6 +18,7 @@ mod plot;
 mod point;
 mod preflight;
 mod probe;
+mod probe_machine;
 mod probe_table;
 mod progress;
 mod proof;
@@ -70,7 +70,7 @@ enum Command {
     /// Draw variables of a map
     Plot(plot::Arguments),
     /// Assess a machine at its working point, on one page in SI units
-    Machine(assess::Arguments),
+    Machine(machine::Arguments),
     /// Move through parameter space in the browser
     #[cfg(feature = "explore")]
     Explore(explore::Arguments),
@@ -164,7 +164,7 @@ fn carry_out(command: Command) -> ExitCode {
         Command::Probe(arguments) => probe::run(&arguments),
         Command::Report(arguments) => report::run(&arguments),
         Command::Plot(arguments) => plot::run(&arguments),
-        Command::Machine(arguments) => assess::run(&arguments),
+        Command::Machine(arguments) => machine::run(&arguments),
         #[cfg(feature = "explore")]
         Command::Explore(arguments) => explore::run(&arguments),
         Command::Failures(arguments) => failures::run(&arguments),

@@ -138,7 +138,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
         return probe_machine(arguments, file, tolerance);
     }
     let law = arguments.law.law()?;
-    super::machine::warn_of_law(&law);
+    super::probe_machine::warn_of_law(&law);
     if arguments.points.is_some() {
         let given = |name: &&str| arguments.point.given.iter().any(|(known, _)| known == name);
         if Grid::axis_names(&law).iter().all(given) {
@@ -155,10 +155,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
 fn probe_machine(arguments: &Arguments, file: &Path, tolerance: f64) -> Result<Ended, Failure> {
     if arguments.points.is_some() {
         let job = load_machine(file, &arguments.point.given)?;
-        super::machine::warn(&job.machine);
+        super::probe_machine::warn(&job.machine);
         return probe_table(arguments, About::Machine(&job, file), tolerance);
     }
-    let job = super::machine::load(file, &arguments.point.given)?;
+    let job = super::probe_machine::load(file, &arguments.point.given)?;
     let leaves = || Failure::bad_input("the friction leaves the numbers", "check the units");
     let model = job.model_of(&job.machine).ok_or_else(leaves)?;
     probe_point(arguments, &model.law, &model.point, tolerance, Some((&job.machine, &model)))
@@ -208,7 +208,7 @@ fn probe_point(
     } else {
         let mut out = io::stdout().lock();
         if let Some((machine, behaviour)) = &behaviour {
-            super::machine::write(&mut out, machine, behaviour)?;
+            super::probe_machine::write(&mut out, machine, behaviour)?;
             writeln!(out, "\nThe same machine in dimensionless terms")?;
         }
         write(&mut out, &answer, &direct)?;

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use super::output::{exact, short};
 use super::replace::{self, Kind};
 use super::report::existing;
-use super::{Ended, Failure, interrupt, machine, point};
+use super::{Ended, Failure, interrupt, point, probe_machine};
 use crate::config::{MachineJob, PointTable};
 use crate::files::{folder_of, publish_file, temporary_in};
 use crate::friction::Law;
@@ -66,7 +66,7 @@ pub(super) fn run(job: &Job) -> Result<Ended, Failure> {
             let rotates = of.machine.motion == Motion::Rotation;
             let quantities: Vec<&str> = quantities.chain(rotates.then_some(INERTIA)).collect();
             let table = PointTable::of_machines(job.input, &quantities, of.machine.motion, job.given)?;
-            machine::check_single(of, file, |name| table.has(name))?;
+            probe_machine::check_single(of, file, |name| table.has(name))?;
             table
         }
     };

@@ -134,8 +134,8 @@ fn prepare(arguments: &Arguments, job: Job) -> Result<Option<(Job, PartialMap)>,
     };
     let preflight = Preflight::check(&job, permission)?;
     match &job.machine {
-        Some(machine) => super::machine::warn(machine),
-        None => super::machine::warn_of_law(job.plan.grid().law()),
+        Some(machine) => super::probe_machine::warn(machine),
+        None => super::probe_machine::warn_of_law(job.plan.grid().law()),
     }
     if arguments.dry_run {
         if let Some(refused) = &preflight.refuses {

@@ -157,11 +157,12 @@ pub(super) fn catalogue() -> Value {
     })
 }
 
-/// phi(u) of a built-in law, as text.
+/// phi(u) of a built-in law, as text; empty for laws that are not built in.
 fn formula(law: &Law) -> &'static str {
     match law {
+        Law::Stribeck => "φ(u) = (1 − α) / (1 + ε γ u) + α + ε β u²",
         Law::Exponential => "φ(u) = μ + (1 − μ) exp(−u / vs) + η u",
         Law::Lorentzian => "φ(u) = μ + (1 − μ) / (1 + (u / vs)²) + η u",
-        _ => "φ(u) = (1 − α) / (1 + ε γ u) + α + ε β u²",
+        Law::Expression(_) | Law::Table(_) | Law::Function(_) | Law::Custom(_) | Law::Small(_) => "",
     }
 }

@@ -365,7 +365,9 @@ impl Curve {
             Form::Exponential(law) => law.is_normal(),
             Form::Lorentzian(law) => law.is_normal(),
             // Enclosures are valid for numbers of every size.
-            _ => true,
+            Form::Expression(_) | Form::Leading(_) | Form::Table(_) | Form::Function(_) | Form::Custom(_) => {
+                true
+            }
         }
     }
 

@@ -23,7 +23,9 @@ impl Law {
                 Some(falling_from_one(one / (one + x * x), u, mu, eta))
             }
             (Law::Expression(law), _) => Some(law.phi_at(u, epsilon, parameters)),
-            _ => None,
+            (Law::Table(_) | Law::Function(_) | Law::Custom(_) | Law::Small(_), _) => None,
+            // The number of parameters is that of the law.
+            (Law::Stribeck | Law::Exponential | Law::Lorentzian, _) => None,
         }
     }
 

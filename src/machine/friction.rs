@@ -87,7 +87,13 @@ impl Friction {
                 let parameters = match law.as_written() {
                     Law::Stribeck => [ratio, rise * velocity * velocity, velocity / width],
                     Law::Exponential | Law::Lorentzian => [ratio, width / velocity, rise * velocity],
-                    _ => return None,
+                    Law::Expression(_)
+                    | Law::Table(_)
+                    | Law::Function(_)
+                    | Law::Custom(_)
+                    | Law::Small(_) => {
+                        return None;
+                    }
                 };
                 Some((law.clone(), LawParameters::new(&parameters)))
             }

@@ -1,0 +1,113 @@
+//! `slipmap probe --machine`: the behaviour of a machine, in SI units.
+
+use std::io::{self, Write};
+use std::path::Path;
+
+use super::output::{Align, Table, short};
+use super::{Failure, say};
+use crate::behaviour::Behaviour;
+use crate::config::{MachineJob, load_machine};
+use crate::friction::Law;
+use crate::machine::{Dimension, Machine, negative};
+use crate::number::rounded;
+use crate::probe::regime_words;
+use crate::risk::standard_error;
+
+/// Reads the machine of a file with the quantities set by `--set`; belt speed and damping have one value
+/// each.
+pub(super) fn load(file: &Path, settings: &[(String, f64)]) -> Result<MachineJob, Failure> {
+    let job = load_machine(file, settings)?;
+    check_single(&job, file, |_| false)?;
+    warn(&job.machine);
+    Ok(job)
+}
+
+/// Prints a warning for each number of a machine that suggests other units.
+pub(super) fn warn(machine: &Machine) {
+    for doubt in machine.doubts() {
+        say(&format!("warning: {doubt}"));
+    }
+}
+
+/// Prints a warning if the law is a table with negative friction.
+pub(super) fn warn_of_law(law: &Law) {
+    if let Law::Table(table) = law.as_written()
+        && let Some(doubt) = negative(table)
+    {
+        say(&format!("warning: {doubt}"));
+    }
+}
+
+/// Refuses several belt speeds or dampings, except for a quantity that is set elsewhere.
+pub(super) fn check_single(
+    job: &MachineJob,
+    file: &Path,
+    is_chosen: impl Fn(&str) -> bool,
+) -> Result<(), Failure> {
+    let all = [("belt_speed", &job.belt_speeds), ("damping", &job.dampings)];
+    let several = all.iter().filter(|(name, values)| values.len() > 1 && !is_chosen(name));
+    let several: Vec<_> = several.collect();
+    if !several.is_empty() {
+        let join = |each: &dyn Fn(&str, &[f64]) -> String, separator: &str| {
+            several.iter().map(|(name, values)| each(name, values)).collect::<Vec<_>>().join(separator)
+        };
+        let counts = join(&|name, values| format!("{name} has {} values", values.len()), ", ");
+        let sets = join(&|name, values| format!("--set {name}={}", short(values[0])), " ");
+        let help = match several.len() {
+            1 => format!("choose one, for example {sets}"),
+            _ => format!("choose one of each, for example {sets}"),
+        };
+        return Err(Failure::bad_input(format!("{}: {counts}", file.display()), help));
+    }
+    Ok(())
+}
+
+/// A number with its unit, or a dash.
+fn quantity(value: Option<f64>, unit: &str) -> String {
+    value.map_or("-".into(), |value| format!("{} {unit}", short(value)))
+}
+
+/// Prints the machine and its behaviour as text.
+pub(super) fn write(out: &mut dyn Write, machine: &Machine, behaviour: &Behaviour) -> io::Result<()> {
+    writeln!(out, "The machine, in SI units")?;
+    let (units, motion) = (machine.units(), machine.motion);
+    let mut table = Table::new(&[("", Align::Left), ("", Align::Left)]);
+    let damping_unit = motion.unit(Dimension::Damping);
+    let mut critical = quantity(behaviour.critical_damping, damping_unit);
+    if let Some(error) = machine.model().as_ref().and_then(standard_error) {
+        critical
+            .push_str(&format!(", +- {} {damping_unit} by the standard errors of the data", short(error)));
+    }
+    let speed = motion.words("belt_speed");
+    let critical_speed = format!("critical {speed}");
+    let [slip, stick] = behaviour.slip_and_stick_time.map_or([None; 2], |times| times.map(Some));
+    let needed = behaviour.needed_slip_speed.map(|needed| {
+        let velocity = motion.unit(Dimension::Velocity);
+        (
+            "measure friction up to",
+            format!("about {} {velocity}: the orbit leaves the data", rounded(needed, 3)),
+        )
+    });
+    let does = [
+        (speed.as_str(), quantity(Some(machine.belt_speed), motion.unit(Dimension::Velocity))),
+        (&critical_speed, quantity(behaviour.critical_belt_speed.value(), motion.unit(Dimension::Velocity))),
+        ("damping", quantity(Some(machine.damping), motion.unit(Dimension::Damping))),
+        ("critical damping", critical),
+        ("damping ratio", short(behaviour.damping_ratio)),
+        ("critical damping ratio", quantity(behaviour.critical_damping_ratio, "")),
+        ("natural frequency", quantity(Some(behaviour.natural_frequency), "Hz")),
+        ("regime", regime_words(behaviour.regime).to_owned()),
+        ("slip time", quantity(slip, "s")),
+        ("stick time", quantity(stick, "s")),
+        ("amplitude", quantity(behaviour.amplitude, motion.unit(Dimension::Length))),
+    ];
+    let units = [
+        ("unit of time", quantity(Some(units.time), "s")),
+        ("unit of length", quantity(Some(units.length), motion.unit(Dimension::Length))),
+        ("unit of velocity", quantity(Some(units.velocity), motion.unit(Dimension::Velocity))),
+    ];
+    for (name, text) in does.into_iter().chain(needed).chain(units) {
+        table.row([name.to_owned(), text.trim_end().to_owned()]);
+    }
+    table.write(out)
+}
