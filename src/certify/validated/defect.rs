@@ -163,6 +163,7 @@ struct Sampling<'a, const L: usize> {
     base: Balls<L>,
     /// Bound on the errors of the sums for r0'.
     slope_error: [f64; L],
+    /// A, k and 2 b.
     groups: [Balls<L>; 3],
     viscous: Balls<L>,
     circle: &'a Circle,
