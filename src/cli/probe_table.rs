@@ -16,7 +16,7 @@ use crate::config::{MachineJob, PointTable};
 use crate::files::{folder_of, publish_file, temporary_in};
 use crate::friction::Law;
 use crate::machine::{Dimension, Friction, INERTIA, Machine, Motion, SiUnits};
-use crate::map::{self, Description, Field, Method, Quantity, dimension, slip_cycle_count};
+use crate::map::{self, Description, Method, Quantity, dimension, slip_cycle_count};
 use crate::point::Point;
 use crate::probe::Answer;
 
@@ -141,15 +141,12 @@ fn answer_columns(job: &Job) -> Vec<String> {
     };
     names.extend(critical);
     names.push("regime".to_owned());
-    names.extend(QUANTITIES.into_iter().flat_map(|field| Quantity::of(field, 0, 0)).map(|q| unit(q.name())));
+    names.extend(Quantity::of_orbits().map(|quantity| unit(quantity.name())));
     if job.epsilon_limits {
         names.extend(job.methods.iter().map(|method| format!("epsilon_limit_{}", method.name())));
     }
     names
 }
-
-/// The fields of a map whose quantities are appended.
-const QUANTITIES: [Field; 3] = [Field::Landing, Field::Cycle, Field::Basin];
 
 /// Refuses a table that already has a column with an appended name.
 fn check_header(table: &PointTable, job: &Job) -> Result<(), Failure> {
@@ -228,7 +225,7 @@ fn answer(table: &PointTable, mut row: ByteRecord, job: &Job) -> Result<ByteReco
         cycle: answer.cycle,
         boundary: answer.basin,
     };
-    for quantity in QUANTITIES.into_iter().flat_map(|field| Quantity::of(field, 0, 0)) {
+    for quantity in Quantity::of_orbits() {
         row.push_field(number(described.value(quantity) * factor(quantity.name())).as_bytes());
     }
     if job.epsilon_limits {

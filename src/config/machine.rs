@@ -79,11 +79,14 @@ pub(super) fn remedy(key: &str, law: &Law) -> String {
             "write damping = 2 * damping_ratio * sqrt(stiffness * mass), a number in N s/m".into()
         }
         "frequency" => "write stiffness = mass * (2 * pi * frequency)^2, a number in N/m".into(),
-        key if Coefficients::NAMES.contains(&key) => format!(
-            "leave it out: it belongs to the laws stribeck, exponential and lorentzian, and the law `{}` has its own \
-             friction at every speed",
-            law.name()
-        ),
+        key if Coefficients::NAMES.contains(&key) => {
+            let [others @ .., last] = Law::BUILT_IN.map(|law| law.name());
+            format!(
+                "leave it out: it belongs to the laws {} and {last}, and the law `{}` has its own friction at every speed",
+                others.join(", "),
+                law.name()
+            )
+        }
         key => nearest("key", key, &keys(law)),
     }
 }

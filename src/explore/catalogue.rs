@@ -115,7 +115,10 @@ pub(super) fn axes(law: &Law) -> Value {
 
 /// Everything that the page loads once.
 pub(super) fn catalogue() -> Value {
-    let law = |law: &Law| json!({ "name": law.name(), "formula": formula(law), "axes": axes(law) });
+    let law = |law: &Law| {
+        let formula = law.built_in().map_or("", |law| law.formula);
+        json!({ "name": law.name(), "formula": formula, "axes": axes(law) })
+    };
     let methods = Method::all().map(|method| {
         json!({
             "name": method.name(),
@@ -124,21 +127,7 @@ pub(super) fn catalogue() -> Value {
             "usual": Method::usual().any(|usual| usual == method),
         })
     });
-    use Quantity as Q;
-    let quantities = [
-        Q::CycleAmplitudeX1,
-        Q::CycleAmplitudeX2,
-        Q::CyclePeriod,
-        Q::CycleMultiplier,
-        Q::SlipCycles,
-        Q::KickForward,
-        Q::KickBackward,
-        Q::BoundaryVelocity,
-        Q::StickTime,
-        Q::SlipTime,
-        Q::LandingX1,
-    ];
-    let quantities = quantities.map(|quantity| {
+    let quantities = Quantity::of_orbits().map(|quantity| {
         let words = UnitSystem::default().variable(quantity.name()).name.plain();
         json!({ "name": quantity.name(), "words": words, "explanation": quantity.long_name() })
     });
@@ -149,20 +138,10 @@ pub(super) fn catalogue() -> Value {
         "version": env!("CARGO_PKG_VERSION"),
         "laws": Law::BUILT_IN.iter().map(law).collect::<Vec<_>>(),
         "methods": methods.collect::<Vec<_>>(),
-        "quantities": quantities,
+        "quantities": quantities.collect::<Vec<_>>(),
         "regimes": kinds_json(&palette::regimes()),
         "verdicts": kinds_json(&palette::verdicts()),
         "sequential": anchors(palette::sequential, 10),
         "diverging": anchors(palette::diverging, 2),
     })
-}
-
-/// phi(u) of a built-in law, as text; empty for laws that are not built in.
-fn formula(law: &Law) -> &'static str {
-    match law {
-        Law::Stribeck => "φ(u) = (1 − α) / (1 + ε γ u) + α + ε β u²",
-        Law::Exponential => "φ(u) = μ + (1 − μ) exp(−u / vs) + η u",
-        Law::Lorentzian => "φ(u) = μ + (1 − μ) / (1 + (u / vs)²) + η u",
-        Law::Expression(_) | Law::Table(_) | Law::Function(_) | Law::Custom(_) | Law::Small(_) => "",
-    }
 }

@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 use super::refusal::Refusal;
 use crate::config;
-use crate::friction::{Expression, Law, Table};
+use crate::friction::{Expression, Law, Strengthening, Table};
 use crate::machine::{Coefficients, Dimension, Friction, Machine, Motion, requirement};
 use crate::map::Grid;
 use crate::point::LawParameters;
@@ -104,13 +104,11 @@ pub(super) fn law_of(friction: &Friction) -> Law {
 /// The unit of a quantity; the units of the names in a formula are not known.
 fn unit(name: &str, motion: Motion, law: &Law) -> &'static str {
     match name {
-        "strengthening" if *law.as_written() == Law::Stribeck => match motion {
-            Motion::Translation => "s²/m²",
-            Motion::Rotation => "s²/rad²",
-        },
-        "strengthening" => match motion {
-            Motion::Translation => "s/m",
-            Motion::Rotation => "s/rad",
+        "strengthening" => match (law.built_in().map(|law| law.strengthening), motion) {
+            (Some(Strengthening::Quadratic), Motion::Translation) => "s²/m²",
+            (Some(Strengthening::Quadratic), Motion::Rotation) => "s²/rad²",
+            (Some(Strengthening::Linear) | None, Motion::Translation) => "s/m",
+            (Some(Strengthening::Linear) | None, Motion::Rotation) => "s/rad",
         },
         _ => Dimension::of_quantity(name).map_or("", |dimension| motion.unit(dimension)),
     }

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use super::form::Form;
+use super::form::{ClosedForm, Form};
 use super::interval::Interval;
 use super::jet::Real;
 use super::{
@@ -98,9 +98,8 @@ impl Curve {
     /// divided by this number.
     pub(crate) fn cost(&self) -> u64 {
         match &self.form {
-            Form::Stribeck(_) | Form::Lorentzian(_) => 1,
-            Form::Exponential(_) | Form::Table(_) | Form::Function(_) | Form::Custom(_) => 2,
             Form::Expression(law) | Form::Leading(law) => law.cost(),
+            form => form.closed().map_or(2, ClosedForm::cost),
         }
     }
 
@@ -131,19 +130,14 @@ impl Curve {
     #[must_use]
     #[inline]
     pub fn weakening_range(&self, lo: f64, hi: f64) -> Range {
-        match &self.form {
-            Form::Stribeck(law) => law.weakening_range(lo, hi),
-            Form::Exponential(law) => law.weakening_range(lo, hi),
-            Form::Lorentzian(law) => law.weakening_range(lo, hi),
-            _ => self.compiled(hi).range(lo, hi),
-        }
+        self.form.weakening_range(lo, hi).unwrap_or_else(|| self.compiled(hi).range(lo, hi))
     }
 
     /// Upper bounds of the weakening rate for many intervals. The law is compiled once, up to `reach`;
     /// intervals beyond it take longer.
     pub(crate) fn ranges(&self, reach: f64) -> Ranges<'_> {
-        let closed = matches!(&self.form, Form::Stribeck(_) | Form::Exponential(_) | Form::Lorentzian(_));
-        Ranges { curve: self, compiled: (!closed).then(|| self.compiled(reach)) }
+        let is_compiled = self.form.closed().is_none();
+        Ranges { curve: self, compiled: is_compiled.then(|| self.compiled(reach)) }
     }
 
     /// The largest slip speed at which the law is known: the end of a table or a function, else infinity.
@@ -164,8 +158,10 @@ impl Curve {
         };
         let ends = || (0..=octaves).rev().map(|octave| hi * 0.5_f64.powi(octave));
         let starts = || std::iter::once(0.0).chain(ends());
+        if let Some(range) = self.form.closed().and_then(|law| law.friction_range(hi)) {
+            return range;
+        }
         match &self.form {
-            Form::Stribeck(law) => law.friction_range(hi),
             Form::Table(law) => law.friction_range(0.0, hi),
             Form::Function(_) | Form::Custom(_) => hull((0..=SAMPLES).map(|i| {
                 let value = self.phi(hi * (f64::from(i) / f64::from(SAMPLES)).powi(2));
@@ -253,21 +249,18 @@ impl Curve {
     /// Proved bounds, over 0 < |v| <= V, of the even part in v of `weakening(V - v)`.
     #[must_use]
     pub fn even_weakening_range(&self, belt_speed: f64) -> Range {
-        match &self.form {
-            Form::Stribeck(law) => law.even_weakening_range(belt_speed),
-            Form::Exponential(law) => law.even_weakening_range(belt_speed),
-            _ => self.compiled(4.0 * belt_speed).even_range(belt_speed, belt_speed),
-        }
+        let closed = self.form.closed().and_then(|law| law.even_weakening_range(belt_speed));
+        closed.unwrap_or_else(|| self.compiled(4.0 * belt_speed).even_range(belt_speed, belt_speed))
     }
 
     /// The weakening rate averaged over the grazing circle v = V cos t with weight sin^2 t / pi: the energy
     /// that friction supplies in one turn, in units of that dissipated by unit damping eps c.
     #[must_use]
     pub fn mean_weakening(&self, belt_speed: f64) -> f64 {
+        if let Some(law) = self.form.closed() {
+            return law.mean_weakening(belt_speed);
+        }
         match &self.form {
-            Form::Stribeck(law) => law.mean_weakening(belt_speed),
-            Form::Exponential(law) => mean::mean_weakening(|u| law.weakening(u), belt_speed),
-            Form::Lorentzian(law) => mean::mean_weakening(|u| law.weakening(u), belt_speed),
             Form::Table(law) => law.mean_weakening(belt_speed),
             _ => {
                 let weakening = self.compiled(4.0 * belt_speed);
@@ -304,7 +297,6 @@ impl Curve {
             });
         }
         match &self.form {
-            Form::Stribeck(law) => Ok(law.first_order(belt_speed)),
             Form::Expression(law) => {
                 law.check_leading(belt_speed)?;
                 let leading = {
@@ -317,7 +309,10 @@ impl Curve {
                     weakening_range: leading.range(0.0, 2.0 * belt_speed),
                 })
             }
-            _ => Err(NoFirstOrder::NoEpsilon),
+            form => {
+                let closed = form.closed().and_then(|law| law.first_order(belt_speed));
+                closed.ok_or(NoFirstOrder::NoEpsilon)
+            }
         }
     }
 
@@ -337,14 +332,12 @@ impl Curve {
     #[must_use]
     pub fn weakening_gradient(&self, u: f64) -> Gradient {
         match &self.form {
-            Form::Stribeck(law) => law.gradient(u),
-            Form::Exponential(law) => law.gradient(u),
-            Form::Lorentzian(law) => law.gradient(u),
             Form::Expression(law) | Form::Leading(law) => law.gradient(u),
-            Form::Table(_) | Form::Function(_) => {
-                Gradient { epsilon: 0.0, parameters: LawParameters::new(&[]) }
-            }
             Form::Custom(law) => law.gradient(u),
+            form => {
+                let nothing = Gradient { epsilon: 0.0, parameters: LawParameters::new(&[]) };
+                form.closed().map_or(nothing, |law| law.gradient(u))
+            }
         }
     }
 
@@ -360,15 +353,8 @@ impl Curve {
     /// normal numbers may be wrong by any factor, and then no result is a theorem.
     #[must_use]
     pub fn is_normal(&self) -> bool {
-        match &self.form {
-            Form::Stribeck(law) => law.is_normal(),
-            Form::Exponential(law) => law.is_normal(),
-            Form::Lorentzian(law) => law.is_normal(),
-            // Enclosures are valid for numbers of every size.
-            Form::Expression(_) | Form::Leading(_) | Form::Table(_) | Form::Function(_) | Form::Custom(_) => {
-                true
-            }
-        }
+        // Enclosures of other laws are valid for numbers of every size.
+        self.form.closed().is_none_or(ClosedForm::is_normal)
     }
 
     /// phi in any arithmetic (numbers, intervals or series); `None` for laws given by data or by functions.
@@ -409,16 +395,15 @@ impl Curve {
 
     /// Returns whether the law has features only at rest and at its corners: closed forms and tables.
     pub(crate) fn has_known_features(&self) -> bool {
-        matches!(self.form, Form::Stribeck(_) | Form::Exponential(_) | Form::Lorentzian(_) | Form::Table(_))
+        self.form.closed().is_some() || matches!(self.form, Form::Table(_))
     }
 
     /// Returns whether the weakening rate is one analytic function of the slip speeds of orbits that start
     /// within `belt_speed`, those below 0 included, and without narrow features.
     pub(crate) fn is_analytic(&self, belt_speed: f64) -> bool {
         match self.form {
-            Form::Stribeck(_) | Form::Exponential(_) | Form::Lorentzian(_) => true,
             Form::Expression(_) => self.compiled(4.0 * belt_speed).is_analytic(),
-            Form::Leading(_) | Form::Table(_) | Form::Function(_) | Form::Custom(_) => false,
+            _ => self.form.closed().is_some(),
         }
     }
 
@@ -448,7 +433,7 @@ impl Curve {
     /// exception so far.
     #[must_use]
     pub fn weakening_is_convex(&self) -> bool {
-        matches!(self.form, Form::Stribeck(_) | Form::Exponential(_))
+        self.form.closed().is_some_and(ClosedForm::weakening_is_convex)
     }
 }
 

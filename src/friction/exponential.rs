@@ -1,9 +1,26 @@
 //! The exponential law of Tustin and of Bo and Pavelescu, with a viscous part:
 //! `phi(u) = mu + (1 - mu) exp(-u / vs) + eta u`. It does not depend on eps.
 
+use super::family::Series;
+use super::form::{BuiltIn, ClosedForm, Fall, Form, Strengthening};
 use super::jet::Real;
-use super::{Gradient, Parameter, Range};
+use super::{Gradient, Parameter, Range, mean};
 use crate::point::LawParameters;
+
+/// The law.
+pub(super) const LAW: BuiltIn = BuiltIn {
+    name: "exponential",
+    formula: "φ(u) = μ + (1 − μ) exp(−u / vs) + η u",
+    parameters: &PARAMETERS,
+    depends_on_epsilon: false,
+    curve: |_, parameters| Form::Exponential(Exponential::new(parameters)),
+    phi_at: |u, _, parameters| {
+        let &[mu, vs, eta] = parameters else { return None };
+        Some(falling_from_one((-u / vs).exp(), u, mu, eta))
+    },
+    strengthening: Strengthening::Linear,
+    parameters_of,
+};
 
 /// mu, vs, eta, in this order; shared by the laws that fall from 1 to mu over the speed vs.
 pub(super) const PARAMETERS: [Parameter; 3] = [
@@ -22,9 +39,14 @@ pub(crate) struct Exponential {
     eta: f64,
 }
 
-/// phi of a law that falls from 1 to mu as `rest` falls from 1 to 0, in any arithmetic.
-pub(super) fn falling_from_one<T: Real>(rest: T, u: T, mu: T, eta: T) -> T {
-    mu + (T::constant(1.0) - mu) * rest + eta * u
+/// phi of a law that falls from 1 to mu as `rest` falls from 1 to 0.
+pub(super) fn falling_from_one(rest: Series, u: Series, mu: Series, eta: Series) -> Series {
+    mu + (Series::constant(1.0) - mu) * rest + eta * u
+}
+
+/// mu, vs and eta of a machine's friction.
+pub(super) fn parameters_of(friction: &Fall, velocity: f64) -> [f64; 3] {
+    [friction.kinetic, friction.width / velocity, friction.strengthening * velocity]
 }
 
 impl Exponential {
@@ -33,12 +55,6 @@ impl Exponential {
             unreachable!("an exponential point has mu, vs and eta");
         };
         Self { drop: 1.0 - mu, rate: 1.0 / vs, eta }
-    }
-
-    /// Returns whether no coefficient of the law is a product below the normal numbers, where it may be wrong
-    /// by any factor.
-    pub(super) fn is_normal(&self) -> bool {
-        self.rate.is_normal() && (self.drop == 0.0 || (self.drop * self.rate).is_normal())
     }
 
     #[inline]
@@ -56,23 +72,43 @@ impl Exponential {
         c(1.0) - c(self.drop) + c(self.drop) * (-u * c(self.rate)).exp() + c(self.eta) * u
     }
 
+    /// The weakening rate falls with u.
+    pub(super) fn weakening_range(&self, lo: f64, hi: f64) -> Range {
+        Range { lo: self.weakening(hi), hi: self.weakening(lo) }
+    }
+}
+
+impl ClosedForm for Exponential {
+    /// Returns whether no coefficient of the law is a product below the normal numbers, where it may be wrong
+    /// by any factor.
+    fn is_normal(&self) -> bool {
+        self.rate.is_normal() && (self.drop == 0.0 || (self.drop * self.rate).is_normal())
+    }
+
     /// Derivatives of the weakening rate.
-    pub(super) fn gradient(&self, u: f64) -> Gradient {
+    fn gradient(&self, u: f64) -> Gradient {
         let x = self.rate * u;
         let fade = self.rate * (-x).exp();
         let by_vs = -self.rate * self.drop * fade * (1.0 - x);
         Gradient { epsilon: 0.0, parameters: LawParameters::new(&[-fade, by_vs, -1.0]) }
     }
 
-    /// The weakening rate falls with u.
-    pub(super) fn weakening_range(&self, lo: f64, hi: f64) -> Range {
-        Range { lo: self.weakening(hi), hi: self.weakening(lo) }
+    fn mean_weakening(&self, belt_speed: f64) -> f64 {
+        mean::mean_weakening(|u| self.weakening(u), belt_speed)
+    }
+
+    fn cost(&self) -> u64 {
+        2
+    }
+
+    fn weakening_is_convex(&self) -> bool {
+        true
     }
 
     /// The even part of exp(-(V - v) / vs) is exp(-V / vs) cosh(v / vs).
-    pub(super) fn even_weakening_range(&self, belt_speed: f64) -> Range {
+    fn even_weakening_range(&self, belt_speed: f64) -> Option<Range> {
         let scale = self.drop * self.rate;
         let fade = (-2.0 * self.rate * belt_speed).exp();
-        Range { lo: self.weakening(belt_speed), hi: 0.5 * scale * (1.0 + fade) - self.eta }
+        Some(Range { lo: self.weakening(belt_speed), hi: 0.5 * scale * (1.0 + fade) - self.eta })
     }
 }

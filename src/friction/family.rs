@@ -1,31 +1,22 @@
 //! The weakening rate of a law over boxes of its parameters, enclosed: what proofs between the nodes of a map
 //! need.
 
-use super::exponential::falling_from_one;
 use super::interval::Interval;
-use super::jet::{Jet, Real};
-use super::{Law, stribeck};
+use super::jet::Jet;
+use super::{Kind, Law};
 
 /// A range of values, and the range of their derivatives along one direction.
 pub(crate) type Slope = Jet<Interval, 2>;
+/// The same, and the derivatives of both by the slip speed.
+pub(super) type Series = Jet<Slope, 2>;
 
 impl Law {
-    /// phi at slip speed `u`, eps and parameters in any arithmetic; `None` for laws that are no formulas.
-    fn phi_at<T: Real>(&self, u: T, epsilon: T, parameters: &[T]) -> Option<T> {
-        let one = T::constant(1.0);
-        match (self.as_written(), parameters) {
-            (Law::Stribeck, &[alpha, beta, gamma]) => {
-                Some(stribeck::phi_at(u, epsilon, [alpha, beta, gamma]))
-            }
-            (Law::Exponential, &[mu, vs, eta]) => Some(falling_from_one((-u / vs).exp(), u, mu, eta)),
-            (Law::Lorentzian, &[mu, vs, eta]) => {
-                let x = u / vs;
-                Some(falling_from_one(one / (one + x * x), u, mu, eta))
-            }
-            (Law::Expression(law), _) => Some(law.phi_at(u, epsilon, parameters)),
-            (Law::Table(_) | Law::Function(_) | Law::Custom(_) | Law::Small(_), _) => None,
-            // The number of parameters is that of the law.
-            (Law::Stribeck | Law::Exponential | Law::Lorentzian, _) => None,
+    /// phi at slip speed `u`, eps and parameters; `None` for laws that are no formulas.
+    fn phi_at(&self, u: Series, epsilon: Series, parameters: &[Series]) -> Option<Series> {
+        match self.kind() {
+            Kind::BuiltIn(law) => (law.phi_at)(u, epsilon, parameters),
+            Kind::Expression(law) => Some(law.phi_at(u, epsilon, parameters)),
+            Kind::Table(_) | Kind::Function(_) | Kind::Custom(_) => None,
         }
     }
 
@@ -47,7 +38,7 @@ impl Law {
                 Jet([value, slope * u.0[1]])
             }
             _ => {
-                let parameters: Vec<_> = x[1..].iter().map(|x| Jet::<Slope, 2>::of(*x)).collect();
+                let parameters: Vec<_> = x[1..].iter().map(|x| Series::of(*x)).collect();
                 -self.phi_at(Jet::variable(u, 1.0), Jet::of(x[0]), &parameters)?.0[1]
             }
         };
@@ -57,6 +48,7 @@ impl Law {
 
 #[cfg(test)]
 mod tests {
+    use super::super::jet::Real as _;
     use super::super::{Expression, Table};
     use super::*;
     use crate::point::LawParameters;

@@ -4,9 +4,28 @@
 //! It starts flat: the weakening rate rises from -eta at rest to its maximum at u = vs / sqrt(3) and falls
 //! from there. Around that maximum stable slip cycles arise.
 
+use super::exponential::{PARAMETERS, falling_from_one, parameters_of};
+use super::family::Series;
+use super::form::{BuiltIn, ClosedForm, Form, Strengthening};
 use super::jet::Real;
-use super::{Gradient, Range};
+use super::{Gradient, Range, mean};
 use crate::point::LawParameters;
+
+/// The law.
+pub(super) const LAW: BuiltIn = BuiltIn {
+    name: "lorentzian",
+    formula: "φ(u) = μ + (1 − μ) / (1 + (u / vs)²) + η u",
+    parameters: &PARAMETERS,
+    depends_on_epsilon: false,
+    curve: |_, parameters| Form::Lorentzian(Lorentzian::new(parameters)),
+    phi_at: |u, _, parameters| {
+        let &[mu, vs, eta] = parameters else { return None };
+        let (x, one) = (u / vs, Series::constant(1.0));
+        Some(falling_from_one(one / (one + x * x), u, mu, eta))
+    },
+    strengthening: Strengthening::Linear,
+    parameters_of,
+};
 
 /// The curve at fixed parameters: mu, vs and eta, like those of the exponential law.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,12 +45,6 @@ impl Lorentzian {
         Self { drop: 1.0 - mu, rate: 1.0 / vs, eta }
     }
 
-    /// Returns whether no coefficient of the law is a product below the normal numbers, where it may be wrong
-    /// by any factor.
-    pub(super) fn is_normal(&self) -> bool {
-        self.rate.is_normal() && (self.drop == 0.0 || (self.drop * self.rate).is_normal())
-    }
-
     #[inline]
     pub(super) fn phi(&self, u: f64) -> f64 {
         let x = self.rate * u;
@@ -49,17 +62,6 @@ impl Lorentzian {
         2.0 * self.drop * self.rate * (x / q) / q - self.eta
     }
 
-    /// Derivatives of the weakening rate.
-    pub(super) fn gradient(&self, u: f64) -> Gradient {
-        let x = self.rate * u;
-        let q = 1.0 + x * x;
-        let by_vs = -4.0 * self.rate * self.rate * self.drop * ((x / q) * ((1.0 - x * x) / q) / q);
-        Gradient {
-            epsilon: 0.0,
-            parameters: LawParameters::new(&[-2.0 * self.rate * (x / q) / q, by_vs, -1.0]),
-        }
-    }
-
     /// The weakening rate has one maximum, at u = vs / sqrt(3).
     pub(crate) fn weakening_range(&self, lo: f64, hi: f64) -> Range {
         let (a, b) = (self.weakening(lo), self.weakening(hi));
@@ -71,6 +73,29 @@ impl Lorentzian {
     pub(super) fn formula<T: Real>(&self, u: T) -> T {
         let (x, c) = (u * T::constant(self.rate), T::constant);
         c(1.0 - self.drop) + c(self.drop) / (c(1.0) + x * x) + c(self.eta) * u
+    }
+}
+
+impl ClosedForm for Lorentzian {
+    /// Returns whether no coefficient of the law is a product below the normal numbers, where it may be wrong
+    /// by any factor.
+    fn is_normal(&self) -> bool {
+        self.rate.is_normal() && (self.drop == 0.0 || (self.drop * self.rate).is_normal())
+    }
+
+    /// Derivatives of the weakening rate.
+    fn gradient(&self, u: f64) -> Gradient {
+        let x = self.rate * u;
+        let q = 1.0 + x * x;
+        let by_vs = -4.0 * self.rate * self.rate * self.drop * ((x / q) * ((1.0 - x * x) / q) / q);
+        Gradient {
+            epsilon: 0.0,
+            parameters: LawParameters::new(&[-2.0 * self.rate * (x / q) / q, by_vs, -1.0]),
+        }
+    }
+
+    fn mean_weakening(&self, belt_speed: f64) -> f64 {
+        mean::mean_weakening(|u| self.weakening(u), belt_speed)
     }
 }
 

@@ -41,6 +41,7 @@ use std::sync::Arc;
 
 use crate::point::{LawParameters, Point};
 use form::Form;
+pub(crate) use form::{BuiltIn, Fall, Strengthening};
 
 /// A closed interval [lo, hi] that encloses every value of a function.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -124,6 +125,15 @@ pub enum Law {
     Small(Arc<Law>),
 }
 
+/// A law as written, without the reading as `1 + eps F(u)`.
+enum Kind<'a> {
+    BuiltIn(&'static BuiltIn),
+    Expression(&'a Expression),
+    Table(&'a Table),
+    Function(&'a Function),
+    Custom(&'a Custom),
+}
+
 /// First line of the definition of a law read as `1 + eps F(u)`.
 const SMALL: &str = "small eps";
 /// Name of the laws given as text.
@@ -144,15 +154,33 @@ impl Law {
     /// The law's name in a configuration.
     #[must_use]
     pub fn name(&self) -> &'static str {
+        match self.kind() {
+            Kind::BuiltIn(law) => law.name,
+            Kind::Expression(_) => EXPRESSION,
+            Kind::Table(_) => TABLE,
+            Kind::Function(_) => FUNCTION,
+            Kind::Custom(law) => law.name(),
+        }
+    }
+
+    fn kind(&self) -> Kind<'_> {
         match self {
-            Law::Stribeck => "stribeck",
-            Law::Exponential => "exponential",
-            Law::Lorentzian => "lorentzian",
-            Law::Expression(_) => EXPRESSION,
-            Law::Table(_) => TABLE,
-            Law::Function(_) => FUNCTION,
-            Law::Custom(law) => law.name(),
-            Law::Small(law) => law.name(),
+            Law::Stribeck => Kind::BuiltIn(&stribeck::LAW),
+            Law::Exponential => Kind::BuiltIn(&exponential::LAW),
+            Law::Lorentzian => Kind::BuiltIn(&lorentzian::LAW),
+            Law::Expression(law) => Kind::Expression(law),
+            Law::Table(law) => Kind::Table(law),
+            Law::Function(law) => Kind::Function(law),
+            Law::Custom(law) => Kind::Custom(law),
+            Law::Small(law) => law.kind(),
+        }
+    }
+
+    /// What the file of a built-in law defines; `None` for other laws.
+    pub(crate) fn built_in(&self) -> Option<&'static BuiltIn> {
+        match self.kind() {
+            Kind::BuiltIn(law) => Some(law),
+            Kind::Expression(_) | Kind::Table(_) | Kind::Function(_) | Kind::Custom(_) => None,
         }
     }
 
@@ -230,13 +258,11 @@ impl Law {
     /// The law's own parameters, in the order in which they become axes of a map, slowest first.
     #[must_use]
     pub fn parameters(&self) -> &[Parameter] {
-        match self {
-            Law::Stribeck => &stribeck::PARAMETERS,
-            Law::Exponential | Law::Lorentzian => &exponential::PARAMETERS,
-            Law::Expression(law) => law.parameters(),
-            Law::Table(_) | Law::Function(_) => &[],
-            Law::Custom(law) => law.parameters(),
-            Law::Small(law) => law.parameters(),
+        match self.kind() {
+            Kind::BuiltIn(law) => law.parameters,
+            Kind::Expression(law) => law.parameters(),
+            Kind::Table(_) | Kind::Function(_) => &[],
+            Kind::Custom(law) => law.parameters(),
         }
     }
 
@@ -244,11 +270,13 @@ impl Law {
     /// built-in and the custom laws.
     #[must_use]
     pub fn definition(&self) -> String {
-        match self {
-            Law::Stribeck | Law::Exponential | Law::Lorentzian | Law::Custom(_) => String::new(),
-            Law::Small(law) => format!("{SMALL}\n{}", law.definition()),
-            Law::Expression(law) => format!("{}\n{}", law.static_level(), law.text()),
-            Law::Table(table) => {
+        if let Law::Small(law) = self {
+            return format!("{SMALL}\n{}", law.definition());
+        }
+        match self.kind() {
+            Kind::BuiltIn(_) | Kind::Custom(_) => String::new(),
+            Kind::Expression(law) => format!("{}\n{}", law.static_level(), law.text()),
+            Kind::Table(table) => {
                 let errors = table.standard_errors();
                 let rows = table.data().enumerate().map(|(i, (u, phi))| match errors {
                     Some(errors) => format!("\n{u},{phi},{}", errors[i]),
@@ -257,7 +285,7 @@ impl Law {
                 let head = format!("{} {}", table.static_level(), table.origin());
                 std::iter::once(head).chain(rows).collect()
             }
-            Law::Function(law) => law.definition(),
+            Kind::Function(law) => law.definition(),
         }
     }
 
@@ -319,24 +347,21 @@ impl Law {
 
     /// Returns whether phi(u) may depend on eps.
     pub(crate) fn depends_on_epsilon(&self) -> bool {
-        match self {
-            Law::Stribeck | Law::Custom(_) => true,
-            Law::Exponential | Law::Lorentzian | Law::Table(_) | Law::Function(_) => false,
-            Law::Expression(law) => law.depends_on_epsilon(),
-            Law::Small(law) => law.depends_on_epsilon(),
+        match self.kind() {
+            Kind::BuiltIn(law) => law.depends_on_epsilon,
+            Kind::Expression(law) => law.depends_on_epsilon(),
+            Kind::Table(_) | Kind::Function(_) => false,
+            Kind::Custom(_) => true,
         }
     }
 
     fn form(&self, epsilon: f64, parameters: &LawParameters) -> Form {
-        match self {
-            Law::Stribeck => Form::Stribeck(Stribeck::new(epsilon, parameters)),
-            Law::Exponential => Form::Exponential(Exponential::new(parameters)),
-            Law::Lorentzian => Form::Lorentzian(Lorentzian::new(parameters)),
-            Law::Expression(law) => Form::Expression(law.curve(epsilon, parameters)),
-            Law::Table(table) => Form::Table(table.clone()),
-            Law::Function(law) => Form::Function(law.clone()),
-            Law::Custom(law) => Form::Custom(law.curve(epsilon, parameters)),
-            Law::Small(law) => law.form(epsilon, parameters),
+        match self.kind() {
+            Kind::BuiltIn(law) => (law.curve)(epsilon, parameters),
+            Kind::Expression(law) => Form::Expression(law.curve(epsilon, parameters)),
+            Kind::Table(table) => Form::Table(table.clone()),
+            Kind::Function(law) => Form::Function(law.clone()),
+            Kind::Custom(law) => Form::Custom(law.curve(epsilon, parameters)),
         }
     }
 

@@ -4,26 +4,42 @@
 //! Departures from the text: the paper writes the law in the signed argument x2 - V and drops the sign in
 //! its system (15); here u = |x2 - V|, which is what its figures and its condition (12) use.
 
+use super::family::Series;
+use super::form::{BuiltIn, ClosedForm, Form, Strengthening};
 use super::jet::Real;
 use super::{FirstOrder, Gradient, Parameter, Range};
 use crate::point::{LawParameters, ScaledGroups};
 
-/// alpha, beta, gamma, in this order. The limits alpha = 1, beta = 0 and gamma = 0 are legal.
-pub(super) const PARAMETERS: [Parameter; 3] = [
-    Parameter {
-        name: "alpha",
-        long_name: "kinetic to static friction ratio at high slip speed",
-        min: 0.0,
-        max: 1.0,
+/// The law. The limits alpha = 1, beta = 0 and gamma = 0 are legal.
+pub(super) const LAW: BuiltIn = BuiltIn {
+    name: "stribeck",
+    formula: "φ(u) = (1 − α) / (1 + ε γ u) + α + ε β u²",
+    parameters: &[ALPHA, BETA, GAMMA],
+    depends_on_epsilon: true,
+    curve: |epsilon, parameters| Form::Stribeck(Stribeck::new(epsilon, parameters)),
+    phi_at: |u, epsilon, parameters| {
+        let &[alpha, beta, gamma] = parameters else { return None };
+        let one = Series::constant(1.0);
+        Some((one - alpha) / (one + epsilon * gamma * u) + alpha + epsilon * beta * u * u)
     },
-    Parameter {
-        name: "beta",
-        long_name: "quadratic strengthening of friction",
-        min: 0.0,
-        max: f64::INFINITY,
-    },
-    Parameter { name: "gamma", long_name: "rate of Stribeck weakening", min: 0.0, max: f64::INFINITY },
-];
+    strengthening: Strengthening::Quadratic,
+    parameters_of: |of, velocity| [of.kinetic, of.strengthening * velocity * velocity, velocity / of.width],
+};
+
+const ALPHA: Parameter = Parameter {
+    name: "alpha",
+    long_name: "kinetic to static friction ratio at high slip speed",
+    min: 0.0,
+    max: 1.0,
+};
+const BETA: Parameter = Parameter {
+    name: "beta",
+    long_name: "quadratic strengthening of friction",
+    min: 0.0,
+    max: f64::INFINITY,
+};
+const GAMMA: Parameter =
+    Parameter { name: "gamma", long_name: "rate of Stribeck weakening", min: 0.0, max: f64::INFINITY };
 
 /// The Stribeck curve at fixed eps, alpha, beta, gamma.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,12 +60,6 @@ pub(crate) struct Parts {
     pub(crate) gamma: f64,
     /// 1 - alpha, rounded to the nearest f64.
     pub(crate) drop: f64,
-}
-
-/// phi(u) at eps and alpha, beta, gamma in any arithmetic.
-pub(super) fn phi_at<T: Real>(u: T, epsilon: T, [alpha, beta, gamma]: [T; 3]) -> T {
-    let one = T::constant(1.0);
-    (one - alpha) / (one + epsilon * gamma * u) + alpha + epsilon * beta * u * u
 }
 
 impl Stribeck {
@@ -74,15 +84,6 @@ impl Stribeck {
         self.rate * self.drop / (q * q) - 2.0 * self.epsilon * self.beta * u
     }
 
-    /// Returns whether no coefficient of the law is a product below the normal numbers, where it may be wrong
-    /// by any factor.
-    pub(super) fn is_normal(&self) -> bool {
-        let slope = self.rate * self.drop;
-        [(self.rate, self.gamma), (slope, self.gamma * self.drop), (self.epsilon * self.beta, self.beta)]
-            .into_iter()
-            .all(|(product, factor)| factor == 0.0 || product.abs() >= f64::MIN_POSITIVE)
-    }
-
     /// phi(u) in any arithmetic.
     pub(super) fn formula<T: Real>(&self, u: T) -> T {
         let c = T::constant;
@@ -90,54 +91,9 @@ impl Stribeck {
         c(1.0) - c(self.drop) * x / (c(1.0) + x) + c(self.epsilon) * c(self.beta) * u * u
     }
 
-    /// Derivatives of the weakening rate.
-    pub(super) fn gradient(&self, u: f64) -> Gradient {
-        let Self { epsilon, drop, gamma, beta, rate } = *self;
-        let x = rate * u;
-        let q = 1.0 + x;
-        // d/dx (x / q^2) = (1 - x) / q^3, and eps gamma / q^2 = x / (q^2 u).
-        let by_rate = drop * (1.0 - x) / (q * q * q);
-        Gradient {
-            epsilon: gamma * by_rate - 2.0 * beta * u,
-            parameters: LawParameters::new(&[-rate / (q * q), -2.0 * epsilon * u, epsilon * by_rate]),
-        }
-    }
-
-    /// Bounds of phi on [0, hi]. phi is convex, so it is largest at an end.
-    pub(super) fn friction_range(&self, hi: f64) -> Range {
-        let x = self.rate * hi;
-        Range { lo: 1.0 - self.drop * (1.0 - 1.0 / (1.0 + x)), hi: self.phi(hi).max(1.0) }
-    }
-
     /// The weakening rate falls with u, so its bounds are its end values.
     pub(super) fn weakening_range(&self, lo: f64, hi: f64) -> Range {
         Range { lo: self.weakening(hi), hi: self.weakening(lo) }
-    }
-
-    /// The even part of 1/(1 + k(1 - s))^2 is convex in s: least at s = 0, greatest at |s| = 1. The even
-    /// part of the linear term is its value at belt speed.
-    pub(super) fn even_weakening_range(&self, belt_speed: f64) -> Range {
-        let ScaledGroups { a, k, b, .. } = self.scaled(belt_speed, 0.0);
-        let far = 1.0 + 2.0 * k;
-        Range { lo: a / ((1.0 + k) * (1.0 + k)) - 2.0 * b, hi: 0.5 * a * (1.0 + 1.0 / (far * far)) - 2.0 * b }
-    }
-
-    /// Closed form of the average: 2A / (q (1 + k + q)) - 2b with q = sqrt(1 + 2k), free of cancellation
-    /// for all k >= 0.
-    pub(super) fn mean_weakening(&self, belt_speed: f64) -> f64 {
-        let ScaledGroups { a, k, b, .. } = self.scaled(belt_speed, 0.0);
-        let q = (1.0 + 2.0 * k).sqrt();
-        2.0 * a / (q * (1.0 + k + q)) - 2.0 * b
-    }
-
-    /// F1(u) = -gamma (1 - alpha) u + beta u^2; its average over the grazing circle is the left side of
-    /// the paper's (12) without c.
-    pub(super) fn first_order(&self, belt_speed: f64) -> FirstOrder {
-        let at_rest = self.gamma * self.drop;
-        FirstOrder {
-            mean_weakening: at_rest - 2.0 * self.beta * belt_speed,
-            weakening_range: Range { lo: at_rest - 4.0 * self.beta * belt_speed, hi: at_rest },
-        }
     }
 
     /// The parameters as given, for interval arithmetic.
@@ -154,5 +110,68 @@ impl Stribeck {
             b: self.epsilon * self.beta * belt_speed,
             c: viscous,
         }
+    }
+}
+
+impl ClosedForm for Stribeck {
+    /// Returns whether no coefficient of the law is a product below the normal numbers, where it may be wrong
+    /// by any factor.
+    fn is_normal(&self) -> bool {
+        let slope = self.rate * self.drop;
+        [(self.rate, self.gamma), (slope, self.gamma * self.drop), (self.epsilon * self.beta, self.beta)]
+            .into_iter()
+            .all(|(product, factor)| factor == 0.0 || product.abs() >= f64::MIN_POSITIVE)
+    }
+
+    /// Derivatives of the weakening rate.
+    fn gradient(&self, u: f64) -> Gradient {
+        let Self { epsilon, drop, gamma, beta, rate } = *self;
+        let x = rate * u;
+        let q = 1.0 + x;
+        // d/dx (x / q^2) = (1 - x) / q^3, and eps gamma / q^2 = x / (q^2 u).
+        let by_rate = drop * (1.0 - x) / (q * q * q);
+        Gradient {
+            epsilon: gamma * by_rate - 2.0 * beta * u,
+            parameters: LawParameters::new(&[-rate / (q * q), -2.0 * epsilon * u, epsilon * by_rate]),
+        }
+    }
+
+    /// Closed form of the average: 2A / (q (1 + k + q)) - 2b with q = sqrt(1 + 2k), free of cancellation
+    /// for all k >= 0.
+    fn mean_weakening(&self, belt_speed: f64) -> f64 {
+        let ScaledGroups { a, k, b, .. } = self.scaled(belt_speed, 0.0);
+        let q = (1.0 + 2.0 * k).sqrt();
+        2.0 * a / (q * (1.0 + k + q)) - 2.0 * b
+    }
+
+    fn weakening_is_convex(&self) -> bool {
+        true
+    }
+
+    /// Bounds of phi on [0, hi]. phi is convex, so it is largest at an end.
+    fn friction_range(&self, hi: f64) -> Option<Range> {
+        let x = self.rate * hi;
+        Some(Range { lo: 1.0 - self.drop * (1.0 - 1.0 / (1.0 + x)), hi: self.phi(hi).max(1.0) })
+    }
+
+    /// The even part of 1/(1 + k(1 - s))^2 is convex in s: least at s = 0, greatest at |s| = 1. The even
+    /// part of the linear term is its value at belt speed.
+    fn even_weakening_range(&self, belt_speed: f64) -> Option<Range> {
+        let ScaledGroups { a, k, b, .. } = self.scaled(belt_speed, 0.0);
+        let far = 1.0 + 2.0 * k;
+        Some(Range {
+            lo: a / ((1.0 + k) * (1.0 + k)) - 2.0 * b,
+            hi: 0.5 * a * (1.0 + 1.0 / (far * far)) - 2.0 * b,
+        })
+    }
+
+    /// F1(u) = -gamma (1 - alpha) u + beta u^2; its average over the grazing circle is the left side of
+    /// the paper's (12) without c.
+    fn first_order(&self, belt_speed: f64) -> Option<FirstOrder> {
+        let at_rest = self.gamma * self.drop;
+        Some(FirstOrder {
+            mean_weakening: at_rest - 2.0 * self.beta * belt_speed,
+            weakening_range: Range { lo: at_rest - 4.0 * self.beta * belt_speed, hi: at_rest },
+        })
     }
 }

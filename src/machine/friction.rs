@@ -1,10 +1,10 @@
 //! The friction of a machine: its coefficient of friction as a function of the slip speed, in SI units.
 
 use super::Units;
-use crate::friction::{Expression, Law, Table};
+use crate::friction::{Expression, Fall, Law, Table};
 use crate::point::LawParameters;
 
-/// Coefficients of the laws `stribeck`, `exponential` and `lorentzian`.
+/// Coefficients of a built-in law.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Coefficients {
     /// mu_s > 0.
@@ -13,8 +13,8 @@ pub struct Coefficients {
     pub(crate) kinetic_friction: f64,
     /// v_s > 0, m/s.
     pub(crate) stribeck_velocity: f64,
-    /// Rise of the coefficient of friction at high speed, >= 0: per (m/s)^2 in the law `stribeck`, per m/s in
-    /// the others.
+    /// Strengthening of the coefficient of friction at high speed, >= 0: per m/s or per (m/s)^2, by the law's
+    /// [`Strengthening`](crate::friction::Strengthening).
     pub(crate) strengthening: f64,
 }
 
@@ -81,20 +81,12 @@ impl Friction {
         let velocity = units.velocity;
         match self {
             Friction::Coefficients(law, coefficients) => {
-                let ratio = coefficients.kinetic_friction / coefficients.static_friction;
-                let rise = coefficients.strengthening / coefficients.static_friction;
-                let width = coefficients.stribeck_velocity;
-                let parameters = match law.as_written() {
-                    Law::Stribeck => [ratio, rise * velocity * velocity, velocity / width],
-                    Law::Exponential | Law::Lorentzian => [ratio, width / velocity, rise * velocity],
-                    Law::Expression(_)
-                    | Law::Table(_)
-                    | Law::Function(_)
-                    | Law::Custom(_)
-                    | Law::Small(_) => {
-                        return None;
-                    }
+                let of = Fall {
+                    kinetic: coefficients.kinetic_friction / coefficients.static_friction,
+                    width: coefficients.stribeck_velocity,
+                    strengthening: coefficients.strengthening / coefficients.static_friction,
                 };
+                let parameters = (law.built_in()?.parameters_of)(&of, velocity);
                 Some((law.clone(), LawParameters::new(&parameters)))
             }
             Friction::Formula(formula, parameters) => {

@@ -2,6 +2,7 @@
 
 #[cfg(feature = "report")]
 use super::Method;
+use crate::machine::Dimension;
 use crate::named::named;
 
 named! {
@@ -52,6 +53,19 @@ impl Field {
             is_one.then_some((field, None))
         })
     }
+}
+
+/// What is shown of a quantity besides its values.
+pub(crate) struct About {
+    /// Name in a map.
+    pub(crate) name: &'static str,
+    /// One phrase for legends and axes of figures, with symbols in braces.
+    #[cfg_attr(not(feature = "report"), allow(dead_code))]
+    pub(crate) label: &'static str,
+    /// `None` for a pure number.
+    pub(crate) dimension: Option<Dimension>,
+    /// One phrase for `long_name`.
+    pub(crate) long_name: &'static str,
 }
 
 /// A real number in each cell; NaN where the cell has no such number.
@@ -106,54 +120,109 @@ impl Quantity {
         }
     }
 
-    /// Its name in a map, and one phrase for `long_name`. A map appends the name of the method to that of
-    /// [`Quantity::EpsilonLimit`], and the name of the axis to that of [`Quantity::CriticalDerivative`].
-    fn words(self) -> (&'static str, &'static str) {
-        use Quantity::*;
-        match self {
-            LandingX1 => ("landing_x1", "x1 at which the mass begins to stick"),
-            StickTime => ("stick_time", "time of sticking per period"),
-            SlipTime => ("slip_time", "time of slipping per period"),
-            Crossings => ("crossings", "crossings of the belt line before the mass sticks"),
-            SlipCycles => {
-                ("slip_cycles", "number of cycles, stable or not, that slip all the time below the belt line")
-            }
-            CyclePeriod => ("cycle_period", "period of the attracting cycle"),
-            CycleAmplitudeX1 => ("cycle_amplitude_x1", "half the range of x1 on the attracting cycle"),
-            CycleAmplitudeX2 => ("cycle_amplitude_x2", "half the range of x2 on the attracting cycle"),
-            CycleMultiplier => {
-                ("cycle_multiplier", "Floquet multiplier of the attracting cycle, 0 if it sticks")
-            }
-            BoundaryVelocity => (
-                "boundary_velocity",
-                "largest x2 on the outermost unstable slip cycle, which separates two attractors",
-            ),
-            BoundaryMultiplier => {
-                ("boundary_multiplier", "Floquet multiplier of the outermost unstable slip cycle")
-            }
-            KickForward => (
-                "kick_forward",
-                "smallest kick along the belt's motion from steady slip beyond the outermost unstable slip cycle",
-            ),
-            KickBackward => (
-                "kick_backward",
-                "smallest kick against the belt's motion from steady slip beyond the outermost unstable slip cycle",
-            ),
-            EpsilonLimit(_) => (
-                "epsilon_limit",
-                "largest epsilon up to which the verdict equals the simulated one, at these other parameters \
-                 (0: never; inf: up to 10 at least)",
-            ),
-            CriticalDerivative(_) => ("dc_d", "derivative of the exact critical damping by"),
-        }
+    /// The quantities of a cell's orbits: those that belong to no method and to no axis.
+    pub(crate) fn of_orbits() -> impl Iterator<Item = Quantity> {
+        let all = Field::ALL.into_iter().flat_map(|field| Quantity::of(field, 0, 0));
+        all.filter(|quantity| {
+            !matches!(quantity, Quantity::EpsilonLimit(_) | Quantity::CriticalDerivative(_))
+        })
     }
 
-    /// Its name in a map, to which a method or an axis may be appended, see [`Quantity::words`].
+    /// The quantity of this name; `None` for those of methods and axes.
+    pub(crate) fn by_name(name: &str) -> Option<Quantity> {
+        Self::of_orbits().find(|quantity| quantity.name() == name)
+    }
+
+    /// Its name in a map. A map appends the name of the method to that of [`Quantity::EpsilonLimit`], and the
+    /// name of the axis to that of [`Quantity::CriticalDerivative`].
     pub(crate) fn name(self) -> &'static str {
-        self.words().0
+        self.about().name
     }
 
     pub(crate) fn long_name(self) -> &'static str {
-        self.words().1
+        self.about().long_name
+    }
+
+    /// All that is shown of it besides its values.
+    pub(crate) fn about(self) -> About {
+        use Dimension::{Length, Time, Velocity};
+        use Quantity::*;
+        let about = |name, label, dimension, long_name| About { name, label, dimension, long_name };
+        match self {
+            LandingX1 => {
+                about("landing_x1", "{x_1} of landing", Some(Length), "x1 at which the mass begins to stick")
+            }
+            StickTime => about("stick_time", "stick time", Some(Time), "time of sticking per period"),
+            SlipTime => about("slip_time", "slip time", Some(Time), "time of slipping per period"),
+            Crossings => about(
+                "crossings",
+                "crossings before it sticks",
+                None,
+                "crossings of the belt line before the mass sticks",
+            ),
+            SlipCycles => about(
+                "slip_cycles",
+                "slip cycles",
+                None,
+                "number of cycles, stable or not, that slip all the time below the belt line",
+            ),
+            CyclePeriod => about("cycle_period", "period", Some(Time), "period of the attracting cycle"),
+            CycleAmplitudeX1 => about(
+                "cycle_amplitude_x1",
+                "amplitude of {x_1}",
+                Some(Length),
+                "half the range of x1 on the attracting cycle",
+            ),
+            CycleAmplitudeX2 => about(
+                "cycle_amplitude_x2",
+                "amplitude of {x_2}",
+                Some(Velocity),
+                "half the range of x2 on the attracting cycle",
+            ),
+            CycleMultiplier => about(
+                "cycle_multiplier",
+                "Floquet multiplier",
+                None,
+                "Floquet multiplier of the attracting cycle, 0 if it sticks",
+            ),
+            BoundaryVelocity => about(
+                "boundary_velocity",
+                "largest {x_2} on the unstable cycle",
+                Some(Velocity),
+                "largest x2 on the outermost unstable slip cycle, which separates two attractors",
+            ),
+            BoundaryMultiplier => about(
+                "boundary_multiplier",
+                "Floquet multiplier of the unstable cycle",
+                None,
+                "Floquet multiplier of the outermost unstable slip cycle",
+            ),
+            KickForward => about(
+                "kick_forward",
+                "kick with the belt",
+                Some(Velocity),
+                "smallest kick along the belt's motion from steady slip beyond the outermost unstable slip cycle",
+            ),
+            KickBackward => about(
+                "kick_backward",
+                "kick against the belt",
+                Some(Velocity),
+                "smallest kick against the belt's motion from steady slip beyond the outermost unstable slip cycle",
+            ),
+            EpsilonLimit(_) => about(
+                "epsilon_limit",
+                "largest {epsilon} of agreement",
+                None,
+                "largest epsilon up to which the verdict equals the simulated one, at these other parameters \
+                 (0: never; inf: up to 10 at least)",
+            ),
+            CriticalDerivative(_) => about(
+                "dc_d",
+                "derivative of the critical damping",
+                // A damping by a velocity or by a pure number, which has no unit of its own here.
+                None,
+                "derivative of the exact critical damping by",
+            ),
+        }
     }
 }

@@ -26,7 +26,6 @@ pub(crate) fn command_line(law: &Law, point: &Point, tolerance: f64) -> String {
     let mut line = String::from("slipmap probe");
     match law.as_written() {
         Law::Stribeck => {}
-        Law::Exponential | Law::Lorentzian => line.push_str(&format!(" --law {}", law.name())),
         Law::Expression(law) => line.push_str(&format!(" --phi '{}'", law.text())),
         Law::Table(table) => line.push_str(&format!(" --table '{}'", table.origin())),
         // A function of another program has no option on the command line.

@@ -8,7 +8,7 @@ use crate::friction::Law;
 use crate::machine::{
     Coefficients, Dimension, MOTION_ATTRIBUTE, Model, Motion, SI_ATTRIBUTE, SiUnits, UNITS_ATTRIBUTE, Units,
 };
-use crate::map::{Axis, AxisRole, dimension};
+use crate::map::{Axis, AxisRole, Quantity, dimension};
 use crate::store::{MapFile, Value};
 
 /// A map and the units in which its numbers are shown.
@@ -262,20 +262,9 @@ fn variable_words(name: &str) -> Rich {
             return rich(words).then(of).then(Rich::foreign(&method.replace('_', " ")));
         }
     }
-    match name {
-        "stick_time" => rich("stick time"),
-        "slip_time" => rich("slip time"),
-        "landing_x1" => rich("{x_1} of landing"),
-        "crossings" => rich("crossings before it sticks"),
-        "cycle_period" => rich("period"),
-        "cycle_amplitude_x1" => rich("amplitude of {x_1}"),
-        "cycle_amplitude_x2" => rich("amplitude of {x_2}"),
-        "cycle_multiplier" => rich("Floquet multiplier"),
-        "boundary_velocity" => rich("largest {x_2} on the unstable cycle"),
-        "boundary_multiplier" => rich("Floquet multiplier of the unstable cycle"),
-        "kick_forward" => rich("kick with the belt"),
-        PROBABILITY => rich("probability that it may stick-slip"),
-        "kick_backward" => rich("kick against the belt"),
-        _ => Rich::foreign(&name.replace('_', " ")),
+    match Quantity::by_name(name) {
+        Some(quantity) => rich(quantity.about().label),
+        None if name == PROBABILITY => rich("probability that it may stick-slip"),
+        None => Rich::foreign(&name.replace('_', " ")),
     }
 }

@@ -25,7 +25,7 @@
 
 use rayon::prelude::*;
 
-use crate::friction::{Column, Law};
+use crate::friction::{Column, Strengthening};
 use crate::machine::{Friction, Machine, Model};
 use crate::simulate::chebyshev::{Side, Tensor};
 use crate::simulate::critical::{critical_damping, critical_dampings};
@@ -131,7 +131,7 @@ impl<'a> Groups<'a> {
             }
             _ => Vec::new(),
         };
-        let size = 2 + varied.len() + usize::from(is_stribeck(nominal));
+        let size = 2 + varied.len() + usize::from(strengthening(nominal) == Some(Strengthening::Quadratic));
         Self { nominal, varied, size, values: Vec::new(), scales: Vec::new() }
     }
 
@@ -158,12 +158,12 @@ impl<'a> Groups<'a> {
                 let width = of.stribeck_velocity;
                 let a = force * fall / width;
                 self.values.extend([a.ln(), (speed / width).ln()]);
-                match is_stribeck(machine) {
-                    true => {
+                match strengthening(machine) {
+                    Some(Strengthening::Quadratic) => {
                         self.values.push(of.strengthening * width * width / fall);
                         (a, 0.0)
                     }
-                    false => (a, -machine.normal_force * of.strengthening),
+                    Some(Strengthening::Linear) | None => (a, -machine.normal_force * of.strengthening),
                 }
             }
             Friction::Formula(_, parameters) => {
@@ -352,6 +352,10 @@ pub(super) fn has_standard_errors(machine: &Machine) -> bool {
     matches!(&machine.friction, Friction::Measured(table) if table.standard_errors().is_some())
 }
 
-fn is_stribeck(machine: &Machine) -> bool {
-    matches!(&machine.friction, Friction::Coefficients(law, _) if *law.as_written() == Law::Stribeck)
+/// How the friction rises at high slip speed; `None` for formulas and data.
+fn strengthening(machine: &Machine) -> Option<Strengthening> {
+    match &machine.friction {
+        Friction::Coefficients(law, _) => law.built_in().map(|law| law.strengthening),
+        Friction::Formula(..) | Friction::Measured(_) => None,
+    }
 }

@@ -6,7 +6,7 @@
 use std::borrow::Cow;
 
 use super::scene::{Fill, Hatch, Marker, Stroke};
-use crate::map::{Regime, Verdict};
+use crate::map::{Method, Regime, Verdict};
 
 pub(crate) const BLACK: &str = "#000000";
 pub(crate) const WHITE: &str = "#ffffff";
@@ -35,7 +35,8 @@ const fn style(color: &'static str, width: f64, dash: &'static [f64], marker: Ma
     MethodStyle { stroke: Stroke { color, width, dash }, marker }
 }
 
-/// The style of a method; all methods that this program does not know share one.
+/// The style of a method. Those without one here have the style of a number, their place among all methods;
+/// methods that this program does not know share one.
 pub(crate) fn method(name: &str) -> MethodStyle {
     match name {
         "simulation" => style(BLACK, 1.3, &[], Marker::Circle),
@@ -55,12 +56,14 @@ pub(crate) fn method(name: &str) -> MethodStyle {
         "stick_band" => style(PURPLE, 1.0, &[3.0, 1.5], Marker::Diamond),
         "fixed_step" => style(SKY, 1.0, &[3.0, 1.5], Marker::Cross),
         "event_step" => style(GREEN, 1.0, &[3.0, 1.5], Marker::Triangle),
-        _ => style(GREY, 1.0, &[1.0, 1.0], Marker::Circle),
+        _ => Method::all()
+            .position(|method| method.name() == name)
+            .map_or(style(GREY, 1.0, &[1.0, 1.0], Marker::Circle), numbered),
     }
 }
 
-/// The style of the peer with this number: dotted, distinguished by its colour and its mark.
-pub(crate) fn peer(number: usize) -> MethodStyle {
+/// The style of the method with this number: dotted, distinguished by its colour and its mark.
+pub(crate) fn numbered(number: usize) -> MethodStyle {
     const MARKERS: [Marker; 7] = [
         Marker::Circle,
         Marker::Square,

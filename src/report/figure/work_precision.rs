@@ -37,7 +37,7 @@ fn lines(study: &Study) -> Vec<Line<'_>> {
                 let style = match row.kind {
                     Kind::Peer => {
                         peers += 1;
-                        palette::peer(peers - 1)
+                        palette::numbered(peers - 1)
                     }
                     Kind::ClosedForm | Kind::Engine | Kind::Naive => palette::method(&row.name),
                 };
