@@ -3,7 +3,8 @@
 use std::borrow::Cow;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use super::form::{ClosedForm, Form};
+use super::built_in::ClosedForm;
+use super::form::Form;
 use super::interval::Interval;
 use super::jet::Real;
 use super::{

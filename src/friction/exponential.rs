@@ -1,8 +1,8 @@
 //! The exponential law of Tustin and of Bo and Pavelescu, with a viscous part:
 //! `phi(u) = mu + (1 - mu) exp(-u / vs) + eta u`. It does not depend on eps.
 
+use super::built_in::{BuiltIn, ClosedForm, Fall, Strengthening};
 use super::family::Series;
-use super::form::{BuiltIn, ClosedForm, Fall, Form, Strengthening};
 use super::jet::Real;
 use super::{Gradient, Parameter, Range, mean};
 use crate::point::LawParameters;
@@ -13,7 +13,6 @@ pub(super) const LAW: BuiltIn = BuiltIn {
     formula: "φ(u) = μ + (1 − μ) exp(−u / vs) + η u",
     parameters: &PARAMETERS,
     depends_on_epsilon: false,
-    curve: |_, parameters| Form::Exponential(Exponential::new(parameters)),
     phi_at: |u, _, parameters| {
         let &[mu, vs, eta] = parameters else { return None };
         Some(falling_from_one((-u / vs).exp(), u, mu, eta))

@@ -4,9 +4,9 @@
 //! It starts flat: the weakening rate rises from -eta at rest to its maximum at u = vs / sqrt(3) and falls
 //! from there. Around that maximum stable slip cycles arise.
 
+use super::built_in::{BuiltIn, ClosedForm, Strengthening};
 use super::exponential::{PARAMETERS, falling_from_one, parameters_of};
 use super::family::Series;
-use super::form::{BuiltIn, ClosedForm, Form, Strengthening};
 use super::jet::Real;
 use super::{Gradient, Range, mean};
 use crate::point::LawParameters;
@@ -17,7 +17,6 @@ pub(super) const LAW: BuiltIn = BuiltIn {
     formula: "φ(u) = μ + (1 − μ) / (1 + (u / vs)²) + η u",
     parameters: &PARAMETERS,
     depends_on_epsilon: false,
-    curve: |_, parameters| Form::Lorentzian(Lorentzian::new(parameters)),
     phi_at: |u, _, parameters| {
         let &[mu, vs, eta] = parameters else { return None };
         let (x, one) = (u / vs, Series::constant(1.0));

@@ -4,6 +4,7 @@
 //! parameters gives a [`Curve`], a function of the slip speed. All other modules use only the values and the
 //! proved bounds of a curve, and do not depend on which parameters the law has.
 
+mod built_in;
 mod curve;
 mod custom;
 pub(crate) mod domain;
@@ -21,6 +22,7 @@ mod stribeck;
 mod table;
 mod weakening;
 
+pub(crate) use built_in::{BuiltIn, Fall, Strengthening};
 pub use curve::{Column, Curve};
 pub(crate) use curve::{NOTHING, Pieces, Ranges};
 pub use custom::{Custom, CustomLaw, CustomLawError};
@@ -41,7 +43,6 @@ use std::sync::Arc;
 
 use crate::point::{LawParameters, Point};
 use form::Form;
-pub(crate) use form::{BuiltIn, Fall, Strengthening};
 
 /// A closed interval [lo, hi] that encloses every value of a function.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -356,12 +357,15 @@ impl Law {
     }
 
     fn form(&self, epsilon: f64, parameters: &LawParameters) -> Form {
-        match self.kind() {
-            Kind::BuiltIn(law) => (law.curve)(epsilon, parameters),
-            Kind::Expression(law) => Form::Expression(law.curve(epsilon, parameters)),
-            Kind::Table(table) => Form::Table(table.clone()),
-            Kind::Function(law) => Form::Function(law.clone()),
-            Kind::Custom(law) => Form::Custom(law.curve(epsilon, parameters)),
+        match self {
+            Law::Stribeck => Form::Stribeck(Stribeck::new(epsilon, parameters)),
+            Law::Exponential => Form::Exponential(Exponential::new(parameters)),
+            Law::Lorentzian => Form::Lorentzian(Lorentzian::new(parameters)),
+            Law::Expression(law) => Form::Expression(law.curve(epsilon, parameters)),
+            Law::Table(table) => Form::Table(table.clone()),
+            Law::Function(law) => Form::Function(law.clone()),
+            Law::Custom(law) => Form::Custom(law.curve(epsilon, parameters)),
+            Law::Small(law) => law.form(epsilon, parameters),
         }
     }
 

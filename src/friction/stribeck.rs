@@ -4,8 +4,8 @@
 //! Departures from the text: the paper writes the law in the signed argument x2 - V and drops the sign in
 //! its system (15); here u = |x2 - V|, which is what its figures and its condition (12) use.
 
+use super::built_in::{BuiltIn, ClosedForm, Strengthening};
 use super::family::Series;
-use super::form::{BuiltIn, ClosedForm, Form, Strengthening};
 use super::jet::Real;
 use super::{FirstOrder, Gradient, Parameter, Range};
 use crate::point::{LawParameters, ScaledGroups};
@@ -16,7 +16,6 @@ pub(super) const LAW: BuiltIn = BuiltIn {
     formula: "φ(u) = (1 − α) / (1 + ε γ u) + α + ε β u²",
     parameters: &[ALPHA, BETA, GAMMA],
     depends_on_epsilon: true,
-    curve: |epsilon, parameters| Form::Stribeck(Stribeck::new(epsilon, parameters)),
     phi_at: |u, epsilon, parameters| {
         let &[alpha, beta, gamma] = parameters else { return None };
         let one = Series::constant(1.0);

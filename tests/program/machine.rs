@@ -264,7 +264,7 @@ fn bad_machines_are_refused_with_their_place() {
         "bad.toml:8:1",
         "`static_friction`",
         "leave it out",
-        "stribeck, exponential and lorentzian",
+        "it belongs to the laws stribeck, exponential",
     ]);
     with("damping = 4.0", "damping = 4.0\n[grid]\nepsilon = 1.0").refuses(&[
         "bad.toml",

@@ -5,19 +5,15 @@ use std::process::Stdio;
 use crate::command::{PROBE, Run, Scratch};
 use crate::machine::rows;
 use serde_json::Value;
+use slipmap::map::Method;
 
 const POINT: [(&str, f64); 6] =
     [("epsilon", 0.1), ("alpha", 0.3), ("beta", 0.1), ("gamma", 2.0), ("V", 1.0), ("c", 0.5)];
 
-const METHODS: [&str; 7] = [
-    "perturbation",
-    "instability",
-    "bendixson_leading",
-    "bendixson",
-    "symmetric",
-    "harmonic_balance",
-    "simulation",
-];
+/// The names of the default methods.
+fn usual() -> Vec<&'static str> {
+    Method::usual().map(|method| method.name()).collect()
+}
 
 /// The arguments of a probe of [`POINT`] with some parameters changed; NaN leaves a parameter out.
 fn probe(changes: &[(&str, f64)]) -> Vec<String> {
@@ -50,7 +46,7 @@ fn json_has_every_answer_and_agrees_with_closed_forms() {
     }
     let methods = answer["methods"].as_object().unwrap();
     let others = ["validated", "smoothed", "stick_band", "fixed_step", "event_step"];
-    assert_eq!(methods.keys().collect::<Vec<_>>(), [METHODS.as_slice(), &others].concat());
+    assert_eq!(methods.keys().collect::<Vec<_>>(), [usual(), others.to_vec()].concat());
     for (name, method) in methods {
         let verdict = method["verdict"].as_str().unwrap();
         assert!(["present", "absent", "undecided", "failed"].contains(&verdict), "{name}");
@@ -111,7 +107,7 @@ fn numbers_that_do_not_exist_are_null() {
     let answer = json(&[("alpha", 1.0)]);
     assert_eq!(answer["landing"], Value::Null);
     assert_eq!(answer["regime"], "equilibrium");
-    for method in METHODS {
+    for method in usual() {
         assert_eq!(answer["methods"][method]["critical_c"], Value::Null, "{method}");
         assert_ne!(answer["methods"][method]["verdict"], "present", "{method}");
     }
@@ -120,7 +116,7 @@ fn numbers_that_do_not_exist_are_null() {
 #[test]
 fn the_text_names_every_answer() {
     let text = run(&probe(&[]), &[]).ends_with(0).out;
-    for part in METHODS.iter().chain(&[
+    for part in usual().iter().chain(&[
         "epsilon = 0.1   alpha = 0.3   beta = 0.1   gamma = 2   V = 1   c = 0.5",
         "undecided because",
         "return map",
@@ -261,7 +257,7 @@ fn a_table_keeps_its_columns_and_gains_the_answers() {
         original.headers().unwrap().iter().collect::<Vec<_>>()
     );
     let mut added: Vec<String> =
-        METHODS.iter().flat_map(|name| [format!("verdict_{name}"), format!("margin_{name}")]).collect();
+        usual().iter().flat_map(|name| [format!("verdict_{name}"), format!("margin_{name}")]).collect();
     added.extend(
         [
             "critical_c",
@@ -280,7 +276,7 @@ fn a_table_keeps_its_columns_and_gains_the_answers() {
     added.extend(
         ["boundary_velocity", "boundary_multiplier", "kick_forward", "kick_backward"].map(str::to_owned),
     );
-    added.extend(METHODS.iter().map(|name| format!("epsilon_limit_{name}")));
+    added.extend(usual().iter().map(|name| format!("epsilon_limit_{name}")));
     assert_eq!(header.iter().skip(kept).collect::<Vec<_>>(), added);
 
     let at = |row: &csv::StringRecord, name: &str| {
@@ -300,7 +296,7 @@ fn a_table_keeps_its_columns_and_gains_the_answers() {
             Value::String(word) => assert_eq!(text, word),
             number => assert_eq!(text.parse::<f64>().unwrap(), number.as_f64().unwrap()),
         };
-        for method in METHODS {
+        for method in usual() {
             same(&at(row, &format!("verdict_{method}")), &single["methods"][method]["verdict"]);
             same(&at(row, &format!("margin_{method}")), &single["methods"][method]["margin"]);
             same(&at(row, &format!("epsilon_limit_{method}")), &single["methods"][method]["epsilon_limit"]);

@@ -8,6 +8,7 @@ use crate::command::{Run, Scratch};
 use crate::proofs::written_again;
 use serde_json::Value;
 use slipmap::filippov::Oscillator;
+use slipmap::map::Method;
 use slipmap::store::MapFile;
 
 /// A small map across the boundary of existence.
@@ -54,7 +55,7 @@ fn a_run_makes_a_sound_map_and_accounts_for_every_cell() {
     assert_eq!(summary["cells"], CELLS);
     assert_eq!(summary["columns"], CELLS / 13);
     let methods = summary["methods"].as_object().unwrap();
-    assert_eq!(methods.len(), 7);
+    assert_eq!(methods.len(), Method::usual().count());
     for (name, method) in methods {
         let count = |verdict: &str| method[verdict].as_u64().unwrap();
         assert_eq!(count("cells"), CELLS, "{name}");
@@ -302,9 +303,10 @@ fn a_dry_run_estimates_the_size_and_writes_nothing() {
     assert_eq!(told["cells"], CELLS);
     assert_eq!(told["columns"], CELLS / 13);
     assert_eq!(told["axes"]["alpha"], 5);
-    // Seven verdicts of one byte, seven margins and four numbers of the landing of eight, one regime, and
-    // a critical damping for each method and column.
-    assert_eq!(told["bytes"], CELLS * (7 + 8 * 7 + 8 * 4 + 1) + 8 * 7 * CELLS / 13);
+    // Verdicts of one byte, margins and four numbers of the landing of eight, one regime, and a critical
+    // damping for each method and column.
+    let methods = Method::usual().count() as u64;
+    assert_eq!(told["bytes"], CELLS * (methods + 8 * methods + 8 * 4 + 1) + 8 * methods * CELLS / 13);
     assert!(told["seconds"].as_f64().unwrap() > 0.0);
     assert!(told["free_bytes"].as_u64().unwrap() > 0);
     // The whole of so small a map is the sample.

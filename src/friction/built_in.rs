@@ -1,0 +1,81 @@
+//! What the file of a built-in law defines: the law, and its curves in closed form.
+
+use super::family::Series;
+use super::{FirstOrder, Gradient, Parameter, Range};
+
+/// A built-in law, defined in its own file.
+pub(crate) struct BuiltIn {
+    /// Name in configurations.
+    pub(super) name: &'static str,
+    /// phi(u) as text.
+    #[cfg_attr(not(feature = "explore"), allow(dead_code))]
+    pub(crate) formula: &'static str,
+    /// Its parameters, in the order in which they become axes of a map.
+    pub(super) parameters: &'static [Parameter],
+    /// Returns whether phi(u) depends on eps.
+    pub(super) depends_on_epsilon: bool,
+    /// phi at slip speed u, eps and parameters, enclosed with its derivatives; `None` if the number of
+    /// parameters is not the law's.
+    pub(super) phi_at: fn(u: Series, epsilon: Series, parameters: &[Series]) -> Option<Series>,
+    /// How friction rises at high slip speed.
+    pub(crate) strengthening: Strengthening,
+    /// The parameters of a machine's friction, for slip speeds in units of `velocity`, in m/s.
+    pub(crate) parameters_of: fn(friction: &Fall, velocity: f64) -> [f64; 3],
+}
+
+/// How the friction of a built-in law rises at high slip speed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Strengthening {
+    /// In proportion to the slip speed, as viscous damping does.
+    Linear,
+    /// In proportion to its square.
+    Quadratic,
+}
+
+/// Friction in units of that at rest, as a machine has it: it falls, and rises at high slip speed.
+pub(crate) struct Fall {
+    /// Kinetic friction.
+    pub(crate) kinetic: f64,
+    /// Slip speed over which friction falls, m/s.
+    pub(crate) width: f64,
+    /// Strengthening at high slip speed, per m/s or per (m/s)^2, see [`BuiltIn::strengthening`].
+    pub(crate) strengthening: f64,
+}
+
+/// A built-in law with all parameters fixed.
+pub(super) trait ClosedForm {
+    /// Returns whether no coefficient of the law is a product below the normal numbers, where it may be wrong
+    /// by any factor.
+    fn is_normal(&self) -> bool;
+
+    /// Derivatives of the weakening rate.
+    fn gradient(&self, u: f64) -> Gradient;
+
+    /// See [`super::Curve::mean_weakening`].
+    fn mean_weakening(&self, belt_speed: f64) -> f64;
+
+    /// Cost of one evaluation in units of the cost of the Stribeck law.
+    fn cost(&self) -> u64 {
+        1
+    }
+
+    /// See [`super::Curve::weakening_is_convex`].
+    fn weakening_is_convex(&self) -> bool {
+        false
+    }
+
+    /// Bounds of phi on [0, hi]; `None` if they come from the formula in interval arithmetic.
+    fn friction_range(&self, _hi: f64) -> Option<Range> {
+        None
+    }
+
+    /// See [`super::Curve::even_weakening_range`]; `None` if the bounds come from the compiled law.
+    fn even_weakening_range(&self, _belt_speed: f64) -> Option<Range> {
+        None
+    }
+
+    /// The first order in eps; `None` for a law that does not depend on eps.
+    fn first_order(&self, _belt_speed: f64) -> Option<FirstOrder> {
+        None
+    }
+}
