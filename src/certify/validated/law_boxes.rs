@@ -269,17 +269,17 @@ mod tests {
         let law = formula("1 - a*u");
         let ranges = vec![[1.0, 1.0], [0.1, 0.3], [0.1, 0.3]];
         // The mean of a is 0.2, of c in [0, 0.4].
-        let found = volumes(&law, ranges.clone(), [0.0, 0.4], 64);
+        let found = volumes(&law, ranges.clone(), [0.0, 0.4], 32);
         assert!(found.present <= 0.5 && 0.5 <= 1.0 - found.absent && found.undecided < 0.02, "{found:?}");
         // a is above 0.15 in three quarters.
-        let found = volumes(&law, ranges.clone(), [0.15, 0.15], 64);
+        let found = volumes(&law, ranges.clone(), [0.15, 0.15], 32);
         assert!(found.present <= 0.75 && 0.75 <= 1.0 - found.absent && found.undecided < 0.05, "{found:?}");
         // Only above 0.2 is c cut off: the mean of the smaller of a and 0.2 is 0.175.
-        let found = volumes(&law, ranges, [0.1, 0.2], 64);
+        let found = volumes(&law, ranges, [0.1, 0.2], 32);
         assert!(found.present <= 0.75 && 0.75 <= 1.0 - found.absent && found.undecided < 0.05, "{found:?}");
         // A law that contains eps: c* = a, and C* = eps a.
         let small = formula("1 - epsilon*a*u");
-        let found = volumes(&small, vec![[0.5, 1.0], [0.1, 0.3], [0.2, 0.2]], [0.0, 0.4], 256);
+        let found = volumes(&small, vec![[0.5, 1.0], [0.1, 0.3], [0.2, 0.2]], [0.0, 0.4], 128);
         assert!(found.present <= 0.5 && 0.5 <= 1.0 - found.absent && found.undecided < 0.06, "{found:?}");
     }
 
@@ -293,7 +293,7 @@ mod tests {
         ];
         for (law, ranges) in cases {
             let mut proof = LawProof::new(&law, ranges.clone(), [0.0, 0.5]);
-            let [few, more] = [40, 160].map(|boxes| {
+            let [few, more] = [40, 120].map(|boxes| {
                 proof.refine(boxes, &|| true);
                 proof.volumes()
             });
