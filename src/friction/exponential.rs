@@ -78,13 +78,10 @@ impl Exponential {
 }
 
 impl ClosedForm for Exponential {
-    /// Returns whether no coefficient of the law is a product below the normal numbers, where it may be wrong
-    /// by any factor.
     fn is_normal(&self) -> bool {
         self.rate.is_normal() && (self.drop == 0.0 || (self.drop * self.rate).is_normal())
     }
 
-    /// Derivatives of the weakening rate.
     fn gradient(&self, u: f64) -> Gradient {
         let x = self.rate * u;
         let fade = self.rate * (-x).exp();

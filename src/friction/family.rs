@@ -3,7 +3,7 @@
 
 use super::interval::Interval;
 use super::jet::Jet;
-use super::{Kind, Law};
+use super::{Written, Law};
 
 /// A range of values, and the range of their derivatives along one direction.
 pub(crate) type Slope = Jet<Interval, 2>;
@@ -13,10 +13,10 @@ pub(super) type Series = Jet<Slope, 2>;
 impl Law {
     /// phi at slip speed `u`, eps and parameters; `None` for laws that are no formulas.
     fn phi_at(&self, u: Series, epsilon: Series, parameters: &[Series]) -> Option<Series> {
-        match self.kind() {
-            Kind::BuiltIn(law) => (law.phi_at)(u, epsilon, parameters),
-            Kind::Expression(law) => Some(law.phi_at(u, epsilon, parameters)),
-            Kind::Table(_) | Kind::Function(_) | Kind::Custom(_) => None,
+        match self.written() {
+            Written::BuiltIn(law) => (law.phi_at)(u, epsilon, parameters),
+            Written::Expression(law) => Some(law.phi_at(u, epsilon, parameters)),
+            Written::Table(_) | Written::Function(_) | Written::Custom(_) => None,
         }
     }
 

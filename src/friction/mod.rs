@@ -127,7 +127,7 @@ pub enum Law {
 }
 
 /// A law as written, without the reading as `1 + eps F(u)`.
-enum Kind<'a> {
+enum Written<'a> {
     BuiltIn(&'static BuiltIn),
     Expression(&'a Expression),
     Table(&'a Table),
@@ -155,33 +155,33 @@ impl Law {
     /// The law's name in a configuration.
     #[must_use]
     pub fn name(&self) -> &'static str {
-        match self.kind() {
-            Kind::BuiltIn(law) => law.name,
-            Kind::Expression(_) => EXPRESSION,
-            Kind::Table(_) => TABLE,
-            Kind::Function(_) => FUNCTION,
-            Kind::Custom(law) => law.name(),
+        match self.written() {
+            Written::BuiltIn(law) => law.name,
+            Written::Expression(_) => EXPRESSION,
+            Written::Table(_) => TABLE,
+            Written::Function(_) => FUNCTION,
+            Written::Custom(law) => law.name(),
         }
     }
 
-    fn kind(&self) -> Kind<'_> {
+    fn written(&self) -> Written<'_> {
         match self {
-            Law::Stribeck => Kind::BuiltIn(&stribeck::LAW),
-            Law::Exponential => Kind::BuiltIn(&exponential::LAW),
-            Law::Lorentzian => Kind::BuiltIn(&lorentzian::LAW),
-            Law::Expression(law) => Kind::Expression(law),
-            Law::Table(law) => Kind::Table(law),
-            Law::Function(law) => Kind::Function(law),
-            Law::Custom(law) => Kind::Custom(law),
-            Law::Small(law) => law.kind(),
+            Law::Stribeck => Written::BuiltIn(&stribeck::LAW),
+            Law::Exponential => Written::BuiltIn(&exponential::LAW),
+            Law::Lorentzian => Written::BuiltIn(&lorentzian::LAW),
+            Law::Expression(law) => Written::Expression(law),
+            Law::Table(law) => Written::Table(law),
+            Law::Function(law) => Written::Function(law),
+            Law::Custom(law) => Written::Custom(law),
+            Law::Small(law) => law.written(),
         }
     }
 
     /// What the file of a built-in law defines; `None` for other laws.
     pub(crate) fn built_in(&self) -> Option<&'static BuiltIn> {
-        match self.kind() {
-            Kind::BuiltIn(law) => Some(law),
-            Kind::Expression(_) | Kind::Table(_) | Kind::Function(_) | Kind::Custom(_) => None,
+        match self.written() {
+            Written::BuiltIn(law) => Some(law),
+            Written::Expression(_) | Written::Table(_) | Written::Function(_) | Written::Custom(_) => None,
         }
     }
 
@@ -259,11 +259,11 @@ impl Law {
     /// The law's own parameters, in the order in which they become axes of a map, slowest first.
     #[must_use]
     pub fn parameters(&self) -> &[Parameter] {
-        match self.kind() {
-            Kind::BuiltIn(law) => law.parameters,
-            Kind::Expression(law) => law.parameters(),
-            Kind::Table(_) | Kind::Function(_) => &[],
-            Kind::Custom(law) => law.parameters(),
+        match self.written() {
+            Written::BuiltIn(law) => law.parameters,
+            Written::Expression(law) => law.parameters(),
+            Written::Table(_) | Written::Function(_) => &[],
+            Written::Custom(law) => law.parameters(),
         }
     }
 
@@ -274,10 +274,10 @@ impl Law {
         if let Law::Small(law) = self {
             return format!("{SMALL}\n{}", law.definition());
         }
-        match self.kind() {
-            Kind::BuiltIn(_) | Kind::Custom(_) => String::new(),
-            Kind::Expression(law) => format!("{}\n{}", law.static_level(), law.text()),
-            Kind::Table(table) => {
+        match self.written() {
+            Written::BuiltIn(_) | Written::Custom(_) => String::new(),
+            Written::Expression(law) => format!("{}\n{}", law.static_level(), law.text()),
+            Written::Table(table) => {
                 let errors = table.standard_errors();
                 let rows = table.data().enumerate().map(|(i, (u, phi))| match errors {
                     Some(errors) => format!("\n{u},{phi},{}", errors[i]),
@@ -286,7 +286,7 @@ impl Law {
                 let head = format!("{} {}", table.static_level(), table.origin());
                 std::iter::once(head).chain(rows).collect()
             }
-            Kind::Function(law) => law.definition(),
+            Written::Function(law) => law.definition(),
         }
     }
 
@@ -348,11 +348,11 @@ impl Law {
 
     /// Returns whether phi(u) may depend on eps.
     pub(crate) fn depends_on_epsilon(&self) -> bool {
-        match self.kind() {
-            Kind::BuiltIn(law) => law.depends_on_epsilon,
-            Kind::Expression(law) => law.depends_on_epsilon(),
-            Kind::Table(_) | Kind::Function(_) => false,
-            Kind::Custom(_) => true,
+        match self.written() {
+            Written::BuiltIn(law) => law.depends_on_epsilon,
+            Written::Expression(law) => law.depends_on_epsilon(),
+            Written::Table(_) | Written::Function(_) => false,
+            Written::Custom(_) => true,
         }
     }
 

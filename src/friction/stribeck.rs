@@ -113,8 +113,6 @@ impl Stribeck {
 }
 
 impl ClosedForm for Stribeck {
-    /// Returns whether no coefficient of the law is a product below the normal numbers, where it may be wrong
-    /// by any factor.
     fn is_normal(&self) -> bool {
         let slope = self.rate * self.drop;
         [(self.rate, self.gamma), (slope, self.gamma * self.drop), (self.epsilon * self.beta, self.beta)]
@@ -122,7 +120,6 @@ impl ClosedForm for Stribeck {
             .all(|(product, factor)| factor == 0.0 || product.abs() >= f64::MIN_POSITIVE)
     }
 
-    /// Derivatives of the weakening rate.
     fn gradient(&self, u: f64) -> Gradient {
         let Self { epsilon, drop, gamma, beta, rate } = *self;
         let x = rate * u;
