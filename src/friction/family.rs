@@ -3,7 +3,7 @@
 
 use super::interval::Interval;
 use super::jet::Jet;
-use super::{Written, Law};
+use super::{Law, Written};
 
 /// A range of values, and the range of their derivatives along one direction.
 pub(crate) type Slope = Jet<Interval, 2>;

@@ -10,7 +10,7 @@ pub use super::polar::Turn;
 use super::arc::{LowerEnd, Walk};
 use super::closed_orbit::Lap;
 use super::work::Work;
-use super::{Fate, Flow, Landing, closed_orbit, collocation, direct, elements, stepping};
+use super::{Fate, Flow, Landing, closed_orbit, collocation, direct, stepping};
 use crate::filippov::{Oscillator, Side};
 use crate::friction::Column;
 use crate::point::ScaledGroups;
@@ -55,20 +55,15 @@ pub(super) fn turns_of_orbits<'a>(
     }
 }
 
-/// One turn of one orbit; for laws other than Stribeck's by elements, or else by steps that follow the law.
+/// One turn of one orbit; for laws other than Stribeck's by steps that follow the compiled law.
 pub(super) fn turn_of(oscillator: &Oscillator, tolerance: f64) -> Turn {
     let Oscillator { curve, viscous, belt_speed } = oscillator;
     if let Some(law) = curve.stribeck() {
         return turns(&[law.scaled(*belt_speed, *viscous)], tolerance)[0];
     }
-    let weakening = curve.compiled(4.0 * belt_speed);
-    let spent = match elements::turn(&weakening, *belt_speed, *viscous, tolerance) {
-        Turn::HandOver { rhs } => rhs,
-        complete @ Turn::Complete { .. } => return complete,
-    };
     match closed_orbit::turn(oscillator, *belt_speed, tolerance) {
-        Ok(Lap { margin, error, rhs, .. }) => Turn::Complete { margin, error, rhs: spent + rhs },
-        Err(rhs) => Turn::HandOver { rhs: spent + rhs },
+        Ok(Lap { margin, error, rhs, .. }) => Turn::Complete { margin, error, rhs },
+        Err(rhs) => Turn::HandOver { rhs },
     }
 }
 

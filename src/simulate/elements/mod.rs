@@ -1,5 +1,5 @@
-//! One turn of the lower flow for every friction law, by Newton's method for the whole orbit at once: the
-//! damping at which the orbit of a given amplitude closes, or its amplitude after a turn at a given damping.
+//! The damping at which the orbit of a given amplitude closes, for every friction law, by Newton's method for
+//! the whole orbit at once.
 //!
 //! In the polar form of [`super::polar`] an orbit through the maximum `radius` of x2 is a function p =
 //! ln(r / radius) of the angle with
@@ -9,9 +9,9 @@
 //! ```
 //!
 //! and, for one C, p(2 pi) = 0. The turn is cut into elements, and p' is a polynomial on each, with p' = g at
-//! Gauss's nodes. A step of Newton's method solves the linear equation for (dp, dC), or for dp at a given C,
-//! by the integrating factor exp(A), A the integral of a = dg/dp. The first iterate is the circle p = 0, with
-//! C the mean of w with the weight sin^2, or at a given C the spiral of first order in D.
+//! Gauss's nodes. A step of Newton's method solves the linear equation for (dp, dC) by the integrating factor
+//! exp(A), A the integral of a = dg/dp. The first iterate is the circle p = 0, with C the mean of w with the
+//! weight sin^2.
 //!
 //! **Elements.** The weakening rate is compiled to polynomials on pieces of slip speeds ([`Weakening`]).
 //! Elements end where the orbit passes from one piece to the next, so that g is smooth on each, at the
@@ -21,8 +21,7 @@
 //!
 //! **Error of the iteration.** Let rho = g - p' be the residual of an iterate. To first order its C is wrong
 //! by the mean of W rho over that of W dg/dC, W = exp(-A). The sum of the sizes, which cannot vanish by
-//! chance, stands for the first. Where C is given, errors of p(2 pi) are measured as equal changes of C: they
-//! are those times dp(2 pi)/dC, exp(A(2 pi)) times the mean of W dg/dC.
+//! chance, stands for the first.
 //!
 //! **Error of the elements.** The method is Gauss's collocation, whose error at the end of the turn is that
 //! of a product of two functions that each are resolved to first order. Two indicators are added: twice the
@@ -44,7 +43,7 @@ mod orbit;
 use std::sync::LazyLock;
 
 use super::gauss::{MOST, Rule};
-use super::polar::{Closing, Turn};
+use super::polar::Closing;
 use crate::friction::Weakening;
 use orbit::{Orbit, Problem, Step};
 
@@ -141,7 +140,7 @@ struct Solve<'a, 'b, const N: usize> {
     transfers: Option<&'a [[[f64; MOST]; MOST]]>,
     /// How many times more elements there are than on the first rung.
     finer: usize,
-    /// Error that is small enough, see [`Problem::tolerance`].
+    /// Error of C that is small enough, in units of the largest |w|.
     tolerance: f64,
     /// Error of C below which this rung gains nothing, in units of the largest |w|.
     floor: f64,
@@ -160,8 +159,6 @@ struct Solved {
     slope_at_first: Option<f64>,
     /// The last change of C.
     change: f64,
-    /// |dp(2 pi)/dC| at a given C, before the last step.
-    end_by_damping: f64,
     rhs: u64,
 }
 
@@ -173,14 +170,13 @@ impl<const N: usize> pulp::WithSimd for Solve<'_, '_, N> {
     fn with_simd<S: pulp::Simd>(self, _: S) -> Self::Output {
         let Self { orbit, rule, transfers, finer, tolerance, floor, unit } = self;
         let problem = orbit.problem;
-        let enough = |unit: f64| problem.tolerance(tolerance, unit).max(floor);
+        let enough = tolerance.max(floor);
         if let Some(transfers) = transfers {
             orbit.refine(transfers);
             orbit.place(rule);
-            return orbit.newton(rule, enough(*unit), *unit);
+            return orbit.newton(rule, enough, *unit);
         }
         *unit = orbit.start(rule);
-        let enough = enough(*unit);
         let mut spent = orbit.cost::<N>();
         // Continuation in a factor `share` on D, from 0, where the circle is the solution. One step is enough
         // for most orbits.
@@ -278,7 +274,6 @@ impl Orbit<'_> {
                     slope: step.slope(),
                     slope_at_first,
                     change: step.change,
-                    end_by_damping: step.end_by_damping(),
                     rhs,
                 };
                 return if step.room > 0.0 { Ok(solved) } else { Err(rhs) };
@@ -309,43 +304,24 @@ pub(in crate::simulate) fn closed_orbit(
     radius: f64,
     tolerance: f64,
 ) -> Result<Closed, u64> {
-    let found = solve(Problem { weakening, belt_speed, radius, viscous: None }, tolerance)?;
+    let found = solve(Problem { weakening, belt_speed, radius }, tolerance)?;
     let (viscous, depth) = (found.orbit.viscous, found.orbit.depth());
     let slope = Some(found.slope);
     Ok(Closed { closing: Closing { viscous, error: found.error, rhs: found.rhs, slope }, depth })
 }
 
-/// The orbit from the exit point after one turn at C = `viscous`, with an error of the margin of at most
-/// `tolerance`; handed over where the polar form does not apply or no rung reaches that.
-pub(in crate::simulate) fn turn(
-    weakening: &Weakening,
-    belt_speed: f64,
-    viscous: f64,
-    tolerance: f64,
-) -> Turn {
-    let problem = Problem { weakening, belt_speed, radius: belt_speed, viscous: Some(viscous) };
-    let found = match solve(problem, tolerance) {
-        Ok(found) => found,
-        Err(rhs) => return Turn::HandOver { rhs: rhs as u32 },
-    };
-    let (margin, rhs) = (found.orbit.end().exp_m1(), found.rhs as u32);
-    let error = found.error * found.end_by_damping * (1.0 + margin);
-    if error <= tolerance { Turn::Complete { margin, error, rhs } } else { Turn::HandOver { rhs } }
-}
-
 /// An orbit on the last rung, and its errors.
 struct Found<'a> {
     orbit: Orbit<'a>,
-    /// Estimate of the error of C, or of the end of the turn as an equal change of C.
+    /// Estimate of the error of C.
     error: f64,
-    /// dC / d ln r, where the orbit is closed, and an estimate of its error.
+    /// dC / d ln r, and an estimate of its error.
     slope: [f64; 2],
-    /// |dp(2 pi)/dC| at a given C.
-    end_by_damping: f64,
     rhs: u64,
 }
 
-/// Solves a problem with the `tolerance` of [`Problem::tolerance`]; `Err` with the number of evaluations.
+/// Solves a problem with the error `tolerance` of C, in units of the largest |w|; `Err` with the number of
+/// evaluations.
 fn solve(problem: Problem<'_>, tolerance: f64) -> Result<Found<'_>, u64> {
     let Problem { weakening, belt_speed, radius, .. } = problem;
     let farthest = belt_speed + radius;
@@ -390,17 +366,11 @@ fn solve(problem: Problem<'_>, tolerance: f64) -> Result<Found<'_>, u64> {
                 continue;
             }
         };
-        let Solved { left, left_at_first, slope, slope_at_first, change, end_by_damping, rhs: spent } =
-            solved;
+        let Solved { left, left_at_first, slope, slope_at_first, change, rhs: spent } = solved;
         rhs += spent;
-        // The answer as a damping.
-        let answer = match problem.viscous {
-            None => orbit.viscous,
-            Some(_) => orbit.end() / end_by_damping,
-        };
+        let viscous = orbit.viscous;
         if let Some([before, slope_before]) = before {
-            let tolerance = problem.tolerance(tolerance, unit);
-            let coarser = 2.0 * (answer - before).abs() + left_at_first * left_at_first / unit;
+            let coarser = 2.0 * (viscous - before).abs() + left_at_first * left_at_first / unit;
             // These are the errors of half as many nodes, whose order is half that of the present ones.
             let uncertain = match rung {
                 1 if unit <= LARGEST_WITH_ORDER && tolerance >= FINEST_WITH_ORDER => {
@@ -422,10 +392,10 @@ fn solve(problem: Problem<'_>, tolerance: f64) -> Result<Found<'_>, u64> {
                 let coarser = (slope - slope_at_first.unwrap_or(slope_before)).abs();
                 let slope_error =
                     coarser + SLOPE_BY_CHANGE * change.abs() + misplaced[1] * slope.abs() + error;
-                return Ok(Found { orbit, error, slope: [slope, slope_error], end_by_damping, rhs });
+                return Ok(Found { orbit, error, slope: [slope, slope_error], rhs });
             }
         }
-        before = Some([answer, slope]);
+        before = Some([viscous, slope]);
     }
     Err(rhs)
 }

@@ -1,6 +1,6 @@
 //! An iterate of Newton's method: a closed curve about the equilibrium, cut into elements.
 
-use std::f64::consts::{E, PI, TAU};
+use std::f64::consts::{PI, TAU};
 
 use super::arithmetic::{apply, dot, first, sin_cos_of_turn, weakening};
 use super::element::Element;
@@ -12,10 +12,6 @@ use crate::simulate::polar::exp;
 const SLOWEST_TURN: f64 = 0.02;
 /// Largest |ln(r / radius)|.
 const LARGEST_LOG: f64 = 1.0;
-/// About the largest |dm / dC| / V of orbits that grow by at most that.
-const MARGIN_BY_DAMPING: f64 = PI * E;
-/// Largest divergence of the spiral from which the iteration starts at a given C.
-const FARTHEST_START: f64 = 0.2;
 /// Largest |A| in a step of Newton's method.
 const LARGEST_GROWTH: f64 = 8.0;
 /// Largest change of p in a step.
@@ -31,19 +27,6 @@ pub(super) struct Problem<'a> {
     pub(super) weakening: &'a Weakening,
     pub(super) belt_speed: f64,
     pub(super) radius: f64,
-    /// C; `None` for that at which the orbit closes.
-    pub(super) viscous: Option<f64>,
-}
-
-impl Problem<'_> {
-    /// The error of C, in units of the largest |w|, for a tolerance: in the same units where C is sought, of
-    /// the margin where it is given.
-    pub(super) fn tolerance(&self, tolerance: f64, unit: f64) -> f64 {
-        match self.viscous {
-            None => tolerance,
-            Some(_) => tolerance / (MARGIN_BY_DAMPING * unit),
-        }
-    }
 }
 
 /// The elements between two neighbouring passages of ends of pieces, or of the angle pi.
@@ -83,8 +66,6 @@ pub(super) struct Step {
     /// The integral of D over the time of a turn, and that of exp(-A) dg/dC, before the step.
     expansion: f64,
     by_damping: f64,
-    /// A at the end of the turn, before it.
-    growth: f64,
 }
 
 impl Step {
@@ -92,11 +73,6 @@ impl Step {
     /// multiplier, the exponential of the expansion, which misplaced corners change to second order.
     pub(super) fn slope(&self) -> f64 {
         (-self.expansion).exp_m1() / self.by_damping
-    }
-
-    /// |dp(2 pi)/dC| at a given C.
-    pub(super) fn end_by_damping(&self) -> f64 {
-        self.growth.exp() * self.by_damping.abs()
     }
 }
 
@@ -141,12 +117,7 @@ impl Orbit<'_> {
     /// Prepares a step of Newton's method.
     #[inline(always)]
     pub(super) fn step<const N: usize>(&mut self, rule: &Rule<N>) -> Step {
-        let Self {
-            problem: Problem { weakening: law, belt_speed, radius, viscous: given },
-            viscous,
-            share,
-            ..
-        } = *self;
+        let Self { problem: Problem { weakening: law, belt_speed, radius }, viscous, share, .. } = *self;
         // A, and the integrals of exp(-A) times dg/dC and the residual, at the beginning of an element.
         let [mut growth, mut by_damping, mut residual] = [0.0; 3];
         // Sums over all elements for each node.
@@ -168,12 +139,7 @@ impl Orbit<'_> {
             } else {
                 // The ends of the span do not follow the orbit yet.
                 for j in 0..N {
-                    let u = belt_speed - v[j];
-                    if given.is_some() && u < 0.0 {
-                        [w[j], steepness[j]] = law.at_with_slope(u);
-                        continue;
-                    }
-                    let u = u.clamp(0.0, law.reach());
+                    let u = (belt_speed - v[j]).clamp(0.0, law.reach());
                     let piece = law.polynomial(law.piece_of(u));
                     [[w[j]], [steepness[j]]] = weakening(&piece, &[(u - piece.middle) * piece.scale]);
                 }
@@ -219,12 +185,11 @@ impl Orbit<'_> {
         }
         let change = -dot(&rule.weights, &slopes) / dot(&rule.weights, &slopes_by_damping);
         Step {
-            change: if given.is_some() { 0.0 } else { change },
+            change,
             left: dot(&rule.weights, &size) / by_damping.abs(),
             room: room.iter().copied().fold(f64::INFINITY, f64::min),
             expansion: dot(&rule.weights, &expansion),
             by_damping,
-            growth,
         }
     }
 
@@ -260,13 +225,12 @@ impl Orbit<'_> {
         share == 1.0
     }
 
-    /// Puts the elements of a circle into their spans, with the orbit to first order in D: the circle and the
-    /// C at which it closes, or the spiral at the given C. Returns the size of D: the largest |w| on the
-    /// circle, or |C| where that is given and larger.
+    /// Puts the elements of a circle into their spans, with the C at which it closes to first order in D.
+    /// Returns the size of D: the largest |w| on the circle.
     #[inline(always)]
     pub(super) fn start<const N: usize>(&mut self, rule: &Rule<N>) -> f64 {
         self.place(rule);
-        let Problem { weakening: law, belt_speed, radius, viscous } = self.problem;
+        let Problem { weakening: law, belt_speed, radius } = self.problem;
         let (mut sum, mut largest) = (0.0, 0.0_f64);
         for element in &self.elements {
             let piece = law.polynomial(element.piece);
@@ -277,17 +241,7 @@ impl Orbit<'_> {
                 largest = largest.max(w.abs());
             }
         }
-        let mean = sum / PI;
-        self.viscous = viscous.unwrap_or(mean);
-        if let Some(viscous) = viscous {
-            let mut start = 0.0;
-            let divergence = (mean - viscous).clamp(-FARTHEST_START, FARTHEST_START);
-            for element in &mut self.elements {
-                element.slope = element.sin_squared.map(|sin_squared| divergence * sin_squared);
-                start = element.integrate(rule, start);
-            }
-            largest = largest.max(viscous.abs());
-        }
+        self.viscous = sum / PI;
         largest
     }
 
@@ -436,11 +390,6 @@ impl Orbit<'_> {
             }
         }
         sums
-    }
-
-    /// p at the end of the turn.
-    pub(super) fn end(&self) -> f64 {
-        self.elements[self.elements.len() - 1].end
     }
 
     /// -x2 at the lowest point of the orbit, at the angle pi.
