@@ -29,7 +29,7 @@ use super::Failure;
 use super::arc::{self, SlipTurn};
 use super::corners::{self, End};
 use super::dop853::{Field, NODES, STAGES, step};
-use super::elements::WORST;
+use super::elements::{WORST, sin_cos_of_turn};
 use super::polar::Closing;
 use super::roots::{falling_bracket, falling_root, first_step};
 use super::work::Work;
@@ -78,6 +78,7 @@ struct Polar<'a> {
 
 impl Polar<'_> {
     /// Slip speed, D and dth/dt.
+    #[inline(always)]
     fn at(&self, [sin, cos]: [f64; 2], r: f64) -> [f64; 3] {
         let slip = (-self.radius * r).mul_add(cos, self.oscillator.belt_speed);
         let d = self.weakening.at(slip) - self.oscillator.viscous;
@@ -86,8 +87,9 @@ impl Polar<'_> {
 }
 
 impl Field<3> for Polar<'_> {
+    #[inline(always)]
     fn slope(&mut self, stage: usize, state: &[f64; 3]) -> [f64; 3] {
-        let (sin, cos) = NODES[stage].mul_add(self.h, self.from).sin_cos();
+        let [sin, cos] = sin_cos_of_turn(NODES[stage].mul_add(self.h, self.from));
         let r = 1.0 + state[0];
         let [_, d, turning] = self.at([sin, cos], r);
         // Keeps NaN, which `f64::min` would drop.
@@ -102,6 +104,27 @@ impl Field<3> for Polar<'_> {
 /// can be reached; `Err` with the number of evaluations where the polar form does not apply, or the finest
 /// step misses the tolerance.
 pub(super) fn turn(oscillator: &Oscillator, radius: f64, tolerance: f64) -> Result<Lap, u32> {
+    pulp::Arch::new().dispatch(Steps { oscillator, radius, tolerance })
+}
+
+/// Arguments of [`turn`], for the function whose instructions pulp selects at run time.
+struct Steps<'a> {
+    oscillator: &'a Oscillator,
+    radius: f64,
+    tolerance: f64,
+}
+
+impl pulp::WithSimd for Steps<'_> {
+    type Output = Result<Lap, u32>;
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) -> Self::Output {
+        turn_by_steps(self.oscillator, self.radius, self.tolerance)
+    }
+}
+
+#[inline(always)]
+fn turn_by_steps(oscillator: &Oscillator, radius: f64, tolerance: f64) -> Result<Lap, u32> {
     let mut rhs = 0;
     let mut state = [0.0; 3];
     let (mut theta, mut h) = (0.0, FIRST_STEP);
@@ -123,7 +146,7 @@ pub(super) fn turn(oscillator: &Oscillator, radius: f64, tolerance: f64) -> Resu
         rhs += STAGES as u32;
         let inside = field.slowest > SLOWEST_TURN && next[0].is_finite();
         let ends = [(theta, &state), (theta + width, &next)].map(|(theta, state)| {
-            let (sin, cos) = theta.sin_cos();
+            let [sin, cos] = sin_cos_of_turn(theta);
             let r = 1.0 + state[0];
             let [slip, _, turning] = field.at([sin, cos], r);
             // The slip speed with its rate by the angle, and R dth/dt.

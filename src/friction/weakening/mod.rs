@@ -312,7 +312,7 @@ impl Weakening {
     }
 
     /// w(u): within [0, reach] from the polynomials, else from the law (below 0, its continuation).
-    #[inline]
+    #[inline(always)]
     pub(crate) fn at(&self, u: f64) -> f64 {
         if u >= 0.0 && u <= self.reach() {
             self.pieces[self.piece_of(u)].at(u)

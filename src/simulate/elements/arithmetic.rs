@@ -39,7 +39,7 @@ pub(super) fn sin_cos(z: f64) -> [f64; 2] {
 
 /// sin(z) and cos(z) for 0 <= z <= 2 pi.
 #[inline(always)]
-pub(super) fn sin_cos_of_turn(z: f64) -> [f64; 2] {
+pub(in crate::simulate) fn sin_cos_of_turn(z: f64) -> [f64; 2] {
     // pi / 2 as a sum of two numbers, of which the first has zeros at its end.
     const QUARTER: [f64; 2] = [1.570_796_251_296_997, 7.549_789_415_861_596e-8];
     let quarters = (z * std::f64::consts::FRAC_2_PI + 0.5).floor();

@@ -45,6 +45,7 @@ use std::sync::LazyLock;
 use super::gauss::{MOST, Rule};
 use super::polar::Closing;
 use crate::friction::Weakening;
+pub(super) use arithmetic::sin_cos_of_turn;
 use orbit::{Orbit, Problem, Step};
 
 /// Least step of the factor on D in the continuation from the circle to an orbit far from it.
