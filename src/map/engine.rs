@@ -18,7 +18,7 @@ use crate::clock::timed;
 use crate::filippov::Oscillator;
 use crate::friction::Column;
 use crate::simulate::flow;
-use crate::simulate::return_map::is_resolved;
+use crate::simulate::return_map::{flow_of_handed_over, is_resolved};
 
 /// The number of threads, the callbacks and the interruption of a computation.
 pub struct Control<'a> {
@@ -355,7 +355,10 @@ fn simulation(
             }
             // As at a single point: by the direct engine, and -1 where the orbit tends to a node.
             let oscillator = Oscillator::in_column(&columns[cell / cs.len()], cs[cell % cs.len()]);
-            let answer = flow(&oscillator, plan.tolerance);
+            let answer = match margin.is_nan() {
+                true => flow_of_handed_over(&oscillator, plan.tolerance),
+                false => flow(&oscillator, plan.tolerance),
+            };
             simulated.rhs += answer.rhs;
             answer.margin
         };

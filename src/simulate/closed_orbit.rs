@@ -42,6 +42,9 @@ const SLOWEST_TURN: f64 = 0.05;
 const LONGEST_STEP: f64 = 0.5;
 const FIRST_STEP: f64 = 0.02;
 const SHORTEST_STEP: f64 = 1e-9;
+/// The same where a step leaves the domain of the polar form: the orbit is about to leave it, and shorter steps
+/// would only come closer to its border.
+const SHORTEST_STEP_AT_BORDER: f64 = 1e-4;
 const STEP_BUDGET: u32 = 20_000;
 /// Share of the tolerance for the sum of the local error estimates.
 const SHARE: f64 = 0.3;
@@ -172,7 +175,7 @@ fn turn_by_steps(oscillator: &Oscillator, radius: f64, tolerance: f64) -> Result
             h = width * factor;
             beyond_stop = 0.0;
             field.steepest = steepest;
-            if !(h > SHORTEST_STEP) {
+            if !(h > if inside { SHORTEST_STEP } else { SHORTEST_STEP_AT_BORDER }) {
                 return Err(rhs);
             }
             continue;

@@ -140,6 +140,11 @@ fn landing(oscillator: &Oscillator, margin: f64, tolerance: f64) -> (Option<[f64
     (found, work.spent())
 }
 
+/// As [`flow`], for an orbit whose turn is known to be handed over.
+pub(crate) fn flow_of_handed_over(oscillator: &Oscillator, tolerance: f64) -> Flow {
+    direct::flow(oscillator, tolerance.min(COARSEST_HANDED_OVER))
+}
+
 /// The fate of the orbit from the exit point, by the return map; handed over to [`direct::flow`] where the
 /// polar form does not apply, or the orbit lands beyond the stick segment or cannot be followed to the
 /// landing.
@@ -151,7 +156,7 @@ pub fn flow(oscillator: &Oscillator, tolerance: f64) -> Flow {
     let (margin, margin_error, rhs) = match turn {
         Turn::Complete { margin, error, rhs } => (margin, error, rhs),
         Turn::HandOver { rhs } => {
-            let answer = direct::flow(oscillator, tolerance.min(COARSEST_HANDED_OVER));
+            let answer = flow_of_handed_over(oscillator, tolerance);
             return Flow { rhs: u64::from(rhs) + answer.rhs, ..answer };
         }
     };
