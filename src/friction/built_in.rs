@@ -14,12 +14,13 @@ pub(crate) struct BuiltIn {
     pub(super) parameters: &'static [Parameter],
     /// Returns whether phi(u) depends on eps.
     pub(super) depends_on_epsilon: bool,
-    /// phi at slip speed u, eps and parameters, enclosed with its derivatives; `None` if the number of
-    /// parameters is not the law's.
+    /// phi at slip speed u, eps and parameters, enclosed with its derivatives, for proofs over boxes of
+    /// parameters; `None` if the number of parameters is not the law's.
     pub(super) phi_at: fn(u: Series, epsilon: Series, parameters: &[Series]) -> Option<Series>,
     /// How friction rises at high slip speed.
     pub(crate) strengthening: Strengthening,
-    /// The parameters of a machine's friction, for slip speeds in units of `velocity`, in m/s.
+    /// The parameters of a machine's friction, for slip speeds in units of `velocity`, in m/s: a built-in law
+    /// has three, which follow from the coefficients of [`Fall`].
     pub(crate) parameters_of: fn(friction: &Fall, velocity: f64) -> [f64; 3],
 }
 
@@ -42,7 +43,8 @@ pub(crate) struct Fall {
     pub(crate) strengthening: f64,
 }
 
-/// A built-in law with all parameters fixed.
+/// A built-in law with all parameters fixed. Its friction, weakening rate and formula are called in inner
+/// loops, and so by the matches of `form.rs`.
 pub(super) trait ClosedForm {
     /// Returns whether no coefficient of the law is a product below the normal numbers, where it may be wrong
     /// by any factor.

@@ -206,8 +206,8 @@ impl Curve {
         found
     }
 
-    /// Bounds of phi(u) + C u, C = `viscous`, over slip speeds u in [`lo`, `hi`]. They need not be narrow where
-    /// their sign is certain.
+    /// Bounds of phi(u) + C u, C = `viscous`, over slip speeds u in [`lo`, `hi`]. They need not be narrow
+    /// where their sign is certain.
     pub(crate) fn friction_between(&self, lo: f64, hi: f64, viscous: f64) -> Range {
         if let Form::Table(table) = &self.form {
             let phi = table.friction_range(lo, hi);

@@ -355,9 +355,10 @@ fn simulation(
             }
             // As at a single point: by the direct engine, and -1 where the orbit tends to a node.
             let oscillator = Oscillator::in_column(&columns[cell / cs.len()], cs[cell % cs.len()]);
-            let answer = match margin.is_nan() {
-                true => flow_of_handed_over(&oscillator, plan.tolerance),
-                false => flow(&oscillator, plan.tolerance),
+            let answer = if margin.is_nan() {
+                flow_of_handed_over(&oscillator, plan.tolerance)
+            } else {
+                flow(&oscillator, plan.tolerance)
             };
             simulated.rhs += answer.rhs;
             answer.margin

@@ -20,7 +20,7 @@ named! {
         Regime => "regime",
         /// `landing_x1`, `stick_time`, `slip_time` and `crossings`.
         Landing => "landing",
-        /// Period, amplitudes and multiplier of the attracting cycle.
+        /// The number of slip cycles; period, amplitudes and multiplier of the attracting cycle.
         Cycle => "cycle",
         /// The outermost unstable slip cycle, and the kicks of steady slip onto it.
         Basin => "basin",
@@ -59,7 +59,8 @@ impl Field {
 pub(crate) struct About {
     /// Name in a map.
     pub(crate) name: &'static str,
-    /// One phrase for legends and axes of figures, with symbols in braces.
+    /// One phrase for legends and axes of figures, with symbols in braces; those of quantities of a method or
+    /// an axis are in `src/report/units.rs`.
     #[cfg_attr(not(feature = "report"), allow(dead_code))]
     pub(crate) label: &'static str,
     /// `None` for a pure number.

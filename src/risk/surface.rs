@@ -112,8 +112,8 @@ fn of_measured(model: &Model) -> Pair {
     match sensitivity_of_any_sign(&column) {
         Ok(found) => {
             let critical = found.critical;
-            // In SI the unit of friction is not the static friction. A search may end with a negative critical
-            // damping that is known to be negative only.
+            // In SI the unit of friction is not the static friction. A search may end with a negative
+            // critical damping that is known to be negative only.
             let deviation = found.standard_error_in_fixed_unit.filter(|_| critical.is_located());
             [critical.c, deviation.map_or(f64::NAN, |deviation| deviation.value)]
         }

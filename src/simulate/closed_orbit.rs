@@ -42,8 +42,8 @@ const SLOWEST_TURN: f64 = 0.05;
 const LONGEST_STEP: f64 = 0.5;
 const FIRST_STEP: f64 = 0.02;
 const SHORTEST_STEP: f64 = 1e-9;
-/// The same where a step leaves the domain of the polar form: the orbit is about to leave it, and shorter steps
-/// would only come closer to its border.
+/// Shortest step after one that leaves the domain of the polar form. Most such orbits leave it, too, and
+/// shorter steps would only come closer to its border; an orbit that does not is followed by another engine.
 const SHORTEST_STEP_AT_BORDER: f64 = 1e-4;
 const STEP_BUDGET: u32 = 20_000;
 /// Share of the tolerance for the sum of the local error estimates.

@@ -140,8 +140,17 @@ fn landing(oscillator: &Oscillator, margin: f64, tolerance: f64) -> (Option<[f64
     (found, work.spent())
 }
 
-/// As [`flow`], for an orbit whose turn is known to be handed over.
+/// As [`flow`], for an orbit whose turn at this tolerance is known to be handed over.
 pub(crate) fn flow_of_handed_over(oscillator: &Oscillator, tolerance: f64) -> Flow {
+    match tolerance > COARSEST_DECISIVE {
+        // The finer turn that decides may be complete.
+        true => flow(oscillator, tolerance),
+        false => directly(oscillator, tolerance),
+    }
+}
+
+/// The flow of an orbit to which the return map does not apply.
+fn directly(oscillator: &Oscillator, tolerance: f64) -> Flow {
     direct::flow(oscillator, tolerance.min(COARSEST_HANDED_OVER))
 }
 
@@ -156,7 +165,7 @@ pub fn flow(oscillator: &Oscillator, tolerance: f64) -> Flow {
     let (margin, margin_error, rhs) = match turn {
         Turn::Complete { margin, error, rhs } => (margin, error, rhs),
         Turn::HandOver { rhs } => {
-            let answer = flow_of_handed_over(oscillator, tolerance);
+            let answer = directly(oscillator, tolerance);
             return Flow { rhs: u64::from(rhs) + answer.rhs, ..answer };
         }
     };

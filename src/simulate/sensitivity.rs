@@ -327,7 +327,7 @@ fn means(column: &Column, c: f64, orbit: &[Sample]) -> Means {
         // A formula's own series is used, since the digits of the polynomials depend on earlier compilations.
         let slope = match curve.formula(Jet::<f64, 3>::variable(slip, 1.0)) {
             Some(phi) => -2.0 * phi.0[2],
-            None => weakening.at_with_slope(slip)[1],
+            None => weakening.slope(slip),
         };
         terms[0].add(weight * gradient.epsilon);
         terms[1].add(weight * slope * slip / belt_speed);

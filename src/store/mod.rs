@@ -12,7 +12,7 @@
 //! | `critical_c_METHOD` | `f64` | critical damping, without the axis c; NaN where there is none |
 //! | `regime` | `i8` | 0 equilibrium, 1 stick-slip, 2 bistable, 3 pure slip, 4 crossing, 5 failed, 6 to 15 further sets of attractors, by `flag_meanings` |
 //! | `landing_x1`, `stick_time`, `slip_time`, `crossings` | `f64` | the slip from the exit point; NaN where it never sticks |
-//! | `cycle_period`, `cycle_amplitude_x1`, `cycle_amplitude_x2`, `cycle_multiplier` | `f64` | the attracting cycle; NaN where there is none |
+//! | `slip_cycles`, `cycle_period`, `cycle_amplitude_x1`, `cycle_amplitude_x2`, `cycle_multiplier` | `f64` | the attracting cycle; NaN where there is none |
 //! | `boundary_velocity`, `boundary_multiplier`, `kick_forward`, `kick_backward` | `f64` | the outermost unstable slip cycle: outside it the mass stick-slips, or tends to a crossing cycle or the largest slip cycle; NaN where there is none |
 //! | `epsilon_limit_METHOD` | `f64` | the largest eps up to which the verdict equals the simulated one, the same along the axis epsilon: 0 never, infinity up to 10 at least |
 //!

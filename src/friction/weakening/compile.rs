@@ -1,6 +1,6 @@
 //! Compiles the weakening rate of a curve to piecewise polynomials with bounds or estimates of their errors.
 
-use std::sync::{Arc, LazyLock, OnceLock};
+use std::sync::{Arc, LazyLock};
 
 use super::{Bend, COUNT, Piece, Places, Trend, Weakening};
 use crate::friction::interval::Interval;
@@ -20,9 +20,6 @@ const SHARPNESS: f64 = 2.0 * f64::EPSILON;
 /// Width of the enclosure of a coefficient that leaves the normal numbers, after a few hundred operations.
 /// Shorter pieces do not reduce this width.
 const UNDERFLOW: f64 = 256.0 * f64::MIN_POSITIVE;
-/// Largest sum of the last two coefficients of a polynomial below 0, in units of the largest |w|: few orbits
-/// reach these slip speeds, and only at their ends.
-const LARGEST_TAIL: f64 = 1e-12;
 /// Change of phi over half a piece below which a residual of w may be due to the rounding of its values.
 const ROUNDED: f64 = 64.0 * f64::EPSILON;
 /// Bound of the Lebesgue constant of the points, 1 + (2 / pi) ln 12 = 2.582, with an allowance for the
@@ -105,18 +102,8 @@ pub(in crate::friction) fn compile(
     };
     let of_piece = |piece: &Piece| piece.c.iter().rposition(|c| *c != 0.0).map_or(1, |last| last + 1);
     let terms = pieces.iter().map(of_piece).max().unwrap_or(COUNT);
-    let compiled = Arc::new(Weakening {
-        law: law.clone(),
-        breaks,
-        pieces,
-        base,
-        places,
-        blocks,
-        jumps,
-        narrow,
-        terms,
-        below: OnceLock::new(),
-    });
+    let compiled =
+        Arc::new(Weakening { law: law.clone(), breaks, pieces, base, places, blocks, jumps, narrow, terms });
     if known.len() == MOST_KEPT
         && let Some(shortest) =
             (0..known.len()).min_by(|&i, &j| known[i].reach().total_cmp(&known[j].reach()))
@@ -298,15 +285,6 @@ impl Bend {
             _ => Bend::Unknown,
         }
     }
-}
-
-/// The polynomial through values of the law on [-length, 0]; `None` where that is too long, or where the law
-/// has no formula there.
-pub(super) fn below(law: &Form, length: f64, size: f64) -> Option<Piece> {
-    let half = 0.5 * length;
-    let values = POINTS.map(|x| law.weakening(half * (x - 1.0)));
-    let (c, tail) = fit(&values);
-    (tail <= LARGEST_TAIL * size).then(|| Piece::new(-half, 1.0 / half, c, size))
 }
 
 impl Piece {

@@ -19,8 +19,6 @@
 mod compile;
 mod range;
 
-use std::sync::OnceLock;
-
 use super::{Form, Range};
 
 pub(super) use compile::compile;
@@ -70,8 +68,6 @@ pub struct Weakening {
     narrow: Vec<f64>,
     /// Number of coefficients up to the last that is not zero in all pieces: at most three for a table.
     terms: usize,
-    /// The law on slip speeds below 0, as far down as the first piece reaches up; computed on first use.
-    below: OnceLock<Option<Piece>>,
 }
 
 /// Largest length of a narrow piece, in units of its upper end.
@@ -81,8 +77,6 @@ const NARROW: f64 = 1.0 / 200.0;
 /// itself errs by a hundred times its error on the piece.
 const BELOW: f64 = 0.05;
 const LARGEST_OFF: f64 = 1e-11;
-/// Step of quotients of differences, in units of the slip speed.
-const DIFFERENCE: f64 = 1e-5;
 /// Number of neighbouring narrow pieces after which integrators must end a step.
 const NARROW_TOGETHER: usize = 6;
 
@@ -321,20 +315,10 @@ impl Weakening {
         }
     }
 
-    /// w(u) and w'(u), both of the same polynomial; where there is none the slope is a quotient of
-    /// differences.
-    pub(crate) fn at_with_slope(&self, u: f64) -> [f64; 2] {
-        let piece = if u < 0.0 && u >= -self.breaks[1] {
-            let size = self.pieces[0].size;
-            self.below.get_or_init(|| compile::below(&self.law, self.breaks[1], size)).as_ref()
-        } else {
-            (0.0..=self.reach()).contains(&u).then(|| &self.pieces[self.piece_of(u)])
-        };
-        if let Some(piece) = piece {
-            return [piece.at(u), piece.slope_at(u)];
-        }
-        let step = DIFFERENCE * u.abs();
-        [self.at(u), (self.law.weakening(u + step) - self.law.weakening(u - step)) / (2.0 * step)]
+    /// w'(u) by the polynomials; outside of [0, reach] that at the nearer end.
+    pub(crate) fn slope(&self, u: f64) -> f64 {
+        let u = u.clamp(0.0, self.reach());
+        self.pieces[self.piece_of(u)].slope_at(u)
     }
 
     /// The pieces that meet [`lo`, `hi`], 0 <= lo <= hi <= reach.

@@ -95,7 +95,7 @@ fn errors_hold_and_are_small() {
             );
             let (found, error) = (compiled.at(u), compiled.error(u, u).bound());
             assert!(exact.lo - error <= found && found <= exact.hi + error, "{u}: {exact:?} {found} {error}");
-            let [_, slope] = compiled.at_with_slope(u);
+            let slope = compiled.slope(u);
             let near = 1e-6 * (u + 1e-3);
             let difference = (curve.weakening(u + near) - curve.weakening(u)) / near;
             let at_corner = curve.corners().iter().any(|corner| (u..=u + near).contains(corner));

@@ -37,7 +37,7 @@ pub(super) fn sin_cos(z: f64) -> [f64; 2] {
     [z * sin, cos]
 }
 
-/// sin(z) and cos(z) for 0 <= z <= 2 pi.
+/// sin(z) and cos(z) for z from 0 to 2 pi and a few roundings beyond, to about a unit in the last place.
 #[inline(always)]
 pub(in crate::simulate) fn sin_cos_of_turn(z: f64) -> [f64; 2] {
     // pi / 2 as a sum of two numbers, of which the first has zeros at its end.
