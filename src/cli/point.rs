@@ -16,8 +16,7 @@ use crate::probe::{axis_names, flag};
 #[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Friction law")]
 pub(super) struct LawArguments {
-    /// stribeck (default), exponential, lorentzian; expression with --phi; table with --table
-    #[arg(long, value_name = "NAME", value_parser = parse_name)]
+    #[arg(long, value_name = "NAME", value_parser = parse_name, help = about_laws())]
     law: Option<String>,
     /// Friction in units of the static one, as a formula in the slip speed u, eps and any names; give their
     /// values with --set
@@ -34,6 +33,11 @@ pub(super) struct LawArguments {
     /// in eps answer for every law
     #[arg(long, value_name = "eps", value_parser = ["eps"])]
     small: Option<String>,
+}
+
+fn about_laws() -> String {
+    let [usual, others @ ..] = Law::BUILT_IN.map(|law| law.name());
+    format!("{usual} (default), {}; expression with --phi; table with --table", others.join(", "))
 }
 
 fn parse_name(name: &str) -> Result<String, String> {

@@ -19,7 +19,7 @@ use crate::filippov::Eigenvalues;
 use crate::friction::Law;
 use crate::machine::{Machine, Model};
 use crate::map::limits::{EpsilonLimit, HIGHEST, Unknown};
-use crate::map::{BasinBoundary, DEFAULT_TOLERANCE, Grid, Method, Regime};
+use crate::map::{BasinBoundary, DEFAULT_TOLERANCE, Grid, Method, Quantity, Regime};
 use crate::point::Point;
 use crate::probe::{Answer, MachineResult, Probe, equilibrium_type, fate_name, regime_words};
 use crate::report::figure::{OrbitPlot, Width, orbit_figure};
@@ -31,7 +31,7 @@ use crate::simulate::{self, Fate, Flow, Neighbour, Range, separates};
 
 /// Ask every method about one point, or about each row of a table.
 #[derive(Debug, Args)]
-#[command(after_help = EXAMPLES)]
+#[command(after_help = format!("{EXAMPLES}\n{}", about_tables()))]
 pub(super) struct Arguments {
     #[command(flatten)]
     point: PointArguments,
@@ -106,14 +106,34 @@ Examples:
   slipmap probe --machine configs/brake_pad.toml --set belt_speed=0.05 --set damping=20
   slipmap probe --points points.csv --out answers.csv
   slipmap probe --machine configs/brake_pad.toml --set damping=20 --points speeds.csv --out answers.csv
+";
 
-A table with the header epsilon,alpha,beta,gamma,V,c (and any other columns) gains the columns
-verdict_METHOD and margin_METHOD of the closed-form tests and of the simulation, critical_c,
-critical_c_error, regime, landing_x1, stick_time, slip_time, crossings, slip_cycles, cycle_period,
-cycle_amplitude_x1, cycle_amplitude_x2, cycle_multiplier, boundary_velocity, boundary_multiplier,
-kick_forward and kick_backward. A cell is empty where there is no such number. Parameters that are
-given as options are those of every row. Of a machine the header names any of its quantities in SI
-units (belt_speed, damping, mass, ..; of what rotates inertia, too), and the answers are in SI units.";
+/// The columns that a table of points gains, in lines of at most 98 characters.
+fn about_tables() -> String {
+    let names: Vec<&str> = Quantity::of_orbits().map(Quantity::name).collect();
+    let (last, others) = names.split_last().unwrap_or((&"", &[]));
+    let paragraph = format!(
+        "A table with the header epsilon,alpha,beta,gamma,V,c (and any other columns) gains the columns \
+         verdict_METHOD and margin_METHOD of the closed-form tests and of the simulation, critical_c, \
+         critical_c_error, regime, {} and {last}. A cell is empty where there is no such number. Parameters that \
+         are given as options are those of every row. Of a machine the header names any of its quantities in SI \
+         units (belt_speed, damping, mass, ..; of what rotates inertia, too), and the answers are in SI units.",
+        others.join(", ")
+    );
+    let mut text = String::new();
+    let mut width = 0;
+    for word in paragraph.split(' ') {
+        width += 1 + word.len();
+        if width > 98 {
+            width = word.len();
+            text.push('\n');
+        } else if !text.is_empty() {
+            text.push(' ');
+        }
+        text.push_str(word);
+    }
+    text
+}
 
 fn parse_tolerance(text: &str) -> Result<f64, String> {
     let value = text.parse().map_err(|_| "this is not a number; write for example 1e-9".to_owned())?;
