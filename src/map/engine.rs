@@ -17,8 +17,7 @@ use crate::certify::{Claim, Columns};
 use crate::clock::timed;
 use crate::filippov::Oscillator;
 use crate::friction::Column;
-use crate::simulate::flow;
-use crate::simulate::return_map::{flow_of_handed_over, is_resolved};
+use crate::simulate::return_map::{flow_after_turn, is_resolved};
 
 /// The number of threads, the callbacks and the interruption of a computation.
 pub struct Control<'a> {
@@ -355,11 +354,7 @@ fn simulation(
             }
             // As at a single point: by the direct engine, and -1 where the orbit tends to a node.
             let oscillator = Oscillator::in_column(&columns[cell / cs.len()], cs[cell % cs.len()]);
-            let answer = if margin.is_nan() {
-                flow_of_handed_over(&oscillator, plan.tolerance)
-            } else {
-                flow(&oscillator, plan.tolerance)
-            };
+            let answer = flow_after_turn(&oscillator, margin, plan.tolerance);
             simulated.rhs += answer.rhs;
             answer.margin
         };

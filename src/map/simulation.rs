@@ -17,7 +17,7 @@ use crate::simulate::{
     critical::critical_dampings,
     direct, flow,
     margins::{Margins, margins},
-    return_map::{flow_of_handed_over, is_resolved},
+    return_map::{flow_after_turn, is_resolved},
     surface,
 };
 
@@ -180,12 +180,7 @@ fn return_map_column(
             _ => None,
         };
         let end = known.unwrap_or_else(|| {
-            let oscillator = Oscillator::in_column(column, c);
-            let answer = if margin.is_nan() {
-                flow_of_handed_over(&oscillator, tolerance)
-            } else {
-                flow(&oscillator, tolerance)
-            };
+            let answer = flow_after_turn(&Oscillator::in_column(column, c), margin, tolerance);
             done.rhs += answer.rhs;
             End::of(&answer)
         });

@@ -140,12 +140,13 @@ fn landing(oscillator: &Oscillator, margin: f64, tolerance: f64) -> (Option<[f64
     (found, work.spent())
 }
 
-/// As [`flow`], for an orbit whose turn at this tolerance is known to be handed over.
-pub(crate) fn flow_of_handed_over(oscillator: &Oscillator, tolerance: f64) -> Flow {
-    match tolerance > COARSEST_DECISIVE {
-        // The finer turn that decides may be complete.
-        true => flow(oscillator, tolerance),
-        false => directly(oscillator, tolerance),
+/// As [`flow`], where a turn at this tolerance gave `margin`, NaN if it was handed over.
+pub(crate) fn flow_after_turn(oscillator: &Oscillator, margin: f64, tolerance: f64) -> Flow {
+    // At a coarse tolerance the finer turn that decides may be complete.
+    if margin.is_nan() && tolerance <= COARSEST_DECISIVE {
+        directly(oscillator, tolerance)
+    } else {
+        flow(oscillator, tolerance)
     }
 }
 
