@@ -81,3 +81,25 @@ pub(super) trait ClosedForm {
         None
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::Law;
+    use crate::point::LawParameters;
+
+    /// The claim is that of the weakening rate at equally spaced slip speeds.
+    #[test]
+    fn convexity_is_claimed_of_the_laws_that_have_it() {
+        for (law, parameters) in [
+            (Law::Stribeck, [0.3, 0.1, 2.0]),
+            (Law::Exponential, [0.4, 0.5, 0.1]),
+            (Law::Lorentzian, [0.4, 0.5, 0.1]),
+        ] {
+            let curve = law.curve(0.5, &LawParameters::new(&parameters));
+            let rates: Vec<f64> = (0..60).map(|i| curve.weakening(0.05 * f64::from(i))).collect();
+            let falls = rates.windows(2).all(|pair| pair[1] <= pair[0]);
+            let is_convex = rates.windows(3).all(|three| three[0] + three[2] >= 2.0 * three[1]);
+            assert_eq!(curve.weakening_is_convex(), falls && is_convex, "{law:?}");
+        }
+    }
+}
