@@ -16,7 +16,8 @@ use slipmap::filippov::Oscillator;
 use slipmap::friction::Law;
 use slipmap::simulate::critical::critical_dampings;
 use slipmap::simulate::return_map::{Turn, turns};
-use slipmap::simulate::{Fate, direct, flow, surface};
+use slipmap::simulate::{Fate, flow, surface};
+use slipmap::witness;
 
 use common::{TOLERANCE, columns, groups, points};
 
@@ -53,7 +54,7 @@ fn return_map(bencher: Bencher, tolerance: f64) {
     let groups = groups(&points);
     for (turn, point) in turns(&groups, tolerance).iter().zip(points.iter().take(FEW)) {
         let Turn::Complete { margin, .. } = *turn else { panic!("{point:?}: handed over") };
-        let exact = direct::flow(&Oscillator::new(&Law::Stribeck, point), 1e-13);
+        let exact = witness::flow(&Oscillator::new(&Law::Stribeck, point), 1e-13);
         // The direct engine gives no margin to an orbit that runs far past the belt line.
         let right = if exact.margin.is_nan() {
             margin > 0.1
@@ -99,7 +100,7 @@ fn fate(bencher: Bencher) {
     let oscillators: Vec<Oscillator> =
         points(FEW).iter().map(|point| Oscillator::new(&Law::Stribeck, point)).collect();
     for oscillator in &oscillators {
-        let answers = [flow(oscillator, TOLERANCE), direct::flow(oscillator, TOLERANCE)];
+        let answers = [flow(oscillator, TOLERANCE), witness::flow(oscillator, TOLERANCE)];
         let sticks = answers.map(|answer| matches!(answer.fate, Fate::Sticks(_)));
         assert_eq!(sticks[0], sticks[1], "{oscillator:?}");
     }
@@ -116,13 +117,13 @@ fn direct_flow(bencher: Bencher, tolerance: f64) {
     let oscillators: Vec<Oscillator> =
         points(FEW).iter().map(|point| Oscillator::new(&Law::Stribeck, point)).collect();
     for oscillator in &oscillators {
-        let (loose, tight) = (direct::flow(oscillator, tolerance), direct::flow(oscillator, 1e-13));
+        let (loose, tight) = (witness::flow(oscillator, tolerance), witness::flow(oscillator, 1e-13));
         let apart = (loose.margin - tight.margin).abs() > loose.margin_error + tight.margin_error;
         assert!(!apart, "{oscillator:?}: {loose:?} {tight:?}");
     }
     bencher.counter(ItemsCount::new(FEW)).bench(|| {
         for oscillator in black_box(&oscillators) {
-            black_box(direct::flow(oscillator, tolerance));
+            black_box(witness::flow(oscillator, tolerance));
         }
     });
 }

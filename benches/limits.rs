@@ -20,7 +20,8 @@ use slipmap::friction::{Column, Law};
 use slipmap::point::{Point, ScaledGroups};
 use slipmap::simulate::critical::critical_dampings;
 use slipmap::simulate::return_map::{Turn, turns};
-use slipmap::simulate::{direct, surface};
+use slipmap::simulate::surface;
+use slipmap::witness;
 
 use common::{TOLERANCE, columns, groups, points};
 
@@ -102,7 +103,7 @@ const KERNELS: [(&str, Kernel); 6] = [
     ("direct", |cells| {
         let mut rhs = 0;
         let margins = cells.points.iter().map(|point| {
-            let flow = direct::flow(&Oscillator::new(&Law::Stribeck, point), TOLERANCE);
+            let flow = witness::flow(&Oscillator::new(&Law::Stribeck, point), TOLERANCE);
             rhs += flow.rhs;
             flow.margin
         });
@@ -122,7 +123,7 @@ fn check(name: &str, cells: &Cells, answers: &[f64]) {
     match name {
         "return_map" | "direct" => {
             for (point, margin) in cells.points.iter().zip(answers) {
-                let exact = direct::flow(&Oscillator::new(&Law::Stribeck, point), 1e-12).margin;
+                let exact = witness::flow(&Oscillator::new(&Law::Stribeck, point), 1e-12).margin;
                 // The direct engine gives no margin to an orbit that runs far past the belt line.
                 let right =
                     if exact.is_nan() { !(*margin <= 0.1) } else { (margin - exact).abs() <= TOLERANCE };

@@ -4,26 +4,25 @@
 mod data_errors;
 
 use crate::behaviour::{Behaviour, Limit, behaviour, belt_speeds, last_between};
-use crate::certify::{Guarantee, TESTS, validated};
-use crate::filippov::Oscillator;
-use crate::friction::Law;
 use crate::machine::{Dimension, Friction, Machine, Model};
 use crate::map::{self, LongRun, Regime, Verdict};
-use crate::number::{rounded, short};
-use crate::point::Point;
-use crate::simulate::backbone::Backbone;
-use crate::simulate::crossing::crossing_cycles;
-use crate::simulate::slip_count::{count_slip_cycles, proves_absence};
-use crate::simulate::slip_cycle::{Kick, slip_cycles};
-use crate::simulate::{Fate, Flow, critical_damping, flow, sensitivity};
 pub(crate) use data_errors::{DampingLimit, ErrorsFrom, LeftOpen, StandardErrors};
+use slipmap_certify::slip_count::{count_slip_cycles, proves_absence};
+use slipmap_certify::{Guarantee, TESTS, validated};
+use slipmap_model::filippov::Oscillator;
+use slipmap_model::friction::Law;
+use slipmap_model::point::Point;
+use slipmap_numbers::text::{rounded, short};
+use slipmap_simulate::backbone::Backbone;
+use slipmap_simulate::crossing::crossing_cycles;
+use slipmap_simulate::slip_cycle::{Kick, slip_cycles};
+use slipmap_simulate::{Fate, Flow, critical_damping, flow, sensitivity};
 
 /// Tolerance of the scaled grazing margin.
 const TOLERANCE: f64 = 1e-9;
 
 /// The sensitivity of the critical damping to a quantity of the machine.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub(crate) struct Sensitivity {
     /// Name of the quantity, as in configurations.
     pub(crate) quantity: &'static str,
@@ -32,8 +31,7 @@ pub(crate) struct Sensitivity {
 }
 
 /// The weight of one range of slip speeds in the critical damping.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub(crate) struct Influence {
     /// Slip speed, m/s: the middle of one of the equal ranges from 0 to the largest slip speed on the orbit.
     pub(crate) slip_speed: f64,
@@ -42,8 +40,7 @@ pub(crate) struct Influence {
 }
 
 /// Verdict of a rigorous test at the working point.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 pub(crate) struct Proof {
     /// Name of the test.
     pub(crate) test: &'static str,
@@ -266,7 +263,7 @@ pub(crate) fn assess(machine: &Machine) -> Option<Assessment> {
     let LongRun { cycle, basin, .. } = attractors.long_run(&oscillator, &flow, TOLERANCE);
     let regime = |damping: f64| {
         let oscillator = Oscillator::in_column(&column, damping);
-        attractors.regime_of(&oscillator, &crate::simulate::flow(&oscillator, TOLERANCE))
+        attractors.regime_of(&oscillator, &slipmap_simulate::flow(&oscillator, TOLERANCE))
     };
     let theorems = TESTS.iter().filter(|test| test.guarantee != Guarantee::Asymptotic);
     let proofs = theorems.chain([&validated::TEST]).map(|test| Proof {
@@ -359,10 +356,10 @@ fn influence(model: &Model) -> Option<Vec<Influence>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::friction::{Expression, Table};
     use crate::machine::{Friction, example};
-    use crate::point::LawParameters;
-    use crate::random::Random;
+    use slipmap_model::friction::{Expression, Table};
+    use slipmap_model::point::LawParameters;
+    use slipmap_numbers::random::Random;
 
     fn machine(law: &Law) -> Machine {
         example(law.clone()).with("strengthening", 0.0).unwrap()

@@ -1,14 +1,14 @@
 //! The behaviour of a machine at its working point, in SI units.
 
-use crate::filippov::Oscillator;
-use crate::friction::{Curve, Law, NOTHING};
 use crate::machine::Model;
 use crate::map::{Regime, regime};
-use crate::point::Point;
-use crate::simulate::crossing::stick_slip_cycle;
-use crate::simulate::direct::{Start, trace};
-use crate::simulate::slip_cycle::slip_cycles;
-use crate::simulate::{Fate, critical_damping, exceeds, flow};
+use slipmap_model::filippov::Oscillator;
+use slipmap_model::friction::{Curve, Law, NOTHING};
+use slipmap_model::point::Point;
+use slipmap_simulate::crossing::stick_slip_cycle;
+use slipmap_simulate::slip_cycle::slip_cycles;
+use slipmap_simulate::{Fate, critical_damping, exceeds, flow};
+use slipmap_witness::{Start, trace};
 
 /// A limit of a quantity, below which a statement holds.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -212,7 +212,7 @@ pub fn behaviour(model: &Model, tolerance: f64) -> Behaviour {
     let units = si.units;
     let oscillator = Oscillator::new(law, point);
     let flow = flow(&oscillator, tolerance);
-    let half = |range: crate::friction::Range| 0.5 * (range.hi - range.lo) * units.length;
+    let half = |range: slipmap_model::friction::Range| 0.5 * (range.hi - range.lo) * units.length;
     let stick_slip = stick_slip_cycle(&oscillator, &flow, tolerance).ok().flatten();
     let slip = || slip_cycles(&oscillator, tolerance).ok()?.into_iter().rfind(|cycle| cycle.is_stable());
     let amplitude = stick_slip.map(|cycle| half(cycle.displacement));
@@ -244,8 +244,8 @@ pub fn behaviour(model: &Model, tolerance: f64) -> Behaviour {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::friction::{Expression, Table};
     use crate::machine::{Friction, Machine, example};
+    use slipmap_model::friction::{Expression, Table};
 
     fn does(machine: &Machine) -> Behaviour {
         behaviour(&machine.model().unwrap(), 1e-10)

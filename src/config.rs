@@ -78,15 +78,15 @@ use source::{Node, Section, Source};
 
 #[cfg(feature = "report")]
 use crate::benchmark::Settings;
-use crate::certify::validated;
-use crate::friction::Law;
 use crate::machine::Machine;
 use crate::map::{
     DEFAULT_AUDIT_CELLS, DEFAULT_COMPRESSION, DEFAULT_PROOF_BOXES, DEFAULT_TOLERANCE, Engine, Field, Grid,
     GridError, MOST_AUDIT_CELLS, Method, Plan, TOLERANCES,
 };
 use crate::risk::Uncertain;
-use crate::simulate::naive::NaiveKnobs;
+use slipmap_certify::validated;
+use slipmap_model::friction::Law;
+use slipmap_simulate::naive::NaiveKnobs;
 
 /// A validated configuration: what to compute, and where to write it.
 #[derive(Clone, Debug)]

@@ -24,15 +24,15 @@
 //!
 //! // The paper's first-order test claims one; the test that is a theorem at every eps denies it.
 //! let column = Law::Stribeck.column(&point);
-//! let decide = |test: &certify::Test| (test.claim)(&column).decide(point.damping());
-//! assert_eq!(decide(&certify::perturbation::TEST), Decision::Present);
-//! assert_eq!(decide(&certify::symmetric::TEST), Decision::Absent);
-//! assert_eq!(certify::symmetric::TEST.guarantee, Guarantee::FiniteEpsilon);
+//! let decide = |test: &slipmap_certify::Test| (test.claim)(&column).decide(point.damping());
+//! assert_eq!(decide(&slipmap_certify::perturbation::TEST), Decision::Present);
+//! assert_eq!(decide(&slipmap_certify::symmetric::TEST), Decision::Absent);
+//! assert_eq!(slipmap_certify::symmetric::TEST.guarantee, Guarantee::FiniteEpsilon);
 //!
 //! // All dampings at once: the cycle exists below the critical damping and not above it.
 //! let critical = critical_damping(&column, 1e-12)?;
-//! assert!((certify::instability::TEST.claim)(&column).present_below < critical.c);
-//! assert!(critical.c < (certify::symmetric::TEST.claim)(&column).absent_above);
+//! assert!((slipmap_certify::instability::TEST.claim)(&column).present_below < critical.c);
+//! assert!(critical.c < (slipmap_certify::symmetric::TEST.claim)(&column).absent_above);
 //! let slower = point.at_damping(0.9 * critical.c)?;
 //! match flow(&Oscillator::new(&Law::Stribeck, &slower), 1e-9).fate {
 //!     Fate::Sticks(landing) => {
@@ -55,7 +55,11 @@
 // `pub` items are reachable by users of the library; the compiler reports unused items, all `pub(crate)`.
 #![warn(unreachable_pub)]
 // Without the program, the items that only it uses are unused. Unused items are reported with all features.
-#![cfg_attr(not(all(feature = "explore", feature = "mpi")), allow(dead_code, unused_imports))]
+
+pub use slipmap_certify as certify;
+pub use slipmap_model::{filippov, friction, point};
+pub use slipmap_simulate as simulate;
+pub use slipmap_witness as witness;
 
 /// Tries the code of the README.
 #[cfg(doctest)]
@@ -68,7 +72,6 @@ pub mod assessment;
 pub mod behaviour;
 #[doc(hidden)]
 pub mod benchmark;
-pub mod certify;
 #[cfg(feature = "cli")]
 #[doc(hidden)]
 pub mod cli;
@@ -76,26 +79,18 @@ mod clock;
 #[cfg(feature = "config")]
 pub mod config;
 pub mod dataset;
-mod enclosure;
 #[cfg(feature = "explore")]
 #[doc(hidden)]
 pub mod explore;
 #[cfg(feature = "store")]
 mod files;
-pub mod filippov;
-pub mod friction;
 pub mod machine;
 pub mod map;
-mod named;
-mod number;
-pub mod point;
 pub mod probe;
-mod random;
 #[cfg(feature = "report")]
 #[doc(hidden)]
 pub mod report;
 pub mod risk;
-pub mod simulate;
 #[cfg(feature = "store")]
 pub mod store;
 #[doc = include_str!("architecture.md")]

@@ -27,9 +27,9 @@ mod friction;
 pub(crate) use doubts::{negative, scatter};
 pub use friction::{Coefficients, Friction};
 
-use crate::friction::{Column, Law};
-use crate::named::named;
-use crate::point::Point;
+use slipmap_model::friction::{Column, Law};
+use slipmap_model::point::Point;
+use slipmap_numbers::named;
 
 named! {
     /// Kind of motion of a machine, which determines its units; with its name in configurations and maps.
@@ -145,8 +145,7 @@ pub struct Model {
 }
 
 /// The units of the dimensionless oscillator, in SI.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Units {
     /// s.
     pub time: f64,
@@ -157,7 +156,7 @@ pub struct Units {
     /// N.
     pub force: f64,
     /// N s/m: the damping d at c = 1 and eps = 1. It is not serialised, since it is force over velocity.
-    #[cfg_attr(feature = "serde", serde(skip))]
+    #[serde(skip)]
     pub damping: f64,
 }
 
@@ -364,9 +363,9 @@ pub(crate) fn example(law: Law) -> Machine {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::friction::{Expression, Table};
-    use crate::point::LawParameters;
-    use crate::simulate::critical_damping;
+    use slipmap_model::friction::{Expression, Table};
+    use slipmap_model::point::LawParameters;
+    use slipmap_simulate::critical_damping;
 
     #[test]
     fn by_hand() {

@@ -17,7 +17,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use rayon::prelude::*;
 
 use crate::machine::Machine;
-use crate::random::Random;
+use slipmap_numbers::random::Random;
 use surface::{Groups, has_standard_errors};
 pub(crate) use surface::{WithError, standard_error, uncertain_critical_damping};
 
@@ -50,8 +50,7 @@ impl Spread {
 }
 
 /// An estimate of a number, with its 95 % confidence limits.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub(crate) struct Estimate {
     /// The estimate.
     pub value: f64,
@@ -59,8 +58,7 @@ pub(crate) struct Estimate {
 }
 
 /// The nominal damping for a given probability of stick-slip.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub(crate) struct RareBy {
     pub(crate) probability: f64,
     /// The damping, N s/m (for a rotation N m s/rad); `None` if there are too few draws for limits.
@@ -68,8 +66,7 @@ pub(crate) struct RareBy {
 }
 
 /// The result of the draws.
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct Risk {
     /// Number of draws that are legal and whose critical damping was found.
     pub(crate) draws: usize,

@@ -6,7 +6,7 @@ use slipmap::behaviour::behaviour;
 use slipmap::machine::{Machine, Model, Motion};
 use slipmap::map::Method;
 use slipmap::probe::{Answer, MachineResult, Probe};
-use slipmap::simulate::direct;
+use slipmap::witness;
 
 use crate::law::Law;
 use crate::point::{check_tolerance, json};
@@ -56,7 +56,7 @@ pub(crate) fn machine_probe(
     let model = machine.model().ok_or_else(|| no_coefficients(law))?;
     let probe = run(py, None, None, |_| {
         let answer = Answer::of(&model.law, &model.point, tolerance, Method::all());
-        let direct = direct::flow(&answer.oscillator, tolerance);
+        let direct = witness::flow(&answer.oscillator, tolerance);
         let mut probe = Probe::new(&answer, &direct);
         probe.machine = Some(MachineResult::new(&machine, &behaviour(&model, tolerance)));
         probe

@@ -3,7 +3,7 @@
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use slipmap::filippov::{Oscillator, Side};
-use slipmap::simulate::direct::{Ending, Phase, Start, trace};
+use slipmap::witness::{Ending, Phase, Start, trace};
 
 use crate::law::{Law, point_of};
 use crate::point::check_tolerance;
@@ -36,10 +36,10 @@ pub(crate) fn orbit<'py>(
     let start = start.map_or(Start::ExitPoint, |(x1, x2)| Start::State { x1, x2 });
     let traced =
         run(py, Some(1), None, |_| trace(&Oscillator::new(&family, &point), start, tolerance, max_time))?;
-    let column = |of: fn(&slipmap::simulate::direct::Sample) -> f64| {
+    let column = |of: fn(&slipmap::witness::Sample) -> f64| {
         PyArray1::from_vec(py, traced.samples.iter().map(of).collect())
     };
-    let phase = |sample: &slipmap::simulate::direct::Sample| match sample.phase {
+    let phase = |sample: &slipmap::witness::Sample| match sample.phase {
         Phase::Slip(Side::Below) => -1,
         Phase::Stick => 0,
         Phase::Slip(Side::Above) => 1,

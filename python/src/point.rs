@@ -4,7 +4,7 @@ use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use slipmap::map::Method;
 use slipmap::probe::{Answer, Probe};
-use slipmap::simulate::direct;
+use slipmap::witness;
 
 use crate::law::{Law, point_of};
 use crate::work::run;
@@ -17,7 +17,7 @@ pub(crate) fn probe(py: Python<'_>, law: &Law, values: Vec<f64>, tolerance: f64)
     let family = law.law.clone();
     let probe = run(py, None, None, |_| {
         let answer = Answer::of(&family, &point, tolerance, Method::all());
-        let direct = direct::flow(&answer.oscillator, tolerance);
+        let direct = witness::flow(&answer.oscillator, tolerance);
         Probe::new(&answer, &direct)
     })?;
     json(&probe)

@@ -2,12 +2,12 @@
 //! behaviours between which the data cannot decide.
 
 use super::{Assessment, SAME};
-use crate::friction::Column;
 use crate::machine::{Friction, Machine, Model, scatter};
 use crate::map::{Attractors, BasinBoundary, Regime};
 use crate::risk::{WithError, uncertain_critical_damping};
-use crate::simulate::backbone::Backbone;
-use crate::simulate::sensitivity::standard_error_of_closing;
+use slipmap_model::friction::Column;
+use slipmap_simulate::backbone::Backbone;
+use slipmap_simulate::sensitivity::standard_error_of_closing;
 
 /// Number of standard errors within which a limit leaves open on which side of it the machine is.
 const NEAR: f64 = 2.0;
@@ -15,9 +15,8 @@ const NEAR: f64 = 2.0;
 const STEP: f64 = 1e-3;
 
 /// Where standard errors of measured friction come from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
-#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
 pub(crate) enum ErrorsFrom {
     /// They are given with the data.
     Data,
@@ -155,11 +154,11 @@ fn possible(found: Regime, hopf: bool, critical: bool) -> Vec<Regime> {
 mod tests {
     use super::super::{TOLERANCE, assess};
     use super::*;
-    use crate::filippov::Oscillator;
-    use crate::friction::{Law, Table};
     use crate::machine::example;
     use crate::map::long_run;
-    use crate::simulate::flow;
+    use slipmap_model::filippov::Oscillator;
+    use slipmap_model::friction::{Law, Table};
+    use slipmap_simulate::flow;
 
     const DATA: [(f64, f64); 7] =
         [(0.0, 0.42), (0.03, 0.37), (0.07, 0.33), (0.15, 0.3), (0.3, 0.285), (0.6, 0.28), (1.2, 0.285)];

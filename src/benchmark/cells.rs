@@ -4,11 +4,11 @@
 use rayon::prelude::*;
 
 use super::reference::{Reference, reference};
-use crate::filippov::Oscillator;
-use crate::friction::{Column, Law};
 use crate::map::{Grid, Verdict};
-use crate::point::Point;
-use crate::simulate::{Fate, critical_damping, return_map};
+use slipmap_model::filippov::Oscillator;
+use slipmap_model::friction::{Column, Law};
+use slipmap_model::point::Point;
+use slipmap_simulate::{Fate, critical_damping, return_map};
 
 /// A cell with its true answers.
 #[derive(Clone, Debug)]

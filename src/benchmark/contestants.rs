@@ -1,15 +1,15 @@
 //! The methods and engines that are compared, each at several settings of its main parameter.
 
-use crate::certify::{TESTS, Test};
-use crate::filippov::Oscillator;
-use crate::friction::Column;
 use crate::map::{self, Engine, Verdict};
-use crate::named::named;
-use crate::point::ScaledGroups;
-use crate::simulate::critical::critical_dampings;
-use crate::simulate::naive::{NaiveKnobs, NaiveMethod};
-use crate::simulate::return_map::{Turn, turns};
-use crate::simulate::{direct, surface};
+use slipmap_certify::{TESTS, Test};
+use slipmap_model::filippov::Oscillator;
+use slipmap_model::friction::Column;
+use slipmap_model::point::ScaledGroups;
+use slipmap_numbers::named;
+use slipmap_simulate::critical::critical_dampings;
+use slipmap_simulate::naive::{NaiveKnobs, NaiveMethod};
+use slipmap_simulate::return_map::{Turn, turns};
+use slipmap_simulate::surface;
 
 use super::cells::Cell;
 
@@ -133,7 +133,7 @@ fn return_map(cells: &[Cell], tolerance: f64) -> Vec<Answer> {
 }
 
 fn direct(cell: &Cell, tolerance: f64) -> Answer {
-    let flow = direct::flow(&Oscillator::in_column(&cell.column, cell.point.damping), tolerance);
+    let flow = slipmap_witness::flow(&Oscillator::in_column(&cell.column, cell.point.damping()), tolerance);
     let margin = Some(flow.margin).filter(|margin| margin.is_finite());
     Answer { verdict: Verdict::from(&flow.fate), margin, critical: None }
 }

@@ -6,8 +6,8 @@ use std::time::Duration;
 use super::cells::Cell;
 use super::contestants::{Answer, Contestant, Kind, Output, Solver, closed_form};
 use crate::clock::thread_time;
-use crate::filippov::Oscillator;
 use crate::map::Verdict;
+use slipmap_model::filippov::Oscillator;
 
 /// Statistics of errors.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -9,7 +9,7 @@
 use std::sync::{LazyLock, OnceLock};
 
 use super::double_double::{Double2, TAU};
-use crate::point::Point;
+use slipmap_model::point::Point;
 
 /// Numbers of midpoint steps.
 const SEQUENCE: [usize; 12] = [2, 4, 6, 8, 10, 12, 14, 16, 18, 20, 22, 24];

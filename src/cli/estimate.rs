@@ -15,12 +15,11 @@ use super::{Ended, Failure};
 use crate::clock::{process_time, thread_time};
 use crate::config::Job;
 use crate::dataset::Schema;
-use crate::filippov::Oscillator;
 use crate::map::{self, Control, Grid, Method, Plan};
-use crate::simulate;
-use crate::simulate::continuation::MOST_POINTS;
-use crate::simulate::folds::MOST_SECTIONS;
 use crate::store::ByteSink;
+use slipmap_model::filippov::Oscillator;
+use slipmap_simulate::continuation::MOST_POINTS;
+use slipmap_simulate::folds::MOST_SECTIONS;
 
 /// Duration above which a sample is extrapolated.
 const ENOUGH: Duration = Duration::from_millis(200);
@@ -368,7 +367,7 @@ fn audit_seconds(plan: &Plan, threads: Option<usize>) -> f64 {
         let tile = grid.tile(&all, number);
         let index: Vec<usize> = tile.ranges.iter().map(|range| range.start).collect();
         let oscillator = Oscillator::new(grid.law(), &grid.point(&index));
-        std::hint::black_box(simulate::direct::flow(&oscillator, plan.tolerance));
+        std::hint::black_box(slipmap_witness::flow(&oscillator, plan.tolerance));
         timed += 1;
         if thread_time() - start > ENOUGH {
             break;
@@ -381,7 +380,7 @@ fn audit_seconds(plan: &Plan, threads: Option<usize>) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::friction::{Expression, Law};
+    use slipmap_model::friction::{Expression, Law};
 
     #[test]
     fn the_open_share_is_that_of_the_run() {

@@ -16,7 +16,7 @@ use crate::map::failures::{self, Catalogue, Class, Comparison, Kind, MethodFailu
 use crate::map::limits::HIGHEST;
 use crate::map::{self, Grid, Method};
 use crate::report::{Existing, csv_text, write_file};
-use crate::simulate::naive::NaiveKnobs;
+use slipmap_simulate::naive::NaiveKnobs;
 
 /// Largest number of cells: more would take hours.
 const MOST_CELLS: usize = 10_000_000;

@@ -49,6 +49,8 @@ struct Arguments {
 
 /// The version, and the commit it was built from.
 const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " (git ", env!("SLIPMAP_GIT"), ")");
+/// What certificates name as the program that wrote them.
+const WRITTEN_BY: &str = concat!("slipmap ", env!("CARGO_PKG_VERSION"), " (git ", env!("SLIPMAP_GIT"), ")");
 
 const EXAMPLES: &str = "\
 Examples:

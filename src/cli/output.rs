@@ -6,7 +6,7 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::{Ended, Failure};
-pub(super) use crate::number::{count, exact, number_of, short, signed};
+pub(super) use slipmap_numbers::text::{count, exact, number_of, short, signed};
 
 /// Formats a number of bytes in a fitting unit.
 pub(super) fn bytes(n: u128) -> String {

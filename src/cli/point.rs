@@ -7,10 +7,10 @@ use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches, Id};
 use super::Failure;
 use super::output::exact;
 use crate::config::{decimal_comma, nearest, point_into, point_of, read_table};
-use crate::friction::{Expression, Law};
 use crate::map::Grid;
-use crate::point::Point;
 use crate::probe::{axis_names, flag};
+use slipmap_model::friction::{Expression, Law};
+use slipmap_model::point::Point;
 
 /// Arguments of the friction law: `--law` and the options of laws given as text or as data.
 #[derive(Clone, Debug, Args)]

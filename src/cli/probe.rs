@@ -11,23 +11,23 @@ use super::point::{LawArguments, PointArguments};
 use super::probe_table::About;
 use super::replace::{self, Kind};
 use super::report::{existing, failure};
-use super::{Ended, Failure, probe_table, proof};
+use super::{Ended, Failure, WRITTEN_BY, probe_table, proof};
 use crate::behaviour::behaviour;
-use crate::certify::point_certificate::PointCertificate;
 use crate::config::{check_tolerance, load_machine};
-use crate::filippov::Eigenvalues;
-use crate::friction::Law;
 use crate::machine::{Machine, Model};
 use crate::map::limits::{EpsilonLimit, HIGHEST, Unknown};
 use crate::map::{BasinBoundary, DEFAULT_TOLERANCE, Grid, Method, Quantity, Regime};
-use crate::point::Point;
 use crate::probe::{Answer, MachineResult, Probe, equilibrium_type, fate_name, regime_words};
 use crate::report::figure::{OrbitPlot, Width, orbit_figure};
 use crate::report::{UnitSystem, write_figure, write_file};
-use crate::simulate::direct::Start;
-use crate::simulate::sensitivity::NoSensitivity;
-use crate::simulate::slip_count::{SlipCount, proves_absence};
-use crate::simulate::{self, Fate, Flow, Neighbour, Range, separates};
+use slipmap_certify::point_certificate::PointCertificate;
+use slipmap_certify::slip_count::{SlipCount, proves_absence};
+use slipmap_model::filippov::Eigenvalues;
+use slipmap_model::friction::Law;
+use slipmap_model::point::Point;
+use slipmap_simulate::sensitivity::NoSensitivity;
+use slipmap_simulate::{Fate, Flow, Neighbour, Range, separates};
+use slipmap_witness::Start;
 
 /// Ask every method about one point, or about each row of a table.
 #[derive(Debug, Args)]
@@ -215,11 +215,11 @@ fn probe_point(
 ) -> Result<Ended, Failure> {
     if let Some(path) = &arguments.proof {
         proof::check_place(path, arguments.overwrite)?;
-        proof::write_text(PointCertificate::of(law, point).text(), path, arguments.overwrite)?;
+        proof::write_text(PointCertificate::of(law, point, WRITTEN_BY).text(), path, arguments.overwrite)?;
     }
     write_orbit(arguments, law, point, machine.map(|(_, model)| model))?;
     let answer = Answer::of(law, point, tolerance, Method::all());
-    let direct = simulate::direct::flow(&answer.oscillator, tolerance);
+    let direct = slipmap_witness::flow(&answer.oscillator, tolerance);
     let behaviour = machine.map(|(machine, model)| (machine, behaviour(model, tolerance)));
     if arguments.json {
         let mut whole = Probe::new(&answer, &direct);

@@ -7,11 +7,11 @@ use super::output::{Align, Table, short};
 use super::{Failure, say};
 use crate::behaviour::Behaviour;
 use crate::config::{MachineJob, load_machine};
-use crate::friction::Law;
 use crate::machine::{Dimension, Machine, negative};
-use crate::number::rounded;
 use crate::probe::regime_words;
 use crate::risk::standard_error;
+use slipmap_model::friction::Law;
+use slipmap_numbers::text::rounded;
 
 /// Reads the machine of a file with the quantities set by `--set`; belt speed and damping have one value
 /// each.

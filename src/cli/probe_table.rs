@@ -14,11 +14,11 @@ use super::report::existing;
 use super::{Ended, Failure, interrupt, point, probe_machine};
 use crate::config::{MachineJob, PointTable};
 use crate::files::{folder_of, publish_file, temporary_in};
-use crate::friction::Law;
 use crate::machine::{Dimension, Friction, INERTIA, Machine, Motion, SiUnits};
 use crate::map::{self, Description, Method, Quantity, dimension, slip_cycle_count};
-use crate::point::Point;
 use crate::probe::Answer;
+use slipmap_model::friction::Law;
+use slipmap_model::point::Point;
 
 /// Answers for standard output are held in memory up to this size, then in a temporary file.
 const SPOOL: usize = 16 << 20;

@@ -7,13 +7,13 @@ use serde_json::json;
 
 use super::output::{checked, count, exact, number_of, short, without_control_characters};
 use super::report::existing;
-use super::{Ended, Failure};
-use crate::certify::certificate::{Certificate, Checked, NoCertificate, Subject};
-use crate::certify::law_certificate::LawCertificate;
-use crate::certify::point_certificate::PointCertificate;
-use crate::certify::validated::tile::GroupBox;
+use super::{Ended, Failure, WRITTEN_BY};
 use crate::files::{create_folders, folder_of, publish_file, temporary_in};
 use crate::map::Proofs;
+use slipmap_certify::certificate::{Certificate, Checked, NoCertificate, Subject};
+use slipmap_certify::law_certificate::LawCertificate;
+use slipmap_certify::point_certificate::PointCertificate;
+use slipmap_certify::validated::tile::GroupBox;
 
 /// Largest size in bytes of a certificate that is read: more than a hundred thousand tiles.
 const LONGEST: u64 = 1 << 30;
@@ -87,8 +87,8 @@ pub(super) fn check_place(path: &Path, overwrite: bool) -> Result<(), Failure> {
 pub(super) fn write(proofs: &Proofs, run: &str, path: &Path, overwrite: bool) -> Result<(), Failure> {
     let own = || matches!(state(path), PathState::Proof(Some(writer)) if writer == run);
     let text = match proofs {
-        Proofs::Surface(surface) => Certificate::of(surface, run).text(),
-        Proofs::Law(law) => LawCertificate::of(law, run).text(),
+        Proofs::Surface(surface) => Certificate::of(surface, WRITTEN_BY, run).text(),
+        Proofs::Law(law) => LawCertificate::of(law, WRITTEN_BY, run).text(),
     };
     write_text(text, path, overwrite || own())
 }
@@ -134,7 +134,7 @@ pub(super) fn check(path: &Path, as_json: bool) -> Result<Ended, Failure> {
                 "C*(A, k, b) over A {a:?}, k {k:?}, b {b:?}\n\
                  (A = epsilon gamma (1 - alpha), k = epsilon gamma V, b = epsilon beta V, C = epsilon c)"
             );
-            let sound = "every claim is confirmed by the barriers of certify::recheck";
+            let sound = "every claim is confirmed by the barriers of slipmap_certify::recheck";
             check_boxes(path, &what, certificate.check(), sound, as_json)
         }
         Subject::Law => {

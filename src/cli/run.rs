@@ -15,12 +15,12 @@ use super::preflight::{Permission, Preflight, create_folders};
 use super::report::existing;
 use super::summary::{self, RunReport};
 use super::{Ended, Failure, estimate, interrupt, output, progress, proof, say};
-use crate::certify::validated::prover::Prover;
 use crate::clock::process_time;
 use crate::config::Job;
 use crate::map::{self, Account, ComputeError, Control, Earlier, Queue};
 use crate::risk::NoRisk;
 use crate::store::{self, Left, Outcome, PartialMap, Provenance, Resumed, StoreError};
+use slipmap_certify::validated::prover::Prover;
 
 /// Compute a map from a configuration file.
 #[derive(Debug, Args)]

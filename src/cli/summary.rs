@@ -8,11 +8,11 @@ use super::Failure;
 use super::output::{self, Align, Table, bytes, count, duration, exact, number_of, object, short};
 use crate::config::{Job, load_machine};
 use crate::map::{Axis, LISTED, PlaneCurves, Proofs, Summary, Verdict};
-use crate::point::Point;
 use crate::probe::{command_line, fate_name};
 use crate::report::proved::{Rounded, proved_percent};
-use crate::simulate::bifurcation::Bifurcation;
-use crate::simulate::continuation::MOST_POINTS;
+use slipmap_model::point::Point;
+use slipmap_simulate::bifurcation::Bifurcation;
+use slipmap_simulate::continuation::MOST_POINTS;
 
 pub(super) struct RunReport<'a> {
     pub(super) job: &'a Job,
@@ -375,12 +375,12 @@ fn short3(x: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::friction::Law;
     use crate::map::{
         Account, Audit, Contradiction, Contradictions, Disagreement, FailedCell, Method, MethodSummary,
         Unknown,
     };
-    use crate::simulate::{Failure as Breakdown, Fate};
+    use slipmap_model::friction::Law;
+    use slipmap_simulate::{Failure as Breakdown, Fate};
 
     fn job() -> Job {
         let folder = tempfile::tempdir().unwrap();

@@ -7,10 +7,10 @@ use super::points::SEPARATE;
 use super::source::{ConfigError, Node, Section, decimal_comma, is_utf_16};
 use super::units::{Match, Wanted, bracketed, compare, conversion, in_words};
 use super::{choice, nearest};
-use crate::friction::readings::means;
-use crate::friction::{Expression, ExpressionError, Law, Table};
 use crate::machine::{Dimension, Motion};
 use crate::map::{AxisRole, Grid, unravel};
+use slipmap_model::friction::readings::means;
+use slipmap_model::friction::{Expression, ExpressionError, Law, Table};
 
 pub(super) const KEYS: [&str; 6] = ["law", "phi", "static", "file", "quantity", "small"];
 

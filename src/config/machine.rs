@@ -5,11 +5,11 @@ use std::path::Path;
 use super::law::{About, at_formula};
 use super::source::{ConfigError, Node, Section, Shape, Source};
 use super::{axis, choice, law, nearest, refuse_unknown_keys};
-use crate::friction::{Expression, ExpressionError, Law, Table};
 use crate::machine::{Coefficients, Dimension, Friction, INERTIA, MASS, Machine, Model, Motion, requirement};
 use crate::map::Grid;
-use crate::point::LawParameters;
 use crate::risk::{Spread, Uncertain};
+use slipmap_model::friction::{Expression, ExpressionError, Law, Table};
+use slipmap_model::point::LawParameters;
 
 /// A machine with the belt speeds and damping coefficients of a grid.
 #[derive(Clone, Debug, PartialEq)]

@@ -10,10 +10,10 @@ use csv::{ByteRecord, ReaderBuilder};
 
 use super::source::{ConfigError, decimal_comma};
 use super::units::{Match, Wanted, bracketed, compare, conversion};
-use crate::friction::Law;
 use crate::machine::{Coefficients, Dimension, INERTIA, MASS, Motion};
 use crate::map::{Grid, GridError};
-use crate::point::Point;
+use slipmap_model::friction::Law;
+use slipmap_model::point::Point;
 
 /// Number of rows handed out at a time: keeps all cores busy and fits into memory.
 const BATCH: usize = 8192;

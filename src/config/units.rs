@@ -2,7 +2,7 @@
 //! `rpm`.
 
 use crate::machine::{Dimension, Motion};
-use crate::number::rounded;
+use slipmap_numbers::text::rounded;
 
 /// Exponents of kg, m, s and rad.
 type Exponents = [i64; 4];

@@ -99,7 +99,7 @@ pub(crate) fn attributes_of(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::random::Random;
+    use slipmap_numbers::random::Random;
 
     /// Of random decimals and units.
     #[test]

@@ -1,7 +1,7 @@
 //! The layout of a map file: one description for writing, reading and checking maps.
 
-use crate::friction::Law;
 use crate::map::{Field, Grid, Method, Plan, Quantity, Regime, Runs, TileData, Verdict};
+use slipmap_model::friction::Law;
 
 use super::Value;
 use super::auxiliary::axes_of;
@@ -19,7 +19,7 @@ pub struct MethodInfo {
     pub long_name: String,
     /// Its equation in the paper, or its section of the theory pages.
     pub(crate) equation: String,
-    /// The guarantee of its verdicts, a [`crate::certify::Guarantee`] in words.
+    /// The guarantee of its verdicts, a [`slipmap_certify::Guarantee`] in words.
     pub(crate) guarantee: String,
 }
 

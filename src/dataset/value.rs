@@ -1,8 +1,7 @@
 //! Attributes: named texts and numbers attached to a map and to its variables.
 
 /// The value of an attribute.
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "store", derive(serde::Serialize, serde::Deserialize))]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub enum Value {
     /// A text. Empty texts are not stored.
     Text(String),

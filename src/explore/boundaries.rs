@@ -7,12 +7,12 @@ use serde_json::json;
 use super::machine::{BELT_SPEED, DAMPING, is_shared};
 use super::plane::{PlaneRequest, Slice};
 use super::refusal::Refusal;
-use crate::friction::Column;
 use crate::machine::{Machine, Model, Units};
 use crate::map::{Plane, PlaneCurve, PlaneCurves, PlanePoint};
 use crate::report::figure::bifurcations::line_style;
-use crate::simulate::bifurcation::Bifurcation;
-use crate::simulate::critical::critical_dampings;
+use slipmap_model::friction::Column;
+use slipmap_simulate::bifurcation::Bifurcation;
+use slipmap_simulate::critical::critical_dampings;
 
 impl PlaneRequest {
     /// The boundaries of the long-run behaviour.

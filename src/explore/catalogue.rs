@@ -2,11 +2,11 @@
 
 use serde_json::{Value, json};
 
-use crate::friction::Law;
 use crate::map::{Grid, Method, Quantity};
 use crate::report::figure::palette::{self, Kind};
 use crate::report::figure::scene::Fill;
 use crate::report::{Rich, UnitSystem};
+use slipmap_model::friction::Law;
 
 /// Meanings of the codes of a comparison of two methods.
 pub(super) fn differences(a: &str, b: &str) -> Vec<Kind> {

@@ -16,14 +16,14 @@ use super::plane::{PlaneRequest, Slice};
 use super::refusal::Refusal;
 use super::show::Show;
 use crate::config::{Job, table_of_text};
-use crate::friction::Law;
 use crate::machine::{Friction, Machine};
 use crate::map::{self, ComputeError, Control, Field, Grid, Method, Plan, PlaneCurves};
-use crate::number::exact;
 use crate::report::figure::area::{self, Area, Layer};
 use crate::report::figure::{self, Width, render};
 use crate::report::{Label, ReportError, Rich, View, rich};
 use crate::store::{Existing, MapFile, Outcome, PartialMap, Provenance};
+use slipmap_model::friction::Law;
+use slipmap_numbers::text::exact;
 
 /// Largest number of cells along one axis of an exported map: a figure shows no more, and a table would be
 /// large.

@@ -6,20 +6,20 @@ use rayon::prelude::*;
 use serde_json::{Value, json};
 
 use super::refusal::Refusal;
-use crate::filippov::Oscillator;
-use crate::friction::Law;
 use crate::machine::Dimension;
-use crate::point::Point;
 use crate::report::figure::axis::Scale;
 use crate::report::figure::lines::{Chart, Curve, draw, extent};
 use crate::report::figure::palette::{self, MethodStyle};
 use crate::report::figure::scene::{Marker, Scene, Stroke};
 use crate::report::figure::{OrbitPlot, Width, orbit_figure};
 use crate::report::{Label, Rich, UnitSystem, rich};
-use crate::simulate::backbone::Backbone;
-use crate::simulate::crossing::{crossing_cycles, stick_slip_cycle};
-use crate::simulate::direct::Start;
-use crate::simulate::{Fate, flow, sensitivity};
+use slipmap_model::filippov::Oscillator;
+use slipmap_model::friction::Law;
+use slipmap_model::point::Point;
+use slipmap_simulate::backbone::Backbone;
+use slipmap_simulate::crossing::{crossing_cycles, stick_slip_cycle};
+use slipmap_simulate::{Fate, flow, sensitivity};
+use slipmap_witness::Start;
 
 const POINTS: usize = 200;
 /// Accuracy of the backbone, far below the width of a line.
@@ -245,7 +245,7 @@ pub(super) fn backbone(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::friction::Expression;
+    use slipmap_model::friction::Expression;
 
     /// Slip cycles whose orbits cost more than the budget of work: the cycle that sticks is drawn.
     #[test]

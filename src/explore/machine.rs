@@ -6,10 +6,10 @@ use serde_json::{Value, json};
 
 use super::refusal::Refusal;
 use crate::config;
-use crate::friction::{Expression, Law, Strengthening, Table};
 use crate::machine::{Coefficients, Dimension, Friction, Machine, Motion, requirement};
 use crate::map::Grid;
-use crate::point::LawParameters;
+use slipmap_model::friction::{Expression, Law, Strengthening, Table};
+use slipmap_model::point::LawParameters;
 
 /// The quantities that are axes of a map.
 pub(super) const BELT_SPEED: &str = "belt_speed";

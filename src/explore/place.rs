@@ -9,10 +9,10 @@ use serde_json::{Value, json};
 use super::machine;
 use super::refusal::Refusal;
 use crate::config::{OfMachine, point_of, table_of_text};
-use crate::friction::{Expression, Law};
 use crate::machine::{Machine, Motion};
 use crate::map::Grid;
-use crate::point::Point;
+use slipmap_model::friction::{Expression, Law};
+use slipmap_model::point::Point;
 
 /// Largest number of characters of a formula.
 const LONGEST_FORMULA: usize = 4096;

@@ -8,12 +8,12 @@ use super::place::{Place, check_law};
 use super::refusal::Refusal;
 use super::show::Show;
 use super::tabs::Turn;
-use crate::certify::Guarantee;
 use crate::config::range_nodes;
-use crate::friction::Law;
 use crate::machine::Machine;
 use crate::map::{Field, Grid, Method};
 use crate::report::UnitSystem;
+use slipmap_certify::Guarantee;
+use slipmap_model::friction::Law;
 
 /// Largest number of cells of a picture along one axis.
 const MOST_POINTS: usize = 4096;

@@ -14,7 +14,7 @@ use crate::behaviour::behaviour;
 use crate::map::{DEFAULT_TOLERANCE, Method};
 use crate::probe::{Answer, MachineResult, Probe, regime_words};
 use crate::report::UnitSystem;
-use crate::simulate::direct;
+use slipmap_witness;
 
 #[derive(Clone, Debug, Deserialize)]
 pub(super) struct PointRequest {
@@ -60,7 +60,7 @@ impl PointRequest {
     pub(super) fn probe(&self) -> Result<Value, Refusal> {
         let (law, point) = self.place.point()?;
         let answer = Answer::of(&law, &point, DEFAULT_TOLERANCE, Method::all());
-        let direct = direct::flow(&answer.oscillator, DEFAULT_TOLERANCE);
+        let direct = slipmap_witness::flow(&answer.oscillator, DEFAULT_TOLERANCE);
         let mut whole = Probe::new(&answer, &direct);
         if let Some(machine) = self.place.machine()? {
             let behaviour = machine.model().map(|model| behaviour(&model, DEFAULT_TOLERANCE));

@@ -5,8 +5,8 @@ use axum::http::StatusCode;
 use axum::response::{IntoResponse, Response};
 use serde::Serialize;
 
-use crate::friction::ExpressionError;
 use crate::map::{GridError, PlanError};
+use slipmap_model::friction::ExpressionError;
 
 /// A refused request.
 #[derive(Clone, Debug, PartialEq, Serialize)]

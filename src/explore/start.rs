@@ -5,11 +5,11 @@ use serde_json::json;
 use super::machine;
 use super::place::law_json;
 use crate::config::Job;
-use crate::friction::Law;
 use crate::machine::{MOTION_ATTRIBUTE, Machine, Motion, SI_ATTRIBUTE};
 use crate::map::{AxisRole, Grid};
-use crate::simulate::critical_damping;
 use crate::store::{MapFile, Value};
+use slipmap_model::friction::Law;
+use slipmap_simulate::critical_damping;
 
 /// Factor by which the damping axis extends beyond the larger of two dampings.
 const ROOM: f64 = 1.2;

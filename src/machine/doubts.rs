@@ -1,7 +1,7 @@
 //! Warnings about numbers of a machine that are legal but suggest that they are not in SI units.
 
 use super::{Dimension, Friction, Machine, Motion};
-use crate::friction::Table;
+use slipmap_model::friction::Table;
 
 /// Fastest belt speed of a plausible machine, m/s.
 const FASTEST: f64 = 100.0;
@@ -105,8 +105,8 @@ pub(crate) fn scatter(table: &Table) -> Option<(usize, usize)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::friction::Law;
     use crate::machine::example;
+    use slipmap_model::friction::Law;
 
     /// Once its advice is followed the warning of scatter is silent, even if the means still scatter.
     #[test]

@@ -1,8 +1,8 @@
 //! The friction of a machine: its coefficient of friction as a function of the slip speed, in SI units.
 
 use super::Units;
-use crate::friction::{Expression, Fall, Law, Table};
-use crate::point::LawParameters;
+use slipmap_model::friction::{Expression, Fall, Law, Table};
+use slipmap_model::point::LawParameters;
 
 /// Coefficients of a built-in law.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -14,7 +14,7 @@ pub struct Coefficients {
     /// v_s > 0, m/s.
     pub(crate) stribeck_velocity: f64,
     /// Strengthening of the coefficient of friction at high speed, >= 0: per m/s or per (m/s)^2, by the law's
-    /// [`Strengthening`](crate::friction::Strengthening).
+    /// [`Strengthening`](slipmap_model::friction::Strengthening).
     pub(crate) strengthening: f64,
 }
 

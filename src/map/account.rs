@@ -1,11 +1,10 @@
 //! Statistics of tiles: cells counted, processor seconds, audit results.
 
 use super::{Audit, Contradictions, LISTED, Paths, Plan, Runs, TileData, Verdict};
-use crate::named::named_sums;
+use slipmap_numbers::named_sums;
 
 /// A cell on which a method failed.
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "store", derive(serde::Serialize, serde::Deserialize))]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct FailedCell {
     pub(crate) tile: usize,
     /// Its index in the grid.
@@ -15,8 +14,7 @@ pub struct FailedCell {
 }
 
 /// Statistics of one method.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "store", derive(serde::Serialize, serde::Deserialize))]
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct MethodAccount {
     /// Processor seconds.
     pub(crate) seconds: f64,
@@ -27,7 +25,7 @@ pub struct MethodAccount {
 named_sums! {
     /// Processor seconds of the stages of a run that belong to no method.
     #[derive(Clone, Copy, Debug, Default, PartialEq)]
-    #[cfg_attr(feature = "store", derive(serde::Serialize, serde::Deserialize))]
+    #[derive(serde::Serialize, serde::Deserialize)]
     pub struct Stages of f64 {
         /// Creating the columns of the tiles with their friction curves.
         pub(crate) columns,
@@ -54,8 +52,7 @@ named_sums! {
 }
 
 /// Numbers of values of fields that could not be computed.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "store", derive(serde::Serialize, serde::Deserialize))]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Unknown {
     /// Cells without a regime.
     pub regimes: u64,
@@ -64,8 +61,7 @@ pub struct Unknown {
 }
 
 /// Statistics of one tile, or their sums over several. All but the seconds depend on the plan alone.
-#[derive(Clone, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "store", derive(serde::Serialize, serde::Deserialize))]
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Account {
     /// Number of cells computed.
     pub cells: u64,
@@ -157,8 +153,8 @@ pub(super) fn failed_cells(data: &TileData) -> Vec<FailedCell> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::friction::Law;
     use crate::map::{Grid, Method, MethodCells, Tile};
+    use slipmap_model::friction::Law;
 
     fn tile_data(tile: Tile, failed: &[usize]) -> TileData {
         let verdict = |cell| if failed.contains(&cell) { Verdict::Failed } else { Verdict::Absent };

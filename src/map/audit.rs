@@ -10,14 +10,13 @@ use std::collections::HashMap;
 
 use super::contradictions::excludes_errors;
 use super::{Grid, Plan, Runs, Tile, Verdict};
-use crate::certify::Guarantee;
-use crate::filippov::Oscillator;
-use crate::random::Random;
-use crate::simulate::{Fate, Flow, direct};
+use slipmap_certify::Guarantee;
+use slipmap_model::filippov::Oscillator;
+use slipmap_numbers::random::Random;
+use slipmap_simulate::{Fate, Flow};
 
 /// A verdict that the direct engine contradicts.
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "store", derive(serde::Serialize, serde::Deserialize))]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Disagreement {
     /// The index of the cell in the grid.
     pub(crate) index: Vec<usize>,
@@ -31,8 +30,7 @@ pub struct Disagreement {
 
 /// Results of the audit. A decision is one method's verdict, present or absent, on one audited cell. Audited
 /// methods are `simulation`, `validated` and the tests that are theorems at finite eps.
-#[derive(Clone, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "store", derive(serde::Serialize, serde::Deserialize))]
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Audit {
     /// Number of distinct cells decided again.
     pub cells: u64,
@@ -99,10 +97,10 @@ impl Draws {
         let mut by_tile: HashMap<usize, Vec<Draw>> = HashMap::new();
         let mut random = Random(0);
         for i in 0..plan.audit_cells {
-            let tile_number = (random.next() % tiles as u64) as usize;
+            let tile_number = (random.bits() % tiles as u64) as usize;
             let tile = grid.tile(&plan.tile_shape, tile_number);
-            let column = (random.next() % tile.columns() as u64) as usize;
-            let node = (random.next() % tile.damping_range().len() as u64) as usize;
+            let column = (random.bits() % tile.columns() as u64) as usize;
+            let node = (random.bits() % tile.damping_range().len() as u64) as usize;
             let along =
                 if i % 2 == 0 { Along::At(node) } else { Along::NextToBoundary { upper: i % 4 == 1 } };
             by_tile.entry(tile_number).or_default().push(Draw { column, along });
@@ -148,7 +146,7 @@ impl Draws {
 fn audit_cell(plan: &Plan, index: &[usize], verdicts: impl Iterator<Item = Verdict>) -> Audit {
     let mut audit = Audit { cells: 1, ..Audit::default() };
     let oscillator = Oscillator::new(plan.grid.law(), &plan.grid.point(index));
-    let first = direct::flow(&oscillator, plan.tolerance);
+    let first = slipmap_witness::flow(&oscillator, plan.tolerance);
     let second = OnceCell::new();
     for (method, (of, stored)) in plan.methods.iter().zip(verdicts).enumerate() {
         if !(stored.is_decision() && excludes_errors(of.guarantee())) {
@@ -157,7 +155,7 @@ fn audit_cell(plan: &Plan, index: &[usize], verdicts: impl Iterator<Item = Verdi
         audit.checked += 1;
         let mut direct = &first;
         if contradicts(direct, stored) {
-            direct = second.get_or_init(|| direct::flow(&oscillator, finer(plan.tolerance)));
+            direct = second.get_or_init(|| slipmap_witness::flow(&oscillator, finer(plan.tolerance)));
         }
         match Verdict::from(&direct.fate) {
             Verdict::Failed | Verdict::NotComputed => audit.unresolved += 1,
@@ -184,5 +182,5 @@ fn contradicts(flow: &Flow, stored: Verdict) -> bool {
 
 /// The tolerance of the second computation.
 fn finer(tolerance: f64) -> f64 {
-    (1e-3 * tolerance).max(direct::FINEST).min(tolerance)
+    (1e-3 * tolerance).max(slipmap_witness::FINEST).min(tolerance)
 }

@@ -5,13 +5,13 @@ use std::cell::{Cell, OnceCell, RefCell};
 use super::Regime;
 use super::end::End;
 use super::verdict::Attractors;
-use crate::filippov::Oscillator;
-use crate::friction::{Column, Curve, Range};
-use crate::simulate::backbone::{Backbone, CycleRange, InterpolatedBackbone};
-use crate::simulate::crossing::{crossing_cycles, some_cross_for_ever, stick_slip_cycle};
-use crate::simulate::far_loops::FarLoops;
-use crate::simulate::slip_cycle::{BACKBONE_TOLERANCE, Kick, kick_onto, locate, none_within};
-use crate::simulate::{Cycle, Failure, Flow, Neighbour, TIGHT, outermost_repelling};
+use slipmap_model::filippov::Oscillator;
+use slipmap_model::friction::{Column, Curve, Range};
+use slipmap_simulate::backbone::{Backbone, CycleRange, InterpolatedBackbone};
+use slipmap_simulate::crossing::{crossing_cycles, some_cross_for_ever, stick_slip_cycle};
+use slipmap_simulate::far_loops::FarLoops;
+use slipmap_simulate::slip_cycle::{BACKBONE_TOLERANCE, Kick, kick_onto, locate};
+use slipmap_simulate::{Cycle, Failure, Flow, Neighbour, TIGHT, outermost_repelling};
 
 /// Tolerance, in units of the weakening rate, of the coarse backbones that are tried first where only the
 /// number of cycles is needed: few dampings of a column lie that close to an extreme of the backbone.
@@ -126,7 +126,7 @@ impl<'a> Behaviour<'a> {
         let stable = self.equilibrium_attracts(viscous)?;
         let returns = end.returns()?;
         let even = self.even.get_or_init(|| self.curve.even_weakening_range(self.belt_speed));
-        if none_within(even, viscous) {
+        if even.excludes(viscous) {
             return Some(Vec::new());
         }
         if self.curve.weakening_is_convex() {
@@ -313,10 +313,10 @@ pub fn slip_cycle_count(oscillator: &Oscillator, flow: &Flow) -> Option<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::friction::{Expression, Law};
-    use crate::simulate::arc::{SlipTurn, turn};
-    use crate::simulate::flow;
-    use crate::simulate::slip_cycle::slip_cycles;
+    use slipmap_model::friction::{Expression, Law};
+    use slipmap_simulate::arc::{SlipTurn, turn};
+    use slipmap_simulate::flow;
+    use slipmap_simulate::slip_cycle::slip_cycles;
 
     /// Steady slip, inside an unstable slip cycle, inside a stable one, which no orbit leaves.
     #[test]

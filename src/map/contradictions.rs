@@ -4,11 +4,10 @@
 //! These methods are the tests that are theorems at finite eps, `validated`, and `simulation`.
 
 use super::{LISTED, TileData, Verdict};
-use crate::certify::Guarantee;
+use slipmap_certify::Guarantee;
 
 /// A cell in which methods with a guarantee contradict each other.
-#[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "store", derive(serde::Serialize, serde::Deserialize))]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Contradiction {
     /// The number of its tile.
     pub tile: usize,
@@ -19,8 +18,7 @@ pub struct Contradiction {
 }
 
 /// The contradictions in the cells of some tiles: their number, and the first ones.
-#[derive(Clone, Debug, Default, PartialEq)]
-#[cfg_attr(feature = "store", derive(serde::Serialize, serde::Deserialize))]
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Contradictions {
     /// Number of cells.
     pub cells: u64,
@@ -84,8 +82,8 @@ fn contradiction(data: &TileData, cell: usize) -> Contradiction {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::friction::Law;
     use crate::map::{Grid, Method, MethodCells, Plan, Runs};
+    use slipmap_model::friction::Law;
 
     fn verdicts_of(codes: &[i8]) -> Runs<Verdict> {
         codes.iter().map(|code| Verdict::of_code(*code).unwrap()).collect()

@@ -12,12 +12,12 @@ use rayon::prelude::*;
 
 use super::grid::Extent;
 use super::{AxisRole, Grid};
-use crate::filippov::Oscillator;
-use crate::point::Point;
-use crate::simulate::backbone::{Backbone, TurningPoint};
-use crate::simulate::bifurcation::Bifurcation;
-use crate::simulate::continuation::{Branch, CurvePoint, zero_curves};
-use crate::simulate::folds::{Extreme, fold_curves};
+use slipmap_model::filippov::Oscillator;
+use slipmap_model::point::Point;
+use slipmap_simulate::backbone::{Backbone, TurningPoint};
+use slipmap_simulate::bifurcation::Bifurcation;
+use slipmap_simulate::continuation::{Branch, CurvePoint, zero_curves};
+use slipmap_simulate::folds::{Extreme, fold_curves};
 
 /// Tolerance of the test functions and of the backbones.
 const TOLERANCE: f64 = 1e-10;

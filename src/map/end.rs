@@ -1,7 +1,7 @@
 //! How the orbit of a cell ends.
 
 use super::Verdict;
-use crate::simulate::{Fate, Flow};
+use slipmap_simulate::{Fate, Flow};
 
 /// The fate of a cell's orbit, without its details.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -13,11 +13,11 @@ use super::proved::Proved;
 use super::quantity::describe;
 use super::simulation::{Simulated, simulate};
 use super::{Field, Method, MethodCells, Plan, PlaneCurves, Regime, Runs, Sink, Tile, TileData, Verdict};
-use crate::certify::{Claim, Columns};
 use crate::clock::timed;
-use crate::filippov::Oscillator;
-use crate::friction::Column;
-use crate::simulate::return_map::{flow_after_turn, is_resolved};
+use slipmap_certify::{Claim, Columns};
+use slipmap_model::filippov::Oscillator;
+use slipmap_model::friction::Column;
+use slipmap_simulate::return_map::{flow_after_turn, is_resolved};
 
 /// The number of threads, the callbacks and the interruption of a computation.
 pub struct Control<'a> {

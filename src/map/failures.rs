@@ -20,11 +20,11 @@ pub(crate) use mechanism::Mechanism;
 
 use super::limits::Ray;
 use super::{Grid, Method, Verdict, unravel};
-use crate::filippov::Oscillator;
-use crate::friction::{Column, Law};
-use crate::named::named;
-use crate::point::Point;
-use crate::simulate::{Fate, direct, flow, located_critical_damping, sticks_from};
+use slipmap_model::filippov::Oscillator;
+use slipmap_model::friction::{Column, Law};
+use slipmap_model::point::Point;
+use slipmap_numbers::named;
+use slipmap_simulate::{Fate, flow, located_critical_damping, sticks_from};
 
 named! {
     /// Kind of failure of a method at a cell.
@@ -245,7 +245,8 @@ fn examine(point: &Point, comparison: &Comparison) -> Examined {
         distance_c: f64::NAN,
         distance_epsilon: f64::NAN,
     };
-    let (first, second) = (flow(&oscillator, tolerance).fate, direct::flow(&oscillator, tolerance).fate);
+    let (first, second) =
+        (flow(&oscillator, tolerance).fate, slipmap_witness::flow(&oscillator, tolerance).fate);
     if first == Fate::TooCloseToCall || second == Fate::TooCloseToCall {
         examined.truth.too_close = 1;
         return examined;
@@ -308,7 +309,7 @@ mod tests {
         let distance = distance_in_c(&column, point.damping, &Fate::SpiralsInward, 1e-9);
         // The direct engine changes its verdict at c* = -0.28495104.
         for (c, returns) in [(7.0 - distance - 1e-6, true), (7.0 - distance + 1e-6, false)] {
-            let fate = direct::flow(&Oscillator::in_column(&column, c), 1e-9).fate;
+            let fate = slipmap_witness::flow(&Oscillator::in_column(&column, c), 1e-9).fate;
             assert_eq!(fate != Fate::SpiralsInward, returns, "{c}");
         }
         assert!((distance - 7.28495104).abs() < 1e-6, "{distance}");

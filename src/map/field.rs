@@ -3,7 +3,7 @@
 #[cfg(feature = "report")]
 use super::Method;
 use crate::machine::Dimension;
-use crate::named::named;
+use slipmap_numbers::named;
 
 named! {
     /// A field that a map can store, with its name in configurations.

@@ -2,9 +2,9 @@
 
 use std::ops::Range;
 
-use crate::friction::domain::{BELT_SPEED, DAMPING, EPSILON};
-use crate::friction::{Column, Law, Parameter};
-use crate::point::{LawParameters, MAX_LAW_PARAMETERS, Point};
+use slipmap_model::friction::domain::{BELT_SPEED, DAMPING, EPSILON};
+use slipmap_model::friction::{Column, Law, Parameter};
+use slipmap_model::point::{LawParameters, MAX_LAW_PARAMETERS, Point};
 
 /// The parameter that an axis varies. A map's dimensions are, slowest first: eps, the law's parameters in the
 /// law's order, V, c. The damping c is fastest because verdicts are step functions along it.

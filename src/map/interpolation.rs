@@ -28,15 +28,15 @@ use super::behaviour::COARSE;
 use super::end::End;
 use super::grid::Extent;
 use super::{Field, Grid, Plan, Tile};
-use crate::filippov::Oscillator;
-use crate::friction::Column;
-use crate::random::Random;
-use crate::simulate::backbone::{BackboneNodes, InterpolatedBackbone};
-use crate::simulate::chebyshev::{self, Transform};
-use crate::simulate::critical_damping;
-use crate::simulate::crossing::{JUMP, reach};
-use crate::simulate::far_loops::FarLoops;
-use crate::simulate::margins::numbers_in;
+use slipmap_model::filippov::Oscillator;
+use slipmap_model::friction::Column;
+use slipmap_numbers::chebyshev::{self, Transform};
+use slipmap_numbers::random::Random;
+use slipmap_simulate::backbone::{BackboneNodes, InterpolatedBackbone};
+use slipmap_simulate::critical_damping;
+use slipmap_simulate::crossing::{JUMP, reach};
+use slipmap_simulate::far_loops::FarLoops;
+use slipmap_simulate::margins::numbers_in;
 
 /// Tolerance of eps c* where no backbone is needed, in units of the weakening rate, and of the [`reach`].
 const TOLERANCE: f64 = 1e-6;

@@ -33,11 +33,11 @@ use std::collections::HashMap;
 use std::f64::consts::TAU;
 
 use super::{Method, Verdict};
-use crate::certify::validated;
-use crate::filippov::Oscillator;
-use crate::friction::{Column, Law};
-use crate::point::Point;
-use crate::simulate::{Fate, Flow, flow};
+use slipmap_certify::validated;
+use slipmap_model::filippov::Oscillator;
+use slipmap_model::friction::{Column, Law};
+use slipmap_model::point::Point;
+use slipmap_simulate::{Fate, Flow, flow};
 
 /// The smallest eps at which methods are evaluated; their verdicts below it are taken to be the same.
 pub const LOWEST: f64 = 1e-6;
@@ -59,7 +59,7 @@ const SAME: f64 = 1e-9;
 const SECTIONS: u32 = 24;
 
 /// Budget of a ray and its limits: evaluations of the right-hand side, in units of that of the Stribeck law
-/// (see [`Curve::cost`](crate::friction::Curve::cost)). Rays of moderate parameters take a tenth of it,
+/// (see [`Curve::cost`](slipmap_model::friction::Curve::cost)). Rays of moderate parameters take a tenth of it,
 /// without the naive methods.
 pub(crate) const WORK: u64 = 6_000_000;
 
@@ -150,10 +150,10 @@ impl Proved {
     /// The thresholds for the ray through `point`, whose own eps does not matter.
     ///
     /// For the Stribeck law with g = gamma (1-alpha) and s = c + 2 beta V, by the theorem of
-    /// [`crate::certify::symmetric`]: the orbit returns if s < g / (1 + eps gamma V)^2, and does not if
+    /// [`slipmap_certify::symmetric`]: the orbit returns if s < g / (1 + eps gamma V)^2, and does not if
     /// s > (g/2) (1 + 1/(1 + 2 eps gamma V)^2). The divergence is at most d = eps (g - c). In the linear flow
     /// with divergence d one turn multiplies v^2 + v'^2 by F = exp(2 pi d / sqrt(1 - d^2/4)). So, by the
-    /// comparison lemma of [`crate::certify`], the landing speed is below 2 if V^2 (F - 1) < 4.
+    /// comparison lemma of [`slipmap_certify`], the landing speed is below 2 if V^2 (F - 1) < 4.
     #[must_use]
     pub fn of(law: &Law, point: &Point) -> Self {
         let (Law::Stribeck, &[alpha, beta, gamma]) = (law.as_written(), point.law.as_slice()) else {

@@ -3,11 +3,11 @@
 use std::borrow::Cow;
 
 use super::Verdict;
-use crate::certify::{Guarantee, TESTS, Test, validated};
-use crate::filippov::Oscillator;
-use crate::friction::{Column, Law};
-use crate::simulate::flow;
-use crate::simulate::naive::{NaiveKnobs, NaiveMethod};
+use slipmap_certify::{Guarantee, TESTS, Test, validated};
+use slipmap_model::filippov::Oscillator;
+use slipmap_model::friction::{Column, Law};
+use slipmap_simulate::flow;
+use slipmap_simulate::naive::{NaiveKnobs, NaiveMethod};
 
 /// One method of a map.
 #[derive(Clone, Copy, Debug)]

@@ -1,9 +1,9 @@
 //! A validated description of a computation.
 
 use super::{Axis, Field, Grid, Method, Plane, Quantity, tiles};
-use crate::certify::validated;
-use crate::friction::{Column, Curve};
-use crate::named::named;
+use slipmap_certify::validated;
+use slipmap_model::friction::{Column, Curve};
+use slipmap_numbers::named;
 
 /// Largest number of dampings for which columns are interpolated: with more, each column serves many cells.
 const MOST_DAMPINGS_INTERPOLATED: usize = 2;
@@ -366,8 +366,8 @@ impl Plan {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::friction::{Expression, Law};
-    use crate::point::LawParameters;
+    use slipmap_model::friction::{Expression, Law};
+    use slipmap_model::point::LawParameters;
 
     #[test]
     fn columns_that_differ_in_eps_alone_are_in_one_tile_unless_the_law_contains_eps() {

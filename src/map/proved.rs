@@ -6,12 +6,12 @@ use std::time::Instant;
 use rayon::ThreadPool;
 
 use super::Plan;
-use crate::certify::validated::boxes::{BoxProof, Budget, ParameterBox, Volumes};
-use crate::certify::validated::law_boxes::LawProof;
-use crate::certify::validated::prover::{Prover, Threads};
-use crate::certify::validated::surface::Surface;
-use crate::certify::validated::tile::{GroupBox, Tile};
-use crate::friction::Law;
+use slipmap_certify::validated::boxes::{BoxProof, Budget, ParameterBox, Volumes};
+use slipmap_certify::validated::law_boxes::LawProof;
+use slipmap_certify::validated::prover::{Prover, Threads};
+use slipmap_certify::validated::surface::Surface;
+use slipmap_certify::validated::tile::{GroupBox, Tile};
+use slipmap_model::friction::Law;
 
 /// Number of boxes of another law for each that a plan requests: a box of Stribeck's law takes some fifty
 /// times as long, and covers more.

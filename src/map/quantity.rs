@@ -9,11 +9,11 @@ use super::interpolation::Interpolated;
 use super::limits::Ray;
 use super::{Field, Plan, Quantity, Regime, Runs, Tile};
 use crate::clock::timed;
-use crate::filippov::Oscillator;
-use crate::friction::Column;
-use crate::point::Point;
-use crate::simulate::sensitivity::sensitivity;
-use crate::simulate::{Cycle, Fate, Landing, Range, flow};
+use slipmap_model::filippov::Oscillator;
+use slipmap_model::friction::Column;
+use slipmap_model::point::Point;
+use slipmap_simulate::sensitivity::sensitivity;
+use slipmap_simulate::{Cycle, Fate, Landing, Range, flow};
 
 /// What a map stores of the orbits of a tile's cells, besides verdicts.
 #[derive(Default)]

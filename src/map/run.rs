@@ -6,8 +6,8 @@ use std::time::Instant;
 use super::account::Account;
 use super::engine::{ComputeError, Control, Queue, Summary, compute_tiles};
 use super::{Plan, Sink, curves_of, prove};
-use crate::certify::validated::prover::Prover;
 use crate::clock::process_time;
+use slipmap_certify::validated::prover::Prover;
 
 /// The work of earlier runs of the same plan, for a resumed run.
 #[derive(Clone, Debug)]

@@ -8,14 +8,14 @@
 use super::end::End;
 use super::interpolation::Interpolated;
 use super::{Engine, Verdict};
-use crate::certify::{Claim, Columns, Decision, landing};
-use crate::filippov::Oscillator;
-use crate::friction::Column;
-use crate::named::named_sums;
-use crate::simulate::{
+use slipmap_certify::{Claim, Columns, Decision, landing};
+use slipmap_model::filippov::Oscillator;
+use slipmap_model::friction::Column;
+use slipmap_numbers::named_sums;
+use slipmap_simulate::{
     CriticalDamping, NoCriticalDamping,
     critical::critical_dampings,
-    direct, flow,
+    flow,
     margins::{Margins, margins},
     return_map::{flow_after_turn, is_resolved},
     surface,
@@ -24,7 +24,7 @@ use crate::simulate::{
 named_sums! {
     /// Number of cells that each path decided.
     #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-    #[cfg_attr(feature = "store", derive(serde::Serialize, serde::Deserialize))]
+    #[derive(serde::Serialize, serde::Deserialize)]
     pub struct Paths of u64 {
         /// Columns decided whole by the certificate `symmetric`, never simulated.
         pub(crate) certificate,
@@ -94,7 +94,7 @@ pub(super) fn simulate(
         Engine::Direct => {
             for column in columns.iter() {
                 for &c in cs {
-                    let answer = direct::decisive_flow(&Oscillator::in_column(column, c), tolerance);
+                    let answer = slipmap_witness::decisive_flow(&Oscillator::in_column(column, c), tolerance);
                     done.rhs += answer.rhs;
                     done.ends.push(End::of(&answer));
                 }

@@ -1,15 +1,15 @@
 //! The labels that a map stores.
 
-use crate::certify::Decision;
-use crate::named::named;
-use crate::simulate::Fate;
-use crate::simulate::naive::NaiveVerdict;
+use slipmap_certify::Decision;
+use slipmap_numbers::named;
+use slipmap_simulate::Fate;
+use slipmap_simulate::naive::NaiveVerdict;
 
 named! {
     /// A method's verdict on one cell, with the code stored in `verdict_METHOD` and its name in tables and in
     /// `flag_meanings`.
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-    #[cfg_attr(feature = "store", derive(serde::Serialize, serde::Deserialize))]
+    #[derive(serde::Serialize, serde::Deserialize)]
     #[repr(i8)]
     pub enum Verdict {
         /// No stick-slip limit cycle.

@@ -1,21 +1,21 @@
 //! The answers of every method about one point, and the simulated flow there.
 
 use crate::behaviour::needed_slip_speed;
-use crate::certify::validated::any_law;
-use crate::certify::{Claim, Decision, Guarantee};
-use crate::filippov::Oscillator;
-use crate::friction::{Column, Law};
 use crate::map::limits::{EpsilonLimit, Ray};
 use crate::map::{self, BasinBoundary, Method, Regime, Verdict};
-use crate::number::{rounded, short, signed};
-use crate::point::Point;
-use crate::simulate::crossing::{crossing_cycles, stick_slip_cycle};
-use crate::simulate::naive::NaiveVerdict;
-use crate::simulate::sensitivity::{NoSensitivity, Sensitivity, sensitivity};
-use crate::simulate::slip_count::{SlipCount, count_slip_cycles};
-use crate::simulate::slip_cycle::{Unknown, slip_cycles};
-use crate::simulate::{
-    self, CriticalDamping, Cycle, Failure, Fate, Flow, Landing, NoCriticalDamping, TIGHT, sticks_from,
+use slipmap_certify::slip_count::{SlipCount, count_slip_cycles};
+use slipmap_certify::validated::any_law;
+use slipmap_certify::{Claim, Decision, Guarantee};
+use slipmap_model::filippov::Oscillator;
+use slipmap_model::friction::{Column, Law};
+use slipmap_model::point::Point;
+use slipmap_numbers::text::{rounded, short, signed};
+use slipmap_simulate::crossing::{crossing_cycles, stick_slip_cycle};
+use slipmap_simulate::naive::NaiveVerdict;
+use slipmap_simulate::sensitivity::{NoSensitivity, Sensitivity, sensitivity};
+use slipmap_simulate::slip_cycle::{Unknown, slip_cycles};
+use slipmap_simulate::{
+    CriticalDamping, Cycle, Failure, Fate, Flow, Landing, NoCriticalDamping, TIGHT, sticks_from,
 };
 
 /// The answer of one method.
@@ -61,8 +61,8 @@ impl Answer {
     pub fn of(law: &Law, point: &Point, tolerance: f64, methods: impl Iterator<Item = Method>) -> Self {
         let column = law.column(point);
         let oscillator = Oscillator::new(law, point);
-        let flow = simulate::flow(&oscillator, tolerance);
-        let critical = simulate::critical_damping(&column, tolerance);
+        let flow = slipmap_simulate::flow(&oscillator, tolerance);
+        let critical = slipmap_simulate::critical_damping(&column, tolerance);
         let methods = methods
             .map(|method| match method {
                 Method::Test(test) => of_test(method, &(test.claim)(&column), &column, point.damping),

@@ -1,9 +1,9 @@
 //! The command line of `slipmap probe` for a point.
 
 use super::Grid;
-use crate::friction::Law;
-use crate::number::exact;
-use crate::point::Point;
+use slipmap_model::friction::Law;
+use slipmap_model::point::Point;
+use slipmap_numbers::text::exact;
 
 /// The names of all axes of all laws, without repetition.
 pub(crate) fn axis_names() -> Vec<&'static str> {

@@ -16,13 +16,13 @@ use result::{
 pub use result::{MachineResult, Probe};
 
 use crate::behaviour::Behaviour;
-use crate::filippov::{Eigenvalues, Oscillator};
-use crate::friction::Law;
 use crate::machine::Machine;
 use crate::map::{self, Grid, Regime};
-use crate::simulate::sensitivity::{NoSensitivity, Sensitivity};
-use crate::simulate::slip_count::SlipCount;
-use crate::simulate::{
+use slipmap_certify::slip_count::SlipCount;
+use slipmap_model::filippov::{Eigenvalues, Oscillator};
+use slipmap_model::friction::Law;
+use slipmap_simulate::sensitivity::{NoSensitivity, Sensitivity};
+use slipmap_simulate::{
     CriticalDamping, Cycle, Fate, Flow, Landing, Neighbour, NoCriticalDamping, crossing_separates, separates,
 };
 

@@ -2,19 +2,19 @@
 
 use std::borrow::Cow;
 
-use crate::friction::Range;
 use crate::machine::Units;
 use crate::map::limits::Limit;
-use crate::simulate::Cycle;
-use crate::simulate::sensitivity::Estimate;
-use crate::simulate::slip_cycle::Kick;
+use slipmap_model::friction::Range;
+use slipmap_simulate::Cycle;
+use slipmap_simulate::sensitivity::Estimate;
+use slipmap_simulate::slip_cycle::Kick;
 
 /// Derives `Serialize` where the feature `serde` is on.
 macro_rules! result {
     ($($(#[$meta:meta])* $vis:vis struct $name:ident { $($fields:tt)* })*) => {
         $($(#[$meta])*
         #[derive(Clone, Debug, PartialEq)]
-        #[cfg_attr(feature = "serde", derive(serde::Serialize))]
+        #[derive(serde::Serialize)]
         $vis struct $name { $($fields)* })*
     };
 }
@@ -24,11 +24,11 @@ result! {
     pub struct Probe {
         pub(crate) law: &'static str,
         /// The point: each axis of the law with its value, in the order of [`crate::map::Grid::axis_names`].
-        #[cfg_attr(feature = "serde", serde(serialize_with = "as_map"))]
+        #[serde(serialize_with = "as_map")]
         pub(crate) point: Vec<(&'static str, f64)>,
         /// Requested bound on the error of the scaled grazing margin m / V of the simulation.
         pub(crate) tolerance: f64,
-        #[cfg_attr(feature = "serde", serde(serialize_with = "as_map"))]
+        #[serde(serialize_with = "as_map")]
         pub(crate) methods: Vec<(&'static str, MethodResult)>,
         /// The orbit from the exit point by both engines.
         pub(crate) flow: Flows,
@@ -51,7 +51,7 @@ result! {
         /// All cycles, with their stability.
         pub(crate) cycles: Cycles,
         /// Behaviour of the machine, in SI units; only if one was given.
-        #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
+        #[serde(skip_serializing_if = "Option::is_none")]
         pub machine: Option<MachineResult>,
     }
 
@@ -128,7 +128,7 @@ result! {
     pub(crate) struct SensitivityResult {
         /// By each axis but the damping, in the order of [`crate::map::Grid::axis_names`]; empty if they are
         /// unknown.
-        #[cfg_attr(feature = "serde", serde(serialize_with = "as_map"))]
+        #[serde(serialize_with = "as_map")]
         pub(crate) derivatives: Vec<(&'static str, Estimate)>,
         /// The standard error of the critical damping, of a table with standard errors.
         pub(crate) standard_error: Option<Estimate>,
@@ -143,7 +143,7 @@ result! {
         pub(crate) x2: f64,
         pub(crate) divergence: f64,
         /// Type, for instance "unstable focus".
-        #[cfg_attr(feature = "serde", serde(rename = "type"))]
+        #[serde(rename = "type")]
         pub(crate) kind: &'static str,
         pub(crate) eigenvalues: [Complex; 2],
     }
@@ -186,12 +186,12 @@ result! {
         pub(crate) multiplier: f64,
         /// For a repelling cycle: the attractors of the orbits just inside it and just outside it,
         /// "equilibrium", "slip_cycle", "stick_slip", "crossing" or "unknown".
-        #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
+        #[serde(skip_serializing_if = "Option::is_none")]
         pub(crate) separates: Option<[&'static str; 2]>,
         pub(crate) period: f64,
         /// For a cycle that crosses the belt line: x1 at which it crosses downward, less that of the exit
         /// point.
-        #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
+        #[serde(skip_serializing_if = "Option::is_none")]
         pub(crate) beyond_exit: Option<f64>,
         /// Positions on it.
         pub(crate) x1: Range,
@@ -216,7 +216,7 @@ result! {
         /// Cycles that cross the belt line, by growing size.
         pub(crate) crossing: Option<Vec<StabilityResult>>,
         /// Reason why some kinds could not be followed.
-        #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
+        #[serde(skip_serializing_if = "Option::is_none")]
         pub(crate) reason: Option<String>,
     }
 
@@ -265,7 +265,6 @@ result! {
 }
 
 /// Pairs as a map, in their order.
-#[cfg(feature = "serde")]
 fn as_map<T: serde::Serialize, S: serde::Serializer>(
     pairs: &[(&'static str, T)],
     serializer: S,
@@ -275,7 +274,6 @@ fn as_map<T: serde::Serialize, S: serde::Serializer>(
 
 /// Serialises a limit as a number; as "inf" where it is beyond all eps examined, since JSON has no infinity;
 /// as null where it is unknown.
-#[cfg(feature = "serde")]
 impl serde::Serialize for Limit {
     fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match self {

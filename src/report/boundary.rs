@@ -6,11 +6,11 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::{ReportError, SIMULATION, check};
-use crate::certify::Claim;
-use crate::friction::Column;
 use crate::map::{Control, Grid, Method, unravel};
-use crate::simulate::critical::critical_dampings;
 use crate::store::MapFile;
+use slipmap_certify::Claim;
+use slipmap_model::friction::Column;
+use slipmap_simulate::critical::critical_dampings;
 
 /// Accuracy of critical dampings that the map does not store: relative to the divergence, see
 /// [`critical_dampings`].

@@ -185,11 +185,11 @@ mod tests {
     use super::lines::{percentage, regime_lines, sections};
     use super::*;
     use crate::assessment::{Undetermined, assess};
-    use crate::friction::{Expression, Law, Table};
     use crate::machine::{Friction, Machine, Motion, example};
     use crate::map::Regime;
-    use crate::point::LawParameters;
     use crate::risk::{Estimate, Spread, risk};
+    use slipmap_model::friction::{Expression, Law, Table};
+    use slipmap_model::point::LawParameters;
 
     #[test]
     fn a_critical_damping_that_was_not_found_is_not_told_as_none() {

@@ -10,7 +10,7 @@ use crate::behaviour::behaviour;
 use crate::dataset::auxiliary::PROBABILITY;
 use crate::machine::Dimension;
 use crate::map::Verdict;
-use crate::number::count;
+use slipmap_numbers::text::count;
 
 /// Bound on the error of the scaled grazing margin for a machine.
 const TOLERANCE: f64 = 1e-9;

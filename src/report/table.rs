@@ -3,7 +3,7 @@
 mod latex;
 
 use super::text::{Rich, html, markdown, rich};
-use crate::number::{in_groups, scientific, without_zeros};
+use slipmap_numbers::text::{in_groups, scientific, without_zeros};
 
 /// The contents of a cell.
 #[derive(Clone, Debug, PartialEq)]

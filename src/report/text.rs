@@ -3,7 +3,7 @@
 //! Words from a map file enter through [`Rich::foreign`] and are escaped for each format; the program's own
 //! words may contain symbols in braces, see [`rich`].
 
-use crate::number::{scientific, without_zeros};
+use slipmap_numbers::text::{scientific, without_zeros};
 
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Piece {

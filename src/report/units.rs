@@ -4,12 +4,12 @@ use std::sync::OnceLock;
 
 use super::text::{Piece, Rich, rich};
 use crate::dataset::auxiliary::PROBABILITY;
-use crate::friction::Law;
 use crate::machine::{
     Coefficients, Dimension, MOTION_ATTRIBUTE, Model, Motion, SI_ATTRIBUTE, SiUnits, UNITS_ATTRIBUTE, Units,
 };
 use crate::map::{Axis, AxisRole, Quantity, dimension};
 use crate::store::{MapFile, Value};
+use slipmap_model::friction::Law;
 
 /// A map and the units in which its numbers are shown.
 #[derive(Clone, Debug)]

@@ -25,11 +25,11 @@
 
 use rayon::prelude::*;
 
-use crate::friction::{Column, Strengthening};
 use crate::machine::{Friction, Machine, Model};
-use crate::simulate::chebyshev::{Side, Tensor};
-use crate::simulate::critical::{critical_damping, critical_dampings};
-use crate::simulate::sensitivity::sensitivity_of_any_sign;
+use slipmap_model::friction::{Column, Strengthening};
+use slipmap_numbers::chebyshev::{Side, Tensor};
+use slipmap_simulate::critical::{critical_damping, critical_dampings};
+use slipmap_simulate::sensitivity::sensitivity_of_any_sign;
 
 /// Tolerance of the root search for a critical damping.
 const TOLERANCE: f64 = 1e-9;

@@ -1,10 +1,10 @@
 //! Tests of probabilities against separate counts and draws.
 
 use super::*;
-use crate::friction::{Expression, Law, Table};
 use crate::machine::{Friction, example};
-use crate::point::LawParameters;
-use crate::simulate::critical_damping;
+use slipmap_model::friction::{Expression, Law, Table};
+use slipmap_model::point::LawParameters;
+use slipmap_simulate::critical_damping;
 
 /// The critical damping in SI units, by a root search for this machine alone.
 fn critical(machine: &Machine) -> f64 {

@@ -7,9 +7,9 @@ use std::path::Path;
 use hdf5::types::{FloatSize, TypeDescriptor};
 use hdf5::{Dataset, Location, ObjectReference1};
 
-use crate::certify::Guarantee;
 use crate::dataset::auxiliary::{AUXILIARY, axes_of};
 use crate::dataset::{Content, Fingerprint, Value, Variable, attributes, fingerprint, hex};
+use slipmap_certify::Guarantee;
 
 use super::curves;
 use super::error::StoreError;

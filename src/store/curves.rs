@@ -5,7 +5,7 @@ use hdf5::{Dataset, File, Group, H5Type};
 
 use crate::dataset::{Value, fingerprint};
 use crate::map::{Axis, CURVE_COLUMNS, Grid, Plane, PlaneCurve, PlaneCurves, PlanePoint};
-use crate::simulate::bifurcation::Bifurcation;
+use slipmap_simulate::bifurcation::Bifurcation;
 
 use super::create::{group_of_tables, seal_attributes};
 use super::records::Contents::{Integers, Reals, Words};

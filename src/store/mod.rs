@@ -90,6 +90,7 @@ mod value;
 mod writer;
 
 pub use crate::dataset::attributes::fingerprint;
+#[cfg(feature = "mpi")]
 pub(crate) use crate::dataset::attributes::plan_digest;
 pub use crate::dataset::{Outcome, Provenance, Value};
 pub use check::{CheckReport, Problem, check};

@@ -11,8 +11,8 @@ use ndarray::ArrayD;
 
 use crate::dataset::auxiliary::{AUXILIARY, axes_of};
 use crate::dataset::{MethodInfo, SCHEMA, Schema, Value};
-use crate::friction::Law;
 use crate::map::{Field, Grid, PlaneCurves, Tile};
+use slipmap_model::friction::Law;
 
 use super::error::StoreError;
 use super::trust::{self, Unfit};

@@ -7,7 +7,8 @@ use slipmap::certify::{Decision, Guarantee, TESTS};
 use slipmap::friction::Law;
 use slipmap::map::{Account, Control, Engine, Grid, Method, Plan, Sink, TileData, Verdict, decide, run};
 use slipmap::simulate::return_map::{Turn, turns_of};
-use slipmap::simulate::{Fate, Flow, Landing, critical_damping, direct, flow};
+use slipmap::simulate::{Fate, Flow, Landing, critical_damping, flow};
+use slipmap::witness;
 use std::collections::BTreeMap;
 use std::convert::Infallible;
 use std::sync::{Mutex, PoisonError};
@@ -28,7 +29,7 @@ impl Case {
         let oscillator = sample.oscillator();
         Self {
             sample,
-            direct: direct::flow(&oscillator, tolerance),
+            direct: witness::flow(&oscillator, tolerance),
             map: flow(&oscillator, tolerance),
             turn: turns_of(&sample.column(), &[sample.damping], tolerance)[0],
         }

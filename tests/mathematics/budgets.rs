@@ -7,7 +7,8 @@ use slipmap::friction::{Expression, Law, Table};
 use slipmap::map::{Grid, Method, Verdict};
 use slipmap::point::Point;
 use slipmap::probe::{Answer, Probe};
-use slipmap::simulate::{Fate, direct};
+use slipmap::simulate::Fate;
+use slipmap::witness;
 
 use crate::sample::Random;
 
@@ -68,7 +69,7 @@ fn point(random: &mut Random, law: &Law) -> Point {
 fn ask(law: &Law, point: &Point) -> (Option<String>, f64) {
     let start = ThreadTime::now();
     let answer = Answer::of(law, point, TOLERANCE, Method::all());
-    let direct = direct::flow(&answer.oscillator, TOLERANCE);
+    let direct = witness::flow(&answer.oscillator, TOLERANCE);
     let probe = Probe::new(&answer, &direct);
     let seconds = start.elapsed().as_secs_f64();
     std::hint::black_box(probe);

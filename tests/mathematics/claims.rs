@@ -3,14 +3,15 @@
 use crate::sample::{Expansion, Random, Sample, check_order};
 use slipmap::certify::{Decision, by_name};
 use slipmap::filippov::{Oscillator, Side};
-use slipmap::simulate::direct::{Ending, Phase, Start, trace};
-use slipmap::simulate::{Fate, Flow, Landing, direct, flow};
+use slipmap::simulate::{Fate, Flow, Landing, flow};
+use slipmap::witness;
+use slipmap::witness::{Ending, Phase, Start, trace};
 use std::f64::consts::{PI, TAU};
 
 type Follow = fn(&Oscillator, f64) -> Flow;
 
 /// Both engines, by name.
-const ENGINES: [(&str, Follow); 2] = [("return map", flow), ("direct", direct::flow)];
+const ENGINES: [(&str, Follow); 2] = [("return map", flow), ("direct", witness::flow)];
 
 fn decide(test: &str, sample: &Sample) -> Decision {
     let test = by_name(test).unwrap_or_else(|| panic!("no test is called {test}"));
@@ -133,7 +134,7 @@ fn landing_return_time_and_period_have_their_orders() {
                 let sample = at_kappa(Sample { epsilon, ..law }, kappa);
                 let answer = flow(&sample.oscillator(), 1e-15);
                 let Fate::Sticks(landing) = answer.fate else { panic!("{sample:?}: {answer:?}") };
-                let judge = direct::flow(&sample.oscillator(), 1e-13);
+                let judge = witness::flow(&sample.oscillator(), 1e-13);
                 let Fate::Sticks(judged) = judge.fate else { panic!("{sample:?}: {judge:?}") };
                 for Landing { x1, crossings, .. } in [landing, judged] {
                     assert_eq!(crossings, 0, "{sample:?}");

@@ -8,7 +8,8 @@ use slipmap::map::{Regime, regime, slip_cycle_count};
 use slipmap::simulate::arc::{SlipTurn, turn};
 use slipmap::simulate::backbone::{Backbone, TurningPoint};
 use slipmap::simulate::slip_cycle::slip_cycles;
-use slipmap::simulate::{Fate, critical_damping, direct, exceeds, flow};
+use slipmap::simulate::{Fate, critical_damping, exceeds, flow};
+use slipmap::witness;
 
 use crate::sample::Random;
 
@@ -65,7 +66,7 @@ fn a_slow_belt_with_strong_weakening_has_a_critical_damping() {
     assert!((found.c - 70.146402).abs() < 1e-6 && found.error < 1e-6, "{found:?}");
     let fates = [-2.0, 2.0].map(|errors| {
         let oscillator = Oscillator::in_column(&column, found.c + errors * found.error);
-        direct::flow(&oscillator, 1e-13).fate
+        witness::flow(&oscillator, 1e-13).fate
     });
     assert!(matches!(fates, [Fate::Sticks(_), Fate::SpiralsInward]), "{found:?} {fates:?}");
 }
@@ -86,7 +87,7 @@ fn the_direct_engine_changes_its_verdict_at_the_critical_damping() {
                 // The margin moves by about pi V times a change of the damping.
                 let step = found.error + 1e-11 * size(&column);
                 for (c, returns) in [(found.c - step, true), (found.c + step, false)] {
-                    let answer = direct::flow(&Oscillator::in_column(&column, c), 1e-13);
+                    let answer = witness::flow(&Oscillator::in_column(&column, c), 1e-13);
                     asked += 1;
                     decided += usize::from(match answer.fate {
                         Fate::Sticks(_) | Fate::CrossesForever => {

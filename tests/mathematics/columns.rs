@@ -6,7 +6,8 @@ use slipmap::filippov::Oscillator;
 use slipmap::friction::{Column, Law, Table};
 use slipmap::map::{Engine, Regime, Verdict, decide, regime};
 use slipmap::simulate::critical::critical_dampings;
-use slipmap::simulate::{Failure, Fate, Flow, NoCriticalDamping, direct, flow};
+use slipmap::simulate::{Failure, Fate, Flow, NoCriticalDamping, flow};
+use slipmap::witness;
 
 /// Relative accuracy of the tables.
 const TABLE: f64 = 1e-16;
@@ -80,7 +81,7 @@ fn verdicts(points: &[CriticalPoint], engine: Engine, tolerance: f64) -> Found {
                 Verdict::Absent => {
                     c > point.critical_c
                         || matches!(
-                            direct::flow(&Oscillator::in_column(&column, c), 1e-12).fate,
+                            witness::flow(&Oscillator::in_column(&column, c), 1e-12).fate,
                             Fate::CrossesForever | Fate::TooCloseToCall
                         )
                 }
@@ -131,7 +132,7 @@ fn the_error_of_the_margin_holds_where_the_law_is_steep_next_to_the_belt_line() 
     for tolerance in [1e-6, 1e-9, 1e-12] {
         for point in column_points() {
             let oscillator = Oscillator::new(&Law::Stribeck, &point.at(point.critical_c));
-            let Flow { margin, margin_error, .. } = direct::flow(&oscillator, tolerance);
+            let Flow { margin, margin_error, .. } = witness::flow(&oscillator, tolerance);
             // An orbit that runs far past the line has no margin; larger errors are not proportional to their
             // causes, and a verdict takes eight times them.
             let factor = if margin_error > 1e-4 { 8.0 } else { 1.0 };
@@ -193,7 +194,7 @@ fn cells_on_fast_belts_without_a_certificate_of_presence_are_not_present() {
                 for (verdict, c) in
                     decide(std::slice::from_ref(&column), &cs, engine, 1e-9).into_iter().zip(cs)
                 {
-                    let witness = direct::flow(&Oscillator::in_column(&column, c), 1e-9);
+                    let witness = witness::flow(&Oscillator::in_column(&column, c), 1e-9);
                     let expected = match witness.fate {
                         Fate::Sticks(_) => Verdict::Present,
                         Fate::SpiralsInward | Fate::CrossesForever => Verdict::Absent,
@@ -226,7 +227,7 @@ fn a_table_with_a_dip_next_to_rest_has_its_boundary() {
         for side in [-1.0, 1.0] {
             let c = found.c + side * (10.0 * found.error + 1e-6);
             let oscillator = Oscillator::in_column(&column, c);
-            let returns = match direct::flow(&oscillator, 1e-11).fate {
+            let returns = match witness::flow(&oscillator, 1e-11).fate {
                 Fate::Sticks(_) | Fate::CrossesForever => true,
                 Fate::SpiralsInward => false,
                 fate => panic!("{dip} {belt_speed} {c}: {fate:?}"),
@@ -257,7 +258,7 @@ fn a_table_that_ends_early_has_its_boundary() {
     let c_of = |rows: usize, belt_speed: f64| {
         let law = Law::Table(Table::new("dip", &dip[..rows], 1.0).unwrap());
         let column = law.column(&law.point(1.0, &[], belt_speed, 0.0).unwrap());
-        let undamped = direct::flow(&Oscillator::in_column(&column, 0.0), 1e-9).fate;
+        let undamped = witness::flow(&Oscillator::in_column(&column, 0.0), 1e-9).fate;
         (critical_dampings(std::slice::from_ref(&column), 1e-9).remove(0), undamped)
     };
     for belt_speed in [0.06, 0.07, 0.08] {

@@ -9,7 +9,8 @@ use slipmap::simulate::backbone::Backbone;
 use slipmap::simulate::bifurcation::Bifurcation;
 use slipmap::simulate::continuation::{Branch, CurvePoint};
 use slipmap::simulate::slip_cycle::slip_cycles;
-use slipmap::simulate::{Fate, critical_damping, direct};
+use slipmap::simulate::{Fate, critical_damping};
+use slipmap::witness;
 
 const TOLERANCE: f64 = 1e-11;
 
@@ -142,7 +143,7 @@ fn direct_simulation_confirms_the_landing_curve() {
         assert!(branch.points.iter().all(|point| point.error < 1e-8), "{branch:?}");
         // The direct engine locates landings to 1e-10 or so; a millionth of the plane moves wL far more.
         for places in sides(branch, 1e-6) {
-            let lands = places.map(|place| match direct::flow(&at(place), TOLERANCE).fate {
+            let lands = places.map(|place| match witness::flow(&at(place), TOLERANCE).fate {
                 Fate::Sticks(landing) => landing.crossings == 0,
                 Fate::CrossesForever => false,
                 other => panic!("{place:?} {other:?}"),
@@ -168,7 +169,7 @@ fn direct_simulation_confirms_the_crossing_curve() {
     for branch in &curves {
         assert!(branch.points.iter().all(|point| point.error < 1e-8), "{branch:?}");
         for places in sides(branch, 1e-6) {
-            let crosses = places.map(|place| match direct::flow(&at(place), TOLERANCE).fate {
+            let crosses = places.map(|place| match witness::flow(&at(place), TOLERANCE).fate {
                 Fate::Sticks(landing) => {
                     assert_eq!(landing.crossings, 1, "{place:?}");
                     false

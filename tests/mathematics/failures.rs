@@ -10,7 +10,8 @@ use slipmap::map::Verdict;
 use slipmap::point::Point;
 use slipmap::simulate::naive::{NaiveKnobs, NaiveMethod, NaiveVerdict};
 use slipmap::simulate::return_map::{Turn, turns_of};
-use slipmap::simulate::{Fate, Landing, critical_damping, direct, flow};
+use slipmap::simulate::{Fate, Landing, critical_damping, flow};
+use slipmap::witness;
 
 const TOLERANCE: f64 = 1e-9;
 
@@ -28,7 +29,7 @@ fn column(point: &Point) -> Column {
 
 /// The verdict on which both engines agree.
 fn truth(oscillator: &Oscillator) -> Verdict {
-    let [map, direct] = [flow(oscillator, TOLERANCE), direct::flow(oscillator, TOLERANCE)]
+    let [map, direct] = [flow(oscillator, TOLERANCE), witness::flow(oscillator, TOLERANCE)]
         .map(|flow| Verdict::from(&flow.fate));
     assert_eq!(map, direct, "{oscillator:?}");
     map
@@ -144,7 +145,7 @@ fn overshoot() {
     for name in ["perturbation", "bendixson_leading", "harmonic_balance"] {
         assert_eq!(test(name, &point), Verdict::Present, "{name}");
     }
-    for flow in [flow(&oscillator, TOLERANCE), direct::flow(&oscillator, TOLERANCE)] {
+    for flow in [flow(&oscillator, TOLERANCE), witness::flow(&oscillator, TOLERANCE)] {
         assert_eq!(flow.fate, Fate::CrossesForever);
     }
     // The theorems check the landing.
@@ -302,7 +303,7 @@ fn no_divergence_and_slow_belts() {
     // No weakening, no damping: every orbit is a circle, and the orbit from the exit point grazes exactly. No
     // method can decide this; common methods give verdicts nevertheless, and different ones.
     let circle = point(0.1, [1.0, 0.0, 2.0], 1.0, 0.0);
-    for flow in [flow(&oscillator(&circle), TOLERANCE), direct::flow(&oscillator(&circle), TOLERANCE)] {
+    for flow in [flow(&oscillator(&circle), TOLERANCE), witness::flow(&oscillator(&circle), TOLERANCE)] {
         assert_eq!(flow.fate, Fate::TooCloseToCall, "{flow:?}");
     }
     let said = NaiveMethod::ALL.map(|method| naive(method, &oscillator(&circle), NaiveKnobs::default()));

@@ -22,7 +22,8 @@ static VALID: LazyLock<Vec<Value>> = LazyLock::new(|| {
             if open(part) { 0.0 } else { part.ranges().iter().map(|[lo, hi]| 1.0 + hi - lo).sum() }
         };
         surface.refine(budget, 0.0, &share, &Threads, &|| true);
-        let value: Value = serde_json::from_str(&Certificate::of(&surface, "a run").text().unwrap()).unwrap();
+        let value: Value =
+            serde_json::from_str(&Certificate::of(&surface, "a program", "a run").text().unwrap()).unwrap();
         assert_eq!(check(&value), Some(true), "a valid certificate is refused: {value}");
         value
     };

@@ -3,7 +3,7 @@
 
 use crate::sample::{Random, Sample};
 use slipmap::filippov::Side;
-use slipmap::simulate::direct::{Phase, Start, trace};
+use slipmap::witness::{Phase, Start, trace};
 use std::f64::consts::TAU;
 
 /// The classical Runge-Kutta method with `steps` steps from `from` to `to`.

@@ -4,13 +4,14 @@
 use crate::sample::{Expansion, Random, Sample, check_order};
 use slipmap::certify::{Decision, TESTS};
 use slipmap::filippov::Oscillator;
-use slipmap::simulate::{CriticalDamping, Fate, Flow, critical_damping, direct, flow};
+use slipmap::simulate::{CriticalDamping, Fate, Flow, critical_damping, flow};
+use slipmap::witness;
 use std::f64::consts::{PI, TAU};
 
 type Follow = fn(&Oscillator, f64) -> Flow;
 
 /// Both engines, by name.
-const ENGINES: [(&str, Follow); 2] = [("return map", flow), ("direct", direct::flow)];
+const ENGINES: [(&str, Follow); 2] = [("return map", flow), ("direct", witness::flow)];
 
 const TOLERANCE: f64 = 1e-10;
 
@@ -104,7 +105,7 @@ fn only_the_four_scaled_groups_matter() {
         let [one, two] = both.map(|s| flow(&s.oscillator(), TOLERANCE));
         // The return map uses only the groups.
         assert_eq!(one.margin.to_bits(), two.margin.to_bits(), "{both:?}: {one:?} {two:?}");
-        let [by_direct, by_direct_faster] = both.map(|s| direct::flow(&s.oscillator(), TOLERANCE));
+        let [by_direct, by_direct_faster] = both.map(|s| witness::flow(&s.oscillator(), TOLERANCE));
         assert!(same_margin(&by_direct, &by_direct_faster), "{both:?}: {by_direct:?} {by_direct_faster:?}");
         let [one_critical, two_critical] = both.map(|s| critical(&s));
         let error = one_critical.error + two_critical.error;

@@ -8,7 +8,8 @@ use slipmap::filippov::Oscillator;
 use slipmap::friction::{Column, Expression, Law, Table};
 use slipmap::map::{Engine, Verdict, decide};
 use slipmap::simulate::return_map::{Turn, turns_of};
-use slipmap::simulate::{Fate, Flow, critical_damping, direct};
+use slipmap::simulate::{Fate, Flow, critical_damping};
+use slipmap::witness;
 use std::collections::BTreeMap;
 
 /// The tolerance of maps.
@@ -91,9 +92,9 @@ impl Tally {
         let map = decide(std::slice::from_ref(&column), &[c], Engine::Auto, TOLERANCE)[0];
         // As an audit does: smaller steps before a contradiction is reported.
         let oscillator = Oscillator::in_column(&column, c);
-        let mut answer = direct::flow(&oscillator, TOLERANCE);
+        let mut answer = witness::flow(&oscillator, TOLERANCE);
         if decided(map) && decided(verdict(&answer)) && verdict(&answer) != map {
-            answer = direct::flow(&oscillator, 1e-3 * TOLERANCE);
+            answer = witness::flow(&oscillator, 1e-3 * TOLERANCE);
         }
         let direct = verdict(&answer);
         let mut tally = Self::default();
@@ -153,7 +154,7 @@ fn margins_are_within_their_error(count: u64) {
         let (belt_speed, epsilon) = (random.log(0.05, 4.0), random.log(0.02, 1.0));
         let column = law.column(&law.point(epsilon, &parameters, belt_speed, 0.0).unwrap());
         let c = damping(&column, &mut random);
-        let direct = direct::flow(&Oscillator::in_column(&column, c), 1e-12);
+        let direct = witness::flow(&Oscillator::in_column(&column, c), 1e-12);
         let mut compared = [0; 3];
         for (compared, tolerance) in compared.iter_mut().zip([1e-6, 1e-9, 1e-11]) {
             let [Turn::Complete { margin, error, .. }] = turns_of(&column, &[c], tolerance)[..] else {

@@ -8,8 +8,9 @@ use slipmap::certify::{Decision, Guarantee, TESTS};
 use slipmap::filippov::{Eigenvalues, Oscillator};
 use slipmap::friction::{Accuracy, Column, CustomLaw, Expression, Function, Law, Parameter, Table};
 use slipmap::point::LawParameters;
-use slipmap::simulate::direct::{Start, trace};
-use slipmap::simulate::{Fate, critical_damping, direct, flow};
+use slipmap::simulate::{Fate, critical_damping, flow};
+use slipmap::witness;
+use slipmap::witness::{Start, trace};
 
 const STRIBECK: &str = "(1 - alpha)/(1 + eps*gamma*u) + alpha + eps*beta*u^2";
 
@@ -101,7 +102,7 @@ fn theorems_hold_for_every_law() {
         let range = column.curve.weakening_range(0.0, 2.0 * column.belt_speed);
         for _ in 0..4 {
             let c = between(&mut random, 0.0, 1.2) * range.hi.max(0.01) / column.epsilon;
-            let answer = direct::flow(&Oscillator::in_column(&column, c), 1e-10);
+            let answer = witness::flow(&Oscillator::in_column(&column, c), 1e-10);
             for (name, claim) in &claims {
                 let found = match answer.fate {
                     Fate::Sticks(_) => Decision::Present,
@@ -134,7 +135,7 @@ fn engines_agree_for_every_law() {
         let range = column.curve.weakening_range(0.0, 2.0 * column.belt_speed);
         let c = between(&mut random, 0.0, 1.2) * range.hi.max(0.01) / column.epsilon;
         let oscillator = Oscillator::in_column(&column, c);
-        let (map, direct) = (flow(&oscillator, 1e-10), direct::flow(&oscillator, 1e-10));
+        let (map, direct) = (flow(&oscillator, 1e-10), witness::flow(&oscillator, 1e-10));
         let open = |fate: &Fate| matches!(fate, Fate::TooCloseToCall | Fate::Failed(_));
         if open(&map.fate) || open(&direct.fate) {
             continue;
@@ -154,7 +155,7 @@ fn the_verdict_of_the_direct_engine_changes_at_the_critical_damping() {
     let mut found = 0;
     for (law, column) in columns(60) {
         let Ok(root) = critical_damping(&column, 1e-10) else { continue };
-        let fate = |c: f64| direct::flow(&Oscillator::in_column(&column, c), 1e-11).fate;
+        let fate = |c: f64| witness::flow(&Oscillator::in_column(&column, c), 1e-11).fate;
         let step = 1e-6 * root.c.abs() + 10.0 * root.error;
         let (below, above) = (fate(root.c - step), fate(root.c + step));
         assert!(!matches!(below, Fate::SpiralsInward), "{}: {column:?} {root:?} {below:?}", law.name());
@@ -212,7 +213,7 @@ fn errors_are_within_their_estimates() {
         let oscillator = Oscillator::in_column(&column, c);
         let reference = flow(&oscillator, 1e-15);
         for tolerance in [1e-6, 1e-9, 1e-12] {
-            for answer in [flow(&oscillator, tolerance), direct::flow(&oscillator, tolerance)] {
+            for answer in [flow(&oscillator, tolerance), witness::flow(&oscillator, tolerance)] {
                 // NaN where an engine does not continue the field beyond the belt line.
                 let missed = (answer.margin - reference.margin).abs();
                 let allowed = answer.margin_error + reference.margin_error;
@@ -315,7 +316,7 @@ fn nodes_of_a_law_given_by_functions_are_followed_to_rest() {
     for c in [3.2, 3.5, 3.9] {
         let oscillator = Oscillator::in_column(&law.column(&point), c);
         assert!(!matches!(oscillator.eigenvalues(), Eigenvalues::Complex { .. }));
-        let fate = direct::flow(&oscillator, 1e-10).fate;
+        let fate = witness::flow(&oscillator, 1e-10).fate;
         assert_eq!(fate, Fate::SpiralsInward, "{c}");
     }
 }
@@ -393,7 +394,7 @@ fn the_stick_slip_cycle_of_leine_and_others() {
     let law = Law::Expression(Expression::new("1/(1 + 3*u)", 1.0).unwrap());
     let point = law.point(1.0, &[], 0.2, 0.0).unwrap();
     let oscillator = Oscillator::new(&law, &point);
-    for answer in [flow(&oscillator, 1e-12), direct::flow(&oscillator, 1e-12)] {
+    for answer in [flow(&oscillator, 1e-12), witness::flow(&oscillator, 1e-12)] {
         let Fate::Sticks(landing) = answer.fate else { panic!("{answer:?}") };
         // Half a unit of the last digit given.
         assert!((landing.slip_time + landing.stick_time - 12.001_031_29).abs() <= 0.5e-8, "{landing:?}");
@@ -505,7 +506,7 @@ fn validated_encloses_every_law() {
         let claim = (validated::TEST.claim)(&column);
         for _ in 0..2 {
             let c = between(&mut random, 0.0, 1.2) * range.hi.max(0.01) / column.epsilon;
-            let fate = direct::flow(&Oscillator::in_column(&column, c), 1e-10).fate;
+            let fate = witness::flow(&Oscillator::in_column(&column, c), 1e-10).fate;
             let contradicted = match claim.decide(c) {
                 Decision::Present => matches!(fate, Fate::SpiralsInward | Fate::CrossesForever),
                 Decision::Absent => matches!(fate, Fate::Sticks(_) | Fate::CrossesForever),

@@ -2,9 +2,9 @@
 
 use slipmap::filippov::Oscillator;
 use slipmap::friction::{Column, Expression, Law, Table};
-use slipmap::simulate::direct;
 use slipmap::simulate::margins::{Margins, margins};
 use slipmap::simulate::return_map::{Turn, turns_of};
+use slipmap::witness;
 
 /// Numbers in [0, 1) from a Weyl sequence: fills a box evenly and reproducibly.
 fn spread(i: usize, axis: i32) -> f64 {
@@ -222,7 +222,7 @@ fn the_direct_engine_finds_the_same_margins() {
     for (column, turns) in columns.iter().zip(turns(&margins(&columns, &[], &cs, 1e-9)).chunks(cs.len())) {
         for (turn, &c) in turns.iter().zip(&cs) {
             let &Turn::Complete { margin, error, rhs: 0 } = turn else { continue };
-            let direct = direct::flow(&Oscillator::in_column(column, c), 1e-12);
+            let direct = witness::flow(&Oscillator::in_column(column, c), 1e-12);
             let off = (margin - direct.margin).abs();
             assert!(!(off > error + direct.margin_error), "{column:?} {c}: {turn:?} {direct:?}");
             compared += usize::from(off.is_finite());

@@ -10,11 +10,11 @@ use slipmap::map::{self, Attractors, Regime};
 use slipmap::point::Point;
 use slipmap::simulate::arc::{SlipTurn, turn};
 use slipmap::simulate::crossing::{Loop, crossing_cycles, crossing_loop, stick_slip_cycle};
-use slipmap::simulate::direct::{self, Ending, Phase, Start, Trace, trace};
 use slipmap::simulate::slip_cycle::{Kick, kick_onto, slip_cycles};
 use slipmap::simulate::{
     Cycle, Failure, Fate, Flow, Neighbour, critical_damping, crossing_separates, flow, separates,
 };
+use slipmap::witness::{self, Ending, Phase, Start, Trace, trace};
 
 use crate::sample::Random;
 
@@ -117,10 +117,10 @@ fn the_edges_of_the_band_are_where_the_attractors_change() {
         assert!((by_turns - high).abs() < 1e-10, "{by_turns} {high}");
 
         // The direct flow agrees, which shares no code with either.
-        let by_flow = bisect(left, right, |c| match direct::flow(&at(c), 1e-14).fate {
+        let by_flow = bisect(left, right, |c| match witness::flow(&at(c), 1e-14).fate {
             Fate::Sticks(_) | Fate::CrossesForever => true,
             Fate::SpiralsInward => false,
-            Fate::TooCloseToCall => direct::flow(&at(c), 1e-14).margin > 0.0,
+            Fate::TooCloseToCall => witness::flow(&at(c), 1e-14).margin > 0.0,
             Fate::Failed(failure) => panic!("{failure}"),
         });
         assert!((by_flow - high).abs() < 1e-10, "{by_flow} {high}");
@@ -290,7 +290,7 @@ fn crossings_down(oscillator: &Oscillator, traced: &Trace) -> Vec<f64> {
 #[test]
 fn crossing_cycles_attract_the_orbit_from_the_exit_point() {
     for oscillator in crossing_oscillators() {
-        assert_eq!(direct::flow(&oscillator, 1e-12).fate, Fate::CrossesForever);
+        assert_eq!(witness::flow(&oscillator, 1e-12).fate, Fate::CrossesForever);
         let cycles = crossing_cycles(&oscillator, 1e-12).unwrap();
         let cycle = cycles[0];
         assert!(cycle.is_stable());
@@ -337,7 +337,7 @@ fn assert_traced(oscillator: &Oscillator, cycle: &Cycle) {
     let Ending::Closes { period } = traced.ending else { panic!("{:?}", traced.ending) };
     // A landing's error is V^2/wL times that of the margin; 1e-4 V is the smallest wL met here.
     assert!((cycle.period - period).abs() < 1e-6 * period, "{} {period}", cycle.period);
-    let range = |value: fn(&direct::Sample) -> f64| {
+    let range = |value: fn(&witness::Sample) -> f64| {
         let values = traced.samples.iter().map(value);
         values.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), x| (lo.min(x), hi.max(x)))
     };

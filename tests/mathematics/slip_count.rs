@@ -3,14 +3,15 @@
 use std::f64::consts::PI;
 
 use crate::sample::Random;
+use slipmap::certify::slip_count::count_slip_cycles;
 use slipmap::filippov::Oscillator;
 use slipmap::friction::{Expression, Law, Table};
 use slipmap::point::LawParameters;
 use slipmap::simulate::backbone::Backbone;
-use slipmap::simulate::direct::{Start, trace};
-use slipmap::simulate::slip_count::count_slip_cycles;
 use slipmap::simulate::slip_cycle::slip_cycles;
-use slipmap::simulate::{Fate, critical_damping, direct};
+use slipmap::simulate::{Fate, critical_damping};
+use slipmap::witness;
+use slipmap::witness::{Start, trace};
 
 fn expression(text: &str, parameters: &[f64], viscous: f64, belt_speed: f64) -> Oscillator {
     let curve =
@@ -43,7 +44,7 @@ fn without_slip_cycles_a_stable_equilibrium_proves_absence() {
         let oscillator = Oscillator::in_column(&column, critical.max(0.0) * random.log(0.5, 2.0));
         let counted = count_slip_cycles(&oscillator);
         if counted.exact() == Some(0) && oscillator.eigenvalues().is_stable() {
-            assert_eq!(direct::flow(&oscillator, 1e-9).fate, Fate::SpiralsInward, "{oscillator:?}");
+            assert_eq!(witness::flow(&oscillator, 1e-9).fate, Fate::SpiralsInward, "{oscillator:?}");
             proved += 1;
         }
     }

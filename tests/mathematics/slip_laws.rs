@@ -4,14 +4,14 @@
 use std::f64::consts::PI;
 
 use crate::sample::Random;
+use slipmap::certify::slip_count::count_slip_cycles;
 use slipmap::filippov::Oscillator;
 use slipmap::friction::{Column, Expression, Law};
 use slipmap::map::{Regime, regime};
 use slipmap::point::LawParameters;
-use slipmap::simulate::direct::{self, Start, trace};
-use slipmap::simulate::slip_count::count_slip_cycles;
 use slipmap::simulate::slip_cycle::{kick_onto, none_proved, slip_cycles};
 use slipmap::simulate::{Fate, critical_damping, flow};
+use slipmap::witness::{self, Start, trace};
 
 /// The belt oscillator of J. J. Thomsen and A. Fidlin, "Analytical approximations for stick-slip vibration
 /// amplitudes", Int. J. Non-Linear Mech. 38 (2003) 389-403: x'' + 2 beta x' + x + g mu(x' - v) = 0, with
@@ -124,7 +124,7 @@ fn the_slip_cycle_appears_in_a_hopf_bifurcation_and_ends_at_grazing() {
         // The grazing curve: the direct flow from the exit point.
         let off = random.log(1e-6, 0.05);
         let (below, above) = (at(grazing * (1.0 - off)), at(grazing * (1.0 + off)));
-        let [sticks, inward] = [&below, &above].map(|oscillator| direct::flow(oscillator, 1e-11).fate);
+        let [sticks, inward] = [&below, &above].map(|oscillator| witness::flow(oscillator, 1e-11).fate);
         assert!(matches!(sticks, Fate::Sticks(_)), "{column:?} {off} {sticks:?}");
         assert_eq!(inward, Fate::SpiralsInward, "{column:?} {off}");
 

@@ -7,7 +7,8 @@ use slipmap::certify::{Claim, Decision, Guarantee, validated};
 use slipmap::filippov::Oscillator;
 use slipmap::friction::Law;
 use slipmap::point::Point;
-use slipmap::simulate::{Fate, direct};
+use slipmap::simulate::Fate;
+use slipmap::witness;
 
 fn claim(point: &Point) -> Claim {
     (validated::TEST.claim)(&Law::Stribeck.column(point))
@@ -79,7 +80,7 @@ fn ten_thousand_points_agree_with_the_reference_boundary() {
                     assert!(c < row.critical_c, "{row:?} {c}");
                     // Landing speeds rise as c falls, so one check per column at the fastest orbit is enough.
                     if i == 38 {
-                        let flow = direct::flow(&Oscillator::new(&Law::Stribeck, &row.at(c)), 1e-10);
+                        let flow = witness::flow(&Oscillator::new(&Law::Stribeck, &row.at(c)), 1e-10);
                         assert!(matches!(flow.fate, Fate::Sticks(_) | Fate::TooCloseToCall), "{row:?} {c}");
                     }
                 }
@@ -102,7 +103,7 @@ fn no_point_anywhere_is_contradicted_by_the_direct_engine() {
     let (mut decided, mut all) = (0, 0);
     for _ in 0..400 {
         for sample in [random.anywhere(), random.near_boundary()] {
-            let flow = direct::flow(&sample.oscillator(), 1e-10);
+            let flow = witness::flow(&sample.oscillator(), 1e-10);
             all += 1;
             let decision = claim(&sample.point()).decide(sample.damping);
             decided += u32::from(decision != Decision::Undecided);

@@ -5,8 +5,8 @@
 use mpi::traits::*;
 
 use super::{END, PAUSE, PROVE, PROVED, Ranks, receive, send, wait_for};
-use crate::certify::validated::prover::{Prover, Threads};
-use crate::certify::validated::tile::{GroupBox, Tile};
+use slipmap_certify::validated::prover::{Prover, Threads};
+use slipmap_certify::validated::tile::{GroupBox, Tile};
 
 impl Ranks {
     /// On the other ranks, when their tiles of the map are done: proves tiles in the boxes that rank 0 sends,

@@ -1,12 +1,12 @@
 //! The mechanisms by which methods fail (theory, "Where methods fail"), and their attribution.
 
 use super::Kind;
-use crate::certify::{self, Claim, Decision};
-use crate::filippov::Oscillator;
-use crate::friction::Column;
 use crate::map::{Method, Verdict};
-use crate::simulate::naive::{NaiveKnobs, NaiveMethod};
-use crate::simulate::{Failure, Fate};
+use slipmap_certify::{Claim, Decision};
+use slipmap_model::filippov::Oscillator;
+use slipmap_model::friction::Column;
+use slipmap_simulate::naive::{NaiveKnobs, NaiveMethod};
+use slipmap_simulate::{Failure, Fate};
 
 /// The cause of a failure of a method at a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -128,8 +128,8 @@ fn of_test(name: &str, column: &Column, c: f64, kind: Kind, fate: &Fate) -> Mech
     }
     // The same test without the expansion in eps.
     let finite = match name {
-        "perturbation" => Some(certify::harmonic_balance::TEST),
-        "bendixson_leading" => Some(certify::bendixson::TEST),
+        "perturbation" => Some(slipmap_certify::harmonic_balance::TEST),
+        "bendixson_leading" => Some(slipmap_certify::bendixson::TEST),
         _ => None,
     };
     let mended = finite.is_some_and(|test| {
@@ -194,7 +194,7 @@ fn of_naive(naive: NaiveMethod, knobs: &NaiveKnobs, oscillator: &Oscillator, tru
     let mended = |knobs: &NaiveKnobs| Verdict::from(naive.decide(oscillator, knobs).verdict) == truth;
     let found = removals.iter().find(|(_, knobs)| mended(knobs)).map(|(mechanism, _)| *mechanism);
     found.unwrap_or_else(|| match naive.decide(oscillator, knobs).verdict {
-        crate::simulate::naive::NaiveVerdict::Failed(failure) => Mechanism::Breakdown(failure),
+        slipmap_simulate::naive::NaiveVerdict::Failed(failure) => Mechanism::Breakdown(failure),
         _ => Mechanism::Unexplained,
     })
 }

@@ -9,7 +9,7 @@ use super::panels::Panel;
 use super::scene::{Place, Scene, Stroke};
 use super::verdict_panels::{EXACT, HALO};
 use crate::map::PlaneCurves;
-use crate::simulate::bifurcation::Bifurcation;
+use slipmap_simulate::bifurcation::Bifurcation;
 
 /// All points as a table: the curve, the number of its branch from 1, the values of both axes, and the error,
 /// a distance in sides of the plotted rectangle.

@@ -17,7 +17,7 @@ use super::scene::{Marker, Place, Rect, Scene, Stroke, Width};
 use super::slice::{Slice, equals};
 use super::{Figure, at_each_width, curves, palette};
 use crate::map::Regime;
-use crate::number::count;
+use slipmap_numbers::text::count;
 
 /// The attractors on either side of the two curves; cycles that begin at folds are left out.
 const AREAS: [Regime; 4] = [Regime::StickSlip, Regime::Bistable, Regime::PureSlip, Regime::Equilibrium];

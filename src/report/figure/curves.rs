@@ -6,10 +6,10 @@ use super::axis::Scale;
 use super::palette::{self, MethodStyle};
 use super::panels::Panel;
 use super::scene::{Place, Scene, Stroke};
-use crate::friction::Column;
 use crate::map::Method;
-use crate::simulate::critical::critical_dampings;
 use crate::store::MapFile;
+use slipmap_model::friction::Column;
+use slipmap_simulate::critical::critical_dampings;
 
 pub(super) const POINTS: usize = 160;
 /// Number of steps of a coarse curve, which finds the part of a scale that is drawn.

@@ -16,12 +16,12 @@ use super::palette::{self, MethodStyle};
 use super::plot::Plotted;
 use super::scene::{Marker, Stroke, Width};
 use super::slice::{ChoiceError, find_axis, hold};
-use crate::filippov::Oscillator;
 use crate::machine::Dimension;
 use crate::map::Grid;
-use crate::simulate::crossing::{crossing_cycles, stick_slip_cycle};
-use crate::simulate::slip_cycle::slip_cycles;
-use crate::simulate::{Fate, Range, TIGHT, flow};
+use slipmap_model::filippov::Oscillator;
+use slipmap_simulate::crossing::{crossing_cycles, stick_slip_cycle};
+use slipmap_simulate::slip_cycle::slip_cycles;
+use slipmap_simulate::{Fate, Range, TIGHT, flow};
 
 /// Number of values of the parameter at which cycles are searched; a branch that exists only between two of
 /// them is missed.

@@ -8,8 +8,8 @@ use super::axis::Scale;
 use super::panels::Panel;
 use super::scene::Place;
 use super::slice::Slice;
-use crate::filippov::Oscillator;
-use crate::simulate::{Fate, flow};
+use slipmap_model::filippov::Oscillator;
+use slipmap_simulate::{Fate, flow};
 
 /// Number of steps along each axis on which the slice is searched first; parts of the boundary between its
 /// nodes are missed.
@@ -20,7 +20,7 @@ const HALVINGS: usize = 11;
 const TOLERANCE: f64 = 1e-9;
 
 /// Budget of a boundary, about a second: evaluations of the right-hand side, in units of that of the Stribeck
-/// law (see [`crate::friction::Curve::cost`]). Where stiff orbits would exceed it, no boundary is drawn.
+/// law (see [`slipmap_model::friction::Curve::cost`]). Where stiff orbits would exceed it, no boundary is drawn.
 const WORK: u64 = 100_000_000;
 /// Number of orbits between checks of the budget: small, but enough to run in parallel.
 const TOGETHER: usize = 16;

@@ -9,12 +9,12 @@ use super::panels::{BOTTOM_MARGIN, Labels, Panel, TITLE_MARGIN, left_margin, wri
 use super::portrait::{BELT, ORBIT, Portrait, STICK, equal_scales, orbit_data, parts};
 use super::scene::{Place, Rect, Scene, Width};
 use super::slice::equals;
-use crate::filippov::Oscillator;
-use crate::friction::Law;
 use crate::machine::Dimension;
 use crate::map::Grid;
-use crate::point::Point;
-use crate::simulate::direct::{Sample as State, Start};
+use slipmap_model::filippov::Oscillator;
+use slipmap_model::friction::Law;
+use slipmap_model::point::Point;
+use slipmap_witness::{Sample as State, Start};
 
 #[derive(Clone, Debug)]
 pub(crate) struct OrbitFigure {

@@ -14,10 +14,10 @@ use super::panels::{BOTTOM_MARGIN, Panel, Panels, TITLE_MARGIN};
 use super::portrait::{BELT, ORBIT, OTHER, SEGMENT, equal_scales, orbit};
 use super::scene::{Anchor, Marker, Place, Rect, Scene, Stroke};
 use super::{Data, Figure, at_each_width, curves, palette};
-use crate::filippov::{Oscillator, Side};
-use crate::friction::{Column, Law};
-use crate::point::{LawParameters, Point};
-use crate::simulate::direct::{Ending, Phase, Start, trace};
+use slipmap_model::filippov::{Oscillator, Side};
+use slipmap_model::friction::{Column, Law};
+use slipmap_model::point::{LawParameters, Point};
+use slipmap_witness::{Ending, Phase, Start, trace};
 
 /// Accuracy of the orbits.
 const TOLERANCE: f64 = 1e-10;

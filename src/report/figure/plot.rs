@@ -18,8 +18,8 @@ use super::strips::{self, Strip};
 use super::verdict_panels::failed_words;
 use crate::dataset::auxiliary::PROBABILITY;
 use crate::map::{Field, Plane, PlaneCurves};
-use crate::number::short;
 use crate::store::{MapFile, Pick};
+use slipmap_numbers::text::short;
 
 /// Values of fixed axes, by name, in the units of the view.
 pub type At = (String, Vec<f64>);

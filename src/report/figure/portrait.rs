@@ -9,9 +9,9 @@ use super::legend::{Legend, Sample};
 use super::palette;
 use super::panels::Panel;
 use super::scene::{Marker, Place, Scene, Stroke};
-use crate::filippov::{Oscillator, Side};
-use crate::simulate::direct::{Ending, Phase, Sample as State, Start, Trace, trace};
-use crate::simulate::slip_cycle::slip_cycles;
+use slipmap_model::filippov::{Oscillator, Side};
+use slipmap_simulate::slip_cycle::slip_cycles;
+use slipmap_witness::{Ending, Phase, Sample as State, Start, Trace, trace};
 
 /// Accuracy of the traced orbits.
 const TOLERANCE: f64 = 1e-10;

@@ -10,9 +10,9 @@ use super::panels::{BOTTOM_MARGIN, Panel, Panels, TITLE_MARGIN, write_heading};
 use super::portrait::{Portrait, equal_scales, orbit_data};
 use super::scene::Rect;
 use super::{Figure, at_each_width, curves};
-use crate::filippov::Oscillator;
-use crate::simulate::direct::{Sample as State, Start};
-use crate::simulate::{Fate, flow};
+use slipmap_model::filippov::Oscillator;
+use slipmap_simulate::{Fate, flow};
+use slipmap_witness::{Sample as State, Start};
 
 /// Accuracy of the orbits.
 const TOLERANCE: f64 = 1e-10;

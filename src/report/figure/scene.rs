@@ -7,7 +7,7 @@ use std::sync::LazyLock;
 use ttf_parser::Face;
 
 use super::super::text::{Piece, Rich, Symbol, html};
-use crate::number::without_zeros;
+use slipmap_numbers::text::without_zeros;
 
 /// A position on the page, in points from the left and from the top.
 pub(crate) type Place = (f64, f64);

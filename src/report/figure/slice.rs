@@ -7,11 +7,11 @@ use super::super::text::{Rich, rich};
 use super::super::units::{Label, View};
 use super::axis::Scale;
 use super::region::cell_edges;
-use crate::friction::Law;
 use crate::map::{Axis, Plane};
-use crate::point::Point;
-use crate::simulate::critical::critical_dampings;
 use crate::store::{MapFile, Pick};
+use slipmap_model::friction::Law;
+use slipmap_model::point::Point;
+use slipmap_simulate::critical::critical_dampings;
 
 /// Reason why a slice cannot be drawn.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]

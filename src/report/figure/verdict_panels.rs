@@ -17,9 +17,9 @@ use super::scene::{Fill, Place, Scene, Stroke, Width};
 use super::slice::{Slice, picks};
 use super::{Figure, at_each_width};
 use crate::map::{Axis, Verdict};
-use crate::number::count;
-use crate::simulate::critical_damping;
 use crate::store::MapFile;
+use slipmap_numbers::text::count;
+use slipmap_simulate::critical_damping;
 
 /// Fewest nodes of both axes of an area. Two nodes would fill half of it each, as if what lies between had
 /// been computed; they are drawn as rows instead.

@@ -13,15 +13,15 @@ use super::super::figure::scene::{Fill, Marker, Rect, Scene, Stroke};
 use super::super::text::{Rich, rich};
 use super::super::units::UnitSystem;
 use crate::assessment::Assessment;
-use crate::friction::Column;
 use crate::machine::{Dimension, Friction, Model};
 use crate::map::{
     self, Account, Control, Field, Grid, Method, Plan, Plane, PlaneCurve, PlaneCurves, PlanePoint, Regime,
     Sink, TileData,
 };
-use crate::point::Point;
-use crate::simulate::bifurcation::Bifurcation;
-use crate::simulate::critical::critical_dampings;
+use slipmap_model::friction::Column;
+use slipmap_model::point::Point;
+use slipmap_simulate::bifurcation::Bifurcation;
+use slipmap_simulate::critical::critical_dampings;
 
 /// Number of nodes of the regime figure along each axis.
 const NODES: usize = 41;
@@ -254,8 +254,8 @@ pub(super) fn friction(all: &Assessment, height: f64) -> Scene {
 mod tests {
     use super::*;
     use crate::assessment::assess;
-    use crate::friction::{Law, Table};
     use crate::machine::{Machine, example};
+    use slipmap_model::friction::{Law, Table};
 
     #[test]
     fn the_regimes_end_where_the_data_do() {

@@ -5,10 +5,10 @@ use super::super::text::{Rich, rich};
 use super::super::units::join;
 use crate::assessment::{Assessment, ErrorsFrom, NeededKick, Undetermined};
 use crate::behaviour::Limit;
-use crate::friction::Table;
 use crate::machine::{Dimension, Friction, Machine, Motion};
-use crate::number::rounded;
 use crate::risk::{Estimate, Risk, Spread, Uncertain, WithError, is_uncertain};
+use slipmap_model::friction::Table;
+use slipmap_numbers::text::rounded;
 
 /// A question and its answer.
 pub(crate) type Line = (Rich, Rich);

@@ -7,7 +7,7 @@ use super::words;
 use crate::behaviour::{Behaviour, behaviour};
 use crate::machine::{Dimension, Model};
 use crate::map::AxisRole;
-use crate::point::Point;
+use slipmap_model::point::Point;
 
 /// Largest number of belt speeds shown.
 const ROWS: usize = 12;

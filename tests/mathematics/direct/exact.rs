@@ -3,8 +3,8 @@
 use super::oracle::bisect;
 use super::{Six, contacts, coulomb, oscillator};
 use slipmap::filippov::Side;
-use slipmap::simulate::direct::{Phase, Start, flow, trace};
 use slipmap::simulate::{Failure, Fate, Flow, Landing};
+use slipmap::witness::{Phase, Start, flow, trace};
 use std::f64::consts::{PI, TAU};
 
 fn landing(answer: &Flow) -> Landing {

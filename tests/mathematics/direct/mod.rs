@@ -9,7 +9,7 @@ use crate::sample::{Random, Sample};
 use slipmap::filippov::Oscillator;
 use slipmap::friction::Law;
 use slipmap::point::LawParameters;
-use slipmap::simulate::direct::{Sample as Contact, Trace};
+use slipmap::witness::{Sample as Contact, Trace};
 
 /// epsilon, alpha, beta, gamma, V, c.
 type Six = [f64; 6];

@@ -7,7 +7,7 @@ use crate::sample::Random;
 use slipmap::filippov::Oscillator;
 use slipmap::friction::{Expression, Law};
 use slipmap::simulate::Fate;
-use slipmap::simulate::direct::flow;
+use slipmap::witness::flow;
 
 #[test]
 fn scaling_the_small_parameter_changes_nothing() {

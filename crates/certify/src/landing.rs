@@ -1,0 +1,497 @@
+//! A proved upper bound on the speed at which the orbit lands on the belt line.
+//!
+//! An orbit that comes back to the belt line from below with speed x2' = `wL` lands at x1 = 1 - eps c V -
+//! `wL`. The stick segment is |x1 + eps c V| < 1, so that the mass sticks iff 0 < `wL` < 2 (`wL` = 0 is
+//! grazing). Faster orbits cross. These tests do not follow them above the belt and claim nothing for them.
+//!
+//! # The bound
+//! In the notation of [`super`], e = s^2 + p^2 obeys de/ds = 2 D p. The turn is cut into strips of s. In
+//! each, the slip speed u = V + s or V - s is known exactly, so that D <= d, the upper end of
+//! `weakening_range` less eps c. By the comparison lemma the flow with D = d, started from an upper bound
+//! of e at the strip's entry, is an upper bound at its exit, and that flow itself is bounded by algebra
+//! (`approach`, `recede`). No bound on d is needed, so that nodes are covered. Only the turning point of
+//! the lower half plane, which is not known beforehand, is reached with the closed form of the linear flow
+//! (`turning_point`): that requires d < 2, and the bound is infinite where it fails.
+//!
+//! All this is done in units of the belt speed, in which the orbit starts from e = 1: nothing overflows
+//! unless the law does. The strips' widths fall linearly towards the turning points, as p does. The bound
+//! falls to the landing speed like 1 / strips.
+//!
+//! # Round-off
+//! A strip costs some ten operations on terms not larger than its new e, which is therefore inflated by 16
+//! units in the last place, as is the turning point. Slip speeds, and D on them, are taken as computed.
+//! That makes the bound a theorem evaluated in double precision, not a validated one.
+
+mod lanes;
+
+pub(super) use lanes::amplitude_bounds;
+
+use slipmap_model::friction::{Column, Ranges};
+
+/// Inflation per strip, 1 + 2^-48.
+const INFLATE: f64 = 1.0 + 16.0 * f64::EPSILON;
+
+/// Numbers of strips per quarter turn, tried in this order where the largest divergence alone does not
+/// decide; the last gives a bound half a per cent above the landing speed (median of random points).
+const REFINEMENTS: [u32; 3] = [2, 8, 48];
+
+/// Share of the interval searched to which `sticks_from` is located.
+const SHARPNESS: f64 = 1.0 / 1024.0;
+
+/// Largest number of dampings tried; four to six are usual.
+const MOST_TRIALS: u32 = 30;
+
+/// The smallest damping c >= 0 found at which the landing speed is proved below 2; by monotonicity it is
+/// below 2 at every larger one. Searched in [0, `present_below`]; 0 if that is empty, infinity if the bound
+/// fails even at `present_below`. Negative infinity where no presence is claimed anywhere.
+pub fn sticks_from(column: &Column, present_below: f64) -> f64 {
+    if present_below == f64::NEG_INFINITY {
+        return f64::NEG_INFINITY;
+    }
+    if present_below <= 0.0 {
+        return 0.0;
+    }
+    let mut flow = Flow::new(column, 0.0);
+    let largest = flow.ranges.highest(0.0, 3.0 * column.belt_speed);
+    if constant_bound(largest, column.belt_speed) < 2.0 {
+        return 0.0;
+    }
+    let mut above = f64::INFINITY;
+    for strips in REFINEMENTS {
+        above = flow.speed_bound(strips) - 2.0;
+        if above < 0.0 {
+            return 0.0;
+        }
+    }
+    // How far the finest bound exceeds 2.
+    let mut excess = |c: f64| {
+        flow.viscous = column.epsilon * c;
+        flow.speed_bound(REFINEMENTS[2]) - 2.0
+    };
+    let mut below = excess(present_below);
+    if !(below < 0.0) {
+        return f64::INFINITY;
+    }
+    let (mut failed, mut verified) = (0.0, present_below);
+    let sharpness = SHARPNESS * present_below;
+    for _ in 0..MOST_TRIALS {
+        if verified - failed <= sharpness {
+            break;
+        }
+        // A secant, a little beyond the root so that both ends move; a bisection where the bound is infinite.
+        let root = failed + above / (above - below) * (verified - failed);
+        let trial = if root.is_nan() { 0.5 * (failed + verified) } else { root + 0.4 * sharpness };
+        let trial = trial.clamp(failed + 0.4 * sharpness, verified - 0.4 * sharpness);
+        let found = excess(trial);
+        // The value at the other end counts half, so that this end does not stay (Illinois).
+        if found < 0.0 {
+            (verified, below, above) = (trial, found, 0.5 * above);
+        } else {
+            (failed, above, below) = (trial, found, 0.5 * below);
+        }
+    }
+    verified
+}
+
+/// An upper bound of the landing speed from the largest divergence `d` alone; infinite where there is none.
+///
+/// With D <= d on slip speeds up to 3 V, 0 < d < 2, the orbit lies inside that of the flow with D = d, whose
+/// radius grows by rho = exp(pi d / (2 omega)) in each half turn, omega = sqrt(1 - d^2/4), as long as it does
+/// not leave those slip speeds: rho <= 2. By de/ds = 2 D p, e rises up to the second turning point, where it
+/// is rho^4. Where d <= 0, e does not rise at all.
+fn constant_bound(d: f64, belt_speed: f64) -> f64 {
+    if d <= 0.0 {
+        return 0.0;
+    }
+    let exponent = std::f64::consts::PI * d / ((1.0 - 0.5 * d) * (1.0 + 0.5 * d)).sqrt();
+    // Written so that NaN, from d >= 2 or from a law that overflows, gives no bound.
+    if exponent <= 2.0 * std::f64::consts::LN_2 {
+        belt_speed * ((2.0 * exponent).exp_m1() * INFLATE).sqrt()
+    } else {
+        f64::INFINITY
+    }
+}
+
+/// An upper bound of the landing speed at damping `c`, from `strips` >= 1 strips per quarter turn. Infinite
+/// where none was found; 0 if the bound shows that the orbit does not return to the belt line.
+#[must_use]
+pub fn speed_bound(column: &Column, c: f64, strips: u32) -> f64 {
+    Flow::new(column, c).speed_bound(strips)
+}
+
+/// An upper bound of the amplitude R, the largest -x2 on the lower half of the first turn, at damping `c`,
+/// from `strips` >= 1 strips per quarter turn. Infinite where none was found.
+#[must_use]
+pub fn amplitude_bound(column: &Column, c: f64, strips: u32) -> f64 {
+    column.belt_speed * Flow::new(column, c).amplitude(strips)
+}
+
+/// The lower (x2' < 0) and the upper half plane.
+#[derive(Clone, Copy, Debug)]
+enum Half {
+    Lower,
+    Upper,
+}
+
+/// The flow below the belt line at one damping; speeds are in units of the belt speed.
+struct Flow<'a> {
+    belt_speed: f64,
+    /// Bounds of the weakening rate.
+    ranges: Ranges<'a>,
+    /// eps c.
+    viscous: f64,
+}
+
+impl<'a> Flow<'a> {
+    fn new(column: &'a Column, c: f64) -> Self {
+        let belt_speed = column.belt_speed;
+        Self { belt_speed, ranges: column.curve.ranges(4.0 * belt_speed), viscous: column.epsilon * c }
+    }
+
+    /// See [`speed_bound`].
+    fn speed_bound(&self, strips: u32) -> f64 {
+        let amplitude = self.amplitude(strips);
+        if !amplitude.is_finite() {
+            return f64::INFINITY;
+        }
+        let at_axis = self.to_axis(Half::Upper, amplitude, strips);
+        match self.axis_to_belt(at_axis, strips) {
+            None => 0.0,
+            Some(energy) if energy.is_nan() => f64::INFINITY,
+            Some(energy) => self.belt_speed * (energy - 1.0).max(0.0).sqrt(),
+        }
+    }
+
+    /// Upper bound of D between s = `from` and s = `to` > `from`.
+    fn divergence_bound(&self, half: Half, from: f64, to: f64) -> f64 {
+        let (least, most) = match half {
+            Half::Lower => (1.0 + from, 1.0 + to),
+            Half::Upper => (1.0 - to, 1.0 - from),
+        };
+        self.ranges.highest(self.belt_speed * least, self.belt_speed * most) - self.viscous
+    }
+
+    /// Upper bound of the turning point of the lower half plane.
+    fn amplitude(&self, strips: u32) -> f64 {
+        let at_axis = self.to_axis(Half::Lower, 1.0, strips);
+        self.axis_to_turning(at_axis, strips)
+    }
+
+    /// First quarter of each half: upper bound of e at s = 0 on the orbit from s = -`start`, p = 0.
+    fn to_axis(&self, half: Half, start: f64, strips: u32) -> f64 {
+        assert!(strips > 0);
+        let mut energy = start * start;
+        let mut s = -start;
+        for i in 1..=strips {
+            let tau = f64::from(i) / f64::from(strips);
+            let next = -start * (1.0 - tau * tau);
+            energy = approach(energy, s, next, self.divergence_bound(half, s, next));
+            s = next;
+        }
+        energy
+    }
+
+    /// Second quarter of the upper half: upper bound of e at the belt line, s = 1; `None` if the orbit turns
+    /// before.
+    fn axis_to_belt(&self, at_axis: f64, strips: u32) -> Option<f64> {
+        let mut energy = at_axis;
+        let mut s = 0.0;
+        for i in 1..=strips {
+            let tau = f64::from(strips - i) / f64::from(strips);
+            let next = 1.0 - tau * tau;
+            energy = recede(energy, s, next, self.divergence_bound(Half::Upper, s, next))?;
+            s = next;
+        }
+        Some(energy)
+    }
+
+    /// Second quarter of the lower half: upper bound of the turning point.
+    fn axis_to_turning(&self, at_axis: f64, strips: u32) -> f64 {
+        // At s = 0, e = p^2. Without divergence the orbit would turn at s = p, which sets the scale.
+        let scale = at_axis.sqrt();
+        if !scale.is_finite() {
+            return f64::INFINITY;
+        }
+        let mut energy = at_axis;
+        let mut s = 0.0;
+        for i in 1..strips {
+            let tau = f64::from(strips - i) / f64::from(strips);
+            let next = scale * (1.0 - tau * tau);
+            let Some(after) = recede(energy, s, next, self.divergence_bound(Half::Lower, s, next)) else {
+                break;
+            };
+            energy = after;
+            s = next;
+        }
+        turning_point(energy, s, |trial| self.divergence_bound(Half::Lower, s, trial))
+    }
+}
+
+/// Upper bound of the turning point of a lower half orbit that passes `s` >= 0 with e <= `energy`, where
+/// `divergence_bound` bounds D from `s` to the reach that it is given.
+///
+/// If D <= 0 from here on, e falls and the orbit turns before sqrt(e). Otherwise let D <= d < 2 up to
+/// some trial reach. The flow with D = d multiplies q = s^2 - d s p + p^2 by e^(d t), turns at time t
+/// = angle / omega, omega = sqrt(1 - d^2/4), and its turning point sqrt(q) e^(d t / 2) is a bound if
+/// it is within the trial reach.
+fn turning_point(energy: f64, s: f64, divergence_bound: impl Fn(f64) -> f64) -> f64 {
+    let unforced = energy.sqrt();
+    let squared = energy - s * s;
+    if squared < 0.0 {
+        // By the bound the orbit does not reach `s`.
+        return s;
+    }
+    let p = squared.sqrt();
+    let mut trial = 2.0 * unforced;
+    for _ in 0..8 {
+        let d = divergence_bound(trial);
+        if d <= 0.0 {
+            return unforced * INFLATE;
+        }
+        if d >= 2.0 {
+            return f64::INFINITY;
+        }
+        let omega = ((1.0 - 0.5 * d) * (1.0 + 0.5 * d)).sqrt();
+        let time = (omega * p).atan2(s - 0.5 * d * p) / omega;
+        let q = s * s - d * s * p + p * p;
+        let turning = q.sqrt() * (0.5 * d * time).exp() * INFLATE;
+        if turning <= trial {
+            return turning;
+        }
+        trial = turning + 0.5 * (turning - trial);
+    }
+    f64::INFINITY
+}
+
+/// Bounds e = s^2 + p^2 at s = `to` in (`from`, 0], given its upper bound `energy` at s = `from` < 0 and D <=
+/// `d` between.
+///
+/// Consider the solution with D = d. By de/ds = 2 d p, e(to) = e + 2 d times the integral of
+/// p = sqrt(e(s) - s^2). Let h = to - from.
+///
+/// d >= 0: e(s) <= e(to), and sqrt(e(to) - s^2) is concave, so that its mean is at most its value at the
+/// middle, m. With x = sqrt(e(to) - m^2): x^2 - 2 d h x <= e - m^2.
+///
+/// d < 0: e(s) >= e(to), so that p >= x = sqrt(e(to) - m^2) with m the farther end, m = from, and the same
+/// inequality holds; if e(to) < m^2, the bound below holds trivially.
+///
+/// In both cases e(to) = m^2 + x^2 with x <= d h + sqrt((d h)^2 + e - m^2). Here e >= m^2 up to round-off.
+#[inline(always)]
+fn approach(energy: f64, from: f64, to: f64, d: f64) -> f64 {
+    if cfg!(any(test, debug_assertions)) {
+        assert!(from <= to && to <= 0.0);
+    }
+    let kick = d * (to - from);
+    let m = if d >= 0.0 { 0.5 * (from + to) } else { from };
+    let gap = energy - m * m;
+    exit_energy(kick, if gap < 0.0 { 0.0 } else { gap }, m)
+}
+
+/// Bounds e at s = `to` > `from` >= 0 as [`approach`] does. The farther end is `to`, and e >= m^2 need not
+/// hold: `None` if no x >= 0 satisfies the inequality, which means that the orbit turns before `to`.
+#[inline]
+fn recede(energy: f64, from: f64, to: f64, d: f64) -> Option<f64> {
+    if cfg!(any(test, debug_assertions)) {
+        assert!(0.0 <= from && from <= to);
+    }
+    let kick = d * (to - from);
+    let m = if d >= 0.0 { 0.5 * (from + to) } else { to };
+    let gap = energy - m * m;
+    let unreachable = if d >= 0.0 { kick * kick + gap < 0.0 } else { gap < 0.0 };
+    if unreachable { None } else { Some(exit_energy(kick, gap, m)) }
+}
+
+/// m^2 + x^2 with x = kick + sqrt(kick^2 + gap) >= 0, inflated.
+#[inline(always)]
+fn exit_energy(kick: f64, gap: f64, m: f64) -> f64 {
+    let x = kick + (kick * kick + gap).sqrt();
+    // Written so that a NaN passes through and becomes a failed bound.
+    let x = if x < 0.0 { 0.0 } else { x };
+    (m * m + x * x) * INFLATE
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::test_columns::{random_columns, stribeck};
+
+    /// With V this small eps gamma V is below round-off and D = eps gamma (1 - alpha) - eps c is constant.
+    const TINY_BELT: f64 = 1e-18;
+
+    #[test]
+    fn amplitude_of_the_linear_flow() {
+        for (gamma, c) in [(1.0, 0.5), (1.0, 2.0), (1.5, 0.0), (1.0, 1.0)] {
+            let d: f64 = gamma - c;
+            let exact = TINY_BELT * (std::f64::consts::PI * d / (4.0 - d * d).sqrt()).exp();
+            let column = stribeck(1.0, 0.0, 0.0, gamma, TINY_BELT);
+            let excess = |strips| amplitude_bound(&column, c, strips) / exact - 1.0;
+            let (coarse, fine) = (excess(64), excess(128));
+            assert!(fine >= 0.0, "d = {d}: below the exact amplitude by {fine}");
+            // First order in the width of the strips; at d = 0 only the inflation of 256 strips is left.
+            let inflation = 256.0 * (INFLATE - 1.0);
+            assert!(fine <= 0.6 * coarse + inflation, "d = {d}: {coarse} {fine}");
+        }
+    }
+
+    /// Integrates s' = p, p' = D p - s from (`s`, `p`) until `done` is true, by the classical Runge-Kutta
+    /// method.
+    fn integrate(
+        (column, viscous): (&Column, f64),
+        half: Half,
+        state: (f64, f64),
+        done: impl Fn(f64, f64) -> bool,
+    ) -> (f64, f64) {
+        let rate = |s: f64, p: f64| {
+            let u = match half {
+                Half::Lower => 1.0 + s,
+                Half::Upper => 1.0 - s,
+            };
+            let d = column.curve.weakening(column.belt_speed * u) - viscous;
+            (p, d * p - s)
+        };
+        let step = |(s, p): (f64, f64), h: f64| {
+            let (a, b) = rate(s, p);
+            let (c, d) = rate(s + 0.5 * h * a, p + 0.5 * h * b);
+            let (e, f) = rate(s + 0.5 * h * c, p + 0.5 * h * d);
+            let (g, i) = rate(s + h * e, p + h * f);
+            (s + h / 6.0 * (a + 2.0 * c + 2.0 * e + g), p + h / 6.0 * (b + 2.0 * d + 2.0 * f + i))
+        };
+        let (mut state, mut h) = (state, 1e-3);
+        while h > 1e-15 {
+            let next = step(state, h);
+            if done(next.0, next.1) {
+                h *= 0.5;
+            } else {
+                state = next;
+            }
+        }
+        state
+    }
+
+    /// Each quarter is tested by itself, so that slack in one cannot hide an error in another.
+    #[test]
+    fn every_quarter_is_bounded_and_the_bound_is_sharp() {
+        // Laws that weaken fast: D changes most where the slip speed is least.
+        for (gamma, c) in [(1.0, 0.1), (4.0, 0.0), (10.0, 0.2), (40.0, 0.5)] {
+            let column = stribeck(1.0, 0.5, 0.01, gamma, 1.0);
+            let flow = Flow::new(&column, c);
+            let exact = (&column, c);
+            let energy = |(s, p): (f64, f64)| s * s + p * p;
+            let check = |name: &str, exact: f64, bound: &dyn Fn(u32) -> f64| {
+                let [coarse, fine, finest] = [16, 512, 1024].map(|strips| bound(strips) - exact);
+                // The integration's error is a thousandth of the step to the fourth power.
+                assert!(coarse >= 0.0 && fine >= 0.0 && finest > -1e-12, "{name}, gamma = {gamma}: {fine}");
+                // First order in the strips' width; where D < 0 throughout, up to the inflation.
+                assert!(finest <= 0.55 * fine + 1e-11 * exact, "{name}, gamma = {gamma}: {fine} {finest}");
+            };
+            for (half, start) in [(Half::Lower, 1.0), (Half::Upper, 1.5)] {
+                let end = integrate(exact, half, (-start, 0.0), |s, _| s > 0.0);
+                check("to the axis", energy(end), &|strips| flow.to_axis(half, start, strips));
+            }
+            let turn = integrate(exact, Half::Lower, (0.0, 1.5), |_, p| p < 0.0);
+            check("to the turning point", turn.0, &|strips| flow.axis_to_turning(2.25, strips));
+            let belt = integrate(exact, Half::Upper, (0.0, 1.5), |s, _| s > 1.0);
+            check("to the belt line", energy(belt), &|strips| {
+                flow.axis_to_belt(2.25, strips).expect("it arrives")
+            });
+        }
+    }
+
+    #[test]
+    fn no_bound_where_the_orbit_runs_away() {
+        // D = 3 - c everywhere: an unstable node up to c = 1, whose orbits never turn.
+        let column = stribeck(1.0, 0.0, 0.0, 3.0, TINY_BELT);
+        for c in [0.0, 0.5, 1.0] {
+            assert_eq!(amplitude_bound(&column, c, 32), f64::INFINITY);
+            assert_eq!(speed_bound(&column, c, 32), f64::INFINITY);
+        }
+        assert!(speed_bound(&column, 1.5, 32) < 2.0);
+        let from = sticks_from(&column, 3.0);
+        assert!(from > 1.0 && from < 1.5, "{from}");
+    }
+
+    #[test]
+    fn the_bound_is_zero_when_the_orbit_cannot_come_back() {
+        let column = stribeck(1.0, 0.0, 0.0, 1.0, TINY_BELT);
+        assert_eq!(speed_bound(&column, 2.5, 8), 0.0);
+        // Overdamped: a stable node.
+        assert_eq!(speed_bound(&column, 10.0, 8), 0.0);
+    }
+
+    #[test]
+    fn overflow_is_no_bound() {
+        // eps gamma overflows, and D(0) = infinity - c.
+        let column = stribeck(10.0, 0.5, 0.5, 1e308, 1.0);
+        assert_eq!(speed_bound(&column, 0.1, 4), f64::INFINITY);
+        assert_eq!(sticks_from(&column, 0.1), f64::INFINITY);
+    }
+
+    #[test]
+    fn belt_speeds_far_from_one_neither_overflow_nor_underflow() {
+        // The same scaled orbit, D = 0.5: squares of these speeds are not representable.
+        let at = |v: f64| speed_bound(&stribeck(1.0, 0.0, 0.0, 1.0, v), 0.5, 16) / v;
+        let expected = at(TINY_BELT);
+        assert!(expected > 1.0);
+        for v in [1e-300, 1e-200] {
+            assert!((at(v) / expected - 1.0).abs() < 64.0 * (INFLATE - 1.0));
+        }
+    }
+
+    #[test]
+    fn nothing_to_verify_below_zero_damping() {
+        assert_eq!(sticks_from(&stribeck(0.1, 0.5, 1.0, 1.0, 5.0), -1.0), 0.0);
+    }
+
+    fn crude_bound(column: &Column, c: f64) -> f64 {
+        let largest = column.curve.weakening_range(0.0, 3.0 * column.belt_speed).hi;
+        constant_bound(largest - column.epsilon * c, column.belt_speed)
+    }
+
+    #[test]
+    fn the_bound_of_the_largest_divergence_is_one() {
+        let mut settled = 0;
+        for column in random_columns(2000) {
+            for c in [0.0, 0.3] {
+                let crude = crude_bound(&column, c);
+                if crude.is_finite() {
+                    // The strips end above the landing speed, so a valid bound may be below theirs: the less,
+                    // the finer they are.
+                    let fine = speed_bound(&column, c, 2048);
+                    // Where e does not rise, the inflation of 6144 strips is left: 1e-11 of e, 1e-5 of a
+                    // speed.
+                    let slack = 1e-5 * column.belt_speed;
+                    assert!(crude + slack >= 0.999 * fine, "{column:?} {c}: {crude} {fine}");
+                    settled += u32::from(crude < 2.0);
+                }
+            }
+        }
+        assert!(settled > 300, "{settled}");
+        // D constant: exact up to the turning point. D = 1, also 2 V away from the belt.
+        assert_eq!(crude_bound(&stribeck(1.0, 0.0, 0.0, 3.0, TINY_BELT), 0.5), f64::INFINITY);
+    }
+
+    #[test]
+    fn lanes_do_what_one_column_does() {
+        let columns: Vec<Column> = random_columns(300).collect();
+        for strips in [1, 2, 8] {
+            let at = |i: usize| (&columns[i], 0.01 * i as f64);
+            let many: Vec<(&Column, f64)> = (0..columns.len()).map(at).collect();
+            for (&(column, c), bound) in many.iter().zip(amplitude_bounds(&many, strips)) {
+                let alone = amplitude_bound(column, c, strips);
+                // Slip speeds in units of the belt speed round differently: a unit or two in each of 16
+                // strips.
+                let close = (bound / alone - 1.0).abs() < 1e-13;
+                assert!(close || bound == alone, "{column:?} {c}: {bound} {alone}");
+            }
+        }
+    }
+
+    #[test]
+    fn refining_tightens_the_bound() {
+        for column in random_columns(500) {
+            let bounds = REFINEMENTS.map(|strips| speed_bound(&column, 0.3, strips));
+            // Near the end of the range of doubles the bound is pure inflation, and can only grow by that.
+            assert!(bounds[2] <= bounds[0] * (1.0 + 1e-9) || bounds[2] < 1e-6, "{column:?} {bounds:?}");
+        }
+    }
+}

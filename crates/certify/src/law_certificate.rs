@@ -1,0 +1,209 @@
+//! Certificates of the critical damping of any law over a box of parameters: JSON text that can be verified.
+//!
+//! [`LawCertificate::check`] trusts nothing: it compares the statement with that of the format, rebuilds the
+//! law from its definition, checks that the boxes divide the domain, and proves every claim again.
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::certificate::{Checked, NoCertificate};
+use super::recheck::divides;
+use super::validated::barrier::{Ranges, Tile};
+use super::validated::law_boxes::LawProof;
+use slipmap_model::friction::Law;
+use slipmap_numbers::interval::Interval;
+
+const FORMAT: &str = "slipmap proof of a law 1";
+/// The statement of every certificate.
+const STATEMENT: &str = "With x1' = x2, x2' = -x1 - epsilon c x2 - sign(x2 - V) phi(|x2 - V|) and the friction law phi \
+    of the given name and definition, the orbit from the exit point (1 - epsilon c V, V) comes back to the belt line (or runs \
+    away) for epsilon c < C* and not for epsilon c > C*. For all epsilon, parameters of the law and V in the domain of a tile \
+    at which phi(0) = 1, |C* - (viscous + sum of slopes[i] z[i])| <= radius, z[i] running from -1 to 1 along axis i of the \
+    domain. In the boxes `open` nothing is claimed.";
+
+/// A certificate that has been parsed but not verified.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LawCertificate {
+    format: String,
+    statement: String,
+    written_by: String,
+    /// The run that it names as its origin.
+    pub run: String,
+    law: String,
+    law_definition: String,
+    /// The names of the axes: epsilon, the law's parameters, V.
+    pub axes: Vec<String>,
+    /// The parameters that it speaks of.
+    pub domain: Ranges,
+    open: Vec<Ranges>,
+    tiles: Vec<Claim>,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Claim {
+    domain: Ranges,
+    viscous: f64,
+    slopes: Vec<f64>,
+    radius: f64,
+}
+
+/// The names of the axes of a law's boxes.
+fn axes(law: &Law) -> Vec<String> {
+    let own = law.parameters().iter().map(|parameter| parameter.name);
+    std::iter::once("epsilon").chain(own).chain(["V"]).map(str::to_owned).collect()
+}
+
+impl LawCertificate {
+    /// The certificate of a proof, written by this program in the run that `run` identifies.
+    pub fn of(proof: &LawProof, written_by: &str, run: &str) -> Self {
+        let claim = |tile: &Tile| Claim {
+            domain: tile.ranges.clone(),
+            viscous: tile.viscous,
+            slopes: tile.slopes.clone(),
+            radius: tile.radius,
+        };
+        Self {
+            format: FORMAT.into(),
+            statement: STATEMENT.into(),
+            written_by: written_by.into(),
+            run: run.into(),
+            law: proof.law.name().into(),
+            law_definition: proof.law.definition(),
+            axes: axes(&proof.law),
+            domain: proof.ranges.clone(),
+            open: proof.open().cloned().collect(),
+            tiles: proof.tiles().map(claim).collect(),
+        }
+    }
+
+    /// Parses a certificate without verifying its claims.
+    ///
+    /// # Errors
+    /// [`NoCertificate`].
+    pub fn parse(text: &str) -> Result<Self, NoCertificate> {
+        let read: Self = serde_json::from_str(text)?;
+        match read.format == FORMAT {
+            true => Ok(read),
+            false => Err(NoCertificate::OtherFormat { format: read.format, unit: 1.0 }),
+        }
+    }
+
+    /// Its JSON text, with one line per tile.
+    ///
+    /// # Errors
+    /// None is known: the numbers of a proof are finite.
+    pub fn text(&self) -> serde_json::Result<String> {
+        Ok(serde_json::to_string(self)?.replace("{\"domain\"", "\n{\"domain\"") + "\n")
+    }
+
+    /// Proves every claim again.
+    pub fn check(&self) -> Checked {
+        let mut problems = Vec::new();
+        if self.statement != STATEMENT {
+            problems.push("its statement is not the one that this format proves".into());
+        }
+        let law = Law::from_definition(&self.law, &self.law_definition)
+            .filter(|law| law.definition() == self.law_definition && law.is_enclosed_over_boxes());
+        let boxes: Vec<&Ranges> = self.tiles.iter().map(|tile| &tile.domain).chain(&self.open).collect();
+        let mut confirmed = 0;
+        match law {
+            None => problems.push("its friction law does not exist".into()),
+            Some(law) if axes(&law) != self.axes || !law.admits_box(&self.domain) => {
+                problems.push("its domain is not a box of parameters of the law".into());
+            }
+            Some(law) => {
+                if let Err(fault) = divides(&self.domain, &boxes) {
+                    problems.push(format!(
+                        "tiles (counted first) and open boxes do not divide the domain: {fault}"
+                    ));
+                } else {
+                    let found: Vec<Option<String>> =
+                        self.tiles.par_iter().map(|claim| claim.doubt(&law)).collect();
+                    confirmed = found.iter().filter(|doubt| doubt.is_none()).count();
+                    for (i, doubt) in found.into_iter().enumerate() {
+                        let domain = &self.tiles[i].domain;
+                        problems.extend(doubt.map(|doubt| format!("tile {} ({domain:?}) {doubt}", i + 1)));
+                    }
+                }
+            }
+        }
+        let radii = self.tiles.iter().map(|tile| tile.radius);
+        Checked::new(radii, confirmed, &self.domain, self.open.iter(), problems)
+    }
+}
+
+impl Claim {
+    /// The reason why the claim is not confirmed; `None` if it follows from what is proved anew.
+    fn doubt(&self, law: &Law) -> Option<String> {
+        let Some(proved) = Tile::prove(law, &self.domain) else {
+            return Some("claims what is not proved".into());
+        };
+        let apart = |one: f64, two: f64| (Interval::of(one) - Interval::of(two)).size();
+        let slopes = self.slopes.iter().zip(&proved.slopes);
+        let distance = slopes.fold(
+            Interval::of(proved.radius) + Interval::of(apart(self.viscous, proved.viscous)),
+            |sum, (one, two)| sum + Interval::of(apart(*one, *two)),
+        );
+        // What is proved is less than the proved radius by a thousand times this tolerance, see `Tile::prove`.
+        let follows = self.slopes.len() == proved.slopes.len() && distance.hi <= self.radius * (1.0 + 1e-9);
+        (!follows).then(|| format!("claims a radius of {:e}, and {:e} is proved", self.radius, distance.hi))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use slipmap_model::friction::Expression;
+
+    fn honest() -> LawCertificate {
+        let law = Law::Expression(Expression::new("mu + (1-mu)*exp(-u)", 1.0).unwrap());
+        let mut proof = LawProof::new(&law, vec![[1.0, 1.0], [0.6, 0.7], [1.0, 1.2]], [0.0, 0.3]);
+        proof.refine(40, &|| true);
+        LawCertificate::of(&proof, "a program", "a run")
+    }
+
+    #[test]
+    fn valid_certificates_are_sound_and_read_back() {
+        let one = honest();
+        let Checked { tiles, confirmed, open_share, problems, .. } = one.check();
+        assert_eq!((confirmed, problems), (tiles, Vec::new()));
+        assert!(tiles > 10 && open_share < 0.5, "{tiles} {open_share}");
+        assert_eq!(LawCertificate::parse(&one.text().unwrap()).unwrap(), one);
+        // A weaker claim follows from a stronger one.
+        let mut wider = one.clone();
+        wider.tiles[0].viscous += 0.5 * wider.tiles[0].radius;
+        wider.tiles[0].radius *= 2.0;
+        assert_eq!(wider.check().problems, Vec::<String>::new());
+    }
+
+    #[test]
+    fn altered_certificates_are_refused() {
+        let one = honest();
+        let altered = |change: &dyn Fn(&mut LawCertificate)| {
+            let mut other = one.clone();
+            change(&mut other);
+            other
+        };
+        let forged = [
+            altered(&|it| it.tiles[0].radius *= 0.5),
+            altered(&|it| it.tiles[0].viscous += 1e-3),
+            altered(&|it| it.tiles[0].slopes[1] += 1e-3),
+            altered(&|it| it.tiles[0].slopes.clear()),
+            altered(&|it| it.tiles[0].radius = f64::NAN),
+            altered(&|it| drop(it.tiles.pop())),
+            altered(&|it| it.open.push(it.tiles[0].domain.clone())),
+            altered(&|it| it.domain[1] = [0.5, 0.7]),
+            altered(&|it| it.domain[0] = [-1.0, -1.0]),
+            altered(&|it| it.axes.swap(0, 1)),
+            altered(&|it| it.law = "exponential".into()),
+            altered(&|it| it.law_definition = it.law_definition.replace("exp(-u)", "exp(-2*u)")),
+            altered(&|it| it.law_definition.push(')')),
+            altered(&|it| it.statement = it.statement.replace("not for", "for")),
+        ];
+        for other in forged {
+            assert_ne!(other.check().problems, Vec::<String>::new(), "{other:?}");
+        }
+    }
+}

@@ -1,0 +1,205 @@
+//! Certificates of one point of any law: text with the statements that `validated` proves about the point,
+//! which can be verified independently.
+//!
+//! [`PointCertificate::check`] trusts nothing: it compares the statement with that of the format, rebuilds
+//! the law from its definition, and proves every claim about the point again.
+
+use serde::{Deserialize, Serialize};
+
+use super::certificate::NoCertificate;
+use super::validated;
+use super::{Claim, Decision};
+use slipmap_model::friction::Law;
+use slipmap_model::point::Point;
+
+const FORMAT: &str = "slipmap proof of a point 1";
+/// The statement of every certificate.
+const STATEMENT: &str = "With x1' = x2, x2' = -x1 - epsilon c x2 - sign(x2 - V) phi(|x2 - V|) and the friction law phi \
+    of the given name, definition and parameters, the orbit from the exit point (1 - epsilon c V, V) comes back to the belt line \
+    (or runs away) for c < critical_c[0] and does not for c > critical_c[1]; null claims nothing on its side. Verdict present: a \
+    stick-slip limit cycle exists at the given c. Absent: none exists. Undecided: nothing is claimed of that.";
+
+/// A certificate that has been parsed but not verified.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PointCertificate {
+    format: String,
+    statement: String,
+    written_by: String,
+    law: String,
+    law_definition: String,
+    parameters: Vec<f64>,
+    epsilon: f64,
+    #[serde(rename = "V")]
+    belt_speed: f64,
+    #[serde(rename = "c")]
+    damping: f64,
+    /// The bounds of the critical damping that it claims.
+    pub critical_c: [Option<f64>; 2],
+    /// The verdict that it claims.
+    pub verdict: String,
+}
+
+impl PointCertificate {
+    /// Certifies the statements that `validated` proves of a point, written by this program.
+    pub fn of(law: &Law, point: &Point, written_by: &str) -> Self {
+        let claim = (validated::TEST.claim)(&law.column(point));
+        Self {
+            format: FORMAT.into(),
+            statement: STATEMENT.into(),
+            written_by: written_by.into(),
+            law: law.name().into(),
+            law_definition: law.definition(),
+            parameters: point.law.as_slice().to_vec(),
+            epsilon: point.epsilon,
+            belt_speed: point.belt_speed,
+            damping: point.damping,
+            critical_c: critical(&claim),
+            verdict: claim.decide(point.damping).name().into(),
+        }
+    }
+
+    /// Parses a certificate without verifying its claims.
+    pub fn parse(text: &str) -> Result<Self, NoCertificate> {
+        let read: Self = serde_json::from_str(text)?;
+        match read.format == FORMAT {
+            true => Ok(read),
+            false => Err(NoCertificate::OtherFormat { format: read.format, unit: 1.0 }),
+        }
+    }
+
+    /// Its text.
+    ///
+    /// # Errors
+    /// None is known: the numbers of a point are finite.
+    pub fn text(&self) -> serde_json::Result<String> {
+        Ok(serde_json::to_string(self)? + "\n")
+    }
+
+    /// Proves every claim again; returns the problems, none if the certificate is sound.
+    #[must_use]
+    pub fn check(&self) -> Vec<String> {
+        let mut problems = Vec::new();
+        if self.statement != STATEMENT {
+            problems.push("its statement is not the one that this format proves".into());
+        }
+        let Some(law) = Law::from_definition(&self.law, &self.law_definition) else {
+            problems.push("its friction law does not exist".into());
+            return problems;
+        };
+        let point = match law.point(self.epsilon, &self.parameters, self.belt_speed, self.damping) {
+            Ok(point) => point,
+            Err(error) => {
+                problems.push(format!("its point is not one of the law: {error}"));
+                return problems;
+            }
+        };
+        if law.definition() != self.law_definition {
+            problems.push("its friction law is not the one of its name and definition".into());
+            return problems;
+        }
+        if let Law::Expression(formula) = law.as_written()
+            && let Err(error) = formula.check(point.epsilon(), point.law(), 2.0 * point.belt_speed())
+        {
+            problems.push(format!("its formula is no friction law: {}", error.problem));
+            return problems;
+        }
+        let claim = (validated::TEST.claim)(&law.column(&point));
+        let [below, above] = critical(&claim);
+        let follows = |claimed: Option<f64>, proved: Option<f64>, order: fn(&f64, &f64) -> bool| match (
+            claimed, proved,
+        ) {
+            (None, _) => true,
+            (Some(claimed), Some(proved)) => order(&claimed, &proved),
+            (Some(_), None) => false,
+        };
+        let [lo, hi] = self.critical_c;
+        if !(follows(lo, below, f64::le) && follows(hi, above, f64::ge)) {
+            let [below, above] = [below, above].map(|c| c.map_or("unknown".into(), |c| c.to_string()));
+            problems.push(format!("the critical damping is proved to lie in {below} to {above} only"));
+        }
+        let proved = claim.decide(point.damping).name();
+        if self.verdict != proved && self.verdict != Decision::Undecided.name() {
+            problems.push(format!("the verdict that is proved is {proved}"));
+        }
+        problems
+    }
+}
+
+/// The bounds of the critical damping in a claim.
+fn critical(claim: &Claim) -> [Option<f64>; 2] {
+    [claim.present_below, claim.absent_above].map(|c| c.is_finite().then_some(c))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use slipmap_model::friction::Expression;
+
+    fn honest() -> Vec<PointCertificate> {
+        let point = |damping: f64| Point {
+            epsilon: 0.1,
+            law: slipmap_model::point::LawParameters::new(&[0.3, 0.1, 2.0]),
+            belt_speed: 1.0,
+            damping,
+        };
+        [0.5, 0.8, 3.0].map(|c| PointCertificate::of(&Law::Stribeck, &point(c), "a program")).to_vec()
+    }
+
+    #[test]
+    fn valid_certificates_are_sound_and_read_back() {
+        let verdicts: Vec<String> = honest().iter().map(|one| one.verdict.clone()).collect();
+        assert_eq!((verdicts[0].as_str(), verdicts[2].as_str()), ("present", "absent"));
+        for one in honest() {
+            assert_eq!(one.check(), Vec::<String>::new());
+            assert_eq!(PointCertificate::parse(&one.text().unwrap()).unwrap(), one);
+        }
+    }
+
+    #[test]
+    fn altered_certificates_are_refused_unless_true() {
+        let one = honest().remove(0);
+        let [lo, hi] = one.critical_c;
+        let wider = PointCertificate { critical_c: [lo.map(|c| c - 0.1), None], ..one.clone() };
+        assert_eq!(wider.check(), Vec::<String>::new());
+        for forged in [
+            PointCertificate { verdict: "absent".into(), ..one.clone() },
+            PointCertificate { verdict: "Present".into(), ..one.clone() },
+            PointCertificate { damping: 3.0, ..one.clone() },
+            PointCertificate { damping: f64::NAN, ..one.clone() },
+            PointCertificate { damping: -1.0, ..one.clone() },
+            PointCertificate { belt_speed: -1.0, ..one.clone() },
+            PointCertificate { epsilon: 0.0, ..one.clone() },
+            PointCertificate { critical_c: [lo.map(f64::next_up), hi], ..one.clone() },
+            PointCertificate { critical_c: [lo, hi.map(f64::next_down)], ..one.clone() },
+            PointCertificate { critical_c: [lo, Some(f64::NAN)], ..one.clone() },
+            PointCertificate { law: "exponential".into(), ..one.clone() },
+            PointCertificate { law: "none".into(), ..one.clone() },
+            PointCertificate { law_definition: "phi = 1 + u for ever".into(), ..one.clone() },
+            PointCertificate { parameters: vec![0.3, 0.1], ..one.clone() },
+            PointCertificate { parameters: vec![0.3, 0.1, 0.5], ..one.clone() },
+            PointCertificate { statement: one.statement.replace("does not", "does"), ..one.clone() },
+        ] {
+            assert_ne!(forged.check(), Vec::<String>::new(), "{forged:?}");
+        }
+    }
+
+    /// What is proved of a flow is nothing about friction that is not 1 at rest: the exit point is another
+    /// one.
+    #[test]
+    fn certificates_of_formulas_that_are_no_friction_laws_are_refused() {
+        let law = Law::Expression(Expression::new("0.5+0.5*exp(-u)", 1.0).unwrap());
+        let one = PointCertificate::of(&law, &law.point(1.0, &[], 0.6, 0.1).unwrap(), "a program");
+        assert_eq!((one.verdict.as_str(), one.check()), ("present", Vec::new()));
+        for formula in
+            ["-1.5+0.5*exp(-u)", "1.5+0.5*exp(-u)", "0.3+0.5*exp(-u)", "0.5+0.5*exp(-u)+abs(u-0.3)-0.3"]
+        {
+            let law_definition = one.law_definition.replace("0.5+0.5*exp(-u)", formula);
+            let problems = PointCertificate { law_definition, ..one.clone() }.check();
+            assert!(
+                problems.iter().any(|problem| problem.contains("no friction law")),
+                "{formula}: {problems:?}"
+            );
+        }
+    }
+}

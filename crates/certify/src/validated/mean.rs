@@ -1,0 +1,210 @@
+//! Means over a part of the parameter box: of a damping clamped to an interval, and of the indicator that it
+//! exceeds a level.
+//!
+//! With an affine function u + sum_i g_i xi_i, xi uniform in [-1, 1]^d, integrating d times gives
+//!
+//! ```text
+//! mean of (u + sum g_i xi_i)_+  =  sum over s in {-1, 1}^d of (prod s_i) (u + sum s_i g_i)_+^(d+1) / ((d+1)! 2^d prod g_i)
+//! share of u + sum g_i xi_i > 0 =  sum over s of (prod s_i) (u + sum s_i g_i)_+^d / (d! 2^d prod g_i),
+//! ```
+//!
+//! where x_+ = max(x, 0) and d >= 1. Small g_i would cancel all digits, so they are left out. Since x_+ is
+//! convex and its second integral has at most the density 1 / (2 g) of the widest term, leaving out terms of
+//! variance sigma^2 lowers the mean, by at most sigma^2 / (4 g) (Jensen). The second-order term of a function
+//! is bounded over the whole part, except for functions that are not clamped there, for which the mean of
+//! that term is used.
+
+use super::expansion::{AXES, Expansion};
+use slipmap_numbers::interval::Interval;
+
+/// Terms smaller than this fraction of the largest are left out.
+const SMALL: f64 = 1.0 / 64.0;
+
+/// The slopes of an affine function sorted by size, without the small ones.
+struct Slopes {
+    kept: Vec<f64>,
+    /// Sum and sum of squares of the omitted slopes, rounded up.
+    rest: f64,
+    rest_squares: f64,
+    /// Sum of all slopes, rounded up.
+    sum: f64,
+}
+
+impl Slopes {
+    fn of(sizes: [f64; AXES]) -> Self {
+        let largest = sizes.into_iter().fold(0.0, f64::max);
+        let (kept, small): (Vec<f64>, Vec<f64>) =
+            sizes.into_iter().filter(|&g| g > 0.0).partition(|&g| g >= SMALL * largest);
+        let sum = |terms: &mut dyn Iterator<Item = f64>| {
+            terms.fold(Interval::ZERO, |sum, g| sum + Interval::of(g)).hi
+        };
+        Self {
+            rest: sum(&mut small.iter().copied()),
+            rest_squares: small.iter().fold(Interval::ZERO, |sum, &g| sum + Interval::of(g).square()).hi,
+            sum: sum(&mut sizes.into_iter()),
+            kept,
+        }
+    }
+
+    /// Sum over the corners of the signs times the `power`-th power of the positive part, divided by power!
+    /// 2^d prod g.
+    fn corners(&self, u: f64, power: usize) -> Interval {
+        let mut sum = Interval::ZERO;
+        for corner in 0..1_usize << self.kept.len() {
+            let mut x = Interval::of(u);
+            for (i, &g) in self.kept.iter().enumerate() {
+                x = if corner >> i & 1 == 1 { x - Interval::of(g) } else { x + Interval::of(g) };
+            }
+            let x = x.at_least_zero();
+            let term = (1..power).fold(x, |product, _| (product * x).at_least_zero());
+            sum = if corner.count_ones() % 2 == 1 { sum - term } else { sum + term };
+        }
+        let factorial: f64 = (1..=power).map(|n| n as f64).product();
+        let scale = self.kept.iter().fold(Interval::of(factorial), |scale, &g| scale * Interval::of(2.0 * g));
+        sum.over(scale)
+    }
+
+    /// The mean of the positive part.
+    fn positive_part(&self, u: Interval) -> Interval {
+        // The result rises with u, and is at least the positive part of the mean. If the function has one
+        // sign, the result is the mean or 0.
+        let mean = u.at_least_zero();
+        if u.lo >= self.sum || !(u.hi > -self.sum) {
+            return mean;
+        }
+        let Some(widest) = self.kept.iter().copied().reduce(f64::max) else { return mean };
+        let power = self.kept.len() + 1;
+        let more = Interval::of(self.rest_squares).over(Interval::of(12.0) * Interval::of(widest));
+        let (least, most) = (self.corners(u.lo, power), self.corners(u.hi, power) + Interval::of(more.hi));
+        // The result is at most the largest value.
+        let top = (Interval::of(u.hi) + Interval::of(self.sum)).at_least_zero();
+        Interval::new(least.lo.max(mean.lo), most.hi.min(top.hi))
+    }
+
+    /// The share of the part where the function is positive.
+    fn positive_share(&self, u: Interval) -> Interval {
+        let rest = Interval::new(-self.rest, self.rest);
+        let u = u + rest;
+        let kept = self.kept.iter().fold(Interval::ZERO, |sum, &g| sum + Interval::of(g)).hi;
+        if u.lo >= kept {
+            return Interval::ONE;
+        }
+        if !(u.hi > -kept) {
+            return Interval::ZERO;
+        }
+        if self.kept.is_empty() {
+            return Interval::new(0.0, 1.0);
+        }
+        let power = self.kept.len();
+        let (least, most) = (self.corners(u.lo, power), self.corners(u.hi, power));
+        Interval::new(least.lo.clamp(0.0, 1.0), most.hi.clamp(0.0, 1.0))
+    }
+}
+
+/// The affine part: u and the sizes of the slopes. Uncertainties of the slopes are added to `u`.
+fn affine(f: &Expansion, shift: Interval) -> (Interval, Slopes) {
+    let mut u = f.value + shift;
+    let sizes = f.slope.map(|slope| {
+        let middle = 0.5 * (slope.lo + slope.hi);
+        let off = (slope - Interval::of(middle)).size();
+        u = u + Interval::new(-off, off);
+        middle.abs()
+    });
+    (u, Slopes::of(sizes))
+}
+
+/// The mean over the part of min(max(f + e, `lo`), `hi`), where e is any number within `error`; `lo` <= `hi`.
+/// f + e is known to lie in `range`.
+pub(super) fn mean_cut(f: &Expansion, error: Interval, range: Interval, [lo, hi]: [f64; 2]) -> Interval {
+    let (least, most) = (Interval::of(lo), Interval::of(hi));
+    let spread = f.spread();
+    let reach = (f.value + Interval::new(-spread.hi, spread.hi) + error).intersection(range);
+    if !(reach.lo.is_finite() && reach.hi.is_finite()) {
+        return least.hull(most);
+    }
+    if reach.hi <= lo {
+        return least;
+    }
+    if reach.lo >= hi {
+        return most;
+    }
+    let mean = if reach.lo >= lo && reach.hi <= hi {
+        f.value + f.mean_remainder() + error
+    } else {
+        let (u, slopes) = affine(f, f.remainder() + error);
+        // min(max(x, lo), hi) = lo + (x - lo)_+ - (x - hi)_+, which rises with x, so that each end of u gives
+        // one end of the mean.
+        let ends = [u.lo, u.hi].map(|u| {
+            let above = |level: Interval| slopes.positive_part(Interval::of(u) - level);
+            least + above(least) - above(most)
+        });
+        ends[0].hull(ends[1])
+    };
+    let [least, most] = [range.lo, range.hi].map(|x| x.clamp(lo, hi));
+    Interval::new(mean.lo.clamp(least, most), mean.hi.clamp(least, most))
+}
+
+/// The share of the part in which f + e > `level`, where e is any number within `error`.
+pub(super) fn share_above(f: &Expansion, error: Interval, level: f64) -> Interval {
+    let (u, slopes) = affine(f, f.remainder() + error - Interval::of(level));
+    if !(u.lo.is_finite() && u.hi.is_finite()) {
+        return Interval::new(0.0, 1.0);
+    }
+    slopes.positive_share(u)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Means over a mesh of `n` midpoints per axis.
+    fn by_mesh(u: f64, g: &[f64], n: usize, value: impl Fn(f64) -> f64) -> f64 {
+        let all = n.pow(g.len() as u32);
+        let sum: f64 = (0..all)
+            .map(|i| {
+                let at = |axis: usize| (2 * (i / n.pow(axis as u32) % n) + 1) as f64 / n as f64 - 1.0;
+                value(u + g.iter().enumerate().map(|(axis, g)| g * at(axis)).sum::<f64>())
+            })
+            .sum();
+        sum / all as f64
+    }
+
+    fn slopes(g: &[f64]) -> Slopes {
+        Slopes::of(std::array::from_fn(|axis| g.get(axis).copied().unwrap_or(0.0)))
+    }
+
+    #[test]
+    fn means_of_affine_functions() {
+        for g in [&[0.5][..], &[0.5, 0.2], &[0.3, 1.0, 0.2], &[0.3, 1.0, 0.02, 0.5]] {
+            let slopes = slopes(g);
+            for u in [-1.4, -0.7, -0.1, 0.0, 0.3, 0.9] {
+                let n = if g.len() < 3 { 1000 } else { 40 };
+                // The midpoint rule errs by h^2 g^2 times a density of at most 1 / (2 g), the share by a few
+                // cells.
+                let slack = 2.0 * g.iter().map(|g| g * g).sum::<f64>() / (n * n) as f64;
+                let found = slopes.positive_part(Interval::of(u));
+                let mean = by_mesh(u, g, n, |x| x.max(0.0));
+                assert!(found.lo <= mean + slack && mean - slack <= found.hi, "{g:?} {u}: {found:?} {mean}");
+                // Omitted terms widen it, by their variance over four times the largest term.
+                assert!(found.hi - found.lo < 2e-4, "{g:?} {u}: {found:?}");
+                let found = slopes.positive_share(Interval::of(u));
+                let share = by_mesh(u, g, n, |x| f64::from(u8::from(x > 0.0)));
+                let slack = 3.0 / n as f64;
+                assert!(
+                    found.lo <= share + slack && share - slack <= found.hi,
+                    "{g:?} {u}: {found:?} {share}"
+                );
+                assert!(found.hi - found.lo < 0.1, "{g:?} {u}: {found:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn without_slopes_the_value_decides() {
+        let none = slopes(&[]);
+        assert_eq!(none.positive_part(Interval::of(0.5)), Interval::of(0.5));
+        assert_eq!(none.positive_part(Interval::of(-0.5)), Interval::ZERO);
+        assert_eq!(none.positive_share(Interval::of(0.5)), Interval::ONE);
+        assert_eq!(none.positive_share(Interval::of(-0.5)), Interval::ZERO);
+    }
+}

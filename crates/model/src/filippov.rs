@@ -1,0 +1,186 @@
+//! The discontinuous oscillator: stick segment, exit point, equilibrium and the two vector fields.
+//!
+//! ```text
+//! x1' = x2
+//! x2' = -x1 - eps c x2 - sign(x2 - V) phi(|x2 - V|)
+//! ```
+//!
+//! Departures from the paper: its equation (1) misplaces x1; Proposition 1 and section 3 write the exit
+//! point as (1 - eps c, V) where (1 - eps c V, V) is meant.
+
+use crate::friction::{Column, Curve, Law, Range};
+use crate::point::Point;
+
+/// The oscillator with every parameter fixed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Oscillator {
+    /// The friction curve phi(u).
+    pub curve: Curve,
+    /// C = eps c, the coefficient of the viscous force.
+    pub viscous: f64,
+    /// Belt speed V > 0.
+    pub belt_speed: f64,
+}
+
+/// The two sides of the belt line x2 = V.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Side {
+    /// x2 < V: the mass is slower than the belt, friction drives it forward.
+    Below,
+    /// x2 > V: the mass is faster than the belt, friction holds it back.
+    Above,
+}
+
+/// The flow at a point (x1, V) of the belt line.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BeltRegion {
+    /// Both fields push towards the line: the mass sticks and moves with x1' = V.
+    Sliding,
+    /// Both fields point down.
+    CrossingDown,
+    /// Both fields point up.
+    CrossingUp,
+    /// End of the stick segment where the lower field is tangent: sticking orbits leave here.
+    ExitPoint,
+    /// The other end of the stick segment, where the upper field is tangent.
+    UpperTangency,
+}
+
+/// Type of the equilibrium from the eigenvalues of its linearisation, lambda^2 - D lambda + 1 = 0.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Eigenvalues {
+    /// A pair `re +- i im`, im > 0: a focus (a centre of the linearisation if re = 0).
+    Complex {
+        /// Real part, D/2.
+        re: f64,
+        /// Positive imaginary part.
+        im: f64,
+    },
+    /// Two real eigenvalues, `fast * slow` = 1: a node.
+    Real {
+        /// The smaller in modulus.
+        slow: f64,
+        /// The larger in modulus.
+        fast: f64,
+    },
+}
+
+impl Eigenvalues {
+    /// Returns whether both eigenvalues have a negative real part.
+    #[must_use]
+    pub fn is_stable(&self) -> bool {
+        match *self {
+            Eigenvalues::Complex { re, .. } => re < 0.0,
+            Eigenvalues::Real { slow, .. } => slow < 0.0,
+        }
+    }
+}
+
+/// Number of intervals between the samples that judge a divergence without proved bounds.
+const SAMPLES: u32 = 256;
+
+impl Oscillator {
+    /// The oscillator at a parameter point of `law`.
+    ///
+    /// # Panics
+    /// As [`Law::column`], if the point is not legal.
+    #[must_use]
+    pub fn new(law: &Law, point: &Point) -> Self {
+        Self::in_column(&law.column(point), point.damping)
+    }
+
+    /// The oscillator at damping `c` of a column.
+    #[must_use]
+    pub fn in_column(column: &Column, c: f64) -> Self {
+        Self { curve: column.curve.clone(), viscous: column.epsilon * c, belt_speed: column.belt_speed }
+    }
+
+    /// The divergence D(u) = -eps c - phi'(u) of the flow at slip speed `u` >= 0, the same on both sides.
+    #[must_use]
+    #[inline]
+    pub fn divergence(&self, u: f64) -> f64 {
+        self.curve.weakening(u) - self.viscous
+    }
+
+    /// Bound of |D(u)| for slip speeds up to twice the belt speed; infinite or NaN where a law's data end
+    /// before.
+    pub fn divergence_size(&self) -> f64 {
+        let Range { lo, hi } = self.curve.weakening_range(0.0, 2.0 * self.belt_speed);
+        lo.abs().max(hi.abs()) + self.viscous
+    }
+
+    /// Returns whether the divergence is proved to be at most `bound` for all slip speeds in [`lo`, `hi`], 0
+    /// <= lo <= hi.
+    pub fn divergence_is_at_most(&self, bound: f64, lo: f64, hi: f64) -> bool {
+        // A few values decide for most oscillators; bounds over a range of slip speeds cost much more.
+        let at = |share: f64| self.divergence((hi - lo).mul_add(share, lo)) <= bound;
+        [0.0, 1.0, 0.5, 0.2, 0.7, 0.35, 0.85].into_iter().all(at)
+            && self.curve.weakening_range(lo, hi).hi - self.viscous <= bound
+    }
+
+    /// Returns whether the divergence is at most `bound` on [`lo`, `hi`], by proof or, for a law without
+    /// proved bounds, by many samples.
+    pub fn divergence_seems_at_most(&self, bound: f64, lo: f64, hi: f64) -> bool {
+        let at = |i: u32| self.divergence((hi - lo).mul_add(f64::from(i) / f64::from(SAMPLES), lo)) <= bound;
+        self.divergence_is_at_most(bound, lo, hi) || self.curve.is_sampled() && (0..=SAMPLES).all(at)
+    }
+
+    /// x2' on one side of the belt line.
+    #[must_use]
+    #[inline]
+    pub fn acceleration(&self, side: Side, x1: f64, x2: f64) -> f64 {
+        let elastic_and_viscous = -x1 - self.viscous * x2;
+        match side {
+            Side::Below => elastic_and_viscous + self.curve.phi(self.belt_speed - x2),
+            Side::Above => elastic_and_viscous - self.curve.phi(x2 - self.belt_speed),
+        }
+    }
+
+    /// x1 at the exit point E = (1 - eps c V, V), through which every sticking orbit leaves.
+    #[must_use]
+    pub fn exit_x1(&self) -> f64 {
+        1.0 - self.viscous * self.belt_speed
+    }
+
+    /// x1 at the other end of the stick segment, -1 - eps c V.
+    pub fn upper_tangency_x1(&self) -> f64 {
+        -1.0 - self.viscous * self.belt_speed
+    }
+
+    /// Classifies the point (x1, V) of the belt line.
+    #[must_use]
+    pub fn belt_region(&self, x1: f64) -> BeltRegion {
+        let exit = self.exit_x1();
+        let tangency = self.upper_tangency_x1();
+        if x1 > exit {
+            BeltRegion::CrossingDown
+        } else if x1 == exit {
+            BeltRegion::ExitPoint
+        } else if x1 > tangency {
+            BeltRegion::Sliding
+        } else if x1 == tangency {
+            BeltRegion::UpperTangency
+        } else {
+            BeltRegion::CrossingUp
+        }
+    }
+
+    /// x1 of the equilibrium (phi(V), 0), the state of steady slip.
+    #[must_use]
+    pub fn equilibrium_x1(&self) -> f64 {
+        self.curve.phi(self.belt_speed)
+    }
+
+    /// Eigenvalues of the linearisation at the equilibrium.
+    #[must_use]
+    pub fn eigenvalues(&self) -> Eigenvalues {
+        let d = self.divergence(self.belt_speed);
+        if d.abs() < 2.0 {
+            Eigenvalues::Complex { re: 0.5 * d, im: ((1.0 - 0.5 * d) * (1.0 + 0.5 * d)).sqrt() }
+        } else {
+            // The larger root without cancellation; the product of the roots is 1.
+            let fast = 0.5 * (d + d.signum() * ((d - 2.0) * (d + 2.0)).sqrt());
+            Eigenvalues::Real { slow: 1.0 / fast, fast }
+        }
+    }
+}

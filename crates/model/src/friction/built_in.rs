@@ -1,0 +1,104 @@
+//! What the file of a built-in law defines: the law, and its curves in closed form.
+
+use super::family::Series;
+use super::{FirstOrder, Gradient, Parameter, Range};
+
+/// A built-in law, defined in its own file.
+pub struct BuiltIn {
+    /// Name in configurations.
+    pub(super) name: &'static str,
+    /// phi(u) as text.
+    pub formula: &'static str,
+    /// Its parameters, in the order in which they become axes of a map.
+    pub(super) parameters: &'static [Parameter],
+    /// Returns whether phi(u) depends on eps.
+    pub(super) depends_on_epsilon: bool,
+    /// phi at slip speed u, eps and parameters, enclosed with its derivatives, for proofs over boxes of
+    /// parameters; `None` if the number of parameters is not the law's.
+    pub(super) phi_at: fn(u: Series, epsilon: Series, parameters: &[Series]) -> Option<Series>,
+    /// How friction rises at high slip speed.
+    pub strengthening: Strengthening,
+    /// The parameters of a machine's friction, for slip speeds in units of `velocity`, in m/s: a built-in law
+    /// has three, which follow from the coefficients of [`Fall`].
+    pub parameters_of: fn(friction: &Fall, velocity: f64) -> [f64; 3],
+}
+
+/// How the friction of a built-in law rises at high slip speed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Strengthening {
+    /// In proportion to the slip speed, as viscous damping does.
+    Linear,
+    /// In proportion to its square.
+    Quadratic,
+}
+
+/// Friction in units of that at rest, as a machine has it: it falls, and rises at high slip speed.
+pub struct Fall {
+    /// Kinetic friction.
+    pub kinetic: f64,
+    /// Slip speed over which friction falls, m/s.
+    pub width: f64,
+    /// Strengthening at high slip speed, per m/s or per (m/s)^2, see [`BuiltIn::strengthening`].
+    pub strengthening: f64,
+}
+
+/// A built-in law with all parameters fixed. Its friction, weakening rate and formula are called in inner
+/// loops, and so by the matches of `form.rs`.
+pub(super) trait ClosedForm {
+    /// Returns whether no coefficient of the law is a product below the normal numbers, where it may be wrong
+    /// by any factor.
+    fn is_normal(&self) -> bool;
+
+    /// Derivatives of the weakening rate.
+    fn gradient(&self, u: f64) -> Gradient;
+
+    /// See [`super::Curve::mean_weakening`].
+    fn mean_weakening(&self, belt_speed: f64) -> f64;
+
+    /// Cost of one evaluation in units of the cost of the Stribeck law.
+    fn cost(&self) -> u64 {
+        1
+    }
+
+    /// See [`super::Curve::weakening_is_convex`].
+    fn weakening_is_convex(&self) -> bool {
+        false
+    }
+
+    /// Bounds of phi on [0, hi]; `None` if they come from the formula in interval arithmetic.
+    fn friction_range(&self, _hi: f64) -> Option<Range> {
+        None
+    }
+
+    /// See [`super::Curve::even_weakening_range`]; `None` if the bounds come from the compiled law.
+    fn even_weakening_range(&self, _belt_speed: f64) -> Option<Range> {
+        None
+    }
+
+    /// The first order in eps; `None` for a law that does not depend on eps.
+    fn first_order(&self, _belt_speed: f64) -> Option<FirstOrder> {
+        None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Law;
+    use crate::point::LawParameters;
+
+    /// The claim is that of the weakening rate at equally spaced slip speeds.
+    #[test]
+    fn convexity_is_claimed_of_the_laws_that_have_it() {
+        for (law, parameters) in [
+            (Law::Stribeck, [0.3, 0.1, 2.0]),
+            (Law::Exponential, [0.4, 0.5, 0.1]),
+            (Law::Lorentzian, [0.4, 0.5, 0.1]),
+        ] {
+            let curve = law.curve(0.5, &LawParameters::new(&parameters));
+            let rates: Vec<f64> = (0..60).map(|i| curve.weakening(0.05 * f64::from(i))).collect();
+            let falls = rates.windows(2).all(|pair| pair[1] <= pair[0]);
+            let is_convex = rates.windows(3).all(|three| three[0] + three[2] >= 2.0 * three[1]);
+            assert_eq!(curve.weakening_is_convex(), falls && is_convex, "{law:?}");
+        }
+    }
+}

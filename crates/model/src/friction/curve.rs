@@ -1,0 +1,475 @@
+//! A friction law with all its parameters fixed: its values, its proved bounds and its first order in eps.
+
+use std::borrow::Cow;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use super::built_in::ClosedForm;
+use super::form::Form;
+use super::{
+    FirstOrder, Gradient, Lorentzian, NoFirstOrder, Range, Stribeck, Table, Weakening, mean, weakening,
+};
+use crate::point::LawParameters;
+use slipmap_numbers::interval::Interval;
+use slipmap_numbers::jet::Real;
+
+/// A friction curve: a law with all its parameters fixed. Clones share the compiled form.
+#[derive(Clone, Debug)]
+pub struct Curve {
+    pub(super) form: Form,
+    /// eps, if the law is read as 1 + eps F(u).
+    pub(super) small: Option<f64>,
+    pub(super) compiled: Arc<Mutex<Compiled>>,
+}
+
+impl PartialEq for Curve {
+    fn eq(&self, other: &Self) -> bool {
+        self.form == other.form && self.small == other.small
+    }
+}
+
+/// The compiled forms of a curve, each computed when it is first needed.
+#[derive(Debug, Default)]
+pub(super) struct Compiled {
+    weakening: Vec<Arc<Weakening>>,
+    /// -F1', the weakening rate of the law to first order in eps.
+    leading: Vec<Arc<Weakening>>,
+}
+
+/// Compiles the law up to a slip speed of at least `reach`: the next power of two, so that similar belt
+/// speeds share the result, or the end of the data. The forms `known` save time and do not change the result.
+fn compile(form: &Form, known: &mut Vec<Arc<Weakening>>, reach: f64) -> Arc<Weakening> {
+    // Neither the square nor the inverse of the reach may leave the range of normal numbers.
+    let exponent = reach.clamp(1e-150, 1e150).log2().ceil() as i32;
+    let wanted = match form {
+        Form::Function(law) => law.fastest(),
+        Form::Table(law) => law.fastest(),
+        _ => 2f64.powi(exponent),
+    };
+    weakening::compile(form, wanted, known)
+}
+
+/// Work of compiling one piece of a law, in evaluations of the Stribeck law.
+const PIECE: u64 = 500;
+
+/// The intervals of slip speed on which a formula is evaluated to bound the friction.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pieces {
+    /// One interval.
+    One,
+    /// Intervals each of which reaches twice as far as the one before.
+    Octaves,
+}
+
+/// Number of intervals of [`Pieces::Octaves`], without the first.
+const OCTAVES: i32 = 14;
+/// Number of intervals between the samples of a function, which are dense next to 0.
+const SAMPLES: u32 = 256;
+/// Number of the intervals of [`Curve::friction_by_intervals`] per factor of two.
+const PER_OCTAVE: i32 = 4;
+/// Powers of two between which these intervals lie, and at which phi is sampled beyond them.
+const INTERVALS: std::ops::RangeInclusive<i32> = -4..=40;
+const SAMPLED: std::ops::RangeInclusive<i32> = 41..=80;
+/// Intervals this narrow, in units of their ends, are not halved though the sign of a formula is not known
+/// there.
+const NARROWEST: f64 = 1.0 / 64.0;
+/// A distance that is less than this share of another halves with the interval.
+const HALVED: f64 = 0.6;
+/// A number at which powers of slip speeds are finite yet.
+const FASTEST: f64 = 1e60;
+/// Friction above this counts as not negative: less than rounding makes of it.
+pub const NOTHING: f64 = -1e-12;
+
+/// The smallest range that contains all `ranges`.
+fn hull(ranges: impl Iterator<Item = Range>) -> Range {
+    let nothing = Range { lo: f64::INFINITY, hi: f64::NEG_INFINITY };
+    ranges.fold(nothing, |all, range| Range { lo: all.lo.min(range.lo), hi: all.hi.max(range.hi) })
+}
+
+impl Curve {
+    /// Work of compiling the law for a column of this belt speed, in evaluations of the Stribeck law. The
+    /// Stribeck law itself is not compiled.
+    pub fn compiling_work(&self, belt_speed: f64) -> u64 {
+        match self.form {
+            Form::Stribeck(_) => 0,
+            _ => PIECE * self.compiled(4.0 * belt_speed).breaks().len() as u64,
+        }
+    }
+
+    /// Cost of one evaluation, at least 1, in units of the cost of the Stribeck law. Budgets of work are
+    /// divided by this number.
+    pub fn cost(&self) -> u64 {
+        match &self.form {
+            Form::Expression(law) | Form::Leading(law) => law.cost(),
+            form => form.closed().map_or(2, ClosedForm::cost),
+        }
+    }
+
+    /// phi(u), the friction force at slip speed `u` >= 0.
+    #[must_use]
+    #[inline]
+    pub fn phi(&self, u: f64) -> f64 {
+        self.form.phi(u)
+    }
+
+    /// The weakening rate -phi'(u): positive where the friction falls with speed. The divergence of the
+    /// flow is D(u) = weakening(u) - eps c.
+    #[must_use]
+    #[inline]
+    pub fn weakening(&self, u: f64) -> f64 {
+        self.form.weakening(u)
+    }
+
+    /// The weakening rate as polynomials on slip speeds from 0 to at least `reach`, or to the end of a table
+    /// or of a sampled function. The law is compiled once for each power of two.
+    #[must_use]
+    pub fn compiled(&self, reach: f64) -> Arc<Weakening> {
+        let mut compiled = self.compiled.lock().unwrap_or_else(PoisonError::into_inner);
+        compile(&self.form, &mut compiled.weakening, reach)
+    }
+
+    /// Proved bounds of the weakening rate over slip speeds u in [`lo`, `hi`], 0 <= lo <= hi.
+    #[must_use]
+    #[inline]
+    pub fn weakening_range(&self, lo: f64, hi: f64) -> Range {
+        self.form.weakening_range(lo, hi).unwrap_or_else(|| self.compiled(hi).range(lo, hi))
+    }
+
+    /// Upper bounds of the weakening rate for many intervals. The law is compiled once, up to `reach`;
+    /// intervals beyond it take longer.
+    pub fn ranges(&self, reach: f64) -> Ranges<'_> {
+        let is_compiled = self.form.closed().is_none();
+        Ranges { curve: self, compiled: is_compiled.then(|| self.compiled(reach)) }
+    }
+
+    /// The largest slip speed at which the law is known: the end of a table or a function, else infinity.
+    pub fn fastest(&self) -> f64 {
+        match &self.form {
+            Form::Table(law) => law.fastest(),
+            Form::Function(law) => law.fastest(),
+            _ => f64::INFINITY,
+        }
+    }
+
+    /// Bounds of phi over slip speeds u in [0, `hi`], 0 < hi <= [`Curve::fastest`]. For laws given by
+    /// functions they are taken from samples and not proved. A formula is bounded on the intervals `pieces`.
+    pub fn friction_range(&self, hi: f64, pieces: Pieces) -> Range {
+        let octaves = match pieces {
+            Pieces::One => 0,
+            Pieces::Octaves => OCTAVES,
+        };
+        let ends = || (0..=octaves).rev().map(|octave| hi * 0.5_f64.powi(octave));
+        let starts = || std::iter::once(0.0).chain(ends());
+        if let Some(range) = self.form.closed().and_then(|law| law.friction_range(hi)) {
+            return range;
+        }
+        match &self.form {
+            Form::Table(law) => law.friction_range(0.0, hi),
+            Form::Function(_) | Form::Custom(_) => hull((0..=SAMPLES).map(|i| {
+                let value = self.phi(hi * (f64::from(i) / f64::from(SAMPLES)).powi(2));
+                Range { lo: value, hi: value }
+            })),
+            form => hull(
+                starts().zip(ends()).filter_map(|(lo, hi)| Some(form.formula(Interval::new(lo, hi))?.into())),
+            ),
+        }
+    }
+
+    /// Returns whether friction never pushes: whether phi >= 0 at all slip speeds, up to [`Curve::fastest`].
+    pub fn never_pushes(&self, unit: f64) -> bool {
+        if !self.is_sampled() && self.friction_range(self.fastest().min(FASTEST), Pieces::One).lo >= NOTHING {
+            return true;
+        }
+        self.friction_by_intervals(unit).iter().all(|(_, range)| range.lo >= NOTHING)
+    }
+
+    /// Bounds of phi on intervals of slip speed, with the ends of each, from 0 up to [`Curve::fastest`].
+    /// Beyond 10^12 `unit` there are samples only, as for laws given by functions: intervals without a
+    /// length.
+    pub fn friction_by_intervals(&self, unit: f64) -> Vec<([f64; 2], Range)> {
+        let end = |i: i32| unit * 2_f64.powf(f64::from(i) / f64::from(PER_OCTAVE));
+        let fastest = self.fastest();
+        let mut from = 0.0;
+        let mut found = Vec::new();
+        let [first, last] = [*INTERVALS.start(), *INTERVALS.end()].map(|octave| PER_OCTAVE * octave);
+        for to in (first..=last).map(|i| end(i).min(fastest)) {
+            if to > from {
+                found.push(([from, to], self.friction_between(from, to, 0.0)));
+            }
+            from = to;
+        }
+        if fastest == f64::INFINITY {
+            found.extend(SAMPLED.map(|octave| {
+                let at = end(PER_OCTAVE * octave);
+                ([at; 2], Range { lo: self.phi(at), hi: self.phi(at) })
+            }));
+        }
+        found
+    }
+
+    /// Bounds of phi(u) + C u, C = `viscous`, over slip speeds u in [`lo`, `hi`]. They need not be narrow
+    /// where their sign is certain.
+    pub fn friction_between(&self, lo: f64, hi: f64, viscous: f64) -> Range {
+        if let Form::Table(table) = &self.form {
+            let phi = table.friction_range(lo, hi);
+            return Range { lo: viscous.mul_add(lo, phi.lo), hi: viscous.mul_add(hi, phi.hi) };
+        }
+        if self.formula(0.0).is_some() {
+            return self.formula_between(lo, hi, viscous, [f64::INFINITY; 2]);
+        }
+        let place = |i: u32| (hi - lo).mul_add(f64::from(i) / f64::from(SAMPLES), lo).min(hi);
+        let psi = |u: f64| viscous.mul_add(u, self.phi(u));
+        hull((0..=SAMPLES).map(place).map(psi).map(|psi| Range { lo: psi, hi: psi }))
+    }
+
+    /// As [`Curve::friction_between`] for a formula. `before` are the distances of the bounds from samples on
+    /// twice and four times the interval: where small ones halve with it, they come from terms that cancel,
+    /// as in `1 - u/(1 + u)`, and the samples are the bounds; a narrow dip would leave them as they are.
+    fn formula_between(&self, lo: f64, hi: f64, viscous: f64, before: [f64; 2]) -> Range {
+        let u = Interval::new(lo, hi);
+        let Some(phi) = self.formula(u) else { return Interval::ENTIRE.into() };
+        let range = phi + Interval::of(viscous) * u;
+        let middle = 0.5 * (lo + hi);
+        let samples = [lo, middle, hi].map(|u| viscous.mul_add(u, self.phi(u)));
+        let pushes = samples.map(|phi| phi < 0.0);
+        if range.lo >= NOTHING || range.hi < 0.0 || pushes != [pushes[0]; 3] {
+            return range.into();
+        }
+        let sampled = hull(samples.into_iter().map(|phi| Range { lo: phi, hi: phi }));
+        let distance = if pushes[0] { range.hi - sampled.hi } else { sampled.lo - range.lo };
+        if distance < HALVED * before[0] && before[0] < HALVED * before[1] && before[1] < 1.0 {
+            return sampled;
+        }
+        if hi - lo < NARROWEST * hi {
+            return range.into();
+        }
+        let halves = [[lo, middle], [middle, hi]];
+        let before = [distance, before[0]];
+        hull(halves.map(|[lo, hi]| self.formula_between(lo, hi, viscous, before)).into_iter())
+    }
+
+    /// Proved bounds, over 0 < |v| <= V, of the even part in v of `weakening(V - v)`.
+    #[must_use]
+    pub fn even_weakening_range(&self, belt_speed: f64) -> Range {
+        let closed = self.form.closed().and_then(|law| law.even_weakening_range(belt_speed));
+        closed.unwrap_or_else(|| self.compiled(4.0 * belt_speed).even_range(belt_speed, belt_speed))
+    }
+
+    /// The weakening rate averaged over the grazing circle v = V cos t with weight sin^2 t / pi: the energy
+    /// that friction supplies in one turn, in units of that dissipated by unit damping eps c.
+    #[must_use]
+    pub fn mean_weakening(&self, belt_speed: f64) -> f64 {
+        if let Some(law) = self.form.closed() {
+            return law.mean_weakening(belt_speed);
+        }
+        match &self.form {
+            Form::Table(law) => law.mean_weakening(belt_speed),
+            _ => {
+                let weakening = self.compiled(4.0 * belt_speed);
+                mean::mean_weakening(|u| weakening.at(u), belt_speed)
+            }
+        }
+    }
+
+    /// The weakening rate averaged over the grazing circle as in [`Curve::mean_weakening`], by eight angles;
+    /// `None` for laws with [known features](Curve::has_known_features). It costs eight evaluations, and
+    /// follows every feature that a formula has in its parameters.
+    pub fn sampled_mean(&self, belt_speed: f64) -> Option<f64> {
+        const ANGLES: usize = 8;
+        let angle = |k: usize| std::f64::consts::PI * (k as f64 + 0.5) / ANGLES as f64;
+        let slips: [f64; ANGLES] = std::array::from_fn(|k| belt_speed * (1.0 - angle(k).cos()));
+        let mean = || {
+            let rates = self.form.weakenings(slips).into_iter().enumerate();
+            rates.map(|(k, rate)| angle(k).sin().powi(2) * rate).sum::<f64>() * 2.0 / ANGLES as f64
+        };
+        (!self.has_known_features()).then(mean)
+    }
+
+    /// The law to first order in eps at belt speed V.
+    ///
+    /// # Errors
+    /// [`NoFirstOrder`] for a law that is not 1 + O(eps).
+    pub fn first_order(&self, belt_speed: f64) -> Result<FirstOrder, NoFirstOrder> {
+        if let Some(epsilon) = self.small {
+            // -F' = w / eps.
+            let Range { lo, hi } = self.weakening_range(0.0, 2.0 * belt_speed);
+            return Ok(FirstOrder {
+                mean_weakening: self.mean_weakening(belt_speed) / epsilon,
+                weakening_range: Range { lo: lo / epsilon, hi: hi / epsilon },
+            });
+        }
+        match &self.form {
+            Form::Expression(law) => {
+                law.check_leading(belt_speed)?;
+                let leading = {
+                    let mut compiled = self.compiled.lock().unwrap_or_else(PoisonError::into_inner);
+                    compile(&Form::Leading(law.clone()), &mut compiled.leading, 2.0 * belt_speed)
+                };
+                // By parts, (6) divided by pi V is the mean of -F1'.
+                Ok(FirstOrder {
+                    mean_weakening: mean::mean_weakening(|u| leading.at(u), belt_speed),
+                    weakening_range: leading.range(0.0, 2.0 * belt_speed),
+                })
+            }
+            form => {
+                let closed = form.closed().and_then(|law| law.first_order(belt_speed));
+                closed.ok_or(NoFirstOrder::NoEpsilon)
+            }
+        }
+    }
+
+    /// Returns whether the law's weakening rate has finite proved bounds for slip speeds up to `fastest`, as
+    /// theorems require.
+    pub fn is_enclosed(&self, fastest: f64) -> bool {
+        let range = self.weakening_range(0.0, fastest);
+        range.lo.is_finite() && range.hi.is_finite()
+    }
+
+    /// Returns whether the law is implemented by a program, so that it has no proved bounds.
+    pub(crate) fn is_sampled(&self) -> bool {
+        matches!(self.form, Form::Custom(_))
+    }
+
+    /// Derivatives of the weakening rate at slip speed `u` with respect to eps and each parameter of the law.
+    #[must_use]
+    pub fn weakening_gradient(&self, u: f64) -> Gradient {
+        match &self.form {
+            Form::Expression(law) | Form::Leading(law) => law.gradient(u),
+            Form::Custom(law) => law.gradient(u),
+            form => {
+                let nothing = Gradient { epsilon: 0.0, parameters: LawParameters::new(&[]) };
+                form.closed().map_or(nothing, |law| law.gradient(u))
+            }
+        }
+    }
+
+    /// The table of a measured law; `None` for other laws.
+    pub fn table(&self) -> Option<&Table> {
+        match &self.form {
+            Form::Table(table) => Some(table),
+            _ => None,
+        }
+    }
+
+    /// Returns whether the closed forms of the law are evaluated in normal numbers. A product below the
+    /// normal numbers may be wrong by any factor, and then no result is a theorem.
+    #[must_use]
+    pub fn is_normal(&self) -> bool {
+        // Enclosures of other laws are valid for numbers of every size.
+        self.form.closed().is_none_or(ClosedForm::is_normal)
+    }
+
+    /// phi in any arithmetic (numbers, intervals or series); `None` for laws given by data or by functions.
+    pub fn formula<T: Real>(&self, u: T) -> Option<T> {
+        self.form.formula(u)
+    }
+
+    /// As [`Curve::even_weakening_range`] with 0 <= v <= `reach`, rounded outwards; `None` without a formula.
+    pub fn even_weakening_within(&self, belt_speed: f64, reach: f64) -> Option<Range> {
+        self.formula(0.0)?;
+        Some(self.compiled(4.0 * belt_speed).even_range(belt_speed, reach))
+    }
+
+    /// Slip speeds > 0, increasing, at which the slope of the weakening rate jumps. Elsewhere the curve is
+    /// smooth.
+    #[must_use]
+    pub fn corners(&self) -> &[f64] {
+        self.form.corners()
+    }
+
+    /// Slip speeds > 0, increasing, at which integrators end their steps: the corners, and the speeds of
+    /// [`Weakening::narrow`] on orbits with velocities up to `fastest`, but at least 1, the velocity that the
+    /// static friction gives to an orbit however slow the belt is.
+    pub fn stops(&self, fastest: f64) -> Cow<'_, [f64]> {
+        let corners = self.corners();
+        if self.has_known_features() {
+            return Cow::Borrowed(corners);
+        }
+        let compiled = self.compiled(4.0 * fastest.max(1.0));
+        if compiled.narrow().is_empty() {
+            return Cow::Borrowed(corners);
+        }
+        let mut stops = [corners, compiled.narrow()].concat();
+        stops.sort_by(f64::total_cmp);
+        stops.dedup();
+        Cow::Owned(stops)
+    }
+
+    /// Returns whether the law has features only at rest and at its corners: closed forms and tables.
+    pub fn has_known_features(&self) -> bool {
+        self.form.closed().is_some() || matches!(self.form, Form::Table(_))
+    }
+
+    /// Returns whether the weakening rate is one analytic function of the slip speeds of orbits that start
+    /// within `belt_speed`, those below 0 included, and without narrow features.
+    pub fn is_analytic(&self, belt_speed: f64) -> bool {
+        match self.form {
+            Form::Expression(_) => self.compiled(4.0 * belt_speed).is_analytic(),
+            _ => self.form.closed().is_some(),
+        }
+    }
+
+    /// Stribeck's law, for proofs over boxes and for vectorised engines, which use its parameters; `None` for
+    /// other laws.
+    pub fn stribeck(&self) -> Option<&Stribeck> {
+        match &self.form {
+            Form::Stribeck(law) => Some(law),
+            _ => None,
+        }
+    }
+
+    /// The Lorentzian law, for vectorised engines; `None` for other laws.
+    pub fn lorentzian(&self) -> Option<&Lorentzian> {
+        match &self.form {
+            Form::Lorentzian(law) => Some(law),
+            _ => None,
+        }
+    }
+
+    /// Returns whether the weakening rate is proved to be nonincreasing and convex in the slip speed, the
+    /// continuation to u < 0 included.
+    ///
+    /// Then the even part in v of w(V - v) rises with |v|. So, to first order in the divergence, the growth
+    /// of a turn rises with its amplitude: there is at most one slip cycle, and it repels. No proof is known
+    /// for divergences of any size; [`slipmap_certify::slip_count`] proves it point by point, without
+    /// exception so far.
+    #[must_use]
+    pub fn weakening_is_convex(&self) -> bool {
+        self.form.closed().is_some_and(ClosedForm::weakening_is_convex)
+    }
+}
+
+/// Proved upper bounds of a curve's weakening rate, see [`Curve::ranges`].
+pub struct Ranges<'a> {
+    curve: &'a Curve,
+    compiled: Option<Arc<Weakening>>,
+}
+
+impl Ranges<'_> {
+    /// The upper bound of [`Curve::weakening_range`] over [`lo`, `hi`].
+    #[inline]
+    pub fn highest(&self, lo: f64, hi: f64) -> f64 {
+        match &self.compiled {
+            Some(law) if hi <= law.reach() => law.highest(lo, hi),
+            _ => self.curve.weakening_range(lo, hi).hi,
+        }
+    }
+}
+
+impl Column {
+    /// The weakening rate as polynomials up to 4 V, enough for orbits that start within the belt speed.
+    pub fn compiled(&self) -> Arc<Weakening> {
+        self.curve.compiled(4.0 * self.belt_speed)
+    }
+}
+
+/// All parameters except the damping: the unit of work of a map. Verdicts along a column change at most
+/// twice, because every orbit's amplitude falls with c. [`super::Law::column`] makes columns.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Column {
+    /// The friction curve.
+    pub curve: Curve,
+    /// eps > 0.
+    pub epsilon: f64,
+    /// Belt speed V > 0.
+    pub belt_speed: f64,
+}

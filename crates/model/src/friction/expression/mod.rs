@@ -1,0 +1,442 @@
+//! A friction law given as text, such as `mu + (1 - mu)*exp(-u/vs)`: phi in the slip speed u, in eps, and in
+//! any other names, which become parameters of the law and axes of maps.
+//!
+//! The crate `winnow` parses the text to a tape of operations, which is evaluated on Taylor series
+//! ([`slipmap_numbers::jet`]): over numbers for phi and its derivative, over intervals for proved bounds, over series
+//! in eps for the first-order theory. A series is as exact as a formula for the derivative, and cheaper: a
+//! third derivative costs ten products for each product of the law, while its formula has hundreds of terms.
+//! The tests compare the series with the formulas that the crate `exmex` derives for random laws. (`exmex` is
+//! not suited to users' input: it reads -u^2 as (-u)^2, does not accept 1e-3 as a number, and its errors do
+//! not contain the place in the text.)
+//!
+//! **Legal laws** are checked by [`Expression::check`]: phi(0) = 1 (after division by a stated static
+//! level), phi and D finite and continuous over the slip speeds of the check. `abs` is legal if its argument
+//! does not change its sign there. A power with an exponent that is not an integer requires a base >= 0, and,
+//! where the base vanishes, an exponent of at least 1.
+
+mod parse;
+
+use std::collections::HashSet;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use super::{Gradient, NoFirstOrder, Parameter};
+use crate::point::{LawParameters, MAX_LAW_PARAMETERS};
+use parse::{DEEPEST, Function, Op, Place, Tape, is_integer};
+use slipmap_numbers::interval::Interval;
+use slipmap_numbers::jet::{Jet, Points, Real};
+
+/// Largest number of operations of a formula: with more, one evaluation would cost as much as hundreds of
+/// evaluations of a usual law.
+const MOST_OPERATIONS: usize = 500;
+
+/// Tolerance of phi(0) = 1: formulas have rounding errors.
+const STATIC_SLACK: f64 = 1e-12;
+
+/// An error in a formula, with its place.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{problem} (character {} of the formula)\n  help: {remedy}", .from + 1)]
+pub struct ExpressionError {
+    /// First character concerned, from 0.
+    pub from: usize,
+    /// One past the last character concerned.
+    pub to: usize,
+    /// What is wrong.
+    pub problem: String,
+    /// The remedy.
+    pub remedy: String,
+}
+
+/// A law given as text. Clones share it.
+#[derive(Clone, Debug)]
+pub struct Expression(Arc<Compiled>);
+
+#[derive(Debug)]
+struct Compiled {
+    text: String,
+    /// phi is the formula divided by this.
+    static_level: f64,
+    tape: Tape,
+    parameters: Vec<Parameter>,
+}
+
+impl PartialEq for Expression {
+    fn eq(&self, other: &Self) -> bool {
+        let same = |other: &Compiled| self.0.text == other.text && self.0.static_level == other.static_level;
+        Arc::ptr_eq(&self.0, &other.0) || same(&other.0)
+    }
+}
+
+/// Keeps each name of a parameter once, for the life of the program: names of axes have the lifetime
+/// `'static`.
+fn interned(name: String) -> &'static str {
+    static KNOWN: Mutex<Option<HashSet<&'static str>>> = Mutex::new(None);
+    let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
+    let known = known.get_or_insert_default();
+    if let Some(name) = known.get(name.as_str()) {
+        return name;
+    }
+    let name: &'static str = Box::leak(name.into_boxed_str());
+    known.insert(name);
+    name
+}
+
+impl Expression {
+    /// Compiles `text`; phi is the value of the formula divided by `static_level` > 0.
+    ///
+    /// # Errors
+    /// [`ExpressionError`] where the text is no formula, or has too many parameters.
+    pub fn new(text: &str, static_level: f64) -> Result<Self, ExpressionError> {
+        let tape = parse::parse(text)?;
+        if let Some(place) = tape.places.get(MOST_OPERATIONS) {
+            return Err(ExpressionError {
+                from: place.from,
+                to: place.to,
+                problem: format!(
+                    "the formula has {} operations; this is the first of more than {MOST_OPERATIONS}",
+                    tape.ops.len()
+                ),
+                remedy: "simplify it, or give the law as a table".into(),
+            });
+        }
+        if let Some((name, place)) = tape.parameters.get(MAX_LAW_PARAMETERS) {
+            return Err(ExpressionError {
+                from: place.from,
+                to: place.to,
+                problem: format!("`{name}` is one parameter more than {MAX_LAW_PARAMETERS}"),
+                remedy: "write some of them as numbers".into(),
+            });
+        }
+        let parameters = tape.parameters.iter().map(|(name, _)| Parameter {
+            name: interned(name.clone()),
+            long_name: interned(format!("parameter {name} of the friction law")),
+            min: f64::MIN,
+            max: f64::MAX,
+        });
+        let parameters = parameters.collect();
+        Ok(Self(Arc::new(Compiled { text: text.to_owned(), static_level, tape, parameters })))
+    }
+
+    /// The law with its slip speed in units of `unit`, divided by `static_level`. In the text, every u is
+    /// replaced by (unit*u).
+    ///
+    /// # Errors
+    /// [`ExpressionError`] if the replacement makes the formula too long.
+    pub fn in_units(&self, unit: f64, static_level: f64) -> Result<Self, ExpressionError> {
+        let mut text = String::with_capacity(self.0.text.len());
+        let is_part = |letter: char| letter.is_alphanumeric() || letter == '_' || letter == '.';
+        let mut rest = self.0.text.as_str();
+        while !rest.is_empty() {
+            let word = &rest[..rest.find(|letter| !is_part(letter)).unwrap_or(rest.len())];
+            match word {
+                "u" => text.push_str(&format!("({unit:?}*u)")),
+                word => text.push_str(word),
+            }
+            rest = &rest[word.len()..];
+            let gap = rest.find(is_part).unwrap_or(rest.len());
+            text.push_str(&rest[..gap]);
+            rest = &rest[gap..];
+        }
+        Self::new(&text, static_level)
+    }
+
+    /// The formula as it was written.
+    #[must_use]
+    pub fn text(&self) -> &str {
+        &self.0.text
+    }
+
+    /// The value of the formula at u = 0, by which it is divided.
+    pub fn static_level(&self) -> f64 {
+        self.0.static_level
+    }
+
+    /// The named parameters in order of appearance.
+    #[must_use]
+    pub fn parameters(&self) -> &[Parameter] {
+        &self.0.parameters
+    }
+
+    /// The range of characters in which a parameter first occurs in the text.
+    pub fn place_of(&self, parameter: &str) -> Option<(usize, usize)> {
+        let found = self.0.tape.parameters.iter().find(|(name, _)| name == parameter);
+        found.map(|(_, place)| (place.from, place.to))
+    }
+
+    /// Returns whether eps occurs in the formula.
+    pub(super) fn depends_on_epsilon(&self) -> bool {
+        self.0.tape.ops.contains(&Op::Epsilon)
+    }
+
+    /// The curve at one eps and one choice of parameters. The curves of a formula without eps are equal for
+    /// all eps.
+    pub(super) fn curve(&self, epsilon: f64, parameters: &LawParameters) -> ExpressionCurve {
+        let epsilon = if self.depends_on_epsilon() { epsilon } else { 0.0 };
+        ExpressionCurve { law: self.clone(), epsilon, parameters: *parameters }
+    }
+
+    /// phi at slip speed `u`, eps and parameters in any arithmetic.
+    pub(super) fn phi_at<T: Real>(&self, u: T, epsilon: T, parameters: &[T]) -> T {
+        self.curve(0.0, &LawParameters::new(&[])).run_with(u, epsilon, |i| parameters[i], |_, _| ())
+    }
+
+    /// Checks that the law is legal at one eps and one choice of parameters for slip speeds in
+    /// [0, `fastest`]: phi(0) = 1, phi and phi' finite and phi' continuous.
+    ///
+    /// # Errors
+    /// [`ExpressionError`] that names the operation at fault and the slip speed.
+    pub fn check(
+        &self,
+        epsilon: f64,
+        parameters: &LawParameters,
+        fastest: f64,
+    ) -> Result<(), ExpressionError> {
+        self.curve(epsilon, parameters).check(fastest)
+    }
+}
+
+/// A formula with all its parameters fixed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ExpressionCurve {
+    law: Expression,
+    epsilon: f64,
+    parameters: LawParameters,
+}
+
+fn call<T: Real>(function: Function, x: T) -> T {
+    let exps = |x: T| (x.exp(), (-x).exp());
+    let half = T::constant(0.5);
+    match function {
+        Function::Exp => x.exp(),
+        Function::Ln => x.ln(),
+        Function::Sqrt => x.sqrt(),
+        Function::Sin => x.sin_cos().0,
+        Function::Cos => x.sin_cos().1,
+        Function::Tan => {
+            let (sin, cos) = x.sin_cos();
+            sin / cos
+        }
+        Function::Sinh => {
+            let (up, down) = exps(x);
+            half * (up - down)
+        }
+        Function::Cosh => {
+            let (up, down) = exps(x);
+            half * (up + down)
+        }
+        Function::Tanh => x.tanh(),
+        Function::Atan => x.atan(),
+        Function::Abs => x.abs(),
+    }
+}
+
+fn power<T: Real>(base: T, exponent: T) -> T {
+    match exponent.as_constant() {
+        Some(exponent) if is_integer(exponent) => base.powi(exponent as i32),
+        Some(exponent) => base.power(exponent),
+        None => (exponent * base.ln()).exp(),
+    }
+}
+
+impl ExpressionCurve {
+    /// See [`super::Curve::cost`]: two operations of a formula take about as long as the Stribeck law.
+    pub(super) fn cost(&self) -> u64 {
+        1 + self.law.0.tape.ops.len() as u64 / 2
+    }
+
+    /// Evaluates the tape; `watch` is called with the number and the result of every operation.
+    #[inline]
+    fn run<T: Real>(&self, u: T, epsilon: T, watch: impl FnMut(usize, &T)) -> T {
+        self.run_with(u, epsilon, |i| T::constant(self.parameters.as_slice()[i]), watch)
+    }
+
+    /// As `run`, with any values of the parameters.
+    #[inline]
+    fn run_with<T: Real>(
+        &self,
+        u: T,
+        epsilon: T,
+        parameter: impl Fn(usize) -> T,
+        mut watch: impl FnMut(usize, &T),
+    ) -> T {
+        let mut stack = [u; DEEPEST];
+        let mut top = 0;
+        for (number, op) in self.law.0.tape.ops.iter().enumerate() {
+            let (operands, result) = match *op {
+                Op::Number(x) => (0, T::constant(x)),
+                Op::Slip => (0, u),
+                Op::Epsilon => (0, epsilon),
+                Op::Parameter(i) => (0, parameter(i)),
+                Op::Add => (2, stack[top - 2] + stack[top - 1]),
+                Op::Subtract => (2, stack[top - 2] - stack[top - 1]),
+                Op::Multiply => (2, stack[top - 2] * stack[top - 1]),
+                Op::Divide => (2, stack[top - 2] / stack[top - 1]),
+                Op::Power => (2, power(stack[top - 2], stack[top - 1])),
+                Op::Negate => (1, -stack[top - 1]),
+                Op::PowerInteger(exponent) => (1, stack[top - 1].powi(exponent)),
+                Op::Call(function) => (1, call(function, stack[top - 1])),
+            };
+            top = top - operands + 1;
+            stack[top - 1] = result;
+            watch(number, &result);
+        }
+        let level = self.law.0.static_level;
+        if level == 1.0 { stack[0] } else { stack[0] / T::constant(level) }
+    }
+
+    pub(super) fn formula<T: Real>(&self, u: T) -> T {
+        self.run(u, T::constant(self.epsilon), |_, _| ())
+    }
+
+    #[inline]
+    fn series<T: Real, const N: usize>(&self, u: T) -> Jet<T, N> {
+        self.run(Jet::variable(u, 1.0), Jet::of(T::constant(self.epsilon)), |_, _| ())
+    }
+
+    /// phi(u); below u = 0, where the flow is continued, the formula's value, or 1 where that is not finite.
+    #[inline]
+    pub(super) fn phi(&self, u: f64) -> f64 {
+        let phi = self.run(u, self.epsilon, |_, _| ());
+        if phi.is_finite() || u >= 0.0 { phi } else { 1.0 }
+    }
+
+    /// -phi'(u).
+    #[inline]
+    pub(super) fn weakening(&self, u: f64) -> f64 {
+        let slope = self.series::<f64, 2>(u).0[1];
+        if slope.is_finite() || u >= 0.0 { -slope } else { -self.series::<f64, 2>(0.0).0[1] }
+    }
+
+    /// -phi'(u) at several slip speeds >= 0, with one run of the tape.
+    pub(super) fn weakenings<const N: usize>(&self, u: [f64; N]) -> [f64; N] {
+        (-self.series::<Points<N>, 2>(Points(u)).0[1]).0
+    }
+
+    /// Derivatives of the weakening rate, from series in eps and in one parameter after the other.
+    pub(super) fn gradient(&self, u: f64) -> Gradient {
+        type Mixed = Jet<Jet<f64, 2>, 2>;
+        let values = self.parameters.as_slice();
+        // The derivative with respect to variable `n`: eps for 0, else parameter n - 1.
+        let by = |n: usize| {
+            let input = |i: usize, x: f64| Mixed::of(if i == n { Jet::variable(x, 1.0) } else { Jet::of(x) });
+            let slip = Mixed::variable(Jet::of(u), 1.0);
+            let phi = self.run_with(slip, input(0, self.epsilon), |i| input(i + 1, values[i]), |_, _| ());
+            -phi.0[1].0[1]
+        };
+        let parameters: Vec<f64> = (1..=values.len()).map(by).collect();
+        Gradient { epsilon: by(0), parameters: LawParameters::new(&parameters) }
+    }
+
+    /// F1(u), where phi = 1 + eps F1 + O(eps^2), from the series in eps at eps = 0.
+    pub(super) fn leading<T: Real>(&self, u: T) -> T {
+        self.run(Jet::<T, 2>::of(u), Jet::variable(T::constant(0.0), 1.0), |_, _| ()).0[1]
+    }
+
+    /// Checks at samples that the law is 1 + O(eps) on slip speeds up to twice the belt speed.
+    pub(super) fn check_leading(&self, belt_speed: f64) -> Result<(), NoFirstOrder> {
+        if !self.law.depends_on_epsilon() {
+            return Err(NoFirstOrder::NoEpsilon);
+        }
+        for i in 0..=32 {
+            let u = 2.0 * belt_speed * f64::from(i) / 32.0;
+            let at = self.run::<Jet<f64, 2>>(Jet::of(u), Jet::variable(0.0, 1.0), |_, _| ());
+            if !(at.0[0].is_finite() && at.0[1].is_finite()) {
+                return Err(NoFirstOrder::NotDifferentiable);
+            }
+            if (at.0[0] - 1.0).abs() > STATIC_SLACK {
+                return Err(NoFirstOrder::NotSmall);
+            }
+        }
+        Ok(())
+    }
+
+    fn check(&self, fastest: f64) -> Result<(), ExpressionError> {
+        let Compiled { tape, text, static_level, .. } = &*self.law.0;
+        // Singular operations are searched first, because their errors are more specific than a wrong value.
+        // A range of slip speeds on which an operation's value or derivative has no bounds is bisected down
+        // to a share of 1e-9.
+        let shortest = 1e-9 * fastest;
+        let mut pieces = vec![(0.0, fastest), (0.0, 0.0)];
+        while let Some((a, b)) = pieces.pop() {
+            let mut culprit = None;
+            let u = Jet::<Interval, 3>::variable(Interval::new(a, b), 1.0);
+            let epsilon = Jet::of(Interval::of(self.epsilon));
+            self.run(u, epsilon, |number, jet: &Jet<Interval, 3>| {
+                let bounded = jet.0[0].is_bounded() && jet.0[1].is_bounded();
+                if culprit.is_none() && !bounded {
+                    culprit = Some(number);
+                }
+            });
+            let Some(number) = culprit else { continue };
+            if b - a > shortest {
+                let middle = 0.5 * (a + b);
+                pieces.push((middle, b));
+                pieces.push((a, middle));
+                continue;
+            }
+            return Err(self.singular(tape, number, a, b));
+        }
+        let phi_0 = self.phi(0.0);
+        if !((phi_0 - 1.0).abs() <= STATIC_SLACK) {
+            let value = phi_0 * static_level;
+            return Err(ExpressionError {
+                from: 0,
+                to: text.chars().count(),
+                problem: format!("phi(0) is {phi_0}, not 1{}", self.at_parameters()),
+                remedy: format!(
+                    "divide the formula by its static level, for example with the key static = {value}, if that is \
+                     the same at all parameters"
+                ),
+            });
+        }
+        Ok(())
+    }
+
+    /// The error for an operation, given by its number, that is singular for slip speeds within [a, b].
+    fn singular(&self, tape: &Tape, number: usize, a: f64, b: f64) -> ExpressionError {
+        let Place { from, to } = tape.places[number];
+        let part: String = self.law.0.text.chars().skip(from).take(to - from).collect();
+        let where_ = if b == 0.0 { "u = 0".to_owned() } else { format!("u = {:.6}", 0.5 * (a + b)) };
+        let at = format!("{where_}{}", self.at_parameters());
+        let (problem, remedy) = match tape.ops[number] {
+            Op::Divide | Op::PowerInteger(_) => (
+                format!("division by zero: `{part}` vanishes at {at}"),
+                "write the law without that pole, in a form that also holds in the limit",
+            ),
+            Op::Call(Function::Abs) => (
+                format!("`{part}` has a kink at {at}, where D would jump"),
+                "smooth it, for example as sqrt(x^2 + d^2), or give the law as a table",
+            ),
+            Op::Call(Function::Sqrt) => (
+                format!("`{part}` has no finite derivative at {at}"),
+                "keep its argument positive, for example by adding a small constant",
+            ),
+            Op::Call(Function::Ln) => {
+                (format!("`{part}` is not defined at {at}"), "keep its argument positive")
+            }
+            Op::Power => (
+                format!(
+                    "the base `{part}` of a power is negative at {at}, or 0 with an exponent below 1: no finite slope"
+                ),
+                "use an exponent of at least 1, or shift the base: (x + d)^p - d^p with a small constant d",
+            ),
+            Op::Call(Function::Tan) => (format!("`{part}` has a pole at {at}"), "keep away from it"),
+            _ => (format!("`{part}` overflows at {at}"), "scale the formula"),
+        };
+        ExpressionError { from, to, problem, remedy: remedy.into() }
+    }
+
+    /// The parameters in words, for messages.
+    fn at_parameters(&self) -> String {
+        let named = self.law.parameters().iter().zip(self.parameters.as_slice());
+        let mut words: Vec<String> = named.map(|(p, value)| format!("{} = {value}", p.name)).collect();
+        if self.law.depends_on_epsilon() {
+            words.insert(0, format!("epsilon = {}", self.epsilon));
+        }
+        if words.is_empty() { String::new() } else { format!(" for {}", words.join(", ")) }
+    }
+}
+
+#[cfg(test)]
+mod symbolic;
+#[cfg(test)]
+mod tests;

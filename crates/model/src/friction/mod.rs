@@ -1,0 +1,374 @@
+//! Friction laws: the force phi(u) at slip speed u >= 0 in units of the static force, phi(0) = 1.
+//!
+//! A [`Law`] is a family with named parameters, each of which becomes an axis of a map. Fixing eps and the
+//! parameters gives a [`Curve`], a function of the slip speed. All other modules use only the values and the
+//! proved bounds of a curve, and do not depend on which parameters the law has.
+
+mod built_in;
+mod curve;
+mod custom;
+pub mod domain;
+mod exponential;
+mod expression;
+mod family;
+mod form;
+mod function;
+mod lorentzian;
+mod mean;
+pub mod readings;
+mod stribeck;
+mod table;
+mod weakening;
+
+pub use built_in::{BuiltIn, Fall, Strengthening};
+pub use curve::{Column, Curve};
+pub use curve::{NOTHING, Pieces, Ranges};
+pub use custom::{Custom, CustomLaw, CustomLawError};
+pub use domain::PointError;
+pub use exponential::Exponential;
+pub use expression::ExpressionCurve;
+pub use expression::{Expression, ExpressionError};
+pub use family::Slope;
+pub use function::{Function, FunctionError};
+pub use lorentzian::Lorentzian;
+pub use slipmap_numbers::Range;
+pub use stribeck::Stribeck;
+pub use table::{Table, TableError};
+pub use weakening::{Accuracy, Weakening};
+pub use weakening::{COUNT, Polynomial, ProvedPiece};
+
+use std::cell::RefCell;
+use std::sync::Arc;
+
+use crate::point::{LawParameters, Point};
+use form::Form;
+
+/// The quantities of a law phi = 1 + eps F1(u) + O(eps^2) that the first-order theory (eps -> 0) needs.
+///
+/// Slopes are divided by eps, so that they can be compared with the damping c.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FirstOrder {
+    /// `1/(pi V) * integral over a turn of F1(V - V cos t) cos t dt`, the right side of the paper's
+    /// condition (6) divided by pi V.
+    pub mean_weakening: f64,
+    /// Range of -F1'(u) over slip speeds u in [0, 2 V].
+    pub weakening_range: Range,
+}
+
+/// Derivatives of the weakening rate at one slip speed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Gradient {
+    /// With respect to eps.
+    pub epsilon: f64,
+    /// With respect to each parameter of the law.
+    pub parameters: LawParameters,
+}
+
+/// Reason why a law has no first order in eps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum NoFirstOrder {
+    /// The law does not depend on eps.
+    #[error("the friction law does not depend on eps")]
+    NoEpsilon,
+    /// phi is not 1 at eps = 0.
+    #[error("the friction law is not constant at eps = 0")]
+    NotSmall,
+    /// phi has no derivative with respect to eps at eps = 0.
+    #[error("the friction law has no derivative by eps at eps = 0")]
+    NotDifferentiable,
+}
+
+/// A parameter of a friction law, as it appears in a configuration and as an axis of a map.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Parameter {
+    /// Name in configurations, command lines and map files.
+    pub name: &'static str,
+    /// One phrase for a figure's axis or a file's `long_name`.
+    pub long_name: &'static str,
+    /// Smallest legal value (included).
+    pub min: f64,
+    /// Largest legal value (included); infinite where the law has no upper limit.
+    pub max: f64,
+}
+
+/// A family of friction laws.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Law {
+    /// The paper's law, `(1 - alpha) / (1 + eps gamma u) + alpha + eps beta u^2`.
+    Stribeck,
+    /// `mu + (1 - mu) exp(-u / vs) + eta u`.
+    Exponential,
+    /// `mu + (1 - mu) / (1 + (u / vs)^2) + eta u`.
+    Lorentzian,
+    /// A law given as text.
+    Expression(Expression),
+    /// A law given by data.
+    Table(Table),
+    /// A law given as a function of a program, which is sampled once.
+    Function(Function),
+    /// A law implemented by a Rust program, see [`Law::custom`].
+    Custom(Custom),
+    /// A law read as `1 + eps F(u)`, see [`Law::read_as_small`].
+    Small(Arc<Law>),
+}
+
+/// A law as written, without the reading as `1 + eps F(u)`.
+enum Written<'a> {
+    BuiltIn(&'static BuiltIn),
+    Expression(&'a Expression),
+    Table(&'a Table),
+    Function(&'a Function),
+    Custom(&'a Custom),
+}
+
+/// First line of the definition of a law read as `1 + eps F(u)`.
+const SMALL: &str = "small eps";
+/// Name of the laws given as text.
+const EXPRESSION: &str = "expression";
+/// Name of the laws given by data.
+const TABLE: &str = "table";
+/// Name of the laws given as functions, which no configuration can name.
+const FUNCTION: &str = "function";
+
+impl Law {
+    /// The laws that need no definition, in the order in which messages list them.
+    pub const BUILT_IN: [Law; 3] = [Law::Stribeck, Law::Exponential, Law::Lorentzian];
+
+    /// The names of laws that a configuration can choose.
+    pub fn names() -> impl Iterator<Item = &'static str> {
+        Self::BUILT_IN.iter().map(Law::name).chain([EXPRESSION, TABLE])
+    }
+
+    /// The law's name in a configuration.
+    #[must_use]
+    pub fn name(&self) -> &'static str {
+        match self.written() {
+            Written::BuiltIn(law) => law.name,
+            Written::Expression(_) => EXPRESSION,
+            Written::Table(_) => TABLE,
+            Written::Function(_) => FUNCTION,
+            Written::Custom(law) => law.name(),
+        }
+    }
+
+    fn written(&self) -> Written<'_> {
+        match self {
+            Law::Stribeck => Written::BuiltIn(&stribeck::LAW),
+            Law::Exponential => Written::BuiltIn(&exponential::LAW),
+            Law::Lorentzian => Written::BuiltIn(&lorentzian::LAW),
+            Law::Expression(law) => Written::Expression(law),
+            Law::Table(law) => Written::Table(law),
+            Law::Function(law) => Written::Function(law),
+            Law::Custom(law) => Written::Custom(law),
+            Law::Small(law) => law.written(),
+        }
+    }
+
+    /// What the file of a built-in law defines; `None` for other laws.
+    pub fn built_in(&self) -> Option<&'static BuiltIn> {
+        match self.written() {
+            Written::BuiltIn(law) => Some(law),
+            Written::Expression(_) | Written::Table(_) | Written::Function(_) | Written::Custom(_) => None,
+        }
+    }
+
+    /// A law given by functions.
+    ///
+    /// ```
+    /// use slipmap::certify::TESTS;
+    /// use slipmap::filippov::Oscillator;
+    /// use slipmap::friction::{CustomLaw, Law, Parameter};
+    /// use slipmap::simulate::{Fate, critical_damping, flow};
+    ///
+    /// /// The friction of R. I. Leine and others, 1 / (1 + a u).
+    /// #[derive(Debug)]
+    /// struct Hyperbola([Parameter; 1]);
+    ///
+    /// impl CustomLaw for Hyperbola {
+    ///     fn name(&self) -> &'static str {
+    ///         "hyperbola"
+    ///     }
+    ///     fn parameters(&self) -> &[Parameter] {
+    ///         &self.0
+    ///     }
+    ///     fn phi(&self, u: f64, _epsilon: f64, a: &[f64]) -> f64 {
+    ///         1.0 / (1.0 + a[0] * u)
+    ///     }
+    ///     fn slope(&self, u: f64, _epsilon: f64, a: &[f64]) -> f64 {
+    ///         -a[0] / (1.0 + a[0] * u).powi(2)
+    ///     }
+    /// }
+    ///
+    /// let a = Parameter { name: "a", long_name: "rate of weakening", min: 0.0, max: f64::INFINITY };
+    /// let law = Law::custom(Hyperbola([a]))?;
+    /// let point = law.point(1.0, &[3.0], 0.2, 0.0)?;
+    /// let oscillator = Oscillator::new(&law, &point);
+    /// assert!(matches!(flow(&oscillator, 1e-9).fate, Fate::Sticks(_)));
+    /// let column = law.column(&point);
+    /// let critical = critical_damping(&column, 1e-9)?;
+    /// assert!((1.0..2.0).contains(&critical.c) && critical.error < 1e-8);
+    /// // Of functions nothing is proved: the theorems are silent.
+    /// let symmetric = TESTS.iter().find(|test| test.name == "symmetric").unwrap();
+    /// assert_eq!((symmetric.claim)(&column).present_below, f64::NEG_INFINITY);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`CustomLawError`].
+    pub fn custom(law: impl CustomLaw) -> Result<Law, CustomLawError> {
+        Custom::new(law).map(Law::Custom)
+    }
+
+    /// The same law, read as `1 + eps F(u)` with `F = (phi - 1) / eps` at the given eps. So the paper's test
+    /// (6), which takes a law to first order in eps, applies to every law. Nothing else changes.
+    #[must_use]
+    pub fn read_as_small(self) -> Law {
+        match self {
+            Law::Small(_) => self,
+            law => Law::Small(Arc::new(law)),
+        }
+    }
+
+    /// Returns whether the law is read as `1 + eps F(u)`.
+    #[must_use]
+    pub fn is_read_as_small(&self) -> bool {
+        matches!(self, Law::Small(_))
+    }
+
+    /// The law itself, without the reading as `1 + eps F(u)`.
+    pub fn as_written(&self) -> &Law {
+        match self {
+            Law::Small(law) => law,
+            law => law,
+        }
+    }
+
+    /// The law's own parameters, in the order in which they become axes of a map, slowest first.
+    #[must_use]
+    pub fn parameters(&self) -> &[Parameter] {
+        match self.written() {
+            Written::BuiltIn(law) => law.parameters,
+            Written::Expression(law) => law.parameters(),
+            Written::Table(_) | Written::Function(_) => &[],
+            Written::Custom(law) => law.parameters(),
+        }
+    }
+
+    /// The data that [`Law::from_definition`] needs, besides the name, to restore the law; empty for the
+    /// built-in and the custom laws.
+    #[must_use]
+    pub fn definition(&self) -> String {
+        if let Law::Small(law) = self {
+            return format!("{SMALL}\n{}", law.definition());
+        }
+        match self.written() {
+            Written::BuiltIn(_) | Written::Custom(_) => String::new(),
+            Written::Expression(law) => format!("{}\n{}", law.static_level(), law.text()),
+            Written::Table(table) => {
+                let errors = table.standard_errors();
+                let rows = table.data().enumerate().map(|(i, (u, phi))| match errors {
+                    Some(errors) => format!("\n{u},{phi},{}", errors[i]),
+                    None => format!("\n{u},{phi}"),
+                });
+                let head = format!("{} {}", table.static_level(), table.origin());
+                std::iter::once(head).chain(rows).collect()
+            }
+            Written::Function(law) => law.definition(),
+        }
+    }
+
+    /// The law of this name and definition; `None` if there is none.
+    #[must_use]
+    pub fn from_definition(name: &str, definition: &str) -> Option<Law> {
+        if let Some((SMALL, definition)) = definition.split_once('\n') {
+            return Self::from_definition(name, definition).map(Law::read_as_small);
+        }
+        if let Some(law) = Self::BUILT_IN.into_iter().find(|law| law.name() == name) {
+            return Some(law);
+        }
+        let (head, rest) = definition.split_once('\n')?;
+        match name {
+            FUNCTION => Function::from_definition(definition).map(Law::Function),
+            EXPRESSION => Some(Law::Expression(Expression::new(rest, head.parse().ok()?).ok()?)),
+            TABLE => {
+                let numbers = |line: &str| -> Option<Vec<f64>> {
+                    line.split(',').map(|number| number.parse().ok()).collect()
+                };
+                let rows: Vec<Vec<f64>> = rest.lines().map(numbers).collect::<Option<_>>()?;
+                let column =
+                    |i: usize| rows.iter().map(|row| row.get(i).copied()).collect::<Option<Vec<_>>>();
+                let data: Vec<(f64, f64)> = column(0)?.into_iter().zip(column(1)?).collect();
+                let (level, origin) = head.split_once(' ')?;
+                let table = Table::new(origin, &data, level.parse().ok()?).ok()?;
+                Some(Law::Table(match column(2) {
+                    Some(errors) => table.with_standard_errors(&errors).ok()?,
+                    None => table,
+                }))
+            }
+            _ => None,
+        }
+    }
+
+    /// The friction curve at one eps and one choice of the law's parameters.
+    ///
+    /// Successive curves with the same eps and parameters share their compiled form, such as those of the
+    /// columns of a map that differ only in the belt speed. If the law does not depend on eps, so do
+    /// successive curves that differ only in eps.
+    #[must_use]
+    pub fn curve(&self, epsilon: f64, parameters: &LawParameters) -> Curve {
+        thread_local! {
+            static LATEST: RefCell<Option<(Law, f64, LawParameters, Curve)>> = const { RefCell::new(None) };
+        }
+        LATEST.with_borrow_mut(|latest| {
+            let alike = latest.as_ref().filter(|(law, _, known, _)| known == parameters && law == self);
+            let compiled = match alike {
+                Some((_, eps, _, curve)) if *eps == epsilon => return curve.clone(),
+                Some((.., curve)) if !self.depends_on_epsilon() => Arc::clone(&curve.compiled),
+                _ => Arc::default(),
+            };
+            let small = self.is_read_as_small().then_some(epsilon);
+            let curve = Curve { form: self.form(epsilon, parameters), small, compiled };
+            *latest = Some((self.clone(), epsilon, *parameters, curve.clone()));
+            curve
+        })
+    }
+
+    /// Returns whether phi(u) may depend on eps.
+    pub fn depends_on_epsilon(&self) -> bool {
+        match self.written() {
+            Written::BuiltIn(law) => law.depends_on_epsilon,
+            Written::Expression(law) => law.depends_on_epsilon(),
+            Written::Table(_) | Written::Function(_) => false,
+            Written::Custom(_) => true,
+        }
+    }
+
+    fn form(&self, epsilon: f64, parameters: &LawParameters) -> Form {
+        match self {
+            Law::Stribeck => Form::Stribeck(Stribeck::new(epsilon, parameters)),
+            Law::Exponential => Form::Exponential(Exponential::new(parameters)),
+            Law::Lorentzian => Form::Lorentzian(Lorentzian::new(parameters)),
+            Law::Expression(law) => Form::Expression(law.curve(epsilon, parameters)),
+            Law::Table(table) => Form::Table(table.clone()),
+            Law::Function(law) => Form::Function(law.clone()),
+            Law::Custom(law) => Form::Custom(law.curve(epsilon, parameters)),
+            Law::Small(law) => law.form(epsilon, parameters),
+        }
+    }
+
+    /// The column of parameter space (all parameters fixed except the damping) that contains `point`.
+    ///
+    /// # Panics
+    /// If [`Law::check`] refuses the point. Points made by [`Law::point`] are legal.
+    #[must_use]
+    pub fn column(&self, point: &Point) -> Column {
+        if let Err(error) = self.check(point) {
+            panic!("{error}");
+        }
+        Column {
+            curve: self.curve(point.epsilon, &point.law),
+            epsilon: point.epsilon,
+            belt_speed: point.belt_speed,
+        }
+    }
+}

@@ -1,0 +1,674 @@
+//! A measured law: phi(u) at increasing slip speeds, interpolated by shape-preserving cubics.
+//!
+//! The slopes at the data are those of Fritsch and Butland (SIAM J. Sci. Stat. Comput. 5, 1984): phi is
+//! monotone between neighbouring data, and phi' and D are continuous. Beyond the last datum the law is
+//! unknown: phi is NaN there, orbits that reach it fail, and tests that need it are undecided.
+
+use std::sync::{Arc, LazyLock};
+
+use super::Range;
+use slipmap_numbers::interval::Interval;
+use slipmap_numbers::jet::{Jet, Real as _};
+use slipmap_numbers::random::Random;
+
+/// Tolerance of phi(0) = 1: measured values are rounded.
+const STATIC_SLACK: f64 = 1e-9;
+
+/// Reason why a table is not a friction law.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{problem}\n  help: {remedy}")]
+pub struct TableError {
+    /// The datum concerned, from 0; `None` for the whole table.
+    pub row: Option<usize>,
+    /// What is wrong.
+    pub problem: String,
+    /// The remedy.
+    pub remedy: String,
+}
+
+fn error(row: Option<usize>, problem: String, remedy: &str) -> Result<Table, TableError> {
+    Err(TableError { row, problem, remedy: remedy.to_owned() })
+}
+
+/// A law given by data. Clones share it.
+#[derive(Clone, Debug)]
+pub struct Table(Arc<Cubics>);
+
+impl PartialEq for Table {
+    fn eq(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.0, &other.0) || self.0 == other.0
+    }
+}
+
+#[derive(Clone, Debug, PartialEq)]
+struct Cubics {
+    /// The source of the data.
+    origin: String,
+    /// Friction at slip speed 0.
+    static_level: f64,
+    /// Friction as given.
+    friction: Vec<f64>,
+    /// Slip speeds, from 0, and friction in units of the static friction.
+    u: Vec<f64>,
+    phi: Vec<f64>,
+    /// phi' at the data.
+    slope: Vec<f64>,
+    /// Standard errors of the friction, in the units of `friction`.
+    errors: Option<Vec<f64>>,
+    /// The line of each datum in its file; empty for data that are not from a file.
+    lines: Vec<usize>,
+    /// Number of readings of which the data are means; the number of data where none are.
+    readings: usize,
+}
+
+/// phi on one piece as phi_0 + t (s_0 + t (c_2 + t c_3)), t = u - u_0.
+struct Piece {
+    start: f64,
+    phi: f64,
+    slope: f64,
+    c2: f64,
+    c3: f64,
+}
+
+impl Piece {
+    /// -phi'(u).
+    fn weakening(&self, u: f64) -> f64 {
+        let t = u - self.start;
+        -(self.slope + t * (2.0 * self.c2 + t * (3.0 * self.c3)))
+    }
+}
+
+/// -phi' on one piece, in t = u - ends[0].
+pub(super) struct Parabola {
+    /// Slip speeds at which the parabola begins and ends.
+    pub(super) ends: [f64; 2],
+    /// Coefficients of 1, t and t^2.
+    pub(super) coefficients: [Interval; 3],
+}
+
+impl Parabola {
+    /// The slip speed of its extreme, up to rounding.
+    pub(super) fn extreme(&self) -> Option<f64> {
+        let [_, slope, bend] = self.coefficients.map(|x| 0.5 * (x.lo + x.hi));
+        let at = self.ends[0] - 0.5 * slope / bend;
+        at.is_finite().then_some(at)
+    }
+}
+
+impl Table {
+    /// Makes a law from measured pairs (u, friction); phi is the friction divided by `static_level` > 0.
+    /// `origin` is the name of the data in messages.
+    ///
+    /// # Errors
+    /// [`TableError`].
+    pub fn new(origin: &str, data: &[(f64, f64)], static_level: f64) -> Result<Self, TableError> {
+        if data.len() < 3 {
+            return error(None, format!("there are only {} data", data.len()), "give at least three");
+        }
+        for (row, &(u, phi)) in data.iter().enumerate() {
+            if !(u.is_finite() && phi.is_finite()) {
+                return error(Some(row), "a datum is not finite".into(), "correct or remove this row");
+            }
+            if row > 0 && u == data[row - 1].0 {
+                let problem = format!("the slip speed {u} is that of the row before");
+                let remedy =
+                    "average the rows of one slip speed into one, with the standard error of their mean";
+                return error(Some(row), problem, remedy);
+            }
+            if row > 0 && u < data[row - 1].0 {
+                let problem = format!("the slip speed {u} follows {}", data[row - 1].0);
+                return error(Some(row), problem, "sort the rows by slip speed, the first column");
+            }
+        }
+        if data[0].0 != 0.0 {
+            let problem = format!("the first slip speed is {}, not 0", data[0].0);
+            return error(Some(0), problem, "begin with the static friction, at slip speed 0");
+        }
+        let phi: Vec<f64> = data.iter().map(|(_, phi)| phi / static_level).collect();
+        if !((phi[0] - 1.0).abs() <= STATIC_SLACK) {
+            let problem = format!("phi(0) is {}, not 1", phi[0]);
+            let remedy = format!("friction is in units of the static one: set static = {}", data[0].1);
+            return error(Some(0), problem, &remedy);
+        }
+        let u: Vec<f64> = data.iter().map(|(u, _)| *u).collect();
+        let friction = data.iter().map(|(_, friction)| *friction).collect();
+        let series: Vec<Jet<f64, 1>> = phi.iter().map(|&phi| Jet::of(phi)).collect();
+        let slope = slopes(&u, &series).into_iter().map(|slope| slope.0[0]).collect();
+        Ok(Self(Arc::new(Cubics {
+            origin: origin.to_owned(),
+            static_level,
+            friction,
+            u,
+            phi,
+            slope,
+            errors: None,
+            lines: Vec::new(),
+            readings: data.len(),
+        })))
+    }
+
+    /// The same table with the line of each datum in its file, and the number of readings there.
+    pub fn with_rows(&self, lines: &[usize], readings: usize) -> Self {
+        Self(Arc::new(Cubics { lines: lines.to_vec(), readings, ..Cubics::clone(&self.0) }))
+    }
+
+    /// The lines of the data in their file; empty for data that are not from a file.
+    pub fn lines(&self) -> &[usize] {
+        &self.0.lines
+    }
+
+    /// The number of readings of which the data are means; the number of data where none are.
+    pub fn readings(&self) -> usize {
+        self.0.readings
+    }
+
+    /// The same table with the standard error of each friction value, in the units of the friction.
+    ///
+    /// # Errors
+    /// [`TableError`] unless there is one finite and nonnegative error for each datum.
+    pub fn with_standard_errors(&self, errors: &[f64]) -> Result<Self, TableError> {
+        if errors.len() != self.0.u.len() {
+            let problem = format!("there are {} data and {} standard errors", self.0.u.len(), errors.len());
+            return error(None, problem, "give one for each datum");
+        }
+        if let Some(row) = errors.iter().position(|error| !(*error >= 0.0 && error.is_finite())) {
+            let problem = format!("the standard error {} is not a valid error bar", errors[row]);
+            return error(
+                Some(row),
+                problem,
+                "write a finite number that is at least 0, in the units of the friction",
+            );
+        }
+        Ok(Self(Arc::new(Cubics { errors: Some(errors.to_vec()), ..Cubics::clone(&self.0) })))
+    }
+
+    /// The same law with its slip speeds in units of `unit` > 0.
+    ///
+    /// # Errors
+    /// [`TableError`] if two slip speeds become equal, or one overflows.
+    pub fn in_units(&self, unit: f64) -> Result<Self, TableError> {
+        let data: Vec<(f64, f64)> = self.data().map(|(u, friction)| (u / unit, friction)).collect();
+        let table = Self::new(self.origin(), &data, self.static_level())?;
+        self.standard_errors().map_or(Ok(table.clone()), |errors| table.with_standard_errors(errors))
+    }
+
+    /// Standard errors of the friction as given, one for each datum.
+    #[must_use]
+    pub fn standard_errors(&self) -> Option<&[f64]> {
+        self.0.errors.as_deref()
+    }
+
+    /// Derivatives of -phi' at slip speed `u` with respect to the data next to it. Returns the index of the
+    /// first of these data, and the derivatives with respect to its friction value, as given, and those of
+    /// the next three data; zero for data that do not exist.
+    #[must_use]
+    pub fn weakening_by_data(&self, u: f64) -> (usize, [f64; 4]) {
+        let Cubics { u: knots, phi, static_level, .. } = &*self.0;
+        let i = self.piece_at(u);
+        // The slopes at the ends of the piece follow from these data alone.
+        let (first, last) = (i.saturating_sub(1), (i + 3).min(knots.len()));
+        let derivative = |datum: usize| {
+            let weight = |k: usize| if k == datum { 1.0 } else { 0.0 };
+            let near: Vec<Jet<f64, 2>> = (first..last).map(|k| Jet::variable(phi[k], weight(k))).collect();
+            let slope = slopes(&knots[first..last], &near);
+            let [s0, s1] = [i, i + 1].map(|k| slope[k - first].0[1]);
+            let h = knots[i + 1] - knots[i];
+            let secant = (weight(i + 1) - weight(i)) / h;
+            -hermite_slope((u - knots[i]) / h, secant, s0, s1) / static_level
+        };
+        (first, std::array::from_fn(|k| if first + k < last { derivative(first + k) } else { 0.0 }))
+    }
+
+    /// Standard error of -phi' at slip speed `u` with the unit of friction held fixed; `None` without standard
+    /// errors of the data. See [`Table::standard_errors_of_sum`].
+    pub fn standard_error_of_weakening(&self, u: f64) -> Option<f64> {
+        let mut by_data = vec![0.0; self.0.u.len()];
+        let (first, by) = self.weakening_by_data(u);
+        by_data[first..].iter_mut().zip(by).for_each(|(sum, by)| *sum = by);
+        self.standard_errors_of_sum(&[(u, 1.0)], &by_data).map(|[(value, _), _]| value)
+    }
+
+    /// Standard errors of the sum of -phi' times a weight over `points`, pairs of slip speed and weight, each
+    /// with its sampling error: with the unit of friction held fixed, and with the first datum as the unit;
+    /// `None` without standard errors of the data. `by_data` are the derivatives of the sum by the data, with
+    /// the unit held fixed.
+    ///
+    /// The slopes of the interpolant are not linear in the data: they vanish where the data turn, as nearly
+    /// equal data do within their errors. So the variance is that of random data, with the variance to first
+    /// order as control variate.
+    pub fn standard_errors_of_sum(&self, points: &[(f64, f64)], by_data: &[f64]) -> Option<[(f64, f64); 2]> {
+        const DRAWS: u32 = 4096;
+        let Cubics { u: knots, friction, static_level, errors, .. } = &*self.0;
+        let errors = errors.as_ref()?;
+        // On each piece -phi' is linear in the secant and in the slopes at the ends.
+        let mut by_secant = vec![0.0; knots.len()];
+        let mut by_slope = vec![0.0; knots.len()];
+        let (mut first, mut last) = (knots.len(), 0);
+        for &(u, weight) in points {
+            let i = self.piece_at(u);
+            let x = (u - knots[i]) / (knots[i + 1] - knots[i]);
+            by_secant[i] -= weight * hermite_slope(x, 1.0, 0.0, 0.0);
+            by_slope[i] -= weight * hermite_slope(x, 0.0, 1.0, 0.0);
+            by_slope[i + 1] -= weight * hermite_slope(x, 0.0, 0.0, 1.0);
+            // The slopes at the ends of the piece follow from these data alone.
+            (first, last) = (first.min(i.saturating_sub(1)), last.max((i + 3).min(knots.len())));
+        }
+        let knots = &knots[first..last];
+        let sum = |friction: &[Jet<f64, 1>]| {
+            let of_slopes = slopes(knots, friction).into_iter().zip(&by_slope[first..]);
+            let secants = friction.windows(2).zip(knots.windows(2));
+            let of_secants = secants.map(|(f, u)| (f[1].0[0] - f[0].0[0]) / (u[1] - u[0]));
+            of_slopes.map(|(slope, by)| slope.0[0] * by).sum::<f64>()
+                + of_secants.zip(&by_secant[first..]).map(|(secant, by)| secant * by).sum::<f64>()
+        };
+        let nominal: Vec<Jet<f64, 1>> = friction[first..last].iter().map(|&f| Jet::of(f)).collect();
+        let nominal = sum(&nominal);
+        let by_unit = -nominal / static_level / friction[0];
+        let mut random = Random(16);
+        let mut near = vec![Jet::of(0.0); last - first];
+        // Sums of the excess over first order, of the squares x of the sum and y of that to first order, and of
+        // x x, x y and y y.
+        let mut sums = [[0.0; 6]; 2];
+        for _ in 0..DRAWS {
+            let of_unit = errors[0] * random.normal();
+            let mut linear = 0.0;
+            for (k, near) in (first..last).zip(&mut near) {
+                let moved = if k == 0 { of_unit } else { errors[k] * random.normal() };
+                *near = Jet::of(friction[k] + moved);
+                linear += by_data[k] * moved;
+            }
+            let drawn = (sum(&near) - nominal) / static_level;
+            for (sums, unit) in sums.iter_mut().zip([0.0, by_unit * of_unit]) {
+                let (x, y) = ((drawn + unit).powi(2), (linear + unit).powi(2));
+                sums.iter_mut()
+                    .zip([drawn - linear, x, y, x * x, x * y, y * y])
+                    .for_each(|(sum, x)| *sum += x);
+            }
+        }
+        let with_unit = |unit: f64, sums: [f64; 6]| {
+            let moved = by_data.iter().zip(errors).enumerate();
+            let moved = moved.map(|(k, (by, error))| (by + if k == 0 { unit } else { 0.0 }) * error);
+            let linear = moved.map(|moved| moved * moved).sum::<f64>();
+            let [mean, x, y, xx, xy, yy] = sums.map(|sum| sum / f64::from(DRAWS));
+            // The mean of y is known, so that of x moves with the one drawn, as the regression of x on y tells.
+            let [of_x, of_both, of_y] = [xx - x * x, xy - x * y, yy - y * y];
+            let slope = if of_y > 0.0 { of_both / of_y } else { 0.0 };
+            let value = (x + slope * (linear - y) - mean * mean).max(0.0).sqrt();
+            let of_variance = ((of_x - slope * of_both).max(0.0) / f64::from(DRAWS)).sqrt();
+            (value, if of_variance > 0.0 { 0.5 * of_variance / value } else { 0.0 })
+        };
+        Some([with_unit(0.0, sums[0]), with_unit(by_unit, sums[1])])
+    }
+
+    /// The source of the data.
+    #[must_use]
+    pub fn origin(&self) -> &str {
+        &self.0.origin
+    }
+
+    /// Friction at slip speed 0, by which the data are divided.
+    pub fn static_level(&self) -> f64 {
+        self.0.static_level
+    }
+
+    /// The data as given: slip speed and friction.
+    pub fn data(&self) -> impl Iterator<Item = (f64, f64)> {
+        self.0.u.iter().copied().zip(self.0.friction.iter().copied())
+    }
+
+    /// Number of rows at which friction changes from rising to falling, or from falling to rising.
+    pub fn turns(&self) -> usize {
+        let steps: Vec<f64> = self.0.friction.windows(2).map(|ends| ends[1] - ends[0]).collect();
+        steps.windows(2).filter(|steps| steps[0] * steps[1] < 0.0).count()
+    }
+
+    /// The standard deviation of the friction about the straight line through the rows before and after,
+    /// which is that of independent errors where the curve hardly bends between rows (Gasser, Sroka and
+    /// Jennen-Steinmetz, Biometrika 73, 1986). In the units of the friction.
+    pub fn scatter(&self) -> f64 {
+        let Cubics { u, friction, .. } = &*self.0;
+        let square = |i: usize| {
+            let after = (u[i] - u[i - 1]) / (u[i + 1] - u[i - 1]);
+            let before = 1.0 - after;
+            let miss = before * friction[i - 1] + after * friction[i + 1] - friction[i];
+            miss * miss / (before * before + after * after + 1.0)
+        };
+        let inner = 1..self.pieces();
+        let count = inner.len() as f64;
+        (inner.map(square).sum::<f64>() / count).sqrt()
+    }
+
+    /// The largest slip speed for which the law is known.
+    #[must_use]
+    pub fn fastest(&self) -> f64 {
+        self.0.u[self.0.u.len() - 1]
+    }
+
+    /// The same law, continued in a straight line to slip speed `fastest` beyond its data, to estimate how
+    /// far the data should reach. `None` if the continued law is not legal.
+    pub fn continued(&self, fastest: f64) -> Option<Self> {
+        let end = self.fastest();
+        let mut data: Vec<(f64, f64)> = self.0.u.iter().map(|&u| (u, self.phi(u))).collect();
+        let friction = self.phi(end) - self.weakening(end) * (fastest - end);
+        data.push((fastest, friction.max(0.0)));
+        Self::new(self.origin(), &data, 1.0).ok()
+    }
+
+    /// Slip speeds at which two cubics meet.
+    pub(super) fn corners(&self) -> &[f64] {
+        &self.0.u[1..self.pieces()]
+    }
+
+    fn pieces(&self) -> usize {
+        self.0.u.len() - 1
+    }
+
+    /// Index of the piece that contains `u`; the first one below zero.
+    fn piece_at(&self, u: f64) -> usize {
+        let after = self.0.u.partition_point(|knot| *knot <= u);
+        after.saturating_sub(1).min(self.pieces() - 1)
+    }
+
+    fn piece(&self, i: usize) -> Piece {
+        let Cubics { u, phi, slope, .. } = &*self.0;
+        let h = u[i + 1] - u[i];
+        let secant = (phi[i + 1] - phi[i]) / h;
+        let c2 = (3.0 * secant - 2.0 * slope[i] - slope[i + 1]) / h;
+        let c3 = (slope[i] + slope[i + 1] - 2.0 * secant) / (h * h);
+        Piece { start: u[i], phi: phi[i], slope: slope[i], c2, c3 }
+    }
+
+    /// phi(u); below u = 0, where the flow is continued, by the first cubic.
+    pub(super) fn phi(&self, u: f64) -> f64 {
+        if u > self.fastest() {
+            return f64::NAN;
+        }
+        let Piece { start, phi, slope, c2, c3 } = self.piece(self.piece_at(u));
+        let t = u - start;
+        phi + t * (slope + t * (c2 + t * c3))
+    }
+
+    /// -phi'(u).
+    pub(super) fn weakening(&self, u: f64) -> f64 {
+        if u > self.fastest() {
+            return f64::NAN;
+        }
+        self.piece(self.piece_at(u)).weakening(u)
+    }
+
+    /// The parabolas of -phi', piece by piece, with enclosures of their coefficients. The law is defined as
+    /// the piecewise cubic with the stored values and slopes at the data.
+    pub(super) fn parabolas(&self) -> impl Iterator<Item = Parabola> {
+        let Cubics { u, phi, slope, .. } = &*self.0;
+        (0..self.pieces()).map(|i| {
+            let at = |values: &[f64], i: usize| Interval::of(values[i]);
+            let h = at(u, i + 1) - at(u, i);
+            let secant = (at(phi, i + 1) - at(phi, i)) / h;
+            let (from, to, c) = (at(slope, i), at(slope, i + 1), Interval::constant);
+            let c2 = (c(3.0) * secant - c(2.0) * from - to) / h;
+            let c3 = (from + to - c(2.0) * secant) / (h * h);
+            Parabola { ends: [u[i], u[i + 1]], coefficients: [-from, -(c(2.0) * c2), -(c(3.0) * c3)] }
+        })
+    }
+
+    /// Enclosures of -phi' and of its derivative, on both sides of corners, at the slip speeds `u` >= 0;
+    /// `None` beyond the data.
+    pub(super) fn rates(&self, u: Interval) -> Option<[Interval; 2]> {
+        let of_piece = |Parabola { ends: [from, to], coefficients: [c0, c1, c2] }: Parabola| {
+            let part = Interval::new(u.lo.max(from), u.hi.min(to));
+            let t = part - Interval::of(from);
+            [c0 + t * (c1 + t * c2), c1 + (t + t) * c2]
+        };
+        let met = self.parabolas().skip(self.piece_at(u.lo)).take_while(|piece| piece.ends[0] <= u.hi);
+        let hull = |[value, slope]: [Interval; 2], [other, rate]: [Interval; 2]| {
+            [value.hull(other), slope.hull(rate)]
+        };
+        if u.hi <= self.fastest() { met.map(of_piece).reduce(hull) } else { None }
+    }
+
+    /// Bounds of phi on [lo, hi]. The cubics are monotone between the data.
+    pub(super) fn friction_range(&self, lo: f64, hi: f64) -> Range {
+        let Cubics { u, phi, .. } = &*self.0;
+        let between = u.partition_point(|knot| *knot < lo)..u.partition_point(|knot| *knot <= hi);
+        let ends = Range { lo: self.phi(lo).min(self.phi(hi)), hi: self.phi(lo).max(self.phi(hi)) };
+        phi[between]
+            .iter()
+            .fold(ends, |range, value| Range { lo: range.lo.min(*value), hi: range.hi.max(*value) })
+    }
+
+    /// The mean weakening rate by Gauss quadrature between the data, where the integrand is smooth.
+    pub(super) fn mean_weakening(&self, belt_speed: f64) -> f64 {
+        if !(2.0 * belt_speed <= self.fastest()) {
+            return f64::NAN;
+        }
+        let angle = |u: f64| 2.0 * (0.5 * u / belt_speed).sqrt().min(1.0).asin();
+        let mut from = 0.0;
+        let mut total = 0.0;
+        for i in 0..=self.piece_at(2.0 * belt_speed) {
+            let to = angle(self.0.u[i + 1]);
+            let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
+            let piece = self.piece(i);
+            let sum: f64 = GAUSS
+                .iter()
+                .map(|(x, weight)| {
+                    // sin^2 t and the slip speed from sin^2 (t / 2).
+                    let sin_half = (0.5 * (middle + half * x)).sin();
+                    let square = sin_half * sin_half;
+                    weight * piece.weakening(2.0 * belt_speed * square) * 4.0 * square * (1.0 - square)
+                })
+                .sum();
+            total += half * sum;
+            from = to;
+        }
+        2.0 / std::f64::consts::PI * total
+    }
+}
+
+/// Slopes at the data by Fritsch and Butland: zero at extremes, else a harmonic mean of the secants; at the
+/// ends those of a one-sided parabola, limited to keep the shape. Each slope is a series of the order of
+/// `phi`.
+fn slopes<const N: usize>(u: &[f64], phi: &[Jet<f64, N>]) -> Vec<Jet<f64, N>> {
+    type Series<const N: usize> = Jet<f64, N>;
+    let (number, value) = (Series::<N>::constant, |series: Series<N>| series.0[0]);
+    let h: Vec<f64> = u.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let secant: Vec<Series<N>> =
+        phi.windows(2).zip(&h).map(|(pair, h)| (pair[1] - pair[0]) / number(*h)).collect();
+    let end = |h0: f64, h1: f64, s0: Series<N>, s1: Series<N>| {
+        let slope = (number(2.0 * h0 + h1) * s0 - number(h0) * s1) / number(h0 + h1);
+        if value(slope) * value(s0) <= 0.0 {
+            number(0.0)
+        } else if value(s0) * value(s1) <= 0.0 && value(slope).abs() > 3.0 * value(s0).abs() {
+            number(3.0) * s0
+        } else {
+            slope
+        }
+    };
+    let last = h.len() - 1;
+    let mut slopes = vec![end(h[0], h[1], secant[0], secant[1])];
+    for i in 1..=last {
+        let (before, after) = (secant[i - 1], secant[i]);
+        slopes.push(if value(before) * value(after) <= 0.0 {
+            number(0.0)
+        } else {
+            let (w1, w2) = (2.0 * h[i] + h[i - 1], h[i] + 2.0 * h[i - 1]);
+            number(w1 + w2) / (number(w1) / before + number(w2) / after)
+        });
+    }
+    slopes.push(end(h[last], h[last - 1], secant[last], secant[last - 1]));
+    slopes
+}
+
+/// The slope of a cubic at share `x` of its piece, from the slope of the chord and the slopes at both ends.
+fn hermite_slope(x: f64, secant: f64, s0: f64, s1: f64) -> f64 {
+    6.0 * x * (1.0 - x) * secant + (1.0 - x) * (1.0 - 3.0 * x) * s0 + x * (3.0 * x - 2.0) * s1
+}
+
+/// Nodes and weights of Gauss's rule of sixteen points on [-1, 1].
+static GAUSS: LazyLock<[(f64, f64); 16]> = LazyLock::new(|| {
+    std::array::from_fn(|i| {
+        // Newton's iteration on the Legendre polynomial from the usual guess.
+        let n = 16.0;
+        let mut x = (std::f64::consts::PI * (i as f64 + 0.75) / (n + 0.5)).cos();
+        let mut slope = 0.0;
+        for _ in 0..8 {
+            let (mut before, mut here) = (1.0, x);
+            for k in 2..=16 {
+                let k = f64::from(k);
+                (before, here) = (here, ((2.0 * k - 1.0) * x * here - (k - 1.0) * before) / k);
+            }
+            slope = n * (x * here - before) / (x * x - 1.0);
+            x -= here / slope;
+        }
+        (x, 2.0 / ((1.0 - x * x) * slope * slope))
+    })
+});
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn falling() -> Table {
+        let data = [(0.0, 1.0), (0.1, 0.8), (0.3, 0.65), (0.6, 0.6), (1.0, 0.62), (2.0, 0.7), (4.0, 0.9)];
+        Table::new("falling", &data, 1.0).unwrap()
+    }
+
+    #[test]
+    fn meets_the_data_keeps_the_shape_and_has_a_continuous_slope() {
+        let table = falling();
+        for (u, phi) in table.data() {
+            assert!((table.phi(u) - phi).abs() <= 4.0 * f64::EPSILON, "{u}");
+        }
+        for i in 1..table.pieces() {
+            let knot = table.0.u[i];
+            let (left, right) = (table.piece(i - 1).weakening(knot), table.piece(i).weakening(knot));
+            assert!((left - right).abs() <= 64.0 * f64::EPSILON, "{knot}: {left} {right}");
+        }
+        let at = |i: u32| table.phi(4.0 * f64::from(i) / 4000.0);
+        for i in 0..4000 {
+            // Falling up to the least datum, rising from there.
+            let falls = i < 600;
+            assert!((at(i + 1) <= at(i) + 1e-15) == falls || (at(i + 1) - at(i)).abs() < 1e-15, "{i}");
+        }
+        assert!(table.phi(4.1).is_nan() && table.weakening(4.1).is_nan());
+    }
+
+    /// The derivatives by the data equal differences, and vanish for a change of all data together.
+    #[test]
+    fn weakening_follows_the_data() {
+        let data: Vec<(f64, f64)> = falling().data().map(|(u, phi)| (u, 2.0 * phi)).collect();
+        let table = Table::new("falling", &data, 2.0).unwrap();
+        for u in [0.0, 0.03, 0.1, 0.2, 0.45, 0.8, 1.7, 3.0, 4.0] {
+            let (first, derivatives) = table.weakening_by_data(u);
+            for (k, derivative) in derivatives.into_iter().enumerate() {
+                // The first datum is the static level, which is fixed.
+                if first + k == 0 || first + k >= data.len() {
+                    continue;
+                }
+                let moved = |step: f64| {
+                    let mut data = data.clone();
+                    data[first + k].1 += step;
+                    Table::new("falling", &data, 2.0).unwrap().weakening(u)
+                };
+                // Truncation of the second order, round-off over the step.
+                let difference = (moved(1e-6) - moved(-1e-6)) / 2e-6;
+                let extreme = first + k == 3;
+                assert!(
+                    extreme || (derivative - difference).abs() <= 1e-7 * (1.0 + derivative.abs()),
+                    "{u} {k}"
+                );
+            }
+        }
+    }
+
+    /// The standard error of the slope is the deviation of the slopes of tables with random data: by a table
+    /// whose secants are steep, where first order suffices, and by one with equal neighbours, where it is too
+    /// small.
+    #[test]
+    fn the_standard_error_of_the_slope_is_that_of_random_data() {
+        let steep = [(0.0, 0.5), (0.1, 0.44), (0.2, 0.40), (0.4, 0.34), (0.8, 0.28), (1.6, 0.25)];
+        let equal = [(0.0, 0.5), (0.1, 0.42), (0.2, 0.36), (0.4, 0.36), (0.8, 0.30), (1.6, 0.30)];
+        let mut too_small = 0;
+        for (data, sd, first_order) in [(steep, 5e-4, true), (equal, 4e-3, false)] {
+            let table = Table::new("random", &data, 0.5).unwrap().with_standard_errors(&[sd; 6]).unwrap();
+            for u in [0.05, 0.1, 0.15, 0.2, 0.201, 0.3, 0.4, 0.6, 0.8, 1.2] {
+                let mut random = Random(7);
+                let mut slopes = Vec::new();
+                for _ in 0..10_000 {
+                    let moved = data.map(|(u, friction)| (u, friction + sd * random.normal()));
+                    let rest = moved[0].1;
+                    slopes.push(Table::new("moved", &moved, rest).unwrap().weakening(u) * rest / 0.5);
+                }
+                let count = slopes.len() as f64;
+                let mean = slopes.iter().sum::<f64>() / count;
+                let deviation =
+                    (slopes.iter().map(|slope| (slope - mean).powi(2)).sum::<f64>() / count).sqrt();
+                let found = table.standard_error_of_weakening(u).unwrap();
+                // Deviations of 4,096 and 10,000 draws: of normal numbers their relative errors are
+                // 1 / sqrt(2 n), of others more; three times their sum.
+                assert!((found / deviation - 1.0).abs() < 0.05, "{u}: {found} {deviation}");
+                let (first, by) = table.weakening_by_data(u);
+                let linear = by.iter().take(6 - first).map(|by| (by * sd).powi(2)).sum::<f64>().sqrt();
+                match first_order {
+                    true => assert!((linear / deviation - 1.0).abs() < 0.1, "{u}: {linear} {deviation}"),
+                    false => too_small += u32::from(linear < 0.5 * deviation),
+                }
+            }
+        }
+        assert!(too_small > 2, "{too_small}");
+    }
+
+    #[test]
+    fn standard_errors_are_lengths_one_for_each_datum() {
+        let table = falling();
+        assert_eq!(table.standard_errors(), None);
+        let errors = [0.0, 0.01, 0.02, 0.0, 0.01, 0.01, 0.5];
+        assert_eq!(table.with_standard_errors(&errors).unwrap().standard_errors(), Some(&errors[..]));
+        assert_eq!(table.with_standard_errors(&errors[1..]).unwrap_err().row, None);
+        let negative = [0.0, -0.01, 0.02, 0.0, 0.01, 0.01, 0.5];
+        assert_eq!(table.with_standard_errors(&negative).unwrap_err().row, Some(1));
+    }
+
+    #[test]
+    fn a_cubic_between_dense_data_has_the_mean_of_the_cubic() {
+        // phi = 1 - u^2/8 sampled: weakening u/4, whose mean is V/4. The slopes are second order.
+        let data: Vec<(f64, f64)> =
+            (0..=4000).map(|i| f64::from(i) / 1000.0).map(|u| (u, 1.0 - u * u / 8.0)).collect();
+        let table = Table::new("parabola", &data, 1.0).unwrap();
+        assert!((table.mean_weakening(1.5) - 0.375).abs() < 1e-5);
+        let weights: f64 = GAUSS.iter().map(|(_, weight)| weight).sum();
+        let fourth: f64 = GAUSS.iter().map(|(x, weight)| weight * x.powi(30)).sum();
+        // Gauss's rule of sixteen points is exact to degree 31.
+        assert!((weights - 2.0).abs() < 1e-14 && (fourth - 2.0 / 31.0).abs() < 1e-14);
+    }
+
+    /// Errors of known size are found in the scatter of the rows, at equal and at unequal distances.
+    #[test]
+    fn the_scatter_is_the_deviation_of_the_errors() {
+        let mut random = Random(5);
+        for power in [1.0, 1.5] {
+            let row = |i: i32| {
+                let u = 2.0 * (f64::from(i) / 400.0).powf(power);
+                (u, 0.3 + 0.1 * (-u / 0.5).exp() + 0.004 * random.normal())
+            };
+            let data: Vec<(f64, f64)> = (0..=400).map(row).collect();
+            let scatter = Table::new("noisy", &data, data[0].1).unwrap().scatter();
+            // Neighbouring residuals are correlated: the relative error is about 1 / sqrt(400).
+            assert!((scatter / 0.004 - 1.0).abs() < 0.15, "{power}: {scatter}");
+        }
+        let line: Vec<(f64, f64)> = (0..5).map(|i| f64::from(i) * 0.25).map(|u| (u, 1.0 - 0.5 * u)).collect();
+        assert_eq!(Table::new("line", &line, 1.0).unwrap().scatter(), 0.0);
+    }
+
+    #[test]
+    fn bad_data_are_refused_with_their_row() {
+        let row = |data: &[(f64, f64)], level| Table::new("bad", data, level).unwrap_err().row;
+        assert_eq!(row(&[(0.0, 1.0), (1.0, 0.5)], 1.0), None);
+        assert_eq!(row(&[(0.0, 1.0), (1.0, 0.5), (1.0, 0.4)], 1.0), Some(2));
+        assert_eq!(row(&[(0.0, 1.0), (1.0, 0.5), (0.9, 0.4)], 1.0), Some(2));
+        assert_eq!(row(&[(0.0, 1.0), (1.0, f64::NAN), (2.0, 0.4)], 1.0), Some(1));
+        assert_eq!(row(&[(0.1, 1.0), (1.0, 0.5), (2.0, 0.4)], 1.0), Some(0));
+        let error = Table::new("bad", &[(0.0, 0.4), (1.0, 0.3), (2.0, 0.2)], 1.0).unwrap_err();
+        assert!(error.remedy.contains("static = 0.4"), "{error}");
+        assert!(Table::new("good", &[(0.0, 0.4), (1.0, 0.3), (2.0, 0.2)], 0.4).is_ok());
+    }
+}

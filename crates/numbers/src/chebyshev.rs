@@ -1,0 +1,335 @@
+//! Interpolation by polynomials through Chebyshev points: along a line through cos(pi i / size), i = 0 ..=
+//! size, which include the ends, and in boxes through cos(pi (i + 1/2) / count), i = 0 .. count, along each
+//! axis, which do not.
+
+use std::f64::consts::PI;
+use std::sync::OnceLock;
+
+/// cos(pi i / size), exact at the ends and in the middle. The points of half as many intervals are among
+/// them, bit for bit.
+pub fn node(i: usize, size: usize) -> f64 {
+    (PI * (size as f64 - 2.0 * i as f64) / (2.0 * size as f64)).sin()
+}
+
+fn half_at_ends(i: usize, size: usize) -> f64 {
+    if i == 0 || i == size { 0.5 } else { 1.0 }
+}
+
+/// One `T` for each power of two, made on first use.
+type ForPowers<T> = [OnceLock<T>; usize::BITS as usize];
+
+/// Chebyshev coefficients of the polynomial through `values` at the points of a power of two of intervals.
+pub fn coefficients(values: &[f64]) -> Vec<f64> {
+    static ALL: ForPowers<Transform> = [const { OnceLock::new() }; usize::BITS as usize];
+    let size = values.len() - 1;
+    assert!(size.is_power_of_two());
+    ALL[size.ilog2() as usize].get_or_init(|| Transform::new(size)).coefficients(values).collect()
+}
+
+/// Coefficients of many polynomials through values at the same points.
+#[derive(Debug)]
+pub struct Transform {
+    /// One row for each coefficient.
+    rows: Vec<f64>,
+    count: usize,
+}
+
+impl Transform {
+    /// The transform for `size` intervals between Chebyshev points.
+    pub fn new(size: usize) -> Self {
+        let cosines: Vec<f64> = (0..2 * size).map(|i| node(i, size)).collect();
+        let row = |k: usize| {
+            let scale = half_at_ends(k, size) * 2.0 / size as f64;
+            // cos(pi i k / size), reduced to one period.
+            let cosines = &cosines;
+            (0..=size).map(move |i| scale * half_at_ends(i, size) * cosines[(i * k) % (2 * size)])
+        };
+        Self { rows: (0..=size).flat_map(row).collect(), count: size + 1 }
+    }
+
+    /// The coefficients, by increasing degree.
+    pub fn coefficients(&self, values: &[f64]) -> impl Iterator<Item = f64> {
+        let sum = move |row: &[f64]| row.iter().zip(values).map(|(weight, value)| weight * value).sum();
+        self.rows.chunks_exact(self.count).map(sum)
+    }
+}
+
+/// The sum of the series at x, by Clenshaw's recurrence.
+pub fn sum(series: &[f64], x: f64) -> f64 {
+    let (mut b1, mut b2) = (0.0, 0.0);
+    for &c in series[1..].iter().rev() {
+        (b1, b2) = (c + 2.0 * x * b1 - b2, b1);
+    }
+    series[0] + x * b1 - b2
+}
+
+/// The sums of the series at many places, as [`sum`]; several at a time take little longer than one.
+pub fn sums(series: &[f64], places: &[f64]) -> Vec<f64> {
+    const TOGETHER: usize = 8;
+    let mut sums = Vec::with_capacity(places.len());
+    for places in places.chunks(TOGETHER) {
+        let mut x = [0.0; TOGETHER];
+        x[..places.len()].copy_from_slice(places);
+        let [mut b1, mut b2] = [[0.0; TOGETHER]; 2];
+        for &c in series[1..].iter().rev() {
+            for j in 0..TOGETHER {
+                (b1[j], b2[j]) = (c + 2.0 * x[j] * b1[j] - b2[j], b1[j]);
+            }
+        }
+        sums.extend((0..places.len()).map(|j| series[0] + x[j] * b1[j] - b2[j]));
+    }
+    sums
+}
+
+/// The weights of the values at the points in the value of the polynomial at x: the barycentric formula.
+pub fn weights(size: usize, x: f64) -> Vec<f64> {
+    let distances: Vec<f64> = (0..=size).map(|i| x - node(i, size)).collect();
+    if let Some(at) = distances.iter().position(|distance| *distance == 0.0) {
+        return (0..=size).map(|i| if i == at { 1.0 } else { 0.0 }).collect();
+    }
+    let sign = |i: usize| if i.is_multiple_of(2) { 1.0 } else { -1.0 };
+    let terms: Vec<f64> = distances
+        .iter()
+        .enumerate()
+        .map(|(i, distance)| sign(i) * half_at_ends(i, size) / distance)
+        .collect();
+    let whole: f64 = terms.iter().sum();
+    terms.into_iter().map(|term| term / whole).collect()
+}
+
+/// The values half-way, in angle, between the points, by the polynomial with given values at all points and
+/// given slopes at all but the last, -1. Interpolation through the resulting values at all 2 `size` + 1
+/// points amplifies errors of the data no more than interpolation of data at those points.
+#[derive(Debug)]
+pub struct Between {
+    /// The weights of the values and those of the slopes, for each place.
+    rows: Vec<[Vec<f64>; 2]>,
+}
+
+impl Between {
+    /// The table for `size` intervals, a power of two; computed once.
+    pub fn of(size: usize) -> &'static Self {
+        static ALL: ForPowers<Between> = [const { OnceLock::new() }; usize::BITS as usize];
+        assert!(size.is_power_of_two());
+        ALL[size.ilog2() as usize].get_or_init(|| Self::new(size))
+    }
+
+    fn new(size: usize) -> Self {
+        let points: Vec<f64> = (0..size).map(|k| node(k, size)).collect();
+        let others =
+            |k: usize| points.iter().enumerate().filter(move |(j, _)| *j != k).map(|(_, other)| *other);
+        let row = |i: usize| {
+            let x = node(2 * i + 1, 2 * size);
+            let basis = |(k, &point): (usize, &f64)| {
+                let lagrange: f64 = others(k).map(|other| (x - other) / (point - other)).product();
+                let bend: f64 = others(k).map(|other| 1.0 / (point - other)).sum();
+                let (square, last) = (lagrange * lagrange * (1.0 + x) / (1.0 + point), 1.0 / (1.0 + point));
+                (square * (1.0 - (x - point) * (2.0 * bend + last)), (x - point) * square)
+            };
+            let (mut values, slopes): (Vec<f64>, Vec<f64>) = points.iter().enumerate().map(basis).unzip();
+            values.push(points.iter().map(|point| ((x - point) / (1.0 + point)).powi(2)).product());
+            [values, slopes]
+        };
+        Self { rows: (0..size).map(row).collect() }
+    }
+
+    /// The value half-way between points `i` and `i` + 1.
+    pub fn value(&self, i: usize, values: &[f64], slopes: &[f64]) -> f64 {
+        let dot = |weights: &[f64], numbers: &[f64]| -> f64 {
+            weights.iter().zip(numbers).map(|(weight, number)| weight * number).sum()
+        };
+        let [of_values, of_slopes] = &self.rows[i];
+        dot(of_values, values) + dot(of_slopes, slopes)
+    }
+
+    /// The largest error of a value due to `errors` of the slopes.
+    pub fn error(&self, errors: &[f64]) -> f64 {
+        let of_row =
+            |[_, weights]: &[Vec<f64>; 2]| weights.iter().zip(errors).map(|(w, error)| w.abs() * error).sum();
+        self.rows.iter().map(of_row).fold(0.0, f64::max)
+    }
+}
+
+/// An axis of a box: its range, and the number of Chebyshev polynomials along it, 1 where the range has no
+/// width.
+#[derive(Clone, Copy, Debug)]
+pub struct Side {
+    /// Its ends.
+    pub range: [f64; 2],
+    /// Number of Chebyshev polynomials along it.
+    pub count: usize,
+}
+
+/// Largest product of the numbers of polynomials along all axes of a box but the first with several.
+const MOST_ROWS: usize = 128;
+
+/// A sum of products of Chebyshev polynomials in a box.
+#[derive(Debug)]
+pub struct Tensor {
+    sides: Vec<Side>,
+    /// The index of the last axis varies fastest.
+    coefficients: Vec<f64>,
+}
+
+/// cos(pi j (i + 1/2) / count).
+fn cosine(i: usize, j: usize, count: usize) -> f64 {
+    (PI * j as f64 * (i as f64 + 0.5) / count as f64).cos()
+}
+
+/// Adds `rest`, block by block, times T_1(x), T_2(x) and so on to `first`. Blocks are taken three at a time, which
+/// loads and stores each sum once for all of them.
+fn add_up(first: &mut [f64], rest: &[f64], x: f64) {
+    let size = first.len();
+    let (mut before, mut now) = (1.0, x);
+    let mut next = || {
+        let polynomial = now;
+        (before, now) = (now, 2.0 * x * now - before);
+        polynomial
+    };
+    let threes = rest.chunks_exact(3 * size);
+    let last = threes.remainder();
+    for three in threes {
+        let [t1, t2, t3] = std::array::from_fn(|_| next());
+        let (a, b) = three.split_at(size);
+        let (b, c) = b.split_at(size);
+        for (((sum, a), b), c) in first.iter_mut().zip(a).zip(b).zip(c) {
+            *sum = *sum + t1 * a + t2 * b + t3 * c;
+        }
+    }
+    for block in last.chunks_exact(size) {
+        let polynomial = next();
+        first.iter_mut().zip(block).for_each(|(sum, coefficient)| *sum += polynomial * coefficient);
+    }
+}
+
+impl Tensor {
+    /// The points of a box, those of the last axis fastest.
+    pub fn points(sides: &[Side]) -> Vec<Vec<f64>> {
+        let point = |number: usize| {
+            let (mut point, mut rest) = (vec![0.0; sides.len()], number);
+            for (place, Side { range: [lo, hi], count }) in point.iter_mut().zip(sides).rev() {
+                *place = lo + 0.5 * (1.0 + cosine(rest % count, 1, *count)) * (hi - lo);
+                rest /= count;
+            }
+            point
+        };
+        (0..sides.iter().map(|side| side.count).product()).map(point).collect()
+    }
+
+    /// The sum with these values at the [points](Self::points) of a box.
+    pub fn through(sides: &[Side], values: Vec<f64>) -> Self {
+        let mut tensor = Self { sides: sides.to_vec(), coefficients: values };
+        for (axis, side) in sides.iter().enumerate() {
+            let (stride, count) = (tensor.stride(axis), side.count);
+            let coefficients = &mut tensor.coefficients;
+            for first in (0..coefficients.len()).filter(|number| (number / stride).is_multiple_of(count)) {
+                let values: Vec<f64> = (0..count).map(|i| coefficients[first + i * stride]).collect();
+                for j in 0..count {
+                    let sum: f64 =
+                        values.iter().enumerate().map(|(i, value)| value * cosine(i, j, count)).sum();
+                    coefficients[first + j * stride] = if j == 0 { 1.0 } else { 2.0 } * sum / count as f64;
+                }
+            }
+        }
+        tensor
+    }
+
+    /// Distance of coefficients that are neighbours along an axis.
+    fn stride(&self, axis: usize) -> usize {
+        self.sides[axis + 1..].iter().map(|side| side.count).product()
+    }
+
+    /// The value at a point of the box.
+    pub fn at(&self, point: &[f64]) -> f64 {
+        let mut sums = [0.0; MOST_ROWS];
+        let all = self.coefficients.len();
+        let mut left = all;
+        // Sums over each axis, the slowest first.
+        for (&Side { range: [lo, hi], count }, place) in self.sides.iter().zip(point) {
+            if count == 1 {
+                continue;
+            }
+            let (rows, x) = (left / count, 2.0 * (place - lo) / (hi - lo) - 1.0);
+            if left == all {
+                let (first, rest) = self.coefficients.split_at(rows);
+                sums[..rows].copy_from_slice(first);
+                add_up(&mut sums[..rows], rest, x);
+            } else {
+                let (first, rest) = sums[..left].split_at_mut(rows);
+                add_up(first, rest, x);
+            }
+            left = rows;
+        }
+        if all == 1 { self.coefficients[0] } else { sums[0] }
+    }
+
+    /// The size of the values: the modulus of the constant coefficient.
+    pub fn size(&self) -> f64 {
+        self.coefficients[0].abs()
+    }
+
+    /// The axis along which the last two coefficients are largest; the last axis if a value at a point is
+    /// unknown.
+    pub fn roughest(&self) -> usize {
+        let last = |axis: usize| -> f64 {
+            let (stride, count) = (self.stride(axis), self.sides[axis].count);
+            let of_last = |(number, _): &(usize, &f64)| number / stride % count + 2 >= count;
+            self.coefficients.iter().enumerate().filter(of_last).map(|(_, c)| c.abs()).sum()
+        };
+        let wide = (0..self.sides.len()).filter(|&axis| self.sides[axis].count > 1);
+        wide.max_by(|a, b| last(*a).total_cmp(&last(*b))).unwrap_or(0)
+    }
+}
+
+/// Bound of the largest factor by which errors of the values grow, the Lebesgue constant of the points.
+pub fn lebesgue(size: usize) -> f64 {
+    1.0 + 2.0 / PI * (size as f64).ln()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn polynomials_are_their_own_interpolants() {
+        let f = |x: f64| 1.0 - 2.0 * x + 0.5 * x * x * x;
+        for size in [4, 8, 16] {
+            let values: Vec<f64> = (0..=size).map(|i| f(node(i, size))).collect();
+            let series = coefficients(&values);
+            for x in [-1.0, -0.3, 0.2, node(1, size), 1.0] {
+                let weighted: f64 =
+                    weights(size, x).iter().zip(&values).map(|(weight, value)| weight * value).sum();
+                assert!((sum(&series, x) - f(x)).abs() < 1e-14, "{size} {x}");
+                assert!((weighted - f(x)).abs() < 1e-14, "{size} {x}");
+            }
+            let places: Vec<f64> = (0..21).map(|i| -1.0 + 0.1 * f64::from(i)).collect();
+            let one_by_one: Vec<f64> = places.iter().map(|x| sum(&series, *x)).collect();
+            assert_eq!(sums(&series, &places), one_by_one);
+            assert!(series[4..].iter().all(|c| c.abs() < 1e-15), "{series:?}");
+        }
+    }
+
+    #[test]
+    fn values_between_the_points_follow_from_slopes() {
+        // A polynomial of degree 2 size, by its slopes at all points but the last.
+        for size in [4_usize, 8, 32] {
+            let of = |x: f64| sum(&vec![1.0; 2 * size + 1], x);
+            let slope = |x: f64| (of(x + 1e-6) - of(x - 1e-6)) / 2e-6;
+            let points: Vec<f64> = (0..=size).map(|i| node(i, size)).collect();
+            let values: Vec<f64> = points.iter().map(|x| of(*x)).collect();
+            let slopes: Vec<f64> = points[..size].iter().map(|x| slope(*x)).collect();
+            let between = Between::of(size);
+            for i in 0..size {
+                let exact = of(node(2 * i + 1, 2 * size));
+                assert!(
+                    (between.value(i, &values, &slopes) - exact).abs() < 1e-6 * size as f64,
+                    "{size} {i}"
+                );
+            }
+            // Errors of values grow no more than by interpolation at all points.
+            let growth = |[values, _]: &[Vec<f64>; 2]| values.iter().map(|w| w.abs()).sum();
+            assert!(between.rows.iter().map(growth).fold(0.0, f64::max) < lebesgue(2 * size));
+            assert!(between.error(&vec![1.0; size]) < 0.5);
+        }
+    }
+}

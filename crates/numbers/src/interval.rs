@@ -1,0 +1,498 @@
+//! Interval arithmetic with outward rounding, in plain f64.
+//!
+//! Every operation computes in the processor's round-to-nearest mode, whose error is at most half a unit in
+//! the last place, and moves both ends outwards by at least a whole unit, underflow included (elementary
+//! functions by four: the error of the platform's mathematics library is assumed to be less). So an enclosure
+//! is a theorem about the real function, whatever the compiler's flags and the processor's state. Where an
+//! operation is not defined on the whole operand, the result is the whole line. The crate `inari` is not used
+//! because it requires AVX and FMA for the whole build, and GMP.
+
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+use super::jet::Real;
+use crate::Range;
+
+/// A closed interval of real numbers, which may be unbounded; never NaN, never empty.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Interval {
+    /// Lower end.
+    pub lo: f64,
+    /// Upper end.
+    pub hi: f64,
+}
+
+/// Widening of elementary functions, in units in the last place.
+const FUNCTION_ULPS: u32 = 4;
+
+/// A number above `x` by one to two units in the last place, which is |x| epsilon, and the smallest normal
+/// number, which exceeds every error of underflow. NaN at negative infinity, which is no upper end.
+#[inline]
+fn up(x: f64) -> f64 {
+    x + (x.abs() * f64::EPSILON + f64::MIN_POSITIVE)
+}
+
+#[inline]
+fn down(x: f64) -> f64 {
+    -up(-x)
+}
+
+// Unlike the library's, these compile to one instruction; no operand is ever NaN.
+#[inline]
+fn min(a: f64, b: f64) -> f64 {
+    if a < b { a } else { b }
+}
+
+#[inline]
+fn max(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
+}
+
+impl Interval {
+    /// All real numbers.
+    pub const ENTIRE: Interval = Interval { lo: f64::NEG_INFINITY, hi: f64::INFINITY };
+    /// The number 0.
+    pub const ZERO: Interval = Interval::of(0.0);
+    /// The number 1.
+    pub const ONE: Interval = Interval::of(1.0);
+
+    /// One real number.
+    #[inline]
+    pub const fn of(x: f64) -> Self {
+        Self::new(x, x)
+    }
+
+    /// All numbers from `lo` to `hi`; the whole line if one of them is NaN, or they are in the wrong order.
+    #[inline]
+    pub const fn new(lo: f64, hi: f64) -> Self {
+        if lo <= hi { Self { lo, hi } } else { Self::ENTIRE }
+    }
+
+    /// All numbers within `radius` of `middle`.
+    #[inline]
+    pub fn ball(middle: f64, radius: f64) -> Self {
+        Self::outwards(middle - radius, middle + radius)
+    }
+
+    /// The computed ends, moved outwards.
+    #[inline]
+    fn outwards(lo: f64, hi: f64) -> Self {
+        Self::new(down(lo), up(hi))
+    }
+
+    /// The computed ends of an elementary function's image, moved outwards.
+    #[inline]
+    fn outwards_of_function(mut lo: f64, mut hi: f64) -> Self {
+        for _ in 0..FUNCTION_ULPS {
+            (lo, hi) = (down(lo), up(hi));
+        }
+        Self::new(lo, hi)
+    }
+
+    /// The image under an increasing function.
+    #[inline]
+    fn increasing(self, f: impl Fn(f64) -> f64) -> Self {
+        Self::outwards_of_function(f(self.lo), f(self.hi))
+    }
+
+    /// Whether both ends are finite.
+    #[inline]
+    pub fn is_bounded(self) -> bool {
+        self.lo.is_finite() && self.hi.is_finite()
+    }
+
+    /// Whether 0 is one of its numbers.
+    #[inline]
+    pub fn contains_zero(self) -> bool {
+        self.lo <= 0.0 && self.hi >= 0.0
+    }
+
+    /// Largest absolute value.
+    #[inline]
+    pub fn size(self) -> f64 {
+        max(self.lo.abs(), self.hi.abs())
+    }
+
+    /// The nonnegative part, for quantities that cannot be negative.
+    #[inline]
+    pub fn at_least_zero(self) -> Self {
+        Self { lo: max(self.lo, 0.0), hi: max(self.hi, 0.0) }
+    }
+
+    /// The smallest interval that contains both intervals.
+    #[inline]
+    pub fn hull(self, other: Self) -> Self {
+        Self { lo: min(self.lo, other.lo), hi: max(self.hi, other.hi) }
+    }
+
+    /// The intersection of two enclosures of the same number.
+    #[inline]
+    pub fn intersection(self, other: Self) -> Self {
+        Self { lo: max(self.lo, other.lo), hi: min(self.hi, other.hi) }
+    }
+
+    /// The squares of its numbers.
+    #[inline]
+    pub fn square(self) -> Self {
+        let least = if self.contains_zero() { 0.0 } else { min(self.lo.abs(), self.hi.abs()) };
+        let most = self.size();
+        let Self { lo, hi } = Self::outwards(least * least, most * most);
+        Self { lo: max(lo, 0.0), hi }
+    }
+
+    /// The quotient by a number that must be positive; the whole line unless the whole divisor is positive.
+    #[inline]
+    pub fn over(self, divisor: Self) -> Self {
+        if !(divisor.lo > 0.0) {
+            return Self::ENTIRE;
+        }
+        if self.is_zero() {
+            return self;
+        }
+        let lo = self.lo / if self.lo < 0.0 { divisor.lo } else { divisor.hi };
+        let hi = self.hi / if self.hi < 0.0 { divisor.hi } else { divisor.lo };
+        Self::outwards(lo, hi)
+    }
+
+    /// Upper bound of e^x for a number x, without the platform's exponential: e^x <= (1 - x/64)^-64 for
+    /// x < 64.
+    #[inline]
+    pub fn exp_bound(x: f64) -> f64 {
+        let mut power = Self::ONE.over(Self::ONE - Self::of(x) * Self::of(1.0 / 64.0));
+        for _ in 0..6 {
+            power = power.square();
+        }
+        if x < 64.0 { power.hi } else { f64::INFINITY }
+    }
+
+    #[inline]
+    /// An enclosure of pi.
+    pub fn pi() -> Self {
+        // The f64 nearest to pi is below it.
+        Self { lo: std::f64::consts::PI, hi: std::f64::consts::PI.next_up() }
+    }
+}
+
+impl From<Interval> for Range {
+    #[inline]
+    fn from(interval: Interval) -> Self {
+        Range { lo: interval.lo, hi: interval.hi }
+    }
+}
+
+impl Neg for Interval {
+    type Output = Self;
+    #[inline]
+    fn neg(self) -> Self {
+        Self { lo: -self.hi, hi: -self.lo }
+    }
+}
+
+impl Add for Interval {
+    type Output = Self;
+    #[inline]
+    fn add(self, other: Self) -> Self {
+        // A sum with zero is exact, and frequent.
+        if self.is_zero() {
+            return other;
+        }
+        if other.is_zero() {
+            return self;
+        }
+        Self::outwards(self.lo + other.lo, self.hi + other.hi)
+    }
+}
+
+impl Sub for Interval {
+    type Output = Self;
+    #[inline]
+    fn sub(self, other: Self) -> Self {
+        self + -other
+    }
+}
+
+impl Mul for Interval {
+    type Output = Self;
+    #[inline]
+    fn mul(self, other: Self) -> Self {
+        if self.is_zero() || other.is_zero() {
+            // A product with zero is exact, and frequent: derivatives of terms that do not depend on u.
+            return Self::ZERO;
+        }
+        let [a, b, c, d] = [self.lo * other.lo, self.lo * other.hi, self.hi * other.lo, self.hi * other.hi];
+        // Zero times infinity is NaN, which min and max would ignore; where infinities of both signs cancel
+        // here, the product is the whole line too.
+        if (a + b + c + d).is_nan() {
+            return Self::ENTIRE;
+        }
+        Self::outwards(min(min(a, b), min(c, d)), max(max(a, b), max(c, d)))
+    }
+}
+
+impl Div for Interval {
+    type Output = Self;
+    #[inline]
+    fn div(self, other: Self) -> Self {
+        if other.hi < 0.0 { (-self).over(-other) } else { self.over(other) }
+    }
+}
+
+/// Returns whether a point `phase + 2 pi k` may lie in the interval.
+fn may_hold(interval: Interval, phase: f64) -> bool {
+    const SLACK: f64 = 1e-9;
+    let turns = |x: f64| (x - phase) / std::f64::consts::TAU;
+    (turns(interval.hi) + SLACK).floor() >= (turns(interval.lo) - SLACK).ceil()
+}
+
+impl Real for Interval {
+    #[inline]
+    fn constant(x: f64) -> Self {
+        Self::of(x)
+    }
+
+    #[inline]
+    fn is_zero(&self) -> bool {
+        self.lo == 0.0 && self.hi == 0.0
+    }
+
+    #[inline]
+    fn as_constant(&self) -> Option<f64> {
+        (self.lo == self.hi).then_some(self.lo)
+    }
+
+    #[inline]
+    fn exp(self) -> Self {
+        let Self { lo, hi } = self.increasing(f64::exp);
+        Self { lo: lo.max(0.0), hi }
+    }
+
+    #[inline]
+    fn ln(self) -> Self {
+        if self.lo > 0.0 { self.increasing(f64::ln) } else { Self::ENTIRE }
+    }
+
+    #[inline]
+    fn sqrt(self) -> Self {
+        if !(self.lo >= 0.0) {
+            return Self::ENTIRE;
+        }
+        // IEEE 754 requires a correctly rounded square root.
+        let Self { lo, hi } = Self::outwards(self.lo.sqrt(), self.hi.sqrt());
+        Self { lo: max(lo, 0.0), hi }
+    }
+
+    #[inline]
+    fn sin_cos(self) -> (Self, Self) {
+        use std::f64::consts::{FRAC_PI_2, PI};
+        let all = Self { lo: -1.0, hi: 1.0 };
+        // Far from zero the slack of `may_hold` no longer covers the rounding of a turn.
+        if !(self.lo.abs().max(self.hi.abs()) < 1e6) {
+            return (all, all);
+        }
+        let wave = |f: fn(f64) -> f64, top: f64| {
+            let (a, b) = (f(self.lo), f(self.hi));
+            let Self { lo, hi } = Self::outwards_of_function(a.min(b), a.max(b));
+            Self {
+                lo: if may_hold(self, top + PI) { -1.0 } else { lo.max(-1.0) },
+                hi: if may_hold(self, top) { 1.0 } else { hi.min(1.0) },
+            }
+        };
+        (wave(f64::sin, FRAC_PI_2), wave(f64::cos, 0.0))
+    }
+
+    #[inline]
+    fn tanh(self) -> Self {
+        let Self { lo, hi } = self.increasing(f64::tanh);
+        Self { lo: lo.max(-1.0), hi: hi.min(1.0) }
+    }
+
+    #[inline]
+    fn squared(self) -> Self {
+        self.square()
+    }
+
+    #[inline]
+    fn atan(self) -> Self {
+        self.increasing(f64::atan)
+    }
+
+    #[inline]
+    fn abs(self) -> Self {
+        if self.lo > 0.0 {
+            self
+        } else if self.hi < 0.0 {
+            -self
+        } else {
+            Self::ENTIRE
+        }
+    }
+
+    #[inline]
+    fn power(self, exponent: f64) -> Self {
+        // A bound that is 0, as that of a ratio of speeds, may be slightly negative after outward rounding.
+        if !(self.lo >= -f64::MIN_POSITIVE) {
+            return Self::ENTIRE;
+        }
+        let Self { lo, hi } = self.at_least_zero();
+        // A power is monotone, so it lies between the powers of the ends; that of 0 is exact.
+        let of_end = |x: f64| match x == 0.0 {
+            true => Self { lo: 0.0, hi: 0.0 },
+            false => (Self::of(exponent) * Self::of(x).ln()).exp(),
+        };
+        let (low, high) = (of_end(lo), of_end(hi));
+        match exponent > 0.0 {
+            true => Self { lo: low.lo, hi: high.hi },
+            false if lo == 0.0 => Self { lo: if hi == 0.0 { 0.0 } else { high.lo }, hi: f64::INFINITY },
+            false => Self { lo: high.lo, hi: low.hi },
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::random::Random;
+
+    #[test]
+    fn images_enclose_and_are_tight() {
+        let x = Interval::new(0.3, 0.7);
+        type Case = (Interval, fn(f64) -> f64);
+        let cases: [Case; 7] = [
+            (x.exp(), f64::exp),
+            (x.ln(), f64::ln),
+            (x.sqrt(), f64::sqrt),
+            (x.sin_cos().0, f64::sin),
+            (x.sin_cos().1, f64::cos),
+            (x.tanh(), f64::tanh),
+            (x.atan(), f64::atan),
+        ];
+        for (image, f) in cases {
+            let (a, b) = (f(0.3).min(f(0.7)), f(0.3).max(f(0.7)));
+            assert!(image.lo < a && a - image.lo <= 8.0 * f64::EPSILON, "{image:?}");
+            assert!(image.hi > b && image.hi - b <= 8.0 * f64::EPSILON, "{image:?}");
+        }
+    }
+
+    #[test]
+    fn extremes_of_waves_are_found() {
+        let pi = std::f64::consts::PI;
+        assert_eq!(Interval::new(1.0, 2.0).sin_cos().0.hi, 1.0);
+        assert_eq!(Interval::new(2.0, 4.0).sin_cos().1.lo, -1.0);
+        assert_eq!(Interval::new(-0.1, 0.1).sin_cos().1.hi, 1.0);
+        let wide = Interval::new(0.0, 2.0 * pi).sin_cos();
+        assert_eq!((wide.0, wide.1), (Interval::new(-1.0, 1.0), Interval::new(-1.0, 1.0)));
+    }
+
+    #[test]
+    fn undefined_operations_give_the_whole_line() {
+        let x = Interval::new(-1.0, 1.0);
+        let infinite = Interval::new(1.0, f64::INFINITY);
+        let huge = Interval::of(1e200);
+        for image in [
+            Interval::ONE / x,
+            Interval::ONE / Interval::new(0.0, 1.0),
+            x.ln(),
+            x.sqrt(),
+            x.abs(),
+            Interval::new(f64::NAN, 1.0),
+            Interval::of(f64::NAN) + Interval::ONE,
+            huge * huge,
+            infinite - infinite,
+            Interval::new(0.0, 1.0) * infinite,
+        ] {
+            assert_eq!(image, Interval::ENTIRE);
+        }
+    }
+
+    /// Magnitude from 2^-60 to 2^60, either sign, sometimes zero.
+    fn number(random: &mut Random) -> f64 {
+        let bits = random.bits() >> 11;
+        if bits.is_multiple_of(61) {
+            return 0.0;
+        }
+        let exponent = (bits % 121) as i32 - 60;
+        let sign = if bits & 1024 == 0 { 1.0 } else { -1.0 };
+        sign * (1.0 + bits as f64 / (1u64 << 53) as f64) * 2f64.powi(exponent)
+    }
+
+    /// Returns whether the interval holds `value + error`, |error| being below a unit of `value`.
+    fn holds(interval: Interval, value: f64, error: f64) -> bool {
+        let Interval { lo, hi } = interval;
+        (lo < value || (lo == value && error >= 0.0)) && (value < hi || (value == hi && error <= 0.0))
+    }
+
+    /// Counts the sums, products, quotients and roots that exclude the exact result, which double arithmetic
+    /// gives as a value and an error: Knuth's two-sum, and the fused remainders of product, quotient and
+    /// root. `seen` is what is seen of an image.
+    fn wrong_operations(seed: u64, seen: impl Fn(Interval) -> Interval) -> u32 {
+        let mut random = Random(seed);
+        let mut wrong = 0;
+        for _ in 0..20_000 {
+            let (x, y) = (number(&mut random), number(&mut random));
+            let (a, b) = (Interval::of(x), Interval::of(y));
+            let sum = x + y;
+            let part = sum - x;
+            let error = (x - (sum - part)) + (y - part);
+            wrong += u32::from(!holds(seen(a + b), sum, error));
+            let difference = x - y;
+            let part = difference - x;
+            let error = (x - (difference - part)) + (-y - part);
+            wrong += u32::from(!holds(seen(a - b), difference, error));
+            let product = x * y;
+            wrong += u32::from(!holds(seen(a * b), product, x.mul_add(y, -product)));
+            wrong += u32::from(!holds(seen(a.square()), x * x, x.mul_add(x, -(x * x))));
+            if y > 0.0 {
+                let quotient = x / y;
+                wrong += u32::from(!holds(seen(a / b), quotient, (-quotient).mul_add(y, x)));
+                let root = y.sqrt();
+                wrong += u32::from(!holds(seen(b.sqrt()), root, (-root).mul_add(root, y)));
+            }
+        }
+        wrong
+    }
+
+    #[test]
+    fn operations_hold_the_exact_results() {
+        assert_eq!(wrong_operations(1, |image| image), 0);
+    }
+
+    #[test]
+    fn missing_outward_rounding_is_caught() {
+        // The middle of an image is what was computed, without the steps outwards.
+        let wrong = wrong_operations(1, |image| Interval::of(0.5 * (image.lo + image.hi)));
+        // Nearly every operation rounds, and one number does not hold the exact result then.
+        assert!(wrong > 90_000, "only {wrong} operations were found wrong");
+    }
+
+    #[test]
+    fn ends_of_all_signs() {
+        let ends = [-3.0, -1.0, 0.0, 2.0, 5.0];
+        for (i, &a) in ends.iter().enumerate() {
+            for &b in &ends[i..] {
+                for (j, &c) in ends.iter().enumerate() {
+                    for &d in &ends[j..] {
+                        let (x, y) = (Interval::new(a, b), Interval::new(c, d));
+                        for u in [a, 0.5 * (a + b), b] {
+                            for v in [c, 0.5 * (c + d), d] {
+                                let within = |z: Interval, w: f64| z.lo <= w && w <= z.hi;
+                                assert!(within(x * y, u * v) && within(x + y, u + v) && within(x - y, u - v));
+                                assert!(within(x.square(), u * u) && within(x.hull(y), v));
+                                assert!(!(c > 0.0) || within(x / y, u / v) && within(x.over(y), u / v));
+                                assert!(!(d < 0.0) || within(x / y, u / v));
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn bounds_of_the_exponential() {
+        for x in [0.0, 1e-9, 0.1, 1.0, 5.0, 20.0] {
+            let bound = Interval::exp_bound(x);
+            // (1 - x/n)^-n <= e^(x + x^2/n) for x <= n/2.
+            assert!(bound >= x.exp() && bound <= (x + x * x / 64.0).exp() * (1.0 + 1e-12), "{x}");
+        }
+        assert_eq!(Interval::exp_bound(64.0), f64::INFINITY);
+    }
+}

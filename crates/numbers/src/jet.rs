@@ -1,0 +1,540 @@
+//! Truncated Taylor series: derivatives of any order, exact except for rounding, of compositions of
+//! elementary functions. Series of [`super::interval::Interval`] enclose the derivatives on a whole interval;
+//! nested series give mixed derivatives.
+
+use std::ops::{Add, Div, Mul, Neg, Range, Sub};
+
+/// Numbers to which the elementary functions can be applied. Where a function is not defined its value is
+/// NaN, or the whole line for intervals.
+pub trait Real:
+    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
+{
+    /// The number `x`.
+    fn constant(x: f64) -> Self;
+    /// Whether the number is exactly zero.
+    fn is_zero(&self) -> bool;
+    /// The value as one number; `None` if it contains several numbers, or depends on a variable.
+    fn as_constant(&self) -> Option<f64>;
+    /// The exponential function.
+    fn exp(self) -> Self;
+    /// The natural logarithm.
+    fn ln(self) -> Self;
+    /// The square root.
+    fn sqrt(self) -> Self;
+    /// Sine and cosine.
+    fn sin_cos(self) -> (Self, Self);
+    /// The hyperbolic tangent.
+    fn tanh(self) -> Self;
+    /// The inverse tangent.
+    fn atan(self) -> Self;
+    /// The absolute value.
+    fn abs(self) -> Self;
+    /// A power, with an exponent that is not an integer, of a number >= 0.
+    fn power(self, exponent: f64) -> Self;
+
+    /// An integer power, by squaring.
+    fn powi(self, exponent: i32) -> Self {
+        let mut power = Self::constant(1.0);
+        let mut square = self;
+        let mut left = exponent.unsigned_abs();
+        let mut first = true;
+        while left > 0 {
+            if left & 1 == 1 {
+                power = if first { square } else { power * square };
+                first = false;
+            }
+            left >>= 1;
+            if left > 0 {
+                square = square.squared();
+            }
+        }
+        if exponent < 0 { Self::constant(1.0) / power } else { power }
+    }
+
+    /// The square.
+    fn squared(self) -> Self {
+        self * self
+    }
+
+    /// The value of a polynomial, whose coefficients begin with that of order zero.
+    #[inline]
+    fn polynomial(self, coefficients: &[f64]) -> Self {
+        coefficients.iter().rev().fold(Self::constant(0.0), |sum, a| sum * self + Self::constant(*a))
+    }
+}
+
+impl Real for f64 {
+    fn constant(x: f64) -> Self {
+        x
+    }
+    fn is_zero(&self) -> bool {
+        *self == 0.0
+    }
+    fn as_constant(&self) -> Option<f64> {
+        Some(*self)
+    }
+    fn exp(self) -> Self {
+        f64::exp(self)
+    }
+    fn ln(self) -> Self {
+        if self > 0.0 { f64::ln(self) } else { f64::NAN }
+    }
+    fn sqrt(self) -> Self {
+        f64::sqrt(self)
+    }
+    fn sin_cos(self) -> (Self, Self) {
+        f64::sin_cos(self)
+    }
+    fn tanh(self) -> Self {
+        f64::tanh(self)
+    }
+    fn atan(self) -> Self {
+        f64::atan(self)
+    }
+    fn abs(self) -> Self {
+        f64::abs(self)
+    }
+    fn power(self, exponent: f64) -> Self {
+        match self == 0.0 {
+            true if exponent > 0.0 => 0.0,
+            true => f64::INFINITY,
+            false => (exponent * Real::ln(self)).exp(),
+        }
+    }
+}
+
+/// Several numbers. Every operation is applied to each of them, so that a formula is interpreted only once.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Points<const N: usize>(pub [f64; N]);
+
+impl<const N: usize> Points<N> {
+    #[inline]
+    fn with(mut self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self {
+        for (a, b) in self.0.iter_mut().zip(other.0) {
+            *a = f(*a, b);
+        }
+        self
+    }
+
+    #[inline]
+    fn map(mut self, f: impl Fn(f64) -> f64) -> Self {
+        for a in &mut self.0 {
+            *a = f(*a);
+        }
+        self
+    }
+}
+
+/// Defines the operators of two operands.
+macro_rules! operators {
+    ($($trait:ident $name:ident $op:tt;)*) => {
+        $(impl<const N: usize> $trait for Points<N> {
+            type Output = Self;
+            #[inline]
+            fn $name(self, other: Self) -> Self {
+                self.with(other, |a, b| a $op b)
+            }
+        })*
+    };
+}
+
+operators! {
+    Add add +;
+    Sub sub -;
+    Mul mul *;
+    Div div /;
+}
+
+impl<const N: usize> Neg for Points<N> {
+    type Output = Self;
+    #[inline]
+    fn neg(self) -> Self {
+        self.map(|a| -a)
+    }
+}
+
+impl<const N: usize> Real for Points<N> {
+    fn constant(x: f64) -> Self {
+        Self([x; N])
+    }
+    fn is_zero(&self) -> bool {
+        self.0.iter().all(f64::is_zero)
+    }
+    fn as_constant(&self) -> Option<f64> {
+        self.0.iter().all(|x| *x == self.0[0]).then_some(self.0[0])
+    }
+    fn exp(self) -> Self {
+        self.map(f64::exp)
+    }
+    fn ln(self) -> Self {
+        self.map(Real::ln)
+    }
+    fn sqrt(self) -> Self {
+        self.map(f64::sqrt)
+    }
+    fn sin_cos(self) -> (Self, Self) {
+        (self.map(f64::sin), self.map(f64::cos))
+    }
+    fn tanh(self) -> Self {
+        self.map(f64::tanh)
+    }
+    fn atan(self) -> Self {
+        self.map(f64::atan)
+    }
+    fn abs(self) -> Self {
+        self.map(f64::abs)
+    }
+    fn power(self, exponent: f64) -> Self {
+        self.map(|x| x.power(exponent))
+    }
+}
+
+/// The first N Taylor coefficients of a function: f, f', f''/2, ...
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Jet<T, const N: usize>(pub [T; N]);
+
+impl<T: Real, const N: usize> Jet<T, N> {
+    /// The series of a variable with value `x` and derivative `slope`.
+    pub fn variable(x: T, slope: f64) -> Self {
+        let mut jet = Self::of(x);
+        if N > 1 {
+            jet.0[1] = T::constant(slope);
+        }
+        jet
+    }
+
+    /// The series of the constant `x`.
+    pub fn of(x: T) -> Self {
+        let mut coefficients = [T::constant(0.0); N];
+        coefficients[0] = x;
+        Self(coefficients)
+    }
+
+    /// The number of coefficients up to the last nonzero one. Products skip the others, since constants and
+    /// the slip speed itself are frequent factors.
+    #[inline]
+    fn length(&self) -> usize {
+        let mut length = N;
+        while length > 0 && self.0[length - 1].is_zero() {
+            length -= 1;
+        }
+        length
+    }
+
+    /// The derivative of this order.
+    pub fn derivative(&self, order: usize) -> T {
+        let factorial: f64 = (1..=order).map(|k| k as f64).product();
+        self.0[order] * T::constant(factorial)
+    }
+
+    /// The coefficients times their orders, j g_j, and the number of them up to the last nonzero one.
+    #[inline]
+    fn slopes(&self) -> ([T; N], usize) {
+        let mut slopes = self.0;
+        for (j, slope) in slopes.iter_mut().enumerate() {
+            *slope = T::constant(j as f64) * *slope;
+        }
+        (slopes, self.length())
+    }
+
+    /// The series with first coefficient `start` whose derivative is g' times a rate, g = `self`. `rate`
+    /// returns coefficient k of the rate, which may depend on the coefficients of the result up to k.
+    fn integrate(&self, start: T, mut rate: impl FnMut(&[T; N], usize) -> T) -> Self {
+        let mut sum = [T::constant(0.0); N];
+        sum[0] = start;
+        let (slopes, length) = self.slopes();
+        let mut rates = [T::constant(0.0); N];
+        for k in 1..N {
+            rates[k - 1] = rate(&sum, k - 1);
+            sum[k] = convolved(&slopes, &rates, k, 1..length.min(k + 1)) / T::constant(k as f64);
+        }
+        Self(sum)
+    }
+
+    /// The Taylor series of a polynomial around `x`, by repeated synthetic division.
+    pub fn around(x: T, coefficients: &[f64]) -> Self {
+        let mut series = [T::constant(0.0); N];
+        for coefficient in coefficients.iter().rev() {
+            for k in (1..N).rev() {
+                series[k] = series[k] * x + series[k - 1];
+            }
+            series[0] = series[0] * x + T::constant(*coefficient);
+        }
+        Self(series)
+    }
+}
+
+/// The sum of a_j b_(k-j) over a range of j; 0 where it is empty.
+#[inline]
+fn convolved<T: Real, const N: usize>(a: &[T; N], b: &[T; N], k: usize, range: Range<usize>) -> T {
+    if range.is_empty() {
+        return T::constant(0.0);
+    }
+    let mut sum = a[range.start] * b[k - range.start];
+    for j in range.start + 1..range.end {
+        sum = sum + a[j] * b[k - j];
+    }
+    sum
+}
+
+// Plain loops: adapters of the standard library, such as `array::from_fn`, may be compiled in another codegen
+// unit than the body of the loop, and then nothing is inlined.
+impl<T: Real, const N: usize> Neg for Jet<T, N> {
+    type Output = Self;
+    #[inline]
+    fn neg(mut self) -> Self {
+        for a in &mut self.0 {
+            *a = -*a;
+        }
+        self
+    }
+}
+
+impl<T: Real, const N: usize> Add for Jet<T, N> {
+    type Output = Self;
+    #[inline]
+    fn add(mut self, other: Self) -> Self {
+        for k in 0..N {
+            self.0[k] = self.0[k] + other.0[k];
+        }
+        self
+    }
+}
+
+impl<T: Real, const N: usize> Sub for Jet<T, N> {
+    type Output = Self;
+    #[inline]
+    fn sub(mut self, other: Self) -> Self {
+        for k in 0..N {
+            self.0[k] = self.0[k] - other.0[k];
+        }
+        self
+    }
+}
+
+impl<T: Real, const N: usize> Mul for Jet<T, N> {
+    type Output = Self;
+    fn mul(self, other: Self) -> Self {
+        let (long, short) = (self.length(), other.length());
+        let mut product = [T::constant(0.0); N];
+        for (k, coefficient) in product.iter_mut().enumerate() {
+            let terms = (k + 1).saturating_sub(short)..long.min(k + 1);
+            *coefficient = convolved(&self.0, &other.0, k, terms);
+        }
+        Self(product)
+    }
+}
+
+impl<T: Real, const N: usize> Div for Jet<T, N> {
+    type Output = Self;
+    fn div(self, other: Self) -> Self {
+        let length = other.length();
+        let mut quotient = [T::constant(0.0); N];
+        for k in 0..N {
+            let mut rest = self.0[k];
+            for j in 1..length.min(k + 1) {
+                rest = rest - other.0[j] * quotient[k - j];
+            }
+            quotient[k] = rest / other.0[0];
+        }
+        Self(quotient)
+    }
+}
+
+impl<T: Real, const N: usize> Real for Jet<T, N> {
+    fn constant(x: f64) -> Self {
+        Self::of(T::constant(x))
+    }
+
+    fn is_zero(&self) -> bool {
+        self.0.iter().all(T::is_zero)
+    }
+
+    fn as_constant(&self) -> Option<f64> {
+        self.0[1..].iter().all(T::is_zero).then(|| self.0[0].as_constant())?
+    }
+
+    fn exp(self) -> Self {
+        self.integrate(self.0[0].exp(), |exp, k| exp[k])
+    }
+
+    fn ln(self) -> Self {
+        // g' / g, whose coefficients follow from those of 1/g.
+        let inverse = Self::constant(1.0) / self;
+        self.integrate(self.0[0].ln(), |_, k| inverse.0[k])
+    }
+
+    fn sqrt(self) -> Self {
+        let mut root = [T::constant(0.0); N];
+        root[0] = self.0[0].sqrt();
+        let twice = root[0] + root[0];
+        for k in 1..N {
+            let mut rest = self.0[k];
+            for j in 1..k {
+                rest = rest - root[j] * root[k - j];
+            }
+            root[k] = rest / twice;
+        }
+        Self(root)
+    }
+
+    fn sin_cos(self) -> (Self, Self) {
+        let (mut sin, mut cos) = ([T::constant(0.0); N], [T::constant(0.0); N]);
+        (sin[0], cos[0]) = self.0[0].sin_cos();
+        let (slopes, length) = self.slopes();
+        for k in 1..N {
+            let (terms, order) = (1..length.min(k + 1), T::constant(k as f64));
+            let (s, c) = (convolved(&slopes, &cos, k, terms.clone()), convolved(&slopes, &sin, k, terms));
+            (sin[k], cos[k]) = (s / order, -c / order);
+        }
+        (Self(sin), Self(cos))
+    }
+
+    fn tanh(self) -> Self {
+        // tanh' = 1 - tanh^2.
+        self.integrate(self.0[0].tanh(), |tanh, k| {
+            let one = if k == 0 { T::constant(1.0) } else { T::constant(0.0) };
+            one - convolved(tanh, tanh, k, 0..k + 1)
+        })
+    }
+
+    fn atan(self) -> Self {
+        let rate = Self::constant(1.0) / (Self::constant(1.0) + self * self);
+        self.integrate(self.0[0].atan(), |_, k| rate.0[k])
+    }
+
+    fn abs(self) -> Self {
+        // |g| = g sign(g), and sign(g) = |g_0| / g_0 where that is defined.
+        let sign = self.0[0].abs() / self.0[0];
+        let mut series = self.0.map(|x| x * sign);
+        series[0] = self.0[0].abs();
+        Self(series)
+    }
+
+    fn power(self, exponent: f64) -> Self {
+        // By (g^p)' = p g^(p-1) g': first g^(p-n) with one coefficient, then g^(p-n+1) with two, and so on.
+        // So at g = 0 all derivatives that exist are computed as finite numbers.
+        let (slopes, length) = self.slopes();
+        let mut lower = [T::constant(0.0); N];
+        for order in (0..N).rev() {
+            let p = exponent - order as f64;
+            let mut series = [T::constant(0.0); N];
+            series[0] = self.0[0].power(p);
+            for (k, coefficient) in series.iter_mut().enumerate().take(N - order).skip(1) {
+                let total = convolved(&slopes, &lower, k, 1..length.min(k + 1));
+                *coefficient = T::constant(p) * total / T::constant(k as f64);
+            }
+            lower = series;
+        }
+        Self(lower)
+    }
+
+    /// The Taylor series of the polynomial around the value of this series, then a polynomial in what this
+    /// series adds to that value.
+    fn polynomial(self, coefficients: &[f64]) -> Self {
+        let around = Self::around(self.0[0], coefficients);
+        let mut added = self;
+        added.0[0] = T::constant(0.0);
+        let mut sum = Self::constant(0.0);
+        for a in around.0.iter().rev() {
+            sum = sum * added;
+            sum.0[0] = *a;
+        }
+        sum
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::interval::Interval;
+
+    /// Derivatives of compositions whose derivatives are known.
+    #[test]
+    fn derivatives_to_third_order() {
+        let x = Jet::<f64, 4>::variable(0.7, 1.0);
+        let check = |jet: Jet<f64, 4>, exact: [f64; 4]| {
+            for (order, exact) in exact.into_iter().enumerate() {
+                let found = jet.derivative(order);
+                // A dozen roundings of terms of a few units.
+                assert!(
+                    (found - exact).abs() <= 64.0 * f64::EPSILON * exact.abs().max(1.0),
+                    "{order}: {found} {exact}"
+                );
+            }
+        };
+        let (s, c) = 0.7f64.sin_cos();
+        check(x.sin_cos().0, [s, c, -s, -c]);
+        check(x.sin_cos().1, [c, -s, -c, s]);
+        check(
+            (x * Jet::constant(2.0)).exp(),
+            [1.4f64.exp(), 2.0 * 1.4f64.exp(), 4.0 * 1.4f64.exp(), 8.0 * 1.4f64.exp()],
+        );
+        check(x.ln(), [0.7f64.ln(), 1.0 / 0.7, -1.0 / 0.49, 2.0 / 0.343]);
+        let r = 0.7f64.sqrt();
+        check(x.sqrt(), [r, 0.5 / r, -0.25 / (0.7 * r), 0.375 / (0.49 * r)]);
+        let t = 0.7f64.tanh();
+        let d = 1.0 - t * t;
+        check(x.tanh(), [t, d, -2.0 * t * d, d * (6.0 * t * t - 2.0)]);
+        let q = 1.0 / 1.49;
+        check(x.atan(), [0.7f64.atan(), q, -1.4 * q * q, 2.0 * q * q * (4.0 * 0.49 * q - 1.0)]);
+        check(x.powi(3), [0.343, 3.0 * 0.49, 6.0 * 0.7, 6.0]);
+        check(x.powi(-1), [1.0 / 0.7, -1.0 / 0.49, 2.0 / 0.343, -6.0 / 0.2401]);
+        check((-x).abs(), [0.7, 1.0, 0.0, 0.0]);
+        let p = |p: f64| 0.7f64.powf(p);
+        check(x.power(2.5), [p(2.5), 2.5 * p(1.5), 3.75 * p(0.5), 1.875 * p(-0.5)]);
+    }
+
+    /// A polynomial of a series, by its Taylor expansion, is that of Horner's rule; the expansion consists of
+    /// the derivatives.
+    #[test]
+    fn polynomials_of_series_are_those_of_horner() {
+        let coefficients = [0.3, -1.2, 0.5, 0.7, -0.4, 0.9];
+        let x = Jet::<f64, 4>::variable(0.7, 2.0).sin_cos().0;
+        let horner = coefficients
+            .iter()
+            .rev()
+            .fold(Jet::constant(0.0), |sum, a| sum * x + Jet::<f64, 4>::constant(*a));
+        for (found, exact) in x.polynomial(&coefficients).0.into_iter().zip(horner.0) {
+            // Some twenty roundings of terms of at most ten units.
+            assert!((found - exact).abs() <= 200.0 * f64::EPSILON, "{found} {exact}");
+        }
+        // Of an interval: the series of its numbers, also beyond the degree.
+        let wide = Jet::<Interval, 7>::variable(Interval::new(0.6, 0.8), 2.0).sin_cos().0;
+        let wide = (wide.polynomial(&coefficients), Jet::<Interval, 7>::around(wide.0[0], &coefficients));
+        for i in 0..=10 {
+            let x = Jet::<f64, 7>::variable(0.6 + 0.02 * f64::from(i), 2.0).sin_cos().0;
+            let one = (x.polynomial(&coefficients), Jet::<f64, 7>::around(x.0[0], &coefficients));
+            for (wide, one) in [(wide.0, one.0), (wide.1, one.1)] {
+                let holds = |k: usize| wide.0[k].lo <= one.0[k] && one.0[k] <= wide.0[k].hi;
+                assert!((0..7).all(holds), "{wide:?} {one:?}");
+            }
+        }
+        // p'' / 2 at 2: 0.5 + 3 * 0.7 * 2 - 6 * 0.4 * 4 + 10 * 0.9 * 8.
+        let around = Jet::<f64, 3>::around(2.0, &coefficients);
+        assert!((around.0[2] - (0.5 + 4.2 - 9.6 + 72.0)).abs() < 1e-13, "{around:?}");
+    }
+
+    /// At 0 a power has as many derivatives as it has.
+    #[test]
+    fn powers_at_zero_have_finite_derivatives_up_to_their_order() {
+        let x = Jet::<f64, 4>::variable(0.0, 1.0);
+        for (exponent, finite) in [(0.5, 1), (1.5, 2), (2.5, 3), (3.5, 4)] {
+            let found = x.power(exponent).0;
+            assert!(found[..finite].iter().all(|it| *it == 0.0), "{exponent} {found:?}");
+            assert!(found[finite..].iter().all(|it| !it.is_finite()), "{exponent} {found:?}");
+        }
+        assert_eq!(Jet::<f64, 2>::variable(0.0, 1.0).powi(1).0, [0.0, 1.0]);
+    }
+
+    #[test]
+    fn jets_of_jets_are_mixed_derivatives() {
+        // f = exp(x y): d2f/dxdy = (1 + x y) exp(x y).
+        let (x, y) = (0.3, 0.8);
+        let outer = Jet::<Jet<f64, 2>, 2>::variable(Jet::of(x), 1.0);
+        let inner = Jet::<Jet<f64, 2>, 2>::of(Jet::variable(y, 1.0));
+        let f = (outer * inner).exp();
+        let exact = (1.0 + x * y) * (x * y).exp();
+        assert!((f.0[1].0[1] - exact).abs() <= 8.0 * f64::EPSILON * exact);
+    }
+}

@@ -1,0 +1,14 @@
+//! Arithmetic that knows no friction: intervals, truncated Taylor series, Chebyshev polynomials, quadrature,
+//! roots; numbers as text, names of enums.
+
+pub mod chebyshev;
+pub mod gauss;
+pub mod interval;
+pub mod jet;
+mod named;
+pub mod random;
+mod range;
+pub mod roots;
+pub mod text;
+
+pub use range::Range;

@@ -1,0 +1,121 @@
+//! Numbers as text, for messages, tables and command lines.
+
+/// A number with six significant digits, trailing zeros dropped: 0.25, 1.5e-9, 123457.
+pub fn short(x: f64) -> String {
+    const DIGITS: i32 = 6;
+    if x == 0.0 {
+        return "0".into();
+    }
+    if !x.is_finite() {
+        return if x.is_nan() {
+            "-".into()
+        } else if x > 0.0 {
+            "+inf".into()
+        } else {
+            "-inf".into()
+        };
+    }
+    // The exponent after rounding to six digits, so that 0.9999999 becomes 1 and not 1.00000.
+    let (mantissa, exponent) = scientific(x, DIGITS as usize);
+    if (-4..DIGITS).contains(&exponent) {
+        without_zeros(&format!("{x:.*}", (DIGITS - 1 - exponent) as usize)).to_owned()
+    } else {
+        format!("{}e{exponent}", without_zeros(&mantissa))
+    }
+}
+
+/// A number rounded to `digits` significant digits, in the format of [`short`].
+pub fn rounded(x: f64, digits: usize) -> String {
+    let (mantissa, exponent) = scientific(x, digits);
+    format!("{mantissa}e{exponent}").parse().map_or_else(|_| short(x), short)
+}
+
+/// A number rounded to `digits` significant digits: a decimal with one digit before the point, and the power
+/// of ten. For a number that is not finite: its name, and 0.
+pub fn scientific(x: f64, digits: usize) -> (String, i32) {
+    let text = format!("{x:.*e}", digits.saturating_sub(1));
+    let (mantissa, exponent) = text.split_once('e').unwrap_or((&text, "0"));
+    (mantissa.to_owned(), exponent.parse().unwrap_or(0))
+}
+
+/// A decimal without the zeros at its end.
+pub fn without_zeros(decimal: &str) -> &str {
+    if decimal.contains('.') { decimal.trim_end_matches('0').trim_end_matches('.') } else { decimal }
+}
+
+/// A number with its sign, see [`short`].
+pub fn signed(x: f64) -> String {
+    let text = short(x);
+    if x > 0.0 && x.is_finite() { format!("+{text}") } else { text }
+}
+
+/// A number that reads back as itself: the shortest such decimal.
+pub fn exact(x: f64) -> String {
+    // Unlike `{}`, `{:?}` uses an exponent for very large and very small numbers.
+    let text = format!("{x:?}");
+    text.strip_suffix(".0").map_or(text.clone(), str::to_owned)
+}
+
+/// A count and its noun, with an s unless it is one: 1 tile, 1,234 tiles.
+pub fn number_of(n: impl TryInto<u128>, noun: &str) -> String {
+    let n = n.try_into().unwrap_or(u128::MAX);
+    format!("{} {noun}{}", count(n), if n == 1 { "" } else { "s" })
+}
+
+/// A count in groups of three digits: 1,234,567.
+pub fn count(n: impl TryInto<u128>) -> String {
+    in_groups(&n.try_into().unwrap_or(u128::MAX).to_string(), ',')
+}
+
+/// Digits in groups of three.
+pub fn in_groups(digits: &str, separator: char) -> String {
+    let mut text = String::new();
+    for (i, digit) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
+            text.push(separator);
+        }
+        text.push(digit);
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_read_well() {
+        let cases = [
+            (0.25, "0.25"),
+            (1.5e-9, "1.5e-9"),
+            (123_456.7, "123457"),
+            (1_234_567.0, "1.23457e6"),
+            (0.999_999_99, "1"),
+            (-0.1, "-0.1"),
+            (0.0001, "0.0001"),
+            (100.0, "100"),
+            (f64::NAN, "-"),
+            (f64::NEG_INFINITY, "-inf"),
+        ];
+        for (x, text) in cases {
+            assert_eq!(short(x), text);
+        }
+        assert_eq!(signed(0.5), "+0.5");
+    }
+
+    #[test]
+    fn exact_numbers_read_back() {
+        for x in [0.1, 1.0, 1e-300, 5e-324, f64::MAX, -2.5e17, 1.0 / 3.0] {
+            assert_eq!(exact(x).parse::<f64>().unwrap().to_bits(), x.to_bits(), "{}", exact(x));
+            assert!(exact(x).len() < 25, "{}", exact(x));
+        }
+        assert_eq!(exact(32.0), "32");
+    }
+
+    #[test]
+    fn nouns_agree_with_their_numbers() {
+        assert_eq!(number_of(1, "tile"), "1 tile");
+        assert_eq!(number_of(0, "tile"), "0 tiles");
+        assert_eq!(number_of(1_234_567, "cell"), "1,234,567 cells");
+    }
+}

@@ -1,0 +1,432 @@
+//! Orbits in the Liénard form, on one side of the belt line at a time, with the data for their stability.
+//!
+//! With v = x2, w = x2' the flow on either side is v' = w, w' = -v + D(u) w, u = |v - V| (theory, "Two forms
+//! of the slip flow"), and x1 follows from x2' = w. The state includes `growth`, the integral of D: by
+//! Liouville's formula the flow stretches areas by exp(growth), which is the multiplier of a cycle up to the
+//! angles at which its orbit passes the sections.
+//!
+//! Backward in time, with -w for w, the flow has the same form with -D for D. A cycle that repels then
+//! attracts, and is followed without loss of digits.
+//!
+//! This module is for cycles and landings; whether an orbit returns to the belt line is decided without it.
+
+use std::borrow::Cow;
+use std::f64::consts::TAU;
+use std::sync::Arc;
+
+use super::Failure;
+use super::dop853::{Field, STAGES, step};
+use super::work::Work;
+use slipmap_model::corners::{self, End};
+use slipmap_model::filippov::{Oscillator, Side};
+use slipmap_model::friction::Weakening;
+
+/// A step this much shorter than the time scale of the flow has underflowed.
+const SHORTEST_STEP: f64 = 1e-14;
+/// Distance from the equilibrium, in units of V, at which an orbit rests: turns of a nearly critical node
+/// take the state below the smallest number.
+const AT_REST: f64 = 1e-200;
+/// Largest number of trials that locate a point within a step; every eighth bisects, which alone would end
+/// after 52.
+const TRIALS: u32 = 8 * 52;
+
+/// A state on an orbit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct State {
+    /// x2.
+    pub(super) v: f64,
+    /// x2', by the field of the side on which the orbit is, with the opposite sign where time runs backward.
+    pub(super) w: f64,
+    /// Integral of the divergence since the start.
+    pub(super) growth: f64,
+    /// Time since the start.
+    pub(super) time: f64,
+}
+
+/// The end of an arc below the belt line.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum LowerEnd {
+    /// x2 has a maximum below V here.
+    Turns(State),
+    /// The orbit returns to x2 = V here.
+    Meets(State),
+    /// The orbit tends to the equilibrium without another maximum of x2.
+    Rests,
+}
+
+/// One turn below the belt line.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum SlipTurn {
+    /// x2 has its next maximum below V.
+    Returns {
+        /// The maximum, P(r).
+        radius: f64,
+        /// P'(r).
+        slope: f64,
+        /// Time of the turn.
+        time: f64,
+    },
+    /// The orbit reaches the belt line.
+    MeetsBelt {
+        /// Distance of (x2, x2') from the origin there, at least V.
+        radius: f64,
+    },
+    /// The orbit tends to the equilibrium without another maximum of x2.
+    Rests,
+}
+
+/// An orbit on one side of the belt line.
+#[derive(Clone, Debug)]
+pub(super) struct Walk<'a> {
+    oscillator: &'a Oscillator,
+    side: Side,
+    /// 1, or -1 where time runs backward.
+    direction: f64,
+    /// The law's compiled polynomials, where they are faster and their error is below that of the orbit.
+    weakening: Option<Arc<Weakening>>,
+    /// Slip speeds at which steps end, increasing.
+    stops: Cow<'a, [f64]>,
+    /// Local error allowed per unit of time.
+    allowed: f64,
+    pub(super) here: State,
+    next_step: f64,
+    work: &'a Work,
+}
+
+/// The field in the state [v, w, growth].
+struct Lienard<'a>(&'a Walk<'a>);
+
+impl Field<3> for Lienard<'_> {
+    fn slope(&mut self, _stage: usize, &[v, w, _]: &[f64; 3]) -> [f64; 3] {
+        let d = self.0.divergence(v);
+        [w, d.mul_add(w, -v), d]
+    }
+}
+
+/// Arguments of one step, for which pulp selects the instruction set at run time. Without that every fused
+/// product is a library call.
+struct Step<'a> {
+    h: f64,
+    from: [f64; 3],
+    field: Lienard<'a>,
+}
+
+impl pulp::WithSimd for Step<'_> {
+    type Output = ([f64; 3], [f64; 3]);
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(mut self, _: S) -> Self::Output {
+        step(self.h, &self.from, &mut self.field)
+    }
+}
+
+impl<'a> Walk<'a> {
+    /// An orbit that starts at (v, w). The local errors of a turn add up to about `tolerance` times `scale`,
+    /// a velocity. Its steps draw on `work`.
+    pub(super) fn new(
+        oscillator: &'a Oscillator,
+        side: Side,
+        [v, w]: [f64; 2],
+        tolerance: f64,
+        scale: f64,
+        work: &'a Work,
+    ) -> Self {
+        let tolerance = tolerance.max(1e-14);
+        let curve = &oscillator.curve;
+        let weakening = work.compiles.then(|| curve.compiled(4.0 * oscillator.belt_speed));
+        // An error e of the divergence changes x2'' by e x2': e per unit of time, in units of x2'.
+        let weakening = weakening.filter(|form| form.error(0.0, form.reach()).bound() <= tolerance / TAU);
+        Self {
+            oscillator,
+            side,
+            direction: 1.0,
+            weakening,
+            stops: curve.stops(scale.max(oscillator.belt_speed)),
+            allowed: tolerance * scale / TAU,
+            here: State { v, w, growth: 0.0, time: 0.0 },
+            // Near the belt line the friction law may change on a scale much smaller than V; steps grow from
+            // a size that resolves it.
+            next_step: 1e-3 * oscillator.belt_speed / (v.abs() + w.abs()),
+            work,
+        }
+    }
+
+    /// The walk backward in time.
+    pub(super) fn backward(self) -> Self {
+        Self { direction: -1.0, ..self }
+    }
+
+    /// D at velocity `v`, with the sign of the direction of time. Beyond the belt line it is constant; as
+    /// steps that pass the line are shortened to it, D only has to be bounded there.
+    fn divergence(&self, v: f64) -> f64 {
+        let slip = match self.side {
+            Side::Below => self.oscillator.belt_speed - v,
+            Side::Above => v - self.oscillator.belt_speed,
+        };
+        let slip = slip.max(0.0);
+        let divergence = match &self.weakening {
+            Some(form) => form.at(slip) - self.oscillator.viscous,
+            None => self.oscillator.divergence(slip),
+        };
+        self.direction * divergence
+    }
+
+    /// The local error allowed in a step of length `h` from `from`. It is at least the rounding error of the
+    /// state. Without that floor no step would be short enough just before a data point of a measured law
+    /// where the slope of D changes much, because steps end there up to rounding only.
+    fn allowed_in(&self, from: &State, h: f64) -> f64 {
+        (self.allowed * h).max(0.5 * f64::EPSILON * (from.v.abs() + from.w.abs()))
+    }
+
+    /// Replaces the slip speeds at which steps end, which by default include the law's corners.
+    pub(super) fn stopping_at(self, stops: &'a [f64]) -> Self {
+        Self { stops: Cow::Borrowed(stops), ..self }
+    }
+
+    /// x1 at a state, from x2' = w.
+    pub(super) fn x1(&self, state: &State) -> f64 {
+        let Oscillator { curve, viscous, belt_speed } = self.oscillator;
+        let friction = match self.side {
+            Side::Below => curve.phi((belt_speed - state.v).max(0.0)),
+            Side::Above => -curve.phi((state.v - belt_speed).max(0.0)),
+        };
+        friction - viscous * state.v - self.direction * state.w
+    }
+
+    /// The state a time `h` after `from`, and its local error.
+    pub(super) fn after(&self, from: &State, h: f64) -> (State, f64) {
+        let step = Step { h, from: [from.v, from.w, from.growth], field: Lienard(self) };
+        let ([v, w, growth], error) = pulp::Arch::new().dispatch(step);
+        (State { v, w, growth, time: from.time + h }, error[0].hypot(error[1]))
+    }
+
+    /// The slip speed at a state.
+    pub(super) fn slip(&self, state: &State) -> End {
+        match self.side {
+            Side::Below => End { slip: self.oscillator.belt_speed - state.v, rate: -state.w },
+            Side::Above => End { slip: state.v - self.oscillator.belt_speed, rate: state.w },
+        }
+    }
+
+    /// The longest step that resolves the law: it changes the slip speed by at most the slip speed or V,
+    /// whichever is greater, and by half of that on the way to the belt line. Larger steps of orbits far out
+    /// would miss features of the law near the line.
+    fn longest_resolving(&self, from: &State) -> f64 {
+        let End { slip, rate } = self.slip(from);
+        let change = slip.max(self.oscillator.belt_speed);
+        (if rate < 0.0 { 0.5 } else { 1.0 }) * change / rate.abs()
+    }
+
+    /// Takes one step, and returns the state at its beginning. The direction of (v, w) turns at the rate 1 +
+    /// D sin cos <= 1 + |D|/2; steps are short enough that x2' changes its sign at most once.
+    pub(super) fn advance(&mut self) -> Result<State, Failure> {
+        let from = self.here;
+        let scale = 1.0 / (1.0 + 0.5 * self.divergence(from.v).abs());
+        let mut h = self.next_step.min(scale).min(self.longest_resolving(&from));
+        // Length of the step that follows one shortened to end at a narrow feature.
+        let mut beyond_stop = 0.0;
+        loop {
+            match self.weakening {
+                Some(_) => self.work.spend_compiled(STAGES as u64)?,
+                None => self.work.spend(STAGES as u64)?,
+            }
+            if !(h > SHORTEST_STEP * scale) {
+                return Err(if h.is_nan() { Failure::NotFinite } else { Failure::StepUnderflow });
+            }
+            let (to, error) = self.after(&from, h);
+            if !(to.v.is_finite() && to.w.is_finite()) {
+                h *= 0.1;
+                continue;
+            }
+            let ends = [self.slip(&from), self.slip(&to)];
+            let least = corners::LEAST_STEP * scale;
+            if h > least
+                && let Some(shorter) = corners::shortened(&self.stops, self.oscillator.belt_speed, ends, h)
+            {
+                // After a corner the error of a step does not predict that of the next.
+                if self.oscillator.curve.corners().is_empty() {
+                    beyond_stop = f64::max(beyond_stop, h);
+                }
+                h = shorter.max(least);
+                continue;
+            }
+            let allowed = self.allowed_in(&from, h);
+            let factor = (0.9 * (allowed / error).powf(1.0 / 7.0)).clamp(0.2, 5.0);
+            // A step across the belt line meets a kink of the continued field; the accuracy that matters is
+            // that of the shorter step to the line, see `is_accurate`.
+            if error <= allowed || ends[1].slip < 0.0 {
+                if error <= allowed {
+                    self.next_step = (h * factor).max(beyond_stop);
+                }
+                self.here = to;
+                return Ok(from);
+            }
+            h *= factor.min(0.9);
+            beyond_stop = 0.0;
+        }
+    }
+
+    /// The state between `from` and `from` + `h` at which `value` passes through zero, where it has opposite
+    /// signs (or is zero) at the ends. Every trial is a step from `from`. Trials follow the Illinois method,
+    /// which halves the value at an end that stays.
+    pub(super) fn locate(&self, from: &State, h: f64, value: impl Fn(&Self, &State) -> f64) -> State {
+        let (mut low, mut high) = (0.0, h);
+        let first = value(self, from);
+        let mut at = self.after(from, h).0;
+        let (mut f_low, mut f_high) = (first, value(self, &at));
+        let shortest = f64::EPSILON * h;
+        let mut low_moved = None;
+        for trial in 1..=TRIALS {
+            if f_high == 0.0 || high - low <= 2.0 * shortest {
+                break;
+            }
+            let secant = low - f_low * (high - low) / (f_high - f_low);
+            let inside = secant > low && secant < high && trial % 8 != 0;
+            let middle = if inside { secant } else { 0.5 * (low + high) };
+            // Trials stay at least the shortest length away from both ends.
+            let middle = middle.clamp(low + shortest, high - shortest);
+            let (trial_state, _) = self.after(from, middle);
+            let f = value(self, &trial_state);
+            let is_low = f != 0.0 && (f > 0.0) == (first > 0.0);
+            let half = if low_moved == Some(is_low) { 0.5 } else { 1.0 };
+            if is_low {
+                (low, f_low, f_high) = (middle, f, half * f_high);
+            } else {
+                (high, f_high, f_low) = (middle, f, half * f_low);
+                at = trial_state;
+            }
+            low_moved = Some(is_low);
+        }
+        at
+    }
+
+    /// Follows an arc from a state on or below the belt line to the next maximum of x2 or to the line,
+    /// whichever comes first. `visit` is called with the two ends of every step.
+    pub(super) fn lower_arc(
+        &mut self,
+        mut visit: impl FnMut(&mut Self, &State, &State),
+    ) -> Result<LowerEnd, Failure> {
+        let belt_speed = self.oscillator.belt_speed;
+        loop {
+            let from = self.advance()?;
+            let mut to = self.here;
+            let turns = from.w > 0.0 && to.w <= 0.0;
+            if turns {
+                to = self.locate(&from, to.time - from.time, |_, state| state.w);
+                to.w = 0.0;
+            }
+            let meets = to.v > belt_speed || (to.v == belt_speed && to.w >= 0.0);
+            if meets {
+                to = self.locate(&from, to.time - from.time, |_, state| state.v - belt_speed);
+                to.v = belt_speed;
+            }
+            if (meets || turns) && !self.is_accurate(&from, &to) {
+                continue;
+            }
+            self.here = to;
+            visit(self, &from, &to);
+            if meets {
+                return Ok(LowerEnd::Meets(to));
+            }
+            if turns {
+                return Ok(LowerEnd::Turns(to));
+            }
+            if self.creeps() {
+                return Ok(LowerEnd::Rests);
+            }
+        }
+    }
+
+    /// Follows an arc above the belt line, which starts on it with x2' > 0, back to the line.
+    pub(super) fn upper_arc(
+        &mut self,
+        mut visit: impl FnMut(&mut Self, &State, &State),
+    ) -> Result<State, Failure> {
+        let belt_speed = self.oscillator.belt_speed;
+        loop {
+            let from = self.advance()?;
+            let mut to = self.here;
+            let meets = to.v <= belt_speed;
+            if meets {
+                // The height over the line divided by the time has a simple root even for the shortest arc.
+                let (start, time) = (from.v - belt_speed, from.time);
+                to = self.locate(&from, to.time - from.time, |_, state| {
+                    let elapsed = state.time - time;
+                    match (start > 0.0, elapsed > 0.0) {
+                        (true, _) => state.v - belt_speed,
+                        (false, true) => (state.v - belt_speed) / elapsed,
+                        (false, false) => state.w,
+                    }
+                });
+                to.v = belt_speed;
+                if !self.is_accurate(&from, &to) {
+                    continue;
+                }
+            }
+            self.here = to;
+            visit(self, &from, &to);
+            if meets {
+                return Ok(to);
+            }
+        }
+    }
+
+    /// Returns whether a located event is accurate. If the step to it misses the tolerance, the orbit is
+    /// reset to the beginning of the step, to continue with a shorter one.
+    fn is_accurate(&mut self, from: &State, to: &State) -> bool {
+        let h = to.time - from.time;
+        let (_, error) = self.after(from, h);
+        let scale = 1.0 / (1.0 + 0.5 * self.divergence(from.v).abs());
+        let accurate = error <= self.allowed_in(from, h) || h <= 1e-6 * scale;
+        if !accurate {
+            self.here = *from;
+            self.next_step = 0.5 * h;
+        }
+        accurate
+    }
+
+    /// Returns whether the orbit has come to rest, or provably has no later maximum of x2: where D <= -2
+    /// between here and the equilibrium, the wedge between w = 0 and w = -v is never left, and |v| falls in
+    /// it monotonically.
+    fn creeps(&self) -> bool {
+        let State { v, w, .. } = self.here;
+        if v.hypot(w) <= AT_REST * self.oscillator.belt_speed {
+            return true;
+        }
+        let (belt_speed, slip) = (self.oscillator.belt_speed, self.oscillator.belt_speed - self.here.v);
+        let in_wedge = self.side == Side::Below && v * w < 0.0 && w.abs() < v.abs();
+        let (near, far) = (slip.max(0.0).min(belt_speed), slip.max(belt_speed));
+        in_wedge && self.direction > 0.0 && self.oscillator.divergence_is_at_most(-2.0, near, far)
+    }
+}
+
+/// Follows the turn below the belt line that starts at a maximum `radius` of x2, 0 < `radius` <= V, with the
+/// error `tolerance` relative to it.
+///
+/// # Errors
+/// [`Failure`].
+pub fn turn(oscillator: &Oscillator, radius: f64, tolerance: f64) -> Result<SlipTurn, Failure> {
+    turn_within(oscillator, radius, tolerance, &Work::of_question(&oscillator.curve))
+}
+
+/// [`turn`] within a budget of work.
+pub(super) fn turn_within(
+    oscillator: &Oscillator,
+    radius: f64,
+    tolerance: f64,
+    work: &Work,
+) -> Result<SlipTurn, Failure> {
+    end_of_turn(Walk::new(oscillator, Side::Below, [radius, 0.0], tolerance, radius, work))
+}
+
+/// The turn of a walk that starts at a maximum of x2 below the belt line.
+pub(super) fn end_of_turn(mut walk: Walk) -> Result<SlipTurn, Failure> {
+    let radius = walk.here.v;
+    Ok(match walk.lower_arc(|_, _, _| ())? {
+        LowerEnd::Turns(end) => {
+            SlipTurn::Returns { radius: end.v, slope: radius / end.v * end.growth.exp(), time: end.time }
+        }
+        LowerEnd::Meets(end) => SlipTurn::MeetsBelt { radius: end.v.hypot(end.w) },
+        LowerEnd::Rests => SlipTurn::Rests,
+    })
+}

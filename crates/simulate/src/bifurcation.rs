@@ -1,0 +1,89 @@
+//! The bifurcations of codimension one, each as a test function that changes its sign there, and their curves
+//! in any plane of two parameters.
+//!
+//! | bifurcation | test function | what happens |
+//! | --- | --- | --- |
+//! | Hopf | D(V), the trace at the equilibrium | the equilibrium changes its stability, a slip cycle is born |
+//! | grazing-sliding | the scaled margin m / V | the orbit from the exit point comes back to the belt line, or not |
+//! | landing | `crossing::reach` less 2 | it lands on the stick segment, or beyond and crosses |
+//! | crossing | `crossing::reach` less 4 | it sticks after one crossing, or crosses for ever |
+//! | fold | C - eps c at the extreme of the backbone C(r) that is nearest to eps c | two slip cycles meet and vanish |
+
+use super::backbone::Backbone;
+use super::continuation::{Branch, TestValue, zero_curves};
+use super::crossing::{JUMP, reach};
+use super::flow;
+use super::return_map::{Turn, turn_of};
+use slipmap_model::filippov::Oscillator;
+use slipmap_numbers::named;
+
+/// Factor from the tolerance to a coarser one: the difference of the two values is taken as the error.
+const COARSER: f64 = 100.0;
+
+named! {
+    /// A bifurcation of codimension one, with its name in tables.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Bifurcation {
+        /// The trace of the linearisation at the equilibrium vanishes.
+        Hopf => "hopf",
+        /// The orbit from the exit point grazes the belt line.
+        GrazingSliding => "grazing_sliding",
+        /// The orbit from the exit point comes back to the far end of the stick segment.
+        Landing => "landing",
+        /// The orbit from the exit point, having crossed the belt line, comes back through the exit point.
+        Crossing => "crossing",
+        /// Two slip cycles meet and vanish.
+        Fold => "fold",
+    }
+}
+
+impl Bifurcation {
+    /// The test function, with an accuracy of about `tolerance`; `None` where it is undefined or unknown.
+    pub fn test(self, oscillator: &Oscillator, tolerance: f64) -> Option<TestValue> {
+        match self {
+            Bifurcation::Hopf => {
+                let value = oscillator.divergence(oscillator.belt_speed);
+                // D(V), up to the rounding of the difference.
+                let error = 4.0 * f64::EPSILON * (value.abs() + oscillator.viscous.abs());
+                Some(TestValue { value, error })
+            }
+            Bifurcation::GrazingSliding => margin(oscillator, tolerance),
+            Bifurcation::Landing => reach_beyond(oscillator, JUMP, tolerance),
+            Bifurcation::Crossing => reach_beyond(oscillator, 2.0 * JUMP, tolerance),
+            // There is at most one slip cycle (see `weakening_is_convex`), so none can meet.
+            Bifurcation::Fold if oscillator.curve.weakening_is_convex() => None,
+            // For planes without the damping; in planes with it the extremes are followed (`folds`).
+            Bifurcation::Fold => {
+                let backbone =
+                    Backbone::of_curve(&oscillator.curve, oscillator.belt_speed, tolerance).ok()?;
+                let excess = backbone.folds().iter().map(|fold| fold.viscous - oscillator.viscous);
+                let value = excess.min_by(|a, b| a.abs().total_cmp(&b.abs()))?;
+                Some(TestValue { value, error: backbone.error })
+            }
+        }
+    }
+
+    /// The curves in a plane of two parameters. `at` maps a point of the unit square to the oscillator there
+    /// and is never evaluated outside; points and errors of the curves are in sides of the square.
+    #[must_use]
+    pub fn curves(self, at: &(dyn Fn([f64; 2]) -> Oscillator + Sync), tolerance: f64) -> Vec<Branch> {
+        zero_curves(&|place| self.test(&at(place), tolerance))
+    }
+}
+
+/// The reach of the orbit from the exit point less `bound`, with its difference from that at a coarser
+/// tolerance as the error.
+fn reach_beyond(oscillator: &Oscillator, bound: f64, tolerance: f64) -> Option<TestValue> {
+    let [fine, coarse] = [tolerance, COARSER * tolerance].map(|tolerance| reach(oscillator, 0.0, tolerance));
+    let (fine, coarse) = (fine.ok()?, coarse.ok()?);
+    Some(TestValue { value: fine - bound, error: (fine - coarse).abs() + 4.0 * f64::EPSILON })
+}
+
+/// The scaled margin; far from grazing perhaps only its sign.
+fn margin(oscillator: &Oscillator, tolerance: f64) -> Option<TestValue> {
+    if let Turn::Complete { margin, error, .. } = turn_of(oscillator, tolerance) {
+        return Some(TestValue { value: margin, error });
+    }
+    let answer = flow(oscillator, tolerance);
+    Some(TestValue { value: answer.signed_margin()?, error: answer.margin_error })
+}

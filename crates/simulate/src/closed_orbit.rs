@@ -1,0 +1,299 @@
+//! Turns of the lower flow from any maximum of x2, and the damping at which they close, for any friction law.
+//!
+//! In the polar form of [`super::polar`], with R = r / r(0), the orbit through (x2, x2') = (`radius`, 0)
+//! obeys
+//!
+//! ```text
+//! dR/dth = D R sin^2 th / (1 + D sin th cos th),    D = w(V - radius R cos th) - C
+//! ```
+//!
+//! with steps that follow the law and end at its corners.
+//!
+//! **Weights.** Let Q(th) be the factor by which a small change of ln r at the start has grown at th. By
+//! Liouville's formula Q needs no derivative of the law: Q = exp(integral of D dt) / (R^2 dth/dt), as areas
+//! are r^2 d ln r dth and R^2 dth/dt = 1 at the start. A change dD along the orbit therefore moves ln R(2 pi)
+//! by Q(2 pi) times the integral of `dD W`,
+//!
+//! ```text
+//! W = sin^2 th / (dth/dt)^2 / Q = sin^2 th R^2 exp(-integral of D dt) / (dth/dt) >= 0,
+//! ```
+//!
+//! and the derivative of ln R(2 pi) by C is -Q(2 pi) times that of W.
+//!
+//! **Error.** The sum of the local error estimates of R, each carried to the end of the turn by Q(2 pi) / Q
+//! times R(2 pi) / R.
+
+use std::f64::consts::TAU;
+
+use super::Failure;
+use super::arc::{self, SlipTurn};
+use super::dop853::{Field, NODES, STAGES, step};
+use super::elements::{WORST, sin_cos_of_turn};
+use super::polar::Closing;
+use super::work::Work;
+use slipmap_model::corners::{self, End};
+use slipmap_model::filippov::Oscillator;
+use slipmap_model::friction::{Curve, Weakening};
+use slipmap_numbers::roots::{falling_bracket, falling_root, first_step};
+
+/// Least dth/dt, as in the vectorised kernel: below it the polar angle may not be monotone in time.
+const SLOWEST_TURN: f64 = 0.05;
+/// Longest step, so that the stages of a step do not span half an orbit.
+const LONGEST_STEP: f64 = 0.5;
+const FIRST_STEP: f64 = 0.02;
+const SHORTEST_STEP: f64 = 1e-9;
+/// Shortest step after one that leaves the domain of the polar form. Most such orbits leave it, too, and
+/// shorter steps would only come closer to its border; an orbit that does not is followed by another engine.
+const SHORTEST_STEP_AT_BORDER: f64 = 1e-4;
+const STEP_BUDGET: u32 = 20_000;
+/// Share of the tolerance for the sum of the local error estimates.
+const SHARE: f64 = 0.3;
+
+/// Error of the first turns, which only lead near a root, in units of the weakening rate.
+const ROUGH: f64 = 1e-6;
+/// Largest number of turns in the search for a root; four are usual.
+const MOST_TURNS: u32 = 60;
+
+/// The result of one turn.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Lap {
+    /// r(2 pi) / r(0) - 1.
+    pub(super) margin: f64,
+    /// Estimate of the absolute error of the margin.
+    pub(super) error: f64,
+    /// Derivative of ln r(2 pi) by C, negative.
+    pub(super) by_damping: f64,
+    /// Number of evaluations of the right-hand side.
+    pub(super) rhs: u32,
+}
+
+/// The polar field in the state [R - 1, integral of D dt, integral of W].
+struct Polar<'a> {
+    oscillator: &'a Oscillator,
+    radius: f64,
+    weakening: &'a Weakening,
+    from: f64,
+    h: f64,
+    slowest: f64,
+    /// Largest |D| so far.
+    steepest: f64,
+}
+
+impl Polar<'_> {
+    /// Slip speed, D and dth/dt.
+    #[inline(always)]
+    fn at(&self, [sin, cos]: [f64; 2], r: f64) -> [f64; 3] {
+        let slip = (-self.radius * r).mul_add(cos, self.oscillator.belt_speed);
+        let d = self.weakening.at(slip) - self.oscillator.viscous;
+        [slip, d, d.mul_add(sin * cos, 1.0)]
+    }
+}
+
+impl Field<3> for Polar<'_> {
+    #[inline(always)]
+    fn slope(&mut self, stage: usize, state: &[f64; 3]) -> [f64; 3] {
+        let [sin, cos] = sin_cos_of_turn(NODES[stage].mul_add(self.h, self.from));
+        let r = 1.0 + state[0];
+        let [_, d, turning] = self.at([sin, cos], r);
+        // Keeps NaN, which `f64::min` would drop.
+        self.slowest = if turning >= self.slowest { self.slowest } else { turning };
+        self.steepest = self.steepest.max(d.abs());
+        let weight = sin * sin * r * r * (-state[1]).exp() / turning;
+        [r * d * sin * sin / turning, d / turning, weight]
+    }
+}
+
+/// One turn of the orbit through the maximum `radius` of x2, with an error of at most `tolerance` where that
+/// can be reached; `Err` with the number of evaluations where the polar form does not apply, or the finest
+/// step misses the tolerance.
+pub(super) fn turn(oscillator: &Oscillator, radius: f64, tolerance: f64) -> Result<Lap, u32> {
+    pulp::Arch::new().dispatch(Steps { oscillator, radius, tolerance })
+}
+
+/// Arguments of [`turn`], for the function whose instructions pulp selects at run time.
+struct Steps<'a> {
+    oscillator: &'a Oscillator,
+    radius: f64,
+    tolerance: f64,
+}
+
+impl pulp::WithSimd for Steps<'_> {
+    type Output = Result<Lap, u32>;
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) -> Self::Output {
+        turn_by_steps(self.oscillator, self.radius, self.tolerance)
+    }
+}
+
+#[inline(always)]
+fn turn_by_steps(oscillator: &Oscillator, radius: f64, tolerance: f64) -> Result<Lap, u32> {
+    let mut rhs = 0;
+    let mut state = [0.0; 3];
+    let (mut theta, mut h) = (0.0, FIRST_STEP);
+    let mut error = 0.0;
+    // Length of the step that follows one shortened to end at a stop.
+    let mut beyond_stop = 0.0_f64;
+    let weakening = &*oscillator.curve.compiled(4.0 * oscillator.belt_speed);
+    let stops = oscillator.curve.stops(oscillator.belt_speed);
+    let mut field =
+        Polar { oscillator, radius, weakening, from: 0.0, h, slowest: f64::INFINITY, steepest: 0.0 };
+    for _ in 0..STEP_BUDGET {
+        let last = theta + h >= TAU;
+        let width = if last { TAU - theta } else { h };
+        let steepest = field.steepest;
+        (field.from, field.h, field.slowest) = (theta, width, f64::INFINITY);
+        let (next, local) = step(width, &state, &mut field);
+        // An error estimate may vanish where the error does not; the other component's vanishes elsewhere.
+        let local = local[0].hypot(local[1]);
+        rhs += STAGES as u32;
+        let inside = field.slowest > SLOWEST_TURN && next[0].is_finite();
+        let ends = [(theta, &state), (theta + width, &next)].map(|(theta, state)| {
+            let [sin, cos] = sin_cos_of_turn(theta);
+            let r = 1.0 + state[0];
+            let [slip, _, turning] = field.at([sin, cos], r);
+            // The slip speed with its rate by the angle, and R dth/dt.
+            (End { slip, rate: radius * r * sin / turning }, r * turning)
+        });
+        if inside {
+            let slips = ends.map(|(end, _)| end);
+            if let Some(shorter) = corners::shortened(&stops, oscillator.belt_speed, slips, width) {
+                // After a corner the error of a step does not predict that of the next.
+                if oscillator.curve.corners().is_empty() {
+                    beyond_stop = beyond_stop.max(width);
+                }
+                h = shorter;
+                continue;
+            }
+        }
+        // Below a few units in the last place of the increments there is only round-off.
+        let floor = 4.0 * f64::EPSILON * field.steepest.max(next[0].abs());
+        let allowed = (SHARE * tolerance / TAU).max(floor) * width;
+        if !inside || local > allowed {
+            let factor =
+                if inside { (0.9 * (allowed / local).powf(1.0 / 7.0)).clamp(0.1, 0.9) } else { 0.25 };
+            h = width * factor;
+            beyond_stop = 0.0;
+            field.steepest = steepest;
+            if !(h > if inside { SHORTEST_STEP } else { SHORTEST_STEP_AT_BORDER }) {
+                return Err(rhs);
+            }
+            continue;
+        }
+        // The earlier error is carried across this step, and the step's own is added.
+        let carry = ends[0].1 / ends[1].1 * (next[1] - state[1]).exp();
+        error = error * carry.abs() + local;
+        state = next;
+        theta += width;
+        if last {
+            let round_off = 16.0 * f64::EPSILON * state[0].abs().max(field.steepest);
+            let by_damping = -state[1].exp() / (1.0 + state[0]).powi(2) * state[2];
+            // The error of the law's polynomials moves the margin at most as much as an equal change of C.
+            let form = weakening.error(0.0, weakening.reach()).bound() * by_damping.abs();
+            let lap = Lap { margin: state[0], error: error / SHARE + round_off + form, by_damping, rhs };
+            return Ok(lap);
+        }
+        let grown = if local > 0.0 { 0.9 * (allowed / local).powf(1.0 / 7.0) } else { 5.0 };
+        h = (width * grown.clamp(0.2, 5.0)).max(beyond_stop).min(LONGEST_STEP);
+        beyond_stop = 0.0;
+    }
+    Err(rhs)
+}
+
+/// The C at which the orbit through the maximum `radius` of x2 closes, by turns between bounds of the even
+/// part of the weakening rate (theory, "The backbone"): for orbits on which Newton's method for the whole
+/// orbit does not converge; `Err` with the number of evaluations where a turn of the search fails. Such
+/// orbits are not rare among wavy laws: [`closing_damping_of_node`] alone leaves errors of 2e-9 on them, and
+/// runs out of the budget.
+pub(super) fn closing_damping_by_turns(
+    curve: &Curve,
+    belt_speed: f64,
+    radius: f64,
+    tolerance: f64,
+    guess: Option<f64>,
+    work: &Work,
+) -> Result<Closing, u64> {
+    let bounds = curve.even_weakening_range(belt_speed);
+    let start = guess.unwrap_or_else(|| curve.mean_weakening(belt_speed));
+    let size = bounds.lo.abs().max(bounds.hi.abs());
+    let form = curve.compiled(4.0 * belt_speed).error(0.0, 2.0 * belt_speed).bound();
+    // Orbits that follow the law itself are more accurate where its polynomials are not.
+    if !(size.is_finite() && start.is_finite() && form <= tolerance.max(WORST) * size) {
+        return Err(0);
+    }
+    // Turns have the accuracy required of C. Rounding may change the signs at the bounds, hence the pad.
+    let accuracy = (0.1 * tolerance * size).max(1e-16);
+    let pad = 1e-9 * (bounds.hi - bounds.lo) + 1e-13 * size;
+    let (mut low, mut high) = (bounds.lo - pad, bounds.hi + pad);
+    let mut rhs = 0;
+    let mut oscillator = Oscillator { curve: curve.clone(), viscous: start.clamp(low, high), belt_speed };
+    let floor = 4.0 * f64::EPSILON * size;
+    // The first turns, which only lead near the root, are coarse.
+    let mut accurate = false;
+    for _ in 0..MOST_TURNS {
+        let viscous = oscillator.viscous;
+        let requested = if accurate { accuracy } else { accuracy.max(ROUGH * size.min(1.0)) };
+        let lap = turn(&oscillator, radius, requested);
+        let (Ok(Lap { rhs: spent, .. }) | Err(spent)) = lap;
+        rhs += u64::from(spent);
+        let within = work.spend_compiled(u64::from(spent)).is_ok();
+        let Some(lap) = lap.ok().filter(|_| within) else { return Err(rhs) };
+        if lap.margin > lap.error {
+            low = low.max(viscous);
+        } else if lap.margin < -lap.error {
+            high = high.min(viscous);
+        }
+        let newton = viscous - lap.margin.ln_1p() / lap.by_damping;
+        let step = (newton - viscous).abs();
+        let settled = lap.margin.abs() <= lap.error || step <= floor || high - low <= floor;
+        if accurate && settled {
+            let error = (lap.margin.abs() + lap.error) / lap.by_damping.abs() + floor;
+            return Ok(Closing { viscous, error, rhs, slope: None });
+        }
+        accurate |= settled || step <= 1e-3 * size;
+        oscillator.viscous = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
+    }
+    Err(rhs)
+}
+
+/// The C at which the orbit through the maximum `radius` < V of x2 closes, by the orbit in (x2, x2'): for
+/// orbits whose polar angle is not monotone in time. It lies between the bounds of the even part of the
+/// weakening rate (theory, "The backbone"), and within about `guess[1]` of `guess[0]` where there is one.
+pub(super) fn closing_damping_of_node(
+    curve: &Curve,
+    belt_speed: f64,
+    radius: f64,
+    tolerance: f64,
+    guess: Option<[f64; 2]>,
+    work: &Work,
+) -> Result<Closing, Failure> {
+    let bounds = curve.even_weakening_range(belt_speed);
+    let mut oscillator = Oscillator { curve: curve.clone(), viscous: 0.0, belt_speed };
+    let mut growth = |viscous: f64| {
+        oscillator.viscous = viscous;
+        Ok(match arc::turn_within(&oscillator, radius, tolerance, work)? {
+            SlipTurn::Returns { radius: next, .. } | SlipTurn::MeetsBelt { radius: next } => {
+                (next / radius).ln().clamp(-1.0, 1.0)
+            }
+            SlipTurn::Rests => -1.0,
+        })
+    };
+    let size = bounds.lo.abs().max(bounds.hi.abs());
+    let pad = 1e-6 * (bounds.hi - bounds.lo) + 1e-12 * size;
+    let (low, high) = (bounds.lo - pad, bounds.hi + pad);
+    let mean = curve.mean_weakening(belt_speed);
+    let near = match guess {
+        // A step that is too short would take many doublings.
+        Some([start, step]) if (low..=high).contains(&start) => [start, step.max(1e-12 * (high - low))],
+        _ => {
+            let start = if mean.is_finite() { mean.clamp(low, high) } else { 0.5 * (low + high) };
+            [start, first_step(start, [low, high])]
+        }
+    };
+    let Some(bracket) = falling_bracket(near, [low, high], &mut growth)? else {
+        return Err(Failure::StepUnderflow);
+    };
+    let (viscous, bracket) = falling_root(bracket, tolerance * size, &mut growth)?;
+    let error = bracket.width().min(10.0 * tolerance / bracket.steepness()) + tolerance * size;
+    Ok(Closing { viscous, error, rhs: 0, slope: None })
+}

@@ -1,0 +1,229 @@
+//! The damping at which the orbit of an amplitude closes: by [`super::circle`] for Stribeck's law and the
+//! Lorentzian one; by [`super::elements`], or else by turns, for all other laws and for Lorentzian orbits
+//! that `circle` refuses.
+
+use super::circle::{Start, spectral};
+use super::closed_orbit::closing_damping_by_turns;
+use super::elements::closed_orbit;
+use super::polar::{Closing, Divergence, InverseSquare, LorentzianSlope, Shape};
+use super::work::Work;
+use slipmap_model::friction::{Curve, Lorentzian, Stribeck};
+use slipmap_model::point::ScaledGroups;
+
+/// An orbit: its curve, the belt speed V and its maximum r of x2, 0 < r <= V.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Amplitude<'a> {
+    pub(super) curve: &'a Curve,
+    pub(super) belt_speed: f64,
+    pub(super) radius: f64,
+    /// Estimate of the C at which it closes, where one is known.
+    pub(super) guess: Option<f64>,
+}
+
+impl<'a> Amplitude<'a> {
+    pub(super) fn new(curve: &'a Curve, belt_speed: f64, radius: f64) -> Self {
+        Self { curve, belt_speed, radius, guess: None }
+    }
+}
+
+/// The C at which orbits close, with errors of about `tolerance` in units of the weakening rate; `Err` with
+/// the number of evaluations where the polar form does not apply. The orbits share the budget `work`; without
+/// it, each has its own.
+pub(super) fn closing_dampings(
+    orbits: &[Amplitude],
+    tolerance: f64,
+    work: Option<&Work>,
+) -> Vec<Result<Closing, u64>> {
+    let mut stribeck =
+        together::<InverseSquare>(orbits, tolerance, |&Amplitude { curve, belt_speed, radius, .. }| {
+            Some(of_stribeck(curve.stribeck()?, belt_speed, radius))
+        });
+    let mut lorentzian = lorentzian_together(orbits, tolerance);
+    let by_law = |&Amplitude { curve, belt_speed, radius, guess }: &Amplitude| {
+        let weakening = curve.compiled(4.0 * belt_speed);
+        let own = Work::of_question(curve);
+        let work = work.unwrap_or(&own);
+        let found = closed_orbit(&weakening, belt_speed, radius, tolerance).map(|orbit| orbit.closing);
+        let (Ok(Closing { rhs: spent, .. }) | Err(spent)) = found;
+        work.spend_compiled(spent).map_err(|_| spent)?;
+        found.or_else(|_| {
+            let found = closing_damping_by_turns(curve, belt_speed, radius, tolerance, guess, work);
+            found.map(|found| Closing { rhs: found.rhs + spent, ..found }).map_err(|rhs| rhs + spent)
+        })
+    };
+    let answer = |orbit: &Amplitude| {
+        if orbit.curve.stribeck().is_some() {
+            stribeck.next().unwrap_or(Err(0))
+        } else if orbit.curve.lorentzian().is_some() {
+            lorentzian.next().unwrap_or(Err(0)).or_else(|_| by_law(orbit))
+        } else {
+            by_law(orbit)
+        }
+    };
+    orbits.iter().map(answer).collect()
+}
+
+/// The answers of the vectorised iteration for the orbits of the Lorentzian law.
+fn lorentzian_together(orbits: &[Amplitude], tolerance: f64) -> impl Iterator<Item = Result<Closing, u64>> {
+    together::<LorentzianSlope>(orbits, tolerance, |&Amplitude { curve, belt_speed, radius, .. }| {
+        Some(of_lorentzian(curve.lorentzian()?, belt_speed, radius))
+    })
+}
+
+/// The answers of the vectorised iteration for the orbits of one kind of law: those for which `of` returns
+/// the divergence, whose C is that of the orbit plus a constant, and that constant.
+fn together<F: Shape>(
+    orbits: &[Amplitude],
+    tolerance: f64,
+    of: impl Fn(&Amplitude) -> Option<(Start, f64)>,
+) -> impl Iterator<Item = Result<Closing, u64>> {
+    let (starts, constants): (Vec<Start>, Vec<f64>) = orbits.iter().filter_map(of).unzip();
+    let found = spectral::<F>(&starts, tolerance).into_iter().zip(constants);
+    found.map(|(found, constant)| found.map(|found| Closing { viscous: found.viscous - constant, ..found }))
+}
+
+/// The start of an orbit of Stribeck's law, as a grazing orbit of another: with v = r R cos th, rho = r / V
+/// and s = 1 - rho R cos th, 1 + k s = (1 + k (1 - rho)) (1 + k' (1 - R cos th)), k' = k rho / (1 + k (1 -
+/// rho)). In units of its amplitude the orbit is a grazing one with A' = A / (1 + k (1 - rho))^2, b' = b rho
+/// and C' = C + 2 b (1 - rho). The first C is the energy balance.
+fn of_stribeck(law: &Stribeck, belt_speed: f64, radius: f64) -> (Start, f64) {
+    let ScaledGroups { a, k, b, .. } = law.scaled(belt_speed, 0.0);
+    let (rho, rest) = (radius / belt_speed, (belt_speed - radius) / belt_speed);
+    let slowest = k.mul_add(rest, 1.0);
+    let groups = ScaledGroups { a: a / (slowest * slowest), k: k * rho / slowest, b: b * rho, c: 0.0 };
+    let q = (1.0 + 2.0 * groups.k).sqrt();
+    let c = 2.0 * groups.a / (q * (1.0 + groups.k + q)) - 2.0 * groups.b;
+    let unit = groups.a.max(groups.b).max(f64::MIN_POSITIVE);
+    (Start { divergence: Divergence::from(&ScaledGroups { c, ..groups }), unit }, 2.0 * b * rest)
+}
+
+/// The start of an orbit of the Lorentzian law, with C' = C + eta. The first C is the energy balance by
+/// Gauss's rule with three nodes for the weight sin^2.
+fn of_lorentzian(law: &Lorentzian, belt_speed: f64, radius: f64) -> (Start, f64) {
+    let balance = [(-0.5_f64.sqrt(), 0.25), (0.0, 0.5), (0.5_f64.sqrt(), 0.25)]
+        .map(|(cos, weight)| weight * law.weakening(belt_speed - radius * cos));
+    let size = law.weakening_range(belt_speed - radius, belt_speed + radius);
+    let divergence = Divergence {
+        a: 2.0 * law.drop * law.rate,
+        start: law.rate * (belt_speed - radius),
+        k: law.rate * radius,
+        b2: 0.0,
+        c: balance.iter().sum::<f64>() + law.eta,
+    };
+    (Start { divergence, unit: size.hi.abs().max(size.lo.abs()).max(f64::MIN_POSITIVE) }, law.eta)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::elements::Closed;
+    use slipmap_model::friction::{Expression, Law, Table};
+    use slipmap_model::point::LawParameters;
+    use slipmap_numbers::random::Random;
+
+    /// Friction that falls, measured with errors at uneven distances.
+    fn rough_table(random: &mut Random) -> Law {
+        let mut data = vec![(0.0, 1.0)];
+        while data[data.len() - 1].0 < 8.0 {
+            let u = data[data.len() - 1].0 + 0.1 + random.unit();
+            data.push((u, 0.4 + 0.6 * (-u).exp() + 0.05 * random.unit()));
+        }
+        Law::Table(Table::new("test", &data, 1.0).unwrap())
+    }
+
+    /// The vectorised iteration and Newton's method on the compiled law.
+    #[test]
+    fn both_methods_close_orbits_of_the_lorentzian_law_alike() {
+        let mut random = Random(16);
+        let (mut answered, tried) = (0, 300);
+        for _ in 0..tried {
+            let [mu, vs, eta] = [random.unit(), 0.3 + 1.7 * random.unit(), 0.1 * random.unit()];
+            let curve = Law::Lorentzian.curve(1.0, &LawParameters::new(&[mu, vs, eta]));
+            // From a twentieth of the Stribeck velocity to five times that.
+            let belt_speed = vs * 0.05 * 100_f64.powf(random.unit());
+            let radius = belt_speed * random.unit().max(0.01);
+            let together =
+                lorentzian_together(&[Amplitude::new(&curve, belt_speed, radius)], 1e-11).next().unwrap();
+            let single = closed_orbit(&curve.compiled(4.0 * belt_speed), belt_speed, radius, 1e-11);
+            if let (Ok(one), Ok(Closed { closing: other, .. })) = (together, single) {
+                let apart = (one.viscous - other.viscous).abs();
+                assert!(
+                    apart <= one.error + other.error,
+                    "{mu} {vs} {belt_speed} {radius}: {one:?} {other:?}"
+                );
+                answered += 1;
+            }
+        }
+        assert!(10 * answered > 9 * tried, "{answered} of {tried}");
+    }
+
+    /// Orbits of rough tables, whose corners lie where they may be met by chance: answers of every tolerance
+    /// hold within their errors.
+    #[test]
+    fn errors_hold_where_a_law_has_corners() {
+        let mut random = Random(93);
+        let mut answered = 0;
+        for _ in 0..60 {
+            let curve = rough_table(&mut random).curve(1.0, &LawParameters::new(&[]));
+            for _ in 0..20 {
+                let belt_speed = 0.05 * 50_f64.powf(random.unit());
+                let radius = belt_speed * random.unit().max(0.01);
+                let weakening = curve.compiled(4.0 * belt_speed);
+                let closing = |tolerance| closed_orbit(&weakening, belt_speed, radius, tolerance);
+                let Ok(Closed { closing: exact, .. }) = closing(1e-12) else { continue };
+                for tolerance in [1e-5, 1e-6, 1e-8] {
+                    let Ok(Closed { closing: found, .. }) = closing(tolerance) else { continue };
+                    let apart = (found.viscous - exact.viscous).abs();
+                    assert!(
+                        apart <= found.error + exact.error,
+                        "{curve:?} {belt_speed} {radius} {tolerance}: {found:?} {exact:?}"
+                    );
+                    answered += 1;
+                }
+            }
+        }
+        assert!(answered > 3_000, "{answered}");
+    }
+
+    /// The slopes of the backbone that come with closed orbits are those of differences, within their errors.
+    #[test]
+    fn slopes_hold_within_their_errors() {
+        let mut random = Random(94);
+        let mut answered = [0; 2];
+        for number in 0..120 {
+            let law = if number % 2 == 0 {
+                rough_table(&mut random)
+            } else {
+                let [drop, rate, waves] = [random.unit(), 0.4 + random.unit(), 1.0 + 3.0 * random.unit()];
+                let text = format!("1 - {drop} + {drop}/(1 + (u/{rate})^2) + 0.05*sin({waves}*u)");
+                Law::Expression(Expression::new(&text, 1.0).unwrap())
+            };
+            let curve = law.curve(1.0, &LawParameters::new(&[]));
+            for _ in 0..10 {
+                let belt_speed = 0.05 * 50_f64.powf(random.unit());
+                let radius = 0.98 * belt_speed * random.unit().max(0.01);
+                let weakening = curve.compiled(4.0 * belt_speed);
+                let closing = |radius, tolerance| closed_orbit(&weakening, belt_speed, radius, tolerance);
+                let step: f64 = 1e-4;
+                let [Ok(above), Ok(below)] =
+                    [step, -step].map(|step| closing(radius * step.exp(), 1e-12).map(|orbit| orbit.closing))
+                else {
+                    continue;
+                };
+                let difference = (above.viscous - below.viscous) / (2.0 * step);
+                // C has a third derivative, but next to corners.
+                let allowed = (above.error + below.error) / step + 10.0 * step * step;
+                for tolerance in [1e-5, 1e-8] {
+                    let Ok(Closed { closing: found, .. }) = closing(radius, tolerance) else { continue };
+                    let [slope, error] = found.slope.unwrap();
+                    assert!(
+                        (slope - difference).abs() <= error + allowed,
+                        "{number} {belt_speed} {radius} {tolerance}: {slope} {error} {difference}"
+                    );
+                    answered[number % 2] += usize::from(error < 1e-2 * slope.abs());
+                }
+            }
+        }
+        assert!(answered.into_iter().all(|answered| answered > 800), "{answered:?}");
+    }
+}

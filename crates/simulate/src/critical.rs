@@ -1,0 +1,302 @@
+//! The critical damping c* of a column: the root of the grazing margin.
+//!
+//! At c* the orbit from the exit point grazes the belt line: it closes with the maximum V of x2. The search
+//! is that of `closing`; columns outside the domain of the polar form are searched with single orbits.
+
+use std::cell::Cell;
+
+use super::closing::{Amplitude, closing_dampings};
+use super::polar::{Closing, Turn};
+use super::return_map::{UNRESOLVED, decisive_turn};
+use super::{Fate, Landing, flow};
+use slipmap_model::filippov::Oscillator;
+use slipmap_model::friction::Column;
+use slipmap_numbers::roots::{falling_bracket, falling_root, first_step};
+
+/// The critical damping of a column.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CriticalDamping {
+    /// c*: the orbit from the exit point returns to the belt line for c < c* and not for c > c*. Negative
+    /// where it does not return for any legal damping.
+    pub c: f64,
+    /// Estimate of the absolute error of `c`.
+    pub error: f64,
+    /// Number of evaluations of the right-hand side.
+    pub rhs: u64,
+}
+
+impl CriticalDamping {
+    /// Whether more than the sign of `c` is known. The search of a negative c* may end with its sign: between
+    /// `c - error` and 0.
+    pub fn is_located(&self) -> bool {
+        self.c >= 0.0 || self.error < -self.c
+    }
+}
+
+/// Reason why a column has no critical damping.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum NoCriticalDamping {
+    /// The engines gave no verdict where the search needed one.
+    #[error("the simulated flow gives no verdict next to the boundary")]
+    NoVerdict,
+}
+
+/// The critical damping of many columns.
+///
+/// `tolerance` is relative to the size of the divergence: about the error of the scaled grazing margin that
+/// corresponds to the error of c*.
+#[must_use]
+pub fn critical_dampings(
+    columns: &[Column],
+    tolerance: f64,
+) -> Vec<Result<CriticalDamping, NoCriticalDamping>> {
+    let orbits: Vec<Amplitude> = (columns.iter())
+        .map(|Column { curve, belt_speed, .. }| Amplitude::new(curve, *belt_speed, *belt_speed))
+        .collect();
+    let found = closing_dampings(&orbits, tolerance, None);
+    let answer = |(column, found): (&Column, Result<Closing, u64>)| match found {
+        Ok(Closing { viscous, error, rhs, .. }) => {
+            Ok(CriticalDamping { c: viscous / column.epsilon, error: error / column.epsilon, rhs })
+        }
+        Err(rhs) => search(column, tolerance, rhs, Wanted::Legal),
+    };
+    columns.iter().zip(found).map(answer).collect()
+}
+
+/// The critical damping of one column, see [`critical_dampings`].
+///
+/// # Errors
+/// [`NoCriticalDamping`] where the flow gives no verdict next to the boundary.
+pub fn critical_damping(column: &Column, tolerance: f64) -> Result<CriticalDamping, NoCriticalDamping> {
+    critical_dampings(std::slice::from_ref(column), tolerance)[0]
+}
+
+/// The critical damping of one column, which is located where it is negative, too, see
+/// [`CriticalDamping::is_located`].
+pub fn located_critical_damping(
+    column: &Column,
+    tolerance: f64,
+) -> Result<CriticalDamping, NoCriticalDamping> {
+    let critical = critical_damping(column, tolerance)?;
+    match critical.is_located() {
+        true => Ok(critical),
+        false => search(column, tolerance, critical.rhs, Wanted::AnySign),
+    }
+}
+
+/// The lowest damping in `[low, high]` from which the orbit from the exit point sticks, given that it sticks
+/// just below `high`. Along c the fates have a fixed order: crossing, sticking, inward.
+pub fn sticks_from(column: &Column, [low, high]: [f64; 2], tolerance: f64) -> f64 {
+    let sticks = |c: f64| {
+        let fate = flow(&Oscillator::in_column(column, c), tolerance).fate;
+        !matches!(fate, Fate::CrossesForever | Fate::Failed(_))
+    };
+    if sticks(low) {
+        return low;
+    }
+    let (mut low, mut high) = (low, high);
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (low + high);
+        *(if sticks(middle) { &mut high } else { &mut low }) = middle;
+    }
+    high
+}
+
+/// Whether c* of a column exceeds the damping `c`: whether an orbit that leaves the belt returns to it.
+///
+/// The bounds of the weakening's even part decide where they can, else the orbit from the exit point at `c`.
+/// Only where that orbit is undecided is c* itself computed, with this tolerance.
+///
+/// # Errors
+/// [`NoCriticalDamping`] where the flow gives no verdict.
+pub fn exceeds(column: &Column, c: f64, tolerance: f64) -> Result<bool, NoCriticalDamping> {
+    let [low, high] = bounds(column);
+    if c < low || c > high {
+        return Ok(c < low);
+    }
+    match side_of(column, c, tolerance) {
+        Some(side) if side.margin != 0.0 => Ok(side.margin > 0.0),
+        _ => critical_damping(column, tolerance).map(|root| root.c > c),
+    }
+}
+
+/// Two dampings around c*, by the even part of the divergence (theory, "The tests"), widened a little.
+fn bounds(column: &Column) -> [f64; 2] {
+    let range = column.curve.even_weakening_range(column.belt_speed);
+    let width = (range.hi - range.lo).abs() / column.epsilon;
+    let pad = 1e-6 * width + 1e-12 * (range.hi.abs() + range.lo.abs()) / column.epsilon;
+    [range.lo / column.epsilon - pad, range.hi / column.epsilon + pad]
+}
+
+/// The critical dampings that a search has to locate; of others it finds the sign.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Wanted {
+    /// Those of legal dampings, c >= 0.
+    Legal,
+    AnySign,
+}
+
+/// Number of bisections for the damping from which orbits stick.
+const HALVINGS: u32 = 40;
+
+/// Work after which the search of a column ends, in evaluations of the right-hand side of the Stribeck law.
+/// Only orbits so stiff that one takes a million reach it. The check of the result may take as much again.
+const WORK: u64 = 4_000_000;
+/// Tolerance of the orbits of the search, and of those that check its result.
+const COARSE: f64 = 1e-8;
+const FINE: f64 = 1e-12;
+/// Belt speeds below this are not searched: orbits leave the normal numbers, where they take ten times as
+/// long.
+const SLOWEST: f64 = 1e-290;
+/// Largest error of a critical damping whose search ended early, relative to the range of the weakening rate.
+const UNFINISHED: f64 = 1e-3;
+
+/// The side of c* on which a damping lies, by the orbit from the exit point.
+#[derive(Clone, Copy, Debug)]
+struct Side {
+    /// Positive below c*, negative above it, 0 if the orbit is too close to call: the grazing margin, or a
+    /// number of its size.
+    margin: f64,
+    error: f64,
+    /// Number of evaluations of the right-hand side.
+    rhs: u64,
+    /// The evaluations in units of those of the Stribeck law.
+    work: u64,
+}
+
+/// Follows the orbit from the exit point at one damping; `None` where no engine decides.
+fn side_of(column: &Column, c: f64, tolerance: f64) -> Option<Side> {
+    let oscillator = Oscillator::in_column(column, c);
+    match side_by_turn(&oscillator, tolerance) {
+        Ok(side) => Some(side),
+        Err(spent) => side_by_flow(column, &oscillator, tolerance, spent),
+    }
+}
+
+/// Finds the side by the return map; `Err` with the number of evaluations where it is undecided.
+fn side_by_turn(oscillator: &Oscillator, tolerance: f64) -> Result<Side, u64> {
+    match decisive_turn(oscillator, tolerance) {
+        // Where a law's polynomials are inaccurate, the orbit that follows the law itself has a smaller
+        // error.
+        Turn::Complete { margin, error, rhs } if margin.abs() > error || error <= UNRESOLVED => {
+            let size = if margin.abs() > error { margin.clamp(-1.0, 1.0) } else { 0.0 };
+            Ok(Side { margin: size, error, rhs: rhs.into(), work: rhs.into() })
+        }
+        Turn::Complete { rhs, .. } | Turn::HandOver { rhs } => Err(rhs.into()),
+    }
+}
+
+/// Finds the side by the direct engine, after `spent` evaluations.
+fn side_by_flow(column: &Column, oscillator: &Oscillator, tolerance: f64, spent: u64) -> Option<Side> {
+    let flow = slipmap_witness::flow(oscillator, tolerance);
+    let margin = match flow.fate {
+        // Where the flow cannot be continued beyond the line, r at the landing is about what it would be
+        // after the turn.
+        Fate::Sticks(Landing { x1, crossings: 0, .. }) if flow.margin.is_nan() => {
+            let speed = (oscillator.exit_x1() - x1) / column.belt_speed;
+            (speed * speed / (1.0 + speed.hypot(1.0))).clamp(f64::MIN_POSITIVE, 1.0)
+        }
+        _ => flow.signed_margin()?,
+    };
+    let work = spent + flow.rhs * column.curve.cost();
+    Some(Side { margin, error: flow.margin_error, rhs: spent + flow.rhs, work })
+}
+
+/// Searches a column with the simulated flow, which also decides overdamped points.
+fn search(
+    column: &Column,
+    tolerance: f64,
+    rhs: u64,
+    wanted: Wanted,
+) -> Result<CriticalDamping, NoCriticalDamping> {
+    if column.belt_speed < SLOWEST {
+        return Err(NoCriticalDamping::NoVerdict);
+    }
+    let (mut rhs, mut work) = (rhs, 0);
+    // Error of the margin of an orbit that is too close to call.
+    let undecided = Cell::new(0.0);
+    // The nearest dampings known to lie below and above c*.
+    let known = Cell::new([f64::NEG_INFINITY, f64::INFINITY]);
+    // A return map that is undecided at one damping is usually undecided at the next.
+    let mut turns_decide = true;
+    let mut follow = |c: f64, tolerance: f64, most: u64| {
+        if work > most {
+            return Err(NoCriticalDamping::NoVerdict);
+        }
+        let oscillator = Oscillator::in_column(column, c);
+        let by_turn = if turns_decide { side_by_turn(&oscillator, tolerance) } else { Err(0) };
+        turns_decide = by_turn.is_ok();
+        let side = match by_turn {
+            Ok(side) => side,
+            Err(spent) => {
+                side_by_flow(column, &oscillator, tolerance, spent).ok_or(NoCriticalDamping::NoVerdict)?
+            }
+        };
+        rhs += side.rhs;
+        work += side.work;
+        Ok(side)
+    };
+    let mut margin = |c: f64| {
+        let mut side = follow(c, COARSE, WORK)?;
+        if side.margin == 0.0 {
+            side = follow(c, FINE, WORK)?;
+        }
+        let [below, above] = known.get();
+        if side.margin > 0.0 {
+            known.set([below.max(c), above]);
+        } else if side.margin < 0.0 {
+            known.set([below, above.min(c)]);
+        } else {
+            undecided.set(side.error);
+        }
+        Ok(side.margin)
+    };
+    // The signs at the bounds are checked nevertheless.
+    let [low, mut high] = bounds(column);
+    // The undamped orbit of a table may leave its data where orbits near c* do not: a failure is ignored.
+    if low < 0.0 && high > 0.0 && margin(0.0).is_ok_and(|margin| margin < 0.0) {
+        // No legal damping is small enough.
+        if wanted == Wanted::Legal {
+            let half = 0.5 * low.max(f64::MIN);
+            return Ok(CriticalDamping { c: half, error: -half, rhs });
+        }
+        high = 0.0;
+    }
+    let from = if high > 0.0 { low.max(0.0) } else { low };
+    let mean = column.curve.mean_weakening(column.belt_speed) / column.epsilon;
+    let start = if mean.is_finite() { mean.clamp(from, high) } else { 0.5 * (from + high) };
+    let enough = tolerance.max(4.0 * f64::EPSILON) * (low.abs() + high.abs());
+    let widest = Cell::new([from, high]);
+    let found = falling_bracket([start, first_step(start, [from, high])], [from, high], &mut margin)
+        .and_then(|bracket| {
+            let bracket = bracket.ok_or(NoCriticalDamping::NoVerdict)?;
+            widest.set([bracket.low.0, bracket.high.0]);
+            falling_root(bracket, enough, &mut margin)
+        });
+    let (c, bracket) = match found {
+        Ok(found) => found,
+        Err(why) => {
+            // The bounds by the orbits that were followed.
+            let [below, above] = known.get();
+            let (c, error) = (0.5 * (below + above), above - below);
+            return match error <= UNFINISHED * (low.abs() + high.abs()) {
+                true => Ok(CriticalDamping { c, error, rhs }),
+                false => Err(why),
+            };
+        }
+    };
+    // The resolution of the flow limits the error, though a secant may have left the other end of the bracket
+    // far away: the error is the distance of the nearest dampings, on either side, that the flow
+    // distinguishes at the fine tolerance.
+    let mut near = (2.0 * undecided.get() / bracket.steepness()).max(enough);
+    let [lowest, highest] = widest.get();
+    let mut fine = |c: f64| Ok(follow(c, FINE, 2 * WORK)?.margin);
+    loop {
+        let told_below = c - near <= lowest || fine(c - near)? > 0.0;
+        let told_above = c + near >= highest || fine(c + near)? < 0.0;
+        if told_below && told_above {
+            return Ok(CriticalDamping { c, error: near.min(highest - lowest), rhs });
+        }
+        near *= 2.0;
+    }
+}

@@ -1,0 +1,93 @@
+//! Elementary functions and sums that vectorise over the nodes of an element.
+
+use slipmap_model::friction::Polynomial;
+use slipmap_numbers::gauss::MOST;
+
+/// sin(z) and cos(z) for |z| <= pi / 4, by the Taylor series up to z^17 / 17! and z^16 / 16!, of which
+/// Horner's rule takes the coefficients 1 / n! from the last one to the first.
+#[inline(always)]
+pub(super) fn sin_cos(z: f64) -> [f64; 2] {
+    let y = z * z;
+    let mut sin = 1.0 / 355_687_428_096_000.0;
+    for term in [
+        -1.0 / 1_307_674_368_000.0,
+        1.0 / 6_227_020_800.0,
+        -1.0 / 39_916_800.0,
+        1.0 / 362_880.0,
+        -1.0 / 5_040.0,
+        1.0 / 120.0,
+        -1.0 / 6.0,
+        1.0,
+    ] {
+        sin = y.mul_add(sin, term);
+    }
+    let mut cos = 1.0 / 20_922_789_888_000.0;
+    for term in [
+        -1.0 / 87_178_291_200.0,
+        1.0 / 479_001_600.0,
+        -1.0 / 3_628_800.0,
+        1.0 / 40_320.0,
+        -1.0 / 720.0,
+        1.0 / 24.0,
+        -0.5,
+        1.0,
+    ] {
+        cos = y.mul_add(cos, term);
+    }
+    [z * sin, cos]
+}
+
+/// sin(z) and cos(z) for z from 0 to 2 pi and a few roundings beyond, to about a unit in the last place.
+#[inline(always)]
+pub(crate) fn sin_cos_of_turn(z: f64) -> [f64; 2] {
+    // pi / 2 as a sum of two numbers, of which the first has zeros at its end.
+    const QUARTER: [f64; 2] = [1.570_796_251_296_997, 7.549_789_415_861_596e-8];
+    let quarters = (z * std::f64::consts::FRAC_2_PI + 0.5).floor();
+    let [sin, cos] = sin_cos(quarters.mul_add(-QUARTER[1], quarters.mul_add(-QUARTER[0], z)));
+    match quarters as i32 & 3 {
+        0 => [sin, cos],
+        1 => [cos, -sin],
+        2 => [-sin, -cos],
+        _ => [-cos, sin],
+    }
+}
+
+/// w and w' by the polynomial of a piece, at places x within it.
+#[inline(always)]
+pub(super) fn weakening<const N: usize>(piece: &Polynomial, x: &[f64; N]) -> [[f64; N]; 2] {
+    let [mut value, mut slope] = [[0.0; N]; 2];
+    for c in piece.c.iter().rev() {
+        for j in 0..N {
+            slope[j] = x[j].mul_add(slope[j], value[j]);
+            value[j] = x[j].mul_add(value[j], *c);
+        }
+    }
+    [value, slope.map(|slope| slope * piece.scale)]
+}
+
+/// `matrix` applied to `values`.
+#[inline(always)]
+pub(super) fn apply<const N: usize>(matrix: &[[f64; N]; N], values: &[f64; N]) -> [f64; N] {
+    let mut sum = [0.0; N];
+    for (row, value) in matrix.iter().zip(values) {
+        for j in 0..N {
+            sum[j] = row[j].mul_add(*value, sum[j]);
+        }
+    }
+    sum
+}
+
+#[inline(always)]
+pub(super) fn dot<const N: usize>(weights: &[f64; N], values: &[f64; N]) -> f64 {
+    let mut terms = [0.0; N];
+    for j in 0..N {
+        terms[j] = weights[j] * values[j];
+    }
+    terms.iter().sum()
+}
+
+/// The first N values.
+#[inline(always)]
+pub(super) fn first<const N: usize>(values: &[f64; MOST]) -> [f64; N] {
+    std::array::from_fn(|j| values[j])
+}

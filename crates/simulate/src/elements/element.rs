@@ -1,0 +1,76 @@
+//! A part of the turn on which p' is one polynomial.
+
+use super::arithmetic::{apply, dot, first, sin_cos, sin_cos_of_turn};
+use slipmap_numbers::gauss::{MOST, Rule};
+
+/// A part of the turn on which p' is one polynomial.
+#[derive(Clone, Debug)]
+pub(super) struct Element {
+    /// Number of the law's piece.
+    pub(super) piece: usize,
+    pub(super) middle: f64,
+    /// Half its width.
+    pub(super) half: f64,
+    pub(super) cos: [f64; MOST],
+    pub(super) sin_cos: [f64; MOST],
+    pub(super) sin_squared: [f64; MOST],
+    /// p at the nodes, and at the end.
+    pub(super) log_r: [f64; MOST],
+    pub(super) end: f64,
+    /// p' at the nodes.
+    pub(super) slope: [f64; MOST],
+    /// p' after the step of Newton's method, without dC and by dC.
+    pub(super) next: [f64; MOST],
+    pub(super) by_damping: [f64; MOST],
+}
+
+impl Element {
+    pub(super) fn new(piece: usize) -> Self {
+        let zero = [0.0; MOST];
+        Self {
+            piece,
+            middle: 0.0,
+            half: 0.0,
+            cos: zero,
+            sin_cos: zero,
+            sin_squared: zero,
+            log_r: zero,
+            end: 0.0,
+            slope: zero,
+            next: zero,
+            by_damping: zero,
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn place<const N: usize>(&mut self, rule: &Rule<N>, middle: f64, half: f64) {
+        // An element without width gives no derivative of p'.
+        if self.half > 0.0 && (middle, half) != (self.middle, self.half) {
+            let bend = apply(&rule.derivative, &first(&self.slope));
+            for (j, bend) in bend.into_iter().enumerate() {
+                // Extrapolation is limited to half of the old half-width.
+                let shift = (half - self.half).mul_add(rule.nodes[j], middle - self.middle) / self.half;
+                self.slope[j] += bend * shift.clamp(-0.5, 0.5);
+            }
+        }
+        (self.middle, self.half) = (middle, half);
+        let [sin_middle, cos_middle] = sin_cos_of_turn(middle);
+        for j in 0..N {
+            let [sin, cos] = sin_cos(half * rule.nodes[j]);
+            let (sin, cos) = (sin_middle * cos + cos_middle * sin, cos_middle * cos - sin_middle * sin);
+            (self.cos[j], self.sin_cos[j], self.sin_squared[j]) = (cos, sin * cos, sin * sin);
+        }
+    }
+
+    /// Integrates p' from the value `start` of p at the beginning; returns p at the end.
+    #[inline(always)]
+    pub(super) fn integrate<const N: usize>(&mut self, rule: &Rule<N>, start: f64) -> f64 {
+        let slope = first::<N>(&self.slope);
+        let rise = apply(&rule.antiderivative, &slope);
+        for (log_r, rise) in self.log_r.iter_mut().zip(rise) {
+            *log_r = self.half.mul_add(rise, start);
+        }
+        self.end = self.half.mul_add(dot(&rule.weights, &slope), start);
+        self.end
+    }
+}

@@ -1,0 +1,287 @@
+//! Where all loops far beyond the exit point lead.
+//!
+//! A viscous force is part of the friction: the oscillator with the law phi and the damping C = eps c is that
+//! with the law psi(u) = phi(u) + C u and no damping, in other coordinates x1. In the statements below a =
+//! 1 + y is x1 where a loop begins y beyond the exit point, -b where it crosses upward, and a' = 1 + y' where
+//! it crosses down again. M >= 1 and P >= 0 are bounds -P <= psi <= M. Proofs: theory, "Any friction law".
+//!
+//! **Friction that never pushes.** *Let psi >= 0 at all slip speeds, and psi <= M up to V. Then the loops
+//! from y >= M - 1 + 2 sqrt(3 V^2 + 2 M^2) on lead inward.*
+//!
+//! **Friction that pushes at some slip speeds.** *Let -P <= psi <= M up to U >= V, and psi >= f > 0 from U
+//! on. Then the loops lead inward from y on with h = 1 + y - M - 3 P > 0 if, with G = U (2 V + U), h^2 is
+//! greater than 4 G / 3 and than (M V^2 + 2 P (G + (U - V)^2)) / (2 f).*
+//!
+//! **Friction that pushes for ever.** *Let -P <= psi <= M up to U >= V, and psi <= -f < 0 from U on. Then the
+//! orbits from y on come back farther out, or not at all, if h = 1 + y - 2 max(M, P) is greater than 3, h^2
+//! than 4 G, and f h^2 than (7/4) P V^2 + 2 M ((U - V)^2 + G).*
+//!
+//! Since loops fall with the damping, those that lead inward at one damping do so at all larger ones.
+
+use slipmap_model::friction::{Curve, Pieces, Range};
+
+/// The refinement of a bound ends after a step that leaves more than this share of it.
+const WORTHWHILE: f64 = 0.8;
+
+/// Distances greater than this, in units of max(1, V), are of no use: no loop is followed so far out, where it
+/// would change by less than its error.
+const FARTHEST: f64 = 1e10;
+
+/// The friction of a curve far out, for all dampings.
+pub struct FarLoops<'a> {
+    curve: &'a Curve,
+    belt_speed: f64,
+    /// The distance from which on loops lead inward at every damping, if friction never pushes.
+    settled: Option<f64>,
+    /// Bounds of phi on intervals of slip speed, where friction may push.
+    intervals: Vec<([f64; 2], Range)>,
+}
+
+/// The slip speeds below U and those above it.
+struct Parts {
+    /// U.
+    from: f64,
+    /// Bounds of psi up to U.
+    near: Range,
+    /// Bounds of psi from U on.
+    far: Range,
+}
+
+impl<'a> FarLoops<'a> {
+    /// The far loops of all dampings of one curve and belt speed.
+    pub fn new(curve: &'a Curve, belt_speed: f64) -> Self {
+        let unit = belt_speed.max(1.0);
+        let never = curve.never_pushes(unit);
+        let settled = never.then(|| settled(curve, belt_speed));
+        let intervals = if never { Vec::new() } else { curve.friction_by_intervals(unit) };
+        Self { curve, belt_speed, settled, intervals }
+    }
+
+    /// Returns whether friction may push at some slip speeds.
+    pub(super) fn may_push(&self) -> bool {
+        self.settled.is_none()
+    }
+
+    /// The distance y beyond the exit point from which on loops lead inward at eps c = `viscous` and above,
+    /// among the loops small enough for the data of a table. It is 0 where no orbit crosses the belt line for
+    /// ever, and infinite where no distance is known.
+    pub fn inward_from(&self, viscous: f64) -> f64 {
+        if let Some(settled) = self.settled {
+            return settled;
+        }
+        let psi = self.psi(viscous);
+        let never = psi.iter().all(|(_, range)| range.lo >= 0.0);
+        let bound = match never {
+            true => {
+                let highest = self.curve.friction_range(self.belt_speed, Pieces::Octaves).hi;
+                without_pushing(highest + viscous * self.belt_speed, self.belt_speed)
+            }
+            false => self.least(&psi, |parts| self.inward(parts)),
+        };
+        let bound = if bound <= FARTHEST * self.belt_speed.max(1.0) { bound } else { f64::INFINITY };
+        bound.min(farthest(self.curve, self.belt_speed))
+    }
+
+    /// The distance y beyond the exit point from which on orbits come back farther out, or not at all;
+    /// infinite where no distance is known.
+    pub(super) fn outward_from(&self, viscous: f64) -> f64 {
+        self.least(&self.psi(viscous), |parts| self.outward(parts))
+    }
+
+    /// Bounds of phi + C u on the intervals. Where bounds of the two terms leave the sign open, phi falls
+    /// about as fast as C u rises, and the sum is bounded on parts of the interval.
+    fn psi(&self, viscous: f64) -> Vec<(f64, Range)> {
+        let bounds = self.intervals.iter().map(|&([from, to], phi)| {
+            let apart = Range { lo: viscous.mul_add(from, phi.lo), hi: viscous.mul_add(to, phi.hi) };
+            let open = apart.lo < 0.0 && apart.hi > 0.0 && viscous > 0.0 && from < to;
+            (from, if open { self.curve.friction_between(from, to, viscous) } else { apart })
+        });
+        bounds.collect()
+    }
+
+    /// The least of the distances that `bound` finds for the slip speeds U at which intervals end. Laws that
+    /// are known up to a slip speed only have none.
+    fn least(&self, psi: &[(f64, Range)], bound: impl Fn(&Parts) -> Option<f64>) -> f64 {
+        if self.curve.fastest() < f64::INFINITY {
+            return f64::INFINITY;
+        }
+        let hull = |one: Range, (_, other): &(f64, Range)| Range {
+            lo: one.lo.min(other.lo),
+            hi: one.hi.max(other.hi),
+        };
+        let nothing = Range { lo: f64::INFINITY, hi: f64::NEG_INFINITY };
+        let bounds = (1..psi.len()).filter(|at| psi[*at].0 >= self.belt_speed).filter_map(|at| {
+            let (near, far) = psi.split_at(at);
+            bound(&Parts {
+                from: psi[at].0,
+                near: near.iter().fold(nothing, hull),
+                far: far.iter().fold(nothing, hull),
+            })
+        });
+        bounds.fold(f64::INFINITY, f64::min)
+    }
+
+    fn inward(&self, &Parts { from, near, far }: &Parts) -> Option<f64> {
+        let [width, rest] = self.areas(from);
+        let (most, push) = (near.hi.max(1.0), (-near.lo).max(0.0));
+        let square = (most * self.belt_speed.powi(2) + 2.0 * push * (width + rest)) / (2.0 * far.lo);
+        (far.lo > 0.0).then(|| square.max(4.0 / 3.0 * width).sqrt() + most + 3.0 * push - 1.0)
+    }
+
+    fn outward(&self, &Parts { from, near, far }: &Parts) -> Option<f64> {
+        let [width, rest] = self.areas(from);
+        let (most, push) = (near.hi.max(1.0), (-near.lo).max(0.0));
+        let square = (1.75 * push * self.belt_speed.powi(2) + 2.0 * most * (width + rest)) / -far.hi;
+        (far.hi < 0.0).then(|| square.max(4.0 * width).max(9.0).sqrt() + 2.0 * most.max(push) - 1.0)
+    }
+
+    /// G and (U - V)^2.
+    fn areas(&self, from: f64) -> [f64; 2] {
+        [from * (2.0 * self.belt_speed + from), (from - self.belt_speed).powi(2)]
+    }
+}
+
+/// Largest distance beyond the exit point from which orbits stay below the slip speed up to which a law is
+/// known.
+fn farthest(curve: &Curve, belt_speed: f64) -> f64 {
+    // From y beyond the exit point orbits stay within about hypot(y, V) + 2 of the lower centre.
+    let radius = curve.fastest() - belt_speed - 2.0;
+    if radius == f64::INFINITY {
+        f64::INFINITY
+    } else if radius > belt_speed {
+        ((radius - belt_speed) * (radius + belt_speed)).sqrt()
+    } else {
+        0.0
+    }
+}
+
+/// The bound for friction between 0 and `highest` up to V.
+fn without_pushing(highest: f64, belt_speed: f64) -> f64 {
+    let most = highest.max(1.0);
+    most - 1.0 + 2.0 * (3_f64.sqrt() * belt_speed).hypot(2_f64.sqrt() * most)
+}
+
+/// The distance y beyond the exit point from which on loops lead inward at every damping c >= 0, for friction
+/// that never pushes. It is 0 where no orbit crosses the belt line for ever.
+///
+/// Besides the bound of the module: let phi >= 1 - W at all slip speeds, and phi <= 1 + d up to V. Then y is
+/// at most the root of (2 - W + d) (y + 2 - W) = (W + d) (hypot(y, V) + 2 d + W), and 0 if the left side is
+/// larger at y = 0. For a law that only weakens, 0 if W V < 4 (1 - W).
+///
+/// **Proof** (theory, "Any friction law"). A loop that leads outward at damping c does so at c = 0, since
+/// loops fall with c. Let it cross upward with wL, and downward y' >= y beyond E. By Green's theorem the
+/// integral of D over the part of its inside above the belt line is ((y' + 2)^2 - (wL - 2)^2) / 2, and over
+/// the part below it is (wL^2 - y^2) / 2. The width of the inside falls upward from y' + wL above the line;
+/// so the first integral is at most W (y' + wL), and wL - y >= 4 - 2 W. Below the line the width rises
+/// downward from s = y + wL to its largest, L, at x2 = 0, and falls from there: the second integral is at
+/// most W L + d (L - s). By the energy about (1, 0), L <= 2 (hypot(y, V) + 2 d + W). So (2 - W + d) s <=
+/// (W + d) L with s >= 2 (y + 2 - W). []
+///
+/// Loops from less than y stay at slip speeds up to V + hypot(y, V) + 6 (W + d), by the same energy; W of
+/// these slip speeds alone may give a smaller y.
+fn settled(curve: &Curve, belt_speed: f64) -> f64 {
+    let highest = |pieces| curve.friction_range(belt_speed.min(curve.fastest()), pieces).hi.max(1.0);
+    let bound = |pieces| without_pushing(highest(pieces), belt_speed).min(farthest(curve, belt_speed));
+    let mut settled = bound(Pieces::One);
+    if settled == f64::INFINITY {
+        settled = bound(Pieces::Octaves);
+    }
+    for pieces in [Pieces::One, Pieces::Octaves, Pieces::Octaves, Pieces::Octaves, Pieces::Octaves] {
+        if settled == 0.0 {
+            break;
+        }
+        let rise = highest(pieces) - 1.0;
+        let fastest = (belt_speed + settled.hypot(belt_speed) + 6.0 * (1.0 + rise)).min(curve.fastest());
+        let drop = (1.0 - curve.friction_range(fastest, pieces).lo).max(0.0);
+        let before = settled;
+        settled = settled.min(root_of_bounds(drop, rise, belt_speed));
+        if pieces == Pieces::Octaves && settled > WORTHWHILE * before {
+            break;
+        }
+    }
+    settled
+}
+
+/// The root of [`settled`]; infinite where there is none, or a bound is missing.
+fn root_of_bounds(drop: f64, rise: f64, belt_speed: f64) -> f64 {
+    if !(drop < 1.0 && rise.is_finite()) {
+        return f64::INFINITY;
+    }
+    // p y + k = q hypot(y, V), p > q > 0.
+    let (p, q) = (2.0 - drop + rise, drop + rise);
+    let k = p * (2.0 - drop) - q * (2.0 * rise + drop);
+    if k > q * belt_speed {
+        return 0.0;
+    }
+    let square = (p - q) * (p + q);
+    let root = q * k.hypot(square.sqrt() * belt_speed);
+    if k > 0.0 {
+        (q * belt_speed - k) * (q * belt_speed + k) / (p * k + root)
+    } else {
+        (root - p * k) / square
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::crossing::{Loop, crossing_loop, some_cross_for_ever};
+    use slipmap_model::filippov::Oscillator;
+    use slipmap_model::friction::{Expression, Law};
+    use slipmap_numbers::random::Random;
+
+    /// Laws with a step or a dip; some of them push for ever, some nowhere.
+    fn law(random: &mut Random) -> (Law, Vec<f64>) {
+        let phi = [
+            "1-a*u/(u+b)-d*(tanh((u-e)/w)+tanh(e/w))/2",
+            "1-a*(1-exp(-u/b))-d*exp(-((u-e)/w)^2)",
+            "1-a*tanh(u/b)-d*u/(u+e)+w*0",
+        ];
+        let log = |random: &mut Random, lo: f64, hi: f64| lo * (hi / lo).powf(random.unit());
+        let e = log(random, 0.1, 50.0);
+        let values =
+            vec![random.unit(), log(random, 0.01, 10.0), 2.0 * random.unit(), e, e * log(random, 0.05, 0.5)];
+        let phi = phi[(3.0 * random.unit()) as usize];
+        (Law::Expression(Expression::new(phi, 1.0).unwrap()), values)
+    }
+
+    /// Friction that pushes for ever from 10^11 on: no loop is followed there, and none needs to be.
+    #[test]
+    fn orbits_that_run_away_are_known_however_far_out() {
+        let law = Law::Expression(Expression::new("1-1e-11*u", 1.0).unwrap());
+        let oscillator = Oscillator::new(&law, &law.point(1.0, &[], 1.0, 0.0).unwrap());
+        let far = FarLoops::new(&oscillator.curve, 1.0);
+        assert!((1e11..1e13).contains(&far.outward_from(0.0)) && far.inward_from(0.0) == f64::INFINITY);
+        assert_eq!(some_cross_for_ever(&oscillator, &far), Ok(true));
+    }
+
+    #[test]
+    fn loops_lead_where_all_are_proved_to_lead() {
+        let (mut random, mut seen) = (Random(0xfa5), [0; 3]);
+        for i in 0..120 {
+            let (law, values) = law(&mut random);
+            let belt_speed = 0.01 * 3000_f64.powf(random.unit());
+            let damping = if i % 2 == 0 { 0.0 } else { 1e-3 * 1e3_f64.powf(random.unit()) };
+            let oscillator = Oscillator::new(&law, &law.point(1.0, &values, belt_speed, damping).unwrap());
+            let far = FarLoops::new(&oscillator.curve, belt_speed);
+            let (inward, outward) = (far.inward_from(damping), far.outward_from(damping));
+            assert!(inward == f64::INFINITY || outward == f64::INFINITY, "{law:?} {values:?}");
+            let from = inward.min(outward);
+            if from == f64::INFINITY {
+                continue;
+            }
+            seen[if outward < inward { 2 } else { usize::from(far.may_push()) }] += 1;
+            for times in [1.0, 1.3, 3.0, 30.0] {
+                let y = (from * times).max(1e-3);
+                let end = crossing_loop(&oscillator, y, 1e-10).unwrap();
+                let leads_outward = matches!(end, Loop::Crosses { beyond_exit, .. } if beyond_exit > y);
+                assert_eq!(
+                    leads_outward,
+                    outward < inward,
+                    "{law:?} {values:?} {belt_speed} {damping}: {y} {end:?}"
+                );
+            }
+        }
+        assert!(seen.iter().all(|count| *count > 12), "{seen:?}");
+    }
+}

@@ -1,0 +1,69 @@
+//! The simulated Filippov flow: the fate of the orbit that leaves the belt at the exit point.
+//!
+//! Two engines share only the friction law and return the same type of answer: [`direct`] integrates the
+//! system in its original variables (x1, x2), [`return_map`] the scalar form in polar coordinates of (x2,
+//! x2'). [`flow`] uses the second, and hands over to the first where that does not apply.
+//! [`critical_damping`] answers for a whole column at once.
+
+pub mod arc;
+pub mod backbone;
+pub mod bifurcation;
+mod circle;
+mod closed_orbit;
+mod closing;
+mod collocation;
+pub mod continuation;
+pub mod critical;
+pub mod crossing;
+mod dop853;
+mod elements;
+pub mod far_loops;
+pub mod folds;
+mod lower_set;
+pub mod margins;
+pub mod naive;
+mod neighbours;
+mod polar;
+pub mod return_map;
+pub mod sensitivity;
+pub mod slip_cycle;
+mod stepping;
+pub mod surface;
+mod work;
+
+pub use critical::{CriticalDamping, NoCriticalDamping, critical_damping, exceeds};
+pub use critical::{located_critical_damping, sticks_from};
+pub use neighbours::{Neighbour, crossing_separates, separates};
+pub use neighbours::{TIGHT, outermost_repelling};
+pub use return_map::flow;
+
+pub use slipmap_model::flow::{Failure, Fate, Flow, Landing};
+pub use slipmap_model::friction::Range;
+
+/// A limit cycle.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct Cycle {
+    /// Period.
+    pub period: f64,
+    /// Positions x1 on it.
+    #[serde(rename = "x1")]
+    pub displacement: Range,
+    /// Velocities x2 on it.
+    #[serde(rename = "x2")]
+    pub velocity: Range,
+    /// Floquet multiplier: the cycle attracts if it is below 1 and repels if it is above; 0 for the
+    /// stick-slip cycle, which is reached in finite time.
+    pub multiplier: f64,
+    /// For a cycle that crosses the belt line and never sticks: x1 at which it crosses downward, less that of
+    /// the exit point.
+    #[serde(skip)]
+    pub beyond_exit: Option<f64>,
+}
+
+impl Cycle {
+    /// Returns whether it attracts.
+    #[must_use]
+    pub fn is_stable(&self) -> bool {
+        self.multiplier < 1.0
+    }
+}

@@ -1,0 +1,215 @@
+//! Cycles that slip all the time below the belt line, and the boundaries of basins.
+//!
+//! The return map P takes a maximum r of x2, 0 < r < V, to the next one. Its fixed points are the slip
+//! cycles; their Floquet multiplier is its slope there. At r = 0 its slope gives the stability of the
+//! equilibrium, at r = V the sign of P(r) - r is that of the grazing margin. Where both the equilibrium and
+//! the stick-slip cycle attract, an unstable slip cycle lies between them: the boundary of their basins.
+//!
+//! **Slope.** The flow stretches areas by exp(integral of D), and passes the section x2' = 0 at the rate
+//! x2'' = -r. Hence P'(r) = (r / P(r)) exp(integral of D along the turn): no derivative of the friction
+//! law is needed. At a fixed point the angles cancel.
+//!
+//! **Cycles that repel** are fixed points of the map backward in time: forward, a turn multiplies the
+//! rounding error of the start by the multiplier.
+
+use super::arc::{LowerEnd, SlipTurn, State, Walk, end_of_turn, turn_within};
+use super::backbone::{Backbone, CycleRange};
+use super::work::Work;
+use super::{Cycle, Failure, Range};
+use slipmap_model::filippov::{Oscillator, Side};
+use slipmap_numbers::roots::fixed_point;
+
+/// Sudden changes of velocity that carry the mass from steady slip, at rest at the equilibrium, onto an
+/// unstable slip cycle: a slightly larger one leads to the attractor that lies outside of it.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct Kick {
+    /// Along the belt's motion, > 0.
+    pub forward: f64,
+    /// Against it, as a positive number.
+    pub backward: f64,
+}
+
+/// Returns whether a turn leads outward.
+fn outward(from: f64, turn: &SlipTurn) -> bool {
+    match turn {
+        SlipTurn::Returns { radius, .. } => *radius > from,
+        SlipTurn::MeetsBelt { .. } => true,
+        SlipTurn::Rests => false,
+    }
+}
+
+/// Returns whether it is proved that no slip cycle exists: where the even part E in v of weakening(V - v)
+/// stays above eps c for 0 < |v| <= V, every turn below the belt line leads outward, and where it stays
+/// below, inward.
+///
+/// **Proof.** That of the test `symmetric` with a start at any maximum r <= V of x2 in place of V: the bounds
+/// on |v| <= V hold on |v| <= r. []
+#[must_use]
+pub fn none_proved(oscillator: &Oscillator) -> bool {
+    oscillator.curve.even_weakening_range(oscillator.belt_speed).excludes(oscillator.viscous)
+}
+
+/// Reason why cycles are unknown.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Unknown {
+    /// An orbit failed.
+    #[error(transparent)]
+    Orbit(#[from] Failure),
+    /// Near a fold, where two cycles meet: whether there are two or none is within the error.
+    #[error("two cycles meet within the error")]
+    TooClose,
+    /// There may be crossing cycles so far beyond the exit point that no loop was followed there, or that
+    /// loops change by less than their error.
+    #[error(
+        "far beyond the exit point, where friction may push for ever, loops change by less than their error, or \
+         none was followed: from more than 10^4 max(1, V)"
+    )]
+    FarOut,
+}
+
+/// Tolerance of the backbone, in units of the weakening rate. It only brackets each slip cycle, which is then
+/// located by turns of its own.
+pub const BACKBONE_TOLERANCE: f64 = 1e-10;
+
+/// The slip cycles, by growing amplitude, the highest velocity, located with the relative error `tolerance`
+/// of one turn divided by
+/// |1 - multiplier|.
+///
+/// They are read from the [`Backbone`], and alternate in stability. None exists where [`none_proved`].
+///
+/// # Errors
+/// [`Unknown`].
+pub fn slip_cycles(oscillator: &Oscillator, tolerance: f64) -> Result<Vec<Cycle>, Unknown> {
+    if none_proved(oscillator) {
+        return Ok(Vec::new());
+    }
+    let belt_speed = oscillator.belt_speed;
+    let work = Work::of_backbone(&oscillator.curve);
+    let backbone = Backbone::within(&oscillator.curve, belt_speed, BACKBONE_TOLERANCE, &work)?;
+    let returns = outward(belt_speed, &turn_within(oscillator, belt_speed, tolerance, &work)?);
+    let cycles = backbone
+        .cycles(oscillator.viscous, oscillator.eigenvalues().is_stable(), returns)
+        .ok_or(Unknown::TooClose)?;
+    let narrowed = cycles.iter().map(|cycle| CycleRange {
+        between: backbone.narrowed(cycle, oscillator.viscous),
+        is_stable: cycle.is_stable,
+    });
+    Ok(narrowed.map(|cycle| locate_within(oscillator, &cycle, tolerance, &work)).collect::<Result<_, _>>()?)
+}
+
+/// Computes the slip cycle whose amplitude has known bounds and whose stability is known.
+pub fn locate(oscillator: &Oscillator, cycle: &CycleRange, tolerance: f64) -> Result<Cycle, Failure> {
+    locate_within(oscillator, cycle, tolerance, &Work::of_question(&oscillator.curve))
+}
+
+fn locate_within(
+    oscillator: &Oscillator,
+    cycle: &CycleRange,
+    tolerance: f64,
+    work: &Work,
+) -> Result<Cycle, Failure> {
+    let walk = |radius| walk_towards(oscillator, radius, cycle.is_stable, tolerance, work);
+    let radius = fixed_point(cycle.between, true, tolerance, |radius| {
+        let here = end_of_turn(walk(radius))?;
+        let returns = match here {
+            SlipTurn::Returns { radius: next, slope, .. } => Some([next, slope]),
+            SlipTurn::MeetsBelt { .. } | SlipTurn::Rests => None,
+        };
+        Ok((outward(radius, &here), returns))
+    })?;
+    let mut walk = walk(radius);
+    let mut extent = Extent::default();
+    let end = walk.lower_arc(|walk, from, to| extent.step(walk, from, to))?;
+    let (LowerEnd::Turns(State { growth, time, .. }) | LowerEnd::Meets(State { growth, time, .. })) = end
+    else {
+        // The orbit came to rest, which a cycle does only where round-off ends it.
+        return Err(Failure::StepUnderflow);
+    };
+    Ok(Cycle {
+        period: time,
+        displacement: extent.displacement,
+        velocity: extent.velocity,
+        multiplier: if cycle.is_stable { growth.exp() } else { (-growth).exp() },
+        beyond_exit: None,
+    })
+}
+
+/// A walk from (x2, x2') = (`radius`, 0) in the direction of time in which a slip cycle attracts. A walk
+/// forward would leave a cycle that strongly repels within a turn.
+fn walk_towards<'a>(
+    oscillator: &'a Oscillator,
+    radius: f64,
+    is_stable: bool,
+    tolerance: f64,
+    work: &'a Work,
+) -> Walk<'a> {
+    let walk = Walk::new(oscillator, Side::Below, [radius, 0.0], tolerance, radius, work);
+    if is_stable { walk } else { walk.backward() }
+}
+
+/// The extremes of x1 and x2 on an orbit, updated step by step.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Extent {
+    pub(super) velocity: Range,
+    pub(super) displacement: Range,
+}
+
+impl Default for Extent {
+    /// The extent of no orbit.
+    fn default() -> Self {
+        let nothing = Range { lo: f64::INFINITY, hi: f64::NEG_INFINITY };
+        Self { velocity: nothing, displacement: nothing }
+    }
+}
+
+impl Extent {
+    fn include(&mut self, walk: &Walk, state: &State) {
+        let widen = |range: &mut Range, x: f64| {
+            *range = Range { lo: range.lo.min(x), hi: range.hi.max(x) };
+        };
+        widen(&mut self.velocity, state.v);
+        widen(&mut self.displacement, walk.x1(state));
+    }
+
+    /// Extremes of x2 lie at x2' = 0, those of x1 at x2 = 0; steps are short enough to contain at most one of
+    /// each.
+    pub(super) fn step(&mut self, walk: &mut Walk, from: &State, to: &State) {
+        self.include(walk, from);
+        self.include(walk, to);
+        let h = to.time - from.time;
+        if from.w * to.w < 0.0 {
+            let at = walk.locate(from, h, |_, state| state.w);
+            self.include(walk, &at);
+        }
+        if from.v * to.v < 0.0 {
+            let at = walk.locate(from, h, |_, state| state.v);
+            self.include(walk, &at);
+        }
+    }
+}
+
+/// The kicks that carry the equilibrium onto the slip cycle `cycle`: the velocities at which it passes the
+/// equilibrium's x1. The cycle is followed with the relative error `tolerance`.
+///
+/// # Errors
+/// [`Failure`] of its orbit.
+pub fn kick_onto(oscillator: &Oscillator, cycle: &Cycle, tolerance: f64) -> Result<Kick, Failure> {
+    let radius = cycle.velocity.hi;
+    let rest = oscillator.equilibrium_x1();
+    let work = Work::of_question(&oscillator.curve);
+    let mut walk = walk_towards(oscillator, radius, cycle.is_stable(), tolerance, &work);
+    let mut kick = Kick { forward: radius, backward: -cycle.velocity.lo };
+    walk.lower_arc(|walk, from, to| {
+        let [before, after] = [from, to].map(|state| walk.x1(state) - rest);
+        if before * after <= 0.0 && before != after {
+            let at = walk.locate(from, to.time - from.time, |walk, state| walk.x1(state) - rest);
+            // x1' = x2: the cycle passes once on the way forward and once on the way back.
+            if at.v > 0.0 {
+                kick.forward = at.v;
+            } else {
+                kick.backward = -at.v;
+            }
+        }
+    })?;
+    Ok(kick)
+}

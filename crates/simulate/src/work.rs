@@ -1,0 +1,63 @@
+//! The budget of work of one computation of cycles.
+//!
+//! A computation of cycles needs many orbits, some of which may be stiff. All of them share one budget, so
+//! that the computation ends even if they are. A part that exceeds the budget fails with
+//! [`Failure::StepBudget`].
+
+use std::cell::Cell;
+
+use super::Failure;
+use slipmap_model::friction::Curve;
+
+/// Largest number of evaluations of the right-hand side of the Stribeck law, see [`Curve::cost`]: half a
+/// second of one orbit. The backbones and cycles of moderate parameters take a tenth of it.
+const QUESTION: u64 = 7_000_000;
+
+/// The rest of a budget.
+#[derive(Debug)]
+pub(super) struct Work {
+    left: Cell<u64>,
+    /// Cost of an evaluation of the law itself.
+    cost: u64,
+    /// Whether orbits follow the compiled law, whose digits depend on earlier compilations.
+    pub(super) compiles: bool,
+}
+
+impl Work {
+    /// The whole budget for oscillators with this law.
+    pub(super) fn of_question(curve: &Curve) -> Self {
+        Self { left: Cell::new(QUESTION), cost: curve.cost(), compiles: false }
+    }
+
+    /// The whole budget for a computation that uses a backbone, which compiles the law.
+    pub(super) fn of_backbone(curve: &Curve) -> Self {
+        Self { compiles: curve.cost() > 1, ..Self::of_question(curve) }
+    }
+
+    /// Evaluations of the law itself so far, if no others were subtracted.
+    pub(super) fn spent(&self) -> u64 {
+        (QUESTION - self.left.get()) / self.cost
+    }
+
+    /// Makes the budget whole again, for a second attempt.
+    pub(super) fn renew(&self) {
+        self.left.set(QUESTION);
+    }
+
+    /// Subtracts evaluations of the law itself from the budget.
+    ///
+    /// # Errors
+    /// [`Failure::StepBudget`] if it does not hold them.
+    pub(super) fn spend(&self, evaluations: u64) -> Result<(), Failure> {
+        self.spend_compiled(evaluations.saturating_mul(self.cost))
+    }
+
+    /// Subtracts evaluations of the compiled law, each of which takes about as long as one of the Stribeck
+    /// law.
+    pub(super) fn spend_compiled(&self, evaluations: u64) -> Result<(), Failure> {
+        let left = self.left.get().checked_sub(evaluations);
+        // After the first evaluations that exceed the budget no further work may begin.
+        self.left.set(left.unwrap_or(0));
+        left.map(|_| ()).ok_or(Failure::StepBudget)
+    }
+}
