@@ -55,7 +55,7 @@
 // `pub` items are reachable by users of the library; the compiler reports unused items, all `pub(crate)`.
 #![warn(unreachable_pub)]
 // Without the program, the items that only it uses are unused. Unused items are reported with all features.
-#![cfg_attr(not(all(feature = "explore", feature = "mpi")), allow(dead_code, unused_imports))]
+#![cfg_attr(not(feature = "explore"), allow(dead_code, unused_imports))]
 
 /// Tries the code of the README.
 #[cfg(doctest)]
@@ -102,5 +102,3 @@ pub mod store;
 pub mod architecture {}
 #[doc = include_str!("theory.md")]
 pub mod theory {}
-#[doc = include_str!("clusters.md")]
-pub mod clusters {}

@@ -83,7 +83,6 @@ impl GroupBox {
 /// Polynomials are sums over modes, number i + 3 (j + 9 l) the mode T_i T_j T_l of the Chebyshev polynomials
 /// in A, k and b scaled to [-1, 1] over the box.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "mpi", derive(serde::Serialize, serde::Deserialize))]
 pub struct Tile {
     pub(crate) domain: GroupBox,
     /// The proved bound on |C* - polynomial|.
