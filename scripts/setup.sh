@@ -76,12 +76,6 @@ need_latex() {
         texlive-latex-base texlive-latex-recommended texlive-science
 }
 
-# An MPI library with its launcher, and libclang, which generates the bindings.
-need_mpi() {
-    need_packages "command -v mpirun && command -v mpicc && ls /usr/lib/llvm-*/lib/libclang.so*" \
-        libopenmpi-dev openmpi-bin libclang-dev
-}
-
 # A browser, and a reader of the files that it prints, for tests of the pages.
 need_chromium() {
     need_packages "command -v chromium && command -v pdftotext" chromium poppler-utils

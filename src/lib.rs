@@ -55,9 +55,10 @@
 // `pub` items are reachable by users of the library; the compiler reports unused items, all `pub(crate)`.
 #![warn(unreachable_pub)]
 // Without the program, the items that only it uses are unused. Unused items are reported with all features.
+#![cfg_attr(not(feature = "explore"), allow(dead_code, unused_imports))]
 
 pub use slipmap_certify as certify;
-pub use slipmap_model::{filippov, friction, point};
+pub use slipmap_model::{filippov, point};
 pub use slipmap_simulate as simulate;
 pub use slipmap_witness as witness;
 
@@ -93,9 +94,71 @@ pub mod report;
 pub mod risk;
 #[cfg(feature = "store")]
 pub mod store;
+
+pub mod friction {
+    //! Friction laws: the force phi(u) at slip speed u >= 0 in units of the static force, phi(0) = 1.
+    //!
+    //! A [`Law`] is a family with named parameters, each of which becomes an axis of a map. Fixing eps and the
+    //! parameters gives a [`Curve`], a function of the slip speed.
+    //!
+    //! A point is legal for its law, or there is none:
+    //! ```
+    //! use slipmap::friction::Law;
+    //!
+    //! let point = Law::Stribeck.point(0.1, &[0.4, 0.2, 2.0], 1.0, 0.6)?;
+    //! assert_eq!(point.damping(), 0.6);
+    //! let backwards = Law::Stribeck.point(0.1, &[0.4, 0.2, 2.0], -1.0, 0.6);
+    //! assert_eq!(backwards.unwrap_err().to_string(), "V is -1.0; it must be greater than 0");
+    //! # Ok::<(), slipmap::friction::PointError>(())
+    //! ```
+    //!
+    //! A law of your own:
+    //! ```
+    //! use slipmap::certify::TESTS;
+    //! use slipmap::filippov::Oscillator;
+    //! use slipmap::friction::{CustomLaw, Law, Parameter};
+    //! use slipmap::simulate::{Fate, critical_damping, flow};
+    //!
+    //! /// The friction of R. I. Leine and others, 1 / (1 + a u).
+    //! #[derive(Debug)]
+    //! struct Hyperbola([Parameter; 1]);
+    //!
+    //! impl CustomLaw for Hyperbola {
+    //!     fn name(&self) -> &'static str {
+    //!         "hyperbola"
+    //!     }
+    //!     fn parameters(&self) -> &[Parameter] {
+    //!         &self.0
+    //!     }
+    //!     fn phi(&self, u: f64, _epsilon: f64, a: &[f64]) -> f64 {
+    //!         1.0 / (1.0 + a[0] * u)
+    //!     }
+    //!     fn slope(&self, u: f64, _epsilon: f64, a: &[f64]) -> f64 {
+    //!         -a[0] / (1.0 + a[0] * u).powi(2)
+    //!     }
+    //! }
+    //!
+    //! let a = Parameter { name: "a", long_name: "rate of weakening", min: 0.0, max: f64::INFINITY };
+    //! let law = Law::custom(Hyperbola([a]))?;
+    //! let point = law.point(1.0, &[3.0], 0.2, 0.0)?;
+    //! let oscillator = Oscillator::new(&law, &point);
+    //! assert!(matches!(flow(&oscillator, 1e-9).fate, Fate::Sticks(_)));
+    //! let column = law.column(&point);
+    //! let critical = critical_damping(&column, 1e-9)?;
+    //! assert!((1.0..2.0).contains(&critical.c) && critical.error < 1e-8);
+    //! // Of functions nothing is proved: the theorems are silent.
+    //! let symmetric = TESTS.iter().find(|test| test.name == "symmetric").unwrap();
+    //! assert_eq!((symmetric.claim)(&column).present_below, f64::NEG_INFINITY);
+    //! # Ok::<(), Box<dyn std::error::Error>>(())
+    //! ```
+
+    pub use slipmap_model::friction::{
+        Accuracy, Column, Curve, Custom, CustomLaw, CustomLawError, Expression, ExpressionError, Function,
+        FunctionError, Gradient, Law, Parameter, PointError, Range, Stribeck, Table, TableError, Weakening,
+    };
+}
+
 #[doc = include_str!("architecture.md")]
 pub mod architecture {}
 #[doc = include_str!("theory.md")]
 pub mod theory {}
-#[doc = include_str!("clusters.md")]
-pub mod clusters {}

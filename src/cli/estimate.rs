@@ -16,7 +16,7 @@ use crate::clock::{process_time, thread_time};
 use crate::config::Job;
 use crate::dataset::Schema;
 use crate::map::{self, Control, Grid, Method, Plan};
-use crate::store::ByteSink;
+use crate::store::LengthSink;
 use slipmap_model::filippov::Oscillator;
 use slipmap_simulate::continuation::MOST_POINTS;
 use slipmap_simulate::folds::MOST_SECTIONS;
@@ -297,7 +297,7 @@ fn within<T: Send + Default>(time: Duration, work: impl FnOnce(&AtomicBool) -> T
 
 /// Estimated duration in seconds of the proof that the plan requests, from a sample that takes [`PROOF`].
 fn proof_seconds(plan: &Plan, threads: Option<usize>) -> Option<f64> {
-    let proved = within(PROOF, |stop| map::prove(plan, threads, None, stop)).1?;
+    let proved = within(PROOF, |stop| map::prove(plan, threads, stop)).1?;
     let boxes = map::boxes_to_try(plan);
     let tried = proved.volumes.tiles.clamp(1, boxes);
     Some(proved.seconds * boxes as f64 / tried as f64)
@@ -340,8 +340,8 @@ fn timed(plan: &Plan, sample: &Grid, threads: Option<usize>) -> Timed {
         }
     };
     let packed = AtomicU64::new(0);
-    let sink = ByteSink::new(&plan, |bytes| {
-        packed.fetch_add(bytes.len() as u64, Ordering::Relaxed);
+    let sink = LengthSink::new(&plan, |length| {
+        packed.fetch_add(length as u64, Ordering::Relaxed);
     });
     let control = Control { threads, on_cells: &on_cells, stop: &stop, ..Control::default() };
     // An interrupted sample counts as far as it went.

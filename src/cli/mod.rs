@@ -11,8 +11,6 @@ mod explore;
 mod failures;
 mod interrupt;
 mod machine;
-#[cfg(feature = "mpi")]
-mod mpi;
 mod output;
 mod plot;
 mod point;

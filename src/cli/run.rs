@@ -17,10 +17,9 @@ use super::summary::{self, RunReport};
 use super::{Ended, Failure, estimate, interrupt, output, progress, proof, say};
 use crate::clock::process_time;
 use crate::config::Job;
-use crate::map::{self, Account, ComputeError, Control, Earlier, Queue};
+use crate::map::{self, ComputeError, Control, Earlier, Queue};
 use crate::risk::NoRisk;
 use crate::store::{self, Left, Outcome, PartialMap, Provenance, Resumed, StoreError};
-use slipmap_certify::validated::prover::Prover;
 
 /// Compute a map from a configuration file.
 #[derive(Debug, Args)]
@@ -63,65 +62,9 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     let stop = interrupt::flag();
-    match launched() {
-        0 | 1 => alone(arguments, stop),
-        processes => together(arguments, stop, processes),
-    }
-}
-
-/// Number of processes started by mpirun (Open MPI, MPICH) or by Slurm, from the environment; 0 without a
-/// launcher.
-fn launched() -> usize {
-    let variable = |name: &str| std::env::var(name).ok();
-    // Without PMIx these may be independent runs.
-    let by_slurm = || variable("PMIX_RANK").and_then(|_| variable("SLURM_STEP_NUM_TASKS"));
-    let count = variable("OMPI_COMM_WORLD_SIZE").or_else(|| variable("PMI_SIZE")).or_else(by_slurm);
-    count.and_then(|count| count.parse().ok()).unwrap_or(0)
-}
-
-/// Runs the command in one process.
-fn alone(arguments: &Arguments, stop: &AtomicBool) -> Result<Ended, Failure> {
-    match prepare(arguments, arguments.job()?)? {
+    match prepare(arguments, Job::load(&arguments.config, &arguments.sets)?)? {
         None => Ok(Ended::Fine),
-        Some((job, map)) => compute(arguments, &job, map, stop, None, |map, control, queue| {
-            Ok(map::compute_tiles(&job.plan, map, control, &|| queue.take())?)
-        }),
-    }
-}
-
-/// Runs the command in many processes started by a launcher.
-#[cfg(feature = "mpi")]
-fn together(arguments: &Arguments, stop: &AtomicBool, _: usize) -> Result<Ended, Failure> {
-    let ranks = super::mpi::Ranks::join(arguments.threads)?;
-    if !ranks.is_writer() {
-        return ranks.work(arguments.job(), stop);
-    }
-    // The other ranks wait for an answer even if the preparation fails.
-    let prepared = arguments.job().and_then(|job| prepare(arguments, job));
-    let Ok(Some((job, map))) = prepared else {
-        let told = ranks.begin(None);
-        return prepared.and(told).map(|_| Ended::Fine);
-    };
-    compute(arguments, &job, map, stop, Some(&ranks), |map, control, queue| {
-        let remote_threads = ranks.begin(Some((&job.plan, queue)))?;
-        let local = || map::compute_tiles(&job.plan, map, control, &|| queue.take());
-        let (account, threads) = ranks.serve(map, queue, stop, control.on_cells, local)?;
-        Ok((account, threads + remote_threads))
-    })
-}
-
-/// Refuses: without MPI each of the processes would compute the same map.
-#[cfg(not(feature = "mpi"))]
-fn together(_: &Arguments, _: &'static AtomicBool, processes: usize) -> Result<Ended, Failure> {
-    Err(Failure::BadInput(format!(
-        "{processes} processes were started together, but this slipmap was built without MPI\n  \
-         help: build it with cargo build --release --features mpi, or start one process with --threads"
-    )))
-}
-
-impl Arguments {
-    fn job(&self) -> Result<Job, Failure> {
-        Ok(Job::load(&self.config, &self.sets)?)
+        Some((job, map)) => compute(arguments, &job, map, stop),
     }
 }
 
@@ -178,36 +121,8 @@ fn prepare(arguments: &Arguments, job: Job) -> Result<Option<(Job, PartialMap)>,
     Ok(Some((job, map)))
 }
 
-/// Reason why some tiles were not computed.
-enum Stopped {
-    Early(ComputeError<StoreError>),
-    #[cfg(feature = "mpi")]
-    Never(Failure),
-}
-
-impl From<ComputeError<StoreError>> for Stopped {
-    fn from(error: ComputeError<StoreError>) -> Self {
-        Stopped::Early(error)
-    }
-}
-
-#[cfg(feature = "mpi")]
-impl From<Failure> for Stopped {
-    fn from(failure: Failure) -> Self {
-        Stopped::Never(failure)
-    }
-}
-
-/// Computes the missing tiles through `compute_tiles`, completes the map, whose proofs `prover` may share
-/// with other processes, and reports.
-fn compute(
-    arguments: &Arguments,
-    job: &Job,
-    map: PartialMap,
-    stop: &AtomicBool,
-    prover: Option<&dyn Prover>,
-    compute_tiles: impl FnOnce(&PartialMap, &Control, &Queue) -> Result<(Account, usize), Stopped>,
-) -> Result<Ended, Failure> {
+/// Computes the missing tiles, completes the map, and reports.
+fn compute(arguments: &Arguments, job: &Job, map: PartialMap, stop: &AtomicBool) -> Result<Ended, Failure> {
     let start = Instant::now();
     let bar = progress::bar(arguments.quiet, Some(job.plan.grid.cells() as u64), "cells");
     let planes = std::sync::OnceLock::new();
@@ -220,8 +135,8 @@ fn compute(
     let control = Control { threads, on_cells: &on_cells, on_plane: &on_plane, stop };
     let earlier_seconds = map.found.seconds;
     let earlier = Earlier { account: map.account().clone(), seconds: earlier_seconds };
-    let computed = map::run_with(&job.plan, &control, earlier, prover, || {
-        let computed = compute_tiles(&map, &control, &queue);
+    let computed = map::run_with(&job.plan, &control, earlier, || {
+        let computed = map::compute_tiles(&job.plan, &map, &control, &|| queue.take());
         bar.finish_and_clear();
         let count = job.plan.planes.len() as u64;
         planes.get_or_init(|| progress::bar(arguments.quiet || count == 0, Some(count), "planes of curves"));
@@ -232,9 +147,7 @@ fn compute(
     }
     let summary = match computed {
         Ok(summary) => summary,
-        Err(Stopped::Early(error)) => return Err(stopped(&map, &error, &job.output)),
-        #[cfg(feature = "mpi")]
-        Err(Stopped::Never(failure)) => return Err(failure),
+        Err(error) => return Err(stopped(&map, &error, &job.output)),
     };
     if let (Some(path), Some(proved)) = (&job.proof, &summary.proved) {
         proof::write(&proved.proof, &job.identity(), path, arguments.overwrite)?;
@@ -333,17 +246,7 @@ fn how_to_continue() -> String {
         arguments.retain(|argument| argument != "--overwrite");
         arguments.push("--resume".into());
     }
-    let by_slurm = std::env::var_os("SLURM_STEP_NUM_TASKS").is_some();
-    format!("  to continue: {}{}", launcher(launched(), by_slurm), arguments.join(" "))
-}
-
-/// The launcher command for `processes` processes.
-fn launcher(processes: usize, by_slurm: bool) -> String {
-    match processes {
-        0 | 1 => String::new(),
-        _ if by_slurm => format!("srun -n {processes} "),
-        _ => format!("mpirun -n {processes} "),
-    }
+    format!("  to continue: {}", arguments.join(" "))
 }
 
 /// Failures to create the map are bad input; later failures are not.
@@ -401,16 +304,4 @@ fn command_line() -> Vec<String> {
         }
     });
     std::iter::once("slipmap".to_owned()).chain(quoted).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::launcher;
-
-    #[test]
-    fn a_run_is_continued_by_as_many_processes() {
-        assert_eq!(launcher(1, true), "");
-        assert_eq!(launcher(4, false), "mpirun -n 4 ");
-        assert_eq!(launcher(4, true), "srun -n 4 ");
-    }
 }

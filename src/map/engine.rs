@@ -111,20 +111,13 @@ pub enum ComputeError<E: std::error::Error> {
 pub struct Queue {
     next: AtomicUsize,
     finished: Vec<bool>,
-    left: AtomicUsize,
 }
 
 impl Queue {
     /// The queue of the tiles that are not `finished`, which has one entry per tile of the grid.
     #[must_use]
     pub fn new(finished: Vec<bool>) -> Self {
-        let left = finished.iter().filter(|finished| !**finished).count();
-        Self { next: AtomicUsize::new(0), finished, left: AtomicUsize::new(left) }
-    }
-
-    /// Number of tiles that are left.
-    pub(crate) fn left(&self) -> usize {
-        self.left.load(Ordering::Relaxed)
+        Self { next: AtomicUsize::new(0), finished }
     }
 
     /// Number of the next tile to compute; `None` when none is left.
@@ -133,10 +126,7 @@ impl Queue {
             let number = self.next.fetch_add(1, Ordering::Relaxed);
             match self.finished.get(number) {
                 Some(true) => {}
-                Some(false) => {
-                    self.left.fetch_sub(1, Ordering::Relaxed);
-                    return Some(number);
-                }
+                Some(false) => return Some(number),
                 None => return None,
             }
         }

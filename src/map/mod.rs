@@ -34,7 +34,6 @@ pub use contradictions::{Contradiction, Contradictions};
 pub(crate) use curves::{CURVE_COLUMNS, curves_of};
 pub use curves::{Plane, PlaneCurve, PlaneCurves, PlanePoint};
 pub use engine::{ComputeError, Control, MethodSummary, Queue, Summary, compute_tiles};
-#[doc(hidden)] // the program shares tiles out to the processes of a run
 pub use field::{Field, Quantity};
 pub use grid::{Axis, AxisRole, Grid, GridError, Tile};
 pub(crate) use grid::{is_linear, is_logarithmic, unravel};

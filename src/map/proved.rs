@@ -3,14 +3,10 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-use rayon::ThreadPool;
-
 use super::Plan;
 use slipmap_certify::validated::boxes::{BoxProof, Budget, ParameterBox, Volumes};
 use slipmap_certify::validated::law_boxes::LawProof;
-use slipmap_certify::validated::prover::{Prover, Threads};
 use slipmap_certify::validated::surface::Surface;
-use slipmap_certify::validated::tile::{GroupBox, Tile};
 use slipmap_model::friction::Law;
 
 /// Number of boxes of another law for each that a plan requests: a box of Stribeck's law takes some fifty
@@ -44,15 +40,10 @@ pub(crate) fn boxes_to_try(plan: &Plan) -> usize {
     }
 }
 
-/// Computes the proofs that the plan requests with `threads` workers (all cores if `None`) and, for
-/// Stribeck's law, `others`; stops early if `stop` is set. `None` if the plan requests no proofs, or if the
-/// workers cannot be started. The proofs do not depend on the number of workers.
-pub(crate) fn prove(
-    plan: &Plan,
-    threads: Option<usize>,
-    others: Option<&dyn Prover>,
-    stop: &AtomicBool,
-) -> Option<Proved> {
+/// Computes the proofs that the plan requests with `threads` threads (all cores if `None`); stops early if
+/// `stop` is set. `None` if the plan requests no proofs, or if the threads cannot be started. The proofs do
+/// not depend on the number of threads.
+pub(crate) fn prove(plan: &Plan, threads: Option<usize>, stop: &AtomicBool) -> Option<Proved> {
     if plan.proof_boxes == 0 {
         return None;
     }
@@ -66,12 +57,10 @@ pub(crate) fn prove(
             let parameters = ParameterBox { epsilon, alpha, beta, gamma, belt_speed, damping };
             let Budget { tiles, parts } = Budget::of_boxes(plan.proof_boxes);
             let mut proof = BoxProof::new(&parameters);
-            // Other processes are reached from the calling thread only.
-            match others {
-                Some(others) => proof.refine_surface(tiles, &Shared { pool: &pool, others }, &go_on),
-                None => pool.install(|| proof.refine_surface(tiles, &Threads, &go_on)),
-            }
-            pool.install(|| proof.refine_parts(parts, &go_on));
+            pool.install(|| {
+                proof.refine_surface(tiles, &go_on);
+                proof.refine_parts(parts, &go_on);
+            });
             (proof.volumes(), Proofs::Surface(proof.surface))
         }
         (law, [parameters @ .., damping]) => {
@@ -82,31 +71,4 @@ pub(crate) fn prove(
         _ => return None,
     };
     Some(Proved { volumes, seconds: start.elapsed().as_secs_f64(), proof })
-}
-
-/// The threads of this process, and the workers of other processes.
-struct Shared<'a> {
-    pool: &'a ThreadPool,
-    others: &'a dyn Prover,
-}
-
-impl Prover for Shared<'_> {
-    fn workers(&self) -> usize {
-        self.pool.current_num_threads() + self.others.workers()
-    }
-
-    fn prove(&self, domains: &[GroupBox]) -> Vec<Option<Tile>> {
-        let own = (domains.len() * self.pool.current_num_threads()).div_ceil(self.workers());
-        let (own, theirs) = domains.split_at(own);
-        if theirs.is_empty() {
-            return self.pool.install(|| Threads.prove(own));
-        }
-        std::thread::scope(|scope| {
-            let own = scope.spawn(|| self.pool.install(|| Threads.prove(own)));
-            let theirs = self.others.prove(theirs);
-            let mut proofs = own.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
-            proofs.extend(theirs);
-            proofs
-        })
-    }
 }

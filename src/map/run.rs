@@ -7,7 +7,6 @@ use super::account::Account;
 use super::engine::{ComputeError, Control, Queue, Summary, compute_tiles};
 use super::{Plan, Sink, curves_of, prove};
 use crate::clock::process_time;
-use slipmap_certify::validated::prover::Prover;
 
 /// The work of earlier runs of the same plan, for a resumed run.
 #[derive(Clone, Debug)]
@@ -54,29 +53,22 @@ impl Earlier {
 pub fn run<S: Sink>(plan: &Plan, sink: &S, control: &Control) -> Result<Summary, ComputeError<S::Error>> {
     let queue = Queue::new(vec![false; plan.tile_count()]);
     let tiles = || compute_tiles(plan, sink, control, &|| queue.take());
-    run_with(plan, control, Earlier::none(plan), None, tiles)
+    run_with(plan, control, Earlier::none(plan), tiles)
 }
 
 /// As [`run`], with tiles computed by the function `tiles`, after `earlier` runs have finished some of them.
-/// `tiles` returns the sum of the accounts of its tiles, and the number of workers. The proofs are shared
-/// with the workers `others`, which are called only after `tiles` and only from the calling thread.
+/// `tiles` returns the sum of the accounts of its tiles, and the number of workers.
 ///
 /// # Errors
-/// Those of `tiles`, or a [`ComputeError`] converted to that type.
-pub(crate) fn run_with<S, E>(
+/// Those of `tiles`, and [`ComputeError`].
+pub(crate) fn run_with<E: std::error::Error>(
     plan: &Plan,
     control: &Control,
     earlier: Earlier,
-    others: Option<&dyn Prover>,
-    tiles: impl FnOnce() -> Result<(Account, usize), E>,
-) -> Result<Summary, E>
-where
-    S: std::error::Error,
-    E: From<ComputeError<S>>,
-{
+    tiles: impl FnOnce() -> Result<(Account, usize), ComputeError<E>>,
+) -> Result<Summary, ComputeError<E>> {
     let (start, processor) = (Instant::now(), process_time());
     let (mut account, threads) = tiles()?;
-    // The account may include other processes, whose remaining time is not known here.
     let rest = (process_time() - processor).as_secs_f64() - account.processor_seconds();
     account.stages.other += rest.max(0.0);
     account.add(earlier.account);
@@ -89,10 +81,10 @@ where
         summary.account.stages.curves += (process_time() - processor).as_secs_f64();
     }
     let processor = process_time();
-    summary.proved = prove(plan, control.threads, others, control.stop);
+    summary.proved = prove(plan, control.threads, control.stop);
     summary.account.stages.proofs += (process_time() - processor).as_secs_f64();
     if control.stop.load(Ordering::Relaxed) {
-        return Err(ComputeError::Interrupted.into());
+        return Err(ComputeError::Interrupted);
     }
     Ok(summary)
 }

@@ -4,8 +4,7 @@
 /// of verdicts and 512 KiB of a real field suit readers of HDF5.
 const MOST_TILE_CELLS: usize = 1 << 16;
 /// Largest number of tiles up to which [`MOST_TILE_CELLS`] applies. Grids beyond 10^10 cells have larger
-/// tiles, since the one process that writes them could not keep up with hundreds of cores (see
-/// [`crate::clusters`]).
+/// tiles, since the one thread that writes them could not keep up with many cores (docs/clusters.md).
 const MOST_TILES: usize = 1 << 20;
 /// Largest number of cells of a tile of any grid: 1 MiB of verdicts, the size of HDF5's cache of chunks.
 const MOST_TILE_CELLS_OF_ALL: usize = 1 << 20;

@@ -1,4 +1,4 @@
-//! The contents of the journal and of messages as bytes: attributes, tiles and accounts, by serde in the
+//! The contents of the journal as bytes: attributes, tiles and accounts, by serde in the
 //! format of `postcard`.
 //!
 //! Decoded data are not trusted: every length is compared with the number of bytes that are left before

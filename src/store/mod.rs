@@ -90,18 +90,13 @@ mod value;
 mod writer;
 
 pub use crate::dataset::attributes::fingerprint;
-#[cfg(feature = "mpi")]
-pub(crate) use crate::dataset::attributes::plan_digest;
 pub use crate::dataset::{Outcome, Provenance, Value};
-pub use check::{CheckReport, Problem, check};
-#[cfg(feature = "mpi")]
-pub(crate) use codec::{from_bytes, to_bytes};
-
 pub use crate::files::Existing;
+pub use check::{CheckReport, Problem, check};
 pub use error::StoreError;
 pub(crate) use journal::is_journal;
-pub(crate) use pack::ByteSink;
-pub use pack::{PackedTile, Packer};
+pub(crate) use pack::LengthSink;
+pub use pack::PackedTile;
 pub(crate) use partial::{Left, left, remove_unfinished};
 pub use partial::{PartialMap, Resumed};
 pub(crate) use reader::SIGNATURE;

@@ -12,7 +12,7 @@ use crate::dataset::fingerprint::{self, canonical};
 use crate::dataset::{Cells, Fingerprint, Schema, Variable};
 use crate::map::{Account, Plan, Runs, Sink, TileData, unravel};
 
-use super::codec::{from_bytes, to_bytes};
+use super::codec::to_bytes;
 use super::deflate;
 
 /// A chunk as stored in the file, with the fingerprint and the counts of its cells.
@@ -44,9 +44,9 @@ impl PackedTile {
     }
 }
 
-/// Packs tiles of an unfinished map, in the process that writes the map or in another.
+/// Packs tiles of an unfinished map.
 #[derive(Debug)]
-pub struct Packer {
+pub(super) struct Packer {
     pub(super) plan: Plan,
     schema: Schema,
     /// Cache of chunks with few runs.
@@ -70,8 +70,7 @@ const RUNS_PER_16_CELLS: usize = 4;
 
 impl Packer {
     /// Packer for the map of `plan`.
-    #[must_use]
-    pub fn new(plan: &Plan) -> Self {
+    pub(super) fn new(plan: &Plan) -> Self {
         Self { plan: plan.clone(), schema: Schema::of(plan), known: Mutex::default() }
     }
 
@@ -79,8 +78,7 @@ impl Packer {
     ///
     /// # Panics
     /// If the tile does not have the number of cells that the plan requires, which is a bug of the engine.
-    #[must_use]
-    pub fn pack(&self, data: &TileData) -> PackedTile {
+    pub(super) fn pack(&self, data: &TileData) -> PackedTile {
         let schema = &self.schema;
         let mut work = Work { level: self.plan.compression, deflate: None, plain: Vec::new() };
         let mut chunks: Vec<PackedChunk> = Vec::with_capacity(schema.variables.len());
@@ -115,19 +113,6 @@ impl Packer {
             chunks.push(PackedChunk { fingerprint, counts, bytes });
         }
         PackedTile { number: data.tile.number, chunks }
-    }
-
-    /// Encodes a packed tile and its account, to be sent to the process that writes the map.
-    #[must_use]
-    pub fn to_bytes(&self, tile: &PackedTile, account: &Account) -> Vec<u8> {
-        to_bytes(&(tile, account))
-    }
-
-    /// Decodes the bytes of [`Packer::to_bytes`]; `None` for other bytes.
-    #[must_use]
-    pub fn from_bytes(&self, bytes: &[u8]) -> Option<(PackedTile, Account)> {
-        let both = from_bytes::<(PackedTile, Account)>(bytes);
-        both.filter(|(tile, account)| tile.fits(&self.schema) && account.fits(&self.plan))
     }
 
     /// Bytes and fingerprint of a chunk of codes, from the cache if it contains them.
@@ -172,20 +157,20 @@ impl Packer {
     }
 }
 
-/// A sink that passes on the bytes of every tile, see [`Packer::to_bytes`].
-pub(crate) struct ByteSink<F> {
+/// A sink that forgets the tiles, and passes on the length of each in the journal.
+pub(crate) struct LengthSink<F> {
     packer: Packer,
     receive: F,
 }
 
-impl<F: Fn(Vec<u8>) + Sync> ByteSink<F> {
-    /// The sink of the tiles of `plan` that calls `receive` with the bytes of each tile.
+impl<F: Fn(usize) + Sync> LengthSink<F> {
+    /// The sink of the tiles of `plan` that calls `receive` with the length of each tile in bytes.
     pub(crate) fn new(plan: &Plan, receive: F) -> Self {
         Self { packer: Packer::new(plan), receive }
     }
 }
 
-impl<F: Fn(Vec<u8>) + Sync> Sink for ByteSink<F> {
+impl<F: Fn(usize) + Sync> Sink for LengthSink<F> {
     type Packed = PackedTile;
     type Error = Infallible;
 
@@ -194,7 +179,7 @@ impl<F: Fn(Vec<u8>) + Sync> Sink for ByteSink<F> {
     }
 
     fn write(&self, packed: PackedTile, account: &Account) -> Result<(), Infallible> {
-        (self.receive)(self.packer.to_bytes(&packed, account));
+        (self.receive)(to_bytes(&(packed, account)).len());
         Ok(())
     }
 }

@@ -295,12 +295,6 @@ impl PartialMap {
         &self.packer.plan
     }
 
-    /// The packer for the map's tiles.
-    #[must_use]
-    pub fn packer(&self) -> &Packer {
-        &self.packer
-    }
-
     /// Returns whether the map is locked against other processes; false on file systems without locks.
     pub(crate) fn is_locked(&self) -> bool {
         self.journal().locked

@@ -98,7 +98,7 @@ fn rust_files(folder: &str) -> Vec<(String, String)> {
 /// `scripts/test --quick` skips tests by the names in its list: a name that no test has would skip nothing.
 #[test]
 fn slow_tests_exist() {
-    let files: Vec<(String, String)> = ["src", "tests"].into_iter().flat_map(rust_files).collect();
+    let files: Vec<(String, String)> = ["src", "crates", "tests"].into_iter().flat_map(rust_files).collect();
     for name in read("scripts/slow_tests.txt").lines().filter(|line| !line.starts_with('#')) {
         let (modules, function) = name.rsplit_once("::").unwrap();
         let modules = modules.trim_end_matches("::tests").replace("::", "/");

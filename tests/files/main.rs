@@ -7,6 +7,4 @@
 #![allow(clippy::unwrap_used, clippy::expect_used)]
 
 mod fuzz;
-mod messages;
 mod store;
-mod writer_rate;

@@ -7,7 +7,6 @@ use proptest::prelude::*;
 use proptest::sample::Index;
 use serde_json::{Value, json};
 use slipmap::certify::certificate::Certificate;
-use slipmap::certify::validated::prover::Threads;
 use slipmap::certify::validated::surface::Surface;
 use slipmap::certify::validated::tile::GroupBox;
 use slipmap::friction::Law;
@@ -21,7 +20,7 @@ static VALID: LazyLock<Vec<Value>> = LazyLock::new(|| {
         let share = |part: &GroupBox| {
             if open(part) { 0.0 } else { part.ranges().iter().map(|[lo, hi]| 1.0 + hi - lo).sum() }
         };
-        surface.refine(budget, 0.0, &share, &Threads, &|| true);
+        surface.refine(budget, 0.0, &share, &|| true);
         let value: Value =
             serde_json::from_str(&Certificate::of(&surface, "a program", "a run").text().unwrap()).unwrap();
         assert_eq!(check(&value), Some(true), "a valid certificate is refused: {value}");

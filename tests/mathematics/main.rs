@@ -3,7 +3,7 @@
 //!
 //! To run one part alone: `cargo test --test mathematics identities::`.
 
-#![cfg(all(feature = "config", feature = "serde"))]
+#![cfg(feature = "config")]
 // The tables are read with csv, of the feature `config`, and serde. clippy.toml exempts only test functions,
 // not their helpers.
 #![allow(clippy::unwrap_used, clippy::expect_used)]

@@ -117,7 +117,7 @@ fn anchor(title: &str) -> String {
 /// Every text in which the theory may be cited, with its path.
 fn citing_texts() -> Vec<(PathBuf, String)> {
     let mut folders: Vec<PathBuf> =
-        ["src", "tests", "scripts", "benches", "fuzz/fuzz_targets", "docs", "python"]
+        ["src", "crates", "tests", "scripts", "benches", "fuzz/fuzz_targets", "docs", "python"]
             .map(|folder| root().join(folder))
             .into();
     let mut texts = vec![(root().join("README.md"), read(&root().join("README.md")))];
@@ -238,14 +238,26 @@ fn wrong_citations_are_seen() {
     }
 }
 
+/// Where a module of the library's face is: a crate, a module of one, or of the root package.
+fn home(name: &str) -> PathBuf {
+    let crates = root().join("crates");
+    let exists = |path: &PathBuf| path.is_dir() || path.with_extension("rs").is_file();
+    let inner = fs::read_dir(&crates).unwrap().flatten().map(|entry| entry.path().join("src").join(name));
+    std::iter::once(crates.join(name).join("src"))
+        .chain(inner)
+        .find(exists)
+        .unwrap_or_else(|| root().join("src").join(name))
+}
+
 #[test]
 fn every_function_of_the_table_exists() {
     for Row { statement, functions, .. } in rows() {
         assert!(!functions.is_empty(), "no function: {statement}");
         for function in functions {
             let path = function.strip_prefix("crate::").unwrap_or_else(|| panic!("{function} is no path"));
-            let mut module = root().join("src");
             let mut items = path.split("::").peekable();
+            let first = items.next().unwrap_or_default();
+            let mut module = home(first);
             while let Some(name) = items.peek() {
                 let below = module.join(name);
                 if !below.is_dir() && !below.with_extension("rs").is_file() {

@@ -24,8 +24,6 @@ mod machine_limits;
 mod map_equal;
 #[cfg(target_os = "linux")]
 mod mounts;
-#[cfg(all(target_os = "linux", feature = "mpi"))]
-mod mpi;
 mod probe;
 mod proofs;
 mod reference_page;

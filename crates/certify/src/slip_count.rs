@@ -26,7 +26,7 @@
 //!
 //! It contains no derivative of D, and the sign of h is that of the slope of g.
 //!
-//! **One orbit.** The steps of `src/enclosure.rs` in th, with rho for y, enclose rho and the integral of H.
+//! **One orbit.** The steps of `crates/certify/src/enclosure.rs` in th, with rho for y, enclose rho and the integral of H.
 //! The region where the orbit may be is guessed, and confirmed by the bound on its distance from the
 //! polynomial.
 //!

@@ -3,7 +3,7 @@
 //! The margin m/V is analytic in c, in the belt speed and in the parameters of a law wherever the orbits
 //! complete their turn and the law is analytic, and 1 + m/V is nearly that of a spiral, an orbit with the
 //! constant divergence D(V) (theory, "Margins of a grid"). The polynomial interpolates their ratio, less 1.
-//! Its nodes are cells of the grid, see `src/simulate/lower_set.rs`.
+//! Its nodes are cells of the grid, see `crates/simulate/src/lower_set.rs`.
 //!
 //! A box of columns whose polynomial needs too many nodes is cut into halves, down to single columns, as is
 //! one in which an orbit does not complete its turn. Some further cells of each box get a turn: where one of

@@ -24,7 +24,6 @@ use super::defect::Groups;
 use super::expansion::{AXES, Expansion, Function, Part as Frame, Ranges};
 use super::landing_speed::{Divergence, Flow};
 use super::mean::{mean_cut, share_above};
-use super::prover::Prover;
 use super::surface::{Enclosure, Surface};
 use super::tile::GroupBox;
 use super::{even_part_bounds, least_proved};
@@ -140,9 +139,9 @@ impl BoxProof {
         proof
     }
 
-    /// Proves up to `tiles` tiles of the surface with the workers of `prover`, or until `go_on` returns
-    /// false.
-    pub fn refine_surface(&mut self, tiles: usize, prover: &dyn Prover, go_on: &dyn Fn() -> bool) {
+    /// Proves up to `tiles` tiles of the surface with the threads of the current pool, or until `go_on`
+    /// returns false.
+    pub fn refine_surface(&mut self, tiles: usize, go_on: &dyn Fn() -> bool) {
         let columns = &self.columns;
         let share = |domain: &GroupBox| {
             let inside = |column: &&[f64; 3]| {
@@ -152,7 +151,7 @@ impl BoxProof {
         };
         // With a single damping, every width counts.
         let width = (self.damping[1] - self.damping[0]) * self.ranges[0][0];
-        self.surface.refine(tiles, NEGLIGIBLE * width, &share, prover, go_on);
+        self.surface.refine(tiles, NEGLIGIBLE * width, &share, go_on);
     }
 
     /// Cuts the box into up to `most_parts` parts, with the surface as it is, or until `go_on` returns false.
@@ -407,7 +406,6 @@ mod tests {
     use super::*;
     use crate::test_columns::stribeck;
     use crate::validated::Enclosed;
-    use crate::validated::prover::Threads;
 
     fn parameters() -> ParameterBox {
         ParameterBox {
@@ -421,7 +419,7 @@ mod tests {
     }
 
     fn refine(proof: &mut BoxProof, Budget { tiles, parts }: Budget) {
-        proof.refine_surface(tiles, &Threads, &|| true);
+        proof.refine_surface(tiles, &|| true);
         proof.refine_parts(parts, &|| true);
     }
 

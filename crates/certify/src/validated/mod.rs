@@ -53,7 +53,7 @@
 //! | rounding of samples | `defect::Balls` | `balls_hold_the_exact_results`, `samples_meet_those_by_intervals` |
 //! | C* enclosed | [`Enclosed::critical`] | `tests/mathematics/validated.rs` against 150-bit references |
 //! | C* enclosed over a box | [`tile::Tile::prove`] | `a_tile_holds_the_points_inside`, `bounds_hold_between_the_samples_and_samples_alone_do_not`, [`super::recheck`] |
-//! | C* enclosed over the universal surface, equally by any number of workers | [`surface::Surface::refine`], [`prover::Prover`] | `a_surface_is_the_same_for_any_number_of_workers`, `tests/program/mpi.rs::any_number_of_ranks_makes_the_same_proofs` |
+//! | C* enclosed over the universal surface, equally by any number of threads | [`surface::Surface::refine`] | `a_surface_is_the_same_for_any_number_of_threads` |
 //! | volumes proved | [`boxes::BoxProof`] | `proved_volumes_enclose_the_true_one`, `volumes_of_known_sets` |
 //! | C* enclosed for any law | [`any_law::prove`] | `tests/mathematics/laws.rs::validated_encloses_every_law`, `two_proofs_of_one_column_agree` |
 //! | C* enclosed over a box of any law's parameters | `barrier::Tile::prove` | `tiles_hold_the_points_inside` |
@@ -75,8 +75,6 @@ mod landing_speed;
 pub mod law_boxes;
 mod mean;
 mod orbit;
-#[doc(hidden)] // who proves the tiles of a surface: the program's threads and processes
-pub mod prover;
 pub mod surface;
 #[doc(hidden)] // what proofs are made of
 pub mod tile;

@@ -1,8 +1,9 @@
 //! The universal surface C*(A, k, b), enclosed over a box piece by piece.
 
+use rayon::prelude::*;
+
 use super::defect::Groups;
 use super::even_part_bounds;
-use super::prover::Prover;
 use super::tile::{GroupBox, Tile};
 use slipmap_numbers::interval::Interval;
 
@@ -57,14 +58,13 @@ impl Surface {
     /// The weight of a piece is the width of its enclosure times its `share` in the caller's measure. Stops
     /// early where `go_on` returns false.
     ///
-    /// The next pieces are proved ahead, so that all workers of `prover` are busy. The result does not depend
-    /// on their number: a piece is replaced only when it is the heaviest.
+    /// The next pieces are proved ahead, so that all threads of the current pool are busy. The result does not
+    /// depend on their number: a piece is replaced only when it is the heaviest.
     pub fn refine(
         &mut self,
         budget: usize,
         enough: f64,
         share: &dyn Fn(&GroupBox) -> f64,
-        prover: &dyn Prover,
         go_on: &dyn Fn() -> bool,
     ) {
         let mut ahead: Vec<Replacement> = Vec::new();
@@ -72,8 +72,8 @@ impl Surface {
             let Some(worst) = self.by_weight(enough).next() else { return };
             let domain = self.pieces[worst].domain;
             if !ahead.iter().any(|replacement| replacement.of == domain) {
-                let next = self.next(budget - self.tried, enough, share, prover.workers(), &ahead);
-                ahead.extend(prove(next, prover));
+                let threads = rayon::current_num_threads();
+                ahead.extend(prove(self.next(budget - self.tried, enough, share, threads, &ahead)));
             }
             let Some(found) = ahead.iter().position(|replacement| replacement.of == domain) else { return };
             let parts = ahead.swap_remove(found).by;
@@ -91,17 +91,17 @@ impl Surface {
         heavy.into_iter().map(|(i, _)| i)
     }
 
-    /// The heaviest pieces, and the boxes with their shares that replace them: two proofs for each worker as
+    /// The heaviest pieces, and the boxes with their shares that replace them: two proofs for each thread as
     /// far as the budget goes, and at least one piece.
     fn next(
         &self,
         left: usize,
         enough: f64,
         share: &dyn Fn(&GroupBox) -> f64,
-        workers: usize,
+        threads: usize,
         ahead: &[Replacement],
     ) -> Vec<(GroupBox, Vec<(GroupBox, f64)>)> {
-        let most = if workers > 1 { left.min(2 * workers) } else { 1 };
+        let most = if threads > 1 { left.min(2 * threads) } else { 1 };
         let (mut next, mut proofs) = (Vec::new(), 0);
         for piece in self.by_weight(enough).map(|i| &self.pieces[i]) {
             if proofs >= most {
@@ -165,10 +165,11 @@ struct Replacement {
 }
 
 /// Tries a proof of each of the boxes whose share is not zero.
-fn prove(next: Vec<(GroupBox, Vec<(GroupBox, f64)>)>, prover: &dyn Prover) -> Vec<Replacement> {
+fn prove(next: Vec<(GroupBox, Vec<(GroupBox, f64)>)>) -> Vec<Replacement> {
     let wanted = next.iter().flat_map(|(_, parts)| parts).filter(|(_, share)| *share > 0.0);
     let wanted: Vec<GroupBox> = wanted.map(|(part, _)| *part).collect();
-    let mut proofs = prover.prove(&wanted).into_iter();
+    let proofs: Vec<Option<Tile>> = wanted.into_par_iter().map(Tile::prove).collect();
+    let mut proofs = proofs.into_iter();
     let mut piece = |(domain, share): (GroupBox, f64)| {
         let even = even_part_width(&domain);
         let tried = (share > 0.0).then(|| proofs.next().flatten());
@@ -205,54 +206,21 @@ fn widest_axis(domain: &GroupBox) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::validated::prover::Threads;
-    use std::cell::{Cell, RefCell};
-
-    /// What is proved, box by box.
-    type Proved = RefCell<Vec<(GroupBox, Option<Tile>)>>;
-
-    /// Proves as so many workers would, each box once: the tile of a box is the same for every worker.
-    struct Workers<'a> {
-        number: usize,
-        most: Cell<usize>,
-        proved: &'a Proved,
-    }
-
-    impl Workers<'_> {
-        fn known(&self, domain: &GroupBox) -> Option<Option<Tile>> {
-            let proved = self.proved.borrow();
-            proved.iter().find(|(one, _)| one == domain).map(|(_, tile)| tile.clone())
-        }
-    }
-
-    impl Prover for Workers<'_> {
-        fn workers(&self) -> usize {
-            self.number
-        }
-        fn prove(&self, domains: &[GroupBox]) -> Vec<Option<Tile>> {
-            self.most.set(self.most.get().max(domains.len()));
-            let new: Vec<GroupBox> =
-                domains.iter().filter(|domain| self.known(domain).is_none()).copied().collect();
-            let tiles = Threads.prove(&new);
-            self.proved.borrow_mut().extend(new.into_iter().zip(tiles));
-            domains.iter().map(|domain| self.known(domain).unwrap()).collect()
-        }
-    }
 
     #[test]
-    fn a_surface_is_the_same_for_any_number_of_workers() {
+    fn a_surface_is_the_same_for_any_number_of_threads() {
         let domain = GroupBox { a: [0.1, 0.4], k: [0.1, 0.3], b: [0.0, 0.02] };
-        let proved = Proved::default();
-        let refined = |number: usize| {
-            let prover = Workers { number, most: Cell::new(0), proved: &proved };
+        let share = |part: &GroupBox| part.a[1] - part.a[0];
+        let refined = |threads: usize, tiles: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             let mut surface = Surface::new(domain);
-            surface.refine(9, 0.0, &|part| part.a[1] - part.a[0], &prover, &|| true);
-            (surface, prover.most.get())
+            pool.install(|| surface.refine(tiles, 0.0, &share, &|| true));
+            surface
         };
-        let (alone, most) = refined(1);
-        assert_eq!((alone.tried, most), (9, 2));
-        let (eight, together) = refined(8);
-        assert_eq!(alone, eight);
-        assert!(together > 2, "eight workers get more than one piece at a time: {together}");
+        let alone = refined(1, 9);
+        assert_eq!(alone.tried, 9);
+        assert_eq!(alone, refined(3, 9));
+        let ahead = |threads: usize| alone.next(100, 0.0, &share, threads, &[]).len();
+        assert!(ahead(1) == 1 && ahead(8) > 1, "eight threads get more than one piece at a time");
     }
 }

@@ -18,7 +18,7 @@
 //! step meet other pieces, q with error e_q, |w - p| <= e_q + max |q - p| there; delta is the largest of
 //! these bounds.
 //!
-//! **A step** is that of `src/enclosure.rs`, with F_p, which has p for w, in place of F. Where |dF/dD| <= M
+//! **A step** is that of `crates/certify/src/enclosure.rs`, with F_p, which has p for w, in place of F. Where |dF/dD| <= M
 //! in a tube around the polynomial, |F - F_p| <= M delta there, which adds to the defect: so the bound on the
 //! distance holds for the true orbit as long as it stays in the tube, and it does if the bound is below the
 //! tube's width. []

@@ -93,16 +93,6 @@ impl Law {
     /// The point of this law with the given eps, the law's own parameters (in the order of
     /// [`Law::parameters`]), belt speed V and damping c, if it is legal.
     ///
-    /// ```
-    /// use slipmap::friction::Law;
-    ///
-    /// let point = Law::Stribeck.point(0.1, &[0.4, 0.2, 2.0], 1.0, 0.6)?;
-    /// assert_eq!(point.damping(), 0.6);
-    /// let backwards = Law::Stribeck.point(0.1, &[0.4, 0.2, 2.0], -1.0, 0.6);
-    /// assert_eq!(backwards.unwrap_err().to_string(), "V is -1.0; it must be greater than 0");
-    /// # Ok::<(), slipmap::friction::PointError>(())
-    /// ```
-    ///
     /// # Errors
     /// [`PointError`].
     pub fn point(

@@ -174,45 +174,6 @@ impl Law {
 
     /// A law given by functions.
     ///
-    /// ```
-    /// use slipmap::certify::TESTS;
-    /// use slipmap::filippov::Oscillator;
-    /// use slipmap::friction::{CustomLaw, Law, Parameter};
-    /// use slipmap::simulate::{Fate, critical_damping, flow};
-    ///
-    /// /// The friction of R. I. Leine and others, 1 / (1 + a u).
-    /// #[derive(Debug)]
-    /// struct Hyperbola([Parameter; 1]);
-    ///
-    /// impl CustomLaw for Hyperbola {
-    ///     fn name(&self) -> &'static str {
-    ///         "hyperbola"
-    ///     }
-    ///     fn parameters(&self) -> &[Parameter] {
-    ///         &self.0
-    ///     }
-    ///     fn phi(&self, u: f64, _epsilon: f64, a: &[f64]) -> f64 {
-    ///         1.0 / (1.0 + a[0] * u)
-    ///     }
-    ///     fn slope(&self, u: f64, _epsilon: f64, a: &[f64]) -> f64 {
-    ///         -a[0] / (1.0 + a[0] * u).powi(2)
-    ///     }
-    /// }
-    ///
-    /// let a = Parameter { name: "a", long_name: "rate of weakening", min: 0.0, max: f64::INFINITY };
-    /// let law = Law::custom(Hyperbola([a]))?;
-    /// let point = law.point(1.0, &[3.0], 0.2, 0.0)?;
-    /// let oscillator = Oscillator::new(&law, &point);
-    /// assert!(matches!(flow(&oscillator, 1e-9).fate, Fate::Sticks(_)));
-    /// let column = law.column(&point);
-    /// let critical = critical_damping(&column, 1e-9)?;
-    /// assert!((1.0..2.0).contains(&critical.c) && critical.error < 1e-8);
-    /// // Of functions nothing is proved: the theorems are silent.
-    /// let symmetric = TESTS.iter().find(|test| test.name == "symmetric").unwrap();
-    /// assert_eq!((symmetric.claim)(&column).present_below, f64::NEG_INFINITY);
-    /// # Ok::<(), Box<dyn std::error::Error>>(())
-    /// ```
-    ///
     /// # Errors
     /// [`CustomLawError`].
     pub fn custom(law: impl CustomLaw) -> Result<Law, CustomLawError> {
