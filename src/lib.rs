@@ -54,46 +54,35 @@
 
 // `pub` items are reachable by users of the library; the compiler reports unused items, all `pub(crate)`.
 #![warn(unreachable_pub)]
-// Without the program, the items that only it uses are unused. Unused items are reported with all features.
-#![cfg_attr(not(feature = "explore"), allow(dead_code, unused_imports))]
 
 pub use slipmap_certify as certify;
+pub use slipmap_map::{behaviour, dataset, machine, probe, risk};
 pub use slipmap_model::{filippov, point};
 pub use slipmap_simulate as simulate;
 pub use slipmap_witness as witness;
+
+#[cfg(feature = "config")]
+pub use slipmap_config as config;
+#[cfg(feature = "store")]
+pub use slipmap_format as store;
+
+#[cfg(feature = "explore")]
+#[doc(hidden)]
+pub use slipmap_explore as explore;
+#[doc(hidden)]
+pub use slipmap_map::assessment;
+#[cfg(feature = "report")]
+#[doc(hidden)]
+pub use {slipmap_report as report, slipmap_study as study};
+
+#[cfg(feature = "cli")]
+#[doc(hidden)]
+pub mod cli;
 
 /// Tries the code of the README.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 mod readme {}
-
-#[cfg(feature = "report")]
-#[doc(hidden)]
-pub mod assessment;
-pub mod behaviour;
-#[doc(hidden)]
-pub mod benchmark;
-#[cfg(feature = "cli")]
-#[doc(hidden)]
-pub mod cli;
-mod clock;
-#[cfg(feature = "config")]
-pub mod config;
-pub mod dataset;
-#[cfg(feature = "explore")]
-#[doc(hidden)]
-pub mod explore;
-#[cfg(feature = "store")]
-mod files;
-pub mod machine;
-pub mod map;
-pub mod probe;
-#[cfg(feature = "report")]
-#[doc(hidden)]
-pub mod report;
-pub mod risk;
-#[cfg(feature = "store")]
-pub mod store;
 
 pub mod friction {
     //! Friction laws: the force phi(u) at slip speed u >= 0 in units of the static force, phi(0) = 1.
@@ -156,6 +145,48 @@ pub mod friction {
         Accuracy, Column, Curve, Custom, CustomLaw, CustomLawError, Expression, ExpressionError, Function,
         FunctionError, Gradient, Law, Parameter, PointError, Range, Stribeck, Table, TableError, Weakening,
     };
+}
+
+pub mod map {
+    //! Maps: axes, grid, tiles, the parallel engine, and the interface of a sink of tiles.
+    //!
+    //! What a map computes is a [`Plan`]:
+    //! ```
+    //! use slipmap::friction::Law;
+    //! use slipmap::map::{Field, Grid, Method, Plan};
+    //!
+    //! // eps, alpha, beta, gamma, V, c: two columns of three cells.
+    //! let nodes = [vec![0.1], vec![0.4], vec![0.2], vec![1.0, 2.0], vec![1.0], vec![0.0, 0.3, 0.6]];
+    //! let grid = Grid::new(Law::Stribeck, nodes.to_vec())?;
+    //! let plan = Plan::builder(grid).methods([Method::Simulation]).fields([Field::CriticalC]).build()?;
+    //! assert_eq!(plan.fields(), [Field::Verdict, Field::CriticalC]);
+    //! # Ok::<(), Box<dyn std::error::Error>>(())
+    //! ```
+    //!
+    //! [`run`] computes it, and hands its tiles to a [`Sink`]:
+    //! ```
+    //! use slipmap::friction::Law;
+    //! use slipmap::map::{self, Account, Control, Grid, Plan, Sink, TileData, Verdict};
+    //!
+    //! /// Forgets the cells; what is counted remains.
+    //! struct Nowhere;
+    //!
+    //! impl Sink for Nowhere {
+    //!     type Packed = ();
+    //!     type Error = std::convert::Infallible;
+    //!     fn pack(&self, _: &TileData) -> Result<(), Self::Error> { Ok(()) }
+    //!     fn write(&self, (): (), _: &Account) -> Result<(), Self::Error> { Ok(()) }
+    //! }
+    //!
+    //! let nodes = [vec![0.1], vec![0.4], vec![0.2], vec![2.0], vec![1.0], vec![0.0, 0.3, 0.9]];
+    //! let plan = Plan::builder(Grid::new(Law::Stribeck, nodes.to_vec())?).build()?;
+    //! let summary = map::run(&plan, &Nowhere, &Control::default())?;
+    //! let simulation = summary.methods.last().expect("it is among the usual methods");
+    //! assert_eq!(simulation.cells_with(Verdict::Present), 2);
+    //! # Ok::<(), Box<dyn std::error::Error>>(())
+    //! ```
+
+    pub use slipmap_map::map::*;
 }
 
 #[doc = include_str!("architecture.md")]

@@ -5,10 +5,10 @@ use std::time::{Duration, Instant};
 
 use super::output::{count, number_of};
 use super::say;
-use crate::config::Job;
-use crate::dataset::{Auxiliary, auxiliary};
-use crate::machine::Machine;
-use crate::risk::{NoRisk, Probabilities, Uncertain, is_uncertain, probabilities};
+use slipmap_config::Job;
+use slipmap_map::dataset::{Auxiliary, auxiliary};
+use slipmap_map::machine::Machine;
+use slipmap_map::risk::{NoRisk, Probabilities, Uncertain, is_uncertain, probabilities};
 
 /// Number of draws for the whole map.
 const DRAWS: usize = 1_000_000;
@@ -74,7 +74,7 @@ impl<'a> Chances<'a> {
         let Self { machine, uncertain, dampings, draws, .. } = self;
         let found = || probabilities(machine, uncertain, belt_speeds, dampings, *draws, stop);
         // If no pool can be created, the global pool is used.
-        match crate::map::pool(threads) {
+        match slipmap_map::map::pool(threads) {
             Ok(pool) => pool.install(found),
             Err(_) => found(),
         }

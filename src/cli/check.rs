@@ -8,7 +8,6 @@ use serde_json::json;
 
 use super::output::{checked, number_of};
 use super::{Ended, Failure, proof};
-use crate::store;
 
 /// Verify a map file (completeness, checksums, schema), or a proof of the universal surface.
 #[derive(Debug, Args)]
@@ -46,11 +45,11 @@ fn check_map(map: &Path, as_json: bool) -> Result<Ended, Failure> {
     if map.is_dir() {
         return Err(Failure::bad_input(format!("{name}: this is a folder"), "name a map file inside it"));
     }
-    if store::is_journal(map) {
+    if slipmap_format::is_journal(map) {
         let problem = format!("{name}: these are the tiles of a run that was interrupted, not yet a map");
         return Err(Failure::bad_input(problem, "end it by the command that began it, with --resume"));
     }
-    let report = store::check(map).map_err(|error| Failure::BadInput(error.to_string()))?;
+    let report = slipmap_format::check(map).map_err(|error| Failure::BadInput(error.to_string()))?;
     let problems: Vec<String> = report.problems.iter().map(ToString::to_string).collect();
     if report.variables == 0 {
         let problem = format!("{name} cannot be read as a map:\n  {}", problems.join("\n  "));

@@ -10,13 +10,13 @@ use super::output::{count, exact, short};
 use super::report::failure;
 use super::summary::probe_command;
 use super::{Ended, Failure, interrupt, progress};
-use crate::config::Job;
-use crate::files::create_folders;
-use crate::map::failures::{self, Catalogue, Class, Comparison, Kind, MethodFailures};
-use crate::map::limits::HIGHEST;
-use crate::map::{self, Grid, Method};
-use crate::report::{Existing, csv_text, write_file};
+use slipmap_config::Job;
+use slipmap_format::files::create_folders;
+use slipmap_map::map::limits::HIGHEST;
+use slipmap_map::map::{self, Grid, Method};
+use slipmap_report::{Existing, csv_text, write_file};
 use slipmap_simulate::naive::NaiveKnobs;
+use slipmap_study::failures::{self, Catalogue, Class, Comparison, Kind, MethodFailures};
 
 /// Largest number of cells: more would take hours.
 const MOST_CELLS: usize = 10_000_000;

@@ -14,10 +14,10 @@ use super::probe_machine;
 use super::replace::refuse_existing;
 use super::report::{existing, failure};
 use super::{Ended, Failure};
-use crate::assessment::{Assessment, DampingLimit, NeededKick, StandardErrors, assess};
-use crate::behaviour::Limit;
-use crate::report::{MachinePage, Subject, write_figure, write_file};
-use crate::risk::{Estimate, NoRisk, Risk, is_uncertain, risk, usual_draws};
+use slipmap_map::assessment::{Assessment, DampingLimit, NeededKick, StandardErrors, assess};
+use slipmap_map::behaviour::Limit;
+use slipmap_map::risk::{Estimate, NoRisk, Risk, is_uncertain, risk, usual_draws};
+use slipmap_report::{MachinePage, Subject, write_figure, write_file};
 
 /// Assess a machine at its working point, in SI units.
 #[derive(Debug, Args)]

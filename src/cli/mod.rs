@@ -34,7 +34,7 @@ use std::process::ExitCode;
 
 use clap::{CommandFactory as _, Parser, Subcommand};
 
-use crate::config::ConfigError;
+use slipmap_config::ConfigError;
 
 /// Maps where in parameter space a dry-friction oscillator on a moving belt stick-slips, which mathematical
 /// test proves it, where each test fails, and what each answer costs.
@@ -45,7 +45,9 @@ struct Arguments {
     command: Command,
 }
 
-/// The version, and the commit it was built from.
+/// The commit that the program was built from.
+const GIT: &str = env!("SLIPMAP_GIT");
+/// The version, and the commit.
 const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " (git ", env!("SLIPMAP_GIT"), ")");
 /// What certificates name as the program that wrote them.
 const WRITTEN_BY: &str = concat!("slipmap ", env!("CARGO_PKG_VERSION"), " (git ", env!("SLIPMAP_GIT"), ")");

@@ -9,8 +9,8 @@ use super::output::{exact, short};
 use super::replace::{self, Kind};
 use super::report::{existing, failure, open, refuse_existing};
 use super::{Ended, Failure, say};
-use crate::report::figure::{self, DiagramPlot, Plot, Width, diagram, plot::At};
-use crate::report::{ReportError, View, write_figure, write_file};
+use slipmap_report::figure::{self, DiagramPlot, Plot, Width, diagram, plot::At};
+use slipmap_report::{ReportError, View, write_figure, write_file};
 
 /// Draw variables of a map.
 #[derive(Debug, Args)]

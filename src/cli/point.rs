@@ -6,9 +6,9 @@ use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches, Id};
 
 use super::Failure;
 use super::output::exact;
-use crate::config::{decimal_comma, nearest, point_into, point_of, read_table};
-use crate::map::Grid;
-use crate::probe::{axis_names, flag};
+use slipmap_config::{decimal_comma, nearest, point_into, point_of, read_table};
+use slipmap_map::map::Grid;
+use slipmap_map::probe::{axis_names, flag};
 use slipmap_model::friction::{Expression, Law};
 use slipmap_model::point::Point;
 
@@ -246,7 +246,7 @@ mod tests {
     use clap::Parser as _;
 
     use super::*;
-    use crate::probe::command_line;
+    use slipmap_map::probe::command_line;
 
     #[derive(clap::Parser)]
     struct Line {
@@ -264,11 +264,11 @@ mod tests {
             Grid::coordinates(&Law::Stribeck, &point).iter().map(|(_, value)| *value).collect::<Vec<_>>(),
             values
         );
-        for tolerance in [crate::map::DEFAULT_TOLERANCE, 1e-12] {
+        for tolerance in [slipmap_map::map::DEFAULT_TOLERANCE, 1e-12] {
             let line = command_line(&Law::Stribeck, &point, tolerance);
             let read = Line::try_parse_from(line.strip_prefix("slipmap ").unwrap().split(' ')).unwrap();
             assert_eq!(read.point.point(&Law::Stribeck).unwrap(), point);
-            assert_eq!(read.tolerance.unwrap_or(crate::map::DEFAULT_TOLERANCE), tolerance);
+            assert_eq!(read.tolerance.unwrap_or(slipmap_map::map::DEFAULT_TOLERANCE), tolerance);
         }
     }
 }

@@ -7,10 +7,9 @@ use std::path::{Component, Path, PathBuf};
 use super::output::{bytes, count};
 use super::proof::{self, PathState};
 use super::{Ended, Failure, say};
-use crate::config::Job;
-use crate::files::{self, folder_of};
-use crate::map::Grid;
-use crate::store;
+use slipmap_config::Job;
+use slipmap_format::files::{self, folder_of};
+use slipmap_map::map::Grid;
 
 /// State of the output's path and of its disk.
 #[derive(Debug)]
@@ -188,7 +187,9 @@ fn check_proof(job: &Job, proof: &Path, permission: Permission) -> Result<Place,
         PathState::Proof(_) if permission == Permission::Overwrite => {
             Ok(Place::Replaces(format!("the proof {name}")))
         }
-        PathState::Proof(Some(run)) if permission == Permission::Resume && run == job.identity() => {
+        PathState::Proof(Some(run))
+            if permission == Permission::Resume && run == job.identity(super::GIT) =>
+        {
             Ok(Place::Free)
         }
         PathState::Proof(_) if permission == Permission::Resume => {
@@ -220,8 +221,8 @@ fn replaced(output: &Path, metadata: &std::fs::Metadata) -> Result<String, Failu
     let mut first = Vec::new();
     let mut is_map = || {
         std::fs::File::open(output)
-            .and_then(|file| file.take(store::SIGNATURE.len() as u64).read_to_end(&mut first))
-            .is_ok_and(|_| first == store::SIGNATURE || first.is_empty())
+            .and_then(|file| file.take(slipmap_format::SIGNATURE.len() as u64).read_to_end(&mut first))
+            .is_ok_and(|_| first == slipmap_format::SIGNATURE || first.is_empty())
     };
     // In this order: opening a pipe would wait for its other end.
     if !(metadata.is_file() && is_map()) {

@@ -5,11 +5,11 @@ use std::path::Path;
 
 use super::output::{Align, Table, short};
 use super::{Failure, say};
-use crate::behaviour::Behaviour;
-use crate::config::{MachineJob, load_machine};
-use crate::machine::{Dimension, Machine, negative};
-use crate::probe::regime_words;
-use crate::risk::standard_error;
+use slipmap_config::{MachineJob, load_machine};
+use slipmap_map::behaviour::Behaviour;
+use slipmap_map::machine::{Dimension, Machine, negative};
+use slipmap_map::probe::regime_words;
+use slipmap_map::risk::standard_error;
 use slipmap_model::friction::Law;
 use slipmap_numbers::text::rounded;
 

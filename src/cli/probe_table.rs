@@ -12,11 +12,11 @@ use super::output::{exact, short};
 use super::replace::{self, Kind};
 use super::report::existing;
 use super::{Ended, Failure, interrupt, point, probe_machine};
-use crate::config::{MachineJob, PointTable};
-use crate::files::{folder_of, publish_file, temporary_in};
-use crate::machine::{Dimension, Friction, INERTIA, Machine, Motion, SiUnits};
-use crate::map::{self, Description, Method, Quantity, dimension, slip_cycle_count};
-use crate::probe::Answer;
+use slipmap_config::{MachineJob, PointTable};
+use slipmap_format::files::{folder_of, publish_file, temporary_in};
+use slipmap_map::machine::{Dimension, Friction, INERTIA, Machine, Motion, SiUnits};
+use slipmap_map::map::{self, Description, Method, Quantity, dimension, slip_cycle_count};
+use slipmap_map::probe::Answer;
 use slipmap_model::friction::Law;
 use slipmap_model::point::Point;
 

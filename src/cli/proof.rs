@@ -8,12 +8,12 @@ use serde_json::json;
 use super::output::{checked, count, exact, number_of, short, without_control_characters};
 use super::report::existing;
 use super::{Ended, Failure, WRITTEN_BY};
-use crate::files::{create_folders, folder_of, publish_file, temporary_in};
-use crate::map::Proofs;
 use slipmap_certify::certificate::{Certificate, Checked, NoCertificate, Subject};
 use slipmap_certify::law_certificate::LawCertificate;
 use slipmap_certify::point_certificate::PointCertificate;
 use slipmap_certify::validated::tile::GroupBox;
+use slipmap_format::files::{create_folders, folder_of, publish_file, temporary_in};
+use slipmap_map::map::Proofs;
 
 /// Largest size in bytes of a certificate that is read: more than a hundred thousand tiles.
 const LONGEST: u64 = 1 << 30;

@@ -6,10 +6,10 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::{Ended, Failure, interrupt, progress, say};
-use crate::benchmark::StudyError;
-use crate::map::Control;
-use crate::report::{self, Existing, Report, ReportError, ReportOptions, View};
-use crate::store::{MapFile, StoreError};
+use slipmap_format::{MapFile, StoreError};
+use slipmap_map::map::Control;
+use slipmap_report::{Existing, Report, ReportError, ReportOptions, View};
+use slipmap_study::benchmark::StudyError;
 
 /// Write tables and figures that compare the methods of a map.
 #[derive(Debug, Args)]
@@ -69,7 +69,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
         data: arguments.data,
         paper_figures: arguments.paper_figures,
     };
-    report::write(&view, &report, &folder, &options).map_err(failure)?;
+    slipmap_report::write(&view, &report, &folder, &options).map_err(failure)?;
     writeln!(io::stdout().lock(), "{}", folder.join("report.md").display())?;
     Ok(Ended::Fine)
 }

@@ -14,12 +14,12 @@ use super::output::{bytes, count, number_of};
 use super::preflight::{Permission, Preflight, create_folders};
 use super::report::existing;
 use super::summary::{self, RunReport};
-use super::{Ended, Failure, estimate, interrupt, output, progress, proof, say};
-use crate::clock::process_time;
-use crate::config::Job;
-use crate::map::{self, ComputeError, Control, Earlier, Queue};
-use crate::risk::NoRisk;
-use crate::store::{self, Left, Outcome, PartialMap, Provenance, Resumed, StoreError};
+use super::{Ended, Failure, GIT, estimate, interrupt, output, progress, proof, say};
+use slipmap_config::Job;
+use slipmap_format::{Left, Outcome, PartialMap, Provenance, Resumed, StoreError};
+use slipmap_map::clock::process_time;
+use slipmap_map::map::{self, ComputeError, Control, Earlier, Queue};
+use slipmap_map::risk::NoRisk;
 
 /// Compute a map from a configuration file.
 #[derive(Debug, Args)]
@@ -150,7 +150,7 @@ fn compute(arguments: &Arguments, job: &Job, map: PartialMap, stop: &AtomicBool)
         Err(error) => return Err(stopped(&map, &error, &job.output)),
     };
     if let (Some(path), Some(proved)) = (&job.proof, &summary.proved) {
-        proof::write(&proved.proof, &job.identity(), path, arguments.overwrite)?;
+        proof::write(&proved.proof, &job.identity(GIT), path, arguments.overwrite)?;
     }
     let mut outcome = Outcome::of(&job.plan, &summary, job.machine.as_ref());
     let mut probability_seconds = 0.0;
@@ -202,7 +202,7 @@ fn report_resumption(map: &PartialMap, resume: bool) {
 /// whatever other threads are doing.
 fn abandon_in_time(output: PathBuf) {
     let left = format!("the tiles in work were given up, finished ones are kept\n{}", how_to_continue());
-    interrupt::on_abandonment(left, move || store::remove_unfinished(&output));
+    interrupt::on_abandonment(left, move || slipmap_format::remove_unfinished(&output));
 }
 
 /// The failure for a run that ended early.
@@ -225,7 +225,7 @@ fn stopped(map: &PartialMap, error: &ComputeError<StoreError>, output: &Path) ->
 
 /// An error of the file system, and whether finished tiles are kept.
 fn with_how_to_continue(error: &StoreError, output: &Path) -> String {
-    match store::left(output) {
+    match slipmap_format::left(output) {
         Left::Nothing => error.to_string(),
         Left::Journal => {
             format!("{error}\n  finished tiles are kept; when the cause is fixed,\n{}", how_to_continue())
@@ -289,6 +289,7 @@ pub(super) fn provenance(job: &Job) -> Provenance {
         config_path: job.config_file.display().to_string(),
         config_text: job.config_text.clone(),
         command_line: command_line().join(" "),
+        git: GIT.into(),
     }
 }
 

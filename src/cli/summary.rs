@@ -6,11 +6,11 @@ use serde_json::json;
 
 use super::Failure;
 use super::output::{self, Align, Table, bytes, count, duration, exact, number_of, object, short};
-use crate::config::{Job, load_machine};
-use crate::map::{Axis, LISTED, PlaneCurves, Proofs, Summary, Verdict};
-use crate::probe::{command_line, fate_name};
-use crate::report::proved::{Rounded, proved_percent};
+use slipmap_config::{Job, load_machine};
+use slipmap_map::map::{Axis, LISTED, PlaneCurves, Proofs, Summary, Verdict};
+use slipmap_map::probe::{command_line, fate_name};
 use slipmap_model::point::Point;
+use slipmap_report::proved::{Rounded, proved_percent};
 use slipmap_simulate::bifurcation::Bifurcation;
 use slipmap_simulate::continuation::MOST_POINTS;
 
@@ -375,7 +375,7 @@ fn short3(x: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::map::{
+    use slipmap_map::map::{
         Account, Audit, Contradiction, Contradictions, Disagreement, FailedCell, Method, MethodSummary,
         Unknown,
     };

@@ -9,9 +9,10 @@ use clap::Args;
 use super::report::{existing, failure, refuse_existing};
 use super::run::provenance;
 use super::{Ended, Failure, interrupt, progress, say};
-use crate::benchmark::Study;
-use crate::benchmark::contestants;
-use crate::config::Job;
+use slipmap_config::Job;
+use slipmap_report::work_precision::{add_peers, write_study};
+use slipmap_study::benchmark::Study;
+use slipmap_study::benchmark::contestants;
 
 /// Chart the time per cell of every method and engine against its error, each over its own knob, on the same
 /// cells, against a reference of more than 20 digits.
@@ -66,7 +67,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     let mut study = Study::run(&job.plan.grid, job.work_precision, &who, &on_row, &go_on)
         .map_err(|error| failure(error.into()))?;
     bar.finish_and_clear();
-    study.add_peers(arguments.peers.as_deref(), Path::new("results")).map_err(failure)?;
+    add_peers(&mut study, arguments.peers.as_deref(), Path::new("results")).map_err(failure)?;
     match &study.peers {
         None => say("no peers: results/ has no peers-*.csv; scripts/peers makes one"),
         Some((file, false)) => {
@@ -77,7 +78,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
         }
         Some((_, true)) => {}
     }
-    study.write(&provenance(&job), &folder, existing(arguments.overwrite)).map_err(failure)?;
+    write_study(&study, &provenance(&job), &folder, existing(arguments.overwrite)).map_err(failure)?;
     writeln!(io::stdout().lock(), "{}", folder.join("work-precision.md").display())?;
     Ok(Ended::Fine)
 }

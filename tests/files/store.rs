@@ -40,6 +40,7 @@ fn provenance() -> Provenance {
         config_path: "nothing.toml".into(),
         config_text: "title = \"nothing\"\n".into(),
         command_line: "slipmap run nothing.toml".into(),
+        git: "a commit".into(),
     }
 }
 

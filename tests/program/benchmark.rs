@@ -5,14 +5,16 @@ use std::path::Path;
 use std::sync::LazyLock;
 
 use crate::command::Scratch;
-use slipmap::benchmark::double_double::Double2;
-use slipmap::benchmark::reference::{Exact, reference};
-use slipmap::benchmark::{Contestant, Errors, Kind, Labels, contestants};
-use slipmap::benchmark::{Row, Settings, Study};
+use slipmap::config::StudySettings;
 use slipmap::friction::Law;
 use slipmap::map::{Grid, Verdict};
 use slipmap::report::figure::work_precision::chart;
+use slipmap::report::work_precision::{add_peers, write_study};
 use slipmap::store::{Provenance, fingerprint};
+use slipmap::study::benchmark::double_double::Double2;
+use slipmap::study::benchmark::reference::{Exact, reference};
+use slipmap::study::benchmark::{Contestant, Errors, Kind, Labels, contestants};
+use slipmap::study::benchmark::{Row, Study};
 
 /// Rows of a table as texts, by the names of the columns.
 fn rows(name: &str) -> (csv::StringRecord, Vec<csv::StringRecord>) {
@@ -77,7 +79,7 @@ fn the_reference_has_more_than_twenty_digits() {
 static STUDY: LazyLock<Study> = LazyLock::new(|| {
     let nodes = [vec![0.05], vec![0.0, 0.9], vec![0.0, 0.3], vec![0.5, 4.0], vec![0.2, 1.5], vec![0.0, 2.0]];
     let grid = Grid::new(Law::Stribeck, nodes.to_vec()).unwrap();
-    let settings = Settings { cells: 60, near: 0.02, seconds: 0.02 };
+    let settings = StudySettings { cells: 60, near: 0.02, seconds: 0.02 };
     let fast =
         |one: &Contestant| one.kind != Kind::Naive || (one.name == "event_step" && one.setting == 1e-3);
     let who: Vec<Contestant> = contestants().into_iter().filter(fast).collect();
@@ -162,7 +164,7 @@ fn table_file_and_chart_hold_the_same_numbers() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("out");
     let provenance = Provenance { title: "A study".into(), ..Provenance::default() };
-    STUDY.write(&provenance, &out, slipmap::report::Existing::Refuse).unwrap();
+    write_study(&STUDY, &provenance, &out, slipmap::report::Existing::Refuse).unwrap();
     let csv = std::fs::read_to_string(out.join("work-precision.csv")).unwrap();
     let mut reader = csv::Reader::from_reader(csv.as_bytes());
     let header = reader.headers().unwrap().clone();
@@ -200,22 +202,22 @@ fn peers_are_taken_from_the_newest_file_about_the_same_cells() {
         std::fs::write(folder.path().join(name), text).unwrap();
     };
     let own = fingerprint(&study.cells_csv());
-    study.add_peers(None, folder.path()).unwrap();
+    add_peers(&mut study, None, folder.path()).unwrap();
     assert_eq!(study.peers, None);
     peers("peers-2026-01-01.csv", "0", "1e-3");
     peers("peers-2026-01-02.csv", &own, "2e-3");
     peers("peers-2026-01-03.csv", "0", "3e-3");
-    study.add_peers(None, folder.path()).unwrap();
+    add_peers(&mut study, None, folder.path()).unwrap();
     assert_eq!(study.peers, Some(("peers-2026-01-02.csv".into(), true)));
     let added: Vec<&Row> = study.rows.iter().filter(|row| row.kind == Kind::Peer).collect();
     assert_eq!(added.len(), 1, "this program measures itself");
     assert_eq!((added[0].name.as_str(), added[0].seconds), ("SciPy DOP853", 2e-3));
     assert_eq!(added[0].margin.map(|errors| errors.worst), Some(2e-3));
     assert_eq!(added[0].near, Some(Labels { cells: 20, wrong: 1, none: 0 }));
-    study.add_peers(Some(&folder.path().join("peers-2026-01-03.csv")), folder.path()).unwrap();
+    add_peers(&mut study, Some(&folder.path().join("peers-2026-01-03.csv")), folder.path()).unwrap();
     assert_eq!(study.peers, Some(("peers-2026-01-03.csv".into(), false)));
     std::fs::write(folder.path().join("peers-2026-01-04.csv"), "a,b\n1,2\n").unwrap();
-    let error = study.add_peers(None, folder.path()).unwrap_err().to_string();
+    let error = add_peers(&mut study, None, folder.path()).unwrap_err().to_string();
     assert!(error.contains("peers-2026-01-04.csv") && error.contains("no column `peer`"), "{error}");
 }
 

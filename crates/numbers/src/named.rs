@@ -46,7 +46,7 @@ macro_rules! named_sums {
 
         impl $Sums {
             /// The parts with their names, for reports.
-            pub(crate) fn named(&self) -> [(&'static str, $Number); [$(stringify!($part)),+].len()] {
+            pub fn named(&self) -> [(&'static str, $Number); [$(stringify!($part)),+].len()] {
                 [$((stringify!($part), self.$part)),+]
             }
 

@@ -45,7 +45,6 @@ impl Parameter {
 
 /// Reason why a parameter point is not legal for a law.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
 pub enum PointError {
     /// The number of values given differs from the law's number of parameters.
     #[error("the law {law} has {wanted} parameters of its own, and {given} are given")]

@@ -1,0 +1,426 @@
+//! Tables of points: CSV files with one column for every axis of a law; other columns are kept.
+
+use std::fs::File;
+use std::io::{self, BufReader, Read};
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+
+use csv::{ByteRecord, ReaderBuilder};
+
+use super::source::{ConfigError, decimal_comma};
+use super::units::{Match, Wanted, bracketed, compare, conversion};
+use slipmap_map::machine::{Coefficients, Dimension, INERTIA, MASS, Motion};
+use slipmap_map::map::{Grid, GridError};
+use slipmap_model::friction::Law;
+use slipmap_model::point::Point;
+
+/// Number of rows handed out at a time: keeps all cores busy and fits into memory.
+const BATCH: usize = 8192;
+
+/// Largest number of bytes of rows held at a time.
+const HELD: u64 = 1 << 26;
+
+/// Largest number of bytes of a row. A longer row is not a row of numbers, and would fill the memory before
+/// it could be refused.
+const LONGEST_ROW: u64 = 1 << 20;
+
+/// Reader of a table of points, or of machines.
+pub struct PointTable {
+    /// The file's name in messages.
+    pub name: String,
+    reader: csv::Reader<Rows>,
+    /// The names of its columns.
+    pub header: ByteRecord,
+    /// Names of the parameters or quantities, and the column of each.
+    columns: Vec<(&'static str, usize)>,
+    /// The parameters that all rows share.
+    shared: Vec<(String, f64)>,
+    parsed: Arc<AtomicU64>,
+    /// Whether lines end as on Windows.
+    carriage_returns: Arc<AtomicBool>,
+}
+
+impl PointTable {
+    /// Opens the table at `path` (`-`: standard input), and finds the columns of the axes of `law` by its
+    /// header.
+    ///
+    /// # Errors
+    /// The file cannot be read, or a column is missing or occurs twice.
+    pub fn open(path: &Path, law: &Law) -> Result<Self, ConfigError> {
+        Self::with_shared(path, law, &[])
+    }
+
+    /// Opens a table as [`PointTable::open`] does, where all rows share the values `shared` of some axes.
+    ///
+    /// # Errors
+    /// As those of [`PointTable::open`]; or a shared axis has a column too.
+    pub fn with_shared(path: &Path, law: &Law, shared: &[(String, f64)]) -> Result<Self, ConfigError> {
+        let is_shared = |name: &str| shared.iter().any(|(given, _)| given == name);
+        let names: Vec<&str> = Grid::axis_names(law).into_iter().filter(|name| !is_shared(name)).collect();
+        let table = Self::with_columns(path, &names, None)?;
+        table.refuse_columns_of(shared)?;
+        Ok(Self { shared: shared.to_vec(), ..table })
+    }
+
+    /// Opens a table of machines. Its header must name at least one of the `quantities`; quantities `given`
+    /// elsewhere must have no column. A name may be followed by its unit, as in the tables that the program
+    /// writes: `damping [N s/m]`.
+    ///
+    /// # Errors
+    /// The file cannot be read, has no such column, has one of them twice or in another unit, or has a column
+    /// of a given quantity.
+    pub fn of_machines(
+        path: &Path,
+        quantities: &[&'static str],
+        motion: Motion,
+        given: &[(String, f64)],
+    ) -> Result<Self, ConfigError> {
+        let table = Self::with_columns(path, quantities, Some(motion))?;
+        table.refuse_columns_of(given)?;
+        if table.has(MASS) && table.has(INERTIA) {
+            let problem = "the columns `mass` and `inertia` are the same quantity";
+            return Err(ConfigError::new(format!("{}:1", table.name), problem, "take one of them out"));
+        }
+        Ok(table)
+    }
+
+    /// Refuses columns of quantities that are given for all rows.
+    fn refuse_columns_of(&self, given: &[(String, f64)]) -> Result<(), ConfigError> {
+        let header: Vec<String> = self.header.iter().map(field_text).collect();
+        let named = |name: &str| header.iter().any(|field| field == name || base(field) == name);
+        let same = |name: &'static str, other: &str| [MASS, INERTIA].contains(&other).then_some(name);
+        let column = given.iter().find_map(|(name, _)| {
+            let names = [Some(name.as_str()), same(MASS, name), same(INERTIA, name)];
+            names.into_iter().flatten().find(|name| named(name)).map(|column| (name, column))
+        });
+        let Some((name, column)) = column else { return Ok(()) };
+        let problem =
+            format!("the column `{column}` is there, and {name} is given on the command line for all rows");
+        Err(ConfigError::new(format!("{}:1", self.name), problem, "leave one of them out"))
+    }
+
+    fn with_columns(
+        path: &Path,
+        names: &[&'static str],
+        machine: Option<Motion>,
+    ) -> Result<Self, ConfigError> {
+        let (name, source): (String, Box<dyn Read + Send + Sync>) = if path == Path::new("-") {
+            ("standard input".into(), Box::new(io::stdin()))
+        } else {
+            let name = path.display().to_string();
+            if path.is_dir() {
+                return Err(ConfigError::new(name, "this is a folder", "name a CSV file"));
+            }
+            let file = File::open(path).map_err(|cause| {
+                let (problem, remedy) = match cause.kind() {
+                    io::ErrorKind::NotFound => ("there is no such file".into(), "check the path"),
+                    _ => (format!("cannot be read: {cause}"), "check its permissions"),
+                };
+                ConfigError::new(name.clone(), problem, remedy)
+            })?;
+            (name, Box::new(BufReader::new(file)))
+        };
+        let parsed = Arc::new(AtomicU64::new(0));
+        let carriage_returns = Arc::new(AtomicBool::new(false));
+        let source = Rows {
+            source,
+            read: 0,
+            parsed: Arc::clone(&parsed),
+            carriage_returns: Arc::clone(&carriage_returns),
+        };
+        let mut reader = ReaderBuilder::new().from_reader(source);
+        let mut header = reader.byte_headers().map_err(|error| read_error(&name, 1, &error))?.clone();
+        // Some spreadsheets write a byte order mark, which is not part of the first name.
+        if let Some(first) = header.get(0).and_then(|first| first.strip_prefix("\u{feff}".as_bytes())) {
+            header = std::iter::once(first).chain(header.iter().skip(1)).collect();
+        }
+        let columns = find_axes(&name, &header, names, machine)?;
+        Ok(Self { name, reader, header, columns, shared: Vec::new(), parsed, carriage_returns })
+    }
+
+    /// Returns whether the table has a column of this parameter or quantity.
+    pub fn has(&self, name: &str) -> bool {
+        self.columns.iter().any(|(column, _)| *column == name)
+    }
+
+    /// Reads the next rows, some thousand at most; empty at the end.
+    ///
+    /// # Errors
+    /// A row has another number of fields than the header or is longer than a mebibyte, or the file cannot be
+    /// read.
+    pub fn rows(&mut self) -> Result<Vec<ByteRecord>, ConfigError> {
+        let mut rows = Vec::new();
+        let start = self.reader.position().byte();
+        while rows.len() < BATCH && self.reader.position().byte() - start < HELD {
+            let mut row = ByteRecord::new();
+            let before = self.reader.position().line();
+            let more = self.reader.read_byte_record(&mut row);
+            // The reader's position of a row is before the empty lines above; with Windows line ends it is
+            // before the end of the previous line.
+            let inside = row.as_slice().iter().filter(|byte| **byte == b'\n').count() as u64;
+            let end = u64::from(!self.carriage_returns.load(Ordering::Relaxed));
+            let line = before.max(self.reader.position().line().saturating_sub(inside + end));
+            if !more.map_err(|error| read_error(&self.name, line, &error))? {
+                break;
+            }
+            let mut position = self.reader.position().clone();
+            position.set_line(line);
+            row.set_position(Some(position));
+            self.parsed.store(self.reader.position().byte(), Ordering::Relaxed);
+            rows.push(row);
+        }
+        Ok(rows)
+    }
+
+    /// The point of `law` in a row.
+    ///
+    /// # Errors
+    /// The field of an axis is not a number, or not legal on the axis.
+    pub fn point(&self, row: &ByteRecord, law: &Law) -> Result<Point, ConfigError> {
+        let values = self.values(row)?;
+        let of_row = |name: &str| values.iter().find(|(known, _)| *known == name).map(|(_, value)| *value);
+        let of_all =
+            |name: &str| self.shared.iter().find(|(known, _)| known == name).map(|(_, value)| *value);
+        let values: Vec<f64> = Grid::axis_names(law)
+            .into_iter()
+            .filter_map(|name| of_row(name).or_else(|| of_all(name)))
+            .collect();
+        point_of(law, &values).map_err(|error| {
+            // A grid of one cell has no other errors.
+            let Some((name, value, wanted)) = error.illegal() else { unreachable!("{error}") };
+            match of_all(name) {
+                None => self.illegal(row, name, &format!("is out of range: {name} must be {wanted}")),
+                Some(_) => {
+                    let problem = format!("{name} = {value}, given for all rows, is out of range");
+                    ConfigError::new("the command line", problem, format!("{name} must be {wanted}"))
+                }
+            }
+        })
+    }
+
+    /// The numbers of a row by the names of their columns.
+    pub fn values(&self, row: &ByteRecord) -> Result<Vec<(&'static str, f64)>, ConfigError> {
+        let number = |&(name, _): &(&'static str, usize)| {
+            let text = self.text(row, name);
+            text.parse().map(|value| (name, value)).map_err(|_| {
+                let problem = format!("column {name}: `{}` is not a number", short(&text));
+                let remedy = decimal_comma(&text).unwrap_or("write a number such as 0.5 or 1e-3".into());
+                ConfigError::new(self.place(row), problem, remedy)
+            })
+        };
+        self.columns.iter().map(number).collect()
+    }
+
+    /// The error for the number of a row in this column.
+    pub fn illegal(&self, row: &ByteRecord, name: &str, problem: &str) -> ConfigError {
+        let problem = format!("column {name}: `{}` {problem}", short(&self.text(row, name)));
+        ConfigError::new(self.place(row), problem, "correct or remove this row")
+    }
+
+    fn text(&self, row: &ByteRecord, name: &str) -> String {
+        let position = self.columns.iter().find(|(column, _)| *column == name).map(|(_, position)| *position);
+        let field = position.and_then(|position| row.get(position)).unwrap_or_default();
+        String::from_utf8_lossy(field).trim().to_owned()
+    }
+
+    /// File and line of a row.
+    pub fn place(&self, row: &ByteRecord) -> String {
+        format!("{}:{}", self.name, row.position().map_or(0, csv::Position::line))
+    }
+}
+
+/// The point with the given value on each axis of `law`, in the order of [`Grid::axis_names`].
+///
+/// # Errors
+/// The first value that is not legal on its axis.
+pub fn point_of(law: &Law, values: &[f64]) -> Result<Point, GridError> {
+    // A point is legal exactly when the grid of this one cell is.
+    let grid = Grid::new(law.clone(), values.iter().map(|&value| vec![value]).collect())?;
+    Ok(grid.point(&vec![0; values.len()]))
+}
+
+/// A field, shortened for a message.
+fn short(text: &str) -> String {
+    match text.char_indices().nth(40) {
+        Some((end, _)) => format!("{}..", &text[..end]),
+        None => text.to_owned(),
+    }
+}
+
+/// The remedy for a table with semicolons or decimal commas, as spreadsheets of some countries write them.
+pub(super) const SEPARATE: &str = "separate the columns by commas, and write decimals with a point: 0.5,0.8";
+
+fn field_text(field: &[u8]) -> String {
+    String::from_utf8_lossy(field).trim().to_owned()
+}
+
+/// A column's name without the text in brackets after it.
+fn base(field: &str) -> &str {
+    bracketed(field).map_or(field, |(base, _)| base)
+}
+
+/// Finds the columns of `names`: all of them, or, for a machine, at least one.
+fn find_axes(
+    name: &str,
+    header: &ByteRecord,
+    names: &[&'static str],
+    machine: Option<Motion>,
+) -> Result<Vec<(&'static str, usize)>, ConfigError> {
+    let all = machine.is_none();
+    let header: Vec<String> = header.iter().map(field_text).collect();
+    let bad = |problem: String, remedy: String| Err(ConfigError::new(format!("{name}:1"), problem, remedy));
+    let words = if all { "a column for each of" } else { "one or more of" };
+    let remedy = match header.as_slice() {
+        [first, ..] if first.contains('\0') => "save it as UTF-8; it seems to be written in UTF-16".into(),
+        [] => format!("the first line must name the columns: {}", names.join(",")),
+        [only] if only.contains([';', '\t']) => SEPARATE.into(),
+        _ => format!(
+            "the first line must name {words} {}; it names {}",
+            names.join(", "),
+            header.join(", ").chars().take(200).collect::<String>()
+        ),
+    };
+    let mut columns = Vec::with_capacity(names.len());
+    for axis in names {
+        let mut found = (0..header.len()).filter(|&i| header[i] == *axis || base(&header[i]) == *axis);
+        match found.next() {
+            None if all => {
+                let remedy = format!("{remedy}; what all rows share may be given as an option instead");
+                return bad(format!("the column `{axis}` is missing"), remedy);
+            }
+            None => {}
+            Some(_) if found.next().is_some() => {
+                return bad(format!("the column `{axis}` is there twice"), "take one of them out".into());
+            }
+            Some(position) => {
+                if let Some((_, unit)) = bracketed(&header[position])
+                    && let Err((problem, remedy)) = check_unit(axis, unit, machine)
+                {
+                    return bad(format!("column {}: {problem}", position + 1), remedy);
+                }
+                columns.push((*axis, position));
+            }
+        }
+    }
+    if let Some((position, meant)) = misspelt(&header, names) {
+        let problem = format!("column {}: unknown name `{}`", position + 1, short(&header[position]));
+        let remedy = format!("the nearest column that is read is `{meant}`; rename it, or take it out");
+        return bad(problem, remedy);
+    }
+    if let (Some(motion), Some((position, meant))) = (machine, lengthened(&header, names)) {
+        let problem = format!("column {}: unknown name `{}`", position + 1, short(&header[position]));
+        let unit =
+            Dimension::of_quantity(meant).map_or(String::new(), |of| format!(" [{}]", motion.unit(of)));
+        let remedy =
+            format!("if it is the {}, write `{meant}{unit}`; else give it another name", motion.words(meant));
+        return bad(problem, remedy);
+    }
+    if columns.is_empty() {
+        return bad("no column is a quantity of the machine".into(), remedy);
+    }
+    Ok(columns)
+}
+
+/// Refuses a unit in a header that is not the one in which the column is read.
+fn check_unit(name: &str, unit: &str, machine: Option<Motion>) -> Result<(), (String, String)> {
+    let dimension = Dimension::of_quantity(name);
+    let wanted = match (machine, dimension) {
+        (None, _) => Wanted::Number,
+        (Some(motion), Some(dimension)) => Wanted::Si(motion, dimension),
+        (Some(_), None) if Coefficients::NAMES.contains(&name) && name != "strengthening" => Wanted::Number,
+        // A name in a formula is in whatever units the formula has.
+        (Some(_), None) => {
+            let problem = format!("the unit of `{name}` is not known here, and the header says {unit}");
+            return Err((problem, format!("write `{name}` alone, in the units of the configuration")));
+        }
+    };
+    let read = match wanted {
+        Wanted::Number => format!("{name} is a number without a unit"),
+        Wanted::Si(..) => format!("{name} is read in {}", wanted.name()),
+    };
+    match compare(unit, wanted) {
+        Match::Same => Ok(()),
+        Match::Factor(factor) => {
+            let remedy = format!(
+                "{}; multiply the column by that, and correct the header",
+                conversion(unit, factor, wanted)
+            );
+            Err((format!("{read}, and the header says {unit}"), remedy))
+        }
+        Match::Other | Match::Unknown => Err((
+            format!("{read}, and the header says {unit}"),
+            "convert the column, or correct the header".into(),
+        )),
+    }
+}
+
+/// The first column whose name is a quantity followed by other text, such as a unit (`mass_kg`), and that
+/// quantity. Quantities that have a column of their own are excluded.
+fn lengthened(header: &[String], names: &[&'static str]) -> Option<(usize, &'static str)> {
+    let absent = |name: &&&str| !header.iter().any(|other| other == **name || base(other) == **name);
+    let is_longer = |column: &str, name: &str| {
+        let rest = column.strip_prefix(name);
+        name.len() > 2
+            && rest.is_some_and(|rest| rest.starts_with(['_', ' ', '-', '.', ',', '/', '(', '[', '{']))
+    };
+    let of = |column: &String| names.iter().filter(absent).find(|name| is_longer(column, name)).copied();
+    header.iter().enumerate().find_map(|(position, column)| Some((position, of(column)?)))
+}
+
+/// The first column whose name is probably a misspelling of one of `names` that has no column, and that name:
+/// they differ in case, or in few of many letters. Columns of any other name are kept unread.
+fn misspelt(header: &[String], names: &[&'static str]) -> Option<(usize, &'static str)> {
+    let meant = |column: &String| {
+        let column = base(column);
+        let absent = names.iter().filter(|name| !header.iter().any(|other| base(other) == **name));
+        let mut near = absent
+            .map(|name| (strsim::damerau_levenshtein(&column.to_lowercase(), &name.to_lowercase()), name));
+        near.find(|(distance, name)| names.iter().all(|known| *known != column) && 3 * distance < name.len())
+    };
+    header.iter().enumerate().find_map(|(position, column)| Some((position, *meant(column)?.1)))
+}
+
+/// Byte source that returns an error if a row is too long.
+struct Rows {
+    source: Box<dyn Read + Send + Sync>,
+    /// Number of bytes passed on.
+    read: u64,
+    /// Number of bytes of the rows parsed so far.
+    parsed: Arc<AtomicU64>,
+    /// Whether lines end as on Windows.
+    carriage_returns: Arc<AtomicBool>,
+}
+
+impl Read for Rows {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        if self.read > self.parsed.load(Ordering::Relaxed) + LONGEST_ROW {
+            return Err(io::Error::new(
+                io::ErrorKind::InvalidData,
+                format!(
+                    "a row is longer than {} MiB: a quote is never closed, or this is not a table",
+                    LONGEST_ROW >> 20
+                ),
+            ));
+        }
+        let read = self.source.read(buffer)?;
+        self.read += read as u64;
+        if buffer[..read].windows(2).any(|pair| pair == b"\r\n") {
+            self.carriage_returns.store(true, Ordering::Relaxed);
+        }
+        Ok(read)
+    }
+}
+
+/// Converts an error of the CSV reader in this line.
+fn read_error(name: &str, line: u64, cause: &csv::Error) -> ConfigError {
+    let place = format!("{name}:{line}");
+    match cause.kind() {
+        csv::ErrorKind::UnequalLengths { expected_len, len, .. } => ConfigError::new(
+            place,
+            format!("the row has {len} fields, the header {expected_len}"),
+            "give every row as many fields as the header",
+        ),
+        _ => ConfigError::new(place, format!("cannot be read: {cause}"), "check the file"),
+    }
+}

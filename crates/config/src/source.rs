@@ -1,0 +1,525 @@
+//! A configuration file with the `--set` overrides applied. Keeps the place (line or override) of every
+//! value, for error messages.
+
+use std::fmt::Write as _;
+use std::io::Read as _;
+use std::path::{Path, PathBuf};
+
+use toml_edit::{Array, Document, DocumentMut, InlineTable, Item, Key, Table, TableLike, Value};
+
+/// An error in a configuration: its place, the problem and the remedy.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{place}: {problem}\n  help: {remedy}")]
+pub struct ConfigError {
+    /// `file:line:column`, or the `--set` argument.
+    pub(crate) place: String,
+    /// The key, its value and what is wrong with it.
+    pub problem: String,
+    /// What to do instead.
+    pub remedy: String,
+}
+
+impl ConfigError {
+    pub(super) fn new(
+        place: impl Into<String>,
+        problem: impl Into<String>,
+        remedy: impl Into<String>,
+    ) -> Self {
+        Self { place: place.into(), problem: problem.into(), remedy: remedy.into() }
+    }
+}
+
+/// One `--set key.path=value`.
+#[derive(Clone, Debug)]
+struct Override {
+    /// The argument as it was typed.
+    argument: String,
+    /// The key that it sets.
+    path: Vec<Step>,
+}
+
+/// One step from a table to an entry, or from a list to an element.
+#[derive(Clone, Debug, PartialEq, Eq)]
+enum Step {
+    Key(String),
+    Index(usize),
+}
+
+/// A configuration file with its overrides applied.
+#[derive(Debug)]
+pub(super) struct Source {
+    pub(super) file: PathBuf,
+    original: Document<String>,
+    effective: DocumentMut,
+    overrides: Vec<Override>,
+}
+
+impl Source {
+    /// Reads `file` and applies the overrides in turn, each `key.path=value`.
+    pub(super) fn load(file: &Path, sets: &[String]) -> Result<Self, ConfigError> {
+        let original = parse(file, read(file)?)?;
+        let effective = original.clone().into_mut();
+        let mut source = Self { file: file.to_owned(), original, effective, overrides: Vec::new() };
+        for argument in sets {
+            source.set(argument)?;
+        }
+        Ok(source)
+    }
+
+    /// The text with the overridden values replaced; comments are kept.
+    pub(super) fn text(&self) -> String {
+        self.effective.to_string()
+    }
+
+    /// The whole document as a table.
+    pub(super) fn root(&self) -> Section<'_> {
+        Section { source: self, path: Vec::new(), table: Some(self.effective.as_table()) }
+    }
+
+    /// Applies one override.
+    fn set(&mut self, argument: &str) -> Result<(), ConfigError> {
+        let error =
+            |problem: String, remedy: &str| ConfigError::new(format!("--set {argument}"), problem, remedy);
+        let usage = "write --set key.path=value, for example --set simulation.tolerance=1e-10";
+        let Some((key, value)) = argument.split_once('=') else {
+            return Err(error("there is no `=` in it".into(), usage));
+        };
+        let keys = Key::parse(key.trim())
+            .map_err(|e| error(format!("`{key}` is not a key path: {}", e.message().trim()), usage))?;
+        let value = override_value(value.trim()).map_err(|why| {
+            error(format!("its value is not valid TOML: {why}"), "quote text, close every bracket")
+        })?;
+
+        let Some((last, parents)) = keys.split_last() else {
+            return Err(error("it names no key".into(), usage));
+        };
+        let mut table: &mut dyn TableLike = self.effective.as_table_mut();
+        for (depth, key) in parents.iter().enumerate() {
+            // Sections become [tables], anything deeper an inline table, as a person would write them.
+            let missing =
+                if depth == 0 { Item::Table(Table::new()) } else { Item::Value(InlineTable::new().into()) };
+            let item = table.entry(key.get()).or_insert(missing);
+            let what = kind_of(item);
+            table = item.as_table_like_mut().ok_or_else(|| {
+                error(
+                    format!("`{}` is {what}, which has no key `{}`", key.get(), last.get()),
+                    "set the whole value instead",
+                )
+            })?;
+        }
+        match table.get_mut(last.get()).and_then(Item::as_value_mut) {
+            Some(old) => {
+                // The decoration is the white space and the comment around the old value.
+                let decor = old.decor().clone();
+                *old = value;
+                *old.decor_mut() = decor;
+            }
+            None => drop(table.insert(last.get(), Item::Value(value))),
+        }
+        let path = keys.iter().map(|key| Step::Key(key.get().into())).collect();
+        self.overrides.push(Override { argument: argument.into(), path });
+        Ok(())
+    }
+
+    /// Place where the entry at `path` was written: the place of its key if `at_key`, else of its value. For
+    /// a missing entry, the place of its nearest parent.
+    fn place(&self, path: &[Step], at_key: bool) -> String {
+        if let Some(set) = self.overrides.iter().rev().find(|set| path.starts_with(&set.path)) {
+            return format!("--set {}", set.argument);
+        }
+        let mut offset = 0;
+        let mut found = 0;
+        let mut at = Some(Entry::Item(self.original.as_item()));
+        for (i, step) in path.iter().enumerate() {
+            let (key, next) = match (at, step) {
+                (Some(entry), Step::Key(key)) => match entry.as_table().and_then(|t| t.get_key_value(key)) {
+                    Some((key, item)) => (key.span(), Some(Entry::Item(item))),
+                    None => break,
+                },
+                (Some(entry), Step::Index(index)) => match entry.as_array().and_then(|a| a.get(*index)) {
+                    Some(value) => (None, Some(Entry::Value(value))),
+                    None => break,
+                },
+                _ => break,
+            };
+            let value = next.and_then(|entry| entry.span());
+            let last = i + 1 == path.len();
+            let span = if last && at_key { key.or(value) } else { value.or(key) };
+            offset = span.map_or(offset, |span| span.start);
+            found = i + 1;
+            at = next;
+        }
+        // An entry that is missing from the file may be missing from a table of an override.
+        let maker = path
+            .get(..=found)
+            .and_then(|made| self.overrides.iter().rev().find(|set| set.path.starts_with(made)));
+        if let Some(set) = maker {
+            return format!("--set {}", set.argument);
+        }
+        position(&self.file, self.original.raw(), offset)
+    }
+
+    fn error(&self, path: &[Step], at_key: bool, problem: String, remedy: String) -> ConfigError {
+        ConfigError::new(self.place(path, at_key), problem, remedy)
+    }
+}
+
+/// An item of a table or an element of a list.
+#[derive(Clone, Copy)]
+enum Entry<'a> {
+    Item(&'a Item),
+    Value(&'a Value),
+}
+
+impl<'a> Entry<'a> {
+    fn as_array(self) -> Option<&'a Array> {
+        self.as_value()?.as_array()
+    }
+
+    fn as_value(self) -> Option<&'a Value> {
+        match self {
+            Entry::Item(item) => item.as_value(),
+            Entry::Value(value) => Some(value),
+        }
+    }
+
+    fn as_table(self) -> Option<&'a dyn TableLike> {
+        match self {
+            Entry::Item(item) => item.as_table_like(),
+            Entry::Value(value) => value.as_inline_table().map(|table| table as &dyn TableLike),
+        }
+    }
+
+    fn span(self) -> Option<std::ops::Range<usize>> {
+        match self {
+            Entry::Item(item) => item.span(),
+            Entry::Value(value) => value.span(),
+        }
+    }
+
+    fn kind(self) -> &'static str {
+        match self {
+            Entry::Item(item) => kind_of(item),
+            Entry::Value(value) => kind_of_value(value),
+        }
+    }
+}
+
+/// A table of the configuration, or one left out.
+pub(super) struct Section<'a> {
+    source: &'a Source,
+    path: Vec<Step>,
+    table: Option<&'a dyn TableLike>,
+}
+
+impl<'a> Section<'a> {
+    /// The entry of this name, if there is one.
+    pub(super) fn get(&self, key: &str) -> Option<Node<'a>> {
+        let item = self.table?.get(key).filter(|item| !item.is_none())?;
+        Some(Node { source: self.source, path: self.child(key), entry: Entry::Item(item) })
+    }
+
+    /// The entry of this name converted by `read`; `default` where there is no such entry.
+    pub(super) fn get_or<T>(
+        &self,
+        key: &str,
+        default: T,
+        read: impl FnOnce(&Node<'a>) -> Result<T, ConfigError>,
+    ) -> Result<T, ConfigError> {
+        self.get(key).map_or(Ok(default), |node| read(&node))
+    }
+
+    /// The table of this name, or an empty one.
+    pub(super) fn section(&self, key: &str) -> Result<Section<'a>, ConfigError> {
+        match self.get(key) {
+            Some(node) => node.table("a table"),
+            None => Ok(Section { source: self.source, path: self.child(key), table: None }),
+        }
+    }
+
+    /// Returns whether the file or an override has this table.
+    pub(super) fn is_present(&self) -> bool {
+        self.table.is_some()
+    }
+
+    pub(super) fn keys(&self) -> Vec<String> {
+        self.table.map_or(Vec::new(), |table| {
+            table.iter().filter(|(_, item)| !item.is_none()).map(|(key, _)| key.into()).collect()
+        })
+    }
+
+    pub(super) fn unknown(&self, key: &str, remedy: String) -> ConfigError {
+        let place = self.name().map(|section| format!(" in {section}")).unwrap_or_default();
+        self.source.error(&self.child(key), true, format!("unknown key `{key}`{place}"), remedy)
+    }
+
+    pub(super) fn missing(&self, key: &str, remedy: String) -> ConfigError {
+        let place = self.name().map(|section| format!(" from {section}")).unwrap_or_default();
+        self.source.error(&self.child(key), true, format!("`{key}` is missing{place}"), remedy)
+    }
+
+    /// Name in messages: `[section]`, or `grid.alpha` for a table that is a value; `None` for the whole file.
+    fn name(&self) -> Option<String> {
+        match self.path.as_slice() {
+            [] => None,
+            [Step::Key(section)] => Some(format!("[{section}]")),
+            path => Some(dotted(path)),
+        }
+    }
+
+    fn child(&self, key: &str) -> Vec<Step> {
+        let mut path = self.path.clone();
+        path.push(Step::Key(key.into()));
+        path
+    }
+}
+
+/// One value of the configuration.
+pub(super) struct Node<'a> {
+    source: &'a Source,
+    path: Vec<Step>,
+    entry: Entry<'a>,
+}
+
+/// Kind of a value, for callers that accept several kinds.
+pub(super) enum Shape<'a> {
+    Number(f64),
+    List(Vec<Node<'a>>),
+    Table(Section<'a>),
+    /// Anything else.
+    Other,
+}
+
+impl<'a> Node<'a> {
+    /// The value, by kind.
+    pub(super) fn shape(&self) -> Shape<'a> {
+        if let Some(number) = self.entry.as_value().and_then(as_number) {
+            Shape::Number(number)
+        } else if let Some(array) = self.entry.as_array() {
+            Shape::List(self.elements(array))
+        } else if let Some(table) = self.entry.as_table() {
+            Shape::Table(Section { source: self.source, path: self.path.clone(), table: Some(table) })
+        } else {
+            Shape::Other
+        }
+    }
+
+    /// The value as a number, whole or not.
+    pub(super) fn number(&self) -> Result<f64, ConfigError> {
+        self.entry.as_value().and_then(as_number).ok_or_else(|| self.wrong_kind("a number"))
+    }
+
+    /// The value as a whole number from `lo` to `hi`, as far as the type `T` holds them.
+    pub(super) fn integer<T: TryFrom<i64>>(&self, lo: i64, hi: i64) -> Result<T, ConfigError> {
+        let value = self.entry.as_value().and_then(Value::as_integer);
+        let value = value.ok_or_else(|| self.wrong_kind("a whole number"))?;
+        let legal = Some(value).filter(|value| (lo..=hi).contains(value));
+        legal.and_then(|value| T::try_from(value).ok()).ok_or_else(|| {
+            let (problem, remedy) = if hi == i64::MAX {
+                (format!("must be at least {lo}"), format!("choose a whole number of at least {lo}"))
+            } else {
+                (format!("must be from {lo} to {hi}"), format!("choose a whole number from {lo} to {hi}"))
+            };
+            self.error(&problem, remedy)
+        })
+    }
+
+    pub(super) fn text(&self) -> Result<&'a str, ConfigError> {
+        self.entry.as_value().and_then(Value::as_str).ok_or_else(|| self.wrong_kind("text in quotes"))
+    }
+
+    /// The value as a list; `wanted` describes the elements in messages.
+    pub(super) fn list(&self, wanted: &str) -> Result<Vec<Node<'a>>, ConfigError> {
+        let array = self.entry.as_array().ok_or_else(|| self.wrong_kind(wanted))?;
+        Ok(self.elements(array))
+    }
+
+    fn table(&self, wanted: &str) -> Result<Section<'a>, ConfigError> {
+        let table = self.entry.as_table().ok_or_else(|| self.wrong_kind(wanted))?;
+        Ok(Section { source: self.source, path: self.path.clone(), table: Some(table) })
+    }
+
+    fn elements(&self, array: &'a Array) -> Vec<Node<'a>> {
+        let node = |(i, value)| {
+            let mut path = self.path.clone();
+            path.push(Step::Index(i));
+            Node { source: self.source, path, entry: Entry::Value(value) }
+        };
+        array.iter().enumerate().map(node).collect()
+    }
+
+    pub(super) fn error(&self, problem: &str, remedy: impl Into<String>) -> ConfigError {
+        let problem = format!("{} = {}: {problem}", dotted(&self.path), self.written());
+        self.source.error(&self.path, false, problem, remedy.into())
+    }
+
+    /// Error: this value is of another kind than `wanted`.
+    pub(super) fn wrong_kind(&self, wanted: &str) -> ConfigError {
+        let number = self.entry.as_value().and_then(Value::as_str).filter(|_| wanted.contains("number"));
+        let remedy = number.and_then(|text| match text.trim().parse::<f64>() {
+            Ok(number) => Some(format!("write it without quotes: {number}")),
+            Err(_) => decimal_comma(text),
+        });
+        let remedy = remedy.unwrap_or_else(|| format!("write {wanted}"));
+        self.error(&format!("this is {}, not {wanted}", self.entry.kind()), remedy)
+    }
+
+    /// The value as written, shortened to fit into a line.
+    fn written(&self) -> String {
+        match self.entry {
+            // Without the comment that may follow it.
+            Entry::Value(value) | Entry::Item(Item::Value(value)) => {
+                let value = value.clone().decorated("", "");
+                shorten(value.to_string().trim())
+            }
+            Entry::Item(_) => "[..]".into(),
+        }
+    }
+}
+
+/// A whole or a real number.
+fn as_number(value: &Value) -> Option<f64> {
+    value.as_float().or_else(|| value.as_integer().map(|whole| whole as f64))
+}
+
+fn kind_of(item: &Item) -> &'static str {
+    match item {
+        Item::None => "nothing",
+        Item::Value(value) => kind_of_value(value),
+        Item::Table(_) => "a table",
+        Item::ArrayOfTables(_) => "a list of tables",
+    }
+}
+
+fn kind_of_value(value: &Value) -> &'static str {
+    match value {
+        Value::String(_) => "text",
+        Value::Integer(_) => "a whole number",
+        Value::Float(_) => "a number",
+        Value::Boolean(_) => "a truth value",
+        Value::Datetime(_) => "a date",
+        Value::Array(_) => "a list",
+        Value::InlineTable(_) => "a table",
+    }
+}
+
+/// A key path as text: `grid.alpha[2]`.
+fn dotted(path: &[Step]) -> String {
+    let mut text = String::new();
+    for step in path {
+        match step {
+            Step::Key(key) if text.is_empty() => text.push_str(key),
+            Step::Key(key) => drop(write!(text, ".{key}")),
+            Step::Index(i) => drop(write!(text, "[{i}]")),
+        }
+    }
+    text
+}
+
+/// Shortens a text to one line of at most 60 characters.
+fn shorten(text: &str) -> String {
+    const LONGEST: usize = 60;
+    let line: Vec<&str> = text.split_whitespace().collect();
+    let line = line.join(" ");
+    match line.char_indices().nth(LONGEST) {
+        Some((cut, _)) => format!("{} ..", &line[..cut]),
+        None => line,
+    }
+}
+
+/// Parses the value of an override: TOML, or bare words taken as text.
+fn override_value(text: &str) -> Result<Value, String> {
+    match text.parse::<Value>() {
+        Ok(value) => Ok(value),
+        // A value that opens like a TOML string, list or table was meant as one.
+        Err(error) if text.is_empty() || text.starts_with(['"', '\'', '[', '{']) => {
+            Err(error.message().trim().replace('\n', " "))
+        }
+        Err(_) => Ok(Value::from(text)),
+    }
+}
+
+/// Largest size of a configuration in bytes.
+const LONGEST: u64 = 16 << 20;
+
+fn read(file: &Path) -> Result<String, ConfigError> {
+    let error = |problem: &str, remedy: &str| ConfigError::new(file.display().to_string(), problem, remedy);
+    if file.is_dir() {
+        return Err(error(
+            "this is a folder, not a configuration file",
+            "name a TOML file inside it, for example configs/quickstart.toml",
+        ));
+    }
+    let mut bytes = Vec::new();
+    // The length is limited because some files never end.
+    let read = std::fs::File::open(file).and_then(|open| open.take(LONGEST + 1).read_to_end(&mut bytes));
+    read.map_err(|e| match e.kind() {
+        std::io::ErrorKind::NotFound => error(
+            "there is no such file",
+            "check the path; configs/quickstart.toml is a configuration to start from",
+        ),
+        _ => error(&format!("cannot be read: {e}"), "check the file's permissions"),
+    })?;
+    if bytes.len() as u64 > LONGEST {
+        return Err(error(
+            &format!("this is longer than {} MiB, and no configuration", LONGEST >> 20),
+            "name a configuration; a long axis is written { from = 0.0, to = 1.0, points = 100000 }",
+        ));
+    }
+    if bytes.starts_with(b"\x89HDF\r\n\x1a\n") {
+        return Err(error(
+            "this is a map, not a configuration file",
+            "name the configuration to run; `slipmap report` and `slipmap plot` read maps",
+        ));
+    }
+    if is_utf_16(&bytes) {
+        return Err(error("this file is written in UTF-16", "save it as UTF-8"));
+    }
+    String::from_utf8(bytes).map_err(|e| {
+        let valid = String::from_utf8_lossy(&e.as_bytes()[..e.utf8_error().valid_up_to()]).into_owned();
+        let (problem, remedy) =
+            ("the text is not UTF-8 from here on", "save the file with the encoding UTF-8");
+        ConfigError::new(position(file, &valid, valid.len()), problem, remedy)
+    })
+}
+
+/// Returns whether a text begins with the byte order mark of UTF-16, which some spreadsheets and editors
+/// write.
+pub(super) fn is_utf_16(bytes: &[u8]) -> bool {
+    bytes.starts_with(b"\xff\xfe") || bytes.starts_with(b"\xfe\xff")
+}
+
+/// The remedy for a number with a decimal comma; `None` for other texts.
+pub fn decimal_comma(text: &str) -> Option<String> {
+    let (whole, decimals) = text.trim().split_once(',')?;
+    let number = format!("{}.{}", whole.trim(), decimals.trim());
+    number.parse::<f64>().ok().map(|_| match decimals.trim().len() == 3 && !whole.trim().starts_with('0') {
+        // A separator of thousands, or a decimal comma.
+        true => format!(
+            "write {}{} without a separator, or {number} with a decimal point",
+            whole.trim(),
+            decimals.trim()
+        ),
+        false => format!("write decimals with a point: {number}"),
+    })
+}
+
+fn parse(file: &Path, text: String) -> Result<Document<String>, ConfigError> {
+    Document::parse(text.clone()).map_err(|e| {
+        let offset = e.span().map_or(0, |span| span.start);
+        let line_ends = |part: &str| part.find(['\n', '#']).unwrap_or(part.len());
+        let start = text.get(..offset).and_then(|before| before.rfind(['\n', '='])).map_or(0, |at| at + 1);
+        let value = text.get(start..).map_or("", |rest| &rest[..line_ends(rest)]);
+        let problem = format!("not valid TOML: {}", e.message().trim().replace('\n', " "));
+        let shown = || "correct this line; configs/quickstart.toml shows how each value is written".into();
+        ConfigError::new(position(file, &text, offset), problem, decimal_comma(value).unwrap_or_else(shown))
+    })
+}
+
+/// Place as `file:line:column`, counted from 1 in characters.
+fn position(file: &Path, text: &str, offset: usize) -> String {
+    let before = text.get(..offset).unwrap_or(text);
+    let line = before.matches('\n').count() + 1;
+    let column = before.rsplit('\n').next().map_or(0, |rest| rest.chars().count()) + 1;
+    format!("{}:{line}:{column}", file.display())
+}

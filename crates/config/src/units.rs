@@ -1,0 +1,371 @@
+//! Units as people write them in the headers of tables: `mm/s`, `mm s^-1`, `mm_per_s`, `N·s/m`, `kg m²`,
+//! `rpm`.
+
+use slipmap_map::machine::{Dimension, Motion};
+use slipmap_numbers::text::rounded;
+
+/// Exponents of kg, m, s and rad.
+type Exponents = [i64; 4];
+
+/// A unit: its size in SI, and the exponents of the base units in it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Unit {
+    factor: f64,
+    exponents: Exponents,
+}
+
+const NONE: Unit = Unit { factor: 1.0, exponents: [0; 4] };
+
+impl Unit {
+    /// The product with another unit to a power.
+    fn times(self, other: Unit, power: i32) -> Self {
+        let exponents = std::array::from_fn(|i| self.exponents[i] + i64::from(power) * other.exponents[i]);
+        Self { factor: self.factor * other.factor.powi(power), exponents }
+    }
+}
+
+/// Units with a name of their own: their names, their size in SI and their exponents.
+const NAMED: [(&[&str], f64, Exponents); 22] = [
+    (&["m", "metre", "metres", "meter", "meters"], 1.0, [0, 1, 0, 0]),
+    (&["s", "sec", "second", "seconds"], 1.0, [0, 0, 1, 0]),
+    (&["g", "gram", "grams"], 1e-3, [1, 0, 0, 0]),
+    (&["kilogram", "kilograms"], 1.0, [1, 0, 0, 0]),
+    (&["N", "newton", "newtons"], 1.0, [1, 1, -2, 0]),
+    (&["rad", "radian", "radians"], 1.0, [0, 0, 0, 1]),
+    (&["min", "minute", "minutes"], 60.0, [0, 0, 1, 0]),
+    (&["h", "hr", "hour", "hours"], 3600.0, [0, 0, 1, 0]),
+    (&["deg", "°", "degree", "degrees"], std::f64::consts::PI / 180.0, [0, 0, 0, 1]),
+    (&["rev", "r", "revolution", "revolutions", "turn", "turns"], std::f64::consts::TAU, [0, 0, 0, 1]),
+    (&["rpm"], std::f64::consts::TAU / 60.0, [0, 0, -1, 1]),
+    (&["mps"], 1.0, [0, 1, -1, 0]),
+    (&["kph", "kmh"], 1.0 / 3.6, [0, 1, -1, 0]),
+    (&["mph"], 0.44704, [0, 1, -1, 0]),
+    (&["in", "inch", "inches"], 0.0254, [0, 1, 0, 0]),
+    (&["ft", "foot", "feet"], 0.3048, [0, 1, 0, 0]),
+    (&["t", "tonne", "tonnes"], 1e3, [1, 0, 0, 0]),
+    (&["lb", "lbm", "lbs"], 0.453_592_37, [1, 0, 0, 0]),
+    (&["lbf"], 4.448_221_615_260_5, [1, 1, -2, 0]),
+    (&["kgf", "kp"], 9.80665, [1, 1, -2, 0]),
+    (&["Hz"], 1.0, [0, 0, -1, 0]),
+    // A damping of rotations, not newton-milliseconds.
+    (&["Nms"], 1.0, [1, 2, -1, 0]),
+];
+
+/// The units that may have prefixes.
+const PREFIXED: [&str; 5] = ["m", "s", "g", "N", "rad"];
+const PREFIXES: [(&str, f64); 10] = [
+    ("da", 10.0),
+    ("n", 1e-9),
+    ("u", 1e-6),
+    ("µ", 1e-6),
+    ("μ", 1e-6),
+    ("m", 1e-3),
+    ("c", 1e-2),
+    ("d", 0.1),
+    ("k", 1e3),
+    ("M", 1e6),
+];
+
+fn named(symbol: &str) -> Option<Unit> {
+    let of = NAMED.iter().find(|(names, ..)| names.contains(&symbol));
+    of.map(|&(_, factor, exponents)| Unit { factor, exponents })
+}
+
+/// The unit of a symbol without spaces: a name, a prefix and a name, or products written together, as Nm and
+/// Ns.
+fn symbol(text: &str) -> Option<Unit> {
+    let prefixed = || {
+        PREFIXES.iter().find_map(|(prefix, factor)| {
+            let base = text.strip_prefix(prefix).filter(|base| PREFIXED.contains(base))?;
+            named(base).map(|base| Unit { factor: factor * base.factor, ..base })
+        })
+    };
+    let together = || {
+        let (first, rest) =
+            ["kg", "kN", "N"].iter().find_map(|first| Some((first, text.strip_prefix(first)?)))?;
+        (!rest.is_empty()).then(|| Some(symbol(first)?.times(symbol(rest)?, 1)))?
+    };
+    named(text).or_else(prefixed).or_else(together)
+}
+
+/// Reads a unit; `None` if it is not known.
+fn read(text: &str) -> Option<Unit> {
+    /// Length in bytes above which a text is not taken for a unit.
+    const LONGEST: usize = 60;
+    if text.len() > LONGEST {
+        return None;
+    }
+    let mut plain = text.trim().to_owned();
+    for (from, to) in [
+        ("**", "^"),
+        ("⁻¹", "^-1"),
+        ("⁻²", "^-2"),
+        ("²", "^2"),
+        ("³", "^3"),
+        ("−", "-"),
+        ("⋅", " "),
+        ("·", " "),
+        ("×", " "),
+        ("*", " "),
+        (" per ", "/"),
+        ("%", "0.01"),
+    ] {
+        plain = plain.replace(from, to);
+    }
+    if plain.is_empty() || plain == "-" {
+        return (plain == "-").then_some(NONE);
+    }
+    // If the text is not a unit as written, it is tried in lower case.
+    [plain.clone(), plain.to_lowercase()].into_iter().find_map(|plain| {
+        let mut rest = plain.as_str();
+        let unit = product(&mut rest)?;
+        rest.is_empty().then_some(unit)
+    })
+}
+
+/// Reads factors until the end or a closing parenthesis.
+fn product(rest: &mut &str) -> Option<Unit> {
+    let mut unit = factor(rest)?;
+    loop {
+        *rest = rest.trim_start_matches([' ', '.']);
+        if rest.is_empty() || rest.starts_with(')') {
+            return Some(unit);
+        }
+        let sign = match rest.strip_prefix('/') {
+            Some(after) => {
+                *rest = after.trim_start();
+                -1
+            }
+            None => 1,
+        };
+        unit = unit.times(factor(rest)?, sign);
+    }
+}
+
+/// Reads a number, a symbol or a product in parentheses, with its power.
+fn factor(rest: &mut &str) -> Option<Unit> {
+    let base = if let Some(inner) = rest.strip_prefix('(') {
+        *rest = inner.trim_start();
+        let inside = product(rest)?;
+        *rest = rest.strip_prefix(')')?;
+        inside
+    } else if rest.starts_with(|c: char| c.is_ascii_digit()) {
+        let end = rest.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(rest.len());
+        let (number, after) = rest.split_at(end);
+        *rest = after;
+        return Some(Unit { factor: number.parse().ok()?, ..NONE });
+    } else {
+        let end = rest.find(|c: char| !c.is_alphabetic() && c != '°').unwrap_or(rest.len());
+        let (name, after) = rest.split_at(end);
+        *rest = after;
+        symbol(name)?
+    };
+    let power = rest.strip_prefix('^').unwrap_or(rest);
+    let digits = power.strip_prefix('-').unwrap_or(power);
+    let end = digits.find(|c: char| !c.is_ascii_digit()).unwrap_or(digits.len());
+    if end == 0 {
+        // A sign or a caret needs a number.
+        return (power.len() == rest.len() && digits.len() == power.len()).then_some(base);
+    }
+    let sign = if digits.len() < power.len() { -1 } else { 1 };
+    let exponent: i32 = digits[..end].parse().ok().filter(|exponent| *exponent < 10)?;
+    *rest = &digits[end..];
+    Some(NONE.times(base, sign * exponent))
+}
+
+/// The unit in which a column is read: the SI unit of a dimension, or none.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Wanted {
+    /// SI, of a machine with this motion.
+    Si(Motion, Dimension),
+    /// A pure number.
+    Number,
+}
+
+impl Wanted {
+    /// Its name, for messages.
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Wanted::Si(motion, dimension) => motion.unit(dimension),
+            Wanted::Number => "",
+        }
+    }
+
+    fn unit(self) -> Unit {
+        match self {
+            Wanted::Si(..) => read(self.name()).unwrap_or(NONE),
+            Wanted::Number => NONE,
+        }
+    }
+}
+
+/// Result of comparing the unit in a header with that in which the column is read.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Match {
+    /// The units are equal.
+    Same,
+    /// The header's unit is this many times the column's unit, for the same quantity.
+    Factor(f64),
+    /// The header's unit is that of another quantity.
+    Other,
+    /// The header's unit is not known.
+    Unknown,
+}
+
+/// Compares a unit in a header with the one in which the column is read.
+pub(super) fn compare(text: &str, wanted: Wanted) -> Match {
+    let wanted_unit = wanted.unit();
+    // Rotary speeds in 1/min are turns per minute.
+    let minute = Unit { factor: 1.0 / 60.0, exponents: [0, 0, -1, 0] };
+    let turns = matches!(wanted, Wanted::Si(Motion::Rotation, Dimension::Velocity));
+    let Some(mut unit) = read(text) else { return Match::Unknown };
+    if turns && unit == minute {
+        unit = Unit { factor: std::f64::consts::TAU / 60.0, exponents: [0, 0, -1, 1] };
+    }
+    // The radian may be left out, as in a stiffness in N m; not in speeds: 1/s may mean turns per second.
+    let without_angle = |[mass, length, time, _]: Exponents| [mass, length, time];
+    let same = match wanted {
+        Wanted::Si(_, Dimension::Velocity | Dimension::Length) => unit.exponents == wanted_unit.exponents,
+        _ => {
+            without_angle(unit.exponents) == without_angle(wanted_unit.exponents)
+                && [0, wanted_unit.exponents[3]].contains(&unit.exponents[3])
+        }
+    };
+    let ratio = unit.factor / wanted_unit.factor;
+    match same {
+        false => Match::Other,
+        true if (ratio - 1.0).abs() < 1e-9 => Match::Same,
+        true => Match::Factor(ratio),
+    }
+}
+
+/// The conversion of this unit to the wanted one, for messages: "1 mm/s is 0.001 m/s".
+pub(super) fn conversion(unit: &str, factor: f64, wanted: Wanted) -> String {
+    format!("1 {unit} is {} {}", rounded(factor, 6), wanted.name()).trim_end().to_owned()
+}
+
+/// The name in a header and the text in the brackets at its end: `damping [N s/m]`.
+pub(super) fn bracketed(header: &str) -> Option<(&str, &str)> {
+    let header = header.trim();
+    let close = header.chars().last()?;
+    let open = match close {
+        ']' => '[',
+        ')' => '(',
+        '}' => '{',
+        _ => return None,
+    };
+    // Brackets of the same kind may be inside: (N/(m/s)).
+    let mut depth = 0;
+    let start = header.char_indices().rev().find(|(_, c)| {
+        depth += i32::from(*c == close) - i32::from(*c == open);
+        depth == 0
+    });
+    let (start, _) = start?;
+    let inside = &header[start + 1..header.len() - 1];
+    Some((header[..start].trim_end().trim_end_matches(['/', ',']).trim_end(), inside.trim()))
+}
+
+/// A unit of speed or force that a header names without brackets: `u_mm_s`, `speed in mm/s`, `rpm`. Only
+/// words that form such a unit count, since `s` or `m` alone may mean anything.
+pub(super) fn in_words(header: &str, wanted: Wanted) -> Option<String> {
+    let words: Vec<&str> = header.split([' ', ',', ';', '_']).filter(|word| !word.is_empty()).collect();
+    let speeds: [Exponents; 2] = [[0, 1, -1, 0], [0, 0, -1, 1]];
+    let forces: [Exponents; 2] = [[1, 1, -2, 0], [1, 2, -2, 0]];
+    let is_speed = matches!(wanted, Wanted::Si(_, Dimension::Velocity));
+    let kinds = if is_speed { speeds } else { forces };
+    let is_meant = |text: &str| read(text).is_some_and(|unit| kinds.contains(&unit.exponents));
+    let three = words.windows(3).filter(|of| of[1] == "per").map(|of| format!("{}/{}", of[0], of[2]));
+    let two =
+        words.windows(2).filter(|of| is_speed && of[0] != "in").map(|of| format!("{}/{}", of[0], of[1]));
+    let one = words.iter().map(|word| (*word).to_owned());
+    three.chain(one).chain(two).find(|text| is_meant(text))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn units_are_read_in_every_usual_spelling() {
+        let speed = Wanted::Si(Motion::Translation, Dimension::Velocity);
+        for text in ["m/s", "m s^-1", "m.s-1", "m·s⁻¹", "m*s**-1", "m per s", "mps", "M/S", "m/sec", "m/(s)"]
+        {
+            assert_eq!(compare(text, speed), Match::Same, "{text}");
+        }
+        for (text, factor) in [
+            ("mm s^-1", 1e-3),
+            ("mm.s-1", 1e-3),
+            ("mm/sec", 1e-3),
+            ("µm/s", 1e-6),
+            ("ft/s", 0.3048),
+            ("km/h", 1.0 / 3.6),
+            ("m/min", 1.0 / 60.0),
+        ] {
+            let Match::Factor(found) = compare(text, speed) else { panic!("{text}") };
+            assert!((found / factor - 1.0).abs() < 1e-12, "{text}: {found}");
+        }
+        for text in ["rad/s", "s", "mm", "rpm", "N", "1/s", "ms^-1"] {
+            assert_eq!(compare(text, speed), Match::Other, "{text}");
+        }
+        for text in ["", "furlongs/week", "m/", "m^", "m/s)", "(m/s", "knots"] {
+            assert_eq!(compare(text, speed), Match::Unknown, "{text}");
+        }
+        let turning = Wanted::Si(Motion::Rotation, Dimension::Velocity);
+        for text in ["rpm", "1/min", "r/min", "rev/min", "min^-1"] {
+            let Match::Factor(found) = compare(text, turning) else { panic!("{text}") };
+            assert!((found - std::f64::consts::PI / 30.0).abs() < 1e-15, "{text}: {found}");
+        }
+        assert_eq!(compare("1/s", turning), Match::Other);
+        assert_eq!(compare("%", Wanted::Number), Match::Factor(0.01));
+        assert_eq!(compare("-", Wanted::Number), Match::Same);
+    }
+
+    #[test]
+    fn the_units_of_a_machine_are_their_own() {
+        for motion in Motion::ALL {
+            for dimension in [
+                Dimension::Time,
+                Dimension::Length,
+                Dimension::Velocity,
+                Dimension::Force,
+                Dimension::Damping,
+                Dimension::Mass,
+                Dimension::Stiffness,
+            ] {
+                let wanted = Wanted::Si(motion, dimension);
+                assert_eq!(compare(motion.unit(dimension), wanted), Match::Same, "{dimension:?}");
+                assert_eq!(compare(&format!("5 {}", motion.unit(dimension)), wanted), Match::Factor(5.0));
+            }
+        }
+        let damping = Wanted::Si(Motion::Rotation, Dimension::Damping);
+        assert_eq!(compare("Nms/rad", damping), Match::Same);
+        assert_eq!(compare("N m s", damping), Match::Same);
+        assert_eq!(compare("N s/m", damping), Match::Other);
+        assert_eq!(compare("N/(m/s)", Wanted::Si(Motion::Translation, Dimension::Damping)), Match::Same);
+        assert_eq!(compare("kN", Wanted::Si(Motion::Translation, Dimension::Force)), Match::Factor(1e3));
+    }
+
+    #[test]
+    fn units_are_found_in_headers() {
+        assert_eq!(bracketed("damping [N s/m]"), Some(("damping", "N s/m")));
+        assert_eq!(bracketed("v / (m/s)"), Some(("v", "m/s")));
+        assert_eq!(bracketed("d (N/(m/s))"), Some(("d", "N/(m/s)")));
+        assert_eq!(bracketed("mass"), None);
+        let speed = Wanted::Si(Motion::Translation, Dimension::Velocity);
+        for (header, unit) in [
+            ("u_mm_s", Some("mm/s")),
+            ("velocity_mm_per_s", Some("mm/s")),
+            ("v_in_m/s", Some("m/s")),
+            ("speed in mm/s", Some("mm/s")),
+            ("rpm", Some("rpm")),
+            ("slip speed in s", None),
+            ("u", None),
+            ("v_rel", None),
+        ] {
+            assert_eq!(in_words(header, speed).as_deref(), unit, "{header}");
+        }
+        let force = Wanted::Si(Motion::Translation, Dimension::Force);
+        assert_eq!(in_words("F_kN", force).as_deref(), Some("kN"));
+        assert_eq!(in_words("mu_k", force), None);
+    }
+}

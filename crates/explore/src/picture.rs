@@ -1,0 +1,311 @@
+//! Pictures of planes: one colour or one number for each cell of a grid over two axes.
+
+use std::convert::Infallible;
+use std::sync::atomic::AtomicBool;
+use std::sync::{Mutex, PoisonError};
+use std::time::Instant;
+
+use rayon::prelude::*;
+use serde_json::json;
+
+use super::catalogue::kinds_json;
+use super::machine::is_shared;
+use super::plane::{Part, PlaneRequest, Slice};
+use super::refusal::Refusal;
+use super::show::Show;
+use slipmap_format::{MapFile, Pick};
+use slipmap_map::dataset::{Cells, Schema, Variable};
+use slipmap_map::map::{
+    Account, ComputeError, Control, Field, Method, Plan, Queue, Sink, TileData, Verdict, compute_tiles,
+};
+use slipmap_report::figure::palette::{self, Kind};
+use slipmap_report::{Label, UnitSystem};
+
+/// Number of cells of a tile, after each of which a superseded request may stop: many if c is an axis, since
+/// a column's answer costs little more than one cell of it. Tiles that are interpolated have the usual size.
+const TILE_WITH_COLUMNS: usize = 1 << 13;
+const TILE_OF_SINGLE_CELLS: usize = 512;
+
+impl PlaneRequest {
+    /// The picture: a line of JSON that describes it, then a code (one byte) or a number (four bytes) for
+    /// each cell, line by line from the lowest. Taken from `map` if that is requested and has it, else
+    /// computed.
+    pub(super) fn picture(&self, map: Option<&MapFile>, stop: &AtomicBool) -> Result<Vec<u8>, Refusal> {
+        let started = Instant::now();
+        let (show, methods, field) = self.show()?;
+        let is_map = [&self.x, &self.y].iter().all(|side| is_shared(&side.axis));
+        if let Some(machine) = self.place.machine()?.filter(|_| !is_map) {
+            let (slices, size) = self.machines(&machine)?;
+            let (cells, kinds) = computed_each(&slices, size, &show, &methods, field, stop)?;
+            let label = show.label(&UnitSystem::of_machine(machine.si()));
+            return Ok(written(size, label.as_ref(), cells, kinds, started));
+        }
+        let slice = self.cells()?;
+        let stored = map.filter(|_| self.stored).map_or(Ok(None), |map| stored(map, &slice, &show))?;
+        let (mut cells, kinds) = match stored {
+            Some(cells) => (cells, show.kinds(&methods).map(with_nothing)),
+            None => computed(&slice, &show, methods, field, &Control { stop, ..Control::default() })?,
+        };
+        let axes = slice.grid.axes();
+        let size = [slice.x, slice.y].map(|axis| axes[axis].values.len());
+        let label = show.label(&slice.units);
+        cells.convert(label.as_ref());
+        Ok(written(size, label.as_ref(), cells, kinds, started))
+    }
+}
+
+/// The cells of a picture.
+enum Values {
+    Codes(Vec<i8>),
+    Reals(Vec<f32>),
+}
+
+impl Values {
+    /// The cells of a picture in which nothing is computed yet.
+    fn none(is_codes: bool, cells: usize) -> Self {
+        match is_codes {
+            true => Values::Codes(vec![Verdict::NotComputed.code(); cells]),
+            false => Values::Reals(vec![f32::NAN; cells]),
+        }
+    }
+
+    /// Converts dimensionless numbers to the unit of the label.
+    fn convert(&mut self, label: Option<&Label>) {
+        if let (Values::Reals(reals), Some(label)) = (self, label)
+            && label.factor != 1.0
+        {
+            reals.iter_mut().for_each(|real| *real = (f64::from(*real) * label.factor) as f32);
+        }
+    }
+}
+
+/// A picture as it is sent.
+fn written(
+    [width, height]: [usize; 2],
+    label: Option<&Label>,
+    cells: Values,
+    kinds: Option<Vec<Kind>>,
+    started: Instant,
+) -> Vec<u8> {
+    let label = label.map_or_else(String::new, |label| label.text().plain());
+    let head = json!({
+        "width": width,
+        "height": height,
+        "label": label,
+        "kinds": kinds.map(|kinds| kinds_json(&kinds)),
+        "seconds": started.elapsed().as_secs_f64(),
+    });
+    let mut bytes = head.to_string().into_bytes();
+    // Numbers of four bytes begin at a multiple of four.
+    while bytes.len() % 4 != 3 {
+        bytes.push(b' ');
+    }
+    bytes.push(b'\n');
+    match cells {
+        Values::Codes(codes) => bytes.extend(codes.iter().map(|code| code.to_le_bytes()[0])),
+        Values::Reals(reals) => bytes.extend(reals.iter().flat_map(|real| real.to_le_bytes())),
+    }
+    bytes
+}
+
+/// The cells of a picture computed by the engine, and the meanings of codes.
+fn computed(
+    slice: &Slice,
+    show: &Show,
+    methods: Vec<Method>,
+    field: Option<Field>,
+    control: &Control,
+) -> Result<(Values, Option<Vec<Kind>>), Refusal> {
+    let Slice { grid, x, y, .. } = slice;
+    let with_columns = grid.axes().len() - 1 == *x.max(y);
+    let plan = Plan::builder(grid.clone()).methods(methods).fields(field).audit_cells(0).build()?;
+    let plan = if plan.interpolates() {
+        plan
+    } else {
+        let cells = if with_columns { TILE_WITH_COLUMNS } else { TILE_OF_SINGLE_CELLS };
+        plan.into_builder().tile_shape(grid.tile_shape(cells)).build()?
+    };
+    let sink = Picture::new(&plan, show, *x, *y)?;
+    let queue = Queue::new(vec![false; plan.tile_count()]);
+    match compute_tiles(&plan, &sink, control, &|| queue.take()) {
+        Ok(_) => {}
+        Err(ComputeError::Interrupted) => return Err(Refusal::overtaken()),
+        Err(ComputeError::Threads(why)) => return Err(Refusal::broken(why)),
+        Err(ComputeError::Sink(never)) => match never {},
+    }
+    let kinds = show.kinds(&sink.methods);
+    Ok((sink.cells.into_inner().unwrap_or_else(PoisonError::into_inner), kinds))
+}
+
+/// The cells of a picture of this size, assembled from slices at their places.
+fn computed_each(
+    slices: &[Part],
+    [width, height]: [usize; 2],
+    show: &Show,
+    methods: &[Method],
+    field: Option<Field>,
+    stop: &AtomicBool,
+) -> Result<(Values, Option<Vec<Kind>>), Refusal> {
+    // The threads work on different slices.
+    let control = Control { stop, threads: Some(1), ..Control::default() };
+    let found: Vec<_> = slices
+        .par_iter()
+        .map(|(slice, corner)| {
+            let (mut cells, kinds) = computed(slice, show, methods.to_vec(), field, &control)?;
+            cells.convert(show.label(&slice.units).as_ref());
+            let axes = slice.grid.axes();
+            Ok((*corner, axes[slice.x].values.len(), cells, kinds))
+        })
+        .collect::<Result<_, Refusal>>()?;
+    let mut kinds = show.kinds(methods);
+    let mut all = Values::none(kinds.is_some(), width * height);
+    for ([column, row], across, cells, of_slice) in found {
+        kinds = of_slice;
+        let place = |cell: usize| (row + cell / across) * width + column + cell % across;
+        match (&mut all, cells) {
+            (Values::Codes(all), Values::Codes(cells)) => {
+                cells.into_iter().enumerate().for_each(|(cell, code)| all[place(cell)] = code);
+            }
+            (Values::Reals(all), Values::Reals(cells)) => {
+                cells.into_iter().enumerate().for_each(|(cell, real)| all[place(cell)] = real);
+            }
+            _ => unreachable!("slices of one picture show the same"),
+        }
+    }
+    Ok((all, kinds))
+}
+
+/// The code of cells beyond a map, which no variable uses.
+const NOT_STORED: i8 = i8::MIN;
+
+/// The kinds of a map's variable, and the kind of cells beyond the map.
+fn with_nothing(mut kinds: Vec<Kind>) -> Vec<Kind> {
+    let words = "not in the map".into();
+    kinds.push(Kind { code: NOT_STORED, name: "not_stored", fill: palette::NOT_COMPUTED, words });
+    kinds
+}
+
+/// The cells of a picture as stored in a map: those of the nearest nodes, none beyond its ends. `None` if the
+/// map is of another law or does not have the quantity.
+fn stored(map: &MapFile, slice: &Slice, show: &Show) -> Result<Option<Values>, Refusal> {
+    let Slice { grid, x, y, .. } = slice;
+    let Show::Variable(name) = show else { return Ok(None) };
+    if map.grid().law() != grid.law() || !map.has(name) || name.starts_with("critical_c_") {
+        return Ok(None);
+    }
+    let axes = map.grid().axes();
+    let picks: Vec<Pick> = (0..axes.len())
+        .map(|axis| match axis == *x || axis == *y {
+            true => Pick::Every(1),
+            false => Pick::Node(axes[axis].nearest(grid.axes()[axis].values[0])),
+        })
+        .collect();
+    // The stored node nearest to each cell; none for cells beyond an end by more than the step there.
+    let nearest = |axis: usize| -> Vec<Option<usize>> {
+        let nodes = &axes[axis].values;
+        let last = nodes.len() - 1;
+        let beyond = |value: f64| match nodes.len() {
+            1 => value != nodes[0],
+            _ => {
+                value < nodes[0] - 0.5 * (nodes[1] - nodes[0])
+                    || value > nodes[last] + 0.5 * (nodes[last] - nodes[last - 1])
+            }
+        };
+        let values = grid.axes()[axis].values.iter();
+        values.map(|&value| (!beyond(value)).then(|| axes[axis].nearest(value))).collect()
+    };
+    let (across, up) = (nearest(*x), nearest(*y));
+    let at = |i: usize, j: usize| if x < y { [i, j] } else { [j, i] };
+    let failed = |error: slipmap_format::StoreError| Refusal::broken(error.to_string());
+    let places = || up.iter().flat_map(|j| across.iter().map(move |i| i.zip(*j)));
+    if show.kinds(&[]).is_some() {
+        let cells = map.code_slice(name, &picks).map_err(failed)?;
+        let code = |place: Option<(usize, usize)>| place.map_or(NOT_STORED, |(i, j)| cells[&at(i, j)[..]]);
+        return Ok(Some(Values::Codes(places().map(code).collect())));
+    }
+    let cells = map.real_slice(name, &picks).map_err(failed)?;
+    let number = |place: Option<(usize, usize)>| place.map_or(f32::NAN, |(i, j)| cells[&at(i, j)[..]] as f32);
+    Ok(Some(Values::Reals(places().map(number).collect())))
+}
+
+/// Receives tiles into a picture.
+struct Picture<'a> {
+    show: &'a Show,
+    methods: Vec<Method>,
+    /// What is shown, unless it is derived from verdicts.
+    variable: Option<Variable>,
+    x: usize,
+    y: usize,
+    width: usize,
+    cells: Mutex<Values>,
+}
+
+impl<'a> Picture<'a> {
+    fn new(plan: &Plan, show: &'a Show, x: usize, y: usize) -> Result<Self, Refusal> {
+        let axes = plan.grid().axes();
+        let (width, height) = (axes[x].values.len(), axes[y].values.len());
+        let variable = match show {
+            Show::Variable(name) => {
+                let found = Schema::of(plan).variables.into_iter().find(|variable| variable.name == *name);
+                let unknown =
+                    || Refusal::bad_input(format!("there is nothing called `{name}`"), "reload the page");
+                Some(found.ok_or_else(unknown)?)
+            }
+            Show::Difference(_) | Show::Decider => None,
+        };
+        let is_codes = variable.as_ref().is_none_or(|variable| variable.codes().is_some());
+        let cells = Mutex::new(Values::none(is_codes, width * height));
+        Ok(Self { show, methods: plan.methods().to_vec(), variable, x, y, width, cells })
+    }
+
+    fn derived(&self, data: &TileData) -> Vec<i8> {
+        let methods = data.methods.iter();
+        let verdicts: Vec<Vec<i8>> =
+            methods.map(|method| method.verdicts.values().map(Verdict::code).collect()).collect();
+        let codes = |cell: usize| verdicts.iter().map(|of_method| of_method[cell]).collect::<Vec<i8>>();
+        (0..data.tile.cells()).map(|cell| self.show.derived(&self.methods, &codes(cell))).collect()
+    }
+
+    /// Calls `put` with the place in the picture of each cell of the tile, in the tile's order.
+    fn scatter(&self, data: &TileData, mut put: impl FnMut(usize, usize)) {
+        let (outer, inner) = (self.x.min(self.y), self.x.max(self.y));
+        let ranges = &data.tile.ranges;
+        let mut cell = 0;
+        for i in ranges[outer].clone() {
+            for j in ranges[inner].clone() {
+                let (column, row) = if self.x < self.y { (i, j) } else { (j, i) };
+                put(cell, row * self.width + column);
+                cell += 1;
+            }
+        }
+    }
+}
+
+impl Sink for Picture<'_> {
+    type Packed = ();
+    type Error = Infallible;
+
+    fn pack(&self, data: &TileData) -> Result<(), Infallible> {
+        let found = self.variable.as_ref().map(|variable| variable.cells(data));
+        let codes = match &found {
+            Some(Cells::Codes(codes)) => codes.values().collect(),
+            Some(Cells::Reals(_)) => Vec::new(),
+            None => self.derived(data),
+        };
+        let mut cells = self.cells.lock().unwrap_or_else(PoisonError::into_inner);
+        match (&mut *cells, found) {
+            (Values::Reals(all), Some(Cells::Reals(reals))) => {
+                // A critical damping does not vary along c: `each` cells share one number.
+                let each = data.tile.cells() / reals.len().max(1);
+                self.scatter(data, |cell, place| all[place] = reals[cell / each] as f32);
+            }
+            (Values::Codes(all), _) => self.scatter(data, |cell, place| all[place] = codes[cell]),
+            (Values::Reals(_), _) => unreachable!("numbers are numbers"),
+        }
+        Ok(())
+    }
+
+    fn write(&self, (): (), _: &Account) -> Result<(), Infallible> {
+        Ok(())
+    }
+}

@@ -1,0 +1,177 @@
+//! The parameter point of a request: the friction law, and a value for each of its axes; or a machine in SI
+//! units, whose quantities are the axes.
+
+use std::collections::BTreeMap;
+
+use serde::Deserialize;
+use serde_json::{Value, json};
+
+use super::machine;
+use super::refusal::Refusal;
+use slipmap_config::{OfMachine, point_of, table_of_text};
+use slipmap_map::machine::{Machine, Motion};
+use slipmap_map::map::Grid;
+use slipmap_model::friction::{Expression, Law};
+use slipmap_model::point::Point;
+
+/// Largest number of characters of a formula.
+const LONGEST_FORMULA: usize = 4096;
+
+/// A friction law as the page sends it.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct LawText {
+    /// One of [`Law::names`].
+    name: String,
+    /// The formula of the law `expression`.
+    phi: String,
+    /// The rows of the law `table`, as CSV.
+    table: String,
+    /// Name of the table's file.
+    file: String,
+    /// Friction at slip speed 0, by which formula and table are divided; 1 if there is none.
+    #[serde(rename = "static")]
+    static_level: Option<f64>,
+    /// Whether it is read as 1 + eps F(u).
+    pub(super) small: bool,
+}
+
+impl LawText {
+    pub(super) fn law(&self) -> Result<Law, Refusal> {
+        self.law_of(None)
+    }
+
+    /// The law; its table may be that of a machine.
+    fn law_of(&self, machine: Option<OfMachine>) -> Result<Law, Refusal> {
+        let level = self.static_level.unwrap_or(1.0);
+        if !(level > 0.0 && level.is_finite()) {
+            let problem = format!("the static level is {level}; it must be greater than 0");
+            return Err(Refusal::bad_input(problem, "write the friction at slip speed 0"));
+        }
+        let built_in = Law::BUILT_IN.into_iter().find(|law| law.name() == self.name);
+        let law = match (self.name.as_str(), built_in) {
+            (_, Some(law)) => law,
+            ("expression", None) if self.phi.len() > LONGEST_FORMULA => {
+                let problem = format!("the formula has more than {LONGEST_FORMULA} characters");
+                return Err(Refusal::bad_input(problem, "give the law as a table"));
+            }
+            ("expression", None) => Law::Expression(Expression::new(&self.phi, level)?),
+            ("table", None) => {
+                let file = if self.file.is_empty() { "table" } else { &self.file };
+                let table = table_of_text(file, &self.table, self.static_level, machine);
+                Law::Table(table.map_err(|(problem, remedy)| Refusal::bad_input(problem, remedy))?)
+            }
+            (name, None) => {
+                let names: Vec<&str> = Law::names().collect();
+                let problem = format!("there is no law `{name}`");
+                return Err(Refusal::bad_input(problem, format!("choose from: {}", names.join(", "))));
+            }
+        };
+        Ok(if self.small { law.read_as_small() } else { law })
+    }
+
+    /// The law of a machine: coefficients of friction, whatever they are at slip speed 0.
+    pub(super) fn in_si_units(&self, motion: Motion) -> Result<Law, Refusal> {
+        let plain = Self { static_level: None, small: false, ..self.clone() };
+        let law = plain.law_of(Some(OfMachine { motion, forces: false }))?;
+        machine::check_names(&law)?;
+        Ok(law)
+    }
+}
+
+/// A law and a value for each of its axes, by name; with a motion, a machine in SI units. Other names are
+/// ignored: they belong to the law that was shown before.
+#[derive(Clone, Debug, Deserialize)]
+pub(super) struct Place {
+    pub(super) law: LawText,
+    pub(super) at: BTreeMap<String, f64>,
+    /// The motion of a machine: then the law and the values are in SI units.
+    #[serde(default)]
+    pub(super) motion: Option<String>,
+}
+
+impl Place {
+    /// The machine, if the place has a motion.
+    pub(super) fn machine(&self) -> Result<Option<Machine>, Refusal> {
+        let Some(motion) = &self.motion else { return Ok(None) };
+        let motion = machine::motion_of(motion)?;
+        machine::machine(&self.law.in_si_units(motion)?, motion, &self.at).map(Some)
+    }
+
+    /// The dimensionless law and the values of its axes in their order, each legal.
+    pub(super) fn read(&self) -> Result<(Law, Vec<f64>), Refusal> {
+        if let Some(machine) = self.machine()? {
+            let (law, values) = machine::dimensionless(&machine, self.law.small)?;
+            // Units that are far too large or small give numbers that are illegal for every law.
+            point_of(&law, &values)?;
+            return Ok((law, values));
+        }
+        let law = self.law.law()?;
+        let value = |name: &&str| {
+            let missing = || Refusal::malformed(format!("the law `{}` also needs {name}", law.name()));
+            self.at.get(*name).copied().ok_or_else(missing)
+        };
+        let values = Grid::axis_names(&law).iter().map(value).collect::<Result<Vec<f64>, Refusal>>()?;
+        point_of(&law, &values)?;
+        Ok((law, values))
+    }
+
+    /// The law and the point, at which the law is legal.
+    pub(super) fn point(&self) -> Result<(Law, Point), Refusal> {
+        let (law, values) = self.read()?;
+        let point = point_of(&law, &values)?;
+        // The law of a machine has been checked in SI units.
+        if self.motion.is_none() {
+            check_law(&law, &point)?;
+        }
+        Ok((law, point))
+    }
+}
+
+/// The values of a point by the names of the law's axes.
+pub(super) fn at_json(law: &Law, point: &Point) -> Value {
+    Grid::coordinates(law, point).into_iter().map(|(name, value)| (name.to_owned(), json!(value))).collect()
+}
+
+/// Checks that the law is legal at a point for the slip speeds that every orbit and every test uses.
+pub(super) fn check_law(law: &Law, point: &Point) -> Result<(), Refusal> {
+    let fastest = 2.0 * point.belt_speed;
+    match law.as_written() {
+        Law::Expression(law) => Ok(law.check(point.epsilon, &point.law, fastest)?),
+        Law::Table(table) if table.fastest() < fastest => Err(Refusal::bad_input(
+            format!(
+                "the data of {} end at slip speed {}, below 2 V = {fastest}",
+                table.origin(),
+                table.fastest()
+            ),
+            "choose a lower belt speed, or measure farther",
+        )),
+        _ => Ok(()),
+    }
+}
+
+/// A law as the page sends it, the reverse of [`LawText::law`].
+pub(super) fn law_json(law: &Law) -> Value {
+    let mut object = json!({ "name": law.name() });
+    match law.as_written() {
+        Law::Expression(formula) => {
+            object["phi"] = formula.text().into();
+            object["static"] = formula.static_level().into();
+        }
+        Law::Table(table) => {
+            let errors = table.standard_errors();
+            let rows = table.data().enumerate().map(|(i, (u, friction))| match errors {
+                Some(errors) => format!("{u},{friction},{}\n", errors[i]),
+                None => format!("{u},{friction}\n"),
+            });
+            object["table"] = rows.collect::<String>().into();
+            object["file"] = table.origin().into();
+            object["static"] = table.static_level().into();
+        }
+        _ => {}
+    }
+    if law.is_read_as_small() {
+        object["small"] = true.into();
+    }
+    object
+}

@@ -1,0 +1,262 @@
+//! Planes of parameter space: the contents of a request, and the grids of its cells.
+
+use rayon::prelude::*;
+use serde::Deserialize;
+
+use super::machine::{BELT_SPEED, dimensionless, is_shared};
+use super::place::{Place, check_law};
+use super::refusal::Refusal;
+use super::show::Show;
+use super::tabs::Turn;
+use slipmap_certify::Guarantee;
+use slipmap_config::range_nodes;
+use slipmap_map::machine::Machine;
+use slipmap_map::map::{Field, Grid, Method};
+use slipmap_model::friction::Law;
+use slipmap_report::UnitSystem;
+
+/// Largest number of cells of a picture along one axis.
+const MOST_POINTS: usize = 4096;
+/// Largest number of cells of a picture.
+const MOST_CELLS: usize = 1 << 22;
+
+/// One axis of a picture: cells of equal width, linear or logarithmic, between two ends.
+#[derive(Clone, Debug, Deserialize)]
+pub(super) struct Side {
+    pub(super) axis: String,
+    from: f64,
+    pub(super) to: f64,
+    #[serde(default)]
+    log: bool,
+    points: usize,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+pub(super) struct PlaneRequest {
+    pub(super) turn: Turn,
+    #[serde(flatten)]
+    pub(super) place: Place,
+    pub(super) x: Side,
+    pub(super) y: Side,
+    /// Name of a variable of a map, `decider`, or `difference:METHOD:METHOD`.
+    #[serde(default)]
+    show: String,
+    /// Whether a figure has the boundaries of the regimes.
+    #[serde(default)]
+    pub(super) curves: bool,
+    /// Whether the fold curves are requested instead of all others: for formulas and tables folds are slow.
+    #[serde(default)]
+    pub(super) folds: bool,
+    /// Whether the cells of the given map are shown where it has them.
+    #[serde(default)]
+    pub(super) stored: bool,
+}
+
+impl Side {
+    /// The values at the middle of the cells. They lie inside the ends, which may themselves be illegal (V =
+    /// 0).
+    pub(super) fn nodes(&self) -> Result<Vec<f64>, Refusal> {
+        self.between(self.points, 0.5 / self.points as f64)
+    }
+
+    /// `points` values; the first and the last lie a share `half` of the axis inside its ends.
+    pub(super) fn between(&self, points: usize, half: f64) -> Result<Vec<f64>, Refusal> {
+        let Side { from, to, log, .. } = *self;
+        let bad = |problem: String, remedy: &str| Err(Refusal::bad_input(problem, remedy));
+        if !(2..=MOST_POINTS).contains(&points) {
+            return bad(format!("{points} cells along {}", self.axis), "ask for 2 to 4096");
+        }
+        if !(from.is_finite() && to.is_finite() && from < to) {
+            return bad(format!("{} from {from} to {to}", self.axis), "the axis must increase");
+        }
+        if log && from <= 0.0 {
+            return bad(format!("the logarithmic axis {} begins at {from}", self.axis), "begin above 0");
+        }
+        let at = |share: f64| match log {
+            true => from * (to / from).powf(share),
+            false => from + (to - from) * share,
+        };
+        let nodes = range_nodes(at(half), at(1.0 - half), points, log);
+        match nodes.windows(2).all(|pair| pair[0] < pair[1]) {
+            true => Ok(nodes),
+            false => {
+                bad(format!("{} from {from} to {to}", self.axis), "the ends are too close to be told apart")
+            }
+        }
+    }
+}
+
+/// A side of a picture and its nodes.
+pub(super) type Nodes<'a> = (&'a Side, Vec<f64>);
+
+/// A part of a picture, and its place there: first column and row.
+pub(super) type Part = (Slice, [usize; 2]);
+
+/// A plane of a grid.
+pub(super) struct Slice {
+    pub(super) grid: Grid,
+    /// Positions of the axes across and up.
+    pub x: usize,
+    pub y: usize,
+    /// The units of a machine's numbers.
+    pub(super) units: UnitSystem,
+}
+
+impl PlaneRequest {
+    /// Both sides with their nodes, across and up.
+    pub(super) fn sides(
+        &self,
+        nodes_of: impl Fn(&Side) -> Result<Vec<f64>, Refusal>,
+    ) -> Result<[Nodes<'_>; 2], Refusal> {
+        if self.x.axis == self.y.axis {
+            return Err(Refusal::bad_input(
+                "both directions show the same axis",
+                "choose two different axes",
+            ));
+        }
+        let sides = [(&self.x, nodes_of(&self.x)?), (&self.y, nodes_of(&self.y)?)];
+        match sides[0].1.len() * sides[1].1.len() > MOST_CELLS {
+            true => Err(Refusal::bad_input("the picture has too many cells", "ask for fewer")),
+            false => Ok(sides),
+        }
+    }
+
+    /// The grid with the values from `nodes_of` on both axes; for a machine these are belt speed and damping.
+    pub(super) fn slice(
+        &self,
+        nodes_of: impl Fn(&Side) -> Result<Vec<f64>, Refusal>,
+    ) -> Result<Slice, Refusal> {
+        let sides = self.sides(nodes_of)?;
+        if let Some(machine) = self.place.machine()? {
+            if !sides.iter().all(|(side, _)| is_shared(&side.axis)) {
+                return Err(Refusal::bad_input(
+                    "a map of a machine has the axes belt speed and damping",
+                    "show these two to take them along",
+                ));
+            }
+            return self.of_machine(&machine, &[&sides[0], &sides[1]]);
+        }
+        let (law, values) = self.place.read()?;
+        let names = Grid::axis_names(&law);
+        let position = |side: &Side| {
+            let found = names.iter().position(|name| *name == side.axis);
+            let unknown =
+                || Refusal::malformed(format!("the law `{}` has no axis {}", law.name(), side.axis));
+            found.ok_or_else(unknown)
+        };
+        let (x, y) = (position(&self.x)?, position(&self.y)?);
+        let mut nodes: Vec<Vec<f64>> = values.into_iter().map(|value| vec![value]).collect();
+        let [(_, across), (_, up)] = sides;
+        (nodes[x], nodes[y]) = (across, up);
+        let grid = Grid::new(law, nodes)?;
+        check_corners(&grid)?;
+        Ok(Slice { grid, x, y, units: UnitSystem::default() })
+    }
+
+    /// The dimensionless grid of a machine with these nodes, in SI units, of its belt speed, its damping, or
+    /// both.
+    pub(super) fn of_machine(&self, machine: &Machine, sides: &[&Nodes]) -> Result<Slice, Refusal> {
+        let (law, values) = dimensionless(machine, self.place.law.small)?;
+        let units = machine.units();
+        let mut nodes: Vec<Vec<f64>> = values.into_iter().map(|value| vec![value]).collect();
+        let last = nodes.len() - 1;
+        // A direction without a given side shows an axis of one node: epsilon beside a given side.
+        let mut places = [0, usize::from(sides.is_empty())];
+        for (side, values) in sides {
+            let (position, unit) = match side.axis.as_str() {
+                BELT_SPEED => (last - 1, units.velocity),
+                _ => (last, units.damping),
+            };
+            nodes[position] = values.iter().map(|value| value / unit).collect();
+            places[usize::from(std::ptr::eq(*side, &self.y))] = position;
+        }
+        let units = UnitSystem::of_machine(machine.si());
+        Ok(Slice { grid: Grid::new(law, nodes)?, x: places[0], y: places[1], units })
+    }
+
+    /// The legal machines of a plane, each with its place: first column and row.
+    ///
+    /// Belt speeds and dampings share a law. Any other quantity changes the units, so that each of its values
+    /// has a grid of its own.
+    pub(super) fn machines(&self, machine: &Machine) -> Result<(Vec<Part>, [usize; 2]), Refusal> {
+        let sides = self.sides(Side::nodes)?;
+        let known: Vec<&str> = machine.quantities().into_iter().map(|(name, _)| name).collect();
+        if let Some((side, _)) = sides.iter().find(|(side, _)| !known.contains(&side.axis.as_str())) {
+            return Err(Refusal::malformed(format!("the machine has no quantity {}", side.axis)));
+        }
+        let size = [sides[0].1.len(), sides[1].1.len()];
+        let (shared, varied): (Vec<&Nodes>, Vec<&Nodes>) =
+            sides.iter().partition(|(side, _)| is_shared(&side.axis));
+        let counts: Vec<usize> = varied.iter().map(|(_, nodes)| nodes.len()).collect();
+        let slice = |number: usize| {
+            let mut machine = machine.clone();
+            let (mut rest, mut corner) = (number, [0, 0]);
+            for ((side, nodes), count) in varied.iter().zip(&counts) {
+                machine = machine.with(&side.axis, nodes[rest % count])?;
+                corner[usize::from(std::ptr::eq(*side, &self.y))] = rest % count;
+                rest /= count;
+            }
+            if !machine.is_legal() {
+                return None;
+            }
+            Some((self.of_machine(&machine, &shared).ok()?, corner))
+        };
+        Ok(((0..counts.iter().product()).into_par_iter().filter_map(slice).collect(), size))
+    }
+
+    /// The grid of the picture.
+    pub(super) fn cells(&self) -> Result<Slice, Refusal> {
+        self.slice(Side::nodes)
+    }
+
+    /// Both axes with the values at the middle of the cells.
+    pub(super) fn sides_of_cells(&self) -> Result<[(&str, Vec<f64>); 2], Refusal> {
+        Ok(self.sides(Side::nodes)?.map(|(side, nodes)| (side.axis.as_str(), nodes)))
+    }
+
+    /// Whether the axes across and up are logarithmic.
+    pub(super) fn logarithmic(&self) -> [bool; 2] {
+        [self.x.log, self.y.log]
+    }
+
+    /// The quantity shown, its methods, and its field in a map.
+    pub(super) fn show(&self) -> Result<(Show, Vec<Method>, Option<Field>), Refusal> {
+        let unknown =
+            || Refusal::bad_input(format!("there is nothing called `{}`", self.show), "reload the page");
+        let method = |name: &str| Method::by_name(name).ok_or_else(unknown);
+        if let Some(pair) = self.show.strip_prefix("difference:") {
+            let (a, b) = pair.split_once(':').ok_or_else(unknown)?;
+            let pair = [method(a)?, method(b)?];
+            return Ok((Show::Difference(pair.each_ref().map(Method::name)), pair.to_vec(), None));
+        }
+        if self.show == "decider" {
+            // The weakest first, as in the report: cells that it decides need no other method.
+            let rigorous = Method::usual().filter(|it| it.guarantee() == Guarantee::FiniteEpsilon);
+            return Ok((Show::Decider, rigorous.chain([Method::Simulation]).collect(), None));
+        }
+        let (field, method) = Field::of_variable(&self.show).ok_or_else(unknown)?;
+        if matches!(field, Field::EpsilonLimit | Field::Sensitivity) {
+            return Err(unknown());
+        }
+        let method = method.unwrap_or(Method::Simulation);
+        Ok((Show::Variable(self.show.clone()), vec![method], Some(field)))
+    }
+}
+
+/// Checks that the law is legal in the middle of a plane or at one of two opposite corners.
+fn check_corners(grid: &Grid) -> Result<(), Refusal> {
+    if !matches!(grid.law().as_written(), Law::Expression(_)) {
+        return Ok(());
+    }
+    let shape = grid.shape();
+    let mut first = None;
+    // One legal point is enough to draw; elsewhere the picture shows that the method failed.
+    for share in [0.5, 0.0, 1.0] {
+        let index: Vec<usize> = shape.iter().map(|len| ((len - 1) as f64 * share) as usize).collect();
+        match check_law(grid.law(), &grid.point(&index)) {
+            Ok(()) => return Ok(()),
+            Err(refusal) => first = first.or(Some(refusal)),
+        }
+    }
+    first.map_or(Ok(()), Err)
+}

@@ -1,0 +1,88 @@
+//! One point: the answer of every method, everything that `slipmap probe` prints, and figures.
+
+use std::sync::atomic::AtomicBool;
+
+use serde::Deserialize;
+use serde_json::{Value, json};
+
+use super::figures;
+use super::place::Place;
+use super::refusal::Refusal;
+use super::tabs::Turn;
+use slipmap_map::assessment::sensitivities;
+use slipmap_map::behaviour::behaviour;
+use slipmap_map::map::{DEFAULT_TOLERANCE, Method};
+use slipmap_map::probe::{Answer, MachineResult, Probe, regime_words};
+use slipmap_report::UnitSystem;
+use slipmap_witness;
+
+#[derive(Clone, Debug, Deserialize)]
+pub(super) struct PointRequest {
+    pub(super) turn: Turn,
+    #[serde(flatten)]
+    place: Place,
+    #[serde(default)]
+    figure: String,
+    /// Start of the orbit of the portrait; by default the exit point.
+    #[serde(default)]
+    start: Option<[f64; 2]>,
+}
+
+fn to_json(value: &impl serde::Serialize) -> Result<Value, Refusal> {
+    serde_json::to_value(value).map_err(|error| Refusal::broken(error.to_string()))
+}
+
+impl PointRequest {
+    /// A figure supersedes earlier figures of the same kind only.
+    pub(super) fn topic(&self) -> &'static str {
+        match self.figure.as_str() {
+            "orbit" => "orbit",
+            "friction" => "friction",
+            _ => "backbone",
+        }
+    }
+
+    /// The answers of the default methods, for a moving pointer.
+    pub(super) fn glance(&self) -> Result<Value, Refusal> {
+        let (law, point) = self.place.point()?;
+        let answer = Answer::of(&law, &point, DEFAULT_TOLERANCE, Method::usual());
+        let methods =
+            answer.methods.iter().map(|of_method| (of_method.method.name(), of_method.verdict.name()));
+        Ok(json!({
+            "regime": answer.regime.name(),
+            "words": regime_words(answer.regime),
+            "methods": methods.collect::<Vec<_>>(),
+            "critical_c": answer.critical.as_ref().ok().map(|root| root.c),
+        }))
+    }
+
+    /// The output of `slipmap probe --json`; for a machine also the sensitivities of its page.
+    pub(super) fn probe(&self) -> Result<Value, Refusal> {
+        let (law, point) = self.place.point()?;
+        let answer = Answer::of(&law, &point, DEFAULT_TOLERANCE, Method::all());
+        let direct = slipmap_witness::flow(&answer.oscillator, DEFAULT_TOLERANCE);
+        let mut whole = Probe::new(&answer, &direct);
+        if let Some(machine) = self.place.machine()? {
+            let behaviour = machine.model().map(|model| behaviour(&model, DEFAULT_TOLERANCE));
+            whole.machine = behaviour.map(|behaviour| MachineResult::new(&machine, &behaviour));
+            let mut answer = to_json(&whole)?;
+            answer["machine"]["sensitivities"] = to_json(&sensitivities(&machine))?;
+            return Ok(answer);
+        }
+        to_json(&whole)
+    }
+
+    /// A figure as SVG, with the map from its coordinates to numbers.
+    pub(super) fn figure(&self, stop: &AtomicBool) -> Result<Value, Refusal> {
+        let (law, point) = self.place.point()?;
+        let start = self.start.filter(|start| start.iter().all(|x| x.is_finite()));
+        let machine = self.place.machine()?;
+        let units = machine.map_or_else(UnitSystem::default, |it| UnitSystem::of_machine(it.si()));
+        match self.figure.as_str() {
+            "orbit" => Ok(figures::orbit(&law, &point, &units, start)),
+            "friction" => Ok(figures::friction(&law, &point, &units)),
+            "backbone" => figures::backbone(&law, &point, &units, stop),
+            other => Err(Refusal::malformed(format!("there is no figure `{other}`"))),
+        }
+    }
+}

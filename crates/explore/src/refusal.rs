@@ -1,0 +1,102 @@
+//! Reason why a request is refused: the crate's own message, and the place in a formula that it is about.
+
+use axum::Json;
+use axum::http::StatusCode;
+use axum::response::{IntoResponse, Response};
+use serde::Serialize;
+
+use slipmap_map::map::{GridError, PlanError};
+use slipmap_model::friction::ExpressionError;
+
+/// A refused request.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub(super) struct Refusal {
+    #[serde(skip)]
+    status: StatusCode,
+    problem: String,
+    /// The remedy; empty if the problem states it.
+    remedy: String,
+    /// First character of a formula concerned, and one past the last.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    place: Option<[usize; 2]>,
+}
+
+impl Refusal {
+    fn new(status: StatusCode, problem: impl Into<String>, remedy: impl Into<String>) -> Self {
+        Self { status, problem: problem.into(), remedy: remedy.into(), place: None }
+    }
+
+    /// The request is not one that the page sends.
+    pub(super) fn malformed(problem: impl Into<String>) -> Self {
+        Self::new(StatusCode::BAD_REQUEST, problem, "reload the page")
+    }
+
+    /// The request names something that does not exist or is illegal.
+    pub(super) fn bad_input(problem: impl Into<String>, remedy: impl Into<String>) -> Self {
+        Self::new(StatusCode::UNPROCESSABLE_ENTITY, problem, remedy)
+    }
+
+    /// The request came from another page, or to another host name.
+    pub(super) fn foreign(problem: impl Into<String>) -> Self {
+        Self::new(StatusCode::FORBIDDEN, problem, "open the address that `slipmap explore` has printed")
+    }
+
+    /// The body of the request is too long.
+    pub(super) fn too_long(bytes: usize) -> Self {
+        let problem = format!("the request is longer than {} KiB", bytes >> 10);
+        Self::new(StatusCode::PAYLOAD_TOO_LARGE, problem, "give a shorter table or formula")
+    }
+
+    /// The body of the request arrived too slowly.
+    pub(super) fn too_slow() -> Self {
+        Self::new(StatusCode::REQUEST_TIMEOUT, "the request did not arrive in time", "try again")
+    }
+
+    /// A newer request of the same tab has superseded this one.
+    pub(super) fn overtaken() -> Self {
+        // Not an error, which browsers would show on the console.
+        Self::new(StatusCode::NO_CONTENT, "a newer request took the place of this one", "")
+    }
+
+    /// The request exceeded its time limit.
+    pub(super) fn out_of_time(seconds: u64) -> Self {
+        let problem = format!("this took longer than {seconds} s");
+        Self::new(StatusCode::SERVICE_UNAVAILABLE, problem, "show a smaller region, or a simpler quantity")
+    }
+
+    pub(super) fn is_out_of_time(&self) -> bool {
+        self.status == StatusCode::SERVICE_UNAVAILABLE
+    }
+
+    /// A bug of this program.
+    pub(super) fn broken(problem: impl Into<String>) -> Self {
+        Self::new(StatusCode::INTERNAL_SERVER_ERROR, problem, "please report it")
+    }
+}
+
+impl From<ExpressionError> for Refusal {
+    fn from(error: ExpressionError) -> Self {
+        Self { place: Some([error.from, error.to]), ..Self::bad_input(error.problem, error.remedy) }
+    }
+}
+
+impl From<GridError> for Refusal {
+    fn from(error: GridError) -> Self {
+        Self::bad_input(error.to_string(), "choose other values")
+    }
+}
+
+impl From<PlanError> for Refusal {
+    fn from(error: PlanError) -> Self {
+        Self::bad_input(error.to_string(), "choose other values")
+    }
+}
+
+impl IntoResponse for Refusal {
+    fn into_response(self) -> Response {
+        match self.status {
+            StatusCode::NO_CONTENT => self.status.into_response(),
+            status => (status, Json(self)).into_response(),
+        }
+    }
+}

@@ -1,0 +1,314 @@
+//! The server: connections, routes and limits.
+
+use std::io;
+use std::net::TcpListener;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use axum::Router;
+use axum::extract::{DefaultBodyLimit, State};
+use axum::http::header::CONTENT_TYPE;
+use axum::response::{IntoResponse, Json, Response};
+use axum::routing::{get, post};
+use hyper::server::conn::http1;
+use hyper_util::rt::{TokioIo, TokioTimer};
+use hyper_util::service::TowerToHyperService;
+use serde::Deserialize;
+use serde_json::{Value, json};
+use tokio::sync::Semaphore;
+
+use super::body::{JsonBody, LONGEST_BODY};
+use super::export::ExportRequest;
+use super::guard::{Names, protect};
+use super::plane::PlaneRequest;
+use super::point::PointRequest;
+use super::refusal::Refusal;
+use super::tabs::{Tabs, Ticket};
+use super::{Start, assets, catalogue, machine, place};
+
+/// Largest number of connections at a time; more wait.
+const CONNECTIONS: usize = 256;
+/// Time limit for the head of a request, after which a silent connection is closed.
+const SILENCE: Duration = Duration::from_secs(10);
+/// Time limit of an answer that the page waits for. An export has none: it is written in full, until a newer
+/// one takes its place, the user stops it or the page is closed.
+const LONGEST_WORK: Duration = Duration::from_secs(20);
+/// Number of pictures computed at a time; each uses all cores.
+const PICTURES: usize = 2;
+/// Number of points and figures computed at a time.
+const POINTS: usize = 4;
+/// Number of exports computed at a time; the page keeps its own pictures and points meanwhile.
+const EXPORTS: usize = 1;
+/// Interval between two checks of the flag that ends the server.
+const LOOK: Duration = Duration::from_millis(50);
+/// Time limit of unfinished work when the server ends.
+const ENDING: Duration = Duration::from_millis(500);
+
+/// State shared by all requests.
+struct Shared {
+    tabs: Tabs,
+    pictures: Arc<Semaphore>,
+    points: Arc<Semaphore>,
+    exports: Arc<Semaphore>,
+    start: Start,
+    git: &'static str,
+}
+
+/// The state of all requests, as a handler receives it.
+type OfPage = State<Arc<Shared>>;
+/// The answer to a request in JSON.
+type Reply = Result<Json<Value>, Refusal>;
+
+/// Serves the page of the program built from the commit `git` on `listener` until `stop` is set.
+///
+/// # Errors
+/// Those of the listener, and of starting threads.
+pub fn serve(listener: TcpListener, start: Start, git: &'static str, stop: &AtomicBool) -> io::Result<()> {
+    let port = listener.local_addr()?.port();
+    listener.set_nonblocking(true)?;
+    let shared = Arc::new(Shared {
+        tabs: Tabs::default(),
+        pictures: Arc::new(Semaphore::new(PICTURES)),
+        points: Arc::new(Semaphore::new(POINTS)),
+        exports: Arc::new(Semaphore::new(EXPORTS)),
+        start,
+        git,
+    });
+    let router = routes(Arc::clone(&shared))
+        .layer(axum::middleware::from_fn_with_state(Names::of_port(port), protect));
+    let mut runtime = tokio::runtime::Builder::new_current_thread();
+    runtime.enable_io().enable_time().max_blocking_threads(PICTURES + POINTS + EXPORTS);
+    let runtime = runtime.build()?;
+    let ended = runtime.block_on(async {
+        let listener = tokio::net::TcpListener::from_std(listener)?;
+        tokio::spawn(accept(listener, router));
+        while !stop.load(Ordering::Relaxed) {
+            tokio::time::sleep(LOOK).await;
+        }
+        Ok(())
+    });
+    shared.tabs.stop_all();
+    runtime.shutdown_timeout(ENDING);
+    ended
+}
+
+fn routes(shared: Arc<Shared>) -> Router {
+    Router::new()
+        .route("/", get(assets::page))
+        .route("/assets/{name}", get(assets::file))
+        .route("/api/catalogue", get(|| async { Json(catalogue::catalogue()) }))
+        .route("/api/start", get(start))
+        .route("/api/law", post(law))
+        .route("/api/dimensionless", post(dimensionless))
+        .route("/api/plane", post(plane))
+        .route("/api/curves", post(curves))
+        .route("/api/glance", post(glance))
+        .route("/api/point", post(point))
+        .route("/api/figure", post(figure))
+        .route("/api/texts", post(texts))
+        .route("/api/file", post(file))
+        .fallback(|| async { Refusal::malformed("there is nothing here") })
+        .layer(DefaultBodyLimit::max(LONGEST_BODY))
+        .with_state(shared)
+}
+
+/// Accepts connections, up to the limit.
+async fn accept(listener: tokio::net::TcpListener, router: Router) {
+    let room = Arc::new(Semaphore::new(CONNECTIONS));
+    loop {
+        let Ok(place) = Arc::clone(&room).acquire_owned().await else { return };
+        let Ok((stream, _)) = listener.accept().await else {
+            // No more file handles: some will be free soon.
+            tokio::time::sleep(LOOK).await;
+            continue;
+        };
+        // Sends small answers at once.
+        let _ = stream.set_nodelay(true);
+        let service = TowerToHyperService::new(router.clone());
+        tokio::spawn(async move {
+            let mut connection = http1::Builder::new();
+            connection.timer(TokioTimer::new()).header_read_timeout(SILENCE);
+            // A client that disconnects is not an error.
+            let _ = connection.serve_connection(TokioIo::new(stream), service).await;
+            drop(place);
+        });
+    }
+}
+
+/// Runs the work of a request as [`to_the_end`], within the time limit.
+async fn carry_out<T: Send + 'static>(
+    lane: &Arc<Semaphore>,
+    ticket: Ticket,
+    work: impl FnOnce(&AtomicBool) -> Result<T, Refusal> + Send + 'static,
+) -> Result<T, Refusal> {
+    within(LONGEST_WORK, to_the_end(lane, ticket, work)).await
+}
+
+/// Refuses what takes longer than the limit.
+async fn within<T>(limit: Duration, answer: impl Future<Output = Result<T, Refusal>>) -> Result<T, Refusal> {
+    let answer = tokio::time::timeout(limit, answer).await;
+    answer.unwrap_or_else(|_| Err(Refusal::out_of_time(limit.as_secs())))
+}
+
+/// Runs the work of a request on its own thread until it is superseded. Work that cannot stop at once keeps
+/// its permit, so that a lane never runs more work than it has permits.
+async fn to_the_end<T: Send + 'static>(
+    lane: &Arc<Semaphore>,
+    ticket: Ticket,
+    work: impl FnOnce(&AtomicBool) -> Result<T, Refusal> + Send + 'static,
+) -> Result<T, Refusal> {
+    let place = Arc::clone(lane).acquire_owned().await;
+    if ticket.is_overtaken() {
+        return Err(Refusal::overtaken());
+    }
+    let stop = Arc::clone(ticket.stop());
+    let done = tokio::task::spawn_blocking(move || {
+        let _place = place;
+        work(&stop)
+    });
+    done.await.unwrap_or_else(|panic| Err(Refusal::broken(format!("the computation failed: {panic}"))))
+}
+
+async fn start(State(shared): OfPage) -> Json<Value> {
+    Json(shared.start.to_json())
+}
+
+/// A law that was typed or dropped; with a motion, the law of a machine.
+#[derive(Deserialize)]
+struct LawRequest {
+    #[serde(flatten)]
+    law: place::LawText,
+    #[serde(default)]
+    motion: Option<String>,
+}
+
+/// The axes of a law, or of a machine.
+async fn law(JsonBody(request): JsonBody<LawRequest>) -> Reply {
+    let (law, axes) = match &request.motion {
+        None => {
+            let law = request.law.law()?;
+            let axes = catalogue::axes(&law);
+            (law, axes)
+        }
+        Some(motion) => {
+            let motion = machine::motion_of(motion)?;
+            let law = request.law.in_si_units(motion)?;
+            let axes = machine::axes(&law, motion);
+            (law, axes)
+        }
+    };
+    Ok(Json(json!({ "name": law.name(), "axes": axes })))
+}
+
+/// Converts a place to dimensionless numbers.
+async fn dimensionless(JsonBody(request): JsonBody<place::Place>) -> Reply {
+    let (law, point) = request.point()?;
+    Ok(Json(json!({ "law": place::law_json(&law), "at": place::at_json(&law, &point) })))
+}
+
+async fn plane(
+    State(shared): OfPage,
+    JsonBody(request): JsonBody<PlaneRequest>,
+) -> Result<Response, Refusal> {
+    let ticket = shared.tabs.take(&request.turn, "plane")?;
+    let all = Arc::clone(&shared);
+    let work = move |stop: &AtomicBool| request.picture(all.start.map(), stop);
+    let picture = carry_out(&shared.pictures, ticket, work).await?;
+    Ok(([(CONTENT_TYPE, "application/octet-stream")], picture).into_response())
+}
+
+async fn curves(State(shared): OfPage, JsonBody(request): JsonBody<PlaneRequest>) -> Reply {
+    let ticket = shared.tabs.take(&request.turn, "curves")?;
+    match carry_out(&shared.pictures, ticket, move |stop| request.boundaries(stop)).await {
+        // The picture is shown without curves.
+        Err(refusal) if refusal.is_out_of_time() => Ok(Json(json!({ "curves": [], "given_up": true }))),
+        answer => answer.map(Json),
+    }
+}
+
+async fn glance(State(shared): OfPage, JsonBody(request): JsonBody<PointRequest>) -> Reply {
+    let ticket = shared.tabs.take(&request.turn, "glance")?;
+    carry_out(&shared.points, ticket, move |_| request.glance()).await.map(Json)
+}
+
+async fn point(State(shared): OfPage, JsonBody(request): JsonBody<PointRequest>) -> Reply {
+    let ticket = shared.tabs.take(&request.turn, "point")?;
+    carry_out(&shared.points, ticket, move |_| request.probe()).await.map(Json)
+}
+
+async fn figure(State(shared): OfPage, JsonBody(request): JsonBody<PointRequest>) -> Reply {
+    let ticket = shared.tabs.take(&request.turn, request.topic())?;
+    carry_out(&shared.points, ticket, move |stop| request.figure(stop)).await.map(Json)
+}
+
+async fn texts(State(shared): OfPage, JsonBody(request): JsonBody<ExportRequest>) -> Reply {
+    let ticket = shared.tabs.take(&request.plane.turn, "texts")?;
+    carry_out(&shared.points, ticket, move |_| request.texts()).await.map(Json)
+}
+
+async fn file(
+    State(shared): OfPage,
+    JsonBody(request): JsonBody<ExportRequest>,
+) -> Result<Response, Refusal> {
+    let (ticket, git) = (shared.tabs.take(&request.plane.turn, "file")?, shared.git);
+    let (kind, bytes) = to_the_end(&shared.exports, ticket, move |stop| request.file(git, stop)).await?;
+    Ok(([(CONTENT_TYPE, kind)], bytes).into_response())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::mpsc::channel;
+
+    use super::*;
+
+    #[test]
+    fn an_export_is_finished_where_an_answer_to_the_page_is_late() {
+        let runtime = tokio::runtime::Builder::new_current_thread().enable_time().build().unwrap();
+        let answer = |number: u64, limit: Option<Duration>| {
+            runtime.block_on(async {
+                let turn = serde_json::from_value(json!({ "tab": "tab", "number": number })).unwrap();
+                let ticket = Tabs::default().take(&turn, "file").unwrap();
+                let lane = Arc::new(Semaphore::new(EXPORTS));
+                let work = |_: &AtomicBool| {
+                    std::thread::sleep(Duration::from_millis(200));
+                    Ok(())
+                };
+                let export = to_the_end(&lane, ticket, work);
+                match limit {
+                    Some(limit) => within(limit, export).await,
+                    None => export.await,
+                }
+            })
+        };
+        assert!(answer(1, Some(Duration::from_millis(10))).unwrap_err().is_out_of_time());
+        assert_eq!(answer(2, None), Ok(()));
+    }
+
+    #[test]
+    fn work_keeps_its_place_until_it_ends_though_nobody_waits_for_it() {
+        let runtime = tokio::runtime::Builder::new_current_thread().enable_time().build().unwrap();
+        let (begin, begun) = channel();
+        let (end, ended) = channel();
+        runtime.block_on(async {
+            let lane = Arc::new(Semaphore::new(1));
+            let turn = serde_json::from_value(json!({ "tab": "tab", "number": 1 })).unwrap();
+            let ticket = Tabs::default().take(&turn, "point").unwrap();
+            let of_client = Arc::clone(&lane);
+            let client = tokio::spawn(async move {
+                let work = move |_: &AtomicBool| {
+                    begin.send(()).unwrap();
+                    ended.recv().unwrap();
+                    Ok(())
+                };
+                carry_out(&of_client, ticket, work).await
+            });
+            tokio::task::spawn_blocking(move || begun.recv().unwrap()).await.unwrap();
+            client.abort();
+            assert!(client.await.unwrap_err().is_cancelled());
+            assert_eq!(lane.available_permits(), 0, "it still works");
+            end.send(()).unwrap();
+            let _place = lane.acquire().await.unwrap();
+        });
+    }
+}

@@ -1,0 +1,221 @@
+//! The stored curves of codimension one: the group `curves` with two tables; see the format in [`super`].
+
+use hdf5::types::TypeDescriptor;
+use hdf5::{Dataset, File, Group, H5Type};
+
+use slipmap_map::dataset::{Value, fingerprint};
+use slipmap_map::map::{Axis, CURVE_COLUMNS, Grid, Plane, PlaneCurve, PlaneCurves, PlanePoint};
+use slipmap_simulate::bifurcation::Bifurcation;
+
+use super::create::{group_of_tables, seal_attributes};
+use super::records::Contents::{Integers, Reals, Words};
+use super::records::{Series, write_tables};
+use super::trust::{self, Unfit};
+use super::value;
+
+pub(super) const GROUP: &str = "curves";
+
+const PLANE: &str = "plane";
+const POINT: &str = "point";
+
+/// Name of the column with the values at which an axis is held fixed.
+fn held(axis: &Axis) -> String {
+    format!("held_{}", axis.name)
+}
+
+/// Names of all columns and dimensions that the group may have.
+pub(super) fn names(grid: &Grid) -> Vec<String> {
+    let axes = || grid.axes().iter();
+    let own = CURVE_COLUMNS.iter().map(|name| (*name).to_owned());
+    own.chain(axes().map(held)).chain(axes().map(|axis| axis.name.clone())).collect()
+}
+
+/// Writes the curves of `planes`; writes nothing if there are no planes.
+pub(super) fn write(file: &File, grid: &Grid, planes: &[PlaneCurves]) -> hdf5::Result<()> {
+    if planes.is_empty() {
+        return Ok(());
+    }
+    let group = group_of_tables(file, GROUP)?;
+    value::write(&group, "long_name", &"curves of codimension one, by continuation".into())?;
+    let axes = grid.axes();
+    let word = |position: fn(&Plane) -> usize| -> Vec<String> {
+        planes.iter().map(|curves| axes[position(&curves.plane)].name.clone()).collect()
+    };
+    let mut columns = vec![
+        Series::new(PLANE, "plane_x", "first axis of the plane", Words(word(|plane| plane.x))),
+        Series::new(PLANE, "plane_y", "second axis of the plane", Words(word(|plane| plane.y))),
+    ];
+    for (position, axis) in axes.iter().enumerate() {
+        let values = planes.iter().map(|PlaneCurves { plane, .. }| match position {
+            shown if shown == plane.x || shown == plane.y => f64::NAN,
+            _ => axis.values[plane.held[position]],
+        });
+        let long_name = format!("value at which {} is held, NaN in the plane", axis.name);
+        columns.push(Series::new(PLANE, &held(axis), &long_name, Reals(values.collect())));
+    }
+    if planes.iter().any(|curves| curves.points() > 0) {
+        columns.extend(points(axes, planes));
+    }
+    write_tables(&group, &columns)?;
+    seal_attributes(&group)
+}
+
+/// Columns along the dimension `point`.
+fn points(axes: &[Axis], planes: &[PlaneCurves]) -> Vec<Series> {
+    let (mut number, mut curve, mut branch, mut error) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    let mut values = vec![Vec::new(); axes.len()];
+    for (plane_number, curves) in (1..).zip(planes) {
+        let plane = &curves.plane;
+        for (branch_number, line) in curves.numbered() {
+            for point in &line.points {
+                number.push(plane_number);
+                curve.push(line.bifurcation.name().to_owned());
+                branch.push(i32::try_from(branch_number).unwrap_or(i32::MAX));
+                error.push(point.error);
+                for (position, column) in values.iter_mut().enumerate() {
+                    column.push(match position {
+                        x if x == plane.x => point.x,
+                        y if y == plane.y => point.y,
+                        _ => axes[position].values[plane.held[position]],
+                    });
+                }
+            }
+        }
+    }
+    let mut columns = vec![
+        Series::new(POINT, "plane_number", "number of the plane", Integers(number)),
+        Series::new(POINT, "curve", "what happens on the curve", Words(curve)),
+        Series::new(POINT, "branch", "number of the connected curve in its plane and kind", Integers(branch)),
+    ];
+    for (axis, values) in axes.iter().zip(values) {
+        columns.push(Series::new(POINT, &axis.name, &axis.long_name, Reals(values)));
+    }
+    let long_name = "estimate of the distance from the curve, in sides of the plane, which is logarithmic along axes of \
+                     equal ratios";
+    columns.push(Series::new(POINT, "error", long_name, Reals(error)));
+    columns
+}
+
+/// Reads the group, if the map has one. `length`, that of the file in bytes, bounds how much is read.
+pub(super) fn read(file: &File, grid: &Grid, length: u64) -> Result<Vec<PlaneCurves>, Unfit> {
+    if !file.link_exists(GROUP) {
+        return Ok(Vec::new());
+    }
+    let group = file.group(GROUP)?;
+    trust::own_members(&group)?;
+    let table = Table { group: &group, length };
+    let axes = grid.axes();
+    let axis = |word: &String| axes.iter().position(|axis| axis.name == *word);
+    let (xs, ys) = (table.words("plane_x")?, table.words("plane_y")?);
+    let mut planes = Vec::with_capacity(xs.len());
+    let held_at = axes.iter().map(|axis| table.numbers::<f64>(&held(axis), xs.len()));
+    let held_at = held_at.collect::<Result<Vec<_>, _>>()?;
+    for (number, (x, y)) in xs.iter().zip(&ys).enumerate() {
+        let (Some(x), Some(y)) = (axis(x), axis(y)) else {
+            let why = format!("its curves lie in a plane of {x} and {y}, which are not axes");
+            return Err(Unfit::Foreign(why));
+        };
+        let mut nodes = vec![0; axes.len()];
+        for (position, values) in held_at.iter().enumerate().filter(|(axis, _)| *axis != x && *axis != y) {
+            let node = axes[position].values.iter().position(|node| *node == values[number]);
+            let nowhere = || Unfit::Foreign(format!("its curves hold {} at no node", axes[position].name));
+            nodes[position] = node.ok_or_else(nowhere)?;
+        }
+        if x == y {
+            let why = format!("its curves lie in a plane of {} alone", axes[x].name);
+            return Err(Unfit::Foreign(why));
+        }
+        planes.push(PlaneCurves { plane: Plane::new(x, y, nodes), curves: Vec::new() });
+    }
+    if group.link_exists(POINT) {
+        read_points(&table, axes, &mut planes)?;
+    }
+    Ok(planes)
+}
+
+fn read_points(table: &Table, axes: &[Axis], planes: &mut [PlaneCurves]) -> Result<(), Unfit> {
+    let words = table.words("curve")?;
+    let number = table.numbers::<i32>("plane_number", words.len())?;
+    let branch = table.numbers::<i32>("branch", words.len())?;
+    let error = table.numbers::<f64>("error", words.len())?;
+    let values = axes.iter().map(|axis| table.numbers::<f64>(&axis.name, words.len()));
+    let values = values.collect::<Result<Vec<_>, _>>()?;
+    let mut before = None;
+    for (row, word) in words.iter().enumerate() {
+        let known = Bifurcation::ALL.into_iter().find(|bifurcation| bifurcation.name() == word);
+        let place = usize::try_from(number[row]).ok().and_then(|number| number.checked_sub(1));
+        let (Some(bifurcation), Some(curves)) = (known, place.and_then(|place| planes.get_mut(place))) else {
+            let why = format!("its curves have a point of plane {} on a curve {word:?}", number[row]);
+            return Err(Unfit::Foreign(why));
+        };
+        let key = (number[row], bifurcation, branch[row]);
+        if before.replace(key) != Some(key) {
+            curves.curves.push(PlaneCurve { bifurcation, points: Vec::new() });
+        }
+        let point =
+            PlanePoint { x: values[curves.plane.x][row], y: values[curves.plane.y][row], error: error[row] };
+        if let Some(curve) = curves.curves.last_mut() {
+            curve.points.push(point);
+        }
+    }
+    Ok(())
+}
+
+/// The group as a table of columns.
+struct Table<'a> {
+    group: &'a Group,
+    length: u64,
+}
+
+impl Table<'_> {
+    /// Opens a column with numbers of type `kind`; refuses it if the file is too short to hold it.
+    fn column(&self, name: &str, kind: &TypeDescriptor) -> Result<Dataset, Unfit> {
+        let dataset = self.group.dataset(name)?;
+        trust::own_numbers(&dataset, name)?;
+        let fits = dataset.ndim() == 1 && dataset.size() as u64 <= self.length;
+        let stored = dataset.dtype()?.to_descriptor()?;
+        if fits && stored == *kind {
+            return Ok(dataset);
+        }
+        let shape = dataset.shape();
+        let why = format!(
+            "{GROUP}/{name} holds {stored} in the shape {shape:?}, which no version of slipmap writes"
+        );
+        Err(Unfit::Foreign(why))
+    }
+
+    /// The numbers of a column, which must have `rows` rows.
+    fn numbers<T: H5Type>(&self, name: &str, rows: usize) -> Result<Vec<T>, Unfit> {
+        let dataset = self.column(name, &T::type_descriptor())?;
+        match dataset.size() {
+            found if found == rows => Ok(dataset.read_raw::<T>()?),
+            found => Err(Unfit::Foreign(format!("{GROUP}/{name} has {found} rows instead of {rows}"))),
+        }
+    }
+
+    fn words(&self, name: &str) -> Result<Vec<String>, Unfit> {
+        let dataset = self.column(name, &i8::type_descriptor())?;
+        let meanings = match value::read(&dataset, "flag_meanings")? {
+            Some(Value::Text(text)) => text,
+            _ => String::new(),
+        };
+        let meanings: Vec<&str> = meanings.split_whitespace().collect();
+        let word = |code: &i8| {
+            let word = usize::try_from(*code).ok().and_then(|code| meanings.get(code));
+            let unknown = || Unfit::Foreign(format!("{GROUP}/{name} has a code without a meaning"));
+            word.map(|word| (*word).to_owned()).ok_or_else(unknown)
+        };
+        dataset.read_raw::<i8>()?.iter().map(word).collect()
+    }
+}
+
+/// Fingerprint of a column, for comparison with its attribute `sha256`; `None` for a type that no column has.
+pub(super) fn fingerprint_of(column: &Dataset) -> hdf5::Result<Option<Value>> {
+    let digest = match column.dtype()?.to_descriptor()? {
+        kind if kind == f64::type_descriptor() => fingerprint::reals(&column.read_raw()?),
+        kind if kind == i32::type_descriptor() => fingerprint::integers(&column.read_raw()?),
+        kind if kind == i8::type_descriptor() => fingerprint::codes(&column.read_raw()?),
+        _ => return Ok(None),
+    };
+    Ok(Some(fingerprint::of_one_tile(&digest)))
+}

@@ -1,0 +1,105 @@
+//! The map file: HDF5 that is also valid NetCDF-4. This is the only module that uses HDF5.
+//!
+//! # The format
+//!
+//! Each axis of the grid is a one-dimensional `f64` dataset of its name and an HDF5 dimension scale, in the
+//! order eps, the law's parameters, V, c (slowest first). Over these lie
+//!
+//! | variable | type | contents |
+//! | --- | --- | --- |
+//! | `verdict_METHOD` | `i8` | -1 absent, 0 undecided, 1 present, 2 failed, 3 not computed |
+//! | `margin_METHOD` | `f64` | margin of the verdict |
+//! | `critical_c_METHOD` | `f64` | critical damping, without the axis c; NaN where there is none |
+//! | `regime` | `i8` | 0 equilibrium, 1 stick-slip, 2 bistable, 3 pure slip, 4 crossing, 5 failed, 6 to 15 further sets of attractors, by `flag_meanings` |
+//! | `landing_x1`, `stick_time`, `slip_time`, `crossings` | `f64` | the slip from the exit point; NaN where it never sticks |
+//! | `slip_cycles`, `cycle_period`, `cycle_amplitude_x1`, `cycle_amplitude_x2`, `cycle_multiplier` | `f64` | the attracting cycle; NaN where there is none |
+//! | `boundary_velocity`, `boundary_multiplier`, `kick_forward`, `kick_backward` | `f64` | the outermost unstable slip cycle: outside it the mass stick-slips, or tends to a crossing cycle or the largest slip cycle; NaN where there is none |
+//! | `epsilon_limit_METHOD` | `f64` | the largest eps up to which the verdict equals the simulated one, the same along the axis epsilon: 0 never, infinity up to 10 at least |
+//!
+//! All have `long_name` and `units`; variables of a method have its `guarantee` and `equation`; codes have
+//! `flag_values`, `flag_meanings` and `flag_counts` (number of cells with each code). No variable has a
+//! `_FillValue`, which would make readers convert codes to floating-point numbers. Chunks have the shape of
+//! the engine's tiles (attribute `tile_shape`); codes are compressed by deflate, real numbers by shuffle and
+//! deflate. The file's own attributes record its provenance ([`Provenance`]) and the course of the run
+//! ([`Outcome`]); `complete` = 1 is written last. Texts have fixed lengths, since not every NetCDF tool reads
+//! variable-length ones.
+//!
+//! # Machines
+//!
+//! The map of a machine has its belt speeds and dampings in SI units as auxiliary coordinates,
+//! `belt_speed_si` along V and `damping_si` along c. The CF attribute `coordinates` of every variable lists
+//! them; xarray finds them by it. Variables with a physical dimension have the attributes `si_factor` and
+//! `si_units`: their numbers times the factor are in that unit. The file has the attributes `machine_si`, the
+//! machine's numbers (`Machine::to_array`), `machine_units`, the units of time, length, velocity, force and
+//! damping, and `machine_motion`, translation or rotation.
+//!
+//! # Curves
+//!
+//! If the configuration has `[curves]`, the group `curves` holds the curves of codimension one in planes of
+//! the grid, as two tables with the dimensions `plane` and `point`;
+//! `xarray.open_dataset(file, group="curves")` reads them.
+//!
+//! | variable | along | type | contents |
+//! | --- | --- | --- | --- |
+//! | `plane_x`, `plane_y` | `plane` | `i8` | the two axes of the plane, by `flag_meanings` |
+//! | `held_AXIS` | `plane` | `f64` | the node at which the axis is fixed; NaN for the two axes of the plane |
+//! | `plane_number` | `point` | `i32` | the plane, from 1 |
+//! | `curve` | `point` | `i8` | kind of curve, by `flag_meanings`: hopf, grazing_sliding, landing, crossing, fold |
+//! | `branch` | `point` | `i32` | number of the connected curve among those of its plane and kind, from 1 |
+//! | `AXIS` | `point` | `f64` | the point's parameters, all of them |
+//! | `error` | `point` | `f64` | estimate of its distance from the curve, in sides of the plane |
+//!
+//! Points are in order along their curves; a closed curve ends with its first point. The sides of a plane run
+//! from the first to the last node, logarithmically if the nodes are logarithmic. If no plane has a curve,
+//! there is no dimension `point`. For the `sha256` of these variables, each of them counts as one tile.
+//!
+//! # Protection against damage
+//!
+//! - [`MapFile::open`] verifies a map before any of it is used: by its seal or, where another program has
+//!   removed the seal, by all fingerprints. These detect accidents, not forgery: a person who changes a map
+//!   on purpose can seal it again.
+//!
+//! - A map has a temporary name, `NAME.part-map`, until it is complete, sealed and on disk. A killed run may
+//!   leave that file and `NAME.part`, the journal of its finished tiles ([`PartialMap`]), but nothing under
+//!   the map's own name.
+//! - `sha256` of a variable: SHA-256 of the concatenated SHA-256s of its tiles, row-major, each over the
+//!   tile's cells (not the padding of its chunk), little-endian, with one bit pattern for NaN. It depends
+//!   neither on the number of threads nor on the compression, and survives copying by other tools.
+//! - `sha256_attributes` of the file and of every variable: over its other attributes, so that [`check`] can
+//!   report where one was changed.
+//! - The seal: a line of text after the end of the HDF5 file with the SHA-256 of every byte before it. HDF5
+//!   readers ignore it. It detects a change of any byte; a program that opens the map for writing removes it.
+
+mod check;
+mod codec;
+mod create;
+mod curves;
+mod deflate;
+mod error;
+pub mod files;
+mod identity;
+mod journal;
+mod open;
+mod pack;
+mod partial;
+mod reader;
+mod records;
+mod seal;
+mod sys;
+mod trust;
+mod value;
+mod writer;
+
+pub use crate::files::Existing;
+pub use check::{CheckReport, Problem, check};
+pub use error::StoreError;
+pub use journal::is_journal;
+pub use pack::LengthSink;
+pub use pack::PackedTile;
+pub use partial::{Left, left, remove_unfinished};
+pub use partial::{PartialMap, Resumed};
+pub use reader::SIGNATURE;
+pub use reader::{MapFile, Pick};
+pub use records::{Contents, Records, Series, write_records};
+pub use slipmap_map::dataset::attributes::fingerprint;
+pub use slipmap_map::dataset::{Outcome, Provenance, Value};

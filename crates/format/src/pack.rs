@@ -1,0 +1,354 @@
+//! Packs computed cells into the bytes of HDF5 chunks.
+
+use std::borrow::Cow;
+use std::collections::HashMap;
+use std::convert::Infallible;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use libdeflater::{CompressionLvl, Compressor};
+use serde::{Deserialize, Serialize};
+
+use slipmap_map::dataset::fingerprint::{self, canonical};
+use slipmap_map::dataset::{Cells, Fingerprint, Schema, Variable};
+use slipmap_map::map::{Account, Plan, Runs, Sink, TileData, unravel};
+
+use super::codec::to_bytes;
+use super::deflate;
+
+/// A chunk as stored in the file, with the fingerprint and the counts of its cells.
+#[derive(Debug, Serialize, Deserialize)]
+pub(super) struct PackedChunk {
+    pub(super) fingerprint: Fingerprint,
+    /// Number of cells with each of the variable's codes.
+    pub(super) counts: Vec<u64>,
+    #[serde(with = "serde_bytes")]
+    pub(super) bytes: Vec<u8>,
+}
+
+/// A tile ready to be written: one chunk of each variable of `Schema::filled_by`.
+#[derive(Debug, Serialize, Deserialize)]
+pub struct PackedTile {
+    pub(super) number: usize,
+    pub(super) chunks: Vec<PackedChunk>,
+}
+
+impl PackedTile {
+    /// Returns whether a map of this layout has the tile.
+    pub(super) fn fits(&self, schema: &Schema) -> bool {
+        let codes = |variable: &Variable| variable.codes().map_or(0, |codes| codes.len());
+        self.number < schema.tiles()
+            && schema
+                .filled_by(self.number)
+                .map(|(_, variable, _)| codes(variable))
+                .eq(self.chunks.iter().map(|chunk| chunk.counts.len()))
+    }
+}
+
+/// Packs tiles of an unfinished map.
+#[derive(Debug)]
+pub(super) struct Packer {
+    pub(super) plan: Plan,
+    schema: Schema,
+    /// Cache of chunks with few runs.
+    known: Mutex<HashMap<ChunkKey, Arc<KnownChunk>>>,
+}
+
+/// The data on which the bytes of a chunk of codes depend: its codes, its shape without the padding, the code
+/// of the padding.
+type ChunkKey = (Runs<i8>, Vec<usize>, i8);
+
+/// The bytes of a chunk and the fingerprint of its cells.
+type KnownChunk = (Vec<u8>, Fingerprint);
+
+/// Largest number of runs of a cached chunk: constant chunks, and chunks in which one axis alone decides.
+/// Other chunks hardly ever occur again.
+const RUNS_OF_KNOWN: usize = 64;
+/// Largest number of cached chunks: some MB.
+const MOST_KNOWN: usize = 4096;
+/// Above this number of runs per 16 cells, the general search compresses better than the search over runs.
+const RUNS_PER_16_CELLS: usize = 4;
+
+impl Packer {
+    /// Packer for the map of `plan`.
+    pub(super) fn new(plan: &Plan) -> Self {
+        Self { plan: plan.clone(), schema: Schema::of(plan), known: Mutex::default() }
+    }
+
+    /// Packs a tile.
+    ///
+    /// # Panics
+    /// If the tile does not have the number of cells that the plan requires, which is a bug of the engine.
+    pub(super) fn pack(&self, data: &TileData) -> PackedTile {
+        let schema = &self.schema;
+        let mut work = Work { level: self.plan.compression, deflate: None, plain: Vec::new() };
+        let mut chunks: Vec<PackedChunk> = Vec::with_capacity(schema.variables.len());
+        // Codes packed so far in this tile, with the code of their padding and their chunk.
+        let mut packed: Vec<(Runs<i8>, i8, usize)> = Vec::new();
+        for (_, variable, _) in schema.filled_by(data.tile.number) {
+            let chunk = schema.chunk(variable);
+            let shape: Vec<usize> =
+                data.tile.ranges[..chunk.len()].iter().map(ExactSizeIterator::len).collect();
+            let (bytes, fingerprint, counts) = match variable.cells(data) {
+                Cells::Codes(codes) => {
+                    let counts = count(variable, |wanted| codes.count(|code| code == wanted));
+                    let fill = variable.fill_code();
+                    // Two methods often give the same verdicts.
+                    let equal = packed.iter().find(|(other, padding, _)| *padding == fill && *other == codes);
+                    let (bytes, fingerprint) = match equal {
+                        Some(&(_, _, chunk)) => (chunks[chunk].bytes.clone(), chunks[chunk].fingerprint),
+                        None => self.codes(&codes, &shape, &chunk, fill, &mut work),
+                    };
+                    packed.push((codes, fill, chunks.len()));
+                    (bytes, fingerprint, counts)
+                }
+                Cells::Reals(reals) => {
+                    let full = pad(reals, &shape, &chunk, f64::NAN);
+                    let bytes = match work.deflate() {
+                        Some(deflate) => deflate.stream(&shuffle(&full)),
+                        None => full.iter().flat_map(|&value| stored(value)).collect(),
+                    };
+                    (bytes, fingerprint::reals(reals), Vec::new())
+                }
+            };
+            chunks.push(PackedChunk { fingerprint, counts, bytes });
+        }
+        PackedTile { number: data.tile.number, chunks }
+    }
+
+    /// Bytes and fingerprint of a chunk of codes, from the cache if it contains them.
+    fn codes(
+        &self,
+        codes: &Runs<i8>,
+        shape: &[usize],
+        chunk: &[usize],
+        fill: i8,
+        work: &mut Work,
+    ) -> (Vec<u8>, Fingerprint) {
+        let make = |codes: &Runs<i8>, shape: &[usize], work: &mut Work| {
+            let full = pad_runs(codes, shape, chunk, fill);
+            let fingerprint = fingerprint::codes(work.cells(codes));
+            let ordered = full.iter().count() * 16 <= RUNS_PER_16_CELLS * full.len();
+            if ordered && self.plan.compression > 0 {
+                return (deflate::stream(&full, chunk), fingerprint);
+            }
+            let plain: Vec<u8> = bytemuck::cast_slice(work.cells(&full)).to_vec();
+            let bytes = match work.deflate() {
+                Some(deflate) => deflate.stream(&plain),
+                None => plain,
+            };
+            (bytes, fingerprint)
+        };
+        if codes.iter().nth(RUNS_OF_KNOWN).is_some() {
+            return make(codes, shape, work);
+        }
+        let key = (codes.clone(), shape.to_vec(), fill);
+        let lock = || self.known.lock().unwrap_or_else(PoisonError::into_inner);
+        // Computed outside of the lock, perhaps twice, which does no harm: equal codes make equal bytes.
+        let known = lock().get(&key).cloned();
+        let found = known.unwrap_or_else(|| {
+            let made = Arc::new(make(&key.0, &key.1, work));
+            let mut known = lock();
+            if known.len() < MOST_KNOWN {
+                known.insert(key, Arc::clone(&made));
+            }
+            made
+        });
+        (found.0.clone(), found.1)
+    }
+}
+
+/// A sink that forgets the tiles, and passes on the length of each in the journal.
+pub struct LengthSink<F> {
+    packer: Packer,
+    receive: F,
+}
+
+impl<F: Fn(usize) + Sync> LengthSink<F> {
+    /// The sink of the tiles of `plan` that calls `receive` with the length of each tile in bytes.
+    pub fn new(plan: &Plan, receive: F) -> Self {
+        Self { packer: Packer::new(plan), receive }
+    }
+}
+
+impl<F: Fn(usize) + Sync> Sink for LengthSink<F> {
+    type Packed = PackedTile;
+    type Error = Infallible;
+
+    fn pack(&self, data: &TileData) -> Result<PackedTile, Infallible> {
+        Ok(self.packer.pack(data))
+    }
+
+    fn write(&self, packed: PackedTile, account: &Account) -> Result<(), Infallible> {
+        (self.receive)(to_bytes(&(packed, account)).len());
+        Ok(())
+    }
+}
+
+/// Buffers that a worker reuses for every chunk of a tile.
+struct Work {
+    level: u8,
+    /// Created on first use.
+    deflate: Option<Deflate>,
+    plain: Vec<i8>,
+}
+
+/// Number of cells that are written at once at the start of a run; the next run overwrites the excess.
+const STRETCH: usize = 64;
+
+impl Work {
+    /// The general compressor, unless compression is off.
+    fn deflate(&mut self) -> Option<&mut Deflate> {
+        (self.level > 0).then(|| self.deflate.get_or_insert_with(|| Deflate::new(self.level)))
+    }
+
+    fn cells(&mut self, codes: &Runs<i8>) -> &[i8] {
+        let length = codes.len();
+        if self.plain.len() < length + STRETCH {
+            self.plain.resize(length + STRETCH, 0);
+        }
+        for (code, cells) in codes.iter() {
+            self.plain[cells.start..cells.start + STRETCH].copy_from_slice(&[code; STRETCH]);
+            if cells.len() > STRETCH {
+                self.plain[cells.start + STRETCH..cells.end].fill(code);
+            }
+        }
+        &self.plain[..length]
+    }
+}
+
+/// Number of cells with each code of `variable`, in the order of its `flag_values`; `count` counts one code.
+pub(super) fn count(variable: &Variable, count: impl Fn(i8) -> u64) -> Vec<u64> {
+    variable.codes().unwrap_or_default().into_iter().map(|(code, _)| count(code)).collect()
+}
+
+/// A number's bytes in the file, in the machine's own datatype.
+fn stored(value: f64) -> [u8; 8] {
+    canonical(value).to_ne_bytes()
+}
+
+/// HDF5's shuffle filter: first the first byte of every number, then every second byte, and so on.
+fn shuffle(values: &[f64]) -> Vec<u8> {
+    let mut out = vec![0u8; 8 * values.len()];
+    if values.is_empty() {
+        return out;
+    }
+    for (place, plane) in out.chunks_exact_mut(values.len()).enumerate() {
+        for (byte, &value) in plane.iter_mut().zip(values) {
+            *byte = stored(value)[place];
+        }
+    }
+    out
+}
+
+/// Compressor for HDF5's deflate filter.
+struct Deflate {
+    compressor: Compressor,
+    scratch: Vec<u8>,
+}
+
+impl Deflate {
+    fn new(level: u8) -> Self {
+        // The levels of both run from 1, fast, to 9, small; those of libdeflate continue to 12.
+        let level = CompressionLvl::new(level.into()).unwrap_or_default();
+        Self { compressor: Compressor::new(level), scratch: Vec::new() }
+    }
+
+    fn stream(&mut self, plain: &[u8]) -> Vec<u8> {
+        let bound = self.compressor.zlib_compress_bound(plain.len());
+        if self.scratch.len() < bound {
+            self.scratch.resize(bound, 0);
+        }
+        // The library guarantees the bound, so no input makes this fail.
+        match self.compressor.zlib_compress(plain, &mut self.scratch) {
+            Ok(length) => self.scratch[..length].to_vec(),
+            Err(error) => panic!("libdeflate broke its own bound of {bound} bytes: {error}"),
+        }
+    }
+}
+
+/// Start positions in a chunk of the rows (along the last axis) of a tile of the given shape.
+fn row_starts<'a>(shape: &'a [usize], chunk: &'a [usize]) -> impl Iterator<Item = usize> + 'a {
+    let row = shape.last().copied().unwrap_or(1);
+    (0..shape.iter().product::<usize>() / row.max(1)).map(move |number| {
+        let index = unravel(number * row, shape);
+        index.iter().zip(chunk).fold(0, |start, (&at, &length)| start * length + at)
+    })
+}
+
+/// Pads the cells of a tile of the given shape to a whole chunk; borrows them if the tile is a whole chunk.
+fn pad<'a, T: Copy>(cells: &'a [T], shape: &[usize], chunk: &[usize], fill: T) -> Cow<'a, [T]> {
+    assert_eq!(cells.len(), shape.iter().product::<usize>(), "cells of a tile of shape {shape:?}");
+    if shape == chunk {
+        return Cow::Borrowed(cells);
+    }
+    let mut full = vec![fill; chunk.iter().product()];
+    let row = shape.last().copied().unwrap_or(1);
+    for (start, from) in row_starts(shape, chunk).zip(cells.chunks_exact(row)) {
+        full[start..start + row].copy_from_slice(from);
+    }
+    Cow::Owned(full)
+}
+
+/// As [`pad`], for runs.
+fn pad_runs<'a>(codes: &'a Runs<i8>, shape: &[usize], chunk: &[usize], fill: i8) -> Cow<'a, Runs<i8>> {
+    assert_eq!(codes.len(), shape.iter().product::<usize>(), "codes of a tile of shape {shape:?}");
+    if shape == chunk {
+        return Cow::Borrowed(codes);
+    }
+    let row = shape.last().copied().unwrap_or(1);
+    let mut full = Runs::new();
+    let mut runs = codes.iter();
+    let mut run = runs.next();
+    for (number, start) in row_starts(shape, chunk).enumerate() {
+        full.push(fill, start - full.len());
+        let (mut at, end) = (number * row, (number + 1) * row);
+        while at < end {
+            let Some((code, cells)) = &run else { break };
+            let to = cells.end.min(end);
+            full.push(*code, to - at);
+            at = to;
+            // The rest of the run belongs to the next row.
+            if cells.end == to {
+                run = runs.next();
+            }
+        }
+    }
+    full.push(fill, chunk.iter().product::<usize>() - full.len());
+    Cow::Owned(full)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn padding_keeps_every_cell_at_its_index() {
+        let (shape, chunk) = ([2, 1, 3], [2, 2, 4]);
+        let cells: Vec<i8> = (1..=6).collect();
+        let full = pad(&cells, &shape, &chunk, 0);
+        assert_eq!(full.as_ref(), [1, 2, 3, 0, 0, 0, 0, 0, 4, 5, 6, 0, 0, 0, 0, 0]);
+        assert!(matches!(pad(&cells, &shape, &shape, 0), Cow::Borrowed(_)));
+        for cells in [[1, 2, 3, 4, 5, 6], [1, 1, 1, 1, 1, 2], [7, 7, 7, 7, 7, 7]] {
+            let runs = cells.into_iter().collect();
+            let padded: Vec<i8> = pad_runs(&runs, &shape, &chunk, 0).values().collect();
+            assert_eq!(padded, pad(&cells, &shape, &chunk, 0).as_ref());
+        }
+    }
+
+    #[test]
+    fn runs_give_their_cells() {
+        let cells: Vec<i8> = (0..1000).map(|cell| [1, 0, -1][(cell / 7 + cell / 300) % 3]).collect();
+        let mut work = Work { level: 0, deflate: None, plain: Vec::new() };
+        assert_eq!(work.cells(&cells.iter().copied().collect()), cells);
+        let long: Vec<i8> = [[1; 500], [-1; 500]].concat();
+        assert_eq!(work.cells(&long.iter().copied().collect()), long);
+    }
+
+    #[test]
+    fn every_nan_is_the_same() {
+        let odd = f64::from_bits(0xfff8_0000_0000_0001);
+        assert_eq!(fingerprint::reals(&[odd, 1.0]), fingerprint::reals(&[f64::NAN, 1.0]));
+        assert_eq!(shuffle(&[odd]), shuffle(&[f64::NAN]));
+        assert_ne!(fingerprint::reals(&[0.0]), fingerprint::reals(&[-0.0]));
+    }
+}

@@ -1,0 +1,385 @@
+//! Reads maps.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::io::Read;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use hdf5::{Dataset, File, SliceOrIndex};
+use ndarray::ArrayD;
+
+use slipmap_map::dataset::auxiliary::{AUXILIARY, axes_of};
+use slipmap_map::dataset::{MethodInfo, SCHEMA, Schema, Value};
+use slipmap_map::map::{Field, Grid, PlaneCurves, Tile};
+use slipmap_model::friction::Law;
+
+use super::error::StoreError;
+use super::trust::{self, Unfit};
+use super::value;
+
+/// First bytes of an HDF5 file, and so of every map.
+pub const SIGNATURE: [u8; 8] = *b"\x89HDF\r\n\x1a\n";
+
+/// The selection of a slice along one dimension.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pick {
+    /// One node; the slice does not have the dimension.
+    Node(usize),
+    /// The first node and every n-th after it; 1 selects all.
+    Every(usize),
+}
+
+/// A stored map, open for reading. Cells stay on disk until they are read. All cells were verified when the
+/// map was opened.
+#[derive(Debug)]
+pub struct MapFile {
+    pub path: PathBuf,
+    pub(super) file: File,
+    pub(super) schema: Schema,
+    attributes: BTreeMap<String, Value>,
+    pub(super) length: u64,
+    /// Whether the map ends with its seal; if not, another program has written to it or copied it.
+    pub sealed: bool,
+    pub(super) curves: Vec<PlaneCurves>,
+}
+
+impl MapFile {
+    /// Opens a plain file as a map, without checking its variables.
+    pub(super) fn open_layout(path: &Path) -> Result<Self, StoreError> {
+        let not_a_map = |why| StoreError::NotAMap { path: path.to_path_buf(), why };
+        let (file, length) = open_file(path)?;
+        trust::own_members(&file).map_err(|unfit| StoreError::unfit("list the variables of", path, unfit))?;
+        let attributes = root_attributes(&file, path)?;
+        let schema = read_schema(&file, path, length, &attributes)?;
+        trust::grid(&schema, length).map_err(not_a_map)?;
+        let path = path.to_path_buf();
+        Ok(Self { path, file, schema, attributes, length, sealed: false, curves: Vec::new() })
+    }
+
+    /// The grid: friction law and axes, slowest first.
+    #[must_use]
+    pub fn grid(&self) -> &Grid {
+        &self.schema.grid
+    }
+
+    /// Shape of the tiles in which cells are stored: reading tile by tile ([`Grid::tile`],
+    /// [`MapFile::codes`]) reads every byte once.
+    #[must_use]
+    pub fn tile_shape(&self) -> &[usize] {
+        &self.schema.tile_shape
+    }
+
+    /// The methods, in the order of the file.
+    #[must_use]
+    pub fn methods(&self) -> &[MethodInfo] {
+        &self.schema.methods
+    }
+
+    /// The stored fields.
+    #[must_use]
+    pub fn fields(&self) -> &[Field] {
+        &self.schema.fields
+    }
+
+    /// The stored curves of codimension one, plane by plane.
+    #[must_use]
+    pub fn curves(&self) -> &[PlaneCurves] {
+        &self.curves
+    }
+
+    /// Names of the variables over the grid, in the order of the file.
+    pub fn variables(&self) -> impl Iterator<Item = &str> {
+        self.schema.variables.iter().map(|variable| variable.name.as_str())
+    }
+
+    /// Returns whether the map has this variable over the grid.
+    pub fn has(&self, variable: &str) -> bool {
+        self.variables().any(|name| name == variable)
+    }
+
+    /// Whether the map has this auxiliary variable.
+    #[must_use]
+    pub fn has_auxiliary(&self, name: &str) -> bool {
+        AUXILIARY.contains(&name) && self.file.link_exists(name)
+    }
+
+    /// Attributes of the file, by name.
+    #[must_use]
+    pub fn attributes(&self) -> &BTreeMap<String, Value> {
+        &self.attributes
+    }
+
+    /// A text attribute of the file.
+    #[must_use]
+    pub fn text(&self, name: &str) -> Option<&str> {
+        match self.attributes.get(name) {
+            Some(Value::Text(text)) => Some(text),
+            _ => None,
+        }
+    }
+
+    /// A numeric attribute of the file, for instance `seconds_METHOD` or `audit_cells`.
+    #[must_use]
+    pub fn number(&self, name: &str) -> Option<f64> {
+        match self.attributes.get(name) {
+            Some(Value::Reals(values)) if values.len() == 1 => Some(values[0]),
+            Some(Value::Integers(values)) if values.len() == 1 => Some(values[0] as f64),
+            _ => None,
+        }
+    }
+
+    /// Number of cells with each code of a variable of codes, in the order of its `flag_values`, as
+    /// recorded when the map was written.
+    ///
+    /// # Errors
+    /// [`StoreError::NoVariable`] if there is no such variable of codes; otherwise the error of the library.
+    pub fn counts(&self, variable: &str) -> Result<Vec<u64>, StoreError> {
+        let dataset = self.dataset(variable)?;
+        let read = value::read(&dataset, "flag_counts").map_err(|error| self.failed(variable, &error))?;
+        match read {
+            Some(Value::Integers(counts)) => {
+                Ok(counts.into_iter().map(|count| u64::try_from(count).unwrap_or(0)).collect())
+            }
+            _ => Err(StoreError::NotAMap {
+                path: self.path.clone(),
+                why: format!("the counts of {variable} are not integers"),
+            }),
+        }
+    }
+
+    /// Reads codes (verdicts, regimes) in a box of cells, one index range per dimension of the variable.
+    ///
+    /// # Errors
+    /// [`StoreError::NoVariable`] or [`StoreError::OutOfRange`]; otherwise the error of the library.
+    pub fn codes(&self, variable: &str, ranges: &[Range<usize>]) -> Result<ArrayD<i8>, StoreError> {
+        self.read(variable, ranges)
+    }
+
+    /// Reads real numbers (margins, critical dampings, landings) in a box of cells, as [`MapFile::codes`].
+    ///
+    /// # Errors
+    /// As [`MapFile::codes`].
+    pub fn reals(&self, variable: &str, ranges: &[Range<usize>]) -> Result<ArrayD<f64>, StoreError> {
+        self.read(variable, ranges)
+    }
+
+    /// Reads codes on a slice. Only the selected cells take memory.
+    ///
+    /// # Errors
+    /// As [`MapFile::codes`].
+    pub fn code_slice(&self, variable: &str, at: &[Pick]) -> Result<ArrayD<i8>, StoreError> {
+        self.slice(variable, at)
+    }
+
+    /// Reads real numbers on a slice, as [`MapFile::code_slice`], also those of an auxiliary variable: the
+    /// picks along axes that such a variable does not have are ignored.
+    ///
+    /// # Errors
+    /// As [`MapFile::codes`].
+    pub fn real_slice(&self, variable: &str, at: &[Pick]) -> Result<ArrayD<f64>, StoreError> {
+        let own = axes_of(variable, self.grid()).filter(|_| self.has_auxiliary(variable));
+        match own {
+            Some(axes) if at.len() == self.grid().axes().len() => {
+                let dataset = self.file.dataset(variable).map_err(|error| self.failed(variable, &error))?;
+                let at: Vec<Pick> = axes.into_iter().map(|axis| at[axis]).collect();
+                self.slice_of(&dataset, variable, &at)
+            }
+            _ => self.slice(variable, at),
+        }
+    }
+
+    /// The tiles of the map, in the order of the file.
+    pub fn tiles(&self) -> impl Iterator<Item = Tile> {
+        (0..self.schema.tiles()).map(|number| self.schema.grid.tile(&self.schema.tile_shape, number))
+    }
+
+    pub(super) fn dataset(&self, variable: &str) -> Result<Dataset, StoreError> {
+        if !self.has(variable) {
+            return Err(StoreError::NoVariable {
+                path: self.path.clone(),
+                name: variable.into(),
+                available: self.variables().collect::<Vec<_>>().join(", "),
+            });
+        }
+        self.file.dataset(variable).map_err(|error| self.failed(variable, &error))
+    }
+
+    fn read<T: hdf5::H5Type>(
+        &self,
+        variable: &str,
+        ranges: &[Range<usize>],
+    ) -> Result<ArrayD<T>, StoreError> {
+        let dataset = self.dataset(variable)?;
+        let shape = dataset.shape();
+        let fits = |(range, &len): (&Range<usize>, &usize)| range.start <= range.end && range.end <= len;
+        if ranges.len() != shape.len() || !ranges.iter().zip(&shape).all(fits) {
+            return Err(self.out_of_range(variable, format!("{ranges:?}"), &shape));
+        }
+        read_box(&dataset, ranges).map_err(|error| self.failed(variable, &error))
+    }
+
+    fn slice<T: hdf5::H5Type>(&self, variable: &str, at: &[Pick]) -> Result<ArrayD<T>, StoreError> {
+        self.slice_of(&self.dataset(variable)?, variable, at)
+    }
+
+    fn slice_of<T: hdf5::H5Type>(
+        &self,
+        dataset: &Dataset,
+        variable: &str,
+        at: &[Pick],
+    ) -> Result<ArrayD<T>, StoreError> {
+        let shape = dataset.shape();
+        let fits = |(pick, &len): (&Pick, &usize)| match *pick {
+            Pick::Node(index) => index < len,
+            Pick::Every(step) => step > 0,
+        };
+        if at.len() != shape.len() || !at.iter().zip(&shape).all(fits) {
+            return Err(self.out_of_range(variable, format!("{at:?}"), &shape));
+        }
+        let selection: Vec<SliceOrIndex> = at
+            .iter()
+            .zip(&shape)
+            .map(|(pick, &end)| match *pick {
+                Pick::Node(index) => SliceOrIndex::Index(index),
+                Pick::Every(step) => SliceOrIndex::SliceTo { start: 0, step, end, block: 1 },
+            })
+            .collect();
+        dataset.read_slice(hdf5::Hyperslab::from(selection)).map_err(|error| self.failed(variable, &error))
+    }
+
+    fn out_of_range(&self, variable: &str, selection: String, shape: &[usize]) -> StoreError {
+        let (path, name) = (self.path.clone(), variable.into());
+        StoreError::OutOfRange { path, name, selection, shape: format!("{shape:?}") }
+    }
+
+    /// Converts an error of the library while reading a variable.
+    pub(super) fn failed(&self, variable: &str, error: &hdf5::Error) -> StoreError {
+        StoreError::hdf5(format!("read {variable} in"), &self.path, error)
+    }
+}
+
+/// Reads a box of cells that lies inside the variable.
+pub(super) fn read_box<T: hdf5::H5Type>(
+    dataset: &Dataset,
+    ranges: &[Range<usize>],
+) -> hdf5::Result<ArrayD<T>> {
+    let selection: Vec<SliceOrIndex> = ranges
+        .iter()
+        .map(|range| SliceOrIndex::SliceTo { start: range.start, step: 1, end: range.end, block: 1 })
+        .collect();
+    dataset.read_slice(hdf5::Hyperslab::from(selection))
+}
+
+/// Opens an HDF5 file; returns it and its length in bytes.
+fn open_file(path: &Path) -> Result<(File, u64), StoreError> {
+    let failed = |source| StoreError::io("open", path, source);
+    let mut head = Vec::new();
+    let plain = fs::File::open(path).map_err(failed)?;
+    let length = plain.metadata().map_err(failed)?.len();
+    plain.take(SIGNATURE.len() as u64).read_to_end(&mut head).map_err(failed)?;
+    if head != SIGNATURE {
+        return Err(StoreError::NotAMap { path: path.to_path_buf(), why: "it is not an HDF5 file".into() });
+    }
+    Ok((File::open(path).map_err(|error| StoreError::hdf5("open", path, &error))?, length))
+}
+
+fn root_attributes(file: &File, path: &Path) -> Result<BTreeMap<String, Value>, StoreError> {
+    let attributes =
+        value::read_all(file).map_err(|error| StoreError::hdf5("read the attributes of", path, &error))?;
+    Ok(attributes.into_iter().filter_map(|(name, value)| Some((name, value?))).collect())
+}
+
+/// Derives the layout of a map from its attributes and coordinates.
+fn read_schema(
+    file: &File,
+    path: &Path,
+    length: u64,
+    attributes: &BTreeMap<String, Value>,
+) -> Result<Schema, StoreError> {
+    let not_a_map = |why: String| StoreError::NotAMap { path: path.to_path_buf(), why };
+    let text = |name: &str| match attributes.get(name) {
+        Some(Value::Text(text)) => Ok(text.as_str()),
+        _ => Err(not_a_map(format!("it has no text attribute {name}"))),
+    };
+    match attributes.get("schema") {
+        Some(Value::Integers(version)) if matches!(version[..], [1..=SCHEMA]) => {}
+        Some(Value::Integers(version)) => {
+            return Err(not_a_map(format!(
+                "its layout has number {version:?}, and this version of slipmap reads numbers up to {SCHEMA}; use \
+                 the version that wrote it"
+            )));
+        }
+        _ => return Err(not_a_map("it has no integer attribute schema".into())),
+    }
+    let law = text("law")?;
+    let definition = text("law_definition").unwrap_or_default();
+    let law = Law::from_definition(law, definition)
+        .ok_or_else(|| not_a_map(format!("this version of slipmap does not know its friction law {law}")))?;
+    let mut nodes = Vec::new();
+    for name in Grid::axis_names(&law) {
+        nodes.push(
+            read_axis(file, name, length)
+                .map_err(|unfit| StoreError::unfit(format!("read the axis {name} of"), path, unfit))?,
+        );
+    }
+    let grid = Grid::new(law, nodes).map_err(|error| not_a_map(error.to_string()))?;
+    let tile_shape: Vec<usize> = match attributes.get("tile_shape") {
+        Some(Value::Integers(lengths)) => {
+            lengths.iter().filter_map(|&len| usize::try_from(len).ok()).collect()
+        }
+        _ => Vec::new(),
+    };
+    let shape = grid.shape();
+    if tile_shape.len() != shape.len()
+        || !tile_shape.iter().zip(&shape).all(|(tile, len)| (1..=*len).contains(tile))
+    {
+        return Err(not_a_map("its attribute tile_shape does not fit its axes".into()));
+    }
+    let mut fields = Vec::new();
+    for name in text("fields")?.split_whitespace() {
+        let known = Field::ALL.into_iter().find(|field| field.name() == name);
+        let known = known.ok_or_else(|| not_a_map(format!("this version does not know its field {name}")))?;
+        if !fields.contains(&known) {
+            fields.push(known);
+        }
+    }
+    let mut methods = Vec::new();
+    for name in text("methods")?.split_whitespace() {
+        trust::name(name).map_err(not_a_map)?;
+        if methods.iter().any(|method: &MethodInfo| method.name == name) {
+            return Err(not_a_map(format!("its attribute methods names {name} twice")));
+        }
+        methods.push(method_info(file, name).map_err(|error| {
+            StoreError::hdf5(format!("read the attributes of verdict_{name} in"), path, &error)
+        })?);
+    }
+    Ok(Schema::new(grid, tile_shape, methods, fields))
+}
+
+fn read_axis(file: &File, name: &str, length: u64) -> Result<Vec<f64>, Unfit> {
+    let axis = file.dataset(name)?;
+    trust::axis(&axis, name, length)?;
+    Ok(axis.read_raw()?)
+}
+
+/// Reads the description of a method from the file, not from the table of methods, because a map may be older
+/// or newer than the program.
+fn method_info(file: &File, name: &str) -> hdf5::Result<MethodInfo> {
+    let dataset = file.dataset(&format!("verdict_{name}"))?;
+    let text = |attribute: &str| -> hdf5::Result<String> {
+        match value::read(&dataset, attribute)? {
+            Some(Value::Text(text)) => Ok(text),
+            _ => Ok(String::new()),
+        }
+    };
+    let long_name = text("long_name")?;
+    // `long_name` begins with the subject of the verdict.
+    let long_name = long_name.split_once(": ").map_or(long_name.as_str(), |(_, phrase)| phrase).to_owned();
+    Ok(MethodInfo {
+        name: name.into(),
+        long_name,
+        equation: text("equation")?,
+        guarantee: text("guarantee")?,
+    })
+}

@@ -1,0 +1,156 @@
+//! Writes tables to HDF5 files that are also valid NetCDF-4. Each kind of row has a dimension, each column a
+//! variable.
+
+use std::path::Path;
+
+use hdf5::types::VarLenArray;
+use hdf5::{Dataset, File, Group, ObjectReference1};
+
+use slipmap_map::dataset::{Provenance, Value, attributes, fingerprint};
+
+use super::create::{create_file, seal_attributes};
+use super::error::StoreError;
+use super::sys::{self, Ending, ScaleUse};
+use super::value;
+
+#[derive(Clone, Debug, PartialEq)]
+pub enum Contents {
+    /// Real numbers; NaN for missing values.
+    Reals(Vec<f64>),
+    Integers(Vec<i32>),
+    /// Words, stored as their positions in `flag_meanings`.
+    Words(Vec<String>),
+}
+
+/// One column of a table.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Series {
+    dimension: &'static str,
+    name: String,
+    long_name: String,
+    contents: Contents,
+}
+
+impl Series {
+    /// A column along `dimension`.
+    pub fn new(dimension: &'static str, name: &str, long_name: &str, contents: Contents) -> Self {
+        Self { dimension, name: name.into(), long_name: long_name.into(), contents }
+    }
+
+    fn len(&self) -> usize {
+        match &self.contents {
+            Contents::Reals(values) => values.len(),
+            Contents::Integers(values) => values.len(),
+            Contents::Words(values) => values.len(),
+        }
+    }
+}
+
+/// Tables and their provenance. All columns along one dimension have the same length.
+#[derive(Clone, Debug, Default)]
+pub struct Records {
+    pub provenance: Provenance,
+    pub series: Vec<Series>,
+    pub attributes: Vec<(String, Value)>,
+}
+
+pub fn write_records(path: &Path, records: &Records) -> Result<(), StoreError> {
+    let failed = |error: hdf5::Error| StoreError::hdf5("write", path, &error);
+    let file = create_file(path).map_err(failed)?;
+    fill(&file, records).map_err(failed)?;
+    file.flush().map_err(failed)?;
+    sys::unlock(&file).map_err(failed)?;
+    file.close().map_err(failed)
+}
+
+fn fill(file: &File, records: &Records) -> hdf5::Result<()> {
+    for (name, value) in attributes::origin(&records.provenance) {
+        value::write(file, name, &value)?;
+    }
+    value::write(file, "history", &attributes::history(&records.provenance).into())?;
+    for (name, value) in &records.attributes {
+        value::write(file, name, value)?;
+    }
+    write_tables(file, &records.series)?;
+    seal_attributes(file)
+}
+
+pub(super) fn write_tables(group: &Group, columns: &[Series]) -> hdf5::Result<()> {
+    let mut dimensions: Vec<&'static str> = Vec::new();
+    for series in columns {
+        if !dimensions.contains(&series.dimension) {
+            dimensions.push(series.dimension);
+        }
+    }
+    for dimension in dimensions {
+        let along: Vec<&Series> = columns.iter().filter(|series| series.dimension == dimension).collect();
+        let length = along.first().map_or(0, |series| series.len());
+        let numbers: Vec<f64> = (1..=length).map(|number| number as f64).collect();
+        let scale = create(group, dimension, &numbers)?;
+        describe_scale(&scale, dimension, &format!("number of the {dimension}"), &numbers)?;
+        seal_attributes(&scale)?;
+        let reference: ObjectReference1 = group.reference(dimension)?;
+        let mut uses = Vec::with_capacity(along.len());
+        for series in along {
+            let dataset = write_series(group, series)?;
+            let list = [VarLenArray::from_slice(&[reference])];
+            dataset.new_attr_builder().with_data(&list).create("DIMENSION_LIST")?;
+            uses.push(ScaleUse { dataset: group.reference(&series.name)?, dimension: 0 });
+            seal_attributes(&dataset)?;
+        }
+        scale.new_attr_builder().with_data(&uses).create("REFERENCE_LIST")?;
+    }
+    Ok(())
+}
+
+fn create<T: hdf5::H5Type>(group: &Group, name: &str, values: &[T]) -> hdf5::Result<Dataset> {
+    group.new_dataset_builder().with_data(values).obj_track_times(false).create(name)
+}
+
+/// Makes a dataset a dimension (an HDF5 dimension scale) with these values.
+pub(super) fn describe_scale(
+    dataset: &Dataset,
+    name: &str,
+    long_name: &str,
+    values: &[f64],
+) -> hdf5::Result<()> {
+    sys::write_text(dataset, "CLASS", "DIMENSION_SCALE", Ending::Zero)?;
+    sys::write_text(dataset, "NAME", name, Ending::Zero)?;
+    value::write(dataset, "long_name", &long_name.into())?;
+    value::write(dataset, "units", &"1".into())?;
+    value::write(dataset, "sha256", &fingerprint::of_one_tile(&fingerprint::reals(values)))
+}
+
+fn write_series(group: &Group, series: &Series) -> hdf5::Result<Dataset> {
+    let (dataset, digest) = match &series.contents {
+        Contents::Reals(values) => (create(group, &series.name, values)?, fingerprint::reals(values)),
+        Contents::Integers(values) => (create(group, &series.name, values)?, fingerprint::integers(values)),
+        Contents::Words(words) => {
+            let mut meanings: Vec<&String> = Vec::new();
+            let codes: Vec<i8> = words
+                .iter()
+                .map(|word| {
+                    let known = meanings.iter().position(|meaning| *meaning == word);
+                    let code = known.unwrap_or_else(|| {
+                        meanings.push(word);
+                        meanings.len() - 1
+                    });
+                    i8::try_from(code).unwrap_or(i8::MAX)
+                })
+                .collect();
+            let dataset = create(group, &series.name, &codes)?;
+            let flags = (0..meanings.len()).map(|code| i8::try_from(code).unwrap_or(i8::MAX)).collect();
+            value::write(&dataset, "flag_values", &Value::Codes(flags))?;
+            // `flag_meanings` separates meanings by blanks, so each must be one word.
+            let meanings: Vec<String> =
+                meanings.iter().map(|word| word.split_whitespace().collect::<Vec<_>>().join("_")).collect();
+            value::write(&dataset, "flag_meanings", &meanings.join(" ").into())?;
+            (dataset, fingerprint::codes(&codes))
+        }
+    };
+    value::write(&dataset, "long_name", &series.long_name.as_str().into())?;
+    let units = if series.name.starts_with("seconds") { "s" } else { "1" };
+    value::write(&dataset, "units", &units.into())?;
+    value::write(&dataset, "sha256", &fingerprint::of_one_tile(&digest))?;
+    Ok(dataset)
+}

@@ -1,0 +1,98 @@
+//! Reads and writes attributes of the HDF5 file.
+
+use hdf5::Location;
+use hdf5::types::{FloatSize, IntSize, TypeDescriptor, VarLenAscii, VarLenUnicode};
+use sha2::{Digest, Sha256};
+
+use slipmap_map::dataset::{Value, hex};
+
+use super::sys::{self, Ending};
+
+/// Attributes that make a dataset a dimension, or link a variable to its dimensions. They may hold
+/// references; `check` compares them directly and does not fingerprint them.
+pub(super) const STRUCTURAL: [&str; 4] = ["CLASS", "NAME", "DIMENSION_LIST", "REFERENCE_LIST"];
+
+/// Name of the attribute that holds the fingerprint of an object's other attributes.
+pub(super) const ATTRIBUTES_DIGEST: &str = "sha256_attributes";
+
+/// Largest number of values of an attribute that is read; attributes of maps have a dozen at most.
+const MOST_VALUES: usize = 1 << 16;
+
+/// Attaches `value` to `place`; an empty text or list is left out.
+pub(super) fn write(place: &Location, name: &str, value: &Value) -> hdf5::Result<()> {
+    fn numbers<T: hdf5::H5Type>(place: &Location, name: &str, values: &[T]) -> hdf5::Result<()> {
+        match values {
+            [] => Ok(()),
+            [one] => place.new_attr::<T>().create(name)?.write_scalar(one),
+            many => place.new_attr_builder().with_data(many).create(name).map(drop),
+        }
+    }
+    match value {
+        Value::Text(text) if text.is_empty() => Ok(()),
+        Value::Text(text) => sys::write_text(place, name, text, Ending::Exact),
+        Value::Integers(values) => numbers(place, name, values),
+        Value::Codes(values) => numbers(place, name, values),
+        Value::Reals(values) => numbers(place, name, values),
+    }
+}
+
+/// Reads an attribute; `None` if it has a type or shape that no map uses.
+pub(super) fn read(place: &Location, name: &str) -> hdf5::Result<Option<Value>> {
+    let attribute = place.attr(name)?;
+    if attribute.ndim() > 1 || attribute.size() > MOST_VALUES {
+        return Ok(None);
+    }
+    Ok(match attribute.dtype()?.to_descriptor()? {
+        TypeDescriptor::FixedAscii(_) | TypeDescriptor::FixedUnicode(_) => {
+            sys::read_fixed_text(&attribute)?.map(Value::Text)
+        }
+        // Tools that copy maps write texts of variable length.
+        TypeDescriptor::VarLenUnicode => foreign_text(&attribute.read_raw::<VarLenUnicode>()?)?,
+        TypeDescriptor::VarLenAscii => foreign_text(&attribute.read_raw::<VarLenAscii>()?)?,
+        TypeDescriptor::Integer(IntSize::U1) => Some(Value::Codes(attribute.read_raw()?)),
+        TypeDescriptor::Integer(_) => Some(Value::Integers(attribute.read_raw()?)),
+        TypeDescriptor::Float(FloatSize::U8) => Some(Value::Reals(attribute.read_raw()?)),
+        _ => None,
+    })
+}
+
+/// Decodes a text whose bytes the library has not validated; `None` unless there is exactly one text.
+fn foreign_text<T: AsRef<[u8]>>(texts: &[T]) -> hdf5::Result<Option<Value>> {
+    let [text] = texts else { return Ok(None) };
+    let text = std::str::from_utf8(text.as_ref()).map_err(|_| hdf5::Error::from("the text is not UTF-8"))?;
+    Ok(Some(Value::Text(text.into())))
+}
+
+/// Reads every attribute of `place` except the structural ones, sorted by name. The value is `None` if it has
+/// a type that no map uses.
+pub(super) fn read_all(place: &Location) -> hdf5::Result<Vec<(String, Option<Value>)>> {
+    let mut names = place.attr_names()?;
+    names.retain(|name| !STRUCTURAL.contains(&name.as_str()));
+    names.sort_unstable();
+    names.into_iter().map(|name| read(place, &name).map(|value| (name, value))).collect()
+}
+
+/// Fingerprint of attributes, which must be sorted by name; [`ATTRIBUTES_DIGEST`] is left out. Lengths
+/// precede contents, so that different lists have different encodings.
+pub(super) fn digest<'a>(attributes: impl IntoIterator<Item = (&'a str, &'a Value)>) -> String {
+    fn piece(hash: &mut Sha256, bytes: &[u8]) {
+        hash.update((bytes.len() as u64).to_le_bytes());
+        hash.update(bytes);
+    }
+    let mut hash = Sha256::new();
+    for (name, value) in attributes {
+        if name == ATTRIBUTES_DIGEST {
+            continue;
+        }
+        piece(&mut hash, name.as_bytes());
+        let (kind, bytes): (u8, Vec<u8>) = match value {
+            Value::Text(text) => (b't', text.as_bytes().to_vec()),
+            Value::Integers(values) => (b'i', values.iter().flat_map(|v| v.to_le_bytes()).collect()),
+            Value::Codes(values) => (b'c', values.iter().flat_map(|v| v.to_le_bytes()).collect()),
+            Value::Reals(values) => (b'r', values.iter().flat_map(|v| v.to_le_bytes()).collect()),
+        };
+        hash.update([kind]);
+        piece(&mut hash, &bytes);
+    }
+    hex(&hash.finalize())
+}

@@ -1,0 +1,285 @@
+//! Writes maps.
+
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+
+use hdf5::plist::file_create::AttrCreationOrder;
+use hdf5::types::VarLenArray;
+use hdf5::{Dataset, File, ObjectReference1};
+use tempfile::TempPath;
+
+use crate::files::Existing;
+use slipmap_map::dataset::{
+    Auxiliary, Fingerprint, Outcome, Schema, Value, Variable, attributes, auxiliary, fingerprint, hex,
+};
+use slipmap_map::map::{Axis, Plan};
+
+use super::create::{ATTRIBUTES_IN_HEADER, create_file, seal_attributes};
+use super::curves;
+use super::error::StoreError;
+use super::pack::PackedTile;
+use super::records::describe_scale;
+use super::seal;
+use super::sys::{self, ScaleUse};
+use super::value;
+
+/// Fingerprints and counts of the chunks of one variable written so far.
+#[derive(Debug)]
+struct Written {
+    /// Fingerprint of each chunk, once it is written.
+    chunks: Vec<Option<Fingerprint>>,
+    /// Number of cells with each of the variable's codes.
+    counts: Vec<u64>,
+}
+
+/// A map that is being written. Until [`MapWriter::finish`] the file has a temporary name beside the output;
+/// dropping the writer removes the file.
+#[derive(Debug)]
+pub(super) struct MapWriter {
+    // Fields are dropped in order: the file is closed, then removed.
+    datasets: Vec<Dataset>,
+    file: File,
+    temporary: TempPath,
+    output: PathBuf,
+    existing: Existing,
+    pub(super) history: String,
+    pub(super) schema: Schema,
+    written: Mutex<Vec<Written>>,
+}
+
+impl MapWriter {
+    /// Starts the map with the attributes `opening` in the file `temporary`.
+    pub(super) fn begin(
+        path: &Path,
+        temporary: TempPath,
+        plan: &Plan,
+        opening: &[(String, Value)],
+        history: String,
+        existing: Existing,
+    ) -> Result<Self, StoreError> {
+        let schema = Schema::of(plan);
+        let failed = |error: hdf5::Error| StoreError::hdf5("create", path, &error);
+        let file = create_file(&temporary).map_err(failed)?;
+        for (name, value) in opening {
+            value::write(&file, name, value).map_err(failed)?;
+        }
+        let datasets = create_datasets(&file, &schema, plan.compression).map_err(failed)?;
+        let written = schema
+            .variables
+            .iter()
+            .map(|variable| Written {
+                chunks: vec![None; schema.chunks(variable)],
+                counts: vec![0; variable.codes().map_or(0, |codes| codes.len())],
+            })
+            .collect();
+        Ok(Self {
+            datasets,
+            file,
+            temporary,
+            output: path.to_path_buf(),
+            existing,
+            history,
+            schema,
+            written: Mutex::new(written),
+        })
+    }
+
+    /// Completes the map, seals it, forces it to disk, and gives it its name.
+    ///
+    /// # Errors
+    /// [`StoreError::Incomplete`] if tiles are missing, [`StoreError::NotComputed`] if cells are,
+    /// [`StoreError::Overtaken`] if the output appeared meanwhile and is not to be replaced; otherwise the
+    /// error of the file system or of the library. All errors except `Overtaken` remove the temporary file.
+    pub(super) fn finish(self, outcome: &Outcome) -> Result<(), StoreError> {
+        self.check_complete()?;
+        let Self { datasets, file, temporary, output, existing, history, schema, written } = self;
+        let schema = &schema;
+        let written = written.into_inner().unwrap_or_else(PoisonError::into_inner);
+        let failed = |error: hdf5::Error| StoreError::hdf5("finish", &output, &error);
+        create_auxiliary(&file, schema, &outcome.auxiliary).map_err(failed)?;
+        for ((dataset, variable), written) in datasets.iter().zip(&schema.variables).zip(&written) {
+            if let Some(si) = &outcome.si {
+                let rank = variable.rank(schema.grid.axes().len());
+                for (name, value) in auxiliary::attributes_of(&variable.name, rank, &schema.grid, si) {
+                    value::write(dataset, name, &value).map_err(failed)?;
+                }
+            }
+            close_variable(dataset, variable, written).map_err(failed)?;
+        }
+        list_uses(&file, schema, &outcome.auxiliary).map_err(failed)?;
+        curves::write(&file, &schema.grid, &outcome.curves).map_err(failed)?;
+        for axis in schema.grid.axes() {
+            seal_attributes(&*file.dataset(&axis.name).map_err(failed)?).map_err(failed)?;
+        }
+        value::write(&file, "history", &history.into()).map_err(failed)?;
+        for (name, value) in attributes::closing(outcome) {
+            value::write(&file, &name, &value).map_err(failed)?;
+        }
+        seal_attributes(&file).map_err(failed)?;
+        drop(datasets);
+        file.flush().map_err(failed)?;
+        sys::unlock(&file).map_err(failed)?;
+        file.close().map_err(failed)?;
+        seal::seal(&temporary).map_err(|source| StoreError::io("write", &output, source))?;
+        seal::publish(temporary, &output, existing)
+    }
+
+    pub(super) fn put(&self, packed: PackedTile) -> Result<(), StoreError> {
+        for ((position, variable, number), chunk) in self.schema.filled_by(packed.number).zip(packed.chunks) {
+            let offset = self.schema.offset(variable, packed.number);
+            sys::write_chunk(&self.datasets[position], &offset, &chunk.bytes)
+                .map_err(|error| StoreError::hdf5("write", &self.output, &error))?;
+            let mut written = self.written.lock().unwrap_or_else(PoisonError::into_inner);
+            let Written { chunks, counts } = &mut written[position];
+            assert!(chunks[number].is_none(), "chunk {number} was written twice");
+            chunks[number] = Some(chunk.fingerprint);
+            counts.iter_mut().zip(chunk.counts).for_each(|(sum, cells)| *sum += cells);
+        }
+        Ok(())
+    }
+
+    /// Returns an error unless every tile was written and every cell computed.
+    fn check_complete(&self) -> Result<(), StoreError> {
+        let written = self.written.lock().unwrap_or_else(PoisonError::into_inner);
+        for (variable, written) in self.schema.variables.iter().zip(written.iter()) {
+            let missing = || written.chunks.iter().enumerate().filter(|(_, chunk)| chunk.is_none());
+            if let Some((first, _)) = missing().next() {
+                return Err(StoreError::Incomplete {
+                    path: self.output.clone(),
+                    missing: missing().count(),
+                    tiles: written.chunks.len(),
+                    first,
+                });
+            }
+            let codes = variable.codes().unwrap_or_default();
+            let not_computed =
+                codes.iter().zip(&written.counts).find(|((_, name), _)| *name == "not_computed");
+            if let Some((_, &cells @ 1..)) = not_computed {
+                return Err(StoreError::NotComputed {
+                    path: self.output.clone(),
+                    variable: variable.name.clone(),
+                    cells,
+                });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Creates the dimensions, and the variables with the lists of their dimensions.
+fn create_datasets(file: &File, schema: &Schema, compression: u8) -> hdf5::Result<Vec<Dataset>> {
+    let axes = schema.grid.axes();
+    for axis in axes {
+        create_scale(file, axis)?;
+    }
+    let create = |variable: &Variable| {
+        let dataset = create_variable(file, schema, variable, compression)?;
+        name_dimensions(file, &dataset, &axes[..variable.rank(axes.len())])?;
+        Ok(dataset)
+    };
+    schema.variables.iter().map(create).collect()
+}
+
+/// Writes the list of the dimensions of a dataset.
+fn name_dimensions<'a>(
+    file: &File,
+    dataset: &Dataset,
+    axes: impl IntoIterator<Item = &'a Axis>,
+) -> hdf5::Result<()> {
+    let reference = |axis: &Axis| Ok(VarLenArray::from_slice(&[file.reference(&axis.name)?]));
+    let list: Vec<VarLenArray<ObjectReference1>> =
+        axes.into_iter().map(reference).collect::<hdf5::Result<_>>()?;
+    dataset.new_attr_builder().with_data(&list).create("DIMENSION_LIST").map(drop)
+}
+
+/// Writes, for each dimension, the list of the datasets that have it.
+fn list_uses(file: &File, schema: &Schema, auxiliary: &[Auxiliary]) -> hdf5::Result<()> {
+    let axes = schema.grid.axes();
+    let mut uses: Vec<Vec<ScaleUse>> = vec![Vec::new(); axes.len()];
+    for (name, positions) in schema.positions(auxiliary.iter().map(|variable| variable.name)) {
+        let dataset: ObjectReference1 = file.reference(name)?;
+        for (dimension, position) in (0..).zip(positions) {
+            uses[position].push(ScaleUse { dataset, dimension });
+        }
+    }
+    for (axis, uses) in axes.iter().zip(&uses) {
+        file.dataset(&axis.name)?.new_attr_builder().with_data(uses).create("REFERENCE_LIST")?;
+    }
+    Ok(())
+}
+
+fn create_auxiliary(file: &File, schema: &Schema, auxiliary: &[Auxiliary]) -> hdf5::Result<()> {
+    for Auxiliary { name, values, attributes } in auxiliary {
+        let positions = auxiliary::axes_of(name, &schema.grid).unwrap_or_default();
+        let axes = || positions.iter().map(|position| &schema.grid.axes()[*position]);
+        let shape: Vec<usize> = axes().map(|axis| axis.values.len()).collect();
+        let dataset = file
+            .new_dataset_builder()
+            .empty::<f64>()
+            .shape(shape)
+            .obj_track_times(false)
+            .attr_creation_order(AttrCreationOrder::Indexed)
+            .attr_phase_change(ATTRIBUTES_IN_HEADER.max_compact, ATTRIBUTES_IN_HEADER.min_dense)
+            .create(*name)?;
+        dataset.write_raw(values)?;
+        name_dimensions(file, &dataset, axes())?;
+        for (name, value) in attributes {
+            value::write(&dataset, name, value)?;
+        }
+        value::write(&dataset, "sha256", &fingerprint::of_one_tile(&fingerprint::reals(values)))?;
+        seal_attributes(&dataset)?;
+    }
+    Ok(())
+}
+
+/// Creates the coordinate variable of an axis, which is also a dimension (HDF5 dimension scale).
+fn create_scale(file: &File, axis: &Axis) -> hdf5::Result<()> {
+    let dataset = file
+        .new_dataset_builder()
+        .with_data(&axis.values)
+        .obj_track_times(false)
+        .attr_creation_order(AttrCreationOrder::Indexed)
+        .attr_phase_change(ATTRIBUTES_IN_HEADER.max_compact, ATTRIBUTES_IN_HEADER.min_dense)
+        .create(axis.name.as_str())?;
+    describe_scale(&dataset, &axis.name, &axis.long_name, &axis.values)
+}
+
+fn create_variable(
+    file: &File,
+    schema: &Schema,
+    variable: &Variable,
+    compression: u8,
+) -> hdf5::Result<Dataset> {
+    let codes = variable.codes().is_some();
+    let builder = file.new_dataset_builder();
+    let builder = if codes { builder.empty::<i8>() } else { builder.empty::<f64>() };
+    let mut builder = builder
+        .shape(schema.shape(variable))
+        .chunk(schema.chunk(variable))
+        .obj_track_times(false)
+        .attr_creation_order(AttrCreationOrder::Indexed)
+        .attr_phase_change(ATTRIBUTES_IN_HEADER.max_compact, ATTRIBUTES_IN_HEADER.min_dense);
+    builder = if codes { builder.fill_value(variable.fill_code()) } else { builder.fill_value(f64::NAN) };
+    if compression > 0 {
+        if !codes {
+            builder = builder.shuffle();
+        }
+        builder = builder.deflate(compression.min(9));
+    }
+    let dataset = builder.create(variable.name.as_str())?;
+    for (name, value) in &variable.attributes {
+        value::write(&dataset, name, value)?;
+    }
+    Ok(dataset)
+}
+
+/// Writes the counts and the fingerprint of a variable.
+fn close_variable(dataset: &Dataset, variable: &Variable, written: &Written) -> hdf5::Result<()> {
+    if variable.codes().is_some() {
+        let counts = written.counts.iter().map(|&cells| i64::try_from(cells).unwrap_or(i64::MAX)).collect();
+        value::write(dataset, "flag_counts", &Value::Integers(counts))?;
+    }
+    let digest = fingerprint::combine(written.chunks.iter().flatten());
+    value::write(dataset, "sha256", &hex(&digest).into())?;
+    seal_attributes(dataset)
+}

@@ -1,0 +1,598 @@
+//! The engineer's assessment of a machine at its working point, in SI units: the speeds and dampings at which
+//! it stick-slips or may stick-slip, the motion, the sensitivities, and the verdicts of rigorous tests.
+
+mod data_errors;
+
+use crate::behaviour::{Behaviour, Limit, behaviour, belt_speeds, last_between};
+use crate::machine::{Dimension, Friction, Machine, Model};
+use crate::map::{self, LongRun, Regime, Verdict};
+pub use data_errors::{DampingLimit, ErrorsFrom, LeftOpen, StandardErrors};
+use slipmap_certify::slip_count::{count_slip_cycles, proves_absence};
+use slipmap_certify::{Guarantee, TESTS, validated};
+use slipmap_model::filippov::Oscillator;
+use slipmap_model::friction::Law;
+use slipmap_model::point::Point;
+use slipmap_numbers::text::{rounded, short};
+use slipmap_simulate::backbone::Backbone;
+use slipmap_simulate::crossing::crossing_cycles;
+use slipmap_simulate::slip_cycle::{Kick, slip_cycles};
+use slipmap_simulate::{Fate, Flow, critical_damping, flow, sensitivity};
+
+/// Tolerance of the scaled grazing margin.
+const TOLERANCE: f64 = 1e-9;
+
+/// The sensitivity of the critical damping to a quantity of the machine.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct Sensitivity {
+    /// Name of the quantity, as in configurations.
+    pub quantity: &'static str,
+    /// Per cent by which the critical damping (in N s/m) changes when the quantity grows by one per cent.
+    pub critical_damping: f64,
+}
+
+/// The weight of one range of slip speeds in the critical damping.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct Influence {
+    /// Slip speed, m/s: the middle of one of the equal ranges from 0 to the largest slip speed on the orbit.
+    pub slip_speed: f64,
+    /// Share of the weight in this range; the shares add up to 1.
+    pub share: f64,
+}
+
+/// Verdict of a rigorous test at the working point.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+pub struct Proof {
+    /// Name of the test.
+    pub test: &'static str,
+    /// "present", "absent" or "undecided".
+    pub verdict: &'static str,
+}
+
+/// The known properties of a working point whose regime is not determined, and the reasons why it is not.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Undetermined {
+    /// Whether the stick-slip cycle attracts; `None` if that is unknown.
+    pub sticks: Option<bool>,
+    /// Whether the equilibrium attracts.
+    pub is_stable: bool,
+    /// The unknown attractors, each with the reason.
+    pub reasons: Vec<String>,
+}
+
+/// The assessment. Speeds are in m/s, dampings in N s/m, lengths in m, times in s; for a rotation rad
+/// replaces m and N m replaces N.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Assessment {
+    /// The machine at its working point.
+    pub machine: Machine,
+    /// The behaviour at the working point.
+    pub behaviour: Behaviour,
+    /// Belt speed below which it stick-slips from every initial state, at the working damping.
+    pub always_below_speed: Limit,
+    /// Damping below which it stick-slips from every initial state, at the working speed.
+    pub always_below_damping: Limit,
+    /// Damping below which steady slip is unstable, at the working speed; it may be negative.
+    pub hopf_damping: f64,
+    /// Least damping above which steady slip is the only attractor, at the working speed: the largest of the
+    /// Hopf damping, the critical damping and the dampings of folds, or zero. `None` where it is unknown.
+    pub vibrates_below_damping: Option<f64>,
+    /// Standard errors that follow from those of the data; `None` where none are known.
+    pub standard_errors: Option<StandardErrors>,
+    /// Reason why slip cycles are unknown where the regime is known but not all that depends on them.
+    pub slip_cycles_unknown: Option<String>,
+    /// The known properties where the regime is not determined; `None` where it is.
+    pub undetermined: Option<Undetermined>,
+    /// Period of the attracting motion, s.
+    pub period: Option<f64>,
+    /// Half the range of velocities of the attracting motion, m/s.
+    pub velocity_amplitude: Option<f64>,
+    /// Kicks, m/s, of steady slip onto the outermost unstable slip cycle; slightly larger ones start the
+    /// motion.
+    pub kick: Option<Kick>,
+    /// Sensitivities of the critical damping at the working speed.
+    pub sensitivities: Vec<Sensitivity>,
+    /// Weights of slip speeds of the friction curve in the critical damping; empty where the polar angle of
+    /// the orbit is not monotone in time.
+    pub influence: Vec<Influence>,
+    /// Verdicts of the rigorous tests at the working point.
+    pub proofs: Vec<Proof>,
+}
+
+/// The kick of steady slip that starts the motion.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum NeededKick {
+    /// A kick slightly larger than this one.
+    Kick(Kick),
+    /// The motion starts by itself.
+    NotNeeded,
+    /// No kick of steady slip starts it.
+    None,
+    NotDetermined,
+}
+
+impl Assessment {
+    pub fn needed_kick(&self) -> NeededKick {
+        match (self.kick, self.behaviour.regime) {
+            (Some(kick), _) => NeededKick::Kick(kick),
+            (None, Regime::StickSlip | Regime::PureSlip | Regime::Crossing) => NeededKick::NotNeeded,
+            (None, Regime::Equilibrium) => NeededKick::None,
+            // A cycle that crosses the belt line may be started by a kick that is not computed.
+            (None, _) => NeededKick::NotDetermined,
+        }
+    }
+
+    /// The working damping divided by the critical damping: above 1 no orbit that has left the belt returns.
+    pub fn safety_margin(&self) -> Option<f64> {
+        self.behaviour.critical_damping.filter(|d| *d > 0.0).map(|critical| self.machine.damping / critical)
+    }
+}
+
+/// Relative distance up to which two limits are taken as equal.
+const SAME: f64 = 1e-6;
+
+/// Relative distance below a known upper limit at which the regime is computed.
+const NEAR: f64 = 1e-6;
+
+/// Relative distance beyond a limit at which the regime must be known; closer to a fold it may be unknown.
+const BEYOND: f64 = 1e-3;
+
+/// The end, at most `high`, of the range from `low` in which the stick-slip cycle is the only attractor; the
+/// end of where that is known if the regime beyond it is unknown.
+fn end(low: f64, high: f64, regime: impl Fn(f64) -> Regime) -> Limit {
+    let only = |value: f64| regime(value) == Regime::StickSlip;
+    let inside = high * (1.0 - NEAR);
+    if only(inside) {
+        return Limit::Below(high);
+    }
+    let Some(end) = last_between(low, inside, |value| Some(only(value))) else { return Limit::AtLeast(low) };
+    match regime((end * (1.0 + BEYOND)).min(inside)) {
+        Regime::Failed => Limit::AtLeast(end),
+        _ => Limit::Below(end),
+    }
+}
+
+/// The damping c below which the stick-slip cycle is the only attractor. This requires that steady slip is
+/// unstable, that the orbit from the exit point returns, and that no slip cycle exists: eps c lies below the
+/// whole backbone. So these dampings are an interval from 0, provided that there are no crossing cycles at 0.
+fn always_below_damping(of: impl Fn(f64) -> Regime, hopf: f64, critical: f64) -> Limit {
+    let high = hopf.min(critical);
+    if high <= 0.0 {
+        return Limit::NoneUpTo(0.0);
+    }
+    match of(0.0) {
+        Regime::StickSlip => end(0.0, high, of),
+        Regime::Failed => Limit::NotDetermined,
+        _ => Limit::NoneUpTo(0.0),
+    }
+}
+
+/// The damping c above which steady slip is the only attractor: the largest of the backbone, on which every
+/// slip cycle and the grazing orbit lie.
+fn vibrates_below_damping(
+    backbone: &Backbone,
+    epsilon: f64,
+    critical: f64,
+    regime: impl Fn(f64) -> Regime,
+) -> Option<f64> {
+    let turns = backbone.turning_points().iter().map(|turn| turn.viscous / epsilon);
+    let most = turns.fold(0.0, f64::max);
+    // The backbone of a steep table may be less accurate than the critical damping.
+    let is_critical = (most - critical).abs() <= backbone.error / epsilon;
+    let most = if is_critical { critical } else { most };
+    // Cycles that cross the belt line are not on the backbone, so the regime is computed beyond it.
+    (regime(most * (1.0 + BEYOND)) == Regime::Equilibrium).then_some(most)
+}
+
+/// The reason why the orbit of measured friction fails: the data end. States how far they should reach.
+fn beyond_data(machine: &Machine, behaviour: &Behaviour) -> Option<String> {
+    let Friction::Measured(table) = &machine.friction else { return None };
+    let unit = machine.motion.unit(Dimension::Velocity);
+    let (end, needed) = (short(table.fastest()), rounded(behaviour.needed_slip_speed?, 3));
+    Some(format!(
+        "the orbit leaves the data, which end at slip speed {end} {unit}; measure up to about {needed} {unit}"
+    ))
+}
+
+/// The known properties of a working point. `beyond_data`, if any, replaces the reason why its orbit fails.
+fn undetermined(oscillator: &Oscillator, flow: &Flow, beyond_data: Option<String>) -> Undetermined {
+    let mut reasons = Vec::new();
+    let sticks = match flow.fate {
+        Fate::Sticks(_) => Some(true),
+        Fate::SpiralsInward | Fate::CrossesForever => Some(false),
+        Fate::TooCloseToCall => None,
+        Fate::Failed(why) => {
+            reasons.push(format!("stick-slip: {}", beyond_data.unwrap_or_else(|| why.to_string())));
+            None
+        }
+    };
+    if let Err(why) = slip_cycles(oscillator, TOLERANCE) {
+        reasons.push(format!("slip cycles: {why}"));
+    }
+    if let Err(why) = crossing_cycles(oscillator, TOLERANCE) {
+        reasons.push(format!("crossing cycles: {why}"));
+    }
+    Undetermined { sticks, is_stable: oscillator.eigenvalues().is_stable(), reasons }
+}
+
+/// Number of belt speeds per factor of ten at which the regime is computed.
+const REGIMES_PER_DECADE: i32 = 16;
+
+/// The belt speed V below which the stick-slip cycle is the only attractor.
+fn always_below_speed(law: &Law, point: &Point) -> Limit {
+    let of = |belt_speed: f64| regime_at(law, &Point { belt_speed, ..*point });
+    let column = law.column(point);
+    let mut low = None;
+    for speed in belt_speeds(&column.curve, REGIMES_PER_DECADE) {
+        match (of(speed), low) {
+            (Regime::StickSlip, _) => low = Some(speed),
+            (Regime::Failed, None) => return Limit::NotDetermined,
+            (Regime::Failed, Some(low)) => return Limit::AtLeast(low),
+            (_, None) => return Limit::NoneUpTo(speed),
+            (_, Some(low)) => {
+                // Steady slip may become stable between the two speeds.
+                let unstable = |speed: f64| column.curve.weakening(speed) > column.epsilon * point.damping;
+                let high = match unstable(speed) {
+                    true => Some(speed),
+                    false => last_between(low, speed, |speed| Some(unstable(speed))),
+                };
+                return high.map_or(Limit::AtLeast(low), |high| end(low, high, of));
+            }
+        }
+    }
+    low.map_or(Limit::NotDetermined, Limit::AtLeast)
+}
+
+fn regime_at(law: &Law, point: &Point) -> Regime {
+    let oscillator = Oscillator::new(law, point);
+    map::regime(&oscillator, &flow(&oscillator, TOLERANCE))
+}
+
+/// Assesses a machine; `None` as in [`Machine::model`].
+pub fn assess(machine: &Machine) -> Option<Assessment> {
+    let model = machine.model()?;
+    let Model { law, point, si } = &model;
+    let units = si.units;
+    let behaviour = behaviour(&model, TOLERANCE);
+    let column = model.column();
+    let oscillator = Oscillator::new(law, point);
+    let flow = flow(&oscillator, TOLERANCE);
+    let hopf = column.curve.weakening(point.belt_speed);
+    let critical = behaviour.critical_damping.map_or(f64::INFINITY, |damping| damping / units.damping);
+    // One backbone serves all dampings.
+    let attractors = map::Behaviour::new(&column.curve, column.belt_speed);
+    let LongRun { cycle, basin, .. } = attractors.long_run(&oscillator, &flow, TOLERANCE);
+    let regime = |damping: f64| {
+        let oscillator = Oscillator::in_column(&column, damping);
+        attractors.regime_of(&oscillator, &slipmap_simulate::flow(&oscillator, TOLERANCE))
+    };
+    let theorems = TESTS.iter().filter(|test| test.guarantee != Guarantee::Asymptotic);
+    let proofs = theorems.chain([&validated::TEST]).map(|test| Proof {
+        test: test.name,
+        verdict: Verdict::from((test.claim)(&column).decide(point.damping)).name(),
+    });
+    let mut proofs: Vec<Proof> = proofs.collect();
+    // A count of slip cycles may prove absence where all tests are undecided; it takes longer than the tests.
+    let undecided = proofs.iter().all(|proof| proof.verdict == "undecided");
+    if undecided && proves_absence(&oscillator, &count_slip_cycles(&oscillator)) {
+        proofs.push(Proof { test: "number_of_slip_cycles", verdict: "absent" });
+    }
+    let backbone = attractors.backbone();
+    let vibrates_below =
+        backbone.and_then(|backbone| vibrates_below_damping(backbone, column.epsilon, critical, regime));
+    let has_kick = basin.is_some()
+        || matches!(
+            behaviour.regime,
+            Regime::Equilibrium | Regime::PureSlip | Regime::StickSlip | Regime::Crossing
+        );
+    let is_missing = vibrates_below.is_none() || !has_kick;
+    let slip_cycles_unknown = is_missing
+        .then(|| slip_cycles(&oscillator, TOLERANCE).err())
+        .flatten()
+        .map(|why| format!("slip cycles: {why}"));
+    Some(Assessment {
+        machine: machine.clone(),
+        always_below_speed: always_below_speed(law, point).times(units.velocity),
+        always_below_damping: always_below_damping(regime, hopf / point.epsilon, critical)
+            .times(units.damping),
+        hopf_damping: hopf / point.epsilon * units.damping,
+        vibrates_below_damping: vibrates_below.map(|damping| damping * units.damping),
+        slip_cycles_unknown,
+        standard_errors: StandardErrors::of(machine, basin.as_ref().zip(backbone)),
+        undetermined: (behaviour.regime == Regime::Failed)
+            .then(|| undetermined(&oscillator, &flow, beyond_data(machine, &behaviour))),
+        period: cycle.map(|cycle| cycle.period * units.time),
+        velocity_amplitude: cycle.map(|c| 0.5 * (c.velocity.hi - c.velocity.lo) * units.velocity),
+        kick: basin.map(|map::BasinBoundary { kick, .. }| Kick {
+            forward: kick.forward * units.velocity,
+            backward: kick.backward * units.velocity,
+        }),
+        sensitivities: sensitivities(machine),
+        influence: influence(&model).unwrap_or_default(),
+        proofs,
+        behaviour,
+    })
+}
+
+/// Accuracies of the critical damping, and the relative steps of the central differences for them. The error
+/// of a derivative is the step squared plus the accuracy divided by the step. The second pair is for laws
+/// whose orbits cannot be followed to the first accuracy.
+const ACCURACIES_AND_STEPS: [(f64, f64); 2] = [(1e-12, 1e-4), (1e-10, 1e-3)];
+
+/// Logarithmic derivatives of the critical damping with respect to each nonzero quantity of a machine, except
+/// its damping, to about 1e-6; without those for which no critical damping was found next to the machine.
+pub fn sensitivities(machine: &Machine) -> Vec<Sensitivity> {
+    let critical = |machine: &Machine, accuracy: f64| -> Option<f64> {
+        let model = machine.model()?;
+        let root = critical_damping(&model.column(), accuracy).ok()?.c;
+        (root > 0.0).then_some(root * model.si.units.damping)
+    };
+    let here = ACCURACIES_AND_STEPS.map(|(accuracy, _)| critical(machine, accuracy));
+    let derivative = |(quantity, value): (&'static str, f64)| {
+        let by = |((accuracy, step), here): ((f64, f64), Option<f64>)| {
+            let here = here?;
+            let at = |factor: f64| critical(&machine.with(quantity, value * factor)?, accuracy);
+            let critical_damping = (at(1.0 + step)? - at(1.0 - step)?) / (2.0 * step * here);
+            Some(Sensitivity { quantity, critical_damping })
+        };
+        ACCURACIES_AND_STEPS.into_iter().zip(here).find_map(by)
+    };
+    let quantities = machine.quantities().into_iter();
+    quantities.filter(|(name, value)| *name != "damping" && *value != 0.0).filter_map(derivative).collect()
+}
+
+/// Number of equal parts of the range of slip speeds.
+const PARTS: usize = 40;
+
+/// The weights of slip speeds on the grazing orbit at the critical damping; `None` where they are unknown.
+fn influence(model: &Model) -> Option<Vec<Influence>> {
+    let parts = sensitivity::influence(&model.column(), PARTS).ok()?;
+    let velocity = model.si.units.velocity;
+    let of_machine = parts
+        .into_iter()
+        .map(|part| Influence { slip_speed: 0.5 * (part.from + part.to) * velocity, share: part.share });
+    Some(of_machine.collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::machine::{Friction, example};
+    use slipmap_model::friction::{Expression, Table};
+    use slipmap_model::point::LawParameters;
+    use slipmap_numbers::random::Random;
+
+    fn machine(law: &Law) -> Machine {
+        example(law.clone()).with("strengthening", 0.0).unwrap()
+    }
+
+    #[test]
+    fn scaling_laws_hold_for_the_sensitivities() {
+        // The critical damping is a force divided by a velocity: it grows by one per cent when the forces do
+        // (normal force and, at fixed mass times stiffness, nothing else that sets velocities), and by minus
+        // one per cent when all velocities do. Times enter through sqrt(k m) alone.
+        for law in Law::BUILT_IN {
+            let found = assess(&machine(&law)).unwrap().sensitivities;
+            let of = |name: &str| found.iter().find(|s| s.quantity == name).unwrap().critical_damping;
+            assert!((of("mass") - of("stiffness")).abs() < 1e-5, "{law:?}: {found:?}");
+            assert!(found.iter().all(|s| s.quantity != "strengthening"), "it is zero");
+            // sqrt(k m), the normal force and the critical damping have the dimensions of a force by a
+            // velocity, a force, and a force by a velocity; v and v_s those of a velocity. Forces and
+            // velocities may be scaled apart.
+            let forces = of("mass") + of("stiffness") + of("normal_force");
+            let velocities = -(of("mass") + of("stiffness")) + of("belt_speed") + of("stribeck_velocity");
+            assert!((forces - 1.0).abs() < 1e-5, "{law:?}: {forces}");
+            assert!((velocities + 1.0).abs() < 1e-5, "{law:?}: {velocities}");
+        }
+    }
+
+    #[test]
+    fn influence_predicts_what_a_change_of_the_law_does() {
+        // The weakening of the exponential law is (mu_s - mu_k) / v_s exp(-u / v_s): its derivative by mu_k
+        // is known, and its mean with the weight is the derivative of the critical damping. Parts of the
+        // range are 1/40 wide, their middles stand for all of them.
+        let machine = machine(&Law::Exponential);
+        let [kinetic_friction, stribeck_velocity] = [0.3, 0.25];
+        let all = assess(&machine).unwrap();
+        assert!((all.influence.iter().map(|i| i.share).sum::<f64>() - 1.0).abs() < 1e-12);
+        let kinetic = all.sensitivities.iter().find(|s| s.quantity == "kinetic_friction").unwrap();
+        let critical = all.behaviour.critical_damping.unwrap();
+        let slope = kinetic.critical_damping * critical / kinetic_friction;
+        let change = |u: f64| -machine.normal_force / stribeck_velocity * (-u / stribeck_velocity).exp();
+        let predicted: f64 = all.influence.iter().map(|i| i.share * change(i.slip_speed)).sum();
+        assert!((predicted / slope - 1.0).abs() < 2e-3, "{predicted} {slope}");
+    }
+
+    #[test]
+    fn nothing_vibrates_above_the_last_limit() {
+        // Steady slip is unstable beyond the critical damping: a slip cycle attracts there.
+        let law = Expression::new("0.25 + 0.15*exp(-(u/0.05)^2)", 1.0).unwrap();
+        let friction = Friction::Formula(law, LawParameters::new(&[]));
+        let (stiffness, normal_force, belt_speed) = (5e5, 1000.0, 0.06);
+        let bell =
+            Machine { friction, mass: 2.0, stiffness, normal_force, belt_speed, ..example(Law::Stribeck) };
+        let mut beyond_critical = 0;
+        for machine in Law::BUILT_IN.iter().map(machine).chain([bell]) {
+            let all = assess(&machine).unwrap();
+            let limit = all.vibrates_below_damping.unwrap();
+            let regime = |damping: f64| {
+                let model = machine.with("damping", damping).unwrap().model().unwrap();
+                regime_at(&model.law, &model.point)
+            };
+            assert_eq!(regime(1.001 * limit), Regime::Equilibrium, "{machine:?}");
+            assert_ne!(regime(0.999 * limit), Regime::Equilibrium, "{machine:?}");
+            beyond_critical += i32::from(all.behaviour.critical_damping.is_some_and(|it| limit > 1.01 * it));
+        }
+        assert!(beyond_critical > 0);
+    }
+
+    #[test]
+    fn the_hopf_damping_has_the_errors_of_the_data() {
+        let errors = [0.001, 0.004, 0.002, 0.005, 0.003, 0.004];
+        let data = [(0.0, 0.4), (0.05, 0.36), (0.12, 0.33), (0.3, 0.31), (0.8, 0.3), (2.0, 0.3)];
+        let of = |data: &[(f64, f64)]| {
+            let table = Table::new("a test", data, data[0].1).unwrap().with_standard_errors(&errors).unwrap();
+            let friction = Friction::Measured(table);
+            assess(&Machine { friction, belt_speed: 0.15, ..example(Law::Stribeck) }).unwrap()
+        };
+        let here = of(&data);
+        let moved = errors.iter().enumerate().map(|(i, error)| {
+            let mut data = data;
+            data[i].1 += 1e-3 * error;
+            1e3 * (of(&data).hopf_damping - here.hopf_damping)
+        });
+        let expected = moved.map(|moved| moved * moved).sum::<f64>().sqrt();
+        let found = here.standard_error_of(here.hopf_damping).unwrap();
+        // The slope is linear in the data but where they are not monotone.
+        assert!((found / expected - 1.0).abs() < 1e-2 && found > 0.0, "{found} {expected}");
+        let critical = here.behaviour.critical_damping.unwrap();
+        assert!(here.standard_error_of(critical).is_some_and(|error| error != found));
+        assert_eq!(here.standard_error_of(0.5 * critical), None);
+    }
+
+    #[test]
+    fn limits_of_the_speed_do_not_depend_on_the_working_speed() {
+        let formula = Expression::new("0.25 + 0.15*exp(-(u/0.05)^2)", 1.0).unwrap();
+        let data = [(0.0, 0.4), (0.05, 0.36), (0.12, 0.33), (0.3, 0.31), (0.8, 0.3), (2.0, 0.3)];
+        let table = Table::new("a test", &data, data[0].1).unwrap();
+        let machines = [
+            machine(&Law::Exponential),
+            Machine {
+                friction: Friction::Formula(formula, LawParameters::new(&[])),
+                ..machine(&Law::Stribeck)
+            },
+            Machine { friction: Friction::Measured(table), ..machine(&Law::Stribeck) },
+        ];
+        for machine in machines {
+            let limits = [0.0213, 0.1, 0.47].map(|speed| {
+                let all = assess(&machine.with("belt_speed", speed).unwrap()).unwrap();
+                (all.always_below_speed, all.behaviour.critical_belt_speed)
+            });
+            assert!(limits.iter().all(|of| *of == limits[0]), "{limits:?}");
+            assert!(matches!(limits[0].1, Limit::Below(_)), "{limits:?}");
+        }
+    }
+
+    /// A table that falls steeply from rest, with scatter: orbits over its first rows are outside the polar
+    /// form and exhaust the budget of an accurate backbone.
+    #[test]
+    fn a_steep_noisy_table_has_kicks_and_limits() {
+        let data = [
+            (0.0, 0.451),
+            (0.003, 0.4459),
+            (0.0038927, 0.4384),
+            (0.0050511, 0.4356),
+            (0.0065542, 0.43430),
+            (0.0085046, 0.4253),
+            (0.011035, 0.4208),
+            (0.014319, 0.4159),
+            (0.01858, 0.407),
+            (0.024109, 0.3943),
+            (0.031284, 0.3831),
+            (0.040593, 0.359),
+            (0.052673, 0.3541),
+            (0.068347, 0.3326),
+            (0.088685, 0.3145),
+            (0.11508, 0.3078),
+            (0.14932, 0.298),
+            (0.19375, 0.2882),
+            (0.25141, 0.2828),
+            (0.32622, 0.2857),
+            (0.4233, 0.2864),
+            (0.54927, 0.2938),
+            (0.71271, 0.2924),
+            (0.9248, 0.2943),
+            (1.2, 0.3022),
+        ];
+        let machine = Machine {
+            friction: Friction::Measured(Table::new("a pad", &data, data[0].1).unwrap()),
+            mass: 1.8,
+            stiffness: 4.2e5,
+            normal_force: 900.0,
+            belt_speed: 0.1,
+            damping: 300.0,
+            ..example(Law::Stribeck)
+        };
+        let all = assess(&machine).unwrap();
+        assert_eq!(all.behaviour.regime, Regime::Bistable);
+        assert_eq!(all.slip_cycles_unknown, None);
+        // No slip cycle lies beyond the grazing orbit: the critical damping is the last limit.
+        assert_eq!(all.vibrates_below_damping, all.behaviour.critical_damping);
+        let Model { law, point, .. } = machine.model().unwrap();
+        let cycles = slip_cycles(&Oscillator::new(&law, &point), TOLERANCE).unwrap();
+        // By turns of another program, with the interpolation and the method of Runge and Kutta of SciPy.
+        assert!(cycles.len() == 1 && !cycles[0].is_stable(), "{cycles:?}");
+        assert!((cycles[0].velocity.hi - 0.046_691_803).abs() < 2e-9, "{cycles:?}");
+        let kick = all.kick.unwrap();
+        assert!(kick.forward > 0.02 && kick.forward < 0.025, "{kick:?}");
+    }
+
+    #[test]
+    fn scattered_data_leave_known_what_is_known() {
+        let mut random = Random(3);
+        let data: Vec<(f64, f64)> = (0..197)
+            .map(|i| {
+                let u = 1.2 * f64::from(i) / 196.0;
+                (u, 0.25 + 0.18 * (-u / 0.08).exp() + 0.01 * u + 0.006 * random.normal())
+            })
+            .collect();
+        let friction = Friction::Measured(Table::new("a ramp", &data, data[0].1).unwrap());
+        let [mass, stiffness, normal_force] = [2.0, 5e5, 1000.0];
+        let machine = Machine {
+            friction,
+            mass,
+            stiffness,
+            normal_force,
+            belt_speed: 0.15,
+            damping: 30.0,
+            ..example(Law::Stribeck)
+        };
+        let Model { law, point, .. } = machine.model().unwrap();
+        let oscillator = Oscillator::new(&law, &point);
+        let found = undetermined(&oscillator, &flow(&oscillator, TOLERANCE), None);
+        assert_eq!(found.sticks, Some(true), "{found:?}");
+        assert!(found.reasons.iter().any(|why| why.starts_with("slip cycles: ")), "{found:?}");
+    }
+
+    #[test]
+    fn the_thresholds_are_those_of_the_machine() {
+        let wavy = "0.4 - 0.127*(1-exp(-u/0.096)) + 0.0046*(cos(57.52*u)-1)";
+        // Thomsen and Fidlin 2003: a slip cycle attracts between the critical damping and the Hopf
+        // bifurcation.
+        let cubic = "0.4 - 1.5*0.15*(u/0.5 - (u/0.5)^3/3)";
+        let rising = "0.3 + 2.1*u*exp(-u/0.05)";
+        let formula = |phi: &str, [mass, stiffness, normal_force, belt_speed, damping]: [f64; 5]| {
+            let law = Expression::new(phi, 1.0).unwrap();
+            let friction = Friction::Formula(law, LawParameters::new(&[]));
+            Machine { friction, mass, stiffness, normal_force, belt_speed, damping, ..example(Law::Stribeck) }
+        };
+        let mut machines: Vec<Machine> = Law::BUILT_IN.iter().map(machine).collect();
+        machines.extend([
+            formula(wavy, [2.0, 5.05e5, 1000.0, 0.1558, 300.0]),
+            formula(cubic, [1.0, 1.0, 1.0, 0.42, 0.1]),
+            formula(rising, [2.0, 2e5, 1000.0, 0.03, 20.0]),
+        ]);
+        let mut found = [0, 0];
+        for machine in machines {
+            let all = assess(&machine).unwrap();
+            let only = |name: &str, value: f64| {
+                let model = machine.with(name, value).unwrap().model().unwrap();
+                regime_at(&model.law, &model.point) == Regime::StickSlip
+            };
+            let limits = [
+                ("belt_speed", all.always_below_speed.value()),
+                ("damping", all.always_below_damping.value()),
+            ];
+            for ((name, limit), found) in limits.into_iter().zip(&mut found) {
+                let Some(limit) = limit else { continue };
+                *found += 1;
+                for share in [0.01, 0.5, 0.999] {
+                    assert!(only(name, share * limit), "{name} {share} of {limit}: {machine:?}");
+                }
+                assert!(!only(name, 1.001 * limit), "{name} {limit}: {machine:?}");
+            }
+            let may = all.behaviour.critical_damping.unwrap_or(f64::INFINITY);
+            assert!(all.always_below_damping.value().is_none_or(|always| always <= may), "{machine:?}");
+        }
+        assert!(found[0] >= 4 && found[1] >= 5, "{found:?}");
+    }
+}

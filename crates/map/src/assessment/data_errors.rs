@@ -1,0 +1,239 @@
+//! What the errors of measured friction do to the answers: the standard errors of the limits, and the
+//! behaviours between which the data cannot decide.
+
+use super::{Assessment, SAME};
+use crate::machine::{Friction, Machine, Model, scatter};
+use crate::map::{Attractors, BasinBoundary, Regime};
+use crate::risk::{WithError, uncertain_critical_damping};
+use slipmap_model::friction::Column;
+use slipmap_simulate::backbone::Backbone;
+use slipmap_simulate::sensitivity::standard_error_of_closing;
+
+/// Number of standard errors within which a limit leaves open on which side of it the machine is.
+const NEAR: f64 = 2.0;
+/// Relative step of the slope of the backbone.
+const STEP: f64 = 1e-3;
+
+/// Where standard errors of measured friction come from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ErrorsFrom {
+    /// They are given with the data.
+    Data,
+    /// The scatter of the rows: the data have none.
+    Scatter,
+}
+
+/// Standard errors that follow from those of the data of measured friction. Dampings are in N s/m.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StandardErrors {
+    pub from: ErrorsFrom,
+    /// The critical damping, which may be negative here; `None` where it has no derivatives.
+    pub critical_damping: Option<WithError>,
+    pub hopf_damping: WithError,
+    /// Relative standard error of the kick, to first order; `None` where there is no kick, or it is unknown.
+    pub kick: Option<f64>,
+}
+
+impl StandardErrors {
+    /// The standard errors of a machine; `None` for friction of which no errors are known.
+    /// `kick` is the boundary that a kick leads to, if there is one, and the backbone.
+    pub(super) fn of(machine: &Machine, kick: Option<(&BasinBoundary, &Backbone)>) -> Option<Self> {
+        let (machine, from) = with_errors(machine)?;
+        let model = machine.model()?;
+        let Model { point, si, .. } = &model;
+        let column = model.column();
+        // The weakening rate at the belt speed is eps c at the Hopf bifurcation.
+        let per_rate = si.units.damping / point.epsilon;
+        let hopf = WithError {
+            value: column.curve.weakening(point.belt_speed) * per_rate,
+            standard_error: column.curve.table()?.standard_error_of_weakening(column.belt_speed)? * per_rate,
+        };
+        let kick = kick.and_then(|(basin, backbone)| error_of_kick(&column, point.damping, basin, backbone));
+        Some(Self { from, critical_damping: uncertain_critical_damping(&model), hopf_damping: hopf, kick })
+    }
+}
+
+/// The machine with the standard errors of its friction, and where they come from.
+fn with_errors(machine: &Machine) -> Option<(Machine, ErrorsFrom)> {
+    let Friction::Measured(table) = &machine.friction else { return None };
+    if table.standard_errors().is_some() {
+        return Some((machine.clone(), ErrorsFrom::Data));
+    }
+    scatter(table)?;
+    let errors = vec![table.scatter(); table.data().count()];
+    let friction = Friction::Measured(table.with_standard_errors(&errors).ok()?);
+    Some((Machine { friction, ..machine.clone() }, ErrorsFrom::Scatter))
+}
+
+/// The relative standard error of the amplitude of the slip cycle that the kick leads to. The cycle lies
+/// where the backbone takes the value of the damping, so that an error of the backbone there, divided by its
+/// slope, is one of the amplitude.
+fn error_of_kick(column: &Column, damping: f64, basin: &BasinBoundary, backbone: &Backbone) -> Option<f64> {
+    let radius = basin.cycle.velocity.hi;
+    let error = column.epsilon * standard_error_of_closing(column, damping, radius)?;
+    let [below, above] = [1.0 - STEP, 1.0 + STEP].map(|factor| backbone.viscous(radius * factor));
+    let relative = error * 2.0 * STEP / (above - below).abs();
+    relative.is_finite().then_some(relative)
+}
+
+/// A limit of the damping.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DampingLimit {
+    /// Below it steady slip is unstable.
+    Hopf,
+    /// Below it the stick-slip cycle exists.
+    Critical,
+}
+
+/// What the errors of the data leave open at the working point.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LeftOpen {
+    /// The limits within two standard errors of the working damping, each with its error; none where the data
+    /// decide.
+    pub limits: Vec<(DampingLimit, WithError)>,
+    /// The regimes that are possible, that of the curve through the data first; only that one where the data
+    /// decide. Slip cycles that other data would have are left out.
+    pub regimes: Vec<Regime>,
+}
+
+impl Assessment {
+    /// What the errors of the data leave open; `None` where none are known.
+    pub fn left_open(&self) -> Option<LeftOpen> {
+        let errors = self.standard_errors?;
+        let damping = self.machine.damping;
+        let is_near = |limit: &WithError| (limit.value - damping).abs() <= NEAR * limit.standard_error;
+        let hopf = Some(errors.hopf_damping).filter(is_near).map(|limit| (DampingLimit::Hopf, limit));
+        let critical = errors.critical_damping.filter(is_near).map(|limit| (DampingLimit::Critical, limit));
+        let regimes = possible(self.behaviour.regime, hopf.is_some(), critical.is_some());
+        Some(LeftOpen { limits: hopf.into_iter().chain(critical).collect(), regimes })
+    }
+
+    /// Whether the errors of the data leave open what the machine does.
+    pub fn is_left_open(&self) -> bool {
+        self.left_open().is_some_and(|open| !open.limits.is_empty())
+    }
+
+    /// The standard error of a limit of the damping; `None` unless it is the critical or the Hopf damping.
+    pub fn standard_error_of(&self, damping: f64) -> Option<f64> {
+        let errors = self.standard_errors?;
+        let is = |limit: f64| (damping - limit).abs() <= SAME * limit.abs();
+        match self.behaviour.critical_damping {
+            Some(critical) if is(critical) => errors.critical_damping.map(|of| of.standard_error),
+            _ => is(self.hopf_damping).then_some(errors.hopf_damping.standard_error),
+        }
+    }
+}
+
+/// The regimes that are possible if these limits are open: the one found, first, and those on their other
+/// sides. A slip cycle attracts where nothing else does. One that attracts beside others may be made by the
+/// errors: its own limits lie between these two.
+fn possible(found: Regime, hopf: bool, critical: bool) -> Vec<Regime> {
+    let mut regimes = vec![found];
+    if found == Regime::Failed || !(hopf || critical) {
+        return regimes;
+    }
+    let here = found.attractors();
+    let slip_with_others = here.slip && found != Regime::PureSlip;
+    let both = |is_open: bool, here: bool| if is_open { vec![here, !here] } else { vec![here] };
+    for equilibrium in both(hopf, here.equilibrium) {
+        for stick_slip in both(critical, here.stick_slip) {
+            for slip in both(slip_with_others, slip_with_others) {
+                let slip = slip || !(equilibrium || stick_slip || here.crossing);
+                let regime = Regime::of(Attractors { equilibrium, stick_slip, slip, ..here });
+                if !regimes.contains(&regime) {
+                    regimes.push(regime);
+                }
+            }
+        }
+    }
+    regimes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{TOLERANCE, assess};
+    use super::*;
+    use crate::machine::example;
+    use crate::map::long_run;
+    use slipmap_model::filippov::Oscillator;
+    use slipmap_model::friction::{Law, Table};
+    use slipmap_simulate::flow;
+
+    const DATA: [(f64, f64); 7] =
+        [(0.0, 0.42), (0.03, 0.37), (0.07, 0.33), (0.15, 0.3), (0.3, 0.285), (0.6, 0.28), (1.2, 0.285)];
+
+    fn machine(data: &[(f64, f64)], damping: f64) -> Machine {
+        let table = Table::new("a pad", data, data[0].1).unwrap();
+        let friction = Friction::Measured(table.with_standard_errors(&[0.001; 7]).unwrap());
+        let [mass, stiffness, normal_force, belt_speed] = [1.8, 4.2e5, 900.0, 0.1];
+        let like = example(Law::Stribeck);
+        Machine { friction, mass, stiffness, normal_force, belt_speed, damping, ..like }
+    }
+
+    #[test]
+    fn the_error_of_the_kick_is_that_of_changed_data() {
+        let limits = assess(&machine(&DATA, 1.0)).unwrap();
+        let damping = 0.5 * (limits.hopf_damping + limits.behaviour.critical_damping.unwrap());
+        let all = assess(&machine(&DATA, damping)).unwrap();
+        assert_eq!(all.behaviour.regime, Regime::Bistable);
+        let basin = |data: &[(f64, f64)]| {
+            let Model { law, point, si } = machine(data, damping).model().unwrap();
+            let oscillator = Oscillator::new(&law, &point);
+            let basin = long_run(&oscillator, &flow(&oscillator, TOLERANCE), TOLERANCE).basin.unwrap();
+            [basin.cycle.velocity.hi, basin.kick.forward].map(|velocity| velocity * si.units.velocity)
+        };
+        let here = basin(&DATA);
+        assert!((here[1] / all.kick.unwrap().forward - 1.0).abs() < 1e-9);
+        const SHARE: f64 = 0.02;
+        let squares = (0..DATA.len()).map(|row| {
+            let moved = |by: f64| {
+                let mut data = DATA;
+                data[row].1 += by * SHARE * 0.001;
+                basin(&data)
+            };
+            let [after, before] = [moved(1.0), moved(-1.0)];
+            [0, 1].map(|of| ((after[of] - before[of]) / (2.0 * SHARE * here[of])).powi(2))
+        });
+        let sums = squares.fold([0.0; 2], |sums, squares| [sums[0] + squares[0], sums[1] + squares[1]]);
+        let [of_amplitude, of_kick] = sums.map(f64::sqrt);
+        let found = all.standard_errors.unwrap().kick.unwrap();
+        assert!((found / of_amplitude - 1.0).abs() < 0.02, "{found} {of_amplitude}");
+        // The amplitude stands for the kick, to which it is nearly proportional.
+        assert!((found / of_kick - 1.0).abs() < 0.2, "{found} {of_kick}");
+    }
+
+    /// On each side of each limit: the regime of the curve, and that of the other side.
+    #[test]
+    fn a_limit_within_the_errors_leaves_two_regimes_open() {
+        use DampingLimit::{Critical, Hopf};
+        use Regime::{Bistable, Equilibrium, PureSlip, StickSlip};
+        let mut all = assess(&machine(&DATA, 1.0)).unwrap();
+        let of = |value: f64| WithError { value, standard_error: 10.0 };
+        let mut open = |found: Regime, hopf: f64, critical: f64| {
+            all.machine.damping = 100.0;
+            all.behaviour.regime = found;
+            let errors = all.standard_errors.as_mut().unwrap();
+            (errors.hopf_damping, errors.critical_damping) = (of(hopf), Some(of(critical)));
+            let LeftOpen { limits, regimes } = all.left_open().unwrap();
+            (limits.into_iter().map(|(limit, _)| limit).collect::<Vec<_>>(), regimes)
+        };
+        assert_eq!(open(StickSlip, 121.0, 200.0), (vec![], vec![StickSlip]));
+        assert_eq!(open(StickSlip, 119.0, 200.0), (vec![Hopf], vec![StickSlip, Bistable]));
+        assert_eq!(open(Bistable, 81.0, 200.0), (vec![Hopf], vec![Bistable, StickSlip]));
+        assert_eq!(open(Bistable, 50.0, 110.0), (vec![Critical], vec![Bistable, Equilibrium]));
+        assert_eq!(open(Equilibrium, 50.0, 90.0), (vec![Critical], vec![Equilibrium, Bistable]));
+        assert_eq!(open(Equilibrium, 90.0, 50.0), (vec![Hopf], vec![Equilibrium, PureSlip]));
+        assert_eq!(open(PureSlip, 110.0, 50.0), (vec![Hopf], vec![PureSlip, Equilibrium]));
+        assert_eq!(open(StickSlip, 200.0, 110.0), (vec![Critical], vec![StickSlip, PureSlip]));
+        let four = vec![StickSlip, PureSlip, Bistable, Equilibrium];
+        assert_eq!(open(StickSlip, 105.0, 110.0), (vec![Hopf, Critical], four));
+        // The slip cycle may be one of the errors.
+        use Regime::{EquilibriumPureSlipAndStickSlip, PureSlipAndStickSlip};
+        let four = vec![PureSlipAndStickSlip, StickSlip, EquilibriumPureSlipAndStickSlip, Bistable];
+        assert_eq!(open(PureSlipAndStickSlip, 119.0, 200.0), (vec![Hopf], four));
+        assert_eq!(open(Regime::Failed, 119.0, 200.0), (vec![Hopf], vec![Regime::Failed]));
+        all.standard_errors = None;
+        assert_eq!(all.left_open(), None);
+    }
+}

@@ -1,0 +1,20 @@
+//! The contents of a map, independent of the file format: dimensions, variables with their attributes,
+//! attributes of the file, fingerprints. The HDF5 file is written and read from this description.
+
+pub mod attributes;
+pub mod auxiliary;
+pub mod fingerprint;
+mod schema;
+mod value;
+
+pub use attributes::{Outcome, Provenance};
+pub use auxiliary::Auxiliary;
+pub use fingerprint::Fingerprint;
+pub use schema::{Cells, MethodInfo, Schema, Variable};
+pub use schema::{Content, SCHEMA};
+pub use value::Value;
+
+/// Lower-case hexadecimal digits.
+pub fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}

@@ -1,0 +1,286 @@
+//! The layout of a map file: one description for writing, reading and checking maps.
+
+use crate::map::{Field, Grid, Method, Plan, Quantity, Regime, Runs, TileData, Verdict};
+use slipmap_model::friction::Law;
+
+use super::Value;
+use super::auxiliary::axes_of;
+
+/// Version of the layout of map files; increased when readers of the old layout would misread the new one.
+/// Version 2 added curves of codimension one, which readers of version 1 report as damage.
+pub const SCHEMA: i64 = 2;
+
+/// Description of a method in a map.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct MethodInfo {
+    /// Name, as in `verdict_NAME`.
+    pub name: String,
+    /// One phrase for legends.
+    pub long_name: String,
+    /// Its equation in the paper, or its section of the theory pages.
+    pub equation: String,
+    /// The guarantee of its verdicts, a [`slipmap_certify::Guarantee`] in words.
+    pub guarantee: String,
+}
+
+impl MethodInfo {
+    /// The description of a method that was applied to this law.
+    fn of(method: &Method, law: &Law) -> Self {
+        Self {
+            name: method.name().into(),
+            long_name: method.long_name().into(),
+            equation: method.equation_for(law).into_owned(),
+            guarantee: method.guarantee().name().into(),
+        }
+    }
+}
+
+/// Source of a variable's cells.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Content {
+    /// Verdicts of the method at this position.
+    Verdict(usize),
+    /// Margins of the method at this position.
+    Margin(usize),
+    /// Critical dampings of the method at this position.
+    CriticalC(usize),
+    Regime,
+    /// The quantity at this position in the list of the plan's quantities.
+    Quantity(usize),
+}
+
+/// Cells of a variable in memory.
+#[derive(Clone, Debug)]
+pub enum Cells<'a> {
+    /// Codes.
+    Codes(Runs<i8>),
+    /// Real numbers.
+    Reals(&'a [f64]),
+}
+
+/// A variable over the grid.
+#[derive(Clone, Debug)]
+pub struct Variable {
+    /// Name of the dataset.
+    pub name: String,
+    pub content: Content,
+    /// Its attributes, without fingerprints and counts, which are known only at the end.
+    pub attributes: Vec<(&'static str, Value)>,
+}
+
+impl Variable {
+    /// The codes that its cells may have, with their meanings; `None` for real numbers.
+    #[must_use]
+    pub fn codes(&self) -> Option<Vec<(i8, &'static str)>> {
+        match self.content {
+            Content::Verdict(_) => Some(Verdict::ALL.iter().map(|v| (v.code(), v.name())).collect()),
+            Content::Regime => Some(Regime::ALL.iter().map(|r| (r.code(), r.name())).collect()),
+            _ => None,
+        }
+    }
+
+    /// The code of cells that were never written.
+    #[must_use]
+    pub fn fill_code(&self) -> i8 {
+        match self.content {
+            Content::Regime => Regime::Failed.code(),
+            _ => Verdict::NotComputed.code(),
+        }
+    }
+
+    /// Number of its dimensions on a grid of `axes` axes: one less for critical dampings, without the axis c.
+    pub fn rank(&self, axes: usize) -> usize {
+        match self.content {
+            Content::CriticalC(_) => axes - 1,
+            _ => axes,
+        }
+    }
+
+    /// The cells of the variable in a computed tile.
+    #[must_use]
+    pub fn cells<'a>(&self, data: &'a TileData) -> Cells<'a> {
+        match self.content {
+            Content::Verdict(method) => Cells::Codes(data.methods[method].verdicts.map(Verdict::code)),
+            Content::Margin(method) => Cells::Reals(&data.methods[method].margins),
+            Content::CriticalC(method) => Cells::Reals(&data.methods[method].critical),
+            Content::Regime => Cells::Codes(data.regime.map(Regime::code)),
+            Content::Quantity(position) => Cells::Reals(&data.quantities[position]),
+        }
+    }
+}
+
+/// The layout of one map.
+#[derive(Clone, Debug)]
+pub struct Schema {
+    /// The grid.
+    pub grid: Grid,
+    /// Shape of tiles and chunks.
+    pub tile_shape: Vec<usize>,
+    pub methods: Vec<MethodInfo>,
+    pub fields: Vec<Field>,
+    /// The variables, in the order of the file.
+    pub variables: Vec<Variable>,
+}
+
+impl Schema {
+    /// The layout of the map of `plan`.
+    #[must_use]
+    pub fn of(plan: &Plan) -> Self {
+        let methods = plan.methods.iter().map(|method| MethodInfo::of(method, plan.grid.law())).collect();
+        Self::new(plan.grid.clone(), plan.tile_shape.clone(), methods, plan.fields.clone())
+    }
+
+    /// The layout of a map with these dimensions, methods and fields.
+    pub fn new(grid: Grid, tile_shape: Vec<usize>, methods: Vec<MethodInfo>, fields: Vec<Field>) -> Self {
+        let mut variables = Vec::new();
+        let mut quantities = 0;
+        for field in Field::ALL {
+            if field != Field::Verdict && !fields.contains(&field) {
+                continue;
+            }
+            match field {
+                Field::Verdict => per_method(&mut variables, &methods, "verdict", Content::Verdict),
+                Field::Margin => per_method(&mut variables, &methods, "margin", Content::Margin),
+                Field::CriticalC => per_method(&mut variables, &methods, "critical_c", Content::CriticalC),
+                Field::Regime => variables.push(plain(
+                    "regime",
+                    "long-run behaviour according to the simulated flow",
+                    Content::Regime,
+                )),
+                field => {
+                    let parameters = grid.law().parameters().len();
+                    for quantity in Quantity::of(field, methods.len(), parameters) {
+                        let content = Content::Quantity(quantities);
+                        variables.push(of_quantity(quantity, &methods, &grid, content));
+                        quantities += 1;
+                    }
+                }
+            }
+        }
+        Self { grid, tile_shape, methods, fields, variables }
+    }
+
+    /// Names of the dimensions, slowest first.
+    pub fn dimensions(&self) -> Vec<&str> {
+        self.grid.axes().iter().map(|axis| axis.name.as_str()).collect()
+    }
+
+    /// The variables over the grid and the given auxiliary ones, each with the positions of its axes.
+    pub fn positions(&self, auxiliary: impl Iterator<Item = &'static str>) -> Vec<(&str, Vec<usize>)> {
+        let axes = self.grid.axes().len();
+        let own = self.variables.iter().map(|v| (v.name.as_str(), (0..v.rank(axes)).collect()));
+        own.chain(auxiliary.filter_map(|name| Some((name, axes_of(name, &self.grid)?)))).collect()
+    }
+
+    pub fn tiles(&self) -> usize {
+        self.grid.tile_count(&self.tile_shape)
+    }
+
+    /// Number of consecutive tiles along the damping axis. A variable without that axis takes its cells from
+    /// the first of these tiles.
+    pub(crate) fn tiles_per_column(&self) -> usize {
+        match self.tile_shape.last() {
+            Some(&tile) => self.grid.dampings().len().div_ceil(tile),
+            None => 1,
+        }
+    }
+
+    /// Shape of a variable.
+    #[must_use]
+    pub fn shape(&self, variable: &Variable) -> Vec<usize> {
+        let mut shape = self.grid.shape();
+        shape.truncate(variable.rank(shape.len()));
+        shape
+    }
+
+    /// Shape of a variable's chunks.
+    pub fn chunk(&self, variable: &Variable) -> Vec<usize> {
+        self.tile_shape[..variable.rank(self.tile_shape.len())].to_vec()
+    }
+
+    /// Number of a variable's chunks.
+    pub fn chunks(&self, variable: &Variable) -> usize {
+        match variable.content {
+            Content::CriticalC(_) => self.tiles() / self.tiles_per_column(),
+            _ => self.tiles(),
+        }
+    }
+
+    /// The variables of which the tile fills a chunk: position, variable, and number of the chunk.
+    pub fn filled_by(&self, tile: usize) -> impl Iterator<Item = (usize, &Variable, usize)> {
+        let filled =
+            move |(position, variable)| Some((position, variable, self.chunk_number(variable, tile)?));
+        self.variables.iter().enumerate().filter_map(filled)
+    }
+
+    /// Index of the first cell of the chunk of a variable that a tile fills.
+    pub fn offset(&self, variable: &Variable, tile: usize) -> Vec<usize> {
+        let ranges = self.grid.tile(&self.tile_shape, tile).ranges;
+        ranges[..variable.rank(ranges.len())].iter().map(|range| range.start).collect()
+    }
+
+    /// The number of the chunk of a variable that a tile fills; `None` if it fills none.
+    #[must_use]
+    pub fn chunk_number(&self, variable: &Variable, tile: usize) -> Option<usize> {
+        let per_column = self.tiles_per_column();
+        match variable.content {
+            Content::CriticalC(_) => tile.is_multiple_of(per_column).then_some(tile / per_column),
+            _ => Some(tile),
+        }
+    }
+}
+
+fn per_method(
+    variables: &mut Vec<Variable>,
+    methods: &[MethodInfo],
+    field: &str,
+    content: fn(usize) -> Content,
+) {
+    for (position, method) in methods.iter().enumerate() {
+        let content = content(position);
+        let what = match content {
+            Content::Margin(_) => "margin of the verdict: ",
+            Content::CriticalC(_) => "critical damping: ",
+            _ => "does a stick-slip limit cycle exist: ",
+        };
+        let mut variable =
+            plain(&format!("{field}_{}", method.name), &format!("{what}{}", method.long_name), content);
+        variable.attributes.push(("guarantee", method.guarantee.as_str().into()));
+        variable.attributes.push(("equation", method.equation.as_str().into()));
+        variables.push(variable);
+    }
+}
+
+/// The variable of a quantity; its name ends with that of the method or the axis, if the quantity has one.
+fn of_quantity(quantity: Quantity, methods: &[MethodInfo], grid: &Grid, content: Content) -> Variable {
+    match quantity {
+        Quantity::EpsilonLimit(method) => {
+            let MethodInfo { name, long_name, .. } = &methods[method];
+            let name = format!("{}_{name}", quantity.name());
+            plain(&name, &format!("{}: {long_name}", quantity.long_name()), content)
+        }
+        Quantity::CriticalDerivative(axis) => {
+            let axis = Grid::axis_names(grid.law())[axis];
+            let name = format!("{}{axis}", quantity.name());
+            plain(&name, &format!("{} {axis}", quantity.long_name()), content)
+        }
+        _ => plain(quantity.name(), quantity.long_name(), content),
+    }
+}
+
+/// A variable with the attributes that all variables have.
+fn plain(name: &str, long_name: &str, content: Content) -> Variable {
+    let mut variable = Variable {
+        name: name.into(),
+        content,
+        attributes: vec![("long_name", long_name.into()), ("units", "1".into())],
+    };
+    if let Some(codes) = variable.codes() {
+        let meanings: Vec<&str> = codes.iter().map(|&(_, meaning)| meaning).collect();
+        variable
+            .attributes
+            .push(("flag_values", Value::Codes(codes.iter().map(|&(code, _)| code).collect())));
+        variable.attributes.push(("flag_meanings", meanings.join(" ").into()));
+    }
+    variable
+}

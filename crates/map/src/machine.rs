@@ -1,0 +1,438 @@
+//! A machine in SI units, and its dimensionless oscillator.
+//!
+//! A mass m on a spring k with a damper d is pressed with the force N onto a belt of speed v; the coefficient
+//! of friction mu depends on the slip speed:
+//!
+//! ```text
+//! m x'' + d x' + k x = -sign(x' - v) N mu(|x' - v|)
+//! ```
+//!
+//! In units of the static force F = mu(0) N, the length F / k and the time sqrt(m / k) this is the crate's
+//! oscillator, with eps = 1, V = v / U, c = d / sqrt(k m) and U = F / sqrt(k m) the unit of velocity:
+//!
+//! | law | its parameters |
+//! | --- | --- |
+//! | `stribeck` | alpha = mu_k / mu_s, gamma = U / v_s, beta = strengthening U^2 / mu_s |
+//! | `exponential`, `lorentzian` | mu = mu_k / mu_s, vs = v_s / U, eta = strengthening U / mu_s |
+//! | `expression` | its own; phi(u) = mu(U u) / mu(0) |
+//! | `table` | none; phi(u) = mu(U u) / mu(0) |
+//!
+//! Every oscillator can be written with eps = 1 (theory, "Scaling"). A rotation ([`Motion`]) has the same
+//! equation, with the moment of inertia (kg m^2) as the mass, N m/rad and N m s/rad as the units of stiffness
+//! and damping, the normal force times its lever arm (N m) as the force, and angles as lengths.
+
+mod doubts;
+mod friction;
+
+pub use doubts::{negative, scatter};
+pub use friction::{Coefficients, Friction};
+
+use slipmap_model::friction::{Column, Law};
+use slipmap_model::point::Point;
+use slipmap_numbers::named;
+
+named! {
+    /// Kind of motion of a machine, which determines its units; with its name in configurations and maps.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Motion {
+        /// Along a line.
+        Translation => "translation",
+        /// About an axis: moments of inertia, torques and angles instead of masses, forces and lengths.
+        Rotation => "rotation",
+    }
+}
+
+impl Motion {
+    /// The SI unit of a dimension; for a rotation the unit of an angle, a torque or a moment of inertia.
+    #[must_use]
+    pub fn unit(self, dimension: Dimension) -> &'static str {
+        let [translation, rotation] = match dimension {
+            Dimension::Time => ["s", "s"],
+            Dimension::Length => ["m", "rad"],
+            Dimension::Velocity => ["m/s", "rad/s"],
+            Dimension::Force => ["N", "N m"],
+            Dimension::Damping => ["N s/m", "N m s/rad"],
+            Dimension::Mass => ["kg", "kg m²"],
+            Dimension::Stiffness => ["N/m", "N m/rad"],
+        };
+        match self {
+            Motion::Translation => translation,
+            Motion::Rotation => rotation,
+        }
+    }
+}
+
+impl Motion {
+    /// The words for a quantity of [`Machine::quantities`] that does not belong to the friction.
+    pub fn words(self, quantity: &str) -> String {
+        match (self, quantity) {
+            (Motion::Rotation, "mass") => "moment of inertia".into(),
+            (Motion::Rotation, "normal_force") => "normal force times arm".into(),
+            (Motion::Rotation, "belt_speed") => "rotary speed".into(),
+            (_, name) => name.replace('_', " "),
+        }
+    }
+}
+
+/// The physical dimension of a quantity; for a rotation, angles are lengths and torques are forces.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub enum Dimension {
+    Time,
+    Length,
+    Velocity,
+    Force,
+    Damping,
+    Mass,
+    Stiffness,
+}
+
+impl Dimension {
+    /// The dimension of a quantity of a machine; `None` for a coefficient, and for a name in a formula.
+    pub fn of_quantity(name: &str) -> Option<Self> {
+        match name {
+            "mass" | INERTIA => Some(Dimension::Mass),
+            "stiffness" => Some(Dimension::Stiffness),
+            "damping" => Some(Dimension::Damping),
+            "normal_force" => Some(Dimension::Force),
+            "stribeck_velocity" | AFTER => Some(Dimension::Velocity),
+            _ => None,
+        }
+    }
+}
+
+/// Whether a quantity of a machine may have a finite value, by its sign; and what it must be.
+pub fn requirement(quantity: &str, value: f64) -> (bool, &'static str) {
+    match quantity {
+        "mass" | "stiffness" | "normal_force" | "static_friction" | "stribeck_velocity" | AFTER => {
+            (value > 0.0, "greater than 0")
+        }
+        "damping" | "strengthening" => (value >= 0.0, "at least 0"),
+        _ => (true, "a number"),
+    }
+}
+
+/// A machine, in SI units; for a rotation kg m^2 replaces kg, N m replaces N and rad replaces m.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Machine {
+    /// Kind of motion.
+    pub motion: Motion,
+    /// m > 0, kg.
+    pub mass: f64,
+    /// k > 0, N/m.
+    pub stiffness: f64,
+    /// d >= 0, N s/m.
+    pub damping: f64,
+    /// N > 0, N.
+    pub normal_force: f64,
+    /// Whether the normal force is known. If not, it is 1 N, and the friction is the friction force in N.
+    pub normal_force_is_known: bool,
+    /// The coefficient of friction.
+    pub friction: Friction,
+    /// v > 0, m/s.
+    pub belt_speed: f64,
+}
+
+/// The dimensionless oscillator of a machine, with the units that convert its numbers to SI.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Model {
+    /// The friction law.
+    pub law: Law,
+    /// The parameter point.
+    pub point: Point,
+    /// The SI units of the dimensionless numbers.
+    pub si: SiUnits,
+}
+
+/// The units of the dimensionless oscillator, in SI.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct Units {
+    /// s.
+    pub time: f64,
+    /// m.
+    pub length: f64,
+    /// m/s.
+    pub velocity: f64,
+    /// N.
+    pub force: f64,
+    /// N s/m: the damping d at c = 1 and eps = 1. It is not serialised, since it is force over velocity.
+    #[serde(skip)]
+    pub damping: f64,
+}
+
+impl Units {
+    /// The units of a mass (kg) on a spring of this stiffness (N/m) with this static friction force (N).
+    pub fn of(mass: f64, stiffness: f64, force: f64) -> Self {
+        let damping = (stiffness * mass).sqrt();
+        Self {
+            time: (mass / stiffness).sqrt(),
+            length: force / stiffness,
+            velocity: force / damping,
+            force,
+            damping,
+        }
+    }
+
+    /// The factor from a dimensionless number of this dimension to SI.
+    pub(crate) fn factor(&self, dimension: Dimension) -> f64 {
+        match dimension {
+            Dimension::Time => self.time,
+            Dimension::Length => self.length,
+            Dimension::Velocity => self.velocity,
+            Dimension::Force => self.force,
+            Dimension::Damping => self.damping,
+            Dimension::Mass => self.damping * self.time,
+            Dimension::Stiffness => self.damping / self.time,
+        }
+    }
+
+    pub fn from_array([time, length, velocity, force, damping]: [f64; 5]) -> Self {
+        Self { time, length, velocity, force, damping }
+    }
+
+    /// The units as stored in maps: time, length, velocity, force, damping.
+    pub(crate) fn to_array(self) -> [f64; 5] {
+        [self.time, self.length, self.velocity, self.force, self.damping]
+    }
+}
+
+/// The units of a machine, which convert dimensionless numbers to SI, with their names.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SiUnits {
+    pub motion: Motion,
+    pub units: Units,
+}
+
+impl SiUnits {
+    /// The factor from a dimensionless number of this dimension to SI.
+    pub fn factor(&self, dimension: Dimension) -> f64 {
+        self.units.factor(dimension)
+    }
+
+    /// The name of the unit of this dimension.
+    pub fn unit(&self, dimension: Dimension) -> &'static str {
+        self.motion.unit(dimension)
+    }
+}
+
+/// Name of the attribute in which a map keeps the units of its machine, as [`Units::to_array`].
+#[doc(hidden)]
+pub const UNITS_ATTRIBUTE: &str = "machine_units";
+/// Name of the attribute in which a map keeps its machine, if its friction is given by coefficients, as
+/// [`Machine::to_array`].
+#[doc(hidden)]
+pub const SI_ATTRIBUTE: &str = "machine_si";
+/// Name of the attribute in which a map keeps the motion of its machine, as [`Motion::name`].
+#[doc(hidden)]
+pub const MOTION_ATTRIBUTE: &str = "machine_motion";
+
+/// The name of the mass as a key of configurations and as a column of tables.
+pub const MASS: &str = "mass";
+
+/// Names of the quantities listed before and after those of the friction.
+const BEFORE: [&str; 4] = ["mass", "stiffness", "damping", "normal_force"];
+const AFTER: &str = "belt_speed";
+/// The other name of the mass, for a machine that rotates.
+pub const INERTIA: &str = "inertia";
+
+impl Machine {
+    /// The array of mass, stiffness, damping, normal force, the four coefficients of friction, and belt
+    /// speed; `None` if the friction is not given by coefficients.
+    pub(crate) fn to_array(&self) -> Option<[f64; 9]> {
+        let Friction::Coefficients(_, coefficients) = &self.friction else { return None };
+        let [rest, kinetic, velocity, strengthening] = coefficients.to_array();
+        let Self { mass, stiffness, damping, normal_force, belt_speed, .. } = *self;
+        Some([mass, stiffness, damping, normal_force, rest, kinetic, velocity, strengthening, belt_speed])
+    }
+
+    /// The machine of an array as of `Machine::to_array`, under one of the laws with coefficients.
+    #[must_use]
+    pub fn from_array(motion: Motion, law: Law, numbers: [f64; 9]) -> Self {
+        let [mass, stiffness, damping, normal_force, rest, kinetic, velocity, strengthening, belt_speed] =
+            numbers;
+        let coefficients = Coefficients::from_array([rest, kinetic, velocity, strengthening]);
+        let friction = Friction::Coefficients(law, coefficients);
+        let normal_force_is_known = true;
+        Self { motion, mass, stiffness, damping, normal_force, normal_force_is_known, friction, belt_speed }
+    }
+
+    /// All numbers of the machine, with their names in configurations.
+    pub fn quantities(&self) -> Vec<(&'static str, f64)> {
+        let before = BEFORE.into_iter().zip([self.mass, self.stiffness, self.damping, self.normal_force]);
+        before.chain(self.friction.quantities()).chain([(AFTER, self.belt_speed)]).collect()
+    }
+
+    /// The machine with another value of one of its quantities; `None` if it has no such quantity.
+    pub fn with(&self, name: &str, value: f64) -> Option<Machine> {
+        let mut machine = self.clone();
+        match name {
+            "mass" | INERTIA => machine.mass = value,
+            "stiffness" => machine.stiffness = value,
+            "damping" => machine.damping = value,
+            "normal_force" => machine.normal_force = value,
+            AFTER => machine.belt_speed = value,
+            _ => {
+                let names = self.friction.quantities();
+                let position = names.iter().position(|(known, _)| *known == name)?;
+                machine.friction.set(position, value);
+            }
+        }
+        Some(machine)
+    }
+
+    /// The words for one of its quantities. Names in a formula stay as they are written.
+    pub fn words(&self, quantity: &str) -> String {
+        match &self.friction {
+            Friction::Formula(formula, _) if formula.parameters().iter().any(|of| of.name == quantity) => {
+                quantity.to_owned()
+            }
+            _ => self.motion.words(quantity).replace("stribeck", "Stribeck"),
+        }
+    }
+
+    /// The words for its friction, measured or by formula: a force or torque if no normal force is known.
+    pub fn words_of_friction(&self) -> &'static str {
+        match (self.normal_force_is_known, self.motion) {
+            (true, _) => "coefficient of friction",
+            (false, Motion::Translation) => "friction force",
+            (false, Motion::Rotation) => "friction torque",
+        }
+    }
+
+    /// The first quantity that has an illegal value: its name, its value, and what it must be.
+    pub fn illegal(&self) -> Option<(&'static str, f64, &'static str)> {
+        let of_formula = |name: &str| {
+            matches!(self.friction, Friction::Formula(..)) && Coefficients::NAMES.contains(&name)
+        };
+        let illegal = self.quantities().into_iter().find_map(|(name, value)| {
+            let (legal, wanted) = requirement(name, value);
+            let legal = (legal || of_formula(name)) && value.is_finite();
+            (!legal).then_some((name, value, wanted))
+        });
+        match &self.friction {
+            Friction::Coefficients(_, of) if !of.kinetic_is_legal() => {
+                illegal.or(Some(("kinetic_friction", of.kinetic_friction, Coefficients::KINETIC)))
+            }
+            _ => illegal,
+        }
+    }
+
+    pub fn is_legal(&self) -> bool {
+        self.illegal().is_none() && self.friction.is_legal_at_rest()
+    }
+
+    /// The units of the dimensionless oscillator.
+    #[must_use]
+    pub fn units(&self) -> Units {
+        Units::of(self.mass, self.stiffness, self.friction.at_rest() * self.normal_force)
+    }
+
+    /// The units of the dimensionless oscillator, with their names.
+    pub fn si(&self) -> SiUnits {
+        SiUnits { motion: self.motion, units: self.units() }
+    }
+
+    /// The dimensionless oscillator; `None` if a formula or data overflow in these units.
+    #[must_use]
+    pub fn model(&self) -> Option<Model> {
+        let si = self.si();
+        let (law, parameters) = self.friction.dimensionless(&si.units)?;
+        let point = Point {
+            epsilon: 1.0,
+            law: parameters,
+            belt_speed: self.belt_speed / si.units.velocity,
+            damping: self.damping / si.units.damping,
+        };
+        Some(Model { law, point, si })
+    }
+}
+
+impl Model {
+    /// The column of parameter space that contains the model's point.
+    #[must_use]
+    pub fn column(&self) -> Column {
+        self.law.column(&self.point)
+    }
+}
+
+#[cfg(test)]
+pub(crate) fn example(law: Law) -> Machine {
+    Machine::from_array(Motion::Translation, law, [2.0, 800.0, 4.0, 50.0, 0.4, 0.3, 0.25, 0.02, 0.1])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use slipmap_model::friction::{Expression, Table};
+    use slipmap_model::point::LawParameters;
+    use slipmap_simulate::critical_damping;
+
+    #[test]
+    fn by_hand() {
+        // F = 20 N, sqrt(k m) = 40 N s/m, so that U = 0.5 m/s, the length 25 mm and the time 50 ms.
+        let units = example(Law::Stribeck).units();
+        let hand = Units { time: 0.05, length: 0.025, velocity: 0.5, force: 20.0, damping: 40.0 };
+        assert_eq!(units, hand);
+        let point = example(Law::Stribeck).model().unwrap().point;
+        let close = |a: f64, b: f64| assert!((a - b).abs() <= 4.0 * f64::EPSILON * b, "{a} {b}");
+        for (a, b) in point.law.as_slice().iter().zip([0.75, 0.0125, 2.0]) {
+            close(*a, b);
+        }
+        close(point.belt_speed, 0.2);
+        close(point.damping, 0.1);
+        let point = example(Law::Exponential).model().unwrap().point;
+        for (a, b) in point.law.as_slice().iter().zip([0.75, 0.5, 0.025]) {
+            close(*a, b);
+        }
+    }
+
+    #[test]
+    fn a_formula_is_the_law_that_it_writes_out() {
+        // The exponential law with its coefficients, and the same as a formula in SI units.
+        let machine = example(Law::Exponential);
+        let formula = Expression::new("muk + (mus - muk)*exp(-u/vs) + 0.02*u", 1.0).unwrap();
+        let parameters = LawParameters::new(&[0.3, 0.4, 0.25]);
+        let written = Machine { friction: Friction::Formula(formula, parameters), ..machine.clone() };
+        // 0.3 + (0.4 - 0.3) rounds.
+        assert!((written.units().velocity / machine.units().velocity - 1.0).abs() < 4.0 * f64::EPSILON);
+        let [a, b] = [&machine, &written].map(|machine| machine.model().unwrap());
+        for u in [0.0, 0.1, 0.7, 3.0] {
+            let [a, b] = [&a, &b].map(|model| model.column().curve.weakening(u));
+            assert!((a - b).abs() < 1e-14, "{u}: {a} {b}");
+        }
+        let [a, b] = [a, b].map(|model| critical_damping(&model.column(), 1e-11).unwrap().c);
+        assert!((a - b).abs() < 1e-9, "{a} {b}");
+        let names: Vec<&str> = written.quantities().iter().map(|(name, _)| *name).collect();
+        assert_eq!(names, ["mass", "stiffness", "damping", "normal_force", "muk", "mus", "vs", "belt_speed"]);
+        assert_eq!(written.with("mus", 0.5).unwrap().friction.at_rest(), 0.5);
+        assert!(written.with("static_friction", 0.5).is_none());
+    }
+
+    #[test]
+    fn data_keep_their_shape_in_dimensionless_terms() {
+        let data = [(0.0, 0.4), (0.1, 0.35), (0.3, 0.31), (1.0, 0.3), (2.0, 0.31)];
+        let table = Table::new("a test", &data, 0.4).unwrap();
+        let machine = Machine { friction: Friction::Measured(table.clone()), ..example(Law::Stribeck) };
+        let model = machine.model().unwrap();
+        let curve = model.column().curve;
+        let si = Law::Table(table).curve(1.0, &LawParameters::new(&[]));
+        for u in [0.0, 0.05, 0.2, 0.9, 1.5] {
+            // phi is a pure number, its slope has the unit of one over a velocity, which is 0.5 m/s.
+            assert!((curve.phi(u / 0.5) - si.phi(u)).abs() < 1e-14, "{u}");
+            assert!((curve.weakening(u / 0.5) - 0.5 * si.weakening(u)).abs() < 1e-13, "{u}");
+        }
+    }
+
+    #[test]
+    fn there_and_back() {
+        for law in Law::BUILT_IN {
+            let machine = example(law.clone());
+            let numbers = machine.to_array().unwrap();
+            assert_eq!(Machine::from_array(machine.motion, law, numbers), machine);
+            for (name, value) in machine.quantities() {
+                assert_eq!(machine.with(name, value).unwrap(), machine);
+                assert_ne!(machine.with(name, 2.0 * value).unwrap(), machine);
+            }
+        }
+    }
+}

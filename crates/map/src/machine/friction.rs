@@ -1,0 +1,133 @@
+//! The friction of a machine: its coefficient of friction as a function of the slip speed, in SI units.
+
+use super::Units;
+use slipmap_model::friction::{Expression, Fall, Law, Table};
+use slipmap_model::point::LawParameters;
+
+/// Coefficients of a built-in law.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Coefficients {
+    /// mu_s > 0.
+    pub static_friction: f64,
+    /// mu_k in [0, mu_s].
+    pub kinetic_friction: f64,
+    /// v_s > 0, m/s.
+    pub stribeck_velocity: f64,
+    /// Strengthening of the coefficient of friction at high speed, >= 0: per m/s or per (m/s)^2, by the law's
+    /// [`Strengthening`](slipmap_model::friction::Strengthening).
+    pub strengthening: f64,
+}
+
+impl Coefficients {
+    /// Their names, in the order of the fields.
+    pub const NAMES: [&str; 4] =
+        ["static_friction", "kinetic_friction", "stribeck_velocity", "strengthening"];
+
+    /// The numbers in the order of the fields.
+    pub(crate) fn to_array(self) -> [f64; 4] {
+        [self.static_friction, self.kinetic_friction, self.stribeck_velocity, self.strengthening]
+    }
+
+    /// The coefficients of an array as of [`Coefficients::to_array`].
+    pub fn from_array(
+        [static_friction, kinetic_friction, stribeck_velocity, strengthening]: [f64; 4],
+    ) -> Self {
+        Self { static_friction, kinetic_friction, stribeck_velocity, strengthening }
+    }
+
+    /// What the kinetic friction must be.
+    pub const KINETIC: &str = "from 0 to static_friction";
+
+    pub(super) fn kinetic_is_legal(&self) -> bool {
+        (0.0..=self.static_friction).contains(&self.kinetic_friction)
+    }
+}
+
+/// The coefficient of friction as a function of the slip speed (m/s; for a rotation rad/s).
+#[derive(Clone, Debug, PartialEq)]
+pub enum Friction {
+    /// A built-in law and its coefficients.
+    Coefficients(Law, Coefficients),
+    /// A formula in the slip speed u, and the values of the names in it.
+    Formula(Expression, LawParameters),
+    /// Measured coefficients.
+    Measured(Table),
+}
+
+impl Friction {
+    /// Name of the law in configurations.
+    pub fn law_name(&self) -> &'static str {
+        match self {
+            Friction::Coefficients(law, _) => law.name(),
+            Friction::Formula(..) => "expression",
+            Friction::Measured(_) => "table",
+        }
+    }
+
+    /// The coefficient of friction at rest.
+    pub fn at_rest(&self) -> f64 {
+        match self {
+            Friction::Coefficients(_, coefficients) => coefficients.static_friction,
+            Friction::Formula(formula, parameters) => {
+                Law::Expression(formula.clone()).curve(1.0, parameters).phi(0.0)
+            }
+            Friction::Measured(table) => table.static_level(),
+        }
+    }
+
+    /// The dimensionless law and the values of its parameters; `None` if a formula or data overflow in these
+    /// units.
+    pub(crate) fn dimensionless(&self, units: &Units) -> Option<(Law, LawParameters)> {
+        let velocity = units.velocity;
+        match self {
+            Friction::Coefficients(law, coefficients) => {
+                let of = Fall {
+                    kinetic: coefficients.kinetic_friction / coefficients.static_friction,
+                    width: coefficients.stribeck_velocity,
+                    strengthening: coefficients.strengthening / coefficients.static_friction,
+                };
+                let parameters = (law.built_in()?.parameters_of)(&of, velocity);
+                Some((law.clone(), LawParameters::new(&parameters)))
+            }
+            Friction::Formula(formula, parameters) => {
+                let formula = formula.in_units(velocity, self.at_rest()).ok()?;
+                Some((Law::Expression(formula), *parameters))
+            }
+            Friction::Measured(table) => {
+                Some((Law::Table(table.in_units(velocity).ok()?), LawParameters::new(&[])))
+            }
+        }
+    }
+
+    /// The numbers of the friction, with their names.
+    pub(crate) fn quantities(&self) -> Vec<(&'static str, f64)> {
+        match self {
+            Friction::Coefficients(_, coefficients) => {
+                Coefficients::NAMES.into_iter().zip(coefficients.to_array()).collect()
+            }
+            Friction::Formula(formula, parameters) => {
+                let names = formula.parameters().iter().map(|parameter| parameter.name);
+                names.zip(parameters.as_slice().iter().copied()).collect()
+            }
+            Friction::Measured(_) => Vec::new(),
+        }
+    }
+
+    /// Sets the number at this position among [`Friction::quantities`].
+    pub(super) fn set(&mut self, position: usize, value: f64) {
+        match self {
+            Friction::Coefficients(_, coefficients) => {
+                let mut numbers = coefficients.to_array();
+                numbers[position] = value;
+                *coefficients = Coefficients::from_array(numbers);
+            }
+            Friction::Formula(_, parameters) => parameters.set(position, value),
+            Friction::Measured(_) => {}
+        }
+    }
+
+    pub fn is_legal_at_rest(&self) -> bool {
+        let level = self.at_rest();
+        level > 0.0 && level.is_finite()
+    }
+}

@@ -1,0 +1,355 @@
+//! The attractors of a column at each of its dampings, from one backbone.
+
+use std::cell::{Cell, OnceCell, RefCell};
+
+use super::Regime;
+use super::end::End;
+use super::verdict::Attractors;
+use slipmap_model::filippov::Oscillator;
+use slipmap_model::friction::{Column, Curve, Range};
+use slipmap_simulate::backbone::{Backbone, CycleRange, InterpolatedBackbone};
+use slipmap_simulate::crossing::{crossing_cycles, some_cross_for_ever, stick_slip_cycle};
+use slipmap_simulate::far_loops::FarLoops;
+use slipmap_simulate::slip_cycle::{BACKBONE_TOLERANCE, Kick, kick_onto, locate};
+use slipmap_simulate::{Cycle, Failure, Flow, Neighbour, TIGHT, outermost_repelling};
+
+/// Tolerance, in units of the weakening rate, of the coarse backbones that are tried first where only the
+/// number of cycles is needed: few dampings of a column lie that close to an extreme of the backbone.
+pub(super) const COARSE: f64 = 1e-5;
+
+/// The outermost slip cycle that repels, which separates the basins of two attractors.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BasinBoundary {
+    pub(crate) cycle: Cycle,
+    /// The kicks that carry steady slip onto it.
+    pub(crate) kick: Kick,
+    /// The attractors of orbits just inside it and just outside it.
+    pub(crate) separates: [Neighbour; 2],
+}
+
+/// The attractors of one friction curve and belt speed, for all dampings.
+pub struct Behaviour<'a> {
+    curve: &'a Curve,
+    belt_speed: f64,
+    /// The weakening rate at belt speed: eps c at the Hopf bifurcation.
+    at_belt_speed: f64,
+    /// Bounds of the even part of the weakening rate about the belt speed, computed on first use.
+    even: OnceCell<Range>,
+    /// Coarse backbones, each with twice as many nodes as the one before. Every damping tries them in this
+    /// order, so that its answer does not depend on other dampings.
+    coarse: RefCell<Vec<Result<Backbone, Failure>>>,
+    /// The backbone of full accuracy, computed on first use.
+    fine: OnceCell<Result<Backbone, Failure>>,
+    /// Where loops far beyond the exit point lead; computed on first use.
+    far: OnceCell<FarLoops<'a>>,
+    /// The smallest eps c, so far, at which the search found no orbit that crosses the belt line for ever.
+    none_cross_from: Cell<f64>,
+}
+
+/// Keeps the behaviour of the last column that was requested. Columns that differ only in eps share it if the
+/// law does not contain eps, which then only scales the damping.
+#[derive(Default)]
+pub(super) struct Behaviours<'a> {
+    last: Option<Behaviour<'a>>,
+}
+
+impl<'a> Behaviours<'a> {
+    pub(super) fn of(&mut self, column: &'a Column) -> &Behaviour<'a> {
+        let same = |it: &Behaviour| it.belt_speed == column.belt_speed && *it.curve == column.curve;
+        if !self.last.as_ref().is_some_and(same) {
+            self.last = None;
+        }
+        self.last.get_or_insert_with(|| Behaviour::new(&column.curve, column.belt_speed))
+    }
+}
+
+/// The properties of a column at one damping that are known before its cycles.
+#[derive(Clone, Copy)]
+struct Ends {
+    /// Whether the equilibrium attracts.
+    stable: bool,
+    /// Whether the orbit from the exit point returns to the belt line.
+    returns: bool,
+}
+
+impl<'a> Behaviour<'a> {
+    pub(crate) fn new(curve: &'a Curve, belt_speed: f64) -> Self {
+        Self {
+            curve,
+            belt_speed,
+            at_belt_speed: curve.weakening(belt_speed),
+            even: OnceCell::new(),
+            coarse: RefCell::default(),
+            fine: OnceCell::new(),
+            far: OnceCell::new(),
+            none_cross_from: Cell::new(f64::INFINITY),
+        }
+    }
+
+    /// The slip cycles at eps c = `viscous`, where the orbit from the exit point ends as `end`, with bounds
+    /// of their amplitudes that are as narrow as possible; `None` if the cycles are unknown.
+    fn slip_cycles(&self, viscous: f64, end: End) -> Option<Vec<CycleRange>> {
+        let cycles = self.cycles(viscous, end, |ends| self.read_fine(viscous, ends))?;
+        // Without a backbone the amplitudes are bounded by 0 and the belt speed.
+        let narrowed = |cycle: CycleRange| match self.fine.get() {
+            Some(Ok(backbone)) => CycleRange { between: backbone.narrowed(&cycle, viscous), ..cycle },
+            Some(Err(_)) | None => cycle,
+        };
+        Some(cycles.into_iter().map(narrowed).collect())
+    }
+
+    /// As [`Self::slip_cycles`], between any bounds: for the number and the stability of the cycles.
+    pub(super) fn count(&self, viscous: f64, end: End) -> Option<Vec<CycleRange>> {
+        self.cycles(viscous, end, |ends| match self.coarse(viscous, ends) {
+            Ok(None) => self.read_fine(viscous, ends),
+            Ok(cycles) => cycles,
+            // Where a coarse backbone fails, a fine one does.
+            Err(_) => None,
+        })
+    }
+
+    /// Whether the equilibrium attracts at eps c = `viscous`. At the Hopf bifurcation it repels where the
+    /// weakening is convex, since the backbone rises there. `None` for other laws: where friction is constant
+    /// next to the belt speed and there is no damping, all orbits about the equilibrium close.
+    fn equilibrium_attracts(&self, viscous: f64) -> Option<bool> {
+        let decided = self.at_belt_speed != viscous || self.curve.weakening_is_convex();
+        decided.then_some(self.at_belt_speed < viscous)
+    }
+
+    /// The slip cycles, by the even part, by convexity, or else as `read` from a backbone.
+    fn cycles(
+        &self,
+        viscous: f64,
+        end: End,
+        read: impl FnOnce(Ends) -> Option<Vec<CycleRange>>,
+    ) -> Option<Vec<CycleRange>> {
+        let stable = self.equilibrium_attracts(viscous)?;
+        let returns = end.returns()?;
+        let even = self.even.get_or_init(|| self.curve.even_weakening_range(self.belt_speed));
+        if even.excludes(viscous) {
+            return Some(Vec::new());
+        }
+        if self.curve.weakening_is_convex() {
+            // There is at most one cycle: a repelling one if the equilibrium is stable and the orbit returns,
+            // an attracting one if neither holds.
+            let between = [0.0, self.belt_speed];
+            let one = CycleRange { between, is_stable: !returns };
+            return Some(if stable == returns { vec![one] } else { Vec::new() });
+        }
+        read(Ends { stable, returns })
+    }
+
+    /// The cycles as read from the first coarse backbone that is reliable at `viscous`; `None` if none is.
+    fn coarse(&self, viscous: f64, ends: Ends) -> Result<Option<Vec<CycleRange>>, Failure> {
+        let mut coarse = self.coarse.borrow_mut();
+        let mut level = 0;
+        loop {
+            if level == coarse.len() {
+                let finer = match coarse.last() {
+                    None => Backbone::coarsest(self.curve, self.belt_speed, COARSE).map(Some),
+                    Some(Ok(last)) => last.refined(self.curve, COARSE),
+                    Some(Err(failure)) => return Err(*failure),
+                };
+                let Some(finer) = finer.transpose() else { return Ok(None) };
+                coarse.push(finer);
+            }
+            match &coarse[level] {
+                Ok(backbone) if backbone.is_reliable_at(viscous) => {
+                    return Ok(backbone.cycles(viscous, ends.stable, ends.returns));
+                }
+                _ => level += 1,
+            }
+        }
+    }
+
+    fn read_fine(&self, viscous: f64, ends: Ends) -> Option<Vec<CycleRange>> {
+        self.fine()?.cycles(viscous, ends.stable, ends.returns)
+    }
+
+    fn fine(&self) -> Option<&Backbone> {
+        if self.coarse.borrow().last().is_some_and(Result::is_err) {
+            return None;
+        }
+        self.backbone()
+    }
+
+    /// The backbone of full accuracy; `None` where an orbit fails.
+    pub(crate) fn backbone(&self) -> Option<&Backbone> {
+        let make = || Backbone::of_curve(self.curve, self.belt_speed, BACKBONE_TOLERANCE);
+        self.fine.get_or_init(make).as_ref().ok()
+    }
+
+    /// The regime at eps c = `viscous`: the set of attractors, from the backbone `interpolated` where it
+    /// decides. `no_other_crosses`: no orbit except perhaps that from the exit point crosses for ever.
+    ///
+    /// An orbit that spirals inward around an unstable equilibrium tends to a slip cycle inside its first
+    /// turn (Poincare-Bendixson); a stable equilibrium attracts. The attractor of the orbit from the exit
+    /// point coexists with all attractors inside that orbit, and with crossing cycles around it.
+    pub(super) fn regime(
+        &self,
+        viscous: f64,
+        end: End,
+        interpolated: Option<&InterpolatedBackbone>,
+        no_other_crosses: bool,
+    ) -> Regime {
+        let by_interpolation =
+            || interpolated?.attracts(viscous, self.equilibrium_attracts(viscous)?, end.returns()?);
+        let counted = || Some(self.count(viscous, end)?.iter().any(|cycle| cycle.is_stable));
+        let attractors = || {
+            Some(Attractors {
+                equilibrium: self.equilibrium_attracts(viscous)?,
+                slip: by_interpolation().or_else(counted)?,
+                stick_slip: end == End::Sticks,
+                crossing: end == End::Crosses || !no_other_crosses && self.some_cross_for_ever(viscous)?,
+            })
+        };
+        attractors().map_or(Regime::Failed, Regime::of)
+    }
+
+    /// The regime of a point of this curve and belt speed; `flow` is that of its orbit from the exit point.
+    pub(crate) fn regime_of(&self, oscillator: &Oscillator, flow: &Flow) -> Regime {
+        self.regime(oscillator.viscous, End::of(flow), None, false)
+    }
+
+    /// The long-run behaviour of a point, as [`Self::regime_of`].
+    pub(crate) fn long_run(&self, oscillator: &Oscillator, flow: &Flow, tolerance: f64) -> LongRun {
+        LongRun {
+            regime: self.regime_of(oscillator, flow),
+            cycle: self.attracting_cycle(oscillator, flow, tolerance),
+            basin: self.basin_boundary(oscillator, End::of(flow), tolerance),
+        }
+    }
+
+    /// Whether some orbits cross the belt line for ever, though the orbit from the exit point does not;
+    /// `None` if unknown. If no orbit does at one damping, none does at a larger one.
+    fn some_cross_for_ever(&self, viscous: f64) -> Option<bool> {
+        if viscous >= self.none_cross_from.get() {
+            return Some(false);
+        }
+        let far = self.far.get_or_init(|| FarLoops::new(self.curve, self.belt_speed));
+        let oscillator = Oscillator { curve: self.curve.clone(), viscous, belt_speed: self.belt_speed };
+        let some = some_cross_for_ever(&oscillator, far).ok()?;
+        if !some {
+            self.none_cross_from.set(viscous);
+        }
+        Some(some)
+    }
+
+    /// The attracting cycle: the cycle that the orbit from the exit point reaches, or else the largest
+    /// attracting slip cycle. `None` if there is none, or if its orbit cannot be computed.
+    pub(super) fn attracting_cycle(
+        &self,
+        oscillator: &Oscillator,
+        flow: &Flow,
+        tolerance: f64,
+    ) -> Option<Cycle> {
+        let end = End::of(flow);
+        match end {
+            End::Sticks => stick_slip_cycle(oscillator, flow, tolerance).ok()?,
+            End::Crosses => crossing_cycles(oscillator, tolerance).ok()?.into_iter().find(Cycle::is_stable),
+            End::Inward => {
+                let cycle =
+                    self.slip_cycles(oscillator.viscous, end)?.into_iter().rfind(|cycle| cycle.is_stable)?;
+                locate(oscillator, &cycle, tolerance.min(TIGHT)).ok()
+            }
+            End::TooClose | End::Failed => None,
+        }
+    }
+
+    /// The boundary between basins; `None` if no slip cycle repels, or if its orbit cannot be computed.
+    pub(super) fn basin_boundary(
+        &self,
+        oscillator: &Oscillator,
+        end: End,
+        tolerance: f64,
+    ) -> Option<BasinBoundary> {
+        let cycles = self.slip_cycles(oscillator.viscous, end)?;
+        let position = outermost_repelling(&cycles, |cycle| cycle.is_stable)?;
+        let tolerance = tolerance.min(TIGHT);
+        let cycle = locate(oscillator, &cycles[position], tolerance).ok()?;
+        let kick = kick_onto(oscillator, &cycle, tolerance).ok()?;
+        // Cycles alternate in stability.
+        let inside = if position == 0 { Neighbour::Equilibrium } else { Neighbour::SlipCycle };
+        let outside = match end {
+            _ if position + 1 < cycles.len() => Neighbour::SlipCycle,
+            End::Sticks => Neighbour::StickSlip,
+            End::Crosses => Neighbour::Crossing,
+            End::Inward | End::TooClose | End::Failed => Neighbour::Unknown,
+        };
+        Some(BasinBoundary { cycle, kick, separates: [inside, outside] })
+    }
+}
+
+/// The long-run behaviour of a point.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LongRun {
+    /// The set of attractors.
+    pub(crate) regime: Regime,
+    /// The attracting cycle: the stick-slip or the crossing cycle, or else the largest attracting slip cycle.
+    /// `None` if there is none, or if its orbit cannot be computed.
+    pub(crate) cycle: Option<Cycle>,
+    /// The boundary between basins; `None` if no slip cycle repels, or if its orbit cannot be computed.
+    pub(crate) basin: Option<BasinBoundary>,
+}
+
+/// The long-run behaviour of a point, from one backbone; `flow` is that of its orbit from the exit point.
+pub fn long_run(oscillator: &Oscillator, flow: &Flow, tolerance: f64) -> LongRun {
+    Behaviour::new(&oscillator.curve, oscillator.belt_speed).long_run(oscillator, flow, tolerance)
+}
+
+/// The regime of a point; `flow` is the answer for its orbit from the exit point.
+#[must_use]
+pub fn regime(oscillator: &Oscillator, flow: &Flow) -> Regime {
+    Behaviour::new(&oscillator.curve, oscillator.belt_speed).regime_of(oscillator, flow)
+}
+
+/// The number of slip cycles of a point, stable or not; `None` if it is unknown.
+#[must_use]
+pub fn slip_cycle_count(oscillator: &Oscillator, flow: &Flow) -> Option<usize> {
+    let behaviour = Behaviour::new(&oscillator.curve, oscillator.belt_speed);
+    behaviour.count(oscillator.viscous, End::of(flow)).map(|cycles| cycles.len())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use slipmap_model::friction::{Expression, Law};
+    use slipmap_simulate::arc::{SlipTurn, turn};
+    use slipmap_simulate::flow;
+    use slipmap_simulate::slip_cycle::slip_cycles;
+
+    /// Steady slip, inside an unstable slip cycle, inside a stable one, which no orbit leaves.
+    #[test]
+    fn the_boundary_is_known_where_the_outermost_cycle_attracts() {
+        let law =
+            Expression::new("1 - 1.4012*u*exp(-u/1.51636) + 0.19596*sin(7.376*u) - 0.06*u", 1.0).unwrap();
+        let law = Law::Expression(law);
+        let oscillator = Oscillator::new(&law, &law.point(1.0, &[], 1.6726, 0.2).unwrap());
+        let LongRun { regime, basin, .. } = long_run(&oscillator, &flow(&oscillator, 1e-9), 1e-9);
+        assert_eq!(regime, Regime::PureSlipAndEquilibrium);
+        let BasinBoundary { cycle, kick, separates } = basin.unwrap();
+        assert_eq!(separates, [Neighbour::Equilibrium, Neighbour::SlipCycle]);
+        let outward = |share: f64| match turn(&oscillator, share * cycle.velocity.hi, 1e-12).unwrap() {
+            SlipTurn::Returns { radius, .. } => radius > share * cycle.velocity.hi,
+            SlipTurn::MeetsBelt { .. } | SlipTurn::Rests => panic!("{share}"),
+        };
+        assert!(!outward(0.999) && outward(1.001));
+        assert!(kick.forward <= cycle.velocity.hi && kick.backward <= -cycle.velocity.lo, "{kick:?}");
+    }
+
+    /// The kick leads onto the outermost slip cycle that repels, also where the outermost of all attracts.
+    #[test]
+    fn the_kick_is_that_onto_the_boundary() {
+        let law = Law::Expression(Expression::new("0.6 + 0.4*exp(-u) - 0.1*sin(7*u)", 1.0).unwrap());
+        let oscillator = Oscillator::new(&law, &law.point(1.0, &[], 1.2, 0.15).unwrap());
+        let answer = flow(&oscillator, 1e-9);
+        let kick = long_run(&oscillator, &answer, 1e-9).basin.unwrap().kick;
+        let cycles = slip_cycles(&oscillator, TIGHT).unwrap();
+        let [.., repels, last] = &cycles[..] else { panic!("{cycles:?}") };
+        assert!(last.is_stable() && !repels.is_stable());
+        let other = kick_onto(&oscillator, repels, TIGHT).unwrap();
+        for (one, other) in [(kick.forward, other.forward), (kick.backward, other.backward)] {
+            assert!((one - other).abs() < 1e-9, "{one} {other}");
+        }
+    }
+}

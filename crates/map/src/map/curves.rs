@@ -1,0 +1,216 @@
+//! Curves of codimension one in planes of a grid: the boundaries of the long-run behaviour, located also
+//! between the nodes.
+//!
+//! Curves are found and followed in the unit square of the plane, whose sides run from the first to the last
+//! node of an axis, linearly or, if the nodes are logarithmic, logarithmically. Errors are distances in the
+//! square. Where the damping is one of the axes, fold curves are the extremes of the backbone as functions of
+//! the other axis (`simulate::folds`). All other curves are found by continuation.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use rayon::prelude::*;
+
+use super::grid::Extent;
+use super::{AxisRole, Grid};
+use slipmap_model::filippov::Oscillator;
+use slipmap_model::point::Point;
+use slipmap_simulate::backbone::{Backbone, TurningPoint};
+use slipmap_simulate::bifurcation::Bifurcation;
+use slipmap_simulate::continuation::{Branch, CurvePoint, zero_curves};
+use slipmap_simulate::folds::{Extreme, fold_curves};
+
+/// Tolerance of the test functions and of the backbones.
+const TOLERANCE: f64 = 1e-10;
+
+/// Names of the columns of stored curves that are not axes. If curves are stored, no axis may have one of
+/// these names.
+pub const CURVE_COLUMNS: [&str; 8] =
+    ["plane", "point", "plane_x", "plane_y", "plane_number", "curve", "branch", "error"];
+
+/// A plane of a grid: two axes that vary, and a node of each other axis.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Plane {
+    /// Position of the first axis, horizontal in figures.
+    pub x: usize,
+    /// Position of the second axis.
+    pub y: usize,
+    /// Node of each fixed axis; 0, without meaning, for the two axes of the plane.
+    pub held: Vec<usize>,
+}
+
+/// A point of a curve in a plane.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PlanePoint {
+    /// Value of the first axis.
+    pub x: f64,
+    /// Value of the second axis.
+    pub y: f64,
+    /// Estimate of its distance from the curve, in units of the sides of the plane.
+    pub error: f64,
+}
+
+/// A connected curve in a plane.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlaneCurve {
+    /// Its kind.
+    pub bifurcation: Bifurcation,
+    /// Its points in order; a closed curve ends with its first point.
+    pub points: Vec<PlanePoint>,
+}
+
+/// The curves of a plane.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlaneCurves {
+    /// The plane.
+    pub plane: Plane,
+    /// Its curves, in the order of `Bifurcation::ALL`.
+    pub curves: Vec<PlaneCurve>,
+}
+
+impl Plane {
+    /// The plane of two axes through the given node of each other axis.
+    #[must_use]
+    pub fn new(x: usize, y: usize, mut held: Vec<usize>) -> Self {
+        held[x] = 0;
+        held[y] = 0;
+        Self { x, y, held }
+    }
+
+    /// The plane with its axes exchanged.
+    pub fn turned(&self) -> Self {
+        Self { x: self.y, y: self.x, held: self.held.clone() }
+    }
+}
+
+impl PlaneCurves {
+    /// Finds and follows the curves of a plane of `grid` whose two axes have several nodes each. When `stop`
+    /// is set, the curves end at once.
+    #[must_use]
+    pub fn of(grid: &Grid, plane: Plane, stop: &AtomicBool) -> Self {
+        Self::of_kinds(&Bifurcation::ALL, grid, plane, stop)
+    }
+
+    /// As [`PlaneCurves::of`], for curves of the given kinds only.
+    pub fn of_kinds(kinds: &[Bifurcation], grid: &Grid, plane: Plane, stop: &AtomicBool) -> Self {
+        let frame = Frame::new(grid, &plane);
+        let of_kind = |&bifurcation: &Bifurcation| {
+            let test = |place: [f64; 2]| match stop.load(Ordering::Relaxed) {
+                true => None,
+                false => bifurcation.test(&frame.oscillator(place), TOLERANCE),
+            };
+            let curve = |branch: Branch| PlaneCurve {
+                bifurcation,
+                points: branch.points.iter().map(|found| frame.point(found)).collect(),
+            };
+            let extremes = |damping: usize, share: f64| match stop.load(Ordering::Relaxed) {
+                true => Vec::new(),
+                false => frame.extremes(damping, share).unwrap_or_default(),
+            };
+            let found = match (bifurcation, frame.damping_axis()) {
+                (Bifurcation::Fold, Some(axis)) => fold_curves(&|share| extremes(axis, share), axis),
+                _ => zero_curves(&test),
+            };
+            found.into_iter().map(curve).collect::<Vec<_>>()
+        };
+        let curves = kinds.par_iter().flat_map_iter(of_kind).collect();
+        Self { plane, curves }
+    }
+
+    /// The same curves in the plane with its axes exchanged.
+    pub fn turned(&self) -> Self {
+        let turned = |point: &PlanePoint| PlanePoint { x: point.y, y: point.x, error: point.error };
+        let curves = self.curves.iter().map(|curve| PlaneCurve {
+            bifurcation: curve.bifurcation,
+            points: curve.points.iter().map(turned).collect(),
+        });
+        Self { plane: self.plane.turned(), curves: curves.collect() }
+    }
+
+    /// Number of points of all curves.
+    #[must_use]
+    pub fn points(&self) -> usize {
+        self.curves.iter().map(|curve| curve.points.len()).sum()
+    }
+
+    /// The curves, each with its number among the curves of its kind, counted from 1.
+    pub fn numbered(&self) -> impl Iterator<Item = (usize, &PlaneCurve)> {
+        let of_kind = |curve: &PlaneCurve, position: usize| {
+            self.curves[..position].iter().filter(|other| other.bifurcation == curve.bifurcation).count()
+        };
+        self.curves.iter().enumerate().map(move |(position, curve)| (of_kind(curve, position) + 1, curve))
+    }
+}
+
+/// Finds the curves of several planes with `threads` workers (all cores if `None`), and calls `on_plane`
+/// after each plane. Curves may be missing if `stop` is set. `None` if the workers cannot be started.
+pub fn curves_of(
+    grid: &Grid,
+    planes: &[Plane],
+    threads: Option<usize>,
+    on_plane: &(dyn Fn() + Sync),
+    stop: &AtomicBool,
+) -> Option<Vec<PlaneCurves>> {
+    let pool = super::pool(threads).ok()?;
+    let of = |plane: &Plane| {
+        let curves = PlaneCurves::of(grid, plane.clone(), stop);
+        on_plane();
+        curves
+    };
+    Some(pool.install(|| planes.par_iter().map(of).collect()))
+}
+
+/// The unit square of a plane.
+struct Frame<'a> {
+    grid: &'a Grid,
+    plane: &'a Plane,
+    sides: [Extent; 2],
+}
+
+impl<'a> Frame<'a> {
+    fn new(grid: &'a Grid, plane: &'a Plane) -> Self {
+        let sides = [plane.x, plane.y].map(|axis| grid.axes()[axis].extent());
+        Self { grid, plane, sides }
+    }
+
+    fn oscillator(&self, place: [f64; 2]) -> Oscillator {
+        Oscillator::new(self.grid.law(), &self.at(place))
+    }
+
+    fn at(&self, place: [f64; 2]) -> Point {
+        let mut point = self.grid.point(&self.plane.held);
+        for ((axis, side), share) in [self.plane.x, self.plane.y].into_iter().zip(self.sides).zip(place) {
+            self.grid.axes()[axis].role.set(&mut point, side.value(share));
+        }
+        point
+    }
+
+    /// The position, 0 or 1, of the damping among the two axes; `None` if it is neither.
+    fn damping_axis(&self) -> Option<usize> {
+        [self.plane.x, self.plane.y].iter().position(|axis| self.grid.axes()[*axis].role == AxisRole::Damping)
+    }
+
+    /// The extremes of the backbone at a place of the other axis; `None` if there are none or it is unknown.
+    fn extremes(&self, damping_axis: usize, share: f64) -> Option<Vec<Extreme>> {
+        let mut place = [share; 2];
+        place[damping_axis] = 0.0;
+        let column = self.grid.law().column(&self.at(place));
+        if column.curve.weakening_is_convex() {
+            return None;
+        }
+        let backbone = Backbone::of(&column, TOLERANCE).ok()?;
+        // On a logarithmic axis, dampings that are not positive get a share far below 0.
+        let height = |viscous: f64| self.sides[damping_axis].share(viscous / column.epsilon).max(-1e9);
+        let extreme = |turns: &[TurningPoint]| Extreme {
+            amplitude: turns[1].radius / column.belt_speed,
+            height: height(turns[1].viscous),
+            error: (height(turns[1].viscous + backbone.error) - height(turns[1].viscous)).abs(),
+            is_maximum: turns[1].viscous > turns[0].viscous,
+        };
+        Some(backbone.turning_points().windows(3).map(extreme).collect())
+    }
+
+    fn point(&self, found: &CurvePoint) -> PlanePoint {
+        let [s, t] = found.place;
+        PlanePoint { x: self.sides[0].value(s), y: self.sides[1].value(t), error: found.error }
+    }
+}

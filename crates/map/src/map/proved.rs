@@ -1,0 +1,74 @@
+//! Proofs by the method `validated` over the whole box of parameters, the points between the nodes included.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+use super::Plan;
+use slipmap_certify::validated::boxes::{BoxProof, Budget, ParameterBox, Volumes};
+use slipmap_certify::validated::law_boxes::LawProof;
+use slipmap_certify::validated::surface::Surface;
+use slipmap_model::friction::Law;
+
+/// Number of boxes of another law for each that a plan requests: a box of Stribeck's law takes some fifty
+/// times as long, and covers more.
+const BOXES_OF_OTHER_LAWS: usize = 25;
+
+/// The proofs over the box of all parameters, from the first to the last node of every axis.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Proved {
+    /// Proved volumes, as shares of the box.
+    pub volumes: Volumes,
+    /// Wall-clock seconds that the proofs took.
+    pub seconds: f64,
+    pub proof: Proofs,
+}
+
+/// What is proved.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Proofs {
+    /// The universal surface of Stribeck's law.
+    Surface(Surface),
+    /// The critical damping of another law.
+    Law(Box<LawProof>),
+}
+
+/// Number of boxes that a plan tries to prove.
+pub fn boxes_to_try(plan: &Plan) -> usize {
+    match plan.grid.law().as_written() {
+        Law::Stribeck => plan.proof_boxes,
+        _ => plan.proof_boxes.saturating_mul(BOXES_OF_OTHER_LAWS),
+    }
+}
+
+/// Computes the proofs that the plan requests with `threads` threads (all cores if `None`); stops early if
+/// `stop` is set. `None` if the plan requests no proofs, or if the threads cannot be started. The proofs do
+/// not depend on the number of threads.
+pub fn prove(plan: &Plan, threads: Option<usize>, stop: &AtomicBool) -> Option<Proved> {
+    if plan.proof_boxes == 0 {
+        return None;
+    }
+    let pool = super::pool(threads).ok()?;
+    let start = Instant::now();
+    let go_on = || !stop.load(Ordering::Relaxed);
+    let ranges = plan.grid.axes().iter().map(|axis| [axis.values[0], axis.values[axis.values.len() - 1]]);
+    let ranges: Vec<[f64; 2]> = ranges.collect();
+    let (volumes, proof) = match (plan.grid.law().as_written(), ranges.as_slice()) {
+        (Law::Stribeck, &[epsilon, alpha, beta, gamma, belt_speed, damping]) => {
+            let parameters = ParameterBox { epsilon, alpha, beta, gamma, belt_speed, damping };
+            let Budget { tiles, parts } = Budget::of_boxes(plan.proof_boxes);
+            let mut proof = BoxProof::new(&parameters);
+            pool.install(|| {
+                proof.refine_surface(tiles, &go_on);
+                proof.refine_parts(parts, &go_on);
+            });
+            (proof.volumes(), Proofs::Surface(proof.surface))
+        }
+        (law, [parameters @ .., damping]) => {
+            let mut proof = LawProof::new(law, parameters.to_vec(), *damping);
+            pool.install(|| proof.refine(boxes_to_try(plan), &go_on));
+            (proof.volumes(), Proofs::Law(Box::new(proof)))
+        }
+        _ => return None,
+    };
+    Some(Proved { volumes, seconds: start.elapsed().as_secs_f64(), proof })
+}

@@ -1,0 +1,171 @@
+//! The real numbers, besides margins, that a map can store in every cell: properties of the flow, derivatives
+//! of the critical damping, and the limits in eps of the methods.
+
+use std::collections::HashMap;
+
+use super::behaviour::{BasinBoundary, Behaviour, Behaviours};
+use super::end::End;
+use super::interpolation::Interpolated;
+use super::limits::Ray;
+use super::{Field, Plan, Quantity, Regime, Runs, Tile};
+use crate::clock::timed;
+use slipmap_model::filippov::Oscillator;
+use slipmap_model::friction::Column;
+use slipmap_model::point::Point;
+use slipmap_simulate::sensitivity::sensitivity;
+use slipmap_simulate::{Cycle, Fate, Landing, Range, flow};
+
+/// What a map stores of the orbits of a tile's cells, besides verdicts.
+#[derive(Default)]
+pub(super) struct Described {
+    /// Empty where the plan stores none.
+    pub(super) regimes: Runs<Regime>,
+    /// Processor seconds that the regimes took.
+    pub(super) regime_seconds: f64,
+    /// In the order of [`Plan::quantities`], for all cells each.
+    pub(super) quantities: Vec<Vec<f64>>,
+}
+
+/// Describes a tile; `ends` holds the ends of its cells' orbits from the exit point.
+pub(super) fn describe(
+    plan: &Plan,
+    tile: &Tile,
+    columns: &[Column],
+    ends: &[End],
+    known: &Interpolated,
+) -> Described {
+    let quantities = plan.quantities();
+    let mut described = Described {
+        quantities: vec![vec![f64::NAN; tile.cells()]; quantities.len()],
+        ..Described::default()
+    };
+    let stores_regimes = plan.stores(Field::Regime);
+    if quantities.is_empty() && !stores_regimes {
+        // Most maps of many cells hold verdicts alone: nothing is asked of their columns here.
+        return described;
+    }
+    let cs = &plan.grid.dampings()[tile.damping_range()];
+    let mut regimes = vec![Regime::Failed; if stores_regimes { tile.cells() } else { 0 }];
+    let mut limits = Limits { plan, known: HashMap::new() };
+    let mut behaviours = Behaviours::default();
+    for number in tile.columns_by_epsilon() {
+        let column = &columns[number];
+        let behaviour = behaviours.of(column);
+        let cells = number * cs.len()..(number + 1) * cs.len();
+        if stores_regimes {
+            let ((), taken) = timed(|| {
+                let backbone = known.backbone(number, column);
+                let none_crosses = known.no_other_crosses(number);
+                for ((regime, &end), &c) in
+                    regimes[cells.clone()].iter_mut().zip(&ends[cells.clone()]).zip(cs)
+                {
+                    *regime = behaviour.regime(column.epsilon * c, end, backbone.as_ref(), none_crosses);
+                }
+            });
+            described.regime_seconds += taken;
+        }
+        if quantities.is_empty() {
+            continue;
+        }
+        let start = plan.grid.point(&tile.column_index(number));
+        let derivatives = plan.stores(Field::Sensitivity).then(|| sensitivity(column).ok()).flatten();
+        let derivatives: Vec<f64> = derivatives
+            .iter()
+            .flat_map(|found| found.named(plan.grid.law()))
+            .map(|(_, by)| by.value)
+            .collect();
+        for (position, &c) in cells.zip(cs) {
+            let point = Point { damping: c, ..start };
+            let cell = Description::of(plan, behaviour, &Oscillator::in_column(column, c), ends[position]);
+            let limits = plan.stores(Field::EpsilonLimit).then(|| limits.at(&point));
+            for (values, quantity) in described.quantities.iter_mut().zip(&quantities) {
+                values[position] = match quantity {
+                    Quantity::EpsilonLimit(method) => {
+                        limits.as_ref().map_or(f64::NAN, |limits| limits[*method])
+                    }
+                    Quantity::CriticalDerivative(axis) => derivatives.get(*axis).copied().unwrap_or(f64::NAN),
+                    other => cell.value(*other),
+                };
+            }
+        }
+    }
+    described.regimes = regimes.into_iter().collect();
+    described
+}
+
+/// Properties of the orbits of one cell.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Description {
+    /// Where and when the orbit from the exit point sticks.
+    pub(crate) landing: Option<Landing>,
+    /// The number of slip cycles, stable or not.
+    pub(crate) slip_cycles: Option<usize>,
+    pub(crate) cycle: Option<Cycle>,
+    pub(crate) boundary: Option<BasinBoundary>,
+}
+
+impl Description {
+    /// Follows the orbits that the plan's fields need.
+    fn of(plan: &Plan, behaviour: &Behaviour, oscillator: &Oscillator, end: End) -> Self {
+        let (cycle, basin) = (plan.stores(Field::Cycle), plan.stores(Field::Basin));
+        let lands = end == End::Sticks && plan.stores(Field::Landing);
+        let flow = (lands || cycle).then(|| flow(oscillator, plan.tolerance));
+        Self {
+            landing: match flow.map(|flow| flow.fate) {
+                Some(Fate::Sticks(landing)) => Some(landing),
+                _ => None,
+            },
+            slip_cycles: cycle
+                .then(|| behaviour.count(oscillator.viscous, end))
+                .flatten()
+                .map(|cycles| cycles.len()),
+            cycle: flow
+                .filter(|_| cycle)
+                .and_then(|flow| behaviour.attracting_cycle(oscillator, &flow, plan.tolerance)),
+            boundary: basin.then(|| behaviour.basin_boundary(oscillator, end, plan.tolerance)).flatten(),
+        }
+    }
+
+    /// The value of a quantity of the flow; NaN if unknown, and for limits in eps and derivatives.
+    pub fn value(&self, quantity: Quantity) -> f64 {
+        let half = |range: Range| 0.5 * (range.hi - range.lo);
+        let landing = self.landing.as_ref();
+        let cycle = self.cycle.as_ref();
+        let boundary = self.boundary.as_ref();
+        let value = match quantity {
+            Quantity::LandingX1 => landing.map(|landing| landing.x1),
+            Quantity::StickTime => landing.map(|landing| landing.stick_time),
+            Quantity::SlipTime => landing.map(|landing| landing.slip_time),
+            Quantity::Crossings => landing.map(|landing| f64::from(landing.crossings)),
+            Quantity::SlipCycles => self.slip_cycles.map(|count| count as f64),
+            Quantity::CyclePeriod => cycle.map(|cycle| cycle.period),
+            Quantity::CycleAmplitudeX1 => cycle.map(|cycle| half(cycle.displacement)),
+            Quantity::CycleAmplitudeX2 => cycle.map(|cycle| half(cycle.velocity)),
+            Quantity::CycleMultiplier => cycle.map(|cycle| cycle.multiplier),
+            Quantity::BoundaryVelocity => boundary.map(|boundary| boundary.cycle.velocity.hi),
+            Quantity::BoundaryMultiplier => boundary.map(|boundary| boundary.cycle.multiplier),
+            Quantity::KickForward => boundary.map(|boundary| boundary.kick.forward),
+            Quantity::KickBackward => boundary.map(|boundary| boundary.kick.backward),
+            Quantity::EpsilonLimit(_) | Quantity::CriticalDerivative(_) => None,
+        };
+        value.unwrap_or(f64::NAN)
+    }
+}
+
+/// The limits in eps of the plan's methods. They do not depend on the cell's own eps, so cells of one tile
+/// that differ only in eps share them.
+struct Limits<'a> {
+    plan: &'a Plan,
+    known: HashMap<Vec<u64>, Vec<f64>>,
+}
+
+impl Limits<'_> {
+    fn at(&mut self, point: &Point) -> &[f64] {
+        let plan = self.plan;
+        let rest = point.law.as_slice().iter().chain([&point.belt_speed, &point.damping]);
+        self.known.entry(rest.map(|value| value.to_bits()).collect()).or_insert_with(|| {
+            let ray = Ray::new(plan.grid.law(), point, plan.tolerance);
+            plan.methods.iter().map(|method| ray.limit(*method).equal.value()).collect()
+        })
+    }
+}

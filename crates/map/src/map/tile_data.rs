@@ -1,0 +1,34 @@
+//! The data computed for one tile.
+
+use super::{Method, Regime, Runs, Tile, Verdict};
+
+/// Largest number of failed cells, and of contradictions, that are listed, for a tile and for a run.
+pub const LISTED: usize = 10;
+
+/// The results of one method on the cells of a tile.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MethodCells {
+    /// The method.
+    pub method: Method,
+    /// Verdicts, row-major over the tile's shape.
+    pub verdicts: Runs<Verdict>,
+    /// Margins, row-major over the tile's shape; empty unless stored.
+    pub margins: Vec<f64>,
+    /// Critical damping of each column, row-major over the tile's shape without the damping axis; empty
+    /// unless stored. NaN where the column has no critical damping c >= 0.
+    pub critical: Vec<f64>,
+}
+
+/// Everything computed for one tile.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TileData {
+    /// The tile.
+    pub tile: Tile,
+    /// One entry per method of the plan, in its order.
+    pub methods: Vec<MethodCells>,
+    /// Regimes, row-major over the tile's shape; empty unless stored.
+    pub regime: Runs<Regime>,
+    /// The values of each of [`Plan::quantities`](super::Plan::quantities), in that order, row-major over the
+    /// tile's shape.
+    pub quantities: Vec<Vec<f64>>,
+}

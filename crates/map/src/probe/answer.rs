@@ -1,0 +1,259 @@
+//! The answers of every method about one point, and the simulated flow there.
+
+use crate::behaviour::needed_slip_speed;
+use crate::map::limits::{EpsilonLimit, Ray};
+use crate::map::{self, BasinBoundary, Method, Regime, Verdict};
+use slipmap_certify::slip_count::{SlipCount, count_slip_cycles};
+use slipmap_certify::validated::any_law;
+use slipmap_certify::{Claim, Decision, Guarantee};
+use slipmap_model::filippov::Oscillator;
+use slipmap_model::friction::{Column, Law};
+use slipmap_model::point::Point;
+use slipmap_numbers::text::{rounded, short, signed};
+use slipmap_simulate::crossing::{crossing_cycles, stick_slip_cycle};
+use slipmap_simulate::naive::NaiveVerdict;
+use slipmap_simulate::sensitivity::{NoSensitivity, Sensitivity, sensitivity};
+use slipmap_simulate::slip_cycle::{Unknown, slip_cycles};
+use slipmap_simulate::{
+    CriticalDamping, Cycle, Failure, Fate, Flow, Landing, NoCriticalDamping, TIGHT, sticks_from,
+};
+
+/// The answer of one method.
+#[derive(Debug)]
+pub struct MethodAnswer {
+    /// The method.
+    pub method: Method,
+    /// Its verdict.
+    pub verdict: Verdict,
+    /// The margin as in a map: for a test the signed distance in c to the edge of presence, -infinity where
+    /// the test claims no presence; for the simulation the scaled grazing margin m / V, NaN where the flow
+    /// has none.
+    pub margin: f64,
+    /// The edge of presence; `None` where the method has none at c >= 0.
+    pub critical_c: Option<f64>,
+    /// Reason why the verdict is neither presence nor absence.
+    pub reason: Option<String>,
+}
+
+/// All answers except those of the second engine.
+#[derive(Debug)]
+pub struct Answer {
+    pub law: Law,
+    pub point: Point,
+    /// Requested bound on the error of the scaled grazing margin of the simulation.
+    pub tolerance: f64,
+    /// The oscillator at the point.
+    pub oscillator: Oscillator,
+    /// One answer for each requested method.
+    pub methods: Vec<MethodAnswer>,
+    /// The flow by the return map.
+    pub flow: Flow,
+    /// The exact critical damping; negative where no legal damping is small enough for a cycle.
+    pub critical: Result<CriticalDamping, NoCriticalDamping>,
+    /// The long-run behaviour.
+    pub regime: Regime,
+    pub cycle: Option<Cycle>,
+    pub basin: Option<BasinBoundary>,
+}
+
+impl Answer {
+    /// Computes the answers of `methods`.
+    pub fn of(law: &Law, point: &Point, tolerance: f64, methods: impl Iterator<Item = Method>) -> Self {
+        let column = law.column(point);
+        let oscillator = Oscillator::new(law, point);
+        let flow = slipmap_simulate::flow(&oscillator, tolerance);
+        let critical = slipmap_simulate::critical_damping(&column, tolerance);
+        let methods = methods
+            .map(|method| match method {
+                Method::Test(test) => of_test(method, &(test.claim)(&column), &column, point.damping),
+                Method::Simulation => of_simulation(law, point, &flow, &critical),
+                Method::Naive(naive, knobs) => {
+                    of_naive(method, law, naive.decide(&oscillator, &knobs).verdict)
+                }
+            })
+            .collect();
+        let map::LongRun { regime, cycle, basin } = map::long_run(&oscillator, &flow, tolerance);
+        Self {
+            law: law.clone(),
+            point: *point,
+            tolerance,
+            oscillator,
+            methods,
+            flow,
+            critical,
+            regime,
+            cycle,
+            basin,
+        }
+    }
+
+    /// The dampings c >= 0 between which steady slip and stick-slip both attract: from the damping at which
+    /// the equilibrium becomes stable, or, on fast belts, at which the orbit from the exit point ceases to
+    /// cross for ever, to c*, and the error of c*. `None` where the two are not known to differ.
+    pub fn bistable_band(&self) -> Option<[f64; 3]> {
+        let epsilon = self.point.epsilon;
+        let becomes_stable = self.oscillator.curve.weakening(self.oscillator.belt_speed) / epsilon;
+        let root = self.critical.as_ref().ok()?;
+        // Avoids -0, since this is printed.
+        let from = if becomes_stable > 0.0 { becomes_stable } else { 0.0 };
+        if from + root.error >= root.c {
+            return None;
+        }
+        let from = sticks_from(&self.law.column(&self.point), [from, root.c], self.tolerance);
+        (from + root.error < root.c).then_some([from, root.c, root.error])
+    }
+
+    /// For each method the eps up to which its verdict equals that of the flow, with the other parameters
+    /// fixed. Takes much longer than all other answers.
+    pub fn limits(&self) -> Vec<EpsilonLimit> {
+        let ray = Ray::new(&self.law, &self.point, self.tolerance);
+        self.methods.iter().map(|answer| ray.limit(answer.method)).collect()
+    }
+
+    /// Derivatives of the critical damping.
+    pub fn sensitivity(&self) -> Result<Sensitivity, NoSensitivity> {
+        sensitivity(&self.law.column(&self.point))
+    }
+
+    /// Place and times of sticking, if the orbit sticks.
+    pub fn landing(&self) -> Option<Landing> {
+        landing(&self.flow)
+    }
+
+    /// The cycles that slip all the time below the belt line.
+    pub fn slip_cycles(&self) -> Result<Vec<Cycle>, Unknown> {
+        slip_cycles(&self.oscillator, self.tolerance.min(TIGHT))
+    }
+
+    /// The stick-slip cycle, if there is one.
+    pub(crate) fn stick_slip_cycle(&self) -> Result<Option<Cycle>, Failure> {
+        stick_slip_cycle(&self.oscillator, &self.flow, self.tolerance)
+    }
+
+    /// The cycles that cross the belt line and never stick.
+    pub fn crossing_cycles(&self) -> Result<Vec<Cycle>, Unknown> {
+        crossing_cycles(&self.oscillator, self.tolerance)
+    }
+
+    /// Proved bounds on the number of slip cycles.
+    pub fn slip_count(&self) -> SlipCount {
+        count_slip_cycles(&self.oscillator)
+    }
+}
+
+/// The answer of a closed-form test.
+fn of_test(method: Method, claim: &Claim, column: &Column, c: f64) -> MethodAnswer {
+    let decision = claim.decide(c);
+    let reason = (decision == Decision::Undecided)
+        .then(|| why_inapplicable(method, claim, column).unwrap_or_else(|| why_undecided(claim, c)));
+    MethodAnswer {
+        method,
+        verdict: decision.into(),
+        margin: claim.margin(c),
+        critical_c: claim.edge(),
+        reason,
+    }
+}
+
+/// The reason, if a property of the law itself makes a test inapplicable.
+fn why_inapplicable(method: Method, claim: &Claim, column: &Column) -> Option<String> {
+    if *claim != Claim::NOTHING {
+        return None;
+    }
+    if !column.curve.is_normal() {
+        return Some("a coefficient of the friction law is below the normal floating-point numbers".into());
+    }
+    match method.guarantee() {
+        Guarantee::Asymptotic => column.curve.first_order(column.belt_speed).err().map(|why| why.to_string()),
+        Guarantee::Validated => any_law::prove(column).obstacle.map(|obstacle| obstacle.to_string()),
+        Guarantee::FiniteEpsilon => (!column.curve.is_enclosed(2.0 * column.belt_speed))
+            .then(|| "nothing encloses the friction law for slip speeds up to 2 V".into()),
+        Guarantee::Numerical | Guarantee::None => None,
+    }
+}
+
+/// The reason why a claim is undecided at damping `c`.
+fn why_undecided(claim: &Claim, c: f64) -> String {
+    let Claim { sticks_from, present_below, absent_above } = *claim;
+    if c < present_below && c < sticks_from {
+        let from = match sticks_from.is_finite() {
+            true => format!("c >= {} would rule that out", short(sticks_from)),
+            false => "no damping rules that out".into(),
+        };
+        return format!("the orbit does not spiral inward, but might land beyond the stick segment; {from}");
+    }
+    match (present_below >= 0.0, absent_above.is_finite()) {
+        (true, true) => format!(
+            "the test claims presence below c = {} and absence above c = {} only",
+            short(present_below),
+            short(absent_above)
+        ),
+        (true, false) => {
+            format!("the test claims presence only, and that below c = {}", short(present_below))
+        }
+        (false, true) => format!(
+            "the test claims absence only at these parameters, and that above c = {}",
+            short(absent_above)
+        ),
+        (false, false) => "the test claims presence only, and none at these parameters".into(),
+    }
+}
+
+/// The answer of the simulated flow.
+fn of_simulation(
+    law: &Law,
+    point: &Point,
+    flow: &Flow,
+    critical: &Result<CriticalDamping, NoCriticalDamping>,
+) -> MethodAnswer {
+    let root = critical.as_ref().ok().map(|critical| critical.c);
+    MethodAnswer {
+        method: Method::Simulation,
+        verdict: Verdict::from(&flow.fate),
+        margin: flow.margin,
+        critical_c: root.filter(|&root| root >= 0.0),
+        reason: match flow.fate {
+            Fate::TooCloseToCall => Some(format!(
+                "the grazing margin {} is smaller than its error {}",
+                signed(flow.margin),
+                short(flow.margin_error)
+            )),
+            Fate::Failed(failure) => Some(beyond_data(law, point).unwrap_or_else(|| failure.to_string())),
+            Fate::Sticks(_) | Fate::SpiralsInward | Fate::CrossesForever => None,
+        },
+    }
+}
+
+/// The problem if the law is measured and the orbit from the exit point leaves its data: the slip speed at
+/// which the data end, and the one up to which they are needed.
+fn beyond_data(law: &Law, point: &Point) -> Option<String> {
+    let Law::Table(table) = law else { return None };
+    let needed = needed_slip_speed(law, point)?;
+    Some(format!(
+        "the orbit leaves the data of {}, which end at slip speed {}: it needs them up to about {}",
+        table.origin(),
+        short(table.fastest()),
+        rounded(needed, 3)
+    ))
+}
+
+fn of_naive(method: Method, law: &Law, verdict: NaiveVerdict) -> MethodAnswer {
+    let reason = match (verdict, law) {
+        (NaiveVerdict::Failed(Failure::NotFinite), Law::Table(table)) => Some(format!(
+            "its orbit left the data of {}, which end at slip speed {}",
+            table.origin(),
+            short(table.fastest())
+        )),
+        (NaiveVerdict::Failed(failure), _) => Some(failure.to_string()),
+        (NaiveVerdict::Sticks { .. } | NaiveVerdict::NeverSticks, _) => None,
+    };
+    MethodAnswer { method, verdict: verdict.into(), margin: f64::NAN, critical_c: None, reason }
+}
+
+/// Place and times of sticking, if the orbit sticks.
+pub fn landing(flow: &Flow) -> Option<Landing> {
+    match flow.fate {
+        Fate::Sticks(landing) => Some(landing),
+        _ => None,
+    }
+}

@@ -1,0 +1,374 @@
+//! Probability that a machine with uncertain quantities may stick-slip, and the damping that lowers this
+//! probability to a given value.
+//!
+//! Every draw of the uncertain quantities has its own critical damping, by a root search or interpolated
+//! between searches. The machine may stick-slip (for some initial state) if its damping is below it. So the
+//! probability is the share of such draws, and the nominal damping for a given probability is a quantile of
+//! the critical damping less the deviation of the damping. Both have 95 % confidence limits for the sampling.
+//!
+//! Friction that was measured with standard errors is uncertain too. The errors of its data are independent
+//! and normal. The critical damping of a draw is taken as normal around that of the data as measured, with
+//! its standard deviation over random data (`Risk::standard_error`). Each draw has such a deviation.
+
+mod surface;
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use rayon::prelude::*;
+
+use crate::machine::Machine;
+use slipmap_numbers::random::Random;
+use surface::{Groups, has_standard_errors};
+pub use surface::{WithError, standard_error, uncertain_critical_damping};
+
+/// Distribution of an uncertain quantity.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Spread {
+    /// Normal, with this standard deviation around the machine's value. Illegal values, except of the
+    /// damping, are drawn again.
+    Normal {
+        /// Standard deviation.
+        sd: f64,
+    },
+    /// Uniform between two values.
+    Uniform {
+        /// The smaller one.
+        min: f64,
+        /// The larger one.
+        max: f64,
+    },
+}
+
+impl Spread {
+    /// Its standard deviation.
+    pub fn sd(&self) -> f64 {
+        match *self {
+            Spread::Normal { sd } => sd,
+            Spread::Uniform { min, max } => (max - min) / 12f64.sqrt(),
+        }
+    }
+}
+
+/// An estimate of a number, with its 95 % confidence limits.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct Estimate {
+    /// The estimate.
+    pub value: f64,
+    pub limits: [f64; 2],
+}
+
+/// The nominal damping for a given probability of stick-slip.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct RareBy {
+    pub probability: f64,
+    /// The damping, N s/m (for a rotation N m s/rad); `None` if there are too few draws for limits.
+    pub damping: Option<Estimate>,
+}
+
+/// The result of the draws.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct Risk {
+    /// Number of draws that are legal and whose critical damping was found.
+    pub draws: usize,
+    /// Number of draws without a critical damping; the limits of all estimates hold whatever it is.
+    pub failed: usize,
+    /// Number of illegal machines that were drawn: those of illegal damping were left out; others, such as
+    /// one of negative mass, were drawn again.
+    pub redrawn: usize,
+    /// Largest error of the critical dampings found, N s/m (for a rotation N m s/rad).
+    pub critical_damping_error: f64,
+    /// Standard error of the critical damping of the machine as given, N s/m (for a rotation N m s/rad), due
+    /// to those of its measured friction, which the draws include. `None` for friction without them.
+    pub standard_error: Option<f64>,
+    /// The probability that the machine may stick-slip.
+    pub probability: Estimate,
+    /// The dampings for the given probabilities.
+    pub rare_by: Vec<RareBy>,
+}
+
+/// Number of draws that share a stream of random numbers.
+const CHUNK: usize = 2048;
+/// Largest number of machines that are drawn for one legal machine. If none of them is legal, the spreads are
+/// too wide for the quantities.
+const TRIES: usize = 1000;
+/// Largest number of iterations for a nominal damping, since the set of legal draws depends on it.
+const MOST_ROUNDS: usize = 100;
+/// 97.5 % quantile of the normal distribution.
+const NORMAL: f64 = 1.959_963_984_540_054;
+
+/// An uncertain quantity of a machine: its name and its distribution.
+pub type Uncertain = (&'static str, Spread);
+
+/// Reason why there are no probabilities.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum NoRisk {
+    /// The spreads have hardly any legal values.
+    #[error("hardly any draw of the uncertain quantities is a legal machine")]
+    Illegal,
+    /// The critical damping of no draw was found.
+    #[error("the critical damping of no draw of the uncertain quantities was found")]
+    NoneFound,
+    /// The run was interrupted.
+    #[error("the draws of the uncertain quantities were interrupted")]
+    Interrupted,
+}
+
+/// A machine that was drawn.
+struct Draw {
+    /// The machine, with the nominal damping.
+    machine: Machine,
+    /// Deviation of its damping, N s/m. Whether it is legal depends on the nominal damping.
+    of_damping: f64,
+    /// Number of illegal machines that were drawn before it.
+    redrawn: usize,
+}
+
+/// Draws a machine that is legal, except perhaps for its damping; `None` after [`TRIES`] illegal ones.
+fn draw(machine: &Machine, uncertain: &[Uncertain], random: &mut Random) -> Option<Draw> {
+    let values: Vec<f64> = uncertain.iter().map(|(name, _)| value_of(machine, name)).collect();
+    let drawn = |random: &mut Random| {
+        let (mut drawn, mut of_damping) = (machine.clone(), 0.0);
+        for ((name, spread), nominal) in uncertain.iter().zip(&values) {
+            let value = match spread {
+                Spread::Normal { sd } => nominal + sd * random.normal(),
+                Spread::Uniform { min, max } => min + (max - min) * random.unit(),
+            };
+            match *name {
+                "damping" => of_damping = value - nominal,
+                name => drawn = drawn.with(name, value)?,
+            }
+        }
+        drawn.is_legal().then_some((drawn, of_damping))
+    };
+    (0..TRIES).find_map(|redrawn| {
+        let (machine, of_damping) = drawn(random)?;
+        Some(Draw { machine, of_damping, redrawn })
+    })
+}
+
+fn value_of(machine: &Machine, name: &str) -> f64 {
+    machine.quantities().into_iter().find(|(known, _)| *known == name).map_or(f64::NAN, |(_, value)| value)
+}
+
+/// Returns whether a machine is uncertain: it has uncertain quantities, or measured friction with standard
+/// errors.
+pub fn is_uncertain(machine: &Machine, uncertain: &[Uncertain]) -> bool {
+    !uncertain.is_empty() || has_standard_errors(machine)
+}
+
+/// For each draw the nominal damping above which it does not stick-slip, given the deviation of its damping.
+struct Needed {
+    /// The draws, sorted by that damping.
+    draws: Vec<NeededDraw>,
+    /// The largest `legal_from` of the draws: at this nominal damping, N s/m, and above all draws are legal.
+    all_legal_from: f64,
+    failed: usize,
+    redrawn: usize,
+    error: f64,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct NeededDraw {
+    damping: f64,
+    legal_from: f64,
+}
+
+/// A part of the draws.
+struct Drawn<'a> {
+    groups: Groups<'a>,
+    /// Deviations of the damping, N s/m, and of the measured friction, in standard deviations, of each draw.
+    deviations: Vec<[f64; 2]>,
+    redrawn: usize,
+}
+
+impl<'a> Drawn<'a> {
+    fn none(machine: &'a Machine, uncertain: &[Uncertain]) -> Self {
+        let names: Vec<&str> = uncertain.iter().map(|(name, _)| *name).collect();
+        Self { groups: Groups::new(machine, &names), deviations: Vec::new(), redrawn: 0 }
+    }
+
+    fn draw(mut self, uncertain: &[Uncertain], draws: usize, mut random: Random) -> Result<Self, NoRisk> {
+        let machine = self.groups.nominal;
+        let measured = has_standard_errors(machine);
+        for _ in 0..draws {
+            let drawn = draw(machine, uncertain, &mut random).ok_or(NoRisk::Illegal)?;
+            self.groups.push(&drawn.machine);
+            let of_friction = if measured { random.normal() } else { 0.0 };
+            self.deviations.push([drawn.of_damping, of_friction]);
+            self.redrawn += drawn.redrawn;
+        }
+        Ok(self)
+    }
+}
+
+impl Needed {
+    fn of(machine: &Machine, uncertain: &[Uncertain], draws: usize) -> Result<Self, NoRisk> {
+        let chunks: Vec<Result<Drawn, NoRisk>> = (0..draws.div_ceil(CHUNK))
+            .into_par_iter()
+            .map(|chunk| {
+                // Each chunk has its own stream of random numbers, so the result does not depend on threads.
+                let random = Random(0x5115_ca9e ^ (chunk as u64).wrapping_mul(0xd134_2543_de82_ef95));
+                Drawn::none(machine, uncertain).draw(uncertain, CHUNK.min(draws - chunk * CHUNK), random)
+            })
+            .collect();
+        let mut all = Drawn::none(machine, uncertain);
+        for chunk in chunks {
+            let mut chunk = chunk?;
+            all.groups.append(chunk.groups);
+            all.deviations.append(&mut chunk.deviations);
+            all.redrawn += chunk.redrawn;
+        }
+        let found = all.groups.critical_dampings();
+        let needed = found.dampings.iter().zip(&found.deviations).zip(&all.deviations);
+        let needed = needed.map(|((critical, spread), [of_damping, of_friction])| NeededDraw {
+            damping: critical + spread * of_friction - of_damping,
+            legal_from: -of_damping,
+        });
+        let mut needed: Vec<NeededDraw> = needed.filter(|draw| !draw.damping.is_nan()).collect();
+        needed.sort_unstable_by(|one, other| one.damping.total_cmp(&other.damping));
+        let failed = draws - needed.len();
+        if needed.is_empty() {
+            return Err(NoRisk::NoneFound);
+        }
+        let all_legal_from = needed.iter().map(|draw| draw.legal_from).fold(f64::NEG_INFINITY, f64::max);
+        let needed = Self { draws: needed, all_legal_from, failed, redrawn: all.redrawn, error: found.error };
+        match needed.legal_of(&needed.draws, machine.damping) {
+            0 => Err(NoRisk::Illegal),
+            legal => Ok(Self { redrawn: needed.redrawn + needed.draws.len() - legal, ..needed }),
+        }
+    }
+
+    /// Number of these draws, all or some of them, that are legal at this nominal damping.
+    fn legal_of(&self, draws: &[NeededDraw], damping: f64) -> usize {
+        match self.all_legal_from <= damping {
+            true => draws.len(),
+            false => draws.iter().filter(|draw| draw.legal_from <= damping).count(),
+        }
+    }
+
+    /// Probability that the machine may stick-slip at this nominal damping. The value is that of the draws
+    /// whose critical damping is known; the limits hold whatever the critical dampings of the others are.
+    fn probability(&self, damping: f64) -> Estimate {
+        let more = &self.draws[self.draws.partition_point(|draw| draw.damping <= damping)..];
+        let (count, of) = (self.legal_of(more, damping), self.legal_of(&self.draws, damping));
+        let [none, all] = [count, count + self.failed].map(|count| share(count, of + self.failed).limits);
+        Estimate { limits: [none[0], all[1]], ..share(count, of) }
+    }
+
+    /// The nominal damping at which the machine may stick-slip with this probability.
+    fn quantile(&self, probability: f64) -> Option<Estimate> {
+        // The set of legal draws depends on the damping, so it is found by iteration.
+        let mut damping = f64::INFINITY;
+        let mut found = None;
+        for _ in 0..MOST_ROUNDS {
+            let legal = self.draws.iter().filter(|draw| draw.legal_from <= damping);
+            let dampings: Vec<f64> = legal.map(|draw| draw.damping).collect();
+            found = quantile(&dampings, self.failed, probability);
+            let next = found.as_ref().map_or(damping, |found| found.value);
+            if next == damping || next >= self.all_legal_from {
+                break;
+            }
+            damping = next;
+        }
+        found
+    }
+}
+
+/// The default number of draws: as many as take some seconds.
+pub fn usual_draws(machine: &Machine, uncertain: &[Uncertain]) -> usize {
+    let names: Vec<&str> = uncertain.iter().map(|(name, _)| *name).collect();
+    if Groups::new(machine, &names).can_be_interpolated(&names) { 1_000_000 } else { 10_000 }
+}
+
+/// Draws `draws` machines and computes the critical damping of each. The result does not depend on the number
+/// of threads.
+///
+/// # Errors
+/// [`NoRisk`].
+pub fn risk(machine: &Machine, uncertain: &[Uncertain], draws: usize, rare: &[f64]) -> Result<Risk, NoRisk> {
+    let needed = Needed::of(machine, uncertain, draws)?;
+    let rare_by =
+        rare.iter().map(|&probability| RareBy { probability, damping: needed.quantile(probability) });
+    Ok(Risk {
+        draws: needed.legal_of(&needed.draws, machine.damping),
+        failed: needed.failed,
+        redrawn: needed.redrawn,
+        critical_damping_error: needed.error,
+        standard_error: machine.model().as_ref().and_then(standard_error),
+        probability: needed.probability(machine.damping),
+        rare_by: rare_by.collect(),
+    })
+}
+
+/// The probability that a machine may stick-slip, over a map.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Probabilities {
+    /// Probabilities, row-major over belt speeds (slower) and dampings; NaN where no draw has an answer.
+    pub values: Vec<f64>,
+    /// Number of draws, over all belt speeds, whose critical damping was not found; they are left out.
+    pub failed: usize,
+    /// Number of illegal machines that were drawn, see [`Risk::redrawn`].
+    pub redrawn: usize,
+}
+
+/// The probability that a machine may stick-slip, over belt speeds (slower) and dampings, in SI units. Every
+/// belt speed has `draws` draws, from the same random numbers. Ends with an error once `stop` is true.
+///
+/// # Errors
+/// [`NoRisk`].
+pub fn probabilities(
+    machine: &Machine,
+    uncertain: &[Uncertain],
+    belt_speeds: &[f64],
+    dampings: &[f64],
+    draws: usize,
+    stop: &AtomicBool,
+) -> Result<Probabilities, NoRisk> {
+    let mut all = Probabilities { values: Vec::new(), failed: 0, redrawn: 0 };
+    for &belt_speed in belt_speeds {
+        if stop.load(Ordering::Relaxed) {
+            return Err(NoRisk::Interrupted);
+        }
+        let machine = machine.with("belt_speed", belt_speed).ok_or(NoRisk::Illegal)?;
+        match Needed::of(&machine, uncertain, draws) {
+            Ok(needed) => {
+                all.values.extend(dampings.iter().map(|&damping| needed.probability(damping).value));
+                all.failed += needed.failed;
+                all.redrawn += needed.redrawn;
+            }
+            Err(NoRisk::NoneFound) => {
+                all.values.extend(dampings.iter().map(|_| f64::NAN));
+                all.failed += draws;
+            }
+            Err(why) => return Err(why),
+        }
+    }
+    Ok(all)
+}
+
+/// A share with the limits of Wilson's score interval.
+fn share(count: usize, of: usize) -> Estimate {
+    let (n, p) = (of as f64, count as f64 / of as f64);
+    let z = NORMAL * NORMAL / n;
+    let middle = (p + 0.5 * z) / (1.0 + z);
+    let half = NORMAL / (1.0 + z) * (p * (1.0 - p) / n + 0.25 * z / n).sqrt();
+    // At the ends of the range the limits are exact; computed ones would differ by rounding.
+    let low = if count == 0 { 0.0 } else { (middle - half).max(0.0) };
+    let high = if count == of { 1.0 } else { (middle + half).min(1.0) };
+    Estimate { value: p, limits: [low, high] }
+}
+
+/// The number that a share `probability` of the sorted numbers exceeds, with the limits of order statistics.
+/// A further `unknown` numbers may be below or above all sorted ones.
+fn quantile(sorted: &[f64], unknown: usize, probability: f64) -> Option<Estimate> {
+    let (known, all) = (sorted.len() as f64, (sorted.len() + unknown) as f64);
+    let rank = |n: f64| ((1.0 - probability) * n).floor();
+    let half = NORMAL * (all * probability * (1.0 - probability)).sqrt();
+    let (low, high) = (rank(all) - unknown as f64 - half, rank(all) + half + 1.0);
+    let inside = low >= 0.0 && high < known;
+    let at = |rank: f64| sorted[(rank as usize).min(sorted.len() - 1)].max(0.0);
+    inside.then(|| Estimate { value: at(rank(known)), limits: [at(low), at(high)] })
+}
+
+#[cfg(test)]
+mod tests;

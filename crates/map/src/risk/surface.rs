@@ -1,0 +1,361 @@
+//! The critical dampings of many machines that differ in a few numbers.
+//!
+//! With the time in units of sqrt(m / k) the divergence of the flow is (theory, "Scaling")
+//!
+//! ```text
+//! D = N / sqrt(k m) w(u) - d / sqrt(k m),    w = -mu'(u)
+//! ```
+//!
+//! So the critical damping is `sqrt(k m) A y` with a function y of few groups of the machine's numbers:
+//!
+//! | friction | A | y depends on |
+//! | --- | --- | --- |
+//! | `stribeck` | N (mu_s - mu_k) / (v_s sqrt(k m)) | A, v / v_s, strengthening v_s^2 / (mu_s - mu_k) |
+//! | `exponential`, `lorentzian` | the same | A, v / v_s; the damping falls by N strengthening |
+//! | formula, data | N / sqrt(k m) | A, v, and the formula's parameters that vary |
+//!
+//! y is smooth. It is computed at Chebyshev nodes of the box that contains the machines, and interpolated. A
+//! box in which the interpolant differs from samples by more than a set accuracy is cut in two, down to boxes
+//! with so few machines that each has its own search. A box in which no search succeeds is not cut. The
+//! guarantee is numerical; [`Found::error`] is the largest error at the samples.
+//!
+//! Standard errors of measured friction make y uncertain. The standard deviation of y is another function of
+//! the same groups (theory, "Any friction law"). The same orbits give y and its deviation, which is
+//! interpolated from the same nodes.
+
+use rayon::prelude::*;
+
+use crate::machine::{Friction, Machine, Model};
+use slipmap_model::friction::{Column, Strengthening};
+use slipmap_numbers::chebyshev::{Side, Tensor};
+use slipmap_simulate::critical::{critical_damping, critical_dampings};
+use slipmap_simulate::sensitivity::sensitivity_of_any_sign;
+
+/// Tolerance of the root search for a critical damping.
+const TOLERANCE: f64 = 1e-9;
+/// Largest errors at the samples, in units of the size of the values: of the interpolated y, far below any
+/// tolerance of a machine, and of its standard deviation, which is an error itself.
+const ACCURACIES: Pair = [1e-6, 1e-2];
+/// Largest error of y at the samples in units of its standard deviation, if that is larger: surfaces of rough
+/// measured friction have kinks that are far smaller than its standard error.
+const ACCURACY_IN_DEVIATIONS: f64 = 3e-3;
+/// Number of machines in a box whose critical damping is searched to test the interpolant.
+const SAMPLES: usize = 8;
+/// Number of nodes along each axis, by the number of axes along which the box has an extent.
+const NODES: [usize; 5] = [1, 6, 9, 7, 5];
+/// Number of machines in one call of the root search.
+const SEARCHED_TOGETHER: usize = 64;
+/// Least number of machines per node in a box that is interpolated.
+const MACHINES_PER_NODE: usize = 4;
+
+/// Machines, represented by the groups on which y depends.
+pub(super) struct Groups<'a> {
+    pub(super) nominal: &'a Machine,
+    /// Positions, among the formula's quantities, of its parameters that vary.
+    varied: Vec<usize>,
+    /// Number of groups of each machine.
+    size: usize,
+    /// The groups, machine by machine.
+    values: Vec<f64>,
+    /// Factor and summand that convert y to the critical damping in SI units.
+    scales: Vec<[f64; 2]>,
+}
+
+/// The critical dampings that were found.
+pub(super) struct Found {
+    /// The critical damping of each machine, in SI units; NaN if the search failed.
+    pub(super) dampings: Vec<f64>,
+    /// Largest error of the interpolated dampings at the samples, in SI units.
+    pub(super) error: f64,
+    /// Their standard deviations due to the standard errors of measured friction, in SI units; NaN where
+    /// unknown, 0 for friction without standard errors.
+    pub(super) deviations: Vec<f64>,
+}
+
+/// y of one machine, and its standard deviation.
+type Pair = [f64; 2];
+
+/// A machine with its values, and the largest error of y at the samples of its box.
+struct Placed {
+    machine: usize,
+    values: Pair,
+    error: f64,
+}
+
+/// A number and its standard error.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WithError {
+    pub value: f64,
+    pub standard_error: f64,
+}
+
+/// The critical damping of a machine, which may be negative, and its standard error, in SI units, by the
+/// standard errors of its measured friction. `None` if the friction has none, or the critical damping has no
+/// derivatives.
+pub fn uncertain_critical_damping(model: &Model) -> Option<WithError> {
+    let [c, deviation] = of_measured(model);
+    let unit = model.si.units.damping;
+    (deviation >= 0.0 && model.column().curve.table()?.standard_errors().is_some())
+        .then_some(WithError { value: c * unit, standard_error: deviation * unit })
+}
+
+/// The standard error alone, see [`uncertain_critical_damping`].
+pub fn standard_error(model: &Model) -> Option<f64> {
+    uncertain_critical_damping(model).map(|critical| critical.standard_error)
+}
+
+/// The critical damping of a machine with measured friction, and its standard deviation by the standard
+/// errors of the data; both dimensionless, NaN where unknown. A negative critical damping has a deviation,
+/// too: other data may have a positive one.
+fn of_measured(model: &Model) -> Pair {
+    let column = model.column();
+    match sensitivity_of_any_sign(&column) {
+        Ok(found) => {
+            let critical = found.critical;
+            // In SI the unit of friction is not the static friction. A search may end with a negative
+            // critical damping that is known to be negative only.
+            let deviation = found.standard_error_in_fixed_unit.filter(|_| critical.is_located());
+            [critical.c, deviation.map_or(f64::NAN, |deviation| deviation.value)]
+        }
+        Err(_) => [critical_damping(&column, TOLERANCE).map_or(f64::NAN, |critical| critical.c), f64::NAN],
+    }
+}
+
+impl<'a> Groups<'a> {
+    /// An empty collection of machines that differ from `nominal` only in the quantities `uncertain`.
+    pub(super) fn new(nominal: &'a Machine, uncertain: &[&str]) -> Self {
+        let varied: Vec<usize> = match &nominal.friction {
+            Friction::Formula(..) => {
+                let names = nominal.friction.quantities().into_iter().enumerate();
+                names.filter(|(_, (name, _))| uncertain.contains(name)).map(|(i, _)| i).collect()
+            }
+            _ => Vec::new(),
+        };
+        let size = 2 + varied.len() + usize::from(strengthening(nominal) == Some(Strengthening::Quadratic));
+        Self { nominal, varied, size, values: Vec::new(), scales: Vec::new() }
+    }
+
+    /// Returns whether so few groups vary with the `uncertain` quantities that y can be interpolated. If not,
+    /// each machine has its own search.
+    pub(super) fn can_be_interpolated(&self, uncertain: &[&str]) -> bool {
+        let any = |names: &[&str]| usize::from(names.iter().any(|name| uncertain.contains(name)));
+        match &self.nominal.friction {
+            Friction::Formula(..) => {
+                let wide =
+                    any(&["mass", "stiffness", "normal_force"]) + any(&["belt_speed"]) + self.varied.len();
+                wide < NODES.len()
+            }
+            Friction::Coefficients(..) | Friction::Measured(_) => true,
+        }
+    }
+
+    pub(super) fn push(&mut self, machine: &Machine) {
+        let root = (machine.stiffness * machine.mass).sqrt();
+        let (force, speed) = (machine.normal_force / root, machine.belt_speed);
+        let (a, shift) = match &machine.friction {
+            Friction::Coefficients(_, of) => {
+                let fall = of.static_friction - of.kinetic_friction;
+                let width = of.stribeck_velocity;
+                let a = force * fall / width;
+                self.values.extend([a.ln(), (speed / width).ln()]);
+                match strengthening(machine) {
+                    Some(Strengthening::Quadratic) => {
+                        self.values.push(of.strengthening * width * width / fall);
+                        (a, 0.0)
+                    }
+                    Some(Strengthening::Linear) | None => (a, -machine.normal_force * of.strengthening),
+                }
+            }
+            Friction::Formula(_, parameters) => {
+                self.values.extend([force.ln(), speed.ln()]);
+                self.values.extend(self.varied.iter().map(|&position| parameters.as_slice()[position]));
+                (force, 0.0)
+            }
+            Friction::Measured(_) => {
+                self.values.extend([force.ln(), speed.ln()]);
+                (force, 0.0)
+            }
+        };
+        self.scales.push([root * a, shift]);
+    }
+
+    /// Appends the machines of another collection.
+    pub(super) fn append(&mut self, mut others: Groups) {
+        self.values.append(&mut others.values);
+        self.scales.append(&mut others.scales);
+    }
+
+    fn of(&self, machine: usize) -> &[f64] {
+        &self.values[machine * self.size..(machine + 1) * self.size]
+    }
+
+    /// The nominal machine changed to these groups; `None` if that machine is not legal, for instance if the
+    /// nominal friction does not fall.
+    fn machine_with(&self, groups: &[f64]) -> Option<Machine> {
+        let mut machine = self.nominal.clone();
+        let root = (machine.stiffness * machine.mass).sqrt();
+        let (a, speed) = (groups[0].exp(), groups[1].exp());
+        match &mut machine.friction {
+            Friction::Coefficients(_, of) => {
+                let fall = of.static_friction - of.kinetic_friction;
+                let width = of.stribeck_velocity;
+                of.strengthening = groups.get(2).map_or(0.0, |b| b * fall / (width * width));
+                machine.normal_force = a * width * root / fall;
+                machine.belt_speed = speed * width;
+            }
+            Friction::Formula(_, parameters) => {
+                machine.normal_force = a * root;
+                machine.belt_speed = speed;
+                for (&position, &value) in self.varied.iter().zip(&groups[2..]) {
+                    parameters.set(position, value);
+                }
+            }
+            Friction::Measured(_) => {
+                machine.normal_force = a * root;
+                machine.belt_speed = speed;
+            }
+        }
+        machine.is_legal().then_some(machine)
+    }
+
+    /// y and its standard deviation at these groups, by a root search for each; NaN if the search failed.
+    fn searched(&self, groups: &[&[f64]]) -> Vec<Pair> {
+        let model = |groups: &&[f64]| {
+            let machine = self.machine_with(groups)?;
+            let factor = (machine.stiffness * machine.mass).sqrt() * groups[0].exp();
+            let model = machine.model()?;
+            let scale = model.si.units.damping / factor;
+            Some((model, scale))
+        };
+        if has_standard_errors(self.nominal) {
+            let of_one = |groups: &&[f64]| {
+                model(groups).map_or([f64::NAN; 2], |(model, scale)| of_measured(&model).map(|x| x * scale))
+            };
+            return groups.par_iter().map(of_one).collect();
+        }
+        let of_some = |groups: &[&[f64]]| {
+            let models: Vec<Option<(Model, f64)>> = groups.iter().map(model).collect();
+            let columns: Vec<Column> = models.iter().flatten().map(|(model, _)| model.column()).collect();
+            let mut roots = critical_dampings(&columns, TOLERANCE).into_iter();
+            let mut y = |(_, scale): &(Model, f64)| {
+                let root = roots.next().and_then(Result::ok);
+                root.map_or(f64::NAN, |root| root.c * scale)
+            };
+            let y = |model: &Option<(Model, f64)>| [model.as_ref().map_or(f64::NAN, &mut y), 0.0];
+            models.iter().map(y).collect::<Vec<Pair>>()
+        };
+        groups.par_chunks(SEARCHED_TOGETHER).flat_map_iter(of_some).collect()
+    }
+
+    /// y and its standard deviation for these machines, each by a root search.
+    fn exact(&self, machines: &[usize]) -> Vec<Pair> {
+        self.searched(&machines.iter().map(|&machine| self.of(machine)).collect::<Vec<_>>())
+    }
+
+    /// The critical damping of every machine.
+    pub(super) fn critical_dampings(&self) -> Found {
+        let all: Vec<usize> = (0..self.scales.len()).collect();
+        let (mut known, mut unknown): (Vec<usize>, Vec<usize>) =
+            all.into_iter().partition(|&machine| self.of(machine).iter().all(|group| group.is_finite()));
+        let mut dampings = vec![f64::NAN; self.scales.len()];
+        let mut deviations = vec![0.0; self.scales.len()];
+        let mut largest = 0.0_f64;
+        for Placed { machine, values: [y, deviation], error } in self.boxed(&mut known) {
+            let [factor, shift] = self.scales[machine];
+            dampings[machine] = factor * y + shift;
+            deviations[machine] = if deviation < 0.0 { 0.0 } else { factor * deviation };
+            largest = largest.max((factor * error).abs());
+        }
+        // Friction that does not fall with speed has a factor <= 0: no damping is needed.
+        unknown.retain(|&machine| self.scales[machine][0] <= 0.0);
+        for machine in unknown {
+            dampings[machine] = self.scales[machine][1].min(0.0);
+        }
+        Found { dampings, error: largest, deviations }
+    }
+
+    /// The values of these machines, interpolated over their box, over its parts, or by a search for each.
+    fn boxed(&self, machines: &mut [usize]) -> Vec<Placed> {
+        let Some((sides, nodes)) =
+            self.sides(machines).filter(|(_, nodes)| machines.len() > MACHINES_PER_NODE * nodes)
+        else {
+            let values = self.exact(machines).into_iter();
+            let placed = machines.iter().zip(values);
+            return placed.map(|(&machine, values)| Placed { machine, values, error: 0.0 }).collect();
+        };
+        // Equally spaced samples of the machines, which are in the order of the draws.
+        let step = machines.len() / SAMPLES;
+        let samples: Vec<usize> = (0..SAMPLES).map(|i| machines[i * step]).collect();
+        let points = Tensor::points(&sides);
+        let all: Vec<&[f64]> =
+            points.iter().map(Vec::as_slice).chain(samples.iter().map(|&machine| self.of(machine))).collect();
+        let values = self.searched(&all);
+        let (at_nodes, at_samples) = values.split_at(nodes);
+        let surfaces =
+            [0, 1].map(|of| Tensor::through(&sides, at_nodes.iter().map(|pair| pair[of]).collect()));
+        let errors = [0, 1].map(|of| {
+            let missed = samples.iter().zip(at_samples);
+            let missed = missed.map(|(&m, exact)| (surfaces[of].at(self.of(m)) - exact[of]).abs());
+            missed.fold(0.0, |most: f64, miss| if miss.is_nan() { f64::INFINITY } else { most.max(miss) })
+        });
+        let enough = [0, 1].map(|of| ACCURACIES[of] * surfaces[of].size());
+        let enough = [enough[0].max(ACCURACY_IN_DEVIATIONS * surfaces[1].size()), enough[1]];
+        let rough = (0..2).find(|&of| {
+            let unknown = values.iter().all(|pair| pair[of].is_nan());
+            // A node without an answer makes the size NaN, so such a box is cut too.
+            !unknown && !(errors[of] <= enough[of])
+        });
+        let Some(rough) = rough else {
+            let measured = has_standard_errors(self.nominal);
+            let values =
+                |point: &[f64]| [surfaces[0].at(point), if measured { surfaces[1].at(point) } else { 0.0 }];
+            let placed =
+                |&machine: &usize| Placed { machine, values: values(self.of(machine)), error: errors[0] };
+            return machines.iter().map(placed).collect();
+        };
+        let axis = surfaces[rough].roughest();
+        let middle = machines.len() / 2;
+        let place = |machine: &usize| self.of(*machine)[axis];
+        machines.select_nth_unstable_by(middle, |a, b| place(a).total_cmp(&place(b)).then(a.cmp(b)));
+        let (below, above) = machines.split_at_mut(middle);
+        below.sort_unstable();
+        above.sort_unstable();
+        let (mut below, mut above) = rayon::join(|| self.boxed(below), || self.boxed(above));
+        below.append(&mut above);
+        below
+    }
+
+    /// The smallest box that contains these machines, and its number of nodes; `None` if it has too many
+    /// axes.
+    fn sides(&self, machines: &[usize]) -> Option<(Vec<Side>, usize)> {
+        let mut sides = vec![[f64::INFINITY, f64::NEG_INFINITY]; self.size];
+        for &machine in machines {
+            for (side, &value) in sides.iter_mut().zip(self.of(machine)) {
+                *side = [side[0].min(value), side[1].max(value)];
+            }
+        }
+        // Values that differ only by round-off are taken as equal.
+        for side in &mut sides {
+            if side[1] - side[0] <= 1e-12 * (1.0 + side[0].abs()) {
+                side[1] = side[0];
+            }
+        }
+        let wide = sides.iter().filter(|[lo, hi]| hi > lo).count();
+        let along = *NODES.get(wide)?;
+        let side = |range: [f64; 2]| Side { range, count: if range[1] > range[0] { along } else { 1 } };
+        Some((sides.into_iter().map(side).collect(), along.pow(wide as u32)))
+    }
+}
+
+/// Returns whether the friction was measured with standard errors.
+pub(super) fn has_standard_errors(machine: &Machine) -> bool {
+    matches!(&machine.friction, Friction::Measured(table) if table.standard_errors().is_some())
+}
+
+/// How the friction rises at high slip speed; `None` for formulas and data.
+fn strengthening(machine: &Machine) -> Option<Strengthening> {
+    match &machine.friction {
+        Friction::Coefficients(law, _) => law.built_in().map(|law| law.strengthening),
+        Friction::Formula(..) | Friction::Measured(_) => None,
+    }
+}

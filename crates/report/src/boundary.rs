@@ -1,0 +1,380 @@
+//! The error of each method's boundary, measured in the damping c against the exact critical damping.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use super::{ReportError, SIMULATION, check};
+use slipmap_certify::Claim;
+use slipmap_format::MapFile;
+use slipmap_map::map::{Control, Grid, Method, unravel};
+use slipmap_model::friction::Column;
+use slipmap_simulate::critical::critical_dampings;
+
+/// Accuracy of critical dampings that the map does not store: relative to the divergence, see
+/// [`critical_dampings`].
+const TOLERANCE: f64 = 1e-12;
+
+/// Number of columns handed to one worker at a time.
+const BATCH: usize = 1024;
+
+/// Histogram of the sizes of errors, for quantiles. Its bins have the relative width 2^-10, so its memory
+/// does not grow with the map.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Sizes {
+    bins: BTreeMap<u64, u64>,
+    /// Number of errors.
+    pub(crate) count: u64,
+    largest: f64,
+}
+
+impl Sizes {
+    /// Number of bits of an f64 below the bin: 10 of the 52 bits of the fraction make bins.
+    const DROPPED: u32 = 42;
+
+    fn add(&mut self, size: f64) {
+        *self.bins.entry(size.abs().to_bits() >> Self::DROPPED).or_default() += 1;
+        self.count += 1;
+        self.largest = self.largest.max(size.abs());
+    }
+
+    /// The `q` quantile, to one part in 2^11: the middle of its bin, or the largest error if that
+    /// is less. `None` if there are no errors.
+    pub(crate) fn quantile(&self, q: f64) -> Option<f64> {
+        let rank = ((q * self.count as f64).ceil() as u64).max(1);
+        let mut seen = 0;
+        for (&bin, &count) in &self.bins {
+            seen += count;
+            if seen >= rank {
+                let middle = f64::from_bits((bin << Self::DROPPED) | (1 << (Self::DROPPED - 1)));
+                return Some(if bin == 0 { 0.0 } else { middle.min(self.largest) });
+            }
+        }
+        None
+    }
+}
+
+/// The largest error and its column.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Worst {
+    /// The method's boundary minus the exact one; positive where the method claims too much.
+    pub(crate) error: f64,
+    /// Index of the column on each axis but the last.
+    pub(crate) column: Vec<usize>,
+}
+
+/// Errors of one method's boundary at one eps, over the columns in which both the method and the flow have
+/// a boundary at c >= 0.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct BoundaryError {
+    pub(crate) sizes: Sizes,
+    /// Sizes of the errors in those columns that have both boundaries at every eps, for the fit.
+    pub(crate) common: Sizes,
+    /// The error of largest absolute value.
+    pub(crate) worst: Option<Worst>,
+    /// Number of columns in which the method's boundary exceeds the exact one by more than the error of the
+    /// exact one.
+    pub(crate) beyond: u64,
+    /// Number of columns in which only the flow has a boundary: the method claims no presence there.
+    pub(crate) only_exact: u64,
+    /// Number of columns in which only the method has one: it claims cycles where there are none.
+    pub(crate) only_method: u64,
+}
+
+/// The order p of an error that falls like eps^p.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Order {
+    /// p, by least squares of the logarithms of the medians.
+    pub order: f64,
+    /// Half width of its 95 % confidence interval; `None` if the fit has only two eps.
+    pub half_width: Option<f64>,
+    /// Number of eps in the fit.
+    pub(crate) points: usize,
+    /// The order between the two smallest eps alone.
+    pub smallest: f64,
+}
+
+/// One method's boundary.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MethodBoundary {
+    /// The method.
+    pub method: String,
+    pub(crate) errors: Vec<BoundaryError>,
+    /// The fitted order; `None` if fewer than two eps have a median above the error of the exact boundary.
+    pub order: Option<Order>,
+}
+
+/// Every method's boundary.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Boundaries {
+    /// The closed-form methods whose boundary is known.
+    pub methods: Vec<MethodBoundary>,
+    /// Methods unknown to this program whose boundary the map does not store.
+    pub(crate) unknown: Vec<String>,
+    /// Whether the exact boundary was read from the map rather than computed again.
+    pub stored: bool,
+    /// Errors of the exact boundary in each column, at each eps.
+    pub(crate) exact_error: Vec<Sizes>,
+}
+
+/// Source of a method's boundary.
+enum Source {
+    Stored(String),
+    Claim(fn(&Column) -> Claim),
+}
+
+impl Boundaries {
+    /// Reads or computes the boundaries in every column, block by block.
+    pub(super) fn read(map: &MapFile, control: &Control) -> Result<Self, ReportError> {
+        let epsilons = map.grid().axes()[0].values.len();
+        let exact = format!("critical_c_{SIMULATION}");
+        let stored = map.has(&exact);
+        let tolerance = map.number("tolerance").filter(|_| stored).unwrap_or(TOLERANCE);
+        let mut boundaries = Self {
+            methods: Vec::new(),
+            unknown: Vec::new(),
+            stored,
+            exact_error: vec![Sizes::default(); epsilons],
+        };
+        let mut sources = Vec::new();
+        for method in map.methods().iter().filter(|method| method.name != SIMULATION) {
+            let variable = format!("critical_c_{}", method.name);
+            let source = match Method::by_name(&method.name) {
+                // These methods give verdicts, not critical dampings.
+                Some(Method::Naive(..)) => continue,
+                _ if map.has(&variable) => Source::Stored(variable),
+                Some(Method::Test(test)) => Source::Claim(test.claim),
+                Some(Method::Simulation) | None => {
+                    boundaries.unknown.push(method.name.clone());
+                    continue;
+                }
+            };
+            sources.push(source);
+            let errors = vec![BoundaryError::default(); epsilons];
+            boundaries.methods.push(MethodBoundary { method: method.name.clone(), errors, order: None });
+        }
+        for ranges in blocks(map) {
+            check(control)?;
+            let columns = Block { grid: map.grid(), ranges };
+            let exact = if stored {
+                columns.stored(map, &exact)?
+            } else {
+                columns.compute(|columns| {
+                    let roots = critical_dampings(columns, tolerance);
+                    roots.into_iter().map(|root| root.map_or(f64::NAN, |root| root.c)).collect()
+                })
+            };
+            let resolution: Vec<f64> = columns.compute(|columns| {
+                // `critical_dampings` is accurate to `tolerance` times the size of the divergence eps D.
+                let size = |column: &Column| {
+                    let range = column.curve.weakening_range(0.0, column.belt_speed);
+                    range.lo.abs().max(range.hi.abs()) / column.epsilon
+                };
+                columns.iter().map(|column| tolerance * size(column)).collect()
+            });
+            for (value, sizes) in columns.by_epsilon(&resolution).zip(&mut boundaries.exact_error) {
+                value.iter().for_each(|&size| sizes.add(size));
+            }
+            for (source, method) in sources.iter().zip(&mut boundaries.methods) {
+                let edges = match source {
+                    Source::Stored(variable) => columns.stored(map, variable)?,
+                    Source::Claim(claim) => columns.compute(|columns| {
+                        columns.iter().map(|column| claim(column).edge().unwrap_or(f64::NAN)).collect()
+                    }),
+                };
+                method.add(&columns, &edges, &exact, &resolution);
+            }
+        }
+        let axis = &map.grid().axes()[0].values;
+        for method in &mut boundaries.methods {
+            method.order = order(axis, &method.errors, &boundaries.exact_error);
+        }
+        Ok(boundaries)
+    }
+}
+
+/// The tiles of the map, each extended over all eps and without the damping axis.
+fn blocks(map: &MapFile) -> impl Iterator<Item = Vec<Range<usize>>> {
+    let grid = map.grid();
+    let mut shape = map.tile_shape().to_vec();
+    shape[0] = grid.axes()[0].values.len();
+    if let (Some(tile), Some(len)) = (shape.last_mut(), grid.shape().last()) {
+        *tile = *len;
+    }
+    (0..grid.tile_count(&shape)).map(move |number| {
+        let mut ranges = grid.tile(&shape, number).ranges;
+        ranges.pop();
+        ranges
+    })
+}
+
+/// A box of columns that contains every eps.
+struct Block<'a> {
+    grid: &'a Grid,
+    ranges: Vec<Range<usize>>,
+}
+
+impl Block<'_> {
+    fn len(&self) -> usize {
+        self.ranges.iter().map(ExactSizeIterator::len).product()
+    }
+
+    /// Number of columns at one eps.
+    fn layer(&self) -> usize {
+        self.ranges[1..].iter().map(ExactSizeIterator::len).product()
+    }
+
+    /// Grid index of the column with this position, on each axis but that of c.
+    fn index(&self, position: usize) -> Vec<usize> {
+        let shape: Vec<usize> = self.ranges.iter().map(ExactSizeIterator::len).collect();
+        self.ranges.iter().zip(unravel(position, &shape)).map(|(range, at)| range.start + at).collect()
+    }
+
+    fn stored(&self, map: &MapFile, variable: &str) -> Result<Vec<f64>, ReportError> {
+        Ok(map.reals(variable, &self.ranges)?.iter().copied().collect())
+    }
+
+    /// Computes a number for each column, in parallel.
+    fn compute(&self, of: impl Fn(&[Column]) -> Vec<f64> + Sync) -> Vec<f64> {
+        let starts: Vec<usize> = (0..self.len()).step_by(BATCH).collect();
+        let parts: Vec<Vec<f64>> = starts
+            .into_par_iter()
+            .map(|start| {
+                let columns: Vec<Column> = (start..(start + BATCH).min(self.len()))
+                    .map(|position| {
+                        let mut index = self.index(position);
+                        index.push(0);
+                        self.grid.column(&index)
+                    })
+                    .collect();
+                of(&columns)
+            })
+            .collect();
+        parts.concat()
+    }
+
+    fn by_epsilon<'b>(&self, values: &'b [f64]) -> impl Iterator<Item = &'b [f64]> {
+        values.chunks(self.layer().max(1))
+    }
+}
+
+/// Returns whether `c` is a boundary at c >= 0; maps hold NaN where there is none.
+fn is_boundary(c: f64) -> bool {
+    (0.0..f64::INFINITY).contains(&c)
+}
+
+impl MethodBoundary {
+    fn add(&mut self, block: &Block, edges: &[f64], exact: &[f64], resolution: &[f64]) {
+        let layer = block.layer();
+        let counts = |position: usize| is_boundary(edges[position]) && is_boundary(exact[position]);
+        for column in 0..layer {
+            let common = (0..self.errors.len()).all(|epsilon| counts(epsilon * layer + column));
+            for (epsilon, errors) in self.errors.iter_mut().enumerate() {
+                let position = epsilon * layer + column;
+                let (edge, root) = (edges[position], exact[position]);
+                match (is_boundary(edge), is_boundary(root)) {
+                    (true, true) => {
+                        let error = edge - root;
+                        errors.sizes.add(error);
+                        if common {
+                            errors.common.add(error);
+                        }
+                        errors.beyond += u64::from(error > resolution[position]);
+                        if errors.worst.as_ref().is_none_or(|worst| error.abs() > worst.error.abs()) {
+                            errors.worst = Some(Worst { error, column: block.index(position) });
+                        }
+                    }
+                    (false, true) => errors.only_exact += 1,
+                    (true, false) => errors.only_method += 1,
+                    (false, false) => {}
+                }
+            }
+        }
+    }
+}
+
+/// Fits the order of the medians in eps, without medians below the error of the exact boundary.
+fn order(epsilons: &[f64], errors: &[BoundaryError], exact_error: &[Sizes]) -> Option<Order> {
+    let points: Vec<(f64, f64)> = epsilons
+        .iter()
+        .zip(errors)
+        .zip(exact_error)
+        .filter_map(|((epsilon, errors), exact)| {
+            let median = errors.common.quantile(0.5)?;
+            (median > exact.quantile(0.5)?).then(|| (epsilon.ln(), median.ln()))
+        })
+        .collect();
+    fit(&points)
+}
+
+/// Least squares of y = a + p x; points by increasing x.
+fn fit(points: &[(f64, f64)]) -> Option<Order> {
+    let n = points.len();
+    if n < 2 {
+        return None;
+    }
+    let mean = |of: fn(&(f64, f64)) -> f64| points.iter().map(of).sum::<f64>() / n as f64;
+    let (mean_x, mean_y) = (mean(|p| p.0), mean(|p| p.1));
+    let sxx: f64 = points.iter().map(|(x, _)| (x - mean_x) * (x - mean_x)).sum();
+    let sxy: f64 = points.iter().map(|(x, y)| (x - mean_x) * (y - mean_y)).sum();
+    let order = sxy / sxx;
+    let half_width = (n > 2).then(|| {
+        let residual =
+            points.iter().map(|(x, y)| y - mean_y - order * (x - mean_x)).map(|r| r * r).sum::<f64>();
+        student(n - 2) * (residual / (n - 2) as f64 / sxx).sqrt()
+    });
+    let smallest = (points[1].1 - points[0].1) / (points[1].0 - points[0].0);
+    Some(Order { order, half_width, points: n, smallest })
+}
+
+/// The 97.5 % quantile of Student's distribution; between tabulated degrees of freedom, the larger quantile.
+fn student(degrees: usize) -> f64 {
+    const DEGREES: [usize; 14] = [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 15, 20, 30, 120];
+    const QUANTILES: [f64; 14] =
+        [12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228, 2.131, 2.086, 2.042, 1.980];
+    QUANTILES[DEGREES.iter().rposition(|known| *known <= degrees).unwrap_or(0)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quantiles_are_within_their_error() {
+        let mut sizes = Sizes::default();
+        assert_eq!(sizes.quantile(0.5), None);
+        let mut all: Vec<f64> = (1..=999).map(|i| 1e-6 * f64::from(i * i)).collect();
+        all.iter().for_each(|&x| sizes.add(-x));
+        all.sort_by(f64::total_cmp);
+        for q in [0.01, 0.5, 0.95, 1.0] {
+            let exact = all[((q * 999.0_f64).ceil() as usize).max(1) - 1];
+            let found = sizes.quantile(q).unwrap();
+            // Half a bin: bins are 2^-10 wide relative to their lower end.
+            assert!((found - exact).abs() <= exact / 2048.0, "{q}: {found} against {exact}");
+        }
+        let mut zero = Sizes::default();
+        zero.add(0.0);
+        assert_eq!(zero.quantile(0.5), Some(0.0));
+    }
+
+    #[test]
+    fn a_power_is_found_exactly_and_noise_widens_the_interval() {
+        let power = |noise: f64| -> Vec<(f64, f64)> {
+            (0..4)
+                .map(|i| {
+                    let epsilon = 0.5_f64.powi(4 - i);
+                    (epsilon.ln(), (3.0 * epsilon * epsilon).ln() + noise * f64::from(i % 2))
+                })
+                .collect()
+        };
+        let exact = fit(&power(0.0)).unwrap();
+        // Logarithms of size 3 carry errors of a few 1e-16.
+        assert!((exact.order - 2.0).abs() < 1e-14 && exact.half_width.unwrap() < 1e-13);
+        let noisy = fit(&power(0.3)).unwrap();
+        assert!((noisy.order - 2.0).abs() <= noisy.half_width.unwrap());
+        let two = fit(&power(0.0)[..2]).unwrap();
+        assert!(two.half_width.is_none() && (two.smallest - 2.0).abs() < 1e-14);
+        assert!(fit(&power(0.0)[..1]).is_none());
+    }
+}

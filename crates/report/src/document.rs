@@ -1,0 +1,164 @@
+//! The documents of a report: tables and figures with their captions, in Markdown, HTML and LaTeX.
+
+use super::figure::{Figure, Width};
+use super::table::Table;
+use super::text::{Rich, latex as latex_words};
+use super::units::View;
+use slipmap_format::MapFile;
+
+/// The title of the map, or else the name of its file without extension.
+fn title(map: &MapFile) -> Rich {
+    let name = map.path.file_stem().map(|stem| stem.to_string_lossy().into_owned());
+    Rich::foreign(map.text("title").or(name.as_deref()).unwrap_or("Map"))
+}
+
+fn heading(table: &Table) -> &'static str {
+    match table.name {
+        "volume" => "Claimed volume",
+        "proved_volume" => "Proved volume",
+        "agreement" => "Agreement with the simulation",
+        "boundary" => "Error of the boundary",
+        "order" => "Order of the error",
+        "cost" => "Cost",
+        "failures" => "Failures and audit",
+        "methods" => "Methods",
+        "machine" => "The machine in SI units",
+        "axes" => "Grid",
+        _ => "Provenance",
+    }
+}
+
+pub(super) fn markdown(
+    map: &MapFile,
+    summary: &[(Rich, Rich)],
+    tables: &[Table],
+    figures: &[Figure],
+) -> String {
+    let mut text = format!("# {}\n\n", title(map).markdown());
+    for (name, value) in summary {
+        text.push_str(&format!("- {}: {}\n", name.markdown(), value.markdown()));
+    }
+    for table in tables {
+        text.push_str(&format!("\n## {}\n\n{}", heading(table), table.markdown()));
+        text.push_str(&format!("\n[CSV](tables/{0}.csv), [LaTeX](tables/{0}.tex)\n", table.name));
+    }
+    text.push_str("\n## Figures\n");
+    for figure in figures {
+        let wide = format!("figures/{}-{}", figure.name, Width::TwoColumns.name());
+        let narrow = format!("figures/{}-{}", figure.name, Width::OneColumn.name());
+        text.push_str(&format!(
+            "\n![{}]({wide}.png)\n\n{} Files: two columns wide as [SVG]({wide}.svg), [PDF]({wide}.pdf), one column wide as \
+             [SVG]({narrow}.svg), [PDF]({narrow}.pdf), [PNG]({narrow}.png).\n",
+            figure.name,
+            figure.caption.markdown()
+        ));
+    }
+    if let Some(config) = map.text("config") {
+        let config: String = config.chars().filter(|c| !c.is_control() || matches!(c, '\n' | '\t')).collect();
+        // A fence longer than any run of backticks in the text.
+        let longest = config.split(|c| c != '`').map(str::len).max().unwrap_or(0);
+        let fence = "`".repeat(longest.max(2) + 1);
+        text.push_str(&format!("\n## Configuration\n\n{fence}toml\n{}\n{fence}\n", config.trim_end()));
+    }
+    text
+}
+
+const STYLE: &str = include_str!("document.css");
+
+/// Identifier of an element for links: "slice-gamma-c".
+fn anchor(kind: &str, name: &str) -> String {
+    let name: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' }).collect();
+    format!("{kind}-{name}")
+}
+
+/// The report as one self-contained HTML page: a summary on one screen, then contents, figures, tables and
+/// the configuration. Screens show each figure at the width that fits; print shows the wide one.
+pub(super) fn html(view: &View, summary: &[(Rich, Rich)], tables: &[Table], figures: &[Figure]) -> String {
+    let title = title(view.map);
+    let mut text = "<dl class=\"summary\">\n".to_owned();
+    for (name, value) in summary {
+        text.push_str(&format!("<dt>{}</dt><dd>{}</dd>\n", name.html(), value.html()));
+    }
+    text.push_str("</dl>\n<nav><h2>Contents</h2>\n<ul>\n");
+    let mut entry = |id: &str, name: &str| text.push_str(&format!("<li><a href=\"#{id}\">{name}</a></li>\n"));
+    for figure in figures {
+        entry(
+            &anchor("figure", &figure.name),
+            &super::text::html(&format!("Figure: {}", figure.name.replace('-', " "))),
+        );
+    }
+    for table in tables {
+        entry(&anchor("table", table.name), &super::text::html(heading(table)));
+    }
+    if view.map.text("config").is_some() {
+        entry("configuration", "Configuration");
+    }
+    text.push_str("</ul></nav>\n<h2>Figures</h2>\n");
+    for figure in figures {
+        text.push_str(&format!("<figure id=\"{}\">\n", anchor("figure", &figure.name)));
+        for (width, scene) in &figure.scenes {
+            let name = format!("{}-{}", figure.name, width.name());
+            let class = width.select("narrow", "wide");
+            text.push_str(&format!("<div class=\"{class}\">\n{}</div>\n", scene.svg(&name, &figure.caption)));
+        }
+        text.push_str(&format!("<figcaption>{}</figcaption>\n</figure>\n", figure.caption.html()));
+    }
+    text.push_str("<h2>Tables</h2>\n");
+    for table in tables {
+        text.push_str(&format!(
+            "<section id=\"{}\"><h3>{}</h3>\n<div class=\"table\">\n{}</div></section>\n",
+            anchor("table", table.name),
+            heading(table),
+            table.html()
+        ));
+    }
+    if let Some(config) = view.map.text("config") {
+        text.push_str(&format!(
+            "<h2 id=\"configuration\">Configuration</h2>\n<pre>{}</pre>\n",
+            super::text::html(config)
+        ));
+    }
+    page(&title, &text)
+}
+
+/// A self-contained HTML page with its title as heading.
+pub(super) fn page(title: &Rich, body: &str) -> String {
+    format!(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+         <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'\">\n\
+         <title>{0}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<h1>{0}</h1>\n{body}</body>\n</html>\n",
+        title.html()
+    )
+}
+
+/// A LaTeX document with the summary that includes every table and figure, as an example of their use.
+pub(super) fn latex(map: &MapFile, summary: &[(Rich, Rich)], tables: &[Table], figures: &[Figure]) -> String {
+    let mut text = format!(
+        "\\ifdefined\\pdfminorversion\\pdfminorversion=7\\fi\n\
+         \\documentclass{{article}}\n\\usepackage[T1]{{fontenc}}\n\\usepackage[utf8]{{inputenc}}\n\\usepackage{{textcomp}}\n\
+         \\usepackage[margin=18mm]{{geometry}}\n\\usepackage{{booktabs}}\n\\usepackage{{siunitx}}\n\\usepackage{{graphicx}}\n\
+         \\sisetup{{group-minimum-digits=5}}\n\\title{{{}}}\n\\date{{}}\n\\begin{{document}}\n\\maketitle\n",
+        title(map).latex()
+    );
+    text.push_str("\\section*{Summary}\n\\begin{itemize}\n");
+    for (name, value) in summary {
+        text.push_str(&format!("\\item {}: {}\n", name.latex(), value.latex()));
+    }
+    text.push_str("\\end{itemize}\n");
+    for table in tables {
+        text.push_str(&format!("\\input{{tables/{}}}\n", latex_words(table.name)));
+    }
+    text.push_str("\\clearpage\n");
+    for figure in figures {
+        text.push_str(&format!(
+            "\\begin{{figure}}\n\\centering\n\\includegraphics{{figures/{0}-{1}}}\n\\caption{{{2}}}\n\
+             \\label{{fig:slipmap-{0}}}\n\\end{{figure}}\n\\clearpage\n",
+            figure.name,
+            Width::TwoColumns.name(),
+            figure.caption.latex()
+        ));
+    }
+    text.push_str("\\end{document}\n");
+    text
+}

@@ -1,0 +1,256 @@
+//! Areas: one variable over a plane, in one panel or in several with the same scales.
+
+use ndarray::Array2;
+
+use super::super::text::{Rich, rich};
+use super::super::units::Label;
+use super::axis::{AXIS, SMALL_TEXT, Scale, TEXT, extremes, text_width_of};
+use super::bifurcations;
+use super::data::{Data, Values};
+use super::legend::{Legend, Sample};
+use super::palette::{self, Kind};
+use super::panels::{Panel, Panels};
+use super::region::outlines;
+use super::scene::{Anchor, Fill, Hatch, Rect, Scene, Width};
+use super::slice::Slice;
+use super::verdict_panels::{EXACT, cell_columns, draw_exact};
+use slipmap_map::map::PlaneCurves;
+
+/// The values drawn, cell by cell.
+#[derive(Clone, Debug)]
+pub enum Layer {
+    /// Codes, with the fill and the name of each.
+    Codes(Array2<i8>, Vec<Kind>),
+    /// Real numbers by colour.
+    Reals(Array2<f64>),
+}
+
+/// A panel's contents.
+#[derive(Debug)]
+pub struct Area<'a> {
+    pub slice: Slice<'a>,
+    pub layer: Layer,
+    pub curves: Option<PlaneCurves>,
+    /// Whether the exact boundary of the stick-slip region is drawn if there are no curves.
+    pub exact: bool,
+    pub title: Rich,
+}
+
+impl Area<'_> {
+    /// Whether each cell failed; numbers do not tell.
+    pub(super) fn failed(&self) -> Vec<bool> {
+        match &self.layer {
+            Layer::Codes(cells, kinds) => {
+                let failed = kinds.iter().find(|kind| kind.fill == palette::FAILED).map(|kind| kind.code);
+                cells.iter().map(|code| Some(*code) == failed).collect()
+            }
+            Layer::Reals(_) => Vec::new(),
+        }
+    }
+}
+
+/// Colours for cells without a number.
+const NO_NUMBER: Fill = Fill::hatched(palette::WHITE, Hatch::Rising, "#b4b4b4");
+/// Number of steps of a colour scale: more cannot be distinguished, and equal neighbours become one
+/// rectangle.
+const COLOURS: f64 = 128.0;
+const BAR_WIDTH: f64 = 8.0;
+
+/// The colour scale of real numbers, common to all panels.
+#[derive(Clone, Copy, Debug)]
+struct Colours {
+    scale: Scale,
+    /// Whether the scale has two colours that meet at 0.
+    two_sided: bool,
+}
+
+impl Colours {
+    /// The scale of the finite numbers of all panels; two-sided if `signed` and both signs occur. `None` if
+    /// there is no finite number.
+    fn of(areas: &[Area], signed: bool, factor: f64) -> Option<Self> {
+        let cells = areas.iter().filter_map(|area| match &area.layer {
+            Layer::Reals(cells) => Some(cells),
+            Layer::Codes(..) => None,
+        });
+        let (least, most) = extremes(cells.flatten().copied().filter(|value| value.is_finite()));
+        let two_sided = signed && least < 0.0 && most > 0.0;
+        let size = most.max(-least);
+        let (from, to) = if two_sided { (-size, size) } else { (least, most) };
+        // For a constant the scale has length zero.
+        (least <= most).then_some(Self { scale: Scale { from, to, log: false, shown: factor }, two_sided })
+    }
+
+    /// Returns whether all numbers are equal.
+    fn is_constant(&self) -> bool {
+        self.scale.from == self.scale.to
+    }
+
+    fn unit(&self, value: f64) -> f64 {
+        match value {
+            _ if self.is_constant() => 0.5,
+            f64::NEG_INFINITY => 0.0,
+            value => self.scale.unit(value).clamp(0.0, 1.0),
+        }
+    }
+
+    fn color(&self, unit: f64) -> String {
+        if self.two_sided { palette::diverging(unit) } else { palette::sequential(unit) }
+    }
+}
+
+/// Draws areas that share their axes. `label` names the variable for the colour scale; `signed` requests a
+/// two-sided colour scale if both signs occur.
+pub fn draw(areas: &[Area], heading: &Rich, label: &Label, signed: bool, width: Width) -> Scene {
+    let mut scene = Scene::new(width.points(), 0.0);
+    let Some(first) = areas.first() else { return scene };
+    let [(x_scale, x_name), (y_scale, y_name)] = first.slice.scales();
+    let colours = Colours::of(areas, signed, label.factor);
+    let bar = colours.filter(|colours| !colours.is_constant());
+    let ticks = bar.map(|colours| colours.scale.ticks(6)).unwrap_or_default();
+    let numbers = text_width_of(&ticks);
+    let bar_room = if bar.is_some() { BAR_WIDTH + numbers + TEXT + 22.0 } else { 0.0 };
+    let (columns, aspect) = match (width, areas.len()) {
+        (Width::OneColumn, 1) => (1, 0.75),
+        (Width::TwoColumns, 1) => (1, 0.55),
+        (Width::OneColumn, _) => (2, 0.9),
+        (Width::TwoColumns, 2) => (2, 0.75),
+        (Width::TwoColumns, 3) => (3, 0.85),
+        (Width::TwoColumns, _) => (4, 0.9),
+    };
+    scene.width -= bar_room;
+    let panels = Panels::below(&mut scene, heading, columns, areas.len(), aspect, (x_scale, y_scale));
+    scene.width += bar_room;
+    let mut legend = Legend::default();
+    for (area, panel) in areas.iter().zip(&panels.panels) {
+        draw_area(&mut scene, panel, area, colours, &mut legend);
+        panel.title(&mut scene, &area.title);
+    }
+    panels.axes(&mut scene, &x_name, &y_name);
+    let rect = panels.panels[0].rect;
+    if let Some(colours) = bar {
+        let right = panels.panels.iter().map(|panel| panel.rect.x + panel.rect.w).fold(0.0, f64::max);
+        let bottom = panels.panels.iter().map(|panel| panel.rect.y + panel.rect.h).fold(0.0, f64::max);
+        // The numbers of the panels extend beyond their frames.
+        let left = right + 0.5 * (scene.width - bar_room - right).max(8.0) + 5.0;
+        let bar = Rect { x: left, y: rect.y, w: BAR_WIDTH, h: bottom - rect.y };
+        draw_bar(&mut scene, bar, colours, &label.text(), numbers);
+    } else if let Some(colours) = colours {
+        let swatch = Sample::Color(palette::sequential(0.5));
+        let value = Rich::number(colours.scale.from * label.factor, 4);
+        legend.add(swatch, rich("everywhere ").then(value).with_unit(label.unit));
+    }
+    legend.below(&mut scene, rect.x, panels.bottom);
+    scene
+}
+
+fn draw_area(scene: &mut Scene, panel: &Panel, area: &Area, colours: Option<Colours>, legend: &mut Legend) {
+    let slice = &area.slice;
+    let [x_edges, y_edges] = slice.edges();
+    match &area.layer {
+        Layer::Codes(cells, kinds) => {
+            for kind in kinds {
+                let areas = outlines(panel, &x_edges, &y_edges, |i, j| cells[[i, j]] == kind.code);
+                if !areas.is_empty() {
+                    scene.area(&areas, kind.fill);
+                    legend.add(Sample::Area(kind.fill), rich(&kind.words));
+                }
+            }
+            // The grazing curve is the exact boundary, except for landings past the stick segment.
+            if area.exact && area.curves.is_none() && draw_exact(scene, slice, panel) {
+                legend.add(Sample::Line(EXACT), rich("exact boundary"));
+            }
+        }
+        Layer::Reals(cells) => {
+            if let Some(colours) = colours {
+                draw_pixels(scene, panel, (&x_edges, &y_edges), cells, colours);
+            }
+            let empty = outlines(panel, &x_edges, &y_edges, |i, j| cells[[i, j]].is_nan());
+            if !empty.is_empty() {
+                scene.area(&empty, NO_NUMBER);
+                legend.add(Sample::Area(NO_NUMBER), rich("no number"));
+            }
+            if colours.is_some_and(|colours| colours.two_sided) {
+                // In greyscale both sides look alike.
+                let fill = Fill::hatched("none", Hatch::Falling, "#4a4a4a");
+                let negative = outlines(panel, &x_edges, &y_edges, |i, j| cells[[i, j]] < 0.0);
+                scene.area(&negative, fill);
+                legend.add(Sample::Area(fill), rich("negative"));
+            }
+        }
+    }
+    if let Some(curves) = &area.curves {
+        bifurcations::draw(scene, panel, curves, legend);
+    }
+}
+
+/// Draws cells by colour; a run of cells of equal colour in a column is one rectangle.
+fn draw_pixels(
+    scene: &mut Scene,
+    panel: &Panel,
+    (x_edges, y_edges): (&[f64], &[f64]),
+    cells: &Array2<f64>,
+    colours: Colours,
+) {
+    let step = |value: f64| (!value.is_nan()).then(|| (colours.unit(value) * COLOURS).round());
+    let (columns, rows) = cells.dim();
+    for i in 0..columns {
+        let mut from = 0;
+        while from < rows {
+            let here = step(cells[[i, from]]);
+            let run = (from..rows).take_while(|&j| step(cells[[i, j]]) == here).count();
+            if let Some(step) = here {
+                let low = panel.place(x_edges[i], y_edges[from]);
+                let high = panel.place(x_edges[i + 1], y_edges[from + run]);
+                // Slightly wider, so that there is no gap between neighbours.
+                let rect = Rect { x: low.0, y: high.1, w: high.0 - low.0 + 0.15, h: low.1 - high.1 + 0.15 };
+                scene.pixel(rect, &colours.color(step / COLOURS));
+            }
+            from += run;
+        }
+    }
+}
+
+/// Draws the colour scale with its numbers and the name of the variable.
+fn draw_bar(scene: &mut Scene, bar: Rect, colours: Colours, name: &Rich, numbers: f64) {
+    let Rect { x, y, w, h } = bar;
+    let step = h / (COLOURS + 1.0);
+    for i in 0..=COLOURS as usize {
+        let rect = Rect { y: y + h - (i + 1) as f64 * step, h: step + 0.15, ..bar };
+        scene.pixel(rect, &colours.color(i as f64 / COLOURS));
+    }
+    scene.frame(bar, &AXIS);
+    for tick in colours.scale.ticks(6) {
+        let at = y + h * (1.0 - colours.scale.unit(tick.value));
+        scene.line(&[(x + w, at), (x + w + 2.5, at)], &AXIS);
+        scene.text((x + w + 4.5, at + 0.36 * SMALL_TEXT), &tick.label, SMALL_TEXT, Anchor::Start);
+    }
+    scene.text_up((x + w + numbers + 6.0 + TEXT, y + 0.5 * h), name, SMALL_TEXT, Anchor::Middle);
+}
+
+/// The nodes and cells of areas as a table: both axes, and the variable; with `panel`, also the axis that
+/// differs between the panels, by its header and values.
+pub fn data(areas: &[Area], label: &Label, panel: Option<(&str, &[f64])>) -> Data {
+    let Some(first) = areas.first() else { return Data::default() };
+    let cells = cell_columns(&first.slice, areas.len());
+    let mut data = Data::default();
+    if let Some((header, values)) = panel {
+        let each = |value: &f64| std::iter::repeat_n(*value, cells.rows() / areas.len());
+        data = data.reals(header, values.iter().flat_map(each).collect());
+    }
+    let data = data.join(cells);
+    let mut codes = (Vec::new(), Vec::new());
+    let mut reals = Vec::new();
+    for area in areas {
+        match &area.layer {
+            Layer::Codes(cells, kinds) => {
+                codes.0.extend(cells.iter().copied());
+                codes.1 = kinds.iter().map(|kind| (kind.code, kind.name)).collect();
+            }
+            Layer::Reals(cells) => reals.extend(cells.iter().map(|value| value * label.factor)),
+        }
+    }
+    match reals.is_empty() {
+        true => data.with(label.header(), Values::Codes(codes.0, codes.1)),
+        false => data.reals(label.header(), reals),
+    }
+}

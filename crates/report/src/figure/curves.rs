@@ -1,0 +1,151 @@
+//! Critical dampings along one parameter, and how curves are drawn.
+
+use std::cell::Cell;
+
+use super::axis::Scale;
+use super::palette::{self, MethodStyle};
+use super::panels::Panel;
+use super::scene::{Place, Scene, Stroke};
+use slipmap_format::MapFile;
+use slipmap_map::map::Method;
+use slipmap_model::friction::Column;
+use slipmap_simulate::critical::critical_dampings;
+
+pub(super) const POINTS: usize = 160;
+/// Number of steps of a coarse curve, which finds the part of a scale that is drawn.
+pub(super) const FEW_POINTS: usize = 24;
+/// Number of marks on a curve.
+const MARKS: usize = 6;
+/// Accuracy of critical dampings in figures, far below the width of a line.
+const TOLERANCE: f64 = 1e-9;
+/// Budget of the curves of a figure: evaluations of the right-hand side of the Stribeck law, a hundred times
+/// those that ordinary curves take, and two seconds.
+const MOST_WORK: u64 = 8_000_000;
+/// Work counted for a column without an answer, which takes up to a second.
+const FAILURE: u64 = MOST_WORK / 2;
+/// Number of columns that are solved together: few, since all of them may fail.
+const TOGETHER: usize = 2;
+
+/// Evenly spaced numbers on a scale.
+pub(super) fn samples(scale: Scale, points: usize) -> Vec<f64> {
+    (0..=points).map(|i| scale.value(i as f64 / points as f64)).collect()
+}
+
+/// A scale without the part at its end where no value is positive; unchanged if no value is positive
+/// anywhere. `most` is the largest value at each of the samples.
+pub(super) fn cut(scale: Scale, samples: &[f64], most: impl Fn(usize) -> f64) -> Scale {
+    match (0..samples.len()).rev().find(|&i| most(i) > 0.0) {
+        Some(last) => {
+            // The values end before the next sample.
+            let next = samples.get(last + 1).unwrap_or(&samples[last]);
+            let end = (scale.unit(*next) + 0.02).min(1.0);
+            Scale { to: scale.value(end), ..scale }
+        }
+        None => scale,
+    }
+}
+
+/// The columns of a map's law in which `axis` takes the given values and the others are fixed at nodes.
+pub(super) fn columns(map: &MapFile, index: &[usize], axis: usize, values: &[f64]) -> Vec<Column> {
+    let grid = map.grid();
+    let mut point = grid.point(index);
+    let mut column = |&value: &f64| {
+        grid.axes()[axis].role.set(&mut point, value);
+        grid.law().column(&point)
+    };
+    values.iter().map(&mut column).collect()
+}
+
+/// Work left for the curves of one figure, so that a figure takes bounded time for every map. Curves end
+/// where it is spent.
+pub(super) struct Budget(Cell<u64>);
+
+impl Budget {
+    pub(super) fn of_figure() -> Self {
+        Self(Cell::new(MOST_WORK))
+    }
+
+    /// The samples of a scale: [`POINTS`], or [`FEW_POINTS`] where their cost predicts an exceeded budget.
+    pub(super) fn samples(&self, scale: Scale) -> Vec<f64> {
+        let left = self.0.get();
+        let each = (POINTS / FEW_POINTS + 1) as u64;
+        samples(scale, if (MOST_WORK - left).saturating_mul(each) <= left { POINTS } else { FEW_POINTS })
+    }
+
+    fn spend(&self, work: u64) {
+        self.0.set(self.0.get().saturating_sub(work));
+    }
+
+    /// The exact critical dampings of the first columns, as many as the budget holds; NaN where there is
+    /// none.
+    fn solve(&self, columns: &[Column]) -> Vec<f64> {
+        let mut found = Vec::with_capacity(columns.len());
+        let mut compiled: Option<&Column> = None;
+        for some in columns.chunks(TOGETHER) {
+            if self.0.get() == 0 {
+                break;
+            }
+            for (column, root) in some.iter().zip(critical_dampings(some, TOLERANCE)) {
+                // Columns with V within a factor of two share the compiled form of their law.
+                let shares = |other: &Column| {
+                    let octaves = (other.belt_speed.log2() - column.belt_speed.log2()).abs();
+                    other.curve == column.curve && octaves < 1.0
+                };
+                if !compiled.is_some_and(shares) {
+                    self.spend(column.curve.compiling_work(column.belt_speed));
+                    compiled = Some(column);
+                }
+                self.spend(root.map_or(FAILURE, |root| root.rhs.saturating_mul(column.curve.cost())));
+                found.push(root.map_or(f64::NAN, |root| root.c));
+            }
+        }
+        found
+    }
+}
+
+/// The exact critical damping of each column; NaN where there is none, and where the budget is spent.
+pub(super) fn exact(columns: &[Column], budget: &Budget) -> Vec<f64> {
+    let mut found = budget.solve(columns);
+    found.resize(columns.len(), f64::NAN);
+    found
+}
+
+/// The damping at which the equilibrium changes its stability: the divergence there is
+/// weakening(V) - eps c.
+pub(super) fn stability(column: &Column) -> f64 {
+    column.curve.weakening(column.belt_speed) / column.epsilon
+}
+
+/// The boundary of each method of a map that this program knows, the simulation last; NaN where there is
+/// none, and where the budget is spent.
+pub(super) fn by_method(map: &MapFile, columns: &[Column], budget: &Budget) -> Vec<(String, Vec<f64>)> {
+    let simulated = budget.solve(columns);
+    let solved = &columns[..simulated.len()];
+    let tests = map.methods().iter().filter_map(|method| match Method::by_name(&method.name)? {
+        Method::Test(test) => {
+            let edges = solved.iter().map(|column| (test.claim)(column).edge().unwrap_or(f64::NAN));
+            Some((method.name.clone(), edges.collect()))
+        }
+        Method::Simulation | Method::Naive(..) => None,
+    });
+    let mut curves: Vec<(String, Vec<f64>)> = tests.collect();
+    curves.push((super::super::SIMULATION.into(), simulated));
+    curves.iter_mut().for_each(|(_, curve)| curve.resize(columns.len(), f64::NAN));
+    curves
+}
+
+/// Draws the curve of a method with its marks. Curves with different `turn` have their marks at different
+/// places.
+pub(super) fn draw(scene: &mut Scene, panel: &Panel, x: &[f64], y: &[f64], style: &MethodStyle, turn: usize) {
+    let places: Vec<Place> = x.iter().zip(y).map(|(&x, &y)| panel.place(x, y)).collect();
+    scene.clipped(panel.rect, |scene| scene.line(&places, &style.stroke));
+    let step = places.len() / MARKS;
+    for place in places.iter().skip(step * (turn % 7) / 7 + step / 8).step_by(step.max(1)) {
+        if panel.rect.contains(*place) {
+            scene.marker(style.marker, *place, 4.2, style.stroke.color, false);
+        }
+    }
+}
+
+/// A guide line, less prominent than the data.
+pub(super) const GUIDE: Stroke = Stroke { color: palette::GREY, width: 0.7, dash: &[3.0, 2.0] };

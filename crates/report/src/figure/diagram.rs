@@ -1,0 +1,284 @@
+//! Bifurcation diagrams: the amplitude of the equilibrium and of every cycle against one parameter.
+//!
+//! At each value of the parameter every cycle is searched independently. Where their number or stability
+//! changes between two values, the change is located by bisection, so that folds and ends of branches are at
+//! their exact places.
+
+use rayon::prelude::*;
+
+use super::super::ReportError;
+use super::super::text::{Rich, rich};
+use super::super::units::View;
+use super::axis::Scale;
+use super::data::Data;
+use super::lines::{self, Chart, Curve};
+use super::palette::{self, MethodStyle};
+use super::plot::Plotted;
+use super::scene::{Marker, Stroke, Width};
+use super::slice::{ChoiceError, find_axis, hold};
+use slipmap_map::machine::Dimension;
+use slipmap_map::map::Grid;
+use slipmap_model::filippov::Oscillator;
+use slipmap_simulate::crossing::{crossing_cycles, stick_slip_cycle};
+use slipmap_simulate::slip_cycle::slip_cycles;
+use slipmap_simulate::{Fate, Range, TIGHT, flow};
+
+/// Number of values of the parameter at which cycles are searched; a branch that exists only between two of
+/// them is missed.
+const VALUES: usize = 121;
+/// Number of bisections that locate a change, to a ten-millionth of a step.
+const BISECTIONS: usize = 24;
+/// Accuracy of the orbits.
+const TOLERANCE: f64 = 1e-9;
+
+#[derive(Clone, Debug)]
+pub struct DiagramPlot<'a> {
+    /// Name of the horizontal axis; its nodes are not used.
+    pub(crate) x: &'a str,
+    /// Values of the other axes, in the units of the view.
+    pub(crate) at: &'a [(String, f64)],
+    /// The ends of the diagram, in the units of the view; those of the axis if `None`.
+    pub(crate) range: Option<(f64, f64)>,
+    pub(crate) width: Width,
+}
+
+/// Kind of an equilibrium or cycle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    Equilibrium,
+    SlipCycle,
+    StickSlipCycle,
+    CrossingCycle,
+}
+
+impl Kind {
+    const ALL: [Kind; 4] = [Kind::Equilibrium, Kind::SlipCycle, Kind::StickSlipCycle, Kind::CrossingCycle];
+
+    /// Its name and its colour.
+    fn look(self) -> (&'static str, &'static str) {
+        match self {
+            Kind::Equilibrium => ("equilibrium", palette::BLACK),
+            Kind::SlipCycle => ("slip cycle", palette::GREEN),
+            Kind::StickSlipCycle => ("stick-slip cycle", palette::BLUE),
+            Kind::CrossingCycle => ("crossing cycle", palette::VERMILION),
+        }
+    }
+}
+
+/// An equilibrium or cycle at one value of the parameter.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct State {
+    attracts: bool,
+    /// Half the range of x1.
+    amplitude: f64,
+}
+
+/// The states of each kind at one value of the parameter, by increasing amplitude, in the order of
+/// [`Kind::ALL`]; `None` for a kind that could not be determined there.
+type Found = [Option<Vec<State>>; 4];
+
+fn find(oscillator: &Oscillator) -> Found {
+    let state = |attracts: bool, x1: Range| State { attracts, amplitude: 0.5 * (x1.hi - x1.lo) };
+    let equilibrium = State { attracts: oscillator.eigenvalues().is_stable(), amplitude: 0.0 };
+    let flow = flow(oscillator, TOLERANCE);
+    let slip = slip_cycles(oscillator, TIGHT).ok();
+    let sticks = match flow.fate {
+        Fate::TooCloseToCall | Fate::Failed(_) => None,
+        _ => stick_slip_cycle(oscillator, &flow, TOLERANCE).ok(),
+    };
+    let crossing = crossing_cycles(oscillator, TOLERANCE).ok();
+    [
+        Some(vec![equilibrium]),
+        slip.map(|all| all.iter().map(|cycle| state(cycle.is_stable(), cycle.displacement)).collect()),
+        sticks.map(|all| all.iter().map(|cycle| state(true, cycle.displacement)).collect()),
+        crossing.map(|all| all.iter().map(|cycle| state(cycle.is_stable(), cycle.displacement)).collect()),
+    ]
+}
+
+/// Returns whether two values have equally many states of a kind, with equal stability.
+fn alike(a: &Option<Vec<State>>, b: &Option<Vec<State>>) -> bool {
+    let attract = |states: &Option<Vec<State>>| -> Option<Vec<bool>> {
+        states.as_ref().map(|states| states.iter().map(|state| state.attracts).collect())
+    };
+    attract(a) == attract(b)
+}
+
+/// Returns whether two values are [`alike`] in every kind.
+fn same_kinds(a: &Found, b: &Found) -> bool {
+    a.iter().zip(b).all(|(a, b)| alike(a, b))
+}
+
+/// A branch: its kind, and its points (parameter, amplitude).
+#[derive(Clone, Debug)]
+struct Branch {
+    kind: Kind,
+    attracts: bool,
+    points: Vec<(f64, f64)>,
+}
+
+/// Joins the cycles found at increasing values of the parameter into branches, kind by kind.
+fn branches(found: &[(f64, Found)]) -> Vec<Branch> {
+    let mut done: Vec<Branch> = Vec::new();
+    for (number, kind) in Kind::ALL.into_iter().enumerate() {
+        let mut open: Vec<Branch> = Vec::new();
+        let mut last: &Option<Vec<State>> = &None;
+        for (value, states) in found {
+            let states = &states[number];
+            if !alike(last, states) {
+                done.append(&mut open);
+                let begin = |state: &State| Branch { kind, attracts: state.attracts, points: Vec::new() };
+                open = states.iter().flatten().map(begin).collect();
+            }
+            for (branch, state) in open.iter_mut().zip(states.iter().flatten()) {
+                branch.points.push((*value, state.amplitude));
+            }
+            last = states;
+        }
+        done.append(&mut open);
+    }
+    done
+}
+
+/// The kinds that could not be determined at some values of a parameter, in words.
+fn unknown(found: &[(f64, Found)], parameter: &str) -> Vec<String> {
+    let of_kind = |(number, kind): (usize, Kind)| {
+        let values = found.iter().filter(|(_, states)| states[number].is_none()).count();
+        let words = format!(
+            "every {} at {values} of {} values of {parameter} is missing: it is not known there",
+            kind.look().0,
+            found.len()
+        );
+        (values > 0).then_some(words)
+    };
+    Kind::ALL.into_iter().enumerate().filter_map(of_kind).collect()
+}
+
+/// Draws a bifurcation diagram of the law and the parameters of a map.
+pub fn diagram(view: &View, plot: &DiagramPlot) -> Result<Plotted, ReportError> {
+    let grid = view.map.grid();
+    let axes = grid.axes();
+    let x = find_axis(view, plot.x)?;
+    let (index, held) = hold(view, &[x], plot.at)?;
+    let label = view.axis(&axes[x]);
+    let nodes = &axes[x].values;
+    let scale = match plot.range {
+        Some((from, to)) => {
+            let (from, to) = (from / label.factor, to / label.factor);
+            let legal = |end: f64| Grid::check_value(grid.law(), axes[x].role, &axes[x].name, end).is_ok();
+            if !(legal(from) && legal(to) && from < to) {
+                return Err(ChoiceError::NoRange(label.header()).into());
+            }
+            Scale::linear(from, to)
+        }
+        None if nodes.len() < 2 => {
+            return Err(ChoiceError::NothingToDraw(axes[x].name.clone()).into());
+        }
+        None => Scale::of_nodes(nodes),
+    };
+    let find_at = |unit: f64| -> (f64, Found) {
+        let (value, mut point) = (scale.value(unit), grid.point(&index));
+        axes[x].role.set(&mut point, value);
+        (value, find(&Oscillator::new(grid.law(), &point)))
+    };
+    let units: Vec<f64> = (0..VALUES).map(|i| i as f64 / (VALUES - 1) as f64).collect();
+    let coarse: Vec<(f64, Found)> = units.par_iter().map(|unit| find_at(*unit)).collect();
+    let pieces: Vec<Vec<(f64, Found)>> = (0..VALUES - 1)
+        .into_par_iter()
+        .map(|i| {
+            let mut piece = vec![coarse[i].clone()];
+            if !same_kinds(&coarse[i].1, &coarse[i + 1].1) {
+                let (mut low, mut high) = (units[i], units[i + 1]);
+                let (mut below, mut above) = (None, None);
+                for _ in 0..BISECTIONS {
+                    let middle = 0.5 * (low + high);
+                    let here = find_at(middle);
+                    if same_kinds(&here.1, &coarse[i].1) {
+                        (low, below) = (middle, Some(here));
+                    } else {
+                        (high, above) = (middle, Some(here));
+                    }
+                }
+                piece.extend(below);
+                piece.extend(above);
+            }
+            piece
+        })
+        .collect();
+    let mut found: Vec<(f64, Found)> = pieces.into_iter().flatten().collect();
+    found.extend(coarse.last().cloned());
+    let notes = unknown(&coarse, &axes[x].name);
+    let branches = branches(&found);
+
+    let amplitude =
+        view.units.quantity("amplitude", rich("amplitude of {x_1}"), "amplitude", Some(Dimension::Length));
+    let mut curves = Vec::new();
+    for kind in Kind::ALL {
+        for branch in branches.iter().filter(|branch| branch.kind == kind) {
+            let dash: &'static [f64] = if branch.attracts { &[] } else { &[3.0, 2.0] };
+            let words = if branch.attracts { "attracting" } else { "repelling" };
+            let (name, color) = kind.look();
+            curves.push(Curve {
+                name: rich(&format!("{words} {name}")),
+                style: MethodStyle { stroke: Stroke { color, width: 1.3, dash }, marker: Marker::Circle },
+                points: branch.points.clone(),
+                marks: false,
+            });
+        }
+    }
+    let chart = Chart {
+        name: amplitude.text(),
+        title: Rich::default(),
+        factor: amplitude.factor,
+        drawn_at_zero: true,
+        curves,
+    };
+    let at = view.held(&index, &[x]);
+    let scene = lines::draw(&at, scale.in_unit(label.factor), &label.text(), &[chart], plot.width);
+    let caption = rich(
+        "Bifurcation diagram: half the peak-to-peak displacement of the equilibrium and of every \
+                            cycle against ",
+    )
+    .then(label.name.clone())
+    .taken_at(at)
+    .then(". Solid: attracts; dashed: repels.");
+    let caption =
+        notes.iter().fold(caption, |caption, note| caption.then(Rich::foreign(&format!(" Note: {note}."))));
+    let points = || {
+        let numbered = branches.iter().enumerate();
+        numbered.flat_map(|(number, branch)| branch.points.iter().map(move |point| (number, branch, *point)))
+    };
+    let data = Data::default()
+        .words("branch", points().map(|(number, ..)| (number + 1).to_string()).collect())
+        .words("kind", points().map(|(_, branch, _)| branch.kind.look().0.replace([' ', '-'], "_")).collect())
+        .words("attracts", points().map(|(_, branch, _)| branch.attracts.to_string()).collect())
+        .reals(label.header(), points().map(|(.., point)| point.0 * label.factor).collect())
+        .reals(amplitude.header(), points().map(|(.., point)| point.1 * amplitude.factor).collect());
+    Ok(Plotted { scene, caption, data, held, thinned: Vec::new(), curves: None, notes })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A kind that is not known at one value interrupts only its own branches and is reported.
+    #[test]
+    fn what_is_known_is_drawn_where_other_kinds_are_not() {
+        let state = |amplitude: f64| Some(vec![State { attracts: true, amplitude }]);
+        let found: Vec<(f64, Found)> = (0..5)
+            .map(|i| {
+                let value = f64::from(i);
+                let slip = if i == 2 { None } else { state(0.5 + value) };
+                (value, [state(0.0), slip, state(1.0 + value), Some(Vec::new())])
+            })
+            .collect();
+        let points = |kind: Kind| -> Vec<usize> {
+            branches(&found).iter().filter(|it| it.kind == kind).map(|it| it.points.len()).collect()
+        };
+        assert_eq!(points(Kind::Equilibrium), [5]);
+        assert_eq!(points(Kind::StickSlipCycle), [5]);
+        assert_eq!(points(Kind::SlipCycle), [2, 2]);
+        assert!(points(Kind::CrossingCycle).is_empty());
+        let words = unknown(&found, "c");
+        assert!(words.len() == 1 && words[0].contains("every slip cycle at 1 of 5 values of c"), "{words:?}");
+    }
+}

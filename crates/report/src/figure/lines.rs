@@ -1,0 +1,122 @@
+//! Line plots: curves over one axis, those of the same unit in one panel.
+
+use super::super::text::{Rich, rich};
+use super::axis::{Scale, TEXT, extremes};
+use super::legend::{Legend, Sample};
+use super::palette::MethodStyle;
+use super::panels::{Panels, TITLE_MARGIN};
+use super::scene::{Place, Scene, Width, text_width};
+
+/// Number of points of a curve above which only some of them have marks.
+const MARKED: usize = 30;
+
+#[derive(Clone, Debug)]
+pub struct Curve {
+    /// Its name in the legend; empty for none.
+    pub name: Rich,
+    pub style: MethodStyle,
+    /// Its points; one that is not finite interrupts it.
+    pub points: Vec<Place>,
+    pub marks: bool,
+}
+
+/// Curves that share a vertical axis.
+#[derive(Clone, Debug)]
+pub struct Chart {
+    /// Name of the vertical axis, with its unit.
+    pub name: Rich,
+    pub title: Rich,
+    /// Factor by which the numbers of the curves are multiplied where they are written.
+    pub factor: f64,
+    /// Whether a curve may lie at 0, so that the frame must not.
+    pub drawn_at_zero: bool,
+    pub curves: Vec<Curve>,
+}
+
+/// The least and the greatest finite coordinate of the points of curves.
+pub fn extent(curves: &[Curve], of: fn(&Place) -> f64) -> (f64, f64) {
+    extremes(curves.iter().flat_map(|curve| &curve.points).map(of).filter(|number| number.is_finite()))
+}
+
+impl Chart {
+    /// A scale that contains all numbers of the curves, and 0 if it is near and `drawn_at_zero` is false.
+    pub(crate) fn scale(&self) -> Scale {
+        let (low, high) = extent(&self.curves, |point| point.1);
+        if low > high {
+            return Scale::linear(0.0, 1.0);
+        }
+        let span = high - low;
+        let (from, to) = match span > 0.0 {
+            true if low >= 0.0 && low < span && !self.drawn_at_zero => (0.0, high + 0.05 * span),
+            true => (low - 0.05 * span, high + 0.05 * span),
+            false => (low, high),
+        };
+        Scale::linear(from, to).in_unit(self.factor)
+    }
+}
+
+/// Draws charts one below the other over a common horizontal axis, with one legend.
+pub fn draw(heading: &Rich, x: Scale, x_name: &Rich, charts: &[Chart], width: Width) -> Scene {
+    let aspect = match (width, charts.len()) {
+        (Width::OneColumn, 1) => 0.72,
+        (Width::OneColumn, _) => 0.6,
+        (Width::TwoColumns, 1) => 0.5,
+        (Width::TwoColumns, _) => 0.35,
+    };
+    let mut scene = Scene::new(width.points(), 0.0);
+    let mut legend = Legend::default();
+    // Panels of equal size, with space for the widest numbers.
+    let widest = charts.iter().map(Chart::scale).max_by(|a, b| {
+        let width = |scale: &Scale| super::panels::Panel::y_labels_width(*scale, 120.0);
+        width(a).total_cmp(&width(b))
+    });
+    let y = widest.unwrap_or(Scale::linear(0.0, 1.0));
+    let panels = Panels::below(&mut scene, heading, 1, charts.len(), aspect, (x, y));
+    let last = charts.len().saturating_sub(1);
+    for (number, (chart, panel)) in charts.iter().zip(&panels.panels).enumerate() {
+        let panel = super::panels::Panel { y: chart.scale(), ..*panel };
+        for (turn, curve) in chart.curves.iter().enumerate() {
+            let places: Vec<Place> = curve.points.iter().map(|p| panel.place(p.0, p.1)).collect();
+            scene.clipped(panel.rect, |scene| scene.line(&places, &curve.style.stroke));
+            if curve.marks {
+                let step = places.len().div_ceil(MARKED).max(1);
+                let color = curve.style.stroke.color;
+                for place in places.iter().skip(turn % step).step_by(step) {
+                    scene.marker(curve.style.marker, *place, 4.0, color, false);
+                }
+            }
+            if !curve.name.pieces.is_empty() {
+                let sample = match curve.marks {
+                    true => Sample::Method(curve.style),
+                    false => Sample::Line(curve.style.stroke),
+                };
+                legend.add(sample, curve.name.clone());
+            }
+        }
+        panel.axes(&mut scene, super::panels::Labels { x: number == last, y: true });
+        if text_width(&chart.name, TEXT) <= panel.rect.h + TITLE_MARGIN {
+            panel.y_name(&mut scene, &chart.name, panels.labels_width);
+            panel.title(&mut scene, &chart.title);
+        } else {
+            // The name would overlap that of the next panel.
+            let begun = chart.title.plain();
+            let between = if begun.is_empty() || begun.ends_with(' ') { "" } else { ": " };
+            panel.title(&mut scene, &chart.title.clone().then(between).then(chart.name.clone()));
+        }
+        if number == last {
+            panel.x_name(&mut scene, x_name);
+        }
+    }
+    let left = panels.panels.first().map_or(0.0, |panel| panel.rect.x);
+    if legend.is_empty() {
+        scene.height = panels.bottom + 4.0;
+    } else {
+        legend.below(&mut scene, left, panels.bottom);
+    }
+    scene
+}
+
+/// The letter of a panel: "(a) ".
+pub(crate) fn letter(number: usize) -> Rich {
+    rich(&format!("({}) ", char::from(b'a' + (number % 26) as u8)))
+}

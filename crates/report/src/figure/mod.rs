@@ -1,0 +1,90 @@
+//! Figures, one file each: every figure is a function from data to a `Scene`.
+
+pub mod area;
+pub mod axis;
+pub mod bifurcations;
+pub(crate) mod bistable;
+pub(crate) mod critical;
+pub(crate) mod curve_planes;
+mod curves;
+pub(crate) mod data;
+pub(crate) mod deciders;
+pub mod diagram;
+pub(crate) mod errors;
+pub(crate) mod exact;
+pub(crate) mod legend;
+pub mod lines;
+pub(crate) mod orbit;
+pub mod palette;
+pub(crate) mod panels;
+pub(crate) mod paper;
+pub(crate) mod paragraph;
+pub mod plot;
+pub(crate) mod portrait;
+pub(crate) mod portraits;
+pub(crate) mod region;
+pub mod render;
+pub mod scene;
+pub(crate) mod slice;
+pub(crate) mod strips;
+pub(crate) mod verdict_panels;
+pub mod work_precision;
+
+pub use data::Data;
+pub use diagram::{DiagramPlot, diagram};
+pub use orbit::{OrbitPlot, orbit_figure};
+pub use plot::{Plot, plot};
+pub use scene::Scene;
+pub use scene::Width;
+pub(super) use slice::picks;
+pub use slice::{ChoiceError, Slice};
+
+use rayon::prelude::*;
+
+use super::text::Rich;
+use super::units::View;
+use super::{Report, ReportError};
+
+/// A finished figure.
+#[derive(Clone, Debug)]
+pub struct Figure {
+    /// Name of its files.
+    pub name: String,
+    /// Its caption.
+    pub caption: Rich,
+    /// The figure at each width.
+    pub scenes: Vec<(Width, Scene)>,
+    pub(crate) data: Data,
+}
+
+/// The scene of a figure at each width; `draw` fills it and sets its height.
+pub(crate) fn at_each_width(mut draw: impl FnMut(&mut Scene, Width)) -> Vec<(Width, Scene)> {
+    let at = |width: Width| {
+        let mut scene = Scene::new(width.points(), 0.0);
+        draw(&mut scene, width);
+        (width, scene)
+    };
+    Width::ALL.map(at).into()
+}
+
+/// All figures of a report in its order, drawn by all cores.
+///
+/// # Errors
+/// [`ReportError::Map`] if the map cannot be read.
+pub fn all(view: &View, report: &Report) -> Result<Vec<Figure>, ReportError> {
+    type Maker<'a> = &'a (dyn Fn() -> Result<Vec<Figure>, ReportError> + Sync);
+    let makers: [Maker; 8] = [
+        &|| Ok(plot::probability(view)?.into_iter().collect()),
+        &|| curve_planes::curve_planes(view),
+        &|| verdict_panels::verdict_panels(view),
+        &|| Ok(deciders::deciders(view, report)?.into_iter().collect()),
+        &|| Ok(critical::critical(view).into_iter().collect()),
+        &|| Ok(errors::errors(view, report).into_iter().collect()),
+        &|| Ok(bistable::bistable(view)?.into_iter().collect()),
+        &|| Ok(portraits::portraits(view).into_iter().collect()),
+    ];
+    // Several figures need these nodes; computed here, no figure waits for another.
+    view.informative_nodes();
+    let figures: Vec<Vec<Figure>> = makers.into_par_iter().map(|make| make()).collect::<Result<_, _>>()?;
+    Ok(figures.into_iter().flatten().collect())
+}

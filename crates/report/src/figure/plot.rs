@@ -1,0 +1,490 @@
+//! Plots of variables of a map: areas over a plane, curves or strips over one axis.
+
+use std::borrow::Cow;
+use std::sync::atomic::AtomicBool;
+
+use super::super::text::{Rich, rich};
+use super::super::units::{View, join, kind_of_variable};
+use super::super::{ReportError, SIMULATION};
+use super::Figure;
+use super::area::{self, Area, Layer};
+use super::axis::Scale;
+use super::data::{Data, Values};
+use super::lines::{self, Chart, Curve};
+use super::palette::{self, Kind, kinds};
+use super::scene::{Scene, Width};
+use super::slice::{ChoiceError, Held, Slice, drawn, find_axis, hold, nearest_node, picks, step};
+use super::strips::{self, Strip};
+use super::verdict_panels::failed_words;
+use slipmap_format::{MapFile, Pick};
+use slipmap_map::dataset::auxiliary::PROBABILITY;
+use slipmap_map::map::{Field, Plane, PlaneCurves};
+use slipmap_numbers::text::short;
+
+/// Values of fixed axes, by name, in the units of the view.
+pub type At = (String, Vec<f64>);
+
+/// The choices of a plot.
+#[derive(Clone, Debug)]
+pub struct Plot<'a> {
+    /// Name of the horizontal axis.
+    pub x: &'a str,
+    /// Name of the vertical axis; without one, or if one of the two has a single node, variables are drawn
+    /// over the other axis.
+    pub y: Option<&'a str>,
+    /// Values of the other axes. One of them may have several values if there is no vertical axis: each is a
+    /// curve.
+    pub at: &'a [At],
+    /// The variables, of which only one can be drawn over a plane; none means the verdict of the simulation,
+    /// or else of the first method.
+    pub variables: &'a [String],
+    /// An axis with a panel for each of these values.
+    pub panels: Option<&'a At>,
+    /// Whether to find the curves of codimension one if the map does not store them; those that it stores are
+    /// drawn in any case.
+    pub curves: bool,
+    /// Width of the figure.
+    pub width: Width,
+}
+
+/// A plot.
+#[derive(Clone, Debug)]
+pub struct Plotted {
+    /// The figure.
+    pub scene: Scene,
+    /// Its caption.
+    pub caption: Rich,
+    /// Its numbers.
+    pub data: Data,
+    /// The nodes of the other axes.
+    pub held: Vec<Held>,
+    /// Axes of which not all nodes are drawn, with n where one node in n is.
+    pub thinned: Vec<(String, usize)>,
+    /// The curves of codimension one of the first panel, if they are stored or were requested.
+    pub curves: Option<PlaneCurves>,
+    /// Notes for the user.
+    pub notes: Vec<String>,
+}
+
+/// Plots variables of a map.
+///
+/// # Errors
+/// [`ReportError::Choice`] for names that the map does not have and for choices that do not fit together,
+/// [`ReportError::Map`] if it cannot be read.
+pub fn plot(view: &View, plot: &Plot) -> Result<Plotted, ReportError> {
+    let x = find_axis(view, plot.x)?;
+    let y = plot.y.map(|name| find_axis(view, name)).transpose()?;
+    let axes = view.map.grid().axes();
+    let single = |axis: usize| axes[axis].values.len() < 2;
+    match y {
+        Some(y) if x == y => Err(ChoiceError::SameAxis(axes[x].name.clone()).into()),
+        Some(y) if single(x) || single(y) => {
+            let (shown, other) = if single(x) { (y, x) } else { (x, y) };
+            if plot.curves {
+                return Err(ChoiceError::OneNode(axes[other].name.clone()).into());
+            }
+            let mut plotted = over_axis(view, plot, shown)?;
+            let [shown, other] = [shown, other].map(|axis| &axes[axis].name);
+            plotted.notes.push(format!("{other} has one node: drawn over {shown} alone"));
+            Ok(plotted)
+        }
+        Some(y) => over_plane(view, plot, x, y),
+        None => over_axis(view, plot, x),
+    }
+}
+
+/// A plot as a figure of a report, at each width.
+pub(crate) fn figure(view: &View, name: String, wanted: &Plot) -> Result<Figure, ReportError> {
+    let [narrow, wide] = Width::ALL.map(|width| plot(view, &Plot { width, ..wanted.clone() }));
+    let (narrow, wide) = (narrow?, wide?);
+    let scenes = vec![(Width::OneColumn, narrow.scene), (Width::TwoColumns, wide.scene)];
+    Ok(Figure { name, caption: wide.caption, scenes, data: wide.data })
+}
+
+/// The probability that a machine with uncertain quantities may stick-slip, over belt speed and damping;
+/// `None` for a map without it, and for one of a single cell.
+pub(crate) fn probability(view: &View) -> Result<Option<Figure>, ReportError> {
+    let axes = view.map.grid().axes();
+    let [speed, damping] = [axes.len() - 2, axes.len() - 1];
+    let has_nodes = |axis: usize| axes[axis].values.len() > 1;
+    if !view.map.has_auxiliary(PROBABILITY) || !(has_nodes(speed) || has_nodes(damping)) {
+        return Ok(None);
+    }
+    let variables = [PROBABILITY.to_owned()];
+    let (x, y, width) = (&axes[speed].name, Some(axes[damping].name.as_str()), Width::OneColumn);
+    let wanted = Plot { x, y, at: &[], variables: &variables, panels: None, curves: false, width };
+    figure(view, "probability".into(), &wanted).map(Some)
+}
+
+/// The requested variables, or the default one.
+fn variables<'a>(map: &'a MapFile, requested: &'a [String]) -> Result<Vec<&'a str>, ChoiceError> {
+    let default = format!("verdict_{SIMULATION}");
+    let probability = [PROBABILITY].into_iter().filter(|name| map.has_auxiliary(name));
+    let names: Vec<&str> = map.variables().chain(probability).collect();
+    if let Some(name) = requested.iter().find(|name| !names.contains(&name.as_str())) {
+        return Err(match Field::of_variable(name) {
+            Some((field, _)) if field != Field::Verdict => {
+                ChoiceError::NotStored { variable: name.clone(), field: field.name() }
+            }
+            _ => ChoiceError::unknown("variable", name, names.iter().copied()),
+        });
+    }
+    if requested.is_empty() {
+        let mut names = map.variables();
+        let chosen = map.variables().find(|name| *name == default).or_else(|| names.next());
+        return Ok(chosen.into_iter().collect());
+    }
+    Ok(requested.iter().map(String::as_str).collect())
+}
+
+/// One value for every fixed axis.
+pub fn one_each(at: &[At]) -> Result<Vec<(String, f64)>, ChoiceError> {
+    at.iter()
+        .map(|(name, values)| match values[..] {
+            [value] => Ok((name.clone(), value)),
+            _ => Err(ChoiceError::SeveralValues(name.clone())),
+        })
+        .collect()
+}
+
+/// The axis chosen for panels or curves, which is then shown, and its nodes; without one there is one panel
+/// or curve.
+fn choose(
+    view: &View,
+    at: Option<&At>,
+    shown: &mut Vec<usize>,
+) -> Result<(Option<usize>, Vec<Option<usize>>), ChoiceError> {
+    let Some((name, values)) = at else { return Ok((None, vec![None])) };
+    let axis = find_axis(view, name)?;
+    if shown.contains(&axis) {
+        return Err(ChoiceError::Shown(name.clone()));
+    }
+    shown.push(axis);
+    let nodes = values.iter().map(|value| nearest_node(view, axis, *value).map(Some));
+    Ok((Some(axis), nodes.collect::<Result<_, _>>()?))
+}
+
+fn over_plane(view: &View, plot: &Plot, x: usize, y: usize) -> Result<Plotted, ReportError> {
+    let map = view.map;
+    let names = variables(map, plot.variables)?;
+    let [variable] = names[..] else { return Err(ChoiceError::SeveralVariables.into()) };
+    let at = one_each(plot.at)?;
+    let (index, held) = hold(view, &[x, y], &at)?;
+    let mut shown = vec![x, y];
+    let (panel_axis, nodes) = choose(view, plot.panels, &mut shown)?;
+    let axes = map.grid().axes();
+    // Critical dampings do not depend on the damping.
+    let no_damping = variable.starts_with("critical_c_");
+    shown.extend(no_damping.then_some(axes.len() - 1));
+    let held: Vec<Held> = held
+        .into_iter()
+        .filter(|held| shown.iter().all(|&axis| view.axis(&axes[axis]).header() != held.axis))
+        .collect();
+    let label = view.units.variable(variable);
+    let mut areas = Vec::new();
+    for (number, node) in nodes.iter().enumerate() {
+        let mut index = index.clone();
+        let mut title = Rich::default();
+        if let (Some(axis), Some(node)) = (panel_axis, *node) {
+            index[axis] = node;
+            title = lines::letter(number).then(view.axis(&axes[axis]).equals(axes[axis].values[node]));
+        }
+        let slice = Slice::new(view, x, y, index);
+        let layer = match kinds(variable) {
+            Some(kinds) => Layer::Codes(slice.codes(variable)?, kinds),
+            None => Layer::Reals(slice.reals(variable)?),
+        };
+        let plane = slice.plane();
+        let curves = stored(map, &plane)
+            .or_else(|| plot.curves.then(|| PlaneCurves::of(map.grid(), plane, &AtomicBool::new(false))));
+        areas.push(Area { slice, layer, curves, exact: variable.starts_with("verdict_"), title });
+    }
+    let first = &areas[0];
+    let at = view.held(&first.slice.index, &shown);
+    let heading = join([label.name.clone(), at.clone()]);
+    let scene = area::draw(&areas, &heading, &label, variable.starts_with("margin_"), plot.width);
+    let mut caption = label
+        .name
+        .clone()
+        .then(" over ")
+        .then(view.axis(&axes[x]).name)
+        .then(" and ")
+        .then(view.axis(&axes[y]).name)
+        .taken_at(at)
+        .then(".")
+        .then(first.slice.thinned_words())
+        .then(failed_words("cells", areas.iter().flat_map(Area::failed)));
+    if areas.iter().any(|area| area.curves.as_ref().is_some_and(|curves| !curves.curves.is_empty())) {
+        caption = caption.then(" Lines: where the long-run behaviour changes, by continuation.");
+    }
+    let values: Vec<f64> = panel_axis
+        .map(|axis| (view.axis(&axes[axis]).factor, &axes[axis].values))
+        .map(|(factor, values)| nodes.iter().flatten().map(|&node| values[node] * factor).collect())
+        .unwrap_or_default();
+    let header = panel_axis.map(|axis| view.axis(&axes[axis]).header());
+    let data = area::data(&areas, &label, header.as_deref().map(|header| (header, values.as_slice())));
+    let thinned = first.slice.thinned().map(|(axis, step)| (axis.name.clone(), step)).collect();
+    let curves = areas.swap_remove(0).curves;
+    let mut notes = moved(view, panel_axis, plot.panels, &nodes);
+    for (axis, other) in [(x, y), (y, x)].into_iter().filter(|(axis, _)| axes[*axis].values.len() == 2) {
+        let (few, [first, second]) = (view.axis(&axes[axis]), [0, 1].map(|i| axes[axis].values[i]));
+        let [first, second] = [first, second].map(|node| short(node * few.factor));
+        let other = view.axis(&axes[other]).key;
+        notes.push(format!(
+            "{few} has 2 nodes, and each fills half of the figure; to draw a row or a curve for each: --x {other} --at \
+             {few}={first},{second}",
+            few = few.key
+        ));
+    }
+    Ok(Plotted { scene, caption, data, held, thinned, curves, notes })
+}
+
+/// A note for each requested value of an axis that was replaced by the nearest node.
+fn moved(view: &View, axis: Option<usize>, wanted: Option<&At>, nodes: &[Option<usize>]) -> Vec<String> {
+    let (Some(axis), Some((_, wanted))) = (axis, wanted) else { return Vec::new() };
+    let axis = &view.map.grid().axes()[axis];
+    let label = view.axis(axis);
+    let note = |(wanted, node): (&f64, &Option<usize>)| {
+        let used = axis.values[(*node)?] * label.factor;
+        let same = (used - wanted).abs() <= ROUNDING * wanted.abs().max(used.abs());
+        (!same)
+            .then(|| format!("{} = {}: the node nearest to {}", label.header(), short(used), short(*wanted)))
+    };
+    wanted.iter().zip(nodes).filter_map(note).collect()
+}
+
+/// Relative size of round-off in the conversion of units and in decimal input.
+const ROUNDING: f64 = 1e-9;
+
+fn stored(map: &MapFile, plane: &Plane) -> Option<PlaneCurves> {
+    map.curves().iter().find_map(|curves| match &curves.plane {
+        same if same == plane => Some(curves.clone()),
+        turned if *turned == plane.turned() => Some(curves.turned()),
+        _ => None,
+    })
+}
+
+/// A curve over one axis: a variable at the nodes `index` of the other axes, in the panel with this number.
+struct Line<'a> {
+    variable: &'a str,
+    index: Vec<usize>,
+    panel: usize,
+    /// The value of the axis for which there are several curves.
+    value: Option<Rich>,
+}
+
+impl Line<'_> {
+    /// Its name in the legend, with the variable only if there are several.
+    fn name(&self, view: &View, with_variable: bool) -> Rich {
+        let variable = with_variable.then(|| view.units.variable(self.variable).name);
+        join(variable.into_iter().chain(self.value.clone()))
+    }
+}
+
+fn over_axis(view: &View, plot: &Plot, x: usize) -> Result<Plotted, ReportError> {
+    let map = view.map;
+    let axes = map.grid().axes();
+    if axes[x].values.len() < 2 {
+        return Err(ChoiceError::NothingToDraw(axes[x].name.clone()).into());
+    }
+    let names = variables(map, plot.variables)?;
+    let without_damping = names.iter().all(|name| name.starts_with("critical_c_"));
+    // The axes with several values, each with a curve or a panel.
+    let several: Vec<&At> = plot.at.iter().filter(|(_, values)| values.len() != 1).collect();
+    if let [_, (second, _), ..] = several[..] {
+        return Err(ChoiceError::SeveralValues(second.clone()).into());
+    }
+    let single: Vec<At> = plot.at.iter().filter(|(_, values)| values.len() == 1).cloned().collect();
+    let mut shown = vec![x];
+    let (curve_axis, curve_nodes) = choose(view, several.first().copied(), &mut shown)?;
+    let (panel_axis, panel_nodes) = choose(view, plot.panels, &mut shown)?;
+    let (index, mut held) = hold(view, &shown, &one_each(&single)?)?;
+    if without_damping {
+        let damping = view.axis(&axes[axes.len() - 1]).header();
+        held.retain(|held| held.axis != damping);
+        shown.push(axes.len() - 1);
+    }
+    let mut lines = Vec::new();
+    for (panel, panel_node) in panel_nodes.iter().enumerate() {
+        for &variable in &names {
+            for curve_node in &curve_nodes {
+                let mut index = index.clone();
+                for (axis, node) in [(panel_axis, panel_node), (curve_axis, curve_node)] {
+                    if let (Some(axis), Some(node)) = (axis, node) {
+                        index[axis] = *node;
+                    }
+                }
+                let value =
+                    curve_axis.map(|axis| view.axis(&axes[axis]).equals(axes[axis].values[index[axis]]));
+                lines.push(Line { variable, index, panel, value });
+            }
+        }
+    }
+    let at = view.held(&index, &shown);
+    let titles: Vec<Rich> = panel_nodes
+        .iter()
+        .map(|node| match (panel_axis, node) {
+            (Some(axis), Some(node)) => view.axis(&axes[axis]).equals(axes[axis].values[*node]),
+            _ => Rich::default(),
+        })
+        .collect();
+    let what = join(names.iter().map(|name| view.units.variable(name).name));
+    let caption = what.clone().then(" over ").then(view.axis(&axes[x]).name);
+    let caption = caption.taken_at(at.clone()).then(".");
+    let heading = match names.len() {
+        1 => join([what, at]),
+        _ => at,
+    };
+    let context = Context { view, x, heading, titles, width: plot.width };
+    let codes = names.iter().filter(|name| kinds(name).is_some()).count();
+    let (scene, columns) = match codes {
+        0 => context.curves(&lines)?,
+        all if all == names.len() => context.strips(&lines)?,
+        _ => return Err(ChoiceError::CodesAndNumbers.into()),
+    };
+    let step = step(&axes[x]);
+    let nodes = drawn_nodes(view, x);
+    let mut data = Data::default();
+    let repeated = |values: &[f64]| lines.iter().flat_map(|_| values.to_vec()).collect::<Vec<_>>();
+    for axis in [panel_axis, curve_axis].into_iter().flatten() {
+        let label = view.axis(&axes[axis]);
+        let values = lines.iter().flat_map(|line| {
+            std::iter::repeat_n(axes[axis].values[line.index[axis]] * label.factor, nodes.len())
+        });
+        data = data.reals(label.header(), values.collect());
+    }
+    if names.len() > 1 {
+        let each = lines.iter().flat_map(|line| {
+            let label = view.units.variable(line.variable);
+            std::iter::repeat_n(label.header(), nodes.len())
+        });
+        data = data.words("variable", each.collect());
+    }
+    let label = view.axis(&axes[x]);
+    data = data.reals(label.header(), repeated(&nodes));
+    let header = match names[..] {
+        [name] => view.units.variable(name).header(),
+        _ => "value".into(),
+    };
+    let data = data.with(header, columns);
+    let thinned = if step > 1 { vec![(axes[x].name.clone(), step)] } else { Vec::new() };
+    let mut notes = moved(view, panel_axis, plot.panels, &panel_nodes);
+    notes.extend(moved(view, curve_axis, several.first().copied(), &curve_nodes));
+    Ok(Plotted { scene, caption, data, held, thinned, curves: None, notes })
+}
+
+/// The drawn nodes of an axis, in the units of the view.
+fn drawn_nodes(view: &View, x: usize) -> Vec<f64> {
+    let axis = &view.map.grid().axes()[x];
+    let factor = view.axis(axis).factor;
+    drawn(axis).into_iter().map(|value| value * factor).collect()
+}
+
+/// Common arguments of all panels of a plot over one axis.
+struct Context<'a> {
+    view: &'a View<'a>,
+    x: usize,
+    heading: Rich,
+    titles: Vec<Rich>,
+    width: Width,
+}
+
+impl Context<'_> {
+    /// The nodes to read along the axis.
+    fn picks(&self, line: &Line) -> Result<Vec<Pick>, ChoiceError> {
+        let axes = self.view.map.grid().axes();
+        let rank = axes.len() - usize::from(line.variable.starts_with("critical_c_"));
+        if self.x >= rank {
+            let (variable, axis) = (line.variable.to_owned(), axes[self.x].name.clone());
+            return Err(ChoiceError::NotAlong { variable, axis });
+        }
+        Ok(picks(self.view.map, &[self.x], &line.index, rank))
+    }
+
+    fn curves(&self, lines: &[Line]) -> Result<(Scene, Values), ReportError> {
+        let map = self.view.map;
+        let axis = &map.grid().axes()[self.x];
+        let x_label = self.view.axis(axis);
+        let nodes = drawn(axis);
+        // One chart for each panel and each unit; a pure number shares its chart only with the same kind of
+        // number.
+        let mut charts: Vec<((usize, Cow<str>), Chart)> = Vec::new();
+        let mut numbers = Vec::new();
+        let unit = |line: &Line| -> Cow<str> {
+            let label = self.view.units.variable(line.variable);
+            let pure = || kind_of_variable(line.variable).map_or(label.key.into(), Cow::Borrowed);
+            if label.unit.is_empty() { pure() } else { label.unit.into() }
+        };
+        for line in lines {
+            let values = map.real_slice(line.variable, &self.picks(line)?)?;
+            let label = self.view.units.variable(line.variable);
+            numbers.extend(values.iter().map(|value| value * label.factor));
+            let several =
+                lines.iter().any(|other| other.variable != line.variable && unit(other) == unit(line));
+            let key = (line.panel, unit(line));
+            let position = charts.iter().position(|(place, _)| *place == key);
+            let position = position.unwrap_or_else(|| {
+                // Several variables of one unit, or of one kind.
+                let of_all = kind_of_variable(line.variable).filter(|_| label.unit.is_empty());
+                let of_all = of_all.map_or(Rich::foreign(label.unit), rich);
+                let chart = Chart {
+                    name: if several { of_all } else { label.text() },
+                    title: self.titles[line.panel].clone(),
+                    factor: label.factor,
+                    drawn_at_zero: false,
+                    curves: Vec::new(),
+                };
+                charts.push((key, chart));
+                charts.len() - 1
+            });
+            let chart = &mut charts[position].1;
+            let number = chart.curves.len();
+            chart.curves.push(Curve {
+                name: line.name(self.view, several),
+                style: palette::curve(number),
+                points: nodes.iter().copied().zip(values.iter().copied()).collect(),
+                marks: true,
+            });
+        }
+        let mut charts: Vec<Chart> = charts.into_iter().map(|(_, chart)| chart).collect();
+        if charts.len() > 1 {
+            for (number, chart) in charts.iter_mut().enumerate() {
+                chart.title = lines::letter(number).then(std::mem::take(&mut chart.title));
+            }
+        }
+        let x = Scale::of_nodes(&axis.values).in_unit(x_label.factor);
+        let scene = lines::draw(&self.heading, x, &x_label.text(), &charts, self.width);
+        Ok((scene, Values::Reals(numbers)))
+    }
+
+    fn strips(&self, lines: &[Line]) -> Result<(Scene, Values), ReportError> {
+        let map = self.view.map;
+        let axis = &map.grid().axes()[self.x];
+        let x_label = self.view.axis(axis);
+        let mut kinds_of_all: Vec<Kind> = Vec::new();
+        let mut strips = Vec::new();
+        let mut all = Vec::new();
+        for line in lines {
+            let kinds = kinds(line.variable).unwrap_or_default();
+            let codes = map.code_slice(line.variable, &self.picks(line)?)?;
+            let start = match kinds_of_all.iter().position(|kind| kinds.first() == Some(kind)) {
+                Some(start) => start,
+                None => {
+                    kinds_of_all.extend(kinds.iter().cloned());
+                    kinds_of_all.len() - kinds.len()
+                }
+            };
+            let position = |code: &i8| kinds.iter().position(|kind| kind.code == *code).unwrap_or(0);
+            let title = self.titles[line.panel].clone();
+            let name = join([title, line.name(self.view, true)]);
+            strips.push(Strip { name, kinds: codes.iter().map(|code| start + position(code)).collect() });
+            all.extend(codes.iter().map(|code| kinds[position(code)].name.to_owned()));
+        }
+        let fills: Vec<_> = kinds_of_all.iter().map(|kind| (kind.fill, rich(&kind.words))).collect();
+        let nodes = drawn(axis);
+        let scale = Scale::of_nodes(&axis.values).in_unit(x_label.factor);
+        let x = (scale, &x_label.text());
+        let scene = strips::draw(&self.heading, &nodes, x, &strips, &fills, self.width);
+        Ok((scene, Values::Words(all)))
+    }
+}

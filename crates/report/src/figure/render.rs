@@ -1,0 +1,87 @@
+//! Renders SVG to PNG and PDF with the bundled font only, so that figures are the same on every machine.
+
+use std::sync::{Arc, LazyLock};
+
+use libdeflater::{CompressionLvl, Compressor};
+use resvg::tiny_skia::{Color, Pixmap, Transform};
+use resvg::usvg::fontdb::{Database, Source};
+use resvg::usvg::{Options, Tree};
+
+use super::super::ReportError;
+
+/// Resolution of PNG files in dots per inch: the usual minimum for printed line art.
+const RESOLUTION: f32 = 300.0;
+
+static OPTIONS: LazyLock<Options<'static>> = LazyLock::new(|| {
+    let mut fonts = Database::new();
+    for face in [notosans::REGULAR_TTF, notosans::ITALIC_TTF] {
+        fonts.load_font_source(Source::Binary(Arc::new(face)));
+    }
+    fonts.set_sans_serif_family("Noto Sans");
+    Options { fontdb: Arc::new(fonts), font_family: "Noto Sans".into(), ..Options::default() }
+});
+
+fn tree(name: &str, svg: &str) -> Result<Tree, ReportError> {
+    Tree::from_str(svg, &OPTIONS).map_err(|error| failed(name, error))
+}
+
+fn failed(name: &str, why: impl std::fmt::Display) -> ReportError {
+    ReportError::Render { figure: name.into(), why: why.to_string() }
+}
+
+pub fn png(name: &str, svg: &str) -> Result<Vec<u8>, ReportError> {
+    raster(name, &tree(name, svg)?)
+}
+
+/// The figure as PNG and as PDF with text as text, on two cores.
+pub(crate) fn png_and_pdf(name: &str, svg: &str) -> Result<(Vec<u8>, Vec<u8>), ReportError> {
+    let tree = tree(name, svg)?;
+    let (png, pdf) = rayon::join(|| raster(name, &tree), || page(name, &tree));
+    Ok((png?, pdf?))
+}
+
+fn raster(name: &str, tree: &Tree) -> Result<Vec<u8>, ReportError> {
+    // usvg uses 96 pixels per inch.
+    let scale = RESOLUTION / 96.0;
+    let size = tree.size().to_int_size().scale_by(scale).ok_or_else(|| failed(name, "it has no size"))?;
+    let mut pixels =
+        Pixmap::new(size.width(), size.height()).ok_or_else(|| failed(name, "it is too large"))?;
+    // The last row and column are covered only in part and must not be transparent.
+    pixels.fill(Color::WHITE);
+    resvg::render(tree, Transform::from_scale(scale, scale), &mut pixels.as_mut());
+    // Opaque: a twentieth of the size that resvg's own encoder gives these figures. Every line begins with
+    // the number of its filter; flat colours compress best with none.
+    let mut colors = Vec::with_capacity(pixels.data().len());
+    for line in pixels.data().chunks_exact(4 * pixels.width() as usize) {
+        colors.push(0);
+        for pixel in line.chunks_exact(4) {
+            colors.extend_from_slice(&pixel[..3]);
+        }
+    }
+    let mut compressor = Compressor::new(CompressionLvl::default());
+    let mut compressed = vec![0; compressor.zlib_compress_bound(colors.len())];
+    let length = compressor.zlib_compress(&colors, &mut compressed).map_err(|error| failed(name, error))?;
+    let mut file = Vec::new();
+    let mut encoder = png::Encoder::new(&mut file, pixels.width(), pixels.height());
+    encoder.set_color(png::ColorType::Rgb);
+    let dots_per_metre = (RESOLUTION / 0.0254).round() as u32;
+    encoder.set_pixel_dims(Some(png::PixelDimensions {
+        xppu: dots_per_metre,
+        yppu: dots_per_metre,
+        unit: png::Unit::Meter,
+    }));
+    let mut writer = encoder.write_header().map_err(|error| failed(name, error))?;
+    writer.write_chunk(png::chunk::IDAT, &compressed[..length]).map_err(|error| failed(name, error))?;
+    writer.finish().map_err(|error| failed(name, error))?;
+    Ok(file)
+}
+
+/// The figure as PDF, text as text.
+pub fn pdf(name: &str, svg: &str) -> Result<Vec<u8>, ReportError> {
+    page(name, &tree(name, svg)?)
+}
+
+fn page(name: &str, tree: &Tree) -> Result<Vec<u8>, ReportError> {
+    svg2pdf::to_pdf(tree, svg2pdf::ConversionOptions::default(), svg2pdf::PageOptions { dpi: 96.0 })
+        .map_err(|error| failed(name, error))
+}

@@ -1,0 +1,368 @@
+//! Slices of the map: one panel per method, with the exact boundary as a curve.
+
+use ndarray::Array2;
+
+use super::super::text::{Rich, rich};
+use super::super::units::{View, join};
+use super::super::{ReportError, SIMULATION};
+use super::data::{Data, Values};
+use super::exact::boundary;
+use super::legend::{Legend, Sample};
+use super::lines::letter;
+use super::palette;
+use super::panels::{Panel, Panels};
+use super::plot::{self, At, Plot};
+use super::region::outlines;
+use super::scene::{Fill, Place, Scene, Stroke, Width};
+use super::slice::{Slice, picks};
+use super::{Figure, at_each_width};
+use slipmap_format::MapFile;
+use slipmap_map::map::{Axis, Verdict};
+use slipmap_numbers::text::count;
+use slipmap_simulate::critical_damping;
+
+/// Fewest nodes of both axes of an area. Two nodes would fill half of it each, as if what lies between had
+/// been computed; they are drawn as rows instead.
+pub(super) const FEWEST_NODES: usize = 3;
+
+/// Largest number of eps with slices of their own.
+const MOST_EPSILONS: usize = 4;
+
+/// The exact boundary: black on a white halo, so that it is visible on dark areas. Wrong cells, which may be
+/// a thin band beside it, are drawn over the halo.
+pub(super) const EXACT: Stroke = Stroke::solid(palette::BLACK, 1.0);
+pub(super) const HALO: Stroke = Stroke::solid(palette::WHITE, 2.4);
+/// The critical damping of the method whose panel it is.
+const OWN_EDGE: Stroke = Stroke { color: palette::BLACK, width: 1.0, dash: &[2.0, 1.6] };
+
+/// Meaning of a cell in a method's panel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Claim {
+    Verdict(Verdict),
+    WrongPresence,
+    WrongAbsence,
+}
+
+impl Claim {
+    const ALL: [Claim; 7] = [
+        Claim::Verdict(Verdict::Present),
+        Claim::Verdict(Verdict::Absent),
+        Claim::Verdict(Verdict::Undecided),
+        Claim::WrongPresence,
+        Claim::WrongAbsence,
+        Claim::Verdict(Verdict::Failed),
+        Claim::Verdict(Verdict::NotComputed),
+    ];
+
+    fn is_wrong(self) -> bool {
+        matches!(self, Claim::WrongPresence | Claim::WrongAbsence)
+    }
+
+    fn of(method: i8, simulation: Option<i8>) -> Self {
+        let (present, absent) = (Verdict::Present.code(), Verdict::Absent.code());
+        match simulation {
+            Some(simulation) if method == present && simulation == absent => Claim::WrongPresence,
+            Some(simulation) if method == absent && simulation == present => Claim::WrongAbsence,
+            _ => Claim::Verdict(Verdict::of_code(method).unwrap_or(Verdict::Failed)),
+        }
+    }
+
+    /// Its fill, and its name in legends.
+    fn look(self) -> (Fill, Rich) {
+        match self {
+            Claim::Verdict(verdict) => {
+                let kind = palette::verdict(verdict);
+                (kind.fill, rich(&kind.words))
+            }
+            Claim::WrongPresence => (palette::WRONG_PRESENCE, rich("wrong: claims a cycle")),
+            Claim::WrongAbsence => (palette::WRONG_ABSENCE, rich("wrong: denies a cycle")),
+        }
+    }
+}
+
+/// The plane of a map in which verdicts change most visibly: horizontally the longest axis among the law's
+/// and V, vertically c; the two longest axes if c has too few nodes for an area, and they have enough.
+pub(crate) fn main_plane(map: &MapFile) -> (usize, usize) {
+    let axes = map.grid().axes();
+    let c = axes.len() - 1;
+    let mut others: Vec<usize> = (0..c).collect();
+    // The longest first; among equally long ones the fastest, which is V, then the law's last parameter.
+    others.sort_by_key(|&axis| (std::cmp::Reverse((axes[axis].values.len(), axis.min(1))), c - axis));
+    let longest =
+        others.iter().copied().find(|&axis| axis > 0 || axes[0].values.len() > 1).unwrap_or(others[0]);
+    let second = others.iter().copied().find(|&axis| axis != longest).unwrap_or(c);
+    let nodes = |axis: usize| axes[axis].values.len();
+    if nodes(c) >= FEWEST_NODES || nodes(c) > 1 && nodes(second) < FEWEST_NODES {
+        return (longest, c);
+    }
+    (second.min(longest), second.max(longest))
+}
+
+/// The eps at which slices are drawn: all, or evenly selected ones.
+pub(crate) fn chosen_epsilons(map: &MapFile) -> Vec<usize> {
+    let count = map.grid().axes()[0].values.len();
+    if count <= MOST_EPSILONS {
+        return (0..count).collect();
+    }
+    (0..MOST_EPSILONS).map(|i| i * (count - 1) / (MOST_EPSILONS - 1)).collect()
+}
+
+pub(crate) fn verdict_panels(view: &View) -> Result<Vec<Figure>, ReportError> {
+    let map = view.map;
+    let axes = map.grid().axes();
+    let c = axes.len() - 1;
+    let (x, y) = main_plane(map);
+    let index = view.informative_nodes();
+    let nodes = |axis: usize| axes[axis].values.len();
+    if nodes(x).min(nodes(y)) < FEWEST_NODES {
+        let (over, other) = if nodes(x) >= nodes(y) { (x, y) } else { (y, x) };
+        return over_one_axis(view, over, other, &index);
+    }
+    let mut planes = vec![(x, y, index.clone())];
+    // A second plane, across the law's parameters and V at fixed c.
+    let mut others: Vec<usize> = (1..c).filter(|&axis| nodes(axis) >= FEWEST_NODES && axis != x).collect();
+    others.sort_by_key(|&axis| std::cmp::Reverse(nodes(axis)));
+    if let (Some(&second), true) = (others.first(), y == c && x > 0) {
+        let mut index = index;
+        index[c] = informative_damping(map, &index);
+        planes.push((x.min(second), x.max(second), index));
+    }
+    let mut figures = Vec::new();
+    for (x, y, index) in planes {
+        let epsilons = if x == 0 { vec![0] } else { chosen_epsilons(map) };
+        for epsilon in epsilons {
+            let mut index = index.clone();
+            index[0] = epsilon;
+            figures.push(figure(&Slice::new(view, x, y, index))?);
+        }
+    }
+    Ok(figures)
+}
+
+/// The node of c for a plane of fixed c: near half of the critical damping in its middle.
+fn informative_damping(map: &MapFile, index: &[usize]) -> usize {
+    let axes = map.grid().axes();
+    match critical_damping(&map.grid().column(index), 1e-6) {
+        Ok(root) if root.c > 0.0 => axes[axes.len() - 1].nearest(0.5 * root.c),
+        Ok(_) | Err(_) => 0,
+    }
+}
+
+/// Verdicts of every method over one axis, with rows for the nodes of the `other` one, which has too few for
+/// an area; one figure for each eps.
+fn over_one_axis(
+    view: &View,
+    over: usize,
+    other: usize,
+    index: &[usize],
+) -> Result<Vec<Figure>, ReportError> {
+    let (map, axes) = (view.map, view.map.grid().axes());
+    if axes[over].values.len() < 2 {
+        return Ok(Vec::new());
+    }
+    let variables: Vec<String> =
+        map.methods().iter().map(|method| format!("verdict_{}", method.name)).collect();
+    let epsilons = if other == 0 || over == 0 { vec![index[0]] } else { chosen_epsilons(map) };
+    let figure = |&epsilon: &usize| {
+        let at = |(i, axis): (usize, &Axis)| {
+            let nodes = match i {
+                0 if other != 0 => vec![axis.values[epsilon]],
+                _ if i == other => axis.values.clone(),
+                _ => vec![axis.values[index[i]]],
+            };
+            (axis.name.clone(), nodes.iter().map(|node| node * view.axis(axis).factor).collect())
+        };
+        let at: Vec<At> = axes.iter().enumerate().filter(|(i, _)| *i != over).map(at).collect();
+        let (x, width, variables) = (&axes[over].name, Width::OneColumn, &variables[..]);
+        let wanted = Plot { x, y: None, at: &at, variables, panels: None, curves: false, width };
+        let name = match epsilons.len() {
+            1 => format!("slice-{x}"),
+            _ => format!("slice-{x}-{}", epsilon + 1),
+        };
+        plot::figure(view, name, &wanted)
+    };
+    epsilons.iter().map(figure).collect()
+}
+
+/// The stored damping up to which a method claims the cycle, over the nodes of a slice with c as the vertical
+/// axis: (x, c).
+fn stored_edge(slice: &Slice, method: &str) -> Result<Vec<(f64, f64)>, ReportError> {
+    let (map, variable) = (slice.view.map, format!("critical_c_{method}"));
+    let damping = map.grid().axes().len() - 1;
+    if slice.y != damping || !map.has(&variable) {
+        return Ok(Vec::new());
+    }
+    let edge = map.real_slice(&variable, &picks(map, &[slice.x], &slice.index, damping))?;
+    let [x_nodes, _] = slice.nodes();
+    Ok(x_nodes.into_iter().zip(edge.iter().copied()).collect())
+}
+
+/// Whether there is a boundary to draw among the points returned by [`stored_edge`].
+fn has_edge(edge: &[(f64, f64)]) -> bool {
+    edge.iter().filter(|(_, c)| c.is_finite()).count() > 1
+}
+
+fn figure(slice: &Slice) -> Result<Figure, ReportError> {
+    let map = slice.view.map;
+    let methods = map.methods();
+    let codes = methods
+        .iter()
+        .map(|method| slice.codes(&format!("verdict_{}", method.name)))
+        .collect::<Result<Vec<_>, _>>()?;
+    let edges = methods
+        .iter()
+        .map(|method| match method.name == SIMULATION {
+            // Its panel shows the exact boundary.
+            true => Ok(Vec::new()),
+            false => stored_edge(slice, &method.name),
+        })
+        .collect::<Result<Vec<_>, _>>()?;
+    let simulation = methods.iter().position(|method| method.name == SIMULATION);
+    let [x, y] = slice.axes();
+    let [(x_scale, x_name), (y_scale, y_name)] = slice.scales();
+    let [x_edges, y_edges] = slice.edges();
+    let claim = |method: usize, i: usize, j: usize| {
+        Claim::of(codes[method][[i, j]], simulation.map(|simulation| codes[simulation][[i, j]]))
+    };
+    let undecided = |cells: &Array2<i8>| cells.iter().all(|code| *code == Verdict::Undecided.code());
+    // Methods that are undecided everywhere are listed by name instead of drawn as panels.
+    let (empty, shown): (Vec<usize>, Vec<usize>) = (0..methods.len()).partition(|&m| undecided(&codes[m]));
+    let (empty, shown) = if shown.is_empty() { (shown, empty) } else { (empty, shown) };
+    let left_out = join(empty.iter().map(|&m| method_title(&methods[m].name)));
+    let words = |text: &str| match empty.is_empty() {
+        true => Rich::default(),
+        false => rich(text).then(left_out.clone()),
+    };
+    let held = slice.held();
+    let heading = join([held.clone(), words("not drawn, because undecided everywhere: ")]);
+    let looks = Claim::ALL.map(Claim::look);
+    let mut exact: Option<(Panel, Vec<Vec<Place>>)> = None;
+    let scenes = at_each_width(|scene, width| {
+        let columns = width.select(2, 4);
+        let panels = Panels::below(scene, &heading, columns, shown.len(), 0.78, (x_scale, y_scale));
+        let mut used = vec![false; looks.len()];
+        let mut edged = false;
+        for (number, (&m, panel)) in shown.iter().zip(&panels.panels).enumerate() {
+            let mut draw = |scene: &mut Scene, wrong: bool| {
+                for (n, known) in Claim::ALL.into_iter().enumerate().filter(|(_, it)| it.is_wrong() == wrong)
+                {
+                    let areas = outlines(panel, &x_edges, &y_edges, |i, j| claim(m, i, j) == known);
+                    used[n] |= !areas.is_empty();
+                    scene.area(&areas, looks[n].0);
+                }
+            };
+            let edge: Vec<Place> = edges[m].iter().map(|&(x, c)| panel.place(x, c)).collect();
+            edged |= has_edge(&edges[m]);
+            // The boundary is searched once and transformed from panel to panel.
+            let (drawn, curves) = exact.get_or_insert_with(|| (*panel, boundary(slice, panel)));
+            draw(scene, false);
+            draw_lines(scene, std::slice::from_ref(&edge), panel, panel, &[HALO]);
+            draw_lines(scene, curves, drawn, panel, &[HALO]);
+            draw(scene, true);
+            draw_lines(scene, &[edge], panel, panel, &[OWN_EDGE]);
+            draw_lines(scene, curves, drawn, panel, &[EXACT]);
+            panel.title(scene, &letter(number).then(method_title(&methods[m].name)));
+        }
+        panels.axes(scene, &x_name, &y_name);
+        let mut legend = Legend::default();
+        legend.add_used(&looks, &used);
+        if exact.as_ref().is_some_and(|(_, curves)| !curves.is_empty()) {
+            legend.add(Sample::Line(EXACT), rich("exact boundary"));
+        }
+        if edged {
+            legend.add(Sample::Line(OWN_EDGE), rich("the method's own critical damping"));
+        }
+        legend.below(scene, panels.panels[0].rect.x, panels.bottom);
+    });
+    let epsilon = match slice.x {
+        0 => String::new(),
+        _ => format!("-{}", slice.index[0] + 1),
+    };
+    let label = |axis| slice.view.axis(axis);
+    let mut data = cell_columns(slice, 1);
+    let names: Vec<(i8, &'static str)> =
+        Verdict::ALL.map(|verdict| (verdict.code(), verdict.name())).to_vec();
+    for (method, codes) in methods.iter().zip(&codes) {
+        let header = format!("verdict_{}", method.name);
+        data = data.with(header, Values::Codes(codes.iter().copied().collect(), names.clone()));
+    }
+    Ok(Figure {
+        name: format!("slice-{}-{}{epsilon}", x.name, y.name),
+        caption: rich("Verdicts of each method over ")
+            .then(label(x).name)
+            .then(" and ")
+            .then(label(y).name)
+            .then(" at ")
+            .then(held)
+            .then(match exact.is_some_and(|(_, curves)| !curves.is_empty()) {
+                true => ". Black curve: the exact boundary of the stick-slip region, by root-finding on the simulated flow.",
+                false => {
+                    ". Without the exact boundary: there is none here, or to find it would take too long. `slipmap run \
+                     --curves` follows it."
+                }
+            })
+            .then(words(" Not drawn, because undecided in every cell of this plane: "))
+            .then(rich(if empty.is_empty() { "" } else { "." }))
+            .then(slice.thinned_words())
+            .then(failed_words("verdicts", codes.iter().flatten().map(|code| *code == Verdict::Failed.code()))),
+        scenes,
+        data,
+    })
+}
+
+/// The sentence of a caption about the failed ones among what is drawn, cells or verdicts; empty if there are
+/// none.
+pub(super) fn failed_words(what: &str, failed: impl Iterator<Item = bool>) -> Rich {
+    let (cells, failed) =
+        failed.fold((0, 0), |(cells, count), failed| (cells + 1, count + u64::from(failed)));
+    match failed {
+        0 => Rich::default(),
+        _ => rich(&format!(
+            " Failed, in black: {} of the {} {what} drawn, for which no answer was found.",
+            count(failed),
+            count(cells)
+        )),
+    }
+}
+
+/// The coordinates of the cells of a slice, the vertical axis fastest, once for each of `panels`.
+pub(super) fn cell_columns(slice: &Slice, panels: usize) -> Data {
+    let [x, y] = slice.axes().map(|axis| slice.view.axis(axis));
+    let [x_nodes, y_nodes] = slice.nodes();
+    let (x_factor, y_factor) = (x.factor, y.factor);
+    let cells = x_nodes.iter().flat_map(|a| y_nodes.iter().map(move |b| (a * x_factor, b * y_factor)));
+    let (xs, ys): (Vec<f64>, Vec<f64>) = cells.unzip();
+    Data::default().reals(x.header(), xs.repeat(panels)).reals(y.header(), ys.repeat(panels))
+}
+
+/// A position of one panel in another one with the same scales.
+fn moved((x, y): Place, from: &Panel, to: &Panel) -> Place {
+    let unit = ((x - from.rect.x) / from.rect.w, (y - from.rect.y) / from.rect.h);
+    (to.rect.x + unit.0 * to.rect.w, to.rect.y + unit.1 * to.rect.h)
+}
+
+pub(super) fn method_title(name: &str) -> Rich {
+    Rich::foreign(&name.replace('_', " "))
+}
+
+/// Draws boundaries that were searched in another panel with the same scales.
+pub(super) fn draw_curves(scene: &mut Scene, curves: &[Vec<Place>], from: &Panel, to: &Panel) {
+    draw_lines(scene, curves, from, to, &[HALO, EXACT]);
+}
+
+/// Draws curves of one panel into another one with each of `strokes`.
+fn draw_lines(scene: &mut Scene, curves: &[Vec<Place>], from: &Panel, to: &Panel, strokes: &[Stroke]) {
+    scene.clipped(to.rect, |scene| {
+        for curve in curves {
+            let moved: Vec<Place> = curve.iter().map(|place| moved(*place, from, to)).collect();
+            strokes.iter().for_each(|stroke| scene.line(&moved, stroke));
+        }
+    });
+}
+
+/// Draws the exact boundary of a slice into its panel; `false` if there is none.
+pub(super) fn draw_exact(scene: &mut Scene, slice: &Slice, panel: &Panel) -> bool {
+    let curves = boundary(slice, panel);
+    draw_curves(scene, &curves, panel, panel);
+    !curves.is_empty()
+}

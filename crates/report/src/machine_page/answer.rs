@@ -1,0 +1,153 @@
+//! The answer of the page in a sentence.
+
+use super::super::text::{Rich, rich};
+use super::lines::{damping_limit, percent, quantity, with_error};
+use slipmap_map::assessment::{Assessment, DampingLimit, LeftOpen, Undetermined};
+use slipmap_map::machine::{Dimension, Motion};
+use slipmap_map::map::{Attractors, Regime};
+use slipmap_map::risk::Risk;
+
+/// The behaviour at the working point, and the damping above which the vibration ends.
+pub(super) fn in_words(all: &Assessment) -> Rich {
+    let (machine, does) = (&all.machine, &all.behaviour);
+    let unit = |dimension| machine.motion.unit(dimension);
+    let limit = |damping: f64| damping_limit(all, damping, 3);
+    let place = quantity(machine.belt_speed, unit(Dimension::Velocity)).then(" and ");
+    let place = place.then(quantity(machine.damping, unit(Dimension::Damping)));
+    let vibrates = |regime: Regime| {
+        let Attractors { slip, stick_slip, crossing, .. } = regime.attractors();
+        slip || stick_slip || crossing
+    };
+    let (sentence, vibrates) = match all.left_open().filter(|open| !open.limits.is_empty()) {
+        Some(open) => (undecided(all, place, &open), open.regimes.iter().any(|regime| vibrates(*regime))),
+        None => {
+            let does_what = capital(&does_what(all));
+            (rich(&does_what).then(" at ").then(place).then(vibration(all)), vibrates(does.regime))
+        }
+    };
+    let vibrates = vibrates || sticks(all) == Some(true);
+    if does.regime == Regime::Failed && !vibrates {
+        return sentence.then(".");
+    }
+    match (vibrates, does.critical_damping, all.vibrates_below_damping) {
+        (true, Some(stick_slip), Some(every))
+            if every > stick_slip * (1.0 + 1e-6) && stick_slip > machine.damping =>
+        {
+            let first = sentence.then("; more than ").then(limit(stick_slip)).then(" ends stick-slip");
+            first.then(", more than ").then(limit(every)).then(" every vibration.")
+        }
+        (true, _, Some(every)) => {
+            sentence.then("; more than ").then(limit(every)).then(" ends the vibration.")
+        }
+        (true, Some(stick_slip), None) => {
+            sentence.then("; more than ").then(limit(stick_slip)).then(" ends stick-slip.")
+        }
+        (false, _, Some(every)) if every > 0.0 => {
+            sentence.then("; it may vibrate below ").then(limit(every)).then(".")
+        }
+        _ => sentence.then("."),
+    }
+}
+
+/// The probability of stick-slip from the spreads of the inputs and the errors of the friction; may be empty.
+pub(super) fn uncertainty(all: &Assessment, risk: Option<&Risk>) -> Rich {
+    let Some(risk) = risk else { return Rich::default() };
+    let unit = all.machine.motion.unit(Dimension::Damping);
+    let share = match (risk.failed, risk.probability.limits.map(percent)) {
+        (0, _) => format!("of {} %", percent(risk.probability.value)),
+        (failed, [low, high]) => {
+            format!("between {low} and {high} %, as {failed} of {} draws have no answer", risk.draws + failed)
+        }
+    };
+    let begins = if all.is_left_open() {
+        " It may"
+    } else {
+        " That is for the nominal values. With their spreads it may"
+    };
+    let probability = rich(begins).then(" stick-slip with a probability ").then(rich(&share));
+    let rarest = risk.rare_by.iter().rev().find_map(|rare| Some((rare.probability, rare.damping.as_ref()?)));
+    match rarest {
+        // Without damping the probability is smaller still.
+        Some((_, damping)) if damping.value == 0.0 => probability.then("."),
+        Some((share, damping)) => {
+            let damping = Rich::number(damping.value, 3).with_unit(unit);
+            let share = Rich::number(100.0 * share, 2);
+            probability.then("; at ").then(damping).then(" it is ").then(share).then(" %.")
+        }
+        None => probability.then("."),
+    }
+}
+
+/// Whether the stick-slip cycle attracts where the regime is not determined in full.
+fn sticks(all: &Assessment) -> Option<bool> {
+    all.undetermined.as_ref().and_then(|Undetermined { sticks, .. }| *sticks)
+}
+
+/// "At 0.2 m/s and 180 N s/m the data leave open what it does: it ...; or it ... The damping lies within two
+/// standard errors of 171 ± 20 N s/m, below which steady slip is unstable".
+fn undecided(all: &Assessment, place: Rich, LeftOpen { limits, regimes }: &LeftOpen) -> Rich {
+    let unit = all.machine.motion.unit(Dimension::Damping);
+    let mut sentence = match all.behaviour.regime {
+        Regime::Failed => rich(&capital(&does_what(all))).then(" at ").then(place).then(". "),
+        _ => {
+            let all: Vec<String> = regimes.iter().map(|regime| attracts(*regime)).collect();
+            let all = all.join("; or it ").replace(",;", ";");
+            let behaviours = format!(" the data leave open what it does: it {}. ", all.trim_end_matches(','));
+            rich("At ").then(place).then(rich(&behaviours))
+        }
+    };
+    for (number, (limit, value)) in limits.iter().enumerate() {
+        let begins =
+            if number == 0 { "The damping lies within two standard errors of " } else { ", and of " };
+        let below = match limit {
+            DampingLimit::Hopf => ", below which steady slip is unstable",
+            DampingLimit::Critical => ", above which it cannot stick-slip",
+        };
+        sentence = sentence.then(rich(begins)).then(with_error(*value, unit)).then(rich(below));
+    }
+    sentence
+}
+
+fn capital(words: &str) -> String {
+    let mut letters = words.chars();
+    letters.next().map_or_else(String::new, |first| first.to_ascii_uppercase().to_string() + letters.as_str())
+}
+
+/// "stick-slips from every start", "slips steadily or stick-slips, depending on the start,".
+fn does_what(all: &Assessment) -> String {
+    match (all.behaviour.regime, sticks(all)) {
+        (Regime::Failed, Some(true)) => "stick-slips at least from some starts".into(),
+        (Regime::Failed, _) => "what it does is not determined".into(),
+        (regime, _) => attracts(regime),
+    }
+}
+
+/// As [`does_what`], for a regime that is determined.
+fn attracts(regime: Regime) -> String {
+    let Attractors { equilibrium, slip, stick_slip, crossing } = regime.attractors();
+    // Clauses of more than one attractor are short: commas separate them.
+    let several = [equilibrium, slip, stick_slip, crossing].iter().filter(|it| **it).count() > 1;
+    let does = [
+        (equilibrium, "slips steadily", "slips steadily from every start"),
+        (slip, "vibrates without sticking", "vibrates from every start, without sticking,"),
+        (stick_slip, "stick-slips", "stick-slips from every start"),
+        (crossing, "overtakes the belt at every turn", "overtakes the belt at every turn, from every start,"),
+    ];
+    let does: Vec<&str> =
+        does.iter().filter(|(is, ..)| *is).map(|(_, of, alone)| if several { *of } else { *alone }).collect();
+    match does.as_slice() {
+        [first @ .., last] if several => format!("{} or {last}, depending on the start,", first.join(", ")),
+        _ => does.concat(),
+    }
+}
+
+/// " (75 Hz, 0.41 mm)": frequency and amplitude of the attracting cycle.
+fn vibration(all: &Assessment) -> Rich {
+    let Some((period, amplitude)) = all.period.zip(all.behaviour.amplitude) else { return Rich::default() };
+    let amplitude = match all.machine.motion {
+        Motion::Translation => Rich::number(1e3 * amplitude, 2).with_unit("mm"),
+        Motion::Rotation => Rich::number(amplitude, 2).with_unit("rad"),
+    };
+    let frequency = Rich::number(1.0 / period, 2).with_unit("Hz");
+    rich(" (").then(frequency).then(", ").then(amplitude).then(")")
+}

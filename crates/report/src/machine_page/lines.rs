@@ -1,0 +1,442 @@
+//! The lines of the page: questions and answers, section by section.
+
+use super::super::figure::palette;
+use super::super::text::{Rich, rich};
+use super::super::units::join;
+use slipmap_map::assessment::{Assessment, ErrorsFrom, NeededKick, Undetermined};
+use slipmap_map::behaviour::Limit;
+use slipmap_map::machine::{Dimension, Friction, Machine, Motion};
+use slipmap_map::risk::{Estimate, Risk, Spread, Uncertain, WithError, is_uncertain};
+use slipmap_model::friction::Table;
+use slipmap_numbers::text::rounded;
+
+/// A question and its answer.
+pub(crate) type Line = (Rich, Rich);
+
+/// A heading and its lines.
+pub(crate) type Section = (&'static str, Vec<Line>);
+
+pub(super) fn quantity(value: f64, unit: &str) -> Rich {
+    Rich::number(value, 4).with_unit(unit)
+}
+
+/// A number and its standard error: "171 ± 20 N s/m". The number has no digits beyond those of the error.
+pub(super) fn with_error(of: WithError, unit: &str) -> Rich {
+    let WithError { value, standard_error } = of;
+    // Digits before the point are rounded, too: 530 ± 100, not 528 ± 102.
+    let number = |x: f64, digits: usize| Rich::number(rounded(x, digits).parse().unwrap_or(x), 4);
+    number(value, digits_within(of)).then(" ± ").then(number(standard_error, 2)).with_unit(unit)
+}
+
+/// Number of digits of a value up to the second digit of its error, at most four.
+fn digits_within(WithError { value, standard_error }: WithError) -> usize {
+    if standard_error == 0.0 {
+        return 4;
+    }
+    let place = |x: f64| x.abs().log10().floor() as i32;
+    (place(value).max(place(standard_error) - 1) - place(standard_error) + 2).clamp(1, 4) as usize
+}
+
+/// Numbers of digits of what depends on the slope of the friction and on its mean over the motion in a way
+/// that is not known: those of the damping below which steady slip is unstable, and of the critical damping.
+fn digits_of_data(all: &Assessment) -> [usize; 2] {
+    let errors = all.standard_errors;
+    let limits =
+        [errors.map(|errors| errors.hopf_damping), errors.and_then(|errors| errors.critical_damping)];
+    limits.map(|limit| limit.map_or(4, |limit| digits_within(limit).max(2)))
+}
+
+/// A limit of the damping, with its standard error where that is known.
+pub(super) fn damping_limit(all: &Assessment, damping: f64, digits: usize) -> Rich {
+    let unit = all.machine.motion.unit(Dimension::Damping);
+    match all.standard_error_of(damping) {
+        Some(standard_error) => with_error(WithError { value: damping, standard_error }, unit),
+        None => Rich::number(damping, digits).with_unit(unit),
+    }
+}
+
+fn line(name: &str, value: Rich) -> Line {
+    (rich(name), value)
+}
+
+/// All sections of the page.
+pub(super) fn sections(all: &Assessment, uncertain: &[Uncertain], risk: Option<&Risk>) -> Vec<Section> {
+    let mut sections = vec![("Machine", given(all, uncertain)), ("Limits", limits(all))];
+    const UNCERTAIN: &str = "Uncertain quantities";
+    match risk {
+        Some(risk) => sections.push((UNCERTAIN, risk_lines(all, risk))),
+        None if is_uncertain(&all.machine, uncertain) => {
+            let why = rich("not determined: no critical damping was found for any draw");
+            sections.push((UNCERTAIN, vec![line("probability that it may stick-slip", why)]));
+        }
+        None => {}
+    }
+    sections.push(("Motion", motion(all)));
+    sections.push(("Critical damping changes with", sensitivities(all, uncertain)));
+    sections.push(("What is proved and what is computed", proved(all)));
+    sections
+}
+
+/// The quantity of this name with its unit and its spread: "2 kg ± 0.05 (sd)", "225 N s/m, 150 to 300 (uniform)".
+fn with_spread(name: &str, value: f64, unit: &str, uncertain: &[Uncertain]) -> Rich {
+    let text = quantity(value, unit);
+    match uncertain.iter().find(|(known, _)| *known == name) {
+        None => text,
+        Some((_, Spread::Normal { sd })) => text.then(" ± ").then(Rich::number(*sd, 3)).then(" (sd)"),
+        Some((_, Spread::Uniform { min, max })) => {
+            let ends = Rich::number(*min, 4).then(" to ").then(Rich::number(*max, 4));
+            text.then(", ").then(ends).then(" (uniform)")
+        }
+    }
+}
+
+/// The machine as it was given.
+fn given(all: &Assessment, uncertain: &[Uncertain]) -> Vec<Line> {
+    let machine = &all.machine;
+    let of = |name: &str, value: f64, dimension: Dimension| {
+        with_spread(name, value, machine.motion.unit(dimension), uncertain)
+    };
+    let named =
+        |name: &str, value: f64, dimension| line(&machine.motion.words(name), of(name, value, dimension));
+    let mut given = vec![
+        named("mass", machine.mass, Dimension::Mass),
+        named("stiffness", machine.stiffness, Dimension::Stiffness),
+    ];
+    if machine.normal_force_is_known {
+        given.push(named("normal_force", machine.normal_force, Dimension::Force));
+    }
+    given.extend(given_friction(machine, uncertain));
+    given.push(named("belt_speed", machine.belt_speed, Dimension::Velocity));
+    let ratio = rich(" (damping ratio ").then(Rich::number(all.behaviour.damping_ratio, 3)).then(")");
+    given.push(line("damping", of("damping", machine.damping, Dimension::Damping).then(ratio)));
+    given
+}
+
+fn given_friction(machine: &Machine, uncertain: &[Uncertain]) -> Vec<Line> {
+    match &machine.friction {
+        Friction::Coefficients(law, of) => {
+            let number = |name: &str, value: f64| with_spread(name, value, "", uncertain);
+            let rest = number("static_friction", of.static_friction);
+            let kinetic = number("kinetic_friction", of.kinetic_friction);
+            let velocity = machine.motion.unit(Dimension::Velocity);
+            let width = with_spread("stribeck_velocity", of.stribeck_velocity, velocity, uncertain);
+            let mut lines = vec![
+                line("friction law", Rich::foreign(law.name())),
+                line("coefficient of friction at rest, kinetic", rest.then(", ").then(kinetic)),
+                line("Stribeck velocity", width),
+            ];
+            if of.strengthening > 0.0 {
+                lines.push(line("strengthening", number("strengthening", of.strengthening)));
+            }
+            lines
+        }
+        Friction::Formula(formula, parameters) => {
+            let mut lines = vec![line("coefficient of friction", Rich::foreign(formula.text()))];
+            let named = formula.parameters().iter().zip(parameters.as_slice());
+            let values = named.map(|(of, value)| {
+                Rich::foreign(&format!("{} = ", of.name)).then(with_spread(of.name, *value, "", uncertain))
+            });
+            if !parameters.as_slice().is_empty() {
+                lines.push(line("with", join(values)));
+            }
+            lines
+        }
+        Friction::Measured(table) => {
+            let unit = if machine.normal_force_is_known { "" } else { machine.motion.unit(Dimension::Force) };
+            let name = machine.words_of_friction();
+            vec![line(name, table_in_words(table)), line("at rest", quantity(table.static_level(), unit))]
+        }
+    }
+}
+
+/// "pad.csv, 11 rows without standard errors", "pad.csv, 11 rows, standard errors (third column) 0.001 to
+/// 0.008", "pad.csv, 33 rows averaged at 11 slip speeds, standard errors (by their scatter) 0.002".
+fn table_in_words(table: &Table) -> Rich {
+    let (rows, readings) = (table.data().count(), table.readings());
+    let averaged = readings > rows;
+    let count = if averaged {
+        format!("{readings} rows averaged at {rows} slip speeds")
+    } else {
+        format!("{rows} rows")
+    };
+    let text = Rich::foreign(&format!("{}, {count}", table.origin()));
+    let Some(errors) = table.standard_errors() else { return text.then(" without standard errors") };
+    let [least, most] = [f64::min, f64::max].map(|of| errors.iter().copied().reduce(of).unwrap_or(0.0));
+    let range = if least < most {
+        Rich::number(least, 2).then(" to ").then(Rich::number(most, 2))
+    } else {
+        Rich::number(most, 2)
+    };
+    let from = if averaged { "by their scatter" } else { "third column" };
+    text.then(Rich::foreign(&format!(", standard errors ({from}) "))).then(range)
+}
+
+/// The limits of belt speed and damping.
+fn limits(all: &Assessment) -> Vec<Line> {
+    let (machine, does) = (&all.machine, &all.behaviour);
+    let unit = |dimension| machine.motion.unit(dimension);
+    use Dimension::{Damping, Velocity};
+    let speed = machine.motion.words("belt_speed");
+    let [of_slope, of_mean] = digits_of_data(all);
+    let of_damping = |damping: f64| damping_limit(all, damping, of_slope);
+    let errors = all.standard_errors;
+    let none = |limit: Option<WithError>| match limit {
+        // Errors that may make it positive.
+        Some(limit) if limit.value + 2.0 * limit.standard_error > 0.0 => {
+            rich("none by the curve through the data: ").then(with_error(limit, unit(Damping)))
+        }
+        _ => rich("none: it needs no damping"),
+    };
+    let critical = match (does.critical_damping, does.critical_damping_error) {
+        (Some(damping), numerical) => {
+            let of_data = all.standard_error_of(damping).unwrap_or(0.0);
+            let numerical = numerical.filter(|error| *error > of_data).map_or_else(Rich::default, |error| {
+                rich(" (numerical error ").then(Rich::number(error, 2)).then(")")
+            });
+            of_damping(damping).then(numerical)
+        }
+        _ if does.critical_damping_is_known => none(errors.and_then(|errors| errors.critical_damping)),
+        _ => rich("not determined"),
+    };
+    let below = |limit: Limit, none: &str, dimension: Dimension, digits: usize| {
+        let of = |value: f64| Rich::number(value, digits).with_unit(unit(dimension));
+        match limit {
+            Limit::Below(value) if dimension == Damping => of_damping(value),
+            Limit::Below(value) => of(value),
+            Limit::AtLeast(value) => rich("at least ").then(of(value)),
+            Limit::NoneUpTo(value) => rich(none).then(of(value)),
+            Limit::NotDetermined => rich("not determined"),
+        }
+    };
+    // The search for these begins with the smallest values.
+    const NOT_EVEN: &str = "none: not even at ";
+    let mut limits = regime_lines(all);
+    limits.extend([
+        line(
+            &format!("always stick-slips below {speed}"),
+            below(all.always_below_speed, NOT_EVEN, Velocity, of_slope),
+        ),
+        line(
+            &format!("may stick-slip below {speed}"),
+            below(does.critical_belt_speed, "none up to ", Velocity, of_mean),
+        ),
+        line(
+            "always stick-slips below damping",
+            below(all.always_below_damping, NOT_EVEN, Damping, of_slope),
+        ),
+        line("may stick-slip below damping", critical),
+        line(
+            "steady slip is unstable below damping",
+            match all.hopf_damping > 0.0 {
+                true => of_damping(all.hopf_damping),
+                false => none(errors.map(|errors| errors.hopf_damping)),
+            },
+        ),
+        line(
+            "vibrates at all (stick-slip or slip cycle) below damping",
+            match all.vibrates_below_damping {
+                Some(0.0) => rich("none: it needs no damping"),
+                Some(damping) => of_damping(damping),
+                None => not_determined(all),
+            },
+        ),
+    ]);
+    if let Some(errors) = errors {
+        let by = match errors.from {
+            ErrorsFrom::Data => "the standard errors of the data",
+            ErrorsFrom::Scatter => "the scatter of the rows, which have no standard errors",
+        };
+        let words = format!("standard error by {by}; not known of the other limits");
+        limits.push(line("after ±", Rich::foreign(&words)));
+    }
+    if let Some(margin) = all.safety_margin() {
+        limits.push(line("damping over critical damping", Rich::number(margin, of_mean)));
+    }
+    limits
+}
+
+/// "not determined", with the reason if it is not that of the whole regime.
+fn not_determined(all: &Assessment) -> Rich {
+    let why = all.slip_cycles_unknown.as_ref();
+    Rich::foreign(&why.map_or_else(|| "not determined".into(), |why| format!("not determined: {why}")))
+}
+
+/// Frequencies, times, amplitudes and kicks at the working point.
+fn motion(all: &Assessment) -> Vec<Line> {
+    let does = &all.behaviour;
+    let [_, digits] = digits_of_data(all);
+    let of = |value: f64, dimension: Dimension| {
+        Rich::number(value, digits).with_unit(all.machine.motion.unit(dimension))
+    };
+    use Dimension::{Length, Time, Velocity};
+    let mut motion = vec![line("undamped natural frequency", quantity(does.natural_frequency, "Hz"))];
+    if let Some(period) = all.period {
+        let frequency = rich(" (").then(Rich::number(1.0 / period, digits)).then(" Hz)");
+        motion.push(line("period of the vibration", of(period, Time).then(frequency)));
+    }
+    if let Some([slip, stick]) = does.slip_and_stick_time {
+        motion.push(line("slip time, stick time", of(slip, Time).then(", ").then(of(stick, Time))));
+    }
+    if let Some(amplitude) = does.amplitude {
+        motion.push(line("amplitude, half of peak to peak", of(amplitude, Length)));
+    }
+    if let Some(amplitude) = all.velocity_amplitude {
+        motion.push(line("velocity amplitude", of(amplitude, Velocity)));
+    }
+    let with_belt = match all.machine.motion {
+        Motion::Translation => "kick that starts it: with the belt, against it",
+        Motion::Rotation => "kick that starts it: with the rotation, against it",
+    };
+    let kick = |value: Rich| line("kick that starts it", value);
+    motion.push(match all.needed_kick() {
+        _ if all.is_left_open() => {
+            kick(rich("the data leave open whether one is needed, and how large it is"))
+        }
+        NeededKick::Kick(kick) => {
+            let unit = all.machine.motion.unit(Velocity);
+            let relative = all.standard_errors.and_then(|errors| errors.kick);
+            let of = |value: f64| match (relative, &all.machine.friction) {
+                (Some(error), _) => with_error(WithError { value, standard_error: error * value }, unit),
+                // The errors of the data are not known, but they are seldom below a per cent.
+                (None, Friction::Measured(_)) => Rich::number(value, 2).with_unit(unit),
+                (None, _) => quantity(value, unit),
+            };
+            line(with_belt, of(kick.forward).then(", ").then(of(kick.backward)))
+        }
+        NeededKick::NotNeeded => kick(rich("none is needed")),
+        NeededKick::None => kick(rich("no kick of steady slip does")),
+        NeededKick::NotDetermined => kick(not_determined(all)),
+    });
+    motion
+}
+
+/// By how much the critical damping changes with each quantity, and how much of its uncertainty comes from each.
+fn sensitivities(all: &Assessment, uncertain: &[Uncertain]) -> Vec<Line> {
+    let machine = &all.machine;
+    if all.sensitivities.is_empty() {
+        let words = "by an unknown amount: no critical damping was found next to it";
+        return vec![line("any quantity", rich(words))];
+    }
+    let values = machine.quantities();
+    let lines = all.sensitivities.iter().map(|of| {
+        let name = match of.quantity {
+            "normal_force" if !machine.normal_force_is_known => "all friction forces".into(),
+            name => machine.words(name),
+        };
+        let per_cent = Rich::number(of.critical_damping, 3).then(" % for 1 %");
+        // To first order.
+        let sd = uncertain.iter().find(|(known, _)| *known == of.quantity).map(|(_, spread)| spread.sd());
+        let value = values.iter().find(|(known, _)| *known == of.quantity).map(|(_, value)| *value);
+        let moved = sd.zip(value).zip(all.behaviour.critical_damping);
+        let moved = moved.map(|((sd, value), critical)| (of.critical_damping * critical * sd / value).abs());
+        let by_spread = moved.filter(|moved| *moved > 0.0).map_or_else(Rich::default, |moved| {
+            let unit = machine.motion.unit(Dimension::Damping);
+            rich("; by its spread ± ").then(Rich::number(moved, 2)).with_unit(unit)
+        });
+        (Rich::foreign(&name), per_cent.then(by_spread))
+    });
+    lines.collect()
+}
+
+fn proved(all: &Assessment) -> Vec<Line> {
+    let is_measured = matches!(all.machine.friction, Friction::Measured(_));
+    let of_curve = if is_measured { ", for the curve through the data" } else { "" };
+    let deciding: Vec<_> = all.proofs.iter().filter(|proof| proof.verdict != "undecided").collect();
+    let proved = match deciding.first() {
+        Some(first) => {
+            let tests: Vec<&str> = deciding.iter().map(|proof| proof.test).collect();
+            format!("{}, proved by {}{of_curve}", first.verdict, tests.join(", ").replace('_', " "))
+        }
+        None => "no proof decides it".to_owned(),
+    };
+    let computed = format!("computed: orbits to 1e-9, sensitivities to 1e-5{of_curve}");
+    vec![
+        line("stick-slip cycle at the working point", Rich::foreign(&proved)),
+        line("all numbers above", Rich::foreign(&computed)),
+    ]
+}
+
+/// The attractors at the working point; where they are not determined, what is known and why the rest is not.
+pub(super) fn regime_lines(all: &Assessment) -> Vec<Line> {
+    const NAME: &str = "regime at the working point";
+    let Some(Undetermined { sticks, is_stable, reasons }) = &all.undetermined else {
+        let words = rich(&palette::regime(all.behaviour.regime).words);
+        let open =
+            if all.is_left_open() { " by the curve through the data, which leave it open" } else { "" };
+        return vec![(rich(NAME), words.then(open))];
+    };
+    let stick_slip = match sticks {
+        Some(true) => "the stick-slip cycle attracts, ",
+        Some(false) => "no stick-slip cycle exists, ",
+        None => "",
+    };
+    let steady = if *is_stable { "steady slip attracts" } else { "steady slip is unstable" };
+    let mut lines = vec![
+        (rich(NAME), rich("not determined in full")),
+        (rich("what is known of it"), rich(&format!("{stick_slip}{steady}"))),
+    ];
+    let whys = reasons.iter().map(|why| (rich("what is not, and why"), Rich::foreign(why)));
+    lines.extend(whys);
+    lines
+}
+
+/// The probability of stick-slip, and the dampings for given probabilities.
+fn risk_lines(all: &Assessment, risk: &Risk) -> Vec<Line> {
+    let unit = all.machine.motion.unit(Dimension::Damping);
+    let limits = |estimate: &Estimate| {
+        let [low, high] = estimate.limits.map(|limit| Rich::number(limit, 4));
+        let value = Rich::number(estimate.value, 4);
+        // Draws that hardly differ have limits that do not differ in print.
+        let interval = match low.plain() == high.plain() {
+            true => rich(""),
+            false => rich(" (").then(low).then(" to ").then(high).then(")"),
+        };
+        value.then(interval).with_unit(unit)
+    };
+    let mut lines = vec![(
+        rich("probability that it may stick-slip (95 % limits)"),
+        rich(&percentage(&risk.probability)).then(rich(&format!(", {} draws", risk.draws))),
+    )];
+    if risk.critical_damping_error > risk.standard_error.unwrap_or(0.0) {
+        let error = Rich::number(risk.critical_damping_error, 2).with_unit(unit);
+        lines.push((rich("largest error met of a draw's critical damping"), error));
+    }
+    if let Some(error) = risk.standard_error {
+        let value = Rich::number(error, 3).then(Rich::foreign(&format!(" {unit}, part of each draw")));
+        lines.push((rich("standard error of critical damping, by friction"), value));
+    }
+    for rare in &risk.rare_by {
+        let share = Rich::number(100.0 * rare.probability, 4);
+        let name = rich("damping at which that probability is ").then(share).then(" %");
+        let value = match &rare.damping {
+            Some(damping) if damping.limits[1] == 0.0 => rich("none: it needs no damping"),
+            Some(damping) => limits(damping),
+            None => rich("too few draws"),
+        };
+        lines.push((name, value));
+    }
+    lines.push((rich("limits in brackets"), rich("those of the sampling by draws alone, 95 %")));
+    lines
+}
+
+/// A share in per cent, to two decimals. A share that is not 0 or 1 but would be printed so is given as
+/// "< 0.01" or "> 99.99".
+pub(crate) fn percent(share: f64) -> String {
+    match 100.0 * share {
+        0.0 => "0".into(),
+        100.0 => "100".into(),
+        percent if percent < 0.01 => "< 0.01".into(),
+        percent if percent > 99.99 => "> 99.99".into(),
+        percent => {
+            let text = format!("{percent:.2}");
+            text.trim_end_matches('0').trim_end_matches('.').to_owned()
+        }
+    }
+}
+
+/// A share in per cent with its limits, where these differ in print.
+pub(super) fn percentage(share: &Estimate) -> String {
+    let [low, high] = share.limits.map(percent);
+    let interval = if low == high { String::new() } else { format!(" ({low} to {high})") };
+    format!("{}{interval} %", percent(share.value))
+}

@@ -1,0 +1,130 @@
+//! The summary on the first screen of a report.
+
+use super::figure::picks;
+use super::machine_page::percent;
+use super::tables::undetermined_regimes;
+use super::text::{Rich, rich};
+use super::units::{View, join};
+use super::{Report, SIMULATION};
+use slipmap_map::behaviour::behaviour;
+use slipmap_map::dataset::auxiliary::PROBABILITY;
+use slipmap_map::machine::Dimension;
+use slipmap_map::map::Verdict;
+use slipmap_numbers::text::count;
+
+/// Bound on the error of the scaled grazing margin for a machine.
+const TOLERANCE: f64 = 1e-9;
+
+/// The smallest and the largest probability that the machine may stick-slip; `None` for a map without them.
+fn probabilities(view: &View) -> Option<(f64, f64)> {
+    let map = view.map;
+    let axes = map.grid().axes().len();
+    let (all, first) = ([axes - 2, axes - 1], vec![0; axes]);
+    let values = map
+        .has_auxiliary(PROBABILITY)
+        .then(|| map.real_slice(PROBABILITY, &picks(map, &all, &first, axes)).ok());
+    let values = values.flatten()?;
+    let known = || values.iter().copied().filter(|value| value.is_finite());
+    let (least, most) = (known().fold(f64::INFINITY, f64::min), known().fold(f64::NEG_INFINITY, f64::max));
+    (least <= most).then_some((least, most))
+}
+
+/// The lines of the summary: a name and its value.
+pub(super) fn summary(view: &View, report: &Report) -> Vec<(Rich, Rich)> {
+    let map = view.map;
+    let axes = map.grid().axes();
+    let mut lines = Vec::new();
+    let mut line = |name: &str, value: Rich| lines.push((rich(name), value));
+    if let Some(model) = view.model() {
+        let (point, si) = (&model.point, &model.si);
+        let quantity = |value: f64, dimension| Rich::number(value, 4).with_unit(si.unit(dimension));
+        let speed = quantity(point.belt_speed * si.units.velocity, Dimension::Velocity);
+        let damping = quantity(point.damping * si.units.damping, Dimension::Damping);
+        let does = behaviour(&model, TOLERANCE);
+        if let Some(critical) = does.critical_damping {
+            let value = quantity(critical, Dimension::Damping).then(" at belt speed ");
+            line("critical damping", value.then(speed.clone()));
+        }
+        if let Some(critical) = does.critical_belt_speed.value() {
+            let value = quantity(critical, Dimension::Velocity).then(" at damping ");
+            line("critical belt speed", value.then(damping.clone()));
+        }
+        if let Some(amplitude) = does.amplitude {
+            let at = rich(" at belt speed ").then(speed).then(" and damping ").then(damping);
+            line("amplitude", quantity(amplitude, Dimension::Length).then(at));
+        }
+        line("natural frequency", Rich::number(does.natural_frequency, 4).then(" Hz"));
+    }
+    if let Some((least, most)) = probabilities(view) {
+        let range = match least == most {
+            true => percent(least),
+            false => format!("{} to {}", percent(least), percent(most)),
+        };
+        let words = format!("{range} % over the belt speeds and dampings, {PROBABILITY} in the map");
+        line("probability that it may stick-slip, by the uncertain quantities", Rich::foreign(&words));
+    }
+    let cells = count(map.grid().cells() as u64);
+    line("friction law", Rich::foreign(map.grid().law().name()));
+    let extents = axes
+        .iter()
+        .filter(|axis| axis.values.len() > 1)
+        .map(|axis| rich(&format!("{} ", axis.values.len())).then(view.axis(axis).extent(&axis.values, 4)));
+    let extents = join(extents);
+    let separator = rich(if extents.pieces.is_empty() { "" } else { ": " });
+    line("cells", Rich::foreign(&cells).then(separator).then(extents));
+    let verdicts = &report.verdicts;
+    let total = |method: usize, verdict: Verdict| -> u64 {
+        verdicts.confusion[method].iter().map(|counts| counts.method(verdict)).sum()
+    };
+    if let Some(simulation) = verdicts.simulation {
+        let (present, absent) = (total(simulation, Verdict::Present), total(simulation, Verdict::Absent));
+        line(
+            "stick-slip cycle",
+            Rich::foreign(&format!(
+                "in {} cells by simulation; none in {}; {} without a verdict",
+                count(present),
+                count(absent),
+                count(map.grid().cells() as u64 - present - absent)
+            )),
+        );
+    }
+    let mut proved = Vec::new();
+    let mut wrong = Vec::new();
+    for (number, method) in map.methods().iter().enumerate().filter(|(_, method)| method.name != SIMULATION) {
+        let name = method.name.replace('_', " ");
+        let confusion = &verdicts.confusion[number];
+        let mistakes: u64 = confusion
+            .iter()
+            .map(|c| c.pair(Verdict::Absent, Verdict::Present) + c.pair(Verdict::Present, Verdict::Absent))
+            .sum();
+        let decided = total(number, Verdict::Present) + total(number, Verdict::Absent);
+        let percent = 100.0 * decided as f64 / map.grid().cells() as f64;
+        if matches!(method.guarantee.as_str(), "finite_epsilon" | "validated") {
+            proved.push(Rich::foreign(&format!("{name} {percent:.1} %")));
+        } else if verdicts.simulation.is_some() {
+            wrong.push(Rich::foreign(&format!("{name} {}", count(mistakes))));
+        }
+    }
+    if !proved.is_empty() {
+        line("decided by proof", join(proved));
+    }
+    if !wrong.is_empty() {
+        line("wrong cells", join(wrong));
+    }
+    let unknown = undetermined_regimes(map).unwrap_or(0);
+    if unknown > 0 {
+        line("regime not determined", Rich::foreign(&format!("in {} cells", count(unknown))));
+    }
+    if let Some(cells) = map.number("audit_cells") {
+        let against = map.number("audit_disagreements").unwrap_or(f64::NAN);
+        line(
+            "audit",
+            Rich::foreign(&format!(
+                "{} cells decided again by the direct engine, {} contradicted",
+                count(cells as u64),
+                count(against as u64)
+            )),
+        );
+    }
+    lines
+}

@@ -1,0 +1,376 @@
+//! A table independent of formats, and its formats: Markdown, HTML, LaTeX and CSV.
+
+mod latex;
+
+use super::text::{Rich, html, markdown, rich};
+use slipmap_numbers::text::{in_groups, scientific, without_zeros};
+
+/// The contents of a cell.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Cell {
+    /// Words, possibly from the map file.
+    Words(String),
+    /// A count.
+    Count(u64),
+    /// A real number.
+    Real(f64),
+    /// No number.
+    Missing,
+}
+
+impl From<Option<f64>> for Cell {
+    fn from(value: Option<f64>) -> Self {
+        value.filter(|value| value.is_finite()).map_or(Cell::Missing, Cell::Real)
+    }
+}
+
+impl From<Option<u64>> for Cell {
+    fn from(value: Option<u64>) -> Self {
+        value.map_or(Cell::Missing, Cell::Count)
+    }
+}
+
+/// Format of the numbers of a column. It does not apply to CSV, which holds all digits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Show {
+    /// Words or counts.
+    AsIs,
+    /// This many significant digits.
+    Significant(usize),
+    /// At most this many significant digits, zeros at the end dropped: for parameters.
+    Trimmed(usize),
+    /// This many decimals.
+    Decimals(usize),
+}
+
+/// A column.
+#[derive(Clone, Debug)]
+pub struct Column {
+    /// Its name in CSV files.
+    pub key: String,
+    pub(crate) heading: Rich,
+    /// Format of its numbers.
+    pub(crate) show: Show,
+}
+
+impl Column {
+    /// A column with a name for CSV files and a heading for the other formats.
+    pub(crate) fn new(key: &str, heading: &str, show: Show) -> Self {
+        Self { key: key.into(), heading: rich(heading), show }
+    }
+}
+
+/// A table.
+#[derive(Clone, Debug)]
+pub struct Table {
+    /// Name of its files, and of its label in LaTeX.
+    pub name: &'static str,
+    pub(crate) caption: Rich,
+    /// The columns.
+    pub columns: Vec<Column>,
+    /// The rows, each with one cell per column.
+    pub rows: Vec<Vec<Cell>>,
+    /// Remarks below it.
+    pub(crate) notes: Vec<Rich>,
+}
+
+/// A column of a table with a row for each `T`: its name for CSV files, its heading, the format of its
+/// numbers, and its cell.
+pub(crate) type ColumnOf<'a, T> = (&'a str, &'a str, Show, &'a dyn Fn(&T) -> Cell);
+
+/// A number as shown: a decimal, and a power of ten if that is not 0.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct Decimal {
+    mantissa: String,
+    exponent: i32,
+}
+
+/// Common format of all numbers of one column.
+#[derive(Clone, Copy, Debug)]
+enum Style {
+    Words,
+    Counts,
+    Decimals(usize),
+    Significant(usize),
+    Trimmed(usize),
+    Scientific(usize),
+}
+
+/// Range of numbers that are shown without a power of ten. In LaTeX, where numbers are aligned, one number
+/// outside of it gives the whole column a power of ten.
+const PLAIN: std::ops::Range<f64> = 1e-3..1e6;
+
+impl Table {
+    /// A table with a row for each item, without notes.
+    pub(crate) fn of<T>(name: &'static str, caption: Rich, items: &[T], columns: &[ColumnOf<T>]) -> Self {
+        let row = |item: &T| columns.iter().map(|(.., cell)| cell(item)).collect();
+        Self {
+            name,
+            caption,
+            columns: columns.iter().map(|(key, heading, show, _)| Column::new(key, heading, *show)).collect(),
+            rows: items.iter().map(row).collect(),
+            notes: Vec::new(),
+        }
+    }
+
+    /// Returns whether a column holds numbers.
+    fn is_numeric(&self, column: usize) -> bool {
+        self.rows.iter().any(|row| matches!(row[column], Cell::Count(_) | Cell::Real(_)))
+            && !self.rows.iter().any(|row| matches!(row[column], Cell::Words(_)))
+    }
+
+    fn style(&self, column: usize) -> Style {
+        match self.columns[column].show {
+            _ if !self.is_numeric(column) => Style::Words,
+            Show::AsIs => Style::Counts,
+            Show::Decimals(digits) => Style::Decimals(digits),
+            Show::Significant(digits) => Style::Significant(digits),
+            Show::Trimmed(digits) => Style::Trimmed(digits),
+        }
+    }
+
+    /// The style of a column whose numbers are aligned.
+    fn aligned_style(&self, column: usize) -> Style {
+        let style = self.style(column);
+        let plain = self.rows.iter().all(|row| match row[column] {
+            Cell::Real(value) => is_plain(value),
+            _ => true,
+        });
+        match style {
+            Style::Significant(digits) | Style::Trimmed(digits) if !plain => Style::Scientific(digits),
+            _ => style,
+        }
+    }
+
+    /// As a Markdown table with its caption and notes.
+    #[must_use]
+    pub fn markdown(&self) -> String {
+        let styles: Vec<Style> = (0..self.columns.len()).map(|column| self.style(column)).collect();
+        let mut text = format!("{}\n\n|", self.caption.markdown());
+        for column in &self.columns {
+            text.push_str(&format!(" {} |", column.heading.markdown()));
+        }
+        text.push_str("\n|");
+        for style in &styles {
+            text.push_str(if matches!(style, Style::Words) { " :-- |" } else { " --: |" });
+        }
+        text.push('\n');
+        for row in &self.rows {
+            text.push('|');
+            for (cell, style) in row.iter().zip(&styles) {
+                let shown = match cell {
+                    Cell::Words(words) => markdown(words),
+                    _ => shown(cell, *style, |exponent| format!("e{exponent}")),
+                };
+                text.push_str(&format!(" {shown} |"));
+            }
+            text.push('\n');
+        }
+        for note in &self.notes {
+            text.push_str(&format!("\n{}\n", note.markdown()));
+        }
+        text
+    }
+
+    /// As an HTML table.
+    #[must_use]
+    pub fn html(&self) -> String {
+        let styles: Vec<Style> = (0..self.columns.len()).map(|column| self.style(column)).collect();
+        let class = |style: &Style| if matches!(style, Style::Words) { "" } else { " class=\"number\"" };
+        // Words longer than a line may be broken anywhere; others may not.
+        let is_long = |words: &str| words.split(' ').any(|word| word.chars().count() > LONGEST_WORD);
+        let mut text = format!("<table>\n<caption>{}</caption>\n<thead><tr>", self.caption.html());
+        for (column, style) in self.columns.iter().zip(&styles) {
+            text.push_str(&format!("<th scope=\"col\"{}>{}</th>", class(style), column.heading.html()));
+        }
+        text.push_str("</tr></thead>\n<tbody>\n");
+        for row in &self.rows {
+            text.push_str("<tr>");
+            for (cell, style) in row.iter().zip(&styles) {
+                let shown = match cell {
+                    Cell::Words(words) => html(words),
+                    _ => shown(cell, *style, html_power),
+                };
+                let class = match cell {
+                    Cell::Words(words) if is_long(words) => " class=\"long\"",
+                    _ => class(style),
+                };
+                text.push_str(&format!("<td{class}>{shown}</td>"));
+            }
+            text.push_str("</tr>\n");
+        }
+        text.push_str("</tbody>\n</table>\n");
+        for note in &self.notes {
+            text.push_str(&format!("<p class=\"note\">{}</p>\n", note.html()));
+        }
+        text
+    }
+
+    /// As CSV, numbers with all digits.
+    #[must_use]
+    pub fn csv(&self) -> String {
+        let heading = self.columns.iter().map(|column| column.key.clone()).collect();
+        csv_text(heading, self.rows.iter().map(|row| row.iter().map(in_full).collect()))
+    }
+}
+
+/// A table as CSV: its heading and its rows, of the same length.
+pub fn csv_text(heading: Vec<String>, rows: impl Iterator<Item = Vec<String>>) -> String {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    for record in std::iter::once(heading).chain(rows) {
+        // Writing to memory does not fail.
+        let _ = writer.write_record(&record);
+    }
+    let bytes = writer.into_inner().unwrap_or_default();
+    String::from_utf8_lossy(&bytes).into_owned()
+}
+
+/// Longest word that is not broken; longer ones, such as fingerprints, may be broken anywhere.
+const LONGEST_WORD: usize = 40;
+
+/// Words in a cell of a CSV file, made harmless for terminals and spreadsheets: no control characters, and an
+/// apostrophe before text that a spreadsheet would take for a formula.
+fn csv_cell(words: &str) -> String {
+    let text: String = words.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
+    let mut letters = text.trim_start().chars();
+    let formula = match letters.next() {
+        Some('=' | '@') => true,
+        Some('+' | '-') => letters.next().is_some_and(|c| !c.is_ascii_digit() && c != '.'),
+        _ => false,
+    };
+    if formula { format!("'{text}") } else { text }
+}
+
+/// A cell of a CSV file.
+fn in_full(cell: &Cell) -> String {
+    match cell {
+        Cell::Words(words) => csv_cell(words),
+        Cell::Count(count) => count.to_string(),
+        Cell::Real(value) => format!("{value:?}"),
+        Cell::Missing => String::new(),
+    }
+}
+
+/// Returns whether a number is shown without a power of ten.
+fn is_plain(value: f64) -> bool {
+    value == 0.0 || PLAIN.contains(&value.abs())
+}
+
+/// A number in the style of its column.
+fn decimal(cell: &Cell, style: Style) -> Option<Decimal> {
+    let plain = |mantissa: String| Some(Decimal { mantissa, exponent: 0 });
+    let power = |value: f64, digits: usize| {
+        let (mantissa, exponent) = scientific(value, digits);
+        Some(Decimal { mantissa, exponent })
+    };
+    let value = match *cell {
+        Cell::Count(count) => match style {
+            Style::Words | Style::Counts => return plain(count.to_string()),
+            _ => count as f64,
+        },
+        Cell::Real(value) if value.is_finite() => value,
+        Cell::Real(_) | Cell::Words(_) | Cell::Missing => return None,
+    };
+    match style {
+        Style::Words | Style::Counts => plain(format!("{value}")),
+        Style::Decimals(digits) => plain(format!("{value:.digits$}")),
+        Style::Significant(_) | Style::Trimmed(_) | Style::Scientific(_) if value == 0.0 => plain("0".into()),
+        Style::Significant(digits) | Style::Trimmed(digits) if !is_plain(value) => power(value, digits),
+        Style::Trimmed(digits) => {
+            plain(without_zeros(&decimal(cell, Style::Significant(digits))?.mantissa).to_owned())
+        }
+        Style::Significant(digits) => {
+            let exponent = scientific(value, digits).1;
+            let decimals = (digits as i32 - 1 - exponent).max(0) as usize;
+            plain(format!("{value:.decimals$}"))
+        }
+        Style::Scientific(digits) => power(value, digits),
+    }
+}
+
+/// Digits in groups of three, set apart by thin spaces.
+fn grouped(mantissa: &str) -> String {
+    let (whole, decimals) = mantissa.split_once('.').map_or((mantissa, None), |(w, d)| (w, Some(d)));
+    let digits = whole.trim_start_matches('-');
+    let text = if digits.len() > 4 { in_groups(digits, '\u{202f}') } else { digits.to_owned() };
+    let sign = if whole.starts_with('-') { "−" } else { "" };
+    match decimals {
+        Some(decimals) => format!("{sign}{text}.{decimals}"),
+        None => format!("{sign}{text}"),
+    }
+}
+
+/// A number with its power of ten, if there is one, as `power` writes it.
+fn shown(cell: &Cell, style: Style, power: fn(i32) -> String) -> String {
+    match decimal(cell, style) {
+        None => "–".into(),
+        Some(Decimal { mantissa, exponent: 0 }) => grouped(&mantissa),
+        Some(Decimal { mantissa, exponent }) => grouped(&mantissa) + &power(exponent),
+    }
+}
+
+fn html_power(exponent: i32) -> String {
+    let sign = if exponent < 0 { "−" } else { "" };
+    format!(" × 10<sup>{sign}{}</sup>", exponent.unsigned_abs())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn table() -> Table {
+        let column = Column::new;
+        Table {
+            name: "example",
+            caption: rich("Errors in {c}."),
+            columns: vec![
+                column("method", "method", Show::AsIs),
+                column("cells", "cells", Show::AsIs),
+                column("share", "%", Show::Decimals(1)),
+                column("error", "error", Show::Significant(3)),
+            ],
+            rows: vec![
+                vec![
+                    Cell::Words("a_b".into()),
+                    Cell::Count(1_234_567),
+                    Cell::Real(12.345),
+                    Cell::Real(-1.5e-7),
+                ],
+                vec![Cell::Words("c|d".into()), Cell::Count(0), Cell::Missing, Cell::Real(0.25)],
+            ],
+            notes: vec![],
+        }
+    }
+
+    #[test]
+    fn each_format_has_the_same_contents() {
+        let table = table();
+        assert!(table.markdown().contains("| a\\_b | 1\u{202f}234\u{202f}567 | 12.3 | −1.50e-7 |"));
+        assert!(table.markdown().contains("| c\\|d | 0 | – | 0.250 |"));
+        assert!(table.html().contains("<td class=\"number\">−1.50 × 10<sup>−7</sup></td>"));
+        let latex = table.latex();
+        assert!(latex.contains("a\\_b & 1234567 & 12.3 & -1.50e-7 \\\\"), "{latex}");
+        assert!(latex.contains("c\\textbar{}d & 0 & {--} & 2.50e-1 \\\\"), "{latex}");
+        assert!(
+            latex.contains("{lS[table-format=7.0]S[table-format=2.1]S[table-format=-1.2e-1]}"),
+            "{latex}"
+        );
+        assert_eq!(
+            table.csv(),
+            "method,cells,share,error\na_b,1234567,12.345,-1.5e-7\nc|d,0,,0.25\n",
+            "CSV holds numbers in full"
+        );
+    }
+
+    #[test]
+    fn words_in_csv_are_not_executed() {
+        for (words, text) in
+            [("=cmd|' /C calc'!A0", "'=cmd|' /C calc'!A0"), ("\x1b[2J\n@x", " [2J @x"), (" @x", "' @x")]
+        {
+            assert_eq!(csv_cell(words), text);
+        }
+        for plain in ["-0.5 to 1", "+.5", "a = b", "-"] {
+            assert_eq!(csv_cell(plain), plain);
+        }
+    }
+}

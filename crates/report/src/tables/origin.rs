@@ -1,0 +1,169 @@
+//! Tables of the provenance of a map: costs, failures, methods, axes and the run.
+
+use super::super::Report;
+use super::super::table::{Cell, Column, ColumnOf, Show, Table};
+use super::super::text::{Rich, rich};
+use super::super::units::View;
+use super::words;
+use slipmap_format::{MapFile, Value};
+use slipmap_map::dataset::MethodInfo;
+use slipmap_map::map::{Axis, Regime, Verdict, is_linear, is_logarithmic};
+
+/// Processor time of each method.
+#[must_use]
+pub fn cost(map: &MapFile) -> Table {
+    let cells = map.grid().cells() as u64;
+    let seconds = |method: &MethodInfo| map.number(&format!("seconds_{}", method.name));
+    let rate = |method: &MethodInfo| {
+        seconds(method).filter(|seconds| *seconds > 0.0).map(|seconds| cells as f64 / seconds)
+    };
+    let mut notes = vec![rich("Seconds are summed over all threads; packing and auditing are not in them.")];
+    let paths: Vec<String> = map
+        .attributes()
+        .iter()
+        .filter_map(|(name, value)| match (name.strip_prefix("cells_by_"), value) {
+            (Some(path), Value::Integers(count)) if count.iter().any(|count| *count > 0) => {
+                Some(format!("{} {}", path.replace('_', " "), count[0]))
+            }
+            _ => None,
+        })
+        .collect();
+    if !paths.is_empty() {
+        let text = format!("Cells that the simulation decided by each of its paths: {}.", paths.join(", "));
+        notes.push(Rich::foreign(&text));
+    }
+    let columns: [ColumnOf<MethodInfo>; 4] = [
+        ("method", "method", Show::AsIs, &|method| words(&method.name)),
+        ("cells", "cells", Show::AsIs, &|_| Cell::Count(cells)),
+        ("seconds", "seconds", Show::Significant(3), &|method| seconds(method).into()),
+        ("cells_per_second", "cells per second", Show::Significant(3), &|method| rate(method).into()),
+    ];
+    Table { notes, ..Table::of("cost", rich("Processor time of each method."), map.methods(), &columns) }
+}
+
+/// Number of cells whose regime is not determined; `None` for a map without regimes.
+pub(crate) fn undetermined_regimes(map: &MapFile) -> Option<u64> {
+    let position = Regime::ALL.iter().position(|regime| *regime == Regime::Failed)?;
+    map.counts("regime").ok()?.get(position).copied()
+}
+
+/// Failures during the run.
+#[must_use]
+pub fn failures(map: &MapFile, report: &Report) -> Table {
+    let mut rows: Vec<(String, Option<u64>)> = Vec::new();
+    for (method, confusion) in map.methods().iter().zip(&report.verdicts.confusion) {
+        for (what, verdict) in [("failed", Verdict::Failed), ("not computed", Verdict::NotComputed)] {
+            let cells: u64 = confusion.iter().map(|counts| counts.method(verdict)).sum();
+            if cells > 0 {
+                rows.push((format!("{}: cells {what}", method.name), Some(cells)));
+            }
+        }
+    }
+    if rows.is_empty() {
+        rows.push(("cells without an answer, of all methods".into(), Some(0)));
+    }
+    if let Some(cells) = undetermined_regimes(map) {
+        rows.push(("cells whose regime is not determined".into(), Some(cells)));
+    }
+    let count = |name: &str| map.number(name).map(|number| number as u64);
+    let recorded = [
+        ("audit: cells decided again by the direct engine", "audit_cells"),
+        ("audit: verdicts contradicted", "audit_disagreements"),
+        ("cells in which theorems, proofs or simulation contradict each other", "contradicted_cells"),
+    ];
+    rows.extend(recorded.map(|(what, attribute)| (what.to_owned(), count(attribute))));
+    let mut notes = Vec::new();
+    if count("audit_cells").is_none() {
+        notes.push(rich("The run had no audit."));
+    }
+    if let Some(reason) = map.text("not_computed") {
+        notes.push(rich("Why cells were not computed: ").then(Rich::foreign(reason)));
+    }
+    let columns: [ColumnOf<(String, Option<u64>)>; 2] = [
+        ("what", "what", Show::AsIs, &|(what, _)| words(what)),
+        ("count", "count", Show::AsIs, &|(_, count)| (*count).into()),
+    ];
+    let caption = rich("Failures, and the audit by the independent engine.");
+    Table { notes, ..Table::of("failures", caption, &rows, &columns) }
+}
+
+pub(crate) fn methods(map: &MapFile) -> Table {
+    let columns: [ColumnOf<MethodInfo>; 4] = [
+        ("method", "method", Show::AsIs, &|method| words(&method.name)),
+        ("long_name", "what it is", Show::AsIs, &|method| words(&method.long_name)),
+        ("guarantee", "guarantee", Show::AsIs, &|method| words(&method.guarantee.replace('_', " "))),
+        ("equation", "equation", Show::AsIs, &|method| words(&method.equation)),
+    ];
+    Table::of("methods", rich("The methods of the map."), map.methods(), &columns)
+}
+
+/// The axes of the map.
+#[must_use]
+pub fn axes(view: &View) -> Table {
+    let end = |axis: &Axis, node: usize| Cell::Real(axis.values[node] * view.axis(axis).factor);
+    let unit = |axis: &Axis| Some(view.axis(axis).unit).filter(|unit| !unit.is_empty()).unwrap_or("1");
+    let spacing = |axis: &Axis| match axis.values.len() {
+        1 => "one value",
+        _ if is_linear(&axis.values) => "equal steps",
+        _ if is_logarithmic(&axis.values) => "equal ratios",
+        _ => "list",
+    };
+    let columns: [ColumnOf<Axis>; 7] = [
+        ("axis", "axis", Show::AsIs, &|axis| words(&axis.name)),
+        ("long_name", "what it is", Show::AsIs, &|axis| words(&axis.long_name)),
+        ("nodes", "nodes", Show::AsIs, &|axis| Cell::Count(axis.values.len() as u64)),
+        ("from", "from", Show::Trimmed(6), &|axis| end(axis, 0)),
+        ("to", "to", Show::Trimmed(6), &|axis| end(axis, axis.values.len() - 1)),
+        ("unit", "unit", Show::AsIs, &|axis| words(unit(axis))),
+        ("spacing", "spacing", Show::AsIs, &|axis| words(spacing(axis))),
+    ];
+    Table::of("axes", rich("The axes of the map, slowest first."), view.map.grid().axes(), &columns)
+}
+
+/// Provenance of the map.
+#[must_use]
+pub fn provenance(map: &MapFile) -> Table {
+    let entries = [
+        ("title", "title"),
+        ("map file", ""),
+        ("cells", ""),
+        ("written by", "history"),
+        ("sources", "git"),
+        ("machine", "machine"),
+        ("threads", "threads"),
+        ("wall-clock seconds", "wall_seconds"),
+        ("friction law", "law"),
+        ("engine", "engine"),
+        ("tolerance", "tolerance"),
+        ("fields", "fields"),
+        ("configuration", "config_path"),
+        ("SHA-256 of the configuration", "config_sha256"),
+        ("SHA-256 of the map's attributes", "sha256_attributes"),
+        ("references", "references"),
+        ("reported by", ""),
+    ];
+    let rows = entries.iter().filter_map(|&(what, attribute)| {
+        let cell = match what {
+            "map file" => {
+                let name = map.path.file_name().unwrap_or(map.path.as_os_str());
+                Cell::Words(name.to_string_lossy().into_owned())
+            }
+            "cells" => Cell::Words(map.grid().cells().to_string()),
+            "reported by" => Cell::Words(format!("slipmap {}", env!("CARGO_PKG_VERSION"))),
+            _ => match map.attributes().get(attribute)? {
+                Value::Text(text) => Cell::Words(text.clone()),
+                Value::Integers(numbers) => Cell::Words(format!("{}", numbers.first()?)),
+                Value::Reals(numbers) => Cell::Words(format!("{:?}", numbers.first()?)),
+                Value::Codes(_) => return None,
+            },
+        };
+        Some(vec![words(what), cell])
+    });
+    Table {
+        name: "provenance",
+        caption: rich("Where the map comes from."),
+        columns: vec![Column::new("what", "what", Show::AsIs), Column::new("value", "value", Show::AsIs)],
+        rows: rows.collect(),
+        notes: Vec::new(),
+    }
+}

@@ -1,0 +1,284 @@
+//! Reports of a study of speed against accuracy: a table, HDF5 and a chart; measurements of peers are added
+//! here.
+
+use std::path::{Path, PathBuf};
+
+use super::figure::Figure;
+use super::table::{Cell as Entry, ColumnOf, Show, Table};
+use super::text::{Rich, rich};
+use super::{Existing, ReportError, figure, write};
+use slipmap_format::{Contents, Provenance, Records, Series, Value};
+pub use slipmap_study::benchmark::{self, Cell, Errors, Kind, Labels, Row, Study};
+
+/// Adds the measurements of `scripts/peers`: from `path` if given, else from the newest of the files
+/// `peers-*.csv` in `folder` that measured the same cells, or else from the newest of all.
+///
+/// # Errors
+/// [`ReportError::Peers`] if the file cannot be read or has another format.
+pub fn add_peers(study: &mut Study, path: Option<&Path>, folder: &Path) -> Result<(), ReportError> {
+    let own = slipmap_format::fingerprint(&study.cells_csv());
+    let Some(file) = (match path {
+        Some(path) => Some(PeerFile::read(path)?),
+        None => {
+            let mut files = Vec::new();
+            for path in peer_files(folder) {
+                files.push(PeerFile::read(&path)?);
+            }
+            // The files are sorted by date.
+            let same = files.iter().rposition(|file| file.cells.as_ref() == Some(&own));
+            let newest = same.or(files.len().checked_sub(1));
+            newest.map(|newest| files.swap_remove(newest))
+        }
+    }) else {
+        return Ok(());
+    };
+    let same = file.cells.as_ref() == Some(&own);
+    let name = file.path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
+    study.peers = Some((name, same));
+    study.rows.retain(|row| row.kind != Kind::Peer);
+    study.rows.extend(file.rows);
+    study.mark_fronts();
+    Ok(())
+}
+
+/// The table of all numbers of the study.
+fn table(study: &Study) -> Table {
+    let size = |errors: &Option<Errors>, of: fn(&Errors) -> f64| Entry::from(errors.as_ref().map(of));
+    let count = |labels: &Option<Labels>, of: fn(&Labels) -> usize| {
+        Entry::from(labels.as_ref().map(|labels| of(labels) as u64))
+    };
+    let yes = |yes: bool| Entry::Words(if yes { "yes" } else { "" }.into());
+    let knob =
+        |row: &Row| row.setting.as_ref().map_or(Entry::Missing, |(knob, _)| Entry::Words(knob.clone()));
+    let digits = Show::Significant(2);
+    let columns: [ColumnOf<Row>; 21] = [
+        ("kind", "kind", Show::AsIs, &|row| Entry::Words(row.kind.name().into())),
+        ("method", "method", Show::AsIs, &|row| Entry::Words(row.name.clone())),
+        ("knob", "knob", Show::AsIs, &|row| knob(row)),
+        ("setting", "setting", Show::Trimmed(3), &|row| {
+            row.setting.as_ref().map(|(_, setting)| *setting).into()
+        }),
+        ("cells", "cells", Show::AsIs, &|row| Entry::Count(row.cells as u64)),
+        ("seconds_per_cell", "seconds per cell", Show::Significant(3), &|row| Entry::Real(row.seconds)),
+        ("margin_error_median", "error of {m}/{V}: median", digits, &|row| size(&row.margin, |e| e.median)),
+        ("margin_error_95", "95 %", digits, &|row| size(&row.margin, |e| e.high)),
+        ("margin_error_worst", "worst", digits, &|row| size(&row.margin, |e| e.worst)),
+        ("critical_c_error_median", "error of {c^*}: median", digits, &|row| {
+            size(&row.critical, |e| e.median)
+        }),
+        ("critical_c_error_95", "95 %", digits, &|row| size(&row.critical, |e| e.high)),
+        ("critical_c_error_worst", "worst", digits, &|row| size(&row.critical, |e| e.worst)),
+        ("unanswered", "unanswered", Show::AsIs, &|row| Entry::Count(row.unanswered as u64)),
+        ("near_cells", "near the boundary", Show::AsIs, &|row| count(&row.near, |of| of.cells)),
+        ("near_wrong", "wrong", Show::AsIs, &|row| count(&row.near, |of| of.wrong)),
+        ("near_undecided", "undecided", Show::AsIs, &|row| count(&row.near, |of| of.none)),
+        ("anywhere_cells", "anywhere", Show::AsIs, &|row| count(&row.anywhere, |of| of.cells)),
+        ("anywhere_wrong", "wrong", Show::AsIs, &|row| count(&row.anywhere, |of| of.wrong)),
+        ("anywhere_undecided", "undecided", Show::AsIs, &|row| count(&row.anywhere, |of| of.none)),
+        ("front_error", "front: error", Show::AsIs, &|row| yes(row.front_error)),
+        ("front_labels", "front: labels", Show::AsIs, &|row| yes(row.front_labels)),
+    ];
+    let caption = rich(&format!(
+        "Time per cell against error, on {} cells, of which {} lie within {} of the boundary in {{c}}.",
+        study.cells.len(),
+        study.cells.iter().filter(|cell| cell.near).count(),
+        study.settings.near
+    ));
+    Table { notes: notes(study), ..Table::of("work-precision", caption, &study.rows, &columns) }
+}
+
+/// Explanations of the numbers.
+fn notes(study: &Study) -> Vec<Rich> {
+    let mut notes = vec![rich(
+        "Time: processor time of one thread, the least of a few passes; each cell on its own, nothing shared \
+         between the cells of a column as it is in maps. Errors are against margins and critical dampings to more \
+         than 20 digits. Methods that give {c^*} and no margin have the error of {c^*} times |d{m}/d{c}|/{V} there, the \
+         margin of the orbit that they take for the grazing one; for methods that give verdicts alone the damping \
+         at which these change was searched. Unanswered: cells without the number that the method gives elsewhere; of \
+         `direct` those where the orbit would rise above the belt line by more than {V}/8, which it does not follow, but \
+         decides. Undecided: no verdict, for whatever reason. Front: nobody else has both \
+         less time and less error.",
+    )];
+    notes.extend(study.peers.as_ref().map(|(file, same)| {
+        Rich::foreign(&format!(
+            "Peers: measured by scripts/peers, {file}, on {}; cells near the boundary only where it counted them.",
+            if *same { "the same cells" } else { "other cells" }
+        ))
+    }));
+    notes
+}
+
+/// The study as records for HDF5.
+fn records(study: &Study, provenance: &Provenance) -> Records {
+    let table = table(study);
+    let texts = |column: usize| -> Vec<String> {
+        let text = |row: &Vec<Entry>| match &row[column] {
+            Entry::Words(words) => words.clone(),
+            Entry::Missing => "none".into(),
+            Entry::Count(_) | Entry::Real(_) => String::new(),
+        };
+        table.rows.iter().map(text).collect()
+    };
+    let numbers = |column: usize| -> Vec<f64> {
+        let number = |row: &Vec<Entry>| match row[column] {
+            Entry::Count(count) => count as f64,
+            Entry::Real(value) => value,
+            Entry::Words(ref words) => f64::from(u8::from(words == "yes")),
+            Entry::Missing => f64::NAN,
+        };
+        table.rows.iter().map(number).collect()
+    };
+    let mut series = Vec::new();
+    for (column, heading) in table.columns.iter().enumerate() {
+        let long_name = heading.heading.plain();
+        let contents = match heading.key.as_str() {
+            "kind" | "method" | "knob" => Contents::Words(texts(column)),
+            _ => Contents::Reals(numbers(column)),
+        };
+        series.push(Series::new("point", &heading.key, &long_name, contents));
+    }
+    let cell = |key: &str, long_name: &str, of: &dyn Fn(&Cell) -> f64| {
+        Series::new("cell", key, long_name, Contents::Reals(study.cells.iter().map(of).collect()))
+    };
+    for axis in study.grid.axes() {
+        series.push(cell(&axis.name, &axis.long_name, &|cell| axis.role.of(&cell.point)));
+    }
+    let known =
+        |exact: Option<benchmark::reference::Exact>| exact.map_or(f64::NAN, |exact| exact.value.value());
+    series.push(cell("near", "drawn next to the boundary", &|cell| f64::from(u8::from(cell.near))));
+    series.push(cell("margin", "scaled grazing margin m / V", &|cell| known(cell.reference.margin)));
+    series.push(cell("critical_c", "critical damping of the column", &|cell| known(cell.reference.critical)));
+    series.push(cell("verdict", "1 present, -1 absent", &|cell| f64::from(cell.verdict.code())));
+    let attributes = vec![
+        ("cells_near".to_owned(), Value::from(study.settings.near)),
+        ("seconds".to_owned(), study.settings.seconds.into()),
+        ("cells_sha256".to_owned(), slipmap_format::fingerprint(&study.cells_csv()).into()),
+    ];
+    Records { provenance: provenance.clone(), series, attributes }
+}
+
+/// Writes `work-precision.csv`, `.h5`, `.md`, `.tex`, `cells.csv` and the chart into `folder`.
+///
+/// # Errors
+/// [`ReportError::Exists`], or why something could not be drawn or written.
+pub fn write_study(
+    study: &Study,
+    provenance: &Provenance,
+    folder: &Path,
+    existing: Existing,
+) -> Result<(), ReportError> {
+    let table = table(study);
+    let chart = figure::work_precision::chart(study);
+    let mut files: Vec<(PathBuf, Vec<u8>)> = vec![
+        ("work-precision.csv".into(), table.csv().into_bytes()),
+        ("work-precision.md".into(), markdown(&table, &chart).into_bytes()),
+        ("work-precision.tex".into(), table.latex().into_bytes()),
+        ("cells.csv".into(), study.cells_csv().into_bytes()),
+    ];
+    files.extend(write::figure_files(std::slice::from_ref(&chart), "")?);
+    write::publish(
+        folder,
+        existing,
+        &files,
+        &[("work-precision.h5", &|path: &Path| {
+            slipmap_format::write_records(path, &records(study, provenance))
+        })],
+    )
+}
+
+fn markdown(table: &Table, chart: &Figure) -> String {
+    let mut text = String::from("# Speed against accuracy\n\n");
+    text.push_str(&format!("![{0}]({0}-2col.png)\n\n{1}\n\n", chart.name, chart.caption.markdown()));
+    text.push_str(&table.markdown());
+    text
+}
+
+/// A file written by `scripts/peers`.
+struct PeerFile {
+    path: PathBuf,
+    /// Fingerprint of the table of cells, if they came from one.
+    cells: Option<String>,
+    rows: Vec<Row>,
+}
+
+/// A short name: "SciPy solve_ivp" with "(x1,x2), DOP853 + events" is "SciPy DOP853".
+fn peer_name(peer: &str, form: &str) -> String {
+    let (program, what) = peer.split_once(',').map_or((peer, ""), |(program, what)| (program, what.trim()));
+    let program = program.split(' ').next().unwrap_or(program);
+    let method = form.rsplit(", ").next().unwrap_or(form).split(" +").next().unwrap_or(form);
+    match what {
+        "" => format!("{program} {method}"),
+        what => format!("{program} {method}, {what}"),
+    }
+}
+
+/// The files `peers-*.csv` of a folder sorted by name, that is, by date.
+fn peer_files(folder: &Path) -> Vec<PathBuf> {
+    let Ok(entries) = std::fs::read_dir(folder) else { return Vec::new() };
+    let mut files: Vec<PathBuf> = entries
+        .filter_map(|entry| Some(entry.ok()?.path()))
+        .filter(|path| {
+            let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+            name.starts_with("peers-") && name.ends_with(".csv")
+        })
+        .collect();
+    files.sort();
+    files
+}
+
+impl PeerFile {
+    fn read(path: &Path) -> Result<Self, ReportError> {
+        let failed = |why: String| ReportError::Peers { path: path.to_path_buf(), why };
+        let text = std::fs::read_to_string(path).map_err(|error| failed(error.to_string()))?;
+        const MARK: &str = "# cells sha256 ";
+        let cells = text.lines().find_map(|line| Some(line.strip_prefix(MARK)?.trim().to_owned()));
+        let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_reader(text.as_bytes());
+        let header = reader.headers().map_err(|error| failed(error.to_string()))?.clone();
+        let place = |name: &str| header.iter().position(|column| column == name);
+        for needed in ["peer", "form", "tolerance", "cells", "seconds_per_cell", "max_error"] {
+            if place(needed).is_none() {
+                return Err(failed(format!("it has no column `{needed}`")));
+            }
+        }
+        let mut rows = Vec::new();
+        for record in reader.records() {
+            let record = record.map_err(|error| failed(error.to_string()))?;
+            let word = |name: &str| place(name).and_then(|column| record.get(column)).unwrap_or_default();
+            let number = |name: &str| word(name).parse::<f64>().ok().filter(|number| number.is_finite());
+            let count = |name: &str| word(name).parse::<usize>().ok();
+            let Some(seconds) = number("seconds_per_cell").filter(|seconds| *seconds > 0.0) else {
+                return Err(failed(format!("a row of {} has no time", word("peer"))));
+            };
+            // The study has its own measurements of this program.
+            if word("peer") == "slipmap" {
+                continue;
+            }
+            let cells = count("cells").unwrap_or(0);
+            let worst = number("max_error");
+            let labels = |cells: &str, wrong: &str, none: &str| {
+                let labels = Labels { cells: count(cells)?, wrong: count(wrong)?, none: count(none)? };
+                (labels.cells > 0).then_some(labels)
+            };
+            rows.push(Row {
+                kind: Kind::Peer,
+                name: peer_name(word("peer"), word("form")),
+                setting: number("tolerance").map(|tolerance| ("tolerance".into(), tolerance)),
+                cells,
+                seconds,
+                margin: worst.map(|worst| Errors {
+                    count: cells,
+                    median: number("median_error").unwrap_or(worst),
+                    high: f64::NAN,
+                    worst,
+                }),
+                critical: None,
+                unanswered: count("no_answer").unwrap_or(0),
+                near: labels("near_cells", "near_wrong", "near_no_answer"),
+                anywhere: None,
+                front_error: false,
+                front_labels: false,
+            });
+        }
+        Ok(Self { path: path.to_path_buf(), cells, rows })
+    }
+}

@@ -1,0 +1,187 @@
+//! Writing a report into a folder, and single figures into files.
+
+use std::fs;
+use std::io::{self, Write as _};
+use std::path::{Path, PathBuf};
+
+use rayon::prelude::*;
+
+use super::figure::{Figure, Scene, render};
+use super::table::Table;
+use super::text::Rich;
+use super::units::View;
+use super::{Report, ReportError, document, figure, stale, summary, tables};
+use slipmap_format::StoreError;
+use slipmap_format::files::{Existing, create_folders, folder_of, publish_file, temporary_in};
+
+/// Options of a report.
+#[derive(Clone, Copy, Debug)]
+pub struct ReportOptions {
+    /// Behaviour if there is a report already.
+    pub existing: Existing,
+    /// Whether every figure also writes its numbers as CSV.
+    pub data: bool,
+    /// Whether the paper's figures 2 to 5 are drawn too, which do not depend on the map.
+    pub paper_figures: bool,
+}
+
+/// Writes the report of a map into `folder`. Files are made in a folder beside it first, so that an error
+/// leaves nothing behind. Replacing a report replaces files of the same names and removes the figures and
+/// tables of the earlier report that this one does not have; other files stay.
+///
+/// # Errors
+/// [`ReportError::Exists`], or why something could not be drawn or written.
+pub fn write(
+    view: &View,
+    report: &Report,
+    folder: &Path,
+    options: &ReportOptions,
+) -> Result<(), ReportError> {
+    let tables = tables::all(view, report);
+    let mut figures = figure::all(view, report)?;
+    if options.paper_figures {
+        figures.extend(figure::paper::figures());
+    }
+    let mut files = files(view, &summary::summary(view, report), &tables, &figures)?;
+    if options.data {
+        let with_data = figures.iter().filter(|figure| figure.data.rows() > 0);
+        files.extend(with_data.map(|figure| {
+            let path = Path::new("figures").join(format!("{}.csv", figure.name));
+            (path, figure.data.csv().into_bytes())
+        }));
+    }
+    let before = stale::listed(folder);
+    publish(folder, options.existing, &files, &[])?;
+    stale::remove(folder, &before);
+    Ok(())
+}
+
+/// The name of a file and the function that writes it.
+pub(super) type Written<'a> = (&'a str, &'a dyn Fn(&Path) -> Result<(), StoreError>);
+
+/// Moves files into `folder`: all of them, or none if anything fails before the last step, the renaming.
+pub(super) fn publish(
+    folder: &Path,
+    existing: Existing,
+    files: &[(PathBuf, Vec<u8>)],
+    written: &[Written],
+) -> Result<(), ReportError> {
+    if existing == Existing::Refuse && folder.symlink_metadata().is_ok() {
+        return Err(ReportError::Exists(folder.to_path_buf()));
+    }
+    let parent = folder_of(folder);
+    create(parent)?;
+    let scratch = tempfile::Builder::new()
+        .prefix(".slipmap-report-")
+        .tempdir_in(parent)
+        .map_err(|source| ReportError::Io { path: folder.to_path_buf(), source })?;
+    for (name, contents) in files {
+        put(&scratch.path().join(name), contents)?;
+    }
+    for (name, write) in written {
+        write(&scratch.path().join(name)).map_err(ReportError::Records)?;
+    }
+    // Nothing visible has changed up to here.
+    let names = files.iter().map(|(name, _)| name.as_path());
+    for name in names.chain(written.iter().map(|(name, _)| Path::new(name))) {
+        let (from, to) = (scratch.path().join(name), folder.join(name));
+        create(folder_of(&to))?;
+        fs::rename(&from, &to).map_err(|source| ReportError::Io { path: to, source })?;
+    }
+    Ok(())
+}
+
+/// The files of figures, in `folder` of the report: every width in every format, drawn by all cores.
+pub(super) fn figure_files(figures: &[Figure], folder: &str) -> Result<Vec<(PathBuf, Vec<u8>)>, ReportError> {
+    let scenes: Vec<_> =
+        figures.iter().flat_map(|figure| figure.scenes.iter().map(move |scene| (figure, scene))).collect();
+    let files: Vec<[(PathBuf, Vec<u8>); 3]> = scenes
+        .into_par_iter()
+        .map(|(figure, (width, scene))| {
+            let name = format!("{}-{}", figure.name, width.name());
+            let svg = scene.svg(&name, &figure.caption);
+            let (png, pdf) = render::png_and_pdf(&name, &svg)?;
+            let path = |ending: &str| Path::new(folder).join(format!("{name}.{ending}"));
+            Ok([(path("png"), png), (path("pdf"), pdf), (path("svg"), svg.into_bytes())])
+        })
+        .collect::<Result<_, ReportError>>()?;
+    Ok(files.into_iter().flatten().collect())
+}
+
+/// Every file of a report, by its path in the folder.
+fn files(
+    view: &View,
+    summary: &[(Rich, Rich)],
+    tables: &[Table],
+    figures: &[Figure],
+) -> Result<Vec<(PathBuf, Vec<u8>)>, ReportError> {
+    let mut files: Vec<(PathBuf, Vec<u8>)> = Vec::new();
+    let mut add = |path: String, contents: Vec<u8>| files.push((PathBuf::from(path), contents));
+    for table in tables {
+        add(format!("tables/{}.tex", table.name), table.latex().into_bytes());
+        add(format!("tables/{}.csv", table.name), table.csv().into_bytes());
+    }
+    add("report.md".into(), document::markdown(view.map, summary, tables, figures).into_bytes());
+    add("report.html".into(), document::html(view, summary, tables, figures).into_bytes());
+    add("report.tex".into(), document::latex(view.map, summary, tables, figures).into_bytes());
+    files.extend(figure_files(figures, "figures")?);
+    Ok(files)
+}
+
+fn create(folder: &Path) -> Result<(), ReportError> {
+    create_folders(folder).map_err(|source| ReportError::Io { path: folder.to_path_buf(), source })
+}
+
+fn put(path: &Path, contents: &[u8]) -> Result<(), ReportError> {
+    create(folder_of(path))?;
+    fs::write(path, contents).map_err(|source| ReportError::Io { path: path.to_path_buf(), source })
+}
+
+/// Writes one figure, in the format given by the extension of `path`.
+///
+/// # Errors
+/// [`ReportError::Format`] for another extension than svg, png or pdf, [`ReportError::Exists`], or why it
+/// could not be written.
+pub fn write_figure(
+    scene: &Scene,
+    caption: &Rich,
+    path: &Path,
+    existing: Existing,
+) -> Result<(), ReportError> {
+    let ending = path.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase());
+    let name = path.file_stem().map_or("figure".into(), |stem| stem.to_string_lossy());
+    let svg = scene.svg(&name, caption);
+    let contents = match ending.as_deref() {
+        Some("svg") => svg.into_bytes(),
+        Some("png") => render::png(&name, &svg)?,
+        Some("pdf") => render::pdf(&name, &svg)?,
+        _ => return Err(ReportError::Format(path.to_path_buf())),
+    };
+    write_file(&contents, path, existing)
+}
+
+/// Writes one file atomically.
+pub fn write_file(contents: &[u8], path: &Path, existing: Existing) -> Result<(), ReportError> {
+    let failed = |source: io::Error| match source.kind() {
+        io::ErrorKind::AlreadyExists => ReportError::Exists(path.to_path_buf()),
+        _ => ReportError::Io { path: path.to_path_buf(), source },
+    };
+    if existing == Existing::Refuse && path.symlink_metadata().is_ok() {
+        return Err(ReportError::Exists(path.to_path_buf()));
+    }
+    let folder = folder_of(path);
+    if !folder.is_dir() {
+        return Err(ReportError::NoFolder { path: path.to_path_buf(), folder: folder.to_path_buf() });
+    }
+    // The message leaves out the name of the temporary file.
+    let mut file = temporary_in(folder).map_err(|error| match error.kind() {
+        // The folder exists, so these errors mean that no file may be created in it.
+        io::ErrorKind::PermissionDenied | io::ErrorKind::ReadOnlyFilesystem | io::ErrorKind::NotFound => {
+            let (path, folder) = (path.to_path_buf(), folder.to_path_buf());
+            ReportError::NotYours { path, folder, source: error.kind().into() }
+        }
+        kind => failed(kind.into()),
+    })?;
+    file.write_all(contents).map_err(failed)?;
+    publish_file(file, path, existing).map_err(failed)
+}

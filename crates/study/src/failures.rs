@@ -1,0 +1,330 @@
+//! The catalogue of failures: compares every method with the simulated flow, cell by cell, and attributes
+//! every failure to a mechanism.
+//!
+//! **Truth** at a point is the verdict on which the two engines of the simulated flow agree. No method is
+//! compared at points on which they disagree, or which are closer to the boundary than their errors.
+//!
+//! **Mechanisms** are attributed by removal: a defect explains a failure if the method without this defect
+//! does not fail there. Without the expansion in eps `perturbation` is `harmonic_balance`, and
+//! `bendixson_leading` is `bendixson`. A naive method is run again after a change of the parameter that
+//! causes the defect. A failure that remains after every removal is [`Mechanism::Unexplained`]. The reason
+//! why a test leaves a cell undecided follows from its claim.
+
+mod mechanism;
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use rayon::prelude::*;
+
+pub(crate) use mechanism::Mechanism;
+
+use slipmap_map::map::limits::Ray;
+use slipmap_map::map::{Grid, Method, Verdict, unravel};
+use slipmap_model::filippov::Oscillator;
+use slipmap_model::friction::{Column, Law};
+use slipmap_model::point::Point;
+use slipmap_numbers::named;
+use slipmap_simulate::{Fate, flow, located_critical_damping, sticks_from};
+
+named! {
+    /// Kind of failure of a method at a cell.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+    pub(crate) enum Kind {
+        /// The verdict is present, and no stick-slip cycle exists.
+        WrongPresence => "wrong_presence",
+        /// The verdict is absent, and a stick-slip cycle exists.
+        WrongAbsence => "wrong_absence",
+        /// The verdict is undecided.
+        Undecided => "undecided",
+        /// The method breaks down.
+        Failed => "failed",
+    }
+}
+
+impl Kind {
+    /// The failure of the verdict `claimed`; `None` if it is right.
+    fn of(claimed: Verdict, truth: Verdict) -> Option<Kind> {
+        match claimed {
+            Verdict::Present if truth == Verdict::Absent => Some(Kind::WrongPresence),
+            Verdict::Absent if truth == Verdict::Present => Some(Kind::WrongAbsence),
+            Verdict::Present | Verdict::Absent => None,
+            Verdict::Undecided | Verdict::NotComputed => Some(Kind::Undecided),
+            Verdict::Failed => Some(Kind::Failed),
+        }
+    }
+
+    /// Returns whether the method gives a wrong answer.
+    fn is_wrong(self) -> bool {
+        matches!(self, Kind::WrongPresence | Kind::WrongAbsence)
+    }
+}
+
+/// The cells at which one method fails in one way by one mechanism.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Class {
+    pub kind: Kind,
+    pub mechanism: Mechanism,
+    pub cells: u64,
+    /// The largest distance |c - c'| to the nearest damping c' at which the verdict of the simulated flow
+    /// changes; NaN where there is none.
+    pub farthest_c: f64,
+    /// The largest distance in eps to the nearest such change at eps <= [`super::limits::HIGHEST`]; NaN where
+    /// there is none, and for undecided cells, for which it is not computed.
+    pub farthest_epsilon: f64,
+    /// The cell of `farthest_c`, or the first cell.
+    pub example: Point,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub struct MethodFailures {
+    pub method: Method,
+    /// Number of cells at which the method was compared.
+    pub cells: u64,
+    /// Its classes of failure, ordered by kind, within a kind the largest first.
+    pub classes: Vec<Class>,
+}
+
+impl MethodFailures {
+    /// Number of cells with one kind of failure.
+    pub fn count(&self, kind: Kind) -> u64 {
+        self.classes.iter().filter(|class| class.kind == kind).map(|class| class.cells).sum()
+    }
+
+    /// Number of cells on which the method is right.
+    pub fn right(&self) -> u64 {
+        self.cells - self.classes.iter().map(|class| class.cells).sum::<u64>()
+    }
+
+    /// The largest distances from the true boundary, in c and in eps, at which the method answers wrongly;
+    /// NaN where it never does.
+    pub fn farthest_wrong(&self) -> [f64; 2] {
+        let wrong = self.classes.iter().filter(|class| class.kind.is_wrong());
+        wrong.fold([f64::NAN; 2], |[c, epsilon], class| {
+            [c.max(class.farthest_c), epsilon.max(class.farthest_epsilon)]
+        })
+    }
+}
+
+/// Numbers of cells by their true answer.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Truth {
+    /// A stick-slip cycle exists.
+    pub present: u64,
+    /// The orbit from the exit point spirals inward.
+    pub inward: u64,
+    /// The orbit from the exit point crosses the belt line for ever.
+    pub crossing: u64,
+    /// An engine's margin is within its error.
+    pub too_close: u64,
+    /// An engine gives no answer, or the two engines contradict each other.
+    pub open: u64,
+}
+
+/// The catalogue of failures over a set of points.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Catalogue {
+    /// Numbers of points by their true answer.
+    pub truth: Truth,
+    pub methods: Vec<MethodFailures>,
+}
+
+/// The error of a catalogue that was stopped.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("interrupted")]
+pub struct Interrupted;
+
+/// Arguments of a catalogue.
+#[derive(Clone, Copy)]
+pub struct Comparison<'a> {
+    pub(crate) law: &'a Law,
+    pub(crate) methods: &'a [Method],
+    /// Bound on the error of the scaled grazing margin that the engines aim at.
+    pub(crate) tolerance: f64,
+    /// Called after every point, from any thread of the current pool.
+    pub(crate) on_point: &'a (dyn Fn() + Sync),
+    /// Set to true to stop.
+    pub(crate) stop: &'a AtomicBool,
+}
+
+/// One failure of one method at one point.
+struct Finding {
+    method: usize,
+    kind: Kind,
+    mechanism: Mechanism,
+}
+
+/// The result at one point.
+struct Examined {
+    truth: Truth,
+    /// Whether the methods were compared at this point.
+    compared: bool,
+    findings: Vec<Finding>,
+    distance_c: f64,
+    distance_epsilon: f64,
+}
+
+pub fn points_of(grid: &Grid) -> Vec<Point> {
+    let shape = grid.shape();
+    (0..grid.cells()).map(|cell| grid.point(&unravel(cell, &shape))).collect()
+}
+
+/// Compares every method with the simulated flow at every point. The result depends on the points and their
+/// order, not on the number of threads.
+pub fn catalogue(points: &[Point], comparison: &Comparison) -> Result<Catalogue, Interrupted> {
+    let examined: Vec<Examined> = points
+        .par_iter()
+        .map(|point| {
+            if comparison.stop.load(Ordering::Relaxed) {
+                return Err(Interrupted);
+            }
+            let examined = examine(point, comparison);
+            (comparison.on_point)();
+            Ok(examined)
+        })
+        .collect::<Result<_, _>>()?;
+    let mut truth = Truth::default();
+    let mut methods: Vec<MethodFailures> = comparison
+        .methods
+        .iter()
+        .map(|&method| MethodFailures { method, cells: 0, classes: Vec::new() })
+        .collect();
+    for (point, examined) in points.iter().zip(&examined) {
+        truth.present += examined.truth.present;
+        truth.inward += examined.truth.inward;
+        truth.crossing += examined.truth.crossing;
+        truth.too_close += examined.truth.too_close;
+        truth.open += examined.truth.open;
+        for method in &mut methods {
+            method.cells += u64::from(examined.compared);
+        }
+        for finding in &examined.findings {
+            methods[finding.method].add(point, examined, finding);
+        }
+    }
+    for method in &mut methods {
+        method.classes.sort_by_key(|class| (class.kind, std::cmp::Reverse(class.cells)));
+    }
+    Ok(Catalogue { truth, methods })
+}
+
+impl MethodFailures {
+    fn add(&mut self, point: &Point, examined: &Examined, finding: &Finding) {
+        let Finding { kind, mechanism, .. } = *finding;
+        let place = self.classes.iter().position(|class| class.kind == kind && class.mechanism == mechanism);
+        let place = place.unwrap_or_else(|| {
+            self.classes.push(Class {
+                kind,
+                mechanism,
+                cells: 0,
+                farthest_c: f64::NAN,
+                farthest_epsilon: f64::NAN,
+                example: *point,
+            });
+            self.classes.len() - 1
+        });
+        let class = &mut self.classes[place];
+        class.cells += 1;
+        // A comparison with NaN is false, so the first number replaces the initial NaN.
+        if !(examined.distance_c <= class.farthest_c) && !examined.distance_c.is_nan() {
+            (class.farthest_c, class.example) = (examined.distance_c, *point);
+        }
+        if kind != Kind::Undecided {
+            class.farthest_epsilon = class.farthest_epsilon.max(examined.distance_epsilon);
+        }
+    }
+}
+
+fn examine(point: &Point, comparison: &Comparison) -> Examined {
+    let column = comparison.law.column(point);
+    let oscillator = Oscillator::in_column(&column, point.damping);
+    let tolerance = comparison.tolerance;
+    let mut examined = Examined {
+        truth: Truth::default(),
+        compared: false,
+        findings: Vec::new(),
+        distance_c: f64::NAN,
+        distance_epsilon: f64::NAN,
+    };
+    let (first, second) =
+        (flow(&oscillator, tolerance).fate, slipmap_witness::flow(&oscillator, tolerance).fate);
+    if first == Fate::TooCloseToCall || second == Fate::TooCloseToCall {
+        examined.truth.too_close = 1;
+        return examined;
+    }
+    let truth = Verdict::from(&first);
+    if truth == Verdict::Failed || truth != Verdict::from(&second) {
+        examined.truth.open = 1;
+        return examined;
+    }
+    examined.compared = true;
+    match first {
+        Fate::Sticks(_) => examined.truth.present = 1,
+        Fate::SpiralsInward => examined.truth.inward = 1,
+        Fate::CrossesForever | Fate::TooCloseToCall | Fate::Failed(_) => examined.truth.crossing = 1,
+    }
+    for (number, method) in comparison.methods.iter().enumerate() {
+        let claimed = method.decide(&column, point.damping, tolerance);
+        if let Some(kind) = Kind::of(claimed, truth) {
+            let mechanism = mechanism::of(*method, &column, point.damping, kind, &first);
+            examined.findings.push(Finding { method: number, kind, mechanism });
+        }
+    }
+    if !examined.findings.is_empty() {
+        examined.distance_c = distance_in_c(&column, point.damping, &first, tolerance);
+    }
+    if examined.findings.iter().any(|finding| finding.kind != Kind::Undecided) {
+        let change = Ray::new(comparison.law, point, tolerance).nearest_change(point.epsilon);
+        examined.distance_epsilon = change.map_or(f64::NAN, |change| (change - point.epsilon).abs());
+    }
+    examined
+}
+
+/// The distance from `c` to the nearest damping at which the simulated verdict changes: the critical damping,
+/// which may be negative, or the damping below which orbits cross for ever. NaN if there is neither.
+fn distance_in_c(column: &Column, c: f64, fate: &Fate, tolerance: f64) -> f64 {
+    let Ok(critical) = located_critical_damping(column, tolerance) else { return f64::NAN };
+    let to_grazing = (critical.c - c).abs();
+    let undamped = 0.0;
+    let range = match fate {
+        Fate::CrossesForever => [c, critical.c],
+        Fate::Sticks(_) if c > undamped => [undamped, c],
+        _ => return to_grazing,
+    };
+    let from = sticks_from(column, range, tolerance);
+    match from == undamped {
+        true => to_grazing,
+        false => to_grazing.min((from - c).abs()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The search of the critical damping of an overdamped column ends with its sign.
+    #[test]
+    fn the_distance_to_a_negative_critical_damping_is_measured() {
+        let point = Law::Stribeck.point(1.0, &[0.0, 0.1, 8.0], 2.0, 7.0).unwrap();
+        let column = Law::Stribeck.column(&point);
+        let distance = distance_in_c(&column, point.damping, &Fate::SpiralsInward, 1e-9);
+        // The direct engine changes its verdict at c* = -0.28495104.
+        for (c, returns) in [(7.0 - distance - 1e-6, true), (7.0 - distance + 1e-6, false)] {
+            let fate = slipmap_witness::flow(&Oscillator::in_column(&column, c), 1e-9).fate;
+            assert_eq!(fate != Fate::SpiralsInward, returns, "{c}");
+        }
+        assert!((distance - 7.28495104).abs() < 1e-6, "{distance}");
+    }
+
+    /// On a fast belt orbits cross for ever at small damping.
+    #[test]
+    fn the_distance_to_the_crossing_orbits_is_measured() {
+        let point = Law::Stribeck.point(1.0, &[0.0, 0.0, 0.1], 30.0, 0.0).unwrap();
+        let column = Law::Stribeck.column(&point);
+        let fate = |c: f64| flow(&Oscillator::in_column(&column, c), 1e-9).fate;
+        let from = distance_in_c(&column, 0.0, &fate(0.0), 1e-9);
+        assert_eq!(fate(from - 1e-6), Fate::CrossesForever);
+        assert!(matches!(fate(from + 1e-6), Fate::Sticks(_)));
+        let c = from + 1e-4;
+        assert!((distance_in_c(&column, c, &fate(c), 1e-9) - 1e-4).abs() < 1e-9);
+    }
+}

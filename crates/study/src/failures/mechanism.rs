@@ -1,0 +1,200 @@
+//! The mechanisms by which methods fail (theory, "Where methods fail"), and their attribution.
+
+use super::Kind;
+use slipmap_certify::{Claim, Decision};
+use slipmap_map::map::{Method, Verdict};
+use slipmap_model::filippov::Oscillator;
+use slipmap_model::friction::Column;
+use slipmap_simulate::naive::{NaiveKnobs, NaiveMethod};
+use slipmap_simulate::{Failure, Fate};
+
+/// The cause of a failure of a method at a cell.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Mechanism {
+    /// A condition of first order in eps is wrong at a finite eps, in a band of width O(eps) next to the
+    /// critical damping.
+    FirstOrderInEps,
+    /// The energy balance integrates along the undamped oscillator's circle, from which the orbit differs.
+    Circle,
+    /// |D| reaches 2 along the orbit, which then is far from a circle and may never turn.
+    Node,
+    /// The orbit comes back, but lands beyond the stick segment and crosses for ever; the test ignores the
+    /// landing.
+    Overshoot,
+    /// Within a few widths of the belt line smoothed friction neither holds the mass nor releases it.
+    Smoothing,
+    /// The band counts slipping states as sticking, or the mass leaves it away from the exit point.
+    StickBand,
+    /// With fixed steps the orbit chatters about the belt line and leaves it away from the exit point.
+    Chatter,
+    /// The orbit is above the belt line, or inside the stick band, for less than a step, and both crossings
+    /// are missed.
+    MissedDoubleCrossing,
+    /// Events near a start on the belt line are ignored (or the start itself is one).
+    TangentStart,
+    /// The orbit has not settled within the given number of turns.
+    Transient,
+    /// The errors of the adaptive steps add up to more than the margin.
+    StepError,
+    /// The test claims only presence, or only absence, and the cell is on the other side.
+    OneSided,
+    /// The cell lies between the test's claims of presence and of absence, or exactly where they meet.
+    Gap,
+    /// The test proves that the orbit comes back, but not that it lands on the stick segment.
+    LandingUnproved,
+    /// The integration failed.
+    Breakdown(Failure),
+    /// The failure remains after every removal of a known defect.
+    Unexplained,
+}
+
+impl Mechanism {
+    /// The name of the mechanism, and the explanation of a failure by it.
+    fn words(self) -> (&'static str, &'static str) {
+        use Mechanism::*;
+        match self {
+            FirstOrderInEps => {
+                ("first_order_in_eps", "the condition is of first order in eps, and eps is finite here")
+            }
+            Circle => ("circle", "energy is balanced along a circle, and the orbit is not quite one"),
+            Node => ("node", "|D| reaches 2 along the orbit, which is far from a circle and may never turn"),
+            Overshoot => ("overshoot", "the orbit lands beyond the stick segment and crosses for ever"),
+            Smoothing => (
+                "smoothing",
+                "within a few widths d of the belt line smoothed friction neither holds nor lets go",
+            ),
+            StickBand => (
+                "stick_band",
+                "the stick band is wider than the orbit's distance from the belt, or is left off the exit point",
+            ),
+            Chatter => ("chatter", "fixed steps chatter about the belt line and leave it off the exit point"),
+            MissedDoubleCrossing => {
+                ("missed_double_crossing", "the orbit is beyond the belt line for less than a step")
+            }
+            TangentStart => ("tangent_start", "events next to a start on the belt line are ignored"),
+            Transient => ("transient", "the orbit has not settled in the turns it was given"),
+            StepError => ("step_error", "errors of the adaptive steps add up to more than the margin"),
+            OneSided => ("one_sided", "the test claims the other side only"),
+            Gap => ("gap", "between the test's claims of presence and absence, or exactly where they meet"),
+            LandingUnproved => (
+                "landing_unproved",
+                "the orbit comes back, but its landing on the stick segment is not proved",
+            ),
+            Breakdown(Failure::StepBudget) => ("breakdown_step_budget", "the step budget ran out"),
+            Breakdown(Failure::StepUnderflow) => ("breakdown_step_underflow", "the step size underflowed"),
+            Breakdown(Failure::NotFinite) => ("breakdown_not_finite", "the orbit left the finite numbers"),
+            Unexplained => {
+                ("unexplained", "no removal of a known defect that the step budget allows mends it")
+            }
+        }
+    }
+
+    pub fn name(self) -> &'static str {
+        self.words().0
+    }
+
+    pub fn explanation(self) -> &'static str {
+        self.words().1
+    }
+}
+
+/// The mechanism by which `method` fails at damping `c` of a column, where the orbit has the given fate.
+pub(super) fn of(method: Method, column: &Column, c: f64, kind: Kind, fate: &Fate) -> Mechanism {
+    match method {
+        Method::Test(test) if kind == Kind::Undecided => undecided(&(test.claim)(column), c),
+        Method::Test(test) => of_test(test.name, column, c, kind, fate),
+        Method::Simulation => Mechanism::Unexplained,
+        Method::Naive(naive, knobs) => {
+            of_naive(naive, &knobs, &Oscillator::in_column(column, c), Verdict::from(fate))
+        }
+    }
+}
+
+/// The mechanism by which a claim leaves a cell undecided.
+fn undecided(claim: &Claim, c: f64) -> Mechanism {
+    if c < claim.present_below && c < claim.sticks_from {
+        Mechanism::LandingUnproved
+    } else if claim.present_below.is_finite() && claim.absent_above.is_finite() {
+        Mechanism::Gap
+    } else {
+        Mechanism::OneSided
+    }
+}
+
+/// The mechanism by which a closed-form test answers wrongly.
+fn of_test(name: &str, column: &Column, c: f64, kind: Kind, fate: &Fate) -> Mechanism {
+    if *fate == Fate::CrossesForever {
+        return Mechanism::Overshoot;
+    }
+    // The same test without the expansion in eps.
+    let finite = match name {
+        "perturbation" => Some(slipmap_certify::harmonic_balance::TEST),
+        "bendixson_leading" => Some(slipmap_certify::bendixson::TEST),
+        _ => None,
+    };
+    let mended = finite.is_some_and(|test| {
+        let wrong = match kind {
+            Kind::WrongPresence => Decision::Present,
+            Kind::WrongAbsence | Kind::Undecided | Kind::Failed => Decision::Absent,
+        };
+        (test.claim)(column).decide(c) != wrong
+    });
+    let range = column.curve.weakening_range(0.0, 2.0 * column.belt_speed);
+    let viscous = column.epsilon * c;
+    if mended {
+        Mechanism::FirstOrderInEps
+    } else if (range.lo - viscous).abs().max((range.hi - viscous).abs()) >= 2.0 {
+        Mechanism::Node
+    } else if matches!(name, "perturbation" | "harmonic_balance") {
+        Mechanism::Circle
+    } else {
+        Mechanism::Unexplained
+    }
+}
+
+/// The mechanism by which a naive method answers wrongly or breaks down: the first of its defects without
+/// which it is right.
+fn of_naive(naive: NaiveMethod, knobs: &NaiveKnobs, oscillator: &Oscillator, truth: Verdict) -> Mechanism {
+    let (n, d) = (*knobs, naive);
+    // A grazing orbit is beyond the belt line for a time of a few times the square root of its margin: steps
+    // of 1e-3 resolve this down to margins of 1e-7.
+    let short = |n: NaiveKnobs| NaiveKnobs { longest_step: 1e-3, ..n };
+    let transient = (Mechanism::Transient, NaiveKnobs { turns: n.turns.saturating_mul(10), ..n });
+    let error = (Mechanism::StepError, NaiveKnobs { tolerance: (1e-4 * n.tolerance).max(1e-13), ..n });
+    let removals: Vec<(Mechanism, NaiveKnobs)> = match d {
+        NaiveMethod::Smoothed => {
+            let finer = |by: f64| NaiveKnobs { smoothing_width: by * n.smoothing_width, ..n };
+            let smoothing = [0.1, 0.01].map(|by| (Mechanism::Smoothing, finer(by)));
+            smoothing.into_iter().chain([transient, error]).collect()
+        }
+        NaiveMethod::StickBand => {
+            let finer = |by: f64| NaiveKnobs { stick_band_width: by * n.stick_band_width, ..n };
+            vec![
+                (Mechanism::MissedDoubleCrossing, short(n)),
+                (Mechanism::StickBand, finer(0.01)),
+                (Mechanism::StickBand, short(finer(0.01))),
+                transient,
+                error,
+            ]
+        }
+        NaiveMethod::FixedStep => {
+            let finer = |by: f64| (Mechanism::Chatter, NaiveKnobs { step: by * n.step, ..n });
+            let finest = NaiveKnobs { step: 1e-3 * n.step, turns: n.turns.min(5), ..n };
+            vec![finer(0.1), finer(0.01), (Mechanism::Chatter, finest), transient]
+        }
+        NaiveMethod::EventStep => vec![
+            (Mechanism::TangentStart, NaiveKnobs { start_pause: 1e-9, ..n }),
+            (Mechanism::MissedDoubleCrossing, short(n)),
+            (Mechanism::MissedDoubleCrossing, NaiveKnobs { longest_step: 3e-5, turns: 1, ..n }),
+            (Mechanism::TangentStart, short(NaiveKnobs { start_pause: 1e-9, ..n })),
+            transient,
+            error,
+        ],
+    };
+    let mended = |knobs: &NaiveKnobs| Verdict::from(naive.decide(oscillator, knobs).verdict) == truth;
+    let found = removals.iter().find(|(_, knobs)| mended(knobs)).map(|(mechanism, _)| *mechanism);
+    found.unwrap_or_else(|| match naive.decide(oscillator, knobs).verdict {
+        slipmap_simulate::naive::NaiveVerdict::Failed(failure) => Mechanism::Breakdown(failure),
+        _ => Mechanism::Unexplained,
+    })
+}
