@@ -25,8 +25,8 @@ use std::sync::atomic::Ordering;
 
 pub(crate) use boundary::{Boundaries, MethodBoundary};
 pub(crate) use machine_page::{MachinePage, Subject};
-pub(crate) use table::csv_text;
 pub use table::{Cell, Table};
+pub(crate) use table::{csv_text, is_formula};
 pub(crate) use text::{Rich, rich};
 pub use units::View;
 pub(crate) use units::{Label, UnitSystem, join};
