@@ -7,9 +7,10 @@ use clap::Args;
 use serde_json::json;
 
 use super::output::{checked, number_of};
+use super::report::unreadable;
 use super::{Ended, Failure, proof};
 
-/// Verify a map file (completeness, checksums, schema), or a proof of the universal surface.
+/// Verify a map file (completeness, checksums, schema), or a stored proof.
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Examples:
@@ -21,7 +22,8 @@ pub(super) struct Arguments {
     /// The map
     #[arg(value_name = "MAP.h5", required_unless_present = "proof")]
     map: Option<PathBuf>,
-    /// Prove every claim of this certificate again, by another argument than the run that wrote it
+    /// Prove every claim of this certificate again: of the universal surface by another argument than the run
+    /// that wrote it, of a point or another law by the same prover
     #[arg(long, value_name = "FILE", conflicts_with = "map")]
     proof: Option<PathBuf>,
     /// Print JSON instead of text
@@ -49,7 +51,7 @@ fn check_map(map: &Path, as_json: bool) -> Result<Ended, Failure> {
         let problem = format!("{name}: these are the tiles of a run that was interrupted, not yet a map");
         return Err(Failure::bad_input(problem, "end it by the command that began it, with --resume"));
     }
-    let report = slipmap_format::check(map).map_err(|error| Failure::BadInput(error.to_string()))?;
+    let report = slipmap_format::check(map).map_err(|error| unreadable(&error))?;
     let problems: Vec<String> = report.problems.iter().map(ToString::to_string).collect();
     if report.variables == 0 {
         let problem = format!("{name} cannot be read as a map:\n  {}", problems.join("\n  "));

@@ -11,6 +11,7 @@ use serde_json::json;
 use super::chances::Chances;
 use super::output::{self, Align, Table, bytes, count, duration, number_of, object};
 use super::preflight::{Preflight, peak, sizes};
+use super::threads::cores;
 use super::{Ended, Failure};
 use slipmap_config::Job;
 use slipmap_format::LengthSink;
@@ -60,10 +61,30 @@ struct Timed {
     cells: usize,
     /// Wall-clock time, to which the limits of a sample apply.
     elapsed: Duration,
-    /// Seconds that it takes where no other program is busy.
+    /// Seconds that it takes one core.
     seconds: f64,
     /// Packed bytes.
     packed: u64,
+}
+
+/// The threads of the estimated run, which has a core for each, and those that compute the samples here.
+#[derive(Clone, Copy, Debug)]
+struct Threads {
+    run: usize,
+    here: usize,
+}
+
+impl Threads {
+    /// All cores of this machine if `None`.
+    fn of(wanted: Option<usize>) -> Self {
+        let run = wanted.unwrap_or_else(cores);
+        Self { run, here: run.min(cores()) }
+    }
+
+    /// The threads of the run that have work: a tile is computed by one.
+    fn busy(self, plan: &Plan) -> f64 {
+        self.run.min(plan.tile_count()).max(1) as f64
+    }
 }
 
 /// A clock of the processor time of all threads, which, unlike wall-clock time, does not grow when another
@@ -78,13 +99,12 @@ impl Clock {
         Self { start: Instant::now(), process: process_time() }
     }
 
-    /// Seconds so far with every one of `workers` threads busy.
+    /// Seconds of one core so far, with `workers` threads here.
     fn seconds(&self, workers: usize) -> f64 {
         if cfg!(not(unix)) {
-            return self.start.elapsed().as_secs_f64();
+            return self.start.elapsed().as_secs_f64() * workers as f64;
         }
-        let cores = std::thread::available_parallelism().map_or(workers, |cores| workers.min(cores.get()));
-        (process_time() - self.process).as_secs_f64() / cores as f64
+        (process_time() - self.process).as_secs_f64()
     }
 }
 
@@ -108,11 +128,13 @@ pub(super) fn run(
     let grid = &plan.grid;
     let columns = grid.column_count();
     let tiles = plan.tile_count();
-    let sampled = sampled(plan, threads);
+    let threads = Threads::of(threads);
+    let sampled = sampled(plan, threads.run);
     let proof = proof_seconds(plan, threads);
     let chances = Chances::of(job);
-    let probability = chances.as_ref().map(|chances| chances.seconds(threads));
-    let curves = curves_time(plan, threads);
+    let faster = threads.run as f64 / threads.here as f64;
+    let probability = chances.as_ref().map(|chances| chances.seconds(Some(threads.here)) / faster);
+    let curves = curves_time(plan, Some(threads.here));
     let seconds = sampled.seconds
         + audit_seconds(plan, threads)
         + curves.map_or(0.0, |curves| curves.seconds)
@@ -134,6 +156,7 @@ pub(super) fn run(
             "packed_bytes": u64::try_from(sampled.packed).ok(),
             "peak_bytes": u64::try_from(peak(sampled.packed)).ok(),
             "free_bytes": preflight.free,
+            "threads": threads.run,
             "seconds": seconds,
             "at_most": sampled.at_most,
             "curves_seconds": curves.map(|curves| curves.seconds),
@@ -191,14 +214,19 @@ pub(super) fn run(
     let curves = curves
         .map_or(String::new(), |curves| format!(", {more}{} of it for the curves", duration(curves.seconds)));
     let how = if sampled.at_most { "a sample smaller than a tile" } else { "the processor time of a sample" };
-    line("time", format!("{about} {}{curves}{proof}{probability}; from {how}", duration(seconds)));
+    let on = match threads.run > threads.here {
+        true => format!(" on {} such as this machine's", number_of(threads.run, "core")),
+        false => String::new(),
+    };
+    line("time", format!("{about} {}{on}{curves}{proof}{probability}; from {how}", duration(seconds)));
     table.write(&mut out)?;
     drop(out);
     preflight.verdict(job, sampled.packed)
 }
 
-/// Estimates duration and size of the map.
-pub(super) fn sampled(plan: &Plan, threads: Option<usize>) -> Sampled {
+/// Estimates size of the map, and its duration with `threads` threads.
+pub(super) fn sampled(plan: &Plan, threads: usize) -> Sampled {
+    let threads = Threads::of(Some(threads));
     let Sampled { seconds, packed, at_most } = by_columns(plan, threads);
     let packed = packed + fixed_bytes(plan);
     if !plan.interpolates() {
@@ -218,8 +246,7 @@ pub(super) fn sampled(plan: &Plan, threads: Option<usize>) -> Sampled {
 
 /// The share of the map's cells that interpolation does not decide, and the duration of interpolation, from
 /// tiles spread over the map.
-fn interpolated(plan: &Plan, threads: Option<usize>) -> (f64, f64) {
-    let workers = threads.unwrap_or_else(rayon::current_num_threads).max(1);
+fn interpolated(plan: &Plan, threads: Threads) -> (f64, f64) {
     let tiles = plan.tile_count();
     let chosen: Vec<usize> = match tiles <= TILES {
         true => (0..tiles).collect(),
@@ -230,28 +257,28 @@ fn interpolated(plan: &Plan, threads: Option<usize>) -> (f64, f64) {
     };
     let clock = Clock::start();
     let mut shares = Vec::new();
-    for some in chosen.chunks(workers) {
+    for some in chosen.chunks(threads.here) {
         shares.par_extend(some.par_iter().map(|&tile| map::open_share(plan, tile)));
         if clock.start.elapsed() > TOO_LONG {
             break;
         }
     }
-    let seconds = clock.seconds(workers) / shares.len() as f64 * tiles as f64;
+    let seconds = clock.seconds(threads.here) / shares.len() as f64 * tiles as f64 / threads.busy(plan);
     (shares.iter().sum::<f64>() / shares.len() as f64, seconds)
 }
 
 /// Estimates duration and packed tiles of the map. Coarser grids grow until one takes long enough to be
 /// extrapolated.
-fn by_columns(plan: &Plan, threads: Option<usize>) -> Sampled {
+fn by_columns(plan: &Plan, threads: Threads) -> Sampled {
     let mut wanted = 1;
     loop {
         let sample = sample(&plan.grid, wanted);
-        let Timed { cells, elapsed, seconds, packed } = timed(plan, &sample, threads);
+        let Timed { cells, elapsed, seconds, packed } = timed(plan, &sample, threads.here);
         let whole = sample.column_count() == plan.grid.column_count();
         if seconds >= ENOUGH.as_secs_f64() || elapsed >= TOO_LONG || whole {
             let share = plan.grid.cells() as f64 / cells.max(1) as f64;
             return Sampled {
-                seconds: seconds * share,
+                seconds: seconds * share / threads.busy(plan),
                 packed: (packed as f64 * share).min(plan.bytes() as f64) as u128,
                 at_most: !whole && cells < plan.tile_shape.iter().product(),
             };
@@ -283,7 +310,9 @@ fn curves_time(plan: &Plan, threads: Option<usize>) -> Option<CurvesTime> {
 fn within<T: Send + Default>(time: Duration, work: impl FnOnce(&AtomicBool) -> T + Send) -> (bool, T) {
     let stop = AtomicBool::new(false);
     std::thread::scope(|scope| {
-        let worker = scope.spawn(|| work(&stop));
+        let Ok(worker) = std::thread::Builder::new().spawn_scoped(scope, || work(&stop)) else {
+            return (false, T::default());
+        };
         let start = Instant::now();
         while !worker.is_finished() && start.elapsed() < time {
             std::thread::sleep(Duration::from_millis(5));
@@ -296,11 +325,11 @@ fn within<T: Send + Default>(time: Duration, work: impl FnOnce(&AtomicBool) -> T
 }
 
 /// Estimated duration in seconds of the proof that the plan requests, from a sample that takes [`PROOF`].
-fn proof_seconds(plan: &Plan, threads: Option<usize>) -> Option<f64> {
-    let proved = within(PROOF, |stop| map::prove(plan, threads, stop)).1?;
+fn proof_seconds(plan: &Plan, threads: Threads) -> Option<f64> {
+    let proved = within(PROOF, |stop| map::prove(plan, Some(threads.here), stop)).1?;
     let boxes = map::boxes_to_try(plan);
     let tried = proved.volumes.tiles.clamp(1, boxes);
-    Some(proved.seconds * boxes as f64 / tried as f64)
+    Some(proved.seconds * boxes as f64 / tried as f64 * threads.here as f64 / threads.run as f64)
 }
 
 /// A coarser grid of at most `wanted` columns (at least one), spread over the whole grid. All dampings are
@@ -325,8 +354,7 @@ fn spread(values: &[f64], kept: usize) -> Vec<f64> {
 }
 
 /// Computes and packs a sample.
-fn timed(plan: &Plan, sample: &Grid, threads: Option<usize>) -> Timed {
-    let workers = threads.unwrap_or_else(rayon::current_num_threads).max(1);
+fn timed(plan: &Plan, sample: &Grid, workers: usize) -> Timed {
     // Enough tiles to keep every thread busy.
     let tile = (sample.cells() / (4 * workers)).max(sample.dampings().len());
     let tile_shape = sample.tile_shape(tile.min(plan.tile_shape.iter().product()));
@@ -343,7 +371,7 @@ fn timed(plan: &Plan, sample: &Grid, threads: Option<usize>) -> Timed {
     let sink = LengthSink::new(&plan, |length| {
         packed.fetch_add(length as u64, Ordering::Relaxed);
     });
-    let control = Control { threads, on_cells: &on_cells, stop: &stop, ..Control::default() };
+    let control = Control { threads: Some(workers), on_cells: &on_cells, stop: &stop, ..Control::default() };
     // An interrupted sample counts as far as it went.
     let _ = map::run(&plan, &sink, &control);
     Timed {
@@ -355,7 +383,7 @@ fn timed(plan: &Plan, sample: &Grid, threads: Option<usize>) -> Timed {
 }
 
 /// Estimated duration of the audit, from a few cells of it.
-fn audit_seconds(plan: &Plan, threads: Option<usize>) -> f64 {
+fn audit_seconds(plan: &Plan, threads: Threads) -> f64 {
     let cells = plan.audit_cells.min(plan.grid.cells());
     if cells == 0 {
         return 0.0;
@@ -373,8 +401,7 @@ fn audit_seconds(plan: &Plan, threads: Option<usize>) -> f64 {
             break;
         }
     }
-    let workers = threads.unwrap_or_else(rayon::current_num_threads).max(1);
-    (thread_time() - start).as_secs_f64() / f64::from(timed) * cells as f64 / workers as f64
+    (thread_time() - start).as_secs_f64() / f64::from(timed) * cells as f64 / threads.busy(plan)
 }
 
 #[cfg(test)]
@@ -389,7 +416,7 @@ mod tests {
         let grid = Grid::new(Law::Expression(formula), [1, 50, 120, 2].map(nodes).to_vec()).unwrap();
         let plan = Plan::builder(grid).build().unwrap();
         assert!(plan.interpolates());
-        let (share, _) = interpolated(&plan, Some(1));
+        let (share, _) = interpolated(&plan, Threads::of(Some(1)));
         assert!((0.0..0.5).contains(&share), "{share}");
     }
 

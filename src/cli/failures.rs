@@ -7,8 +7,9 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::output::{count, exact, short};
-use super::report::failure;
+use super::report::{failure, unwritten};
 use super::summary::probe_command;
+use super::threads::not_started;
 use super::{Ended, Failure, interrupt, progress};
 use slipmap_config::Job;
 use slipmap_format::files::create_folders;
@@ -63,8 +64,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     if let Some(folder) = &arguments.out {
         refuse_existing(folder, arguments.overwrite)?;
     }
-    let pool = map::pool(arguments.threads)
-        .map_err(|error| Failure::Broken(format!("cannot start the worker threads: {error}")))?;
+    let pool = map::pool(arguments.threads).map_err(not_started)?;
     let points = failures::points_of(grid);
     let bar = progress::bar(arguments.quiet, Some(points.len() as u64), "cells");
     let comparison = Comparison {
@@ -115,8 +115,7 @@ fn refuse_existing(folder: &Path, overwrite: bool) -> Result<(), Failure> {
 
 /// Writes every file under a temporary name first, so that no file is ever half written.
 fn write_files(folder: &Path, report: &CataloguePage) -> Result<(), Failure> {
-    create_folders(folder)
-        .map_err(|error| Failure::Broken(format!("cannot write {}: {error}", folder.display())))?;
+    create_folders(folder).map_err(|error| unwritten(folder, &error))?;
     for (name, text) in FILES.iter().zip([report.markdown(), report.methods_csv(), report.classes_csv()]) {
         write_file(text.as_bytes(), &folder.join(name), Existing::Replace).map_err(failure)?;
     }

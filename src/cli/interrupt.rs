@@ -41,6 +41,10 @@ const POLL_INTERVAL: Duration = Duration::from_millis(50);
 
 /// Installs the handlers. A second signal ends the program at once.
 pub(super) fn listen() {
+    // A file at the limit on its size (ulimit -f) ends a process that does not handle this signal; one that
+    // does gets an error, as from a full disk.
+    #[cfg(unix)]
+    drop(flag::register(signal_hook::consts::SIGXFSZ, Arc::default()));
     for &signal in SIGNALS {
         let code = 128 + signal;
         // In this order, so that the second signal finds the flag set by the first.

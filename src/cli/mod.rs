@@ -1,7 +1,7 @@
 //! The command-line program. Data goes to standard output, progress and messages to standard error.
 //!
 //! Exit codes: 0 success; 1 the job ran but part of it failed; 2 bad input, with nothing written; 130
-//! interrupted by Ctrl-C, 143 by a request to terminate.
+//! interrupted by Ctrl-C, 143 by a request to terminate; 141 the reader of standard output closed it early.
 
 mod chances;
 mod check;
@@ -32,6 +32,7 @@ use std::fmt::Display;
 use std::io::{self, Write as _};
 use std::process::ExitCode;
 
+use clap::error::ErrorKind;
 use clap::{CommandFactory as _, Parser, Subcommand};
 
 use slipmap_config::ConfigError;
@@ -59,7 +60,7 @@ Examples:
   slipmap check results/quickstart.h5
   slipmap report results/quickstart.h5
 
-Exit codes: 0 ok, 1 the job ran but something in it failed, 2 bad input, 130 or 143 interrupted";
+Exit codes: 0 ok, 1 the job ran but something in it failed, 2 bad input, 130 or 143 interrupted,\n141 the reader of the output went away";
 
 #[derive(Debug, Subcommand)]
 enum Command {
@@ -106,7 +107,7 @@ enum Failure {
     Broken(String),
     /// The user interrupted it; the text states what remains.
     Interrupted(String),
-    /// The reader of standard output closed it: a reason to stop, not an error.
+    /// The reader of standard output closed it: a reason to stop without a message.
     ReaderGone,
 }
 
@@ -128,7 +129,9 @@ impl From<io::Error> for Failure {
     fn from(error: io::Error) -> Self {
         match error.kind() {
             io::ErrorKind::BrokenPipe => Failure::ReaderGone,
-            _ => Failure::Broken(format!("cannot write to standard output: {error}")),
+            _ => Failure::Broken(format!(
+                "cannot write to standard output: {error}\n  help: free space where it goes, or send it elsewhere"
+            )),
         }
     }
 }
@@ -136,11 +139,38 @@ impl From<io::Error> for Failure {
 /// Stack size of the working thread in bytes: that of a process's first thread.
 const STACK: usize = 8 << 20;
 
-/// Runs the program on the arguments of the process.
+/// Runs the program on the arguments of the process. `no_output`: whether standard output takes no data.
 #[must_use]
-pub fn main() -> ExitCode {
-    let command = Arguments::parse().command;
+pub fn main(no_output: bool) -> ExitCode {
+    if no_output {
+        let problem = "standard output is closed, or cannot be written to";
+        return end(Err(Failure::bad_input(
+            problem,
+            "send it to a file, or to /dev/null if it is not needed",
+        )));
+    }
+    let command = match Arguments::try_parse() {
+        Ok(arguments) => arguments.command,
+        // What is wrong with the arguments; or help, the version.
+        Err(told) => {
+            if let (ErrorKind::InvalidUtf8, Some(odd)) = (told.kind(), not_text()) {
+                let problem = format!("the argument {odd} is not UTF-8");
+                return end(Err(Failure::bad_input(problem, "rename the file, or write the value in UTF-8")));
+            }
+            return match told.print().and_then(|()| io::stdout().flush()) {
+                Err(error) if !told.use_stderr() => end(Err(error.into())),
+                _ => ExitCode::from(u8::try_from(told.exit_code()).unwrap_or(2)),
+            };
+        }
+    };
     interrupt::listen();
+    if let Err(refused) = threads::check_memory() {
+        return end(Err(refused));
+    }
+    // Begun here: where they are first needed, a failure to start them would be a panic.
+    if let Err(error) = rayon::ThreadPoolBuilder::new().build_global() {
+        return end(Err(threads::not_started(error)));
+    }
     // The command runs in its own thread. The first thread only waits, so that it receives signals at once; a
     // thread that waits for a file system (a server that hangs) would not.
     let (done, ended) = std::sync::mpsc::channel();
@@ -153,11 +183,15 @@ pub fn main() -> ExitCode {
             (_, Err(panic)) => std::panic::resume_unwind(panic),
             (code, Ok(())) => code.unwrap_or(ExitCode::FAILURE),
         },
-        Err(error) => {
-            say(&format!("error: cannot start a thread: {error}"));
-            ExitCode::FAILURE
-        }
+        Err(error) => end(Err(threads::not_started(error))),
     }
+}
+
+/// The first argument that is not UTF-8, as far as it can be shown.
+fn not_text() -> Option<String> {
+    std::env::args_os()
+        .find(|argument| argument.to_str().is_none())
+        .map(|odd| odd.to_string_lossy().into_owned())
 }
 
 fn carry_out(command: Command) -> ExitCode {
@@ -175,8 +209,18 @@ fn carry_out(command: Command) -> ExitCode {
         Command::Man(arguments) => shell::man(Arguments::command(), &arguments),
         Command::Completions(arguments) => shell::completions(Arguments::command(), &arguments),
     };
+    // What is left in the buffer would be lost without a word.
+    end(result.and_then(|ended| Ok(io::stdout().flush().map(|()| ended)?)))
+}
+
+/// The exit code of a pipe whose reader is gone: that of the signal SIGPIPE, which ends other programs.
+const READER_GONE: u8 = 128 + 13;
+
+/// Reports what stopped a command, and returns the exit code.
+fn end(result: Result<Ended, Failure>) -> ExitCode {
     let (code, message) = match result {
-        Ok(Ended::Fine) | Err(Failure::ReaderGone) => (0, None),
+        Ok(Ended::Fine) => (0, None),
+        Err(Failure::ReaderGone) => (READER_GONE, None),
         Ok(Ended::Flawed) => (1, None),
         Err(Failure::Broken(message)) => (1, Some(message)),
         Err(Failure::BadInput(message)) => (2, Some(message)),

@@ -131,7 +131,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
             diagram(&view, &DiagramPlot { x, at: &at, range: arguments.range, width })
         }),
     };
-    let plotted = plotted.map_err(failure)?;
+    let plotted = plotted.map_err(|error| match error {
+        ReportError::Choice(why) => Failure::BadInput(format!("{}: {why}", arguments.map.display())),
+        error => failure(error),
+    })?;
     write_figure(&plotted.scene, &plotted.caption, &arguments.out, existing).map_err(failure)?;
     if let Some(curves) = plotted.curves.filter(|_| arguments.curves) {
         let text = figure::bifurcations::data(&view, &curves).csv();

@@ -10,7 +10,8 @@ use rayon::prelude::*;
 
 use super::output::{exact, short};
 use super::replace::{self, Kind};
-use super::report::existing;
+use super::report::{existing, unwritten};
+use super::threads::not_started;
 use super::{Ended, Failure, interrupt, point, probe_machine};
 use slipmap_config::{MachineJob, PointTable};
 use slipmap_format::files::{folder_of, publish_file, temporary_in};
@@ -19,6 +20,7 @@ use slipmap_map::map::{self, Description, Method, Quantity, dimension, slip_cycl
 use slipmap_map::probe::Answer;
 use slipmap_model::friction::Law;
 use slipmap_model::point::Point;
+use slipmap_report::is_formula;
 
 /// Answers for standard output are held in memory up to this size, then in a temporary file.
 const SPOOL: usize = 16 << 20;
@@ -72,8 +74,7 @@ pub(super) fn run(job: &Job) -> Result<Ended, Failure> {
     };
     check_header(&table, job)?;
     let mut output = Output::open(job.output, job.input, job.overwrite)?;
-    let pool = map::pool(job.threads)
-        .map_err(|error| Failure::Broken(format!("cannot start the threads: {error}")))?;
+    let pool = map::pool(job.threads).map_err(not_started)?;
     let bar = super::progress::bar(job.quiet, None, "rows");
     pool.install(|| convert(job, table, &mut output, stop, &bar))?;
     bar.finish_and_clear();
@@ -89,13 +90,15 @@ fn convert(
     stop: &AtomicBool,
     bar: &ProgressBar,
 ) -> Result<(), Failure> {
-    let mut header = table.header.clone();
+    let mut header = without_formulas(&table.header);
     for name in answer_columns(job) {
         header.push_field(name.as_bytes());
     }
     let mut writer = WriterBuilder::new().from_writer(output.writer());
-    let write_error =
-        |error: csv::Error| Failure::Broken(format!("cannot write {}: {error}", job.output.display()));
+    let write_error = |error: csv::Error| match error.into_kind() {
+        csv::ErrorKind::Io(error) => unwritten(job.output, &error),
+        other => Failure::Broken(format!("cannot write {}: {other:?}", job.output.display())),
+    };
     writer.write_byte_record(&header).map_err(write_error)?;
     loop {
         let batch = table.rows()?;
@@ -108,7 +111,7 @@ fn convert(
                 if stop.load(Ordering::Relaxed) {
                     return Err(Failure::Interrupted(super::NOTHING_LEFT.into()));
                 }
-                answer(&table, row, job)
+                answer(&table, &row, job)
             })
             .collect::<Vec<_>>()
             .into_iter()
@@ -201,8 +204,20 @@ fn oscillator(
     }
 }
 
-fn answer(table: &PointTable, mut row: ByteRecord, job: &Job) -> Result<ByteRecord, Failure> {
-    let (law, point, si) = oscillator(table, &row, &job.about)?;
+/// The cells of the input as they are copied: with an apostrophe before what a spreadsheet would take for a
+/// formula.
+fn without_formulas(row: &ByteRecord) -> ByteRecord {
+    row.iter()
+        .map(|cell| match is_formula(&String::from_utf8_lossy(cell)) {
+            true => [b"'", cell].concat(),
+            false => cell.to_vec(),
+        })
+        .collect()
+}
+
+fn answer(table: &PointTable, row: &ByteRecord, job: &Job) -> Result<ByteRecord, Failure> {
+    let (law, point, si) = oscillator(table, row, &job.about)?;
+    let mut row = without_formulas(row);
     let answer = Answer::of(&law, &point, job.tolerance, job.methods.iter().copied());
     let number = |x: f64| if x.is_nan() { String::new() } else { exact(x) };
     let factor = |name: &str| {
@@ -287,8 +302,7 @@ impl Output {
                 Ok(out.flush()?)
             }
             Output::Beside { file, path, overwrite } => {
-                let failed =
-                    |error: io::Error| Failure::Broken(format!("cannot write {}: {error}", path.display()));
+                let failed = |error: io::Error| unwritten(&path, &error);
                 let file = file.into_inner().map_err(|error| failed(error.into_error()))?;
                 publish_file(file, &path, existing(overwrite)).map_err(|error| match error.kind() {
                     io::ErrorKind::AlreadyExists => replace::exists("--out", &path),

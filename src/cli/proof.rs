@@ -6,7 +6,7 @@ use std::path::Path;
 use serde_json::json;
 
 use super::output::{checked, count, exact, number_of, short, without_control_characters};
-use super::report::existing;
+use super::report::{existing, unwritten};
 use super::{Ended, Failure, WRITTEN_BY};
 use slipmap_certify::certificate::{Certificate, Checked, NoCertificate, Subject};
 use slipmap_certify::law_certificate::LawCertificate;
@@ -36,8 +36,6 @@ pub(super) fn state(path: &Path) -> PathState {
     match path.symlink_metadata() {
         Err(error) if error.kind() == io::ErrorKind::NotFound => return PathState::Nothing,
         Err(error) => return PathState::OutOfReach(error),
-        // In this order: opening a pipe would wait for its other end.
-        Ok(_) if !path.metadata().is_ok_and(|metadata| metadata.is_file()) => return PathState::Other,
         Ok(_) => {}
     }
     match read(path) {
@@ -55,6 +53,11 @@ pub(super) fn state(path: &Path) -> PathState {
 
 /// Reads the text of a certificate; `None` if the file is not a certificate.
 fn read(path: &Path) -> io::Result<Option<(Subject, String)>> {
+    let metadata = path.metadata()?;
+    if !(metadata.is_file() || metadata.is_dir()) {
+        // Opening a pipe would wait for its other end.
+        return Err(io::Error::other("it is not a proof, but a pipe or a device"));
+    }
     // Check the beginning first: another file may never end.
     let mut file = io::BufReader::new(std::fs::File::open(path)?);
     if !file.fill_buf()?.trim_ascii_start().starts_with(b"{") {
@@ -99,16 +102,13 @@ pub(super) fn write_text(
     path: &Path,
     replace: bool,
 ) -> Result<(), Failure> {
-    let broken = |error: &dyn std::fmt::Display| {
-        Failure::Broken(format!("{}: the proof cannot be written: {error}", path.display()))
-    };
-    let text = text.map_err(|error| broken(&error))?;
+    let text = text.map_err(|error| Failure::Broken(format!("cannot form the proof: {error}")))?;
     let written = create_folders(folder_of(path)).and_then(|()| {
         let mut file = temporary_in(folder_of(path))?;
         file.write_all(text.as_bytes())?;
         publish_file(file, path, existing(replace))
     });
-    written.map_err(|error| broken(&error))
+    written.map_err(|error| unwritten(path, &error))
 }
 
 /// Verifies a certificate.
@@ -134,7 +134,7 @@ pub(super) fn check(path: &Path, as_json: bool) -> Result<Ended, Failure> {
                 "C*(A, k, b) over A {a:?}, k {k:?}, b {b:?}\n\
                  (A = epsilon gamma (1 - alpha), k = epsilon gamma V, b = epsilon beta V, C = epsilon c)"
             );
-            let sound = "every claim is confirmed by the barriers of slipmap_certify::recheck";
+            let sound = "every claim is proved again by a second argument, the barriers of certify::recheck";
             check_boxes(path, &what, certificate.check(), sound, as_json)
         }
         Subject::Law => {
@@ -143,7 +143,8 @@ pub(super) fn check(path: &Path, as_json: bool) -> Result<Ended, Failure> {
             let ranges =
                 ranges.map(|(name, range)| format!("{} {range:?}", without_control_characters(name)));
             let what = format!("C* = epsilon c* over {}", ranges.collect::<Vec<_>>().join(", "));
-            let sound = "every claim is proved again, from the law and the boxes alone";
+            let sound =
+                "every claim is proved again by the prover that made it, from the law and the boxes alone";
             check_boxes(path, &what, certificate.check(), sound, as_json)
         }
     }
@@ -195,6 +196,7 @@ fn check_point(path: &Path, certificate: &PointCertificate, as_json: bool) -> Re
         end(lo),
         end(hi)
     );
-    let sound = "every claim is proved again, from the law and the parameters alone";
+    let sound =
+        "every claim is proved again by the prover that made it, from the law and the parameters alone";
     checked(as_json, &json, &what, &problems, sound)
 }

@@ -88,7 +88,7 @@ pub(super) fn open(path: &Path) -> Result<MapFile, Failure> {
 }
 
 /// Converts an error of opening or reading a map.
-fn unreadable(error: &StoreError) -> Failure {
+pub(super) fn unreadable(error: &StoreError) -> Failure {
     if let StoreError::Io { path, source, .. } = error
         && source.kind() == io::ErrorKind::NotFound
     {
@@ -119,6 +119,32 @@ pub(super) fn existing(overwrite: bool) -> Existing {
     if overwrite { Existing::Replace } else { Existing::Refuse }
 }
 
+/// The failure to write a file, with what to do about it.
+pub(super) fn unwritten(path: &Path, error: &io::Error) -> Failure {
+    use io::ErrorKind::{
+        AlreadyExists, FileTooLarge, InvalidFilename, IsADirectory, NotADirectory, PermissionDenied,
+        QuotaExceeded, ReadOnlyFilesystem, StorageFull,
+    };
+    // Without a number of the system the text names a temporary file.
+    let why = error.raw_os_error().map_or_else(|| error.kind().to_string(), |_| error.to_string());
+    let problem = format!("cannot write {}: {why}", path.display());
+    let (is_input, help) = match error.kind() {
+        StorageFull | QuotaExceeded | FileTooLarge => {
+            (false, "free space, raise the quota or the limit on file sizes (ulimit -f), or write elsewhere")
+        }
+        PermissionDenied | ReadOnlyFilesystem => (true, "choose a folder that is yours"),
+        AlreadyExists | NotADirectory | IsADirectory => {
+            (true, "a file is where a folder is needed, or the reverse; choose another name")
+        }
+        InvalidFilename => (true, "choose a shorter name"),
+        _ => (false, "choose another place"),
+    };
+    match is_input {
+        true => Failure::bad_input(problem, help),
+        false => Failure::Broken(format!("{problem}\n  help: {help}")),
+    }
+}
+
 pub(super) fn failure(error: ReportError) -> Failure {
     match error {
         ReportError::Exists(path) => Failure::bad_input(
@@ -132,6 +158,7 @@ pub(super) fn failure(error: ReportError) -> Failure {
         | ReportError::Study(StudyError::NoReference { .. })
         | ReportError::Peers { .. } => Failure::BadInput(error.to_string()),
         ReportError::Map(error) => unreadable(&error),
+        ReportError::Io { path, source } => unwritten(&path, &source),
         ReportError::Interrupted | ReportError::Study(StudyError::Interrupted) => {
             Failure::Interrupted(super::NOTHING_LEFT.into())
         }

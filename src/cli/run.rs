@@ -14,7 +14,7 @@ use super::output::{bytes, count, number_of};
 use super::preflight::{Permission, Preflight, create_folders};
 use super::report::existing;
 use super::summary::{self, RunReport};
-use super::{Ended, Failure, GIT, estimate, interrupt, output, progress, proof, say};
+use super::{Ended, Failure, GIT, estimate, interrupt, output, progress, proof, say, threads};
 use slipmap_config::Job;
 use slipmap_format::{Left, Outcome, PartialMap, Provenance, Resumed, StoreError};
 use slipmap_map::clock::process_time;
@@ -40,8 +40,8 @@ pub(super) struct Arguments {
     /// Replace one value of the configuration; may be repeated. The value is TOML; a bare word is text
     #[arg(long = "set", value_name = "key.path=value")]
     sets: Vec<String>,
-    /// Number of threads; default: one per core, at most 16 per core
-    #[arg(long, value_name = "NUMBER", value_parser = super::threads::parse)]
+    /// Number of threads; default: one per core, at most 16 per core. With --dry-run: of any machine
+    #[arg(long, value_name = "NUMBER", value_parser = threads::parse_anywhere)]
     threads: Option<usize>,
     /// Print how large the map would be and how long it would take, and write nothing
     #[arg(long)]
@@ -62,6 +62,9 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     let stop = interrupt::flag();
+    if !arguments.dry_run {
+        threads::check(arguments.threads)?;
+    }
     match prepare(arguments, Job::load(&arguments.config, &arguments.sets)?)? {
         None => Ok(Ended::Fine),
         Some((job, map)) => compute(arguments, &job, map, stop),
@@ -91,7 +94,10 @@ fn prepare(arguments: &Arguments, job: Job) -> Result<Option<(Job, PartialMap)>,
         return Err(Failure::BadInput(refused.clone()));
     }
     if permission != Permission::Resume && preflight.may_not_fit(&job) {
-        preflight.verdict(&job, estimate::sampled(&job.plan, arguments.threads).packed)?;
+        preflight.verdict(
+            &job,
+            estimate::sampled(&job.plan, arguments.threads.unwrap_or_else(threads::cores)).packed,
+        )?;
     }
     create_folders(&job.output)?;
     let name = job.output.display();
@@ -218,7 +224,7 @@ fn stopped(map: &PartialMap, error: &ComputeError<StoreError>, output: &Path) ->
             number_of(all, "tile"),
             how_to_continue()
         )),
-        ComputeError::Threads(_) => Failure::Broken(error.to_string()),
+        ComputeError::Threads(why) => threads::not_started(why),
         ComputeError::Sink(error) => Failure::Broken(with_how_to_continue(error, output)),
     }
 }

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use clap::{Args, Command};
 use clap_complete::Shell;
 
+use super::report::unwritten;
 use super::{Ended, Failure};
 
 /// Arguments of `slipmap man`.
@@ -68,12 +69,10 @@ pub(crate) fn man(mut program: Command, arguments: &ManArguments) -> Result<Ende
 }
 
 fn write_all(program: &Command, folder: &Path) -> Result<Ended, Failure> {
-    let broken =
-        |path: &Path, error: io::Error| Failure::Broken(format!("cannot write {}: {error}", path.display()));
-    fs::create_dir_all(folder).map_err(|error| broken(folder, error))?;
+    fs::create_dir_all(folder).map_err(|error| unwritten(folder, &error))?;
     let write = |name: &str, command: &Command| {
         let path = folder.join(format!("{name}.1"));
-        page(command).and_then(|text| fs::write(&path, text)).map_err(|error| broken(&path, error))
+        page(command).and_then(|text| fs::write(&path, text)).map_err(|error| unwritten(&path, &error))
     };
     write(program.get_name(), program)?;
     for command in program.get_subcommands() {

@@ -1,11 +1,14 @@
 //! Untrusted files: for any map, configuration or table there is one clear message and the exit code for it,
 //! within bounded memory and time, and no content is executed.
 
+use std::ffi::OsString;
 use std::fs;
+use std::os::unix::ffi::OsStringExt as _;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use crate::command::{Run, Scratch};
+use crate::command::{PROBE, Run, Scratch};
+use crate::map_equal::assert_same;
 use hdf5::types::VarLenUnicode;
 use hdf5::{File, Location};
 use sha2::{Digest as _, Sha256};
@@ -263,10 +266,156 @@ fn pipes_and_devices_are_no_maps() {
     let scratch = scratch();
     assert!(Command::new("mkfifo").arg(scratch.path().join("pipe")).status().unwrap().success());
     for name in ["pipe", "/dev/zero"] {
-        for command in ["report", "check"] {
-            bounded(&scratch, &[command, name]).refuses(&[name, "a pipe or a device"]);
+        for command in [&["report"][..], &["check"], &["check", "--proof"]] {
+            bounded(&scratch, &[command, &[name]].concat()).refuses(&[name, "a pipe or a device", "help: "]);
         }
     }
+}
+
+#[test]
+fn names_that_are_no_text_are_refused_with_the_reason() {
+    let scratch = scratch();
+    let odd = |name: &[u8]| OsString::from_vec(name.to_vec());
+    fs::copy(scratch.path().join("good.h5"), scratch.path().join(odd(b"odd\xff.h5"))).unwrap();
+    let cases: [(&[&str], &[u8], &str); 4] = [
+        (&["check"], b"odd\xff.h5", "rename"),
+        (&["report"], b"odd\xff.h5", "rename"),
+        (&["plot", "--x", "gamma", "--y", "c", "--out", "a.svg"], b"odd\xff.h5", "rename"),
+        (&["run", "job.toml", "--set"], b"output.path=odd\xff.h5", "rename"),
+    ];
+    for (arguments, name, remedy) in cases {
+        let run = Run::of(scratch.command(arguments).arg(odd(name)).output().unwrap());
+        run.refuses(&["odd\u{fffd}", "UTF-8", remedy]);
+    }
+}
+
+#[test]
+fn what_cannot_be_written_is_told_with_a_remedy() {
+    let scratch = scratch();
+    let draw = |out: &str, more: &[&str]| {
+        let plot = ["plot", "good.h5", "--x", "gamma", "--y", "c", "--out", out];
+        bounded(&scratch, &[&plot, more].concat())
+    };
+    let report = |out: &str| bounded(&scratch, &["report", "good.h5", "--out", out]);
+    // Nobody may create files there.
+    report("/proc/new").refuses(&["/proc/new", "cannot write into the folder /proc", "choose a folder"]);
+    draw("/proc/new.svg", &[]).refuses(&["/proc/new.svg", "choose a folder"]);
+    report("good.h5/new").refuses(&["good.h5", "a file is where a folder is needed", "help: "]);
+    draw("a.svg", &["--variable", "zz"]).refuses(&[
+        "good.h5",
+        "`zz`",
+        "verdict_simulation",
+        "choose one of these",
+    ]);
+    assert_eq!(scratch.names(), ["good.h5", "job.toml"]);
+}
+
+/// Runs the program from a shell, after the words of `limit`.
+fn limited(scratch: &Scratch, limit: &str, arguments: &[&str], output: &str) -> Run {
+    let mut command = Command::new("sh");
+    command.args(["-c", &format!("{limit}; exec \"$0\" \"$@\" {output}"), env!("CARGO_BIN_EXE_slipmap")]);
+    command.args(arguments).current_dir(scratch.path()).stdin(Stdio::null()).env_remove("RUST_BACKTRACE");
+    Run::of(command.output().unwrap())
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_limit_on_file_sizes_is_an_error_and_costs_nothing() {
+    let scratch = scratch();
+    let header = "epsilon,alpha,beta,gamma,c,V\n";
+    scratch.file("in.csv", header.to_owned() + &"0.1,0.3,0.1,2,0.5,1\n".repeat(20));
+    let cases: [&[&str]; 4] = [
+        &["run", "job.toml"],
+        &["report", "good.h5", "--out", "report"],
+        &["plot", "good.h5", "--x", "gamma", "--y", "c", "--out", "plot.svg"],
+        &["probe", "--points", "in.csv", "--out", "out.csv"],
+    ];
+    for arguments in cases {
+        let run = limited(&scratch, "ulimit -f 4", arguments, "").ends_with(1);
+        assert!(run.err.contains("limit on file sizes"), "{arguments:?}: {}", run.err);
+        assert!(run.err.contains("help: ") || run.err.contains("to continue: "), "{}", run.err);
+    }
+    assert_eq!(scratch.names(), ["good.h5", "in.csv", "job.toml", "map.h5.part"]);
+    scratch.run(&["run", "job.toml", "--resume"]).ends_with(0);
+    assert_same(&scratch.path().join("map.h5"), &scratch.path().join("good.h5"));
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn data_that_standard_output_does_not_take_are_not_lost_without_a_word() {
+    let scratch = Scratch::new();
+    scratch.file("job.toml", JOB);
+    let json = [&PROBE[..], &["--json"]].concat();
+    let cases: [&[&str]; 6] =
+        [&["run", "job.toml"], &PROBE, &json, &["--help"], &["man"], &["completions", "bash"]];
+    for arguments in cases {
+        for closed in [">&-", "1</dev/null"] {
+            let run = limited(&scratch, "true", arguments, closed);
+            run.refuses(&["standard output is closed", "help: "]);
+        }
+        assert_eq!(scratch.names(), ["job.toml"], "nothing was begun");
+    }
+    for arguments in &cases[1..] {
+        let run = limited(&scratch, "true", arguments, ">/dev/full").ends_with(1);
+        assert!(
+            run.err.contains("cannot write to standard output") && run.err.contains("help: "),
+            "{}",
+            run.err
+        );
+        // Nobody reads: the exit code tells that data are lost, and no message is needed.
+        let (reader, writer) = std::io::pipe().unwrap();
+        drop(reader);
+        let mut command = scratch.command(arguments);
+        let run = Run::of(command.stdout(writer).stderr(Stdio::piped()).output().unwrap()).ends_with(141);
+        assert_eq!(run.err, "");
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn too_little_memory_is_told_with_a_remedy() {
+    let scratch = scratch();
+    for megabytes in [60, 90, 130, 200, 400] {
+        for arguments in
+            [&PROBE[..], &["run", "job.toml", "--overwrite"], &["report", "good.h5", "--overwrite"]]
+        {
+            let run = limited(&scratch, &format!("ulimit -v {megabytes}000"), arguments, "");
+            // The loader, which comes first, has its own message: 127.
+            let told = run.code == 1 && run.err.contains("error: ") && run.err.contains("ulimit -v");
+            assert!(told || run.code == 127, "{megabytes} MB, {arguments:?}: {run:?}");
+        }
+    }
+    limited(&scratch, "ulimit -v 1000000", &["run", "job.toml"], "").ends_with(0);
+}
+
+#[test]
+fn cells_of_tables_are_no_formulas() {
+    let scratch = Scratch::new();
+    let name = "-2+3+cmd|' /C calc'!A0";
+    scratch.file(
+        "in.csv",
+        format!("{name},epsilon,alpha,beta,gamma,c,V\n{name},0.1,0.3,0.1,2,+0.5,1\n=1,0.1,0.3,0.1,2,-0,1\n"),
+    );
+    let run = scratch.run(&["probe", "--points", "in.csv", "--out", "-"]).ends_with(0);
+    let lines: Vec<&str> = run.out.lines().collect();
+    assert!(lines[0].starts_with(&format!("'{name},epsilon,")), "{}", lines[0]);
+    assert!(lines[1].starts_with(&format!("'{name},0.1,0.3,0.1,2,+0.5,1,")), "{}", lines[1]);
+    assert!(lines[2].starts_with("'=1,0.1,0.3,0.1,2,-0,1,"), "{}", lines[2]);
+}
+
+#[test]
+fn a_dry_run_estimates_for_any_machine() {
+    let scratch = Scratch::new();
+    scratch.file("job.toml", JOB);
+    let threads = 64 * std::thread::available_parallelism().unwrap().get();
+    let many = threads.to_string();
+    scratch.run(&["run", "job.toml", "--threads", &many]).refuses(&["--threads", "--dry-run estimates"]);
+    let run = scratch.run(&["run", "job.toml", "--threads", &many, "--dry-run", "--json"]).ends_with(0);
+    let told: serde_json::Value = serde_json::from_str(&run.out).unwrap();
+    assert_eq!(told["threads"], threads);
+    let run = scratch.run(&["run", "job.toml", "--threads", &many, "--dry-run"]).ends_with(0);
+    assert!(run.out.contains("such as this machine's"), "{}", run.out);
+    assert_eq!(scratch.names(), ["job.toml"]);
 }
 
 /// Words that browsers, LaTeX, Markdown, spreadsheets or terminals would execute.

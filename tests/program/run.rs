@@ -482,7 +482,7 @@ fn proofs_between_the_nodes_are_printed_stored_and_reported() {
     // Written again by another program: keys in another order, spaces, integers with decimal points.
     scratch.file("again.json", written_again(&text));
     let again = scratch.run(&["check", "--proof", "again.json"]).ends_with(0);
-    assert!(again.out.contains("sound: every claim is confirmed"), "{}", again.out);
+    assert!(again.out.contains("sound: every claim is proved again by a second argument"), "{}", again.out);
     // The claim of the first tile made a hundred times sharper, and a tile removed.
     let mut sharp: Value = serde_json::from_str(&text).unwrap();
     let mut gap = sharp.clone();

@@ -1,4 +1,5 @@
-//! Certificates of the universal surface C*(A, k, b): JSON text that can be verified independently.
+//! Certificates of the universal surface C*(A, k, b): JSON text that is verified by another
+//! argument than its proof.
 //!
 //! A certificate may come from anybody, so it proves nothing until it is checked. [`Certificate::parse`]
 //! accepts only the keys of the format, with finite numbers; [`Certificate::check`] proves every claim again

@@ -1,4 +1,5 @@
-//! Certificates of the critical damping of any law over a box of parameters: JSON text that can be verified.
+//! Certificates of the critical damping of any law over a box of parameters: JSON text that the
+//! same prover can prove again; there is no second argument.
 //!
 //! [`LawCertificate::check`] trusts nothing: it compares the statement with that of the format, rebuilds the
 //! law from its definition, checks that the boxes divide the domain, and proves every claim again.

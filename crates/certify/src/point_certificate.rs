@@ -1,5 +1,5 @@
 //! Certificates of one point of any law: text with the statements that `validated` proves about the point,
-//! which can be verified independently.
+//! which the same prover can prove again; there is no second argument.
 //!
 //! [`PointCertificate::check`] trusts nothing: it compares the statement with that of the format, rebuilds
 //! the law from its definition, and proves every claim about the point again.

@@ -135,7 +135,7 @@ fn reaching_the_belt(
     stop: &AtomicBool,
 ) -> Result<(Vec<Curve>, Vec<String>), Refusal> {
     // At the critical damping itself, which may be the largest, it cannot be decided whether an orbit sticks.
-    let at = |i: usize| most * (1.0 - 1e-6) * i as f64 / (DAMPINGS - 1) as f64;
+    let at = |i: usize| most * ((1.0 - 1e-6) * i as f64 / (DAMPINGS - 1) as f64);
     let found: Vec<(f64, [Option<f64>; 3])> = (0..DAMPINGS)
         .into_par_iter()
         .map(|i| {
@@ -246,6 +246,23 @@ pub(super) fn backbone(
 mod tests {
     use super::*;
     use slipmap_model::friction::Expression;
+
+    #[test]
+    fn every_legal_damping_has_figures() {
+        let units = UnitSystem::default();
+        for damping in [0.0, 5e-324, 1e9, 1.7e308, f64::MAX] {
+            let point = Law::Stribeck.point(0.1, &[0.3, 0.1, 2.0], 1.0, damping).unwrap();
+            let drawn = [
+                orbit(&Law::Stribeck, &point, &units, None),
+                friction(&Law::Stribeck, &point, &units),
+                backbone(&Law::Stribeck, &point, &units, &AtomicBool::new(false)).unwrap(),
+            ];
+            for figure in drawn {
+                let svg = figure["svg"].as_str().unwrap();
+                assert!(!svg.contains("NaN") && !svg.contains("inf"), "c = {damping}: {svg}");
+            }
+        }
+    }
 
     /// Slip cycles whose orbits cost more than the budget of work: the cycle that sticks is drawn.
     #[test]

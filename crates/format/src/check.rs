@@ -97,9 +97,12 @@ pub fn check(path: &Path) -> Result<CheckReport, StoreError> {
     }
     let map = match MapFile::open_layout(path) {
         Ok(map) => map,
-        Err(error @ (StoreError::Io { .. } | StoreError::Lost { .. } | StoreError::NoPermission { .. })) => {
-            return Err(error);
-        }
+        Err(
+            error @ (StoreError::Io { .. }
+            | StoreError::Lost { .. }
+            | StoreError::NoPermission { .. }
+            | StoreError::Name(_)),
+        ) => return Err(error),
         Err(error) => {
             report.note(None, None, error.to_string());
             return Ok(report);

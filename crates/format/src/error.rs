@@ -105,6 +105,9 @@ pub enum StoreError {
         /// The part that is missing or wrong.
         why: String,
     },
+    /// The HDF5 library cannot open a file of this name.
+    #[error("{0}: this name is not UTF-8, and HDF5 opens no other; rename the file, or its folder")]
+    Name(PathBuf),
     /// The file has changed after the end of its run.
     #[error("{path} is damaged, and nothing of it is used: {what}")]
     Damaged {
@@ -205,7 +208,8 @@ impl StoreError {
             match (messages.first(), messages.last()) {
                 (Some(outer), Some(inner)) if messages.len() > 1 => format!("{outer} ({inner})"),
                 (Some(only), _) => (*only).into(),
-                _ => error.to_string(),
+                // Seen where the library finds too little memory to begin.
+                _ => format!("{error}; the HDF5 library may need more memory (ulimit -v)"),
             }
         };
         StoreError::Hdf5 { doing: doing.into(), path: path.to_path_buf(), detail }

@@ -281,6 +281,9 @@ fn open_file(path: &Path) -> Result<(File, u64), StoreError> {
     if head != SIGNATURE {
         return Err(StoreError::NotAMap { path: path.to_path_buf(), why: "it is not an HDF5 file".into() });
     }
+    if path.to_str().is_none() {
+        return Err(StoreError::Name(path.to_path_buf()));
+    }
     Ok((File::open(path).map_err(|error| StoreError::hdf5("open", path, &error))?, length))
 }
 

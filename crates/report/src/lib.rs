@@ -25,8 +25,8 @@ use std::sync::atomic::Ordering;
 
 pub use boundary::{Boundaries, MethodBoundary};
 pub use machine_page::{MachinePage, Subject};
-pub use table::csv_text;
 pub use table::{Cell, Table};
+pub use table::{csv_text, is_formula};
 pub use text::{Rich, rich};
 pub use units::View;
 pub use units::{Label, UnitSystem, join};

@@ -74,9 +74,11 @@ pub(super) fn publish(
     let scratch = tempfile::Builder::new()
         .prefix(".slipmap-report-")
         .tempdir_in(parent)
-        .map_err(|source| ReportError::Io { path: folder.to_path_buf(), source })?;
+        .map_err(|error| nothing_in(parent, folder, &error))?;
     for (name, contents) in files {
-        put(&scratch.path().join(name), contents)?;
+        let path = scratch.path().join(name);
+        let put = create_folders(folder_of(&path)).and_then(|()| fs::write(path, contents));
+        put.map_err(|source| ReportError::Io { path: folder.join(name), source })?;
     }
     for (name, write) in written {
         write(&scratch.path().join(name)).map_err(ReportError::Records)?;
@@ -132,9 +134,19 @@ fn create(folder: &Path) -> Result<(), ReportError> {
     create_folders(folder).map_err(|source| ReportError::Io { path: folder.to_path_buf(), source })
 }
 
-fn put(path: &Path, contents: &[u8]) -> Result<(), ReportError> {
-    create(folder_of(path))?;
-    fs::write(path, contents).map_err(|source| ReportError::Io { path: path.to_path_buf(), source })
+/// The error of a temporary file for `path` that could not be created in `folder`, which exists. The message
+/// leaves out its name.
+fn nothing_in(folder: &Path, path: &Path, error: &io::Error) -> ReportError {
+    let path = path.to_path_buf();
+    match error.kind() {
+        // The folder exists, so these errors mean that no file may be created in it.
+        kind @ (io::ErrorKind::PermissionDenied
+        | io::ErrorKind::ReadOnlyFilesystem
+        | io::ErrorKind::NotFound) => {
+            ReportError::NotYours { path, folder: folder.to_path_buf(), source: kind.into() }
+        }
+        kind => ReportError::Io { path, source: kind.into() },
+    }
 }
 
 /// Writes one figure, in the format given by the extension of `path`.
@@ -173,15 +185,7 @@ pub fn write_file(contents: &[u8], path: &Path, existing: Existing) -> Result<()
     if !folder.is_dir() {
         return Err(ReportError::NoFolder { path: path.to_path_buf(), folder: folder.to_path_buf() });
     }
-    // The message leaves out the name of the temporary file.
-    let mut file = temporary_in(folder).map_err(|error| match error.kind() {
-        // The folder exists, so these errors mean that no file may be created in it.
-        io::ErrorKind::PermissionDenied | io::ErrorKind::ReadOnlyFilesystem | io::ErrorKind::NotFound => {
-            let (path, folder) = (path.to_path_buf(), folder.to_path_buf());
-            ReportError::NotYours { path, folder, source: error.kind().into() }
-        }
-        kind => failed(kind.into()),
-    })?;
+    let mut file = temporary_in(folder).map_err(|error| nothing_in(folder, path, &error))?;
     file.write_all(contents).map_err(failed)?;
     publish_file(file, path, existing).map_err(failed)
 }

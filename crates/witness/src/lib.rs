@@ -58,7 +58,8 @@ const LARGE_ERRORS: f64 = 8.0;
 /// cross, and P(e) > e, so all iterates stay beyond e.
 ///
 /// **Failure.** [`Failure::StepBudget`] where an orbit neither turns nor settles in 100,000 steps (stiff
-/// and nowhere certainly overdamped), [`Failure::NotFinite`], [`Failure::StepUnderflow`].
+/// and nowhere certainly overdamped), or hardly moves in 1,000; [`Failure::NotFinite`],
+/// [`Failure::StepUnderflow`].
 #[must_use]
 pub fn flow(oscillator: &Oscillator, tolerance: f64) -> Flow {
     let mut slip = Slip::from_exit(oscillator, tolerance);

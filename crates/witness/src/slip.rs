@@ -31,6 +31,16 @@ const STEP_BUDGET: u32 = 100_000;
 /// Least number of trial steps, however expensive the law is.
 const FEWEST_STEPS: u32 = 5_000;
 
+/// Largest number of trial steps beyond the belt line, up to a small distance from it.
+const OVERSHOOT_BUDGET: u32 = 2_000;
+
+/// Share by which an orbit changes its distance from the belt line or its acceleration while it moves. Next
+/// to a slow curve steps are 2/|D| long, and each changes x2 by the share 2/D^2: for |D| > 4500 no more than
+/// this in [`STILL_STEPS`], and by 1/100 in the whole budget.
+const STILL: f64 = 1e-4;
+/// Number of steps after which an orbit that has not moved is given up.
+const STILL_STEPS: u32 = 1_000;
+
 /// A step this much shorter than the time in which the direction can turn by a radian has underflowed.
 const SHORTEST_STEP: f64 = 1e-14;
 
@@ -79,6 +89,9 @@ pub(super) struct Slip<'a> {
     /// Evaluations of the right-hand side so far.
     pub(super) rhs: u64,
     steps_left: u32,
+    /// x2 - V and x2' where the orbit last moved, and the number of steps since.
+    mark: [f64; 2],
+    still: u32,
 }
 
 impl<'a> Slip<'a> {
@@ -105,6 +118,8 @@ impl<'a> Slip<'a> {
             steps_left: u32::try_from(u64::from(STEP_BUDGET) / oscillator.curve.cost())
                 .unwrap_or(STEP_BUDGET)
                 .max(FEWEST_STEPS),
+            mark: [f64::NAN; 2],
+            still: 0,
         };
         slip.leave_exit(0.0);
         slip
@@ -279,6 +294,7 @@ impl<'a> Slip<'a> {
     /// reach. The orbit's own state is lost.
     pub(super) fn overshoot(mut self, beyond: State) -> (Overshoot, Self) {
         let mut farthest = beyond;
+        self.steps_left = self.steps_left.min(OVERSHOOT_BUDGET);
         self.next_step = self.time_scale(&beyond);
         // An orbit that still rises this close to the limit would take ever shorter steps.
         while self.depth(&farthest) > -0.9 * self.reach {
@@ -302,12 +318,21 @@ impl<'a> Slip<'a> {
         0.5 * speed * speed / (x2 + self.reach + speed * (-state.divergence).max(0.0))
     }
 
+    /// Fails where the orbit has hardly moved for so long that the budget will not suffice.
+    fn note_progress(&mut self, at: &State) -> Result<(), Failure> {
+        let here = [at.x2_offset(), at.w];
+        let is_still = here.iter().zip(self.mark).all(|(now, then)| (now - then).abs() <= STILL * then.abs());
+        (self.mark, self.still) = if is_still { (self.mark, self.still + 1) } else { (here, 0) };
+        if self.still > STILL_STEPS { Err(Failure::StepBudget) } else { Ok(()) }
+    }
+
     /// The longest step from `left` that meets the tolerance and stays within reach.
     fn accepted_step(&mut self, left: &State, end_time: f64) -> Result<State, Failure> {
         let scale = self.time_scale(left);
         if !(scale.is_finite() && left.w.is_finite()) {
             return Err(Failure::NotFinite);
         }
+        self.note_progress(left)?;
         // The slopes of a step have independent rounding errors of about 2^-53 of their terms.
         let rounding_rate = ROUNDING_AMPLIFICATION * 0.5 * f64::EPSILON * self.magnitude(left);
         // A turn lasts about 2 pi, so that its local errors add up to the tolerance.

@@ -262,3 +262,13 @@ fn hostile_points_end_with_a_reason() {
     assert_eq!(flow(&oscillator(points[1]), 1e-9).fate, Fate::SpiralsInward);
     assert_eq!(flow(&oscillator(points[3]), 1e-9).fate, Fate::SpiralsInward);
 }
+
+/// Far too stiff orbits: the budget of steps would pass without a change of x2 or x2' in the sixth digit.
+#[test]
+fn orbits_that_hardly_move_are_given_up_early() {
+    for damping in [0.0, 1e-300, 1.0 / 15.0] {
+        let answer = flow(&oscillator([1e300, 0.3, 0.1, 1.0, 1.0, damping]), 1e-9);
+        assert!(matches!(answer.fate, Fate::Failed(_) | Fate::TooCloseToCall), "{answer:?}");
+        assert!(answer.rhs < 100_000, "{answer:?}");
+    }
+}

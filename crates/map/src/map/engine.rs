@@ -153,7 +153,7 @@ pub fn compute_tiles<S: Sink>(
     let mut outcome = Ok(());
     std::thread::scope(|scope| {
         let (failed, draws, pool) = (&failed, &draws, &pool);
-        scope.spawn(move || {
+        let workers = move || {
             pool.broadcast(|_| {
                 let sender = sender.clone();
                 while let Some(number) = next() {
@@ -169,7 +169,10 @@ pub fn compute_tiles<S: Sink>(
                     }
                 }
             });
-        });
+        };
+        if let Err(error) = std::thread::Builder::new().spawn_scoped(scope, workers) {
+            outcome = Err(ComputeError::Threads(error.to_string()));
+        }
         for message in receiver {
             if outcome.is_err() {
                 continue;

@@ -46,13 +46,11 @@ pub(crate) fn extremes(numbers: impl Iterator<Item = f64>) -> (f64, f64) {
 }
 
 impl Scale {
-    /// A linear scale; a single number gets a range around it.
+    /// A linear scale; a single number gets a range around it. Ends beyond the largest doubles are moved there.
     pub fn linear(from: f64, to: f64) -> Self {
-        if to > from {
-            return Self { from, to, log: false, shown: 1.0 };
-        }
         let room = if from == 0.0 { 1.0 } else { 0.5 * from.abs() };
-        Self { from: from - room, to: from + room, log: false, shown: 1.0 }
+        let [from, to] = if to > from { [from, to] } else { [from - room, from + room] };
+        Self { from: from.max(f64::MIN), to: to.min(f64::MAX), log: false, shown: 1.0 }
     }
 
     /// A logarithmic scale of positive numbers; a single number gets a range around it. Ends beyond the
@@ -110,7 +108,8 @@ impl Scale {
 
     /// Ticks, about `most` of them labelled.
     pub(crate) fn ticks(&self, most: usize) -> Vec<Tick> {
-        let written = Self { from: self.from * self.shown, to: self.to * self.shown, shown: 1.0, ..*self };
+        let [from, to] = [self.from, self.to].map(|end| (end * self.shown).clamp(f64::MIN, f64::MAX));
+        let written = Self { from, to, shown: 1.0, ..*self };
         let ticks = if self.log { written.log_ticks(most.max(2)) } else { written.linear_ticks(most.max(2)) };
         ticks.into_iter().map(|tick| Tick { value: tick.value / self.shown, ..tick }).collect()
     }
@@ -210,6 +209,14 @@ mod tests {
             let values = [0.0, 0.5, 1.0].map(|unit| scale.value(unit));
             assert!(values.iter().all(|value| *value > 0.0 && value.is_finite()), "{values:?}");
             assert!(values[0] < values[2]);
+        }
+        let infinite = [f64::NEG_INFINITY, f64::INFINITY];
+        for [from, to] in [[1.7e308, f64::INFINITY], infinite, [f64::MAX; 2], [f64::MIN; 2]] {
+            let scale = Scale::linear(from, to).in_unit(10.0);
+            let values = [0.0, 0.5, 1.0].map(|unit| scale.value(unit));
+            assert!(values.iter().all(|value| value.is_finite()), "{values:?}");
+            assert!(values[0] < values[2]);
+            assert!(scale.ticks(5).iter().all(|tick| tick.value.is_finite()), "{scale:?}");
         }
     }
 

@@ -17,7 +17,9 @@ use slipmap_simulate::critical::critical_dampings;
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ChoiceError {
     /// The map does not have this name.
-    #[error("the map has no {kind} `{name}`; the nearest is `{nearest}`, and there are: {available}")]
+    #[error(
+        "the map has no {kind} `{name}`; the nearest is `{nearest}`, and there are: {available}; choose one of these"
+    )]
     Unknown {
         /// "axis" or "variable".
         kind: &'static str,
