@@ -166,6 +166,7 @@ pub fn read_table(path: &Path, static_level: f64) -> Result<Table, (String, Stri
 /// What the table of a machine holds, in SI units.
 #[derive(Clone, Copy, Debug)]
 pub struct OfMachine {
+    /// Whether the machine moves along a line or turns.
     pub motion: Motion,
     /// Whether it holds forces (of a rotation torques) instead of coefficients.
     pub forces: bool,

@@ -94,6 +94,7 @@ pub struct Job {
     pub title: String,
     /// The machine of the grid, at its first belt speed and damping.
     pub machine: Option<Machine>,
+    /// The uncertain quantities.
     pub uncertain: Vec<Uncertain>,
     /// The configuration file.
     pub config_file: PathBuf,

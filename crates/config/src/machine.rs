@@ -26,6 +26,7 @@ pub struct MachineJob {
     pub dampings: Vec<f64>,
     /// The uncertain quantities and their distributions.
     pub uncertain: Vec<Uncertain>,
+    /// The title of its page.
     pub title: Option<String>,
 }
 

@@ -5,6 +5,9 @@
 //! user: the whole state of a page is in its link, and each request contains all that it needs. Nothing is
 //! read from the disk but the file that the command names.
 
+// Only the program and its tests use this crate.
+#![allow(missing_docs)]
+
 mod assets;
 mod body;
 mod boundaries;

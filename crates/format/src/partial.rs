@@ -63,13 +63,14 @@ pub struct PartialMap {
     journal: Mutex<Journal>,
     packer: Packer,
     started: Instant,
+    /// What was found beside the output.
     pub found: Found,
     written: AtomicUsize,
 }
 
 /// The contents of an earlier run's journal.
 #[derive(Debug)]
-pub(crate) struct Found {
+pub struct Found {
     finished: Vec<bool>,
     account: Account,
     /// Seconds that earlier runs took, up to their last finished tiles.

@@ -34,6 +34,7 @@ pub enum Pick {
 /// map was opened.
 #[derive(Debug)]
 pub struct MapFile {
+    /// Its path.
     pub path: PathBuf,
     pub(super) file: File,
     pub(super) schema: Schema,

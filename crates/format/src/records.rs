@@ -13,10 +13,12 @@ use super::error::StoreError;
 use super::sys::{self, Ending, ScaleUse};
 use super::value;
 
+/// The numbers or words of a series.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Contents {
     /// Real numbers; NaN for missing values.
     Reals(Vec<f64>),
+    /// Whole numbers.
     Integers(Vec<i32>),
     /// Words, stored as their positions in `flag_meanings`.
     Words(Vec<String>),
@@ -49,11 +51,18 @@ impl Series {
 /// Tables and their provenance. All columns along one dimension have the same length.
 #[derive(Clone, Debug, Default)]
 pub struct Records {
+    /// Where the records come from.
     pub provenance: Provenance,
+    /// The columns.
     pub series: Vec<Series>,
+    /// Attributes of the file.
     pub attributes: Vec<(String, Value)>,
 }
 
+/// Writes records as an HDF5 file.
+///
+/// # Errors
+/// Those of the file system and of the HDF5 library.
 pub fn write_records(path: &Path, records: &Records) -> Result<(), StoreError> {
     let failed = |error: hdf5::Error| StoreError::hdf5("write", path, &error);
     let file = create_file(path).map_err(failed)?;

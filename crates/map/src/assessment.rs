@@ -107,10 +107,12 @@ pub enum NeededKick {
     NotNeeded,
     /// No kick of steady slip starts it.
     None,
+    /// Whether there is one is not determined.
     NotDetermined,
 }
 
 impl Assessment {
+    /// The kick from steady slip that starts stick-slip.
     pub fn needed_kick(&self) -> NeededKick {
         match (self.kick, self.behaviour.regime) {
             (Some(kick), _) => NeededKick::Kick(kick),

@@ -186,6 +186,7 @@ impl Units {
         }
     }
 
+    /// The units in the order in which maps store them.
     pub fn from_array([time, length, velocity, force, damping]: [f64; 5]) -> Self {
         Self { time, length, velocity, force, damping }
     }
@@ -199,7 +200,9 @@ impl Units {
 /// The units of a machine, which convert dimensionless numbers to SI, with their names.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SiUnits {
+    /// Whether the machine moves along a line or turns.
     pub motion: Motion,
+    /// The size of each unit in SI.
     pub units: Units,
 }
 
@@ -317,6 +320,7 @@ impl Machine {
         }
     }
 
+    /// Whether every number is one of a machine.
     pub fn is_legal(&self) -> bool {
         self.illegal().is_none() && self.friction.is_legal_at_rest()
     }

@@ -54,12 +54,14 @@ impl Spread {
 pub struct Estimate {
     /// The estimate.
     pub value: f64,
+    /// Smallest and largest legal value.
     pub limits: [f64; 2],
 }
 
 /// The nominal damping for a given probability of stick-slip.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct RareBy {
+    /// Its probability.
     pub probability: f64,
     /// The damping, N s/m (for a rotation N m s/rad); `None` if there are too few draws for limits.
     pub damping: Option<Estimate>,

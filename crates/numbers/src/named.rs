@@ -51,7 +51,7 @@ macro_rules! named_sums {
             }
 
             /// Adds other sums, part by part.
-            pub(crate) fn add(&mut self, other: &Self) {
+            pub fn add(&mut self, other: &Self) {
                 $(self.$part += other.$part;)+
             }
         }

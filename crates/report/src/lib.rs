@@ -4,6 +4,9 @@
 //! is made once, independent of formats ([`tables`]), and written as Markdown, HTML, LaTeX and CSV; every
 //! figure is drawn once as a scene ([`figure`]) and written as SVG, PDF and PNG.
 
+// Only the program and its tests use this crate.
+#![allow(missing_docs)]
+
 mod boundary;
 mod document;
 pub mod figure;

@@ -38,13 +38,13 @@ const HIGHER: f64 = 24.0;
 
 /// What a page is about, beside its assessment.
 pub struct Subject<'a> {
-    pub(crate) title: &'a str,
+    pub title: &'a str,
     /// The uncertain quantities.
-    pub(crate) uncertain: &'a [Uncertain],
+    pub uncertain: &'a [Uncertain],
     /// The resulting risk; also `None` where no critical damping was found for any draw.
-    pub(crate) risk: Option<&'a Risk>,
+    pub risk: Option<&'a Risk>,
     /// Program, day and configuration.
-    pub(crate) source: &'a str,
+    pub source: &'a str,
 }
 
 /// The page. Its figures are computed when it is drawn.

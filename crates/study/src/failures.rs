@@ -29,7 +29,7 @@ use slipmap_simulate::{Fate, flow, located_critical_damping, sticks_from};
 named! {
     /// Kind of failure of a method at a cell.
     #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-    pub(crate) enum Kind {
+    pub enum Kind {
         /// The verdict is present, and no stick-slip cycle exists.
         WrongPresence => "wrong_presence",
         /// The verdict is absent, and a stick-slip cycle exists.
@@ -107,7 +107,7 @@ impl MethodFailures {
 
 /// Numbers of cells by their true answer.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Truth {
+pub struct Truth {
     /// A stick-slip cycle exists.
     pub present: u64,
     /// The orbit from the exit point spirals inward.
@@ -136,14 +136,14 @@ pub struct Interrupted;
 /// Arguments of a catalogue.
 #[derive(Clone, Copy)]
 pub struct Comparison<'a> {
-    pub(crate) law: &'a Law,
-    pub(crate) methods: &'a [Method],
+    pub law: &'a Law,
+    pub methods: &'a [Method],
     /// Bound on the error of the scaled grazing margin that the engines aim at.
-    pub(crate) tolerance: f64,
+    pub tolerance: f64,
     /// Called after every point, from any thread of the current pool.
-    pub(crate) on_point: &'a (dyn Fn() + Sync),
+    pub on_point: &'a (dyn Fn() + Sync),
     /// Set to true to stop.
-    pub(crate) stop: &'a AtomicBool,
+    pub stop: &'a AtomicBool,
 }
 
 /// One failure of one method at one point.

@@ -27,9 +27,11 @@ pub enum ErrorsFrom {
 /// Standard errors that follow from those of the data of measured friction. Dampings are in N s/m.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StandardErrors {
+    /// Where the errors come from.
     pub from: ErrorsFrom,
     /// The critical damping, which may be negative here; `None` where it has no derivatives.
     pub critical_damping: Option<WithError>,
+    /// The damping below which steady slip is unstable.
     pub hopf_damping: WithError,
     /// Relative standard error of the kick, to first order; `None` where there is no kick, or it is unknown.
     pub kick: Option<f64>,

@@ -44,6 +44,7 @@ pub enum Content {
     Margin(usize),
     /// Critical dampings of the method at this position.
     CriticalC(usize),
+    /// Codes of the field `regime`.
     Regime,
     /// The quantity at this position in the list of the plan's quantities.
     Quantity(usize),
@@ -63,6 +64,7 @@ pub enum Cells<'a> {
 pub struct Variable {
     /// Name of the dataset.
     pub name: String,
+    /// What the numbers are.
     pub content: Content,
     /// Its attributes, without fingerprints and counts, which are known only at the end.
     pub attributes: Vec<(&'static str, Value)>,
@@ -116,7 +118,9 @@ pub struct Schema {
     pub grid: Grid,
     /// Shape of tiles and chunks.
     pub tile_shape: Vec<usize>,
+    /// The methods, in the order of the map.
     pub methods: Vec<MethodInfo>,
+    /// The stored fields.
     pub fields: Vec<Field>,
     /// The variables, in the order of the file.
     pub variables: Vec<Variable>,
@@ -172,6 +176,7 @@ impl Schema {
         own.chain(auxiliary.filter_map(|name| Some((name, axes_of(name, &self.grid)?)))).collect()
     }
 
+    /// Number of tiles.
     pub fn tiles(&self) -> usize {
         self.grid.tile_count(&self.tile_shape)
     }

@@ -126,6 +126,7 @@ impl Friction {
         }
     }
 
+    /// Whether the static friction is one of a machine.
     pub fn is_legal_at_rest(&self) -> bool {
         let level = self.at_rest();
         level > 0.0 && level.is_finite()

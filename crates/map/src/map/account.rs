@@ -6,7 +6,7 @@ use slipmap_numbers::named_sums;
 /// A cell on which a method failed.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct FailedCell {
-    pub(crate) tile: usize,
+    pub tile: usize,
     /// Its index in the grid.
     pub index: Vec<usize>,
     /// Position of the method in the plan.
@@ -37,9 +37,9 @@ named_sums! {
         /// simulation, if it is not among the methods.
         pub(crate) fields,
         /// The self-audit.
-        pub(crate) audit,
+        pub audit,
         /// Packing tiles: compression, fingerprints, counts.
-        pub(crate) pack,
+        pub pack,
         /// Writing packed tiles.
         pub(crate) write,
         /// The curves of codimension one, on all threads.

@@ -22,9 +22,9 @@ pub(super) const COARSE: f64 = 1e-5;
 pub struct BasinBoundary {
     pub(crate) cycle: Cycle,
     /// The kicks that carry steady slip onto it.
-    pub(crate) kick: Kick,
+    pub kick: Kick,
     /// The attractors of orbits just inside it and just outside it.
-    pub(crate) separates: [Neighbour; 2],
+    pub separates: [Neighbour; 2],
 }
 
 /// The attractors of one friction curve and belt speed, for all dampings.

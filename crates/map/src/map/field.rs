@@ -58,7 +58,6 @@ pub struct About {
     pub(crate) name: &'static str,
     /// One phrase for legends and axes of figures, with symbols in braces; those of quantities of a method or
     /// an axis are in `src/report/units.rs`.
-    #[cfg_attr(not(feature = "report"), allow(dead_code))]
     pub label: &'static str,
     /// `None` for a pure number.
     pub(crate) dimension: Option<Dimension>,
@@ -137,6 +136,7 @@ impl Quantity {
         self.about().name
     }
 
+    /// What it is, in a few words.
     pub fn long_name(self) -> &'static str {
         self.about().long_name
     }

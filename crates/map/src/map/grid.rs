@@ -287,10 +287,12 @@ impl Grid {
         self.shape().iter().product()
     }
 
+    /// Number of columns.
     pub fn column_count(&self) -> usize {
         self.cells() / self.dampings().len().max(1)
     }
 
+    /// The nodes of the axis c.
     pub fn dampings(&self) -> &[f64] {
         self.axes.last().map_or(&[], |axis| &axis.values)
     }

@@ -24,20 +24,27 @@ named! {
 }
 
 /// The validated description of a map to be computed; [`Plan::builder`] makes it.
-///
 #[derive(Clone, Debug)]
 pub struct Plan {
+    /// The axes.
     pub grid: Grid,
     /// The methods, in the order of [`Method::all`], without repetition.
     pub methods: Vec<Method>,
     /// The fields, in the order of [`Field::ALL`]; [`Field::Verdict`] is always among them.
     pub fields: Vec<Field>,
-    pub(crate) engine: Engine,
+    /// The engine of the simulation.
+    pub engine: Engine,
+    /// Tolerance of simulations.
     pub tolerance: f64,
+    /// Number of cells that the witness decides again.
     pub audit_cells: usize,
+    /// Number of boxes to be proved between the nodes.
     pub proof_boxes: usize,
+    /// Planes whose curves are traced.
     pub planes: Vec<Plane>,
+    /// Number of nodes of a tile along each axis.
     pub tile_shape: Vec<usize>,
+    /// Level of deflate.
     pub compression: u8,
 }
 

@@ -15,7 +15,7 @@ const BOXES_OF_OTHER_LAWS: usize = 25;
 
 /// The proofs over the box of all parameters, from the first to the last node of every axis.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Proved {
+pub struct Proved {
     /// Proved volumes, as shares of the box.
     pub volumes: Volumes,
     /// Wall-clock seconds that the proofs took.

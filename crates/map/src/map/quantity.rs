@@ -97,11 +97,11 @@ pub(super) fn describe(
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Description {
     /// Where and when the orbit from the exit point sticks.
-    pub(crate) landing: Option<Landing>,
+    pub landing: Option<Landing>,
     /// The number of slip cycles, stable or not.
-    pub(crate) slip_cycles: Option<usize>,
-    pub(crate) cycle: Option<Cycle>,
-    pub(crate) boundary: Option<BasinBoundary>,
+    pub slip_cycles: Option<usize>,
+    pub cycle: Option<Cycle>,
+    pub boundary: Option<BasinBoundary>,
 }
 
 impl Description {

@@ -12,9 +12,9 @@ use crate::clock::process_time;
 #[derive(Clone, Debug)]
 pub struct Earlier {
     /// The sum of the accounts of the tiles that they finished.
-    pub(crate) account: Account,
+    pub account: Account,
     /// Wall-clock seconds that they took.
-    pub(crate) seconds: f64,
+    pub seconds: f64,
 }
 
 impl Earlier {
@@ -28,7 +28,6 @@ impl Earlier {
 ///
 /// # Errors
 /// [`ComputeError`]; the sink then holds an incomplete map.
-///
 pub fn run<S: Sink>(plan: &Plan, sink: &S, control: &Control) -> Result<Summary, ComputeError<S::Error>> {
     let queue = Queue::new(vec![false; plan.tile_count()]);
     let tiles = || compute_tiles(plan, sink, control, &|| queue.take());

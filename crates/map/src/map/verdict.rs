@@ -32,6 +32,7 @@ impl Verdict {
         self as i8
     }
 
+    /// The attractors that a code in a map stands for.
     pub fn of_code(code: i8) -> Option<Self> {
         Self::ALL.into_iter().find(|verdict| verdict.code() == code)
     }

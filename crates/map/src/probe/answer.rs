@@ -38,7 +38,9 @@ pub struct MethodAnswer {
 /// All answers except those of the second engine.
 #[derive(Debug)]
 pub struct Answer {
+    /// The friction law.
     pub law: Law,
+    /// The point.
     pub point: Point,
     /// Requested bound on the error of the scaled grazing margin of the simulation.
     pub tolerance: f64,
@@ -52,7 +54,9 @@ pub struct Answer {
     pub critical: Result<CriticalDamping, NoCriticalDamping>,
     /// The long-run behaviour.
     pub regime: Regime,
+    /// The attracting cycle; `None` where there is none.
     pub cycle: Option<Cycle>,
+    /// The edge of its basin; `None` where it attracts from every start.
     pub basin: Option<BasinBoundary>,
 }
 

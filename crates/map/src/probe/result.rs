@@ -202,7 +202,7 @@ result! {
     /// The outermost unstable slip cycle, and the kicks of steady slip onto it.
     pub(crate) struct BasinBoundary {
         pub(crate) cycle: StabilityResult,
-        pub(crate) kick: Kick,
+        pub kick: Kick,
     }
 
     /// All cycles; `None` for those of a kind that could not be followed.

@@ -85,7 +85,9 @@ struct Placed {
 /// A number and its standard error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WithError {
+    /// The estimate.
     pub value: f64,
+    /// Its standard error.
     pub standard_error: f64,
 }
 

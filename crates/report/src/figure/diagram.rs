@@ -34,12 +34,12 @@ const TOLERANCE: f64 = 1e-9;
 #[derive(Clone, Debug)]
 pub struct DiagramPlot<'a> {
     /// Name of the horizontal axis; its nodes are not used.
-    pub(crate) x: &'a str,
+    pub x: &'a str,
     /// Values of the other axes, in the units of the view.
-    pub(crate) at: &'a [(String, f64)],
+    pub at: &'a [(String, f64)],
     /// The ends of the diagram, in the units of the view; those of the axis if `None`.
-    pub(crate) range: Option<(f64, f64)>,
-    pub(crate) width: Width,
+    pub range: Option<(f64, f64)>,
+    pub width: Width,
 }
 
 /// Kind of an equilibrium or cycle.

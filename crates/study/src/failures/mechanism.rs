@@ -10,7 +10,7 @@ use slipmap_simulate::{Failure, Fate};
 
 /// The cause of a failure of a method at a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Mechanism {
+pub enum Mechanism {
     /// A condition of first order in eps is wrong at a finite eps, in a band of width O(eps) next to the
     /// critical damping.
     FirstOrderInEps,
