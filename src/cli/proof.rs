@@ -15,8 +15,8 @@ use slipmap_certify::validated::tile::GroupBox;
 use slipmap_format::files::{create_folders, folder_of, publish_file, temporary_in};
 use slipmap_map::map::Proofs;
 
-/// Largest size in bytes of a certificate that is read: more than a hundred thousand tiles.
-const LONGEST: u64 = 1 << 30;
+/// Largest size in bytes of a certificate that is read: twenty thousand tiles of the universal surface.
+const LONGEST: u64 = 1 << 28;
 
 /// State of a certificate's path.
 #[derive(Debug)]
@@ -139,7 +139,7 @@ pub(super) fn check(path: &Path, as_json: bool) -> Result<Ended, Failure> {
         }
         Subject::Law => {
             let certificate = LawCertificate::parse(&text).map_err(other_version)?;
-            let ranges = certificate.axes.iter().zip(&certificate.domain);
+            let ranges = certificate.axes.iter().zip(certificate.domain.iter());
             let ranges =
                 ranges.map(|(name, range)| format!("{} {range:?}", without_control_characters(name)));
             let what = format!("C* = epsilon c* over {}", ranges.collect::<Vec<_>>().join(", "));

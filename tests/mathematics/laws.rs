@@ -180,6 +180,11 @@ fn definitions_make_the_same_law_again() {
         assert_eq!(Law::from_definition(law.name(), &law.definition()), Some(law));
     }
     assert_eq!(Law::from_definition("unheard of", ""), None);
+    // Read as small at most once, however often a forger wrote it.
+    let small = |times: usize| "small eps\n".repeat(times) + "1\nexp(-u)";
+    assert!(Law::from_definition("expression", &small(1)).is_some());
+    assert_eq!(Law::from_definition("expression", &small(2)), None);
+    assert_eq!(Law::from_definition("expression", &small(300_000)), None);
     assert_eq!(Law::from_definition("expression", "1\n1 +"), None);
 }
 

@@ -97,7 +97,9 @@ fn changed_curves_are_refused() {
     scratch.run(&["run", "job.toml", "--set", "curves.planes=[{ x = \"V\", y = \"c\" }]"]).ends_with(0);
     std::fs::copy(scratch.path().join("map.h5"), scratch.path().join("good.h5")).unwrap();
     type Damage = fn(&File);
-    let cases: [(&str, Damage); 6] = [
+    let cases: [(&str, Damage); 8] = [
+        ("curves/point is missing", |file| file.unlink("curves/point").unwrap()),
+        ("curves/plane is missing", |file| file.unlink("curves/plane").unwrap()),
         ("curves/error, attribute sha256", |file| {
             file.dataset("curves/error").unwrap().write_slice(&[1.0], 0..1).unwrap();
         }),

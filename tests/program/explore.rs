@@ -679,3 +679,35 @@ fn any_quantity_of_a_machine_is_an_axis() {
     assert_eq!(status, 200, "{plain}");
     assert!((plain["at"]["V"].as_f64().unwrap() - 0.1 / 0.4).abs() < 1e-12, "{plain}");
 }
+
+/// No formula ends the program for the other tabs.
+#[test]
+fn formulas_that_cancel_are_refused_and_the_server_goes_on() {
+    let scratch = Scratch::new();
+    let server = Server::start(&scratch, &[]);
+    for phi in [
+        "0.5+0.5*exp(-u)+(u+1e5)^3-u^3-1e5^3",
+        "(1e16+1)-1e16+0.5+0.5*exp(-u)",
+        "0.5+0.5*exp(-u)+sin(1e20+u)-sin(1e20+u)",
+    ] {
+        let mut asked = json!({
+            "turn": { "tab": "a", "number": 1 }, "law": { "name": "expression", "phi": phi },
+            "at": { "epsilon": 1.0, "V": 1.0, "c": 0.05 }
+        });
+        for path in ["/api/point", "/api/glance", "/api/figure"] {
+            asked["figure"] = "backbone".into();
+            asked["turn"]["tab"] = path.into();
+            let (status, answer) = server.ask(path, &asked);
+            assert!(
+                status == 422 && answer.to_string().contains("up to rounding"),
+                "{phi}: {status} {answer}"
+            );
+        }
+        asked["x"] = json!({ "axis": "V", "from": 0.5, "to": 1.5, "points": 4 });
+        asked["y"] = json!({ "axis": "c", "from": 0.0, "to": 1.0, "points": 4 });
+        asked["show"] = "regime".into();
+        let (status, _) = server.post("/api/plane", asked.to_string().as_bytes());
+        assert!(status == 200 || status == 422, "{phi}: {status}");
+    }
+    assert_eq!(server.get("/api/catalogue", "").0, 200);
+}

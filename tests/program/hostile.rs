@@ -9,7 +9,7 @@ use std::process::{Command, Stdio};
 
 use crate::command::{PROBE, Run, Scratch};
 use crate::map_equal::assert_same;
-use hdf5::types::VarLenUnicode;
+use hdf5::types::{FloatSize, TypeDescriptor, VarLenUnicode};
 use hdf5::{File, Location};
 use sha2::{Digest as _, Sha256};
 
@@ -249,6 +249,91 @@ fn maps_of_other_programs_are_refused() {
         scratch.file("map.h5", bytes);
         assert_refused(&scratch, what, "it is not an HDF5 file", 2);
     }
+}
+
+/// A nest of types: arrays of one array of one array, and so on.
+fn nested(depth: usize) -> TypeDescriptor {
+    (0..depth).fold(TypeDescriptor::Float(FloatSize::U8), |of, _| TypeDescriptor::FixedArray(Box::new(of), 1))
+}
+
+/// Maps that cost far more than their length to read, sealed as they are.
+#[test]
+fn maps_that_lie_behind_a_right_seal_are_refused() {
+    let scratch = scratch();
+    let planes = ["run", "job.toml", "--set", "curves.planes=[{ x = \"gamma\", y = \"c\" }]"];
+    scratch.run(&planes).ends_with(0);
+    fs::rename(scratch.path().join("map.h5"), scratch.path().join("good.h5")).unwrap();
+    let shape = [2, 2, 2, 4, 2, 8];
+    let cases: [Case; 8] = [
+        // Two filters that deflate are made by scripts/hostile.py: this library does not write them.
+        ("a filter of another program", "is packed by [Fletcher32]", 1, &|file| {
+            file.unlink("regime").unwrap();
+            let plain = file.new_dataset::<i8>().shape(shape).chunk([1, 1, 1, 1, 1, 8]);
+            plain.fletcher32().create("regime").unwrap();
+        }),
+        ("500 methods", "names more than 64 methods", 2, &|file| {
+            let names: Vec<String> = (0..500).map(|i| format!("m{i}")).collect();
+            for name in &names {
+                file.link_hard("verdict_symmetric", &format!("verdict_{name}")).unwrap();
+            }
+            text(file, "methods", &names.join(" "));
+            text(file, "fields", "verdict");
+        }),
+        ("one verdict under two names", "verdict_other is another variable too", 2, &|file| {
+            file.link_hard("verdict_symmetric", "verdict_other").unwrap();
+            text(file, "methods", "symmetric simulation other");
+            text(file, "fields", "verdict");
+        }),
+        ("rows that are not stored", "curves/plane_x holds", 1, &|file| {
+            file.unlink("curves/plane_x").unwrap();
+            let rows = file.new_dataset::<i8>().shape([60_000]).create("curves/plane_x").unwrap();
+            text(&rows, "flag_meanings", &"w".repeat(30_000));
+        }),
+        ("nodes that are not stored", "declares 100000 nodes, more than it stores", 2, &|file| {
+            promise::<f64>(file, "alpha", &[100_000], &[1000]);
+        }),
+        ("a type of two hundred types", "a type that no map uses", 1, &|file| {
+            file.unlink("regime").unwrap();
+            let plain = file.new_dataset_builder().empty_as(nested(200)).shape(shape);
+            plain.create("regime").unwrap();
+        }),
+        ("more cells in all than it can hold", "it declares 67108864 cells", 2, &|file| {
+            // Each variable for itself would fit.
+            let c: Vec<f64> = (0..1 << 20).map(f64::from).collect();
+            file.unlink("c").unwrap();
+            file.new_dataset_builder().with_data(&c).create("c").unwrap();
+            integers(file, "tile_shape", &[1, 1, 1, 1, 1, 1 << 20]);
+            text(file, "fields", "verdict margin critical_c regime landing cycle basin epsilon_limit");
+        }),
+        ("a law read as small a hundred thousand times", "does not know its friction law", 2, &|file| {
+            text(file, "law", "expression");
+            text(file, "law_definition", &"small eps\n".repeat(100_000));
+        }),
+    ];
+    for (what, part, check, spoil) in cases {
+        damaged_copy(&scratch, spoil);
+        forge(&scratch);
+        assert_refused(&scratch, what, part, check);
+    }
+    // A chunk of 128 KiB that inflates to 100 MB.
+    damaged_copy(&scratch, |file| {
+        file.unlink("regime").unwrap();
+        let chunk = [2, 2, 2, 4, 2, 2048];
+        let shape: Vec<_> = shape.map(|length| (length, None)).to_vec();
+        let whole = file.new_dataset::<i8>().shape(shape).chunk(chunk).deflate(0);
+        let whole = whole.create("regime").unwrap();
+        whole.write_slice(&ndarray::ArrayD::<i8>::zeros(vec![2, 2, 2, 4, 2, 8]), ..).unwrap();
+    });
+    let path = scratch.path().join("map.h5");
+    let mut bytes = fs::read(&path).unwrap();
+    let place = File::open(&path).unwrap().dataset("regime").unwrap().chunk_info(0).unwrap();
+    let (from, to) = (place.addr as usize, (place.addr + place.size) as usize);
+    let mut compressor = libdeflater::Compressor::new(libdeflater::CompressionLvl::default());
+    let length = compressor.zlib_compress(&vec![0; 100_000_000], &mut bytes[from..to]).unwrap();
+    assert!(length > 65_536, "{length}");
+    fs::write(&path, bytes).unwrap();
+    forge(&scratch);
+    assert_refused(&scratch, "a bomb", "inflates to more than its size", 1);
 }
 
 #[test]

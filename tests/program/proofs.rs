@@ -213,3 +213,74 @@ fn boxes_of_every_law_are_proved_and_their_certificates_checked() {
             .refuses(&["proof.json"]);
     }
 }
+
+/// Friction that is 1 at rest in double precision only, or formulas with bounds without end.
+const CANCEL: [&str; 4] = [
+    "0.5+0.5*exp(-u)-0.9*((1e16+1)-1e16)",
+    "0.5+0.5*exp(-u)+(u+1e5)^3-u^3-1e5^3",
+    "(1e16+1)-1e16+0.5+0.5*exp(-u)",
+    "0.5+0.5*exp(-u)+sin(1e20+u)-sin(1e20+u)",
+];
+
+#[test]
+fn formulas_that_cancel_are_no_friction_laws_anywhere() {
+    let scratch = Scratch::new();
+    let probe = |phi: &str| {
+        scratch.run(&[
+            "probe",
+            "--law",
+            "expression",
+            "--phi",
+            phi,
+            "--epsilon",
+            "1",
+            "--V",
+            "1",
+            "--c",
+            "0.05",
+            "--proof",
+            "c.json",
+        ])
+    };
+    for phi in CANCEL {
+        probe(phi).refuses(&["--phi: phi(0) is 1 only up to rounding", "terms cancel"]);
+        let job = format!(
+            "[friction]\nlaw = \"expression\"\nphi = \"{phi}\"\n[grid]\nepsilon = 1\nV = 1\nc = [0.05, 0.1]\n\
+             [output]\npath = \"map.h5\"\n"
+        );
+        scratch.file("job.toml", job);
+        run(&scratch, &["job.toml"]).refuses(&["job.toml:3:", "phi(0) is 1 only up to rounding"]);
+    }
+    assert_eq!(scratch.names(), ["job.toml"]);
+    // A forger writes them into a valid certificate.
+    let honest = "0.5+0.5*exp(-u)";
+    probe(honest).ends_with(0);
+    scratch.run(&["check", "--proof", "c.json"]).ends_with(0);
+    let valid = scratch.read("c.json");
+    let lists = |text: String| format!("{{\"format\":\"slipmap proof 1\",\"statement\":\"\",{text}}}");
+    let empty = "[],".repeat(3_000_000);
+    for (forged, code) in CANCEL
+        .map(|phi| (valid.replace(&format!("\\n{honest}"), &format!("\\n{phi}")), 1))
+        .into_iter()
+        .chain([
+            (
+                valid.replace(
+                    "\"law_definition\":\"1",
+                    &format!("\"law_definition\":\"{}1", "small eps\\n".repeat(30_000)),
+                ),
+                1,
+            ),
+            (valid.replace("\"parameters\":[]", &format!("\"parameters\":[{}0]", "0,".repeat(3_000_000))), 2),
+            (lists(format!("\"tiles\":[{{\"cosines\":[{empty}[]]}}]")), 2),
+            (lists(format!("\"open\":[{empty}[]]")), 2),
+            (lists(format!("\"open\":{}{}", "[".repeat(100_000), "]".repeat(100_000))), 2),
+        ])
+    {
+        assert_ne!(forged, valid);
+        scratch.file("c.json", &forged);
+        let start: String = forged.chars().take(60).collect();
+        let checked = crate::hostile::bounded(&scratch, &["check", "--proof", "c.json"]);
+        assert_eq!(checked.code, code, "{start}: {checked:?}");
+        assert!(checked.err.len() + checked.out.len() < 4000, "{start}");
+    }
+}

@@ -16,6 +16,9 @@ use serde::{Deserialize, Serialize};
 use super::recheck::{self, divides};
 use super::validated::surface::Surface;
 use super::validated::tile::{GroupBox, MODES, Tile, UNIT};
+use list::List;
+
+pub(super) mod list;
 
 const FORMAT: &str = "slipmap proof 1";
 /// First bytes of every certificate that this program writes, in any version of the format.
@@ -28,6 +31,11 @@ const STATEMENT: &str = "With v' = w, w' = -v + D w, D = -C + A/(1 + k s)^2 - 2 
     documentation of slipmap::certify::recheck. In the boxes `open` nothing is claimed.";
 /// From here on different integers are the same f64; no coefficient is that large.
 const BEYOND: f64 = (1_u64 << 53) as f64;
+
+/// Largest number of tiles, and of open boxes, of a certificate that is read.
+pub(super) const MOST_BOXES: usize = 1 << 20;
+/// Largest number of harmonics of a witness.
+const MOST_HARMONICS: usize = 512;
 
 /// What a certificate is about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -49,9 +57,13 @@ impl Subject {
             format: String,
         }
         let beginning = "{\"format\":\"";
+        let named;
         let format = match text.strip_prefix(beginning).filter(|_| text.starts_with(BEGINNING)) {
-            Some(rest) => rest.to_owned(),
-            None => serde_json::from_str::<Named>(text).ok()?.format,
+            Some(rest) => rest,
+            None => {
+                named = serde_json::from_str::<Named>(text).ok()?.format;
+                &named
+            }
         };
         let beginnings = [
             ("slipmap proof of a point ", Subject::Point),
@@ -78,8 +90,8 @@ pub struct Certificate {
     unit: f64,
     /// The groups that it speaks of.
     pub domain: GroupBox,
-    open: Vec<GroupBox>,
-    tiles: Vec<StoredTile>,
+    open: List<GroupBox, MOST_BOXES>,
+    tiles: List<StoredTile, MOST_BOXES>,
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -87,10 +99,13 @@ pub struct Certificate {
 struct StoredTile {
     domain: GroupBox,
     radius: f64,
-    viscous: Vec<Multiple>,
-    cosines: Vec<Vec<Multiple>>,
-    sines: Vec<Vec<Multiple>>,
+    viscous: Row,
+    cosines: List<Row, MOST_HARMONICS>,
+    sines: List<Row, MOST_HARMONICS>,
 }
+
+/// The coefficients of a polynomial of a tile.
+type Row = List<Multiple, MODES>;
 
 /// An integer, which other programs may write with a decimal point.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -205,14 +220,14 @@ impl Certificate {
         if self.statement != STATEMENT {
             problems.push("its statement is not the one that this format proves".into());
         }
-        let boxes = self.tiles.iter().map(|tile| &tile.domain).chain(&self.open);
+        let boxes = self.tiles.iter().map(|tile| &tile.domain).chain(self.open.iter());
         let boxes: Vec<_> = boxes.map(GroupBox::ranges).collect();
         if let Err(fault) = divides(&self.domain.ranges(), &boxes) {
             problems.push(format!("tiles (counted first) and open boxes do not divide the domain: {fault}"));
         }
         let found: Vec<Option<String>> = self.tiles.par_iter().map(StoredTile::doubt).collect();
         let confirmed = found.iter().filter(|doubt| doubt.is_none()).count();
-        for (i, (doubt, tile)) in found.into_iter().zip(&self.tiles).enumerate() {
+        for (i, (doubt, tile)) in found.into_iter().zip(self.tiles.iter()).enumerate() {
             let GroupBox { a, k, b } = tile.domain;
             problems.extend(doubt.map(|doubt| {
                 format!(
@@ -248,11 +263,11 @@ impl StoredTile {
         recheck::verify(&self.tile()).err().map(|doubt| doubt.to_string())
     }
 
-    /// The tile; lists that are too long make a tile that no check confirms.
+    /// The tile.
     fn tile(&self) -> Tile {
-        let row = |row: &Vec<Multiple>| {
+        let row = |row: &Row| {
             let mut row: Vec<f64> = row.iter().map(|c| c.0 as f64 * UNIT).collect();
-            row.resize(row.len().max(MODES), 0.0);
+            row.resize(MODES, 0.0);
             row
         };
         Tile {

@@ -7,11 +7,13 @@
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::certificate::{Checked, NoCertificate};
+use super::certificate::list::List;
+use super::certificate::{Checked, MOST_BOXES, NoCertificate};
 use super::recheck::divides;
-use super::validated::barrier::{Ranges, Tile};
+use super::validated::barrier::Tile;
 use super::validated::law_boxes::LawProof;
 use slipmap_model::friction::Law;
+use slipmap_model::point::{LawParameters, MAX_LAW_PARAMETERS};
 use slipmap_numbers::interval::Interval;
 
 const FORMAT: &str = "slipmap proof of a law 1";
@@ -19,7 +21,7 @@ const FORMAT: &str = "slipmap proof of a law 1";
 const STATEMENT: &str = "With x1' = x2, x2' = -x1 - epsilon c x2 - sign(x2 - V) phi(|x2 - V|) and the friction law phi \
     of the given name and definition, the orbit from the exit point (1 - epsilon c V, V) comes back to the belt line (or runs \
     away) for epsilon c < C* and not for epsilon c > C*. For all epsilon, parameters of the law and V in the domain of a tile \
-    at which phi(0) = 1, |C* - (viscous + sum of slopes[i] z[i])| <= radius, z[i] running from -1 to 1 along axis i of the \
+    at which phi(0) is 1 up to rounding, which a constant takes out, |C* - (viscous + sum of slopes[i] z[i])| <= radius, z[i] running from -1 to 1 along axis i of the \
     domain. In the boxes `open` nothing is claimed.";
 
 /// A certificate that has been parsed but not verified.
@@ -34,11 +36,11 @@ pub struct LawCertificate {
     law: String,
     law_definition: String,
     /// The names of the axes: epsilon, the law's parameters, V.
-    pub axes: Vec<String>,
+    pub axes: List<String, MOST_AXES>,
     /// The parameters that it speaks of.
     pub domain: Ranges,
-    open: Vec<Ranges>,
-    tiles: Vec<Claim>,
+    open: List<Ranges, MOST_BOXES>,
+    tiles: List<Claim, MOST_BOXES>,
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -46,12 +48,17 @@ pub struct LawCertificate {
 struct Claim {
     domain: Ranges,
     viscous: f64,
-    slopes: Vec<f64>,
+    slopes: List<f64, MOST_AXES>,
     radius: f64,
 }
 
+/// Largest number of axes: epsilon, the law's parameters, V.
+const MOST_AXES: usize = MAX_LAW_PARAMETERS + 2;
+/// Ranges along the axes.
+type Ranges = List<[f64; 2], MOST_AXES>;
+
 /// The names of the axes of a law's boxes.
-fn axes(law: &Law) -> Vec<String> {
+fn axes(law: &Law) -> List<String, MOST_AXES> {
     let own = law.parameters().iter().map(|parameter| parameter.name);
     std::iter::once("epsilon").chain(own).chain(["V"]).map(str::to_owned).collect()
 }
@@ -60,9 +67,9 @@ impl LawCertificate {
     /// The certificate of a proof, written by this program in the run that `run` identifies.
     pub fn of(proof: &LawProof, written_by: &str, run: &str) -> Self {
         let claim = |tile: &Tile| Claim {
-            domain: tile.ranges.clone(),
+            domain: tile.ranges.iter().copied().collect(),
             viscous: tile.viscous,
-            slopes: tile.slopes.clone(),
+            slopes: tile.slopes.iter().copied().collect(),
             radius: tile.radius,
         };
         Self {
@@ -73,8 +80,8 @@ impl LawCertificate {
             law: proof.law.name().into(),
             law_definition: proof.law.definition(),
             axes: axes(&proof.law),
-            domain: proof.ranges.clone(),
-            open: proof.open().cloned().collect(),
+            domain: proof.ranges.iter().copied().collect(),
+            open: proof.open().map(|one| one.iter().copied().collect()).collect(),
             tiles: proof.tiles().map(claim).collect(),
         }
     }
@@ -107,7 +114,8 @@ impl LawCertificate {
         }
         let law = Law::from_definition(&self.law, &self.law_definition)
             .filter(|law| law.definition() == self.law_definition && law.is_enclosed_over_boxes());
-        let boxes: Vec<&Ranges> = self.tiles.iter().map(|tile| &tile.domain).chain(&self.open).collect();
+        let boxes: Vec<&Ranges> =
+            self.tiles.iter().map(|tile| &tile.domain).chain(self.open.iter()).collect();
         let mut confirmed = 0;
         match law {
             None => problems.push("its friction law does not exist".into()),
@@ -138,6 +146,14 @@ impl LawCertificate {
 impl Claim {
     /// The reason why the claim is not confirmed; `None` if it follows from what is proved anew.
     fn doubt(&self, law: &Law) -> Option<String> {
+        if let Law::Expression(formula) = law.as_written() {
+            let middle: Vec<f64> = self.domain.iter().map(|[lo, hi]| lo + 0.5 * (hi - lo)).collect();
+            let [epsilon, parameters @ .., belt_speed] = middle.as_slice() else { return None };
+            let checked = formula.check(*epsilon, &LawParameters::new(parameters), 2.0 * belt_speed);
+            if let Err(error) = checked {
+                return Some(format!("is about no friction law: {}", error.problem));
+            }
+        }
         let Some(proved) = Tile::prove(law, &self.domain) else {
             return Some("claims what is not proved".into());
         };
@@ -201,6 +217,7 @@ mod tests {
             altered(&|it| it.law = "exponential".into()),
             altered(&|it| it.law_definition = it.law_definition.replace("exp(-u)", "exp(-2*u)")),
             altered(&|it| it.law_definition.push(')')),
+            altered(&|it| it.law_definition.push_str("-0.9*((1e16+1)-1e16)+0.9")),
             altered(&|it| it.statement = it.statement.replace("not for", "for")),
         ];
         for other in forged {

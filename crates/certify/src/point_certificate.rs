@@ -7,15 +7,17 @@
 use serde::{Deserialize, Serialize};
 
 use super::certificate::NoCertificate;
+use super::certificate::list::List;
 use super::validated;
 use super::{Claim, Decision};
 use slipmap_model::friction::Law;
-use slipmap_model::point::Point;
+use slipmap_model::point::{MAX_LAW_PARAMETERS, Point};
 
 const FORMAT: &str = "slipmap proof of a point 1";
 /// The statement of every certificate.
 const STATEMENT: &str = "With x1' = x2, x2' = -x1 - epsilon c x2 - sign(x2 - V) phi(|x2 - V|) and the friction law phi \
-    of the given name, definition and parameters, the orbit from the exit point (1 - epsilon c V, V) comes back to the belt line \
+    of the given name, definition and parameters, plus a constant on each of its pieces that makes it continuous and phi(0) \
+    = 1, the orbit from the exit point (1 - epsilon c V, V) comes back to the belt line \
     (or runs away) for c < critical_c[0] and does not for c > critical_c[1]; null claims nothing on its side. Verdict present: a \
     stick-slip limit cycle exists at the given c. Absent: none exists. Undecided: nothing is claimed of that.";
 
@@ -28,7 +30,7 @@ pub struct PointCertificate {
     written_by: String,
     law: String,
     law_definition: String,
-    parameters: Vec<f64>,
+    parameters: List<f64, MAX_LAW_PARAMETERS>,
     epsilon: f64,
     #[serde(rename = "V")]
     belt_speed: f64,
@@ -50,7 +52,7 @@ impl PointCertificate {
             written_by: written_by.into(),
             law: law.name().into(),
             law_definition: law.definition(),
-            parameters: point.law.as_slice().to_vec(),
+            parameters: point.law.as_slice().iter().copied().collect(),
             epsilon: point.epsilon,
             belt_speed: point.belt_speed,
             damping: point.damping,
@@ -176,8 +178,8 @@ mod tests {
             PointCertificate { law: "exponential".into(), ..one.clone() },
             PointCertificate { law: "none".into(), ..one.clone() },
             PointCertificate { law_definition: "phi = 1 + u for ever".into(), ..one.clone() },
-            PointCertificate { parameters: vec![0.3, 0.1], ..one.clone() },
-            PointCertificate { parameters: vec![0.3, 0.1, 0.5], ..one.clone() },
+            PointCertificate { parameters: [0.3, 0.1].into_iter().collect(), ..one.clone() },
+            PointCertificate { parameters: [0.3, 0.1, 0.5].into_iter().collect(), ..one.clone() },
             PointCertificate { statement: one.statement.replace("does not", "does"), ..one.clone() },
         ] {
             assert_ne!(forged.check(), Vec::<String>::new(), "{forged:?}");
@@ -191,9 +193,15 @@ mod tests {
         let law = Law::Expression(Expression::new("0.5+0.5*exp(-u)", 1.0).unwrap());
         let one = PointCertificate::of(&law, &law.point(1.0, &[], 0.6, 0.1).unwrap(), "a program");
         assert_eq!((one.verdict.as_str(), one.check()), ("present", Vec::new()));
-        for formula in
-            ["-1.5+0.5*exp(-u)", "1.5+0.5*exp(-u)", "0.3+0.5*exp(-u)", "0.5+0.5*exp(-u)+abs(u-0.3)-0.3"]
-        {
+        for formula in [
+            "-1.5+0.5*exp(-u)",
+            "1.5+0.5*exp(-u)",
+            "0.3+0.5*exp(-u)",
+            "0.5+0.5*exp(-u)+abs(u-0.3)-0.3",
+            // In double precision they are 1 at rest.
+            "0.5+0.5*exp(-u)-0.9*((1e16+1)-1e16)",
+            "0.5+0.5*exp(-u)+sin(1e20+u)-sin(1e20+u)",
+        ] {
             let law_definition = one.law_definition.replace("0.5+0.5*exp(-u)", formula);
             let problems = PointCertificate { law_definition, ..one.clone() }.check();
             assert!(

@@ -7,8 +7,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use axum::Router;
-use axum::extract::{DefaultBodyLimit, State};
+use axum::extract::{DefaultBodyLimit, Request, State};
 use axum::http::header::CONTENT_TYPE;
+use axum::middleware::{Next, from_fn, from_fn_with_state};
 use axum::response::{IntoResponse, Json, Response};
 use axum::routing::{get, post};
 use hyper::server::conn::http1;
@@ -17,6 +18,7 @@ use hyper_util::service::TowerToHyperService;
 use serde::Deserialize;
 use serde_json::{Value, json};
 use tokio::sync::Semaphore;
+use tokio::task::{JoinError, JoinSet};
 
 use super::body::{JsonBody, LONGEST_BODY};
 use super::export::ExportRequest;
@@ -76,7 +78,8 @@ pub fn serve(listener: TcpListener, start: Start, git: &'static str, stop: &Atom
         git,
     });
     let router = routes(Arc::clone(&shared))
-        .layer(axum::middleware::from_fn_with_state(Names::of_port(port), protect));
+        .layer(from_fn(answered))
+        .layer(from_fn_with_state(Names::of_port(port), protect));
     let mut runtime = tokio::runtime::Builder::new_current_thread();
     runtime.enable_io().enable_time().max_blocking_threads(PICTURES + POINTS + EXPORTS);
     let runtime = runtime.build()?;
@@ -136,6 +139,22 @@ async fn accept(listener: tokio::net::TcpListener, router: Router) {
     }
 }
 
+/// Answers a request whose handler fails, too: a bug is told to the page that met it, and ends nothing else.
+async fn answered(request: Request, next: Next) -> Response {
+    // Ends with the request that waits for it.
+    let mut task = JoinSet::new();
+    task.spawn(next.run(request));
+    match task.join_next().await {
+        Some(Ok(response)) => response,
+        Some(Err(error)) => failed(&error).into_response(),
+        None => Refusal::broken("the request was lost").into_response(),
+    }
+}
+
+fn failed(error: &JoinError) -> Refusal {
+    Refusal::broken(format!("the computation failed: {error}"))
+}
+
 /// Runs the work of a request as [`to_the_end`], within the time limit.
 async fn carry_out<T: Send + 'static>(
     lane: &Arc<Semaphore>,
@@ -167,7 +186,7 @@ async fn to_the_end<T: Send + 'static>(
         let _place = place;
         work(&stop)
     });
-    done.await.unwrap_or_else(|panic| Err(Refusal::broken(format!("the computation failed: {panic}"))))
+    done.await.unwrap_or_else(|error| Err(failed(&error)))
 }
 
 async fn start(State(shared): OfPage) -> Json<Value> {
@@ -283,6 +302,45 @@ mod tests {
         };
         assert!(answer(1, Some(Duration::from_millis(10))).unwrap_err().is_out_of_time());
         assert_eq!(answer(2, None), Ok(()));
+    }
+
+    #[test]
+    fn what_panics_is_answered() {
+        let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
+        runtime.block_on(async {
+            let listener = tokio::net::TcpListener::bind("127.0.0.1:0").await.unwrap();
+            let port = listener.local_addr().unwrap().port();
+            let at_once = move || async move { if port > 0 { panic!("at once") } else { "never" } };
+            let in_a_lane = || async {
+                let turn = serde_json::from_value(json!({ "tab": "tab", "number": 1 })).unwrap();
+                let ticket = Tabs::default().take(&turn, "point").unwrap();
+                let work = |_: &AtomicBool| -> Result<&str, Refusal> { panic!("in a lane") };
+                carry_out(&Arc::new(Semaphore::new(1)), ticket, work).await
+            };
+            let router = Router::new()
+                .route("/at-once", get(at_once))
+                .route("/in-a-lane", get(in_a_lane))
+                .route("/fine", get(|| async { "fine" }))
+                .layer(from_fn(answered));
+            tokio::spawn(accept(listener, router));
+            let ask = move |path: &'static str| {
+                use std::io::{Read as _, Write as _};
+                let mut stream = std::net::TcpStream::connect(("127.0.0.1", port)).unwrap();
+                write!(stream, "GET {path} HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n").unwrap();
+                let mut answer = String::new();
+                stream.read_to_string(&mut answer).unwrap();
+                answer
+            };
+            for path in ["/at-once", "/in-a-lane"] {
+                let answer = tokio::task::spawn_blocking(move || ask(path)).await.unwrap();
+                assert!(
+                    answer.starts_with("HTTP/1.1 500") && answer.contains("the computation failed"),
+                    "{answer}"
+                );
+            }
+            let answer = tokio::task::spawn_blocking(move || ask("/fine")).await.unwrap();
+            assert!(answer.ends_with("fine"), "{answer}");
+        });
     }
 
     #[test]

@@ -5,7 +5,7 @@ use std::ops::Range;
 use std::path::Path;
 
 use hdf5::types::{FloatSize, TypeDescriptor};
-use hdf5::{Dataset, Location, ObjectReference1};
+use hdf5::{Attribute, Dataset, Location, ObjectReference1};
 
 use slipmap_certify::Guarantee;
 use slipmap_map::dataset::auxiliary::{AUXILIARY, axes_of};
@@ -205,7 +205,7 @@ fn check_auxiliary(map: &MapFile, name: &str, ties: bool, report: &mut CheckRepo
     let dataset = map.file.dataset(name)?;
     let axes = axes_of(name, map.grid()).unwrap_or_default();
     let shape: Vec<usize> = axes.iter().map(|&axis| map.grid().shape()[axis]).collect();
-    trust::auxiliary(&dataset, name, &shape)?;
+    trust::auxiliary(&dataset, name, &shape, map.place())?;
     let digest = fingerprint::of_one_tile(&fingerprint::reals(&dataset.read_raw::<f64>()?));
     expect(&dataset, name, "sha256", &digest, report);
     check_attributes(&dataset, Some(name), report);
@@ -217,7 +217,7 @@ fn check_auxiliary(map: &MapFile, name: &str, ties: bool, report: &mut CheckRepo
 
 /// Checks the curves of codimension one, if there are any.
 fn check_curves(map: &MapFile, report: &mut CheckReport) -> Result<(), Unfit> {
-    curves::read(&map.file, map.grid(), map.length)?;
+    curves::read(&map.file, map.grid(), map.place())?;
     if !map.file.link_exists(curves::GROUP) {
         return Ok(());
     }
@@ -231,10 +231,10 @@ fn check_curves(map: &MapFile, report: &mut CheckReport) -> Result<(), Unfit> {
             continue;
         }
         let dataset = group.dataset(&column)?;
-        if let Err(unfit) = trust::own_numbers(&dataset, &name) {
+        if let Err(unfit) = trust::own_numbers(&dataset, &name, map.place()) {
             report.note(Some(&name), None, unfit.to_string());
-        } else if dataset.size() as u64 > map.length {
-            report.note(Some(&name), None, "declares more numbers than the file can hold");
+        } else if trust::bytes(&dataset)? > map.length || !trust::stores(&dataset)? {
+            report.note(Some(&name), None, "declares more numbers than the file holds");
         } else {
             check_attributes(&dataset, Some(&name), report);
             if value::read(&dataset, "sha256")? != curves::fingerprint_of(&dataset)? {
@@ -280,7 +280,7 @@ fn check_axis(map: &MapFile, position: usize, ties: bool, report: &mut CheckRepo
     let axis = &map.grid().axes()[position];
     let dataset = map.file.dataset(&axis.name)?;
     let name = Some(axis.name.as_str());
-    if !matches!(dataset.dtype()?.to_descriptor()?, TypeDescriptor::Float(FloatSize::U8)) {
+    if !matches!(trust::kind(&dataset)?, TypeDescriptor::Float(FloatSize::U8)) {
         report.note(name, None, "does not hold 64-bit floating-point numbers");
     }
     expect(&dataset, &axis.name, "CLASS", &"DIMENSION_SCALE".into(), report);
@@ -301,7 +301,7 @@ fn check_layout(
 ) -> hdf5::Result<()> {
     let schema = &map.schema;
     let name = Some(variable.name.as_str());
-    let stored = dataset.dtype()?.to_descriptor()?;
+    let stored = trust::kind(dataset)?;
     let expected = trust::kind_of(variable);
     if stored != expected {
         report.note(name, None, format!("holds {stored} instead of {expected}"));
@@ -348,8 +348,13 @@ fn check_uses(map: &MapFile, position: usize, scale: &Dataset, report: &mut Chec
         let reference: ObjectReference1 = map.file.reference(name)?;
         expected.push((sys::address(reference), i32::try_from(dimension).unwrap_or(i32::MAX)));
     }
-    let found = scale.attr("REFERENCE_LIST").and_then(|list| list.read_raw::<ScaleUse>());
-    let mut found: Vec<_> = found
+    let uses = |list: Attribute| match list.size() == expected.len() && sys::is_scale_use(&list.dtype()?) {
+        true => list.read_raw::<ScaleUse>(),
+        false => Ok(Vec::new()),
+    };
+    let mut found: Vec<_> = scale
+        .attr("REFERENCE_LIST")
+        .and_then(uses)
         .unwrap_or_default()
         .iter()
         .map(|usage| (sys::address(usage.dataset), usage.dimension))
@@ -367,7 +372,7 @@ fn check_uses(map: &MapFile, position: usize, scale: &Dataset, report: &mut Chec
 fn check_cells(map: &MapFile, variable: &Variable, dataset: &Dataset, report: &mut CheckReport) {
     let schema = &map.schema;
     let name = Some(variable.name.as_str());
-    match trust::variable(dataset, schema, variable) {
+    match trust::variable(dataset, schema, variable, map.place()) {
         Ok(()) => {}
         Err(Unfit::Foreign(why)) => return report.note(name, None, format!("is not read: {why}")),
         Err(unfit) => return report.note(name, None, unfit.to_string()),

@@ -10,7 +10,7 @@ use slipmap_simulate::bifurcation::Bifurcation;
 use super::create::{group_of_tables, seal_attributes};
 use super::records::Contents::{Integers, Reals, Words};
 use super::records::{Series, write_tables};
-use super::trust::{self, Unfit};
+use super::trust::{self, FilePlace, Unfit};
 use super::value;
 
 pub(super) const GROUP: &str = "curves";
@@ -96,30 +96,26 @@ fn points(axes: &[Axis], planes: &[PlaneCurves]) -> Vec<Series> {
     columns
 }
 
-/// Reads the group, if the map has one. `length`, that of the file in bytes, bounds how much is read.
-pub(super) fn read(file: &File, grid: &Grid, length: u64) -> Result<Vec<PlaneCurves>, Unfit> {
+/// Reads the group, if the map has one. The length of the file bounds how much is read.
+pub(super) fn read(file: &File, grid: &Grid, place: FilePlace) -> Result<Vec<PlaneCurves>, Unfit> {
     if !file.link_exists(GROUP) {
         return Ok(Vec::new());
     }
     let group = file.group(GROUP)?;
     trust::own_members(&group)?;
-    let table = Table { group: &group, length };
+    let table = Table { group: &group, place };
     let axes = grid.axes();
-    let axis = |word: &String| axes.iter().position(|axis| axis.name == *word);
-    let (xs, ys) = (table.words("plane_x")?, table.words("plane_y")?);
+    let axis = |word: &str| axes.iter().position(|axis| axis.name == word);
+    let (xs, ys) = (table.words("plane_x", axis)?, table.words("plane_y", axis)?);
     let mut planes = Vec::with_capacity(xs.len());
     let held_at = axes.iter().map(|axis| table.numbers::<f64>(&held(axis), xs.len()));
     let held_at = held_at.collect::<Result<Vec<_>, _>>()?;
-    for (number, (x, y)) in xs.iter().zip(&ys).enumerate() {
-        let (Some(x), Some(y)) = (axis(x), axis(y)) else {
-            let why = format!("its curves lie in a plane of {x} and {y}, which are not axes");
-            return Err(Unfit::Foreign(why));
-        };
+    for (number, (&x, &y)) in xs.iter().zip(&ys).enumerate() {
         let mut nodes = vec![0; axes.len()];
         for (position, values) in held_at.iter().enumerate().filter(|(axis, _)| *axis != x && *axis != y) {
-            let node = axes[position].values.iter().position(|node| *node == values[number]);
-            let nowhere = || Unfit::Foreign(format!("its curves hold {} at no node", axes[position].name));
-            nodes[position] = node.ok_or_else(nowhere)?;
+            let node = axes[position].values.binary_search_by(|node| node.total_cmp(&values[number]));
+            let nowhere = |_| Unfit::Foreign(format!("its curves hold {} at no node", axes[position].name));
+            nodes[position] = node.map_err(nowhere)?;
         }
         if x == y {
             let why = format!("its curves lie in a plane of {} alone", axes[x].name);
@@ -127,25 +123,29 @@ pub(super) fn read(file: &File, grid: &Grid, length: u64) -> Result<Vec<PlaneCur
         }
         planes.push(PlaneCurves { plane: Plane::new(x, y, nodes), curves: Vec::new() });
     }
-    if group.link_exists(POINT) {
+    table.numbers::<f64>(PLANE, planes.len())?;
+    // A table of points that has lost a column is not a group without points.
+    let of_planes = |name: &str| [PLANE, "plane_x", "plane_y"].contains(&name) || name.starts_with("held_");
+    if names(grid).iter().any(|name| !of_planes(name) && group.link_exists(name)) {
         read_points(&table, axes, &mut planes)?;
     }
     Ok(planes)
 }
 
 fn read_points(table: &Table, axes: &[Axis], planes: &mut [PlaneCurves]) -> Result<(), Unfit> {
-    let words = table.words("curve")?;
-    let number = table.numbers::<i32>("plane_number", words.len())?;
-    let branch = table.numbers::<i32>("branch", words.len())?;
-    let error = table.numbers::<f64>("error", words.len())?;
-    let values = axes.iter().map(|axis| table.numbers::<f64>(&axis.name, words.len()));
+    let known = |word: &str| Bifurcation::ALL.into_iter().find(|bifurcation| bifurcation.name() == word);
+    let kinds = table.words("curve", known)?;
+    let number = table.numbers::<i32>("plane_number", kinds.len())?;
+    table.numbers::<f64>(POINT, kinds.len())?;
+    let branch = table.numbers::<i32>("branch", kinds.len())?;
+    let error = table.numbers::<f64>("error", kinds.len())?;
+    let values = axes.iter().map(|axis| table.numbers::<f64>(&axis.name, kinds.len()));
     let values = values.collect::<Result<Vec<_>, _>>()?;
     let mut before = None;
-    for (row, word) in words.iter().enumerate() {
-        let known = Bifurcation::ALL.into_iter().find(|bifurcation| bifurcation.name() == word);
+    for (row, bifurcation) in kinds.into_iter().enumerate() {
         let place = usize::try_from(number[row]).ok().and_then(|number| number.checked_sub(1));
-        let (Some(bifurcation), Some(curves)) = (known, place.and_then(|place| planes.get_mut(place))) else {
-            let why = format!("its curves have a point of plane {} on a curve {word:?}", number[row]);
+        let Some(curves) = place.and_then(|place| planes.get_mut(place)) else {
+            let why = format!("its curves have a point of plane {}, which is not there", number[row]);
             return Err(Unfit::Foreign(why));
         };
         let key = (number[row], bifurcation, branch[row]);
@@ -164,16 +164,20 @@ fn read_points(table: &Table, axes: &[Axis], planes: &mut [PlaneCurves]) -> Resu
 /// The group as a table of columns.
 struct Table<'a> {
     group: &'a Group,
-    length: u64,
+    place: FilePlace<'a>,
 }
 
 impl Table<'_> {
     /// Opens a column with numbers of type `kind`; refuses it if the file is too short to hold it.
     fn column(&self, name: &str, kind: &TypeDescriptor) -> Result<Dataset, Unfit> {
+        if !self.group.link_exists(name) {
+            return Err(Unfit::Foreign(format!("{GROUP}/{name} is missing")));
+        }
         let dataset = self.group.dataset(name)?;
-        trust::own_numbers(&dataset, name)?;
-        let fits = dataset.ndim() == 1 && dataset.size() as u64 <= self.length;
-        let stored = dataset.dtype()?.to_descriptor()?;
+        trust::own_numbers(&dataset, name, self.place)?;
+        let fits =
+            dataset.ndim() == 1 && trust::bytes(&dataset)? <= self.place.length && trust::stores(&dataset)?;
+        let stored = trust::kind(&dataset)?;
         if fits && stored == *kind {
             return Ok(dataset);
         }
@@ -193,17 +197,17 @@ impl Table<'_> {
         }
     }
 
-    fn words(&self, name: &str) -> Result<Vec<String>, Unfit> {
+    /// A column of words, each as what `known` makes of it.
+    fn words<T: Copy>(&self, name: &str, known: impl Fn(&str) -> Option<T>) -> Result<Vec<T>, Unfit> {
         let dataset = self.column(name, &i8::type_descriptor())?;
         let meanings = match value::read(&dataset, "flag_meanings")? {
             Some(Value::Text(text)) => text,
             _ => String::new(),
         };
-        let meanings: Vec<&str> = meanings.split_whitespace().collect();
+        let meanings: Vec<Option<T>> = meanings.split_whitespace().map(known).collect();
         let word = |code: &i8| {
-            let word = usize::try_from(*code).ok().and_then(|code| meanings.get(code));
-            let unknown = || Unfit::Foreign(format!("{GROUP}/{name} has a code without a meaning"));
-            word.map(|word| (*word).to_owned()).ok_or_else(unknown)
+            let word = usize::try_from(*code).ok().and_then(|code| meanings.get(code).copied().flatten());
+            word.ok_or_else(|| Unfit::Foreign(format!("{GROUP}/{name} has a code without a meaning")))
         };
         dataset.read_raw::<i8>()?.iter().map(word).collect()
     }
@@ -211,7 +215,7 @@ impl Table<'_> {
 
 /// Fingerprint of a column, for comparison with its attribute `sha256`; `None` for a type that no column has.
 pub(super) fn fingerprint_of(column: &Dataset) -> hdf5::Result<Option<Value>> {
-    let digest = match column.dtype()?.to_descriptor()? {
+    let digest = match trust::kind(column)? {
         kind if kind == f64::type_descriptor() => fingerprint::reals(&column.read_raw()?),
         kind if kind == i32::type_descriptor() => fingerprint::integers(&column.read_raw()?),
         kind if kind == i8::type_descriptor() => fingerprint::codes(&column.read_raw()?),

@@ -31,10 +31,10 @@ impl MapFile {
         map.sealed = seal == Seal::Whole;
         for variable in &map.schema.variables {
             let dataset = map.dataset(&variable.name)?;
-            trust::variable(&dataset, &map.schema, variable)
+            trust::variable(&dataset, &map.schema, variable, map.place())
                 .map_err(|unfit| StoreError::unfit(format!("read {} in", variable.name), path, unfit))?;
         }
-        map.curves = curves::read(&map.file, &map.schema.grid, map.length)
+        map.curves = curves::read(&map.file, &map.schema.grid, map.place())
             .map_err(|unfit| StoreError::unfit(format!("read {} in", curves::GROUP), path, unfit))?;
         match map.sealed {
             true => Ok(map),

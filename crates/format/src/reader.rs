@@ -15,7 +15,7 @@ use slipmap_map::map::{Field, Grid, PlaneCurves, Tile};
 use slipmap_model::friction::Law;
 
 use super::error::StoreError;
-use super::trust::{self, Unfit};
+use super::trust::{self, FilePlace, Unfit};
 use super::value;
 
 /// First bytes of an HDF5 file, and so of every map.
@@ -54,8 +54,14 @@ impl MapFile {
         let attributes = root_attributes(&file, path)?;
         let schema = read_schema(&file, path, length, &attributes)?;
         trust::grid(&schema, length).map_err(not_a_map)?;
+        trust::distinct(&file, &schema)
+            .map_err(|unfit| StoreError::unfit("list the variables of", path, unfit))?;
         let path = path.to_path_buf();
         Ok(Self { path, file, schema, attributes, length, sealed: false, curves: Vec::new() })
+    }
+
+    pub(super) fn place(&self) -> FilePlace<'_> {
+        FilePlace { path: &self.path, length: self.length }
     }
 
     /// The grid: friction law and axes, slowest first.
@@ -323,7 +329,7 @@ fn read_schema(
     let mut nodes = Vec::new();
     for name in Grid::axis_names(&law) {
         nodes.push(
-            read_axis(file, name, length)
+            read_axis(file, name, FilePlace { path, length })
                 .map_err(|unfit| StoreError::unfit(format!("read the axis {name} of"), path, unfit))?,
         );
     }
@@ -349,11 +355,7 @@ fn read_schema(
         }
     }
     let mut methods = Vec::new();
-    for name in text("methods")?.split_whitespace() {
-        trust::name(name).map_err(not_a_map)?;
-        if methods.iter().any(|method: &MethodInfo| method.name == name) {
-            return Err(not_a_map(format!("its attribute methods names {name} twice")));
-        }
+    for name in trust::methods(text("methods")?).map_err(not_a_map)? {
         methods.push(method_info(file, name).map_err(|error| {
             StoreError::hdf5(format!("read the attributes of verdict_{name} in"), path, &error)
         })?);
@@ -361,9 +363,9 @@ fn read_schema(
     Ok(Schema::new(grid, tile_shape, methods, fields))
 }
 
-fn read_axis(file: &File, name: &str, length: u64) -> Result<Vec<f64>, Unfit> {
+fn read_axis(file: &File, name: &str, place: FilePlace) -> Result<Vec<f64>, Unfit> {
     let axis = file.dataset(name)?;
-    trust::axis(&axis, name, length)?;
+    trust::axis(&axis, name, place)?;
     Ok(axis.read_raw()?)
 }
 

@@ -8,13 +8,15 @@
 
 use hdf5::types::TypeDescriptor;
 use hdf5::{Attribute, Dataset, Datatype, Error, File, H5Type, Location, ObjectReference1};
-use hdf5_sys::h5::{herr_t, hsize_t};
+use hdf5_sys::h5::{haddr_t, herr_t, hsize_t};
 use hdf5_sys::h5a::{H5Aread, H5Awrite};
-use hdf5_sys::h5d::H5Dwrite_chunk;
+use hdf5_sys::h5d::{H5Dget_chunk_info_by_coord, H5Dwrite_chunk};
 #[cfg(unix)]
 use hdf5_sys::h5f::H5Fget_vfd_handle;
 use hdf5_sys::h5p::H5P_DEFAULT;
-use hdf5_sys::h5t::{H5T_str_t, H5Tset_strpad};
+use hdf5_sys::h5t::{
+    H5T_class_t, H5T_str_t, H5Tget_class, H5Tget_member_class, H5Tget_nmembers, H5Tset_strpad,
+};
 
 /// Returns the library's error if `status` reports one. To be called under the lock.
 fn checked(status: herr_t) -> hdf5::Result<()> {
@@ -33,6 +35,61 @@ pub(super) fn write_chunk(dataset: &Dataset, offset: &[usize], bytes: &[u8]) -> 
         checked(unsafe {
             H5Dwrite_chunk(dataset.id(), H5P_DEFAULT, 0, offset.as_ptr(), bytes.len(), bytes.as_ptr().cast())
         })
+    })
+}
+
+/// The place of a chunk in the file, and its size there; 0 if it was never written.
+pub(super) struct ChunkPlace {
+    pub(super) address: u64,
+    pub(super) size: u64,
+}
+
+/// The place of the chunk whose first cell has the index `offset`.
+///
+/// # Panics
+/// If `offset` does not have one entry per dimension.
+pub(super) fn chunk_place(dataset: &Dataset, offset: &[usize]) -> hdf5::Result<ChunkPlace> {
+    assert_eq!(offset.len(), dataset.ndim(), "one offset per dimension");
+    let offset: Vec<hsize_t> = offset.iter().map(|&start| start as hsize_t).collect();
+    let (mut mask, mut address, mut size): (u32, haddr_t, hsize_t) = (0, 0, 0);
+    hdf5::sync::sync(|| {
+        // SAFETY: the library reads `offset.len()` offsets (asserted above) and stores three numbers.
+        checked(unsafe {
+            H5Dget_chunk_info_by_coord(
+                dataset.id(),
+                offset.as_ptr(),
+                &raw mut mask,
+                &raw mut address,
+                &raw mut size,
+            )
+        })
+    })?;
+    Ok(ChunkPlace { address, size })
+}
+
+/// The type of numbers or of a text; an error for other types. The safe layer describes a type of types in
+/// memory that grows with the square of their number.
+pub(super) fn descriptor(datatype: &Datatype) -> hdf5::Result<TypeDescriptor> {
+    // SAFETY: reads the class of a live datatype.
+    let class = hdf5::sync::sync(|| unsafe { H5Tget_class(datatype.id()) });
+    match class {
+        H5T_class_t::H5T_INTEGER | H5T_class_t::H5T_FLOAT | H5T_class_t::H5T_STRING => {
+            datatype.to_descriptor()
+        }
+        _ => Err(Error::from("a type that no map uses")),
+    }
+}
+
+/// Whether a type may be that of [`ScaleUse`].
+pub(super) fn is_scale_use(datatype: &Datatype) -> bool {
+    hdf5::sync::sync(|| {
+        // SAFETY: reads classes of a live datatype and of its two members.
+        unsafe {
+            H5Tget_class(datatype.id()) == H5T_class_t::H5T_COMPOUND
+                && H5Tget_nmembers(datatype.id()) == 2
+                && H5Tget_member_class(datatype.id(), 0) == H5T_class_t::H5T_REFERENCE
+                && H5Tget_member_class(datatype.id(), 1) == H5T_class_t::H5T_INTEGER
+        }
     })
 }
 
@@ -107,7 +164,7 @@ const LONGEST_TEXT: usize = 1 << 26;
 /// The library's own, or that the text is not UTF-8.
 pub(super) fn read_fixed_text(attribute: &Attribute) -> hdf5::Result<Option<String>> {
     let datatype = attribute.dtype()?;
-    let (TypeDescriptor::FixedUnicode(size) | TypeDescriptor::FixedAscii(size)) = datatype.to_descriptor()?
+    let (TypeDescriptor::FixedUnicode(size) | TypeDescriptor::FixedAscii(size)) = descriptor(&datatype)?
     else {
         return Ok(None);
     };

@@ -4,20 +4,34 @@
 //! numbers that are stored in other files of the reader's machine. These functions refuse, with the reason,
 //! content that no finished map has. Reading the rest takes memory and time in proportion to its length.
 
+use std::collections::HashSet;
+use std::fs::File;
+use std::io::{Read as _, Seek as _, SeekFrom};
 use std::path::Path;
 
+use hdf5::filters::Filter;
 use hdf5::plist::dataset_create::Layout;
 use hdf5::types::{FloatSize, IntSize, TypeDescriptor};
-use hdf5::{Dataset, Group, IndexType, IterationOrder, LinkType};
+use hdf5::{Dataset, Group, IndexType, IterationOrder, LinkType, ObjectReference1};
+use libdeflater::{DecompressionError, Decompressor};
 
 use slipmap_map::dataset::{Schema, Variable};
+use slipmap_map::map::unravel;
+
+use super::sys::{self, ChunkPlace};
 
 /// Largest compression ratio of deflate: 258 bytes in two bits. A cell takes at least one byte before
 /// compression.
 const DEFLATE_RATIO: u64 = 1032;
 
 /// Largest number of cells of a chunk or a tile. Maps made by slipmap have at most 2^20.
-const MOST_CHUNK_CELLS: usize = 1 << 24;
+const MOST_CHUNK_CELLS: usize = 1 << 21;
+
+/// Largest number of bytes that the HDF5 library may inflate from one chunk without having been told.
+const MOST_INFLATED: u64 = 1 << 26;
+
+/// Largest number of methods of a map.
+const MOST_METHODS: usize = 64;
 
 /// Number of nodes of an axis up to which it is not compared with the file's length.
 const UNCHECKED_NODES: usize = 1 << 20;
@@ -67,8 +81,24 @@ pub(super) fn own_members(group: &Group) -> Result<(), Unfit> {
     }
 }
 
-/// Refuses method names that no map uses, since names become parts of file names and of labels.
-pub(super) fn name(name: &str) -> Result<(), String> {
+/// The names of a map's methods. Refuses names that no map uses, since names become parts of file names and of
+/// labels, and more methods than there ever were.
+pub(super) fn methods(names: &str) -> Result<Vec<&str>, String> {
+    let mut methods: Vec<&str> = Vec::new();
+    for method in names.split_whitespace() {
+        name(method)?;
+        if methods.contains(&method) {
+            return Err(format!("its attribute methods names {method} twice"));
+        }
+        methods.push(method);
+        if methods.len() > MOST_METHODS {
+            return Err(format!("its attribute methods names more than {MOST_METHODS} methods"));
+        }
+    }
+    Ok(methods)
+}
+
+fn name(name: &str) -> Result<(), String> {
     let plain = |byte: u8| byte.is_ascii_alphanumeric() || byte == b'_';
     if name.is_empty() || name.len() > LONGEST_NAME || !name.bytes().all(plain) {
         return Err(format!("{name:?} is not the name of a method"));
@@ -76,9 +106,21 @@ pub(super) fn name(name: &str) -> Result<(), String> {
     Ok(())
 }
 
+/// Refuses variables that are one object under several names, each of which would be read.
+pub(super) fn distinct(group: &Group, schema: &Schema) -> Result<(), Unfit> {
+    let mut seen = HashSet::new();
+    for Variable { name, .. } in schema.variables.iter().filter(|variable| group.link_exists(&variable.name))
+    {
+        let address = sys::address(group.reference::<ObjectReference1>(name)?);
+        require(seen.insert(address), || format!("{name} is another variable too"))?;
+    }
+    Ok(())
+}
+
 /// Refuses an axis that is not a list of numbers stored in this file.
-pub(super) fn axis(dataset: &Dataset, name: &str, length: u64) -> Result<(), Unfit> {
-    own_numbers(dataset, name)?;
+pub(super) fn axis(dataset: &Dataset, name: &str, file: FilePlace) -> Result<(), Unfit> {
+    let length = file.length;
+    own_numbers(dataset, name, file)?;
     require(dataset.ndim() == 1, || {
         format!("its axis {name} has {} dimensions instead of one", dataset.ndim())
     })?;
@@ -87,34 +129,61 @@ pub(super) fn axis(dataset: &Dataset, name: &str, length: u64) -> Result<(), Unf
     require(nodes <= UNCHECKED_NODES.max(holds), || {
         format!("its axis {name} declares {nodes} nodes, more than {length} bytes can hold")
     })?;
-    holds_reals(dataset, || format!("its axis {name}"))
+    holds_reals(dataset, || format!("its axis {name}"))?;
+    require(stores(dataset)?, || format!("its axis {name} declares {nodes} nodes, more than it stores"))
+}
+
+/// Whether a dataset stores as many bytes as its numbers need at least.
+pub(super) fn stores(dataset: &Dataset) -> hdf5::Result<bool> {
+    let ratio = if dataset.dcpl()?.get_filters()?.is_empty() { 1 } else { DEFLATE_RATIO };
+    Ok(bytes(dataset)? <= dataset.storage_size().saturating_mul(ratio))
+}
+
+/// The size of a dataset's numbers in bytes, before compression.
+pub(super) fn bytes(dataset: &Dataset) -> hdf5::Result<u64> {
+    Ok((dataset.size() as u64).saturating_mul(dataset.dtype()?.size() as u64))
 }
 
 /// Refuses a grid that a file of this length cannot fill.
 pub(super) fn grid(schema: &Schema, length: u64) -> Result<(), String> {
     let cells = schema.grid.cells();
+    // One byte for each code, eight for each real number.
+    let size = |of: &Variable| if of.codes().is_some() { 1 } else { 8 };
+    let cells_of =
+        |of: &Variable| schema.shape(of).iter().fold(size(of), |n: u64, &len| n.saturating_mul(len as u64));
+    let bytes = schema.variables.iter().map(cells_of).fold(0, u64::saturating_add);
     let tile: usize = schema.tile_shape.iter().fold(1, |n, &len| n.saturating_mul(len));
     if tile > MOST_CHUNK_CELLS {
         return Err(format!("its tiles have {tile} cells, which no version of slipmap writes"));
     }
-    if cells as u64 > length.saturating_mul(DEFLATE_RATIO) || schema.tiles() as u64 > length {
+    if bytes > length.saturating_mul(DEFLATE_RATIO) || schema.tiles() as u64 > length {
         return Err(format!("it declares {cells} cells, more than {length} bytes can hold"));
     }
     Ok(())
 }
 
 /// Refuses a variable whose shape or type does not follow from the file's attributes.
-pub(super) fn variable(dataset: &Dataset, schema: &Schema, variable: &Variable) -> Result<(), Unfit> {
+pub(super) fn variable(
+    dataset: &Dataset,
+    schema: &Schema,
+    variable: &Variable,
+    file: FilePlace,
+) -> Result<(), Unfit> {
     let name = &variable.name;
-    own_numbers(dataset, name)?;
+    own_numbers(dataset, name, file)?;
     has_shape(dataset, name, &schema.shape(variable))?;
     let (stored, expected) = (kind(dataset)?, kind_of(variable));
     require(stored == expected, || format!("{name} holds {stored} instead of {expected}"))
 }
 
 /// Refuses an auxiliary variable that is not an array of this shape of real numbers.
-pub(super) fn auxiliary(dataset: &Dataset, name: &str, shape: &[usize]) -> Result<(), Unfit> {
-    own_numbers(dataset, name)?;
+pub(super) fn auxiliary(
+    dataset: &Dataset,
+    name: &str,
+    shape: &[usize],
+    file: FilePlace,
+) -> Result<(), Unfit> {
+    own_numbers(dataset, name, file)?;
     has_shape(dataset, name, shape)?;
     holds_reals(dataset, || name.to_owned())
 }
@@ -137,13 +206,21 @@ pub(super) fn kind_of(variable: &Variable) -> TypeDescriptor {
     }
 }
 
-/// Number type of a stored dataset; an error for a type that the `hdf5` crate does not support.
-fn kind(dataset: &Dataset) -> hdf5::Result<TypeDescriptor> {
-    dataset.dtype()?.to_descriptor()
+/// Number type of a stored dataset; an error for a type that no map uses.
+pub(super) fn kind(dataset: &Dataset) -> hdf5::Result<TypeDescriptor> {
+    sys::descriptor(&dataset.dtype()?)
 }
 
-/// Refuses numbers that are stored in other files, and chunks that would fill the memory.
-pub(super) fn own_numbers(dataset: &Dataset, name: &str) -> Result<(), Unfit> {
+/// A file by its path, and its length in bytes.
+#[derive(Clone, Copy)]
+pub(super) struct FilePlace<'a> {
+    pub(super) path: &'a Path,
+    pub(super) length: u64,
+}
+
+/// Refuses numbers that are stored in other files, that other filters than those of this program have packed,
+/// and chunks that would fill the memory.
+pub(super) fn own_numbers(dataset: &Dataset, name: &str, file: FilePlace) -> Result<(), Unfit> {
     let plist = dataset.dcpl()?;
     let here = matches!(plist.get_layout()?, Layout::Compact | Layout::Contiguous | Layout::Chunked);
     require(here && plist.get_external()?.is_empty(), || {
@@ -153,5 +230,56 @@ pub(super) fn own_numbers(dataset: &Dataset, name: &str) -> Result<(), Unfit> {
     let cells = chunk.iter().fold(1usize, |n, &len| n.saturating_mul(len));
     require(cells <= MOST_CHUNK_CELLS, || {
         format!("{name} has chunks of shape {chunk:?}, which no version of slipmap writes")
-    })
+    })?;
+    let filters = plist.get_filters()?;
+    let known = matches!(
+        filters.as_slice(),
+        [] | [Filter::Shuffle] | [Filter::Deflate(_)] | [Filter::Shuffle, Filter::Deflate(_)]
+    );
+    require(known, || format!("{name} is packed by {filters:?}, which no version of slipmap uses"))?;
+    if filters.iter().any(|filter| matches!(filter, Filter::Deflate(_))) {
+        inflates_to_its_size(dataset, name, &chunk, file)?;
+    }
+    Ok(())
+}
+
+/// Refuses chunks that inflate to more than their declared size: the HDF5 library inflates a stream to its end,
+/// however long that is. Streams that are too short for much are left to it.
+fn inflates_to_its_size(
+    dataset: &Dataset,
+    name: &str,
+    chunk: &[usize],
+    file: FilePlace,
+) -> Result<(), Unfit> {
+    if dataset.storage_size().saturating_mul(DEFLATE_RATIO) <= MOST_INFLATED {
+        return Ok(());
+    }
+    let counts: Vec<usize> =
+        dataset.shape().iter().zip(chunk).map(|(all, part)| all.div_ceil(*part)).collect();
+    let all = counts.iter().fold(1usize, |n, &count| n.saturating_mul(count));
+    require(all as u64 <= file.length, || {
+        format!("{name} declares {all} chunks, more than {} bytes can hold", file.length)
+    })?;
+    let foreign = |error: std::io::Error| Unfit::Foreign(format!("{name} cannot be read: {error}"));
+    let mut plain = File::open(file.path).map_err(foreign)?;
+    let mut inflated = vec![0; chunk.iter().product::<usize>() * dataset.dtype()?.size()];
+    let mut decompressor = Decompressor::new();
+    for number in 0..all {
+        let start: Vec<usize> =
+            unravel(number, &counts).iter().zip(chunk).map(|(at, len)| at * len).collect();
+        let ChunkPlace { address, size } = sys::chunk_place(dataset, &start)?;
+        if size.saturating_mul(DEFLATE_RATIO) <= MOST_INFLATED {
+            continue;
+        }
+        require(size <= file.length, || format!("{name} has a chunk of {size} bytes, more than the file"))?;
+        let mut stream = Vec::new();
+        plain.seek(SeekFrom::Start(address)).map_err(foreign)?;
+        (&plain).take(size).read_to_end(&mut stream).map_err(foreign)?;
+        // Of a stream that is broken before it is too long, the library says so.
+        let end = decompressor.zlib_decompress(&stream, &mut inflated);
+        require(end != Err(DecompressionError::InsufficientSpace), || {
+            format!("{name} has a chunk that inflates to more than its size")
+        })?;
+    }
+    Ok(())
 }

@@ -255,6 +255,27 @@ mod tests {
         assert_eq!(some_cross_for_ever(&oscillator, &far), Ok(true));
     }
 
+    /// Formulas whose terms cancel have wide bounds on the narrowest intervals; nothing is claimed of them then.
+    #[test]
+    fn formulas_that_cancel_are_bounded_on_a_small_stack() {
+        let bounded = || {
+            for phi in [
+                "0.5+0.5*exp(-u)+(u+1e5)^3-u^3-1e5^3",
+                "(1e16+1)-1e16+0.5+0.5*exp(-u)",
+                "0.5+0.5*exp(-u)+sin(1e20+u)-sin(1e20+u)",
+                "0.5+0.5*exp(-u)+(1e300*u-1e300*u)",
+            ] {
+                let law = Law::Expression(Expression::new(phi, 1.0).unwrap());
+                let point = law.point(1.0, &[], 1.0, 0.05).unwrap();
+                let oscillator = Oscillator::new(&law, &point);
+                let far = FarLoops::new(&oscillator.curve, 1.0);
+                assert!(far.may_push(), "{phi}");
+                assert!(far.outward_from(0.0) == f64::INFINITY, "{phi}: {}", far.outward_from(0.0));
+            }
+        };
+        std::thread::Builder::new().stack_size(512 * 1024).spawn(bounded).unwrap().join().unwrap();
+    }
+
     #[test]
     fn loops_lead_where_all_are_proved_to_lead() {
         let (mut random, mut seen) = (Random(0xfa5), [0; 3]);

@@ -60,6 +60,7 @@ fn store_map(folder: &Path, plan: &Plan, title: &str) -> MapFile {
         // A fence, and one that appears when control characters are removed.
         config_text: format!("# {title}\n```\n``\u{1}``\n"),
         command_line: "slipmap run map.toml".into(),
+        git: "a commit".into(),
     };
     let writer = PartialMap::begin(&path, plan, &provenance, store::Existing::Refuse).unwrap();
     let control = Control { threads: Some(1), ..Control::default() };

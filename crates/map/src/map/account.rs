@@ -6,6 +6,7 @@ use slipmap_numbers::named_sums;
 /// A cell on which a method failed.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct FailedCell {
+    /// Number of the tile.
     pub tile: usize,
     /// Its index in the grid.
     pub index: Vec<usize>,

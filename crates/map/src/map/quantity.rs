@@ -100,7 +100,9 @@ pub struct Description {
     pub landing: Option<Landing>,
     /// The number of slip cycles, stable or not.
     pub slip_cycles: Option<usize>,
+    /// The attracting cycle.
     pub cycle: Option<Cycle>,
+    /// The edge of its basin.
     pub boundary: Option<BasinBoundary>,
 }
 

@@ -72,6 +72,9 @@ const SAMPLED: std::ops::RangeInclusive<i32> = 41..=80;
 /// Intervals this narrow, in units of their ends, are not halved though the sign of a formula is not known
 /// there.
 const NARROWEST: f64 = 1.0 / 64.0;
+/// Largest number of parts of one interval on which a formula is evaluated: laws whose sign can be known there
+/// need some dozens.
+const MOST_PARTS: u32 = 1000;
 /// A distance that is less than this share of another halves with the interval.
 const HALVED: f64 = 0.6;
 /// A number at which powers of slip speeds are finite yet.
@@ -183,8 +186,8 @@ impl Curve {
     }
 
     /// Bounds of phi on intervals of slip speed, with the ends of each, from 0 up to [`Curve::fastest`].
-    /// Beyond 10^12 `unit` there are samples only, as for laws given by functions: intervals without a
-    /// length.
+    /// Beyond 10^12 `unit` there are single slip speeds only, as for laws given by functions: intervals without
+    /// a length.
     pub fn friction_by_intervals(&self, unit: f64) -> Vec<([f64; 2], Range)> {
         let end = |i: i32| unit * 2_f64.powf(f64::from(i) / f64::from(PER_OCTAVE));
         let fastest = self.fastest();
@@ -200,7 +203,10 @@ impl Curve {
         if fastest == f64::INFINITY {
             found.extend(SAMPLED.map(|octave| {
                 let at = end(PER_OCTAVE * octave);
-                ([at; 2], Range { lo: self.phi(at), hi: self.phi(at) })
+                // Large terms that cancel leave a number of any sign; what overflows has the sign of its value.
+                let bounds = self.formula(Interval::of(at)).filter(|phi| phi.is_bounded());
+                let value = Range { lo: self.phi(at), hi: self.phi(at) };
+                ([at; 2], bounds.map_or(value, Range::from))
             }));
         }
         found
@@ -214,37 +220,47 @@ impl Curve {
             return Range { lo: viscous.mul_add(lo, phi.lo), hi: viscous.mul_add(hi, phi.hi) };
         }
         if self.formula(0.0).is_some() {
-            return self.formula_between(lo, hi, viscous, [f64::INFINITY; 2]);
+            return self.formula_between(lo, hi, viscous);
         }
         let place = |i: u32| (hi - lo).mul_add(f64::from(i) / f64::from(SAMPLES), lo).min(hi);
         let psi = |u: f64| viscous.mul_add(u, self.phi(u));
         hull((0..=SAMPLES).map(place).map(psi).map(|psi| Range { lo: psi, hi: psi }))
     }
 
-    /// As [`Curve::friction_between`] for a formula. `before` are the distances of the bounds from samples on
-    /// twice and four times the interval: where small ones halve with it, they come from terms that cancel,
-    /// as in `1 - u/(1 + u)`, and the samples are the bounds; a narrow dip would leave them as they are.
-    fn formula_between(&self, lo: f64, hi: f64, viscous: f64, before: [f64; 2]) -> Range {
-        let u = Interval::new(lo, hi);
-        let Some(phi) = self.formula(u) else { return Interval::ENTIRE.into() };
-        let range = phi + Interval::of(viscous) * u;
-        let middle = 0.5 * (lo + hi);
-        let samples = [lo, middle, hi].map(|u| viscous.mul_add(u, self.phi(u)));
-        let pushes = samples.map(|phi| phi < 0.0);
-        if range.lo >= NOTHING || range.hi < 0.0 || pushes != [pushes[0]; 3] {
-            return range.into();
+    /// As [`Curve::friction_between`] for a formula. Where the distances of the bounds from samples halve with
+    /// the interval, the bounds are wide because terms cancel, as in `1 - u/(1 + u)`, and the samples are the
+    /// bounds; a narrow dip would leave them as they are. What [`MOST_PARTS`] do not decide keeps the bounds
+    /// that are proved of it.
+    fn formula_between(&self, lo: f64, hi: f64, viscous: f64) -> Range {
+        let mut found = Range { lo: f64::INFINITY, hi: f64::NEG_INFINITY };
+        // With the distances on twice and four times the interval. The last part is the next one: first those
+        // at high speeds, since towards rest halving need not end.
+        let mut waiting = vec![(lo, hi, [f64::INFINITY; 2])];
+        let mut left = MOST_PARTS;
+        while let Some((lo, hi, before)) = waiting.pop() {
+            let u = Interval::new(lo, hi);
+            let Some(phi) = self.formula(u) else { return Interval::ENTIRE.into() };
+            let range: Range = (phi + Interval::of(viscous) * u).into();
+            let middle = 0.5 * (lo + hi);
+            let samples = [lo, middle, hi].map(|u| viscous.mul_add(u, self.phi(u)));
+            let pushes = samples.map(|phi| phi < 0.0);
+            let sampled = hull(samples.into_iter().map(|phi| Range { lo: phi, hi: phi }));
+            let distance = if pushes[0] { range.hi - sampled.hi } else { sampled.lo - range.lo };
+            let is_decided = range.lo >= NOTHING || range.hi < 0.0 || pushes != [pushes[0]; 3];
+            let cancels = distance < HALVED * before[0] && before[0] < HALVED * before[1] && before[1] < 1.0;
+            left = left.saturating_sub(1);
+            let bounds = match is_decided {
+                false if cancels => sampled,
+                false if left > 0 && hi - lo >= NARROWEST * hi => {
+                    let before = [distance, before[0]];
+                    waiting.extend([(lo, middle, before), (middle, hi, before)]);
+                    continue;
+                }
+                _ => range,
+            };
+            found = hull([found, bounds].into_iter());
         }
-        let sampled = hull(samples.into_iter().map(|phi| Range { lo: phi, hi: phi }));
-        let distance = if pushes[0] { range.hi - sampled.hi } else { sampled.lo - range.lo };
-        if distance < HALVED * before[0] && before[0] < HALVED * before[1] && before[1] < 1.0 {
-            return sampled;
-        }
-        if hi - lo < NARROWEST * hi {
-            return range.into();
-        }
-        let halves = [[lo, middle], [middle, hi]];
-        let before = [distance, before[0]];
-        hull(halves.map(|[lo, hi]| self.formula_between(lo, hi, viscous, before)).into_iter())
+        found
     }
 
     /// Proved bounds, over 0 < |v| <= V, of the even part in v of `weakening(V - v)`.

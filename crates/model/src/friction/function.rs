@@ -241,10 +241,13 @@ impl Function {
         (law.meets() && (law.phi(0.0) - 1.0).abs() <= STATIC_SLACK).then_some(law)
     }
 
-    /// Whether neighbouring polynomials meet.
+    /// Whether neighbouring polynomials meet, and the first is 1 at rest; enclosed, since coefficients that were
+    /// made to cancel give any number in double precision.
     fn meets(&self) -> bool {
-        let gap = |(piece, end): (usize, &f64)| self.on_piece(piece, *end) - self.on_piece(piece + 1, *end);
-        self.seams().iter().enumerate().map(gap).all(|gap| gap.abs() <= LARGEST_GAP)
+        let at = |piece: usize, end: f64| self.on_piece(piece, Interval::of(end));
+        let gap = |(piece, end): (usize, &f64)| at(piece, *end) - at(piece + 1, *end);
+        let at_rest = at(0, 0.0) - Interval::ONE;
+        self.seams().iter().enumerate().map(gap).chain([at_rest]).all(|gap| gap.size() <= LARGEST_GAP)
     }
 }
 
@@ -339,6 +342,10 @@ mod tests {
             let rows = values.map(|value| format!("{value}{}", ",0".repeat(COUNT - 1))).join("\n");
             Function::from_definition(&format!("{error} x\n{corners}\n0,1,2\n{rows}"))
         };
+        // At rest it is 1.1, and 1 in double precision.
+        let cancels =
+            "0 x\n\n0,1\n4000000000000001,4000000000000000,0.1".to_owned() + &",0".repeat(COUNT - 3);
+        assert_eq!(Function::from_definition(&cancels), None);
         assert!(constant("0", "", ["1", "1"]).is_some() && constant("0", "1", ["1", "1"]).is_some());
         // A jump of friction, another one at rest, no error, no corners.
         assert_eq!(constant("0", "", ["1", "0.8"]), None);

@@ -241,9 +241,15 @@ impl Law {
     /// The law of this name and definition; `None` if there is none.
     #[must_use]
     pub fn from_definition(name: &str, definition: &str) -> Option<Law> {
-        if let Some((SMALL, definition)) = definition.split_once('\n') {
-            return Self::from_definition(name, definition).map(Law::read_as_small);
+        // At most once: nothing is written twice, and what is read may be forged.
+        match definition.split_once('\n') {
+            Some((SMALL, definition)) => Self::as_written_of(name, definition).map(Law::read_as_small),
+            _ => Self::as_written_of(name, definition),
         }
+    }
+
+    /// The law of this name and definition, without the reading as `1 + eps F(u)`.
+    fn as_written_of(name: &str, definition: &str) -> Option<Law> {
         if let Some(law) = Self::BUILT_IN.into_iter().find(|law| law.name() == name) {
             return Some(law);
         }
@@ -252,18 +258,19 @@ impl Law {
             FUNCTION => Function::from_definition(definition).map(Law::Function),
             EXPRESSION => Some(Law::Expression(Expression::new(rest, head.parse().ok()?).ok()?)),
             TABLE => {
-                let numbers = |line: &str| -> Option<Vec<f64>> {
-                    line.split(',').map(|number| number.parse().ok()).collect()
-                };
-                let rows: Vec<Vec<f64>> = rest.lines().map(numbers).collect::<Option<_>>()?;
-                let column =
-                    |i: usize| rows.iter().map(|row| row.get(i).copied()).collect::<Option<Vec<_>>>();
-                let data: Vec<(f64, f64)> = column(0)?.into_iter().zip(column(1)?).collect();
+                let (mut data, mut errors) = (Vec::new(), Vec::new());
+                for line in rest.lines() {
+                    let mut numbers = line.splitn(3, ',').map(str::parse);
+                    data.push((numbers.next()?.ok()?, numbers.next()?.ok()?));
+                    if let Some(error) = numbers.next() {
+                        errors.push(error.ok()?);
+                    }
+                }
                 let (level, origin) = head.split_once(' ')?;
                 let table = Table::new(origin, &data, level.parse().ok()?).ok()?;
-                Some(Law::Table(match column(2) {
-                    Some(errors) => table.with_standard_errors(&errors).ok()?,
-                    None => table,
+                Some(Law::Table(match errors.as_slice() {
+                    [] => table,
+                    errors => table.with_standard_errors(errors).ok()?,
                 }))
             }
             _ => None,

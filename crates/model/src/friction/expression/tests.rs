@@ -124,6 +124,13 @@ fn errors_are_found_with_their_place() {
         ("1 + 0.1*u*ln(2 - u)", &[], (10, 19), "not defined at u = 2"),
         ("1 - 0.1*tan(u)", &[], (8, 14), "pole at u = 1.57"),
         ("1 - 0.1*(u - 1)^-2 + 0.1", &[], (8, 15), "vanishes at u = 1"),
+        // 1 in double precision only, or with bounds too wide to say so.
+        ("0.5+0.5*exp(-u)-0.9*((1e16+1)-1e16)", &[], (0, 35), "1 only up to rounding"),
+        ("(1e16+1)-1e16+0.5+0.5*exp(-u)-0", &[], (0, 31), "1 only up to rounding"),
+        ("0.5+0.5*exp(-u)+(u+1e5)^3-u^3-1e5^3", &[], (0, 35), "1 only up to rounding"),
+        ("0.5+0.5*exp(-u)+sin(1e20+u)-sin(1e20+u)", &[], (0, 39), "1 only up to rounding"),
+        // Tens of thousands of near poles.
+        ("1 + 1e-9*(1/(1.5 + sin(9e4*u) + cos(9e4*u)) - 1/2.5)", &[], (12, 43), "20000 ranges of slip speed"),
     ] {
         let law = Expression::new(text, 1.0).unwrap();
         let error = law.check(0.1, &LawParameters::new(parameters), 3.0).unwrap_err();
@@ -231,4 +238,45 @@ fn a_parameter_may_be_the_exponent() {
         assert!(found.lo <= exact && exact <= found.hi, "{u} {found:?}");
         assert!((compiled.at(u) - exact).abs() < 1e-9, "{u}");
     }
+}
+
+/// Random sums of terms that cancel: what is accepted is 1 at rest in real numbers, and far loops end.
+#[test]
+fn formulas_that_cancel_are_accepted_only_if_they_are_one_at_rest() {
+    let mut random = slipmap_numbers::random::Random(46);
+    let (mut accepted, mut refused, mut false_ones) = (0, 0, 0);
+    for _ in 0..300 {
+        let mut text = "0.5+0.5*exp(-u)".to_owned();
+        // The value at rest beyond 1.
+        let mut beyond = 0.0;
+        for _ in 0..1 + random.bits() % 3 {
+            let a = format!("1e{}", random.bits() % 22);
+            let k = [0.0, 0.25, 0.9][(random.bits() % 3) as usize];
+            let (term, value) = match random.bits() % 6 {
+                0 => (format!("-{k}*(({a}+1)-{a})"), -k),
+                1 => (format!("+(u+{a})^3-u^3-{a}^3"), 0.0),
+                2 => (format!("+sin({a}+u)-sin({a}+u)"), 0.0),
+                3 => (format!("+{k}*u*(({a}+u)-{a})/(1+u^2)"), 0.0),
+                4 => (format!("+0.1*(sqrt(u^2+{a})-sqrt({a}))"), 0.0),
+                _ => (format!("+{a}*u-{a}*u"), 0.0),
+            };
+            text += &term;
+            beyond += value;
+        }
+        let law = Expression::new(&text, 1.0).unwrap();
+        false_ones += u32::from(beyond != 0.0);
+        match law.check(1.0, &LawParameters::new(&[]), 2.0) {
+            Ok(()) => {
+                accepted += 1;
+                assert_eq!(beyond, 0.0, "{text}");
+            }
+            Err(_) => refused += 1,
+        }
+        // Whatever it is, bounds of its friction are found.
+        let curve = Law::Expression(law).curve(1.0, &LawParameters::new(&[]));
+        let range = curve.friction_between(0.0, 4.0, 0.0);
+        let phi = curve.formula(Interval::ZERO).unwrap();
+        assert!(range.lo <= phi.hi && phi.lo <= range.hi, "{text}: {range:?} {phi:?}");
+    }
+    assert!(accepted > 50 && refused > 50 && false_ones > 50, "{accepted} {refused} {false_ones}");
 }
