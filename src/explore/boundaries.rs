@@ -7,6 +7,7 @@ use serde_json::json;
 use super::machine::{BELT_SPEED, DAMPING, is_shared};
 use super::plane::{PlaneRequest, Slice};
 use super::refusal::Refusal;
+use crate::filippov::HopfRate;
 use crate::friction::Column;
 use crate::machine::{Machine, Model, Units};
 use crate::map::{Plane, PlaneCurve, PlaneCurves, PlanePoint};
@@ -104,7 +105,7 @@ impl Limit {
             let unit = model.si.units.damping;
             Self {
                 value: *value,
-                hopf: column.curve.weakening(column.belt_speed) * unit,
+                hopf: HopfRate::new(&column.curve, column.belt_speed).value() * unit,
                 grazing: root * unit,
             }
         };

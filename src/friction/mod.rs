@@ -23,7 +23,7 @@ mod table;
 mod weakening;
 
 pub(crate) use built_in::{BuiltIn, Fall, Strengthening};
-pub use curve::{Column, Curve};
+pub use curve::{Column, Curve, ONE_SLIP_CYCLE};
 pub(crate) use curve::{NOTHING, Pieces, Ranges};
 pub use custom::{Custom, CustomLaw, CustomLawError};
 pub use domain::PointError;

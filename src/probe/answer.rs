@@ -3,8 +3,8 @@
 use crate::behaviour::needed_slip_speed;
 use crate::certify::validated::any_law;
 use crate::certify::{Claim, Decision, Guarantee};
-use crate::filippov::Oscillator;
-use crate::friction::{Column, Law};
+use crate::filippov::{HopfRate, Oscillator};
+use crate::friction::{Column, Law, ONE_SLIP_CYCLE};
 use crate::map::limits::{EpsilonLimit, Ray};
 use crate::map::{self, BasinBoundary, Method, Regime, Verdict};
 use crate::number::{rounded, short, signed};
@@ -13,7 +13,7 @@ use crate::simulate::crossing::{crossing_cycles, stick_slip_cycle};
 use crate::simulate::naive::NaiveVerdict;
 use crate::simulate::sensitivity::{NoSensitivity, Sensitivity, sensitivity};
 use crate::simulate::slip_count::{SlipCount, count_slip_cycles};
-use crate::simulate::slip_cycle::{Unknown, slip_cycles};
+use crate::simulate::slip_cycle::{Unknown, none_proved, slip_cycles};
 use crate::simulate::{
     self, CriticalDamping, Cycle, Failure, Fate, Flow, Landing, NoCriticalDamping, TIGHT, sticks_from,
 };
@@ -92,7 +92,8 @@ impl Answer {
     /// cross for ever, to c*, and the error of c*. `None` where the two are not known to differ.
     pub(crate) fn bistable_band(&self) -> Option<[f64; 3]> {
         let epsilon = self.point.epsilon;
-        let becomes_stable = self.oscillator.curve.weakening(self.oscillator.belt_speed) / epsilon;
+        let Oscillator { curve, belt_speed, .. } = &self.oscillator;
+        let becomes_stable = HopfRate::new(curve, *belt_speed).value() / epsilon;
         let root = self.critical.as_ref().ok()?;
         // Avoids -0, since this is printed.
         let from = if becomes_stable > 0.0 { becomes_stable } else { 0.0 };
@@ -101,6 +102,20 @@ impl Answer {
         }
         let from = sticks_from(&self.law.column(&self.point), [from, root.c], self.tolerance);
         (from + root.error < root.c).then_some([from, root.c, root.error])
+    }
+
+    /// What the regime assumes without proof, if anything; `counted` is the number of slip cycles where that
+    /// is proved.
+    pub(crate) fn conjecture(&self, counted: Option<u32>) -> Option<&'static str> {
+        let is_known = !matches!(self.regime, Regime::Failed | Regime::Neutral);
+        let is_assumed = is_known && counted.is_none() && self.oscillator.curve.weakening_is_convex();
+        (is_assumed && !none_proved(&self.oscillator)).then_some(ONE_SLIP_CYCLE)
+    }
+
+    /// The size up to which c* is not distinguishable from 0.
+    pub(crate) fn rounding_of_critical(&self) -> f64 {
+        let Oscillator { curve, belt_speed, .. } = &self.oscillator;
+        HopfRate::new(curve, *belt_speed).rounding() / self.point.epsilon
     }
 
     /// For each method the eps up to which its verdict equals that of the flow, with the other parameters

@@ -185,6 +185,7 @@ mod tests {
     use super::lines::{percentage, regime_lines, sections};
     use super::*;
     use crate::assessment::{Undetermined, assess};
+    use crate::filippov::Stability;
     use crate::friction::{Expression, Law, Table};
     use crate::machine::{Friction, Machine, Motion, example};
     use crate::map::Regime;
@@ -214,7 +215,7 @@ mod tests {
         all.machine.friction = Friction::Measured(table);
         all.behaviour.regime = Regime::Failed;
         let reasons = vec!["slip cycles: the step budget ran out".to_owned()];
-        all.undetermined = Some(Undetermined { sticks: Some(true), is_stable: false, reasons });
+        all.undetermined = Some(Undetermined { sticks: Some(true), stability: Stability::Repels, reasons });
         let lines = regime_lines(&all).into_iter();
         let lines: Vec<_> =
             lines.map(|(name, value)| format!("{}: {}", name.plain(), value.plain())).collect();

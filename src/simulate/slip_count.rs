@@ -52,7 +52,7 @@ use std::f64::consts::TAU;
 use super::Range;
 use super::slip_cycle::{none_proved, none_within};
 use crate::enclosure::{Polar, Polynomial, distance};
-use crate::filippov::Oscillator;
+use crate::filippov::{Oscillator, Stability};
 use crate::friction::interval::Interval;
 use crate::friction::jet::{Jet, Real};
 
@@ -125,7 +125,7 @@ struct Piece {
 ///
 /// **Proof.** g has no zero on (0, V], and is negative near 0. So it is negative at V. []
 pub(crate) fn proves_absence(oscillator: &Oscillator, count: &SlipCount) -> bool {
-    count.exact() == Some(0) && oscillator.eigenvalues().is_stable()
+    count.exact() == Some(0) && oscillator.stability() == Stability::Attracts
 }
 
 /// Counts the slip cycles with proof.

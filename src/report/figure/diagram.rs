@@ -16,7 +16,7 @@ use super::palette::{self, MethodStyle};
 use super::plot::Plotted;
 use super::scene::{Marker, Stroke, Width};
 use super::slice::{ChoiceError, find_axis, hold};
-use crate::filippov::Oscillator;
+use crate::filippov::{Oscillator, Stability};
 use crate::machine::Dimension;
 use crate::map::Grid;
 use crate::simulate::crossing::{crossing_cycles, stick_slip_cycle};
@@ -79,7 +79,10 @@ type Found = [Option<Vec<State>>; 4];
 
 fn find(oscillator: &Oscillator) -> Found {
     let state = |attracts: bool, x1: Range| State { attracts, amplitude: 0.5 * (x1.hi - x1.lo) };
-    let equilibrium = State { attracts: oscillator.eigenvalues().is_stable(), amplitude: 0.0 };
+    let equilibrium = match oscillator.stability() {
+        Stability::Neutral => None,
+        stability => Some(vec![State { attracts: stability == Stability::Attracts, amplitude: 0.0 }]),
+    };
     let flow = flow(oscillator, TOLERANCE);
     let slip = slip_cycles(oscillator, TIGHT).ok();
     let sticks = match flow.fate {
@@ -88,7 +91,7 @@ fn find(oscillator: &Oscillator) -> Found {
     };
     let crossing = crossing_cycles(oscillator, TOLERANCE).ok();
     [
-        Some(vec![equilibrium]),
+        equilibrium,
         slip.map(|all| all.iter().map(|cycle| state(cycle.is_stable(), cycle.displacement)).collect()),
         sticks.map(|all| all.iter().map(|cycle| state(true, cycle.displacement)).collect()),
         crossing.map(|all| all.iter().map(|cycle| state(cycle.is_stable(), cycle.displacement)).collect()),
