@@ -24,11 +24,11 @@ import xarray as xr
 AXES = {"stribeck": ("epsilon", "alpha", "beta", "gamma", "V", "c")}
 VERDICTS = ((-1, 0, 1, 2, 3), "absent undecided present failed not_computed")
 REGIMES = (
-    tuple(range(16)),
+    tuple(range(17)),
     "equilibrium stick_slip bistable pure_slip crossing failed pure_slip_and_stick_slip pure_slip_and_equilibrium "
     "equilibrium_pure_slip_and_stick_slip equilibrium_and_crossing pure_slip_and_crossing "
     "equilibrium_pure_slip_and_crossing stick_slip_and_crossing equilibrium_stick_slip_and_crossing "
-    "pure_slip_stick_slip_and_crossing equilibrium_pure_slip_stick_slip_and_crossing",
+    "pure_slip_stick_slip_and_crossing equilibrium_pure_slip_stick_slip_and_crossing neutral",
 )
 # The axes of a machine's map in SI units: the axis of the map, and the units for translation and rotation.
 SI_AXES = {"belt_speed_si": ("V", 2, ("m/s", "rad/s")), "damping_si": ("c", 4, ("N s/m", "N m s/rad"))}

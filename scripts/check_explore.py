@@ -276,6 +276,28 @@ def a_link_restores_the_state(session):
         opened.context.close()
 
 
+def numbers_of_the_previous_state_are_marked(session):
+    page = session.open(FORMULA + "&pin=1")
+    settle(page)
+    expect(page.locator("table.verdicts tbody tr").first).to_be_visible()
+    expect(page.locator(".previous")).to_have_count(0)
+    # The answers to the next state wait until they are let go.
+    held = []
+    page.route("**/api/point", lambda route: held.append(route))
+    page.route("**/api/figure", lambda route: held.append(route))
+    page.get_by_label("Friction over slip speed u, as a formula").fill("mu + (1 - mu)/(1 + u/vs)^2")
+    for part in (".regime", "div:has(> div > table.verdicts)"):
+        expect(page.locator(f"#point {part}.previous").first).to_be_visible()
+    assert page.locator("#point").get_attribute("data-regime") is None
+    for route in held:
+        route.continue_()
+    page.unroute("**/api/point")
+    page.unroute("**/api/figure")
+    expect(page.locator(".previous")).to_have_count(0)
+    assert page.locator("#point").get_attribute("data-regime")
+    page.context.close()
+
+
 def a_formula_with_an_error_is_told_with_its_place(session):
     page = session.open(FORMULA)
     settle(page)
@@ -638,6 +660,7 @@ TESTS = [
     cells_are_those_of_the_engine,
     a_click_gives_the_numbers_of_probe,
     a_link_restores_the_state,
+    numbers_of_the_previous_state_are_marked,
     a_formula_with_an_error_is_told_with_its_place,
     a_refused_number_says_why,
     the_page_survives_its_program,

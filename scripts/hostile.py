@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 """Formulas that cancel, and altered files behind a right seal, through the built program.
 
-    hostile.py SLIPMAP [NUMBER=1000] [SEED=1]
+    hostile.py SLIPMAP [NUMBER=1000] [SEED=1] [PART]
 
 NUMBER random formulas whose terms cancel through `probe`, `explore` (one server for all) and, every fifth, `run`: none may end
-the program, and only those that are 1 at rest in real numbers may be accepted. NUMBER maps, altered by h5py and sealed again, and
-NUMBER certificates, each with one claim made wrong or one part made huge, through `check`, the maps through `plot` too: each is
+the program, and only those that are 1 at rest in real numbers may be accepted (PART formulas). NUMBER maps (maps), altered by h5py and sealed again, and
+NUMBER certificates (certificates), each with one claim made wrong or one part made huge, through `check`, the maps through `plot` too: each is
 refused, within ten seconds of processor time and 500 MB. Needs h5py (scripts/requirements.txt). Exit code 0 if all holds.
 """
 
@@ -366,16 +366,20 @@ def certificates(trial, rng, count):
 
 def main():
     program = os.path.abspath(sys.argv[1])
-    count, seed = (int(given) for given in [*sys.argv[2:], *["1000", "1"][len(sys.argv) - 2 :]])
+    count, seed = (int(given) for given in [*sys.argv[2:4], *["1000", "1"][len(sys.argv) - 2 :]])
     with tempfile.TemporaryDirectory() as folder:
         trial = Trial(program, folder)
-        for part in (formulas, maps, certificates):
-            part(trial, random.Random(f"{part.__name__} {seed}"), count)
+        try:
+            for part in (formulas, maps, certificates):
+                if part.__name__ in (sys.argv[4:] or part.__name__):
+                    part(trial, random.Random(f"{part.__name__} {seed}"), count)
+        except KeyboardInterrupt:
+            print("\nended early: what follows is of a part")
     for (kind, code), number in sorted(trial.ends.items(), key=str):
         print(f"{kind:20} ended with {code}: {number}")
     for kind, (seconds, memory) in trial.most.items():
         print(f"{kind:20} at most {seconds:.2f} s, {memory >> 20} MB")
-    print(f"\n{count} formulas, maps and certificates each, {trial.problems} problems")
+    print(f"\n{count} of each part, {trial.problems} problems")
     sys.exit(bool(trial.problems))
 
 

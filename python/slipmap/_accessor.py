@@ -32,6 +32,7 @@ _REGIME_COLORS = {
     "equilibrium_stick_slip_and_crossing": "#8073ac",
     "pure_slip_stick_slip_and_crossing": "#b2abd2",
     "equilibrium_pure_slip_stick_slip_and_crossing": "#d8daeb",
+    "neutral": "#8c8c8c",
 }
 _CURVE_STYLES = {
     "hopf": ("#000000", (0, (5, 2))),

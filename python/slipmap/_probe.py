@@ -265,6 +265,8 @@ class Probe:
     cycles: Cycles
     machine: MachineAnswer | None = None
     sensitivity: Sensitivity | None = None
+    regime_conjecture: str | None = None
+    """What the regime assumes without proof."""
     _data: dict[str, Any] | None = None
 
     @classmethod
@@ -307,7 +309,7 @@ class Probe:
             facts.append(("slip time, stick time", f"{self.landing.slip_time:g}, {self.landing.stick_time:g}"))
         if self.bistable_band:
             band = self.bistable_band
-            facts.append(("bistable for c", f"{band.from_c:g} to {band.to_c:g} ± {band.error:.1g}"))
+            facts.append(("both attract for c", f"{band.from_c:g} to {band.to_c:g} ± {band.error:.1g}"))
         if self.attracting_cycle:
             cycle = self.attracting_cycle
             facts.append(("attracting cycle", f"period {cycle.period:g}, multiplier {cycle.multiplier:g}"))

@@ -193,6 +193,7 @@ fn to_json(all: &Assessment, risk: Option<&Risk>) -> Value {
         "motion": machine.motion.name(),
         "machine": object(machine.quantities()),
         "regime": does.regime.name(),
+        "regime_conjecture": all.conjecture,
         "regimes_left_open_by_data": open.as_ref().map(|open| {
             let names = open.regimes.iter().map(|regime| regime.name());
             if open.limits.is_empty() { Vec::new() } else { names.collect() }

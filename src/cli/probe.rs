@@ -20,12 +20,12 @@ use slipmap_map::machine::{Machine, Model};
 use slipmap_map::map::limits::{EpsilonLimit, HIGHEST, Unknown};
 use slipmap_map::map::{BasinBoundary, DEFAULT_TOLERANCE, Grid, Method, Quantity, Regime};
 use slipmap_map::probe::{Answer, MachineResult, Probe, equilibrium_type, fate_name, regime_words};
-use slipmap_model::filippov::Eigenvalues;
+use slipmap_model::filippov::{Eigenvalues, Stability};
 use slipmap_model::friction::Law;
 use slipmap_model::point::Point;
 use slipmap_report::figure::{OrbitPlot, Width, orbit_figure};
 use slipmap_report::{UnitSystem, write_figure, write_file};
-use slipmap_simulate::sensitivity::NoSensitivity;
+use slipmap_simulate::sensitivity::{Estimate, NoSensitivity};
 use slipmap_simulate::{Fate, Flow, Neighbour, Range, separates};
 use slipmap_witness::Start;
 
@@ -357,6 +357,9 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
     line(
         "critical damping",
         match &answer.critical {
+            Ok(root) if root.c.abs() <= answer.rounding_of_critical() => {
+                "c* = 0 within rounding: no cycle at any damping above 0".into()
+            }
             Ok(root) if !root.is_located() => {
                 let from = short(root.c - root.error);
                 format!(
@@ -377,7 +380,9 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
     match answer.sensitivity() {
         Ok(found) => {
             let derivatives = found.named(&answer.law);
-            let derivatives = derivatives.map(|(name, by)| format!("{} by {name}", signed(by.value)));
+            // The text gives no errors: what is within its error is 0.
+            let known = |by: Estimate| if by.value.abs() > by.error { by.value } else { 0.0 };
+            let derivatives = derivatives.map(|(name, by)| format!("{} by {name}", signed(known(by))));
             line("c* moves by", derivatives.collect::<Vec<_>>().join(", "));
             if let Some(standard) = found.standard_error {
                 line(
@@ -391,7 +396,7 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
         Err(why) => line("c* moves by", format!("not known: {why}")),
     }
     line("regime", format!("{}: {}", answer.regime.name(), regime_words(answer.regime)));
-    if answer.regime == Regime::Failed {
+    if matches!(answer.regime, Regime::Failed | Regime::Neutral) {
         line("what is known of it", known_of_regime(answer));
     }
     let eigenvalues = match oscillator.eigenvalues() {
@@ -424,6 +429,9 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
                 false => "",
             };
             line("slip cycles", format!("{}{absent}", slip_count_words(cycles.len(), &count)));
+            if let Some(assumed) = answer.conjecture(count.exact()) {
+                line("the regime assumes", assumed.into());
+            }
             for (i, cycle) in cycles.iter().enumerate() {
                 let parts = separates(i, cycles.len(), &answer.flow.fate).map(neighbour_words);
                 let (kind, sides) = if cycle.is_stable() {
@@ -473,7 +481,7 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
         line("attracting cycle", format!("period {}, {shape}, multiplier {multiplier}", short(cycle.period)));
     }
     if let Some([from, to, error]) = answer.bistable_band() {
-        line("bistable for c", format!("{} to {} +- {}", exact(from), exact(to), short(error)));
+        line("both attract for c", format!("{} to {} +- {}", exact(from), exact(to), short(error)));
     }
     if let Some(BasinBoundary { kick, separates: [_, outside], .. }) = &answer.basin {
         line(
@@ -492,20 +500,17 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
 /// The known part of a regime that is not determined in full: "the equilibrium and the stick-slip cycle
 /// attract". The unknown part, with its reason, is printed with the cycles.
 fn known_of_regime(answer: &Answer) -> String {
-    let stable = answer.oscillator.eigenvalues().is_stable();
-    let words = match (stable, answer.flow.fate) {
-        (true, Fate::Sticks(_)) => "the equilibrium and the stick-slip cycle attract",
-        (false, Fate::Sticks(_)) => "the stick-slip cycle attracts, the equilibrium is unstable",
-        (true, Fate::SpiralsInward | Fate::CrossesForever) => {
-            "the equilibrium attracts, no stick-slip cycle exists"
-        }
-        (false, Fate::SpiralsInward | Fate::CrossesForever) => {
-            "no stick-slip cycle exists, the equilibrium is unstable"
-        }
-        (true, Fate::TooCloseToCall | Fate::Failed(_)) => "the equilibrium attracts",
-        (false, Fate::TooCloseToCall | Fate::Failed(_)) => "the equilibrium is unstable",
+    let equilibrium = match answer.oscillator.stability() {
+        Stability::Attracts => "the equilibrium attracts",
+        Stability::Neutral => "the equilibrium is neutral",
+        Stability::Repels => "the equilibrium is unstable",
     };
-    format!("{words}; whether other cycles attract is not determined")
+    let stick_slip = match answer.flow.fate {
+        Fate::Sticks(_) => ", the stick-slip cycle attracts",
+        Fate::SpiralsInward | Fate::CrossesForever => ", no stick-slip cycle exists",
+        Fate::TooCloseToCall | Fate::Failed(_) => "",
+    };
+    format!("{equilibrium}{stick_slip}; whether other cycles attract is not determined")
 }
 
 /// Describes an attractor.

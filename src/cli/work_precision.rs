@@ -11,8 +11,7 @@ use super::run::provenance;
 use super::{Ended, Failure, interrupt, progress, say};
 use slipmap_config::Job;
 use slipmap_report::work_precision::{add_peers, write_study};
-use slipmap_study::benchmark::Study;
-use slipmap_study::benchmark::contestants;
+use slipmap_study::benchmark::{Study, contestants};
 
 /// Chart the time per cell of every method and engine against its error, each over its own knob, on the same
 /// cells, against a reference of more than 20 digits.

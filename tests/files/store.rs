@@ -610,6 +610,7 @@ fn regimes_and_verdicts_have_the_documented_codes() {
         "equilibrium_stick_slip_and_crossing",
         "pure_slip_stick_slip_and_crossing",
         "equilibrium_pure_slip_stick_slip_and_crossing",
+        "neutral",
     ];
     assert_eq!(regimes, (0..).zip(names).collect::<Vec<(i8, &str)>>());
 }

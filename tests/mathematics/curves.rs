@@ -44,6 +44,30 @@ fn sides(branch: &Branch, distance: f64) -> impl Iterator<Item = [[f64; 2]; 2]> 
     })
 }
 
+/// A block of 10 kg on a spring of 4,000 N/m, whose friction falls within 1 mm/s: the Hopf damping fades to
+/// numbers that are rounding, and is no curve there.
+#[test]
+fn the_hopf_line_of_a_law_that_fades_is_traced_once() {
+    let (velocity, width) = (0.3 * 98.1 / 200.0, 1e-3);
+    let law = [2.0 / 3.0, width / velocity, 0.0];
+    for speeds in [[0.002, 0.2], [0.005, 0.2], [0.005, 0.1], [0.01, 1.0]] {
+        let at = |[x, y]: [f64; 2]| {
+            let speed = between(speeds, x) / velocity;
+            Oscillator::new(
+                &Law::Exponential,
+                &Law::Exponential.point(1.0, &law, speed, between([0.0, 0.1], y)).unwrap(),
+            )
+        };
+        let curves = Bifurcation::Hopf.curves(&at, TOLERANCE);
+        assert!(curves.len() <= 1, "{speeds:?}: {}", curves.len());
+        for point in curves.iter().flat_map(|curve| &curve.points) {
+            let rate = at(point.place).curve.weakening(between(speeds, point.place[0]) / velocity);
+            // The largest rate on an orbit is that at rest.
+            assert!(rate > 4.0 * f64::EPSILON * (1.0 - law[0]) / law[1], "{speeds:?}: {point:?}");
+        }
+    }
+}
+
 #[test]
 fn the_hopf_line_of_the_stribeck_law_is_its_closed_form() {
     // trace zero: c = gamma (1 - alpha) / (1 + eps gamma V)^2 - 2 beta V.

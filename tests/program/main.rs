@@ -24,6 +24,7 @@ mod machine_limits;
 mod map_equal;
 #[cfg(target_os = "linux")]
 mod mounts;
+mod neutral;
 mod probe;
 mod proofs;
 mod reference_page;

@@ -129,7 +129,7 @@ fn the_text_names_every_answer() {
         "period",
         "multiplier",
         "epsilon limit",
-        "bistable for c",
+        "both attract for c",
     ]) {
         assert!(text.contains(part), "no `{part}` in\n{text}");
     }

@@ -50,7 +50,7 @@
 use std::f64::consts::TAU;
 
 use crate::enclosure::{Polar, Polynomial, distance};
-use slipmap_model::filippov::Oscillator;
+use slipmap_model::filippov::{Oscillator, Stability};
 use slipmap_model::friction::Range;
 use slipmap_numbers::interval::Interval;
 use slipmap_numbers::jet::{Jet, Real};
@@ -124,7 +124,7 @@ struct Piece {
 ///
 /// **Proof.** g has no zero on (0, V], and is negative near 0. So it is negative at V. []
 pub fn proves_absence(oscillator: &Oscillator, count: &SlipCount) -> bool {
-    count.exact() == Some(0) && oscillator.eigenvalues().is_stable()
+    count.exact() == Some(0) && oscillator.stability() == Stability::Attracts
 }
 
 /// Counts the slip cycles with proof.

@@ -9,6 +9,7 @@ use super::plane::{PlaneRequest, Slice};
 use super::refusal::Refusal;
 use slipmap_map::machine::{Machine, Model, Units};
 use slipmap_map::map::{Plane, PlaneCurve, PlaneCurves, PlanePoint};
+use slipmap_model::filippov::HopfRate;
 use slipmap_model::friction::Column;
 use slipmap_report::figure::bifurcations::line_style;
 use slipmap_simulate::bifurcation::Bifurcation;
@@ -104,7 +105,7 @@ impl Limit {
             let unit = model.si.units.damping;
             Self {
                 value: *value,
-                hopf: column.curve.weakening(column.belt_speed) * unit,
+                hopf: HopfRate::new(&column.curve, column.belt_speed).value() * unit,
                 grazing: root * unit,
             }
         };

@@ -10,7 +10,7 @@
 //! | `verdict_METHOD` | `i8` | -1 absent, 0 undecided, 1 present, 2 failed, 3 not computed |
 //! | `margin_METHOD` | `f64` | margin of the verdict |
 //! | `critical_c_METHOD` | `f64` | critical damping, without the axis c; NaN where there is none |
-//! | `regime` | `i8` | 0 equilibrium, 1 stick-slip, 2 bistable, 3 pure slip, 4 crossing, 5 failed, 6 to 15 further sets of attractors, by `flag_meanings` |
+//! | `regime` | `i8` | 0 equilibrium, 1 stick-slip, 2 bistable, 3 pure slip, 4 crossing, 5 failed, 6 to 15 further sets of attractors, 16 neutral, by `flag_meanings` |
 //! | `landing_x1`, `stick_time`, `slip_time`, `crossings` | `f64` | the slip from the exit point; NaN where it never sticks |
 //! | `slip_cycles`, `cycle_period`, `cycle_amplitude_x1`, `cycle_amplitude_x2`, `cycle_multiplier` | `f64` | the attracting cycle; NaN where there is none |
 //! | `boundary_velocity`, `boundary_multiplier`, `kick_forward`, `kick_backward` | `f64` | the outermost unstable slip cycle: outside it the mass stick-slips, or tends to a crossing cycle or the largest slip cycle; NaN where there is none |

@@ -3,14 +3,14 @@
 
 mod data_errors;
 
-use crate::behaviour::{Behaviour, Limit, behaviour, belt_speeds, last_between};
+use crate::behaviour::{Behaviour, Limit, behaviour, belt_speeds, is_positive, last_between};
 use crate::machine::{Dimension, Friction, Machine, Model};
 use crate::map::{self, LongRun, Regime, Verdict};
 pub use data_errors::{DampingLimit, ErrorsFrom, LeftOpen, StandardErrors};
 use slipmap_certify::slip_count::{count_slip_cycles, proves_absence};
 use slipmap_certify::{Guarantee, TESTS, validated};
-use slipmap_model::filippov::Oscillator;
-use slipmap_model::friction::Law;
+use slipmap_model::filippov::{HopfRate, Oscillator, Stability};
+use slipmap_model::friction::{Column, Law, ONE_SLIP_CYCLE};
 use slipmap_model::point::Point;
 use slipmap_numbers::text::{rounded, short};
 use slipmap_simulate::backbone::Backbone;
@@ -53,8 +53,8 @@ pub struct Proof {
 pub struct Undetermined {
     /// Whether the stick-slip cycle attracts; `None` if that is unknown.
     pub sticks: Option<bool>,
-    /// Whether the equilibrium attracts.
-    pub is_stable: bool,
+    /// What small disturbances of steady slip do.
+    pub stability: Stability,
     /// The unknown attractors, each with the reason.
     pub reasons: Vec<String>,
 }
@@ -96,6 +96,8 @@ pub struct Assessment {
     pub influence: Vec<Influence>,
     /// Verdicts of the rigorous tests at the working point.
     pub proofs: Vec<Proof>,
+    /// What regimes and limits assume without proof.
+    pub conjecture: Option<&'static str>,
 }
 
 /// The kick of steady slip that starts the motion.
@@ -143,12 +145,13 @@ const BEYOND: f64 = 1e-3;
 fn end(low: f64, high: f64, regime: impl Fn(f64) -> Regime) -> Limit {
     let only = |value: f64| regime(value) == Regime::StickSlip;
     let inside = high * (1.0 - NEAR);
-    if only(inside) {
+    // Where steady slip hardly repels, it is neutral already next to the limit.
+    if matches!(regime(inside), Regime::StickSlip | Regime::Neutral) {
         return Limit::Below(high);
     }
     let Some(end) = last_between(low, inside, |value| Some(only(value))) else { return Limit::AtLeast(low) };
     match regime((end * (1.0 + BEYOND)).min(inside)) {
-        Regime::Failed => Limit::AtLeast(end),
+        Regime::Failed | Regime::Neutral => Limit::AtLeast(end),
         _ => Limit::Below(end),
     }
 }
@@ -158,12 +161,12 @@ fn end(low: f64, high: f64, regime: impl Fn(f64) -> Regime) -> Limit {
 /// whole backbone. So these dampings are an interval from 0, provided that there are no crossing cycles at 0.
 fn always_below_damping(of: impl Fn(f64) -> Regime, hopf: f64, critical: f64) -> Limit {
     let high = hopf.min(critical);
-    if high <= 0.0 {
+    if high < 0.0 {
         return Limit::NoneUpTo(0.0);
     }
     match of(0.0) {
-        Regime::StickSlip => end(0.0, high, of),
-        Regime::Failed => Limit::NotDetermined,
+        Regime::StickSlip if high > 0.0 => end(0.0, high, of),
+        Regime::Failed | Regime::Neutral => Limit::NotDetermined,
         _ => Limit::NoneUpTo(0.0),
     }
 }
@@ -172,15 +175,18 @@ fn always_below_damping(of: impl Fn(f64) -> Regime, hopf: f64, critical: f64) ->
 /// slip cycle and the grazing orbit lie.
 fn vibrates_below_damping(
     backbone: &Backbone,
-    epsilon: f64,
+    column: &Column,
     critical: f64,
     regime: impl Fn(f64) -> Regime,
 ) -> Option<f64> {
+    let epsilon = column.epsilon;
     let turns = backbone.turning_points().iter().map(|turn| turn.viscous / epsilon);
     let most = turns.fold(0.0, f64::max);
     // The backbone of a steep table may be less accurate than the critical damping.
     let is_critical = (most - critical).abs() <= backbone.error / epsilon;
     let most = if is_critical { critical } else { most };
+    // What is left of a flat backbone is rounding.
+    let most = if is_positive(column, most) { most } else { 0.0 };
     // Cycles that cross the belt line are not on the backbone, so the regime is computed beyond it.
     (regime(most * (1.0 + BEYOND)) == Regime::Equilibrium).then_some(most)
 }
@@ -213,7 +219,7 @@ fn undetermined(oscillator: &Oscillator, flow: &Flow, beyond_data: Option<String
     if let Err(why) = crossing_cycles(oscillator, TOLERANCE) {
         reasons.push(format!("crossing cycles: {why}"));
     }
-    Undetermined { sticks, is_stable: oscillator.eigenvalues().is_stable(), reasons }
+    Undetermined { sticks, stability: oscillator.stability(), reasons }
 }
 
 /// Number of belt speeds per factor of ten at which the regime is computed.
@@ -227,8 +233,8 @@ fn always_below_speed(law: &Law, point: &Point) -> Limit {
     for speed in belt_speeds(&column.curve, REGIMES_PER_DECADE) {
         match (of(speed), low) {
             (Regime::StickSlip, _) => low = Some(speed),
-            (Regime::Failed, None) => return Limit::NotDetermined,
-            (Regime::Failed, Some(low)) => return Limit::AtLeast(low),
+            (Regime::Failed | Regime::Neutral, None) => return Limit::NotDetermined,
+            (Regime::Failed | Regime::Neutral, Some(low)) => return Limit::AtLeast(low),
             (_, None) => return Limit::NoneUpTo(speed),
             (_, Some(low)) => {
                 // Steady slip may become stable between the two speeds.
@@ -258,7 +264,7 @@ pub fn assess(machine: &Machine) -> Option<Assessment> {
     let column = model.column();
     let oscillator = Oscillator::new(law, point);
     let flow = flow(&oscillator, TOLERANCE);
-    let hopf = column.curve.weakening(point.belt_speed);
+    let hopf = HopfRate::new(&column.curve, column.belt_speed).value();
     let critical = behaviour.critical_damping.map_or(f64::INFINITY, |damping| damping / units.damping);
     // One backbone serves all dampings.
     let attractors = map::Behaviour::new(&column.curve, column.belt_speed);
@@ -280,7 +286,7 @@ pub fn assess(machine: &Machine) -> Option<Assessment> {
     }
     let backbone = attractors.backbone();
     let vibrates_below =
-        backbone.and_then(|backbone| vibrates_below_damping(backbone, column.epsilon, critical, regime));
+        backbone.and_then(|backbone| vibrates_below_damping(backbone, &column, critical, regime));
     let has_kick = basin.is_some()
         || matches!(
             behaviour.regime,
@@ -300,7 +306,7 @@ pub fn assess(machine: &Machine) -> Option<Assessment> {
         vibrates_below_damping: vibrates_below.map(|damping| damping * units.damping),
         slip_cycles_unknown,
         standard_errors: StandardErrors::of(machine, basin.as_ref().zip(backbone)),
-        undetermined: (behaviour.regime == Regime::Failed)
+        undetermined: matches!(behaviour.regime, Regime::Failed | Regime::Neutral)
             .then(|| undetermined(&oscillator, &flow, beyond_data(machine, &behaviour))),
         period: cycle.map(|cycle| cycle.period * units.time),
         velocity_amplitude: cycle.map(|c| 0.5 * (c.velocity.hi - c.velocity.lo) * units.velocity),
@@ -311,6 +317,7 @@ pub fn assess(machine: &Machine) -> Option<Assessment> {
         sensitivities: sensitivities(machine),
         influence: influence(&model).unwrap_or_default(),
         proofs,
+        conjecture: column.curve.weakening_is_convex().then_some(ONE_SLIP_CYCLE),
         behaviour,
     })
 }
@@ -325,8 +332,9 @@ const ACCURACIES_AND_STEPS: [(f64, f64); 2] = [(1e-12, 1e-4), (1e-10, 1e-3)];
 pub fn sensitivities(machine: &Machine) -> Vec<Sensitivity> {
     let critical = |machine: &Machine, accuracy: f64| -> Option<f64> {
         let model = machine.model()?;
-        let root = critical_damping(&model.column(), accuracy).ok()?.c;
-        (root > 0.0).then_some(root * model.si.units.damping)
+        let column = model.column();
+        let root = critical_damping(&column, accuracy).ok()?.c;
+        is_positive(&column, root).then_some(root * model.si.units.damping)
     };
     let here = ACCURACIES_AND_STEPS.map(|(accuracy, _)| critical(machine, accuracy));
     let derivative = |(quantity, value): (&'static str, f64)| {

@@ -2,8 +2,8 @@
 
 use crate::machine::Model;
 use crate::map::{Regime, regime};
-use slipmap_model::filippov::Oscillator;
-use slipmap_model::friction::{Curve, Law, NOTHING};
+use slipmap_model::filippov::{HopfRate, Oscillator};
+use slipmap_model::friction::{Column, Curve, Law, NOTHING};
 use slipmap_model::point::Point;
 use slipmap_simulate::crossing::stick_slip_cycle;
 use slipmap_simulate::slip_cycle::slip_cycles;
@@ -205,6 +205,11 @@ pub(crate) fn needed_slip_speed(law: &Law, point: &Point) -> Option<f64> {
     (fastest > table.fastest()).then_some(ROOM * fastest)
 }
 
+/// Returns whether a critical damping c* is positive and distinguishable from 0.
+pub(crate) fn is_positive(column: &Column, critical: f64) -> bool {
+    critical > 0.0 && column.epsilon * critical > HopfRate::new(&column.curve, column.belt_speed).rounding()
+}
+
 /// Computes the behaviour of a machine.
 #[must_use]
 pub fn behaviour(model: &Model, tolerance: f64) -> Behaviour {
@@ -217,8 +222,9 @@ pub fn behaviour(model: &Model, tolerance: f64) -> Behaviour {
     let slip = || slip_cycles(&oscillator, tolerance).ok()?.into_iter().rfind(|cycle| cycle.is_stable());
     let amplitude = stick_slip.map(|cycle| half(cycle.displacement));
     let amplitude = amplitude.or_else(|| slip().map(|cycle| half(cycle.displacement)));
-    let root = critical_damping(&model.column(), tolerance);
-    let critical = root.ok().filter(|root| root.c >= 0.0);
+    let column = model.column();
+    let root = critical_damping(&column, tolerance);
+    let critical = root.ok().filter(|root| is_positive(&column, root.c));
     let times = match flow.fate {
         Fate::Sticks(landing) => Some([landing.slip_time * units.time, landing.stick_time * units.time]),
         Fate::SpiralsInward | Fate::CrossesForever | Fate::TooCloseToCall | Fate::Failed(_) => None,

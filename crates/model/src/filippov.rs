@@ -65,6 +65,66 @@ pub enum Eigenvalues {
     },
 }
 
+/// What small disturbances of the equilibrium do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stability {
+    /// They decay.
+    Attracts,
+    /// Neither, to first order: the divergence is 0, or not distinguishable from 0 by rounding.
+    Neutral,
+    /// They grow.
+    Repels,
+}
+
+/// The weakening rate at the belt speed, which is eps c at the Hopf bifurcation.
+pub struct HopfRate<'a> {
+    curve: &'a Curve,
+    belt_speed: f64,
+    rate: f64,
+    /// Largest rate on orbits about the equilibrium.
+    scale: f64,
+}
+
+/// Divergences below this share of the largest on an orbit are lost in the rounding of the others.
+const ROUNDING: f64 = 4.0 * f64::EPSILON;
+/// Divergences above this, in units of the rates and forces on an orbit, are above all rounding errors.
+const CLEAR: f64 = 1e-6;
+
+impl<'a> HopfRate<'a> {
+    pub fn new(curve: &'a Curve, belt_speed: f64) -> Self {
+        Self {
+            curve,
+            belt_speed,
+            rate: curve.weakening(belt_speed),
+            scale: curve.weakening_scale(belt_speed),
+        }
+    }
+
+    pub fn stability(&self, viscous: f64) -> Stability {
+        let divergence = self.rate - viscous;
+        let is_noise = || divergence.abs() <= self.rounding() + ROUNDING * viscous.abs();
+        if divergence.abs() <= CLEAR * (self.scale + viscous.abs() + 1.0 + self.belt_speed.recip())
+            && is_noise()
+        {
+            Stability::Neutral
+        } else if divergence < 0.0 {
+            Stability::Attracts
+        } else {
+            Stability::Repels
+        }
+    }
+
+    /// Size up to which the rate, or its mean over an orbit, is not distinguishable from 0.
+    pub fn rounding(&self) -> f64 {
+        ROUNDING * self.scale + self.curve.weakening_rounding(self.belt_speed)
+    }
+
+    /// The rate; 0 where it is not distinguishable from 0.
+    pub fn value(&self) -> f64 {
+        if self.stability(0.0) == Stability::Neutral { 0.0 } else { self.rate }
+    }
+}
+
 impl Eigenvalues {
     /// Returns whether both eigenvalues have a negative real part.
     #[must_use]
@@ -171,10 +231,21 @@ impl Oscillator {
         self.curve.phi(self.belt_speed)
     }
 
+    /// What small disturbances of the equilibrium do, to first order.
+    #[must_use]
+    pub fn stability(&self) -> Stability {
+        HopfRate::new(&self.curve, self.belt_speed).stability(self.viscous)
+    }
+
+    /// The divergence at the equilibrium; 0 where it is not distinguishable from 0.
+    pub fn equilibrium_divergence(&self) -> f64 {
+        if self.stability() == Stability::Neutral { 0.0 } else { self.divergence(self.belt_speed) }
+    }
+
     /// Eigenvalues of the linearisation at the equilibrium.
     #[must_use]
     pub fn eigenvalues(&self) -> Eigenvalues {
-        let d = self.divergence(self.belt_speed);
+        let d = self.equilibrium_divergence();
         if d.abs() < 2.0 {
             Eigenvalues::Complex { re: 0.5 * d, im: ((1.0 - 0.5 * d) * (1.0 + 0.5 * d)).sqrt() }
         } else {

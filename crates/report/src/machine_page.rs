@@ -185,15 +185,12 @@ mod tests {
     use super::lines::{percentage, regime_lines, sections};
     use super::*;
     use slipmap_map::assessment::{Undetermined, assess};
-    use slipmap_map::machine::{Friction, Machine, Motion};
+    pub use slipmap_map::machine::{Friction, Machine, Motion, example};
     use slipmap_map::map::Regime;
     use slipmap_map::risk::{Estimate, Spread, risk};
+    use slipmap_model::filippov::Stability;
     use slipmap_model::friction::{Expression, Law, Table};
     use slipmap_model::point::LawParameters;
-
-    pub(super) fn example(law: Law) -> Machine {
-        Machine::from_array(Motion::Translation, law, [2.0, 800.0, 4.0, 50.0, 0.4, 0.3, 0.25, 0.02, 0.1])
-    }
 
     #[test]
     fn a_critical_damping_that_was_not_found_is_not_told_as_none() {
@@ -218,7 +215,7 @@ mod tests {
         all.machine.friction = Friction::Measured(table);
         all.behaviour.regime = Regime::Failed;
         let reasons = vec!["slip cycles: the step budget ran out".to_owned()];
-        all.undetermined = Some(Undetermined { sticks: Some(true), is_stable: false, reasons });
+        all.undetermined = Some(Undetermined { sticks: Some(true), stability: Stability::Repels, reasons });
         let lines = regime_lines(&all).into_iter();
         let lines: Vec<_> =
             lines.map(|(name, value)| format!("{}: {}", name.plain(), value.plain())).collect();

@@ -14,7 +14,7 @@ use super::continuation::{Branch, TestValue, zero_curves};
 use super::crossing::{JUMP, reach};
 use super::flow;
 use super::return_map::{Turn, turn_of};
-use slipmap_model::filippov::Oscillator;
+use slipmap_model::filippov::{HopfRate, Oscillator};
 use slipmap_numbers::named;
 
 /// Factor from the tolerance to a coarser one: the difference of the two values is taken as the error.
@@ -45,7 +45,9 @@ impl Bifurcation {
                 let value = oscillator.divergence(oscillator.belt_speed);
                 // D(V), up to the rounding of the difference.
                 let error = 4.0 * f64::EPSILON * (value.abs() + oscillator.viscous.abs());
-                Some(TestValue { value, error })
+                let rate = HopfRate::new(&oscillator.curve, oscillator.belt_speed).value();
+                // A damping that is not distinguishable from 0 is no curve.
+                (rate != 0.0).then_some(TestValue { value, error })
             }
             Bifurcation::GrazingSliding => margin(oscillator, tolerance),
             Bifurcation::Landing => reach_beyond(oscillator, JUMP, tolerance),

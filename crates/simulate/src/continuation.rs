@@ -38,6 +38,8 @@ const SMALL: f64 = 1e-9;
 const FLAT: f64 = 1.000_001;
 /// Ratio of successive steps where the function is flat, until its sign changes.
 const STRIDE: f64 = 4.0;
+/// Largest share of a step by which it may leave the square and yet go on along the border.
+const HUGGED: f64 = 1e-3;
 /// Half the distance of the central differences that give the first direction.
 const DIFFERENCE: f64 = 1e-4;
 /// Zeros on the grid within this distance of a curve count as points of it, see the module's text on chords.
@@ -273,20 +275,22 @@ fn follow(
             return (points, true);
         }
         let predicted = [direction[0].mul_add(h, here[0]), direction[1].mul_add(h, here[1])];
-        if !is_inside(predicted) {
-            match on_border(function, here, direction, h, slope) {
-                // A curve that touches the border may turn away from the chord to it, like any other step.
-                Some(end) if turn_of(direction, minus(end.place, here)) <= LARGEST_TURN => {
-                    points.push(end);
-                    return (points, false);
+        // A curve that hugs the border ends where it meets it, not where rounding leaves the square.
+        let from = predicted.map(|x| x.clamp(0.0, 1.0));
+        let [off_x, off_y] = minus(predicted, from);
+        let is_near = off_x.hypot(off_y) <= HUGGED * h;
+        let mut line = Line { function, from, along: normal(direction), reach: 0.5 * h };
+        let Some(root) = is_near.then(|| line.root_near(slope)).flatten() else {
+            if !is_inside(predicted) {
+                match on_border(function, here, direction, h, slope) {
+                    // A curve that touches the border may turn away from the chord to it, like any other step.
+                    Some(end) if turn_of(direction, minus(end.place, here)) <= LARGEST_TURN => {
+                        points.push(end);
+                        return (points, false);
+                    }
+                    Some(_) | None => {}
                 }
-                Some(_) | None => h *= 0.5,
             }
-            continue;
-        }
-        let along = normal(direction);
-        let mut line = Line { function, from: predicted, along, reach: 0.5 * h };
-        let Some(root) = line.root_near(slope) else {
             h *= 0.5;
             continue;
         };
@@ -413,6 +417,21 @@ mod tests {
                     assert!(2 * double < all, "{touch}: {double} of {all} points lie on another");
                 }
             }
+        }
+    }
+
+    /// A curve that falls towards the border without meeting it, as the Hopf damping of a law whose weakening
+    /// fades.
+    #[test]
+    fn a_curve_along_the_border_is_found_once() {
+        for rate in [30.0, 100.0] {
+            let fading = exact(move |x, y| 0.5 * (-rate * x).exp() - y);
+            let curves = zero_curves(&fading);
+            assert_eq!(curves.len(), 1, "{rate}");
+            let ends = [curves[0].points[0], *curves[0].points.last().unwrap()].map(|end| end.place[0]);
+            // It is followed as far as it can be told from the border.
+            let told = 1.0_f64.min((0.5 / NEAREST).ln() / rate);
+            assert!(ends[0].min(ends[1]) == 0.0 && ends[0].max(ends[1]) >= told, "{rate}: {ends:?}");
         }
     }
 

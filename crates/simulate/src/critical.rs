@@ -9,7 +9,7 @@ use super::closing::{Amplitude, closing_dampings};
 use super::polar::{Closing, Turn};
 use super::return_map::{UNRESOLVED, decisive_turn};
 use super::{Fate, Landing, flow};
-use slipmap_model::filippov::Oscillator;
+use slipmap_model::filippov::{HopfRate, Oscillator};
 use slipmap_model::friction::Column;
 use slipmap_numbers::roots::{falling_bracket, falling_root, first_step};
 
@@ -212,6 +212,11 @@ fn search(
     if column.belt_speed < SLOWEST {
         return Err(NoCriticalDamping::NoVerdict);
     }
+    // Bounds that differ by rounding alone are the answer, as for flat friction.
+    let [low, mut high] = bounds(column);
+    if column.epsilon * (high - low) <= HopfRate::new(&column.curve, column.belt_speed).rounding() {
+        return Ok(CriticalDamping { c: 0.5 * (low + high), error: 0.5 * (high - low), rhs });
+    }
     let (mut rhs, mut work) = (rhs, 0);
     // Error of the margin of an orbit that is too close to call.
     let undecided = Cell::new(0.0);
@@ -251,9 +256,7 @@ fn search(
         }
         Ok(side.margin)
     };
-    // The signs at the bounds are checked nevertheless.
-    let [low, mut high] = bounds(column);
-    // The undamped orbit of a table may leave its data where orbits near c* do not: a failure is ignored.
+    // The signs at the bounds are checked nevertheless. The undamped orbit of a table may leave its data where orbits near c* do not: a failure is ignored.
     if low < 0.0 && high > 0.0 && margin(0.0).is_ok_and(|margin| margin < 0.0) {
         // No legal damping is small enough.
         if wanted == Wanted::Legal {

@@ -16,6 +16,9 @@
 //! orbits from y on come back farther out, or not at all, if h = 1 + y - 2 max(M, P) is greater than 3, h^2
 //! than 4 G, and f h^2 than (7/4) P V^2 + 2 M ((U - V)^2 + G).*
 //!
+//! The bounds of psi that the statements take come from ranges of friction that are partly sampled, see
+//! [`Curve::friction_by_intervals`]: so what this module tells of a law that may push is no theorem.
+//!
 //! Since loops fall with the damping, those that lead inward at one damping do so at all larger ones.
 
 use slipmap_model::friction::{Curve, Pieces, Range};
@@ -33,7 +36,7 @@ pub struct FarLoops<'a> {
     belt_speed: f64,
     /// The distance from which on loops lead inward at every damping, if friction never pushes.
     settled: Option<f64>,
-    /// Bounds of phi on intervals of slip speed, where friction may push.
+    /// Ranges of phi on intervals of slip speed, partly sampled, where friction may push.
     intervals: Vec<([f64; 2], Range)>,
 }
 
@@ -41,9 +44,9 @@ pub struct FarLoops<'a> {
 struct Parts {
     /// U.
     from: f64,
-    /// Bounds of psi up to U.
+    /// Range of psi up to U.
     near: Range,
-    /// Bounds of psi from U on.
+    /// Range of psi from U on.
     far: Range,
 }
 
@@ -88,7 +91,7 @@ impl<'a> FarLoops<'a> {
         self.least(&self.psi(viscous), |parts| self.outward(parts))
     }
 
-    /// Bounds of phi + C u on the intervals. Where bounds of the two terms leave the sign open, phi falls
+    /// Ranges of phi + C u on the intervals. Where those of the two terms leave the sign open, phi falls
     /// about as fast as C u rises, and the sum is bounded on parts of the interval.
     fn psi(&self, viscous: f64) -> Vec<(f64, Range)> {
         let bounds = self.intervals.iter().map(|&([from, to], phi)| {

@@ -16,7 +16,7 @@ use super::arc::{LowerEnd, SlipTurn, State, Walk, end_of_turn, turn_within};
 use super::backbone::{Backbone, CycleRange};
 use super::work::Work;
 use super::{Cycle, Failure, Range};
-use slipmap_model::filippov::{Oscillator, Side};
+use slipmap_model::filippov::{Oscillator, Side, Stability};
 use slipmap_numbers::roots::fixed_point;
 
 /// Sudden changes of velocity that carry the mass from steady slip, at rest at the equilibrium, onto an
@@ -58,6 +58,9 @@ pub enum Unknown {
     /// Near a fold, where two cycles meet: whether there are two or none is within the error.
     #[error("two cycles meet within the error")]
     TooClose,
+    /// The equilibrium is neutral: nothing tells whether orbits next to it lead outward or inward.
+    #[error("steady slip is neutral: orbits next to it neither grow nor decay within rounding errors")]
+    Neutral,
     /// There may be crossing cycles so far beyond the exit point that no loop was followed there, or that
     /// loops change by less than their error.
     #[error(
@@ -83,13 +86,16 @@ pub fn slip_cycles(oscillator: &Oscillator, tolerance: f64) -> Result<Vec<Cycle>
     if none_proved(oscillator) {
         return Ok(Vec::new());
     }
+    let stable = match oscillator.stability() {
+        Stability::Attracts => true,
+        Stability::Neutral => return Err(Unknown::Neutral),
+        Stability::Repels => false,
+    };
     let belt_speed = oscillator.belt_speed;
     let work = Work::of_backbone(&oscillator.curve);
     let backbone = Backbone::within(&oscillator.curve, belt_speed, BACKBONE_TOLERANCE, &work)?;
     let returns = outward(belt_speed, &turn_within(oscillator, belt_speed, tolerance, &work)?);
-    let cycles = backbone
-        .cycles(oscillator.viscous, oscillator.eigenvalues().is_stable(), returns)
-        .ok_or(Unknown::TooClose)?;
+    let cycles = backbone.cycles(oscillator.viscous, stable, returns).ok_or(Unknown::TooClose)?;
     let narrowed = cycles.iter().map(|cycle| CycleRange {
         between: backbone.narrowed(cycle, oscillator.viscous),
         is_stable: cycle.is_stable,

@@ -32,6 +32,7 @@ export class Point {
       this.start = null;
       this.tell_where();
       this.answer("…");
+      this.age();
       this.turn += 1;
       this.draw("orbit");
     }
@@ -62,6 +63,20 @@ export class Point {
       element("details", { open: true }, element("summary", {}, "What the critical damping depends on"), this.sensitivities),
       element("details", {}, element("summary", {}, "Every number"), this.numbers),
     );
+  }
+
+  // Marks what is shown as that of the previous state, until its own answer arrives.
+  age() {
+    delete this.box.dataset.regime;
+    for (const part of [this.regime, this.verdicts, this.sensitivities, this.numbers, ...this.figures.values()]) {
+      part.classList.toggle("previous", part.hasChildNodes());
+    }
+  }
+
+  // Replaces the contents of a part by those of this state.
+  show(part, ...contents) {
+    part.classList.remove("previous");
+    part.replaceChildren(...contents);
   }
 
   // The answer in a line below the plane, which is seen without scrolling.
@@ -124,10 +139,10 @@ export class Point {
     try {
       const drawn = await post("/api/figure", { ...place(this.state), figure, start: figure === "orbit" ? this.start : null });
       if (turn !== this.turn) return;
-      box.replaceChildren(drawing(drawn.svg));
+      this.show(box, drawing(drawn.svg));
       if (drawn.panel) this.panel = drawn.panel;
     } catch (problem) {
-      if (turn === this.turn && problem.problem && !problem.overtaken) box.replaceChildren(element("p", { class: "problem" }, problem.message));
+      if (turn === this.turn && problem.problem && !problem.overtaken) this.show(box, element("p", { class: "problem" }, problem.message));
     }
   }
 
@@ -150,19 +165,17 @@ export class Point {
       const probe = await post("/api/point", place(this.state));
       if (turn !== this.turn) return;
       this.probe = probe;
-      this.regime.replaceChildren(element("b", {}, probe.regime.replaceAll("_", " ")));
+      this.show(this.regime, element("b", {}, probe.regime.replaceAll("_", " ")));
       this.box.dataset.regime = probe.regime;
       this.answer(probe.regime.replaceAll("_", " "));
-      this.verdicts.replaceChildren(verdict_table(probe));
-      this.sensitivities.replaceChildren(...sensitivity_table(probe));
-      this.numbers.replaceChildren(...numbers(probe));
+      this.show(this.verdicts, verdict_table(probe));
+      this.show(this.sensitivities, ...sensitivity_table(probe));
+      this.show(this.numbers, ...numbers(probe));
     } catch (problem) {
       if (turn === this.turn && problem.problem && !problem.overtaken) {
-        this.regime.replaceChildren(element("span", { class: "problem" }, problem.message));
+        this.show(this.regime, element("span", { class: "problem" }, problem.message));
         this.answer(problem.message);
-        this.verdicts.replaceChildren();
-        this.sensitivities.replaceChildren();
-        this.numbers.replaceChildren();
+        for (const part of [this.verdicts, this.sensitivities, this.numbers]) this.show(part);
       }
     }
   }

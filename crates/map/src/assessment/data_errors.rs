@@ -132,7 +132,7 @@ impl Assessment {
 /// errors: its own limits lie between these two.
 fn possible(found: Regime, hopf: bool, critical: bool) -> Vec<Regime> {
     let mut regimes = vec![found];
-    if found == Regime::Failed || !(hopf || critical) {
+    if matches!(found, Regime::Failed | Regime::Neutral) || !(hopf || critical) {
         return regimes;
     }
     let here = found.attractors();

@@ -1,7 +1,7 @@
 //! The layout of a map file: one description for writing, reading and checking maps.
 
 use crate::map::{Field, Grid, Method, Plan, Quantity, Regime, Runs, TileData, Verdict};
-use slipmap_model::friction::Law;
+use slipmap_model::friction::{Law, ONE_SLIP_CYCLE};
 
 use super::Value;
 use super::auxiliary::axes_of;
@@ -146,11 +146,14 @@ impl Schema {
                 Field::Verdict => per_method(&mut variables, &methods, "verdict", Content::Verdict),
                 Field::Margin => per_method(&mut variables, &methods, "margin", Content::Margin),
                 Field::CriticalC => per_method(&mut variables, &methods, "critical_c", Content::CriticalC),
-                Field::Regime => variables.push(plain(
-                    "regime",
-                    "long-run behaviour according to the simulated flow",
-                    Content::Regime,
-                )),
+                Field::Regime => {
+                    let words = "long-run behaviour according to the simulated flow";
+                    let mut regime = plain("regime", words, Content::Regime);
+                    if grid.column(&vec![0; grid.axes().len()]).curve.weakening_is_convex() {
+                        regime.attributes.push(("conjecture", ONE_SLIP_CYCLE.into()));
+                    }
+                    variables.push(regime);
+                }
                 field => {
                     let parameters = grid.law().parameters().len();
                     for quantity in Quantity::of(field, methods.len(), parameters) {

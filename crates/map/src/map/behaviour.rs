@@ -5,7 +5,7 @@ use std::cell::{Cell, OnceCell, RefCell};
 use super::Regime;
 use super::end::End;
 use super::verdict::Attractors;
-use slipmap_model::filippov::Oscillator;
+use slipmap_model::filippov::{HopfRate, Oscillator, Stability};
 use slipmap_model::friction::{Column, Curve, Range};
 use slipmap_simulate::backbone::{Backbone, CycleRange, InterpolatedBackbone};
 use slipmap_simulate::crossing::{crossing_cycles, some_cross_for_ever, stick_slip_cycle};
@@ -31,8 +31,7 @@ pub struct BasinBoundary {
 pub struct Behaviour<'a> {
     curve: &'a Curve,
     belt_speed: f64,
-    /// The weakening rate at belt speed: eps c at the Hopf bifurcation.
-    at_belt_speed: f64,
+    hopf: HopfRate<'a>,
     /// Bounds of the even part of the weakening rate about the belt speed, computed on first use.
     even: OnceCell<Range>,
     /// Coarse backbones, each with twice as many nodes as the one before. Every damping tries them in this
@@ -77,7 +76,7 @@ impl<'a> Behaviour<'a> {
         Self {
             curve,
             belt_speed,
-            at_belt_speed: curve.weakening(belt_speed),
+            hopf: HopfRate::new(curve, belt_speed),
             even: OnceCell::new(),
             coarse: RefCell::default(),
             fine: OnceCell::new(),
@@ -108,12 +107,14 @@ impl<'a> Behaviour<'a> {
         })
     }
 
-    /// Whether the equilibrium attracts at eps c = `viscous`. At the Hopf bifurcation it repels where the
-    /// weakening is convex, since the backbone rises there. `None` for other laws: where friction is constant
-    /// next to the belt speed and there is no damping, all orbits about the equilibrium close.
+    /// Whether the equilibrium attracts at eps c = `viscous`; `None` where it is neutral. Where friction is
+    /// constant next to the belt speed and there is no damping, all orbits about it close.
     fn equilibrium_attracts(&self, viscous: f64) -> Option<bool> {
-        let decided = self.at_belt_speed != viscous || self.curve.weakening_is_convex();
-        decided.then_some(self.at_belt_speed < viscous)
+        match self.hopf.stability(viscous) {
+            Stability::Attracts => Some(true),
+            Stability::Neutral => None,
+            Stability::Repels => Some(false),
+        }
     }
 
     /// The slip cycles, by the even part, by convexity, or else as `read` from a backbone.
@@ -192,12 +193,12 @@ impl<'a> Behaviour<'a> {
         interpolated: Option<&InterpolatedBackbone>,
         no_other_crosses: bool,
     ) -> Regime {
-        let by_interpolation =
-            || interpolated?.attracts(viscous, self.equilibrium_attracts(viscous)?, end.returns()?);
+        let Some(equilibrium) = self.equilibrium_attracts(viscous) else { return Regime::Neutral };
+        let by_interpolation = || interpolated?.attracts(viscous, equilibrium, end.returns()?);
         let counted = || Some(self.count(viscous, end)?.iter().any(|cycle| cycle.is_stable));
         let attractors = || {
             Some(Attractors {
-                equilibrium: self.equilibrium_attracts(viscous)?,
+                equilibrium,
                 slip: by_interpolation().or_else(counted)?,
                 stick_slip: end == End::Sticks,
                 crossing: end == End::Crosses || !no_other_crosses && self.some_cross_for_ever(viscous)?,

@@ -6,14 +6,14 @@ use crate::map::{self, BasinBoundary, Method, Regime, Verdict};
 use slipmap_certify::slip_count::{SlipCount, count_slip_cycles};
 use slipmap_certify::validated::any_law;
 use slipmap_certify::{Claim, Decision, Guarantee};
-use slipmap_model::filippov::Oscillator;
-use slipmap_model::friction::{Column, Law};
+use slipmap_model::filippov::{HopfRate, Oscillator};
+use slipmap_model::friction::{Column, Law, ONE_SLIP_CYCLE};
 use slipmap_model::point::Point;
 use slipmap_numbers::text::{rounded, short, signed};
 use slipmap_simulate::crossing::{crossing_cycles, stick_slip_cycle};
 use slipmap_simulate::naive::NaiveVerdict;
 use slipmap_simulate::sensitivity::{NoSensitivity, Sensitivity, sensitivity};
-use slipmap_simulate::slip_cycle::{Unknown, slip_cycles};
+use slipmap_simulate::slip_cycle::{Unknown, none_proved, slip_cycles};
 use slipmap_simulate::{
     CriticalDamping, Cycle, Failure, Fate, Flow, Landing, NoCriticalDamping, TIGHT, sticks_from,
 };
@@ -96,7 +96,8 @@ impl Answer {
     /// cross for ever, to c*, and the error of c*. `None` where the two are not known to differ.
     pub fn bistable_band(&self) -> Option<[f64; 3]> {
         let epsilon = self.point.epsilon;
-        let becomes_stable = self.oscillator.curve.weakening(self.oscillator.belt_speed) / epsilon;
+        let Oscillator { curve, belt_speed, .. } = &self.oscillator;
+        let becomes_stable = HopfRate::new(curve, *belt_speed).value() / epsilon;
         let root = self.critical.as_ref().ok()?;
         // Avoids -0, since this is printed.
         let from = if becomes_stable > 0.0 { becomes_stable } else { 0.0 };
@@ -105,6 +106,20 @@ impl Answer {
         }
         let from = sticks_from(&self.law.column(&self.point), [from, root.c], self.tolerance);
         (from + root.error < root.c).then_some([from, root.c, root.error])
+    }
+
+    /// What the regime assumes without proof, if anything; `counted` is the number of slip cycles where that
+    /// is proved.
+    pub fn conjecture(&self, counted: Option<u32>) -> Option<&'static str> {
+        let is_known = !matches!(self.regime, Regime::Failed | Regime::Neutral);
+        let is_assumed = is_known && counted.is_none() && self.oscillator.curve.weakening_is_convex();
+        (is_assumed && !none_proved(&self.oscillator)).then_some(ONE_SLIP_CYCLE)
+    }
+
+    /// The size up to which c* is not distinguishable from 0.
+    pub fn rounding_of_critical(&self) -> f64 {
+        let Oscillator { curve, belt_speed, .. } = &self.oscillator;
+        HopfRate::new(curve, *belt_speed).rounding() / self.point.epsilon
     }
 
     /// For each method the eps up to which its verdict equals that of the flow, with the other parameters

@@ -44,6 +44,7 @@ impl Probe {
             };
             (of_method.method.name(), result)
         });
+        let cycles = Cycles::of(answer);
         Self {
             law: answer.law.name(),
             point: Grid::coordinates(&answer.law, &answer.point),
@@ -53,6 +54,7 @@ impl Probe {
             critical_c: (&answer.critical).into(),
             sensitivity: SensitivityResult::of(&answer.law, answer.sensitivity()),
             regime: answer.regime.name(),
+            regime_conjecture: answer.conjecture(cycles.slip_count.proved),
             equilibrium: Equilibrium::of(oscillator),
             sliding_segment: SlidingSegment {
                 from_x1: oscillator.upper_tangency_x1(),
@@ -71,7 +73,7 @@ impl Probe {
                 cycle: StabilityResult { separates: Some(separates.map(Neighbour::name)), ..cycle.into() },
                 kick,
             }),
-            cycles: Cycles::of(answer),
+            cycles,
             machine: None,
         }
     }
@@ -129,7 +131,7 @@ impl Equilibrium {
         Self {
             x1: oscillator.equilibrium_x1(),
             x2: 0.0,
-            divergence: oscillator.divergence(oscillator.belt_speed),
+            divergence: oscillator.equilibrium_divergence(),
             kind: equilibrium_type(oscillator),
             eigenvalues: match oscillator.eigenvalues() {
                 Eigenvalues::Complex { re, im } => [Complex { re, im: -im }, Complex { re, im }],
@@ -233,7 +235,7 @@ pub fn fate_name(fate: &Fate) -> &'static str {
     }
 }
 
-/// The type of the equilibrium, for instance "unstable focus".
+/// The type of the equilibrium, for instance "unstable focus"; a centre where it is neutral.
 pub fn equilibrium_type(oscillator: &Oscillator) -> &'static str {
     match oscillator.eigenvalues() {
         Eigenvalues::Complex { re, .. } if re < 0.0 => "stable focus",
@@ -254,6 +256,10 @@ pub fn regime_words(regime: Regime) -> &'static str {
         Regime::PureSlip => "a cycle that slips all the time below the belt line is the only attractor",
         Regime::Crossing => "orbits cross the belt line for ever and never stick",
         Regime::Failed => "not determined",
+        Regime::Neutral => {
+            "steady slip neither attracts nor repels: its divergence is 0 within rounding; of other attractors nothing \
+             is said"
+        }
         Regime::PureSlipAndStickSlip => {
             "a cycle that slips all the time and the stick-slip cycle both attract"
         }

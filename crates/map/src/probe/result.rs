@@ -36,6 +36,9 @@ result! {
         pub(crate) sensitivity: SensitivityResult,
         /// Name of the long-run behaviour.
         pub(crate) regime: &'static str,
+        /// What the regime assumes without proof, as [`slipmap_model::friction::ONE_SLIP_CYCLE`].
+        #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
+        pub(crate) regime_conjecture: Option<&'static str>,
         /// The state of steady slip.
         pub(crate) equilibrium: Equilibrium,
         /// The segment on which the mass can stick.

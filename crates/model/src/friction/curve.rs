@@ -10,7 +10,11 @@ use super::{
 };
 use crate::point::LawParameters;
 use slipmap_numbers::interval::Interval;
-use slipmap_numbers::jet::Real;
+use slipmap_numbers::jet::{Jet, Real};
+
+/// What regimes assume of laws with [`Curve::weakening_is_convex`], where bounds of the even part of the
+/// weakening rate do not exclude slip cycles.
+pub const ONE_SLIP_CYCLE: &str = "at most one slip cycle, a conjecture for laws that weaken less and less: no proof and no counterexample is known";
 
 /// A friction curve: a law with all its parameters fixed. Clones share the compiled form.
 #[derive(Clone, Debug)]
@@ -122,6 +126,23 @@ impl Curve {
         self.form.weakening(u)
     }
 
+    /// The largest of a few weakening rates at the slip speeds of orbits about the equilibrium: the scale of
+    /// rates that change an orbit.
+    pub(crate) fn weakening_scale(&self, belt_speed: f64) -> f64 {
+        let rates = [0.0, 0.5, 1.0, 1.5, 2.0].map(|share| self.weakening(share * belt_speed).abs());
+        rates.into_iter().filter(|rate| rate.is_finite()).fold(0.0, f64::max)
+    }
+
+    /// Bound of the rounding error of the weakening rate at slip speed `u`, where one is known: by interval
+    /// arithmetic for a formula, of the differences of a table's data. 0 for a law given by functions.
+    pub(crate) fn weakening_rounding(&self, u: f64) -> f64 {
+        if let Form::Table(table) = &self.form {
+            return table.rounding_of_weakening(u);
+        }
+        let slope = self.formula(Jet::<Interval, 2>::variable(Interval::of(u), 1.0)).map(|phi| phi.0[1]);
+        slope.map_or(0.0, |slope| slope.hi - slope.lo)
+    }
+
     /// The weakening rate as polynomials on slip speeds from 0 to at least `reach`, or to the end of a table
     /// or of a sampled function. The law is compiled once for each power of two.
     #[must_use]
@@ -177,7 +198,8 @@ impl Curve {
         }
     }
 
-    /// Returns whether friction never pushes: whether phi >= 0 at all slip speeds, up to [`Curve::fastest`].
+    /// Returns whether friction never pushes: whether phi >= 0 at all slip speeds, up to [`Curve::fastest`],
+    /// by bounds or, where they leave it open, by [`Curve::friction_by_intervals`], which are partly samples.
     pub fn never_pushes(&self, unit: f64) -> bool {
         if !self.is_sampled() && self.friction_range(self.fastest().min(FASTEST), Pieces::One).lo >= NOTHING {
             return true;
@@ -185,9 +207,10 @@ impl Curve {
         self.friction_by_intervals(unit).iter().all(|(_, range)| range.lo >= NOTHING)
     }
 
-    /// Bounds of phi on intervals of slip speed, with the ends of each, from 0 up to [`Curve::fastest`].
-    /// Beyond 10^12 `unit` there are single slip speeds only, as for laws given by functions: intervals without
-    /// a length.
+    /// Ranges of phi on intervals of slip speed, with the ends of each, from 0 up to [`Curve::fastest`]. They
+    /// are bounds up to 10^12 `unit` (2^40), but for formulas with terms that cancel and laws given by
+    /// functions, whose ranges are sampled. Beyond there are samples only, one per factor of two up to 2^80
+    /// and none from there on: intervals without a length. So no theorem may use them.
     pub fn friction_by_intervals(&self, unit: f64) -> Vec<([f64; 2], Range)> {
         let end = |i: i32| unit * 2_f64.powf(f64::from(i) / f64::from(PER_OCTAVE));
         let fastest = self.fastest();
@@ -212,8 +235,8 @@ impl Curve {
         found
     }
 
-    /// Bounds of phi(u) + C u, C = `viscous`, over slip speeds u in [`lo`, `hi`]. They need not be narrow
-    /// where their sign is certain.
+    /// The range of phi(u) + C u, C = `viscous`, over slip speeds u in [`lo`, `hi`]: bounds, or samples for
+    /// laws given by functions and for terms that cancel. It need not be narrow where its sign is certain.
     pub fn friction_between(&self, lo: f64, hi: f64, viscous: f64) -> Range {
         if let Form::Table(table) = &self.form {
             let phi = table.friction_range(lo, hi);
@@ -445,9 +468,9 @@ impl Curve {
     /// continuation to u < 0 included.
     ///
     /// Then the even part in v of w(V - v) rises with |v|. So, to first order in the divergence, the growth
-    /// of a turn rises with its amplitude: there is at most one slip cycle, and it repels. No proof is known
-    /// for divergences of any size; [`slipmap_certify::slip_count`] proves it point by point, without
-    /// exception so far.
+    /// of a turn rises with its amplitude: there is at most one slip cycle, and it repels. For divergences of
+    /// any size that is a conjecture, [`ONE_SLIP_CYCLE`]: [`slipmap_certify::slip_count`] proves it point by
+    /// point, without exception so far.
     #[must_use]
     pub fn weakening_is_convex(&self) -> bool {
         self.form.closed().is_some_and(ClosedForm::weakening_is_convex)

@@ -21,8 +21,7 @@ mod table;
 mod weakening;
 
 pub use built_in::{BuiltIn, Fall, Strengthening};
-pub use curve::{Column, Curve};
-pub use curve::{NOTHING, Pieces, Ranges};
+pub use curve::{Column, Curve, NOTHING, ONE_SLIP_CYCLE, Pieces, Ranges};
 pub use custom::{Custom, CustomLaw, CustomLawError};
 pub use domain::PointError;
 pub use exponential::Exponential;

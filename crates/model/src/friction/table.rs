@@ -396,6 +396,16 @@ impl Table {
         self.piece(self.piece_at(u)).weakening(u)
     }
 
+    /// The rounding error of -phi' at `u`: its slopes are quotients of differences of data next to it.
+    pub(super) fn rounding_of_weakening(&self, u: f64) -> f64 {
+        let i = self.piece_at(u);
+        let near = i.saturating_sub(1)..(i + 3).min(self.0.u.len());
+        let step =
+            self.0.u[near.clone()].windows(2).map(|ends| ends[1] - ends[0]).fold(f64::INFINITY, f64::min);
+        let largest = self.0.phi[near].iter().fold(0.0, |largest: f64, phi| largest.max(phi.abs()));
+        4.0 * f64::EPSILON * largest / step
+    }
+
     /// The parabolas of -phi', piece by piece, with enclosures of their coefficients. The law is defined as
     /// the piecewise cubic with the stored values and slopes at the data.
     pub(super) fn parabolas(&self) -> impl Iterator<Item = Parabola> {

@@ -8,6 +8,7 @@ use super::panels::Panel;
 use super::scene::{Place, Scene, Stroke};
 use slipmap_format::MapFile;
 use slipmap_map::map::Method;
+use slipmap_model::filippov::HopfRate;
 use slipmap_model::friction::Column;
 use slipmap_simulate::critical::critical_dampings;
 
@@ -113,7 +114,7 @@ pub(super) fn exact(columns: &[Column], budget: &Budget) -> Vec<f64> {
 /// The damping at which the equilibrium changes its stability: the divergence there is
 /// weakening(V) - eps c.
 pub(super) fn stability(column: &Column) -> f64 {
-    column.curve.weakening(column.belt_speed) / column.epsilon
+    HopfRate::new(&column.curve, column.belt_speed).value() / column.epsilon
 }
 
 /// The boundary of each method of a map that this program knows, the simulation last; NaN where there is

@@ -18,7 +18,7 @@ use super::scene::{Marker, Stroke, Width};
 use super::slice::{ChoiceError, find_axis, hold};
 use slipmap_map::machine::Dimension;
 use slipmap_map::map::Grid;
-use slipmap_model::filippov::Oscillator;
+use slipmap_model::filippov::{Oscillator, Stability};
 use slipmap_simulate::crossing::{crossing_cycles, stick_slip_cycle};
 use slipmap_simulate::slip_cycle::slip_cycles;
 use slipmap_simulate::{Fate, Range, TIGHT, flow};
@@ -79,7 +79,10 @@ type Found = [Option<Vec<State>>; 4];
 
 fn find(oscillator: &Oscillator) -> Found {
     let state = |attracts: bool, x1: Range| State { attracts, amplitude: 0.5 * (x1.hi - x1.lo) };
-    let equilibrium = State { attracts: oscillator.eigenvalues().is_stable(), amplitude: 0.0 };
+    let equilibrium = match oscillator.stability() {
+        Stability::Neutral => None,
+        stability => Some(vec![State { attracts: stability == Stability::Attracts, amplitude: 0.0 }]),
+    };
     let flow = flow(oscillator, TOLERANCE);
     let slip = slip_cycles(oscillator, TIGHT).ok();
     let sticks = match flow.fate {
@@ -88,7 +91,7 @@ fn find(oscillator: &Oscillator) -> Found {
     };
     let crossing = crossing_cycles(oscillator, TOLERANCE).ok();
     [
-        Some(vec![equilibrium]),
+        equilibrium,
         slip.map(|all| all.iter().map(|cycle| state(cycle.is_stable(), cycle.displacement)).collect()),
         sticks.map(|all| all.iter().map(|cycle| state(true, cycle.displacement)).collect()),
         crossing.map(|all| all.iter().map(|cycle| state(cycle.is_stable(), cycle.displacement)).collect()),

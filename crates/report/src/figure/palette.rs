@@ -119,27 +119,28 @@ pub(crate) fn regime(regime: Regime) -> Kind {
         Equilibrium => (ABSENT, "equilibrium (steady slip)"),
         Bistable => (hatched(SKY, Rising, BLACK), "bistable"),
         PureSlip => (hatched(GREEN, Falling, WHITE), "slip cycle"),
-        Crossing => (hatched(VERMILION, Crossed, WHITE), "crossing cycle"),
+        Crossing => (hatched(VERMILION, Crossed, WHITE), "crossing for ever"),
         Failed => (FAILED, "failed"),
+        Neutral => (hatched(WHITE, Dots, BLUE), "neutral steady slip"),
         PureSlipAndStickSlip => (hatched(YELLOW, Dots, BLACK), "slip cycle or stick-slip"),
         PureSlipAndEquilibrium => (hatched(WHITE, Falling, GREEN), "slip cycle or equilibrium"),
         EquilibriumPureSlipAndStickSlip => {
             (hatched(SKY, Crossed, GREEN), "equilibrium, slip cycle or stick-slip")
         }
-        EquilibriumAndCrossing => (hatched(VERMILION, Rising, BLACK), "equilibrium or crossing cycle"),
-        PureSlipAndCrossing => (hatched(VERMILION, Falling, GREEN), "slip or crossing cycle"),
+        EquilibriumAndCrossing => (hatched(VERMILION, Rising, BLACK), "equilibrium or crossing for ever"),
+        PureSlipAndCrossing => (hatched(VERMILION, Falling, GREEN), "slip cycle or crossing for ever"),
         EquilibriumPureSlipAndCrossing => {
-            (hatched(VERMILION, Crossed, GREEN), "equilibrium, slip or crossing cycle")
+            (hatched(VERMILION, Crossed, GREEN), "equilibrium, slip cycle or crossing for ever")
         }
-        StickSlipAndCrossing => (hatched(BLUE, Crossed, VERMILION), "stick-slip or crossing cycle"),
+        StickSlipAndCrossing => (hatched(BLUE, Crossed, VERMILION), "stick-slip or crossing for ever"),
         EquilibriumStickSlipAndCrossing => {
-            (hatched(SKY, Crossed, VERMILION), "equilibrium, stick-slip or crossing cycle")
+            (hatched(SKY, Crossed, VERMILION), "equilibrium, stick-slip or crossing for ever")
         }
         PureSlipStickSlipAndCrossing => {
-            (hatched(YELLOW, Crossed, VERMILION), "slip cycle, stick-slip or crossing cycle")
+            (hatched(YELLOW, Crossed, VERMILION), "slip cycle, stick-slip or crossing for ever")
         }
         EquilibriumPureSlipStickSlipAndCrossing => {
-            (hatched(SKY, Dots, VERMILION), "equilibrium, slip, stick-slip or crossing cycle")
+            (hatched(SKY, Dots, VERMILION), "equilibrium, slip cycle, stick-slip or crossing for ever")
         }
     };
     Kind { code: regime.code(), name: regime.name(), fill, words: words.into() }

@@ -9,7 +9,7 @@ use super::legend::{Legend, Sample};
 use super::palette;
 use super::panels::Panel;
 use super::scene::{Marker, Place, Scene, Stroke};
-use slipmap_model::filippov::{Oscillator, Side};
+use slipmap_model::filippov::{Oscillator, Side, Stability};
 use slipmap_simulate::slip_cycle::slip_cycles;
 use slipmap_witness::{Ending, Phase, Sample as State, Start, Trace, trace};
 
@@ -157,7 +157,7 @@ impl Portrait {
             if let Some(landing) = self.landing() {
                 scene.marker(Marker::Triangle, at(landing.x1, landing.x2), 6.0, palette::VERMILION, true);
             }
-            let stable = oscillator.eigenvalues().is_stable();
+            let stable = oscillator.stability() == Stability::Attracts;
             scene.marker(Marker::Square, at(oscillator.equilibrium_x1(), 0.0), 5.0, palette::BLACK, stable);
         });
     }
@@ -187,18 +187,24 @@ impl Portrait {
         if self.landing().is_some() {
             legend.add(Sample::Mark(Marker::Triangle, palette::VERMILION, true), rich("landing"));
         }
-        let (stable, words) = match self.oscillator.eigenvalues().is_stable() {
-            true => (true, "stable equilibrium"),
-            false => (false, "unstable equilibrium"),
+        let (stable, words) = match self.oscillator.stability() {
+            Stability::Attracts => (true, "stable equilibrium"),
+            Stability::Neutral => (false, "neutral equilibrium"),
+            Stability::Repels => (false, "unstable equilibrium"),
         };
         legend.add(Sample::Mark(Marker::Square, palette::BLACK, stable), rich(words));
     }
 
     /// The long-run behaviour of the orbit, in words.
     pub(super) fn words(&self) -> &'static str {
-        let stable = self.oscillator.eigenvalues().is_stable();
+        let stability = self.oscillator.stability();
         match self.orbit.ending {
-            Ending::Closes { .. } if stable => "stick-slip cycle, equilibrium stable too",
+            Ending::Closes { .. } if stability == Stability::Attracts => {
+                "stick-slip cycle, equilibrium stable too"
+            }
+            Ending::Closes { .. } if stability == Stability::Neutral => {
+                "stick-slip cycle, equilibrium neutral"
+            }
             Ending::Closes { .. } => "stick-slip cycle",
             Ending::Failed(_) => "not followed to its end",
             Ending::Settles | Ending::OutOfTime => {

@@ -26,7 +26,7 @@ pub(super) fn in_words(all: &Assessment) -> Rich {
         }
     };
     let vibrates = vibrates || sticks(all) == Some(true);
-    if does.regime == Regime::Failed && !vibrates {
+    if matches!(does.regime, Regime::Failed | Regime::Neutral) && !vibrates {
         return sentence.then(".");
     }
     match (vibrates, does.critical_damping, all.vibrates_below_damping) {
@@ -88,7 +88,9 @@ fn sticks(all: &Assessment) -> Option<bool> {
 fn undecided(all: &Assessment, place: Rich, LeftOpen { limits, regimes }: &LeftOpen) -> Rich {
     let unit = all.machine.motion.unit(Dimension::Damping);
     let mut sentence = match all.behaviour.regime {
-        Regime::Failed => rich(&capital(&does_what(all))).then(" at ").then(place).then(". "),
+        Regime::Failed | Regime::Neutral => {
+            rich(&capital(&does_what(all))).then(" at ").then(place).then(". ")
+        }
         _ => {
             let all: Vec<String> = regimes.iter().map(|regime| attracts(*regime)).collect();
             let all = all.join("; or it ").replace(",;", ";");
@@ -116,7 +118,8 @@ fn capital(words: &str) -> String {
 /// "stick-slips from every start", "slips steadily or stick-slips, depending on the start,".
 fn does_what(all: &Assessment) -> String {
     match (all.behaviour.regime, sticks(all)) {
-        (Regime::Failed, Some(true)) => "stick-slips at least from some starts".into(),
+        (Regime::Failed | Regime::Neutral, Some(true)) => "stick-slips at least from some starts".into(),
+        (Regime::Neutral, _) => "small swings about steady slip neither grow nor decay".into(),
         (Regime::Failed, _) => "what it does is not determined".into(),
         (regime, _) => attracts(regime),
     }

@@ -7,6 +7,7 @@ use slipmap_map::assessment::{Assessment, ErrorsFrom, NeededKick, Undetermined};
 use slipmap_map::behaviour::Limit;
 use slipmap_map::machine::{Dimension, Friction, Machine, Motion};
 use slipmap_map::risk::{Estimate, Risk, Spread, Uncertain, WithError, is_uncertain};
+use slipmap_model::filippov::Stability;
 use slipmap_model::friction::Table;
 use slipmap_numbers::text::rounded;
 
@@ -229,6 +230,7 @@ fn limits(all: &Assessment) -> Vec<Line> {
             "steady slip is unstable below damping",
             match all.hopf_damping > 0.0 {
                 true => of_damping(all.hopf_damping),
+                false if all.hopf_damping == 0.0 => rich("none: any damping makes it attract"),
                 false => none(errors.map(|errors| errors.hopf_damping)),
             },
         ),
@@ -314,7 +316,10 @@ fn motion(all: &Assessment) -> Vec<Line> {
 fn sensitivities(all: &Assessment, uncertain: &[Uncertain]) -> Vec<Line> {
     let machine = &all.machine;
     if all.sensitivities.is_empty() {
-        let words = "by an unknown amount: no critical damping was found next to it";
+        let words = match all.behaviour.critical_damping {
+            None if all.behaviour.critical_damping_is_known => "not at all: there is none",
+            _ => "by an unknown amount: no critical damping was found next to it",
+        };
         return vec![line("any quantity", rich(words))];
     }
     let values = machine.quantities();
@@ -350,16 +355,18 @@ fn proved(all: &Assessment) -> Vec<Line> {
         None => "no proof decides it".to_owned(),
     };
     let computed = format!("computed: orbits to 1e-9, sensitivities to 1e-5{of_curve}");
-    vec![
+    let mut lines = vec![
         line("stick-slip cycle at the working point", Rich::foreign(&proved)),
         line("all numbers above", Rich::foreign(&computed)),
-    ]
+    ];
+    lines.extend(all.conjecture.map(|assumed| line("regimes and limits assume", rich(assumed))));
+    lines
 }
 
 /// The attractors at the working point; where they are not determined, what is known and why the rest is not.
 pub(super) fn regime_lines(all: &Assessment) -> Vec<Line> {
     const NAME: &str = "regime at the working point";
-    let Some(Undetermined { sticks, is_stable, reasons }) = &all.undetermined else {
+    let Some(Undetermined { sticks, stability, reasons }) = &all.undetermined else {
         let words = rich(&palette::regime(all.behaviour.regime).words);
         let open =
             if all.is_left_open() { " by the curve through the data, which leave it open" } else { "" };
@@ -370,7 +377,11 @@ pub(super) fn regime_lines(all: &Assessment) -> Vec<Line> {
         Some(false) => "no stick-slip cycle exists, ",
         None => "",
     };
-    let steady = if *is_stable { "steady slip attracts" } else { "steady slip is unstable" };
+    let steady = match stability {
+        Stability::Attracts => "steady slip attracts",
+        Stability::Neutral => "steady slip neither attracts nor repels within rounding errors",
+        Stability::Repels => "steady slip is unstable",
+    };
     let mut lines = vec![
         (rich(NAME), rich("not determined in full")),
         (rich("what is known of it"), rich(&format!("{stick_slip}{steady}"))),

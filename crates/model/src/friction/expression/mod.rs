@@ -10,9 +10,9 @@
 //! not contain the place in the text.)
 //!
 //! **Legal laws** are checked by [`Expression::check`]: phi(0) = 1 (after division by a stated static
-//! level), in double and in interval arithmetic, phi and D finite and continuous over the slip speeds of the check. `abs` is legal if its argument
-//! does not change its sign there. A power with an exponent that is not an integer requires a base >= 0, and,
-//! where the base vanishes, an exponent of at least 1.
+//! level), in double and in interval arithmetic, phi and D finite and continuous over the slip speeds of the
+//! check. `abs` is legal if its argument does not change its sign there. A power with an exponent that is not
+//! an integer requires a base >= 0, and, where the base vanishes, an exponent of at least 1.
 
 mod parse;
 
