@@ -91,6 +91,7 @@ const ROUNDING: f64 = 4.0 * f64::EPSILON;
 const CLEAR: f64 = 1e-6;
 
 impl<'a> HopfRate<'a> {
+    /// The rate at one belt speed.
     pub fn new(curve: &'a Curve, belt_speed: f64) -> Self {
         Self {
             curve,
@@ -100,6 +101,7 @@ impl<'a> HopfRate<'a> {
         }
     }
 
+    /// What small disturbances do at eps c = `viscous`.
     pub fn stability(&self, viscous: f64) -> Stability {
         let divergence = self.rate - viscous;
         let is_noise = || divergence.abs() <= self.rounding() + ROUNDING * viscous.abs();

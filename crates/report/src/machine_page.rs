@@ -185,12 +185,16 @@ mod tests {
     use super::lines::{percentage, regime_lines, sections};
     use super::*;
     use slipmap_map::assessment::{Undetermined, assess};
-    pub use slipmap_map::machine::{Friction, Machine, Motion, example};
+    use slipmap_map::machine::{Friction, Machine, Motion};
     use slipmap_map::map::Regime;
     use slipmap_map::risk::{Estimate, Spread, risk};
     use slipmap_model::filippov::Stability;
     use slipmap_model::friction::{Expression, Law, Table};
     use slipmap_model::point::LawParameters;
+
+    pub(super) fn example(law: Law) -> Machine {
+        Machine::from_array(Motion::Translation, law, [2.0, 800.0, 4.0, 50.0, 0.4, 0.3, 0.25, 0.02, 0.1])
+    }
 
     #[test]
     fn a_critical_damping_that_was_not_found_is_not_told_as_none() {

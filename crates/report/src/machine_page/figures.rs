@@ -253,7 +253,7 @@ pub(super) fn friction(all: &Assessment, height: f64) -> Scene {
 #[cfg(test)]
 mod tests {
     use super::*;
-    pub use crate::machine_page::tests::example;
+    use crate::machine_page::tests::example;
     use slipmap_map::assessment::assess;
     use slipmap_map::machine::Machine;
     use slipmap_model::friction::{Law, Table};
