@@ -35,8 +35,9 @@ class Landing:
     slip_time: float
     stick_time: float
     period: float
-    crossings: int
-    """Crossings of the belt line before the mass sticks."""
+    crossings: int | None
+    """Crossings of the belt line before the mass sticks; None where it lands within its error of the end of the stick
+    segment, after 0 or 1."""
 
 
 @dataclass(frozen=True)

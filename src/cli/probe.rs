@@ -466,10 +466,11 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
             .into(),
         ),
         Some(landing) => {
-            line(
-                "landing",
-                format!("({}, {belt}), after {} crossings", short(landing.x1), landing.crossings),
-            );
+            let after = match landing.crossings {
+                Some(crossings) => format!("after {crossings} crossings"),
+                None => "within its error of the end of the stick segment: after 0 or 1 crossings".into(),
+            };
+            line("landing", format!("({}, {belt}), {after}", short(landing.x1)));
             line("slip time", short(landing.slip_time));
             line("stick time", short(landing.stick_time));
         }

@@ -176,7 +176,7 @@ fn return_map_column(
     for ((&c, &margin), &error) in cs.iter().zip(margins).zip(errors) {
         let known = match is_resolved(margin, error) {
             true if margin < -error => Some(End::Inward),
-            true if margin > error && lands(c, margin) => Some(End::Sticks),
+            true if margin > error && lands(c, margin + error) => Some(End::Sticks),
             _ => None,
         };
         let end = known.unwrap_or_else(|| {

@@ -111,8 +111,9 @@ result! {
         pub(crate) stick_time: f64,
         /// Sum of slip time and stick time.
         pub(crate) period: f64,
-        /// Crossings of the belt line before the mass sticks.
-        pub(crate) crossings: u32,
+        /// Crossings of the belt line before the mass sticks; `None` where the landing is within its error of
+        /// the end of the stick segment.
+        pub(crate) crossings: Option<u32>,
     }
 
     /// The critical damping of a column.

@@ -192,7 +192,7 @@ fn side_by_flow(column: &Column, oscillator: &Oscillator, tolerance: f64, spent:
     let margin = match flow.fate {
         // Where the flow cannot be continued beyond the line, r at the landing is about what it would be
         // after the turn.
-        Fate::Sticks(Landing { x1, crossings: 0, .. }) if flow.margin.is_nan() => {
+        Fate::Sticks(Landing { x1, crossings, .. }) if flow.margin.is_nan() && crossings != Some(1) => {
             let speed = (oscillator.exit_x1() - x1) / column.belt_speed;
             (speed * speed / (1.0 + speed.hypot(1.0))).clamp(f64::MIN_POSITIVE, 1.0)
         }
