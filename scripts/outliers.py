@@ -9,6 +9,7 @@ every column by itself. Prints the number of maps and cells that differ, and exi
 """
 
 import argparse
+import itertools
 import math
 import pathlib
 import random
@@ -22,15 +23,8 @@ import h5py
 COLUMNS = 64
 
 
-def mean(phi, speed):
-    """The weakening rate averaged over the grazing circle: 2 / (pi V) times the integral of phi cos t."""
-    n = 400
-    angles = (math.pi * (i + 0.5) / n for i in range(n))
-    return 2 / (speed * n) * sum(phi(speed * (1 - math.cos(t))) * math.cos(t) for t in angles)
-
-
 def table(rng):
-    """A smooth law at a few slip speeds, with an outlier between two rows close to it; the place of the outlier."""
+    """A smooth law at a few slip speeds, with an outlier between two rows close to it; its place and its width."""
     level, scale, at = rng.uniform(0.3, 0.8), rng.uniform(0.2, 1.0), rng.uniform(0.6, 3.0)
     width, height = at * 10 ** rng.uniform(-3, -1), rng.choice([-1, 1]) * 10 ** rng.uniform(-3, -1.3)
     phi = lambda u: level + (1 - level) * math.exp(-u / scale)
@@ -43,67 +37,31 @@ def table(rng):
     rows |= {at - width: phi(at - width), at: phi(at) + height, at + width: phi(at + width)}
     rows = sorted(rows.items())
 
-    def through(u):
-        i = max(i for i, row in enumerate(rows[:-1]) if row[0] <= u)
-        (a, before), (b, after) = rows[i : i + 2]
-        return before + (after - before) * (u - a) / (b - a)
-
-    return rows, through, at
+    return rows, at, width
 
 
 def formula(rng):
-    """A smooth law with a feature of a width around a slip speed p."""
+    """A smooth law with a feature around a slip speed p; its place and its width."""
     level, scale, at = rng.uniform(0.3, 0.8), rng.uniform(0.2, 1.0), rng.uniform(0.6, 3.0)
     width, height = at * 10 ** rng.uniform(-3, -1), rng.choice([-1, 1]) * 10 ** rng.uniform(-3, -1.3)
-    text, shape = rng.choice(
-        [
-            ("exp(-X^2)", lambda x: math.exp(-min(x * x, 700.0))),
-            ("1/(1 + X^2)^2", lambda x: (1 + x * x) ** -2),
-            ("tanh(X)", math.tanh),
-            ("sin(3*X)*exp(-X^2)", lambda x: math.sin(3 * x) * math.exp(-min(x * x, 700.0))),
-        ]
-    )
+    text = rng.choice(["exp(-X^2)", "1/(1 + X^2)^2", "tanh(X)", "sin(3*X)*exp(-X^2)"])
     here, start = (text.replace("X", f"(({u} - p)/{width:.5g})") for u in ("u", "0"))
     text = f"{level:.5g} + {1 - level:.5g}*exp(-u/{scale:.5g}) + {height:.5g}*({here} - {start})"
-    smooth = lambda u: level + (1 - level) * math.exp(-u / scale)
-    phi = lambda u: smooth(u) + height * (shape((u - at) / width) - shape(-at / width))
-    return text, phi, at
+    return text, at, width
 
 
 def line(from_, to, points=COLUMNS):
     return f"{{ from = {from_!r}, to = {to!r}, points = {points} }}"
 
 
-def configuration(kind, rng, folder):
-    """The configuration of a random map."""
-    moves = kind == "formula" and rng.random() < 0.3
-    if kind == "table":
-        rows, phi, at = table(rng)
-        (folder / "law.csv").write_text("".join(f"{u!r},{value!r}\n" for u, value in rows))
-        law = 'law = "table"\nfile = "law.csv"'
-    else:
-        text, phi, at = formula(rng)
-        law = f'law = "expression"\nphi = "{text}"'
-    # On most maps twice the belt speed passes the feature, on others the belt speed does.
-    middle = at * rng.choice([0.5, 0.5, 0.5, 1.0]) * rng.uniform(0.9, 1.1)
-    share = rng.uniform(0.05, 0.4)
-    ends = [middle * (1 - share), middle * (1 + share)]
-    if moves:
-        axes = f"p = {line(at * (1 - share), at * (1 + share))}\nV = {middle!r}"
-        ends = [middle * 0.999, middle * 1.001]
-    else:
-        axes = ("" if kind == "table" else f"p = {at!r}\n") + f"V = {line(*ends)}"
-    dampings = sorted({max(mean(phi, rng.uniform(*ends)) * rng.uniform(0.97, 1.03), 0.0) for _ in range(2)})
-    epsilon = rng.choice([0.3, 1.0])
-    # Regimes take a hundred times as long, most of it for columns that have nothing to do with interpolation.
-    fields = '["verdict", "regime"]' if rng.random() < 0.03 else '["verdict"]'
+def configuration(law, axes, dampings, fields):
     return f"""
 [friction]
 {law}
 [grid]
-epsilon = {epsilon}
+epsilon = 1.0
 {axes}
-c = {[c / epsilon for c in dampings]}
+c = {dampings}
 [methods]
 run = ["simulation"]
 [audit]
@@ -113,26 +71,56 @@ fields = {fields}
 """
 
 
-def cells(program, file, engine):
-    """The verdicts and regimes of a map, and the number of cells that were interpolated."""
+def random_map(program, kind, rng, folder):
+    """The file of a random map. Its dampings are next to the critical one of an orbit that just passes the feature."""
+    file = folder / "map.toml"
+    if kind == "table":
+        rows, at, width = table(rng)
+        (folder / "law.csv").write_text("".join(f"{u!r},{value!r}\n" for u, value in rows))
+        law, place = 'law = "table"\nfile = "law.csv"', ""
+    else:
+        text, at, width = formula(rng)
+        law, place = f'law = "expression"\nphi = "{text}"', f"p = {at!r}\n"
+    belt = 0.5 * (at + rng.uniform(-1, 3) * width)
+    file.write_text(configuration(law, f"{place}V = {belt!r}", [0.0], '["verdict", "critical_c"]'))
+    critical, *_ = computed(program, file, "critical_surface", ["critical_c_simulation"])
+    critical = critical["critical_c_simulation"][0]
+    if not critical > 0:
+        return None
+    share, shift = rng.uniform(0.03, 0.3), rng.uniform(-0.5, 0.5)
+    ends = lambda middle: line(middle * (1 + share * (shift - 1)), middle * (1 + share * (shift + 1)))
+    if kind == "formula" and rng.random() < 0.3:
+        axes = f"p = {ends(at)}\nV = {belt!r}"
+    else:
+        axes = f"{place}V = {ends(belt)}"
+    off = 10 ** rng.uniform(-4, -2)
+    # Regimes take a hundred times as long, most of it for columns that have nothing to do with interpolation.
+    fields = '["verdict", "regime"]' if rng.random() < 0.03 else '["verdict"]'
+    file.write_text(configuration(law, axes, [critical * (1 - off), critical * (1 + off)], fields))
+    return file
+
+
+def computed(program, file, engine, variables):
+    """The variables of a map that it has, the number of its interpolated cells, and of evaluations."""
     path = file.with_suffix(f".{engine}.h5")
-    options = ["--set", f"simulation.engine={engine}", "--set", f"output.path={path}"]
+    options = ["--overwrite", "--set", f"simulation.engine={engine}", "--set", f"output.path={path}"]
     run = subprocess.run([program, "run", file, *options], capture_output=True, text=True)
     if run.returncode:
         sys.exit(f"{run.stderr}\n{file.read_text()}")
     with h5py.File(path) as map:
-        fields = [name for name in ("verdict_simulation", "regime") if name in map]
-        found = {name: map[name][...].ravel().tolist() for name in fields}
+        found = {name: map[name][...].ravel().tolist() for name in variables if name in map}
         return found, int(map.attrs["cells_by_interpolation"]), int(map.attrs["rhs"])
 
 
 def compare(program, kind, seed, scratch):
     folder = pathlib.Path(scratch) / f"{kind}{seed}"
     folder.mkdir()
-    file = folder / "map.toml"
-    file.write_text(configuration(kind, random.Random(f"{kind} {seed}"), folder))
-    found, interpolated, work = cells(program, file, "auto")
-    wanted, _, own_work = cells(program, file, "critical_surface")
+    file = random_map(program, kind, random.Random(f"{kind} {seed}"), folder)
+    if file is None:
+        return None
+    variables = ["verdict_simulation", "regime"]
+    found, interpolated, work = computed(program, file, "auto", variables)
+    wanted, _, own_work = computed(program, file, "critical_surface", variables)
     size = len(wanted["verdict_simulation"])
     wrong = {at for name in wanted for at in range(size) if found[name][at] != wanted[name][at]}
     return {"wrong": len(wrong), "cells": size, "interpolated": interpolated, "work": work, "own": own_work, "seed": seed}
@@ -146,7 +134,10 @@ def main():
     failed = False
     for kind in ("table", "formula"):
         with tempfile.TemporaryDirectory() as scratch, ThreadPoolExecutor(2) as pool:
-            done = list(pool.map(lambda seed: compare(options.program, kind, seed, scratch), range(options.maps)))
+            # Some laws have no critical damping at the belt speed that was drawn.
+            maps = pool.map(lambda seed: compare(options.program, kind, seed, scratch), range(2 * options.maps))
+            done = list(itertools.islice(filter(None, maps), options.maps))
+            pool.shutdown(cancel_futures=True)
         total = {key: sum(one[key] for one in done) for key in done[0]}
         wrong = [one["seed"] for one in done if one["wrong"]]
         print(

@@ -201,9 +201,8 @@ fn regimes_of_columns_that_share_their_cycles_are_those_of_single_points() {
     }
 }
 
-/// Laws whose orbits pass a narrow feature on a part of the axis: with the slip speed at which it is, and a
-/// damping that some columns have as their critical one.
-fn laws_with_a_narrow_feature() -> Vec<(Law, f64)> {
+/// Laws whose orbits pass a narrow feature on a part of the axis, with its slip speed and its width.
+fn laws_with_a_narrow_feature() -> Vec<(Law, [f64; 2])> {
     let mut laws = Vec::new();
     let mut random = Random(46);
     for number in 0..24 {
@@ -227,7 +226,7 @@ fn laws_with_a_narrow_feature() -> Vec<(Law, f64)> {
             let smooth = format!("{level} + (1 - {level})*exp(-u/{scale})");
             formula(&format!("{smooth} + ({height})*({} - {})", feature("u"), feature("0")))
         };
-        laws.push((law, at));
+        laws.push((law, [at, width]));
     }
     laws
 }
@@ -250,12 +249,14 @@ fn cells_of_laws_with_a_narrow_feature_are_those_of_their_own_columns() {
         |from: f64, to: f64| (0..100).map(|i| from + (to - from) * f64::from(i) / 99.0).collect::<Vec<_>>();
     let first = Law::Table(Table::new("an outlier", &rows, 1.0).unwrap());
     let mut maps = vec![(first, ends(0.3811, 0.5811), vec![0.33353363])];
-    for (law, at) in laws_with_a_narrow_feature() {
+    for (law, [at, width]) in laws_with_a_narrow_feature() {
         // Twice the belt speed passes the feature.
         let belts = ends(0.42 * at, 0.62 * at);
         let own = |belt: f64| critical_damping(&law.column(&law.point(1.0, &[], belt, 0.0).unwrap()), 1e-9);
-        let Ok(critical) = own(belts[37]) else { continue };
-        maps.push((law, belts, vec![(0.999 * critical.c).max(0.0)]));
+        let Ok(critical) = own(0.5 * (at + 0.5 * width)) else { continue };
+        if critical.c > 0.0 {
+            maps.push((law, belts, vec![0.998 * critical.c, 1.002 * critical.c]));
+        }
     }
     let mut interpolated = 0;
     for (number, (law, belts, dampings)) in maps.iter().enumerate() {
