@@ -20,6 +20,7 @@ use crate::friction::Law;
 use crate::machine::{Machine, Model};
 use crate::map::limits::{EpsilonLimit, HIGHEST, Unknown};
 use crate::map::{BasinBoundary, DEFAULT_TOLERANCE, Grid, Method, Quantity, Regime};
+use crate::number::{known_part, rounded, with_error};
 use crate::point::Point;
 use crate::probe::{Answer, MachineResult, Probe, equilibrium_type, fate_name, regime_words};
 use crate::report::figure::{OrbitPlot, Width, orbit_figure};
@@ -307,7 +308,10 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
             method.method.name().into(),
             method.verdict.name().into(),
             signed(method.margin),
-            method.critical_c.map_or("-".into(), short),
+            method.critical_c.map_or("-".into(), |c| match method.critical_c_error {
+                Some(error) => short(known_part(c, error)[0]),
+                None => short(c),
+            }),
             short(limit.equal.value()),
             method.method.guarantee().name().into(),
             method.method.equation_for(&answer.law).into_owned(),
@@ -367,22 +371,25 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
                     count(root.rhs)
                 )
             }
-            Ok(root) => format!(
-                "c* = {} +- {} ({} right-hand sides){}",
-                exact(root.c),
-                short(root.error),
-                count(root.rhs),
-                if root.c < 0.0 { ": no cycle at any damping" } else { "" }
-            ),
+            Ok(root) => match root.known() {
+                Ok(_) => format!(
+                    "c* = {} ({} right-hand sides){}",
+                    with_error(root.c, root.error),
+                    count(root.rhs),
+                    if root.c < 0.0 { ": no cycle at any damping" } else { "" }
+                ),
+                Err(why) => format!("not told: {why} ({} right-hand sides)", count(root.rhs)),
+            },
             Err(why) => format!("none: {why}"),
         },
     );
     match answer.sensitivity() {
         Ok(found) => {
             let derivatives = found.named(&answer.law);
-            // The text gives no errors: what is within its error is 0.
-            let known = |by: Estimate| if by.value.abs() > by.error { by.value } else { 0.0 };
-            let derivatives = derivatives.map(|(name, by)| format!("{} by {name}", signed(known(by))));
+            let derivatives = derivatives.map(|(name, by)| match by.value.is_nan() {
+                true => format!("an amount that is not known by {name} (its error is {})", rounded(by.error, 2)),
+                false => format!("{} by {name}", with_error(by.value, by.error)),
+            });
             line("c* moves by", derivatives.collect::<Vec<_>>().join(", "));
             if let Some(standard) = found.standard_error {
                 line(
@@ -482,7 +489,7 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
         line("attracting cycle", format!("period {}, {shape}, multiplier {multiplier}", short(cycle.period)));
     }
     if let Some([from, to, error]) = answer.bistable_band() {
-        line("both attract for c", format!("{} to {} +- {}", exact(from), exact(to), short(error)));
+        line("both attract for c", format!("{} to {}", exact(from), with_error(to, error)));
     }
     if let Some(BasinBoundary { kick, separates: [_, outside], .. }) = &answer.basin {
         line(

@@ -14,7 +14,7 @@ use crate::behaviour::behaviour;
 use crate::map::{DEFAULT_TOLERANCE, Method};
 use crate::probe::{Answer, MachineResult, Probe, regime_words};
 use crate::report::UnitSystem;
-use crate::simulate::direct;
+use crate::simulate::{CriticalDamping, direct};
 
 #[derive(Clone, Debug, Deserialize)]
 pub(super) struct PointRequest {
@@ -52,7 +52,8 @@ impl PointRequest {
             "regime": answer.regime.name(),
             "words": regime_words(answer.regime),
             "methods": methods.collect::<Vec<_>>(),
-            "critical_c": answer.critical.as_ref().ok().map(|root| root.c),
+            "critical_c": answer.critical.and_then(CriticalDamping::known).ok().map(|root| root.c),
+            "critical_c_error": answer.critical.ok().map(|root| root.error),
         }))
     }
 

@@ -8,7 +8,7 @@ use crate::config::Job;
 use crate::friction::Law;
 use crate::machine::{MOTION_ATTRIBUTE, Machine, Motion, SI_ATTRIBUTE};
 use crate::map::{AxisRole, Grid};
-use crate::simulate::critical_damping;
+use crate::simulate::critical::{critical_damping, known_or_nan};
 use crate::store::{MapFile, Value};
 
 /// Factor by which the damping axis extends beyond the larger of two dampings.
@@ -102,7 +102,7 @@ impl Start {
 /// The upper end of a machine's damping axis: `ROOM` times the larger of its own and the critical damping.
 fn most_damping(machine: &Machine) -> Option<f64> {
     let model = machine.model()?;
-    let critical = critical_damping(&model.column(), TOLERANCE).map_or(0.0, |root| root.c);
+    let critical = known_or_nan(critical_damping(&model.column(), TOLERANCE));
     let most = ROOM * machine.damping.max(critical * model.si.units.damping);
     (most > 0.0).then_some(most)
 }

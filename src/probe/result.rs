@@ -63,8 +63,10 @@ result! {
         pub(crate) verdict: &'static str,
         /// As in a map, see [`super::MethodAnswer::margin`].
         pub(crate) margin: f64,
-        /// The edge of presence in c; `None` where there is none at c >= 0.
+        /// The edge of presence in c; `None` where there is none at c >= 0, or none that is known to 1 %.
         pub(crate) critical_c: Option<f64>,
+        /// Estimate of its absolute error; `None` for methods whose edge is exact to rounding.
+        pub(crate) critical_c_error: Option<f64>,
         pub(crate) guarantee: &'static str,
         /// Equation in the paper, or section of the theory pages.
         pub(crate) equation: Cow<'static, str>,
@@ -118,9 +120,9 @@ result! {
 
     /// The critical damping of a column.
     pub(crate) struct CriticalResult {
-        /// c*; negative where no legal damping is small enough for a cycle.
+        /// c*; negative where no legal damping is small enough for a cycle. `None` where it is not known to 1 %.
         pub(crate) value: Option<f64>,
-        /// Estimate of the absolute error of `value`.
+        /// Estimate of the absolute error, also of a c* that is not known to 1 %.
         pub(crate) error: Option<f64>,
         /// Evaluations of the right-hand side.
         pub(crate) rhs: Option<u64>,
@@ -247,6 +249,8 @@ result! {
         pub(crate) critical_belt_speed: Option<f64>,
         /// See [`crate::behaviour::Behaviour::critical_damping`].
         pub(crate) critical_damping: Option<f64>,
+        /// See [`crate::behaviour::Behaviour::critical_damping_error`].
+        pub(crate) critical_damping_error: Option<f64>,
         /// The critical damping as a damping ratio.
         pub(crate) critical_damping_ratio: Option<f64>,
         /// Damping ratio d / (2 sqrt(k m)).

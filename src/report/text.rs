@@ -3,7 +3,7 @@
 //! Words from a map file enter through [`Rich::foreign`] and are escaped for each format; the program's own
 //! words may contain symbols in braces, see [`rich`].
 
-use crate::number::{scientific, without_zeros};
+use crate::number::{digits_within, known_part, scientific, without_zeros};
 
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Piece {
@@ -158,6 +158,16 @@ impl Rich {
             "-1" => Self::foreign("−").then(power),
             mantissa => Self::foreign(&format!("{} × ", minus(mantissa))).then(power),
         }
+    }
+
+    /// A number with at most `digits` digits, and with its error where that reaches them: "13.7 ± 0.14", but
+    /// "13.71" with an error that is far smaller. Digits beyond the error are not printed.
+    pub(crate) fn with_error(value: f64, error: f64, digits: usize) -> Self {
+        if digits_within(value, error, usize::from(u8::MAX)) > digits + 1 {
+            return Self::number(value, digits);
+        }
+        let [value, error] = known_part(value, error);
+        Self::number(value, digits + 1).then(" ± ").then(Self::number(error, 2))
     }
 
     pub(crate) fn power_of_ten(exponent: i32) -> Self {

@@ -8,7 +8,7 @@ use crate::friction::Law;
 use crate::machine::{
     Coefficients, Dimension, MOTION_ATTRIBUTE, Model, Motion, SI_ATTRIBUTE, SiUnits, UNITS_ATTRIBUTE, Units,
 };
-use crate::map::{Axis, AxisRole, Quantity, dimension};
+use crate::map::{Axis, AxisRole, Field, Quantity, dimension};
 use crate::store::{MapFile, Value};
 
 /// A map and the units in which its numbers are shown.
@@ -244,9 +244,10 @@ impl Label {
 
 /// Variables that a map has for each method: the beginning of their names, what they are, and the word before
 /// the method.
-const OF_METHODS: [(&str, &str, &str); 4] = [
+const OF_METHODS: [(&str, &str, &str); 5] = [
     ("verdict_", "verdict", " of "),
     ("margin_", "margin", " of "),
+    (Field::CRITICAL_ERROR, "error of the critical damping", " of "),
     ("critical_c_", "critical damping", " of "),
     ("epsilon_limit_", "largest {epsilon} of agreement", ", "),
 ];

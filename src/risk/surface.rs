@@ -30,7 +30,7 @@ use rayon::prelude::*;
 use crate::friction::{Column, Strengthening};
 use crate::machine::{Friction, Machine, Model};
 use crate::simulate::chebyshev::{Side, Tensor};
-use crate::simulate::critical::{critical_damping, critical_dampings};
+use crate::simulate::critical::{critical_damping, critical_dampings, known_or_nan};
 use crate::simulate::sensitivity::sensitivity_of_any_sign;
 
 /// Tolerance of the root search for a critical damping.
@@ -123,7 +123,7 @@ fn of_measured(model: &Model) -> Pair {
             let deviation = found.standard_error_in_fixed_unit.filter(|_| critical.is_located());
             [critical.c, deviation.map_or(f64::NAN, |deviation| deviation.value)]
         }
-        Err(_) => [critical_damping(&column, TOLERANCE).map_or(f64::NAN, |critical| critical.c), f64::NAN],
+        Err(_) => [known_or_nan(critical_damping(&column, TOLERANCE)), f64::NAN],
     }
 }
 
@@ -256,8 +256,7 @@ impl<'a> Groups<'a> {
             let columns: Vec<Column> = models.iter().flatten().map(|(model, _)| model.column()).collect();
             let mut roots = critical_dampings(&columns, TOLERANCE).into_iter();
             let mut y = |(_, scale): &(Model, f64)| {
-                let root = roots.next().and_then(Result::ok);
-                root.map_or(f64::NAN, |root| root.c * scale)
+                roots.next().map_or(f64::NAN, known_or_nan) * scale
             };
             let y = |model: &Option<(Model, f64)>| [model.as_ref().map_or(f64::NAN, &mut y), 0.0];
             models.iter().map(y).collect::<Vec<Pair>>()
