@@ -86,7 +86,10 @@ pub fn flow(oscillator: &Oscillator, tolerance: f64) -> Flow {
         Ok(FirstTurn::Lands(contact)) => {
             let rise = rise(&slip, &contact);
             slip.rhs += rise.rhs;
-            let fate = if rise.at_least <= rise.error {
+            // Below the line x1 = 1 - eps c V - x2' there: an orbit that rises to it lands short of the exit
+            // point. In the first steps along a steep law rounding may carry it back to where it began.
+            let is_lost = contact.at.x1_offset() >= 0.0;
+            let fate = if rise.at_least <= rise.error || is_lost {
                 Fate::TooCloseToCall
             } else {
                 after_landing(oscillator, &mut slip, &contact.at)
