@@ -387,7 +387,9 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
         Ok(found) => {
             let derivatives = found.named(&answer.law);
             let derivatives = derivatives.map(|(name, by)| match by.value.is_nan() {
-                true => format!("an amount that is not known by {name} (its error is {})", rounded(by.error, 2)),
+                true => {
+                    format!("an amount that is not known by {name} (its error is {})", rounded(by.error, 2))
+                }
                 false => format!("{} by {name}", with_error(by.value, by.error)),
             });
             line("c* moves by", derivatives.collect::<Vec<_>>().join(", "));

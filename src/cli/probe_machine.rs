@@ -71,7 +71,9 @@ fn quantity(value: Option<f64>, unit: &str) -> String {
 fn limit(limit: Limit, unit: &str) -> String {
     match limit {
         Limit::Below(value) => format!("{} {unit}", short(value)),
-        Limit::Between(low, high) => format!("between {} and {} {unit}, not known closer", short(low), short(high)),
+        Limit::Between(low, high) => {
+            format!("between {} and {} {unit}, not known closer", short(low), short(high))
+        }
         Limit::AtLeast(value) => format!("at least {} {unit}", short(value)),
         Limit::NoneUpTo(value) => format!("none up to {} {unit}", short(value)),
         Limit::NotDetermined => "not determined".into(),

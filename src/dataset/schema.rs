@@ -275,7 +275,8 @@ fn add_errors(variables: &mut Vec<Variable>, methods: &[MethodInfo]) {
         let Content::CriticalC(position) = variable.content else { continue };
         let MethodInfo { name, long_name, .. } = &methods[position];
         if *name != Method::Simulation.name() {
-            let exact = "the edge of what the method claims, exact to rounding; NaN where it claims no presence";
+            let exact =
+                "the edge of what the method claims, exact to rounding; NaN where it claims no presence";
             variable.attributes.push(("comment", exact.into()));
             continue;
         }

@@ -266,7 +266,14 @@ fn of_naive(method: Method, law: &Law, verdict: NaiveVerdict) -> MethodAnswer {
         (NaiveVerdict::Failed(failure), _) => Some(failure.to_string()),
         (NaiveVerdict::Sticks { .. } | NaiveVerdict::NeverSticks, _) => None,
     };
-    MethodAnswer { method, verdict: verdict.into(), margin: f64::NAN, critical_c: None, critical_c_error: None, reason }
+    MethodAnswer {
+        method,
+        verdict: verdict.into(),
+        margin: f64::NAN,
+        critical_c: None,
+        critical_c_error: None,
+        reason,
+    }
 }
 
 /// Place and times of sticking, if the orbit sticks.

@@ -255,9 +255,7 @@ impl<'a> Groups<'a> {
                 groups.iter().map(|groups| self.model_with(groups)).collect();
             let columns: Vec<Column> = models.iter().flatten().map(|(model, _)| model.column()).collect();
             let mut roots = critical_dampings(&columns, TOLERANCE).into_iter();
-            let mut y = |(_, scale): &(Model, f64)| {
-                roots.next().map_or(f64::NAN, known_or_nan) * scale
-            };
+            let mut y = |(_, scale): &(Model, f64)| roots.next().map_or(f64::NAN, known_or_nan) * scale;
             let y = |model: &Option<(Model, f64)>| [model.as_ref().map_or(f64::NAN, &mut y), 0.0];
             models.iter().map(y).collect::<Vec<Pair>>()
         };

@@ -76,8 +76,9 @@ fn the_error_of_the_critical_damping_covers_the_truth_of_steep_laws() {
                 let column = column(belt_speed, drop, vs);
                 for tolerance in [1e-9, 1e-6] {
                     let Ok(found) = critical_dampings(&[column.clone()], tolerance)[0] else { continue };
-                    let at =
-                        format!("vs {vs:e}, V {belt_speed}, j {drop}, {tolerance:e}: {found:?}, {truth} {left_out:e}");
+                    let at = format!(
+                        "vs {vs:e}, V {belt_speed}, j {drop}, {tolerance:e}: {found:?}, {truth} {left_out:e}"
+                    );
                     let known = found.known().is_ok();
                     told[usize::from(known)] += 1;
                     let covers = (found.c - truth).abs() <= found.error + left_out;

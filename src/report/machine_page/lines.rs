@@ -189,7 +189,8 @@ fn limits(all: &Assessment) -> Vec<Line> {
     let critical = match (does.critical_damping, does.critical_damping_error) {
         (Some(damping), numerical) => {
             let of_data = all.standard_error_of(damping).unwrap_or(0.0);
-            let numerical = numerical.filter(|error| *error > of_data).map_or_else(Rich::default, |error| {
+            let apart = |error: &f64| *error > of_data && !Rich::shows_error(damping, *error, of_slope);
+            let numerical = numerical.filter(apart).map_or_else(Rich::default, |error| {
                 rich(" (numerical error ").then(Rich::number(error, 2)).then(")")
             });
             of_damping(damping).then(numerical)
@@ -207,9 +208,11 @@ fn limits(all: &Assessment) -> Vec<Line> {
             Limit::Below(value) if dimension == Damping => of_damping(value),
             Limit::Below(value) => of(value),
             Limit::AtLeast(value) => rich("at least ").then(of(value)),
-            Limit::Between(low, high) => {
-                rich("between ").then(Rich::number(low, digits)).then(" and ").then(of(high)).then(", not known closer")
-            }
+            Limit::Between(low, high) => rich("between ")
+                .then(Rich::number(low, digits))
+                .then(" and ")
+                .then(of(high))
+                .then(", not known closer"),
             Limit::NoneUpTo(value) => rich(none).then(of(value)),
             Limit::NotDetermined => rich("not determined"),
         }
