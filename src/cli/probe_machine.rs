@@ -86,17 +86,19 @@ pub(super) fn write(out: &mut dyn Write, machine: &Machine, behaviour: &Behaviou
     let (units, motion) = (machine.units(), machine.motion);
     let mut table = Table::new(&[("", Align::Left), ("", Align::Left)]);
     let damping_unit = motion.unit(Dimension::Damping);
-    let mut critical = match (behaviour.critical_damping, behaviour.critical_damping_error) {
-        (Some(damping), Some(error)) => format!("{} {damping_unit}", with_error(damping, error)),
+    let of_data = machine.model().as_ref().and_then(standard_error);
+    let critical = match (behaviour.critical_damping, behaviour.critical_damping_error) {
+        (Some(damping), Some(error)) => match of_data.filter(|of_data| *of_data >= error) {
+            Some(of_data) => {
+                format!("{} {damping_unit} by the standard errors of the data", with_error(damping, of_data))
+            }
+            None => format!("{} {damping_unit}", with_error(damping, error)),
+        },
         (None, Some(error)) => {
             format!("not told: its error, {} {damping_unit}, is more than 1 % of it", rounded(error, 2))
         }
         _ => "-".into(),
     };
-    if let Some(error) = machine.model().as_ref().and_then(standard_error) {
-        critical
-            .push_str(&format!(", +- {} {damping_unit} by the standard errors of the data", short(error)));
-    }
     let speed = motion.words("belt_speed");
     let critical_speed = format!("critical {speed}");
     let [slip, stick] = behaviour.slip_and_stick_time.map_or([None; 2], |times| times.map(Some));

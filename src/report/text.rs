@@ -167,12 +167,12 @@ impl Rich {
             return Self::number(value, digits);
         }
         let [value, error] = known_part(value, error);
-        Self::number(value, digits + 1).then(" ± ").then(Self::number(error, 2))
+        Self::number(value, digits + 2).then(" ± ").then(Self::number(error, 2))
     }
 
-    /// Whether [`Rich::with_error`] prints the error.
+    /// Whether [`Rich::with_error`] prints the error: it is at least a tenth of a unit of the last digit.
     pub(crate) fn shows_error(value: f64, error: f64, digits: usize) -> bool {
-        digits_within(value, error, digits + 2) < digits + 2
+        digits_within(value, error, digits + 3) < digits + 3
     }
 
     pub(crate) fn power_of_ten(exponent: i32) -> Self {

