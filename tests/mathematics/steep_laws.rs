@@ -3,7 +3,7 @@
 
 use slipmap::friction::{Column, Law};
 use slipmap::map::{Engine, Verdict, decide};
-use slipmap::simulate::critical::critical_dampings;
+use slipmap::simulate::critical_damping;
 
 /// The next largest x2 of the oscillator without friction's fall, x2'' + c x2' + x2 = 0, from the exit point
 /// (V, -j) of friction that drops by j as slip begins.
@@ -75,7 +75,7 @@ fn the_error_of_the_critical_damping_covers_the_truth_of_steep_laws() {
                 }
                 let column = column(belt_speed, drop, vs);
                 for tolerance in [1e-9, 1e-6] {
-                    let Ok(found) = critical_dampings(&[column.clone()], tolerance)[0] else { continue };
+                    let Ok(found) = critical_damping(&column, tolerance) else { continue };
                     let at = format!(
                         "vs {vs:e}, V {belt_speed}, j {drop}, {tolerance:e}: {found:?}, {truth} {left_out:e}"
                     );

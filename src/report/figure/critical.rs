@@ -29,7 +29,7 @@ pub(crate) fn critical(view: &View) -> Option<Figure> {
     };
     let epsilons = chosen_epsilons(map);
     let index = view.informative_nodes();
-    let curves_over = |values: &[f64]| -> (Vec<Vec<(String, Vec<f64>)>>, Vec<Vec<f64>>) {
+    let curves_over = |values: &[f64]| -> (Vec<curves::Boundaries>, Vec<Vec<f64>>) {
         let of = |&epsilon: &usize| {
             let mut index = index.clone();
             index[0] = epsilon;

@@ -118,13 +118,12 @@ pub(super) fn stability(column: &Column) -> f64 {
     HopfRate::new(&column.curve, column.belt_speed).value() / column.epsilon
 }
 
+/// The names of methods, and the boundary of each in every column.
+pub(super) type Boundaries = Vec<(String, Vec<f64>)>;
+
 /// The boundary of each method of a map that this program knows, the simulation last, then the errors of that;
 /// NaN where there is none, and where the budget is spent.
-pub(super) fn by_method(
-    map: &MapFile,
-    columns: &[Column],
-    budget: &Budget,
-) -> (Vec<(String, Vec<f64>)>, Vec<f64>) {
+pub(super) fn by_method(map: &MapFile, columns: &[Column], budget: &Budget) -> (Boundaries, Vec<f64>) {
     let simulated = budget.solve(columns);
     let solved = &columns[..simulated.len()];
     let tests = map.methods().iter().filter_map(|method| match Method::by_name(&method.name)? {
@@ -134,7 +133,7 @@ pub(super) fn by_method(
         }
         Method::Simulation | Method::Naive(..) => None,
     });
-    let mut curves: Vec<(String, Vec<f64>)> = tests.collect();
+    let mut curves: Boundaries = tests.collect();
     let [exact, mut errors] = [0, 1].map(|of| simulated.iter().map(|found| found[of]).collect::<Vec<f64>>());
     curves.push((super::super::SIMULATION.into(), exact));
     curves.iter_mut().for_each(|(_, curve)| curve.resize(columns.len(), f64::NAN));
