@@ -26,7 +26,7 @@ use crate::probe::{Answer, MachineResult, Probe, equilibrium_type, fate_name, re
 use crate::report::figure::{OrbitPlot, Width, orbit_figure};
 use crate::report::{UnitSystem, write_figure, write_file};
 use crate::simulate::direct::Start;
-use crate::simulate::sensitivity::{Estimate, NoSensitivity};
+use crate::simulate::sensitivity::NoSensitivity;
 use crate::simulate::slip_count::{SlipCount, proves_absence};
 use crate::simulate::{self, Fate, Flow, Neighbour, Range, separates};
 
