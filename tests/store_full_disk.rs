@@ -44,7 +44,13 @@ fn write(path: &Path) -> Result<(), StoreError> {
         let margins = margins.collect();
         let verdicts = std::iter::repeat_n(Verdict::Present, tile.cells()).collect();
         let data = TileData {
-            methods: vec![MethodCells { method, verdicts, margins, critical: vec![] }],
+            methods: vec![MethodCells {
+                method,
+                verdicts,
+                margins,
+                critical: vec![],
+                critical_errors: vec![],
+            }],
             regime: Runs::new(),
             quantities: vec![],
             tile,

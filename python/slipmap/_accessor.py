@@ -138,7 +138,7 @@ class MapAccessor:
     def boundary(self, method: str = REFERENCE) -> xr.DataArray:
         """Damping at which a method's verdict changes from presence, in each column.
 
-        The stored ``critical_c_METHOD`` if the map has it; else the middle between the last damping at which
+        The stored ``critical_c_METHOD`` if the map has it (its errors: ``critical_c_error_simulation``); else the middle between the last damping at which
         presence is claimed and the next node, NaN where it is claimed nowhere or at the last node.
         """
         stored = f"critical_c_{method}"

@@ -46,10 +46,10 @@ def critical_c(
     -------
     c : ndarray, scalar, DataArray or dask array
         Of the shape to which the arguments broadcast; dimensions and coordinates of DataArrays are kept.
-        Negative where no damping c >= 0 is small enough; NaN where an argument is NaN, or where the flow
-        gives no verdict next to the boundary.
+        Negative where no damping c >= 0 is small enough; NaN where an argument is NaN, where the flow gives
+        no verdict next to the boundary, and where the error is more than 1 % of it (and 1e-9).
     error : like `c`
-        Estimate of its absolute error; only if `return_error`.
+        Estimate of its absolute error, also where that is too large for a value; only if `return_error`.
 
     Raises
     ------
@@ -73,8 +73,7 @@ def critical_c(
 
     def kernel(arrays: list[np.ndarray]) -> tuple[np.ndarray, ...]:
         values, errors = _core.critical_c(law._law, arrays, tolerance, threads)
-        # By the comparison lemma an error of the law's weakening rate moves epsilon c* by at most that error.
-        return (values, errors + law.error / arrays[0]) if return_error else (values,)
+        return (values, errors) if return_error else (values,)
 
     arguments = law._arguments(parameters, epsilon=epsilon, V=V)
     attrs = [

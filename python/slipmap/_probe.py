@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import html
 import json
+import math
 import types
 import typing
 from dataclasses import dataclass, fields, is_dataclass
@@ -35,8 +36,9 @@ class Landing:
     slip_time: float
     stick_time: float
     period: float
-    crossings: int
-    """Crossings of the belt line before the mass sticks."""
+    crossings: int | None
+    """Crossings of the belt line before the mass sticks; None where it lands within its error of the end of the stick
+    segment, after 0 or 1."""
 
 
 @dataclass(frozen=True)
@@ -49,7 +51,7 @@ class MethodAnswer:
     """Signed distance in c to the edge of presence, or m / V of the simulation; None where it is no finite
     number."""
     critical_c: float | None
-    """The edge of presence in c; None where there is none at c >= 0."""
+    """The edge of presence in c; None where there is none at c >= 0, or none that is known to 1 %."""
     guarantee: str
     equation: str
     reason: str | None
@@ -61,6 +63,8 @@ class MethodAnswer:
     """Up to which epsilon the verdict does not contradict the simulated one."""
     epsilon_limit_reason: str | None = None
     """Why one of these two is not known."""
+    critical_c_error: float | None = None
+    """Estimate of the absolute error of `critical_c`; None for methods whose edge is exact to rounding."""
 
 
 @dataclass(frozen=True)
@@ -91,17 +95,18 @@ class CriticalDamping:
     """The critical damping of a column."""
 
     value: float | None
-    """c*; negative where no legal damping is small enough for a cycle."""
+    """c*; negative where no legal damping is small enough for a cycle; None where it is not known to 1 %."""
     error: float | None
+    """Estimate of the absolute error, also of a c* that is not known to 1 %."""
     rhs: int | None
     reason: str | None
 
 
 @dataclass(frozen=True)
 class Estimate:
-    """A number and an estimate of its absolute error."""
+    """A number and an estimate of its absolute error; `value` is None where that is more than 1 % of it."""
 
-    value: float
+    value: float | None
     error: float
 
 
@@ -219,7 +224,7 @@ class MachineAnswer:
     critical_belt_speed: float | None
     """The belt speed above which the mass does not come back to the belt, m/s."""
     critical_damping: float | None
-    """The damping coefficient above which the same holds, N s/m."""
+    """The damping coefficient above which the same holds, N s/m; None where none is known to 1 %."""
     critical_damping_ratio: float | None
     damping_ratio: float
     natural_frequency: float
@@ -232,6 +237,8 @@ class MachineAnswer:
     needed_slip_speed: float | None
     """Slip speed up to which measured friction should be known, m/s, where the orbit leaves the data."""
     units: MachineUnits
+    critical_damping_error: float | None = None
+    """Estimate of the absolute error of the critical damping, N s/m, also of one that is not known to 1 %."""
 
 
 @dataclass(frozen=True)
@@ -294,7 +301,7 @@ class Probe:
 
         point = ", ".join(f"{name} = {value:g}" for name, value in self.point.items())
         methods = [
-            (name, it.verdict, it.margin, it.critical_c, it.guarantee, it.reason)
+            (name, it.verdict, it.margin, _edge(it), it.guarantee, it.reason)
             for name, it in self.methods.items()
         ]
         facts: list[tuple[Any, ...]] = [("regime", self.regime.replace("_", " "))]
@@ -302,14 +309,16 @@ class Probe:
             value, error = self.critical_c.value, self.critical_c.error
             # The search of a negative one may end with its sign.
             is_located = value >= 0.0 or error < -value
-            words = f"{value:.10g} ± {error:.1g}" if is_located else f"negative, above {value - error:.6g}"
+            words = _with_error(value, error) if is_located else f"negative, above {value - error:.6g}"
             facts.append(("critical damping", words))
+        elif self.critical_c.reason is not None:
+            facts.append(("critical damping", f"not told: {self.critical_c.reason}"))
         facts.append(("orbit from the exit point", self.flow.return_map.fate.replace("_", " ")))
         if self.landing:
             facts.append(("slip time, stick time", f"{self.landing.slip_time:g}, {self.landing.stick_time:g}"))
         if self.bistable_band:
             band = self.bistable_band
-            facts.append(("both attract for c", f"{band.from_c:g} to {band.to_c:g} ± {band.error:.1g}"))
+            facts.append(("both attract for c", f"{band.from_c:g} to {_with_error(band.to_c, band.error)}"))
         if self.attracting_cycle:
             cycle = self.attracting_cycle
             facts.append(("attracting cycle", f"period {cycle.period:g}, multiplier {cycle.multiplier:g}"))
@@ -321,9 +330,32 @@ class Probe:
         if self.machine:
             units = ("", "m/s", "N s/m") if self.machine.motion == "translation" else ("", "rad/s", "N m s/rad")
             facts.append(("critical belt speed", f"{_short(self.machine.critical_belt_speed)} {units[1]}"))
-            facts.append(("critical damping (SI)", f"{_short(self.machine.critical_damping)} {units[2]}"))
+            damping, error = self.machine.critical_damping, self.machine.critical_damping_error
+            words = _short(damping) if damping is None or error is None else _with_error(damping, error)
+            facts.append(("critical damping (SI)", f"{words} {units[2]}"))
         head = ("method", "verdict", "margin", "critical c", "guarantee", "reason")
         return f"<p>Law <b>{html.escape(self.law)}</b>: {point}</p>{table(methods, head)}{table(facts)}"
+
+
+def _with_error(value: float, error: float) -> str:
+    """A number and its error, which is rounded up, without digits beyond the second of the error."""
+    if not error > 0.0:
+        return f"{value!r} ± {error:g}"
+    last = math.floor(math.log10(error)) - 1
+    known = round(value, -last)
+    shown = math.ceil((error + abs(known - value)) / 10.0**last) * 10.0**last
+    return f"{known:.{min(17, max(1, _digits(known, last)))}g} ± {shown:.2g}"
+
+
+def _digits(value: float, last: int) -> int:
+    """The number of digits of a value down to the one of 10^last."""
+    return 1 if value == 0.0 else math.floor(math.log10(abs(value))) - last + 1
+
+
+def _edge(answer: MethodAnswer) -> str | None:
+    if answer.critical_c is None or answer.critical_c_error is None:
+        return None if answer.critical_c is None else _short(answer.critical_c)
+    return _with_error(answer.critical_c, answer.critical_c_error)
 
 
 def _short(value: Any) -> str:

@@ -34,7 +34,7 @@ def sensitivity(
     -------
     derivatives : dict or Dataset
         ``dc_dV`` and so on, each broadcast as :func:`critical_c`; a Dataset if an argument is a DataArray.
-        NaN where c* is negative or there is none.
+        NaN where c* is negative, there is none or none known to 1 %, and where the derivative is not either.
     errors : like `derivatives`
         Estimates of their absolute errors; only if `return_error`.
 

@@ -10,7 +10,7 @@ use slipmap::filippov::Oscillator;
 use slipmap::friction::{Column, Law as Family};
 use slipmap::map::{Engine, Method, Regime, Verdict, decide, regime as regime_of};
 use slipmap::point::Point;
-use slipmap::simulate::critical::critical_dampings;
+use slipmap::simulate::critical::{CriticalDamping, critical_dampings};
 use slipmap::simulate::flow;
 
 use crate::law::{Law, check_law, check_values};
@@ -132,7 +132,8 @@ fn in_tasks<T: Send>(
     })
 }
 
-/// Critical damping and its error estimate; NaN where there is none.
+/// Critical damping, NaN where none is known to 1 %, and its error estimate, NaN where none was found. By the
+/// comparison lemma an error of the law's weakening rate moves epsilon c* by at most that error.
 #[pyfunction]
 #[pyo3(signature = (law, arrays, tolerance, threads=None))]
 pub(crate) fn critical_c<'py>(
@@ -144,6 +145,7 @@ pub(crate) fn critical_c<'py>(
 ) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>)> {
     check_tolerance(tolerance)?;
     let family = &law.law;
+    let law_error = law.error();
     let arguments = Arguments::new(py, family, &arrays)?;
     let found = in_tasks(py, arguments.len, threads, |task| {
         let mut element = Vec::new();
@@ -155,12 +157,14 @@ pub(crate) fn critical_c<'py>(
             columns.extend(point.map(|point| family.column(&point)));
         }
         let mut answers = critical_dampings(&columns, tolerance).into_iter();
-        let answer = |known: bool| known.then(|| answers.next()).flatten().and_then(Result::ok);
-        known
-            .into_iter()
-            .map(answer)
-            .map(|it| it.map_or((f64::NAN, f64::NAN), |it| (it.c, it.error)))
-            .collect()
+        let mut epsilons = columns.iter().map(|column| column.epsilon);
+        let answer = |known: bool| {
+            let epsilon = known.then(|| epsilons.next()).flatten()?;
+            let found = answers.next()?.ok()?;
+            let found = CriticalDamping { error: found.error + law_error / epsilon, ..found };
+            Some((found.known().map_or(f64::NAN, |known| known.c), found.error))
+        };
+        known.into_iter().map(answer).map(|it| it.unwrap_or((f64::NAN, f64::NAN))).collect()
     })?;
     let (values, errors): (Vec<f64>, Vec<f64>) = found.into_iter().unzip();
     Ok((PyArray1::from_vec(py, values), PyArray1::from_vec(py, errors)))

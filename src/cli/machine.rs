@@ -135,6 +135,7 @@ fn source(arguments: &Arguments) -> String {
 fn limit(limit: Limit) -> Value {
     let (status, value) = match limit {
         Limit::Below(value) => ("limit", Some(value)),
+        Limit::Between(low, high) => return json!({ "status": "between", "value": [low, high] }),
         Limit::AtLeast(value) => ("at_least", Some(value)),
         Limit::NoneUpTo(value) => ("none", Some(value)),
         Limit::NotDetermined => ("not_determined", None),

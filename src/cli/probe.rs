@@ -23,9 +23,10 @@ use slipmap_map::probe::{Answer, MachineResult, Probe, equilibrium_type, fate_na
 use slipmap_model::filippov::{Eigenvalues, Stability};
 use slipmap_model::friction::Law;
 use slipmap_model::point::Point;
+use slipmap_numbers::text::{known_part, rounded, with_error};
 use slipmap_report::figure::{OrbitPlot, Width, orbit_figure};
 use slipmap_report::{UnitSystem, write_figure, write_file};
-use slipmap_simulate::sensitivity::{Estimate, NoSensitivity};
+use slipmap_simulate::sensitivity::NoSensitivity;
 use slipmap_simulate::{Fate, Flow, Neighbour, Range, separates};
 use slipmap_witness::Start;
 
@@ -307,7 +308,10 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
             method.method.name().into(),
             method.verdict.name().into(),
             signed(method.margin),
-            method.critical_c.map_or("-".into(), short),
+            method.critical_c.map_or("-".into(), |c| match method.critical_c_error {
+                Some(error) => short(known_part(c, error)[0]),
+                None => short(c),
+            }),
             short(limit.equal.value()),
             method.method.guarantee().name().into(),
             method.method.equation_for(&answer.law).into_owned(),
@@ -367,22 +371,27 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
                     count(root.rhs)
                 )
             }
-            Ok(root) => format!(
-                "c* = {} +- {} ({} right-hand sides){}",
-                exact(root.c),
-                short(root.error),
-                count(root.rhs),
-                if root.c < 0.0 { ": no cycle at any damping" } else { "" }
-            ),
+            Ok(root) => match root.known() {
+                Ok(_) => format!(
+                    "c* = {} ({} right-hand sides){}",
+                    with_error(root.c, root.error),
+                    count(root.rhs),
+                    if root.c < 0.0 { ": no cycle at any damping" } else { "" }
+                ),
+                Err(why) => format!("not told: {why} ({} right-hand sides)", count(root.rhs)),
+            },
             Err(why) => format!("none: {why}"),
         },
     );
     match answer.sensitivity() {
         Ok(found) => {
             let derivatives = found.named(&answer.law);
-            // The text gives no errors: what is within its error is 0.
-            let known = |by: Estimate| if by.value.abs() > by.error { by.value } else { 0.0 };
-            let derivatives = derivatives.map(|(name, by)| format!("{} by {name}", signed(known(by))));
+            let derivatives = derivatives.map(|(name, by)| match by.value.is_nan() {
+                true => {
+                    format!("an amount that is not known by {name} (its error is {})", rounded(by.error, 2))
+                }
+                false => format!("{} by {name}", with_error(by.value, by.error)),
+            });
             line("c* moves by", derivatives.collect::<Vec<_>>().join(", "));
             if let Some(standard) = found.standard_error {
                 line(
@@ -466,10 +475,11 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
             .into(),
         ),
         Some(landing) => {
-            line(
-                "landing",
-                format!("({}, {belt}), after {} crossings", short(landing.x1), landing.crossings),
-            );
+            let after = match landing.crossings {
+                Some(crossings) => format!("after {crossings} crossings"),
+                None => "within its error of the end of the stick segment: after 0 or 1 crossings".into(),
+            };
+            line("landing", format!("({}, {belt}), {after}", short(landing.x1)));
             line("slip time", short(landing.slip_time));
             line("stick time", short(landing.stick_time));
         }
@@ -481,7 +491,7 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
         line("attracting cycle", format!("period {}, {shape}, multiplier {multiplier}", short(cycle.period)));
     }
     if let Some([from, to, error]) = answer.bistable_band() {
-        line("both attract for c", format!("{} to {} +- {}", exact(from), exact(to), short(error)));
+        line("both attract for c", format!("{} to {}", exact(from), with_error(to, error)));
     }
     if let Some(BasinBoundary { kick, separates: [_, outside], .. }) = &answer.basin {
         line(

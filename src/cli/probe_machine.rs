@@ -6,12 +6,12 @@ use std::path::Path;
 use super::output::{Align, Table, short};
 use super::{Failure, say};
 use slipmap_config::{MachineJob, load_machine};
-use slipmap_map::behaviour::Behaviour;
+use slipmap_map::behaviour::{Behaviour, Limit};
 use slipmap_map::machine::{Dimension, Machine, negative};
 use slipmap_map::probe::regime_words;
 use slipmap_map::risk::standard_error;
 use slipmap_model::friction::Law;
-use slipmap_numbers::text::rounded;
+use slipmap_numbers::text::{rounded, with_error};
 
 /// Reads the machine of a file with the quantities set by `--set`; belt speed and damping have one value
 /// each.
@@ -67,17 +67,38 @@ fn quantity(value: Option<f64>, unit: &str) -> String {
     value.map_or("-".into(), |value| format!("{} {unit}", short(value)))
 }
 
+/// A limit with its unit, or what is known of it.
+fn limit(limit: Limit, unit: &str) -> String {
+    match limit {
+        Limit::Below(value) => format!("{} {unit}", short(value)),
+        Limit::Between(low, high) => {
+            format!("between {} and {} {unit}, not known closer", short(low), short(high))
+        }
+        Limit::AtLeast(value) => format!("at least {} {unit}", short(value)),
+        Limit::NoneUpTo(value) => format!("none up to {} {unit}", short(value)),
+        Limit::NotDetermined => "not determined".into(),
+    }
+}
+
 /// Prints the machine and its behaviour as text.
 pub(super) fn write(out: &mut dyn Write, machine: &Machine, behaviour: &Behaviour) -> io::Result<()> {
     writeln!(out, "The machine, in SI units")?;
     let (units, motion) = (machine.units(), machine.motion);
     let mut table = Table::new(&[("", Align::Left), ("", Align::Left)]);
     let damping_unit = motion.unit(Dimension::Damping);
-    let mut critical = quantity(behaviour.critical_damping, damping_unit);
-    if let Some(error) = machine.model().as_ref().and_then(standard_error) {
-        critical
-            .push_str(&format!(", +- {} {damping_unit} by the standard errors of the data", short(error)));
-    }
+    let of_data = machine.model().as_ref().and_then(standard_error);
+    let critical = match (behaviour.critical_damping, behaviour.critical_damping_error) {
+        (Some(damping), Some(error)) => match of_data.filter(|of_data| *of_data >= error) {
+            Some(of_data) => {
+                format!("{} {damping_unit} by the standard errors of the data", with_error(damping, of_data))
+            }
+            None => format!("{} {damping_unit}", with_error(damping, error)),
+        },
+        (None, Some(error)) => {
+            format!("not told: its error, {} {damping_unit}, is more than 1 % of it", rounded(error, 2))
+        }
+        _ => "-".into(),
+    };
     let speed = motion.words("belt_speed");
     let critical_speed = format!("critical {speed}");
     let [slip, stick] = behaviour.slip_and_stick_time.map_or([None; 2], |times| times.map(Some));
@@ -88,13 +109,16 @@ pub(super) fn write(out: &mut dyn Write, machine: &Machine, behaviour: &Behaviou
             format!("about {} {velocity}: the orbit leaves the data", rounded(needed, 3)),
         )
     });
+    let unit = 2.0 * (machine.stiffness * machine.mass).sqrt();
+    let ratio = behaviour.critical_damping_ratio.zip(behaviour.critical_damping_error);
+    let ratio = ratio.map_or("-".into(), |(ratio, error)| with_error(ratio, error / unit));
     let does = [
         (speed.as_str(), quantity(Some(machine.belt_speed), motion.unit(Dimension::Velocity))),
-        (&critical_speed, quantity(behaviour.critical_belt_speed.value(), motion.unit(Dimension::Velocity))),
+        (&critical_speed, limit(behaviour.critical_belt_speed, motion.unit(Dimension::Velocity))),
         ("damping", quantity(Some(machine.damping), motion.unit(Dimension::Damping))),
         ("critical damping", critical),
         ("damping ratio", short(behaviour.damping_ratio)),
-        ("critical damping ratio", quantity(behaviour.critical_damping_ratio, "")),
+        ("critical damping ratio", ratio),
         ("natural frequency", quantity(Some(behaviour.natural_frequency), "Hz")),
         ("regime", regime_words(behaviour.regime).to_owned()),
         ("slip time", quantity(slip, "s")),

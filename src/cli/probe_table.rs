@@ -230,9 +230,12 @@ fn answer(table: &PointTable, row: &ByteRecord, job: &Job) -> Result<ByteRecord,
         row.push_field(number(method.margin * factor(&name)).as_bytes());
     }
     let damping = si.map_or(1.0, |si| si.units.damping);
-    let critical = answer.critical.as_ref().ok().filter(|root| root.c >= 0.0);
-    row.push_field(critical.map_or(String::new(), |root| number(root.c * damping)).as_bytes());
-    row.push_field(critical.map_or(String::new(), |root| short(root.error * damping)).as_bytes());
+    let simulation = answer.methods.iter().find(|of| of.method == Method::Simulation);
+    let scaled = |of: Option<f64>| of.map_or(f64::NAN, |x| x * damping);
+    let critical = scaled(simulation.and_then(|of| of.critical_c));
+    let error = scaled(simulation.and_then(|of| of.critical_c_error));
+    row.push_field(number(critical).as_bytes());
+    row.push_field(if error.is_nan() { String::new() } else { short(error) }.as_bytes());
     row.push_field(answer.regime.name().as_bytes());
     let described = Description {
         landing: answer.landing(),

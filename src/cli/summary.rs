@@ -186,6 +186,14 @@ pub(super) fn print(report: &RunReport, out: &mut dyn Write) -> Result<(), Failu
             count(unknown.critical)
         )?;
     }
+    if unknown.inaccurate > 0 {
+        let columns = number_of(job.plan.grid.column_count(), "column");
+        writeln!(
+            out,
+            "critical_c of simulation: withheld in {} of {columns}, since its error is more than 1 % of it",
+            count(unknown.inaccurate)
+        )?;
+    }
     for disagreement in audit.disagreements.iter().take(LISTED) {
         writeln!(
             out,
@@ -324,7 +332,8 @@ pub(super) fn json(report: &RunReport) -> Result<(), Failure> {
                 "probe": report.probe(&cell.index),
             })).collect::<Vec<_>>(),
         },
-        "unknown": { "regimes": account.unknown.regimes, "critical_c": account.unknown.critical },
+        "unknown": { "regimes": account.unknown.regimes, "critical_c": account.unknown.critical,
+            "critical_c_inaccurate": account.unknown.inaccurate },
         "curves": summary.curves.iter().map(|curves| json!({
             "x": job.plan.grid.axes()[curves.plane.x].name,
             "y": job.plan.grid.axes()[curves.plane.y].name,
@@ -429,10 +438,11 @@ mod tests {
         let mut summary = summary(0, Vec::new());
         let printed = |summary: &Summary| text(&of(&job, summary));
         assert!(!printed(&summary).contains("not determined") && !printed(&summary).contains("not found"));
-        summary.account.unknown = Unknown { regimes: 2, critical: 1 };
+        summary.account.unknown = Unknown { regimes: 2, critical: 1, inaccurate: 1 };
         let printed = printed(&summary);
         assert!(printed.contains("regime: not determined in 2 of 2 cells"), "{printed}");
         assert!(printed.contains("critical_c of simulation: not found in 1 of 1 column,"), "{printed}");
+        assert!(printed.contains("critical_c of simulation: withheld in 1 of 1 column,"), "{printed}");
     }
 
     #[test]

@@ -111,6 +111,10 @@ fn tile_data(plan: &Plan, tile: Tile) -> TileData {
                     .collect(),
                 margins: reals(Field::Margin, m, &cells),
                 critical: reals(Field::CriticalC, m, &columns),
+                critical_errors: match method {
+                    Method::Simulation => reals(Field::CriticalC, 10 + m, &columns),
+                    _ => Vec::new(),
+                },
             })
             .collect(),
         regime: if plan.stores(Field::Regime) {
@@ -218,6 +222,14 @@ fn data_are_read_as_written() {
                 let critical = map.reals(&format!("critical_c_{name}"), &all[..5]).unwrap();
                 assert_eq!(critical.shape(), &lengths[..5]);
                 assert!(critical.iter().enumerate().all(|(column, &value)| same(value, real(m, column))));
+                let errors = format!("critical_c_error_{name}");
+                let errors = map.reals(&errors, &all[..5]);
+                assert_eq!(errors.is_ok(), *method == Method::Simulation);
+                if let Ok(errors) = errors {
+                    assert!(
+                        errors.iter().enumerate().all(|(column, &value)| same(value, real(10 + m, column)))
+                    );
+                }
             }
             let regimes = map.codes("regime", &all).unwrap();
             assert!(regimes.iter().copied().eq((0..cells).map(regime)));

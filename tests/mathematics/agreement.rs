@@ -73,7 +73,7 @@ impl Case {
 
 fn kind(fate: &Fate) -> &'static str {
     match fate {
-        Fate::Sticks(Landing { crossings: 0, .. }) => "sticks",
+        Fate::Sticks(Landing { crossings: Some(0), .. }) => "sticks",
         Fate::Sticks(_) => "sticks from above",
         Fate::SpiralsInward => "spirals inward",
         Fate::CrossesForever => "crosses for ever",
@@ -179,7 +179,7 @@ impl Tally {
                 | (Decision::Absent, Fate::Sticks(_) | Fate::CrossesForever) => true,
                 // Certificates prove the first landing.
                 (Decision::Present, Fate::Sticks(Landing { crossings, .. })) => {
-                    crossings > 0 && test.guarantee == Guarantee::FiniteEpsilon
+                    crossings != Some(0) && test.guarantee == Guarantee::FiniteEpsilon
                 }
                 (Decision::Absent, Fate::SpiralsInward)
                 | (Decision::Undecided, _)

@@ -6,7 +6,7 @@ use slipmap::filippov::Oscillator;
 use slipmap::friction::{Column, Law, Table};
 use slipmap::map::{Engine, Regime, Verdict, decide, regime};
 use slipmap::simulate::critical::critical_dampings;
-use slipmap::simulate::{Failure, Fate, Flow, NoCriticalDamping, flow};
+use slipmap::simulate::{Failure, Fate, Flow, flow};
 use slipmap::witness;
 
 /// Relative accuracy of the tables.
@@ -47,7 +47,7 @@ fn dampings(points: &[CriticalPoint], tolerance: f64) -> Found {
                     all.wrong.push(format!("{tolerance:e} {point:?}: {found:?} is off by {off:e}"));
                 }
             }
-            Err(NoCriticalDamping::NoVerdict) => all.withheld += 1,
+            Err(_) => all.withheld += 1,
         }
     }
     all

@@ -102,7 +102,7 @@ fn start_at_a_tangency() {
     // the belt line is shorter than the pause, and its end is missed.
     let above = point(0.1, [0.3, 0.0, 8.0], 2.0, 0.0);
     let arc = landing(&oscillator(&above));
-    assert_eq!(arc.crossings, 1);
+    assert_eq!(arc.crossings, Some(1));
     let blind = naive(NaiveMethod::EventStep, &oscillator(&above), NaiveKnobs::default());
     assert_ne!(blind, Verdict::Present);
     let brief = NaiveKnobs { start_pause: 1e-9, ..NaiveKnobs::default() };

@@ -6,9 +6,11 @@ use slipmap::friction::{Expression, Law, Table};
 use slipmap::map::{
     Account, Control, Engine, Field, Grid, Method, Plan, Queue, Regime, Sink, TileData, Verdict,
 };
-use slipmap::simulate::flow;
+use slipmap::simulate::{critical_damping, flow};
 use std::convert::Infallible;
 use std::sync::Mutex;
+
+use crate::sample::Random;
 
 /// The number of a tile and its cells.
 type Numbered = (usize, Vec<(Verdict, Regime)>);
@@ -22,7 +24,8 @@ impl Sink for Cells {
     type Error = Infallible;
 
     fn pack(&self, data: &TileData) -> Result<(), Infallible> {
-        let cells = data.methods[0].verdicts.values().zip(data.regime.values()).collect();
+        let regimes = data.regime.values().chain(std::iter::repeat(Regime::Failed));
+        let cells = data.methods[0].verdicts.values().zip(regimes).collect();
         self.0.lock().unwrap().push((data.tile.number, cells));
         Ok(())
     }
@@ -33,7 +36,21 @@ impl Sink for Cells {
 }
 
 fn computed(grid: &Grid, engine: Engine, audited: usize) -> (Vec<(Verdict, Regime)>, Account) {
-    let plan = Plan::builder(grid.clone()).methods([Method::Simulation]).fields([Field::Regime]);
+    of_fields(grid, engine, audited, &[Field::Regime])
+}
+
+fn verdicts(grid: &Grid, engine: Engine) -> (Vec<Verdict>, Account) {
+    let (cells, account) = of_fields(grid, engine, 0, &[]);
+    (cells.into_iter().map(|(verdict, _)| verdict).collect(), account)
+}
+
+fn of_fields(
+    grid: &Grid,
+    engine: Engine,
+    audited: usize,
+    fields: &[Field],
+) -> (Vec<(Verdict, Regime)>, Account) {
+    let plan = Plan::builder(grid.clone()).methods([Method::Simulation]).fields(fields.iter().copied());
     let plan = plan.engine(engine).audit_cells(audited).tile_shape(grid.shape()).build().unwrap();
     let (sink, queue) = (Cells::default(), Queue::new(vec![false; plan.tile_count()]));
     let (account, _) =
@@ -182,6 +199,74 @@ fn regimes_of_columns_that_share_their_cycles_are_those_of_single_points() {
         }
         assert!(seen.len() > 1, "{law:?}: one regime everywhere shows little");
     }
+}
+
+/// Laws whose orbits pass a narrow feature on a part of the axis, with its slip speed and its width.
+fn laws_with_a_narrow_feature() -> Vec<(Law, [f64; 2])> {
+    let mut laws = Vec::new();
+    let mut random = Random(46);
+    for number in 0..24 {
+        let [level, scale, at] =
+            [0.3 + 0.5 * random.unit(), 0.2 + 0.8 * random.unit(), 0.6 + 2.0 * random.unit()];
+        let [width, height] = [-3.0, -2.5].map(|least| 10_f64.powf(least + 1.5 * random.unit()));
+        let (width, height) = (width * at, if number % 3 == 0 { -height } else { height });
+        let phi = |u: f64| level + (1.0 - level) * (-u / scale).exp();
+        let law = if number % 2 == 0 {
+            let smooth = (0..24).map(|i| 0.5 * f64::from(i)).filter(|u| (u - at).abs() > 1.5 * width);
+            let outlier =
+                [(at - width, 0.0), (at, height), (at + width, 0.0)].map(|(u, off)| (u, phi(u) + off));
+            let mut rows: Vec<(f64, f64)> = smooth.map(|u| (u, phi(u))).chain(outlier).collect();
+            rows.sort_by(|one, other| one.0.total_cmp(&other.0));
+            Law::Table(Table::new("rows", &rows, 1.0).unwrap())
+        } else {
+            let feature = |u: &str| match number % 4 {
+                1 => format!("exp(-(({u} - {at})/{width})^2)"),
+                _ => format!("tanh(({u} - {at})/{width})"),
+            };
+            let smooth = format!("{level} + (1 - {level})*exp(-u/{scale})");
+            formula(&format!("{smooth} + ({height})*({} - {})", feature("u"), feature("0")))
+        };
+        laws.push((law, [at, width]));
+    }
+    laws
+}
+
+/// The maps of `scripts/outliers.py` in small; the first has been wrong in two of its cells.
+#[test]
+fn cells_of_laws_with_a_narrow_feature_are_those_of_their_own_columns() {
+    let rows = [
+        (0.0, 1.0),
+        (0.3, 0.819524654438),
+        (0.6, 0.720477684765),
+        (0.990508400709, 0.655171567866),
+        (1.0, 0.674134113295),
+        (1.00949159929, 0.653116167177),
+        (1.5, 0.619914827347),
+        (2.5, 0.6026951788),
+        (4.0, 0.600134185051),
+    ];
+    let ends =
+        |from: f64, to: f64| (0..100).map(|i| from + (to - from) * f64::from(i) / 99.0).collect::<Vec<_>>();
+    let first = Law::Table(Table::new("an outlier", &rows, 1.0).unwrap());
+    let mut maps = vec![(first, ends(0.3811, 0.5811), vec![0.33353363])];
+    for (law, [at, width]) in laws_with_a_narrow_feature() {
+        // Twice the belt speed passes the feature.
+        let belts = ends(0.42 * at, 0.62 * at);
+        let own = |belt: f64| critical_damping(&law.column(&law.point(1.0, &[], belt, 0.0).unwrap()), 1e-9);
+        let Ok(critical) = own(0.5 * (at + 0.5 * width)) else { continue };
+        if critical.c > 0.0 {
+            maps.push((law, belts, vec![0.998 * critical.c, 1.002 * critical.c]));
+        }
+    }
+    let mut interpolated = 0;
+    for (number, (law, belts, dampings)) in maps.iter().enumerate() {
+        let grid = Grid::new(law.clone(), vec![vec![1.0], belts.clone(), dampings.clone()]).unwrap();
+        let (found, account) = verdicts(&grid, Engine::Auto);
+        let (wanted, _) = verdicts(&grid, Engine::CriticalSurface);
+        assert_eq!(found, wanted, "map {number}: {law:?} {dampings:?}");
+        interpolated += account.paths.interpolation;
+    }
+    assert!(interpolated > 1000, "{interpolated}");
 }
 
 #[test]

@@ -36,5 +36,6 @@ mod sample;
 mod sensitivity;
 mod slip_count;
 mod slip_laws;
+mod steep_laws;
 mod theory;
 mod validated;

@@ -111,7 +111,7 @@ fn landings_lie_on_the_stick_segment() {
         // x1 and the times are of size 1 to 20 and the identity takes five roundings.
         let size = 1.0 + x1.abs() + exit.abs();
         assert!((x1 + p.belt_speed * stick_time - exit).abs() <= 8.0 * f64::EPSILON * size, "{p:?}");
-        if crossings == 0 {
+        if crossings == Some(0) {
             assert_eq!(p.fate, ReferenceFate::Sticks, "{p:?}");
             let speed = p.landing_speed.unwrap();
             assert!((exit - speed - x1).abs() <= landing_error * (1.0 + speed), "{p:?}: {x1}");

@@ -350,6 +350,30 @@ fn assert_traced(oscillator: &Oscillator, cycle: &Cycle) {
     }
 }
 
+/// Friction that falls within 10^-7 of the belt speed and less: the slip speed is rounded as the belt speed is.
+#[test]
+fn friction_that_falls_next_to_rest_has_a_regime() {
+    for share in [1e-7, 1e-8] {
+        for (damping, wanted) in
+            [(1e-5, Regime::Bistable), (0.1, Regime::Equilibrium), (1.0, Regime::Equilibrium)]
+        {
+            let point = Law::Exponential.point(1.0, &[0.2, 5.0 * share, 0.0], 5.0, damping).unwrap();
+            let oscillator = Oscillator::new(&Law::Exponential, &point);
+            let flow = flow(&oscillator, 1e-9);
+            assert_eq!(map::regime(&oscillator, &flow), wanted, "{share} {damping}: {flow:?}");
+        }
+    }
+}
+
+/// Where orbits leave the data of a table, that is the reason why its cycles are unknown.
+#[test]
+fn slip_cycles_beyond_the_data_of_a_table_are_unknown_for_that_reason() {
+    let rows = [(0.0, 2.0), (1.0, 2.0), (2.0, 3.0), (17.0, 1.0), (18.0, 1.0)].map(|(u, f)| (u / 24.16491, f));
+    let law = Law::Table(Table::new("a machine", &rows, 2.0).unwrap());
+    let oscillator = Oscillator::new(&law, &law.point(1.0, &[], 0.331059, 0.120824).unwrap());
+    assert_eq!(slip_cycles(&oscillator, 1e-9), Err(Failure::NotFinite.into()));
+}
+
 #[test]
 fn the_stick_slip_cycle_is_the_traced_one() {
     let mut seed = Random(7);

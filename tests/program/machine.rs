@@ -614,5 +614,6 @@ fn the_standard_error_of_a_machine_is_told_alike() {
         serde_json::from_str(&scratch.run(&["machine", "pad.toml", "--json"]).ends_with(0).out).unwrap();
     let of_page = &page["may_stick_slip_below_damping_standard_error"];
     let (error, of_page): (f64, f64) = (error.parse().unwrap(), of_page.as_f64().unwrap());
-    assert!((error / of_page - 1.0).abs() < 1e-4, "{line} {of_page}");
+    // Rounded up to two digits.
+    assert!(error >= of_page && error < 1.1 * of_page, "{line} {of_page}");
 }

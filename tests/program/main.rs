@@ -12,6 +12,7 @@ mod command;
 mod config;
 mod curves;
 mod damage;
+mod errors;
 mod explore;
 mod extremes;
 mod hostile;

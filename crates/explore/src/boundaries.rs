@@ -13,7 +13,7 @@ use slipmap_model::filippov::HopfRate;
 use slipmap_model::friction::Column;
 use slipmap_report::figure::bifurcations::line_style;
 use slipmap_simulate::bifurcation::Bifurcation;
-use slipmap_simulate::critical::critical_dampings;
+use slipmap_simulate::critical::{critical_dampings, known_or_nan};
 
 impl PlaneRequest {
     /// The boundaries of the long-run behaviour.
@@ -98,9 +98,7 @@ impl Limit {
         };
         let models: Vec<_> = values.iter().filter_map(model).collect();
         let columns: Vec<_> = models.iter().map(|(_, model)| model.column()).collect();
-        let roots = critical_dampings(&columns, ACCURACY)
-            .into_iter()
-            .map(|root| root.map_or(f64::NAN, |root| root.c));
+        let roots = critical_dampings(&columns, ACCURACY).into_iter().map(known_or_nan);
         let limit = |(((value, model), column), root): ((&(f64, Model), &Column), f64)| {
             let unit = model.si.units.damping;
             Self {

@@ -14,7 +14,7 @@ use slipmap_map::behaviour::behaviour;
 use slipmap_map::map::{DEFAULT_TOLERANCE, Method};
 use slipmap_map::probe::{Answer, MachineResult, Probe, regime_words};
 use slipmap_report::UnitSystem;
-use slipmap_witness;
+use slipmap_simulate::CriticalDamping;
 
 #[derive(Clone, Debug, Deserialize)]
 pub(super) struct PointRequest {
@@ -52,7 +52,8 @@ impl PointRequest {
             "regime": answer.regime.name(),
             "words": regime_words(answer.regime),
             "methods": methods.collect::<Vec<_>>(),
-            "critical_c": answer.critical.as_ref().ok().map(|root| root.c),
+            "critical_c": answer.critical.and_then(CriticalDamping::known).ok().map(|root| root.c),
+            "critical_c_error": answer.critical.ok().map(|root| root.error),
         }))
     }
 

@@ -9,7 +9,7 @@ use slipmap_format::{MapFile, Value};
 use slipmap_map::machine::{MOTION_ATTRIBUTE, Machine, Motion, SI_ATTRIBUTE};
 use slipmap_map::map::{AxisRole, Grid};
 use slipmap_model::friction::Law;
-use slipmap_simulate::critical_damping;
+use slipmap_simulate::critical::{critical_damping, known_or_nan};
 
 /// Factor by which the damping axis extends beyond the larger of two dampings.
 const ROOM: f64 = 1.2;
@@ -102,7 +102,7 @@ impl Start {
 /// The upper end of a machine's damping axis: `ROOM` times the larger of its own and the critical damping.
 fn most_damping(machine: &Machine) -> Option<f64> {
     let model = machine.model()?;
-    let critical = critical_damping(&model.column(), TOLERANCE).map_or(0.0, |root| root.c);
+    let critical = known_or_nan(critical_damping(&model.column(), TOLERANCE));
     let most = ROOM * machine.damping.max(critical * model.si.units.damping);
     (most > 0.0).then_some(most)
 }

@@ -9,7 +9,8 @@
 //! | --- | --- | --- |
 //! | `verdict_METHOD` | `i8` | -1 absent, 0 undecided, 1 present, 2 failed, 3 not computed |
 //! | `margin_METHOD` | `f64` | margin of the verdict |
-//! | `critical_c_METHOD` | `f64` | critical damping, without the axis c; NaN where there is none |
+//! | `critical_c_METHOD` | `f64` | critical damping, without the axis c; NaN where there is none, or none known to 1 % |
+//! | `critical_c_error_simulation` | `f64` | estimate of its absolute error, alike; those of the other methods have none |
 //! | `regime` | `i8` | 0 equilibrium, 1 stick-slip, 2 bistable, 3 pure slip, 4 crossing, 5 failed, 6 to 15 further sets of attractors, 16 neutral, by `flag_meanings` |
 //! | `landing_x1`, `stick_time`, `slip_time`, `crossings` | `f64` | the slip from the exit point; NaN where it never sticks |
 //! | `slip_cycles`, `cycle_period`, `cycle_amplitude_x1`, `cycle_amplitude_x2`, `cycle_multiplier` | `f64` | the attracting cycle; NaN where there is none |

@@ -313,10 +313,10 @@ fn read_schema(
         _ => Err(not_a_map(format!("it has no text attribute {name}"))),
     };
     match attributes.get("schema") {
-        Some(Value::Integers(version)) if matches!(version[..], [1..=SCHEMA]) => {}
+        Some(Value::Integers(version)) if matches!(version[..], [SCHEMA]) => {}
         Some(Value::Integers(version)) => {
             return Err(not_a_map(format!(
-                "its layout has number {version:?}, and this version of slipmap reads numbers up to {SCHEMA}; use \
+                "its layout has number {version:?}, and this version of slipmap reads number {SCHEMA}; use \
                  the version that wrote it"
             )));
         }

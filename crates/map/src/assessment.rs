@@ -12,7 +12,7 @@ use slipmap_certify::{Guarantee, TESTS, validated};
 use slipmap_model::filippov::{HopfRate, Oscillator, Stability};
 use slipmap_model::friction::{Column, Law, ONE_SLIP_CYCLE};
 use slipmap_model::point::Point;
-use slipmap_numbers::text::{rounded, short};
+use slipmap_numbers::text::{is_known, rounded, short};
 use slipmap_simulate::backbone::Backbone;
 use slipmap_simulate::crossing::crossing_cycles;
 use slipmap_simulate::slip_cycle::{Kick, slip_cycles};
@@ -26,8 +26,11 @@ const TOLERANCE: f64 = 1e-9;
 pub struct Sensitivity {
     /// Name of the quantity, as in configurations.
     pub quantity: &'static str,
-    /// Per cent by which the critical damping (in N s/m) changes when the quantity grows by one per cent.
+    /// Per cent by which the critical damping (in N s/m) changes when the quantity grows by one per cent; NaN
+    /// where its error is more than 0.01, and more than 1 % of it.
     pub critical_damping: f64,
+    /// Estimate of its absolute error.
+    pub critical_damping_error: f64,
 }
 
 /// The weight of one range of slip speeds in the critical damping.
@@ -140,19 +143,21 @@ const NEAR: f64 = 1e-6;
 /// Relative distance beyond a limit at which the regime must be known; closer to a fold it may be unknown.
 const BEYOND: f64 = 1e-3;
 
-/// The end, at most `high`, of the range from `low` in which the stick-slip cycle is the only attractor; the
-/// end of where that is known if the regime beyond it is unknown.
+/// The end, at most `high`, of the range from `low` in which the stick-slip cycle is the only attractor: a
+/// bracket where the regime is unknown between its values.
 fn end(low: f64, high: f64, regime: impl Fn(f64) -> Regime) -> Limit {
-    let only = |value: f64| regime(value) == Regime::StickSlip;
+    let only = |value: f64| match regime(value) {
+        Regime::StickSlip => Some(true),
+        Regime::Failed | Regime::Neutral => None,
+        _ => Some(false),
+    };
     let inside = high * (1.0 - NEAR);
-    // Where steady slip hardly repels, it is neutral already next to the limit.
-    if matches!(regime(inside), Regime::StickSlip | Regime::Neutral) {
-        return Limit::Below(high);
-    }
-    let Some(end) = last_between(low, inside, |value| Some(only(value))) else { return Limit::AtLeast(low) };
-    match regime((end * (1.0 + BEYOND)).min(inside)) {
-        Regime::Failed | Regime::Neutral => Limit::AtLeast(end),
-        _ => Limit::Below(end),
+    match regime(inside) {
+        // Where steady slip hardly repels, it is neutral already next to the limit.
+        Regime::StickSlip | Regime::Neutral => Limit::Below(high),
+        // The statement fails at `high`, where steady slip is no longer unstable or nothing sticks.
+        Regime::Failed => Limit::within(last_between(low, high, only)),
+        _ => Limit::within(last_between(low, inside, only)),
     }
 }
 
@@ -182,6 +187,9 @@ fn vibrates_below_damping(
     let epsilon = column.epsilon;
     let turns = backbone.turning_points().iter().map(|turn| turn.viscous / epsilon);
     let most = turns.fold(0.0, f64::max);
+    if !is_known(most, backbone.error / epsilon) {
+        return None;
+    }
     // The backbone of a steep table may be less accurate than the critical damping.
     let is_critical = (most - critical).abs() <= backbone.error / epsilon;
     let most = if is_critical { critical } else { most };
@@ -240,10 +248,10 @@ fn always_below_speed(law: &Law, point: &Point) -> Limit {
                 // Steady slip may become stable between the two speeds.
                 let unstable = |speed: f64| column.curve.weakening(speed) > column.epsilon * point.damping;
                 let high = match unstable(speed) {
-                    true => Some(speed),
-                    false => last_between(low, speed, |speed| Some(unstable(speed))),
+                    true => speed,
+                    false => last_between(low, speed, |speed| Some(unstable(speed)))[1],
                 };
-                return high.map_or(Limit::AtLeast(low), |high| end(low, high, of));
+                return end(low, high, of);
             }
         }
     }
@@ -322,27 +330,39 @@ pub fn assess(machine: &Machine) -> Option<Assessment> {
     })
 }
 
-/// Accuracies of the critical damping, and the relative steps of the central differences for them. The error
-/// of a derivative is the step squared plus the accuracy divided by the step. The second pair is for laws
-/// whose orbits cannot be followed to the first accuracy.
+/// Accuracies of the critical damping, and the relative steps of the central differences for them. The second
+/// pair is for laws whose orbits cannot be followed to the first accuracy.
 const ACCURACIES_AND_STEPS: [(f64, f64); 2] = [(1e-12, 1e-4), (1e-10, 1e-3)];
+/// Largest error of a sensitivity that is told, in per cent for 1 %; of large ones 1 % of it.
+const LARGEST_ERROR: f64 = 0.01;
 
 /// Logarithmic derivatives of the critical damping with respect to each nonzero quantity of a machine, except
-/// its damping, to about 1e-6; without those for which no critical damping was found next to the machine.
+/// its damping; without those for which no critical damping is known next to the machine.
+///
+/// The error is that of the critical dampings over the step, and the difference of the differences on either
+/// side: far more than the error of the central one where the critical damping is smooth, and its own at a corner.
 pub fn sensitivities(machine: &Machine) -> Vec<Sensitivity> {
-    let critical = |machine: &Machine, accuracy: f64| -> Option<f64> {
+    let critical = |machine: &Machine, accuracy: f64| -> Option<[f64; 2]> {
         let model = machine.model()?;
         let column = model.column();
-        let root = critical_damping(&column, accuracy).ok()?.c;
-        is_positive(&column, root).then_some(root * model.si.units.damping)
+        let root = critical_damping(&column, accuracy).ok()?.known().ok()?;
+        is_positive(&column, root.c).then_some([root.c, root.error].map(|it| it * model.si.units.damping))
     };
     let here = ACCURACIES_AND_STEPS.map(|(accuracy, _)| critical(machine, accuracy));
     let derivative = |(quantity, value): (&'static str, f64)| {
-        let by = |((accuracy, step), here): ((f64, f64), Option<f64>)| {
-            let here = here?;
+        let by = |((accuracy, step), here): ((f64, f64), Option<[f64; 2]>)| {
+            let [here, _] = here?;
             let at = |factor: f64| critical(&machine.with(quantity, value * factor)?, accuracy);
-            let critical_damping = (at(1.0 + step)? - at(1.0 - step)?) / (2.0 * step * here);
-            Some(Sensitivity { quantity, critical_damping })
+            let [[above, error_above], [below, error_below]] = [at(1.0 + step)?, at(1.0 - step)?];
+            let value = (above - below) / (2.0 * step * here);
+            let sides = ((above - here) - (here - below)) / (step * here);
+            let error = (error_above + error_below) / (2.0 * step * here) + sides.abs();
+            let is_known = error <= LARGEST_ERROR * value.abs().max(1.0);
+            Some(Sensitivity {
+                quantity,
+                critical_damping: if is_known { value } else { f64::NAN },
+                critical_damping_error: error,
+            })
         };
         ACCURACIES_AND_STEPS.into_iter().zip(here).find_map(by)
     };

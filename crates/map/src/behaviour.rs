@@ -7,7 +7,7 @@ use slipmap_model::friction::{Column, Curve, Law, NOTHING};
 use slipmap_model::point::Point;
 use slipmap_simulate::crossing::stick_slip_cycle;
 use slipmap_simulate::slip_cycle::slip_cycles;
-use slipmap_simulate::{Fate, critical_damping, exceeds, flow};
+use slipmap_simulate::{CriticalDamping, Fate, NoCriticalDamping, critical_damping, exceeds, flow};
 use slipmap_witness::{Start, trace};
 
 /// A limit of a quantity, below which a statement holds.
@@ -19,9 +19,14 @@ pub enum Limit {
     NoneUpTo(f64),
     /// The limit.
     Below(f64),
+    /// The limit lies between these two values: it is unknown whether the statement holds between them.
+    Between(f64, f64),
     /// The limit is at least this value; what holds beyond it is unknown, or was not tried.
     AtLeast(f64),
 }
+
+/// Relative width of a bracket of a limit that is told as one number: four digits are printed.
+const SAME: f64 = 1e-5;
 
 impl Limit {
     /// The limit; `None` unless it was found.
@@ -29,7 +34,15 @@ impl Limit {
     pub fn value(self) -> Option<f64> {
         match self {
             Limit::Below(value) => Some(value),
-            Limit::NotDetermined | Limit::NoneUpTo(_) | Limit::AtLeast(_) => None,
+            Limit::NotDetermined | Limit::NoneUpTo(_) | Limit::AtLeast(_) | Limit::Between(..) => None,
+        }
+    }
+
+    /// The limit within this bracket.
+    pub(crate) fn within([low, high]: [f64; 2]) -> Self {
+        match high - low <= SAME * high {
+            true => Limit::Below(0.5 * (low + high)),
+            false => Limit::Between(low, high),
         }
     }
 
@@ -39,6 +52,7 @@ impl Limit {
             Limit::Below(value) => Limit::Below(value * unit),
             Limit::NoneUpTo(value) => Limit::NoneUpTo(value * unit),
             Limit::AtLeast(value) => Limit::AtLeast(value * unit),
+            Limit::Between(low, high) => Limit::Between(low * unit, high * unit),
             Limit::NotDetermined => self,
         }
     }
@@ -55,11 +69,11 @@ pub struct Behaviour {
     /// highest such limit among the speeds that are tried; these do not depend on the working point.
     pub critical_belt_speed: Limit,
     /// Critical damping coefficient, N s/m: above it a mass that leaves the belt does not return to it.
-    /// `None` if no damping is needed, or none was found.
+    /// `None` if no damping is needed, or none is known to 1 %.
     pub critical_damping: Option<f64>,
-    /// Whether the critical damping was found, or found not to be needed.
+    /// Whether the critical damping is known to 1 %, or known not to be needed.
     pub critical_damping_is_known: bool,
-    /// Estimate of the absolute error of the critical damping, N s/m.
+    /// Estimate of the absolute error of the critical damping, N s/m, also of one that is not known to 1 %.
     pub critical_damping_error: Option<f64>,
     /// Damping ratio of the critical damping.
     pub critical_damping_ratio: Option<f64>,
@@ -106,8 +120,10 @@ fn pushes_from(curve: &Curve) -> f64 {
     let mut pushes = f64::INFINITY;
     for u in slip_speeds(curve).rev() {
         if resists(u) {
-            let end = pushes.is_finite().then(|| last_between(u, pushes, |u| Some(resists(u))));
-            return end.flatten().unwrap_or(f64::INFINITY);
+            return match pushes.is_finite() {
+                true => last_between(u, pushes, |u| Some(resists(u)))[0],
+                false => f64::INFINITY,
+            };
         }
         pushes = u;
     }
@@ -139,25 +155,36 @@ pub(crate) fn belt_speeds(curve: &Curve, per_decade: i32) -> Vec<f64> {
     speeds
 }
 
-/// By bisection, a value up to which `holds` is true, between `low`, where it is true, and `high`, where it
-/// is false; `None` if it is unknown at a value that is tried.
-pub(crate) fn last_between(mut low: f64, mut high: f64, holds: impl Fn(f64) -> Option<bool>) -> Option<f64> {
+/// By bisection, two values between `low`, where `holds` is true, and `high`, where it is false: it is true at
+/// the first, false at the second, and unknown between them unless they nearly agree.
+pub(crate) fn last_between(mut low: f64, mut high: f64, holds: impl Fn(f64) -> Option<bool>) -> [f64; 2] {
+    /// Number of bisections for each end of a range in which it is unknown.
+    const ROUNDS: u32 = 12;
     while high - low > 1e-12 * high {
         let middle = 0.5 * (low + high);
         if middle <= low || middle >= high {
             break;
         }
-        if holds(middle)? {
-            low = middle;
-        } else {
-            high = middle;
+        match holds(middle) {
+            Some(true) => low = middle,
+            Some(false) => high = middle,
+            None => {
+                let [mut from, mut to] = [middle; 2];
+                for _ in 0..ROUNDS {
+                    let middle = 0.5 * (low + from);
+                    *(if holds(middle) == Some(true) { &mut low } else { &mut from }) = middle;
+                    let middle = 0.5 * (to + high);
+                    *(if holds(middle) == Some(false) { &mut high } else { &mut to }) = middle;
+                }
+                break;
+            }
         }
     }
-    Some(0.5 * (low + high))
+    [low, high]
 }
 
 /// The highest of the increasing `speeds` up to which `holds` is true and beyond which it is false, located
-/// between two of them.
+/// between two of them. A speed at which it is unknown counts neither way.
 fn highest_belt_speed(speeds: &[f64], holds: impl Fn(f64) -> Option<bool>) -> Limit {
     // The slowest speed from which on `holds` is false at all faster ones.
     let mut fails_from = None;
@@ -166,7 +193,7 @@ fn highest_belt_speed(speeds: &[f64], holds: impl Fn(f64) -> Option<bool>) -> Li
     for &speed in speeds.iter().rev() {
         match (holds(speed), fails_from) {
             (Some(true), Some(high)) => {
-                return last_between(speed, high, holds).map_or(Limit::AtLeast(speed), Limit::Below);
+                return Limit::within(last_between(speed, high, holds));
             }
             (Some(true), None) => return Limit::AtLeast(speed),
             (Some(false), _) => {
@@ -224,7 +251,8 @@ pub fn behaviour(model: &Model, tolerance: f64) -> Behaviour {
     let amplitude = amplitude.or_else(|| slip().map(|cycle| half(cycle.displacement)));
     let column = model.column();
     let root = critical_damping(&column, tolerance);
-    let critical = root.ok().filter(|root| is_positive(&column, root.c));
+    let known = root.and_then(CriticalDamping::known);
+    let critical = known.ok().filter(|root| is_positive(&column, root.c));
     let times = match flow.fate {
         Fate::Sticks(landing) => Some([landing.slip_time * units.time, landing.stick_time * units.time]),
         Fate::SpiralsInward | Fate::CrossesForever | Fate::TooCloseToCall | Fate::Failed(_) => None,
@@ -234,8 +262,12 @@ pub fn behaviour(model: &Model, tolerance: f64) -> Behaviour {
         damping_ratio: 0.5 * point.damping,
         critical_belt_speed: critical_belt_speed(law, point, tolerance).times(units.velocity),
         critical_damping: critical.map(|root| root.c * units.damping),
-        critical_damping_is_known: root.is_ok(),
-        critical_damping_error: critical.map(|root| root.error * units.damping),
+        critical_damping_is_known: known.is_ok(),
+        critical_damping_error: match known {
+            Ok(_) => critical.map(|root| root.error * units.damping),
+            Err(NoCriticalDamping::Inaccurate { error }) => Some(error * units.damping),
+            Err(NoCriticalDamping::NoVerdict) => None,
+        },
         critical_damping_ratio: critical.map(|root| 0.5 * root.c),
         regime: regime(&oscillator, &flow),
         slip_and_stick_time: times,

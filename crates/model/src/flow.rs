@@ -9,8 +9,9 @@ pub struct Landing {
     pub slip_time: f64,
     /// Time of sticking, from the landing to the exit point.
     pub stick_time: f64,
-    /// Number of crossings of the belt line before sticking: 0, or 1 if it sticks from above.
-    pub crossings: u32,
+    /// Number of crossings of the belt line before sticking: 0, or 1 if it sticks from above; `None` where the
+    /// orbit lands within its error of the end of the stick segment. It then sticks there in both cases.
+    pub crossings: Option<u32>,
 }
 
 /// The fate of the orbit from the exit point.

@@ -30,6 +30,48 @@ pub fn rounded(x: f64, digits: usize) -> String {
     format!("{mantissa}e{exponent}").parse().map_or_else(|_| short(x), short)
 }
 
+/// Largest error of a number that is told, as a share of it. A number with a larger error is withheld.
+const LARGEST_ERROR: f64 = 0.01;
+/// An error that is never too large, for numbers that vanish.
+const SMALL_ERROR: f64 = 1e-9;
+
+/// Whether a dimensionless number is told: its error is at most 1 % of it, or 1e-9.
+pub fn is_known(value: f64, error: f64) -> bool {
+    error <= (LARGEST_ERROR * value.abs()).max(SMALL_ERROR)
+}
+
+/// Number of significant digits of a value up to the second digit of its error, at most `most`.
+pub fn digits_within(value: f64, error: f64, most: usize) -> usize {
+    if error == 0.0 || !error.is_finite() {
+        return most;
+    }
+    let place = |x: f64| x.abs().log10().floor() as i32;
+    (place(value).max(place(error) - 1) - place(error) + 2).clamp(1, most as i32) as usize
+}
+
+/// A number without the digits beyond the second of its error, and that error, which is rounded up and
+/// holds for the rounded number.
+pub fn known_part(value: f64, error: f64) -> [f64; 2] {
+    /// Digits of an f64.
+    const ALL: usize = 17;
+    let parse = |(mantissa, exponent): (String, i32)| format!("{mantissa}e{exponent}").parse().ok();
+    let known = parse(scientific(value, digits_within(value, error, ALL))).unwrap_or(value);
+    let whole = error + (known - value).abs();
+    let (mantissa, exponent) = scientific(whole, 2);
+    let unit = 10_f64.powi(exponent - 1);
+    match parse((mantissa, exponent)) {
+        Some(below) if below < whole => [known, parse(scientific(below + unit, 2)).unwrap_or(whole)],
+        Some(error) => [known, error],
+        None => [known, whole],
+    }
+}
+
+/// A number with its error, and no digits beyond the second of that: "0.0497 +- 0.00031".
+pub fn with_error(value: f64, error: f64) -> String {
+    let [value, error] = known_part(value, error);
+    format!("{} +- {}", exact(value), short(error))
+}
+
 /// A number rounded to `digits` significant digits: a decimal with one digit before the point, and the power
 /// of ten. For a number that is not finite: its name, and 0.
 pub fn scientific(x: f64, digits: usize) -> (String, i32) {
@@ -101,6 +143,25 @@ mod tests {
             assert_eq!(short(x), text);
         }
         assert_eq!(signed(0.5), "+0.5");
+    }
+
+    #[test]
+    fn numbers_have_no_digits_beyond_their_errors() {
+        let cases = [
+            (0.049_712_3, 3.1e-4, "0.04971 +- 0.00032"),
+            (0.451_057_229_876_123, 3.2e-12, "0.4510572298761 +- 3.3e-12"),
+            (1218.7, 2050.0, "1200 +- 2100"),
+            (-13.72, 0.000_99, "-13.72 +- 0.00099"),
+            (0.25, 0.0, "0.25 +- 0"),
+            (0.0, 1e-17, "0 +- 1e-17"),
+        ];
+        for (value, error, text) in cases {
+            assert_eq!(with_error(value, error), text);
+            let [known, whole] = known_part(value, error);
+            assert!((known - value).abs() + error <= whole, "{value} {error}: {known} {whole}");
+        }
+        assert!(is_known(0.05, 4e-4) && !is_known(0.05, 6e-4) && is_known(0.0, 1e-10));
+        assert!(!is_known(f64::NAN, 0.1) && !is_known(1.0, f64::NAN) && !is_known(1.0, f64::INFINITY));
     }
 
     #[test]

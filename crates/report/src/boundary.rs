@@ -8,9 +8,9 @@ use rayon::prelude::*;
 use super::{ReportError, SIMULATION, check};
 use slipmap_certify::Claim;
 use slipmap_format::MapFile;
-use slipmap_map::map::{Control, Grid, Method, unravel};
+use slipmap_map::map::{Control, Field, Grid, Method, unravel};
 use slipmap_model::friction::Column;
-use slipmap_simulate::critical::critical_dampings;
+use slipmap_simulate::critical::{CriticalDamping, critical_dampings};
 
 /// Accuracy of critical dampings that the map does not store: relative to the divergence, see
 /// [`critical_dampings`].
@@ -130,7 +130,7 @@ impl Boundaries {
         let epsilons = map.grid().axes()[0].values.len();
         let exact = format!("critical_c_{SIMULATION}");
         let stored = map.has(&exact);
-        let tolerance = map.number("tolerance").filter(|_| stored).unwrap_or(TOLERANCE);
+        let errors = format!("{}{SIMULATION}", Field::CRITICAL_ERROR);
         let mut boundaries = Self {
             methods: Vec::new(),
             unknown: Vec::new(),
@@ -157,24 +157,20 @@ impl Boundaries {
         for ranges in blocks(map) {
             check(control)?;
             let columns = Block { grid: map.grid(), ranges };
-            let exact = if stored {
-                columns.stored(map, &exact)?
+            let (exact, resolution) = if stored {
+                (columns.stored(map, &exact)?, columns.stored(map, &errors)?)
             } else {
-                columns.compute(|columns| {
-                    let roots = critical_dampings(columns, tolerance);
-                    roots.into_iter().map(|root| root.map_or(f64::NAN, |root| root.c)).collect()
-                })
+                let found = columns.compute(|columns| {
+                    let known = |root: Result<CriticalDamping, _>| {
+                        let known = root.and_then(CriticalDamping::known);
+                        known.map_or([f64::NAN; 2], |root| [root.c, root.error])
+                    };
+                    critical_dampings(columns, TOLERANCE).into_iter().map(known).collect()
+                });
+                found.into_iter().map(|[c, error]| (c, error)).unzip()
             };
-            let resolution: Vec<f64> = columns.compute(|columns| {
-                // `critical_dampings` is accurate to `tolerance` times the size of the divergence eps D.
-                let size = |column: &Column| {
-                    let range = column.curve.weakening_range(0.0, column.belt_speed);
-                    range.lo.abs().max(range.hi.abs()) / column.epsilon
-                };
-                columns.iter().map(|column| tolerance * size(column)).collect()
-            });
             for (value, sizes) in columns.by_epsilon(&resolution).zip(&mut boundaries.exact_error) {
-                value.iter().for_each(|&size| sizes.add(size));
+                value.iter().filter(|size| size.is_finite()).for_each(|&size| sizes.add(size));
             }
             for (source, method) in sources.iter().zip(&mut boundaries.methods) {
                 let edges = match source {
@@ -236,9 +232,9 @@ impl Block<'_> {
     }
 
     /// Computes a number for each column, in parallel.
-    fn compute(&self, of: impl Fn(&[Column]) -> Vec<f64> + Sync) -> Vec<f64> {
+    fn compute<T: Clone + Send>(&self, of: impl Fn(&[Column]) -> Vec<T> + Sync) -> Vec<T> {
         let starts: Vec<usize> = (0..self.len()).step_by(BATCH).collect();
-        let parts: Vec<Vec<f64>> = starts
+        let parts: Vec<Vec<T>> = starts
             .into_par_iter()
             .map(|start| {
                 let columns: Vec<Column> = (start..(start + BATCH).min(self.len()))

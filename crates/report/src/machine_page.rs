@@ -205,10 +205,18 @@ mod tests {
             values.next().unwrap().1.plain()
         };
         assert!(words(&all).contains("N s/m"));
+        // An error that reaches the digits is told with them, in the headline too.
+        let critical = all.behaviour.critical_damping.unwrap();
+        all.behaviour.critical_damping_error = Some(5e-3 * critical);
+        let headline = in_words(&all).plain();
+        assert!(words(&all).contains(" ± ") && headline.contains(" ± "), "{} {headline}", words(&all));
         all.behaviour.critical_damping = None;
+        (all.behaviour.critical_damping_error, all.behaviour.critical_damping_is_known) = (None, true);
         assert_eq!(words(&all), "none: it needs no damping");
         all.behaviour.critical_damping_is_known = false;
         assert_eq!(words(&all), "not determined");
+        all.behaviour.critical_damping_error = Some(2000.0);
+        assert_eq!(words(&all), "not determined: its error, 2000 N s/m, is more than 1 % of it");
     }
 
     #[test]

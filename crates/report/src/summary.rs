@@ -42,7 +42,9 @@ pub(super) fn summary(view: &View, report: &Report) -> Vec<(Rich, Rich)> {
         let damping = quantity(point.damping * si.units.damping, Dimension::Damping);
         let does = behaviour(&model, TOLERANCE);
         if let Some(critical) = does.critical_damping {
-            let value = quantity(critical, Dimension::Damping).then(" at belt speed ");
+            let error = does.critical_damping_error.unwrap_or(0.0);
+            let value = Rich::with_error(critical, error, 4).with_unit(si.unit(Dimension::Damping));
+            let value = value.then(" at belt speed ");
             line("critical damping", value.then(speed.clone()));
         }
         if let Some(critical) = does.critical_belt_speed.value() {

@@ -3,7 +3,7 @@
 //! Words from a map file enter through [`Rich::foreign`] and are escaped for each format; the program's own
 //! words may contain symbols in braces, see [`rich`].
 
-use slipmap_numbers::text::{scientific, without_zeros};
+use slipmap_numbers::text::{digits_within, known_part, scientific, without_zeros};
 
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Piece {
@@ -158,6 +158,21 @@ impl Rich {
             "-1" => Self::foreign("−").then(power),
             mantissa => Self::foreign(&format!("{} × ", minus(mantissa))).then(power),
         }
+    }
+
+    /// A number with at most `digits` digits, and with its error where that reaches them: "13.7 ± 0.14", but
+    /// "13.71" with an error that is far smaller. Digits beyond the error are not printed.
+    pub(crate) fn with_error(value: f64, error: f64, digits: usize) -> Self {
+        if !Self::shows_error(value, error, digits) {
+            return Self::number(value, digits);
+        }
+        let [value, error] = known_part(value, error);
+        Self::number(value, digits + 2).then(" ± ").then(Self::number(error, 2))
+    }
+
+    /// Whether [`Rich::with_error`] prints the error: it is at least a tenth of a unit of the last digit.
+    pub(crate) fn shows_error(value: f64, error: f64, digits: usize) -> bool {
+        digits_within(value, error, digits + 3) < digits + 3
     }
 
     pub(crate) fn power_of_ten(exponent: i32) -> Self {
@@ -328,6 +343,14 @@ mod tests {
         assert_eq!(text.latex(), r"error of $c^{\ast}$ at $\varepsilon$, $x_{1}$");
         assert_eq!(text.html(), "error of <i>c</i><sup>*</sup> at <i>ε</i>, <i>x</i><sub>1</sub>");
         assert_eq!(Rich::symbol("width").latex(), r"$\mathrm{width}$");
+    }
+
+    #[test]
+    fn errors_are_told_where_they_reach_the_digits() {
+        let text = |error: f64, digits: usize| Rich::with_error(13.7128, error, digits).plain();
+        assert_eq!(text(0.14, 3), "13.71 ± 0.15");
+        assert_eq!(text(0.14, 4), "13.71 ± 0.15");
+        assert_eq!([text(1e-3, 3), text(1e-9, 4), text(0.0, 4)], ["13.7", "13.71", "13.71"]);
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! The units in which the numbers of a map are shown: those of its machine, or none.
 
+use slipmap_model::friction::Law;
 use std::sync::OnceLock;
 
 use super::text::{Piece, Rich, rich};
@@ -8,8 +9,7 @@ use slipmap_map::dataset::auxiliary::PROBABILITY;
 use slipmap_map::machine::{
     Coefficients, Dimension, MOTION_ATTRIBUTE, Model, Motion, SI_ATTRIBUTE, SiUnits, UNITS_ATTRIBUTE, Units,
 };
-use slipmap_map::map::{Axis, AxisRole, Quantity, dimension};
-use slipmap_model::friction::Law;
+use slipmap_map::map::{Axis, AxisRole, Field, Quantity, dimension};
 
 /// A map and the units in which its numbers are shown.
 #[derive(Clone, Debug)]
@@ -238,9 +238,10 @@ impl Label {
 
 /// Variables that a map has for each method: the beginning of their names, what they are, and the word before
 /// the method.
-const OF_METHODS: [(&str, &str, &str); 4] = [
+const OF_METHODS: [(&str, &str, &str); 5] = [
     ("verdict_", "verdict", " of "),
     ("margin_", "margin", " of "),
+    (Field::CRITICAL_ERROR, "error of the critical damping", " of "),
     ("critical_c_", "critical damping", " of "),
     ("epsilon_limit_", "largest {epsilon} of agreement", ", "),
 ];

@@ -23,6 +23,8 @@ use slipmap_model::friction::Weakening;
 
 /// A step this much shorter than the time scale of the flow has underflowed.
 const SHORTEST_STEP: f64 = 1e-14;
+/// Number of roundings of the slip speed in a step.
+const ROUNDED_SLIPS: f64 = 8.0;
 /// Distance from the equilibrium, in units of V, at which an orbit rests: turns of a nearly critical node
 /// take the state below the smallest number.
 const AT_REST: f64 = 1e-200;
@@ -171,11 +173,15 @@ impl<'a> Walk<'a> {
         self.direction * divergence
     }
 
-    /// The local error allowed in a step of length `h` from `from`. It is at least the rounding error of the
-    /// state. Without that floor no step would be short enough just before a data point of a measured law
-    /// where the slope of D changes much, because steps end there up to rounding only.
-    fn allowed_in(&self, from: &State, h: f64) -> f64 {
-        (self.allowed * h).max(0.5 * f64::EPSILON * (from.v.abs() + from.w.abs()))
+    /// The local error allowed in a step between two states. It is at least the rounding error of the state.
+    /// Without that floor no step would be short enough just before a data point of a measured law where the
+    /// slope of D changes much, because steps end there up to rounding only; nor where a steep law falls next
+    /// to the belt line, since the slip speed is rounded as V is: over a step that moves w by as much as D
+    /// changes.
+    fn allowed_in(&self, from: &State, to: &State) -> f64 {
+        let steep = (self.divergence(to.v) - self.divergence(from.v)).abs() * self.oscillator.belt_speed;
+        let rounding = 0.5 * f64::EPSILON * (from.v.abs() + from.w.abs() + ROUNDED_SLIPS * steep);
+        (self.allowed * (to.time - from.time)).max(rounding)
     }
 
     /// Replaces the slip speeds at which steps end, which by default include the law's corners.
@@ -225,17 +231,19 @@ impl<'a> Walk<'a> {
         let mut h = self.next_step.min(scale).min(self.longest_resolving(&from));
         // Length of the step that follows one shortened to end at a narrow feature.
         let mut beyond_stop = 0.0;
+        let mut failure = Failure::StepUnderflow;
         loop {
             match self.weakening {
                 Some(_) => self.work.spend_compiled(STAGES as u64)?,
                 None => self.work.spend(STAGES as u64)?,
             }
             if !(h > SHORTEST_STEP * scale) {
-                return Err(if h.is_nan() { Failure::NotFinite } else { Failure::StepUnderflow });
+                return Err(if h.is_nan() { Failure::NotFinite } else { failure });
             }
             let (to, error) = self.after(&from, h);
             if !(to.v.is_finite() && to.w.is_finite()) {
                 h *= 0.1;
+                failure = Failure::NotFinite;
                 continue;
             }
             let ends = [self.slip(&from), self.slip(&to)];
@@ -250,7 +258,7 @@ impl<'a> Walk<'a> {
                 h = shorter.max(least);
                 continue;
             }
-            let allowed = self.allowed_in(&from, h);
+            let allowed = self.allowed_in(&from, &to);
             let factor = (0.9 * (allowed / error).powf(1.0 / 7.0)).clamp(0.2, 5.0);
             // A step across the belt line meets a kink of the continued field; the accuracy that matters is
             // that of the shorter step to the line, see `is_accurate`.
@@ -376,8 +384,10 @@ impl<'a> Walk<'a> {
     fn is_accurate(&mut self, from: &State, to: &State) -> bool {
         let h = to.time - from.time;
         let (_, error) = self.after(from, h);
-        let scale = 1.0 / (1.0 + 0.5 * self.divergence(from.v).abs());
-        let accurate = error <= self.allowed_in(from, h) || h <= 1e-6 * scale;
+        // A law that is steep next to the belt line may change on the last part of the step alone.
+        let steepest = self.divergence(from.v).abs().max(self.divergence(to.v).abs());
+        let scale = 1.0 / (1.0 + 0.5 * steepest);
+        let accurate = error <= self.allowed_in(from, to) || h <= 1e-6 * scale;
         if !accurate {
             self.here = *from;
             self.next_step = 0.5 * h;

@@ -248,7 +248,12 @@ pub(super) fn closing_damping_by_turns(
         let settled = lap.margin.abs() <= lap.error || step <= floor || high - low <= floor;
         if accurate && settled {
             let error = (lap.margin.abs() + lap.error) / lap.by_damping.abs() + floor;
-            return Ok(Closing { viscous, error, rhs, slope: None });
+            // Where the weights of an orbit through a steep layer underflow its turn tells nothing of C.
+            return if error.is_finite() {
+                Ok(Closing { viscous, error, rhs, slope: None })
+            } else {
+                Err(rhs)
+            };
         }
         accurate |= settled || step <= 1e-3 * size;
         oscillator.viscous = if newton > low && newton < high { newton } else { 0.5 * (low + high) };

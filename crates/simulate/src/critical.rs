@@ -12,6 +12,7 @@ use super::{Fate, Landing, flow};
 use slipmap_model::filippov::{HopfRate, Oscillator};
 use slipmap_model::friction::Column;
 use slipmap_numbers::roots::{falling_bracket, falling_root, first_step};
+use slipmap_numbers::text::{is_known, rounded};
 
 /// The critical damping of a column.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,14 +32,36 @@ impl CriticalDamping {
     pub fn is_located(&self) -> bool {
         self.c >= 0.0 || self.error < -self.c
     }
+
+    /// The damping itself where it is told: its error is at most 1 % of it (or 1e-9), or it is negative.
+    ///
+    /// # Errors
+    /// [`NoCriticalDamping::Inaccurate`].
+    pub fn known(self) -> Result<Self, NoCriticalDamping> {
+        match is_known(self.c, self.error) || self.c + self.error <= 0.0 {
+            true => Ok(self),
+            false => Err(NoCriticalDamping::Inaccurate { error: self.error }),
+        }
+    }
+}
+
+/// The critical damping c* that was found, where it is known to 1 %; else NaN.
+pub fn known_or_nan(found: Result<CriticalDamping, NoCriticalDamping>) -> f64 {
+    found.and_then(CriticalDamping::known).map_or(f64::NAN, |known| known.c)
 }
 
 /// Reason why a column has no critical damping.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum NoCriticalDamping {
     /// The engines gave no verdict where the search needed one.
     #[error("the simulated flow gives no verdict next to the boundary")]
     NoVerdict,
+    /// It was found with an error above 1 % of it.
+    #[error("it is known to no better than {}, which is more than 1 % of it", rounded(*error, 2))]
+    Inaccurate {
+        /// Estimate of the absolute error.
+        error: f64,
+    },
 }
 
 /// The critical damping of many columns.
@@ -108,7 +131,7 @@ pub fn sticks_from(column: &Column, [low, high]: [f64; 2], tolerance: f64) -> f6
 /// Only where that orbit is undecided is c* itself computed, with this tolerance.
 ///
 /// # Errors
-/// [`NoCriticalDamping`] where the flow gives no verdict.
+/// [`NoCriticalDamping`] where the flow gives no verdict, and where c* lies within its error of `c`.
 pub fn exceeds(column: &Column, c: f64, tolerance: f64) -> Result<bool, NoCriticalDamping> {
     let [low, high] = bounds(column);
     if c < low || c > high {
@@ -116,7 +139,10 @@ pub fn exceeds(column: &Column, c: f64, tolerance: f64) -> Result<bool, NoCritic
     }
     match side_of(column, c, tolerance) {
         Some(side) if side.margin != 0.0 => Ok(side.margin > 0.0),
-        _ => critical_damping(column, tolerance).map(|root| root.c > c),
+        _ => match critical_damping(column, tolerance)? {
+            root if (root.c - c).abs() > root.error => Ok(root.c > c),
+            _ => Err(NoCriticalDamping::NoVerdict),
+        },
     }
 }
 
@@ -148,6 +174,10 @@ const FINE: f64 = 1e-12;
 /// Belt speeds below this are not searched: orbits leave the normal numbers, where they take ten times as
 /// long.
 const SLOWEST: f64 = 1e-290;
+/// Width of the bracket of c*, relative to it, to which a search goes on where its tolerance leaves more; each
+/// time it finds c* anew.
+const RELATIVE: f64 = 1e-4;
+const REFINEMENTS: u32 = 4;
 /// Largest error of a critical damping whose search ended early, relative to the range of the weakening rate.
 const UNFINISHED: f64 = 1e-3;
 
@@ -192,7 +222,7 @@ fn side_by_flow(column: &Column, oscillator: &Oscillator, tolerance: f64, spent:
     let margin = match flow.fate {
         // Where the flow cannot be continued beyond the line, r at the landing is about what it would be
         // after the turn.
-        Fate::Sticks(Landing { x1, crossings: 0, .. }) if flow.margin.is_nan() => {
+        Fate::Sticks(Landing { x1, crossings, .. }) if flow.margin.is_nan() && crossings != Some(1) => {
             let speed = (oscillator.exit_x1() - x1) / column.belt_speed;
             (speed * speed / (1.0 + speed.hypot(1.0))).clamp(f64::MIN_POSITIVE, 1.0)
         }
@@ -268,7 +298,7 @@ fn search(
     let from = if high > 0.0 { low.max(0.0) } else { low };
     let mean = column.curve.mean_weakening(column.belt_speed) / column.epsilon;
     let start = if mean.is_finite() { mean.clamp(from, high) } else { 0.5 * (from + high) };
-    let enough = tolerance.max(4.0 * f64::EPSILON) * (low.abs() + high.abs());
+    let mut enough = tolerance.max(4.0 * f64::EPSILON) * (low.abs() + high.abs());
     let widest = Cell::new([from, high]);
     let found = falling_bracket([start, first_step(start, [from, high])], [from, high], &mut margin)
         .and_then(|bracket| {
@@ -276,7 +306,7 @@ fn search(
             widest.set([bracket.low.0, bracket.high.0]);
             falling_root(bracket, enough, &mut margin)
         });
-    let (c, bracket) = match found {
+    let (mut c, mut bracket) = match found {
         Ok(found) => found,
         Err(why) => {
             // The bounds by the orbits that were followed.
@@ -288,6 +318,15 @@ fn search(
             };
         }
     };
+    // The divergence of a steep law is far larger than its c*, of which the tolerance leaves nothing then.
+    for _ in 0..REFINEMENTS {
+        let finer = RELATIVE * c.abs();
+        if enough <= finer || undecided.get() > 0.0 {
+            break;
+        }
+        let Ok(found) = falling_root(bracket, finer, &mut margin) else { break };
+        ((c, bracket), enough) = (found, finer);
+    }
     // The resolution of the flow limits the error, though a secant may have left the other end of the bracket
     // far away: the error is the distance of the nearest dampings, on either side, that the flow
     // distinguishes at the fine tolerance.

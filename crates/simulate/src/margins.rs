@@ -9,6 +9,7 @@
 //! one in which an orbit does not complete its turn. Some further cells of each box get a turn: where one of
 //! them contradicts the error, the box is cut, too.
 
+use std::cell::OnceCell;
 use std::collections::HashMap;
 use std::f64::consts::PI;
 use std::ops::Range;
@@ -42,8 +43,8 @@ const MOST_COMPARED: usize = 8;
 const NODES_PER_COMPARED: usize = 16;
 /// Least error that is stated, in units of the goal: estimates far below it are by few surpluses.
 const LEAST_CLAIMED: f64 = 0.01;
-/// How much larger than the goal for ratios the errors of samples of the law may be.
-const SAMPLES_OFF: f64 = 3.0;
+/// How much larger than the goal for ratios the errors of the mean weakening rate may be.
+const MEAN_OFF: f64 = 3.0;
 /// Ratio of the largest error in a box to the largest in the cells that are compared.
 const LARGEST_PER_OBSERVED: f64 = 4.0;
 /// Rounding errors of a ratio.
@@ -106,9 +107,9 @@ struct Cells<'a> {
     spirals: Vec<f64>,
     /// For each column whether it may be interpolated.
     is_smooth: Vec<bool>,
-    /// For each column the mean of samples of its law, less the weakening rate at belt speed, if it is a
-    /// formula.
-    samples: Option<Vec<f64>>,
+    /// For each column its mean weakening rate over the grazing circle, less that at belt speed; computed on
+    /// first use.
+    means: OnceCell<Vec<f64>>,
     /// The sides of boxes, by their axis and range; the axis after those of columns is c.
     sides: HashMap<(usize, Range<usize>), Option<Rc<Side>>>,
     /// The turns of the nodes of boxes that were cut.
@@ -126,10 +127,6 @@ impl<'a> Cells<'a> {
             };
             [0.0, 1.0, 2.0].into_iter().all(is_near) && column.curve.is_analytic(column.belt_speed)
         };
-        let sample = |column: &Column| {
-            let mean = column.curve.sampled_mean(column.belt_speed)?;
-            Some(mean - column.curve.weakening(column.belt_speed))
-        };
         Self {
             columns,
             axes,
@@ -137,7 +134,7 @@ impl<'a> Cells<'a> {
             tolerance,
             spirals: reach_of_spirals(columns, cs),
             is_smooth: columns.iter().map(is_smooth).collect(),
-            samples: columns.iter().map(sample).collect(),
+            means: OnceCell::new(),
             sides: HashMap::new(),
             turns: HashMap::new(),
             done: Margins::none(columns.len() * cs.len()),
@@ -411,17 +408,24 @@ impl Growing {
         if can_grow { Next::MoreTurns } else { Next::Cut }
     }
 
-    /// Returns whether the law has a feature in its parameters that the nodes miss: whether the polynomial
-    /// through samples of the law at the nodes is off in a column by more than the samples may be for the
-    /// goal. To first order the ratio is the exponential of pi times the sample.
+    /// Returns whether the law has a feature that the nodes miss: whether the polynomial through the mean
+    /// weakening rate at the nodes is off in a column by more than that rate may be for the goal. To first
+    /// order the ratio is the exponential of pi times that rate.
     fn misses_feature(&self, cells: &Cells) -> bool {
-        let Some(samples) = cells.samples.as_ref().filter(|_| self.columns.len() > 1) else { return false };
+        if self.columns.len() == 1 {
+            return false;
+        }
+        let mean = |column: &Column| {
+            let mean = column.curve.mean_weakening_of_many(column.belt_speed);
+            mean - column.curve.weakening(column.belt_speed)
+        };
+        let means = cells.means.get_or_init(|| cells.columns.iter().map(mean).collect());
         let dampings = cells.cs.len();
-        let at_nodes = self.turns.iter().map(|(cell, _)| samples[cell / dampings]);
+        let at_nodes = self.turns.iter().map(|(cell, _)| means[cell / dampings]);
         let found = self.set.through(at_nodes);
-        let allowed = SAMPLES_OFF * self.goal / PI;
+        let allowed = MEAN_OFF * self.goal / PI;
         let mut columns = self.columns.iter().zip(found.chunks_exact(dampings));
-        !columns.all(|(&column, found)| (found[0] - samples[column]).abs() <= allowed)
+        !columns.all(|(&column, found)| (found[0] - means[column]).abs() <= allowed)
     }
 
     /// Fills the cells by the polynomial, whose ratios have this error.

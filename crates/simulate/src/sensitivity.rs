@@ -32,6 +32,7 @@ use slipmap_model::filippov::{Oscillator, Side};
 use slipmap_model::friction::{Column, Law};
 use slipmap_numbers::gauss::Rule;
 use slipmap_numbers::jet::Jet;
+use slipmap_numbers::text::is_known;
 
 /// Error of the critical damping, in units of the divergence.
 const CRITICAL: f64 = 1e-13;
@@ -43,7 +44,8 @@ const ROUND_OFF: f64 = 64.0 * f64::EPSILON;
 /// A number with its error.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Estimate {
-    /// The number.
+    /// The number; of a derivative by a parameter, V or eps NaN where its error is more than 1 % of it and
+    /// 1e-9.
     pub value: f64,
     /// Estimate of its absolute error.
     pub error: f64,
@@ -94,7 +96,7 @@ pub struct Influence {
 }
 
 /// Reason why the critical damping has no derivatives.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum NoSensitivity {
     /// There is no critical damping.
     #[error(transparent)]
@@ -120,7 +122,7 @@ pub fn sensitivity(column: &Column) -> Result<Sensitivity, NoSensitivity> {
 /// # Errors
 /// [`NoSensitivity`], but not [`NoSensitivity::Negative`].
 pub fn sensitivity_of_any_sign(column: &Column) -> Result<Sensitivity, NoSensitivity> {
-    at(column, critical_damping(column, CRITICAL)?)
+    at(column, critical_damping(column, CRITICAL)?.known()?)
 }
 
 /// The derivatives on the orbit that grazes at the damping `critical`.
@@ -140,7 +142,12 @@ fn at(column: &Column, critical: CriticalDamping) -> Result<Sensitivity, NoSensi
         pairs.map(estimate).collect()
     };
     let by_data = estimates(&fine.by_data, &coarse.by_data);
-    let estimates = estimates(&fine.by_parameters, &coarse.by_parameters);
+    let mut estimates = estimates(&fine.by_parameters, &coarse.by_parameters);
+    for Estimate { value, error } in &mut estimates {
+        if !is_known(*value, *error) {
+            *value = f64::NAN;
+        }
+    }
     let standard_errors = standard_errors(column, &samples, &by_data);
     Ok(Sensitivity {
         critical,
@@ -206,7 +213,7 @@ pub fn influence(column: &Column, parts: usize) -> Result<Vec<Influence>, NoSens
 }
 
 fn legal_critical_damping(column: &Column) -> Result<CriticalDamping, NoSensitivity> {
-    let critical = critical_damping(column, CRITICAL)?;
+    let critical = critical_damping(column, CRITICAL)?.known()?;
     if critical.c < 0.0 { Err(NoSensitivity::Negative) } else { Ok(critical) }
 }
 

@@ -86,7 +86,10 @@ pub fn flow(oscillator: &Oscillator, tolerance: f64) -> Flow {
         Ok(FirstTurn::Lands(contact)) => {
             let rise = rise(&slip, &contact);
             slip.rhs += rise.rhs;
-            let fate = if rise.at_least <= rise.error {
+            // Below the line x1 = 1 - eps c V - x2' there: an orbit that rises to it lands short of the exit
+            // point. In the first steps along a steep law rounding may carry it back to where it began.
+            let is_lost = contact.at.x1_offset() >= 0.0;
+            let fate = if rise.at_least <= rise.error || is_lost {
                 Fate::TooCloseToCall
             } else {
                 after_landing(oscillator, &mut slip, &contact.at)
@@ -167,8 +170,15 @@ fn rise(slip: &Slip, contact: &Contact) -> Rise {
 
 /// The fate of the orbit that has reached the belt line at `at`.
 fn after_landing(oscillator: &Oscillator, slip: &mut Slip, at: &State) -> Fate {
-    if at.x1_offset() >= -SLIDING_WIDTH {
-        return sticks(oscillator, at, 0);
+    // An error across the line becomes one along it through the angle at which the orbit meets the line.
+    let error = |slip: &Slip, at: &State| slip.error * (1.0 + oscillator.belt_speed / at.w.abs());
+    let beyond_segment = -SLIDING_WIDTH - at.x1_offset();
+    // A little beyond the segment the orbit crosses, and is back at once.
+    if beyond_segment.abs() <= error(slip, at) {
+        return sticks(oscillator, at, None);
+    }
+    if beyond_segment < 0.0 {
+        return sticks(oscillator, at, Some(0));
     }
     slip.cross(at);
     let back = loop {
@@ -179,20 +189,19 @@ fn after_landing(oscillator: &Oscillator, slip: &mut Slip, at: &State) -> Fate {
             Err(failure) => return Fate::Failed(failure),
         }
     };
-    // An error across the line becomes one along it through the angle at which the orbit meets the line.
-    let error = slip.error * (1.0 + oscillator.belt_speed / back.w.abs());
+    let error = error(slip, &back);
     let beyond_exit = back.x1_offset();
     if beyond_exit.abs() <= error {
         Fate::TooCloseToCall
     } else if beyond_exit < 0.0 {
-        sticks(oscillator, &back, 1)
+        sticks(oscillator, &back, Some(1))
     } else {
         Fate::CrossesForever
     }
 }
 
 /// The mass sticks at `at`, moves with the belt and leaves it at the exit point.
-fn sticks(oscillator: &Oscillator, at: &State, crossings: u32) -> Fate {
+fn sticks(oscillator: &Oscillator, at: &State, crossings: Option<u32>) -> Fate {
     let x1 = oscillator.exit_x1() + at.x1_offset();
     let stick_time = -at.x1_offset() / oscillator.belt_speed;
     Fate::Sticks(Landing { x1, slip_time: at.time, stick_time, crossings })

@@ -27,6 +27,19 @@ export function short(x, digits = 6) {
   return String(Number(x.toPrecision(digits)));
 }
 
+// A number with its error, and no digits beyond the second of that: "0.0497 ± 0.00032".
+export function with_error(value, error) {
+  if (value === null) return `not known: its error, ${short(error, 2)}, is too large`;
+  if (!(error > 0)) return String(value);
+  const place = (x) => Math.floor(Math.log10(x));
+  const last = place(error) - 1;
+  const digits = Math.min(17, Math.max(1, (value === 0 ? last : place(Math.abs(value))) - last + 1));
+  const known = Number(value.toPrecision(digits));
+  const unit = 10 ** last;
+  // Rounded up, so that it holds for the rounded number.
+  return `${known} ± ${short(Math.ceil((error + Math.abs(known - value)) / unit) * unit, 2)}`;
+}
+
 // Why a typed number is refused; empty if it is not. `open` excludes the least value itself.
 export function why_refused(text, { least = -Infinity, most = Infinity, open = false } = {}) {
   const value = Number(text);

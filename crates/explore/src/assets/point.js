@@ -1,6 +1,6 @@
 // The pinned point: the motion there, figures, verdicts, and every number that is known.
 
-import { drawing, element, mark, refusals, short, why_refused } from "./elements.js";
+import { drawing, element, mark, refusals, short, why_refused, with_error } from "./elements.js";
 import { post } from "./server.js";
 import { label, place } from "./state.js";
 
@@ -197,7 +197,7 @@ function verdict_table({ methods, critical_c, machine }) {
       element("td", { class: "number" }, number(method.critical_c, damping))),
     element("tr", { class: "why" }, element("td", { class: "hint", colspan: "4" }, method.reason ?? `guarantee: ${method.guarantee.replaceAll("_", " ")}`)),
   ]);
-  const exact = critical_c.value === null ? critical_c.reason : `${machine ? short(critical_c.value * damping, 6) : critical_c.value} ± ${short(critical_c.error * damping, 2)} ${unit}`.trim();
+  const exact = critical_c.value === null ? `not told (${critical_c.reason})` : `${with_error(critical_c.value * damping, critical_c.error * damping)} ${unit}`.trim();
   const margin = machine ? `${unit} of damping` : "c";
   return element("div", { class: "wide", tabindex: "0", role: "group", "aria-label": "verdicts" },
     element("table", { class: "verdicts" }, element("caption", {}, "Does a stick-slip limit cycle exist?"), element("thead", {}, head), element("tbody", {}, ...rows)),
@@ -210,8 +210,8 @@ function sensitivity_table({ sensitivity, machine }) {
   if (!of_machine && sensitivity.reason) return [element("p", { class: "hint" }, `None: ${sensitivity.reason}.`)];
   const words = (name) => name.replaceAll("_", " ").replace("stribeck", "Stribeck");
   const rows = of_machine
-    ? of_machine.map(({ quantity, critical_damping }) => [words(quantity), `${short(critical_damping)} %`])
-    : Object.entries(sensitivity.derivatives).map(([name, { value, error }]) => [name, `${short(value)} ± ${error.toExponential(0)}`]);
+    ? of_machine.map(({ quantity, critical_damping, critical_damping_error }) => [words(quantity), `${with_error(critical_damping, critical_damping_error)} %`])
+    : Object.entries(sensitivity.derivatives).map(([name, { value, error }]) => [name, with_error(value, error)]);
   if (sensitivity.standard_error && !of_machine) rows.push(["standard error, by the data", short(sensitivity.standard_error.value)]);
   const head = of_machine ? "quantity 1 % larger" : "parameter";
   const heads = [head, of_machine ? "critical damping" : "derivative of c*"].map((text) => element("th", { scope: "col" }, text));

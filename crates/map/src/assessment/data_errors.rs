@@ -116,6 +116,15 @@ impl Assessment {
         self.left_open().is_some_and(|open| !open.limits.is_empty())
     }
 
+    /// The numerical error of a limit of the damping, of which only that of the critical damping is known: 0 for
+    /// others.
+    pub fn numerical_error_of(&self, damping: f64) -> f64 {
+        match (self.behaviour.critical_damping, self.behaviour.critical_damping_error) {
+            (Some(critical), Some(error)) if (damping - critical).abs() <= SAME * critical.abs() => error,
+            _ => 0.0,
+        }
+    }
+
     /// The standard error of a limit of the damping; `None` unless it is the critical or the Hopf damping.
     pub fn standard_error_of(&self, damping: f64) -> Option<f64> {
         let errors = self.standard_errors?;

@@ -6,9 +6,9 @@ use slipmap_model::friction::{Law, ONE_SLIP_CYCLE};
 use super::Value;
 use super::auxiliary::axes_of;
 
-/// Version of the layout of map files; increased when readers of the old layout would misread the new one.
-/// Version 2 added curves of codimension one, which readers of version 1 report as damage.
-pub const SCHEMA: i64 = 2;
+/// Version of the layout of map files, the only one that is read. Version 2 added curves of codimension one,
+/// version 3 the errors of critical dampings.
+pub const SCHEMA: i64 = 3;
 
 /// Description of a method in a map.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -44,6 +44,8 @@ pub enum Content {
     Margin(usize),
     /// Critical dampings of the method at this position.
     CriticalC(usize),
+    /// Errors of the critical dampings of the method at this position.
+    CriticalError(usize),
     /// Codes of the field `regime`.
     Regime,
     /// The quantity at this position in the list of the plan's quantities.
@@ -90,12 +92,14 @@ impl Variable {
         }
     }
 
-    /// Number of its dimensions on a grid of `axes` axes: one less for critical dampings, without the axis c.
+    /// Whether it has no damping axis: critical dampings and their errors.
+    fn is_of_columns(&self) -> bool {
+        matches!(self.content, Content::CriticalC(_) | Content::CriticalError(_))
+    }
+
+    /// Number of its dimensions on a grid of `axes` axes.
     pub fn rank(&self, axes: usize) -> usize {
-        match self.content {
-            Content::CriticalC(_) => axes - 1,
-            _ => axes,
-        }
+        axes - usize::from(self.is_of_columns())
     }
 
     /// The cells of the variable in a computed tile.
@@ -105,6 +109,7 @@ impl Variable {
             Content::Verdict(method) => Cells::Codes(data.methods[method].verdicts.map(Verdict::code)),
             Content::Margin(method) => Cells::Reals(&data.methods[method].margins),
             Content::CriticalC(method) => Cells::Reals(&data.methods[method].critical),
+            Content::CriticalError(method) => Cells::Reals(&data.methods[method].critical_errors),
             Content::Regime => Cells::Codes(data.regime.map(Regime::code)),
             Content::Quantity(position) => Cells::Reals(&data.quantities[position]),
         }
@@ -145,7 +150,10 @@ impl Schema {
             match field {
                 Field::Verdict => per_method(&mut variables, &methods, "verdict", Content::Verdict),
                 Field::Margin => per_method(&mut variables, &methods, "margin", Content::Margin),
-                Field::CriticalC => per_method(&mut variables, &methods, "critical_c", Content::CriticalC),
+                Field::CriticalC => {
+                    per_method(&mut variables, &methods, "critical_c", Content::CriticalC);
+                    add_errors(&mut variables, &methods);
+                }
                 Field::Regime => {
                     let words = "long-run behaviour according to the simulated flow";
                     let mut regime = plain("regime", words, Content::Regime);
@@ -208,9 +216,9 @@ impl Schema {
 
     /// Number of a variable's chunks.
     pub fn chunks(&self, variable: &Variable) -> usize {
-        match variable.content {
-            Content::CriticalC(_) => self.tiles() / self.tiles_per_column(),
-            _ => self.tiles(),
+        match variable.is_of_columns() {
+            true => self.tiles() / self.tiles_per_column(),
+            false => self.tiles(),
         }
     }
 
@@ -231,9 +239,9 @@ impl Schema {
     #[must_use]
     pub fn chunk_number(&self, variable: &Variable, tile: usize) -> Option<usize> {
         let per_column = self.tiles_per_column();
-        match variable.content {
-            Content::CriticalC(_) => tile.is_multiple_of(per_column).then_some(tile / per_column),
-            _ => Some(tile),
+        match variable.is_of_columns() {
+            true => tile.is_multiple_of(per_column).then_some(tile / per_column),
+            false => Some(tile),
         }
     }
 }
@@ -257,6 +265,30 @@ fn per_method(
         variable.attributes.push(("equation", method.equation.as_str().into()));
         variables.push(variable);
     }
+}
+
+/// Says of each critical damping what its error is, and adds the variable with the errors of the simulation,
+/// the only method whose critical damping is approximate.
+fn add_errors(variables: &mut Vec<Variable>, methods: &[MethodInfo]) {
+    let mut errors = None;
+    for variable in variables.iter_mut() {
+        let Content::CriticalC(position) = variable.content else { continue };
+        let MethodInfo { name, long_name, .. } = &methods[position];
+        if *name != Method::Simulation.name() {
+            let exact =
+                "the edge of what the method claims, exact to rounding; NaN where it claims no presence";
+            variable.attributes.push(("comment", exact.into()));
+            continue;
+        }
+        let of = format!("{}{name}", Field::CRITICAL_ERROR);
+        let comment = "NaN where no damping c >= 0 is critical or none was found (no error), and where the error \
+                       is more than 1 % of it and 1e-9";
+        variable.attributes.push(("comment", comment.into()));
+        variable.attributes.push(("ancillary_variables", of.as_str().into()));
+        let long_name = format!("estimate of the absolute error of the critical damping: {long_name}");
+        errors = Some(plain(&of, &long_name, Content::CriticalError(position)));
+    }
+    variables.extend(errors);
 }
 
 /// The variable of a quantity; its name ends with that of the method or the axis, if the quantity has one.

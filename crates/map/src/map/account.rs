@@ -59,6 +59,8 @@ pub struct Unknown {
     pub regimes: u64,
     /// Columns without a critical damping because an engine gave no answer in its search.
     pub critical: u64,
+    /// Columns whose critical damping is withheld because its error is more than 1 % of it.
+    pub inaccurate: u64,
 }
 
 /// Statistics of one tile, or their sums over several. All but the seconds depend on the plan alone.
@@ -122,6 +124,7 @@ impl Account {
         self.contradictions.add(other.contradictions);
         self.unknown.regimes += other.unknown.regimes;
         self.unknown.critical += other.unknown.critical;
+        self.unknown.inaccurate += other.unknown.inaccurate;
         self.stages.add(&other.stages);
         if !other.failed.is_empty() {
             self.failed.extend(other.failed);
@@ -159,8 +162,9 @@ mod tests {
     fn tile_data(tile: Tile, failed: &[usize]) -> TileData {
         let verdict = |cell| if failed.contains(&cell) { Verdict::Failed } else { Verdict::Absent };
         let verdicts = (0..tile.cells()).map(verdict).collect();
-        let (margins, critical) = (Vec::new(), Vec::new());
-        let methods = vec![MethodCells { method: Method::Simulation, verdicts, margins, critical }];
+        let [margins, critical, critical_errors] = [const { Vec::new() }; 3];
+        let methods =
+            vec![MethodCells { method: Method::Simulation, verdicts, margins, critical, critical_errors }];
         TileData { tile, methods, regime: Runs::new(), quantities: Vec::new() }
     }
 

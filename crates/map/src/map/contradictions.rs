@@ -105,6 +105,7 @@ mod tests {
             verdicts: verdicts_of(verdicts[names.iter().position(|name| *name == method.name()).unwrap()]),
             margins: Vec::new(),
             critical: Vec::new(),
+            critical_errors: Vec::new(),
         });
         let data = TileData {
             tile: plan.grid.tile(&plan.tile_shape, 0),

@@ -36,6 +36,7 @@ mod tests {
         assert_eq!(of_variable("margin_symmetric"), Some(Dimension::Damping));
         assert_eq!(of_variable("margin_simulation"), None);
         assert_eq!(of_variable("critical_c_symmetric"), Some(Dimension::Damping));
+        assert_eq!(of_variable("critical_c_error_simulation"), Some(Dimension::Damping));
         assert_eq!(of_variable("verdict_symmetric"), None);
         assert_eq!(of_variable("regime"), None);
     }

@@ -257,6 +257,7 @@ fn compute_tile(plan: &Plan, draws: &Draws, tile: &Tile) -> (TileData, Account) 
                     verdicts,
                     margins: no_numbers(Field::Margin, columns.len() * cs.len()),
                     critical: no_numbers(Field::CriticalC, columns.len()),
+                    critical_errors: Vec::new(),
                 }
             }
         });
@@ -264,10 +265,14 @@ fn compute_tile(plan: &Plan, draws: &Draws, tile: &Tile) -> (TileData, Account) 
         account.methods.push(MethodAccount { seconds: taken, ..MethodAccount::default() });
     }
     account.rhs = known.rhs;
-    if let Some(Simulated { paths, rhs, without_critical, .. }) = &simulated {
+    if let Some(Simulated { paths, rhs, without_critical, critical, .. }) = &simulated {
         account.paths = *paths;
         account.rhs += rhs;
         account.unknown.critical = *without_critical;
+        if plan.stores(Field::CriticalC) {
+            let withheld = critical.iter().flatten().filter(|found| found.known().is_err());
+            account.unknown.inaccurate = withheld.count() as u64;
+        }
     }
     let mut data = TileData { tile: tile.clone(), methods, regime: Runs::new(), quantities: Vec::new() };
     if plan.fields.iter().any(|field| field.needs_flow()) {
@@ -294,7 +299,13 @@ fn oscillators(columns: &[Column], cs: &[f64]) -> impl Iterator<Item = Oscillato
 
 /// Evaluates a closed-form test on the columns of a tile, cell by cell.
 fn closed_form(plan: &Plan, method: Method, claims: &[Claim], cs: &[f64]) -> MethodCells {
-    let mut cells = MethodCells { method, verdicts: Runs::new(), margins: Vec::new(), critical: Vec::new() };
+    let mut cells = MethodCells {
+        method,
+        verdicts: Runs::new(),
+        margins: Vec::new(),
+        critical: Vec::new(),
+        critical_errors: Vec::new(),
+    };
     for claim in claims {
         // Along c: undecided below sticks_from, present, undecided, absent.
         let present_to = cs.partition_point(|&c| c < claim.present_below);
@@ -334,6 +345,7 @@ fn simulation(
         verdicts: simulated.ends.iter().map(|end| end.verdict()).collect(),
         margins: Vec::new(),
         critical: Vec::new(),
+        critical_errors: Vec::new(),
     };
     if plan.stores(Field::Margin) {
         let found = match simulated.margins.take() {
@@ -353,10 +365,16 @@ fn simulation(
         cells.margins.extend(found.margins.iter().zip(&found.errors).enumerate().map(margin_of));
     }
     if want_critical {
-        cells.critical.extend(simulated.critical.iter().map(|critical| match critical {
-            Some(critical) if critical.c >= 0.0 => critical.c,
-            Some(_) | None => f64::NAN,
-        }));
+        for critical in &simulated.critical {
+            let (value, error) = match critical.map(|found| (found, found.known())) {
+                Some((found, Ok(_))) if found.c >= 0.0 => (found.c, found.error),
+                // The error says why there is no value.
+                Some((found, Err(_))) => (f64::NAN, found.error),
+                Some((_, Ok(_))) | None => (f64::NAN, f64::NAN),
+            };
+            cells.critical.push(value);
+            cells.critical_errors.push(error);
+        }
     }
     (cells, simulated)
 }

@@ -12,7 +12,7 @@ named! {
         Verdict => "verdict",
         /// `margin_METHOD`.
         Margin => "margin",
-        /// `critical_c_METHOD`, without the damping axis.
+        /// `critical_c_METHOD` and `critical_c_error_simulation`, without the damping axis.
         CriticalC => "critical_c",
         /// `regime`.
         Regime => "regime",
@@ -30,6 +30,9 @@ named! {
 }
 
 impl Field {
+    /// What the name of a method follows in that of the variable with the errors of its critical dampings.
+    pub const CRITICAL_ERROR: &str = "critical_c_error_";
+
     /// Returns whether the field is computed from the simulated flow, whichever methods the plan has.
     pub fn needs_flow(self) -> bool {
         !matches!(self, Field::Verdict | Field::Margin | Field::CriticalC)
@@ -37,6 +40,9 @@ impl Field {
 
     /// The field to which a variable of a map belongs by its name, and the method in the name.
     pub fn of_variable(variable: &str) -> Option<(Self, Option<Method>)> {
+        if let Some(method) = variable.strip_prefix(Self::CRITICAL_ERROR) {
+            return Some((Field::CriticalC, Some(Method::by_name(method)?)));
+        }
         Field::ALL.into_iter().find_map(|field| {
             let is_one = match field {
                 Field::Verdict | Field::Margin | Field::CriticalC | Field::EpsilonLimit => {

@@ -14,13 +14,16 @@
 //! interpolant is rejected. Like the error of the backbone, this is an estimate and no bound. Cells within
 //! three errors of a boundary stay undecided here, and are decided from their own column.
 //!
-//! A formula may have features in its parameters that are narrower than the distance of the nodes. So samples
-//! of the law itself are interpolated, too, and compared in every column: their mean over the grazing circle
-//! is C(V) to first order. A box in which they differ has no answer.
+//! A law may have features that are narrower than the distance of the nodes: an outlier of a table, which
+//! orbits reach from some belt speed on, or a step of a formula in its parameters. C(V) is the mean of the
+//! weakening rate over the grazing circle to first order. So that mean is interpolated, too, and compared in
+//! every column: a box in which it differs has no answer, and smaller differences add to the error. A law that
+//! is [narrow](slipmap_model::friction::Weakening) within reach of the mean has no answer either.
 //!
 //! A box in which too many cells stay undecided gets more nodes along the axis with the largest error, and is
 //! then cut there, as long as it has several times more columns than nodes.
 
+use std::cell::OnceCell;
 use std::collections::HashMap;
 use std::ops::Range;
 
@@ -50,8 +53,8 @@ const COLUMNS_PER_NODE: usize = 3;
 const NODES_PER_OPEN: usize = 2;
 /// Number of further columns of a box that are computed and compared with the interpolant.
 const COMPARED: usize = 2;
-/// Largest distance of samples of the law from their interpolant, in units of its error or that of C.
-const SAMPLES_OFF: f64 = 3.0;
+/// Largest distance of the mean weakening rate from its interpolant, in units of its error or that of C.
+const MEAN_OFF: f64 = 3.0;
 /// Square of the reach from which on an orbit does not stick.
 const CROSSES: f64 = 4.0 * JUMP * JUMP;
 /// Largest number of columns of a box, evenly spread, whose undecided cells are counted.
@@ -62,7 +65,7 @@ const OPEN_WITHIN: f64 = 3.0;
 /// The interpolated answers for the columns of a tile.
 pub(super) struct Interpolated {
     /// Number of values of a column: C at its amplitudes, from r = V down, the squared reach of both orbits,
-    /// and the mean of samples of the law.
+    /// and the mean of the weakening rate.
     stride: usize,
     values: Vec<f64>,
     /// For each column the errors of C and of the two squares; infinite where they are unknown.
@@ -118,8 +121,8 @@ impl Interpolated {
         found.values = vec![f64::NAN; found.stride * columns.len()];
         found.errors = vec![[f64::INFINITY; 3]; columns.len()];
         let shape = tile.shape();
-        let columns =
-            TileColumns { grid: &plan.grid, tile, columns, cs, intervals, shape: &shape[..shape.len() - 1] };
+        let (shape, means) = (&shape[..shape.len() - 1], OnceCell::new());
+        let columns = TileColumns { grid: &plan.grid, tile, columns, cs, intervals, shape, means };
         columns.interpolate_all(&mut found);
         found
     }
@@ -173,11 +176,6 @@ pub fn open_share(plan: &Plan, tile: usize) -> f64 {
     open.filter(|&(i, column, c)| is_open(i, column, c)).count() as f64 / tile.cells() as f64
 }
 
-/// The mean of samples of a column's law; 0 for laws that are simple functions of their parameters.
-fn sampled(column: &Column) -> f64 {
-    column.curve.sampled_mean(column.belt_speed).unwrap_or(0.0)
-}
-
 fn end(critical: f64, reach: f64, errors: &[f64; 3], viscous: f64) -> Option<End> {
     if (critical - viscous).abs() <= OPEN_WITHIN * errors[0] {
         None
@@ -200,6 +198,8 @@ struct TileColumns<'a> {
     intervals: usize,
     /// Number of columns along each axis.
     shape: &'a [usize],
+    /// The mean weakening rate of every column, computed on first use.
+    means: OnceCell<Vec<f64>>,
 }
 
 /// A computed column: its values, and the error of C.
@@ -305,12 +305,19 @@ impl TileColumns<'_> {
             node_error = node_error.max(*error);
         }
         let (values, [errors, least], worst) = spread(&sides, values, stride, node_error);
-        let ([mut errors @ .., of_samples], [least @ .., _]) = (errors, least);
+        let ([mut errors @ .., of_mean], [least @ .., _]) = (errors, least);
         let numbers = numbers_in(part, self.shape.iter().copied());
-        let allowed = SAMPLES_OFF * errors[0].max(of_samples);
-        if let Some(roughest) = self.axis_of_missed_feature(part, &numbers, &values, allowed) {
+        let means: Vec<f64> = numbers.iter().map(|&number| self.means()[number]).collect();
+        let pairs = means.iter().zip(values.iter().skip(stride - 1).step_by(stride));
+        let off = pairs.map(|(mean, other)| (mean - other).abs());
+        // A distance that is NaN is the largest.
+        let off = off.fold(0.0, |most, off| if off <= most { most } else { off });
+        errors[0] = errors[0].max(of_mean);
+        if !(off <= MEAN_OFF * errors[0]) {
+            let roughest = axis_of_feature(part, &means);
             return Some(if sides[roughest].is_exact { longest } else { roughest });
         }
+        errors[0] = errors[0].max(off);
         let Open { cells, is_refuted } = self.compare(&numbers, &values, &mut errors, &least, found);
         if is_refuted {
             return Some(longest);
@@ -332,6 +339,9 @@ impl TileColumns<'_> {
     }
 
     fn values_of(&self, column: &Column, found: &mut Interpolated) -> Node {
+        if column.curve.is_narrow_below(2.0 * column.belt_speed) {
+            return None;
+        }
         let (mut values, error) = if self.intervals > 0 {
             let (values, error, spent) = InterpolatedBackbone::values(column, COARSE, self.intervals)?;
             found.rhs += spent;
@@ -346,33 +356,18 @@ impl TileColumns<'_> {
             let reach = if from.is_finite() { reach(&oscillator, from, TOLERANCE).ok() } else { None };
             values.push(reach.map_or(f64::INFINITY, |reach| reach * reach));
         }
-        values.push(sampled(column));
+        values.push(mean(column));
         Some((values, error))
     }
 
-    /// The axis along which the law has a feature between the nodes: where samples of the law in all columns
-    /// of a box are not within `allowed` of their interpolant, that along which they bend most.
-    fn axis_of_missed_feature(
-        &self,
-        part: &[Range<usize>],
-        numbers: &[usize],
-        values: &[f64],
-        allowed: f64,
-    ) -> Option<usize> {
-        let samples: Vec<f64> = numbers.iter().map(|&number| sampled(&self.columns[number])).collect();
-        let stride = values.len() / samples.len();
-        let interpolated = values.iter().skip(stride - 1).step_by(stride);
-        if samples.iter().zip(interpolated).all(|(sample, other)| (sample - other).abs() <= allowed) {
-            return None;
-        }
-        let bend = |axis: usize| {
-            let after: usize = part[axis + 1..].iter().map(ExactSizeIterator::len).product();
-            let length = part[axis].len();
-            let inner = (0..samples.len()).filter(|at| (1..length - 1).contains(&(at / after % length)));
-            let bends = inner.map(|at| (samples[at - after] - 2.0 * samples[at] + samples[at + after]).abs());
-            bends.fold(0.0, f64::max) * (length as f64).powi(2)
-        };
-        (0..part.len()).max_by(|&one, &other| bend(one).total_cmp(&bend(other)))
+    /// The mean weakening rate of every column. Columns that differ in eps alone share it, unless the law
+    /// contains eps.
+    fn means(&self) -> &[f64] {
+        self.means.get_or_init(|| {
+            let shares = if self.grid.law().depends_on_epsilon() { 1 } else { self.shape[0] };
+            let own = &self.columns[..self.columns.len() / shares];
+            own.iter().map(mean).collect::<Vec<_>>().repeat(shares)
+        })
     }
 
     /// Counts the cells left undecided, and tests whether columns computed for comparison refute the error.
@@ -440,6 +435,23 @@ impl TileColumns<'_> {
         }
         Open { cells, is_refuted: false }
     }
+}
+
+/// The mean weakening rate of a column over the grazing circle.
+fn mean(column: &Column) -> f64 {
+    column.curve.mean_weakening_of_many(column.belt_speed)
+}
+
+/// The axis along which the values of the columns of a box bend most.
+fn axis_of_feature(part: &[Range<usize>], values: &[f64]) -> usize {
+    let bend = |axis: usize| {
+        let after: usize = part[axis + 1..].iter().map(ExactSizeIterator::len).product();
+        let length = part[axis].len();
+        let inner = (0..values.len()).filter(|at| (1..length - 1).contains(&(at / after % length)));
+        let bends = inner.map(|at| (values[at - after] - 2.0 * values[at] + values[at + after]).abs());
+        bends.fold(0.0, f64::max) * (length as f64).powi(2)
+    };
+    (0..part.len()).max_by(|&one, &other| bend(one).total_cmp(&bend(other))).unwrap_or(0)
 }
 
 /// Returns the interpolant at all columns of a box, its errors, the part of them due to the errors of the

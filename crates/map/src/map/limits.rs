@@ -202,7 +202,7 @@ pub struct Ray {
 fn reach(oscillator: &Oscillator, flow: &Flow) -> Option<f64> {
     let Fate::Sticks(landing) = flow.fate else { return None };
     let from_exit = oscillator.exit_x1() - landing.x1;
-    Some(if landing.crossings == 0 { from_exit } else { 4.0 - from_exit })
+    Some(if landing.crossings == Some(1) { 4.0 - from_exit } else { from_exit })
 }
 
 /// The verdict of the simulated flow. Where the margin is within its error its sign decides, since bisection

@@ -349,7 +349,10 @@ impl Plan {
         let per_field = |field: &Field| match field {
             Field::Verdict => methods * cells,
             Field::Margin => 8 * methods * cells,
-            Field::CriticalC => 8 * methods * columns,
+            // Those of the simulation have errors.
+            Field::CriticalC => {
+                8 * (methods + u128::from(self.methods.contains(&Method::Simulation))) * columns
+            }
             Field::Regime => cells,
             field => 8 * cells * self.quantities_of(*field).len() as u128,
         };

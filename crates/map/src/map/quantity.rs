@@ -138,7 +138,7 @@ impl Description {
             Quantity::LandingX1 => landing.map(|landing| landing.x1),
             Quantity::StickTime => landing.map(|landing| landing.stick_time),
             Quantity::SlipTime => landing.map(|landing| landing.slip_time),
-            Quantity::Crossings => landing.map(|landing| f64::from(landing.crossings)),
+            Quantity::Crossings => landing.and_then(|landing| landing.crossings).map(f64::from),
             Quantity::SlipCycles => self.slip_cycles.map(|count| count as f64),
             Quantity::CyclePeriod => cycle.map(|cycle| cycle.period),
             Quantity::CycleAmplitudeX1 => cycle.map(|cycle| half(cycle.displacement)),

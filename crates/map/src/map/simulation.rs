@@ -145,7 +145,7 @@ fn complete_critical(columns: &Columns, engine: Engine, tolerance: f64, done: &m
                 done.rhs += critical.rhs;
                 done.critical[number] = Some(critical);
             }
-            Err(NoCriticalDamping::NoVerdict) => done.without_critical += 1,
+            Err(_) => done.without_critical += 1,
         }
     }
 }
@@ -176,7 +176,7 @@ fn return_map_column(
     for ((&c, &margin), &error) in cs.iter().zip(margins).zip(errors) {
         let known = match is_resolved(margin, error) {
             true if margin < -error => Some(End::Inward),
-            true if margin > error && lands(c, margin) => Some(End::Sticks),
+            true if margin > error && lands(c, margin + error) => Some(End::Sticks),
             _ => None,
         };
         let end = known.unwrap_or_else(|| {
@@ -269,7 +269,7 @@ fn by_column(
                     done.paths.critical_surface +=
                         column_by_root(column, cs, &claim, critical, tolerance, done);
                 }
-                Some(Err(NoCriticalDamping::NoVerdict)) | None => by_order(column, cs, tolerance, done),
+                Some(Err(_)) | None => by_order(column, cs, tolerance, done),
             },
         }
     }

@@ -15,8 +15,11 @@ pub struct MethodCells {
     /// Margins, row-major over the tile's shape; empty unless stored.
     pub margins: Vec<f64>,
     /// Critical damping of each column, row-major over the tile's shape without the damping axis; empty
-    /// unless stored. NaN where the column has no critical damping c >= 0.
+    /// unless stored. NaN where the column has no critical damping c >= 0, or none that is known to 1 %.
     pub critical: Vec<f64>,
+    /// Estimates of the absolute errors of these, also of those not known to 1 %; empty for all methods but
+    /// the simulation, whose critical dampings alone are approximate.
+    pub critical_errors: Vec<f64>,
 }
 
 /// Everything computed for one tile.

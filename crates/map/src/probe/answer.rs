@@ -29,8 +29,10 @@ pub struct MethodAnswer {
     /// the test claims no presence; for the simulation the scaled grazing margin m / V, NaN where the flow
     /// has none.
     pub margin: f64,
-    /// The edge of presence; `None` where the method has none at c >= 0.
+    /// The edge of presence; `None` where the method has none at c >= 0, or none that is known to 1 %.
     pub critical_c: Option<f64>,
+    /// Estimate of its absolute error; `None` for methods whose edge is exact to rounding.
+    pub critical_c_error: Option<f64>,
     /// Reason why the verdict is neither presence nor absence.
     pub reason: Option<String>,
 }
@@ -170,6 +172,7 @@ fn of_test(method: Method, claim: &Claim, column: &Column, c: f64) -> MethodAnsw
         verdict: decision.into(),
         margin: claim.margin(c),
         critical_c: claim.edge(),
+        critical_c_error: None,
         reason,
     }
 }
@@ -225,12 +228,13 @@ fn of_simulation(
     flow: &Flow,
     critical: &Result<CriticalDamping, NoCriticalDamping>,
 ) -> MethodAnswer {
-    let root = critical.as_ref().ok().map(|critical| critical.c);
+    let root = critical.as_ref().ok();
     MethodAnswer {
         method: Method::Simulation,
         verdict: Verdict::from(&flow.fate),
         margin: flow.margin,
-        critical_c: root.filter(|&root| root >= 0.0),
+        critical_c: root.and_then(|root| root.known().ok()).map(|root| root.c).filter(|c| *c >= 0.0),
+        critical_c_error: root.filter(|root| root.c >= 0.0 || root.known().is_err()).map(|root| root.error),
         reason: match flow.fate {
             Fate::TooCloseToCall => Some(format!(
                 "the grazing margin {} is smaller than its error {}",
@@ -266,7 +270,14 @@ fn of_naive(method: Method, law: &Law, verdict: NaiveVerdict) -> MethodAnswer {
         (NaiveVerdict::Failed(failure), _) => Some(failure.to_string()),
         (NaiveVerdict::Sticks { .. } | NaiveVerdict::NeverSticks, _) => None,
     };
-    MethodAnswer { method, verdict: verdict.into(), margin: f64::NAN, critical_c: None, reason }
+    MethodAnswer {
+        method,
+        verdict: verdict.into(),
+        margin: f64::NAN,
+        critical_c: None,
+        critical_c_error: None,
+        reason,
+    }
 }
 
 /// Place and times of sticking, if the orbit sticks.

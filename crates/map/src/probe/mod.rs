@@ -35,6 +35,7 @@ impl Probe {
                 verdict: of_method.verdict.name(),
                 margin: of_method.margin,
                 critical_c: of_method.critical_c,
+                critical_c_error: of_method.critical_c_error,
                 guarantee: of_method.method.guarantee().name(),
                 equation: of_method.method.equation_for(&answer.law),
                 reason: of_method.reason.clone(),
@@ -119,7 +120,13 @@ impl From<&Result<CriticalDamping, NoCriticalDamping>> for CriticalResult {
     fn from(critical: &Result<CriticalDamping, NoCriticalDamping>) -> Self {
         match critical {
             Ok(root) => {
-                Self { value: Some(root.c), error: Some(root.error), rhs: Some(root.rhs), reason: None }
+                let known = root.known();
+                Self {
+                    value: known.ok().map(|root| root.c),
+                    error: Some(root.error),
+                    rhs: Some(root.rhs),
+                    reason: known.err().map(|why| why.to_string()),
+                }
             }
             Err(why) => Self { value: None, error: None, rhs: None, reason: Some(why.to_string()) },
         }
@@ -211,6 +218,7 @@ impl MachineResult {
             damping: machine.damping,
             critical_belt_speed: behaviour.critical_belt_speed.value(),
             critical_damping: behaviour.critical_damping,
+            critical_damping_error: behaviour.critical_damping_error,
             critical_damping_ratio: behaviour.critical_damping_ratio,
             damping_ratio: behaviour.damping_ratio,
             natural_frequency: behaviour.natural_frequency,

@@ -37,7 +37,7 @@ result! {
         /// Name of the long-run behaviour.
         pub(crate) regime: &'static str,
         /// What the regime assumes without proof, as [`slipmap_model::friction::ONE_SLIP_CYCLE`].
-        #[cfg_attr(feature = "serde", serde(skip_serializing_if = "Option::is_none"))]
+        #[serde(skip_serializing_if = "Option::is_none")]
         pub(crate) regime_conjecture: Option<&'static str>,
         /// The state of steady slip.
         pub(crate) equilibrium: Equilibrium,
@@ -63,8 +63,10 @@ result! {
         pub(crate) verdict: &'static str,
         /// As in a map, see [`super::MethodAnswer::margin`].
         pub(crate) margin: f64,
-        /// The edge of presence in c; `None` where there is none at c >= 0.
+        /// The edge of presence in c; `None` where there is none at c >= 0, or none that is known to 1 %.
         pub(crate) critical_c: Option<f64>,
+        /// Estimate of its absolute error; `None` for methods whose edge is exact to rounding.
+        pub(crate) critical_c_error: Option<f64>,
         pub(crate) guarantee: &'static str,
         /// Equation in the paper, or section of the theory pages.
         pub(crate) equation: Cow<'static, str>,
@@ -111,15 +113,16 @@ result! {
         pub(crate) stick_time: f64,
         /// Sum of slip time and stick time.
         pub(crate) period: f64,
-        /// Crossings of the belt line before the mass sticks.
-        pub(crate) crossings: u32,
+        /// Crossings of the belt line before the mass sticks; `None` where the landing is within its error of
+        /// the end of the stick segment.
+        pub(crate) crossings: Option<u32>,
     }
 
     /// The critical damping of a column.
     pub(crate) struct CriticalResult {
-        /// c*; negative where no legal damping is small enough for a cycle.
+        /// c*; negative where no legal damping is small enough for a cycle. `None` where it is not known to 1 %.
         pub(crate) value: Option<f64>,
-        /// Estimate of the absolute error of `value`.
+        /// Estimate of the absolute error, also of a c* that is not known to 1 %.
         pub(crate) error: Option<f64>,
         /// Evaluations of the right-hand side.
         pub(crate) rhs: Option<u64>,
@@ -246,6 +249,8 @@ result! {
         pub(crate) critical_belt_speed: Option<f64>,
         /// See [`crate::behaviour::Behaviour::critical_damping`].
         pub(crate) critical_damping: Option<f64>,
+        /// See [`crate::behaviour::Behaviour::critical_damping_error`].
+        pub(crate) critical_damping_error: Option<f64>,
         /// The critical damping as a damping ratio.
         pub(crate) critical_damping_ratio: Option<f64>,
         /// Damping ratio d / (2 sqrt(k m)).

@@ -17,18 +17,20 @@
 //! y is smooth. It is computed at Chebyshev nodes of the box that contains the machines, and interpolated. A
 //! box in which the interpolant differs from samples by more than a set accuracy is cut in two, down to boxes
 //! with so few machines that each has its own search. A box in which no search succeeds is not cut. The
-//! guarantee is numerical; [`Found::error`] is the largest error at the samples.
+//! samples are few, and may miss a feature that is as narrow as that of an outlier of measured friction. So the
+//! mean weakening rate, which is y to first order, is compared at many more machines. The guarantee is
+//! numerical; [`Found::error`] is the largest error at the samples.
 //!
 //! Standard errors of measured friction make y uncertain. The standard deviation of y is another function of
 //! the same groups (theory, "Any friction law"). The same orbits give y and its deviation, which is
 //! interpolated from the same nodes.
 
 use rayon::prelude::*;
+use slipmap_model::friction::{Column, Strengthening};
 
 use crate::machine::{Friction, Machine, Model};
-use slipmap_model::friction::{Column, Strengthening};
 use slipmap_numbers::chebyshev::{Side, Tensor};
-use slipmap_simulate::critical::{critical_damping, critical_dampings};
+use slipmap_simulate::critical::{critical_damping, critical_dampings, known_or_nan};
 use slipmap_simulate::sensitivity::sensitivity_of_any_sign;
 
 /// Tolerance of the root search for a critical damping.
@@ -41,6 +43,10 @@ const ACCURACIES: Pair = [1e-6, 1e-2];
 const ACCURACY_IN_DEVIATIONS: f64 = 3e-3;
 /// Number of machines in a box whose critical damping is searched to test the interpolant.
 const SAMPLES: usize = 8;
+/// Number of machines in a box at which the mean weakening rate tests its interpolant, and the largest error
+/// there, in units of the accuracy of y.
+const MEANS: usize = 1024;
+const MEAN_OFF: f64 = 3.0;
 /// Number of nodes along each axis, by the number of axes along which the box has an extent.
 const NODES: [usize; 5] = [1, 6, 9, 7, 5];
 /// Number of machines in one call of the root search.
@@ -119,7 +125,7 @@ fn of_measured(model: &Model) -> Pair {
             let deviation = found.standard_error_in_fixed_unit.filter(|_| critical.is_located());
             [critical.c, deviation.map_or(f64::NAN, |deviation| deviation.value)]
         }
-        Err(_) => [critical_damping(&column, TOLERANCE).map_or(f64::NAN, |critical| critical.c), f64::NAN],
+        Err(_) => [known_or_nan(critical_damping(&column, TOLERANCE)), f64::NAN],
     }
 }
 
@@ -220,29 +226,38 @@ impl<'a> Groups<'a> {
         machine.is_legal().then_some(machine)
     }
 
+    /// The nominal machine changed to these groups, and y in units of its dimensionless critical damping.
+    fn model_with(&self, groups: &[f64]) -> Option<(Model, f64)> {
+        let machine = self.machine_with(groups)?;
+        let factor = (machine.stiffness * machine.mass).sqrt() * groups[0].exp();
+        let model = machine.model()?;
+        let scale = model.si.units.damping / factor;
+        Some((model, scale))
+    }
+
+    /// y at these groups to first order: from the mean weakening rate over the grazing circle.
+    fn mean(&self, groups: &[f64]) -> f64 {
+        self.model_with(groups).map_or(f64::NAN, |(model, scale)| {
+            let column = model.column();
+            column.curve.mean_weakening_of_many(column.belt_speed) / column.epsilon * scale
+        })
+    }
+
     /// y and its standard deviation at these groups, by a root search for each; NaN if the search failed.
     fn searched(&self, groups: &[&[f64]]) -> Vec<Pair> {
-        let model = |groups: &&[f64]| {
-            let machine = self.machine_with(groups)?;
-            let factor = (machine.stiffness * machine.mass).sqrt() * groups[0].exp();
-            let model = machine.model()?;
-            let scale = model.si.units.damping / factor;
-            Some((model, scale))
-        };
         if has_standard_errors(self.nominal) {
             let of_one = |groups: &&[f64]| {
-                model(groups).map_or([f64::NAN; 2], |(model, scale)| of_measured(&model).map(|x| x * scale))
+                self.model_with(groups)
+                    .map_or([f64::NAN; 2], |(model, scale)| of_measured(&model).map(|x| x * scale))
             };
             return groups.par_iter().map(of_one).collect();
         }
         let of_some = |groups: &[&[f64]]| {
-            let models: Vec<Option<(Model, f64)>> = groups.iter().map(model).collect();
+            let models: Vec<Option<(Model, f64)>> =
+                groups.iter().map(|groups| self.model_with(groups)).collect();
             let columns: Vec<Column> = models.iter().flatten().map(|(model, _)| model.column()).collect();
             let mut roots = critical_dampings(&columns, TOLERANCE).into_iter();
-            let mut y = |(_, scale): &(Model, f64)| {
-                let root = roots.next().and_then(Result::ok);
-                root.map_or(f64::NAN, |root| root.c * scale)
-            };
+            let mut y = |(_, scale): &(Model, f64)| roots.next().map_or(f64::NAN, known_or_nan) * scale;
             let y = |model: &Option<(Model, f64)>| [model.as_ref().map_or(f64::NAN, &mut y), 0.0];
             models.iter().map(y).collect::<Vec<Pair>>()
         };
@@ -307,7 +322,20 @@ impl<'a> Groups<'a> {
             // A node without an answer makes the size NaN, so such a box is cut too.
             !unknown && !(errors[of] <= enough[of])
         });
-        let Some(rough) = rough else {
+        let found_none = values.iter().all(|pair| pair[0].is_nan());
+        let rough = rough.map(|of| surfaces[of].roughest()).or_else(|| {
+            if found_none {
+                return None;
+            }
+            let means = Tensor::through(&sides, points.iter().map(|point| self.mean(point)).collect());
+            let tested: Vec<&usize> = machines.iter().step_by(machines.len().div_ceil(MEANS)).collect();
+            let misses = |machine: &&usize| {
+                let groups = self.of(**machine);
+                !((means.at(groups) - self.mean(groups)).abs() <= MEAN_OFF * enough[0])
+            };
+            tested.par_iter().any(misses).then(|| means.roughest())
+        });
+        let Some(axis) = rough else {
             let measured = has_standard_errors(self.nominal);
             let values =
                 |point: &[f64]| [surfaces[0].at(point), if measured { surfaces[1].at(point) } else { 0.0 }];
@@ -315,7 +343,6 @@ impl<'a> Groups<'a> {
                 |&machine: &usize| Placed { machine, values: values(self.of(machine)), error: errors[0] };
             return machines.iter().map(placed).collect();
         };
-        let axis = surfaces[rough].roughest();
         let middle = machines.len() / 2;
         let place = |machine: &usize| self.of(*machine)[axis];
         machines.select_nth_unstable_by(middle, |a, b| place(a).total_cmp(&place(b)).then(a.cmp(b)));

@@ -309,18 +309,13 @@ impl Curve {
         }
     }
 
-    /// The weakening rate averaged over the grazing circle as in [`Curve::mean_weakening`], by eight angles;
-    /// `None` for laws with [known features](Curve::has_known_features). It costs eight evaluations, and
-    /// follows every feature that a formula has in its parameters.
-    pub fn sampled_mean(&self, belt_speed: f64) -> Option<f64> {
-        const ANGLES: usize = 8;
-        let angle = |k: usize| std::f64::consts::PI * (k as f64 + 0.5) / ANGLES as f64;
-        let slips: [f64; ANGLES] = std::array::from_fn(|k| belt_speed * (1.0 - angle(k).cos()));
-        let mean = || {
-            let rates = self.form.weakenings(slips).into_iter().enumerate();
-            rates.map(|(k, rate)| angle(k).sin().powi(2) * rate).sum::<f64>() * 2.0 / ANGLES as f64
-        };
-        (!self.has_known_features()).then(mean)
+    /// [`Curve::mean_weakening`] of a law that need not be compiled: for laws of which many are compared at one
+    /// belt speed each.
+    pub fn mean_weakening_of_many(&self, belt_speed: f64) -> f64 {
+        match self.has_known_features() {
+            true => self.mean_weakening(belt_speed),
+            false => mean::of_formula(|u| self.weakening(u), belt_speed),
+        }
     }
 
     /// The law to first order in eps at belt speed V.
@@ -436,6 +431,11 @@ impl Curve {
     /// Returns whether the law has features only at rest and at its corners: closed forms and tables.
     pub fn has_known_features(&self) -> bool {
         self.form.closed().is_some() || matches!(self.form, Form::Table(_))
+    }
+
+    /// Returns whether the law has a [narrow](Weakening::narrow) feature below the slip speed `u`.
+    pub fn is_narrow_below(&self, u: f64) -> bool {
+        !self.has_known_features() && self.compiled(2.0 * u).narrow().first().is_some_and(|stop| *stop < u)
     }
 
     /// Returns whether the weakening rate is one analytic function of the slip speeds of orbits that start

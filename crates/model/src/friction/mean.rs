@@ -28,6 +28,18 @@ fn nodes(doublings: usize) -> &'static [Node] {
 /// [`super::Curve::mean_weakening`]. By the trapezoidal rule, doubled until the result no longer changes: for
 /// smooth functions it converges faster than any power. At both ends the weight is zero.
 pub(super) fn mean_weakening(weakening: impl Fn(f64) -> f64, belt_speed: f64) -> f64 {
+    doubled(weakening, belt_speed, 1, 2.0 * f64::EPSILON)
+}
+
+/// As [`mean_weakening`] for a formula that is not compiled: at no fewer angles than see a feature that is not
+/// [narrow](super::Weakening::narrow), and with an allowance for the rounding of the formula.
+pub(super) fn of_formula(weakening: impl Fn(f64) -> f64, belt_speed: f64) -> f64 {
+    doubled(weakening, belt_speed, 3, 64.0 * f64::EPSILON)
+}
+
+/// The rule after `least` doublings or more, of which the last changes the result by at most `enough` times
+/// the size of the terms.
+fn doubled(weakening: impl Fn(f64) -> f64, belt_speed: f64, least: usize, enough: f64) -> f64 {
     let (mut total, mut size, mut before) = (0.0, 0.0, f64::NAN);
     for doublings in 0..=DOUBLINGS {
         for [share, weight] in nodes(doublings) {
@@ -37,9 +49,9 @@ pub(super) fn mean_weakening(weakening: impl Fn(f64) -> f64, belt_speed: f64) ->
         }
         let intervals = f64::from(INTERVALS << doublings);
         let now = total / intervals;
-        let changes = (now - before).abs() > 2.0 * f64::EPSILON * size / intervals;
+        let changes = (now - before).abs() > enough * size / intervals;
         // NaN ends the loop as well.
-        if doublings > 0 && !changes {
+        if doublings >= least && !changes {
             return 2.0 * now;
         }
         before = now;

@@ -1,5 +1,6 @@
 //! Critical damping of every method against belt speed.
 
+use super::super::SIMULATION;
 use super::super::text::rich;
 use super::super::units::{Label, View};
 use super::axis::Scale;
@@ -10,6 +11,7 @@ use super::panels::Panels;
 use super::slice::{Slice, equals};
 use super::verdict_panels::chosen_epsilons;
 use super::{Figure, at_each_width, curves, palette};
+use slipmap_map::map::Field;
 
 /// If a map has only one V, the range of V shown, as a factor up and down.
 const SPREAD: f64 = 10.0;
@@ -27,22 +29,22 @@ pub(crate) fn critical(view: &View) -> Option<Figure> {
     };
     let epsilons = chosen_epsilons(map);
     let index = view.informative_nodes();
-    let curves_over = |values: &[f64]| -> Vec<Vec<(String, Vec<f64>)>> {
+    let curves_over = |values: &[f64]| -> (Vec<curves::Boundaries>, Vec<Vec<f64>>) {
         let of = |&epsilon: &usize| {
             let mut index = index.clone();
             index[0] = epsilon;
             curves::by_method(map, &curves::columns(map, &index, v, values), &budget)
         };
-        epsilons.iter().map(of).collect()
+        epsilons.iter().map(of).unzip()
     };
     // Leave out belts so fast that no method claims a cycle.
     let values = curves::samples(full, curves::FEW_POINTS);
-    let all = curves_over(&values);
+    let (all, _) = curves_over(&values);
     let x = curves::cut(full, &values, |i| {
         all.iter().flatten().map(|(_, curve)| curve[i]).fold(f64::NEG_INFINITY, f64::max)
     });
     let values = budget.samples(x);
-    let panels = curves_over(&values);
+    let (panels, errors) = curves_over(&values);
     let is_drawn = |name: &str| {
         let of = panels.iter().flatten().filter(|(method, _)| method == name);
         of.flat_map(|(_, curve)| curve).any(|c| c.is_finite() && *c >= 0.0)
@@ -100,5 +102,7 @@ pub(crate) fn critical(view: &View) -> Option<Figure> {
         let numbers = panels.iter().flat_map(|panel| &panel[position].1).map(|c| c * label.factor);
         data = data.reals(label.header(), numbers.collect());
     }
+    let label = Label { key: format!("{}{SIMULATION}", Field::CRITICAL_ERROR), ..y_label.clone() };
+    data = data.reals(label.header(), errors.concat().iter().map(|error| error * label.factor).collect());
     Some(Figure { name: "critical-damping".into(), caption, scenes, data })
 }

@@ -10,7 +10,7 @@ use slipmap_format::MapFile;
 use slipmap_map::map::Method;
 use slipmap_model::filippov::HopfRate;
 use slipmap_model::friction::Column;
-use slipmap_simulate::critical::critical_dampings;
+use slipmap_simulate::critical::{CriticalDamping, critical_dampings};
 
 pub(super) const POINTS: usize = 160;
 /// Number of steps of a coarse curve, which finds the part of a scale that is drawn.
@@ -77,9 +77,9 @@ impl Budget {
         self.0.set(self.0.get().saturating_sub(work));
     }
 
-    /// The exact critical dampings of the first columns, as many as the budget holds; NaN where there is
-    /// none.
-    fn solve(&self, columns: &[Column]) -> Vec<f64> {
+    /// The exact critical dampings of the first columns, as many as the budget holds, with their errors; NaN
+    /// where there is none, or none known to 1 %.
+    fn solve(&self, columns: &[Column]) -> Vec<[f64; 2]> {
         let mut found = Vec::with_capacity(columns.len());
         let mut compiled: Option<&Column> = None;
         for some in columns.chunks(TOGETHER) {
@@ -97,16 +97,17 @@ impl Budget {
                     compiled = Some(column);
                 }
                 self.spend(root.map_or(FAILURE, |root| root.rhs.saturating_mul(column.curve.cost())));
-                found.push(root.map_or(f64::NAN, |root| root.c));
+                let known = root.and_then(CriticalDamping::known);
+                found.push(known.map_or([f64::NAN; 2], |root| [root.c, root.error]));
             }
         }
         found
     }
 }
 
-/// The exact critical damping of each column; NaN where there is none, and where the budget is spent.
+/// The exact critical damping of each column; NaN where none is known to 1 %, and where the budget is spent.
 pub(super) fn exact(columns: &[Column], budget: &Budget) -> Vec<f64> {
-    let mut found = budget.solve(columns);
+    let mut found: Vec<f64> = budget.solve(columns).into_iter().map(|[c, _]| c).collect();
     found.resize(columns.len(), f64::NAN);
     found
 }
@@ -117,9 +118,12 @@ pub(super) fn stability(column: &Column) -> f64 {
     HopfRate::new(&column.curve, column.belt_speed).value() / column.epsilon
 }
 
-/// The boundary of each method of a map that this program knows, the simulation last; NaN where there is
-/// none, and where the budget is spent.
-pub(super) fn by_method(map: &MapFile, columns: &[Column], budget: &Budget) -> Vec<(String, Vec<f64>)> {
+/// The names of methods, and the boundary of each in every column.
+pub(super) type Boundaries = Vec<(String, Vec<f64>)>;
+
+/// The boundary of each method of a map that this program knows, the simulation last, then the errors of that;
+/// NaN where there is none, and where the budget is spent.
+pub(super) fn by_method(map: &MapFile, columns: &[Column], budget: &Budget) -> (Boundaries, Vec<f64>) {
     let simulated = budget.solve(columns);
     let solved = &columns[..simulated.len()];
     let tests = map.methods().iter().filter_map(|method| match Method::by_name(&method.name)? {
@@ -129,10 +133,12 @@ pub(super) fn by_method(map: &MapFile, columns: &[Column], budget: &Budget) -> V
         }
         Method::Simulation | Method::Naive(..) => None,
     });
-    let mut curves: Vec<(String, Vec<f64>)> = tests.collect();
-    curves.push((super::super::SIMULATION.into(), simulated));
+    let mut curves: Boundaries = tests.collect();
+    let [exact, mut errors] = [0, 1].map(|of| simulated.iter().map(|found| found[of]).collect::<Vec<f64>>());
+    curves.push((super::super::SIMULATION.into(), exact));
     curves.iter_mut().for_each(|(_, curve)| curve.resize(columns.len(), f64::NAN));
-    curves
+    errors.resize(columns.len(), f64::NAN);
+    (curves, errors)
 }
 
 /// Draws the curve of a method with its marks. Curves with different `turn` have their marks at different

@@ -2,7 +2,7 @@
 
 use super::super::text::{Rich, rich};
 use super::lines::{damping_limit, percent, quantity, with_error};
-use slipmap_map::assessment::{Assessment, DampingLimit, LeftOpen, Undetermined};
+pub use slipmap_map::assessment::{Assessment, DampingLimit, LeftOpen, Undetermined};
 use slipmap_map::machine::{Dimension, Motion};
 use slipmap_map::map::{Attractors, Regime};
 use slipmap_map::risk::Risk;

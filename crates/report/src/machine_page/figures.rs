@@ -1,5 +1,6 @@
 //! The figures of the page: the regimes around the working point, and the friction that makes them.
 
+use slipmap_model::friction::Column;
 use std::convert::Infallible;
 use std::sync::{Mutex, PoisonError};
 
@@ -18,10 +19,9 @@ use slipmap_map::map::{
     self, Account, Control, Field, Grid, Method, Plan, Plane, PlaneCurve, PlaneCurves, PlanePoint, Regime,
     Sink, TileData,
 };
-use slipmap_model::friction::Column;
 use slipmap_model::point::Point;
 use slipmap_simulate::bifurcation::Bifurcation;
-use slipmap_simulate::critical::critical_dampings;
+use slipmap_simulate::critical::{critical_dampings, known_or_nan};
 
 /// Number of nodes of the regime figure along each axis.
 const NODES: usize = 41;
@@ -75,8 +75,7 @@ fn limits(grid: &Grid, point: &Point, speeds: &[f64]) -> Vec<PlaneCurve> {
     let columns: Vec<Column> =
         speeds.iter().map(|&belt_speed| grid.law().column(&Point { belt_speed, ..*point })).collect();
     let hopf = columns.iter().map(|column| column.curve.weakening(column.belt_speed) / column.epsilon);
-    let grazing =
-        critical_dampings(&columns, TOLERANCE).into_iter().map(|root| root.map_or(f64::NAN, |root| root.c));
+    let grazing = critical_dampings(&columns, TOLERANCE).into_iter().map(known_or_nan);
     let curve = |bifurcation, dampings: Vec<f64>| {
         let all = speeds.iter().zip(dampings).filter(|(_, damping)| damping.is_finite());
         let points = all.map(|(&x, y)| PlanePoint { x, y, error: TOLERANCE }).collect();

@@ -3,13 +3,13 @@
 use super::super::figure::palette;
 use super::super::text::{Rich, rich};
 use super::super::units::join;
-use slipmap_map::assessment::{Assessment, ErrorsFrom, NeededKick, Undetermined};
+pub use slipmap_map::assessment::{Assessment, ErrorsFrom, NeededKick, Undetermined};
 use slipmap_map::behaviour::Limit;
 use slipmap_map::machine::{Dimension, Friction, Machine, Motion};
 use slipmap_map::risk::{Estimate, Risk, Spread, Uncertain, WithError, is_uncertain};
 use slipmap_model::filippov::Stability;
 use slipmap_model::friction::Table;
-use slipmap_numbers::text::rounded;
+use slipmap_numbers::text::{digits_within, rounded};
 
 /// A question and its answer.
 pub(crate) type Line = (Rich, Rich);
@@ -26,16 +26,8 @@ pub(super) fn with_error(of: WithError, unit: &str) -> Rich {
     let WithError { value, standard_error } = of;
     // Digits before the point are rounded, too: 530 ± 100, not 528 ± 102.
     let number = |x: f64, digits: usize| Rich::number(rounded(x, digits).parse().unwrap_or(x), 4);
-    number(value, digits_within(of)).then(" ± ").then(number(standard_error, 2)).with_unit(unit)
-}
-
-/// Number of digits of a value up to the second digit of its error, at most four.
-fn digits_within(WithError { value, standard_error }: WithError) -> usize {
-    if standard_error == 0.0 {
-        return 4;
-    }
-    let place = |x: f64| x.abs().log10().floor() as i32;
-    (place(value).max(place(standard_error) - 1) - place(standard_error) + 2).clamp(1, 4) as usize
+    let digits = digits_within(value, standard_error, 4);
+    number(value, digits).then(" ± ").then(number(standard_error, 2)).with_unit(unit)
 }
 
 /// Numbers of digits of what depends on the slope of the friction and on its mean over the motion in a way
@@ -44,15 +36,21 @@ fn digits_of_data(all: &Assessment) -> [usize; 2] {
     let errors = all.standard_errors;
     let limits =
         [errors.map(|errors| errors.hopf_damping), errors.and_then(|errors| errors.critical_damping)];
-    limits.map(|limit| limit.map_or(4, |limit| digits_within(limit).max(2)))
+    limits.map(|limit| {
+        limit.map_or(4, |WithError { value, standard_error }| digits_within(value, standard_error, 4).max(2))
+    })
 }
 
-/// A limit of the damping, with its standard error where that is known.
+/// A limit of the damping, with its standard error where that is known; the critical damping else with its
+/// numerical error, where that reaches the digits.
 pub(super) fn damping_limit(all: &Assessment, damping: f64, digits: usize) -> Rich {
     let unit = all.machine.motion.unit(Dimension::Damping);
+    let numerical = all.numerical_error_of(damping);
     match all.standard_error_of(damping) {
-        Some(standard_error) => with_error(WithError { value: damping, standard_error }, unit),
-        None => Rich::number(damping, digits).with_unit(unit),
+        Some(standard_error) if standard_error >= numerical => {
+            with_error(WithError { value: damping, standard_error }, unit)
+        }
+        _ => Rich::with_error(damping, numerical, digits).with_unit(unit),
     }
 }
 
@@ -191,12 +189,17 @@ fn limits(all: &Assessment) -> Vec<Line> {
     let critical = match (does.critical_damping, does.critical_damping_error) {
         (Some(damping), numerical) => {
             let of_data = all.standard_error_of(damping).unwrap_or(0.0);
-            let numerical = numerical.filter(|error| *error > of_data).map_or_else(Rich::default, |error| {
+            let apart = |error: &f64| *error > of_data && !Rich::shows_error(damping, *error, of_slope);
+            let numerical = numerical.filter(apart).map_or_else(Rich::default, |error| {
                 rich(" (numerical error ").then(Rich::number(error, 2)).then(")")
             });
             of_damping(damping).then(numerical)
         }
         _ if does.critical_damping_is_known => none(errors.and_then(|errors| errors.critical_damping)),
+        (None, Some(error)) => {
+            let error = Rich::number(error, 2).with_unit(unit(Damping));
+            rich("not determined: its error, ").then(error).then(", is more than 1 % of it")
+        }
         _ => rich("not determined"),
     };
     let below = |limit: Limit, none: &str, dimension: Dimension, digits: usize| {
@@ -205,6 +208,11 @@ fn limits(all: &Assessment) -> Vec<Line> {
             Limit::Below(value) if dimension == Damping => of_damping(value),
             Limit::Below(value) => of(value),
             Limit::AtLeast(value) => rich("at least ").then(of(value)),
+            Limit::Between(low, high) => rich("between ")
+                .then(Rich::number(low, digits))
+                .then(" and ")
+                .then(of(high))
+                .then(", not known closer"),
             Limit::NoneUpTo(value) => rich(none).then(of(value)),
             Limit::NotDetermined => rich("not determined"),
         }
@@ -318,7 +326,7 @@ fn sensitivities(all: &Assessment, uncertain: &[Uncertain]) -> Vec<Line> {
     if all.sensitivities.is_empty() {
         let words = match all.behaviour.critical_damping {
             None if all.behaviour.critical_damping_is_known => "not at all: there is none",
-            _ => "by an unknown amount: no critical damping was found next to it",
+            _ => "by an unknown amount: no critical damping is known next to it",
         };
         return vec![line("any quantity", rich(words))];
     }
@@ -328,7 +336,12 @@ fn sensitivities(all: &Assessment, uncertain: &[Uncertain]) -> Vec<Line> {
             "normal_force" if !machine.normal_force_is_known => "all friction forces".into(),
             name => machine.words(name),
         };
-        let per_cent = Rich::number(of.critical_damping, 3).then(" % for 1 %");
+        if of.critical_damping.is_nan() {
+            let error = Rich::number(of.critical_damping_error, 2);
+            let why = rich("not known: its error, ").then(error).then(" % for 1 %, is too large");
+            return (Rich::foreign(&name), why);
+        }
+        let per_cent = Rich::with_error(of.critical_damping, of.critical_damping_error, 3).then(" % for 1 %");
         // To first order.
         let sd = uncertain.iter().find(|(known, _)| *known == of.quantity).map(|(_, spread)| spread.sd());
         let value = values.iter().find(|(known, _)| *known == of.quantity).map(|(_, value)| *value);
@@ -354,7 +367,7 @@ fn proved(all: &Assessment) -> Vec<Line> {
         }
         None => "no proof decides it".to_owned(),
     };
-    let computed = format!("computed: orbits to 1e-9, sensitivities to 1e-5{of_curve}");
+    let computed = format!("computed, with an error where it reaches the digits that are printed{of_curve}");
     let mut lines = vec![
         line("stick-slip cycle at the working point", Rich::foreign(&proved)),
         line("all numbers above", Rich::foreign(&computed)),

@@ -33,6 +33,7 @@ pub(super) fn machine(view: &View) -> Option<Table> {
         vec![
             Cell::Real(belt_speed * units.velocity),
             does.critical_damping.into(),
+            does.critical_damping_error.into(),
             does.critical_damping_ratio.into(),
             words(&does.regime.name().replace('_', " ")),
             slip.into(),
@@ -64,6 +65,7 @@ pub(super) fn machine(view: &View) -> Option<Table> {
         columns: vec![
             quantity_column("belt_speed", velocity, Show::Trimmed(4)),
             quantity_column("critical_damping", damping, Show::Significant(4)),
+            quantity_column("critical_damping_error", damping, Show::Significant(2)),
             Column::new("critical_damping_ratio", "critical damping ratio", Show::Significant(3)),
             Column::new("regime", "regime", Show::AsIs),
             quantity_column("slip_time", "s", Show::Significant(4)),
