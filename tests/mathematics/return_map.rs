@@ -139,7 +139,7 @@ fn margins_of_a_formula_are_within_their_error() {
 /// that it crosses once. A little more damping, or less, leaves no doubt.
 #[test]
 fn crossings_next_to_the_end_of_the_stick_segment_are_not_told() {
-    let c = 0.0082310093888621396;
+    let c = 0.008_231_009_388_862_14;
     let point = |c: f64| {
         let law = [0.0, 6.595376183578907e-06, 0.5064229895966048];
         Oscillator::new(&Law::Stribeck, &Law::Stribeck.point(1.0, &law, 27.350261448670107, c).unwrap())

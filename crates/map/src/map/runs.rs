@@ -42,7 +42,14 @@ impl<T: Copy + PartialEq> Runs<T> {
         }
     }
 
+    /// Whether there are no cells.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.runs.is_empty()
+    }
+
     /// Number of cells.
+    #[must_use]
     pub fn len(&self) -> usize {
         self.runs.last().map_or(0, |&(_, end)| end as usize)
     }
