@@ -76,7 +76,7 @@ def main():
         browser.close()
     memory = next(line for line in Path(f"/proc/{server.process.pid}/status").read_text().splitlines() if line.startswith("VmRSS"))
     server.end()
-    assets = sum(path.stat().st_size for path in Path("src/explore/assets").iterdir())
+    assets = sum(path.stat().st_size for path in Path("crates/explore/src/assets").iterdir())
     rows += [["page", "bytes", "", assets, ""], ["program", "bytes", "", Path(arguments.slipmap).stat().st_size, ""]]
     rows += [["memory", "bytes", "", 1024 * int(memory.split()[1]), ""]]
     arguments.out.parent.mkdir(parents=True, exist_ok=True)

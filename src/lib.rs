@@ -189,7 +189,5 @@ pub mod map {
     pub use slipmap_map::map::*;
 }
 
-#[doc = include_str!("architecture.md")]
-pub mod architecture {}
 #[doc = include_str!("theory.md")]
 pub mod theory {}

@@ -63,7 +63,7 @@ pub struct About {
     /// Name in a map.
     pub(crate) name: &'static str,
     /// One phrase for legends and axes of figures, with symbols in braces; those of quantities of a method or
-    /// an axis are in `src/report/units.rs`.
+    /// an axis are in `crates/report/src/units.rs`.
     pub label: &'static str,
     /// `None` for a pure number.
     pub(crate) dimension: Option<Dimension>,
