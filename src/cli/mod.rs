@@ -47,7 +47,7 @@ struct Arguments {
 }
 
 /// The commit that the program was built from.
-const GIT: &str = env!("SLIPMAP_GIT");
+pub const GIT: &str = env!("SLIPMAP_GIT");
 /// The version, and the commit.
 const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " (git ", env!("SLIPMAP_GIT"), ")");
 /// What certificates name as the program that wrote them.

@@ -253,7 +253,11 @@ fn contradictions_between_theorems_and_simulation_are_reported() {
     // The one tile of a run that was stopped before it could complete the map, with contradictions in its
     // account.
     let job = Job::load(&file, &[]).unwrap();
-    let provenance = Provenance { config_text: job.config_text.clone(), ..Provenance::default() };
+    let provenance = Provenance {
+        config_text: job.config_text.clone(),
+        git: slipmap::cli::GIT.into(),
+        ..Provenance::default()
+    };
     let path = scratch.path().join("map.h5");
     let map = PartialMap::begin(&path, &job.plan, &provenance, Existing::Refuse).unwrap();
     let verdicts = job.plan.methods().iter().map(|method| match method.name() {

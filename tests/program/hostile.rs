@@ -416,7 +416,7 @@ fn a_limit_on_file_sizes_is_an_error_and_costs_nothing() {
         &["probe", "--points", "in.csv", "--out", "out.csv"],
     ];
     for arguments in cases {
-        let run = limited(&scratch, "ulimit -f 4", arguments, "").ends_with(1);
+        let run = limited(&scratch, "ulimit -f 12", arguments, "").ends_with(1);
         assert!(run.err.contains("limit on file sizes"), "{arguments:?}: {}", run.err);
         assert!(run.err.contains("help: ") || run.err.contains("to continue: "), "{}", run.err);
     }

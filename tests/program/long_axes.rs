@@ -7,8 +7,9 @@ use crate::command::{Run, Scratch};
 /// Nodes of each of the two axes.
 const NODES: usize = 16_000;
 
-/// Address space in kilobytes: less than one byte for each cell of the plane would need.
-const MEMORY_LIMIT: &str = "240000";
+/// Address space in kilobytes: hardly more than the program needs at all, and less than three bytes for each cell
+/// of the plane.
+const MEMORY_LIMIT: &str = "640000";
 
 #[test]
 fn a_plane_of_two_long_axes_is_thinned() {
