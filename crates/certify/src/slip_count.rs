@@ -1,6 +1,6 @@
 //! The number of slip cycles, proved round-off included where the proof succeeds.
 //!
-//! The return map P of [`super::slip_cycle`] takes a maximum r of x2 to the next one; the slip cycles are its
+//! The return map P of `slip_cycle` takes a maximum r of x2 to the next one; the slip cycles are its
 //! fixed points in (0, V), the zeros of g = ln(P(r) / r). The interval (0, V] is cut into pieces, and for
 //! each piece one of two things is proved: g has one sign there, so that it holds no cycle; or g is strictly
 //! monotone there, so that it holds at most one cycle, and exactly one where g has opposite signs at its

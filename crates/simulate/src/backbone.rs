@@ -12,7 +12,7 @@
 //! which orbits begin to reach one (`backbone/corners.rs`).
 //!
 //! **Error.** Twice the sum of the sizes of the last quarter of the coefficients, plus the largest error of
-//! the nodes times the Lebesgue constant. It is an estimate; [`super::slip_count`] proves counts.
+//! the nodes times the Lebesgue constant. It is an estimate; `slip_count` proves counts.
 
 mod by_slopes;
 mod corners;

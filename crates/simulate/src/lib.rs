@@ -1,6 +1,6 @@
 //! The simulated Filippov flow: the fate of the orbit that leaves the belt at the exit point.
 //!
-//! Two engines share only the friction law and return the same type of answer: [`direct`] integrates the
+//! Two engines share only the friction law and return the same type of answer: `direct` integrates the
 //! system in its original variables (x1, x2), [`return_map`] the scalar form in polar coordinates of (x2,
 //! x2'). [`flow`] uses the second, and hands over to the first where that does not apply.
 //! [`critical_damping`] answers for a whole column at once.

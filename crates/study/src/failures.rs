@@ -7,7 +7,7 @@
 //! **Mechanisms** are attributed by removal: a defect explains a failure if the method without this defect
 //! does not fail there. Without the expansion in eps `perturbation` is `harmonic_balance`, and
 //! `bendixson_leading` is `bendixson`. A naive method is run again after a change of the parameter that
-//! causes the defect. A failure that remains after every removal is [`Mechanism::Unexplained`]. The reason
+//! causes the defect. A failure that remains after every removal is `unexplained`. The reason
 //! why a test leaves a cell undecided follows from its claim.
 
 mod mechanism;
@@ -68,7 +68,7 @@ pub struct Class {
     /// The largest distance |c - c'| to the nearest damping c' at which the verdict of the simulated flow
     /// changes; NaN where there is none.
     pub farthest_c: f64,
-    /// The largest distance in eps to the nearest such change at eps <= [`super::limits::HIGHEST`]; NaN where
+    /// The largest distance in eps to the nearest such change at eps <= 10; NaN where
     /// there is none, and for undecided cells, for which it is not computed.
     pub farthest_epsilon: f64,
     /// The cell of `farthest_c`, or the first cell.

@@ -1,6 +1,6 @@
 //! Proved shares of the volume of a box of any law's parameters.
 //!
-//! The box is cut into parts, each with a [`Tile`] that encloses C* over it, or without a proof. In a part
+//! The box is cut into parts, each with a `Tile` that encloses C* over it, or without a proof. In a part
 //! the damping needs no subdivision: a point is proved present where eps c lies below the lower bound of C*
 //! and the landing is proved for the whole part from a damping below c on, and proved absent where eps c lies
 //! above the upper bound. The bounds are linear in the part's coordinates; the means of c cut off by them are

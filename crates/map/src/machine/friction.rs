@@ -28,7 +28,7 @@ impl Coefficients {
         [self.static_friction, self.kinetic_friction, self.stribeck_velocity, self.strengthening]
     }
 
-    /// The coefficients of an array as of [`Coefficients::to_array`].
+    /// The coefficients of an array as of `Coefficients::to_array`.
     pub fn from_array(
         [static_friction, kinetic_friction, stribeck_velocity, strengthening]: [f64; 4],
     ) -> Self {

@@ -411,7 +411,7 @@ impl Curve {
     }
 
     /// Slip speeds > 0, increasing, at which integrators end their steps: the corners, and the speeds of
-    /// [`Weakening::narrow`] on orbits with velocities up to `fastest`, but at least 1, the velocity that the
+    /// `Weakening::narrow` on orbits with velocities up to `fastest`, but at least 1, the velocity that the
     /// static friction gives to an orbit however slow the belt is.
     pub fn stops(&self, fastest: f64) -> Cow<'_, [f64]> {
         let corners = self.corners();
@@ -433,7 +433,7 @@ impl Curve {
         self.form.closed().is_some() || matches!(self.form, Form::Table(_))
     }
 
-    /// Returns whether the law has a [narrow](Weakening::narrow) feature below the slip speed `u`.
+    /// Returns whether the law has a narrow feature below the slip speed `u`.
     pub fn is_narrow_below(&self, u: f64) -> bool {
         !self.has_known_features() && self.compiled(2.0 * u).narrow().first().is_some_and(|stop| *stop < u)
     }
@@ -469,7 +469,7 @@ impl Curve {
     ///
     /// Then the even part in v of w(V - v) rises with |v|. So, to first order in the divergence, the growth
     /// of a turn rises with its amplitude: there is at most one slip cycle, and it repels. For divergences of
-    /// any size that is a conjecture, [`ONE_SLIP_CYCLE`]: [`slipmap_certify::slip_count`] proves it point by
+    /// any size that is a conjecture, [`ONE_SLIP_CYCLE`]: `certify::slip_count` proves it point by
     /// point, without exception so far.
     #[must_use]
     pub fn weakening_is_convex(&self) -> bool {
