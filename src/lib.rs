@@ -46,14 +46,12 @@
 //!
 //! # Features
 //! `store` (the map file, with the HDF5 library), `report` (tables and figures), `config` (configuration
-//! files), `cli` (the program) and `explore` (its web page) are on by default; `serde` makes results
-//! serialisable. With none of them, or only `config` and `serde`, the crate is pure Rust.
+//! files), `cli` (the program) and `explore` (its web page) are on by default; `static` builds HDF5 into the
+//! program. With none of them, or only `config`, the crate is pure Rust.
 //!
-//! The modules `assessment`, `benchmark`, `cli`, `explore` and `report` belong to the program. They are
-//! public for its tests only, are not documented here, and may change at any time.
-
-// `pub` items are reachable by users of the library; the compiler reports unused items, all `pub(crate)`.
-#![warn(unreachable_pub)]
+//! This crate only shows what the inner crates of its workspace do. What is hidden here (`assessment`, `cli`,
+//! `explore`, `report`, `study`) belongs to the program: it is public for the program's tests, and may change
+//! at any time.
 
 pub use slipmap_certify as certify;
 pub use slipmap_map::{behaviour, dataset, machine, probe, risk};
