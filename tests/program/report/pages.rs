@@ -124,7 +124,7 @@ fn hostile_texts_stay_texts() {
     let nodes: [&[f64]; 6] = [&[0.1], &[0.3], &[0.1], &[1.0, 2.0], &[1.0], &[0.0, 0.5]];
     let map = store_map(folder.path(), &plan(nodes, &["symmetric", "simulation"], &[Field::Verdict]), title);
     let out = folder.path().join("out");
-    let options = ReportOptions { existing: Existing::Refuse, data: true, paper_figures: false };
+    let options = ReportOptions { existing: Existing::Refuse, data: true };
     write(&View::new(&map), &gather(&map), &out, &options).unwrap();
     let read = |name: &str| std::fs::read_to_string(out.join(name)).unwrap();
     let html = read("report.html");

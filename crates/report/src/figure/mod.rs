@@ -17,7 +17,6 @@ pub mod lines;
 pub(crate) mod orbit;
 pub mod palette;
 pub(crate) mod panels;
-pub(crate) mod paper;
 pub(crate) mod paragraph;
 pub mod plot;
 pub(crate) mod portrait;
