@@ -19,7 +19,7 @@ Examples:
   slipmap report results/quickstart.h5 --out paper/map
   slipmap report results/paper.h5 --data
 
-Writes report.md, report.html, report.tex, tables/NAME.tex and .csv, and figures/NAME-1col (84 mm) and
+Writes report.html, report.tex, tables/NAME.tex and .csv, and figures/NAME-1col (84 mm) and
 NAME-2col (174 mm) as .svg, .pdf and .png.")]
 pub(super) struct Arguments {
     /// The map
@@ -63,7 +63,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     let view = if arguments.dimensionless { View::dimensionless(&map) } else { View::new(&map) };
     let options = ReportOptions { existing: existing(arguments.overwrite), data: arguments.data };
     slipmap_report::write(&view, &report, &folder, &options).map_err(failure)?;
-    writeln!(io::stdout().lock(), "{}", folder.join("report.md").display())?;
+    writeln!(io::stdout().lock(), "{}", folder.join("report.html").display())?;
     Ok(Ended::Fine)
 }
 

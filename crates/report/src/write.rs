@@ -118,7 +118,6 @@ fn files(
         add(format!("tables/{}.tex", table.name), table.latex().into_bytes());
         add(format!("tables/{}.csv", table.name), table.csv().into_bytes());
     }
-    add("report.md".into(), document::markdown(view.map, summary, tables, figures).into_bytes());
     add("report.html".into(), document::html(view, summary, tables, figures).into_bytes());
     add("report.tex".into(), document::latex(view.map, summary, tables, figures).into_bytes());
     files.extend(figure_files(figures, "figures")?);
