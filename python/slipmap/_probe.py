@@ -59,10 +59,8 @@ class MethodAnswer:
     epsilon_limit: float | None
     """Up to which epsilon the verdict equals the simulated one; inf: as far as was looked; None: not
     known."""
-    epsilon_limit_sound: float | None
-    """Up to which epsilon the verdict does not contradict the simulated one."""
     epsilon_limit_reason: str | None = None
-    """Why one of these two is not known."""
+    """Why `epsilon_limit` is not known."""
     critical_c_error: float | None = None
     """Estimate of the absolute error of `critical_c`; None for methods whose edge is exact to rounding."""
 

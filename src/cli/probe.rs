@@ -17,7 +17,7 @@ use slipmap_certify::slip_count::{SlipCount, proves_absence};
 use slipmap_config::{check_tolerance, load_machine};
 use slipmap_map::behaviour::behaviour;
 use slipmap_map::machine::{Machine, Model};
-use slipmap_map::map::limits::{EpsilonLimit, HIGHEST, Unknown};
+use slipmap_map::map::limits::{HIGHEST, Limit, Unknown};
 use slipmap_map::map::{BasinBoundary, DEFAULT_TOLERANCE, Grid, Method, Quantity, Regime};
 use slipmap_map::probe::{Answer, MachineResult, Probe, equilibrium_type, fate_name, regime_words};
 use slipmap_model::filippov::{Eigenvalues, Stability};
@@ -312,7 +312,7 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
                 Some(error) => short(known_part(c, error)[0]),
                 None => short(c),
             }),
-            short(limit.equal.value()),
+            short(limit.value()),
             method.method.guarantee().name().into(),
             method.method.equation_for(&answer.law).into_owned(),
         ]);
@@ -566,7 +566,7 @@ fn slip_count_words(found: usize, count: &SlipCount) -> String {
 }
 
 /// Reasons why limits in eps are unknown, each with the names of its methods.
-fn unknown_limits(answer: &Answer, limits: &[EpsilonLimit]) -> Vec<(Unknown, String)> {
+fn unknown_limits(answer: &Answer, limits: &[Limit]) -> Vec<(Unknown, String)> {
     let of = |why: Unknown| {
         let methods = answer.methods.iter().zip(limits).filter(|(_, limit)| limit.unknown() == Some(why));
         let names: Vec<&str> = methods.map(|(answer, _)| answer.method.name()).collect();

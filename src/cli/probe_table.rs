@@ -248,7 +248,7 @@ fn answer(table: &PointTable, row: &ByteRecord, job: &Job) -> Result<ByteRecord,
     }
     if job.epsilon_limits {
         for limit in answer.limits() {
-            row.push_field(number(limit.equal.value()).as_bytes());
+            row.push_field(number(limit.value()).as_bytes());
         }
     }
     Ok(row)

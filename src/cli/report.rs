@@ -17,9 +17,9 @@ use slipmap_study::benchmark::StudyError;
 Examples:
   slipmap report results/quickstart.h5
   slipmap report results/quickstart.h5 --out paper/map
-  slipmap report results/paper.h5 --paper-figures --data
+  slipmap report results/paper.h5 --data
 
-Writes report.md, report.html, report.tex, tables/NAME.tex and .csv, and figures/NAME-1col (84 mm) and
+Writes report.html, report.tex, tables/NAME.tex and .csv, and figures/NAME-1col (84 mm) and
 NAME-2col (174 mm) as .svg, .pdf and .png.")]
 pub(super) struct Arguments {
     /// The map
@@ -31,9 +31,6 @@ pub(super) struct Arguments {
     /// Every figure also writes its numbers: figures/NAME.csv
     #[arg(long)]
     data: bool,
-    /// Also draw the paper's figures 2 to 5, which do not depend on the map
-    #[arg(long)]
-    paper_figures: bool,
     /// Dimensionless numbers, for the map of a machine too
     #[arg(long)]
     dimensionless: bool,
@@ -64,13 +61,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     let report = Report::gather(&map, &control).map_err(failure)?;
     bar.finish_and_clear();
     let view = if arguments.dimensionless { View::dimensionless(&map) } else { View::new(&map) };
-    let options = ReportOptions {
-        existing: existing(arguments.overwrite),
-        data: arguments.data,
-        paper_figures: arguments.paper_figures,
-    };
+    let options = ReportOptions { existing: existing(arguments.overwrite), data: arguments.data };
     slipmap_report::write(&view, &report, &folder, &options).map_err(failure)?;
-    writeln!(io::stdout().lock(), "{}", folder.join("report.md").display())?;
+    writeln!(io::stdout().lock(), "{}", folder.join("report.html").display())?;
     Ok(Ended::Fine)
 }
 

@@ -21,7 +21,7 @@ Examples:
   slipmap work-precision configs/work-precision.toml
   slipmap work-precision configs/work-precision.toml --set work_precision.cells=256 --out quick
 
-Cells are drawn from the box that the configuration's [grid] spans. Writes work-precision.csv, .h5, .md and .tex, the
+Cells are drawn from the box that the configuration's [grid] spans. Writes work-precision.csv, .h5 and .tex, the
 chart work-precision-1col and -2col as .svg, .pdf and .png, and cells.csv, on which `scripts/peers --cells-from cells.csv`
 measures other people's integrators. Run this command again afterwards, and they are in the chart.")]
 pub(super) struct Arguments {
@@ -78,6 +78,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
         Some((_, true)) => {}
     }
     write_study(&study, &provenance(&job), &folder, existing(arguments.overwrite)).map_err(failure)?;
-    writeln!(io::stdout().lock(), "{}", folder.join("work-precision.md").display())?;
+    writeln!(io::stdout().lock(), "{}", folder.join("work-precision.csv").display())?;
     Ok(Ended::Fine)
 }

@@ -228,7 +228,7 @@ fn the_command_writes_everything_or_nothing() {
                   [work_precision]\ncells = 4\nseconds = 1e-6\n";
     scratch.file("study.toml", config);
     let run = scratch.run(&["work-precision", "study.toml"]).ends_with(0);
-    assert_eq!(run.out.trim(), "results/study/work-precision.md");
+    assert_eq!(run.out.trim(), "results/study/work-precision.csv");
     assert!(run.err.contains("no peers"), "{}", run.err);
     let table = scratch.read("results/study/work-precision.csv");
     for name in ["perturbation", "critical_surface", "return_map", "direct", "smoothed", "event_step"] {

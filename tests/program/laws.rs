@@ -186,8 +186,8 @@ fn a_law_without_eps_is_read_as_small_on_request() {
     }
     scratch.run(&["check", "small.h5"]).ends_with(0);
     scratch.run(&["report", "small.h5", "--out", "report"]).ends_with(0);
-    let report = scratch.read("report/report.md");
-    assert!(report.contains(r"phi read as 1 \+ eps F(u)"), "{report}");
+    let report = scratch.read("report/report.html");
+    assert!(report.contains("phi read as 1 + eps F(u)"), "{report}");
     let point =
         ["--law", "exponential", "--epsilon", "0.1", "--mu", "0.6", "--vs", "1", "--eta", "0", "--V", "0.5"];
     let probe = |extra: &[&str]| {

@@ -198,9 +198,11 @@ fn a_report_has_a_table_in_si_units() {
     }
     let failures = scratch.read("report/tables/failures.csv");
     assert!(failures.contains("cells whose regime is not determined,0"), "{failures}");
-    let words = scratch.read("report/report.md");
+    let words = scratch.read("report/report.html");
     assert!(words.contains("What the machine does at damping 20 N s/m, in SI units"), "{words}");
-    assert!(words.contains("- amplitude: ") && words.contains(" at belt speed 0.1 m/s and damping 20 N s/m"));
+    assert!(
+        words.contains("<dt>amplitude</dt>") && words.contains(" at belt speed 0.1 m/s and damping 20 N s/m")
+    );
 }
 
 /// For a rotation the mass is the moment of inertia, under either name: in a file, as an option, in a table.

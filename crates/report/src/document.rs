@@ -1,8 +1,8 @@
-//! The documents of a report: tables and figures with their captions, in Markdown, HTML and LaTeX.
+//! The documents of a report: tables and figures with their captions, in HTML and LaTeX.
 
 use super::figure::{Figure, Width};
 use super::table::Table;
-use super::text::{Rich, latex as latex_words};
+use super::text::Rich;
 use super::units::View;
 use slipmap_format::MapFile;
 
@@ -26,41 +26,6 @@ fn heading(table: &Table) -> &'static str {
         "axes" => "Grid",
         _ => "Provenance",
     }
-}
-
-pub(super) fn markdown(
-    map: &MapFile,
-    summary: &[(Rich, Rich)],
-    tables: &[Table],
-    figures: &[Figure],
-) -> String {
-    let mut text = format!("# {}\n\n", title(map).markdown());
-    for (name, value) in summary {
-        text.push_str(&format!("- {}: {}\n", name.markdown(), value.markdown()));
-    }
-    for table in tables {
-        text.push_str(&format!("\n## {}\n\n{}", heading(table), table.markdown()));
-        text.push_str(&format!("\n[CSV](tables/{0}.csv), [LaTeX](tables/{0}.tex)\n", table.name));
-    }
-    text.push_str("\n## Figures\n");
-    for figure in figures {
-        let wide = format!("figures/{}-{}", figure.name, Width::TwoColumns.name());
-        let narrow = format!("figures/{}-{}", figure.name, Width::OneColumn.name());
-        text.push_str(&format!(
-            "\n![{}]({wide}.png)\n\n{} Files: two columns wide as [SVG]({wide}.svg), [PDF]({wide}.pdf), one column wide as \
-             [SVG]({narrow}.svg), [PDF]({narrow}.pdf), [PNG]({narrow}.png).\n",
-            figure.name,
-            figure.caption.markdown()
-        ));
-    }
-    if let Some(config) = map.text("config") {
-        let config: String = config.chars().filter(|c| !c.is_control() || matches!(c, '\n' | '\t')).collect();
-        // A fence longer than any run of backticks in the text.
-        let longest = config.split(|c| c != '`').map(str::len).max().unwrap_or(0);
-        let fence = "`".repeat(longest.max(2) + 1);
-        text.push_str(&format!("\n## Configuration\n\n{fence}toml\n{}\n{fence}\n", config.trim_end()));
-    }
-    text
 }
 
 const STYLE: &str = include_str!("document.css");
@@ -147,7 +112,7 @@ pub(super) fn latex(map: &MapFile, summary: &[(Rich, Rich)], tables: &[Table], f
     }
     text.push_str("\\end{itemize}\n");
     for table in tables {
-        text.push_str(&format!("\\input{{tables/{}}}\n", latex_words(table.name)));
+        text.push_str(&format!("\\input{{tables/{}}}\n", table.name));
     }
     text.push_str("\\clearpage\n");
     for figure in figures {

@@ -1,7 +1,7 @@
 //! Reports of stored maps for papers: numbers, tables and figures that compare the methods.
 //!
 //! Numbers are gathered tile by tile ([`Report::gather`]), so maps may be far larger than memory. Every table
-//! is made once, independent of formats ([`tables`]), and written as Markdown, HTML, LaTeX and CSV; every
+//! is made once, independent of formats ([`tables`]), and written as HTML, LaTeX and CSV; every
 //! figure is drawn once as a scene ([`figure`]) and written as SVG, PDF and PNG.
 
 // Only the program and its tests use this crate.

@@ -5,13 +5,15 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 
+use super::figure::Width;
+
 /// File extensions of a report.
 const ENDINGS: [&str; 5] = ["svg", "png", "pdf", "csv", "tex"];
 
 /// The figures and tables that the report in a folder lists, without their extensions; empty where there is
 /// no report.
 pub(super) fn listed(folder: &Path) -> BTreeSet<String> {
-    let text = fs::read_to_string(folder.join("report.md")).unwrap_or_default();
+    let text = fs::read_to_string(folder.join("report.tex")).unwrap_or_default();
     let mut names = BTreeSet::new();
     for kind in ["figures/", "tables/"] {
         for (at, _) in text.match_indices(kind) {
@@ -19,8 +21,13 @@ pub(super) fn listed(folder: &Path) -> BTreeSet<String> {
             let end = rest
                 .find(|c: char| !(c.is_ascii_alphanumeric() || c == '-' || c == '_'))
                 .unwrap_or(rest.len());
-            if end > 0 {
-                names.insert(format!("{kind}{}", &rest[..end]));
+            let name = &rest[..end];
+            if !name.is_empty() {
+                names.insert(format!("{kind}{name}"));
+            }
+            // The document includes the wide figures alone.
+            if let Some(figure) = name.strip_suffix(Width::TwoColumns.name()) {
+                names.insert(format!("{kind}{figure}{}", Width::OneColumn.name()));
             }
         }
     }
@@ -49,17 +56,19 @@ mod tests {
             fs::create_dir_all(path.parent().unwrap()).unwrap();
             fs::write(path, text).unwrap();
         };
-        for name in
-            ["figures/slice-a-c-2col.png", "figures/slice-a-c-2col.svg", "figures/mine.png", "tables/t.csv"]
-        {
+        let gone =
+            ["figures/slice-a-c-1col.png", "figures/slice-a-c-2col.svg", "tables/b_d.csv", "tables/b_d.tex"];
+        let kept = ["figures/mine.png", "tables/t.csv"];
+        for name in gone.iter().chain(&kept) {
             write(name, "");
         }
-        write("report.md", "![x](figures/slice-a-c-2col.png) [CSV](tables/t.csv) ../figures/../mine");
+        let rest = "\\input{tables/t}";
+        let listing = "\\includegraphics{figures/slice-a-c-2col} \\input{tables/b_d} ../figures/../mine";
+        write("report.tex", &format!("{rest} {listing}"));
         let before = listed(folder.path());
-        write("report.md", "[CSV](tables/t.csv)");
+        write("report.tex", rest);
         remove(folder.path(), &before);
         let left = |name: &str| folder.path().join(name).exists();
-        assert!(!left("figures/slice-a-c-2col.png") && !left("figures/slice-a-c-2col.svg"));
-        assert!(left("figures/mine.png") && left("tables/t.csv"));
+        assert!(!gone.into_iter().any(left) && kept.into_iter().all(left));
     }
 }

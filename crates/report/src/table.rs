@@ -1,8 +1,8 @@
-//! A table independent of formats, and its formats: Markdown, HTML, LaTeX and CSV.
+//! A table independent of formats, and its formats: HTML, LaTeX and CSV.
 
 mod latex;
 
-use super::text::{Rich, html, markdown, rich};
+use super::text::{Rich, html, rich};
 use slipmap_numbers::text::{in_groups, scientific, without_zeros};
 
 /// The contents of a cell.
@@ -142,36 +142,6 @@ impl Table {
         }
     }
 
-    /// As a Markdown table with its caption and notes.
-    #[must_use]
-    pub fn markdown(&self) -> String {
-        let styles: Vec<Style> = (0..self.columns.len()).map(|column| self.style(column)).collect();
-        let mut text = format!("{}\n\n|", self.caption.markdown());
-        for column in &self.columns {
-            text.push_str(&format!(" {} |", column.heading.markdown()));
-        }
-        text.push_str("\n|");
-        for style in &styles {
-            text.push_str(if matches!(style, Style::Words) { " :-- |" } else { " --: |" });
-        }
-        text.push('\n');
-        for row in &self.rows {
-            text.push('|');
-            for (cell, style) in row.iter().zip(&styles) {
-                let shown = match cell {
-                    Cell::Words(words) => markdown(words),
-                    _ => shown(cell, *style, |exponent| format!("e{exponent}")),
-                };
-                text.push_str(&format!(" {shown} |"));
-            }
-            text.push('\n');
-        }
-        for note in &self.notes {
-            text.push_str(&format!("\n{}\n", note.markdown()));
-        }
-        text
-    }
-
     /// As an HTML table.
     #[must_use]
     pub fn html(&self) -> String {
@@ -189,7 +159,7 @@ impl Table {
             for (cell, style) in row.iter().zip(&styles) {
                 let shown = match cell {
                     Cell::Words(words) => html(words),
-                    _ => shown(cell, *style, html_power),
+                    _ => shown(cell, *style),
                 };
                 let class = match cell {
                     Cell::Words(words) if is_long(words) => " class=\"long\"",
@@ -305,12 +275,12 @@ fn grouped(mantissa: &str) -> String {
     }
 }
 
-/// A number with its power of ten, if there is one, as `power` writes it.
-fn shown(cell: &Cell, style: Style, power: fn(i32) -> String) -> String {
+/// A number in HTML, with its power of ten if there is one.
+fn shown(cell: &Cell, style: Style) -> String {
     match decimal(cell, style) {
         None => "–".into(),
         Some(Decimal { mantissa, exponent: 0 }) => grouped(&mantissa),
-        Some(Decimal { mantissa, exponent }) => grouped(&mantissa) + &power(exponent),
+        Some(Decimal { mantissa, exponent }) => grouped(&mantissa) + &html_power(exponent),
     }
 }
 
@@ -350,9 +320,14 @@ mod tests {
     #[test]
     fn each_format_has_the_same_contents() {
         let table = table();
-        assert!(table.markdown().contains("| a\\_b | 1\u{202f}234\u{202f}567 | 12.3 | −1.50e-7 |"));
-        assert!(table.markdown().contains("| c\\|d | 0 | – | 0.250 |"));
-        assert!(table.html().contains("<td class=\"number\">−1.50 × 10<sup>−7</sup></td>"));
+        let html = table.html();
+        let number = |text: &str| format!("<td class=\"number\">{text}</td>");
+        let row = ["1\u{202f}234\u{202f}567", "12.3", "−1.50 × 10<sup>−7</sup>"].map(number).concat();
+        assert!(html.contains(&format!("<td>a_b</td>{row}")), "{html}");
+        assert!(
+            html.contains(&format!("<td>c|d</td>{}", ["0", "–", "0.250"].map(number).concat())),
+            "{html}"
+        );
         let latex = table.latex();
         assert!(latex.contains("a\\_b & 1234567 & 12.3 & -1.50e-7 \\\\"), "{latex}");
         assert!(latex.contains("c\\textbar{}d & 0 & {--} & 2.50e-1 \\\\"), "{latex}");

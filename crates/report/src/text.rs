@@ -1,4 +1,4 @@
-//! Text with mathematical symbols, for Markdown, HTML, LaTeX and figures alike.
+//! Text with mathematical symbols, for HTML, LaTeX and figures alike.
 //!
 //! Words from a map file enter through [`Rich::foreign`] and are escaped for each format; the program's own
 //! words may contain symbols in braces, see [`rich`].
@@ -74,14 +74,14 @@ impl Symbol {
         format!("${text}$")
     }
 
-    fn markup(&self, escape: fn(&str) -> String) -> String {
-        let base = escape(&self.base);
+    fn html(&self) -> String {
+        let base = html(&self.base);
         let mut text = if self.is_letter() { format!("<i>{base}</i>") } else { base };
         if !self.index.is_empty() {
-            text.push_str(&format!("<sub>{}</sub>", escape(&self.index)));
+            text.push_str(&format!("<sub>{}</sub>", html(&self.index)));
         }
         if !self.exponent.is_empty() {
-            text.push_str(&format!("<sup>{}</sup>", escape(&self.exponent)));
+            text.push_str(&format!("<sup>{}</sup>", html(&self.exponent)));
         }
         text
     }
@@ -205,17 +205,8 @@ impl Rich {
         self.write(str::to_owned, Symbol::plain)
     }
 
-    pub(crate) fn markdown(&self) -> String {
-        let piece = |(number, piece): (usize, &Piece)| match piece {
-            Piece::Words(words) if number == 0 => markdown(words),
-            Piece::Words(words) => markdown_after("x", words),
-            Piece::Symbol(symbol) => symbol.markup(|text| markdown_after("x", text)),
-        };
-        self.pieces.iter().enumerate().map(piece).collect()
-    }
-
     pub(crate) fn html(&self) -> String {
-        self.write(html, |symbol| symbol.markup(html))
+        self.write(html, Symbol::html)
     }
 
     pub(crate) fn latex(&self) -> String {
@@ -247,40 +238,6 @@ pub(crate) fn html(words: &str) -> String {
             '\n' | '\t' => text.push(c),
             '\u{fffe}' | '\u{ffff}' => text.push(' '),
             c if c.is_control() => text.push(' '),
-            c => text.push(c),
-        }
-    }
-    text
-}
-
-/// Escapes words for a line of Markdown, inside a table too.
-pub(crate) fn markdown(words: &str) -> String {
-    markdown_after("", words)
-}
-
-/// Escapes words for Markdown that follow the text `line` on their line.
-fn markdown_after(line: &str, words: &str) -> String {
-    let mut text = String::with_capacity(words.len());
-    let mut letters = words.chars().peekable();
-    while let Some(c) = letters.next() {
-        let before = if line.is_empty() { text.trim_start() } else { line };
-        // Some characters are markup only at the start of a line, or where a bare address would become a
-        // link.
-        let acts = match c {
-            '.' => {
-                let lower = before.to_ascii_lowercase();
-                before.bytes().all(|b| b.is_ascii_digit()) || lower.ends_with("www")
-            }
-            ':' => letters.peek() == Some(&'/'),
-            ',' | ';' | '/' | '%' | '\'' | '"' | '?' | '=' | '(' | ')' | '-' => before.is_empty(),
-            c => c.is_ascii_punctuation(),
-        };
-        match c {
-            '&' => text.push_str("&amp;"),
-            '<' => text.push_str("&lt;"),
-            '>' => text.push_str("&gt;"),
-            c if c.is_control() => text.push(' '),
-            c if acts => text.extend(['\\', c]),
             c => text.push(c),
         }
     }
@@ -355,17 +312,13 @@ mod tests {
 
     #[test]
     fn foreign_words_are_escaped() {
-        let hostile =
-            "<script>alert('x')</script> & \\input{/etc/passwd} $x$ | `rm` [a](http://b) {c}\n# d\0";
+        let hostile = "<script>alert('x')</script> & \\input{/etc/passwd} $x$ | `rm` {c}\n# d\0";
         let text = Rich::foreign(hostile);
         let html = text.html();
         assert!(!html.contains('<') && !html.contains('\0') && html.contains("&lt;script&gt;"), "{html}");
         let latex = text.latex();
         assert!(latex.contains(r"\textbackslash{}input\{/etc/passwd\} \$x\$"), "{latex}");
         assert!(!latex.contains('\n'), "{latex}");
-        let markdown = text.markdown();
-        assert!(markdown.contains(r"\|") && markdown.contains(r"\[a\](http\:"), "{markdown}");
-        assert!(!markdown.contains('\n') && !markdown.contains('<'), "{markdown}");
         assert_eq!(super::latex("中é"), "[U+4E2D]é");
     }
 }

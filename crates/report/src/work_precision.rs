@@ -3,7 +3,6 @@
 
 use std::path::{Path, PathBuf};
 
-use super::figure::Figure;
 use super::table::{Cell as Entry, ColumnOf, Show, Table};
 use super::text::{Rich, rich};
 use super::{Existing, ReportError, figure, write};
@@ -157,7 +156,7 @@ fn records(study: &Study, provenance: &Provenance) -> Records {
     Records { provenance: provenance.clone(), series, attributes }
 }
 
-/// Writes `work-precision.csv`, `.h5`, `.md`, `.tex`, `cells.csv` and the chart into `folder`.
+/// Writes `work-precision.csv`, `.h5`, `.tex`, `cells.csv` and the chart into `folder`.
 ///
 /// # Errors
 /// [`ReportError::Exists`], or why something could not be drawn or written.
@@ -171,7 +170,6 @@ pub fn write_study(
     let chart = figure::work_precision::chart(study);
     let mut files: Vec<(PathBuf, Vec<u8>)> = vec![
         ("work-precision.csv".into(), table.csv().into_bytes()),
-        ("work-precision.md".into(), markdown(&table, &chart).into_bytes()),
         ("work-precision.tex".into(), table.latex().into_bytes()),
         ("cells.csv".into(), study.cells_csv().into_bytes()),
     ];
@@ -184,13 +182,6 @@ pub fn write_study(
             slipmap_format::write_records(path, &records(study, provenance))
         })],
     )
-}
-
-fn markdown(table: &Table, chart: &Figure) -> String {
-    let mut text = String::from("# Speed against accuracy\n\n");
-    text.push_str(&format!("![{0}]({0}-2col.png)\n\n{1}\n\n", chart.name, chart.caption.markdown()));
-    text.push_str(&table.markdown());
-    text
 }
 
 /// A file written by `scripts/peers`.

@@ -21,8 +21,6 @@ pub struct ReportOptions {
     pub existing: Existing,
     /// Whether every figure also writes its numbers as CSV.
     pub data: bool,
-    /// Whether the paper's figures 2 to 5 are drawn too, which do not depend on the map.
-    pub paper_figures: bool,
 }
 
 /// Writes the report of a map into `folder`. Files are made in a folder beside it first, so that an error
@@ -38,10 +36,7 @@ pub fn write(
     options: &ReportOptions,
 ) -> Result<(), ReportError> {
     let tables = tables::all(view, report);
-    let mut figures = figure::all(view, report)?;
-    if options.paper_figures {
-        figures.extend(figure::paper::figures());
-    }
+    let figures = figure::all(view, report)?;
     let mut files = files(view, &summary::summary(view, report), &tables, &figures)?;
     if options.data {
         let with_data = figures.iter().filter(|figure| figure.data.rows() > 0);
@@ -123,7 +118,6 @@ fn files(
         add(format!("tables/{}.tex", table.name), table.latex().into_bytes());
         add(format!("tables/{}.csv", table.name), table.csv().into_bytes());
     }
-    add("report.md".into(), document::markdown(view.map, summary, tables, figures).into_bytes());
     add("report.html".into(), document::html(view, summary, tables, figures).into_bytes());
     add("report.tex".into(), document::latex(view.map, summary, tables, figures).into_bytes());
     files.extend(figure_files(figures, "figures")?);

@@ -57,8 +57,7 @@ fn store_map(folder: &Path, plan: &Plan, title: &str) -> MapFile {
     let provenance = Provenance {
         title: title.into(),
         config_path: "map.toml".into(),
-        // A fence, and one that appears when control characters are removed.
-        config_text: format!("# {title}\n```\n``\u{1}``\n"),
+        config_text: format!("# {title}\n"),
         command_line: "slipmap run map.toml".into(),
         git: "a commit".into(),
     };

@@ -67,7 +67,7 @@ fn degenerate_maps_have_reports() {
         }
         for table in tables::all(&View::new(&map), &report) {
             assert!(table.rows.iter().all(|row| row.len() == table.columns.len()), "{what}: {}", table.name);
-            for text in [table.markdown(), table.latex(), table.html(), table.csv()] {
+            for text in [table.latex(), table.html(), table.csv()] {
                 assert!(!text.contains("NaN") && !text.contains("inf"), "{what}: {text}");
             }
         }
@@ -119,12 +119,11 @@ fn failed_cells_are_counted_and_drawn() {
 #[test]
 fn hostile_texts_stay_texts() {
     let folder = tempfile::tempdir().unwrap();
-    let title =
-        "</title><script>alert(1)</script> \\input{x} $\\alpha$ | [a](javascript:b) & \"q\" %\u{1}\nnext 中";
+    let title = "</title><script>alert(1)</script> \\input{x} $\\alpha$ | & \"q\" %\u{1}\nnext 中";
     let nodes: [&[f64]; 6] = [&[0.1], &[0.3], &[0.1], &[1.0, 2.0], &[1.0], &[0.0, 0.5]];
     let map = store_map(folder.path(), &plan(nodes, &["symmetric", "simulation"], &[Field::Verdict]), title);
     let out = folder.path().join("out");
-    let options = ReportOptions { existing: Existing::Refuse, data: true, paper_figures: false };
+    let options = ReportOptions { existing: Existing::Refuse, data: true };
     write(&View::new(&map), &gather(&map), &out, &options).unwrap();
     let read = |name: &str| std::fs::read_to_string(out.join(name)).unwrap();
     let html = read("report.html");
@@ -138,19 +137,6 @@ fn hostile_texts_stay_texts() {
             && latex.contains("\\textbackslash{}input\\{x\\} \\$\\textbackslash{}alpha\\$")
     );
     assert!(latex.contains("[U+4E2D]"));
-    // Outside of the configuration, which contains the title and a fence of its own, the Markdown has no
-    // active characters; a line that could end the fence around it (at least as many backticks and nothing
-    // else) comes last.
-    let markdown = read("report.md");
-    let (before, config) = markdown.split_once("\n`````toml\n").unwrap();
-    assert!(!before.contains("<script") && !before.contains("[a](java"), "{before}");
-    let lines: Vec<&str> = config.trim_end().lines().collect();
-    let ends = |line: &&str| {
-        let text = line.trim();
-        text.len() >= 5 && text.bytes().all(|b| b == b'`')
-    };
-    assert_eq!(lines.iter().position(ends), Some(lines.len() - 1), "{config}");
-    assert!(config.contains("<script"), "the configuration is shown as it is");
     let csv = read("tables/provenance.csv");
     let mut records = csv::Reader::from_reader(csv.as_bytes());
     let first = records.records().next().unwrap().unwrap();
@@ -350,7 +336,7 @@ fn the_commands_write_everything_or_nothing() {
         "Commands",
     ));
     let run = scratch.run(&["report", "map.h5"]).ends_with(0);
-    assert_eq!(run.out.trim(), "map-report/report.md");
+    assert_eq!(run.out.trim(), "map-report/report.html");
     assert_eq!(run.err, "");
     assert_eq!(scratch.names(), ["map-report", "map.h5"]);
     let made = |folder: &str, ending: &str| {
@@ -363,13 +349,14 @@ fn the_commands_write_everything_or_nothing() {
         (made("figures", "svg"), made("figures", "svg")),
         (made("figures", "pdf"), made("figures", "png"))
     );
-    // Every file that the Markdown names exists.
-    let markdown = scratch.read("map-report/report.md");
-    let links: Vec<&str> = markdown.split("](").skip(1).filter_map(|rest| rest.split(')').next()).collect();
-    assert!(links.len() > 20);
-    for link in links {
-        assert!(scratch.path().join("map-report").join(link).is_file(), "{link}");
-    }
+    // The LaTeX document includes every table and every figure.
+    let document = scratch.read("map-report/report.tex");
+    let included = |command: &str, ending: &str| {
+        let names = document.split(command).skip(1).filter_map(|rest| rest.split('}').next());
+        names.filter(|name| scratch.path().join(format!("map-report/{name}.{ending}")).is_file()).count()
+    };
+    assert_eq!(included("\\input{", "tex"), made("tables", "tex"));
+    assert_eq!(2 * included("\\includegraphics{", "pdf"), made("figures", "pdf"));
     scratch.run(&["report", "map.h5"]).refuses(&["map-report", "exists already", "--overwrite"]);
     scratch.file("map-report/mine.txt", "kept");
     scratch.run(&["report", "map.h5", "--overwrite"]).ends_with(0);

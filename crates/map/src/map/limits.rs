@@ -74,14 +74,14 @@ pub enum Unknown {
     GivenUp,
 }
 
-/// The range of eps, from 0 up, in which a statement holds.
+/// The range of eps, from 0 up, in which a method's verdict equals that of the simulated flow.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Limit {
-    /// The statement fails even as eps -> 0.
+    /// They differ even as eps -> 0.
     Never,
-    /// The statement holds at all smaller eps, and fails just beyond this one.
+    /// They are equal at all smaller eps, and differ just beyond this one.
     UpTo(f64),
-    /// The statement holds at every eps up to [`HIGHEST`].
+    /// They are equal at every eps up to [`HIGHEST`].
     Throughout,
     /// The limit is unknown.
     Unknown(Unknown),
@@ -98,40 +98,14 @@ impl Limit {
             Limit::Unknown(_) => f64::NAN,
         }
     }
-}
 
-/// The limits in eps of a method along a ray.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct EpsilonLimit {
-    /// Limit of the statement that the method's verdict equals that of the simulated flow.
-    pub equal: Limit,
-    /// Limit of the statement that it does not contradict the simulated flow; it may be undecided.
-    pub sound: Limit,
-}
-
-impl EpsilonLimit {
-    /// Records the verdicts of a method and of the flow from `place` on, `None` for eps -> 0, in increasing
-    /// eps. Returns whether both limits are found.
-    fn meet(&mut self, place: Option<f64>, (verdict, truth): (Verdict, Verdict)) -> bool {
-        let found = place.map_or(Limit::Never, Limit::UpTo);
-        // An undecided flow is not compared.
-        if truth.is_decision() && verdict != truth {
-            if self.equal == Limit::Throughout {
-                self.equal = found;
-            }
-            if self.sound == Limit::Throughout && verdict.is_decision() {
-                self.sound = found;
-            }
-        }
-        self.sound != Limit::Throughout
-    }
-
-    /// The reason why one of the two limits is unknown; `None` if both are known.
-    pub fn unknown(&self) -> Option<Unknown> {
-        [self.equal, self.sound].into_iter().find_map(|limit| match limit {
+    /// The reason why the limit is unknown; `None` if it is known.
+    #[must_use]
+    pub fn unknown(self) -> Option<Unknown> {
+        match self {
             Limit::Unknown(why) => Some(why),
             Limit::Never | Limit::UpTo(_) | Limit::Throughout => None,
-        })
+        }
     }
 }
 
@@ -265,15 +239,14 @@ fn changes(
 }
 
 /// The [`changes`] of the method `validated`, where `turn` is the only eps between the nodes at which the flow's
-/// verdict changes, if any. An evaluation is a proof of some milliseconds, so only those are made that bear on a
-/// limit: proofs contradict the flow nowhere, and where they begin to differ from it is sought only if they are
-/// `equal` below. They do at a `turn`, undecided by the error of the proof, and more or less by chance: the last
-/// change before the turn is sought from there downwards. Where the verdict changes beyond it does not matter.
+/// verdict changes, if any. An evaluation is a proof of some milliseconds, so only those are made that bear on the
+/// limit. Proofs begin to differ from the flow at a `turn`, undecided by the error of the proof, and more or less
+/// by chance: the last change before the turn is sought from there downwards. Where the verdict changes beyond it
+/// does not matter.
 fn proof_changes(
     [low, high]: [f64; 2],
     at_low: Verdict,
     turn: Option<f64>,
-    equal: bool,
     verdict_at: impl Fn(f64) -> Result<Verdict, Unknown>,
 ) -> Result<Vec<(f64, Verdict)>, Unknown> {
     let last = verdict_at(high)?;
@@ -283,13 +256,10 @@ fn proof_changes(
     let near = turn.map(|turn| [turn / (1.0 + 0.5 * SAME), turn, turn * (1.0 + 0.5 * SAME)]);
     let Some([before, turn, beyond]) = near.filter(|[before, _, beyond]| low < *before && *beyond < high)
     else {
-        return match turn {
-            None if !equal => Ok(vec![((low * high).sqrt(), last)]),
-            _ => changes([low, high], at_low, verdict_at),
-        };
+        return changes([low, high], at_low, verdict_at);
     };
     let mut found = Vec::new();
-    let at_turn = if equal { verdict_at(before)? } else { at_low };
+    let at_turn = verdict_at(before)?;
     if at_turn != at_low {
         let (mut distance, mut holding, mut other) = (0.5 * SAME, low, before);
         while holding == low {
@@ -482,34 +452,25 @@ impl Ray {
         places.min_by(|a, b| (a - epsilon).abs().total_cmp(&(b - epsilon).abs()))
     }
 
-    /// The limits in eps of `method`.
+    /// The limit in eps of `method`.
     #[must_use]
-    pub fn limit(&self, method: Method) -> EpsilonLimit {
-        let mut limit = EpsilonLimit { equal: Limit::Throughout, sound: Limit::Throughout };
-        let open = match self.compare(method, &mut limit) {
-            Ok(()) => self.unknown_from,
-            Err(why) => Some((0.0, why)),
-        };
-        if let Some((_, why)) = open {
-            // Limits found below the eps from which on the flow is unknown still hold.
-            for limit in [&mut limit.equal, &mut limit.sound] {
-                if *limit == Limit::Throughout {
-                    *limit = Limit::Unknown(why);
-                }
-            }
+    pub fn limit(&self, method: Method) -> Limit {
+        match (self.first_difference(method), self.unknown_from) {
+            (Ok(Some(found)), _) => found,
+            (Err(why), _) | (Ok(None), Some((_, why))) => Limit::Unknown(why),
+            (Ok(None), None) => Limit::Throughout,
         }
-        limit
     }
 
-    /// Goes through the verdicts of `method` and of the flow in increasing eps, as far as both are known, and
-    /// records in `limit` where they begin to differ.
-    fn compare(&self, method: Method, limit: &mut EpsilonLimit) -> Result<(), Unknown> {
+    /// Goes through the verdicts of `method` and of the flow in increasing eps, as far as both are known. Returns
+    /// where they begin to differ; `None` if they do not.
+    fn first_difference(&self, method: Method) -> Result<Option<Limit>, Unknown> {
         if method == Method::Simulation {
-            return Ok(());
+            return Ok(None);
         }
         let end = self.unknown_from.map_or(HIGHEST, |(from, _)| from);
         if end < LOWEST {
-            return Ok(());
+            return Ok(None);
         }
         let verdict_at = |epsilon: f64| {
             // Stop if the budget is spent.
@@ -530,10 +491,12 @@ impl Ray {
             }
             Ok(method.decide(&column, damping, self.tolerance))
         };
-        // The pairs (method, flow) in increasing eps, each with the eps at which it begins.
+        // An undecided flow is not compared.
+        let differ = |(verdict, truth): (Verdict, Verdict)| truth.is_decision() && verdict != truth;
+        // The pairs (method, flow) in increasing eps.
         let mut pair = (verdict_at(LOWEST)?, self.first);
-        if limit.meet(None, pair) {
-            return Ok(());
+        if differ(pair) {
+            return Ok(Some(Limit::Never));
         }
         let mut truth = self.changes.iter().peekable();
         let mut low = LOWEST;
@@ -541,7 +504,7 @@ impl Ray {
             let mut turns = self.changes.iter().map(|change| change.0).filter(|at| low < *at && *at <= high);
             let (turn, another) = (turns.next(), turns.next());
             let own = if method == Method::validated() && another.is_none() {
-                proof_changes([low, high], pair.0, turn, limit.equal == Limit::Throughout, verdict_at)?
+                proof_changes([low, high], pair.0, turn, verdict_at)?
             } else {
                 changes([low, high], pair.0, verdict_at)?
             };
@@ -563,13 +526,13 @@ impl Ray {
                 while let Some((_, verdict)) = truth.next_if(|change| change.0 <= together) {
                     pair.1 = *verdict;
                 }
-                if limit.meet(Some(place), pair) {
-                    return Ok(());
+                if differ(pair) {
+                    return Ok(Some(Limit::UpTo(place)));
                 }
             }
             low = high;
         }
-        Ok(())
+        Ok(None)
     }
 }
 
@@ -578,7 +541,7 @@ mod tests {
     use super::*;
 
     /// Present up to one eps, absent from another on, undecided between.
-    fn changes_of_band(from: f64, to: f64, equal: bool) -> (Vec<(f64, Verdict)>, u32) {
+    fn changes_of_band(from: f64, to: f64) -> (Vec<(f64, Verdict)>, u32) {
         let evaluations = Cell::new(0);
         let verdict_at = |epsilon: f64| {
             evaluations.set(evaluations.get() + 1);
@@ -588,17 +551,14 @@ mod tests {
                 _ => Verdict::Absent,
             })
         };
-        (
-            proof_changes([0.9, 1.2], Verdict::Present, Some(1.0), equal, verdict_at).unwrap(),
-            evaluations.get(),
-        )
+        (proof_changes([0.9, 1.2], Verdict::Present, Some(1.0), verdict_at).unwrap(), evaluations.get())
     }
 
     #[test]
     fn changes_of_a_proof_next_to_those_of_the_flow() {
         for below in [0.3e-9, 0.8e-9, 2e-9, 1e-6, 0.05] {
             for above in [0.3e-9, 2e-9, 1e-3] {
-                let (found, evaluations) = changes_of_band(1.0 - below, 1.0 + above, true);
+                let (found, evaluations) = changes_of_band(1.0 - below, 1.0 + above);
                 let case = format!("{below} {above} {found:?}");
                 // The place within the width of a bisection, or at the flow's change if it is as good as there.
                 let place = if below < 0.5 * SAME { 1.0 } else { 1.0 - below };
@@ -616,10 +576,9 @@ mod tests {
                     "{case}"
                 );
                 assert!(evaluations < 55, "{case}: {evaluations}");
-                assert!(changes_of_band(1.0 - below, 1.0 + above, false).1 <= 2, "{case}");
             }
         }
         // A verdict that stays the same changes nowhere, not even at a node.
-        assert_eq!(changes_of_band(2.0, 3.0, true).0, []);
+        assert_eq!(changes_of_band(2.0, 3.0).0, []);
     }
 }

@@ -167,7 +167,7 @@ impl Limits<'_> {
         let rest = point.law.as_slice().iter().chain([&point.belt_speed, &point.damping]);
         self.known.entry(rest.map(|value| value.to_bits()).collect()).or_insert_with(|| {
             let ray = Ray::new(plan.grid.law(), point, plan.tolerance);
-            plan.methods.iter().map(|method| ray.limit(*method).equal.value()).collect()
+            plan.methods.iter().map(|method| ray.limit(*method).value()).collect()
         })
     }
 }

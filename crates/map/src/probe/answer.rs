@@ -1,7 +1,7 @@
 //! The answers of every method about one point, and the simulated flow there.
 
 use crate::behaviour::needed_slip_speed;
-use crate::map::limits::{EpsilonLimit, Ray};
+use crate::map::limits::{Limit, Ray};
 use crate::map::{self, BasinBoundary, Method, Regime, Verdict};
 use slipmap_certify::slip_count::{SlipCount, count_slip_cycles};
 use slipmap_certify::validated::any_law;
@@ -126,7 +126,7 @@ impl Answer {
 
     /// For each method the eps up to which its verdict equals that of the flow, with the other parameters
     /// fixed. Takes much longer than all other answers.
-    pub fn limits(&self) -> Vec<EpsilonLimit> {
+    pub fn limits(&self) -> Vec<Limit> {
         let ray = Ray::new(&self.law, &self.point, self.tolerance);
         self.methods.iter().map(|answer| ray.limit(answer.method)).collect()
     }

@@ -39,8 +39,7 @@ impl Probe {
                 guarantee: of_method.method.guarantee().name(),
                 equation: of_method.method.equation_for(&answer.law),
                 reason: of_method.reason.clone(),
-                epsilon_limit: limit.equal,
-                epsilon_limit_sound: limit.sound,
+                epsilon_limit: limit,
                 epsilon_limit_reason: limit.unknown().map(|why| why.to_string()),
             };
             (of_method.method.name(), result)

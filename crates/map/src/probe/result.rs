@@ -74,9 +74,7 @@ result! {
         pub(crate) reason: Option<String>,
         /// Largest eps up to which the verdict equals the simulated one.
         pub(crate) epsilon_limit: Limit,
-        /// Largest eps up to which the verdict does not contradict the simulated one.
-        pub(crate) epsilon_limit_sound: Limit,
-        /// Reason why one of the two limits is not known.
+        /// Reason why that limit is not known.
         pub(crate) epsilon_limit_reason: Option<String>,
     }
 

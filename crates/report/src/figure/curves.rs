@@ -3,16 +3,16 @@
 use std::cell::Cell;
 
 use super::axis::Scale;
-use super::palette::{self, MethodStyle};
+use super::palette::MethodStyle;
 use super::panels::Panel;
-use super::scene::{Place, Scene, Stroke};
+use super::scene::{Place, Scene};
 use slipmap_format::MapFile;
 use slipmap_map::map::Method;
 use slipmap_model::filippov::HopfRate;
 use slipmap_model::friction::Column;
 use slipmap_simulate::critical::{CriticalDamping, critical_dampings};
 
-pub(super) const POINTS: usize = 160;
+const POINTS: usize = 160;
 /// Number of steps of a coarse curve, which finds the part of a scale that is drawn.
 pub(super) const FEW_POINTS: usize = 24;
 /// Number of marks on a curve.
@@ -153,6 +153,3 @@ pub(super) fn draw(scene: &mut Scene, panel: &Panel, x: &[f64], y: &[f64], style
         }
     }
 }
-
-/// A guide line, less prominent than the data.
-pub(super) const GUIDE: Stroke = Stroke { color: palette::GREY, width: 0.7, dash: &[3.0, 2.0] };

@@ -3,7 +3,6 @@
 pub mod area;
 pub mod axis;
 pub mod bifurcations;
-pub(crate) mod bistable;
 pub(crate) mod critical;
 pub(crate) mod curve_planes;
 mod curves;
@@ -17,7 +16,6 @@ pub mod lines;
 pub(crate) mod orbit;
 pub mod palette;
 pub(crate) mod panels;
-pub(crate) mod paper;
 pub(crate) mod paragraph;
 pub mod plot;
 pub(crate) mod portrait;
@@ -73,14 +71,13 @@ pub(crate) fn at_each_width(mut draw: impl FnMut(&mut Scene, Width)) -> Vec<(Wid
 /// [`ReportError::Map`] if the map cannot be read.
 pub fn all(view: &View, report: &Report) -> Result<Vec<Figure>, ReportError> {
     type Maker<'a> = &'a (dyn Fn() -> Result<Vec<Figure>, ReportError> + Sync);
-    let makers: [Maker; 8] = [
+    let makers: [Maker; 7] = [
         &|| Ok(plot::probability(view)?.into_iter().collect()),
         &|| curve_planes::curve_planes(view),
         &|| verdict_panels::verdict_panels(view),
         &|| Ok(deciders::deciders(view, report)?.into_iter().collect()),
         &|| Ok(critical::critical(view).into_iter().collect()),
         &|| Ok(errors::errors(view, report).into_iter().collect()),
-        &|| Ok(bistable::bistable(view)?.into_iter().collect()),
         &|| Ok(portraits::portraits(view).into_iter().collect()),
     ];
     // Several figures need these nodes; computed here, no figure waits for another.

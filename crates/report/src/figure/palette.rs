@@ -86,8 +86,6 @@ pub const WRONG_PRESENCE: Fill = Fill::hatched(VERMILION, Hatch::Falling, WHITE)
 /// Denies a cycle that exists.
 pub const WRONG_ABSENCE: Fill = Fill::hatched(PURPLE, Hatch::Crossed, BLACK);
 pub const FAILED: Fill = Fill::plain(BLACK);
-/// Where a figure does not know an answer.
-pub(crate) const UNKNOWN: Fill = Fill::hatched(WHITE, Hatch::Crossed, "#8c8c8c");
 pub const NOT_COMPUTED: Fill = Fill::hatched(WHITE, Hatch::Dots, BLACK);
 
 /// The kind of a cell: its code in the map, its name there, its fill, and its name in legends.

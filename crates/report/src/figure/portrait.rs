@@ -26,8 +26,8 @@ const INNER_START: f64 = 0.35;
 pub(super) const ORBIT: Stroke = Stroke::solid(palette::BLUE, 1.2);
 /// Its sticking part.
 pub(super) const STICK: Stroke = Stroke::solid(palette::VERMILION, 2.0);
-pub(super) const SEGMENT: Stroke = Stroke::solid(palette::LIGHT_GREY, 4.5);
-pub(super) const OTHER: Stroke = Stroke { color: palette::GREEN, width: 0.9, dash: &[3.0, 1.5] };
+const SEGMENT: Stroke = Stroke::solid(palette::LIGHT_GREY, 4.5);
+const OTHER: Stroke = Stroke { color: palette::GREEN, width: 0.9, dash: &[3.0, 1.5] };
 /// Attracting slip cycles.
 const ATTRACTING: Stroke = Stroke::solid(palette::BLACK, 1.0);
 pub(super) const REPELLING: Stroke = Stroke { color: palette::BLACK, width: 1.0, dash: &[1.2, 1.6] };
@@ -228,13 +228,7 @@ pub(super) fn parts(mut samples: &[State]) -> Vec<(&[State], bool)> {
 }
 
 /// Draws an orbit with arrows along it.
-pub(super) fn orbit(
-    scene: &mut Scene,
-    panel: &Panel,
-    oscillator: &Oscillator,
-    samples: &[State],
-    stroke: &Stroke,
-) {
+fn orbit(scene: &mut Scene, panel: &Panel, oscillator: &Oscillator, samples: &[State], stroke: &Stroke) {
     const BETWEEN: f64 = 75.0;
     let places: Vec<Place> = smooth(oscillator, samples).iter().map(|p| panel.place(p.0, p.1)).collect();
     scene.line(&places, stroke);

@@ -222,15 +222,6 @@ impl Scene {
         }
     }
 
-    pub(crate) fn arrow(&mut self, from: Place, to: Place, stroke: &Stroke) {
-        let (dx, dy) = (to.0 - from.0, to.1 - from.1);
-        let length = dx.hypot(dy);
-        if length > 0.0 {
-            self.line(&[from, (to.0 - dx / length, to.1 - dy / length)], stroke);
-            self.arrow_head(to, (dx, dy), stroke.color, 1.8 + 2.5 * stroke.width);
-        }
-    }
-
     /// Draws the head of an arrow with its tip at a place.
     pub(crate) fn arrow_head(&mut self, tip: Place, direction: Place, color: &'static str, size: f64) {
         let length = direction.0.hypot(direction.1);
