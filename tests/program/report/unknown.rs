@@ -65,7 +65,7 @@ fn the_probabilities_of_a_map_are_in_its_report() {
     scratch.run(&["report", "pad.h5", "--out", "report", "--quiet"]).ends_with(0);
     let page = scratch.read("report/report.html");
     assert!(page.contains(
-        "<dt>probability that it may stick-slip, by the uncertain quantities</dt><dd>0 to 100 %</dd>"
+        "<dt>probability that it may stick-slip, by the uncertain quantities</dt><dd>0 to 100 % over "
     ));
     assert!(page.contains("<figure id=\"figure-probability\">"), "{page}");
     assert!(
