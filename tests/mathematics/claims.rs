@@ -364,3 +364,45 @@ fn orbits_near_the_cycle_join_it_in_finite_time() {
         }
     }
 }
+
+/// Where eps is so large that rounding of the exit point's x1 exceeds V, or the stick segment, an engine may
+/// fail or be undecided, but it does not contradict a theorem. At the first point, and at two others, it has
+/// taken the exit point for a landing.
+#[test]
+fn no_engine_contradicts_a_theorem_at_huge_epsilon() {
+    let (alpha, beta, gamma) = (0.1, 0.1, 1.0);
+    let damping = 0.533_333_333_333_333_3;
+    let first = Sample { epsilon: 1e300, alpha, beta, gamma, belt_speed: 0.5, damping };
+    let mut random = Random(300);
+    let others = (1..200).map(|_| {
+        let law = Sample {
+            epsilon: random.log(1e8, 1e300),
+            alpha: 0.9 * random.unit(),
+            beta: 0.2 * random.unit(),
+            gamma: random.log(0.1, 10.0),
+            belt_speed: random.log(0.05, 20.0),
+            damping: 0.0,
+        };
+        law.at(1.2 * random.unit() * law.drop_rate())
+    });
+    let (mut decided, mut wrong) = (0, Vec::new());
+    for sample in std::iter::once(first).chain(others) {
+        let theorems = ["symmetric", "bendixson", "instability"].map(|test| decide(test, &sample));
+        let Some(&truth) = theorems.iter().find(|said| **said != Decision::Undecided) else { continue };
+        decided += 1;
+        for (name, follow) in ENGINES {
+            for tolerance in [1e-3, 1e-6, 1e-9, 1e-12] {
+                let found = follow(&sample.oscillator(), tolerance);
+                let answer = match found.fate {
+                    Fate::Sticks(_) => Decision::Present,
+                    Fate::SpiralsInward | Fate::CrossesForever => Decision::Absent,
+                    Fate::TooCloseToCall | Fate::Failed(_) => continue,
+                };
+                if answer != truth {
+                    wrong.push(format!("{name} at {tolerance:e}: {sample:?} {truth:?} {found:?}"));
+                }
+            }
+        }
+    }
+    assert!(wrong.is_empty() && decided > 50, "{decided}, {} wrong: {wrong:#?}", wrong.len());
+}

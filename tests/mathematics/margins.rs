@@ -215,6 +215,31 @@ fn margins_of_grids_of_formulas_are_within_their_error() {
     }
 }
 
+/// A feature that a single value of an axis meets, and few of the cells that are compared.
+#[test]
+fn margins_are_not_interpolated_over_a_narrow_feature() {
+    let (ranges, cs) = ([(3.0, 5.0, 48), (0.4, 0.8, 6)], axis(0.1, 12));
+    let law = |at: f64| {
+        let feature = format!("0.01*exp(-((vs - {at})/0.005)^2)*(1 - exp(-u))");
+        Law::Expression(Expression::new(&format!("0.6 + 0.4*exp(-u/vs) - {feature}"), 1.0).unwrap())
+    };
+    let values = GridOfColumns::new(&law(4.0), 0.5, &ranges).axes[0].clone();
+    for (i, &at) in values.iter().enumerate().skip(3).step_by(5) {
+        let grid = GridOfColumns::new(&law(at), 0.5, &ranges);
+        let all = margins(&grid.columns, &grid.axes, &cs, 1e-9);
+        let interpolated = all.rhs.iter().filter(|rhs| **rhs == 0).count();
+        assert!(3 * interpolated > all.rhs.len(), "{at} {interpolated}");
+        let columns = i * ranges[1].2..(i + 1) * ranges[1].2;
+        let cells = columns.start * cs.len()..columns.end * cs.len();
+        let at_feature = Margins {
+            margins: all.margins[cells.clone()].to_vec(),
+            errors: all.errors[cells.clone()].to_vec(),
+            rhs: all.rhs[cells].to_vec(),
+        };
+        compare_margins(&at_feature, &grid.columns[columns], &cs, 1e-9, 1e-12);
+    }
+}
+
 #[test]
 fn the_direct_engine_finds_the_same_margins() {
     let (columns, cs) = (stribeck(0.05, 40), axis(1.0, 20));

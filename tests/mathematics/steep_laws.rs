@@ -62,6 +62,9 @@ fn the_limit_of_steep_laws_is_that_of_extended_precision() {
     }
 }
 
+/// Stribeck velocity from which on the critical damping is told at every tolerance.
+const WITHHELD_BELOW: f64 = 1e-8;
+
 /// Nothing is told that is wrong by more than its error, and what is told is known to 1 %.
 #[test]
 fn the_error_of_the_critical_damping_covers_the_truth_of_steep_laws() {
@@ -82,7 +85,9 @@ fn the_error_of_the_critical_damping_covers_the_truth_of_steep_laws() {
                     let known = found.known().is_ok();
                     told[usize::from(known)] += 1;
                     let covers = (found.c - truth).abs() <= found.error + left_out;
-                    if !covers || known != (found.error <= (0.01 * found.c).max(1e-9)) {
+                    // The search ends late enough for all laws but those that rounding hides.
+                    let withheld = !known && vs >= WITHHELD_BELOW;
+                    if !covers || known != (found.error <= (0.01 * found.c).max(1e-9)) || withheld {
                         wrong.push(at);
                     }
                 }
