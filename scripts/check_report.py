@@ -84,6 +84,10 @@ class Map:
         values = self.file[f"critical_c_{method}"][:].reshape(len(self.epsilons), -1)
         return np.where((values >= 0) & np.isfinite(values), values, nan)
 
+    def errors(self):
+        """The errors of the critical dampings of the simulation, as in critical()."""
+        return self.file["critical_c_error_simulation"][:].reshape(len(self.epsilons), -1)
+
     def columns(self):
         """The parameters of every column, as in critical(), by name."""
         grids = np.meshgrid(*self.nodes[:-1], indexing="ij")
@@ -174,16 +178,8 @@ def quantile(sizes, q):
     return np.sort(sizes)[max(int(np.ceil(q * len(sizes))), 1) - 1] if len(sizes) else None
 
 
-def resolution(data):
-    """The error of critical dampings: the tolerance times the size of the divergence."""
-    p = data.columns()
-    at_rest = p["gamma"] * (1 - p["alpha"])
-    at_belt = at_rest / (1 + p["epsilon"] * p["gamma"] * p["V"]) ** 2 - 2 * p["beta"] * p["V"]
-    return data.number("tolerance") * np.maximum(np.abs(at_rest), np.abs(at_belt))
-
-
 def check_boundary(data, folder):
-    exact, known, parameters = data.critical("simulation"), resolution(data), data.columns()
+    exact, known, parameters = data.critical("simulation"), data.errors(), data.columns()
     errors = {m: data.critical(m) - exact for m in data.methods if np.isfinite(data.critical(m)).any() or m != "simulation"}
     for row in read_table(folder, "boundary"):
         method, e = row["method"], int(np.flatnonzero(data.epsilons == float(row["epsilon"]))[0])

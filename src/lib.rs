@@ -73,6 +73,9 @@ pub use slipmap_map::assessment;
 #[doc(hidden)]
 pub use {slipmap_report as report, slipmap_study as study};
 
+/// The commit that the library was built from.
+pub const GIT: &str = env!("SLIPMAP_GIT");
+
 #[cfg(feature = "cli")]
 #[doc(hidden)]
 pub mod cli;

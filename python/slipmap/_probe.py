@@ -328,8 +328,8 @@ class Probe:
         if self.machine:
             units = ("", "m/s", "N s/m") if self.machine.motion == "translation" else ("", "rad/s", "N m s/rad")
             facts.append(("critical belt speed", f"{_short(self.machine.critical_belt_speed)} {units[1]}"))
-            damping, error = self.machine.critical_damping, self.machine.critical_damping_error
-            words = _short(damping) if damping is None or error is None else _with_error(damping, error)
+            damping, known_to = self.machine.critical_damping, self.machine.critical_damping_error
+            words = _short(damping) if damping is None or known_to is None else _with_error(damping, known_to)
             facts.append(("critical damping (SI)", f"{words} {units[2]}"))
         head = ("method", "verdict", "margin", "critical c", "guarantee", "reason")
         return f"<p>Law <b>{html.escape(self.law)}</b>: {point}</p>{table(methods, head)}{table(facts)}"

@@ -91,7 +91,7 @@ impl Law {
 
     /// How far the weakening rate may be from that of the function that was sampled; 0 for other laws.
     #[getter]
-    fn error(&self) -> f64 {
+    pub(crate) fn error(&self) -> f64 {
         match &self.law {
             Family::Function(law) => law.error(),
             _ => 0.0,

@@ -225,7 +225,6 @@ fn compute(
         ComputeError::Interrupted => PyKeyboardInterrupt::new_err("the map was interrupted"),
         ComputeError::Threads(why) => PyRuntimeError::new_err(why),
         ComputeError::Sink(never) => match never {},
-        other => PyRuntimeError::new_err(other.to_string()),
     })?;
     let Memory { schema, cells } = memory;
     let cells = cells.into_iter().map(|cells| cells.into_inner().unwrap_or_else(PoisonError::into_inner));
@@ -304,6 +303,7 @@ pub(crate) fn run_config(
         config_path: job.config_file.display().to_string(),
         config_text: job.config_text,
         command_line: "slipmap.run".into(),
+        git: slipmap::GIT.into(),
     };
     compute(py, &job.plan, job.machine.as_ref(), &provenance, threads, progress)
 }

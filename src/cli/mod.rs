@@ -32,6 +32,8 @@ use std::fmt::Display;
 use std::io::{self, Write as _};
 use std::process::ExitCode;
 
+use crate::GIT;
+
 use clap::error::ErrorKind;
 use clap::{CommandFactory as _, Parser, Subcommand};
 
@@ -46,8 +48,6 @@ struct Arguments {
     command: Command,
 }
 
-/// The commit that the program was built from.
-pub const GIT: &str = env!("SLIPMAP_GIT");
 /// The version, and the commit.
 const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " (git ", env!("SLIPMAP_GIT"), ")");
 /// What certificates name as the program that wrote them.

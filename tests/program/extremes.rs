@@ -255,7 +255,7 @@ fn contradictions_between_theorems_and_simulation_are_reported() {
     let job = Job::load(&file, &[]).unwrap();
     let provenance = Provenance {
         config_text: job.config_text.clone(),
-        git: slipmap::cli::GIT.into(),
+        git: slipmap::GIT.into(),
         ..Provenance::default()
     };
     let path = scratch.path().join("map.h5");
