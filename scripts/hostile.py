@@ -237,7 +237,7 @@ def alter(rng, file):
         place = rng.choice([file, file[stored(rng, file)]])
         name = rng.choice(sorted(set(place.attrs) - {"DIMENSION_LIST", "REFERENCE_LIST", "CLASS", "NAME"}))
         value = rng.choice([
-            "", "x", "w" * 10**6, "small eps\n" * 10**5, " ".join("abcdefgh"), 0, -1, 3, 1e308, [1] * 6, [10**9] * 6,
+            "", "x", "w" * 10**6, "small eps\n" * 10**5, " ".join("abcdefgh"), 0, -1, 5, 1e308, [1] * 6, [10**9] * 6,
             np.zeros(5000), ["t" * 30_000] * 2, np.array([float("nan")]),
         ])
         place.attrs[name] = value
