@@ -12,6 +12,7 @@ import argparse
 import csv
 import io
 import json
+import re
 import random
 import signal
 import subprocess
@@ -212,6 +213,12 @@ def cells_are_those_of_the_engine(session):
         page.context.close()
 
 
+def tells(page, value):
+    """Whether the answer about the point shows the number, to six digits at least, before its error."""
+    told = re.findall(r"([-+0-9.e]+) ± ", page.locator("#point").inner_text())
+    return any(abs(float(one) - value) <= 1e-6 * abs(value) for one in told)
+
+
 def a_click_gives_the_numbers_of_probe(session):
     page = session.open(BISTABLE)
     settle(page)
@@ -226,7 +233,7 @@ def a_click_gives_the_numbers_of_probe(session):
         shown = page.locator(f"tr[data-method={name}] .say").inner_text()
         assert shown == answer["verdict"], f"{name}: {shown}, and probe says {answer['verdict']}"
     assert page.locator("#point").get_attribute("data-regime") == probe["regime"]
-    assert str(probe["critical_c"]["value"]) in page.locator("#point").inner_text()
+    assert tells(page, probe["critical_c"]["value"])
     # Every line of it.
     page.get_by_text("Every number").click()
     listed = page.evaluate("[...document.querySelectorAll('dl.numbers dd')].map((it) => it.textContent)")
@@ -518,7 +525,7 @@ def a_machine_is_in_si_units(session):
     box = page.locator("#answer").bounding_box()
     assert box["y"] + box["height"] <= page.viewport_size["height"], box
     expect(page.locator("table.verdicts thead")).to_contain_text("critical damping, N s/m")
-    assert f"{probe['machine']['critical_damping']:.6g} ± " in page.locator("#point").inner_text(), "c* in SI units"
+    assert tells(page, probe["machine"]["critical_damping"]), "c* in SI units"
     page.get_by_text("Every number").click()
     assert str(probe["machine"]["natural_frequency"]) in page.locator("#point").text_content()
     before = pixels(page)
