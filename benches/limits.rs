@@ -1,4 +1,4 @@
-//! The cost of one answer, and the limits of the machine; scripts/kernels makes a table of both.
+//! The cost of one answer, and the limits of the machine; scripts/study kernels makes a table of both.
 //!
 //! ```text
 //! limits peaks             divisions and fused multiply-adds per second of one thread

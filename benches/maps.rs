@@ -3,7 +3,7 @@
 //! ```text
 //! cargo bench --bench maps
 //! ```
-//! Maps stay in memory; scripts/scaling measures maps that are written. Every engine's verdicts are checked
+//! Maps stay in memory; scripts/study scaling measures maps that are written. Every engine's verdicts are checked
 //! against those of `direct` before it is timed.
 
 #![allow(clippy::expect_used)] // a bench whose answers are wrong stops

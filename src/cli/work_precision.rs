@@ -22,7 +22,7 @@ Examples:
   slipmap work-precision configs/work-precision.toml --set work_precision.cells=256 --out quick
 
 Cells are drawn from the box that the configuration's [grid] spans. Writes work-precision.csv, .h5 and .tex, the
-chart work-precision-1col and -2col as .svg, .pdf and .png, and cells.csv, on which `scripts/peers --cells-from cells.csv`
+chart work-precision-1col and -2col as .svg, .pdf and .png, and cells.csv, on which `scripts/study peers --cells-from cells.csv`
 measures other people's integrators. Run this command again afterwards, and they are in the chart.")]
 pub(super) struct Arguments {
     /// The configuration
@@ -34,7 +34,7 @@ pub(super) struct Arguments {
     /// The folder to write; default: results/ and the name of the configuration
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// What scripts/peers measured; default: of the files results/peers-*.csv the newest about the same
+    /// What scripts/study peers measured; default: of the files results/peers-*.csv the newest about the same
     /// cells, or else the newest
     #[arg(long, value_name = "FILE.csv")]
     peers: Option<PathBuf>,
@@ -56,7 +56,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     // Checked before minutes of work.
     if let Some(peers) = arguments.peers.as_ref().filter(|peers| !peers.is_file()) {
         let problem = format!("--peers {}: there is no such file", peers.display());
-        return Err(Failure::bad_input(problem, "scripts/peers makes one"));
+        return Err(Failure::bad_input(problem, "scripts/study peers makes one"));
     }
     let who = contestants();
     let bar = progress::bar(arguments.quiet, Some(who.len() as u64), "settings");
@@ -68,10 +68,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     bar.finish_and_clear();
     add_peers(&mut study, arguments.peers.as_deref(), Path::new("results")).map_err(failure)?;
     match &study.peers {
-        None => say("no peers: results/ has no peers-*.csv; scripts/peers makes one"),
+        None => say("no peers: results/ has no peers-*.csv; scripts/study peers makes one"),
         Some((file, false)) => {
             say(&format!(
-                "peers of {file} are about other cells; for the same: scripts/peers --cells-from {}",
+                "peers of {file} are about other cells; for the same: scripts/study peers --cells-from {}",
                 folder.join("cells.csv").display()
             ));
         }

@@ -24,7 +24,7 @@ const NOT_RUN: [(&str, &str); 8] = [
     ("scripts/dist", "tries its archives itself"),
     ("scripts/wheel", "tries its wheel itself"),
     ("slipmap explore", "runs until Ctrl-C; tests/program/explore.rs"),
-    ("scripts/slipmap explore", "runs until Ctrl-C; scripts/check_explore.py"),
+    ("scripts/slipmap explore", "runs until Ctrl-C; scripts/checks/explore.py"),
     ("cargo ", "builds for minutes; scripts/test and .ci/run use the same commands"),
     ("pip install", "scripts/test"),
     ("tar ", "scripts/dist"),

@@ -273,10 +273,10 @@ fn a_table_that_ends_early_has_its_boundary() {
     }
 }
 
-/// Ten thousand columns, written by `scripts/columns.c` to the file that SLIPMAP_COLUMNS names. Prints
+/// Ten thousand columns, written by `scripts/evidence/columns.c` to the file that SLIPMAP_COLUMNS names. Prints
 /// results/columns-DATE.csv row by row.
 #[test]
-#[ignore = "an hour, with the table that scripts/columns.c writes, see results/README.md"]
+#[ignore = "an hour, with the table that scripts/evidence/columns.c writes, see results/README.md"]
 fn ten_thousand_other_columns() {
     let points = other_column_points();
     let every = |n: usize| points.iter().step_by(n).copied().collect::<Vec<_>>();

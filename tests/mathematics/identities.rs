@@ -306,7 +306,7 @@ fn closed_forms_enclose_the_critical_damping() {
 }
 
 /// The energy balance is no upper bound of the critical damping: above k = 15.62 (weak laws, beta = 0) it is
-/// a lower one. In 200 bits, `scripts/flow.py` gives c* = 0.02417678331793 at this point, 1.157831e-5 above
+/// a lower one. In 200 bits, `scripts/evidence/flow.py` gives c* = 0.02417678331793 at this point, 1.157831e-5 above
 /// the balance.
 #[test]
 fn the_energy_balance_denies_a_cycle_that_exists() {

@@ -1,5 +1,5 @@
 //! Legal input at the ends of the range of numbers: every command ends with an answer or a reason, and never
-//! in a panic. `scripts/extremes` tries a thousand random configurations.
+//! in a panic. `scripts/study extremes` tries a thousand random configurations.
 
 use std::process::{Child, Stdio};
 use std::time::{Duration, Instant};
@@ -289,7 +289,7 @@ fn number(random: &mut dyn FnMut() -> f64) -> f64 {
     if random() < 0.5 { 0.05 + 2.0 * random() } else { 10_f64.powf(600.0 * random() - 300.0) }
 }
 
-/// A few of the configurations that `scripts/extremes` tries: runs end by themselves, without a panic.
+/// A few of the configurations that `scripts/study extremes` tries: runs end by themselves, without a panic.
 #[test]
 fn random_legal_configurations_end_with_an_answer_or_a_reason() {
     let mut state = 20_u64;

@@ -101,7 +101,7 @@ pub enum ReportError {
     #[error(transparent)]
     Study(#[from] StudyError),
     /// The peers' measurements cannot be read.
-    #[error("{path}: {why}; make it anew with scripts/peers, or name another file")]
+    #[error("{path}: {why}; make it anew with scripts/study peers, or name another file")]
     Peers {
         /// The file.
         path: PathBuf,

@@ -9,7 +9,7 @@ use super::{Existing, ReportError, figure, write};
 use slipmap_format::{Contents, Provenance, Records, Series, Value};
 pub use slipmap_study::benchmark::{self, Cell, Errors, Kind, Labels, Row, Study};
 
-/// Adds the measurements of `scripts/peers`: from `path` if given, else from the newest of the files
+/// Adds the measurements of `scripts/study peers`: from `path` if given, else from the newest of the files
 /// `peers-*.csv` in `folder` that measured the same cells, or else from the newest of all.
 ///
 /// # Errors
@@ -100,7 +100,7 @@ fn notes(study: &Study) -> Vec<Rich> {
     )];
     notes.extend(study.peers.as_ref().map(|(file, same)| {
         Rich::foreign(&format!(
-            "Peers: measured by scripts/peers, {file}, on {}; cells near the boundary only where it counted them.",
+            "Peers: measured by scripts/study peers, {file}, on {}; cells near the boundary only where it counted them.",
             if *same { "the same cells" } else { "other cells" }
         ))
     }));
@@ -184,7 +184,7 @@ pub fn write_study(
     )
 }
 
-/// A file written by `scripts/peers`.
+/// A file written by `scripts/study peers`.
 struct PeerFile {
     path: PathBuf,
     /// Fingerprint of the table of cells, if they came from one.

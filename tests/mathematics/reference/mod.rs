@@ -1,4 +1,4 @@
-//! The reference tables of `tests/data`, made by `scripts/reference.py` in 150 to 200 bit arithmetic that
+//! The reference tables of `tests/data`, made by `scripts/evidence/reference.py` in 150 to 200 bit arithmetic that
 //! shares nothing with the crate. Their numbers are correct to f64 rounding, and so are the parameters:
 //! parsing a column gives the very f64 that the reference used.
 
@@ -83,7 +83,7 @@ pub fn critical_points() -> Vec<CriticalPoint> {
     rows("critical_damping.csv")
 }
 
-/// All rows of `columns.csv`, which `scripts/columns.c` wrote.
+/// All rows of `columns.csv`, which `scripts/evidence/columns.c` wrote.
 pub fn column_points() -> Vec<CriticalPoint> {
     rows("columns.csv")
 }

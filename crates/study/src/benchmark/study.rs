@@ -82,7 +82,7 @@ impl Study {
         }
     }
 
-    /// The cells as a table for `scripts/peers`.
+    /// The cells as a table for `scripts/study peers`.
     #[must_use]
     pub fn cells_csv(&self) -> String {
         let axes = self.grid.axes();

@@ -1,6 +1,6 @@
 """Maps of friction laws with a narrow feature, every cell against its own column.
 
-    scripts/outliers.py [--maps 500] [--program target/debug/slipmap]
+    scripts/study outliers [--maps 500]
 
 Tables with one outlier, and formulas with one narrow dip, bump, step or wave; their axis is the belt speed or the
 place of the feature. Each map is computed twice: as users
@@ -128,8 +128,8 @@ def compare(program, kind, seed, scratch):
 
 def main():
     parser = argparse.ArgumentParser()
+    parser.add_argument("program")
     parser.add_argument("--maps", type=int, default=500)
-    parser.add_argument("--program", default=pathlib.Path(__file__).parents[1] / "target/debug/slipmap")
     options = parser.parse_args()
     failed = False
     for kind in ("table", "formula"):

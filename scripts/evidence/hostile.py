@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
 """Formulas that cancel, and altered files behind a right seal, through the built program.
 
-    hostile.py SLIPMAP [NUMBER=1000] [SEED=1] [PART]
+    scripts/study hostile [NUMBER=1000] [SEED=1] [PART]
 
 NUMBER random formulas whose terms cancel through `probe`, `explore` (one server for all) and, every fifth, `run`: none may end
 the program, and only those that are 1 at rest in real numbers may be accepted (PART formulas). NUMBER maps (maps), altered by h5py and sealed again, and
 NUMBER certificates (certificates), each with one claim made wrong or one part made huge, through `check`, the maps through `plot` too: each is
-refused, within ten seconds of processor time and 500 MB. Needs h5py (scripts/requirements.txt). Exit code 0 if all holds.
+refused, within ten seconds of processor time and 500 MB. Exit code 0 if all holds.
 """
 
 import hashlib

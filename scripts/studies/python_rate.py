@@ -1,4 +1,8 @@
-"""The table of scripts/python_rate: python_rate.py RATE_PROGRAM OUT.md"""
+"""The speed of critical dampings from Python and from the engine itself, in one run with alternating passes, and of a law
+given as a Python function beside the built-in one.
+
+    scripts/study python_rate OUT.md
+"""
 
 import datetime
 import math
@@ -54,7 +58,7 @@ def main(program, out):
     text = [
         f"# Rates of the Python package, {datetime.date.today()}",
         "",
-        f"`scripts/python_rate`, slipmap {slipmap.__version__}, NumPy {np.__version__}, {os.cpu_count()} cores; "
+        f"`scripts/study python_rate`, slipmap {slipmap.__version__}, NumPy {np.__version__}, {os.cpu_count()} cores; "
         f"{PASSES} pairs of passes in turn, load of the machine {os.getloadavg()[0]:.1f}.",
         "",
         "| what | columns | seconds, best | ratio: median (range) |",

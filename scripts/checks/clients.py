@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Reads a map with xarray, h5py and ncdump, and recomputes its closed-form verdicts.
 
-    check_clients.py MAP.h5
+    scripts/checks/clients.py MAP.h5
 
 Opens the map with xarray (engines netcdf4 and h5netcdf), h5py and ncdump; checks dimensions, types,
 attributes and dimension scales as each of them sees them; recomputes every fingerprint of cells; and

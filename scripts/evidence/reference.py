@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 """Reference data for the tests, to 25 significant digits, by arithmetic that shares nothing with the crate.
 
-    python3 scripts/reference.py             writes tests/data/critical_damping.csv, margins.csv and law_dampings.csv
-    python3 scripts/reference.py --laws      writes law_dampings.csv alone
-    python3 scripts/reference.py --quick     recomputes a random handful of their rows; exit code 1 if one differs
-    python3 scripts/reference.py --theory    measures the orders in eps of the closed-form tests, and looks for
+    python3 scripts/evidence/reference.py             writes tests/data/critical_damping.csv, margins.csv and law_dampings.csv
+    python3 scripts/evidence/reference.py --laws      writes law_dampings.csv alone
+    python3 scripts/evidence/reference.py --quick     recomputes a random handful of their rows; exit code 1 if one differs
+    python3 scripts/evidence/reference.py --theory    measures the orders in eps of the closed-form tests, and looks for
                                              counterexamples to the theory's statements at every row
 
 Needs scripts/requirements.txt. The points come from a fixed seed and the arithmetic is correctly rounded, so the
@@ -38,7 +38,7 @@ from flow import (
     polar_log_radius,
 )
 
-DATA = Path(__file__).resolve().parent.parent / "tests" / "data"
+DATA = Path(__file__).resolve().parents[2] / "tests" / "data"
 SEED = 20260413
 LAW_COLUMNS = ["kind", "law", "V", "critical"]
 FORMULAS, TABLES = 200, 100
@@ -151,7 +151,7 @@ def critical_table():
         worst = max(worst, error)
     header = [
         "Critical damping c*: the damping at which the grazing margin of the orbit from the exit point vanishes.",
-        f"Made by scripts/reference.py, seed {SEED}; each parameter is the f64 nearest to its decimals.",
+        f"Made by scripts/evidence/reference.py, seed {SEED}; each parameter is the f64 nearest to its decimals.",
         "Box: epsilon in [3e-4, 0.4] (log), alpha in [0, 0.95], beta in [0, 0.6], gamma in [0.2, 5], V in [0.1, 2].",
         f"{CRITICAL_POINTS} points with c* > 0.01, then {SMALL_CRITICAL_POINTS} with 1e-4 < c* < 0.01 (beta chosen to bring them there).",
         f"Dropped: {tally['c* <= 0']} without c* > 0, {tally['c* in (0, 0.01]']} with c* in (0, 0.01], "
@@ -232,7 +232,7 @@ def margin_table():
         "is singular; the others are blank where the orbit has no such event.",
         "fate: sticks (0 < w < 2), sticks_from_above (it crosses once and sticks at its return), crosses_forever (it",
         f"does not, nor in {loops} further loops), inward (it never comes back to the belt line).",
-        f"Made by scripts/reference.py, seed {SEED}; each parameter is the f64 nearest to its decimals.",
+        f"Made by scripts/evidence/reference.py, seed {SEED}; each parameter is the f64 nearest to its decimals.",
         f"{MARGIN_POINTS['box']} points of epsilon in [1e-3, 1] (log), alpha in [0, 1], beta in [0, 1], gamma in [0, 10], c in [0, 3],",
         f"V in [0.1, 10] (log); {MARGIN_POINTS['weak']} of the same box with beta and c gathered near 0; {MARGIN_POINTS['fast']} with alpha in [0, 0.3],",
         "beta in [0, 0.003], c in [0, 0.2], V in [5, 20]; in all of these one in ten at each of the limits alpha = 0 or 1,",
@@ -250,7 +250,7 @@ def law_table(formulas=FORMULAS, tables=TABLES):
     rows, worst = laws.rows(random.Random(SEED + 2), formulas, tables)
     header = [
         "eps c* of random friction laws: formulas in the slip speed u, and tables as slip speed:friction pairs.",
-        f"Made by scripts/reference.py, seed {SEED + 2}; {len(rows)} laws and belt speeds V in [0.1, 3] (log) with eps c* > 0.001",
+        f"Made by scripts/evidence/reference.py, seed {SEED + 2}; {len(rows)} laws and belt speeds V in [0.1, 3] (log) with eps c* > 0.001",
         "and no node on the way; eps = 1. Each number is the f64 nearest to its decimals.",
         f"Largest relative disagreement of two accuracies: {worst:.1e}.",
     ]
@@ -307,7 +307,7 @@ def quick(seed, count=6):
         if row["fate"] != orbit.fate or not all(numbers):
             wrong += 1
             print(f"margins.csv {row}: recomputed {orbit}")
-    # Rows written by scripts/columns.c.
+    # Rows written by scripts/evidence/columns.c.
     rough, sharp = Accuracy(80, 18, "1e-15", "0.5"), Accuracy(110, 26, "1e-24", "0.4")
     for row in rng.sample(read("columns.csv"), count):
         critical = grazing_damping(point_of(row), rough, sharp)

@@ -1,6 +1,6 @@
 /* Critical dampings of columns that are hard to solve, in 113-bit arithmetic that shares nothing with the crate.
  *
- *     cc -O2 -o columns scripts/columns.c -lquadmath -lm
+ *     cc -O2 -o columns scripts/evidence/columns.c -lquadmath -lm
  *     ./columns 1200 20260415 > tests/data/columns.csv
  *     ./columns 10000 7 > others.csv; SLIPMAP_COLUMNS=$PWD/others.csv cargo test --test mathematics columns:: -- --ignored
  *
@@ -8,7 +8,7 @@
  * series: foci and nodes are the same to it. c* is where its first maximum of v is V. It is sought in 80-bit arithmetic, by
  * bisection and regula falsi between the bounds from the even part of D; 113-bit arithmetic then shows the opposite signs
  * of the maximum less V on both sides of it, and ends with regula falsi between them. Units: v in belt speeds, C = eps c.
- * Every tenth root is found again at another order and step length. scripts/reference.py --quick recomputes rows in MPFR by
+ * Every tenth root is found again at another order and step length. scripts/evidence/reference.py --quick recomputes rows in MPFR by
  * a program of its own.
  */
 #include <math.h>
@@ -112,7 +112,7 @@ int main(int argc, char **argv) {
     int count = argc > 1 ? atoi(argv[1]) : 0;
     state = argc > 2 ? strtoull(argv[2], NULL, 10) : 0;
     printf("# Critical damping c* of columns that are hard to solve, by the (v, w) flow in 113-bit arithmetic.\n"
-           "# Made by scripts/columns.c %d %llu; each parameter is the f64 nearest to its decimals.\n"
+           "# Made by scripts/evidence/columns.c %d %llu; each parameter is the f64 nearest to its decimals.\n"
            "# Log-uniform in A = eps gamma (1-alpha) and k = eps gamma V, turn by turn:\n", count, (unsigned long long)state);
     for (int i = 0; i < 4; i++)
         printf("# %d in 20: %s, A in [%g, %g], k in [%g, %g]\n", KINDS[i].share, KINDS[i].name, KINDS[i].a[0],

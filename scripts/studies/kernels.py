@@ -1,6 +1,8 @@
 """Time, right-hand sides and arithmetic per answer of each kernel, beside the machine's own limit.
 
-Called by scripts/kernels with the path of the bench `limits`. Time is processor time of one thread, the least of 15
+    scripts/study kernels [--date YYYY-MM-DD]
+
+Time is processor time of one thread, the least of 15
 passes over the same random cells of the box in which speeds are quoted. Instructions are counted by callgrind as the
 difference of two runs, of N and 2N cells, so that making tables does not count, and sorted by their mnemonics.
 
@@ -20,7 +22,7 @@ import tempfile
 from collections import Counter
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parent.parent
+ROOT = Path(__file__).resolve().parents[2]
 # Kernel, cells that are timed, cells that are counted.
 KERNELS = [
     ("instability", 1 << 16, 1 << 14), ("symmetric", 1 << 16, 1 << 14), ("universal_surface", 1 << 14, 1 << 12),

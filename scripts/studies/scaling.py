@@ -1,6 +1,8 @@
 """Scaling of the cost of a map: n nodes on each of five axes, n^5 cells in n^4 columns.
 
-Called by scripts/scaling with the path of the program and the numbers of nodes. Every map is made with one thread and
+    scripts/study scaling [n ...]              # 16 24 32 48 64 unless told; a GB of disk for n = 64
+
+n^5 cells at one epsilon, all seven verdicts. Every map is made with one thread and
 with two, and every variable of the two files is compared by the fingerprint of its data that the file holds. The work
 of `simulation` should grow like the columns, n^4, while there are n^5 cells to fill and to write.
 
@@ -23,7 +25,7 @@ from pathlib import Path
 
 import h5py
 
-ROOT = Path(__file__).resolve().parent.parent
+ROOT = Path(__file__).resolve().parents[2]
 CONFIG = """
 title = "n^5 cells at one epsilon"
 [friction]

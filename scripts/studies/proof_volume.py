@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Proved volumes of the box of configs/validated.toml against processor time: lower bounds of present and absent, an upper one of undecided.
 
-    cargo build --release && python3 scripts/proof_volume.py target/release/slipmap > results/validated/volume.csv
+    scripts/study proof_volume > results/validated/volume.csv
 
 Each row is a run of its own, on all cores. `boxes` is the number of boxes tried: that of the key `boxes`, or one more, since
 the two halves of a box are tried together.
@@ -15,7 +15,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parent.parent
+ROOT = Path(__file__).resolve().parents[2]
 BOXES = [1, 2, 4, 8, 16, 32]
 
 

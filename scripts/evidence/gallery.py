@@ -2,7 +2,7 @@
 """Shares of initial states that tend to the equilibrium, for docs/gallery.md: results/gallery/bstab2021.csv.
 
     slipmap run configs/gallery/bstab2021.toml
-    scripts/gallery.py results/bstab2021.h5 > results/gallery/bstab2021.csv
+    scripts/study gallery results/bstab2021.h5 > results/gallery/bstab2021.csv
 
 What settles at rest is the inside of the unstable slip cycle. The map stores the cycle's largest velocity; one turn from
 there by the classical Runge-Kutta method, in 20,000 steps, gives its area within the published box of starts.

@@ -1,4 +1,4 @@
-"""Measurements on the theory's statements, in reference arithmetic: `python3 scripts/reference.py --theory`.
+"""Measurements on the theory's statements, in reference arithmetic: `python3 scripts/evidence/reference.py --theory`.
 
 Prints the leading constants in eps of the closed-form tests, and tries every statement that a row of the tables can
 contradict. Exit code 1 if one is contradicted.

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Recomputes every number in the tables of a report from its map, and opens the files with other programs.
 
-    check_report.py MAP.h5 REPORT [--study DIR] [--figure F.png]
+    scripts/checks/report.py MAP.h5 REPORT [--study DIR] [--figure F.png]
 
 REPORT is the folder of `slipmap report MAP.h5`. Only h5py and numpy read the map, and nothing is shared with the program:
 volumes are sums of weights of nodes here and of boxes there, errors come from sorting here and from histograms

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Checks the pages of slipmap in a browser: on a phone, on a screen and on paper.
 
-    check_pages.py PAGE.html [--most-pages N] [--pictures FOLDER]
+    scripts/checks/pages.py PAGE.html [--most-pages N] [--pictures FOLDER]
 
 Debian's chromium shows the page at 420 and at 1200 pixels and prints it to A4. It fails if anything but tables and listings
 is wider than the window, if a printed page holds columns of single letters (words that were broken to fit), or if there are more

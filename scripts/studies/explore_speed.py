@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """How long `slipmap explore` takes from a request to the painted plane, and what it weighs.
 
-    explore_speed.py SLIPMAP [--out results/explore/speed.csv] [--points 512]
+    scripts/study explore_speed [--out results/explore/speed.csv] [--points 512]
 
 In Debian's chromium, the page's own code asks for a picture and paints it: milliseconds of the fastest of five, and milliseconds of
 the program's processor time. For each law with the damping as an axis and without it; the behaviour (`regime`) and the verdict of the simulation.
@@ -14,8 +14,10 @@ import os
 import sys
 from pathlib import Path
 
-import check_explore
 from playwright.sync_api import sync_playwright
+
+sys.path.append(str(Path(__file__).parents[1] / "checks"))
+import explore
 
 TABLE = "".join(f"{u / 4},{0.5 + 0.5 * 2.718281828 ** (-u / 2)}\n" for u in range(33))
 LAWS = [
@@ -48,13 +50,13 @@ def main():
     parser.add_argument("--out", type=Path, default=Path("results/explore/speed.csv"))
     parser.add_argument("--points", type=int, default=512)
     arguments = parser.parse_args()
-    server = check_explore.Server(arguments.slipmap)
+    server = explore.Server(arguments.slipmap)
     rows = []
     with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path="/usr/bin/chromium", args=check_explore.FLAGS)
+        browser = playwright.chromium.launch(executable_path="/usr/bin/chromium", args=explore.FLAGS)
         page = browser.new_page()
-        page.goto(server.address + check_explore.STRIBECK)
-        check_explore.settle(page)
+        page.goto(server.address + explore.STRIBECK)
+        explore.settle(page)
         for name, law, at, other in LAWS:
             for up, end in (("c", 0.5), (other, 1.0)):
                 for show in ("regime", "verdict_simulation"):

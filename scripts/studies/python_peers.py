@@ -1,6 +1,6 @@
 """One question put to three Python packages: stick-slip or not over 200 x 200 belt speeds and dampings?
 
-    python_peers.py OUT.md
+    scripts/studies/python_peers.py OUT.md
 
 The law is phi = 0.5 + 0.5 exp(-u), epsilon 1. Each function below is what a user writes; its lines are
 counted, its answer is compared with that of the engine `direct`, which shares nothing with the engine that

@@ -1,4 +1,9 @@
-"""Random legal configurations over the whole range of doubles through every command; see scripts/extremes."""
+"""Random legal configurations over the whole range of doubles through run, check, report, plot and probe.
+
+    scripts/study extremes [NUMBER=1000] [SEED=1]
+
+Each command must end within ten seconds of processor time and 1 GiB, or give the reason for a refusal; none may panic.
+"""
 
 import os
 import random
@@ -83,7 +88,8 @@ def run(program, arguments, folder):
 
 
 def main():
-    program, count, seed = os.path.abspath(sys.argv[1]), int(sys.argv[2]), int(sys.argv[3])
+    program = os.path.abspath(sys.argv[1])
+    count, seed = (int(given) for given in [*sys.argv[2:4], *["1000", "1"][len(sys.argv) - 2 :]])
     rng = random.Random(seed)
     problems, slowest, largest, ends = 0, {}, {}, {}
     for i in range(count):

@@ -1,4 +1,6 @@
-"""Processor time of the same map for different friction laws. Called by scripts/law_costs.
+"""Processor time of the same map for different friction laws.
+
+    scripts/study law_costs [--date YYYY-MM-DD] [--large]
 
 Maps of 512 columns with 20 dampings each, seven methods, the fields `critical_c` and `regime`, one thread, no audit;
 with --large also maps of 8,000 columns with 50 dampings (400,000 cells) on two threads. Each is run three times and the
@@ -16,7 +18,7 @@ import tempfile
 import time
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parent.parent
+ROOT = Path(__file__).resolve().parents[2]
 COLUMNS = ["law", "columns", "cells", "threads", "processor_seconds", "wall_seconds", "ratio"]
 RUNS = 3
 

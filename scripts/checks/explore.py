@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """What a browser makes of `slipmap explore`: every part of the page, used as people use it.
 
-    check_explore.py SLIPMAP [--pictures FOLDER] [--assets FOLDER] [--only NAME]
+    scripts/checks/explore.py SLIPMAP [--pictures FOLDER] [--assets FOLDER] [--only NAME]
 
 Debian's chromium, driven by playwright, opens the page of a program that this script starts. FOLDER of --pictures receives what
 was seen; with --assets the page's own files come from a folder instead of from the program, for work on them. Exit code 0 if all
@@ -506,7 +506,7 @@ def everything_can_be_taken_along(session):
 
 
 def a_machine_is_in_si_units(session):
-    config = Path(__file__).parent.parent / "configs" / "brake_pad.toml"
+    config = Path(__file__).parents[2] / "configs" / "brake_pad.toml"
     server = Server(session.program, str(config))
     session.server, usual = server, session.server
     page = session.open()

@@ -1,6 +1,9 @@
 """Other integrators on the problem of this project: the grazing margin m/V of many cells, at equal accuracy.
 
-Called by scripts/peers. With --cells-from, peers answer the cells of `slipmap work-precision` at several tolerances, and
+    scripts/study peers [--cells N] [--date YYYY-MM-DD]
+    scripts/study peers --cells-from CELLS.csv     # for the chart of slipmap work-precision, which writes cells.csv
+
+With --cells-from, peers answer the cells of `slipmap work-precision` at several tolerances, and
 the result is for its chart; the rest of this text is about the table made without it. Every peer answers the same random cells of the box below; its tolerance is the loosest of a
 ladder at which the largest error over its cells is at most `TARGET`, so that times compare at equal accuracy.
 Errors are against the (v, w) flow in 100-bit Taylor arithmetic (flow.py), good to 1e-18 here. Times are processor
@@ -24,9 +27,10 @@ from pathlib import Path
 
 import numpy as np
 
+sys.path.append(str(Path(__file__).parents[1] / "evidence"))
 from flow import Accuracy, Point, follow
 
-ROOT = Path(__file__).resolve().parent.parent
+ROOT = Path(__file__).resolve().parents[2]
 TARGET = 1e-9
 LADDER = [10.0 ** (-k / 2) for k in range(10, 28)]
 CHART = [1e-3, 1e-5, 1e-7, 1e-9, 1e-11, 1e-13]
@@ -266,9 +270,9 @@ class ScipyVerdict:
 
 
 class Crate:
-    """A Rust crate (or our own engine) through scripts/peers-rs."""
+    """A Rust crate (or our own engine) through scripts/studies/peers-rs."""
 
-    program = ROOT / "target/peers-rs/release/peers"
+    program = None  # of the command line
     lanes = 1
 
     def __init__(self, package, form, name=None, program_name=None):
@@ -316,7 +320,7 @@ class OwnMap(Crate):
 
 
 def crate_version(package):
-    lock = (ROOT / "scripts/peers-rs/Cargo.lock").read_text()
+    lock = (ROOT / "scripts/studies/peers-rs/Cargo.lock").read_text()
     return re.search(rf'name = "{package}"\nversion = "([^"]+)"', lock).group(1)
 
 
@@ -457,10 +461,12 @@ def machine():
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("program", type=Path)
     parser.add_argument("--cells", type=int, default=4096, help="cells for the fast peers; the slow take a fraction")
     parser.add_argument("--date", default=datetime.date.today().isoformat(), help="date in the result's name")
     parser.add_argument("--cells-from", type=Path, metavar="CELLS.csv", help="cells.csv of slipmap work-precision")
     args = parser.parse_args()
+    Crate.program = args.program
     if hasattr(os, "sched_setaffinity"):
         os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})  # one core for everything, children included
 
