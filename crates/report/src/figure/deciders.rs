@@ -6,14 +6,14 @@ use super::super::text::{Rich, rich};
 use super::super::units::View;
 use super::super::{Report, ReportError, SIMULATION};
 use super::data::Data;
-use super::exact::boundary;
+use super::bifurcations::boundary;
 use super::legend::{Legend, Sample};
-use super::panels::{Panel, Panels};
+use super::panels::Panels;
 use super::region::outlines;
-use super::scene::{Fill, Rect};
+use super::scene::Fill;
 use super::slice::Slice;
 use super::verdict_panels::{
-    EXACT, FEWEST_NODES, cell_columns, chosen_epsilons, draw_curves, failed_words, main_plane, method_title,
+    EXACT, FEWEST_NODES, cell_columns, chosen_epsilons, draw_exact, failed_words, main_plane, method_title,
 };
 use super::{Figure, at_each_width, palette, slice::equals};
 use slipmap_map::map::Verdict;
@@ -70,9 +70,7 @@ pub(crate) fn deciders(view: &View, report: &Report) -> Result<Option<Figure>, R
         1 => slices[0].0.held(),
         _ => slices[0].0.held_but_epsilon(),
     };
-    // Searched once, in a panel of unit size.
-    let unit = Panel { rect: Rect { x: 0.0, y: 0.0, w: 1.0, h: 1.0 }, x: x_scale, y: y_scale };
-    let exact: Vec<_> = slices.iter().map(|(slice, ..)| boundary(slice, &unit)).collect();
+    let exact: Vec<_> = slices.iter().map(|(slice, ..)| boundary(slice)).collect();
     let scenes = at_each_width(|scene, width| {
         let columns = width.select(1, 2);
         let panels = Panels::below(scene, &held, columns, slices.len(), 0.66, (x_scale, y_scale));
@@ -83,7 +81,7 @@ pub(crate) fn deciders(view: &View, report: &Report) -> Result<Option<Figure>, R
                 used[kind] |= !areas.is_empty();
                 scene.area(&areas, *fill);
             }
-            draw_curves(scene, curves, &unit, panel);
+            draw_exact(scene, curves, panel);
             if slices.len() > 1 {
                 panel.title(scene, &equals("epsilon", map.grid().axes()[0].values[slice.index[0]]));
             }
@@ -91,7 +89,7 @@ pub(crate) fn deciders(view: &View, report: &Report) -> Result<Option<Figure>, R
         panels.axes(scene, &x_name, &y_name);
         let mut legend = Legend::default();
         legend.add_used(&kinds, &used);
-        if exact.iter().any(|curves| !curves.is_empty()) {
+        if exact.iter().any(|exact| !exact.curves.is_empty()) {
             legend.add(Sample::Line(EXACT), rich("exact boundary"));
         }
         legend.below(scene, panels.panels[0].rect.x, panels.bottom);

@@ -10,7 +10,6 @@ pub(crate) mod data;
 pub(crate) mod deciders;
 pub mod diagram;
 pub(crate) mod errors;
-pub(crate) mod exact;
 pub(crate) mod legend;
 pub mod lines;
 pub(crate) mod orbit;

@@ -6,7 +6,7 @@ use super::super::text::{Rich, rich};
 use super::super::units::{View, join};
 use super::super::{ReportError, SIMULATION};
 use super::data::{Data, Values};
-use super::exact::boundary;
+use super::bifurcations::{boundary, places};
 use super::legend::{Legend, Sample};
 use super::lines::letter;
 use super::palette;
@@ -17,7 +17,7 @@ use super::scene::{Fill, Place, Scene, Stroke, Width};
 use super::slice::{Slice, picks};
 use super::{Figure, at_each_width};
 use slipmap_format::MapFile;
-use slipmap_map::map::{Axis, Verdict};
+use slipmap_map::map::{Axis, PlaneCurves, Verdict};
 use slipmap_numbers::text::count;
 use slipmap_simulate::critical_damping;
 
@@ -236,7 +236,7 @@ fn figure(slice: &Slice) -> Result<Figure, ReportError> {
     let held = slice.held();
     let heading = join([held.clone(), words("not drawn, because undecided everywhere: ")]);
     let looks = Claim::ALL.map(Claim::look);
-    let mut exact: Option<(Panel, Vec<Vec<Place>>)> = None;
+    let exact = boundary(slice);
     let scenes = at_each_width(|scene, width| {
         let columns = width.select(2, 4);
         let panels = Panels::below(scene, &heading, columns, shown.len(), 0.78, (x_scale, y_scale));
@@ -253,20 +253,19 @@ fn figure(slice: &Slice) -> Result<Figure, ReportError> {
             };
             let edge: Vec<Place> = edges[m].iter().map(|&(x, c)| panel.place(x, c)).collect();
             edged |= has_edge(&edges[m]);
-            // The boundary is searched once and transformed from panel to panel.
-            let (drawn, curves) = exact.get_or_insert_with(|| (*panel, boundary(slice, panel)));
+            let (edge, curves) = ([edge], places(&exact, panel));
             draw(scene, false);
-            draw_lines(scene, std::slice::from_ref(&edge), panel, panel, &[HALO]);
-            draw_lines(scene, curves, drawn, panel, &[HALO]);
+            draw_lines(scene, &edge, panel, &HALO);
+            draw_lines(scene, &curves, panel, &HALO);
             draw(scene, true);
-            draw_lines(scene, &[edge], panel, panel, &[OWN_EDGE]);
-            draw_lines(scene, curves, drawn, panel, &[EXACT]);
+            draw_lines(scene, &edge, panel, &OWN_EDGE);
+            draw_lines(scene, &curves, panel, &EXACT);
             panel.title(scene, &letter(number).then(method_title(&methods[m].name)));
         }
         panels.axes(scene, &x_name, &y_name);
         let mut legend = Legend::default();
         legend.add_used(&looks, &used);
-        if exact.as_ref().is_some_and(|(_, curves)| !curves.is_empty()) {
+        if !exact.curves.is_empty() {
             legend.add(Sample::Line(EXACT), rich("exact boundary"));
         }
         if edged {
@@ -294,10 +293,10 @@ fn figure(slice: &Slice) -> Result<Figure, ReportError> {
             .then(label(y).name)
             .then(" at ")
             .then(held)
-            .then(match exact.is_some_and(|(_, curves)| !curves.is_empty()) {
-                true => ". Black curve: the exact boundary of the stick-slip region, by root-finding on the simulated flow.",
+            .then(match !exact.curves.is_empty() {
+                true => ". Black curve: the exact boundary of the stick-slip region, by continuation.",
                 false => {
-                    ". Without the exact boundary: there is none here, or to find it would take too long. `slipmap run \
+                    ". Without the exact boundary: there is none here, or to find it would take too long. `slipmap plot \
                      --curves` follows it."
                 }
             })
@@ -335,34 +334,16 @@ pub(super) fn cell_columns(slice: &Slice, panels: usize) -> Data {
     Data::default().reals(x.header(), xs.repeat(panels)).reals(y.header(), ys.repeat(panels))
 }
 
-/// A position of one panel in another one with the same scales.
-fn moved((x, y): Place, from: &Panel, to: &Panel) -> Place {
-    let unit = ((x - from.rect.x) / from.rect.w, (y - from.rect.y) / from.rect.h);
-    (to.rect.x + unit.0 * to.rect.w, to.rect.y + unit.1 * to.rect.h)
-}
-
 pub(super) fn method_title(name: &str) -> Rich {
     Rich::foreign(&name.replace('_', " "))
 }
 
-/// Draws boundaries that were searched in another panel with the same scales.
-pub(super) fn draw_curves(scene: &mut Scene, curves: &[Vec<Place>], from: &Panel, to: &Panel) {
-    draw_lines(scene, curves, from, to, &[HALO, EXACT]);
+/// Draws the exact boundary of a slice into its panel.
+pub(super) fn draw_exact(scene: &mut Scene, exact: &PlaneCurves, panel: &Panel) {
+    let curves = places(exact, panel);
+    [HALO, EXACT].iter().for_each(|stroke| draw_lines(scene, &curves, panel, stroke));
 }
 
-/// Draws curves of one panel into another one with each of `strokes`.
-fn draw_lines(scene: &mut Scene, curves: &[Vec<Place>], from: &Panel, to: &Panel, strokes: &[Stroke]) {
-    scene.clipped(to.rect, |scene| {
-        for curve in curves {
-            let moved: Vec<Place> = curve.iter().map(|place| moved(*place, from, to)).collect();
-            strokes.iter().for_each(|stroke| scene.line(&moved, stroke));
-        }
-    });
-}
-
-/// Draws the exact boundary of a slice into its panel; `false` if there is none.
-pub(super) fn draw_exact(scene: &mut Scene, slice: &Slice, panel: &Panel) -> bool {
-    let curves = boundary(slice, panel);
-    draw_curves(scene, &curves, panel, panel);
-    !curves.is_empty()
+fn draw_lines(scene: &mut Scene, curves: &[Vec<Place>], panel: &Panel, stroke: &Stroke) {
+    scene.clipped(panel.rect, |scene| curves.iter().for_each(|curve| scene.line(curve, stroke)));
 }
