@@ -87,8 +87,8 @@ fn stored_curves_are_those_of_their_planes_and_are_drawn() {
     assert_eq!(scratch.read("asked.csv").lines().count(), 1 + map.curves()[0].points());
 
     scratch.run(&["report", "map.h5"]).ends_with(0);
-    assert!(scratch.read("map-report/figures/curves-V-c-1col.svg").contains(">landing"));
-    assert!(!scratch.read("map-report/figures/curves-c-gamma-1col.svg").contains(">landing"));
+    assert!(scratch.read("map-report/figures/curves-V-c.svg").contains(">landing"));
+    assert!(!scratch.read("map-report/figures/curves-c-gamma.svg").contains(">landing"));
 }
 
 #[test]

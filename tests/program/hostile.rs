@@ -56,7 +56,7 @@ pub fn bounded(scratch: &Scratch, arguments: &[&str]) -> Run {
 
 /// The command that draws a map.
 pub const PLOT: [&str; 10] =
-    ["plot", "map.h5", "--x", "gamma", "--y", "c", "--out", "plot.svg", "--overwrite", "--columns=1"];
+    ["plot", "map.h5", "--x", "gamma", "--y", "c", "--out", "plot.svg", "--overwrite", "--width=one-column"];
 
 /// A copy of the valid map as `map.h5`, changed by `spoil`.
 pub fn damaged_copy(scratch: &Scratch, spoil: impl FnOnce(&File)) {

@@ -15,7 +15,7 @@ use super::plot::{self, At, Plot};
 use super::region::outlines;
 use super::scene::{Fill, Place, Scene, Stroke, Width};
 use super::slice::{Slice, picks};
-use super::{Figure, at_each_width};
+use super::Figure;
 use slipmap_format::MapFile;
 use slipmap_map::map::{Axis, PlaneCurves, Verdict};
 use slipmap_numbers::text::count;
@@ -107,7 +107,7 @@ pub(crate) fn chosen_epsilons(map: &MapFile) -> Vec<usize> {
     (0..MOST_EPSILONS).map(|i| i * (count - 1) / (MOST_EPSILONS - 1)).collect()
 }
 
-pub(crate) fn verdict_panels(view: &View) -> Result<Vec<Figure>, ReportError> {
+pub(crate) fn verdict_panels(view: &View, width: Width) -> Result<Vec<Figure>, ReportError> {
     let map = view.map;
     let axes = map.grid().axes();
     let c = axes.len() - 1;
@@ -116,7 +116,7 @@ pub(crate) fn verdict_panels(view: &View) -> Result<Vec<Figure>, ReportError> {
     let nodes = |axis: usize| axes[axis].values.len();
     if nodes(x).min(nodes(y)) < FEWEST_NODES {
         let (over, other) = if nodes(x) >= nodes(y) { (x, y) } else { (y, x) };
-        return over_one_axis(view, over, other, &index);
+        return over_one_axis(view, over, other, &index, width);
     }
     let mut planes = vec![(x, y, index.clone())];
     // A second plane, across the law's parameters and V at fixed c.
@@ -133,7 +133,7 @@ pub(crate) fn verdict_panels(view: &View) -> Result<Vec<Figure>, ReportError> {
         for epsilon in epsilons {
             let mut index = index.clone();
             index[0] = epsilon;
-            figures.push(figure(&Slice::new(view, x, y, index))?);
+            figures.push(figure(&Slice::new(view, x, y, index), width)?);
         }
     }
     Ok(figures)
@@ -155,6 +155,7 @@ fn over_one_axis(
     over: usize,
     other: usize,
     index: &[usize],
+    width: Width,
 ) -> Result<Vec<Figure>, ReportError> {
     let (map, axes) = (view.map, view.map.grid().axes());
     if axes[over].values.len() < 2 {
@@ -173,7 +174,7 @@ fn over_one_axis(
             (axis.name.clone(), nodes.iter().map(|node| node * view.axis(axis).factor).collect())
         };
         let at: Vec<At> = axes.iter().enumerate().filter(|(i, _)| *i != over).map(at).collect();
-        let (x, width, variables) = (&axes[over].name, Width::OneColumn, &variables[..]);
+        let (x, variables) = (&axes[over].name, &variables[..]);
         let wanted = Plot { x, y: None, at: &at, variables, panels: None, curves: false, width };
         let name = match epsilons.len() {
             1 => format!("slice-{x}"),
@@ -202,7 +203,7 @@ fn has_edge(edge: &[(f64, f64)]) -> bool {
     edge.iter().filter(|(_, c)| c.is_finite()).count() > 1
 }
 
-fn figure(slice: &Slice) -> Result<Figure, ReportError> {
+fn figure(slice: &Slice, width: Width) -> Result<Figure, ReportError> {
     let map = slice.view.map;
     let methods = map.methods();
     let codes = methods
@@ -237,42 +238,41 @@ fn figure(slice: &Slice) -> Result<Figure, ReportError> {
     let heading = join([held.clone(), words("not drawn, because undecided everywhere: ")]);
     let looks = Claim::ALL.map(Claim::look);
     let exact = boundary(slice);
-    let scenes = at_each_width(|scene, width| {
-        let columns = width.select(2, 4);
-        let panels = Panels::below(scene, &heading, columns, shown.len(), 0.78, (x_scale, y_scale));
-        let mut used = vec![false; looks.len()];
-        let mut edged = false;
-        for (number, (&m, panel)) in shown.iter().zip(&panels.panels).enumerate() {
-            let mut draw = |scene: &mut Scene, wrong: bool| {
-                for (n, known) in Claim::ALL.into_iter().enumerate().filter(|(_, it)| it.is_wrong() == wrong)
-                {
-                    let areas = outlines(panel, &x_edges, &y_edges, |i, j| claim(m, i, j) == known);
-                    used[n] |= !areas.is_empty();
-                    scene.area(&areas, looks[n].0);
-                }
-            };
-            let edge: Vec<Place> = edges[m].iter().map(|&(x, c)| panel.place(x, c)).collect();
-            edged |= has_edge(&edges[m]);
-            let (edge, curves) = ([edge], places(&exact, panel));
-            draw(scene, false);
-            draw_lines(scene, &edge, panel, &HALO);
-            draw_lines(scene, &curves, panel, &HALO);
-            draw(scene, true);
-            draw_lines(scene, &edge, panel, &OWN_EDGE);
-            draw_lines(scene, &curves, panel, &EXACT);
-            panel.title(scene, &letter(number).then(method_title(&methods[m].name)));
-        }
-        panels.axes(scene, &x_name, &y_name);
-        let mut legend = Legend::default();
-        legend.add_used(&looks, &used);
-        if !exact.curves.is_empty() {
-            legend.add(Sample::Line(EXACT), rich("exact boundary"));
-        }
-        if edged {
-            legend.add(Sample::Line(OWN_EDGE), rich("the method's own critical damping"));
-        }
-        legend.below(scene, panels.panels[0].rect.x, panels.bottom);
-    });
+    let mut scene = Scene::new(width.points(), 0.0);
+    let columns = width.select(2, 4);
+    let panels = Panels::below(&mut scene, &heading, columns, shown.len(), 0.78, (x_scale, y_scale));
+    let mut used = vec![false; looks.len()];
+    let mut edged = false;
+    for (number, (&m, panel)) in shown.iter().zip(&panels.panels).enumerate() {
+        let mut draw = |scene: &mut Scene, wrong: bool| {
+            for (n, known) in Claim::ALL.into_iter().enumerate().filter(|(_, it)| it.is_wrong() == wrong)
+            {
+                let areas = outlines(panel, &x_edges, &y_edges, |i, j| claim(m, i, j) == known);
+                used[n] |= !areas.is_empty();
+                scene.area(&areas, looks[n].0);
+            }
+        };
+        let edge: Vec<Place> = edges[m].iter().map(|&(x, c)| panel.place(x, c)).collect();
+        edged |= has_edge(&edges[m]);
+        let (edge, curves) = ([edge], places(&exact, panel));
+        draw(&mut scene, false);
+        draw_lines(&mut scene, &edge, panel, &HALO);
+        draw_lines(&mut scene, &curves, panel, &HALO);
+        draw(&mut scene, true);
+        draw_lines(&mut scene, &edge, panel, &OWN_EDGE);
+        draw_lines(&mut scene, &curves, panel, &EXACT);
+        panel.title(&mut scene, &letter(number).then(method_title(&methods[m].name)));
+    }
+    panels.axes(&mut scene, &x_name, &y_name);
+    let mut legend = Legend::default();
+    legend.add_used(&looks, &used);
+    if !exact.curves.is_empty() {
+        legend.add(Sample::Line(EXACT), rich("exact boundary"));
+    }
+    if edged {
+        legend.add(Sample::Line(OWN_EDGE), rich("the method's own critical damping"));
+    }
+    legend.below(&mut scene, panels.panels[0].rect.x, panels.bottom);
     let epsilon = match slice.x {
         0 => String::new(),
         _ => format!("-{}", slice.index[0] + 1),
@@ -304,7 +304,7 @@ fn figure(slice: &Slice) -> Result<Figure, ReportError> {
             .then(rich(if empty.is_empty() { "" } else { "." }))
             .then(slice.thinned_words())
             .then(failed_words("verdicts", codes.iter().flatten().map(|code| *code == Verdict::Failed.code()))),
-        scenes,
+        scene,
         data,
     })
 }
