@@ -78,8 +78,8 @@ pub(super) fn open(path: &Path) -> Result<MapFile, Failure> {
     let map = MapFile::open(path).map_err(|error| unreadable(&error))?;
     if !map.sealed {
         say(&format!(
-            "note: {} has no seal, since another program has written to it or copied it; each of its cells and \
-             attributes was compared with its fingerprint instead",
+            "note: {} has no seal, since another program has written to it or copied it; its cells were \
+             compared with their fingerprints instead, its attributes are taken as they are",
             path.display()
         ));
     }
