@@ -1,4 +1,4 @@
-"""Fingerprints of maps, as the program computes them: of cells, of attributes, of the whole file.
+"""Fingerprints of maps, as the program computes them: of cells, of the whole file.
 
 That of a variable is the SHA-256 of its tiles' fingerprints, row-major, each the SHA-256 of the tile's cells,
 little-endian, with one bit pattern for NaN.
@@ -8,15 +8,12 @@ from __future__ import annotations
 
 import hashlib
 import itertools
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 
 SEAL = b"\nslipmap seal, sha256 of every byte before this line: "
-ATTRIBUTES = "sha256_attributes"
-# These tie variables to their dimensions; they hold references, not values.
-STRUCTURAL = ("CLASS", "NAME", "DIMENSION_LIST", "REFERENCE_LIST")
 
 
 def of_values(values: Any, tile: Iterable[int] | None = None) -> str:
@@ -36,36 +33,6 @@ def _bytes(cells: np.ndarray) -> bytes:
     else:
         cells = cells.astype(cells.dtype.newbyteorder("<"))
     return np.ascontiguousarray(cells).tobytes()
-
-
-def of_attributes(attributes: Mapping[str, Any]) -> str:
-    """Fingerprint of an object's attributes, its own fingerprint left out."""
-    digest = hashlib.sha256()
-
-    def piece(content: bytes) -> None:
-        digest.update(len(content).to_bytes(8, "little"))
-        digest.update(content)
-
-    for name in sorted(attributes, key=lambda name: name.encode()):
-        if name == ATTRIBUTES or name in STRUCTURAL:
-            continue
-        value = attributes[name]
-        if isinstance(value, bytes):
-            value = value.decode()
-        if isinstance(value, str):
-            kind, content = b"t", value.encode()
-        else:
-            numbers = np.asarray(value)
-            if numbers.dtype == np.int8:
-                kind, content = b"c", numbers.tobytes()
-            elif numbers.dtype.kind in "iu":
-                kind, content = b"i", numbers.astype("<i8").tobytes()
-            else:
-                kind, content = b"r", numbers.astype("<f8").tobytes()
-        piece(name.encode())
-        digest.update(kind)
-        piece(content)
-    return digest.hexdigest()
 
 
 def check_seal(path: str) -> str | None:

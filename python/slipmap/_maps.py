@@ -201,9 +201,8 @@ def _dataset(found: _core.Map) -> xr.Dataset:
 
 
 def _closed(attributes: dict[str, Any], values: np.ndarray, tile: Sequence[int] | None) -> dict[str, Any]:
-    """The attributes with the fingerprints that the file has."""
+    """The attributes with the fingerprint that the file has."""
     attributes["sha256"] = _fingerprints.of_values(values, tile)
-    attributes[_fingerprints.ATTRIBUTES] = _fingerprints.of_attributes(attributes)
     return attributes
 
 

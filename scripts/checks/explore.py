@@ -31,12 +31,9 @@ AXE = Path(axe_playwright_python.__file__).with_name("axe.min.js")
 # Rules that WCAG 2.2 requires, and the best practices of axe.
 RULES = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa", "best-practice"]
 FLAGS = ["--no-sandbox", "--disable-gpu", "--disable-background-networking"]
-BISTABLE = "#v=1&law=exponential&x=V,0.2,2.5&y=c,0,0.4&show=regime&p.epsilon=1&p.mu=0.5&p.vs=0.5&p.eta=0&p.V=1.5&p.c=0.1"
-# A machine in the format of links of version 1.
-OLD_MACHINE = ("#v=1&law=stribeck&x=V,0.025,1&y=c,0,0.5&show=regime&m.motion=translation&m.mass=2&m.stiffness=505000&m.damping=60&m.normal_force=1000"
-               "&m.static_friction=0.4&m.kinetic_friction=0.25&m.stribeck_velocity=0.05&m.strengthening=0&m.belt_speed=0.15&pin=1")
-STRIBECK = "#v=1&law=stribeck&x=gamma,0,8&y=c,0,6&show=verdict_simulation&p.epsilon=0.2&p.alpha=0.3&p.beta=0&p.V=1&p.gamma=4&p.c=2"
-FORMULA = "#v=1&law=expression&phi=mu%2B(1-mu)*exp(-u/vs)&x=V,0.2,2.5&y=c,0,0.4&show=verdict_simulation&p.epsilon=1&p.mu=0.5&p.vs=0.5&p.V=1.5&p.c=0.1"
+BISTABLE = "#law=exponential&x=V,0.2,2.5&y=c,0,0.4&show=regime&p.epsilon=1&p.mu=0.5&p.vs=0.5&p.eta=0&p.V=1.5&p.c=0.1"
+STRIBECK = "#law=stribeck&x=gamma,0,8&y=c,0,6&show=verdict_simulation&p.epsilon=0.2&p.alpha=0.3&p.beta=0&p.V=1&p.gamma=4&p.c=2"
+FORMULA = "#law=expression&phi=mu%2B(1-mu)*exp(-u/vs)&x=V,0.2,2.5&y=c,0,0.4&show=verdict_simulation&p.epsilon=1&p.mu=0.5&p.vs=0.5&p.V=1.5&p.c=0.1"
 
 
 class Server:
@@ -263,13 +260,13 @@ def a_link_restores_the_state(session):
     page = session.open(BISTABLE + "&pin=1&r.mu=0.2,0.9")
     settle(page)
     link, first = page.evaluate("location.hash"), pixels(page)
-    # The other link also has keys of a newer version, and lacks some keys of this one.
-    other = session.open(link.replace("v=1", "v=99") + "&colour=blue&r.future=1,2")
+    # The other link also has unknown keys.
+    other = session.open(link + "&colour=blue&r.future=1,2")
     settle(other)
     assert pixels(other) == first
     expect(other.locator("circle.pin")).to_be_visible()
     assert state(other)["r.mu"] == "0.2,0.9"
-    bare = session.open("#v=1&law=lorentzian")
+    bare = session.open("#law=lorentzian")
     wait(bare, "location.hash.includes('y=c')")
     assert state(bare)["law"] == "lorentzian" and state(bare)["y"].startswith("c,")
     # A link that is opened over the examples takes their place.
@@ -551,7 +548,7 @@ def a_machine_is_in_si_units(session):
     page.get_by_label("Axis up").select_option("normal force")
     settle(page)
     assert page.locator("#notice").is_hidden()
-    # A formula in SI units, and a link of the first version.
+    # A formula in SI units.
     page.get_by_label("Friction law").first.select_option("expression")
     wait(page, "location.hash.includes('law=expression')")
     settle(page)
@@ -567,10 +564,6 @@ def a_machine_is_in_si_units(session):
     wait(page, "location.hash.includes('motion=translation')")
     settle(page)
     assert "p.mass" in state(page) and "p.V" not in state(page), state(page)
-    old = session.open(OLD_MACHINE)
-    settle(old)
-    assert state(old)["x"].startswith("belt_speed,0.0099") and state(old)["p.mass"] == "2", state(old)
-    old.context.close()
     page.context.close()
     server.end()
     session.server = usual

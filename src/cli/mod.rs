@@ -23,7 +23,6 @@ mod proof;
 mod replace;
 mod report;
 mod run;
-mod shell;
 mod summary;
 mod threads;
 mod work_precision;
@@ -35,7 +34,8 @@ use std::process::ExitCode;
 use crate::GIT;
 
 use clap::error::ErrorKind;
-use clap::{CommandFactory as _, Parser, Subcommand};
+use clap::{Args, CommandFactory as _, Parser, Subcommand};
+use clap_complete::Shell;
 
 use slipmap_config::ConfigError;
 
@@ -83,10 +83,21 @@ enum Command {
     WorkPrecision(work_precision::Arguments),
     /// Verify a map file, or a proof
     Check(check::Arguments),
-    /// Print the manual page of slipmap or of one of its commands
-    Man(shell::ManArguments),
     /// Print completions for a shell
-    Completions(shell::CompletionArguments),
+    Completions(CompletionArguments),
+}
+
+/// Arguments of `slipmap completions`.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  slipmap completions bash > ~/.local/share/bash-completion/completions/slipmap
+  slipmap completions zsh > ~/.zfunc/_slipmap
+  slipmap completions fish > ~/.config/fish/completions/slipmap.fish")]
+struct CompletionArguments {
+    /// The shell
+    #[arg(value_name = "SHELL")]
+    shell: Shell,
 }
 
 /// Outcome of a command that was not stopped.
@@ -134,6 +145,12 @@ impl From<io::Error> for Failure {
             )),
         }
     }
+}
+
+/// The definition of the command line.
+#[must_use]
+pub fn command() -> clap::Command {
+    Arguments::command()
 }
 
 /// Stack size of the working thread in bytes: that of a process's first thread.
@@ -206,11 +223,19 @@ fn carry_out(command: Command) -> ExitCode {
         Command::Failures(arguments) => failures::run(&arguments),
         Command::WorkPrecision(arguments) => work_precision::run(&arguments),
         Command::Check(arguments) => check::run(&arguments),
-        Command::Man(arguments) => shell::man(Arguments::command(), &arguments),
-        Command::Completions(arguments) => shell::completions(Arguments::command(), &arguments),
+        Command::Completions(arguments) => completions(&arguments),
     };
     // What is left in the buffer would be lost without a word.
     end(result.and_then(|ended| Ok(io::stdout().flush().map(|()| ended)?)))
+}
+
+/// Prints the completions for a shell.
+fn completions(arguments: &CompletionArguments) -> Result<Ended, Failure> {
+    // The generator panics on write errors; writing to memory never fails.
+    let mut text = Vec::new();
+    clap_complete::generate(arguments.shell, &mut command(), "slipmap", &mut text);
+    io::stdout().lock().write_all(&text)?;
+    Ok(Ended::Fine)
 }
 
 /// The exit code of a pipe whose reader is gone: that of the signal SIGPIPE, which ends other programs.
@@ -241,4 +266,25 @@ const NOTHING_LEFT: &str = "nothing was written";
 /// Writes a message to standard error. Nothing can be done if that is closed.
 fn say(message: &str) {
     let _ = writeln!(io::stderr().lock(), "{}", output::without_control_characters(message));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn completions_name_every_command_and_option() {
+        command().debug_assert();
+        for shell in [Shell::Bash, Shell::Zsh, Shell::Fish] {
+            let mut text = Vec::new();
+            clap_complete::generate(shell, &mut command(), "slipmap", &mut text);
+            let text = String::from_utf8(text).unwrap();
+            for command in command().get_subcommands() {
+                assert!(text.contains(command.get_name()), "{shell}: {command}");
+                for option in command.get_arguments().filter(|it| !it.is_hide_set()).filter_map(clap::Arg::get_long) {
+                    assert!(text.contains(option), "{shell}: {command} --{option}");
+                }
+            }
+        }
+    }
 }

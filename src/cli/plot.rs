@@ -70,18 +70,22 @@ pub(super) struct Arguments {
     /// Dimensionless numbers, for the map of a machine too
     #[arg(long)]
     dimensionless: bool,
-    /// Width of the figure: one column of a journal (84 mm) or two (174 mm)
-    #[arg(long, value_parser = columns(), default_value = "1")]
-    columns: Width,
+    /// Width of the figure, in columns of a journal
+    #[arg(long, value_parser = width(), default_value = ONE)]
+    width: Width,
     /// Replace files that exist
     #[arg(long)]
     overwrite: bool,
 }
 
-/// Reads the width of a figure, in columns of a journal.
-pub(super) fn columns() -> impl TypedValueParser<Value = Width> {
-    let width = |columns: String| if columns == "1" { Width::OneColumn } else { Width::TwoColumns };
-    let values = [("1", "One column"), ("2", "Two columns")];
+/// The values of `--width`.
+pub(super) const ONE: &str = "one-column";
+pub(super) const TWO: &str = "two-columns";
+
+/// Reads the width of a figure.
+pub(super) fn width() -> impl TypedValueParser<Value = Width> {
+    let width = |name: String| if name == ONE { Width::OneColumn } else { Width::TwoColumns };
+    let values = [(ONE, "84 mm"), (TWO, "174 mm")];
     PossibleValuesParser::new(values.map(|(name, help)| PossibleValue::new(name).help(help))).map(width)
 }
 
@@ -122,12 +126,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
         variables: &arguments.variable,
         panels: arguments.panels.as_ref(),
         curves: arguments.curves,
-        width: arguments.columns,
+        width: arguments.width,
     };
     let plotted = match arguments.diagram {
         false => figure::plot(&view, &plot),
         true => figure::plot::one_each(&arguments.at).map_err(ReportError::from).and_then(|at| {
-            let (x, width) = (arguments.x.as_str(), arguments.columns);
+            let (x, width) = (arguments.x.as_str(), arguments.width);
             diagram(&view, &DiagramPlot { x, at: &at, range: arguments.range, width })
         }),
     };

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::output::{Align, Table, count, exact, print_json, short, signed};
-use super::plot::columns;
+use super::plot::{ONE, width};
 use super::point::{LawArguments, PointArguments};
 use super::probe_table::About;
 use super::replace::{self, Kind};
@@ -51,9 +51,9 @@ pub(super) struct Arguments {
     /// Draw the phase portrait, and position and velocity against time; .svg, .pdf or .png
     #[arg(long, value_name = "FILE", conflicts_with = "points")]
     figure: Option<PathBuf>,
-    /// Width of the figure: one column of a journal (84 mm) or two (174 mm)
-    #[arg(long, value_parser = columns(), default_value = "1", requires = "figure")]
-    columns: Width,
+    /// Width of the figure, in columns of a journal
+    #[arg(long, value_parser = width(), default_value = ONE, requires = "figure")]
+    width: Width,
     /// Write the orbit: t, x1, x2, and whether the mass slips or sticks from there on; in SI units with
     /// --machine
     #[arg(long, value_name = "FILE.csv", conflicts_with = "points")]
@@ -269,7 +269,7 @@ fn write_orbit(
         start,
         duration: arguments.duration.map(|duration| duration / units.time().factor),
         units: &units,
-        width: arguments.columns,
+        width: arguments.width,
     };
     let drawn = orbit_figure(&plot);
     if let Some(path) = &arguments.figure {

@@ -5,9 +5,11 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
+use super::plot::{TWO, width};
 use super::{Ended, Failure, interrupt, progress, say};
 use slipmap_format::{MapFile, StoreError};
 use slipmap_map::map::Control;
+use slipmap_report::figure::Width;
 use slipmap_report::{Existing, Report, ReportError, ReportOptions, View};
 use slipmap_study::benchmark::StudyError;
 
@@ -19,8 +21,8 @@ Examples:
   slipmap report results/quickstart.h5 --out paper/map
   slipmap report results/paper.h5 --data
 
-Writes report.html, report.tex, tables/NAME.tex and .csv, and figures/NAME-1col (84 mm) and
-NAME-2col (174 mm) as .svg, .pdf and .png.")]
+Writes report.html, report.tex, tables/NAME.tex and .csv, and figures/NAME.svg,
+.pdf and .png.")]
 pub(super) struct Arguments {
     /// The map
     #[arg(value_name = "MAP.h5")]
@@ -31,6 +33,9 @@ pub(super) struct Arguments {
     /// Every figure also writes its numbers: figures/NAME.csv
     #[arg(long)]
     data: bool,
+    /// Width of the figures, in columns of a journal
+    #[arg(long, value_parser = width(), default_value = TWO)]
+    width: Width,
     /// Dimensionless numbers, for the map of a machine too
     #[arg(long)]
     dimensionless: bool,
@@ -61,7 +66,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     let report = Report::gather(&map, &control).map_err(failure)?;
     bar.finish_and_clear();
     let view = if arguments.dimensionless { View::dimensionless(&map) } else { View::new(&map) };
-    let options = ReportOptions { existing: existing(arguments.overwrite), data: arguments.data };
+    let Arguments { data, width, overwrite, .. } = *arguments;
+    let options = ReportOptions { existing: existing(overwrite), data, width };
     slipmap_report::write(&view, &report, &folder, &options).map_err(failure)?;
     writeln!(io::stdout().lock(), "{}", folder.join("report.html").display())?;
     Ok(Ended::Fine)
@@ -72,8 +78,8 @@ pub(super) fn open(path: &Path) -> Result<MapFile, Failure> {
     let map = MapFile::open(path).map_err(|error| unreadable(&error))?;
     if !map.sealed {
         say(&format!(
-            "note: {} has no seal, since another program has written to it or copied it; each of its cells and \
-             attributes was compared with its fingerprint instead",
+            "note: {} has no seal, since another program has written to it or copied it; its cells were \
+             compared with their fingerprints instead, its attributes are taken as they are",
             path.display()
         ));
     }

@@ -6,10 +6,12 @@ use std::sync::atomic::Ordering;
 
 use clap::Args;
 
+use super::plot::{TWO, width};
 use super::report::{existing, failure, refuse_existing};
 use super::run::provenance;
 use super::{Ended, Failure, interrupt, progress, say};
 use slipmap_config::Job;
+use slipmap_report::figure::Width;
 use slipmap_report::work_precision::{add_peers, write_study};
 use slipmap_study::benchmark::{Study, contestants};
 
@@ -22,7 +24,7 @@ Examples:
   slipmap work-precision configs/work-precision.toml --set work_precision.cells=256 --out quick
 
 Cells are drawn from the box that the configuration's [grid] spans. Writes work-precision.csv, .h5 and .tex, the
-chart work-precision-1col and -2col as .svg, .pdf and .png, and cells.csv, on which `scripts/study peers --cells-from cells.csv`
+chart as .svg, .pdf and .png, and cells.csv, on which `scripts/study peers --cells-from cells.csv`
 measures other people's integrators. Run this command again afterwards, and they are in the chart.")]
 pub(super) struct Arguments {
     /// The configuration
@@ -38,6 +40,9 @@ pub(super) struct Arguments {
     /// cells, or else the newest
     #[arg(long, value_name = "FILE.csv")]
     peers: Option<PathBuf>,
+    /// Width of the chart, in columns of a journal
+    #[arg(long, value_parser = width(), default_value = TWO)]
+    width: Width,
     /// Replace the files of an earlier study
     #[arg(long)]
     overwrite: bool,
@@ -77,7 +82,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
         }
         Some((_, true)) => {}
     }
-    write_study(&study, &provenance(&job), &folder, existing(arguments.overwrite)).map_err(failure)?;
+    let existing = existing(arguments.overwrite);
+    write_study(&study, &provenance(&job), &folder, existing, arguments.width).map_err(failure)?;
     writeln!(io::stdout().lock(), "{}", folder.join("work-precision.csv").display())?;
     Ok(Ended::Fine)
 }

@@ -8,6 +8,7 @@ use crate::command::Scratch;
 use slipmap::config::StudySettings;
 use slipmap::friction::Law;
 use slipmap::map::{Grid, Verdict};
+use slipmap::report::figure::Width;
 use slipmap::report::figure::work_precision::chart;
 use slipmap::report::work_precision::{add_peers, write_study};
 use slipmap::store::{Provenance, fingerprint};
@@ -164,7 +165,7 @@ fn table_file_and_chart_hold_the_same_numbers() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("out");
     let provenance = Provenance { title: "A study".into(), ..Provenance::default() };
-    write_study(&STUDY, &provenance, &out, slipmap::report::Existing::Refuse).unwrap();
+    write_study(&STUDY, &provenance, &out, slipmap::report::Existing::Refuse, Width::TwoColumns).unwrap();
     let csv = std::fs::read_to_string(out.join("work-precision.csv")).unwrap();
     let mut reader = csv::Reader::from_reader(csv.as_bytes());
     let header = reader.headers().unwrap().clone();
@@ -182,8 +183,9 @@ fn table_file_and_chart_hold_the_same_numbers() {
     let margins = file.dataset("margin").unwrap().read_1d::<f64>().unwrap();
     let exact = STUDY.cells.iter().map(|cell| cell.reference.margin.unwrap().value.value());
     assert_eq!(margins.to_vec(), exact.collect::<Vec<f64>>());
-    for (_, scene) in &chart(&STUDY).scenes {
-        let svg = scene.svg("chart", &chart(&STUDY).caption);
+    for width in [Width::OneColumn, Width::TwoColumns] {
+        let chart = chart(&STUDY, width);
+        let svg = chart.scene.svg("chart", &chart.caption);
         roxmltree::Document::parse(&svg).unwrap();
         assert!(svg.contains("return map") && !svg.contains("NaN"), "{svg}");
     }

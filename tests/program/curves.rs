@@ -87,8 +87,8 @@ fn stored_curves_are_those_of_their_planes_and_are_drawn() {
     assert_eq!(scratch.read("asked.csv").lines().count(), 1 + map.curves()[0].points());
 
     scratch.run(&["report", "map.h5"]).ends_with(0);
-    assert!(scratch.read("map-report/figures/curves-V-c-1col.svg").contains(">landing"));
-    assert!(!scratch.read("map-report/figures/curves-c-gamma-1col.svg").contains(">landing"));
+    assert!(scratch.read("map-report/figures/curves-V-c.svg").contains(">landing"));
+    assert!(!scratch.read("map-report/figures/curves-c-gamma.svg").contains(">landing"));
 }
 
 #[test]
@@ -97,19 +97,11 @@ fn changed_curves_are_refused() {
     scratch.run(&["run", "job.toml", "--set", "curves.planes=[{ x = \"V\", y = \"c\" }]"]).ends_with(0);
     std::fs::copy(scratch.path().join("map.h5"), scratch.path().join("good.h5")).unwrap();
     type Damage = fn(&File);
-    let cases: [(&str, Damage); 8] = [
+    let cases: [(&str, Damage); 6] = [
         ("curves/point is missing", |file| file.unlink("curves/point").unwrap()),
         ("curves/plane is missing", |file| file.unlink("curves/plane").unwrap()),
         ("curves/error, attribute sha256", |file| {
             file.dataset("curves/error").unwrap().write_slice(&[1.0], 0..1).unwrap();
-        }),
-        ("curves/V, attribute sha256_attributes", |file| {
-            let column = file.dataset("curves/V").unwrap();
-            column.new_attr::<i64>().create("reviewed").unwrap().write_scalar(&1i64).unwrap();
-        }),
-        ("curves, attribute sha256_attributes", |file| {
-            let group = file.group("curves").unwrap();
-            group.new_attr::<i64>().create("reviewed").unwrap().write_scalar(&1i64).unwrap();
         }),
         ("curves have a point of plane 7", |file| {
             file.dataset("curves/plane_number").unwrap().write_slice(&[7i32], 0..1).unwrap();

@@ -5,7 +5,7 @@ use std::ops::Range;
 use std::path::Path;
 
 use hdf5::types::{FloatSize, TypeDescriptor};
-use hdf5::{Attribute, Dataset, Location, ObjectReference1};
+use hdf5::{Attribute, Dataset, ObjectReference1};
 
 use slipmap_certify::Guarantee;
 use slipmap_map::dataset::auxiliary::{AUXILIARY, axes_of};
@@ -18,7 +18,7 @@ use super::reader::{MapFile, read_box};
 use super::seal::{self, Seal};
 use super::sys::{self, ScaleUse};
 use super::trust::{self, Unfit};
-use super::value::{self, ATTRIBUTES_DIGEST};
+use super::value;
 
 /// A problem found in a map.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -180,7 +180,6 @@ fn check_root(map: &MapFile, report: &mut CheckReport) {
             attribute(name, "is missing");
         }
     }
-    check_attributes(&map.file, None, report);
     match map.file.member_names() {
         Ok(names) => {
             let schema = &map.schema;
@@ -208,7 +207,6 @@ fn check_auxiliary(map: &MapFile, name: &str, ties: bool, report: &mut CheckRepo
     trust::auxiliary(&dataset, name, &shape, map.place())?;
     let digest = fingerprint::of_one_tile(&fingerprint::reals(&dataset.read_raw::<f64>()?));
     expect(&dataset, name, "sha256", &digest, report);
-    check_attributes(&dataset, Some(name), report);
     if ties {
         check_ties(name, shape.len(), &dataset, report);
     }
@@ -222,7 +220,6 @@ fn check_curves(map: &MapFile, report: &mut CheckReport) -> Result<(), Unfit> {
         return Ok(());
     }
     let group = map.file.group(curves::GROUP)?;
-    check_attributes(&group, Some(curves::GROUP), report);
     let known = curves::names(map.grid());
     for column in group.member_names()? {
         let name = format!("{}/{column}", curves::GROUP);
@@ -236,36 +233,12 @@ fn check_curves(map: &MapFile, report: &mut CheckReport) -> Result<(), Unfit> {
         } else if trust::bytes(&dataset)? > map.length || !trust::stores(&dataset)? {
             report.note(Some(&name), None, "declares more numbers than the file holds");
         } else {
-            check_attributes(&dataset, Some(&name), report);
             if value::read(&dataset, "sha256")? != curves::fingerprint_of(&dataset)? {
                 report.attribute(Some(&name), "sha256", "is not the fingerprint of its numbers");
             }
         }
     }
     Ok(())
-}
-
-/// Compares the attributes of the file or of a variable with their fingerprint.
-fn check_attributes(place: &Location, variable: Option<&str>, report: &mut CheckReport) {
-    let attributes = match value::read_all(place) {
-        Ok(attributes) => attributes,
-        Err(error) => return report.note(variable, None, format!("its attributes are unreadable: {error}")),
-    };
-    let mut known = Vec::with_capacity(attributes.len());
-    for (name, value) in &attributes {
-        match value {
-            Some(value) => known.push((name.as_str(), value)),
-            None => report.attribute(variable, name, "has a type that no map uses"),
-        }
-    }
-    let recorded = known.iter().find(|(name, _)| *name == ATTRIBUTES_DIGEST).map(|&(_, value)| value.clone());
-    if recorded != Some(Value::Text(value::digest(known))) {
-        report.attribute(
-            variable,
-            ATTRIBUTES_DIGEST,
-            "is not the fingerprint of the other attributes: one of them was changed, added or removed",
-        );
-    }
 }
 
 fn expect(dataset: &Dataset, variable: &str, name: &str, expected: &Value, report: &mut CheckReport) {
@@ -288,7 +261,6 @@ fn check_axis(map: &MapFile, position: usize, ties: bool, report: &mut CheckRepo
     expect(&dataset, &axis.name, "units", &"1".into(), report);
     let digest = fingerprint::of_one_tile(&fingerprint::reals(&axis.values));
     expect(&dataset, &axis.name, "sha256", &digest, report);
-    check_attributes(&dataset, name, report);
     if ties { check_uses(map, position, &dataset, report) } else { Ok(()) }
 }
 
@@ -326,7 +298,6 @@ fn check_layout(
     if dataset.attr_names()?.iter().any(|attribute| attribute == "_FillValue") {
         report.attribute(name, "_FillValue", "makes readers turn codes into floating-point numbers");
     }
-    check_attributes(dataset, name, report);
     Ok(())
 }
 

@@ -4,9 +4,7 @@ use std::path::Path;
 
 use hdf5::file::{FileCloseDegree, LibraryVersion};
 use hdf5::plist::file_create::{AttrCreationOrder, AttrPhaseChange, LinkCreationOrder};
-use hdf5::{File, Group, Location};
-
-use super::value::{self, ATTRIBUTES_DIGEST};
+use hdf5::{File, Group};
 
 /// Creates the HDF5 file.
 ///
@@ -45,11 +43,3 @@ pub(super) fn group_of_tables(file: &File, name: &str) -> hdf5::Result<Group> {
 
 /// Stores attributes in the header of their object, not in a separate heap: the simplest form for readers.
 pub(super) const ATTRIBUTES_IN_HEADER: AttrPhaseChange = AttrPhaseChange { max_compact: 1024, min_dense: 0 };
-
-/// Adds the fingerprint of an object's attributes.
-pub(super) fn seal_attributes(place: &Location) -> hdf5::Result<()> {
-    let attributes = value::read_all(place)?;
-    let known = attributes.iter().filter_map(|(name, value)| Some((name.as_str(), value.as_ref()?)));
-    let digest = value::digest(known);
-    value::write(place, ATTRIBUTES_DIGEST, &digest.into())
-}

@@ -7,7 +7,7 @@ use slipmap_map::dataset::{Value, fingerprint};
 use slipmap_map::map::{Axis, CURVE_COLUMNS, Grid, Plane, PlaneCurve, PlaneCurves, PlanePoint};
 use slipmap_simulate::bifurcation::Bifurcation;
 
-use super::create::{group_of_tables, seal_attributes};
+use super::create::group_of_tables;
 use super::records::Contents::{Integers, Reals, Words};
 use super::records::{Series, write_tables};
 use super::trust::{self, FilePlace, Unfit};
@@ -56,8 +56,7 @@ pub(super) fn write(file: &File, grid: &Grid, planes: &[PlaneCurves]) -> hdf5::R
     if planes.iter().any(|curves| curves.points() > 0) {
         columns.extend(points(axes, planes));
     }
-    write_tables(&group, &columns)?;
-    seal_attributes(&group)
+    write_tables(&group, &columns)
 }
 
 /// Columns along the dimension `point`.

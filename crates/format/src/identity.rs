@@ -48,10 +48,9 @@ pub(super) fn get<'a>(attributes: &'a [(String, Value)], name: &str) -> Option<&
     attributes.iter().find(|(known, _)| known == name).map(|(_, value)| value)
 }
 
-/// Differences of two plans, line by line; `None` if their fingerprints are equal, or all shared attributes.
+/// Differences of two plans, line by line; `None` if their fingerprints are equal.
 pub(super) fn difference(then: &[(String, Value)], now: &[(String, Value)]) -> Option<String> {
-    // Maps of earlier versions have no fingerprint.
-    if get(then, PLAN).is_some() && get(then, PLAN) == get(now, PLAN) {
+    if get(then, PLAN) == get(now, PLAN) {
         return None;
     }
     let mut lines = Vec::new();

@@ -57,7 +57,7 @@
 //! # Protection against damage
 //!
 //! - [`MapFile::open`] verifies a map before any of it is used: by its seal or, where another program has
-//!   removed the seal, by all fingerprints. These detect accidents, not forgery: a person who changes a map
+//!   removed the seal, by the fingerprints of its numbers; attributes are then taken as they are. These detect accidents, not forgery: a person who changes a map
 //!   on purpose can seal it again.
 //!
 //! - A map has a temporary name, `NAME.part-map`, until it is complete, sealed and on disk. A killed run may
@@ -66,8 +66,6 @@
 //! - `sha256` of a variable: SHA-256 of the concatenated SHA-256s of its tiles, row-major, each over the
 //!   tile's cells (not the padding of its chunk), little-endian, with one bit pattern for NaN. It depends
 //!   neither on the number of threads nor on the compression, and survives copying by other tools.
-//! - `sha256_attributes` of the file and of every variable: over its other attributes, so that [`check`] can
-//!   report where one was changed.
 //! - The seal: a line of text after the end of the HDF5 file with the SHA-256 of every byte before it. HDF5
 //!   readers ignore it. It detects a change of any byte; a program that opens the map for writing removes it.
 

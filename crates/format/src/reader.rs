@@ -51,7 +51,8 @@ impl MapFile {
         let not_a_map = |why| StoreError::NotAMap { path: path.to_path_buf(), why };
         let (file, length) = open_file(path)?;
         trust::own_members(&file).map_err(|unfit| StoreError::unfit("list the variables of", path, unfit))?;
-        let attributes = root_attributes(&file, path)?;
+        let attributes = value::read_all(&file)
+            .map_err(|error| StoreError::hdf5("read the attributes of", path, &error))?;
         let schema = read_schema(&file, path, length, &attributes)?;
         trust::grid(&schema, length).map_err(not_a_map)?;
         trust::distinct(&file, &schema)
@@ -292,12 +293,6 @@ fn open_file(path: &Path) -> Result<(File, u64), StoreError> {
         return Err(StoreError::Name(path.to_path_buf()));
     }
     Ok((File::open(path).map_err(|error| StoreError::hdf5("open", path, &error))?, length))
-}
-
-fn root_attributes(file: &File, path: &Path) -> Result<BTreeMap<String, Value>, StoreError> {
-    let attributes =
-        value::read_all(file).map_err(|error| StoreError::hdf5("read the attributes of", path, &error))?;
-    Ok(attributes.into_iter().filter_map(|(name, value)| Some((name, value?))).collect())
 }
 
 /// Derives the layout of a map from its attributes and coordinates.

@@ -8,7 +8,7 @@ use hdf5::{Dataset, File, Group, ObjectReference1};
 
 use slipmap_map::dataset::{Provenance, Value, attributes, fingerprint};
 
-use super::create::{create_file, seal_attributes};
+use super::create::create_file;
 use super::error::StoreError;
 use super::sys::{self, Ending, ScaleUse};
 use super::value;
@@ -80,8 +80,7 @@ fn fill(file: &File, records: &Records) -> hdf5::Result<()> {
     for (name, value) in &records.attributes {
         value::write(file, name, value)?;
     }
-    write_tables(file, &records.series)?;
-    seal_attributes(file)
+    write_tables(file, &records.series)
 }
 
 pub(super) fn write_tables(group: &Group, columns: &[Series]) -> hdf5::Result<()> {
@@ -97,7 +96,6 @@ pub(super) fn write_tables(group: &Group, columns: &[Series]) -> hdf5::Result<()
         let numbers: Vec<f64> = (1..=length).map(|number| number as f64).collect();
         let scale = create(group, dimension, &numbers)?;
         describe_scale(&scale, dimension, &format!("number of the {dimension}"), &numbers)?;
-        seal_attributes(&scale)?;
         let reference: ObjectReference1 = group.reference(dimension)?;
         let mut uses = Vec::with_capacity(along.len());
         for series in along {
@@ -105,7 +103,6 @@ pub(super) fn write_tables(group: &Group, columns: &[Series]) -> hdf5::Result<()
             let list = [VarLenArray::from_slice(&[reference])];
             dataset.new_attr_builder().with_data(&list).create("DIMENSION_LIST")?;
             uses.push(ScaleUse { dataset: group.reference(&series.name)?, dimension: 0 });
-            seal_attributes(&dataset)?;
         }
         scale.new_attr_builder().with_data(&uses).create("REFERENCE_LIST")?;
     }

@@ -1,19 +1,13 @@
 //! Reads and writes attributes of the HDF5 file.
 
+use std::collections::BTreeMap;
+
 use hdf5::Location;
 use hdf5::types::{FloatSize, IntSize, TypeDescriptor, VarLenAscii, VarLenUnicode};
-use sha2::{Digest, Sha256};
 
-use slipmap_map::dataset::{Value, hex};
+use slipmap_map::dataset::Value;
 
 use super::sys::{self, Ending};
-
-/// Attributes that make a dataset a dimension, or link a variable to its dimensions. They may hold
-/// references; `check` compares them directly and does not fingerprint them.
-pub(super) const STRUCTURAL: [&str; 4] = ["CLASS", "NAME", "DIMENSION_LIST", "REFERENCE_LIST"];
-
-/// Name of the attribute that holds the fingerprint of an object's other attributes.
-pub(super) const ATTRIBUTES_DIGEST: &str = "sha256_attributes";
 
 /// Largest number of values of an attribute that is read; attributes of maps have a dozen at most.
 const MOST_VALUES: usize = 1 << 16;
@@ -66,36 +60,8 @@ fn foreign_text<T: AsRef<[u8]>>(texts: &[T]) -> hdf5::Result<Option<Value>> {
     Ok(Some(Value::Text(text.into())))
 }
 
-/// Reads every attribute of `place` except the structural ones, sorted by name. The value is `None` if it has
-/// a type that no map uses.
-pub(super) fn read_all(place: &Location) -> hdf5::Result<Vec<(String, Option<Value>)>> {
-    let mut names = place.attr_names()?;
-    names.retain(|name| !STRUCTURAL.contains(&name.as_str()));
-    names.sort_unstable();
-    names.into_iter().map(|name| read(place, &name).map(|value| (name, value))).collect()
-}
-
-/// Fingerprint of attributes, which must be sorted by name; [`ATTRIBUTES_DIGEST`] is left out. Lengths
-/// precede contents, so that different lists have different encodings.
-pub(super) fn digest<'a>(attributes: impl IntoIterator<Item = (&'a str, &'a Value)>) -> String {
-    fn piece(hash: &mut Sha256, bytes: &[u8]) {
-        hash.update((bytes.len() as u64).to_le_bytes());
-        hash.update(bytes);
-    }
-    let mut hash = Sha256::new();
-    for (name, value) in attributes {
-        if name == ATTRIBUTES_DIGEST {
-            continue;
-        }
-        piece(&mut hash, name.as_bytes());
-        let (kind, bytes): (u8, Vec<u8>) = match value {
-            Value::Text(text) => (b't', text.as_bytes().to_vec()),
-            Value::Integers(values) => (b'i', values.iter().flat_map(|v| v.to_le_bytes()).collect()),
-            Value::Codes(values) => (b'c', values.iter().flat_map(|v| v.to_le_bytes()).collect()),
-            Value::Reals(values) => (b'r', values.iter().flat_map(|v| v.to_le_bytes()).collect()),
-        };
-        hash.update([kind]);
-        piece(&mut hash, &bytes);
-    }
-    hex(&hash.finalize())
+/// Reads every attribute of `place` that has a type that maps use.
+pub(super) fn read_all(place: &Location) -> hdf5::Result<BTreeMap<String, Value>> {
+    let value = |name: String| Ok(read(place, &name)?.map(|value| (name, value)));
+    place.attr_names()?.into_iter().filter_map(|name| value(name).transpose()).collect()
 }

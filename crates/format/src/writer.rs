@@ -14,7 +14,7 @@ use slipmap_map::dataset::{
 };
 use slipmap_map::map::{Axis, Plan};
 
-use super::create::{ATTRIBUTES_IN_HEADER, create_file, seal_attributes};
+use super::create::{ATTRIBUTES_IN_HEADER, create_file};
 use super::curves;
 use super::error::StoreError;
 use super::pack::PackedTile;
@@ -108,14 +108,10 @@ impl MapWriter {
         }
         list_uses(&file, schema, &outcome.auxiliary).map_err(failed)?;
         curves::write(&file, &schema.grid, &outcome.curves).map_err(failed)?;
-        for axis in schema.grid.axes() {
-            seal_attributes(&*file.dataset(&axis.name).map_err(failed)?).map_err(failed)?;
-        }
         value::write(&file, "history", &history.into()).map_err(failed)?;
         for (name, value) in attributes::closing(outcome) {
             value::write(&file, &name, &value).map_err(failed)?;
         }
-        seal_attributes(&file).map_err(failed)?;
         drop(datasets);
         file.flush().map_err(failed)?;
         sys::unlock(&file).map_err(failed)?;
@@ -227,7 +223,6 @@ fn create_auxiliary(file: &File, schema: &Schema, auxiliary: &[Auxiliary]) -> hd
             value::write(&dataset, name, value)?;
         }
         value::write(&dataset, "sha256", &fingerprint::of_one_tile(&fingerprint::reals(values)))?;
-        seal_attributes(&dataset)?;
     }
     Ok(())
 }
@@ -280,6 +275,5 @@ fn close_variable(dataset: &Dataset, variable: &Variable, written: &Written) -> 
         value::write(dataset, "flag_counts", &Value::Integers(counts))?;
     }
     let digest = fingerprint::combine(written.chunks.iter().flatten());
-    value::write(dataset, "sha256", &hex(&digest).into())?;
-    seal_attributes(dataset)
+    value::write(dataset, "sha256", &hex(&digest).into())
 }

@@ -1,6 +1,6 @@
 //! The documents of a report: tables and figures with their captions, in HTML and LaTeX.
 
-use super::figure::{Figure, Width};
+use super::figure::Figure;
 use super::table::Table;
 use super::text::Rich;
 use super::units::View;
@@ -37,7 +37,7 @@ fn anchor(kind: &str, name: &str) -> String {
 }
 
 /// The report as one self-contained HTML page: a summary on one screen, then contents, figures, tables and
-/// the configuration. Screens show each figure at the width that fits; print shows the wide one.
+/// the configuration.
 pub(super) fn html(view: &View, summary: &[(Rich, Rich)], tables: &[Table], figures: &[Figure]) -> String {
     let title = title(view.map);
     let mut text = "<dl class=\"summary\">\n".to_owned();
@@ -60,13 +60,12 @@ pub(super) fn html(view: &View, summary: &[(Rich, Rich)], tables: &[Table], figu
     }
     text.push_str("</ul></nav>\n<h2>Figures</h2>\n");
     for figure in figures {
-        text.push_str(&format!("<figure id=\"{}\">\n", anchor("figure", &figure.name)));
-        for (width, scene) in &figure.scenes {
-            let name = format!("{}-{}", figure.name, width.name());
-            let class = width.select("narrow", "wide");
-            text.push_str(&format!("<div class=\"{class}\">\n{}</div>\n", scene.svg(&name, &figure.caption)));
-        }
-        text.push_str(&format!("<figcaption>{}</figcaption>\n</figure>\n", figure.caption.html()));
+        text.push_str(&format!(
+            "<figure id=\"{}\">\n<div>\n{}</div>\n<figcaption>{}</figcaption>\n</figure>\n",
+            anchor("figure", &figure.name),
+            figure.scene.svg(&figure.name, &figure.caption),
+            figure.caption.html()
+        ));
     }
     text.push_str("<h2>Tables</h2>\n");
     for table in tables {
@@ -117,10 +116,9 @@ pub(super) fn latex(map: &MapFile, summary: &[(Rich, Rich)], tables: &[Table], f
     text.push_str("\\clearpage\n");
     for figure in figures {
         text.push_str(&format!(
-            "\\begin{{figure}}\n\\centering\n\\includegraphics{{figures/{0}-{1}}}\n\\caption{{{2}}}\n\
+            "\\begin{{figure}}\n\\centering\n\\includegraphics{{figures/{0}}}\n\\caption{{{1}}}\n\
              \\label{{fig:slipmap-{0}}}\n\\end{{figure}}\n\\clearpage\n",
             figure.name,
-            Width::TwoColumns.name(),
             figure.caption.latex()
         ));
     }

@@ -5,8 +5,6 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 
-use super::figure::Width;
-
 /// File extensions of a report.
 const ENDINGS: [&str; 5] = ["svg", "png", "pdf", "csv", "tex"];
 
@@ -24,10 +22,6 @@ pub(super) fn listed(folder: &Path) -> BTreeSet<String> {
             let name = &rest[..end];
             if !name.is_empty() {
                 names.insert(format!("{kind}{name}"));
-            }
-            // The document includes the wide figures alone.
-            if let Some(figure) = name.strip_suffix(Width::TwoColumns.name()) {
-                names.insert(format!("{kind}{figure}{}", Width::OneColumn.name()));
             }
         }
     }
@@ -57,13 +51,13 @@ mod tests {
             fs::write(path, text).unwrap();
         };
         let gone =
-            ["figures/slice-a-c-1col.png", "figures/slice-a-c-2col.svg", "tables/b_d.csv", "tables/b_d.tex"];
+            ["figures/slice-a-c.png", "figures/slice-a-c.svg", "tables/b_d.csv", "tables/b_d.tex"];
         let kept = ["figures/mine.png", "tables/t.csv"];
         for name in gone.iter().chain(&kept) {
             write(name, "");
         }
         let rest = "\\input{tables/t}";
-        let listing = "\\includegraphics{figures/slice-a-c-2col} \\input{tables/b_d} ../figures/../mine";
+        let listing = "\\includegraphics{figures/slice-a-c} \\input{tables/b_d} ../figures/../mine";
         write("report.tex", &format!("{rest} {listing}"));
         let before = listed(folder.path());
         write("report.tex", rest);

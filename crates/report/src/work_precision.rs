@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::table::{Cell as Entry, ColumnOf, Show, Table};
 use super::text::{Rich, rich};
+use super::figure::Width;
 use super::{Existing, ReportError, figure, write};
 use slipmap_format::{Contents, Provenance, Records, Series, Value};
 pub use slipmap_study::benchmark::{self, Cell, Errors, Kind, Labels, Row, Study};
@@ -156,7 +157,7 @@ fn records(study: &Study, provenance: &Provenance) -> Records {
     Records { provenance: provenance.clone(), series, attributes }
 }
 
-/// Writes `work-precision.csv`, `.h5`, `.tex`, `cells.csv` and the chart into `folder`.
+/// Writes `work-precision.csv`, `.h5`, `.tex`, `cells.csv` and the chart, of this width, into `folder`.
 ///
 /// # Errors
 /// [`ReportError::Exists`], or why something could not be drawn or written.
@@ -165,9 +166,10 @@ pub fn write_study(
     provenance: &Provenance,
     folder: &Path,
     existing: Existing,
+    width: Width,
 ) -> Result<(), ReportError> {
     let table = table(study);
-    let chart = figure::work_precision::chart(study);
+    let chart = figure::work_precision::chart(study, width);
     let mut files: Vec<(PathBuf, Vec<u8>)> = vec![
         ("work-precision.csv".into(), table.csv().into_bytes()),
         ("work-precision.tex".into(), table.latex().into_bytes()),

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 
-use super::figure::{Figure, Scene, render};
+use super::figure::{Figure, Scene, Width, render};
 use super::table::Table;
 use super::text::Rich;
 use super::units::View;
@@ -21,6 +21,8 @@ pub struct ReportOptions {
     pub existing: Existing,
     /// Whether every figure also writes its numbers as CSV.
     pub data: bool,
+    /// Width of the figures.
+    pub width: Width,
 }
 
 /// Writes the report of a map into `folder`. Files are made in a folder beside it first, so that an error
@@ -36,7 +38,7 @@ pub fn write(
     options: &ReportOptions,
 ) -> Result<(), ReportError> {
     let tables = tables::all(view, report);
-    let figures = figure::all(view, report)?;
+    let figures = figure::all(view, report, options.width)?;
     let mut files = files(view, &summary::summary(view, report), &tables, &figures)?;
     if options.data {
         let with_data = figures.iter().filter(|figure| figure.data.rows() > 0);
@@ -88,16 +90,14 @@ pub(super) fn publish(
     Ok(())
 }
 
-/// The files of figures, in `folder` of the report: every width in every format, drawn by all cores.
+/// The files of figures, in `folder` of the report: each in every format, drawn by all cores.
 pub(super) fn figure_files(figures: &[Figure], folder: &str) -> Result<Vec<(PathBuf, Vec<u8>)>, ReportError> {
-    let scenes: Vec<_> =
-        figures.iter().flat_map(|figure| figure.scenes.iter().map(move |scene| (figure, scene))).collect();
-    let files: Vec<[(PathBuf, Vec<u8>); 3]> = scenes
-        .into_par_iter()
-        .map(|(figure, (width, scene))| {
-            let name = format!("{}-{}", figure.name, width.name());
-            let svg = scene.svg(&name, &figure.caption);
-            let (png, pdf) = render::png_and_pdf(&name, &svg)?;
+    let files: Vec<[(PathBuf, Vec<u8>); 3]> = figures
+        .par_iter()
+        .map(|figure| {
+            let name = &figure.name;
+            let svg = figure.scene.svg(name, &figure.caption);
+            let (png, pdf) = render::png_and_pdf(name, &svg)?;
             let path = |ending: &str| Path::new(folder).join(format!("{name}.{ending}"));
             Ok([(path("png"), png), (path("pdf"), pdf), (path("svg"), svg.into_bytes())])
         })

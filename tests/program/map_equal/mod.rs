@@ -34,10 +34,9 @@ pub fn scratch() -> Scratch {
     scratch
 }
 
-/// Returns whether an attribute records when, where and how fast a map was made, or is the fingerprint over
-/// those.
+/// Returns whether an attribute records when, where and how fast a map was made.
 fn is_of_time(attribute: &str) -> bool {
-    let names = ["history", "machine", "threads", "sha256_attributes"];
+    let names = ["history", "machine", "threads"];
     names.contains(&attribute) || attribute.starts_with("seconds_") || attribute.ends_with("_seconds")
 }
 

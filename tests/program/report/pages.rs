@@ -54,16 +54,11 @@ fn degenerate_maps_have_reports() {
         let folder = tempfile::tempdir().unwrap();
         let map = store_map(folder.path(), &plan(nodes, methods, &[Field::Verdict, Field::Regime]), what);
         let report = gather(&map);
-        for figure in figure::all(&View::new(&map), &report).unwrap() {
-            for (width, scene) in &figure.scenes {
-                assert!(
-                    scene.height > 50.0 && scene.height < 1200.0,
-                    "{what}: {} is {} high",
-                    figure.name,
-                    scene.height
-                );
-                check_svg(&scene.svg(width.name(), &figure.caption));
-            }
+        let widths = [Width::OneColumn, Width::TwoColumns].into_iter();
+        for figure in widths.flat_map(|width| figure::all(&View::new(&map), &report, width).unwrap()) {
+            let height = figure.scene.height;
+            assert!(height > 50.0 && height < 1200.0, "{what}: {} is {height} high", figure.name);
+            check_svg(&figure.scene.svg(&figure.name, &figure.caption));
         }
         for table in tables::all(&View::new(&map), &report) {
             assert!(table.rows.iter().all(|row| row.len() == table.columns.len()), "{what}: {}", table.name);
@@ -111,8 +106,8 @@ fn failed_cells_are_counted_and_drawn() {
     let row = row(&table, Some(0.1), "symmetric");
     assert_eq!(row["failed"], Cell::Count(8));
     assert_eq!(row["not_compared"], Cell::Count(8));
-    for figure in figure::all(&View::new(&map), &report).unwrap() {
-        check_svg(&figure.scenes[0].1.svg("failed", &figure.caption));
+    for figure in figure::all(&View::new(&map), &report, Width::OneColumn).unwrap() {
+        check_svg(&figure.scene.svg("failed", &figure.caption));
     }
 }
 
@@ -123,7 +118,7 @@ fn hostile_texts_stay_texts() {
     let nodes: [&[f64]; 6] = [&[0.1], &[0.3], &[0.1], &[1.0, 2.0], &[1.0], &[0.0, 0.5]];
     let map = store_map(folder.path(), &plan(nodes, &["symmetric", "simulation"], &[Field::Verdict]), title);
     let out = folder.path().join("out");
-    let options = ReportOptions { existing: Existing::Refuse, data: true };
+    let options = ReportOptions { existing: Existing::Refuse, data: true, width: Width::TwoColumns };
     write(&View::new(&map), &gather(&map), &out, &options).unwrap();
     let read = |name: &str| std::fs::read_to_string(out.join(name)).unwrap();
     let html = read("report.html");
@@ -206,7 +201,7 @@ fn an_axis_of_one_node_is_not_drawn_as_an_area() {
     let folder = tempfile::tempdir().unwrap();
     let nodes: [&[f64]; 6] = [&[0.1], &[0.3], &[0.1], &[2.0], &[1.0], &[0.0, 0.5, 1.0]];
     let map = store_map(folder.path(), &plan(nodes, &["symmetric", "simulation"], &[Field::Verdict]), "one");
-    let figures = figure::all(&View::new(&map), &gather(&map)).unwrap();
+    let figures = figure::all(&View::new(&map), &gather(&map), Width::OneColumn).unwrap();
     let names: Vec<&str> = figures.iter().map(|figure| figure.name.as_str()).collect();
     assert!(
         names.contains(&"slice-c") && !names.iter().any(|name| name.starts_with("slice-gamma")),
@@ -218,10 +213,10 @@ fn an_axis_of_one_node_is_not_drawn_as_an_area() {
     let folder = tempfile::tempdir().unwrap();
     let map = store_map(folder.path(), &plan(nodes, &["symmetric", "simulation"], &[Field::Verdict]), "two");
     let view = View::new(&map);
-    let figures = figure::all(&view, &gather(&map)).unwrap();
+    let figures = figure::all(&view, &gather(&map), Width::OneColumn).unwrap();
     let slices: Vec<_> = figures.iter().filter(|figure| figure.name.starts_with("slice")).collect();
     let [rows] = slices[..] else { panic!("{} slices", slices.len()) };
-    let drawn = rows.scenes[0].1.svg("rows", &rows.caption);
+    let drawn = rows.scene.svg("rows", &rows.caption);
     assert!(
         rows.name == "slice-c" && drawn.contains("<tspan>2</tspan>") && drawn.contains("<tspan>3</tspan>"),
         "{}",
@@ -239,11 +234,11 @@ fn methods_that_decide_nothing_in_a_plane_are_named_and_not_drawn() {
     let nodes: [&[f64]; 6] = [&[0.1], &[0.3], &[0.1], &[1.0, 2.0, 3.0], &[1.0], &[5.0, 6.0, 7.0]];
     let methods = ["instability", "symmetric", "simulation"];
     let map = store_map(folder.path(), &plan(nodes, &methods, &[Field::Verdict]), "stable");
-    let figures = figure::all(&View::new(&map), &gather(&map)).unwrap();
+    let figures = figure::all(&View::new(&map), &gather(&map), Width::OneColumn).unwrap();
     let slice = figures.iter().find(|figure| figure.name.starts_with("slice-gamma-c")).unwrap();
     let caption = slice.caption.plain();
     assert!(caption.contains("undecided in every cell of this plane: instability."), "{caption}");
-    let drawn = slice.scenes[0].1.svg("slice", &slice.caption);
+    let drawn = slice.scene.svg("slice", &slice.caption);
     assert!(drawn.contains("undecided everywhere") && drawn.contains("(b) ") && !drawn.contains("(c) "));
 }
 
@@ -344,7 +339,7 @@ fn the_commands_write_everything_or_nothing() {
         entries.filter(|e| e.as_ref().unwrap().path().extension().is_some_and(|e| e == ending)).count()
     };
     assert_eq!(made("tables", "tex"), made("tables", "csv"));
-    assert!(made("figures", "svg") >= 8);
+    assert!(made("figures", "svg") >= 4);
     assert_eq!(
         (made("figures", "svg"), made("figures", "svg")),
         (made("figures", "pdf"), made("figures", "png"))
@@ -356,7 +351,7 @@ fn the_commands_write_everything_or_nothing() {
         names.filter(|name| scratch.path().join(format!("map-report/{name}.{ending}")).is_file()).count()
     };
     assert_eq!(included("\\input{", "tex"), made("tables", "tex"));
-    assert_eq!(2 * included("\\includegraphics{", "pdf"), made("figures", "pdf"));
+    assert_eq!(included("\\includegraphics{", "pdf"), made("figures", "pdf"));
     scratch.run(&["report", "map.h5"]).refuses(&["map-report", "exists already", "--overwrite"]);
     scratch.file("map-report/mine.txt", "kept");
     scratch.run(&["report", "map.h5", "--overwrite"]).ends_with(0);
@@ -379,7 +374,7 @@ fn the_commands_write_everything_or_nothing() {
     assert!(run.err.contains("alpha = 0.3\n"), "an axis of one node has no middle: {}", run.err);
     assert!(scratch.read("slice.svg").contains("<text"), "text stays text");
     plot(&["--out", "slice.svg"]).refuses(&["slice.svg", "--overwrite"]);
-    plot(&["--out", "slice.png", "--columns", "2"]).ends_with(0);
+    plot(&["--out", "slice.png", "--width", "two-columns"]).ends_with(0);
     plot(&["--out", "slice.jpg"]).refuses(&[".svg, .pdf or .png"]);
     plot(&["--out", "a.svg", "--at", "V"]).refuses(&["gamma=2.0"]);
     plot(&["--out", "/proc/z.svg"]).refuses(&["/proc/z.svg: cannot write into the folder /proc", "choose"]);

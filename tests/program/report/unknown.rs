@@ -36,7 +36,7 @@ fn cells_without_an_answer_are_drawn_named_and_counted() {
     ] {
         assert!(page.contains(&words), "no {words} in\n{page}");
     }
-    let figure = |name: &str| scratch.read(&format!("report/figures/{name}-1col.svg"));
+    let figure = |name: &str| scratch.read(&format!("report/figures/{name}.svg"));
     assert!(figure("deciders").contains(">failed<"), "a legend");
     let plot = ["plot", "pad.h5", "--x", "V", "--y", "c", "--variable", "regime", "--out", "regime.svg"];
     scratch.run(&plot).ends_with(0);
@@ -51,7 +51,7 @@ fn a_colour_of_the_deciders_means_one_thing() {
     let scratch = early();
     scratch.run(&["run", "pad.toml", "--quiet"]);
     scratch.run(&["report", "pad.h5", "--out", "report", "--quiet"]).ends_with(0);
-    let figure = |name: &str| scratch.read(&format!("report/figures/{name}-1col.svg"));
+    let figure = |name: &str| scratch.read(&format!("report/figures/{name}.svg"));
     let plain = "fill=\"#0072b2\"";
     assert!(figure("slice-V-c-1").contains(plain) && !figure("deciders").contains(plain));
 }
@@ -69,6 +69,6 @@ fn the_probabilities_of_a_map_are_in_its_report() {
     ));
     assert!(page.contains("<figure id=\"figure-probability\">"), "{page}");
     assert!(
-        scratch.read("report/figures/probability-1col.svg").contains("probability that it may stick-slip")
+        scratch.read("report/figures/probability.svg").contains("probability that it may stick-slip")
     );
 }

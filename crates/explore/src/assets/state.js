@@ -1,17 +1,12 @@
-// The whole state of the page, and its format in the link.
+// The whole state of the page, and its link.
 //
-// A link is a list of `key=value`: `v` the version, `law`, `x` and `y` (name, from, to, and "log"), `show`,
+// A link is a list of `key=value`: `law`, `x` and `y` (name, from, to, and "log"), `show`,
 // `p.NAME` the value of a parameter or, with `motion`, of a quantity of a machine in SI units, `r.NAME` the ends of
 // its slider, `pin=1` if a point is pinned. Unknown keys are ignored, and missing keys take their defaults,
-// so that links of older and of newer versions open.
-//
-// Links of version 1 have the quantities of a machine as `m.NAME`, and its axes as V and c in dimensionless numbers.
-
-export const VERSION = 2;
+// so that links can be written by hand.
 
 export function write(state) {
   const link = new URLSearchParams();
-  link.set("v", VERSION);
   link.set("law", state.law.name);
   for (const key of ["phi", "table", "file"]) if (state.law[key]) link.set(key, state.law[key]);
   if (state.law.static && state.law.static !== 1) link.set("static", state.law.static);
@@ -51,31 +46,15 @@ export function read(fragment) {
   };
   const at = {};
   const ranges = {};
-  const machine = {};
   for (const [key, value] of link) {
     const name = key.slice(2);
-    if (key.startsWith("m.")) machine[name] = number(value) ?? value;
     if (key.startsWith("p.") && number(value) !== null) at[name] = number(value);
     if (key.startsWith("r.")) {
       const ends = value.split(",").map(number);
       if (ends.length === 2 && ends[0] !== null && ends[1] !== null && ends[0] < ends[1]) ranges[name] = ends;
     }
   }
-  const wanted = { law, x: side("x"), y: side("y"), show: link.get("show"), curves: link.get("curves") !== "0", stored: link.get("stored") === "1", at, ranges, motion: link.get("motion"), pinned: link.get("pin") === "1" };
-  return "motion" in machine ? of_machine(wanted, machine) : wanted;
-}
-
-// A link of version 1 with a machine.
-function of_machine(wanted, { motion, ...at }) {
-  const damping = Math.sqrt(at.stiffness * at.mass);
-  const units = { V: ["belt_speed", (at.static_friction * at.normal_force) / damping], c: ["damping", damping] };
-  const side = (old) => {
-    if (!old || !units[old.axis]) return old;
-    const [axis, unit] = units[old.axis];
-    const digits = (value) => Number((value * unit).toPrecision(9));
-    return { ...old, axis, from: digits(old.from), to: digits(old.to) };
-  };
-  return { ...wanted, motion, at, x: side(wanted.x), y: side(wanted.y) };
+  return { law, x: side("x"), y: side("y"), show: link.get("show"), curves: link.get("curves") !== "0", stored: link.get("stored") === "1", at, ranges, motion: link.get("motion"), pinned: link.get("pin") === "1" };
 }
 
 // The state of a law with these axes: the values in `wanted`, and defaults for the rest.

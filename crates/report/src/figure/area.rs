@@ -5,7 +5,7 @@ use ndarray::Array2;
 use super::super::text::{Rich, rich};
 use super::super::units::Label;
 use super::axis::{AXIS, SMALL_TEXT, Scale, TEXT, extremes, text_width_of};
-use super::bifurcations;
+use super::bifurcations::{self, boundary};
 use super::data::{Data, Values};
 use super::legend::{Legend, Sample};
 use super::palette::{self, Kind};
@@ -155,9 +155,12 @@ fn draw_area(scene: &mut Scene, panel: &Panel, area: &Area, colours: Option<Colo
                     legend.add(Sample::Area(kind.fill), rich(&kind.words));
                 }
             }
-            // The grazing curve is the exact boundary, except for landings past the stick segment.
-            if area.exact && area.curves.is_none() && draw_exact(scene, slice, panel) {
-                legend.add(Sample::Line(EXACT), rich("exact boundary"));
+            if area.exact && area.curves.is_none() {
+                let exact = boundary(slice);
+                draw_exact(scene, &exact, panel);
+                if !exact.curves.is_empty() {
+                    legend.add(Sample::Line(EXACT), rich("exact boundary"));
+                }
             }
         }
         Layer::Reals(cells) => {

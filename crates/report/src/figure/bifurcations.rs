@@ -1,5 +1,9 @@
 //! Curves of codimension one in the plane of a slice: as a table, and drawn.
 
+use std::sync::atomic::AtomicBool;
+
+use rayon::prelude::*;
+
 use super::super::text::rich;
 use super::super::units::View;
 use super::data::Data;
@@ -7,9 +11,54 @@ use super::legend::{Legend, Sample};
 use super::palette;
 use super::panels::Panel;
 use super::scene::{Place, Scene, Stroke};
+use super::slice::Slice;
 use super::verdict_panels::{EXACT, HALO};
-use slipmap_map::map::PlaneCurves;
+use slipmap_map::map::{PlaneCurve, PlaneCurves};
+use slipmap_model::filippov::Oscillator;
 use slipmap_simulate::bifurcation::Bifurcation;
+use slipmap_simulate::flow;
+
+/// Number of points along each axis whose orbits tell how long a boundary takes.
+const SAMPLE: usize = 5;
+/// Largest mean work of their orbits, in evaluations of the right-hand side of the Stribeck law (see
+/// [`slipmap_model::friction::Curve::cost`]): a boundary takes some thousand orbits, and about a second.
+const WORK: u64 = 40_000;
+/// Accuracy of the orbits of the sample.
+const TOLERANCE: f64 = 1e-9;
+
+/// The boundary of the set of points of a slice whose orbit sticks again: the grazing and the crossing curve.
+/// Empty also where stiff orbits would take too long.
+pub(crate) fn boundary(slice: &Slice) -> PlaneCurves {
+    let (grid, plane) = (slice.view.map.grid(), slice.plane());
+    let kinds = [Bifurcation::GrazingSliding, Bifurcation::Crossing];
+    match mean_work(slice) <= WORK {
+        true => PlaneCurves::of_kinds(&kinds, grid, plane, &AtomicBool::new(false)),
+        false => PlaneCurves { plane, curves: Vec::new() },
+    }
+}
+
+/// The mean work of the orbits of a sample.
+fn mean_work(slice: &Slice) -> u64 {
+    let [x, y] = slice.scales().map(|(scale, _)| scale);
+    // Along axes of the law's parameters every point has its own law, which is compiled for it.
+    let law_axes = 0..slice.view.map.grid().axes().len() - 2;
+    let compiles = law_axes.contains(&slice.x) || law_axes.contains(&slice.y);
+    let at = |i: usize| (i as f64 + 0.5) / SAMPLE as f64;
+    let work = |n: usize| {
+        let point = slice.point(x.value(at(n / SAMPLE)), y.value(at(n % SAMPLE)));
+        let oscillator = Oscillator::new(slice.law(), &point);
+        let compiling = if compiles { oscillator.curve.compiling_work(oscillator.belt_speed) } else { 0 };
+        let orbit = flow(&oscillator, TOLERANCE).rhs.saturating_mul(oscillator.curve.cost());
+        orbit.saturating_add(compiling) / (SAMPLE * SAMPLE) as u64
+    };
+    (0..SAMPLE * SAMPLE).into_par_iter().map(work).reduce(|| 0, u64::saturating_add)
+}
+
+/// The places of curves in a panel of their plane.
+pub(crate) fn places(curves: &PlaneCurves, panel: &Panel) -> Vec<Vec<Place>> {
+    let line = |curve: &PlaneCurve| curve.points.iter().map(|p| panel.place(p.x, p.y)).collect();
+    curves.curves.iter().map(line).collect()
+}
 
 /// All points as a table: the curve, the number of its branch from 1, the values of both axes, and the error,
 /// a distance in sides of the plotted rectangle.

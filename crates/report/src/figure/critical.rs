@@ -8,16 +8,17 @@ use super::curves::Budget;
 use super::data::Data;
 use super::legend::{Legend, Sample};
 use super::panels::Panels;
+use super::scene::{Scene, Width};
 use super::slice::{Slice, equals};
 use super::verdict_panels::chosen_epsilons;
-use super::{Figure, at_each_width, curves, palette};
+use super::{Figure, curves, palette};
 use slipmap_map::map::Field;
 
 /// If a map has only one V, the range of V shown, as a factor up and down.
 const SPREAD: f64 = 10.0;
 
 /// Critical damping against V, one panel per eps; `None` if no method claims a cycle anywhere.
-pub(crate) fn critical(view: &View) -> Option<Figure> {
+pub(crate) fn critical(view: &View, width: Width) -> Option<Figure> {
     let budget = Budget::of_figure();
     let map = view.map;
     let axes = map.grid().axes();
@@ -63,24 +64,23 @@ pub(crate) fn critical(view: &View) -> Option<Figure> {
     };
     // The caption gives the law's parameters only.
     let held = Slice::new(view, v, c, index).held_but_epsilon();
-    let scenes = at_each_width(|scene, width| {
-        let frames = Panels::below(scene, &held, width.select(1, 2), epsilons.len(), 0.66, (x, y));
-        let mut legend = Legend::default();
-        for (i, (panel, methods)) in frames.panels.iter().zip(&panels).enumerate() {
-            for (turn, (name, curve)) in methods.iter().enumerate() {
-                let style = palette::method(name);
-                curves::draw(scene, panel, &values, curve, &style, turn);
-                if i == 0 && is_drawn(name) {
-                    legend.add(Sample::Method(style), super::verdict_panels::method_title(name));
-                }
-            }
-            if view.units.machine.is_none() {
-                panel.title(scene, &equals("epsilon", axes[0].values[epsilons[i]]));
+    let mut scene = Scene::new(width.points(), 0.0);
+    let frames = Panels::below(&mut scene, &held, width.select(1, 2), epsilons.len(), 0.66, (x, y));
+    let mut legend = Legend::default();
+    for (i, (panel, methods)) in frames.panels.iter().zip(&panels).enumerate() {
+        for (turn, (name, curve)) in methods.iter().enumerate() {
+            let style = palette::method(name);
+            curves::draw(&mut scene, panel, &values, curve, &style, turn);
+            if i == 0 && is_drawn(name) {
+                legend.add(Sample::Method(style), super::verdict_panels::method_title(name));
             }
         }
-        frames.axes(scene, &x_label.text(), &y_name);
-        legend.below(scene, frames.panels[0].rect.x, frames.bottom);
-    });
+        if view.units.machine.is_none() {
+            panel.title(&mut scene, &equals("epsilon", axes[0].values[epsilons[i]]));
+        }
+    }
+    frames.axes(&mut scene, &x_label.text(), &y_name);
+    legend.below(&mut scene, frames.panels[0].rect.x, frames.bottom);
     let mut caption =
         rich("The damping up to which each method claims a stick-slip cycle, against belt speed")
             .taken_at(held)
@@ -104,5 +104,5 @@ pub(crate) fn critical(view: &View) -> Option<Figure> {
     }
     let label = Label { key: format!("{}{SIMULATION}", Field::CRITICAL_ERROR), ..y_label.clone() };
     data = data.reals(label.header(), errors.concat().iter().map(|error| error * label.factor).collect());
-    Some(Figure { name: "critical-damping".into(), caption, scenes, data })
+    Some(Figure { name: "critical-damping".into(), caption, scene, data })
 }

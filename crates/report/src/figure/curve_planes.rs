@@ -7,7 +7,7 @@ use super::bifurcations;
 use super::plot::{self, At, Plot};
 use super::scene::Width;
 
-pub(crate) fn curve_planes(view: &View) -> Result<Vec<Figure>, ReportError> {
+pub(crate) fn curve_planes(view: &View, width: Width) -> Result<Vec<Figure>, ReportError> {
     let map = view.map;
     let axes = map.grid().axes();
     let mut figures: Vec<Figure> = Vec::new();
@@ -20,7 +20,7 @@ pub(crate) fn curve_planes(view: &View) -> Result<Vec<Figure>, ReportError> {
             .collect();
         let (x, y) = (&axes[plane.x].name, &axes[plane.y].name);
         let variables: Vec<String> = map.has("regime").then(|| "regime".to_owned()).into_iter().collect();
-        let (width, variables) = (Width::OneColumn, &variables[..]);
+        let variables = &variables[..];
         let wanted = Plot { x, y: Some(y), at: &at, variables, panels: None, curves: false, width };
         let name = format!("curves-{x}-{y}");
         // Several planes may differ only in the values of the fixed axes.

@@ -6,20 +6,20 @@ use super::super::text::{Rich, rich};
 use super::super::units::View;
 use super::super::{Report, ReportError, SIMULATION};
 use super::data::Data;
-use super::exact::boundary;
+use super::bifurcations::boundary;
 use super::legend::{Legend, Sample};
-use super::panels::{Panel, Panels};
+use super::panels::Panels;
 use super::region::outlines;
-use super::scene::{Fill, Rect};
+use super::scene::{Fill, Scene, Width};
 use super::slice::Slice;
 use super::verdict_panels::{
-    EXACT, FEWEST_NODES, cell_columns, chosen_epsilons, draw_curves, failed_words, main_plane, method_title,
+    EXACT, FEWEST_NODES, cell_columns, chosen_epsilons, draw_exact, failed_words, main_plane, method_title,
 };
-use super::{Figure, at_each_width, palette, slice::equals};
+use super::{Figure, palette, slice::equals};
 use slipmap_map::map::Verdict;
 
 /// The figure, one panel per eps; `None` for a map without a plane.
-pub(crate) fn deciders(view: &View, report: &Report) -> Result<Option<Figure>, ReportError> {
+pub(crate) fn deciders(view: &View, report: &Report, width: Width) -> Result<Option<Figure>, ReportError> {
     let map = view.map;
     let methods = map.methods();
     let decided = |method: usize| -> u64 {
@@ -70,32 +70,29 @@ pub(crate) fn deciders(view: &View, report: &Report) -> Result<Option<Figure>, R
         1 => slices[0].0.held(),
         _ => slices[0].0.held_but_epsilon(),
     };
-    // Searched once, in a panel of unit size.
-    let unit = Panel { rect: Rect { x: 0.0, y: 0.0, w: 1.0, h: 1.0 }, x: x_scale, y: y_scale };
-    let exact: Vec<_> = slices.iter().map(|(slice, ..)| boundary(slice, &unit)).collect();
-    let scenes = at_each_width(|scene, width| {
-        let columns = width.select(1, 2);
-        let panels = Panels::below(scene, &held, columns, slices.len(), 0.66, (x_scale, y_scale));
-        let mut used = vec![false; kinds.len()];
-        for ((panel, (slice, codes)), curves) in panels.panels.iter().zip(&slices).zip(&exact) {
-            for (kind, (fill, _)) in kinds.iter().enumerate() {
-                let areas = outlines(panel, &x_edges, &y_edges, |i, j| kind_of(codes, i, j) == kind);
-                used[kind] |= !areas.is_empty();
-                scene.area(&areas, *fill);
-            }
-            draw_curves(scene, curves, &unit, panel);
-            if slices.len() > 1 {
-                panel.title(scene, &equals("epsilon", map.grid().axes()[0].values[slice.index[0]]));
-            }
+    let exact: Vec<_> = slices.iter().map(|(slice, ..)| boundary(slice)).collect();
+    let mut scene = Scene::new(width.points(), 0.0);
+    let columns = width.select(1, 2);
+    let panels = Panels::below(&mut scene, &held, columns, slices.len(), 0.66, (x_scale, y_scale));
+    let mut used = vec![false; kinds.len()];
+    for ((panel, (slice, codes)), curves) in panels.panels.iter().zip(&slices).zip(&exact) {
+        for (kind, (fill, _)) in kinds.iter().enumerate() {
+            let areas = outlines(panel, &x_edges, &y_edges, |i, j| kind_of(codes, i, j) == kind);
+            used[kind] |= !areas.is_empty();
+            scene.area(&areas, *fill);
         }
-        panels.axes(scene, &x_name, &y_name);
-        let mut legend = Legend::default();
-        legend.add_used(&kinds, &used);
-        if exact.iter().any(|curves| !curves.is_empty()) {
-            legend.add(Sample::Line(EXACT), rich("exact boundary"));
+        draw_exact(&mut scene, curves, panel);
+        if slices.len() > 1 {
+            panel.title(&mut scene, &equals("epsilon", map.grid().axes()[0].values[slice.index[0]]));
         }
-        legend.below(scene, panels.panels[0].rect.x, panels.bottom);
-    });
+    }
+    panels.axes(&mut scene, &x_name, &y_name);
+    let mut legend = Legend::default();
+    legend.add_used(&kinds, &used);
+    if exact.iter().any(|exact| !exact.curves.is_empty()) {
+        legend.add(Sample::Line(EXACT), rich("exact boundary"));
+    }
+    legend.below(&mut scene, panels.panels[0].rect.x, panels.bottom);
     let caption = rich(
         "Which method decides where: each cell shows the first rigorous test that decides it, in the order of the number \
          of cells that they decide in the whole map, fewest first, then the simulation",
@@ -127,5 +124,5 @@ pub(crate) fn deciders(view: &View, report: &Report) -> Result<Option<Figure>, R
         }
         data = data.join(cell_columns(slice, slices.len())).words("decided_by", words);
     }
-    Ok(Some(Figure { name: "deciders".into(), caption, scenes, data }))
+    Ok(Some(Figure { name: "deciders".into(), caption, scene, data }))
 }

@@ -9,7 +9,7 @@ use super::legend::{Legend, Sample};
 use super::panels::{Labels, Panel, Panels, TITLE_MARGIN};
 use super::scene::{Anchor, Rect, Scene, Stroke, Width, text_width};
 use super::verdict_panels::method_title;
-use super::{Figure, at_each_width, palette};
+use super::{Figure, palette};
 
 /// Median, 95 % quantile and maximum of the error of a method at an eps, if they can be drawn on a
 /// logarithmic axis.
@@ -32,16 +32,17 @@ fn scale(report: &Report, epsilons: usize) -> Option<Scale> {
 }
 
 /// The figure; `None` if no method has a boundary error to show.
-pub(crate) fn errors(view: &View, report: &Report) -> Option<Figure> {
+pub(crate) fn errors(view: &View, report: &Report, width: Width) -> Option<Figure> {
     let axes = view.map.grid().axes();
     let epsilons = &axes[0].values;
     let label = view.axis(&axes[axes.len() - 1]);
     let scale = scale(report, epsilons.len())?.in_unit(label.factor);
     let one = epsilons.len() == 1;
-    let scenes = at_each_width(|scene, width| match one {
-        true => dots(scene, report, scale, &label),
-        false => lines(scene, report, epsilons, scale, &label, width),
-    });
+    let mut scene = Scene::new(width.points(), 0.0);
+    match one {
+        true => dots(&mut scene, report, scale, &label),
+        false => lines(&mut scene, report, epsilons, scale, &label, width),
+    }
     let caption = rich(
         "How far each method's critical damping is from the exact one, {c^*}. A column of the map is all dampings at \
          one value of each other parameter; in each column where both are known, the error is the distance between the \
@@ -75,7 +76,7 @@ pub(crate) fn errors(view: &View, report: &Report) -> Option<Figure> {
         .reals(header("median"), column(|errors| errors.0))
         .reals(header("percentile_95"), column(|errors| errors.1))
         .reals(header("worst"), column(|errors| errors.2));
-    Some(Figure { name: "boundary-error".into(), caption, scenes, data })
+    Some(Figure { name: "boundary-error".into(), caption, scene, data })
 }
 
 fn lines(scene: &mut Scene, report: &Report, epsilons: &[f64], y: Scale, label: &Label, width: Width) {

@@ -10,7 +10,6 @@ pub(crate) mod data;
 pub(crate) mod deciders;
 pub mod diagram;
 pub(crate) mod errors;
-pub(crate) mod exact;
 pub(crate) mod legend;
 pub mod lines;
 pub(crate) mod orbit;
@@ -50,35 +49,25 @@ pub struct Figure {
     pub name: String,
     /// Its caption.
     pub caption: Rich,
-    /// The figure at each width.
-    pub scenes: Vec<(Width, Scene)>,
+    /// The drawing.
+    pub scene: Scene,
     pub(crate) data: Data,
-}
-
-/// The scene of a figure at each width; `draw` fills it and sets its height.
-pub(crate) fn at_each_width(mut draw: impl FnMut(&mut Scene, Width)) -> Vec<(Width, Scene)> {
-    let at = |width: Width| {
-        let mut scene = Scene::new(width.points(), 0.0);
-        draw(&mut scene, width);
-        (width, scene)
-    };
-    Width::ALL.map(at).into()
 }
 
 /// All figures of a report in its order, drawn by all cores.
 ///
 /// # Errors
 /// [`ReportError::Map`] if the map cannot be read.
-pub fn all(view: &View, report: &Report) -> Result<Vec<Figure>, ReportError> {
+pub fn all(view: &View, report: &Report, width: Width) -> Result<Vec<Figure>, ReportError> {
     type Maker<'a> = &'a (dyn Fn() -> Result<Vec<Figure>, ReportError> + Sync);
     let makers: [Maker; 7] = [
-        &|| Ok(plot::probability(view)?.into_iter().collect()),
-        &|| curve_planes::curve_planes(view),
-        &|| verdict_panels::verdict_panels(view),
-        &|| Ok(deciders::deciders(view, report)?.into_iter().collect()),
-        &|| Ok(critical::critical(view).into_iter().collect()),
-        &|| Ok(errors::errors(view, report).into_iter().collect()),
-        &|| Ok(portraits::portraits(view).into_iter().collect()),
+        &|| Ok(plot::probability(view, width)?.into_iter().collect()),
+        &|| curve_planes::curve_planes(view, width),
+        &|| verdict_panels::verdict_panels(view, width),
+        &|| Ok(deciders::deciders(view, report, width)?.into_iter().collect()),
+        &|| Ok(critical::critical(view, width).into_iter().collect()),
+        &|| Ok(errors::errors(view, report, width).into_iter().collect()),
+        &|| Ok(portraits::portraits(view, width).into_iter().collect()),
     ];
     // Several figures need these nodes; computed here, no figure waits for another.
     view.informative_nodes();

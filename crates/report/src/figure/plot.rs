@@ -93,17 +93,15 @@ pub fn plot(view: &View, plot: &Plot) -> Result<Plotted, ReportError> {
     }
 }
 
-/// A plot as a figure of a report, at each width.
+/// A plot as a figure of a report.
 pub(crate) fn figure(view: &View, name: String, wanted: &Plot) -> Result<Figure, ReportError> {
-    let [narrow, wide] = Width::ALL.map(|width| plot(view, &Plot { width, ..wanted.clone() }));
-    let (narrow, wide) = (narrow?, wide?);
-    let scenes = vec![(Width::OneColumn, narrow.scene), (Width::TwoColumns, wide.scene)];
-    Ok(Figure { name, caption: wide.caption, scenes, data: wide.data })
+    let Plotted { scene, caption, data, .. } = plot(view, wanted)?;
+    Ok(Figure { name, caption, scene, data })
 }
 
 /// The probability that a machine with uncertain quantities may stick-slip, over belt speed and damping;
 /// `None` for a map without it, and for one of a single cell.
-pub(crate) fn probability(view: &View) -> Result<Option<Figure>, ReportError> {
+pub(crate) fn probability(view: &View, width: Width) -> Result<Option<Figure>, ReportError> {
     let axes = view.map.grid().axes();
     let [speed, damping] = [axes.len() - 2, axes.len() - 1];
     let has_nodes = |axis: usize| axes[axis].values.len() > 1;
@@ -111,7 +109,7 @@ pub(crate) fn probability(view: &View) -> Result<Option<Figure>, ReportError> {
         return Ok(None);
     }
     let variables = [PROBABILITY.to_owned()];
-    let (x, y, width) = (&axes[speed].name, Some(axes[damping].name.as_str()), Width::OneColumn);
+    let (x, y) = (&axes[speed].name, Some(axes[damping].name.as_str()));
     let wanted = Plot { x, y, at: &[], variables: &variables, panels: None, curves: false, width };
     figure(view, "probability".into(), &wanted).map(Some)
 }

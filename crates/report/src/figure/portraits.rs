@@ -8,8 +8,8 @@ use super::legend::Legend;
 use super::lines::letter;
 use super::panels::{BOTTOM_MARGIN, Panel, Panels, TITLE_MARGIN, write_heading};
 use super::portrait::{Portrait, equal_scales, orbit_data};
-use super::scene::Rect;
-use super::{Figure, at_each_width, curves};
+use super::scene::{Rect, Scene, Width};
+use super::{Figure, curves};
 use slipmap_model::filippov::Oscillator;
 use slipmap_simulate::{Fate, flow};
 use slipmap_witness::{Sample as State, Start};
@@ -19,7 +19,7 @@ const TOLERANCE: f64 = 1e-10;
 
 /// Portraits along one column of the map: below the critical damping, in the bistable band, above it, and,
 /// where a column of the map has one, an orbit that crosses the belt line. `None` for a map without a cycle.
-pub(crate) fn portraits(view: &View) -> Option<Figure> {
+pub(crate) fn portraits(view: &View, width: Width) -> Option<Figure> {
     let grid = view.map.grid();
     let axes = grid.axes();
     let mut index = view.informative_nodes();
@@ -66,41 +66,40 @@ pub(crate) fn portraits(view: &View) -> Option<Figure> {
     let (x1, x2) = (view.units.x1(), view.units.x2());
     let (belt_label, damping) = (view.axis(&axes[belt]), view.axis(&axes[belt + 1]));
     let held = view.held(&held_index, &[belt + 1]);
-    let scenes = at_each_width(|scene, width| {
-        let columns = width.select(1, drawn.len().min(3));
-        let (x, y, h) = equal_scales(common, 1.0, (0.5, 1.1));
+    let mut scene = Scene::new(width.points(), 0.0);
+    let columns = width.select(1, drawn.len().min(3));
+    let (x, y, h) = equal_scales(common, 1.0, (0.5, 1.1));
+    let (x, y) = (x.in_unit(x1.factor), y.in_unit(x2.factor));
+    let mut panels = Panels::new(scene.width, columns, 3, h, x, y);
+    panels.shift((0.0, write_heading(&mut scene, panels.panels[0].rect.x, &held)));
+    let mut legend = Legend::default();
+    // Equal units in both directions, for the height that is left on the page.
+    let aspect = panels.panels[0].rect.h / panels.panels[0].rect.w;
+    let (x, y, _) = equal_scales(common, 1.0, (aspect, aspect));
+    for panel in &mut panels.panels {
+        (panel.x, panel.y) = (x.in_unit(x1.factor), y.in_unit(x2.factor));
+    }
+    for (number, (panel, (c, portrait))) in panels.panels.iter().zip(&drawn).enumerate() {
+        portrait.draw(&mut scene, panel);
+        portrait.legend(&mut legend);
+        panel.title(&mut scene, &letter(number).then(damping.equals(rounded(*c))));
+    }
+    panels.axes(&mut scene, &x1.text(), &x2.text());
+    let mut bottom = panels.bottom;
+    if let Some((c, portrait)) = drawn.get(3) {
+        let w = width.select(panels.panels[0].rect.w, 0.5 * scene.width);
+        let (x, y, h) = equal_scales(portrait.extent(), w, (0.4, 0.7));
         let (x, y) = (x.in_unit(x1.factor), y.in_unit(x2.factor));
-        let mut panels = Panels::new(scene.width, columns, 3, h, x, y);
-        panels.shift((0.0, write_heading(scene, panels.panels[0].rect.x, &held)));
-        let mut legend = Legend::default();
-        // Equal units in both directions, for the height that is left on the page.
-        let aspect = panels.panels[0].rect.h / panels.panels[0].rect.w;
-        let (x, y, _) = equal_scales(common, 1.0, (aspect, aspect));
-        for panel in &mut panels.panels {
-            (panel.x, panel.y) = (x.in_unit(x1.factor), y.in_unit(x2.factor));
-        }
-        for (number, (panel, (c, portrait))) in panels.panels.iter().zip(&drawn).enumerate() {
-            portrait.draw(scene, panel);
-            portrait.legend(&mut legend);
-            panel.title(scene, &letter(number).then(damping.equals(rounded(*c))));
-        }
-        panels.axes(scene, &x1.text(), &x2.text());
-        let mut bottom = panels.bottom;
-        if let Some((c, portrait)) = drawn.get(3) {
-            let w = width.select(panels.panels[0].rect.w, 0.5 * scene.width);
-            let (x, y, h) = equal_scales(portrait.extent(), w, (0.4, 0.7));
-            let (x, y) = (x.in_unit(x1.factor), y.in_unit(x2.factor));
-            let rect = Rect { x: panels.panels[0].rect.x, y: bottom + TITLE_MARGIN, w, h };
-            let panel = Panel { rect, x, y };
-            portrait.draw(scene, &panel);
-            panel.named_axes(scene, &x1.text(), &x2.text(), Panel::y_labels_width(y, h));
-            let speed = belt_label.equals(axes[belt].values[index[belt]]);
-            panel.title(scene, &letter(3).then(damping.equals(*c)).then(", ").then(speed));
-            portrait.legend(&mut legend);
-            bottom = rect.y + h + BOTTOM_MARGIN;
-        }
-        legend.below(scene, panels.panels[0].rect.x, bottom);
-    });
+        let rect = Rect { x: panels.panels[0].rect.x, y: bottom + TITLE_MARGIN, w, h };
+        let panel = Panel { rect, x, y };
+        portrait.draw(&mut scene, &panel);
+        panel.named_axes(&mut scene, &x1.text(), &x2.text(), Panel::y_labels_width(y, h));
+        let speed = belt_label.equals(axes[belt].values[index[belt]]);
+        panel.title(&mut scene, &letter(3).then(damping.equals(*c)).then(", ").then(speed));
+        portrait.legend(&mut legend);
+        bottom = rect.y + h + BOTTOM_MARGIN;
+    }
+    legend.below(&mut scene, panels.panels[0].rect.x, bottom);
     let mut caption = rich("Phase portraits at ").then(held).then(": ");
     for (number, (_, portrait)) in drawn.iter().enumerate() {
         let separator = rich(if number > 0 { "; " } else { "" });

@@ -34,8 +34,6 @@ pub enum Width {
 }
 
 impl Width {
-    pub(crate) const ALL: [Width; 2] = [Width::OneColumn, Width::TwoColumns];
-
     /// The first of two choices for one column, the second for two.
     pub(crate) fn select<T>(self, one_column: T, two_columns: T) -> T {
         match self {
@@ -46,12 +44,6 @@ impl Width {
 
     pub(crate) fn points(self) -> f64 {
         POINTS * self.select(84.0, 174.0)
-    }
-
-    /// The part of file names for this width.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        self.select("1col", "2col")
     }
 }
 

@@ -6,7 +6,7 @@ use super::super::text::{Rich, rich};
 use super::super::units::{View, join};
 use super::super::{ReportError, SIMULATION};
 use super::data::{Data, Values};
-use super::exact::boundary;
+use super::bifurcations::{boundary, places};
 use super::legend::{Legend, Sample};
 use super::lines::letter;
 use super::palette;
@@ -15,9 +15,9 @@ use super::plot::{self, At, Plot};
 use super::region::outlines;
 use super::scene::{Fill, Place, Scene, Stroke, Width};
 use super::slice::{Slice, picks};
-use super::{Figure, at_each_width};
+use super::Figure;
 use slipmap_format::MapFile;
-use slipmap_map::map::{Axis, Verdict};
+use slipmap_map::map::{Axis, PlaneCurves, Verdict};
 use slipmap_numbers::text::count;
 use slipmap_simulate::critical_damping;
 
@@ -107,7 +107,7 @@ pub(crate) fn chosen_epsilons(map: &MapFile) -> Vec<usize> {
     (0..MOST_EPSILONS).map(|i| i * (count - 1) / (MOST_EPSILONS - 1)).collect()
 }
 
-pub(crate) fn verdict_panels(view: &View) -> Result<Vec<Figure>, ReportError> {
+pub(crate) fn verdict_panels(view: &View, width: Width) -> Result<Vec<Figure>, ReportError> {
     let map = view.map;
     let axes = map.grid().axes();
     let c = axes.len() - 1;
@@ -116,7 +116,7 @@ pub(crate) fn verdict_panels(view: &View) -> Result<Vec<Figure>, ReportError> {
     let nodes = |axis: usize| axes[axis].values.len();
     if nodes(x).min(nodes(y)) < FEWEST_NODES {
         let (over, other) = if nodes(x) >= nodes(y) { (x, y) } else { (y, x) };
-        return over_one_axis(view, over, other, &index);
+        return over_one_axis(view, over, other, &index, width);
     }
     let mut planes = vec![(x, y, index.clone())];
     // A second plane, across the law's parameters and V at fixed c.
@@ -133,7 +133,7 @@ pub(crate) fn verdict_panels(view: &View) -> Result<Vec<Figure>, ReportError> {
         for epsilon in epsilons {
             let mut index = index.clone();
             index[0] = epsilon;
-            figures.push(figure(&Slice::new(view, x, y, index))?);
+            figures.push(figure(&Slice::new(view, x, y, index), width)?);
         }
     }
     Ok(figures)
@@ -155,6 +155,7 @@ fn over_one_axis(
     over: usize,
     other: usize,
     index: &[usize],
+    width: Width,
 ) -> Result<Vec<Figure>, ReportError> {
     let (map, axes) = (view.map, view.map.grid().axes());
     if axes[over].values.len() < 2 {
@@ -173,7 +174,7 @@ fn over_one_axis(
             (axis.name.clone(), nodes.iter().map(|node| node * view.axis(axis).factor).collect())
         };
         let at: Vec<At> = axes.iter().enumerate().filter(|(i, _)| *i != over).map(at).collect();
-        let (x, width, variables) = (&axes[over].name, Width::OneColumn, &variables[..]);
+        let (x, variables) = (&axes[over].name, &variables[..]);
         let wanted = Plot { x, y: None, at: &at, variables, panels: None, curves: false, width };
         let name = match epsilons.len() {
             1 => format!("slice-{x}"),
@@ -202,7 +203,7 @@ fn has_edge(edge: &[(f64, f64)]) -> bool {
     edge.iter().filter(|(_, c)| c.is_finite()).count() > 1
 }
 
-fn figure(slice: &Slice) -> Result<Figure, ReportError> {
+fn figure(slice: &Slice, width: Width) -> Result<Figure, ReportError> {
     let map = slice.view.map;
     let methods = map.methods();
     let codes = methods
@@ -236,44 +237,42 @@ fn figure(slice: &Slice) -> Result<Figure, ReportError> {
     let held = slice.held();
     let heading = join([held.clone(), words("not drawn, because undecided everywhere: ")]);
     let looks = Claim::ALL.map(Claim::look);
-    let mut exact: Option<(Panel, Vec<Vec<Place>>)> = None;
-    let scenes = at_each_width(|scene, width| {
-        let columns = width.select(2, 4);
-        let panels = Panels::below(scene, &heading, columns, shown.len(), 0.78, (x_scale, y_scale));
-        let mut used = vec![false; looks.len()];
-        let mut edged = false;
-        for (number, (&m, panel)) in shown.iter().zip(&panels.panels).enumerate() {
-            let mut draw = |scene: &mut Scene, wrong: bool| {
-                for (n, known) in Claim::ALL.into_iter().enumerate().filter(|(_, it)| it.is_wrong() == wrong)
-                {
-                    let areas = outlines(panel, &x_edges, &y_edges, |i, j| claim(m, i, j) == known);
-                    used[n] |= !areas.is_empty();
-                    scene.area(&areas, looks[n].0);
-                }
-            };
-            let edge: Vec<Place> = edges[m].iter().map(|&(x, c)| panel.place(x, c)).collect();
-            edged |= has_edge(&edges[m]);
-            // The boundary is searched once and transformed from panel to panel.
-            let (drawn, curves) = exact.get_or_insert_with(|| (*panel, boundary(slice, panel)));
-            draw(scene, false);
-            draw_lines(scene, std::slice::from_ref(&edge), panel, panel, &[HALO]);
-            draw_lines(scene, curves, drawn, panel, &[HALO]);
-            draw(scene, true);
-            draw_lines(scene, &[edge], panel, panel, &[OWN_EDGE]);
-            draw_lines(scene, curves, drawn, panel, &[EXACT]);
-            panel.title(scene, &letter(number).then(method_title(&methods[m].name)));
-        }
-        panels.axes(scene, &x_name, &y_name);
-        let mut legend = Legend::default();
-        legend.add_used(&looks, &used);
-        if exact.as_ref().is_some_and(|(_, curves)| !curves.is_empty()) {
-            legend.add(Sample::Line(EXACT), rich("exact boundary"));
-        }
-        if edged {
-            legend.add(Sample::Line(OWN_EDGE), rich("the method's own critical damping"));
-        }
-        legend.below(scene, panels.panels[0].rect.x, panels.bottom);
-    });
+    let exact = boundary(slice);
+    let mut scene = Scene::new(width.points(), 0.0);
+    let columns = width.select(2, 4);
+    let panels = Panels::below(&mut scene, &heading, columns, shown.len(), 0.78, (x_scale, y_scale));
+    let mut used = vec![false; looks.len()];
+    let mut edged = false;
+    for (number, (&m, panel)) in shown.iter().zip(&panels.panels).enumerate() {
+        let mut draw = |scene: &mut Scene, wrong: bool| {
+            for (n, known) in Claim::ALL.into_iter().enumerate().filter(|(_, it)| it.is_wrong() == wrong)
+            {
+                let areas = outlines(panel, &x_edges, &y_edges, |i, j| claim(m, i, j) == known);
+                used[n] |= !areas.is_empty();
+                scene.area(&areas, looks[n].0);
+            }
+        };
+        let edge: Vec<Place> = edges[m].iter().map(|&(x, c)| panel.place(x, c)).collect();
+        edged |= has_edge(&edges[m]);
+        let (edge, curves) = ([edge], places(&exact, panel));
+        draw(&mut scene, false);
+        draw_lines(&mut scene, &edge, panel, &HALO);
+        draw_lines(&mut scene, &curves, panel, &HALO);
+        draw(&mut scene, true);
+        draw_lines(&mut scene, &edge, panel, &OWN_EDGE);
+        draw_lines(&mut scene, &curves, panel, &EXACT);
+        panel.title(&mut scene, &letter(number).then(method_title(&methods[m].name)));
+    }
+    panels.axes(&mut scene, &x_name, &y_name);
+    let mut legend = Legend::default();
+    legend.add_used(&looks, &used);
+    if !exact.curves.is_empty() {
+        legend.add(Sample::Line(EXACT), rich("exact boundary"));
+    }
+    if edged {
+        legend.add(Sample::Line(OWN_EDGE), rich("the method's own critical damping"));
+    }
+    legend.below(&mut scene, panels.panels[0].rect.x, panels.bottom);
     let epsilon = match slice.x {
         0 => String::new(),
         _ => format!("-{}", slice.index[0] + 1),
@@ -294,10 +293,10 @@ fn figure(slice: &Slice) -> Result<Figure, ReportError> {
             .then(label(y).name)
             .then(" at ")
             .then(held)
-            .then(match exact.is_some_and(|(_, curves)| !curves.is_empty()) {
-                true => ". Black curve: the exact boundary of the stick-slip region, by root-finding on the simulated flow.",
+            .then(match !exact.curves.is_empty() {
+                true => ". Black curve: the exact boundary of the stick-slip region, by continuation.",
                 false => {
-                    ". Without the exact boundary: there is none here, or to find it would take too long. `slipmap run \
+                    ". Without the exact boundary: there is none here, or to find it would take too long. `slipmap plot \
                      --curves` follows it."
                 }
             })
@@ -305,7 +304,7 @@ fn figure(slice: &Slice) -> Result<Figure, ReportError> {
             .then(rich(if empty.is_empty() { "" } else { "." }))
             .then(slice.thinned_words())
             .then(failed_words("verdicts", codes.iter().flatten().map(|code| *code == Verdict::Failed.code()))),
-        scenes,
+        scene,
         data,
     })
 }
@@ -335,34 +334,16 @@ pub(super) fn cell_columns(slice: &Slice, panels: usize) -> Data {
     Data::default().reals(x.header(), xs.repeat(panels)).reals(y.header(), ys.repeat(panels))
 }
 
-/// A position of one panel in another one with the same scales.
-fn moved((x, y): Place, from: &Panel, to: &Panel) -> Place {
-    let unit = ((x - from.rect.x) / from.rect.w, (y - from.rect.y) / from.rect.h);
-    (to.rect.x + unit.0 * to.rect.w, to.rect.y + unit.1 * to.rect.h)
-}
-
 pub(super) fn method_title(name: &str) -> Rich {
     Rich::foreign(&name.replace('_', " "))
 }
 
-/// Draws boundaries that were searched in another panel with the same scales.
-pub(super) fn draw_curves(scene: &mut Scene, curves: &[Vec<Place>], from: &Panel, to: &Panel) {
-    draw_lines(scene, curves, from, to, &[HALO, EXACT]);
+/// Draws the exact boundary of a slice into its panel.
+pub(super) fn draw_exact(scene: &mut Scene, exact: &PlaneCurves, panel: &Panel) {
+    let curves = places(exact, panel);
+    [HALO, EXACT].iter().for_each(|stroke| draw_lines(scene, &curves, panel, stroke));
 }
 
-/// Draws curves of one panel into another one with each of `strokes`.
-fn draw_lines(scene: &mut Scene, curves: &[Vec<Place>], from: &Panel, to: &Panel, strokes: &[Stroke]) {
-    scene.clipped(to.rect, |scene| {
-        for curve in curves {
-            let moved: Vec<Place> = curve.iter().map(|place| moved(*place, from, to)).collect();
-            strokes.iter().for_each(|stroke| scene.line(&moved, stroke));
-        }
-    });
-}
-
-/// Draws the exact boundary of a slice into its panel; `false` if there is none.
-pub(super) fn draw_exact(scene: &mut Scene, slice: &Slice, panel: &Panel) -> bool {
-    let curves = boundary(slice, panel);
-    draw_curves(scene, &curves, panel, panel);
-    !curves.is_empty()
+fn draw_lines(scene: &mut Scene, curves: &[Vec<Place>], panel: &Panel, stroke: &Stroke) {
+    scene.clipped(panel.rect, |scene| curves.iter().for_each(|curve| scene.line(curve, stroke)));
 }

@@ -9,7 +9,7 @@ use super::lines::letter;
 use super::palette::{self, MethodStyle};
 use super::panels::{Panel, Panels};
 use super::scene::{Anchor, Marker, Place, Rect, Scene, Stroke, Width};
-use super::{Data, Figure, at_each_width};
+use super::{Data, Figure};
 use slipmap_study::benchmark::{Kind, Row, Study};
 
 /// The front, drawn below everything else.
@@ -50,7 +50,7 @@ fn lines(study: &Study) -> Vec<Line<'_>> {
 
 /// The chart.
 #[must_use]
-pub fn chart(study: &Study) -> Figure {
+pub fn chart(study: &Study, width: Width) -> Figure {
     let near = study.cells.iter().filter(|cell| cell.near).count();
     let axes = study.grid.axes().iter();
     let place = join(axes.map(|axis| UnitSystem::default().axis(axis).extent(&axis.values, 4)));
@@ -71,8 +71,9 @@ pub fn chart(study: &Study) -> Figure {
         Some((_, false)) => rich(" Peers, dotted, were measured on other cells."),
         None => Rich::default(),
     });
-    let scenes = at_each_width(|scene, width| draw(scene, study, width));
-    Figure { name: "work-precision".into(), caption, scenes, data: Data::default() }
+    let mut scene = Scene::new(width.points(), 0.0);
+    draw(&mut scene, study, width);
+    Figure { name: "work-precision".into(), caption, scene, data: Data::default() }
 }
 
 /// Whole decades around numbers; `None` if there are none.

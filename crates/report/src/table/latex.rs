@@ -6,9 +6,6 @@
 use super::super::text::{Piece, Rich, latex};
 use super::{Cell, Decimal, LONGEST_WORD, Style, Table, decimal};
 
-/// Widths in points: of a line in one column of a two-column article and in both.
-const ONE_COLUMN: f64 = 229.0;
-const BOTH_COLUMNS: f64 = 469.0;
 /// A power of ten takes as much room as this many characters.
 const POWER: usize = 6;
 /// Longest words that are kept on one line.
@@ -17,23 +14,24 @@ const SHORT: usize = 22;
 const NARROWEST: f64 = 20.0;
 const MOST_LINES: f64 = 5.0;
 
-/// A font with the gap between columns and the mean width of a character, in points.
-struct Font {
-    name: &'static str,
+/// A layout; lengths in points.
+struct Layout {
+    environment: &'static str,
+    font: &'static str,
+    /// Width of a line.
+    line: f64,
+    /// Gap between columns.
     gap: f64,
+    /// Mean width of a character.
     character: f64,
 }
 
-const FOOTNOTE: Font = Font { name: "footnotesize", gap: 3.0, character: 4.5 };
-const SCRIPT: Font = Font { name: "scriptsize", gap: 1.5, character: 4.2 };
-
-/// The layouts in order of preference: environment, width of a line, and font.
-const LAYOUTS: [(&str, f64, Font); 4] = [
-    ("table", ONE_COLUMN, FOOTNOTE),
-    ("table", ONE_COLUMN, SCRIPT),
-    ("table*", BOTH_COLUMNS, FOOTNOTE),
-    ("table*", BOTH_COLUMNS, SCRIPT),
-];
+/// In one column of a two-column article.
+const ONE_COLUMN: Layout =
+    Layout { environment: "table", font: "footnotesize", line: 229.0, gap: 3.0, character: 4.5 };
+/// Over both columns, in a font in which the widest table fits.
+const BOTH_COLUMNS: Layout =
+    Layout { environment: "table*", font: "scriptsize", line: 469.0, gap: 1.5, character: 4.2 };
 
 /// A column before the layout is chosen.
 struct Width {
@@ -53,18 +51,19 @@ impl Width {
 }
 
 /// The share of a line that each paragraph gets, or `None` if there are none, and whether the table fits.
-fn fit(columns: &[Width], line: f64, font: &Font) -> (Option<f64>, bool) {
-    let gaps = 2.0 * font.gap * columns.len() as f64;
-    let width = |of: &[&Width]| of.iter().map(|of| of.characters() as f64 * font.character).sum::<f64>();
+fn fit(columns: &[Width], layout: &Layout) -> (Option<f64>, bool) {
+    let Layout { line, gap, character, .. } = *layout;
+    let gaps = 2.0 * gap * columns.len() as f64;
+    let width = |of: &[&Width]| of.iter().map(|of| of.characters() as f64 * character).sum::<f64>();
     let (long, short): (Vec<&Width>, Vec<&Width>) = columns.iter().partition(|of| of.breaks);
     let room = line - gaps - width(&short);
     if long.is_empty() || width(&long) <= room {
         return (None, width(&long) <= room);
     }
     let each = room / long.len() as f64;
-    let lines = long.iter().map(|of| of.cells as f64 * font.character / each).fold(0.0, f64::max);
-    let fits = each >= NARROWEST * font.character && lines <= MOST_LINES;
-    (Some((each.max(NARROWEST * font.character) + 2.0 * font.gap) / line), fits)
+    let lines = long.iter().map(|of| of.cells as f64 * character / each).fold(0.0, f64::max);
+    let fits = each >= NARROWEST * character && lines <= MOST_LINES;
+    (Some((each.max(NARROWEST * character) + 2.0 * gap) / line), fits)
 }
 
 impl Table {
@@ -74,20 +73,18 @@ impl Table {
         let styles: Vec<Style> = (0..self.columns.len()).map(|column| self.aligned_style(column)).collect();
         let columns: Vec<Width> =
             styles.iter().enumerate().map(|(column, style)| self.width(column, *style)).collect();
-        let fits = |(_, line, font): &&(&str, f64, Font)| fit(&columns, *line, font).1;
-        let (environment, line, font) = LAYOUTS.iter().find(fits).unwrap_or(&LAYOUTS[LAYOUTS.len() - 1]);
-        let share = fit(&columns, *line, font).0;
+        let layout = if fit(&columns, &ONE_COLUMN).1 { ONE_COLUMN } else { BOTH_COLUMNS };
+        let share = fit(&columns, &layout).0;
+        let Layout { environment, font, line, gap, character } = layout;
         let mut text = format!(
-            "% Needs \\usepackage{{booktabs}} and \\usepackage{{siunitx}}.\n\\begin{{{environment}}}\n\\centering\n\\{}\n\\setlength{{\\tabcolsep}}{{{}pt}}\n\
+            "% Needs \\usepackage{{booktabs}} and \\usepackage{{siunitx}}.\n\\begin{{{environment}}}\n\\centering\n\\{font}\n\\setlength{{\\tabcolsep}}{{{gap}pt}}\n\
              \\setlength{{\\belowcaptionskip}}{{4pt}}\n\\emergencystretch=2em\n\\caption{{{}}}\n\\label{{tab:slipmap-{}}}\n\\begin{{tabular}}{{",
-            font.name,
-            font.gap,
             self.caption.latex(),
             self.name
         );
         // Characters of the longest word that is not broken, by column.
         let longest = |of: &Width| match share {
-            Some(share) if of.breaks => ((share * line / font.character) as usize).min(LONGEST_WORD),
+            Some(share) if of.breaks => ((share * line / character) as usize).min(LONGEST_WORD),
             _ => LONGEST_WORD,
         };
         for of in &columns {

@@ -138,7 +138,6 @@ pub fn provenance(map: &MapFile) -> Table {
         ("fields", "fields"),
         ("configuration", "config_path"),
         ("SHA-256 of the configuration", "config_sha256"),
-        ("SHA-256 of the map's attributes", "sha256_attributes"),
         ("references", "references"),
         ("reported by", ""),
     ];
