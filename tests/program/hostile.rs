@@ -431,8 +431,7 @@ fn data_that_standard_output_does_not_take_are_not_lost_without_a_word() {
     let scratch = Scratch::new();
     scratch.file("job.toml", JOB);
     let json = [&PROBE[..], &["--json"]].concat();
-    let cases: [&[&str]; 5] =
-        [&["run", "job.toml"], &PROBE, &json, &["--help"], &["completions", "bash"]];
+    let cases: [&[&str]; 5] = [&["run", "job.toml"], &PROBE, &json, &["--help"], &["completions", "bash"]];
     for arguments in cases {
         for closed in [">&-", "1</dev/null"] {
             let run = limited(&scratch, "true", arguments, closed);

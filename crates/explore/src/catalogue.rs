@@ -2,10 +2,11 @@
 
 use serde_json::{Value, json};
 
+use slipmap_figure::scene::Fill;
+use slipmap_figure::style;
 use slipmap_map::map::{Grid, Method, Quantity};
 use slipmap_model::friction::Law;
 use slipmap_report::figure::palette::{self, Kind};
-use slipmap_report::figure::scene::Fill;
 pub use slipmap_report::{Rich, UnitSystem};
 
 /// Meanings of the codes of a comparison of two methods.
@@ -141,7 +142,7 @@ pub(super) fn catalogue() -> Value {
         "quantities": quantities.collect::<Vec<_>>(),
         "regimes": kinds_json(&palette::regimes()),
         "verdicts": kinds_json(&palette::verdicts()),
-        "sequential": anchors(palette::sequential, 10),
-        "diverging": anchors(palette::diverging, 2),
+        "sequential": anchors(style::sequential, 10),
+        "diverging": anchors(style::diverging, 2),
     })
 }

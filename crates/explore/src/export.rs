@@ -16,13 +16,14 @@ use super::plane::{PlaneRequest, Slice};
 use super::refusal::Refusal;
 use super::show::Show;
 use slipmap_config::{Job, table_of_text};
+use slipmap_figure::render;
 use slipmap_format::{Existing, MapFile, Outcome, PartialMap, Provenance};
 use slipmap_map::machine::{Friction, Machine};
 use slipmap_map::map::{self, ComputeError, Control, Field, Grid, Method, Plan, PlaneCurves};
 use slipmap_model::friction::Law;
 use slipmap_numbers::text::exact;
 use slipmap_report::figure::area::{self, Area, Layer};
-use slipmap_report::figure::{self, Width, render};
+use slipmap_report::figure::{self, Width};
 pub use slipmap_report::{Label, ReportError, Rich, View, rich};
 
 /// Largest number of cells along one axis of an exported map: a figure shows no more, and a table would be

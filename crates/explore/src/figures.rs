@@ -6,14 +6,15 @@ use rayon::prelude::*;
 use serde_json::{Value, json};
 
 use super::refusal::Refusal;
+use slipmap_figure::axis::Scale;
+use slipmap_figure::lines::{Chart, Curve, draw, extent};
+use slipmap_figure::scene::{Marker, Scene, Stroke};
+use slipmap_figure::style;
+use slipmap_figure::style::LineStyle;
 use slipmap_map::machine::Dimension;
 use slipmap_model::filippov::Oscillator;
 use slipmap_model::friction::Law;
 use slipmap_model::point::Point;
-use slipmap_report::figure::axis::Scale;
-use slipmap_report::figure::lines::{Chart, Curve, draw, extent};
-use slipmap_report::figure::palette::{self, MethodStyle};
-use slipmap_report::figure::scene::{Marker, Scene, Stroke};
 use slipmap_report::figure::{OrbitPlot, Width, orbit_figure};
 pub use slipmap_report::{Label, Rich, UnitSystem, rich};
 use slipmap_simulate::backbone::Backbone;
@@ -48,7 +49,7 @@ pub(super) fn orbit(law: &Law, point: &Point, units: &UnitSystem, start: Option<
 }
 
 fn line(name: Rich, color: &'static str, dash: &'static [f64], points: Vec<(f64, f64)>) -> Curve {
-    let style = MethodStyle { stroke: Stroke { color, width: 1.3, dash }, marker: Marker::Circle };
+    let style = LineStyle { stroke: Stroke { color, width: 1.3, dash }, marker: Marker::Circle };
     Curve { name, style, points, marks: false }
 }
 
@@ -59,7 +60,7 @@ fn chart(name: &str, title: &str, curves: Vec<Curve>) -> Chart {
 /// A vertical guide at `x` over the numbers of `curves`.
 fn guide(name: Rich, x: f64, curves: &[Curve]) -> Curve {
     let (low, high) = extent(curves, |point| point.1);
-    line(name, palette::GREY, &[3.0, 2.0], vec![(x, low), (x, high)])
+    line(name, style::GREY, &[3.0, 2.0], vec![(x, low), (x, high)])
 }
 
 fn velocity(units: &UnitSystem, words: &str, symbol: &str) -> Label {
@@ -92,10 +93,10 @@ pub(super) fn friction(law: &Law, point: &Point, units: &UnitSystem) -> Value {
         let at = |i: usize| fastest * i as f64 / POINTS as f64;
         (0..=POINTS).map(|i| (at(i), of(at(i)))).collect()
     };
-    let phi = line(Rich::default(), palette::BLUE, &[], sample(&|u| curve.phi(u)));
-    let weakening = line(rich("weakening rate"), palette::VERMILION, &[], sample(&|u| curve.weakening(u)));
+    let phi = line(Rich::default(), style::BLUE, &[], sample(&|u| curve.phi(u)));
+    let weakening = line(rich("weakening rate"), style::VERMILION, &[], sample(&|u| curve.weakening(u)));
     let viscous = point.epsilon * point.damping;
-    let level = line(rich("damping {epsilon} {c}"), palette::BLACK, &[5.0, 2.0], sample(&|_| viscous));
+    let level = line(rich("damping {epsilon} {c}"), style::BLACK, &[5.0, 2.0], sample(&|_| viscous));
     let belt = |curves: &[Curve]| guide(rich("belt speed {V}"), v, curves);
     let above = vec![belt(std::slice::from_ref(&phi)), phi];
     let mut below = vec![weakening, level];
@@ -110,7 +111,7 @@ pub(super) fn friction(law: &Law, point: &Point, units: &UnitSystem) -> Value {
          damping: where the rate is above the line the motion gains energy.",
     );
     if !weights.is_empty() {
-        let steps = line(Rich::default(), palette::GREEN, &[], weights);
+        let steps = line(Rich::default(), style::GREEN, &[], weights);
         charts.push(chart("weight of slope, %", "(c)", vec![steps]));
         words.push_str(
             " (c) Weight of the friction's slope at each slip speed: the critical damping moves as the weighted mean of \
@@ -147,9 +148,9 @@ fn reaching_the_belt(
         })
         .collect::<Result<_, _>>()?;
     let styles: [(&str, &str, &[f64]); 3] = [
-        ("stick-slip cycle", palette::BLUE, &[]),
-        ("attracting crossing cycle", palette::VERMILION, &[]),
-        ("repelling crossing cycle", palette::VERMILION, &[3.0, 2.0]),
+        ("stick-slip cycle", style::BLUE, &[]),
+        ("attracting crossing cycle", style::VERMILION, &[]),
+        ("repelling crossing cycle", style::VERMILION, &[3.0, 2.0]),
     ];
     let (mut curves, mut unknown) = (Vec::new(), Vec::new());
     for (kind, (words, color, dash)) in styles.into_iter().enumerate() {
@@ -207,7 +208,7 @@ pub(super) fn backbone(
             if attracts { ("attracting slip cycle", &[]) } else { ("repelling slip cycle", &[3.0, 2.0]) };
         let first = !std::mem::replace(&mut named[usize::from(attracts)], true);
         let name = if first { rich(words) } else { Rich::default() };
-        curves.push(line(name, palette::GREEN, dash, points));
+        curves.push(line(name, style::GREEN, dash, points));
     }
     let most = match &backbone {
         Ok(_) => extent(&curves, |point| point.0).1,

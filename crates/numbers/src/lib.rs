@@ -9,6 +9,7 @@ mod named;
 pub mod random;
 mod range;
 pub mod roots;
+pub mod spacing;
 pub mod text;
 
 pub use range::Range;

@@ -2,8 +2,8 @@
 
 use super::figure::Figure;
 use super::table::Table;
-use super::text::Rich;
 use super::units::View;
+use slipmap_figure::text::Rich;
 use slipmap_format::MapFile;
 
 /// The title of the map, or else the name of its file without extension.
@@ -49,11 +49,11 @@ pub(super) fn html(view: &View, summary: &[(Rich, Rich)], tables: &[Table], figu
     for figure in figures {
         entry(
             &anchor("figure", &figure.name),
-            &super::text::html(&format!("Figure: {}", figure.name.replace('-', " "))),
+            &slipmap_figure::text::html(&format!("Figure: {}", figure.name.replace('-', " "))),
         );
     }
     for table in tables {
-        entry(&anchor("table", table.name), &super::text::html(heading(table)));
+        entry(&anchor("table", table.name), &slipmap_figure::text::html(heading(table)));
     }
     if view.map.text("config").is_some() {
         entry("configuration", "Configuration");
@@ -79,7 +79,7 @@ pub(super) fn html(view: &View, summary: &[(Rich, Rich)], tables: &[Table], figu
     if let Some(config) = view.map.text("config") {
         text.push_str(&format!(
             "<h2 id=\"configuration\">Configuration</h2>\n<pre>{}</pre>\n",
-            super::text::html(config)
+            slipmap_figure::text::html(config)
         ));
     }
     page(&title, &text)

@@ -16,7 +16,6 @@ mod stale;
 mod summary;
 mod table;
 pub mod tables;
-mod text;
 mod units;
 mod verdicts;
 pub mod work_precision;
@@ -28,9 +27,9 @@ use std::sync::atomic::Ordering;
 
 pub use boundary::{Boundaries, MethodBoundary};
 pub use machine_page::{MachinePage, Subject};
+pub use slipmap_figure::csv::{csv_text, is_formula};
+pub use slipmap_figure::text::{Rich, rich};
 pub use table::{Cell, Table};
-pub use table::{csv_text, is_formula};
-pub use text::{Rich, rich};
 pub use units::View;
 pub use units::{Label, UnitSystem, join};
 pub use verdicts::{Confusion, Verdicts};
@@ -87,13 +86,8 @@ pub enum ReportError {
         source: std::io::Error,
     },
     /// A figure could not be converted from SVG.
-    #[error("cannot draw {figure}: {why}")]
-    Render {
-        /// Name of the figure.
-        figure: String,
-        /// The reason.
-        why: String,
-    },
+    #[error(transparent)]
+    Render(#[from] slipmap_figure::render::RenderError),
     /// The map has no such axis, variable or the like.
     #[error(transparent)]
     Choice(#[from] figure::ChoiceError),

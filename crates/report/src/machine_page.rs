@@ -6,13 +6,13 @@ mod lines;
 
 use super::document;
 use super::figure::Scene;
-use super::figure::axis::{AXIS, SMALL_TEXT, TEXT};
-use super::figure::paragraph::paragraph;
-use super::figure::scene::{Anchor, text_width};
-use super::text::{Rich, rich};
 use figures::FIGURE;
 pub(super) use lines::percent;
 use lines::{Line, Section};
+use slipmap_figure::axis::{AXIS, SMALL_TEXT, TEXT};
+use slipmap_figure::paragraph::paragraph;
+use slipmap_figure::scene::{Anchor, text_width};
+use slipmap_figure::text::{Rich, rich};
 use slipmap_map::assessment::Assessment;
 use slipmap_map::risk::{Risk, Uncertain};
 
@@ -182,8 +182,8 @@ fn write_lines(scene: &mut Scene, y: f64, lines: &[Line]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::answer::{in_words, uncertainty};
-    use super::lines::{percentage, regime_lines, sections};
     use super::*;
+    use lines::{percentage, regime_lines, sections};
     use slipmap_map::assessment::{Undetermined, assess};
     use slipmap_map::machine::{Friction, Machine, Motion};
     use slipmap_map::map::Regime;

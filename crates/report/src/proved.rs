@@ -1,7 +1,7 @@
 //! The proofs of the method `validated` between the nodes of a map: the table, and shares as text.
 
 use super::table::{Cell, ColumnOf, Show, Table};
-use super::text::rich;
+use slipmap_figure::text::rich;
 use slipmap_format::MapFile;
 
 /// Direction in which a bound is rounded, so that it remains a bound.

@@ -3,9 +3,9 @@
 use super::figure::picks;
 use super::machine_page::percent;
 use super::tables::undetermined_regimes;
-use super::text::{Rich, rich};
 use super::units::{View, join};
 use super::{Report, SIMULATION};
+use slipmap_figure::text::{Rich, rich};
 use slipmap_map::behaviour::behaviour;
 use slipmap_map::dataset::auxiliary::PROBABILITY;
 use slipmap_map::machine::Dimension;

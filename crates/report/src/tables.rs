@@ -11,9 +11,9 @@ pub use origin::{axes, cost, failures, provenance};
 
 use super::proved;
 use super::table::{Cell, Column, ColumnOf, Show, Table};
-use super::text::{Rich, rich};
 use super::units::{Label, View, join};
 use super::{Confusion, Report, SIMULATION};
+use slipmap_figure::text::{Rich, rich};
 use slipmap_format::MapFile;
 use slipmap_map::map::Verdict;
 

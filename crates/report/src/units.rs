@@ -3,7 +3,7 @@
 use slipmap_model::friction::Law;
 use std::sync::OnceLock;
 
-use super::text::{Piece, Rich, rich};
+use slipmap_figure::text::{Piece, Rich, rich};
 use slipmap_format::{MapFile, Value};
 use slipmap_map::dataset::auxiliary::PROBABILITY;
 use slipmap_map::machine::{

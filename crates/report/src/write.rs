@@ -6,11 +6,12 @@ use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 
-use super::figure::{Figure, Scene, Width, render};
+use super::figure::{Figure, Scene, Width};
 use super::table::Table;
-use super::text::Rich;
 use super::units::View;
 use super::{Report, ReportError, document, figure, stale, summary, tables};
+use slipmap_figure::render;
+use slipmap_figure::text::Rich;
 use slipmap_format::StoreError;
 use slipmap_format::files::{Existing, create_folders, folder_of, publish_file, temporary_in};
 

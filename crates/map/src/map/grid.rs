@@ -5,6 +5,7 @@ use std::ops::Range;
 use slipmap_model::friction::domain::{BELT_SPEED, DAMPING, EPSILON};
 use slipmap_model::friction::{Column, Law, Parameter};
 use slipmap_model::point::{LawParameters, MAX_LAW_PARAMETERS, Point};
+use slipmap_numbers::spacing::{is_linear, is_logarithmic};
 
 /// The parameter that an axis varies. A map's dimensions are, slowest first: eps, the law's parameters in the
 /// law's order, V, c. The damping c is fastest because verdicts are step functions along it.
@@ -107,18 +108,6 @@ impl Extent {
         let Self { from, to, logarithmic } = self;
         if logarithmic { (value / from).ln() / (to / from).ln() } else { (value - from) / (to - from) }
     }
-}
-
-/// Returns whether neighbouring nodes have equal differences, up to the rounding of decimal input.
-pub fn is_linear(values: &[f64]) -> bool {
-    let (first, last) = (values[0], values[values.len() - 1]);
-    let step = (last - first) / (values.len().max(2) - 1) as f64;
-    values.iter().enumerate().all(|(i, value)| (value - first - step * i as f64).abs() <= 1e-6 * step)
-}
-
-/// Returns whether all nodes are positive and neighbouring nodes have equal ratios.
-pub fn is_logarithmic(values: &[f64]) -> bool {
-    values[0] > 0.0 && is_linear(&values.iter().map(|value| value.ln()).collect::<Vec<_>>())
 }
 
 /// Reason why a grid cannot be built.

@@ -34,8 +34,8 @@ pub use curves::{CURVE_COLUMNS, curves_of};
 pub use curves::{Plane, PlaneCurve, PlaneCurves, PlanePoint};
 pub use engine::{ComputeError, Control, MethodSummary, Queue, Summary, compute_tiles};
 pub use field::{Field, Quantity};
+pub use grid::unravel;
 pub use grid::{Axis, AxisRole, Grid, GridError, Tile};
-pub use grid::{is_linear, is_logarithmic, unravel};
 pub use interpolation::open_share;
 pub use method::Method;
 pub use plan::{

@@ -2,18 +2,19 @@
 
 use ndarray::Array2;
 
-use super::super::text::{Rich, rich};
 use super::super::units::Label;
-use super::axis::{AXIS, SMALL_TEXT, Scale, TEXT, extremes, text_width_of};
 use super::bifurcations::{self, boundary};
-use super::data::{Data, Values};
-use super::legend::{Legend, Sample};
 use super::palette::{self, Kind};
-use super::panels::{Panel, Panels};
-use super::region::outlines;
-use super::scene::{Anchor, Fill, Hatch, Rect, Scene, Width};
 use super::slice::Slice;
 use super::verdict_panels::{EXACT, cell_columns, draw_exact};
+use slipmap_figure::axis::{AXIS, SMALL_TEXT, Scale, TEXT, extremes, text_width_of};
+use slipmap_figure::data::{Data, Values};
+use slipmap_figure::legend::{Legend, Sample};
+use slipmap_figure::panels::{Panel, Panels};
+use slipmap_figure::region::outlines;
+use slipmap_figure::scene::{Anchor, Fill, Hatch, Rect, Scene, Width};
+use slipmap_figure::style;
+use slipmap_figure::text::{Rich, rich};
 use slipmap_map::map::PlaneCurves;
 
 /// The values drawn, cell by cell.
@@ -50,7 +51,7 @@ impl Area<'_> {
 }
 
 /// Colours for cells without a number.
-const NO_NUMBER: Fill = Fill::hatched(palette::WHITE, Hatch::Rising, "#b4b4b4");
+const NO_NUMBER: Fill = Fill::hatched(style::WHITE, Hatch::Rising, "#b4b4b4");
 /// Number of steps of a colour scale: more cannot be distinguished, and equal neighbours become one
 /// rectangle.
 const COLOURS: f64 = 128.0;
@@ -94,7 +95,7 @@ impl Colours {
     }
 
     fn color(&self, unit: f64) -> String {
-        if self.two_sided { palette::diverging(unit) } else { palette::sequential(unit) }
+        if self.two_sided { style::diverging(unit) } else { style::sequential(unit) }
     }
 }
 
@@ -135,7 +136,7 @@ pub fn draw(areas: &[Area], heading: &Rich, label: &Label, signed: bool, width: 
         let bar = Rect { x: left, y: rect.y, w: BAR_WIDTH, h: bottom - rect.y };
         draw_bar(&mut scene, bar, colours, &label.text(), numbers);
     } else if let Some(colours) = colours {
-        let swatch = Sample::Color(palette::sequential(0.5));
+        let swatch = Sample::Color(style::sequential(0.5));
         let value = Rich::number(colours.scale.from * label.factor, 4);
         legend.add(swatch, rich("everywhere ").then(value).with_unit(label.unit));
     }

@@ -4,15 +4,15 @@ use std::sync::atomic::AtomicBool;
 
 use rayon::prelude::*;
 
-use super::super::text::rich;
 use super::super::units::View;
-use super::data::Data;
-use super::legend::{Legend, Sample};
-use super::palette;
-use super::panels::Panel;
-use super::scene::{Place, Scene, Stroke};
 use super::slice::Slice;
 use super::verdict_panels::{EXACT, HALO};
+use slipmap_figure::data::Data;
+use slipmap_figure::legend::{Legend, Sample};
+use slipmap_figure::panels::Panel;
+use slipmap_figure::scene::{Place, Scene, Stroke};
+use slipmap_figure::style;
+use slipmap_figure::text::rich;
 use slipmap_map::map::{PlaneCurve, PlaneCurves};
 use slipmap_model::filippov::Oscillator;
 use slipmap_simulate::bifurcation::Bifurcation;
@@ -113,14 +113,14 @@ pub(crate) fn draw(scene: &mut Scene, panel: &Panel, curves: &PlaneCurves, legen
 /// on every area.
 pub fn line_style(bifurcation: Bifurcation) -> (Stroke, &'static str) {
     match bifurcation {
-        Bifurcation::Hopf => (Stroke { color: palette::BLACK, width: 1.0, dash: &[5.0, 2.0] }, "Hopf curve"),
+        Bifurcation::Hopf => (Stroke { color: style::BLACK, width: 1.0, dash: &[5.0, 2.0] }, "Hopf curve"),
         Bifurcation::GrazingSliding => (EXACT, "grazing curve"),
         Bifurcation::Landing => {
-            (Stroke { color: palette::VERMILION, width: 1.2, dash: &[1.4, 1.4] }, "landing curve")
+            (Stroke { color: style::VERMILION, width: 1.2, dash: &[1.4, 1.4] }, "landing curve")
         }
         Bifurcation::Crossing => {
-            (Stroke { color: palette::BLUE, width: 1.2, dash: &[3.0, 1.4] }, "crossing curve")
+            (Stroke { color: style::BLUE, width: 1.2, dash: &[3.0, 1.4] }, "crossing curve")
         }
-        Bifurcation::Fold => (Stroke::solid(palette::WINE, 1.2), "fold curve"),
+        Bifurcation::Fold => (Stroke::solid(style::WINE, 1.2), "fold curve"),
     }
 }

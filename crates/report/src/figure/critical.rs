@@ -1,17 +1,17 @@
 //! Critical damping of every method against belt speed.
 
 use super::super::SIMULATION;
-use super::super::text::rich;
 use super::super::units::{Label, View};
-use super::axis::Scale;
 use super::curves::Budget;
-use super::data::Data;
-use super::legend::{Legend, Sample};
-use super::panels::Panels;
-use super::scene::{Scene, Width};
 use super::slice::{Slice, equals};
 use super::verdict_panels::chosen_epsilons;
 use super::{Figure, curves, palette};
+use slipmap_figure::axis::Scale;
+use slipmap_figure::data::Data;
+use slipmap_figure::legend::{Legend, Sample};
+use slipmap_figure::panels::Panels;
+use slipmap_figure::scene::{Scene, Width};
+use slipmap_figure::text::rich;
 use slipmap_map::map::Field;
 
 /// If a map has only one V, the range of V shown, as a factor up and down.

@@ -5,7 +5,7 @@ use super::super::units::View;
 use super::Figure;
 use super::bifurcations;
 use super::plot::{self, At, Plot};
-use super::scene::Width;
+use slipmap_figure::scene::Width;
 
 pub(crate) fn curve_planes(view: &View, width: Width) -> Result<Vec<Figure>, ReportError> {
     let map = view.map;

@@ -2,10 +2,10 @@
 
 use std::cell::Cell;
 
-use super::axis::Scale;
-use super::palette::MethodStyle;
-use super::panels::Panel;
-use super::scene::{Place, Scene};
+use slipmap_figure::axis::Scale;
+use slipmap_figure::panels::Panel;
+use slipmap_figure::scene::{Place, Scene};
+use slipmap_figure::style::LineStyle;
 use slipmap_format::MapFile;
 use slipmap_map::map::Method;
 use slipmap_model::filippov::HopfRate;
@@ -143,7 +143,7 @@ pub(super) fn by_method(map: &MapFile, columns: &[Column], budget: &Budget) -> (
 
 /// Draws the curve of a method with its marks. Curves with different `turn` have their marks at different
 /// places.
-pub(super) fn draw(scene: &mut Scene, panel: &Panel, x: &[f64], y: &[f64], style: &MethodStyle, turn: usize) {
+pub(super) fn draw(scene: &mut Scene, panel: &Panel, x: &[f64], y: &[f64], style: &LineStyle, turn: usize) {
     let places: Vec<Place> = x.iter().zip(y).map(|(&x, &y)| panel.place(x, y)).collect();
     scene.clipped(panel.rect, |scene| scene.line(&places, &style.stroke));
     let step = places.len() / MARKS;

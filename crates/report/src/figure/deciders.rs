@@ -2,20 +2,20 @@
 
 use ndarray::Array2;
 
-use super::super::text::{Rich, rich};
 use super::super::units::View;
 use super::super::{Report, ReportError, SIMULATION};
-use super::data::Data;
 use super::bifurcations::boundary;
-use super::legend::{Legend, Sample};
-use super::panels::Panels;
-use super::region::outlines;
-use super::scene::{Fill, Scene, Width};
 use super::slice::Slice;
 use super::verdict_panels::{
     EXACT, FEWEST_NODES, cell_columns, chosen_epsilons, draw_exact, failed_words, main_plane, method_title,
 };
 use super::{Figure, palette, slice::equals};
+use slipmap_figure::data::Data;
+use slipmap_figure::legend::{Legend, Sample};
+use slipmap_figure::panels::Panels;
+use slipmap_figure::region::outlines;
+use slipmap_figure::scene::{Fill, Scene, Width};
+use slipmap_figure::text::{Rich, rich};
 use slipmap_map::map::Verdict;
 
 /// The figure, one panel per eps; `None` for a map without a plane.

@@ -7,15 +7,16 @@
 use rayon::prelude::*;
 
 use super::super::ReportError;
-use super::super::text::{Rich, rich};
 use super::super::units::View;
-use super::axis::Scale;
-use super::data::Data;
-use super::lines::{self, Chart, Curve};
-use super::palette::{self, MethodStyle};
 use super::plot::Plotted;
-use super::scene::{Marker, Stroke, Width};
 use super::slice::{ChoiceError, find_axis, hold};
+use slipmap_figure::axis::Scale;
+use slipmap_figure::data::Data;
+use slipmap_figure::lines::{self, Chart, Curve};
+use slipmap_figure::scene::{Marker, Stroke, Width};
+use slipmap_figure::style;
+use slipmap_figure::style::LineStyle;
+use slipmap_figure::text::{Rich, rich};
 use slipmap_map::machine::Dimension;
 use slipmap_map::map::Grid;
 use slipmap_model::filippov::{Oscillator, Stability};
@@ -57,10 +58,10 @@ impl Kind {
     /// Its name and its colour.
     fn look(self) -> (&'static str, &'static str) {
         match self {
-            Kind::Equilibrium => ("equilibrium", palette::BLACK),
-            Kind::SlipCycle => ("slip cycle", palette::GREEN),
-            Kind::StickSlipCycle => ("stick-slip cycle", palette::BLUE),
-            Kind::CrossingCycle => ("crossing cycle", palette::VERMILION),
+            Kind::Equilibrium => ("equilibrium", style::BLACK),
+            Kind::SlipCycle => ("slip cycle", style::GREEN),
+            Kind::StickSlipCycle => ("stick-slip cycle", style::BLUE),
+            Kind::CrossingCycle => ("crossing cycle", style::VERMILION),
         }
     }
 }
@@ -222,7 +223,7 @@ pub fn diagram(view: &View, plot: &DiagramPlot) -> Result<Plotted, ReportError> 
             let (name, color) = kind.look();
             curves.push(Curve {
                 name: rich(&format!("{words} {name}")),
-                style: MethodStyle { stroke: Stroke { color, width: 1.3, dash }, marker: Marker::Circle },
+                style: LineStyle { stroke: Stroke { color, width: 1.3, dash }, marker: Marker::Circle },
                 points: branch.points.clone(),
                 marks: false,
             });

@@ -1,15 +1,15 @@
 //! Error of each method's boundary: against eps on logarithmic axes, or method by method at one eps.
 
-use super::super::text::{Rich, rich};
 use super::super::units::{Label, View};
 use super::super::{MethodBoundary, Report};
-use super::axis::{AXIS, SMALL_TEXT, Scale};
-use super::data::Data;
-use super::legend::{Legend, Sample};
-use super::panels::{Labels, Panel, Panels, TITLE_MARGIN};
-use super::scene::{Anchor, Rect, Scene, Stroke, Width, text_width};
 use super::verdict_panels::method_title;
 use super::{Figure, palette};
+use slipmap_figure::axis::{AXIS, SMALL_TEXT, Scale};
+use slipmap_figure::data::Data;
+use slipmap_figure::legend::{Legend, Sample};
+use slipmap_figure::panels::{Labels, Panel, Panels, TITLE_MARGIN};
+use slipmap_figure::scene::{Anchor, Rect, Scene, Stroke, Width, text_width};
+use slipmap_figure::text::{Rich, rich};
 
 /// Median, 95 % quantile and maximum of the error of a method at an eps, if they can be drawn on a
 /// logarithmic axis.
@@ -158,5 +158,5 @@ fn dots(scene: &mut Scene, report: &Report, x: Scale, label: &Label) {
     scene.frame(rect, &AXIS);
     panel.x_axis(scene, Labels { x: true, y: false });
     panel.x_name(scene, &error_of(label));
-    scene.height = rect.y + rect.h + super::panels::BOTTOM_MARGIN + 2.0;
+    scene.height = rect.y + rect.h + slipmap_figure::panels::BOTTOM_MARGIN + 2.0;
 }

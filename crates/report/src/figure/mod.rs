@@ -1,46 +1,35 @@
 //! Figures, one file each: every figure is a function from data to a `Scene`.
 
 pub mod area;
-pub mod axis;
 pub mod bifurcations;
 pub(crate) mod critical;
 pub(crate) mod curve_planes;
 mod curves;
-pub(crate) mod data;
 pub(crate) mod deciders;
 pub mod diagram;
 pub(crate) mod errors;
-pub(crate) mod legend;
-pub mod lines;
 pub(crate) mod orbit;
 pub mod palette;
-pub(crate) mod panels;
-pub(crate) mod paragraph;
 pub mod plot;
 pub(crate) mod portrait;
 pub(crate) mod portraits;
-pub(crate) mod region;
-pub mod render;
-pub mod scene;
 pub(crate) mod slice;
-pub(crate) mod strips;
 pub(crate) mod verdict_panels;
 pub mod work_precision;
 
-pub use data::Data;
 pub use diagram::{DiagramPlot, diagram};
 pub use orbit::{OrbitPlot, orbit_figure};
 pub use plot::{Plot, plot};
-pub use scene::Scene;
-pub use scene::Width;
 pub(super) use slice::picks;
 pub use slice::{ChoiceError, Slice};
+pub use slipmap_figure::data::Data;
+pub use slipmap_figure::scene::{Scene, Width};
 
 use rayon::prelude::*;
 
-use super::text::Rich;
 use super::units::View;
 use super::{Report, ReportError};
+use slipmap_figure::text::Rich;
 
 /// A finished figure.
 #[derive(Clone, Debug)]

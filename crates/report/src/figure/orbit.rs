@@ -1,14 +1,14 @@
 //! The figure of an orbit: phase portrait, and position and velocity against time.
 
-use super::super::text::{Rich, rich};
 use super::super::units::{UnitSystem, join};
-use super::axis::{Scale, extremes};
-use super::data::Data;
-use super::legend::{Legend, Sample};
-use super::panels::{BOTTOM_MARGIN, Labels, Panel, TITLE_MARGIN, left_margin, write_heading};
 use super::portrait::{BELT, ORBIT, Portrait, STICK, equal_scales, orbit_data, parts};
-use super::scene::{Place, Rect, Scene, Width};
 use super::slice::equals;
+use slipmap_figure::axis::{Scale, extremes};
+use slipmap_figure::data::Data;
+use slipmap_figure::legend::{Legend, Sample};
+use slipmap_figure::panels::{BOTTOM_MARGIN, Labels, Panel, TITLE_MARGIN, left_margin, write_heading};
+use slipmap_figure::scene::{Place, Rect, Scene, Width};
+use slipmap_figure::text::{Rich, rich};
 use slipmap_map::machine::Dimension;
 use slipmap_map::map::Grid;
 use slipmap_model::filippov::Oscillator;

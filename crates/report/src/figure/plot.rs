@@ -3,19 +3,20 @@
 use std::borrow::Cow;
 use std::sync::atomic::AtomicBool;
 
-use super::super::text::{Rich, rich};
 use super::super::units::{View, join, kind_of_variable};
 use super::super::{ReportError, SIMULATION};
 use super::Figure;
 use super::area::{self, Area, Layer};
-use super::axis::Scale;
-use super::data::{Data, Values};
-use super::lines::{self, Chart, Curve};
-use super::palette::{self, Kind, kinds};
-use super::scene::{Scene, Width};
+use super::palette::{Kind, kinds};
 use super::slice::{ChoiceError, Held, Slice, drawn, find_axis, hold, nearest_node, picks, step};
-use super::strips::{self, Strip};
 use super::verdict_panels::failed_words;
+use slipmap_figure::axis::Scale;
+use slipmap_figure::data::{Data, Values};
+use slipmap_figure::lines::{self, Chart, Curve};
+use slipmap_figure::scene::{Scene, Width};
+use slipmap_figure::strips::{self, Strip};
+use slipmap_figure::style;
+use slipmap_figure::text::{Rich, rich};
 use slipmap_format::{MapFile, Pick};
 use slipmap_map::dataset::auxiliary::PROBABILITY;
 use slipmap_map::map::{Field, Plane, PlaneCurves};
@@ -439,7 +440,7 @@ impl Context<'_> {
             let number = chart.curves.len();
             chart.curves.push(Curve {
                 name: line.name(self.view, several),
-                style: palette::curve(number),
+                style: style::curve(number),
                 points: nodes.iter().copied().zip(values.iter().copied()).collect(),
                 marks: true,
             });

@@ -1,14 +1,14 @@
 //! The phase portrait of one point: orbits, cycles, the stick segment, exit point, landing and
 //! equilibrium.
 
-use super::super::text::rich;
 use super::super::units::UnitSystem;
-use super::axis::Scale;
-use super::data::Data;
-use super::legend::{Legend, Sample};
-use super::palette;
-use super::panels::Panel;
-use super::scene::{Marker, Place, Scene, Stroke};
+use slipmap_figure::axis::Scale;
+use slipmap_figure::data::Data;
+use slipmap_figure::legend::{Legend, Sample};
+use slipmap_figure::panels::Panel;
+use slipmap_figure::scene::{Marker, Place, Scene, Stroke};
+use slipmap_figure::style;
+use slipmap_figure::text::rich;
 use slipmap_model::filippov::{Oscillator, Side, Stability};
 use slipmap_simulate::slip_cycle::slip_cycles;
 use slipmap_witness::{Ending, Phase, Sample as State, Start, Trace, trace};
@@ -23,15 +23,15 @@ const INNER_TURNS: f64 = 3.0;
 const INNER_START: f64 = 0.35;
 
 /// The requested orbit.
-pub(super) const ORBIT: Stroke = Stroke::solid(palette::BLUE, 1.2);
+pub(super) const ORBIT: Stroke = Stroke::solid(style::BLUE, 1.2);
 /// Its sticking part.
-pub(super) const STICK: Stroke = Stroke::solid(palette::VERMILION, 2.0);
-const SEGMENT: Stroke = Stroke::solid(palette::LIGHT_GREY, 4.5);
-const OTHER: Stroke = Stroke { color: palette::GREEN, width: 0.9, dash: &[3.0, 1.5] };
+pub(super) const STICK: Stroke = Stroke::solid(style::VERMILION, 2.0);
+const SEGMENT: Stroke = Stroke::solid(style::LIGHT_GREY, 4.5);
+const OTHER: Stroke = Stroke { color: style::GREEN, width: 0.9, dash: &[3.0, 1.5] };
 /// Attracting slip cycles.
-const ATTRACTING: Stroke = Stroke::solid(palette::BLACK, 1.0);
-pub(super) const REPELLING: Stroke = Stroke { color: palette::BLACK, width: 1.0, dash: &[1.2, 1.6] };
-pub(super) const BELT: Stroke = Stroke { color: palette::GREY, width: 0.6, dash: &[1.0, 1.6] };
+const ATTRACTING: Stroke = Stroke::solid(style::BLACK, 1.0);
+pub(super) const REPELLING: Stroke = Stroke { color: style::BLACK, width: 1.0, dash: &[1.2, 1.6] };
+pub(super) const BELT: Stroke = Stroke { color: style::GREY, width: 0.6, dash: &[1.0, 1.6] };
 
 /// The orbits drawn at one point of parameter space.
 #[derive(Clone, Debug)]
@@ -150,15 +150,15 @@ impl Portrait {
             for (part, sticking) in parts(&self.orbit.samples) {
                 orbit(scene, panel, oscillator, part, if sticking { &STICK } else { &ORBIT });
             }
-            scene.marker(Marker::Circle, at(exit, v), 5.0, palette::BLACK, true);
+            scene.marker(Marker::Circle, at(exit, v), 5.0, style::BLACK, true);
             if let Start::State { x1, x2 } = self.start {
-                scene.marker(Marker::Diamond, at(x1, x2), 5.0, palette::BLUE, true);
+                scene.marker(Marker::Diamond, at(x1, x2), 5.0, style::BLUE, true);
             }
             if let Some(landing) = self.landing() {
-                scene.marker(Marker::Triangle, at(landing.x1, landing.x2), 6.0, palette::VERMILION, true);
+                scene.marker(Marker::Triangle, at(landing.x1, landing.x2), 6.0, style::VERMILION, true);
             }
             let stable = oscillator.stability() == Stability::Attracts;
-            scene.marker(Marker::Square, at(oscillator.equilibrium_x1(), 0.0), 5.0, palette::BLACK, stable);
+            scene.marker(Marker::Square, at(oscillator.equilibrium_x1(), 0.0), 5.0, style::BLACK, stable);
         });
     }
 
@@ -180,19 +180,19 @@ impl Portrait {
             }
         }
         legend.add(Sample::Line(SEGMENT), rich("stick segment"));
-        legend.add(Sample::Mark(Marker::Circle, palette::BLACK, true), rich("exit point"));
+        legend.add(Sample::Mark(Marker::Circle, style::BLACK, true), rich("exit point"));
         if matches!(self.start, Start::State { .. }) {
-            legend.add(Sample::Mark(Marker::Diamond, palette::BLUE, true), rich("start"));
+            legend.add(Sample::Mark(Marker::Diamond, style::BLUE, true), rich("start"));
         }
         if self.landing().is_some() {
-            legend.add(Sample::Mark(Marker::Triangle, palette::VERMILION, true), rich("landing"));
+            legend.add(Sample::Mark(Marker::Triangle, style::VERMILION, true), rich("landing"));
         }
         let (stable, words) = match self.oscillator.stability() {
             Stability::Attracts => (true, "stable equilibrium"),
             Stability::Neutral => (false, "neutral equilibrium"),
             Stability::Repels => (false, "unstable equilibrium"),
         };
-        legend.add(Sample::Mark(Marker::Square, palette::BLACK, stable), rich(words));
+        legend.add(Sample::Mark(Marker::Square, style::BLACK, stable), rich(words));
     }
 
     /// The long-run behaviour of the orbit, in words.

@@ -1,15 +1,15 @@
 //! Phase portraits along one column of a map.
 
-use super::super::text::rich;
 use super::super::units::{Label, View};
 use super::curves::Budget;
-use super::data::Data;
-use super::legend::Legend;
-use super::lines::letter;
-use super::panels::{BOTTOM_MARGIN, Panel, Panels, TITLE_MARGIN, write_heading};
 use super::portrait::{Portrait, equal_scales, orbit_data};
-use super::scene::{Rect, Scene, Width};
 use super::{Figure, curves};
+use slipmap_figure::data::Data;
+use slipmap_figure::legend::Legend;
+use slipmap_figure::lines::letter;
+use slipmap_figure::panels::{BOTTOM_MARGIN, Panel, Panels, TITLE_MARGIN, write_heading};
+use slipmap_figure::scene::{Rect, Scene, Width};
+use slipmap_figure::text::rich;
 use slipmap_model::filippov::Oscillator;
 use slipmap_simulate::{Fate, flow};
 use slipmap_witness::{Sample as State, Start};
@@ -107,7 +107,7 @@ pub(crate) fn portraits(view: &View, width: Width) -> Option<Figure> {
         caption = caption.then(separator).then(letter(number)).then(fast).then(rich(portrait.words()));
     }
     let data = data(&drawn, &damping, view);
-    Some(Figure { name: "portraits".into(), caption: caption.then("."), scenes, data })
+    Some(Figure { name: "portraits".into(), caption: caption.then("."), scene, data })
 }
 
 /// The orbits from the exit point.

@@ -3,10 +3,10 @@
 use ndarray::{Array2, ArrayD, Ix2};
 
 use super::super::ReportError;
-use super::super::text::{Rich, rich};
 use super::super::units::{Label, View};
-use super::axis::Scale;
-use super::region::cell_edges;
+use slipmap_figure::axis::Scale;
+use slipmap_figure::region::cell_edges;
+use slipmap_figure::text::{Rich, rich};
 use slipmap_format::{MapFile, Pick};
 use slipmap_map::map::{Axis, Plane};
 use slipmap_model::friction::Law;

@@ -2,20 +2,21 @@
 
 use ndarray::Array2;
 
-use super::super::text::{Rich, rich};
 use super::super::units::{View, join};
 use super::super::{ReportError, SIMULATION};
-use super::data::{Data, Values};
-use super::bifurcations::{boundary, places};
-use super::legend::{Legend, Sample};
-use super::lines::letter;
-use super::palette;
-use super::panels::{Panel, Panels};
-use super::plot::{self, At, Plot};
-use super::region::outlines;
-use super::scene::{Fill, Place, Scene, Stroke, Width};
-use super::slice::{Slice, picks};
 use super::Figure;
+use super::bifurcations::{boundary, places};
+use super::palette;
+use super::plot::{self, At, Plot};
+use super::slice::{Slice, picks};
+use slipmap_figure::data::{Data, Values};
+use slipmap_figure::legend::{Legend, Sample};
+use slipmap_figure::lines::letter;
+use slipmap_figure::panels::{Panel, Panels};
+use slipmap_figure::region::outlines;
+use slipmap_figure::scene::{Fill, Place, Scene, Stroke, Width};
+use slipmap_figure::style;
+use slipmap_figure::text::{Rich, rich};
 use slipmap_format::MapFile;
 use slipmap_map::map::{Axis, PlaneCurves, Verdict};
 use slipmap_numbers::text::count;
@@ -30,10 +31,10 @@ const MOST_EPSILONS: usize = 4;
 
 /// The exact boundary: black on a white halo, so that it is visible on dark areas. Wrong cells, which may be
 /// a thin band beside it, are drawn over the halo.
-pub(super) const EXACT: Stroke = Stroke::solid(palette::BLACK, 1.0);
-pub(super) const HALO: Stroke = Stroke::solid(palette::WHITE, 2.4);
+pub(super) const EXACT: Stroke = Stroke::solid(style::BLACK, 1.0);
+pub(super) const HALO: Stroke = Stroke::solid(style::WHITE, 2.4);
 /// The critical damping of the method whose panel it is.
-const OWN_EDGE: Stroke = Stroke { color: palette::BLACK, width: 1.0, dash: &[2.0, 1.6] };
+const OWN_EDGE: Stroke = Stroke { color: style::BLACK, width: 1.0, dash: &[2.0, 1.6] };
 
 /// Meaning of a cell in a method's panel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -245,8 +246,7 @@ fn figure(slice: &Slice, width: Width) -> Result<Figure, ReportError> {
     let mut edged = false;
     for (number, (&m, panel)) in shown.iter().zip(&panels.panels).enumerate() {
         let mut draw = |scene: &mut Scene, wrong: bool| {
-            for (n, known) in Claim::ALL.into_iter().enumerate().filter(|(_, it)| it.is_wrong() == wrong)
-            {
+            for (n, known) in Claim::ALL.into_iter().enumerate().filter(|(_, it)| it.is_wrong() == wrong) {
                 let areas = outlines(panel, &x_edges, &y_edges, |i, j| claim(m, i, j) == known);
                 used[n] |= !areas.is_empty();
                 scene.area(&areas, looks[n].0);

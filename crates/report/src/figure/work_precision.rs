@@ -1,21 +1,23 @@
 //! The work-precision chart: time per cell against error, and against the share of cells without the right
 //! verdict.
 
-use super::super::text::{Rich, rich};
 use super::super::units::{UnitSystem, join};
-use super::axis::{SMALL_TEXT, Scale, extremes};
-use super::legend::{Legend, Sample};
-use super::lines::letter;
-use super::palette::{self, MethodStyle};
-use super::panels::{Panel, Panels};
-use super::scene::{Anchor, Marker, Place, Rect, Scene, Stroke, Width};
+use super::palette;
 use super::{Data, Figure};
+use slipmap_figure::axis::{SMALL_TEXT, Scale, extremes};
+use slipmap_figure::legend::{Legend, Sample};
+use slipmap_figure::lines::letter;
+use slipmap_figure::panels::{Panel, Panels};
+use slipmap_figure::scene::{Anchor, Marker, Place, Rect, Scene, Stroke, Width};
+use slipmap_figure::style;
+use slipmap_figure::style::LineStyle;
+use slipmap_figure::text::{Rich, rich};
 use slipmap_study::benchmark::{Kind, Row, Study};
 
 /// The front, drawn below everything else.
-const FRONT: Stroke = Stroke::solid(palette::LIGHT_GREY, 2.6);
+const FRONT: Stroke = Stroke::solid(style::LIGHT_GREY, 2.6);
 /// Upper end of the space of methods that label every cell right.
-const NONE: Stroke = Stroke { color: palette::GREY, width: 0.5, dash: &[2.0, 2.0] };
+const NONE: Stroke = Stroke { color: style::GREY, width: 0.5, dash: &[2.0, 2.0] };
 /// Size of the marks.
 const MARKER: f64 = 4.6;
 
@@ -23,7 +25,7 @@ const MARKER: f64 = 4.6;
 struct Line<'a> {
     name: &'a str,
     rows: Vec<&'a Row>,
-    style: MethodStyle,
+    style: LineStyle,
 }
 
 /// Groups the rows by method, in their order.
@@ -37,7 +39,7 @@ fn lines(study: &Study) -> Vec<Line<'_>> {
                 let style = match row.kind {
                     Kind::Peer => {
                         peers += 1;
-                        palette::numbered(peers - 1)
+                        style::numbered(peers - 1)
                     }
                     Kind::ClosedForm | Kind::Engine | Kind::Naive => palette::method(&row.name),
                 };
@@ -141,8 +143,8 @@ fn draw(scene: &mut Scene, study: &Study, width: Width) {
         legend.add(sample, Rich::foreign(&line.name.replace('_', " ")));
     }
     legend.add(Sample::Line(FRONT), rich("Pareto front"));
-    legend.add(Sample::Mark(Marker::Circle, palette::GREY, true), rich("filled: on the front"));
-    legend.add(Sample::Line(Stroke::solid(palette::GREY, 0.5)), rich("bar in (a): down to the median"));
+    legend.add(Sample::Mark(Marker::Circle, style::GREY, true), rich("filled: on the front"));
+    legend.add(Sample::Line(Stroke::solid(style::GREY, 0.5)), rich("bar in (a): down to the median"));
     legend.add(Sample::Line(NONE), rich("(b): none below this line"));
     legend.below(scene, left, bottom + 2.0);
 }
@@ -185,7 +187,7 @@ fn draw_line(
     front: impl Fn(&Row) -> bool,
     bars: bool,
 ) {
-    let MethodStyle { stroke, marker } = line.style;
+    let LineStyle { stroke, marker } = line.style;
     let marks: Vec<(Place, &Row)> =
         line.rows.iter().filter_map(|row| Some((panel.place(row.seconds, height(row)?), *row))).collect();
     if bars {

@@ -1,7 +1,7 @@
 //! The answer of the page in a sentence.
 
-use super::super::text::{Rich, rich};
 use super::lines::{damping_limit, percent, quantity, with_error};
+use slipmap_figure::text::{Rich, rich};
 pub use slipmap_map::assessment::{Assessment, DampingLimit, LeftOpen, Undetermined};
 use slipmap_map::machine::{Dimension, Motion};
 use slipmap_map::map::{Attractors, Regime};

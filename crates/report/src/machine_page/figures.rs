@@ -4,15 +4,16 @@ use slipmap_model::friction::Column;
 use std::convert::Infallible;
 use std::sync::{Mutex, PoisonError};
 
-use super::super::figure::axis::{SMALL_TEXT, Scale, extremes};
 use super::super::figure::bifurcations;
-use super::super::figure::legend::{Legend, Sample};
 use super::super::figure::palette;
-use super::super::figure::panels::{BOTTOM_MARGIN, Labels, Panel, TITLE_MARGIN, left_margin};
-use super::super::figure::region::{cell_edges, outlines};
-use super::super::figure::scene::{Fill, Marker, Rect, Scene, Stroke};
-use super::super::text::{Rich, rich};
 use super::super::units::UnitSystem;
+use slipmap_figure::axis::{SMALL_TEXT, Scale, extremes};
+use slipmap_figure::legend::{Legend, Sample};
+use slipmap_figure::panels::{BOTTOM_MARGIN, Labels, Panel, TITLE_MARGIN, left_margin};
+use slipmap_figure::region::{cell_edges, outlines};
+use slipmap_figure::scene::{Fill, Marker, Rect, Scene, Stroke};
+use slipmap_figure::style;
+use slipmap_figure::text::{Rich, rich};
 use slipmap_map::assessment::Assessment;
 use slipmap_map::machine::{Dimension, Friction, Model};
 use slipmap_map::map::{
@@ -149,8 +150,8 @@ pub(super) fn regimes(all: &Assessment, height: f64) -> Scene {
         bifurcations::draw(&mut scene, &panel, &curves, &mut legend);
     }
     let here = panel.place(machine.belt_speed / units.velocity, machine.damping / units.damping);
-    scene.marker(Marker::Diamond, here, 8.0, palette::WHITE, true);
-    scene.marker(Marker::Diamond, here, 6.0, palette::VERMILION, true);
+    scene.marker(Marker::Diamond, here, 8.0, style::WHITE, true);
+    scene.marker(Marker::Diamond, here, 6.0, style::VERMILION, true);
     panel.named_axes(&mut scene, &velocity.text(), &friction.text(), labels);
     legend.below(&mut scene, panel.rect.x, panel.rect.y + panel.rect.h + BOTTOM_MARGIN);
     scene
@@ -209,16 +210,16 @@ pub(super) fn friction(all: &Assessment, height: f64) -> Scene {
     let curve_panel = panel(TITLE_MARGIN, upper, y);
     let at_belt = curve_panel.place(machine.belt_speed, 0.0).0;
     let Rect { y: top, h, .. } = curve_panel.rect;
-    let guide = Stroke { color: palette::GREY, width: 0.7, dash: &[3.0, 2.0] };
+    let guide = Stroke { color: style::GREY, width: 0.7, dash: &[3.0, 2.0] };
     scene.line(&[(at_belt, top), (at_belt, top + h)], &guide);
     let places: Vec<_> = line.iter().map(|(u, friction)| curve_panel.place(*u, *friction)).collect();
-    scene.line(&places, &Stroke::solid(palette::BLUE, 1.2));
+    scene.line(&places, &Stroke::solid(style::BLUE, 1.2));
     for (u, friction, error) in data {
         if error > 0.0 {
             let ends = [friction - error, friction + error].map(|friction| curve_panel.place(u, friction));
-            scene.line(&ends, &Stroke::solid(palette::BLACK, 0.7));
+            scene.line(&ends, &Stroke::solid(style::BLACK, 0.7));
         }
-        scene.marker(Marker::Circle, curve_panel.place(u, friction), 2.6, palette::BLACK, true);
+        scene.marker(Marker::Circle, curve_panel.place(u, friction), 2.6, style::BLACK, true);
     }
     let with_errors = table.is_some_and(|table| table.standard_errors().is_some());
     let errors = if with_errors { " ± standard error" } else { "" };
@@ -236,7 +237,7 @@ pub(super) fn friction(all: &Assessment, height: f64) -> Scene {
             let low = panel.place(part.slip_speed - half, 0.0);
             let high = panel.place(part.slip_speed + half, 100.0 * part.share);
             let rect = Rect { x: low.0, y: high.1, w: high.0 - low.0, h: low.1 - high.1 };
-            scene.rect(rect, Fill::plain(palette::SKY));
+            scene.rect(rect, Fill::plain(style::SKY));
         }
         curve_panel.axes(&mut scene, Labels { x: false, y: true });
         panel.title(&mut scene, &rich("Weight of the friction's slope at each slip speed, %"));

@@ -1,8 +1,8 @@
 //! The lines of the page: questions and answers, section by section.
 
 use super::super::figure::palette;
-use super::super::text::{Rich, rich};
 use super::super::units::join;
+use slipmap_figure::text::{Rich, rich};
 pub use slipmap_map::assessment::{Assessment, ErrorsFrom, NeededKick, Undetermined};
 use slipmap_map::behaviour::Limit;
 use slipmap_map::machine::{Dimension, Friction, Machine, Motion};

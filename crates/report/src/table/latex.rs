@@ -3,8 +3,8 @@
 //! The width is estimated from the numbers of characters. Headings are broken into lines as wide as their
 //! columns; long words share the width that numbers leave, in paragraphs.
 
-use super::super::text::{Piece, Rich, latex};
 use super::{Cell, Decimal, LONGEST_WORD, Style, Table, decimal};
+use slipmap_figure::text::{Piece, Rich, latex};
 
 /// A power of ten takes as much room as this many characters.
 const POWER: usize = 6;

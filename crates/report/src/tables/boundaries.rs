@@ -3,9 +3,9 @@
 use super::super::Report;
 use super::super::boundary::{MethodBoundary, Order};
 use super::super::table::{Cell, Column, ColumnOf, Show, Table};
-use super::super::text::{Rich, rich};
 use super::super::units::{Label, View};
 use super::{EPSILON_DIGITS, column_of, epsilons, in_unit, percent, words};
+use slipmap_figure::text::{Rich, rich};
 use slipmap_format::MapFile;
 
 /// Error of each method's boundary in c.

@@ -1,9 +1,9 @@
 //! A machine in SI units, if the map is about one.
 
 use super::super::table::{Cell, Column, Show, Table};
-use super::super::text::{Rich, rich};
 use super::super::units::View;
 use super::words;
+use slipmap_figure::text::{Rich, rich};
 use slipmap_map::behaviour::{Behaviour, behaviour};
 use slipmap_map::machine::{Dimension, Model};
 use slipmap_map::map::AxisRole;

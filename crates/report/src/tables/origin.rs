@@ -2,12 +2,13 @@
 
 use super::super::Report;
 use super::super::table::{Cell, Column, ColumnOf, Show, Table};
-use super::super::text::{Rich, rich};
 use super::super::units::View;
 use super::words;
+use slipmap_figure::text::{Rich, rich};
 use slipmap_format::{MapFile, Value};
 use slipmap_map::dataset::MethodInfo;
-use slipmap_map::map::{Axis, Regime, Verdict, is_linear, is_logarithmic};
+use slipmap_map::map::{Axis, Regime, Verdict};
+use slipmap_numbers::spacing::{is_linear, is_logarithmic};
 
 /// Processor time of each method.
 #[must_use]

@@ -6,11 +6,11 @@ use std::sync::LazyLock;
 
 use ttf_parser::Face;
 
-use super::super::text::{Piece, Rich, Symbol, html};
+use super::text::{Piece, Rich, Symbol, html};
 use slipmap_numbers::text::without_zeros;
 
 /// A position on the page, in points from the left and from the top.
-pub(crate) type Place = (f64, f64);
+pub type Place = (f64, f64);
 
 /// Points in a millimetre.
 const POINTS: f64 = 72.0 / 25.4;
@@ -35,14 +35,14 @@ pub enum Width {
 
 impl Width {
     /// The first of two choices for one column, the second for two.
-    pub(crate) fn select<T>(self, one_column: T, two_columns: T) -> T {
+    pub fn select<T>(self, one_column: T, two_columns: T) -> T {
         match self {
             Width::OneColumn => one_column,
             Width::TwoColumns => two_columns,
         }
     }
 
-    pub(crate) fn points(self) -> f64 {
+    pub fn points(self) -> f64 {
         POINTS * self.select(84.0, 174.0)
     }
 }
@@ -58,7 +58,7 @@ pub struct Rect {
 
 impl Rect {
     /// Returns whether a place lies in it or on its edge.
-    pub(crate) fn contains(&self, place: Place) -> bool {
+    pub fn contains(&self, place: Place) -> bool {
         let Rect { x, y, w, h } = *self;
         (x..=x + w).contains(&place.0) && (y..=y + h).contains(&place.1)
     }
@@ -82,11 +82,11 @@ pub struct Fill {
 }
 
 impl Fill {
-    pub(crate) const fn plain(ground: &'static str) -> Self {
+    pub const fn plain(ground: &'static str) -> Self {
         Self { ground, hatch: None }
     }
 
-    pub(crate) const fn hatched(ground: &'static str, hatch: Hatch, ink: &'static str) -> Self {
+    pub const fn hatched(ground: &'static str, hatch: Hatch, ink: &'static str) -> Self {
         Self { ground, hatch: Some((hatch, ink)) }
     }
 }
@@ -102,7 +102,7 @@ pub struct Stroke {
 }
 
 impl Stroke {
-    pub(crate) const fn solid(color: &'static str, width: f64) -> Self {
+    pub const fn solid(color: &'static str, width: f64) -> Self {
         Self { color, width, dash: &[] }
     }
 }
@@ -120,7 +120,7 @@ pub enum Marker {
 
 /// The part of a text that is placed at its position.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Anchor {
+pub enum Anchor {
     Start,
     Middle,
     End,
@@ -185,7 +185,7 @@ fn clamped(outline: &[Place]) -> Vec<Place> {
 #[derive(Clone, Debug)]
 pub struct Scene {
     /// Width in points.
-    pub(crate) width: f64,
+    pub width: f64,
     /// Height in points.
     pub height: f64,
     body: String,
@@ -196,7 +196,7 @@ pub struct Scene {
 }
 
 impl Scene {
-    pub(crate) fn new(width: f64, height: f64) -> Self {
+    pub fn new(width: f64, height: f64) -> Self {
         Self { width, height, body: String::new(), hatchings: BTreeSet::new(), clips: Vec::new() }
     }
 
@@ -205,7 +205,7 @@ impl Scene {
     }
 
     /// Draws a line through points; one that is not finite interrupts it.
-    pub(crate) fn line(&mut self, points: &[Place], stroke: &Stroke) {
+    pub fn line(&mut self, points: &[Place], stroke: &Stroke) {
         let finite = |p: &Place| p.0.is_finite() && p.1.is_finite();
         for part in points.split(|p| !finite(p)).filter(|part| part.len() > 1) {
             for part in near_the_page(part) {
@@ -215,7 +215,7 @@ impl Scene {
     }
 
     /// Draws the head of an arrow with its tip at a place.
-    pub(crate) fn arrow_head(&mut self, tip: Place, direction: Place, color: &'static str, size: f64) {
+    pub fn arrow_head(&mut self, tip: Place, direction: Place, color: &'static str, size: f64) {
         let length = direction.0.hypot(direction.1);
         if !(length > 0.0 && length.is_finite() && is_near(tip)) {
             return;
@@ -229,7 +229,7 @@ impl Scene {
     }
 
     /// Fills the area inside closed outlines; outlines inside others are holes.
-    pub(crate) fn area(&mut self, outlines: &[Vec<Place>], fill: Fill) {
+    pub fn area(&mut self, outlines: &[Vec<Place>], fill: Fill) {
         if outlines.is_empty() {
             return;
         }
@@ -243,7 +243,7 @@ impl Scene {
         }
     }
 
-    pub(crate) fn outline(&mut self, outlines: &[Vec<Place>], stroke: &Stroke) {
+    pub fn outline(&mut self, outlines: &[Vec<Place>], stroke: &Stroke) {
         if outlines.is_empty() {
             return;
         }
@@ -251,12 +251,12 @@ impl Scene {
         self.path(&d, &format!("fill=\"none\" {}", stroke_attributes(stroke)));
     }
 
-    pub(crate) fn rect(&mut self, rect: Rect, fill: Fill) {
+    pub fn rect(&mut self, rect: Rect, fill: Fill) {
         self.area(&[corners(rect)], fill);
     }
 
     /// Fills a rectangle with any colour, without smoothing its edges.
-    pub(crate) fn pixel(&mut self, rect: Rect, color: &str) {
+    pub fn pixel(&mut self, rect: Rect, color: &str) {
         let Rect { x, y, w, h } = rect;
         let _ = writeln!(
             self.body,
@@ -269,12 +269,12 @@ impl Scene {
         );
     }
 
-    pub(crate) fn frame(&mut self, rect: Rect, stroke: &Stroke) {
+    pub fn frame(&mut self, rect: Rect, stroke: &Stroke) {
         self.outline(&[corners(rect)], stroke);
     }
 
     /// Draws a mark. `size` is about its diameter in points.
-    pub(crate) fn marker(&mut self, marker: Marker, at: Place, size: f64, color: &'static str, filled: bool) {
+    pub fn marker(&mut self, marker: Marker, at: Place, size: f64, color: &'static str, filled: bool) {
         if !is_near(at) {
             return;
         }
@@ -307,12 +307,12 @@ impl Scene {
     }
 
     /// Draws a text with its baseline at a place.
-    pub(crate) fn text(&mut self, at: Place, text: &Rich, size: f64, anchor: Anchor) {
+    pub fn text(&mut self, at: Place, text: &Rich, size: f64, anchor: Anchor) {
         self.write_text(at, text, size, anchor, "");
     }
 
     /// Draws a text that reads upwards.
-    pub(crate) fn text_up(&mut self, at: Place, text: &Rich, size: f64, anchor: Anchor) {
+    pub fn text_up(&mut self, at: Place, text: &Rich, size: f64, anchor: Anchor) {
         let turn = format!(" transform=\"rotate(-90 {} {})\"", number(at.0), number(at.1));
         self.write_text(at, text, size, anchor, &turn);
     }
@@ -359,7 +359,7 @@ impl Scene {
     }
 
     /// Draws another figure with its upper left corner at a place.
-    pub(crate) fn place(&mut self, at: Place, other: &Scene) {
+    pub fn place(&mut self, at: Place, other: &Scene) {
         let first = self.clips.len();
         self.clips.extend(&other.clips);
         self.hatchings.extend(&other.hatchings);
@@ -372,7 +372,7 @@ impl Scene {
         let _ = writeln!(self.body, "<g transform=\"translate({x} {y})\">\n{body}</g>");
     }
 
-    pub(crate) fn clipped(&mut self, rect: Rect, draw: impl FnOnce(&mut Self)) {
+    pub fn clipped(&mut self, rect: Rect, draw: impl FnOnce(&mut Self)) {
         let number = self.clips.len();
         self.clips.push(rect);
         let _ = writeln!(self.body, "<g clip-path=\"url(#\u{1}clip{number})\">");
@@ -470,7 +470,7 @@ static REGULAR: LazyLock<Option<Face<'static>>> =
 static ITALIC: LazyLock<Option<Face<'static>>> = LazyLock::new(|| Face::parse(notosans::ITALIC_TTF, 0).ok());
 
 /// Width of a text in points.
-pub(crate) fn text_width(text: &Rich, size: f64) -> f64 {
+pub fn text_width(text: &Rich, size: f64) -> f64 {
     let words = |words: &str, italic: bool| -> f64 {
         let face = if italic { &ITALIC } else { &REGULAR };
         let Some(face) = face.as_ref() else { return 0.5 * words.chars().count() as f64 };

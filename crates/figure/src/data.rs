@@ -1,10 +1,10 @@
 //! The numbers behind a figure, as a table in CSV.
 
-use super::super::table::csv_text;
+use super::csv::csv_text;
 
 /// A column of numbers or words.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Values {
+pub enum Values {
     /// Real numbers; one that is not finite is an empty cell.
     Reals(Vec<f64>),
     Words(Vec<String>),
@@ -43,7 +43,7 @@ pub struct Data {
 impl Data {
     /// Appends a column.
     #[must_use]
-    pub(crate) fn with(mut self, header: impl Into<String>, values: Values) -> Self {
+    pub fn with(mut self, header: impl Into<String>, values: Values) -> Self {
         assert!(self.columns.iter().all(|(_, other)| other.len() == values.len()));
         self.columns.push((header.into(), values));
         self
@@ -51,19 +51,19 @@ impl Data {
 
     /// Appends a column of real numbers.
     #[must_use]
-    pub(crate) fn reals(self, header: impl Into<String>, values: Vec<f64>) -> Self {
+    pub fn reals(self, header: impl Into<String>, values: Vec<f64>) -> Self {
         self.with(header, Values::Reals(values))
     }
 
     /// Appends a column of words.
     #[must_use]
-    pub(crate) fn words(self, header: impl Into<String>, values: Vec<String>) -> Self {
+    pub fn words(self, header: impl Into<String>, values: Vec<String>) -> Self {
         self.with(header, Values::Words(values))
     }
 
     /// Appends the columns of another table.
     #[must_use]
-    pub(crate) fn join(mut self, other: Data) -> Self {
+    pub fn join(mut self, other: Data) -> Self {
         self.columns.extend(other.columns);
         self
     }

@@ -8,13 +8,13 @@ use super::scene::Place;
 
 /// Edges of the cells around the nodes of an axis: halfway between neighbours on the axis' scale, limited to
 /// the ends of the scale.
-pub(crate) fn cell_edges(values: &[f64], scale: Scale) -> Vec<f64> {
+pub fn cell_edges(values: &[f64], scale: Scale) -> Vec<f64> {
     let between = |pair: &[f64]| scale.value(0.5 * (scale.unit(pair[0]) + scale.unit(pair[1])));
     std::iter::once(scale.from).chain(values.windows(2).map(between)).chain([scale.to]).collect()
 }
 
 /// Outlines on the page of the cells `(i, j)` with `inside(i, j)`; `x` and `y` are the cells' edges.
-pub(crate) fn outlines(
+pub fn outlines(
     panel: &Panel,
     x: &[f64],
     y: &[f64],

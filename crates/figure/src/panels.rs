@@ -1,8 +1,8 @@
 //! Panels: frames with two axes, their ticks, numbers and names, alone or in rows on a page.
 
-use super::super::text::{Piece, Rich};
 use super::axis::{AXIS, SMALL_TEXT, Scale, TEXT, Tick, text_width_of};
 use super::scene::{Anchor, Place, Rect, Scene, text_width};
+use super::text::{Piece, Rich};
 
 /// A panel with two axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -14,22 +14,22 @@ pub struct Panel {
 
 /// The parts of a panel's axes that are labelled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Labels {
+pub struct Labels {
     /// Numbers along the horizontal axis.
-    pub(crate) x: bool,
+    pub x: bool,
     /// Numbers along the vertical axis.
-    pub(crate) y: bool,
+    pub y: bool,
 }
 
 impl Panel {
     /// The position of a pair of numbers on the page.
-    pub(crate) fn place(&self, x: f64, y: f64) -> Place {
+    pub fn place(&self, x: f64, y: f64) -> Place {
         let Rect { x: left, y: top, w, h } = self.rect;
         (left + w * self.x.unit(x), top + h * (1.0 - self.y.unit(y)))
     }
 
     /// Draws frame, ticks and numbers.
-    pub(crate) fn axes(&self, scene: &mut Scene, labels: Labels) {
+    pub fn axes(&self, scene: &mut Scene, labels: Labels) {
         let Rect { x, y, h, .. } = self.rect;
         scene.frame(self.rect, &AXIS);
         self.x_axis(scene, labels);
@@ -43,14 +43,14 @@ impl Panel {
     }
 
     /// Draws both axes with their numbers, as wide as `labels_width` on the left, and their names.
-    pub(crate) fn named_axes(&self, scene: &mut Scene, x_name: &Rich, y_name: &Rich, labels_width: f64) {
+    pub fn named_axes(&self, scene: &mut Scene, x_name: &Rich, y_name: &Rich, labels_width: f64) {
         self.axes(scene, Labels { x: true, y: true });
         self.x_name(scene, x_name);
         self.y_name(scene, y_name, labels_width);
     }
 
     /// Draws ticks and numbers of the horizontal axis.
-    pub(crate) fn x_axis(&self, scene: &mut Scene, labels: Labels) {
+    pub fn x_axis(&self, scene: &mut Scene, labels: Labels) {
         let Rect { x, y, w, h } = self.rect;
         for tick in self.x_ticks() {
             let at = x + w * self.x.unit(tick.value);
@@ -85,39 +85,39 @@ impl Panel {
     }
 
     /// Width of the numbers along the vertical axis.
-    pub(crate) fn y_labels_width(y: Scale, height: f64) -> f64 {
+    pub fn y_labels_width(y: Scale, height: f64) -> f64 {
         let panel = Panel { rect: Rect { x: 0.0, y: 0.0, w: 1.0, h: height }, x: Scale::linear(0.0, 1.0), y };
         text_width_of(&panel.y_ticks())
     }
 
     /// Writes the name of the horizontal axis below its numbers.
-    pub(crate) fn x_name(&self, scene: &mut Scene, name: &Rich) {
+    pub fn x_name(&self, scene: &mut Scene, name: &Rich) {
         let Rect { x, y, w, h } = self.rect;
         scene.text((x + 0.5 * w, y + h + SMALL_TEXT + TEXT + 3.5), name, TEXT, Anchor::Middle);
     }
 
     /// Writes the name of the vertical axis left of its numbers, rotated: an upright letter beside a number
     /// would read as a product.
-    pub(crate) fn y_name(&self, scene: &mut Scene, name: &Rich, labels_width: f64) {
+    pub fn y_name(&self, scene: &mut Scene, name: &Rich, labels_width: f64) {
         let Rect { x, y, h, .. } = self.rect;
         scene.text_up((x - labels_width - 7.5, y + 0.5 * h), name, TEXT, Anchor::Middle);
     }
 
     /// Writes a title above the panel.
-    pub(crate) fn title(&self, scene: &mut Scene, title: &Rich) {
+    pub fn title(&self, scene: &mut Scene, title: &Rich) {
         scene.text((self.rect.x, self.rect.y - 3.0), title, SMALL_TEXT, Anchor::Start);
     }
 }
 
 /// Room left of a panel for numbers and the axis' name.
-pub(crate) fn left_margin(labels_width: f64) -> f64 {
+pub fn left_margin(labels_width: f64) -> f64 {
     labels_width + TEXT + 8.5
 }
 
 /// Room below a panel for numbers and the axis' name.
-pub(crate) const BOTTOM_MARGIN: f64 = SMALL_TEXT + TEXT + 7.0;
+pub const BOTTOM_MARGIN: f64 = SMALL_TEXT + TEXT + 7.0;
 /// Room above a panel for its title.
-pub(crate) const TITLE_MARGIN: f64 = SMALL_TEXT + 4.5;
+pub const TITLE_MARGIN: f64 = SMALL_TEXT + 4.5;
 
 /// Least distance between panels.
 const GAP: f64 = 9.0;
@@ -128,13 +128,13 @@ const FLATTEST: f64 = 0.5;
 
 /// Panels of equal size in rows, sharing their axes' names.
 #[derive(Clone, Debug)]
-pub(crate) struct Panels {
+pub struct Panels {
     /// The panels, row by row.
-    pub(crate) panels: Vec<Panel>,
+    pub panels: Vec<Panel>,
     columns: usize,
-    pub(crate) labels_width: f64,
+    pub labels_width: f64,
     /// Lower end of the panels and their axes.
-    pub(crate) bottom: f64,
+    pub bottom: f64,
 }
 
 /// Room above a row of panels beyond their own height.
@@ -143,7 +143,7 @@ const ROW_MARGIN: f64 = TITLE_MARGIN + 4.0;
 impl Panels {
     /// `count` panels in `columns` columns over the width of a figure; each is `aspect` times as high as
     /// wide. If they would be higher than a page, they are flattened, or there are more columns.
-    pub(crate) fn new(width: f64, columns: usize, count: usize, aspect: f64, x: Scale, y: Scale) -> Self {
+    pub fn new(width: f64, columns: usize, count: usize, aspect: f64, x: Scale, y: Scale) -> Self {
         let mut columns = columns.clamp(1, count.max(1));
         loop {
             let rows = count.div_ceil(columns) as f64;
@@ -162,7 +162,7 @@ impl Panels {
     }
 
     /// Panels as by [`Panels::new`], below a heading that is drawn at the top of the figure.
-    pub(crate) fn below(
+    pub fn below(
         scene: &mut Scene,
         heading: &Rich,
         columns: usize,
@@ -202,7 +202,7 @@ impl Panels {
         Self { panels, columns, labels_width, bottom: rows * row - 4.0 + BOTTOM_MARGIN }
     }
 
-    pub(crate) fn shift(&mut self, (right, down): Place) {
+    pub fn shift(&mut self, (right, down): Place) {
         for panel in &mut self.panels {
             panel.rect.x += right;
             panel.rect.y += down;
@@ -211,7 +211,7 @@ impl Panels {
     }
 
     /// Draws the axes: names and numbers on the left and at the bottom only.
-    pub(crate) fn axes(&self, scene: &mut Scene, x_name: &Rich, y_name: &Rich) {
+    pub fn axes(&self, scene: &mut Scene, x_name: &Rich, y_name: &Rich) {
         for (i, panel) in self.panels.iter().enumerate() {
             let labels = Labels { x: i + self.columns >= self.panels.len(), y: i % self.columns == 0 };
             panel.axes(scene, labels);
@@ -226,7 +226,7 @@ impl Panels {
 }
 
 /// Writes a heading of small text at the top of a figure, in as many lines as it needs; returns its height.
-pub(crate) fn write_heading(scene: &mut Scene, left: f64, heading: &Rich) -> f64 {
+pub fn write_heading(scene: &mut Scene, left: f64, heading: &Rich) -> f64 {
     if heading.pieces.is_empty() {
         return 0.0;
     }
@@ -239,7 +239,7 @@ pub(crate) fn write_heading(scene: &mut Scene, left: f64, heading: &Rich) -> f64
 }
 
 /// Breaks "a = 1, b = 2, ..." into lines that fit.
-pub(crate) fn wrap(text: &Rich, width: f64) -> Vec<Rich> {
+pub fn wrap(text: &Rich, width: f64) -> Vec<Rich> {
     let mut lines: Vec<Rich> = Vec::new();
     let mut line = Rich::default();
     // Pieces come in groups that end with ", ".

@@ -1,11 +1,11 @@
 //! Paragraphs: texts broken into lines of a width.
 
-use super::super::text::{Piece, Rich};
 use super::scene::text_width;
+use super::text::{Piece, Rich};
 
 /// Breaks a text of size `size` into at most `most` lines of at most `width`; "…" marks omitted text. Numbers
 /// stay with their units, and operators at the end of their line.
-pub(crate) fn paragraph(text: &Rich, size: f64, width: f64, most: usize) -> Vec<Rich> {
+pub fn paragraph(text: &Rich, size: f64, width: f64, most: usize) -> Vec<Rich> {
     let fits = |line: &Rich| text_width(line, size) <= width;
     let mut lines: Vec<Rich> = vec![Rich::default()];
     for atom in atoms(text) {
@@ -90,7 +90,7 @@ fn letters(text: &Rich) -> Vec<Rich> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::super::text::rich;
+    use super::super::text::rich;
     use super::*;
 
     fn broken(text: &Rich, width: f64, most: usize) -> Vec<String> {

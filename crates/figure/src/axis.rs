@@ -1,16 +1,16 @@
 //! Axes: scales and ticks.
 
-use super::super::text::Rich;
 use super::scene::{Stroke, text_width};
-use slipmap_map::map::is_logarithmic;
+use super::text::Rich;
+use slipmap_numbers::spacing::is_logarithmic;
 
 /// Size of the numbers at ticks and in legends, in points.
-pub(crate) const SMALL_TEXT: f64 = 7.0;
+pub const SMALL_TEXT: f64 = 7.0;
 /// Size of axis labels and panel titles, in points.
-pub(crate) const TEXT: f64 = 8.0;
+pub const TEXT: f64 = 8.0;
 
 /// Lines of frames and ticks.
-pub(crate) const AXIS: Stroke = Stroke::solid("#000000", 0.6);
+pub const AXIS: Stroke = Stroke::solid("#000000", 0.6);
 
 /// Length of a tick, inward.
 const TICK: f64 = 3.0;
@@ -20,28 +20,28 @@ const TICK: f64 = 3.0;
 pub struct Scale {
     pub from: f64,
     pub to: f64,
-    pub(crate) log: bool,
+    pub log: bool,
     /// Factor by which numbers are multiplied where they are written.
-    pub(crate) shown: f64,
+    pub shown: f64,
 }
 
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Tick {
+pub struct Tick {
     /// Its number on the scale.
-    pub(crate) value: f64,
+    pub value: f64,
     /// Its label; empty for a minor tick.
-    pub(crate) label: Rich,
+    pub label: Rich,
 }
 
 impl Tick {
     /// Length of its line; minor ticks are shorter.
-    pub(crate) fn length(&self) -> f64 {
+    pub fn length(&self) -> f64 {
         if self.label.pieces.is_empty() { 0.6 * TICK } else { TICK }
     }
 }
 
 /// The least and the greatest of some numbers; infinity and minus infinity if there are none.
-pub(crate) fn extremes(numbers: impl Iterator<Item = f64>) -> (f64, f64) {
+pub fn extremes(numbers: impl Iterator<Item = f64>) -> (f64, f64) {
     numbers.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)))
 }
 
@@ -55,18 +55,18 @@ impl Scale {
 
     /// A logarithmic scale of positive numbers; a single number gets a range around it. Ends beyond the
     /// smallest and the largest double are moved there.
-    pub(crate) fn logarithmic(from: f64, to: f64) -> Self {
+    pub fn logarithmic(from: f64, to: f64) -> Self {
         let [from, to] = if to > from { [from, to] } else { [from / 2.0, from * 2.0] };
         Self { from: from.max(f64::from_bits(1)), to: to.min(f64::MAX), log: true, shown: 1.0 }
     }
 
     /// A scale of positive numbers, logarithmic where they extend over more than a factor of five.
-    pub(crate) fn of_range(from: f64, to: f64) -> Self {
+    pub fn of_range(from: f64, to: f64) -> Self {
         if to > 5.0 * from { Self::logarithmic(from, to) } else { Self::linear(from, to) }
     }
 
     /// The scale that fits the nodes of an axis.
-    pub(crate) fn of_nodes(values: &[f64]) -> Self {
+    pub fn of_nodes(values: &[f64]) -> Self {
         let (first, last) = (values[0], values[values.len() - 1]);
         if values.len() > 2 && is_logarithmic(values) {
             Self::logarithmic(first, last)
@@ -76,7 +76,7 @@ impl Scale {
     }
 
     /// Position of a number: 0 at the start, 1 at the end.
-    pub(crate) fn unit(&self, value: f64) -> f64 {
+    pub fn unit(&self, value: f64) -> f64 {
         if self.log {
             // Differences of logarithms, because the ratio of two numbers may overflow.
             (value.ln() - self.from.ln()) / (self.to.ln() - self.from.ln())
@@ -92,7 +92,7 @@ impl Scale {
     }
 
     /// The number at a position, inverse of [`Scale::unit`].
-    pub(crate) fn value(&self, unit: f64) -> f64 {
+    pub fn value(&self, unit: f64) -> f64 {
         if self.log {
             (self.from.ln() * (1.0 - unit) + self.to.ln() * unit).exp().clamp(self.from, self.to)
         } else {
@@ -107,7 +107,7 @@ impl Scale {
     }
 
     /// Ticks, about `most` of them labelled.
-    pub(crate) fn ticks(&self, most: usize) -> Vec<Tick> {
+    pub fn ticks(&self, most: usize) -> Vec<Tick> {
         let [from, to] = [self.from, self.to].map(|end| (end * self.shown).clamp(f64::MIN, f64::MAX));
         let written = Self { from, to, shown: 1.0, ..*self };
         let ticks = if self.log { written.log_ticks(most.max(2)) } else { written.linear_ticks(most.max(2)) };
@@ -194,7 +194,7 @@ fn log_label(factor: u8, exponent: i32, (from, to): (f64, f64)) -> Rich {
 }
 
 /// Width of the widest number at ticks.
-pub(crate) fn text_width_of(ticks: &[Tick]) -> f64 {
+pub fn text_width_of(ticks: &[Tick]) -> f64 {
     ticks.iter().map(|tick| text_width(&tick.label, SMALL_TEXT)).fold(0.0, f64::max)
 }
 

@@ -1,11 +1,11 @@
 //! Line plots: curves over one axis, those of the same unit in one panel.
 
-use super::super::text::{Rich, rich};
 use super::axis::{Scale, TEXT, extremes};
 use super::legend::{Legend, Sample};
-use super::palette::MethodStyle;
 use super::panels::{Panels, TITLE_MARGIN};
 use super::scene::{Place, Scene, Width, text_width};
+use super::style::LineStyle;
+use super::text::{Rich, rich};
 
 /// Number of points of a curve above which only some of them have marks.
 const MARKED: usize = 30;
@@ -14,7 +14,7 @@ const MARKED: usize = 30;
 pub struct Curve {
     /// Its name in the legend; empty for none.
     pub name: Rich,
-    pub style: MethodStyle,
+    pub style: LineStyle,
     /// Its points; one that is not finite interrupts it.
     pub points: Vec<Place>,
     pub marks: bool,
@@ -40,7 +40,7 @@ pub fn extent(curves: &[Curve], of: fn(&Place) -> f64) -> (f64, f64) {
 
 impl Chart {
     /// A scale that contains all numbers of the curves, and 0 if it is near and `drawn_at_zero` is false.
-    pub(crate) fn scale(&self) -> Scale {
+    pub fn scale(&self) -> Scale {
         let (low, high) = extent(&self.curves, |point| point.1);
         if low > high {
             return Scale::linear(0.0, 1.0);
@@ -117,6 +117,6 @@ pub fn draw(heading: &Rich, x: Scale, x_name: &Rich, charts: &[Chart], width: Wi
 }
 
 /// The letter of a panel: "(a) ".
-pub(crate) fn letter(number: usize) -> Rich {
+pub fn letter(number: usize) -> Rich {
     rich(&format!("({}) ", char::from(b'a' + (number % 26) as u8)))
 }

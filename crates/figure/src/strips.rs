@@ -1,24 +1,24 @@
 //! Strips: several variables along one axis, each as a row of coloured cells.
 
-use super::super::text::Rich;
 use super::axis::{AXIS, SMALL_TEXT, Scale};
 use super::legend::Legend;
 use super::panels::{BOTTOM_MARGIN, Labels, Panel, TITLE_MARGIN, write_heading};
 use super::region::{cell_edges, outlines};
 use super::scene::{Anchor, Fill, Rect, Scene, Width, text_width};
+use super::text::Rich;
 
 const ROW: f64 = 15.0;
 
 /// A row: its name, and the index of each cell's kind.
 #[derive(Clone, Debug)]
-pub(crate) struct Strip {
-    pub(crate) name: Rich,
+pub struct Strip {
+    pub name: Rich,
     /// The kind of each node's cell.
-    pub(crate) kinds: Vec<usize>,
+    pub kinds: Vec<usize>,
 }
 
 /// Draws strips over the nodes of an axis; `kinds` are the possible fills with their names.
-pub(crate) fn draw(
+pub fn draw(
     heading: &Rich,
     nodes: &[f64],
     (scale, x_name): (Scale, &Rich),

@@ -7,7 +7,15 @@ use resvg::tiny_skia::{Color, Pixmap, Transform};
 use resvg::usvg::fontdb::{Database, Source};
 use resvg::usvg::{Options, Tree};
 
-use super::super::ReportError;
+/// A figure could not be converted from SVG.
+#[derive(Debug, thiserror::Error)]
+#[error("cannot draw {figure}: {why}")]
+pub struct RenderError {
+    /// Name of the figure.
+    pub figure: String,
+    /// The reason.
+    pub why: String,
+}
 
 /// Resolution of PNG files in dots per inch: the usual minimum for printed line art.
 const RESOLUTION: f32 = 300.0;
@@ -21,26 +29,26 @@ static OPTIONS: LazyLock<Options<'static>> = LazyLock::new(|| {
     Options { fontdb: Arc::new(fonts), font_family: "Noto Sans".into(), ..Options::default() }
 });
 
-fn tree(name: &str, svg: &str) -> Result<Tree, ReportError> {
+fn tree(name: &str, svg: &str) -> Result<Tree, RenderError> {
     Tree::from_str(svg, &OPTIONS).map_err(|error| failed(name, error))
 }
 
-fn failed(name: &str, why: impl std::fmt::Display) -> ReportError {
-    ReportError::Render { figure: name.into(), why: why.to_string() }
+fn failed(name: &str, why: impl std::fmt::Display) -> RenderError {
+    RenderError { figure: name.into(), why: why.to_string() }
 }
 
-pub fn png(name: &str, svg: &str) -> Result<Vec<u8>, ReportError> {
+pub fn png(name: &str, svg: &str) -> Result<Vec<u8>, RenderError> {
     raster(name, &tree(name, svg)?)
 }
 
 /// The figure as PNG and as PDF with text as text, on two cores.
-pub(crate) fn png_and_pdf(name: &str, svg: &str) -> Result<(Vec<u8>, Vec<u8>), ReportError> {
+pub fn png_and_pdf(name: &str, svg: &str) -> Result<(Vec<u8>, Vec<u8>), RenderError> {
     let tree = tree(name, svg)?;
     let (png, pdf) = rayon::join(|| raster(name, &tree), || page(name, &tree));
     Ok((png?, pdf?))
 }
 
-fn raster(name: &str, tree: &Tree) -> Result<Vec<u8>, ReportError> {
+fn raster(name: &str, tree: &Tree) -> Result<Vec<u8>, RenderError> {
     // usvg uses 96 pixels per inch.
     let scale = RESOLUTION / 96.0;
     let size = tree.size().to_int_size().scale_by(scale).ok_or_else(|| failed(name, "it has no size"))?;
@@ -77,11 +85,11 @@ fn raster(name: &str, tree: &Tree) -> Result<Vec<u8>, ReportError> {
 }
 
 /// The figure as PDF, text as text.
-pub fn pdf(name: &str, svg: &str) -> Result<Vec<u8>, ReportError> {
+pub fn pdf(name: &str, svg: &str) -> Result<Vec<u8>, RenderError> {
     page(name, &tree(name, svg)?)
 }
 
-fn page(name: &str, tree: &Tree) -> Result<Vec<u8>, ReportError> {
+fn page(name: &str, tree: &Tree) -> Result<Vec<u8>, RenderError> {
     svg2pdf::to_pdf(tree, svg2pdf::ConversionOptions::default(), svg2pdf::PageOptions { dpi: 96.0 })
         .map_err(|error| failed(name, error))
 }

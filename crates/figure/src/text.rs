@@ -6,20 +6,20 @@
 use slipmap_numbers::text::{digits_within, known_part, scientific, without_zeros};
 
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) enum Piece {
+pub enum Piece {
     Words(String),
     Symbol(Symbol),
 }
 
 /// A letter with an optional index and an optional exponent.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Symbol {
+pub struct Symbol {
     /// The letter, or a word where there is no letter.
-    pub(crate) base: String,
+    pub base: String,
     /// Index, empty if none.
-    pub(crate) index: String,
+    pub index: String,
     /// Exponent, empty if none.
-    pub(crate) exponent: String,
+    pub exponent: String,
 }
 
 /// Greek letters: their names in axes and templates, the letter, and the name in LaTeX.
@@ -44,7 +44,7 @@ const GREEK: [(&str, &str, &str); 16] = [
 
 impl Symbol {
     /// The symbol of an axis or quantity: `gamma` is γ, `x_1` is x with an index, `c^*` has an exponent.
-    pub(crate) fn of(name: &str) -> Self {
+    pub fn of(name: &str) -> Self {
         let (rest, exponent) = name.split_once('^').unwrap_or((name, ""));
         let (base, index) = rest.split_once('_').unwrap_or((rest, ""));
         let letter = GREEK.iter().find(|(word, _, _)| *word == base).map_or(base, |(_, letter, _)| letter);
@@ -52,7 +52,7 @@ impl Symbol {
     }
 
     /// Returns whether the base is one letter, set in italics; a word is set upright.
-    pub(crate) fn is_letter(&self) -> bool {
+    pub fn is_letter(&self) -> bool {
         self.base.chars().count() == 1
     }
 
@@ -107,7 +107,7 @@ fn raised(character: char) -> char {
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Rich {
     /// Its parts, in order.
-    pub(crate) pieces: Vec<Piece>,
+    pub pieces: Vec<Piece>,
 }
 
 /// The program's own words, with symbols in braces: `"share of {c}"`, `"{x_1}"`, `"{c^*}"`.
@@ -142,7 +142,7 @@ impl Rich {
     }
 
     /// A number with up to `digits` significant digits, very large and very small ones with a power of ten.
-    pub(crate) fn number(value: f64, digits: usize) -> Self {
+    pub fn number(value: f64, digits: usize) -> Self {
         let (mantissa, exponent) = scientific(value, digits);
         if !value.is_finite() {
             return Self::foreign(&mantissa);
@@ -162,7 +162,7 @@ impl Rich {
 
     /// A number with at most `digits` digits, and with its error where that reaches them: "13.7 ± 0.14", but
     /// "13.71" with an error that is far smaller. Digits beyond the error are not printed.
-    pub(crate) fn with_error(value: f64, error: f64, digits: usize) -> Self {
+    pub fn with_error(value: f64, error: f64, digits: usize) -> Self {
         if !Self::shows_error(value, error, digits) {
             return Self::number(value, digits);
         }
@@ -171,11 +171,11 @@ impl Rich {
     }
 
     /// Whether [`Rich::with_error`] prints the error: it is at least a tenth of a unit of the last digit.
-    pub(crate) fn shows_error(value: f64, error: f64, digits: usize) -> bool {
+    pub fn shows_error(value: f64, error: f64, digits: usize) -> bool {
         digits_within(value, error, digits + 3) < digits + 3
     }
 
-    pub(crate) fn power_of_ten(exponent: i32) -> Self {
+    pub fn power_of_ten(exponent: i32) -> Self {
         let exponent = exponent.to_string().replace('-', "−");
         Self { pieces: vec![Piece::Symbol(Symbol { base: "10".into(), index: String::new(), exponent })] }
     }
@@ -189,13 +189,13 @@ impl Rich {
 
     /// Appends a unit, if there is one: "0.4 m/s".
     #[must_use]
-    pub(crate) fn with_unit(self, unit: &str) -> Self {
+    pub fn with_unit(self, unit: &str) -> Self {
         if unit.is_empty() { self } else { self.then(Self::foreign(&format!(" {unit}"))) }
     }
 
     /// Appends the parameters at which a figure was computed, unless `place` is empty: " at ε = 0.1".
     #[must_use]
-    pub(crate) fn taken_at(self, place: Rich) -> Self {
+    pub fn taken_at(self, place: Rich) -> Self {
         if place.pieces.is_empty() { self } else { self.then(" at ").then(place) }
     }
 
@@ -205,11 +205,11 @@ impl Rich {
         self.write(str::to_owned, Symbol::plain)
     }
 
-    pub(crate) fn html(&self) -> String {
+    pub fn html(&self) -> String {
         self.write(html, Symbol::html)
     }
 
-    pub(crate) fn latex(&self) -> String {
+    pub fn latex(&self) -> String {
         self.write(latex, Symbol::latex)
     }
 
@@ -226,7 +226,7 @@ impl Rich {
 
 /// Escapes words for HTML and for SVG, in elements and in quoted attributes. Characters that XML forbids
 /// become spaces.
-pub(crate) fn html(words: &str) -> String {
+pub fn html(words: &str) -> String {
     let mut text = String::with_capacity(words.len());
     for c in words.chars() {
         match c {
@@ -245,7 +245,7 @@ pub(crate) fn html(words: &str) -> String {
 }
 
 /// Escapes words for LaTeX. Characters that pdfLaTeX does not know by default are written as their number.
-pub(crate) fn latex(words: &str) -> String {
+pub fn latex(words: &str) -> String {
     let mut text = String::with_capacity(words.len());
     let mut letters = words.chars().peekable();
     while let Some(c) = letters.next() {

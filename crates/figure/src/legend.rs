@@ -1,25 +1,25 @@
 //! Legends: samples of lines and areas with their names, in rows below the panels.
 
-use super::super::text::Rich;
 use super::axis::{AXIS, SMALL_TEXT};
-use super::palette::MethodStyle;
 use super::scene::{Anchor, Fill, Rect, Scene, Stroke, text_width};
+use super::style::LineStyle;
+use super::text::Rich;
 
 /// The sample shown beside a name.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Sample {
+pub enum Sample {
     Area(Fill),
     /// An area of any colour.
     Color(String),
     Line(Stroke),
     /// A line with marks.
-    Method(MethodStyle),
+    Method(LineStyle),
     /// A mark alone.
     Mark(super::scene::Marker, &'static str, bool),
 }
 
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Legend {
+pub struct Legend {
     entries: Vec<(Sample, Rich)>,
 }
 
@@ -29,7 +29,7 @@ const GAP: f64 = 12.0;
 
 impl Legend {
     /// Adds an entry, unless the legend has it already.
-    pub(crate) fn add(&mut self, sample: Sample, name: Rich) {
+    pub fn add(&mut self, sample: Sample, name: Rich) {
         let entry = (sample, name);
         if !self.entries.contains(&entry) {
             self.entries.push(entry);
@@ -37,14 +37,14 @@ impl Legend {
     }
 
     /// Adds the areas that are drawn.
-    pub(crate) fn add_used(&mut self, kinds: &[(Fill, Rich)], used: &[bool]) {
+    pub fn add_used(&mut self, kinds: &[(Fill, Rich)], used: &[bool]) {
         for ((fill, name), _) in kinds.iter().zip(used).filter(|(_, used)| **used) {
             self.add(Sample::Area(*fill), name.clone());
         }
     }
 
     /// Returns whether the legend has no entries.
-    pub(crate) fn is_empty(&self) -> bool {
+    pub fn is_empty(&self) -> bool {
         self.entries.is_empty()
     }
 
@@ -62,12 +62,12 @@ impl Legend {
         (rows, layout(rows))
     }
 
-    pub(crate) fn height(&self, width: f64) -> f64 {
+    pub fn height(&self, width: f64) -> f64 {
         if self.is_empty() { 0.0 } else { self.layout(width).0 as f64 * ROW }
     }
 
     /// Draws the legend below the panels of a figure, and ends the figure there.
-    pub(crate) fn below(&self, scene: &mut Scene, left: f64, top: f64) {
+    pub fn below(&self, scene: &mut Scene, left: f64, top: f64) {
         // Aligned with the panels if that takes no more rows than the whole width.
         let whole = scene.width - 8.0;
         let room = scene.width - left - 4.0;
@@ -77,7 +77,7 @@ impl Legend {
     }
 
     /// Draws the legend with its upper left corner at a place.
-    pub(crate) fn draw(&self, scene: &mut Scene, left: f64, top: f64, width: f64) {
+    pub fn draw(&self, scene: &mut Scene, left: f64, top: f64, width: f64) {
         let (rows, columns) = self.layout(width);
         for (i, (sample, name)) in self.entries.iter().enumerate() {
             let x = left + columns[..i / rows].iter().sum::<f64>();

@@ -1,0 +1,19 @@
+//! Drawing: scenes with axes, panels and legends, texts with mathematical symbols, and the files that they become
+//! (SVG, PDF, PNG, CSV). It knows nothing of friction.
+
+// Only the program and its tests use this crate.
+#![allow(missing_docs)]
+
+pub mod axis;
+pub mod csv;
+pub mod data;
+pub mod legend;
+pub mod lines;
+pub mod panels;
+pub mod paragraph;
+pub mod region;
+pub mod render;
+pub mod scene;
+pub mod strips;
+pub mod style;
+pub mod text;
