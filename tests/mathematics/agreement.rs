@@ -1,13 +1,19 @@
-//! The two engines, which share nothing but the friction law, and the closed-form tests compared at random
-//! points.
+//! One test over every engine: at random points of every law, all say the same within their own errors.
+//!
+//! An opinion is the set of fates that an engine leaves possible and, where it has one, a margin with the error
+//! that it states. Opinions agree if they have a fate in common, and margins that are no farther apart than
+//! their errors.
 
 use crate::sample::{Random, Sample};
 use rayon::prelude::*;
-use slipmap::certify::{Decision, Guarantee, TESTS};
-use slipmap::friction::Law;
+use slipmap::certify::{Decision, Guarantee, TESTS, validated};
+use slipmap::filippov::Oscillator;
+use slipmap::friction::{Column, Expression, Law, Table};
 use slipmap::map::{Account, Control, Engine, Grid, Method, Plan, Sink, TileData, Verdict, decide, run};
-use slipmap::simulate::return_map::{Turn, turns_of};
-use slipmap::simulate::{Fate, Flow, Landing, critical_damping, flow};
+use slipmap::simulate::backbone::Backbone;
+use slipmap::simulate::exit_orbit::landing_speed;
+use slipmap::simulate::return_map::{Turn, is_resolved, turns_of};
+use slipmap::simulate::{CriticalDamping, Fate, Flow, Landing, critical_damping, flow, surface};
 use slipmap::witness;
 use std::collections::BTreeMap;
 use std::convert::Infallible;
@@ -16,62 +22,259 @@ use std::sync::{Mutex, PoisonError};
 /// The tolerance of maps.
 const TOLERANCE: f64 = 1e-9;
 
-/// The answers at one point.
+fn between(random: &mut Random, [lo, hi]: [f64; 2]) -> f64 {
+    lo + (hi - lo) * random.unit()
+}
+
+/// A random law that falls by a share in `drop` within about a slip speed in `scale`, with its kind.
+fn law(random: &mut Random, drop: [f64; 2], scale: [f64; 2]) -> (&'static str, Law, Vec<f64>) {
+    let kind = (6.0 * random.unit()) as usize;
+    let (drop, scale) = (between(random, drop), random.log(scale[0], scale[1]));
+    let (rise, wave) = (between(random, [0.0, 0.03]), random.log(1.0, 6.0));
+    let formula = |text: String| Law::Expression(Expression::new(&text, 1.0).unwrap());
+    match kind {
+        0 => ("stribeck", Law::Stribeck, vec![1.0 - drop, rise, 1.0 / scale]),
+        1 => ("exponential", Law::Exponential, vec![1.0 - drop, scale, rise]),
+        2 => ("lorentzian", Law::Lorentzian, vec![1.0 - drop, scale, rise]),
+        3 => ("formula", formula(format!("1 - {drop}*tanh(u/{scale}) + {rise}*sin({wave}*u)")), vec![]),
+        4 => ("formula", formula(format!("1 - {drop}*atan(u/{scale}) + {rise}*u^2")), vec![]),
+        _ => {
+            let (spacing, noise) = (random.log(0.05, 0.4), random.log(1e-5, 1e-2));
+            let mut data = vec![(0.0, 1.0)];
+            while data[data.len() - 1].0 < 12.0 {
+                let u = data[data.len() - 1].0 + spacing * between(random, [0.5, 1.5]);
+                let scatter = noise * between(random, [-1.0, 1.0]);
+                data.push((u, 1.0 - drop + drop * (-u / scale).exp() + rise * u + scatter));
+            }
+            ("table", Law::Table(Table::new("random", &data, 1.0).unwrap()), vec![])
+        }
+    }
+}
+
+/// A damping of the column: half of them anywhere, the others near the critical one.
+fn damping(column: &Column, random: &mut Random) -> f64 {
+    let range = column.curve.weakening_range(0.0, 2.0 * column.belt_speed);
+    let anywhere = between(random, [0.0, 1.2]) * range.hi.max(0.01) / column.epsilon;
+    let distance = between(random, [-1.0, 1.0]) * random.log(1e-6, 1.0);
+    match critical_damping(column, TOLERANCE) {
+        Ok(found) if found.c > 0.0 && random.unit() < 0.5 => (found.c * (1.0 + distance)).max(0.0),
+        _ => anywhere,
+    }
+}
+
+/// A column of a random law, and a damping.
+#[derive(Debug)]
 struct Case {
-    sample: Sample,
-    direct: Flow,
-    map: Flow,
-    turn: Turn,
+    kind: &'static str,
+    column: Column,
+    c: f64,
+    /// The law with its parameters, to print.
+    law: String,
 }
 
 impl Case {
-    fn new(sample: Sample, tolerance: f64) -> Self {
-        let oscillator = sample.oscillator();
-        Self {
-            sample,
-            direct: witness::flow(&oscillator, tolerance),
-            map: flow(&oscillator, tolerance),
-            turn: turns_of(&sample.column(), &[sample.damping], tolerance)[0],
+    fn new((kind, law, parameters): (&'static str, Law, Vec<f64>), epsilon: f64, belt_speed: f64) -> Self {
+        let column = law.column(&law.point(epsilon, &parameters, belt_speed, 0.0).unwrap());
+        Self { kind, column, c: 0.0, law: format!("{law:?} {parameters:?}") }
+    }
+
+    fn of_sample(sample: &Sample) -> Self {
+        Self { kind: "the box", column: sample.column(), c: sample.damping, law: format!("{sample:?}") }
+    }
+
+    /// Any law, on belts so slow that orbits creep to those so fast that they cross. Tables end at 12.
+    fn any_law(number: u64) -> Self {
+        let mut random = Random(0x5eed ^ number.wrapping_mul(0x9e37_79b9_7f4a_7c15));
+        let law = law(&mut random, [0.05, 0.95], [0.15, 1.5]);
+        let belt_speed = random.log(0.03, if law.0 == "table" { 4.0 } else { 300.0 });
+        let case = Self::new(law, random.log(0.1, 1.0), belt_speed);
+        Self { c: damping(&case.column, &mut random), ..case }
+    }
+
+    /// Laws so steep that the divergence passes 2 or -2: half of the points next to that at the equilibrium or
+    /// at the belt line, the others next to the critical damping.
+    fn node(random: &mut Random) -> Self {
+        let law = law(random, [0.3, 0.95], [0.03, 0.5]);
+        let case = Self::new(law, random.log(0.3, 1.0), random.log(0.03, 3.0));
+        let rate =
+            case.column.curve.weakening(if random.unit() < 0.5 { 0.0 } else { case.column.belt_speed });
+        let side = if random.unit() < 0.5 { -2.0 } else { 2.0 };
+        let c = (rate + side * (1.0 + between(random, [-1.0, 1.0]) * random.log(1e-6, 0.5)))
+            / case.column.epsilon;
+        let c = if random.unit() < 0.5 && c >= 0.0 { c } else { damping(&case.column, random) };
+        Self { c, ..case }
+    }
+
+    /// Belts so fast that orbits cross the belt line.
+    fn fast(random: &mut Random) -> Self {
+        let (kind, law, mut parameters) = law(random, [0.05, 0.95], [0.15, 30.0]);
+        // Friction that rises with the square of the speed stops every orbit from crossing.
+        if kind == "stribeck" {
+            parameters[1] *= 1e-4;
+        }
+        let belt_speed = if kind == "table" { random.log(2.0, 5.0) } else { random.log(3.0, 1e3) };
+        let case = Self::new((kind, law, parameters), 1.0, belt_speed);
+        let top = critical_damping(&case.column, TOLERANCE).map_or(0.1, |found| found.c.abs());
+        Self { c: top * between(random, [0.0, 1.1]), ..case }
+    }
+
+    fn numbered(number: u64) -> Self {
+        // A stream of random numbers per point: the points do not depend on the threads, and the larger
+        // surveys contain the smaller.
+        let mut random = Random(number.wrapping_mul(0xd134_2543_de82_ef95));
+        match number % 5 {
+            0 => Self::of_sample(&random.anywhere()),
+            1 => Self::of_sample(&random.near_boundary()),
+            2 => Self::any_law(number / 5),
+            3 => Self::node(&mut random),
+            _ => Self::fast(&mut random),
         }
     }
 
-    /// The margins, as far as they exist, and errors of the engines.
-    fn margins(&self) -> Vec<(f64, f64)> {
-        let mut margins = Vec::new();
-        if let Turn::Complete { margin, error, .. } = self.turn {
-            margins.push((margin, error));
-        }
-        let flows = [&self.direct, &self.map].into_iter().filter(|flow| !flow.margin.is_nan());
-        margins.extend(flows.map(|flow| (flow.margin, flow.margin_error)));
-        margins
+    fn oscillator(&self) -> Oscillator {
+        Oscillator::in_column(&self.column, self.c)
+    }
+}
+
+/// Sets of fates.
+const LANDS: u8 = 1;
+const LANDS_FROM_ABOVE: u8 = 2;
+const CROSSES: u8 = 4;
+const INWARD: u8 = 8;
+const RETURNS: u8 = LANDS | LANDS_FROM_ABOVE | CROSSES;
+const ANY: u8 = RETURNS | INWARD;
+
+/// What an engine says.
+#[derive(Clone, Copy, Debug)]
+struct Opinion {
+    by: &'static str,
+    fates: u8,
+    margin: Option<[f64; 2]>,
+}
+
+impl Opinion {
+    fn of_flow(by: &'static str, flow: &Flow) -> Self {
+        let fates = match flow.fate {
+            Fate::Sticks(Landing { crossings: Some(0), .. }) => LANDS,
+            Fate::Sticks(Landing { crossings: Some(_), .. }) => LANDS_FROM_ABOVE,
+            Fate::Sticks(Landing { crossings: None, .. }) => LANDS | LANDS_FROM_ABOVE,
+            Fate::SpiralsInward => INWARD,
+            Fate::CrossesForever => CROSSES,
+            Fate::TooCloseToCall | Fate::Failed(_) => ANY,
+        };
+        let margin = Some([flow.margin, flow.margin_error]).filter(|[margin, _]| !margin.is_nan());
+        Self { by, fates, margin }
     }
 
-    /// The largest distance of two margins or of the landings, in units of the sum of their errors.
-    fn discord(&self) -> f64 {
-        let margins = self.margins();
+    /// By a number that is positive where the orbit returns.
+    fn of_sign(by: &'static str, value: f64, error: f64) -> Self {
+        let fates = if value > error {
+            RETURNS
+        } else if value < -error {
+            INWARD
+        } else {
+            ANY
+        };
+        Self { by, fates, margin: None }
+    }
+
+    fn of_turn(turn: Turn) -> Self {
+        match turn {
+            Turn::Complete { margin, error, .. } if is_resolved(margin, error) => {
+                Self { margin: Some([margin, error]), ..Self::of_sign("turn", margin, error) }
+            }
+            Turn::Complete { .. } | Turn::HandOver { .. } => Self { by: "turn", fates: ANY, margin: None },
+        }
+    }
+
+    fn of_claim(by: &'static str, decision: Decision) -> Self {
+        let fates = match decision {
+            Decision::Present => LANDS,
+            Decision::Absent => INWARD,
+            Decision::Undecided => ANY,
+        };
+        Self { by, fates, margin: None }
+    }
+}
+
+/// The witness and `flow` at one point, with the opinions of all engines.
+#[derive(Debug)]
+struct Heard {
+    witness: Flow,
+    flow: Flow,
+    opinions: Vec<Opinion>,
+}
+
+impl Heard {
+    /// The engines that take long are asked at few points.
+    fn new(case: &Case, tolerance: f64, asks_all: bool) -> Self {
+        let Case { column, c, .. } = case;
+        let oscillator = case.oscillator();
+        let (witness, flow) = (witness::flow(&oscillator, tolerance), flow(&oscillator, tolerance));
+        let of_critical = |by, found: CriticalDamping| Opinion::of_sign(by, found.c - c, found.error);
+        let mut opinions = vec![
+            Opinion::of_flow("witness", &witness),
+            Opinion::of_flow("flow", &flow),
+            Opinion::of_turn(turns_of(column, &[*c], tolerance)[0]),
+        ];
+        opinions.extend(
+            critical_damping(column, tolerance).ok().map(|found| of_critical("critical damping", found)),
+        );
+        opinions
+            .extend(surface::critical_damping(column).map(|found| of_critical("universal surface", found)));
+        let theorems = TESTS.iter().filter(|test| test.guarantee == Guarantee::FiniteEpsilon);
+        opinions.extend(theorems.map(|test| Opinion::of_claim(test.name, (test.claim)(column).decide(*c))));
+        if asks_all {
+            let backbone = Backbone::of(column, tolerance).ok();
+            opinions.extend(backbone.map(|backbone| {
+                let apart = backbone.viscous(column.belt_speed) - oscillator.viscous;
+                Opinion::of_sign("backbone", apart, backbone.error)
+            }));
+            opinions.push(Opinion::of_claim("validated", (validated::TEST.claim)(column).decide(*c)));
+        }
+        Self { witness, flow, opinions }
+    }
+
+    fn agree_on_fates(&self) -> bool {
+        self.opinions.iter().fold(ANY, |fates, opinion| fates & opinion.fates) != 0
+    }
+
+    /// The largest distance of two margins, or of the landings, in units of the sum of their errors.
+    fn discord(&self, belt_speed: f64) -> f64 {
+        let margins: Vec<[f64; 2]> = self.opinions.iter().filter_map(|opinion| opinion.margin).collect();
         let pairs = margins.iter().flat_map(|a| margins.iter().map(move |b| (a, b)));
-        let ratios = pairs.map(|(a, b)| if a == b { 0.0 } else { (a.0 - b.0).abs() / (a.1 + b.1) });
-        ratios.fold(self.landing_discord(), f64::max)
+        let ratios = pairs.map(|(a, b)| if a == b { 0.0 } else { (a[0] - b[0]).abs() / (a[1] + b[1]) });
+        ratios.fold(self.landing_discord(belt_speed), f64::max)
     }
 
     /// Along the belt line the error of x2 is magnified by the slope at which the orbit meets it: x1 has
     /// the error V margin_error (1 + V / wL).
-    fn landing_discord(&self) -> f64 {
-        let (Fate::Sticks(one), Fate::Sticks(two)) = (self.direct.fate, self.map.fate) else { return 0.0 };
-        let belt_speed = self.sample.belt_speed;
-        let across = belt_speed * (self.direct.margin_error + self.map.margin_error);
-        let along = across * (1.0 + belt_speed / (self.sample.oscillator().exit_x1() - one.x1));
-        if one.x1 == two.x1 { 0.0 } else { (one.x1 - two.x1).abs() / along }
-    }
-
-    /// Returns whether an engine has a margin below its error: then the point is too close to the grazing
-    /// boundary for that engine.
-    fn is_next_to_grazing(&self) -> bool {
-        self.margins().iter().any(|(margin, error)| margin.abs() <= *error)
+    fn landing_discord(&self, belt_speed: f64) -> f64 {
+        let (Fate::Sticks(one), Fate::Sticks(two)) = (self.witness.fate, self.flow.fate) else { return 0.0 };
+        if one.crossings != Some(0) || two.crossings != Some(0) || one.x1 == two.x1 {
+            return 0.0;
+        }
+        let across = belt_speed * (self.witness.margin_error + self.flow.margin_error);
+        (one.x1 - two.x1).abs() / (across * (1.0 + 1.0 / one.stick_time))
     }
 }
 
-fn kind(fate: &Fate) -> &'static str {
+/// The counts of a survey.
+#[derive(Default)]
+struct Tally {
+    /// Points by fate of the witness and of `flow`.
+    fates: BTreeMap<[&'static str; 2], u64>,
+    /// Opinions that leave a part of the fates only, by engine.
+    decided: BTreeMap<&'static str, u64>,
+    /// Points whose margins or landings differ by more than their errors, and the largest ratio.
+    discords: u64,
+    worst_discord: f64,
+    /// Points that `flow` does not decide, with those of the witness.
+    open: Vec<String>,
+    problems: Vec<String>,
+}
+
+fn name(fate: &Fate) -> &'static str {
     match fate {
         Fate::Sticks(Landing { crossings: Some(0), .. }) => "sticks",
         Fate::Sticks(_) => "sticks from above",
@@ -82,189 +285,131 @@ fn kind(fate: &Fate) -> &'static str {
     }
 }
 
-/// The counts of a survey.
-#[derive(Default)]
-struct Tally {
-    /// Points per pair of fates, of the direct engine and of the return map.
-    fates: BTreeMap<(&'static str, &'static str), u64>,
-    /// Number of points whose margins or landings differ by more than their errors, and the largest ratio.
-    discords: u64,
-    worst_discord: f64,
-    /// Number of points at which a test's claim of presence or of absence is wrong, per test.
-    false_presence: [u64; TESTS.len()],
-    false_absence: [u64; TESTS.len()],
-    /// Right-hand sides and point of the slowest answer: direct engine, return map.
-    slowest: [Option<(u64, Sample)>; 2],
-    /// Every violation.
-    problems: Vec<String>,
-}
-
 impl Tally {
-    fn of(case: &Case) -> Self {
+    fn of(case: &Case, asks_all: bool) -> Self {
+        let mut heard = Heard::new(case, TOLERANCE, asks_all);
+        // As an audit does: smaller steps before a contradiction is reported.
+        if !heard.agree_on_fates() {
+            heard.witness = witness::flow(&case.oscillator(), 1e-4 * TOLERANCE);
+            heard.opinions[0] = Opinion::of_flow("witness", &heard.witness);
+        }
         let mut tally = Self::default();
-        tally.fates.insert((kind(&case.direct.fate), kind(&case.map.fate)), 1);
-        tally.slowest = [&case.direct, &case.map].map(|flow| Some((flow.rhs, case.sample)));
-        tally.judge_fates(case);
-        tally.judge_margins(case);
-        tally.judge_landings(case);
-        tally.judge_numbers(case);
-        tally.judge_tests(case);
+        tally.fates.insert([name(&heard.witness.fate), name(&heard.flow.fate)], 1);
+        for opinion in heard.opinions.iter().filter(|opinion| opinion.fates != ANY) {
+            tally.decided.insert(opinion.by, 1);
+        }
+        let mut judge = |right: bool, what: &str| {
+            if !right {
+                tally.problems.push(format!("{what}: {case:?}\n  {heard:?}"));
+            }
+        };
+        judge(heard.agree_on_fates(), "fates");
+        tally.worst_discord = heard.discord(case.column.belt_speed);
+        if tally.worst_discord > 1.0 {
+            tally.discords = 1;
+            // The witness' estimate is sometimes too small where friction is steep next to the belt line.
+            let finer = Heard::new(case, 1e-3 * TOLERANCE, false);
+            judge(tally.worst_discord <= 10.0 && finer.discord(case.column.belt_speed) <= 1.0, "margins");
+        }
+        for flow in [&heard.witness, &heard.flow] {
+            judge_landing(flow, &case.oscillator(), &mut judge);
+            let returns = matches!(flow.fate, Fate::Sticks(_) | Fate::CrossesForever | Fate::Failed(_));
+            judge(returns || flow.margin.is_finite(), "no margin");
+            judge(flow.margin_error >= 0.0 && flow.rhs > 0, "no error estimate");
+        }
+        if heard.opinions[1].fates == ANY {
+            tally.open.push(format!("{case:?}\n  {heard:?}"));
+        }
         tally
-    }
-
-    fn judge(&mut self, right: bool, what: &str, case: &Case) {
-        if !right {
-            let Case { sample, direct, map, turn } = case;
-            self.problems.push(format!("{what}: {sample:?}\n  {direct:?}\n  {map:?}\n  {turn:?}"));
-        }
-    }
-
-    /// Different fates are allowed only where one engine's margin is below its error.
-    fn judge_fates(&mut self, case: &Case) {
-        let fates = [kind(&case.direct.fate), kind(&case.map.fate)];
-        let explained = fates.contains(&"too close to call") && case.is_next_to_grazing();
-        self.judge(fates[0] == fates[1] || explained, "fates", case);
-        self.judge(!fates.contains(&"failed"), "failed", case);
-    }
-
-    /// Margins and landings agree within their errors, which are estimates. At k = eps gamma V > 15 the
-    /// direct engine's estimate is sometimes too small, because friction is steep next to the belt line: then
-    /// both engines must agree at a thousandth of the tolerance, and the estimate must not be far off.
-    fn judge_margins(&mut self, case: &Case) {
-        self.worst_discord = case.discord();
-        if self.worst_discord > 1.0 {
-            self.discords = 1;
-            let finer = Case::new(case.sample, 1e-3 * TOLERANCE);
-            self.judge(self.worst_discord <= 10.0 && finer.discord() <= 1.0, "margins", case);
-        }
-    }
-
-    /// Landings are on the stick segment, and sticking ends at the exit point.
-    fn judge_landings(&mut self, case: &Case) {
-        let exit = case.sample.oscillator().exit_x1();
-        for flow in [&case.direct, &case.map] {
-            if let Fate::Sticks(landing) = flow.fate {
-                let on_segment = exit - 2.0 <= landing.x1 && landing.x1 < exit;
-                self.judge(on_segment && landing.slip_time > 0.0, "landing off the segment", case);
-                // Three roundings of numbers of this size.
-                let rounding = 4.0 * f64::EPSILON * (1.0 + exit.abs() + landing.x1.abs());
-                let leaves_at = landing.x1 + case.sample.belt_speed * landing.stick_time;
-                self.judge((leaves_at - exit).abs() <= rounding, "stick time", case);
-            }
-        }
-    }
-
-    /// No NaN where a number must exist: margins exist unless the orbit returns to the belt line.
-    fn judge_numbers(&mut self, case: &Case) {
-        for flow in [&case.direct, &case.map] {
-            let returns = matches!(flow.fate, Fate::Sticks(_) | Fate::CrossesForever);
-            self.judge(returns || flow.margin.is_finite(), "no margin", case);
-            let promised = flow.margin_error.is_finite() && flow.margin_error >= 0.0 && flow.rhs > 0;
-            self.judge(promised, "no error estimate", case);
-        }
-        if let Turn::Complete { margin, error, .. } = case.turn {
-            self.judge(margin.is_finite() && error.is_finite() && error >= 0.0, "turn", case);
-        }
-    }
-
-    /// Certificates are never contradicted, and neither is an absence that the first-order test claims: for
-    /// the Stribeck law its edge lies above that of `symmetric`. Wrong verdicts of the other tests are
-    /// counted.
-    fn judge_tests(&mut self, case: &Case) {
-        let column = case.sample.column();
-        for (i, test) in TESTS.iter().enumerate() {
-            let decision = (test.claim)(&column).decide(case.sample.damping);
-            let wrong = [&case.direct, &case.map].map(|flow| match (decision, flow.fate) {
-                (Decision::Present, Fate::SpiralsInward | Fate::CrossesForever)
-                | (Decision::Absent, Fate::Sticks(_) | Fate::CrossesForever) => true,
-                // Certificates prove the first landing.
-                (Decision::Present, Fate::Sticks(Landing { crossings, .. })) => {
-                    crossings != Some(0) && test.guarantee == Guarantee::FiniteEpsilon
-                }
-                (Decision::Absent, Fate::SpiralsInward)
-                | (Decision::Undecided, _)
-                | (_, Fate::TooCloseToCall | Fate::Failed(_)) => false,
-            });
-            let wrong = wrong[0] || wrong[1];
-            match decision {
-                Decision::Present => self.false_presence[i] += u64::from(wrong),
-                Decision::Absent => self.false_absence[i] += u64::from(wrong),
-                Decision::Undecided => {}
-            }
-            let promised = test.guarantee == Guarantee::FiniteEpsilon
-                || (test.name == "perturbation" && decision == Decision::Absent);
-            self.judge(!(promised && wrong), test.name, case);
-            // The energy balance bounds the critical damping up to k = 15.62
-            // (tests/mathematics/identities.rs).
-            let denies = test.name == "harmonic_balance" && decision == Decision::Absent;
-            self.judge(!(denies && wrong && case.sample.k() < 15.6), "harmonic_balance denies", case);
-        }
     }
 
     fn plus(mut self, other: Self) -> Self {
         for (pair, count) in other.fates {
             *self.fates.entry(pair).or_default() += count;
         }
+        for (by, count) in other.decided {
+            *self.decided.entry(by).or_default() += count;
+        }
         self.discords += other.discords;
         self.worst_discord = self.worst_discord.max(other.worst_discord);
-        for i in 0..TESTS.len() {
-            self.false_presence[i] += other.false_presence[i];
-            self.false_absence[i] += other.false_absence[i];
-        }
-        for (mine, theirs) in self.slowest.iter_mut().zip(other.slowest) {
-            if theirs.map(|(rhs, _)| rhs) > mine.map(|(rhs, _)| rhs) {
-                *mine = theirs;
-            }
-        }
+        self.open.extend(other.open);
         self.problems.extend(other.problems);
         self
     }
 }
 
-/// Compares answers at `count` points, half of them near the boundary, and requires agreement.
+/// Landings are on the stick segment, and sticking ends at the exit point.
+fn judge_landing(flow: &Flow, oscillator: &Oscillator, judge: &mut impl FnMut(bool, &str)) {
+    let Fate::Sticks(landing) = flow.fate else { return };
+    let exit = oscillator.exit_x1();
+    // Three roundings of numbers of this size.
+    let rounding = 4.0 * f64::EPSILON * (1.0 + exit.abs() + landing.x1.abs());
+    let on_segment = exit - 2.0 - rounding <= landing.x1 && landing.x1 <= exit;
+    judge(on_segment && landing.slip_time > 0.0, "landing off the segment");
+    let leaves_at = landing.x1 + oscillator.belt_speed * landing.stick_time;
+    judge((leaves_at - exit).abs() <= rounding, "stick time");
+}
+
+/// Compares the opinions at `count` points, and requires agreement.
 fn survey(count: u64) -> Tally {
     let tally = (0..count)
         .into_par_iter()
-        .map(|i| {
-            // A stream of random numbers per point: the points do not depend on the threads, and the million
-            // contains the hundred thousand.
-            let mut random = Random(i.wrapping_mul(0xd134_2543_de82_ef95));
-            let sample = if i % 2 == 0 { random.anywhere() } else { random.near_boundary() };
-            Tally::of(&Case::new(sample, TOLERANCE))
-        })
+        .map(|number| Tally::of(&Case::numbered(number), number % 97 < 5))
         .reduce(Tally::default, Tally::plus);
-    println!("{count} points; fates of the direct engine and of the return map:");
-    for ((direct, map), points) in &tally.fates {
-        println!("{points:8}  {direct}, {map}");
+    println!("{count} points; fates of the witness and of the map:");
+    for (fates, points) in &tally.fates {
+        println!("{points:8}  {fates:?}");
     }
-    let Tally { discords, worst_discord, .. } = tally;
-    println!(
-        "margins or landings differ by more than their errors at {discords}, by {worst_discord:.2} errors at worst"
-    );
-    for (i, test) in TESTS.iter().enumerate() {
-        let (presence, absence) = (tally.false_presence[i], tally.false_absence[i]);
-        println!("{presence:8} false claims of presence, {absence} of absence: {}", test.name);
-    }
-    println!("slowest, direct engine and return map: {:?}", tally.slowest);
-    println!("{} problems", tally.problems.len());
+    println!("decided by engine: {:?}", tally.decided);
+    println!("{} discords, by {:.2} errors at worst", tally.discords, tally.worst_discord);
+    println!("{} open, {} problems", tally.open.len(), tally.problems.len());
     assert!(tally.problems.is_empty(), "{}", tally.problems[..tally.problems.len().min(20)].join("\n"));
-    // One estimate in five thousand points may be too small, as the direct engine's documentation states.
-    assert!(5000 * tally.discords <= count, "{} of {count} margins are at odds", tally.discords);
+    // One estimate in five thousand points may be too small, as the witness' documentation states.
+    assert!(5000 * tally.discords <= count + 5000, "{} of {count} margins are at odds", tally.discords);
+    assert!(1000 * tally.open.len() as u64 <= count, "{}", tally.open.join("\n"));
     tally
 }
 
 #[test]
-fn engines_and_tests_agree_on_a_hundred_thousand_points() {
-    let tally = survey(100_000);
+fn every_engine_says_the_same_of_every_law() {
+    let tally = survey(10_000);
     for fates in ["sticks", "sticks from above", "spirals inward", "crosses for ever"] {
-        assert!(tally.fates.contains_key(&(fates, fates)), "the sample has no orbit that {fates}");
+        assert!(tally.fates.contains_key(&[fates, fates]), "the sample has no orbit that {fates}");
+    }
+    let engines = [
+        "witness",
+        "flow",
+        "turn",
+        "critical damping",
+        "universal surface",
+        "symmetric",
+        "backbone",
+        "validated",
+    ];
+    for engine in engines {
+        assert!(
+            tally.decided.get(engine).is_some_and(|decided| *decided > 100),
+            "{engine}: {:?}",
+            tally.decided
+        );
     }
 }
 
 #[test]
-#[ignore = "a minute of two processors: cargo test --test mathematics agreement:: -- --ignored --nocapture"]
-fn engines_and_tests_agree_on_a_million_points() {
-    survey(1_000_000);
+#[ignore = "minutes of two processors: cargo test --test mathematics agreement:: -- --ignored --nocapture"]
+fn every_engine_says_the_same_at_half_a_million_points() {
+    survey(500_000);
+}
+
+/// Formulas with steps narrow beside the belt speed, so that the orbit is followed by arcs, at tolerances far
+/// below that of maps.
+#[test]
+fn margins_below_the_error_of_maps_have_a_verdict() {
+    for number in [770, 1769, 2926, 3417, 3904, 4314] {
+        let case = Case::any_law(number);
+        let verdict = decide(std::slice::from_ref(&case.column), &[case.c], Engine::Auto, TOLERANCE)[0];
+        assert!(verdict.is_decision(), "{case:?}");
+    }
 }
 
 /// A sink that keeps the verdicts of a map of one tile.

@@ -8,7 +8,11 @@
 //! Backward in time, with -w for w, the flow has the same form with -D for D. A cycle that repels then
 //! attracts, and is followed without loss of digits.
 //!
-//! This module is for cycles and landings; whether an orbit returns to the belt line is decided without it.
+//! **Error.** By the same formula the error d of a state, to first order, has with the velocity f = (v', w')
+//! the cross product d x f = (d x f at an earlier time) exp(growth since then). `spread` adds up the products
+//! of the local errors so. It gives the error of what follows from the orbit: where the orbit meets a line,
+//! the place on it is off by `spread` over the speed across the line. That is w at the belt line, and |v| at
+//! a turn. The local errors are estimates: those of the embedded method, and the rounding of the state.
 
 use std::borrow::Cow;
 use std::f64::consts::TAU;
@@ -43,6 +47,17 @@ pub(super) struct State {
     pub(super) growth: f64,
     /// Time since the start.
     pub(super) time: f64,
+    /// The divergence here, with the sign of the direction of time.
+    divergence: f64,
+    /// Bound of |error x velocity|, by the local error estimates.
+    pub(super) spread: f64,
+}
+
+impl State {
+    /// |(v', w')|.
+    fn pace(&self) -> f64 {
+        self.w.hypot(self.divergence.mul_add(self.w, -self.v))
+    }
 }
 
 /// The end of an arc below the belt line.
@@ -92,6 +107,8 @@ pub(super) struct Walk<'a> {
     allowed: f64,
     pub(super) here: State,
     next_step: f64,
+    /// Distance from the equilibrium at which the orbit may have come to rest.
+    rest: f64,
     work: &'a Work,
 }
 
@@ -138,24 +155,39 @@ impl<'a> Walk<'a> {
         let weakening = work.compiles.then(|| curve.compiled(4.0 * oscillator.belt_speed));
         // An error e of the divergence changes x2'' by e x2': e per unit of time, in units of x2'.
         let weakening = weakening.filter(|form| form.error(0.0, form.reach()).bound() <= tolerance / TAU);
-        Self {
+        let mut walk = Self {
             oscillator,
             side,
             direction: 1.0,
             weakening,
             stops: curve.stops(scale.max(oscillator.belt_speed)),
             allowed: tolerance * scale / TAU,
-            here: State { v, w, growth: 0.0, time: 0.0 },
+            here: State { v, w, growth: 0.0, time: 0.0, divergence: 0.0, spread: 0.0 },
+            rest: 0.0,
             // Near the belt line the friction law may change on a scale much smaller than V; steps grow from
             // a size that resolves it.
             next_step: 1e-3 * oscillator.belt_speed / (v.abs() + w.abs()),
             work,
-        }
+        };
+        walk.here.divergence = walk.divergence(v);
+        walk
     }
 
     /// The walk backward in time.
     pub(super) fn backward(self) -> Self {
-        Self { direction: -1.0, ..self }
+        let here = State { divergence: -self.here.divergence, ..self.here };
+        Self { direction: -1.0, here, ..self }
+    }
+
+    /// The walk that ends once it is within `radius` of the equilibrium, if it seems to stay there.
+    pub(super) fn resting_at(self, radius: f64) -> Self {
+        Self { rest: radius, ..self }
+    }
+
+    /// The walk whose first state, on the belt line, has the error `error` along the line.
+    pub(super) fn starting_with(mut self, error: f64) -> Self {
+        self.here.spread = error * self.here.w.abs();
+        self
     }
 
     /// D at velocity `v`, with the sign of the direction of time. Beyond the belt line it is constant; as
@@ -179,9 +211,13 @@ impl<'a> Walk<'a> {
     /// to the belt line, since the slip speed is rounded as V is: over a step that moves w by as much as D
     /// changes.
     fn allowed_in(&self, from: &State, to: &State) -> f64 {
-        let steep = (self.divergence(to.v) - self.divergence(from.v)).abs() * self.oscillator.belt_speed;
-        let rounding = 0.5 * f64::EPSILON * (from.v.abs() + from.w.abs() + ROUNDED_SLIPS * steep);
-        (self.allowed * (to.time - from.time)).max(rounding)
+        (self.allowed * (to.time - from.time)).max(self.rounding(from, to))
+    }
+
+    /// The rounding error of a step between two states.
+    fn rounding(&self, from: &State, to: &State) -> f64 {
+        let steep = (to.divergence - from.divergence).abs() * self.oscillator.belt_speed;
+        0.5 * f64::EPSILON * (from.v.abs() + from.w.abs() + ROUNDED_SLIPS * steep)
     }
 
     /// Replaces the slip speeds at which steps end, which by default include the law's corners.
@@ -203,7 +239,12 @@ impl<'a> Walk<'a> {
     pub(super) fn after(&self, from: &State, h: f64) -> (State, f64) {
         let step = Step { h, from: [from.v, from.w, from.growth], field: Lienard(self) };
         let ([v, w, growth], error) = pulp::Arch::new().dispatch(step);
-        (State { v, w, growth, time: from.time + h }, error[0].hypot(error[1]))
+        self.work.count(STAGES as u64 + 1);
+        let error = error[0].hypot(error[1]);
+        let mut to = State { v, w, growth, time: from.time + h, divergence: self.divergence(v), spread: 0.0 };
+        let local = error + self.rounding(from, &to);
+        to.spread = from.spread * (growth - from.growth).exp() + local * from.pace().max(to.pace());
+        (to, error)
     }
 
     /// The slip speed at a state.
@@ -227,7 +268,7 @@ impl<'a> Walk<'a> {
     /// D sin cos <= 1 + |D|/2; steps are short enough that x2' changes its sign at most once.
     pub(super) fn advance(&mut self) -> Result<State, Failure> {
         let from = self.here;
-        let scale = 1.0 / (1.0 + 0.5 * self.divergence(from.v).abs());
+        let scale = 1.0 / (1.0 + 0.5 * from.divergence.abs());
         let mut h = self.next_step.min(scale).min(self.longest_resolving(&from));
         // Length of the step that follows one shortened to end at a narrow feature.
         let mut beyond_stop = 0.0;
@@ -339,7 +380,7 @@ impl<'a> Walk<'a> {
             if turns {
                 return Ok(LowerEnd::Turns(to));
             }
-            if self.creeps() {
+            if self.rests() {
                 return Ok(LowerEnd::Rests);
             }
         }
@@ -385,7 +426,7 @@ impl<'a> Walk<'a> {
         let h = to.time - from.time;
         let (_, error) = self.after(from, h);
         // A law that is steep next to the belt line may change on the last part of the step alone.
-        let steepest = self.divergence(from.v).abs().max(self.divergence(to.v).abs());
+        let steepest = from.divergence.abs().max(to.divergence.abs());
         let scale = 1.0 / (1.0 + 0.5 * steepest);
         let accurate = error <= self.allowed_in(from, to) || h <= 1e-6 * scale;
         if !accurate {
@@ -395,18 +436,28 @@ impl<'a> Walk<'a> {
         accurate
     }
 
-    /// Returns whether the orbit has come to rest, or provably has no later maximum of x2: where D <= -2
-    /// between here and the equilibrium, the wedge between w = 0 and w = -v is never left, and |v| falls in
-    /// it monotonically.
-    fn creeps(&self) -> bool {
+    /// Returns whether the orbit has come to rest, or has no later maximum of x2 above its distance r from the
+    /// equilibrium. Proved, or for laws without proved bounds judged by samples:
+    ///
+    /// * r^2 = v^2 + w^2 obeys r r' = D w^2, so that it never grows where D <= 0 within r of the equilibrium;
+    ///   asked for below the distance `rest` alone.
+    /// * Where D <= -2 between here and the equilibrium, the wedge between w = 0 and w = -v is never left,
+    ///   and |v| falls in it monotonically.
+    fn rests(&self) -> bool {
         let State { v, w, .. } = self.here;
-        if v.hypot(w) <= AT_REST * self.oscillator.belt_speed {
+        let (belt_speed, radius) = (self.oscillator.belt_speed, v.hypot(w));
+        if radius <= AT_REST * belt_speed {
             return true;
         }
-        let (belt_speed, slip) = (self.oscillator.belt_speed, self.oscillator.belt_speed - self.here.v);
-        let in_wedge = self.side == Side::Below && v * w < 0.0 && w.abs() < v.abs();
+        if self.side == Side::Above || self.direction < 0.0 {
+            return false;
+        }
+        let is_trapped = radius <= self.rest.min(belt_speed)
+            && self.oscillator.divergence_seems_at_most(0.0, belt_speed - radius, belt_speed + radius);
+        let slip = belt_speed - v;
         let (near, far) = (slip.max(0.0).min(belt_speed), slip.max(belt_speed));
-        in_wedge && self.direction > 0.0 && self.oscillator.divergence_is_at_most(-2.0, near, far)
+        let in_wedge = v * w < 0.0 && w.abs() < v.abs() - 2.0 * self.here.spread / self.here.pace();
+        is_trapped || in_wedge && self.oscillator.divergence_seems_at_most(-2.0, near, far)
     }
 }
 

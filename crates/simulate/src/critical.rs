@@ -8,7 +8,7 @@ use std::cell::Cell;
 use super::closing::{Amplitude, closing_dampings};
 use super::polar::{Closing, Turn};
 use super::return_map::{UNRESOLVED, decisive_turn};
-use super::{Fate, Landing, flow};
+use super::{Fate, Landing, exit_orbit, flow};
 use slipmap_model::filippov::{HopfRate, Oscillator};
 use slipmap_model::friction::Column;
 use slipmap_numbers::roots::{falling_bracket, falling_root, first_step};
@@ -216,12 +216,11 @@ fn side_by_turn(oscillator: &Oscillator, tolerance: f64) -> Result<Side, u64> {
     }
 }
 
-/// Finds the side by the direct engine, after `spent` evaluations.
+/// Finds the side by arcs, after `spent` evaluations.
 fn side_by_flow(column: &Column, oscillator: &Oscillator, tolerance: f64, spent: u64) -> Option<Side> {
-    let flow = slipmap_witness::flow(oscillator, tolerance);
+    let flow = exit_orbit::flow(oscillator, tolerance);
     let margin = match flow.fate {
-        // Where the flow cannot be continued beyond the line, r at the landing is about what it would be
-        // after the turn.
+        // Far beyond the line r at the landing is about what it would be after the turn.
         Fate::Sticks(Landing { x1, crossings, .. }) if flow.margin.is_nan() && crossings != Some(1) => {
             let speed = (oscillator.exit_x1() - x1) / column.belt_speed;
             (speed * speed / (1.0 + speed.hypot(1.0))).clamp(f64::MIN_POSITIVE, 1.0)

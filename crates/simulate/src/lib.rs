@@ -1,8 +1,7 @@
 //! The simulated Filippov flow: the fate of the orbit that leaves the belt at the exit point.
 //!
-//! Two engines share only the friction law and return the same type of answer: `direct` integrates the
-//! system in its original variables (x1, x2), [`return_map`] the scalar form in polar coordinates of (x2,
-//! x2'). [`flow`] uses the second, and hands over to the first where that does not apply.
+//! [`return_map`] follows the orbit in the scalar form, in polar coordinates of (x2, x2'); where that does not
+//! apply, and from the belt line on, [`flow`] follows it by arcs of the Liénard form (`exit_orbit`).
 //! [`critical_damping`] answers for a whole column at once.
 
 pub mod arc;
@@ -17,6 +16,7 @@ pub mod critical;
 pub mod crossing;
 mod dop853;
 mod elements;
+pub mod exit_orbit;
 pub mod far_loops;
 pub mod folds;
 mod lower_set;

@@ -7,12 +7,9 @@
 
 pub use super::polar::Turn;
 
-use super::arc::{LowerEnd, Walk};
 use super::closed_orbit::Lap;
-use super::crossing::JUMP;
-use super::work::Work;
-use super::{Fate, Flow, Landing, closed_orbit, collocation, stepping};
-use slipmap_model::filippov::{Oscillator, Side};
+use super::{Fate, Flow, closed_orbit, collocation, exit_orbit, stepping};
+use slipmap_model::filippov::Oscillator;
 use slipmap_model::friction::Column;
 use slipmap_model::point::ScaledGroups;
 
@@ -108,111 +105,35 @@ pub(super) fn decisive_turn(oscillator: &Oscillator, tolerance: f64) -> Turn {
     }
 }
 
-/// Largest tolerance for orbits that are handed over: they are far from circles, and error estimates need
-/// finer steps there.
-const COARSEST_HANDED_OVER: f64 = 1e-12;
-
-/// Largest tolerance of the orbit to the landing: next to grazing the landing speed magnifies its errors.
-const LANDING: f64 = 1e-12;
-/// Largest error of the orbit to the landing, in units of its tolerance.
-const OF_LANDING: f64 = 10.0;
-/// Largest margin from which the landing speed follows, where the divergence at the belt line is small.
-const NEXT_TO_GRAZING: f64 = 1e-8;
-
-/// The landing of the orbit from the exit point, where the return map gives it.
-struct LandingSpeed {
-    /// x2', and an estimate of its error.
-    speed: f64,
-    error: f64,
-    time: f64,
-}
-
-/// The landing speed x2' and the time of the orbit from the exit point, whose margin is `margin` > 0, and the
-/// number of evaluations; the first is `None` where the orbit could not be followed.
-///
-/// Next to grazing the margin has more digits than the orbit. On the last arc, of the angle a, the radius
-/// grows by the factor 1 + D a^3 / 3 up to V (1 + m), and x2'^2 = r^2 - V^2 at its beginning: with a = sqrt(m
-/// (2 + m)) the speed is V a (1 - D a / 3), up to the order a^3.
-///
-/// An error e of the orbit is one of (1 + V / x2') e of the speed, because r^2 = V^2 + x2'^2.
-fn landing(
-    oscillator: &Oscillator,
-    [margin, margin_error]: [f64; 2],
-    tolerance: f64,
-) -> (Option<LandingSpeed>, u64) {
-    let belt_speed = oscillator.belt_speed;
-    let work = Work::of_question(&oscillator.curve);
-    let (start, tolerance) = ([belt_speed, 0.0], tolerance.min(LANDING));
-    let mut walk = Walk::new(oscillator, Side::Below, start, tolerance, belt_speed, &work);
-    let (angle, divergence) = ((margin * (2.0 + margin)).sqrt(), oscillator.divergence(0.0));
-    let is_near = margin * (1.0 + divergence * divergence) < NEXT_TO_GRAZING;
-    let found = match walk.lower_arc(|_, _, _| ()) {
-        Ok(LowerEnd::Meets(end) | LowerEnd::Turns(end)) if is_near => {
-            let speed = belt_speed * angle * (1.0 - angle * divergence / 3.0);
-            let of_series = angle.powi(3) * (1.0 + divergence * divergence);
-            let error = belt_speed * (margin_error * (1.0 + margin) / angle + of_series);
-            Some(LandingSpeed { speed, error, time: end.time + (end.w - speed) / belt_speed })
-        }
-        Ok(LowerEnd::Meets(end)) => {
-            let of_orbit = OF_LANDING * tolerance * belt_speed * end.growth.exp().max(1.0);
-            Some(LandingSpeed { speed: end.w, error: of_orbit * (1.0 + belt_speed / end.w), time: end.time })
-        }
-        Ok(LowerEnd::Turns(_) | LowerEnd::Rests) | Err(_) => None,
-    };
-    (found, work.spent())
-}
-
 /// As [`flow`], where a turn at this tolerance gave `margin`, NaN if it was handed over.
 pub fn flow_after_turn(oscillator: &Oscillator, margin: f64, tolerance: f64) -> Flow {
     // At a coarse tolerance the finer turn that decides may be complete.
     if margin.is_nan() && tolerance <= COARSEST_DECISIVE {
-        directly(oscillator, tolerance)
+        exit_orbit::decisive_flow(oscillator, tolerance)
     } else {
         flow(oscillator, tolerance)
     }
 }
 
-/// The flow of an orbit to which the return map does not apply.
-fn directly(oscillator: &Oscillator, tolerance: f64) -> Flow {
-    slipmap_witness::flow(oscillator, tolerance.min(COARSEST_HANDED_OVER))
-}
-
-/// The fate of the orbit from the exit point, by the return map; handed over to [`slipmap_witness::flow`] where the
-/// polar form does not apply, or the orbit lands beyond the stick segment or cannot be followed to the
-/// landing.
+/// The fate of the orbit from the exit point: by the return map, and by the arcs of `exit_orbit` where the
+/// polar form does not apply, and from the return to the belt line on.
 ///
 /// `tolerance` bounds the error of the scaled grazing margin m/V and of the landing.
 #[must_use]
 pub fn flow(oscillator: &Oscillator, tolerance: f64) -> Flow {
-    let turn = decisive_turn(oscillator, tolerance);
-    let (margin, margin_error, rhs) = match turn {
-        Turn::Complete { margin, error, rhs } => (margin, error, rhs),
+    let (margin, margin_error, rhs) = match decisive_turn(oscillator, tolerance) {
+        Turn::Complete { margin, error, rhs } => (margin, error, u64::from(rhs)),
         Turn::HandOver { rhs } => {
-            let answer = directly(oscillator, tolerance);
+            let answer = exit_orbit::decisive_flow(oscillator, tolerance);
             return Flow { rhs: u64::from(rhs) + answer.rhs, ..answer };
         }
     };
-    let rhs = u64::from(rhs);
-    let answer = |fate, rhs| Flow { fate, margin, margin_error, rhs };
-    if margin < -margin_error {
-        return answer(Fate::SpiralsInward, rhs);
-    }
-    if margin.abs() <= margin_error {
-        return answer(Fate::TooCloseToCall, rhs);
-    }
-    let (landing, spent) = landing(oscillator, [margin, margin_error], tolerance);
-    match landing {
-        // At a speed of 2 the orbit lands at the end of the stick segment; a little faster it crosses there,
-        // and is back at once.
-        Some(LandingSpeed { speed, error, time: slip_time }) if speed < JUMP + error => {
-            let (x1, stick_time) = (oscillator.exit_x1() - speed, speed / oscillator.belt_speed);
-            let crossings = (speed < JUMP - error).then_some(0);
-            answer(Fate::Sticks(Landing { x1, slip_time, stick_time, crossings }), rhs + spent)
-        }
-        Some(_) | None => {
-            // The margin, which is known better, may be below this tolerance.
-            let direct = slipmap_witness::decisive_flow(oscillator, tolerance);
-            answer(direct.fate, rhs + spent + direct.rhs)
-        }
-    }
+    let (fate, spent) = if margin < -margin_error {
+        (Fate::SpiralsInward, 0)
+    } else if margin.abs() <= margin_error {
+        (Fate::TooCloseToCall, 0)
+    } else {
+        exit_orbit::fate_of_returning(oscillator, [margin, margin_error], tolerance)
+    };
+    Flow { fate, margin, margin_error, rhs: rhs + spent }
 }

@@ -13,10 +13,17 @@ use slipmap_model::friction::Curve;
 /// second of one orbit. The backbones and cycles of moderate parameters take a tenth of it.
 const QUESTION: u64 = 7_000_000;
 
+/// Largest number of evaluations for the fate of one orbit, in the same unit: of a turn, which takes about 20
+/// to 200 steps, a hundred thousand. An expensive law has at least [`FEWEST`] evaluations of its own.
+const ORBIT: u64 = 1_200_000;
+const FEWEST: u64 = 60_000;
+
 /// The rest of a budget.
 #[derive(Debug)]
 pub(super) struct Work {
     left: Cell<u64>,
+    /// Evaluations so far, of the law itself or of its compiled form.
+    done: Cell<u64>,
     /// Cost of an evaluation of the law itself.
     cost: u64,
     /// Whether orbits follow the compiled law, whose digits depend on earlier compilations.
@@ -26,7 +33,14 @@ pub(super) struct Work {
 impl Work {
     /// The whole budget for oscillators with this law.
     pub(super) fn of_question(curve: &Curve) -> Self {
-        Self { left: Cell::new(QUESTION), cost: curve.cost(), compiles: false }
+        Self { left: Cell::new(QUESTION), done: Cell::new(0), cost: curve.cost(), compiles: false }
+    }
+
+    /// The whole budget for one orbit.
+    pub(super) fn of_orbit(curve: &Curve) -> Self {
+        let work = Self::of_question(curve);
+        work.left.set(ORBIT.max(FEWEST * work.cost));
+        work
     }
 
     /// The whole budget for a computation that uses a backbone, which compiles the law.
@@ -34,9 +48,19 @@ impl Work {
         Self { compiles: curve.cost() > 1, ..Self::of_question(curve) }
     }
 
-    /// Evaluations of the law itself so far, if no others were subtracted.
-    pub(super) fn spent(&self) -> u64 {
-        (QUESTION - self.left.get()) / self.cost
+    /// Notes evaluations, whether or not the budget holds them.
+    pub(super) fn count(&self, evaluations: u64) {
+        self.done.set(self.done.get() + evaluations);
+    }
+
+    /// All evaluations so far.
+    pub(super) fn done(&self) -> u64 {
+        self.done.get()
+    }
+
+    /// Ends the work: nothing is left of the budget.
+    pub(super) fn end(&self) {
+        self.left.set(0);
     }
 
     /// Makes the budget whole again, for a second attempt.
