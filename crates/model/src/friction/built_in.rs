@@ -2,6 +2,7 @@
 
 use super::family::Series;
 use super::{FirstOrder, Gradient, Parameter, Range};
+use crate::point::LawParameters;
 
 /// A built-in law, defined in its own file.
 pub struct BuiltIn {
@@ -19,8 +20,8 @@ pub struct BuiltIn {
     /// How friction rises at high slip speed.
     pub strengthening: Strengthening,
     /// The parameters of a machine's friction, for slip speeds in units of `velocity`, in m/s: a built-in law
-    /// has three, which follow from the coefficients of [`Fall`].
-    pub parameters_of: fn(friction: &Fall, velocity: f64) -> [f64; 3],
+    /// has up to three, which follow from the coefficients of [`Fall`].
+    pub parameters_of: fn(friction: &Fall, velocity: f64) -> LawParameters,
 }
 
 /// How the friction of a built-in law rises at high slip speed.

@@ -22,12 +22,15 @@ pub struct Curve {
     pub(super) form: Form,
     /// eps, if the law is read as 1 + eps F(u).
     pub(super) small: Option<f64>,
+    /// The parameter of [`super::Law::with_drop`], if the law has it.
+    axis: Option<f64>,
+    drop: f64,
     pub(super) compiled: Arc<Mutex<Compiled>>,
 }
 
 impl PartialEq for Curve {
     fn eq(&self, other: &Self) -> bool {
-        self.form == other.form && self.small == other.small
+        self.form == other.form && self.small == other.small && self.axis == other.axis
     }
 }
 
@@ -96,9 +99,9 @@ impl Curve {
     /// Work of compiling the law for a column of this belt speed, in evaluations of the Stribeck law. The
     /// Stribeck law itself is not compiled.
     pub fn compiling_work(&self, belt_speed: f64) -> u64 {
-        match self.form {
-            Form::Stribeck(_) => 0,
-            _ => PIECE * self.compiled(4.0 * belt_speed).breaks().len() as u64,
+        match self.stribeck() {
+            Some(_) => 0,
+            None => PIECE * self.compiled(4.0 * belt_speed).breaks().len() as u64,
         }
     }
 
@@ -111,11 +114,35 @@ impl Curve {
         }
     }
 
-    /// phi(u), the friction force at slip speed `u` >= 0.
+    pub(super) fn new(
+        form: Form,
+        small: Option<f64>,
+        axis: Option<f64>,
+        compiled: Arc<Mutex<Compiled>>,
+    ) -> Self {
+        let drop = form.drop() + axis.unwrap_or(0.0);
+        Self { form, small, axis, drop, compiled }
+    }
+
+    /// The drop j: the friction at rest, 1, less the friction in slip as u -> 0; 0 <= j < 1.
+    #[must_use]
+    #[inline]
+    pub fn drop(&self) -> f64 {
+        self.drop
+    }
+
+    /// The same friction in slip, up to a constant, with no drop: its slip motion about the equilibrium is the
+    /// same.
+    #[must_use]
+    pub fn without_drop(&self) -> Self {
+        Self { drop: 0.0, axis: None, ..self.clone() }
+    }
+
+    /// phi(u), the friction force in slip at the speed `u` >= 0; at 0 the limit u -> 0.
     #[must_use]
     #[inline]
     pub fn phi(&self, u: f64) -> f64 {
-        self.form.phi(u)
+        self.form.phi(u) - self.axis.unwrap_or(0.0)
     }
 
     /// The weakening rate -phi'(u): positive where the friction falls with speed. The divergence of the
@@ -183,17 +210,21 @@ impl Curve {
         };
         let ends = || (0..=octaves).rev().map(|octave| hi * 0.5_f64.powi(octave));
         let starts = || std::iter::once(0.0).chain(ends());
+        let lowered = |range: Range| {
+            let drop = self.axis.unwrap_or(0.0);
+            Range { lo: range.lo - drop, hi: range.hi - drop }
+        };
         if let Some(range) = self.form.closed().and_then(|law| law.friction_range(hi)) {
-            return range;
+            return lowered(range);
         }
         match &self.form {
-            Form::Table(law) => law.friction_range(0.0, hi),
+            Form::Table(law) => lowered(law.friction_range(0.0, hi)),
             Form::Function(_) | Form::Custom(_) => hull((0..=SAMPLES).map(|i| {
                 let value = self.phi(hi * (f64::from(i) / f64::from(SAMPLES)).powi(2));
                 Range { lo: value, hi: value }
             })),
-            form => hull(
-                starts().zip(ends()).filter_map(|(lo, hi)| Some(form.formula(Interval::new(lo, hi))?.into())),
+            _ => hull(
+                starts().zip(ends()).filter_map(|(lo, hi)| Some(self.formula(Interval::new(lo, hi))?.into())),
             ),
         }
     }
@@ -239,8 +270,8 @@ impl Curve {
     /// laws given by functions and for terms that cancel. It need not be narrow where its sign is certain.
     pub fn friction_between(&self, lo: f64, hi: f64, viscous: f64) -> Range {
         if let Form::Table(table) = &self.form {
-            let phi = table.friction_range(lo, hi);
-            return Range { lo: viscous.mul_add(lo, phi.lo), hi: viscous.mul_add(hi, phi.hi) };
+            let (phi, drop) = (table.friction_range(lo, hi), self.axis.unwrap_or(0.0));
+            return Range { lo: viscous.mul_add(lo, phi.lo - drop), hi: viscous.mul_add(hi, phi.hi - drop) };
         }
         if self.formula(0.0).is_some() {
             return self.formula_between(lo, hi, viscous);
@@ -323,6 +354,9 @@ impl Curve {
     /// # Errors
     /// [`NoFirstOrder`] for a law that is not 1 + O(eps).
     pub fn first_order(&self, belt_speed: f64) -> Result<FirstOrder, NoFirstOrder> {
+        if self.drop > 0.0 {
+            return Err(NoFirstOrder::Drop);
+        }
         if let Some(epsilon) = self.small {
             // -F' = w / eps.
             let Range { lo, hi } = self.weakening_range(0.0, 2.0 * belt_speed);
@@ -366,12 +400,21 @@ impl Curve {
     /// Derivatives of the weakening rate at slip speed `u` with respect to eps and each parameter of the law.
     #[must_use]
     pub fn weakening_gradient(&self, u: f64) -> Gradient {
-        match &self.form {
+        let gradient = match &self.form {
             Form::Expression(law) | Form::Leading(law) => law.gradient(u),
             Form::Custom(law) => law.gradient(u),
             form => {
                 let nothing = Gradient { epsilon: 0.0, parameters: LawParameters::new(&[]) };
                 form.closed().map_or(nothing, |law| law.gradient(u))
+            }
+        };
+        match self.axis {
+            None => gradient,
+            // The weakening rate does not depend on the drop.
+            Some(_) => {
+                let own = gradient.parameters.as_slice().iter().copied();
+                let parameters: Vec<f64> = own.chain([0.0]).collect();
+                Gradient { parameters: LawParameters::new(&parameters), ..gradient }
             }
         }
     }
@@ -394,7 +437,8 @@ impl Curve {
 
     /// phi in any arithmetic (numbers, intervals or series); `None` for laws given by data or by functions.
     pub fn formula<T: Real>(&self, u: T) -> Option<T> {
-        self.form.formula(u)
+        let phi = self.form.formula(u)?;
+        Some(self.axis.map_or(phi, |drop| phi - T::constant(drop)))
     }
 
     /// As [`Curve::even_weakening_range`] with 0 <= v <= `reach`, rounded outwards; `None` without a formula.
@@ -447,19 +491,19 @@ impl Curve {
         }
     }
 
-    /// Stribeck's law, for proofs over boxes and for vectorised engines, which use its parameters; `None` for
-    /// other laws.
+    /// Stribeck's law without a drop, for proofs over boxes and for vectorised engines, which use its
+    /// parameters; `None` for other laws.
     pub fn stribeck(&self) -> Option<&Stribeck> {
         match &self.form {
-            Form::Stribeck(law) => Some(law),
+            Form::Stribeck(law) if self.drop == 0.0 => Some(law),
             _ => None,
         }
     }
 
-    /// The Lorentzian law, for vectorised engines; `None` for other laws.
+    /// The Lorentzian law without a drop, for vectorised engines; `None` for other laws.
     pub fn lorentzian(&self) -> Option<&Lorentzian> {
         match &self.form {
-            Form::Lorentzian(law) => Some(law),
+            Form::Lorentzian(law) if self.drop == 0.0 => Some(law),
             _ => None,
         }
     }

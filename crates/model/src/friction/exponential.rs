@@ -44,8 +44,8 @@ pub(super) fn falling_from_one(rest: Series, u: Series, mu: Series, eta: Series)
 }
 
 /// mu, vs and eta of a machine's friction.
-pub(super) fn parameters_of(friction: &Fall, velocity: f64) -> [f64; 3] {
-    [friction.kinetic, friction.width / velocity, friction.strengthening * velocity]
+pub(super) fn parameters_of(friction: &Fall, velocity: f64) -> LawParameters {
+    LawParameters::new(&[friction.kinetic, friction.width / velocity, friction.strengthening * velocity])
 }
 
 impl Exponential {

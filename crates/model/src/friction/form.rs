@@ -2,7 +2,7 @@
 
 use super::built_in::ClosedForm;
 use super::custom::CustomCurve;
-use super::{Exponential, ExpressionCurve, Function, Lorentzian, Range, Stribeck, Table};
+use super::{Coulomb, Exponential, ExpressionCurve, Function, Lorentzian, Range, Stribeck, Table};
 use slipmap_numbers::interval::Interval;
 use slipmap_numbers::jet::{Jet, Real};
 
@@ -12,6 +12,7 @@ pub(super) enum Form {
     Stribeck(Stribeck),
     Exponential(Exponential),
     Lorentzian(Lorentzian),
+    Coulomb(Coulomb),
     Expression(ExpressionCurve),
     /// F1, the first order in eps of a formula, in place of phi.
     Leading(ExpressionCurve),
@@ -27,6 +28,7 @@ impl Form {
             Form::Stribeck(law) => Some(law),
             Form::Exponential(law) => Some(law),
             Form::Lorentzian(law) => Some(law),
+            Form::Coulomb(law) => Some(law),
             Form::Expression(_) | Form::Leading(_) | Form::Table(_) | Form::Function(_) | Form::Custom(_) => {
                 None
             }
@@ -40,6 +42,7 @@ impl Form {
             Form::Stribeck(law) => Some(law.weakening_range(lo, hi)),
             Form::Exponential(law) => Some(law.weakening_range(lo, hi)),
             Form::Lorentzian(law) => Some(law.weakening_range(lo, hi)),
+            Form::Coulomb(law) => Some(law.weakening_range(lo, hi)),
             Form::Expression(_) | Form::Leading(_) | Form::Table(_) | Form::Function(_) | Form::Custom(_) => {
                 None
             }
@@ -51,6 +54,7 @@ impl Form {
             Form::Stribeck(law) => law.phi(u),
             Form::Exponential(law) => law.phi(u),
             Form::Lorentzian(law) => law.phi(u),
+            Form::Coulomb(law) => law.phi(u),
             Form::Expression(law) => law.phi(u),
             Form::Leading(law) => law.leading(u),
             Form::Table(law) => law.phi(u),
@@ -65,6 +69,7 @@ impl Form {
             Form::Stribeck(law) => law.weakening(u),
             Form::Exponential(law) => law.weakening(u),
             Form::Lorentzian(law) => law.weakening(u),
+            Form::Coulomb(law) => law.weakening(u),
             Form::Expression(law) => law.weakening(u),
             Form::Leading(law) => -law.leading(Jet::<f64, 2>::variable(u, 1.0)).0[1],
             Form::Table(law) => law.weakening(u),
@@ -87,6 +92,7 @@ impl Form {
             Form::Stribeck(law) => Some(law.formula(u)),
             Form::Exponential(law) => Some(law.formula(u)),
             Form::Lorentzian(law) => Some(law.formula(u)),
+            Form::Coulomb(law) => Some(law.formula(u)),
             Form::Expression(law) => Some(law.formula(u)),
             Form::Leading(law) => Some(law.leading(u)),
             Form::Table(_) | Form::Function(_) | Form::Custom(_) => None,
@@ -99,6 +105,16 @@ impl Form {
         match self {
             Form::Function(law) => law.series(u, unit),
             law => law.formula(Jet::<Interval, N>::variable(u, unit)),
+        }
+    }
+
+    /// The friction at rest less that in slip as u -> 0.
+    pub(super) fn drop(&self) -> f64 {
+        match self {
+            Form::Coulomb(law) => law.drop(),
+            Form::Expression(law) => law.drop(),
+            Form::Table(law) => law.drop(),
+            _ => 0.0,
         }
     }
 

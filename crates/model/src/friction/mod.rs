@@ -1,10 +1,12 @@
-//! Friction laws: the force phi(u) at slip speed u >= 0 in units of the static force, phi(0) = 1.
+//! Friction laws: the force phi(u) at slip speed u > 0 in units of the static force, that at rest. Friction in
+//! slip may begin below 1: phi(u) tends to 1 - j as u -> 0, where j >= 0 is the [drop](Curve::drop).
 //!
 //! A [`Law`] is a family with named parameters, each of which becomes an axis of a map. Fixing eps and the
 //! parameters gives a [`Curve`], a function of the slip speed. All other modules use only the values and the
 //! proved bounds of a curve, and do not depend on which parameters the law has.
 
 mod built_in;
+mod coulomb;
 mod curve;
 mod custom;
 pub mod domain;
@@ -21,6 +23,7 @@ mod table;
 mod weakening;
 
 pub use built_in::{BuiltIn, Fall, Strengthening};
+pub use coulomb::Coulomb;
 pub use curve::{Column, Curve, NOTHING, ONE_SLIP_CYCLE, Pieces, Ranges};
 pub use custom::{Custom, CustomLaw, CustomLawError};
 pub use domain::PointError;
@@ -39,7 +42,7 @@ pub use weakening::{COUNT, Polynomial, ProvedPiece};
 use std::cell::RefCell;
 use std::sync::Arc;
 
-use crate::point::{LawParameters, Point};
+use crate::point::{LawParameters, MAX_LAW_PARAMETERS, Point};
 use form::Form;
 
 /// The quantities of a law phi = 1 + eps F1(u) + O(eps^2) that the first-order theory (eps -> 0) needs.
@@ -66,6 +69,9 @@ pub struct Gradient {
 /// Reason why a law has no first order in eps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum NoFirstOrder {
+    /// Friction drops as slip begins.
+    #[error("friction drops as slip begins, by more than a small eps does")]
+    Drop,
     /// The law does not depend on eps.
     #[error("the friction law does not depend on eps")]
     NoEpsilon,
@@ -99,6 +105,8 @@ pub enum Law {
     Exponential,
     /// `mu + (1 - mu) / (1 + (u / vs)^2) + eta u`.
     Lorentzian,
+    /// `1 - drop + eta u`: two coefficients, static and kinetic.
+    Coulomb,
     /// A law given as text.
     Expression(Expression),
     /// A law given by data.
@@ -109,7 +117,20 @@ pub enum Law {
     Custom(Custom),
     /// A law read as `1 + eps F(u)`, see [`Law::read_as_small`].
     Small(Arc<Law>),
+    /// A law with the parameter `drop` besides its own, see [`Law::with_drop`].
+    Dropping(Arc<Dropping>),
 }
+
+/// A law whose friction in slip is less by the parameter `drop`, the last one.
+#[derive(Debug, PartialEq)]
+pub struct Dropping {
+    law: Law,
+    parameters: Vec<Parameter>,
+}
+
+/// The drop of a law: friction at rest less friction at the onset of slip.
+const DROP: Parameter =
+    Parameter { name: "drop", long_name: "drop of friction as slip begins", min: 0.0, max: 1.0 - f64::EPSILON };
 
 /// A law as written, without the reading as `1 + eps F(u)`.
 enum Written<'a> {
@@ -122,16 +143,26 @@ enum Written<'a> {
 
 /// First line of the definition of a law read as `1 + eps F(u)`.
 const SMALL: &str = "small eps";
+/// First line of the definition of a law with the parameter `drop`.
+const DROPPING: &str = "drop";
 /// Name of the laws given as text.
 const EXPRESSION: &str = "expression";
 /// Name of the laws given by data.
 const TABLE: &str = "table";
+/// Follows the friction at rest, in the definition of a law whose friction in slip may begin below it.
+const ABOVE: &str = " above:";
+const ABOVE_WORD: &str = "above: ";
+
+fn above(may_drop: bool) -> &'static str {
+    if may_drop { ABOVE } else { "" }
+}
+
 /// Name of the laws given as functions, which no configuration can name.
 const FUNCTION: &str = "function";
 
 impl Law {
     /// The laws that need no definition, in the order in which messages list them.
-    pub const BUILT_IN: [Law; 3] = [Law::Stribeck, Law::Exponential, Law::Lorentzian];
+    pub const BUILT_IN: [Law; 4] = [Law::Stribeck, Law::Exponential, Law::Lorentzian, Law::Coulomb];
 
     /// The names of laws that a configuration can choose.
     pub fn names() -> impl Iterator<Item = &'static str> {
@@ -155,11 +186,13 @@ impl Law {
             Law::Stribeck => Written::BuiltIn(&stribeck::LAW),
             Law::Exponential => Written::BuiltIn(&exponential::LAW),
             Law::Lorentzian => Written::BuiltIn(&lorentzian::LAW),
+            Law::Coulomb => Written::BuiltIn(&coulomb::LAW),
             Law::Expression(law) => Written::Expression(law),
             Law::Table(law) => Written::Table(law),
             Law::Function(law) => Written::Function(law),
             Law::Custom(law) => Written::Custom(law),
             Law::Small(law) => law.written(),
+            Law::Dropping(dropping) => dropping.law.written(),
         }
     }
 
@@ -189,16 +222,37 @@ impl Law {
         }
     }
 
+    /// The law with the parameter `drop` after its own: friction in slip is less by it, and friction at rest
+    /// is not. A law that has that parameter stays as it is.
+    ///
+    /// # Panics
+    /// If the law has [`MAX_LAW_PARAMETERS`] already.
+    #[must_use]
+    pub fn with_drop(self) -> Law {
+        if self.parameters().iter().any(|parameter| parameter.name == DROP.name) {
+            return self;
+        }
+        match self {
+            Law::Small(law) => Law::Small(Arc::new(law.as_ref().clone().with_drop())),
+            law => {
+                assert!(law.parameters().len() < MAX_LAW_PARAMETERS, "the law has no room for a drop");
+                let parameters = law.parameters().iter().copied().chain([DROP]).collect();
+                Law::Dropping(Arc::new(Dropping { law, parameters }))
+            }
+        }
+    }
+
     /// Returns whether the law is read as `1 + eps F(u)`.
     #[must_use]
     pub fn is_read_as_small(&self) -> bool {
         matches!(self, Law::Small(_))
     }
 
-    /// The law itself, without the reading as `1 + eps F(u)`.
+    /// The law itself, without the reading as `1 + eps F(u)` and without the parameter of [`Law::with_drop`].
     pub fn as_written(&self) -> &Law {
         match self {
-            Law::Small(law) => law,
+            Law::Small(law) => law.as_written(),
+            Law::Dropping(dropping) => &dropping.law,
             law => law,
         }
     }
@@ -206,6 +260,11 @@ impl Law {
     /// The law's own parameters, in the order in which they become axes of a map, slowest first.
     #[must_use]
     pub fn parameters(&self) -> &[Parameter] {
+        match self {
+            Law::Small(law) => return law.parameters(),
+            Law::Dropping(dropping) => return &dropping.parameters,
+            _ => {}
+        }
         match self.written() {
             Written::BuiltIn(law) => law.parameters,
             Written::Expression(law) => law.parameters(),
@@ -221,16 +280,21 @@ impl Law {
         if let Law::Small(law) = self {
             return format!("{SMALL}\n{}", law.definition());
         }
+        if let Law::Dropping(dropping) = self {
+            return format!("{DROPPING}\n{}", dropping.law.definition());
+        }
         match self.written() {
             Written::BuiltIn(_) | Written::Custom(_) => String::new(),
-            Written::Expression(law) => format!("{}\n{}", law.static_level(), law.text()),
+            Written::Expression(law) => {
+                format!("{}{}\n{}", law.static_level(), above(law.may_drop()), law.text())
+            }
             Written::Table(table) => {
                 let errors = table.standard_errors();
                 let rows = table.data().enumerate().map(|(i, (u, phi))| match errors {
                     Some(errors) => format!("\n{u},{phi},{}", errors[i]),
                     None => format!("\n{u},{phi}"),
                 });
-                let head = format!("{} {}", table.static_level(), table.origin());
+                let head = format!("{}{} {}", table.static_level(), above(table.may_drop()), table.origin());
                 std::iter::once(head).chain(rows).collect()
             }
             Written::Function(law) => law.definition(),
@@ -242,12 +306,23 @@ impl Law {
     pub fn from_definition(name: &str, definition: &str) -> Option<Law> {
         // At most once: nothing is written twice, and what is read may be forged.
         match definition.split_once('\n') {
-            Some((SMALL, definition)) => Self::as_written_of(name, definition).map(Law::read_as_small),
+            Some((SMALL, definition)) => Self::dropping_of(name, definition).map(Law::read_as_small),
+            _ => Self::dropping_of(name, definition),
+        }
+    }
+
+    /// The law of this name and definition, with or without the parameter `drop`.
+    fn dropping_of(name: &str, definition: &str) -> Option<Law> {
+        match definition.split_once('\n') {
+            Some((DROPPING, definition)) => {
+                let law = Self::as_written_of(name, definition)?;
+                (law.parameters().len() < MAX_LAW_PARAMETERS).then(|| law.with_drop())
+            }
             _ => Self::as_written_of(name, definition),
         }
     }
 
-    /// The law of this name and definition, without the reading as `1 + eps F(u)`.
+    /// The law of this name and definition, without the reading as `1 + eps F(u)` and without a parameter `drop`.
     fn as_written_of(name: &str, definition: &str) -> Option<Law> {
         if let Some(law) = Self::BUILT_IN.into_iter().find(|law| law.name() == name) {
             return Some(law);
@@ -255,7 +330,13 @@ impl Law {
         let (head, rest) = definition.split_once('\n')?;
         match name {
             FUNCTION => Function::from_definition(definition).map(Law::Function),
-            EXPRESSION => Some(Law::Expression(Expression::new(rest, head.parse().ok()?).ok()?)),
+            EXPRESSION => {
+                let formula = match head.strip_suffix(ABOVE) {
+                    Some(level) => Expression::with_static(rest, level.parse().ok()?),
+                    None => Expression::new(rest, head.parse().ok()?),
+                };
+                Some(Law::Expression(formula.ok()?))
+            }
             TABLE => {
                 let (mut data, mut errors) = (Vec::new(), Vec::new());
                 for line in rest.lines() {
@@ -266,7 +347,11 @@ impl Law {
                     }
                 }
                 let (level, origin) = head.split_once(' ')?;
-                let table = Table::new(origin, &data, level.parse().ok()?).ok()?;
+                let level = level.parse().ok()?;
+                let table = match origin.strip_prefix(ABOVE_WORD) {
+                    Some(origin) => Table::with_static(origin, &data, level).ok()?,
+                    None => Table::new(origin, &data, level).ok()?,
+                };
                 Some(Law::Table(match errors.as_slice() {
                     [] => table,
                     errors => table.with_standard_errors(errors).ok()?,
@@ -294,7 +379,8 @@ impl Law {
                 _ => Arc::default(),
             };
             let small = self.is_read_as_small().then_some(epsilon);
-            let curve = Curve { form: self.form(epsilon, parameters), small, compiled };
+            let (form, axis) = self.form(epsilon, parameters);
+            let curve = Curve::new(form, small, axis, compiled);
             *latest = Some((self.clone(), epsilon, *parameters, curve.clone()));
             curve
         })
@@ -310,17 +396,24 @@ impl Law {
         }
     }
 
-    fn form(&self, epsilon: f64, parameters: &LawParameters) -> Form {
-        match self {
+    /// The closed form, and the value of the parameter of [`Law::with_drop`].
+    fn form(&self, epsilon: f64, parameters: &LawParameters) -> (Form, Option<f64>) {
+        let form = match self {
             Law::Stribeck => Form::Stribeck(Stribeck::new(epsilon, parameters)),
             Law::Exponential => Form::Exponential(Exponential::new(parameters)),
             Law::Lorentzian => Form::Lorentzian(Lorentzian::new(parameters)),
             Law::Expression(law) => Form::Expression(law.curve(epsilon, parameters)),
             Law::Table(table) => Form::Table(table.clone()),
             Law::Function(law) => Form::Function(law.clone()),
+            Law::Coulomb => Form::Coulomb(Coulomb::new(parameters)),
             Law::Custom(law) => Form::Custom(law.curve(epsilon, parameters)),
-            Law::Small(law) => law.form(epsilon, parameters),
-        }
+            Law::Small(law) => return law.form(epsilon, parameters),
+            Law::Dropping(dropping) => {
+                let (own, drop) = parameters.as_slice().split_at(dropping.parameters.len() - 1);
+                return (dropping.law.form(epsilon, &LawParameters::new(own)).0, drop.first().copied());
+            }
+        };
+        (form, None)
     }
 
     /// The column of parameter space (all parameters fixed except the damping) that contains `point`.

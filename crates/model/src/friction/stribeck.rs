@@ -22,7 +22,9 @@ pub(super) const LAW: BuiltIn = BuiltIn {
         Some((one - alpha) / (one + epsilon * gamma * u) + alpha + epsilon * beta * u * u)
     },
     strengthening: Strengthening::Quadratic,
-    parameters_of: |of, velocity| [of.kinetic, of.strengthening * velocity * velocity, velocity / of.width],
+    parameters_of: |of, velocity| {
+        LawParameters::new(&[of.kinetic, of.strengthening * velocity * velocity, velocity / of.width])
+    },
 };
 
 const ALPHA: Parameter = Parameter {

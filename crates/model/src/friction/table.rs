@@ -44,8 +44,10 @@ impl PartialEq for Table {
 struct Cubics {
     /// The source of the data.
     origin: String,
-    /// Friction at slip speed 0.
+    /// Friction at rest.
     static_level: f64,
+    /// Whether friction in slip may begin below the friction at rest.
+    may_drop: bool,
     /// Friction as given.
     friction: Vec<f64>,
     /// Slip speeds, from 0, and friction in units of the static friction.
@@ -102,6 +104,24 @@ impl Table {
     /// # Errors
     /// [`TableError`].
     pub fn new(origin: &str, data: &[(f64, f64)], static_level: f64) -> Result<Self, TableError> {
+        Self::of_data(origin, data, static_level, false)
+    }
+
+    /// As [`Table::new`] of friction in slip, with the friction `static_level` > 0 at rest: at least the first
+    /// datum. Where that is less, friction drops as slip begins, see [`super::Curve::drop`].
+    ///
+    /// # Errors
+    /// [`TableError`].
+    pub fn with_static(origin: &str, data: &[(f64, f64)], static_level: f64) -> Result<Self, TableError> {
+        Self::of_data(origin, data, static_level, true)
+    }
+
+    fn of_data(
+        origin: &str,
+        data: &[(f64, f64)],
+        static_level: f64,
+        may_drop: bool,
+    ) -> Result<Self, TableError> {
         if data.len() < 3 {
             return error(None, format!("there are only {} data", data.len()), "give at least three");
         }
@@ -125,9 +145,18 @@ impl Table {
             return error(Some(0), problem, "begin with the static friction, at slip speed 0");
         }
         let phi: Vec<f64> = data.iter().map(|(_, phi)| phi / static_level).collect();
-        if !((phi[0] - 1.0).abs() <= STATIC_SLACK) {
+        if may_drop && !(phi[0] > 0.0 && phi[0] <= 1.0 + STATIC_SLACK) {
+            let problem = format!("friction in slip begins at {}, and at rest it is {static_level}", data[0].1);
+            let remedy = "friction in slip begins above 0 and at most at the friction at rest: raise static";
+            return error(Some(0), problem, remedy);
+        }
+        if !may_drop && !((phi[0] - 1.0).abs() <= STATIC_SLACK) {
             let problem = format!("phi(0) is {}, not 1", phi[0]);
-            let remedy = format!("friction is in units of the static one: set static = {}", data[0].1);
+            let remedy = format!(
+                "write the friction at rest with the key static: static = {} if friction falls from there, more if it \
+                 drops as slip begins",
+                data[0].1
+            );
             return error(Some(0), problem, &remedy);
         }
         let u: Vec<f64> = data.iter().map(|(u, _)| *u).collect();
@@ -137,6 +166,7 @@ impl Table {
         Ok(Self(Arc::new(Cubics {
             origin: origin.to_owned(),
             static_level,
+            may_drop,
             friction,
             u,
             phi,
@@ -188,7 +218,7 @@ impl Table {
     /// [`TableError`] if two slip speeds become equal, or one overflows.
     pub fn in_units(&self, unit: f64) -> Result<Self, TableError> {
         let data: Vec<(f64, f64)> = self.data().map(|(u, friction)| (u / unit, friction)).collect();
-        let table = Self::new(self.origin(), &data, self.static_level())?;
+        let table = Self::of_data(self.origin(), &data, self.static_level(), self.0.may_drop)?;
         self.standard_errors().map_or(Ok(table.clone()), |errors| table.with_standard_errors(errors))
     }
 
@@ -306,9 +336,19 @@ impl Table {
         &self.0.origin
     }
 
-    /// Friction at slip speed 0, by which the data are divided.
+    /// Friction at rest, by which the data are divided.
     pub fn static_level(&self) -> f64 {
         self.0.static_level
+    }
+
+    /// Whether friction in slip may begin below the friction at rest.
+    pub fn may_drop(&self) -> bool {
+        self.0.may_drop
+    }
+
+    /// The friction at rest less that in slip at u -> 0, in units of the friction at rest.
+    pub(super) fn drop(&self) -> f64 {
+        if self.0.may_drop { 1.0 - self.0.phi[0] } else { 0.0 }
     }
 
     /// The data as given: slip speed and friction.
@@ -351,7 +391,7 @@ impl Table {
         let mut data: Vec<(f64, f64)> = self.0.u.iter().map(|&u| (u, self.phi(u))).collect();
         let friction = self.phi(end) - self.weakening(end) * (fastest - end);
         data.push((fastest, friction.max(0.0)));
-        Self::new(self.origin(), &data, 1.0).ok()
+        Self::of_data(self.origin(), &data, 1.0, self.0.may_drop).ok()
     }
 
     /// Slip speeds at which two cubics meet.

@@ -29,6 +29,9 @@ use slipmap_numbers::jet::{Jet, Points, Real};
 /// evaluations of a usual law.
 const MOST_OPERATIONS: usize = 500;
 
+/// What friction at the onset of slip has to be, in words.
+const ONSET: &str = "friction in slip begins above 0 and at most at the friction at rest";
+
 /// Tolerance of phi(0) = 1: formulas have rounding errors.
 const STATIC_SLACK: f64 = 1e-12;
 /// Distance from 1 within which phi(0) must be known: of terms that cancel, the computed value alone may be
@@ -58,15 +61,21 @@ pub struct Expression(Arc<Compiled>);
 #[derive(Debug)]
 struct Compiled {
     text: String,
-    /// phi is the formula divided by this.
+    /// phi is the formula divided by this, the friction at rest.
     static_level: f64,
+    /// Whether friction in slip may begin below the friction at rest.
+    may_drop: bool,
     tape: Tape,
     parameters: Vec<Parameter>,
 }
 
 impl PartialEq for Expression {
     fn eq(&self, other: &Self) -> bool {
-        let same = |other: &Compiled| self.0.text == other.text && self.0.static_level == other.static_level;
+        let same = |other: &Compiled| {
+            self.0.text == other.text
+                && self.0.static_level == other.static_level
+                && self.0.may_drop == other.may_drop
+        };
         Arc::ptr_eq(&self.0, &other.0) || same(&other.0)
     }
 }
@@ -86,11 +95,24 @@ fn interned(name: String) -> &'static str {
 }
 
 impl Expression {
-    /// Compiles `text`; phi is the value of the formula divided by `static_level` > 0.
+    /// Compiles `text`; phi is the value of the formula divided by `static_level` > 0, its value at u = 0.
     ///
     /// # Errors
     /// [`ExpressionError`] where the text is no formula, or has too many parameters.
     pub fn new(text: &str, static_level: f64) -> Result<Self, ExpressionError> {
+        Self::compiled(text, static_level, false)
+    }
+
+    /// Compiles `text`, friction in slip, with the friction `static_level` > 0 at rest: at least the value of
+    /// the formula at u = 0. Where that is less, friction drops as slip begins, see [`super::Curve::drop`].
+    ///
+    /// # Errors
+    /// As [`Expression::new`].
+    pub fn with_static(text: &str, static_level: f64) -> Result<Self, ExpressionError> {
+        Self::compiled(text, static_level, true)
+    }
+
+    fn compiled(text: &str, static_level: f64, may_drop: bool) -> Result<Self, ExpressionError> {
         let tape = parse::parse(text)?;
         if let Some(place) = tape.places.get(MOST_OPERATIONS) {
             return Err(ExpressionError {
@@ -118,7 +140,7 @@ impl Expression {
             max: f64::MAX,
         });
         let parameters = parameters.collect();
-        Ok(Self(Arc::new(Compiled { text: text.to_owned(), static_level, tape, parameters })))
+        Ok(Self(Arc::new(Compiled { text: text.to_owned(), static_level, may_drop, tape, parameters })))
     }
 
     /// The law with its slip speed in units of `unit`, divided by `static_level`. In the text, every u is
@@ -141,7 +163,7 @@ impl Expression {
             text.push_str(&rest[..gap]);
             rest = &rest[gap..];
         }
-        Self::new(&text, static_level)
+        Self::compiled(&text, static_level, self.0.may_drop)
     }
 
     /// The formula as it was written.
@@ -150,9 +172,14 @@ impl Expression {
         &self.0.text
     }
 
-    /// The value of the formula at u = 0, by which it is divided.
+    /// The friction at rest, by which the formula is divided.
     pub fn static_level(&self) -> f64 {
         self.0.static_level
+    }
+
+    /// Whether friction in slip may begin below the friction at rest.
+    pub fn may_drop(&self) -> bool {
+        self.0.may_drop
     }
 
     /// The named parameters in order of appearance.
@@ -297,6 +324,11 @@ impl ExpressionCurve {
         self.run(Jet::variable(u, 1.0), Jet::of(T::constant(self.epsilon)), |_, _| ())
     }
 
+    /// The friction at rest less that in slip at u -> 0.
+    pub(super) fn drop(&self) -> f64 {
+        if self.law.0.may_drop { 1.0 - self.run(0.0, self.epsilon, |_, _| ()) } else { 0.0 }
+    }
+
     /// phi(u); below u = 0, where the flow is continued, the formula's value, or 1 where that is not finite.
     #[inline]
     pub(super) fn phi(&self, u: f64) -> f64 {
@@ -360,7 +392,7 @@ impl ExpressionCurve {
     }
 
     fn check(&self, fastest: f64) -> Result<(), ExpressionError> {
-        let Compiled { tape, text, static_level, .. } = &*self.law.0;
+        let Compiled { tape, text, static_level, may_drop, .. } = &*self.law.0;
         // Singular operations are searched first, because their errors are more specific than a wrong value.
         // A range of slip speeds on which an operation's value or derivative has no bounds is bisected down
         // to a share of 1e-9.
@@ -394,17 +426,26 @@ impl ExpressionCurve {
             Err(ExpressionError { from: 0, to: text.chars().count(), problem, remedy })
         };
         let phi_0 = self.phi(0.0);
-        if !((phi_0 - 1.0).abs() <= STATIC_SLACK) {
-            let value = phi_0 * static_level;
+        let value = phi_0 * static_level;
+        if *may_drop && !(phi_0 > 0.0 && phi_0 <= 1.0 + STATIC_SLACK) {
+            let problem = format!(
+                "friction in slip begins at {value}{}, and friction at rest is {static_level}",
+                self.at_parameters()
+            );
+            return whole(problem, format!("{ONSET}; static is at least that of slip at u -> 0"));
+        }
+        if !*may_drop && !((phi_0 - 1.0).abs() <= STATIC_SLACK) {
             return whole(
                 format!("phi(0) is {phi_0}, not 1{}", self.at_parameters()),
                 format!(
-                    "divide the formula by its static level, for example with the key static = {value}, if that is \
-                     the same at all parameters"
+                    "write the friction at rest with the key static: static = {value} if friction falls from there, more \
+                     if it drops as slip begins"
                 ),
             );
         }
+        let level = if *may_drop { phi_0 } else { 1.0 };
         let Interval { lo, hi } = self.formula(Interval::ZERO);
+        let [lo, hi] = [lo + (1.0 - level), hi + (1.0 - level)];
         if !(1.0 - lo <= KNOWN_WITHIN && hi - 1.0 <= KNOWN_WITHIN) {
             return whole(
                 format!(
