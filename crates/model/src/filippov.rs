@@ -5,6 +5,11 @@
 //! x2' = -x1 - eps c x2 - sign(x2 - V) phi(|x2 - V|)
 //! ```
 //!
+//! The belt holds the mass, x2 = V, as long as |x1 + eps c V| < 1: friction at rest is 1. Friction in slip
+//! begins at phi(0+) = 1 - j, see [`Curve::drop`](crate::friction::Curve::drop): where j > 0 the segment of
+//! sticking is longer than that to which both fields point, and the orbit from the exit point leaves it with
+//! x2' = -j.
+//!
 //! Departures from the paper: its equation (1) misplaces x1; Proposition 1 and section 3 write the exit
 //! point as (1 - eps c, V) where (1 - eps c V, V) is meant.
 
@@ -196,6 +201,28 @@ impl Oscillator {
             Side::Below => elastic_and_viscous + self.curve.phi(self.belt_speed - x2),
             Side::Above => elastic_and_viscous - self.curve.phi(x2 - self.belt_speed),
         }
+    }
+
+    /// The drop j of friction as slip begins, see [`Curve::drop`].
+    #[must_use]
+    #[inline]
+    pub fn drop(&self) -> f64 {
+        self.curve.drop()
+    }
+
+    /// Jump of x2' across the belt line, from the field below it to that above: twice the friction at the
+    /// onset of slip.
+    #[must_use]
+    pub fn jump(&self) -> f64 {
+        2.0 * (1.0 - self.drop())
+    }
+
+    /// The x2' below which an orbit that arrives at the belt line from below sticks, and above whose negative
+    /// one that arrives from above does: 2 - j. Friction at rest can hold arrivals with x2' between
+    /// [`Oscillator::jump`] and this, which friction in slip would let pass.
+    #[must_use]
+    pub fn fastest_sticking(&self) -> f64 {
+        2.0 - self.drop()
     }
 
     /// x1 at the exit point E = (1 - eps c V, V), through which every sticking orbit leaves.

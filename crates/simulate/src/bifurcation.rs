@@ -5,13 +5,14 @@
 //! | --- | --- | --- |
 //! | Hopf | D(V), the trace at the equilibrium | the equilibrium changes its stability, a slip cycle is born |
 //! | grazing-sliding | the scaled margin m / V | the orbit from the exit point comes back to the belt line, or not |
-//! | landing | `crossing::reach` less 2 | it lands on the stick segment, or beyond and crosses |
-//! | crossing | `crossing::reach` less 4 | it sticks after one crossing, or crosses for ever |
+//! | landing | `crossing::reach` less 2; with a drop j the landing speed less 2 - j | it lands on the stick segment, or beyond and crosses |
+//! | crossing | `crossing::reach` less 2 (2 - j) | it sticks after one crossing, or crosses for ever |
 //! | fold | C - eps c at the extreme of the backbone C(r) that is nearest to eps c | two slip cycles meet and vanish |
 
 use super::backbone::Backbone;
 use super::continuation::{Branch, TestValue, zero_curves};
-use super::crossing::{JUMP, reach};
+use super::crossing::{beyond_landing, reach};
+use super::Failure;
 use super::flow;
 use super::return_map::{Turn, turn_of};
 use slipmap_model::filippov::{HopfRate, Oscillator};
@@ -40,6 +41,7 @@ named! {
 impl Bifurcation {
     /// The test function, with an accuracy of about `tolerance`; `None` where it is undefined or unknown.
     pub fn test(self, oscillator: &Oscillator, tolerance: f64) -> Option<TestValue> {
+        let fastest = oscillator.fastest_sticking();
         match self {
             Bifurcation::Hopf => {
                 let value = oscillator.divergence(oscillator.belt_speed);
@@ -50,8 +52,15 @@ impl Bifurcation {
                 (rate != 0.0).then_some(TestValue { value, error })
             }
             Bifurcation::GrazingSliding => margin(oscillator, tolerance),
-            Bifurcation::Landing => reach_beyond(oscillator, JUMP, tolerance),
-            Bifurcation::Crossing => reach_beyond(oscillator, 2.0 * JUMP, tolerance),
+            // With a drop the reach jumps at the landing.
+            Bifurcation::Landing if oscillator.drop() > 0.0 => with_error(tolerance, |tolerance| {
+                let beyond = beyond_landing(oscillator, tolerance)?;
+                Ok(beyond.unwrap_or(-oscillator.fastest_sticking()))
+            }),
+            Bifurcation::Landing => with_error(tolerance, |tolerance| Ok(reach(oscillator, 0.0, tolerance)? - fastest)),
+            Bifurcation::Crossing => with_error(tolerance, |tolerance| {
+                Ok(reach(oscillator, 0.0, tolerance)? - 2.0 * fastest)
+            }),
             // There is at most one slip cycle (see `weakening_is_convex`), so none can meet.
             Bifurcation::Fold if oscillator.curve.weakening_is_convex() => None,
             // For planes without the damping; in planes with it the extremes are followed (`folds`).
@@ -73,12 +82,10 @@ impl Bifurcation {
     }
 }
 
-/// The reach of the orbit from the exit point less `bound`, with its difference from that at a coarser
-/// tolerance as the error.
-fn reach_beyond(oscillator: &Oscillator, bound: f64, tolerance: f64) -> Option<TestValue> {
-    let [fine, coarse] = [tolerance, COARSER * tolerance].map(|tolerance| reach(oscillator, 0.0, tolerance));
-    let (fine, coarse) = (fine.ok()?, coarse.ok()?);
-    Some(TestValue { value: fine - bound, error: (fine - coarse).abs() + 4.0 * f64::EPSILON })
+/// A test function, with its difference from that at a coarser tolerance as the error.
+fn with_error(tolerance: f64, value: impl Fn(f64) -> Result<f64, Failure>) -> Option<TestValue> {
+    let (fine, coarse) = (value(tolerance).ok()?, value(COARSER * tolerance).ok()?);
+    Some(TestValue { value: fine, error: (fine - coarse).abs() + 4.0 * f64::EPSILON })
 }
 
 /// The scaled margin; far from grazing perhaps only its sign.

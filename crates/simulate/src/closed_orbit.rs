@@ -57,7 +57,7 @@ const MOST_TURNS: u32 = 60;
 /// The result of one turn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Lap {
-    /// r(2 pi) / r(0) - 1.
+    /// r(2 pi) / r(0) - 1; of the orbit from the exit point r(2 pi) / V - 1.
     pub(super) margin: f64,
     /// Estimate of the absolute error of the margin.
     pub(super) error: f64,
@@ -103,17 +103,36 @@ impl Field<3> for Polar<'_> {
     }
 }
 
+/// Where a turn starts.
+#[derive(Clone, Copy, Debug)]
+struct Start {
+    /// r and th at the start.
+    radius: f64,
+    angle: f64,
+    /// The radius with which that at the end of the turn, th = 2 pi, is compared.
+    target: f64,
+}
+
 /// One turn of the orbit through the maximum `radius` of x2, with an error of at most `tolerance` where that
 /// can be reached; `Err` with the number of evaluations where the polar form does not apply, or the finest
 /// step misses the tolerance.
 pub(super) fn turn(oscillator: &Oscillator, radius: f64, tolerance: f64) -> Result<Lap, u32> {
-    pulp::Arch::new().dispatch(Steps { oscillator, radius, tolerance })
+    let start = Start { radius, angle: 0.0, target: radius };
+    pulp::Arch::new().dispatch(Steps { oscillator, start, tolerance })
+}
+
+/// As [`turn`], for the orbit from the exit point, (x2, x2') = (V, -j), compared with V.
+pub(super) fn turn_from_exit(oscillator: &Oscillator, tolerance: f64) -> Result<Lap, u32> {
+    let (belt_speed, drop) = (oscillator.belt_speed, oscillator.drop());
+    let radius = belt_speed.hypot(drop);
+    let start = Start { radius, angle: drop.atan2(belt_speed), target: belt_speed };
+    pulp::Arch::new().dispatch(Steps { oscillator, start, tolerance })
 }
 
 /// Arguments of [`turn`], for the function whose instructions pulp selects at run time.
 struct Steps<'a> {
     oscillator: &'a Oscillator,
-    radius: f64,
+    start: Start,
     tolerance: f64,
 }
 
@@ -122,20 +141,22 @@ impl pulp::WithSimd for Steps<'_> {
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) -> Self::Output {
-        turn_by_steps(self.oscillator, self.radius, self.tolerance)
+        turn_by_steps(self.oscillator, self.start, self.tolerance)
     }
 }
 
 #[inline(always)]
-fn turn_by_steps(oscillator: &Oscillator, radius: f64, tolerance: f64) -> Result<Lap, u32> {
+fn turn_by_steps(oscillator: &Oscillator, start: Start, tolerance: f64) -> Result<Lap, u32> {
+    let Start { radius, angle, target } = start;
     let mut rhs = 0;
     let mut state = [0.0; 3];
-    let (mut theta, mut h) = (0.0, FIRST_STEP);
+    let (mut theta, mut h) = (angle, FIRST_STEP);
     let mut error = 0.0;
     // Length of the step that follows one shortened to end at a stop.
     let mut beyond_stop = 0.0_f64;
-    let weakening = &*oscillator.curve.compiled(4.0 * oscillator.belt_speed);
-    let stops = oscillator.curve.stops(oscillator.belt_speed);
+    let fastest = radius.max(oscillator.belt_speed);
+    let weakening = &*oscillator.curve.compiled(2.0 * (oscillator.belt_speed + fastest));
+    let stops = oscillator.curve.stops(fastest);
     let mut field =
         Polar { oscillator, radius, weakening, from: 0.0, h, slowest: f64::INFINITY, steepest: 0.0 };
     for _ in 0..STEP_BUDGET {
@@ -190,8 +211,10 @@ fn turn_by_steps(oscillator: &Oscillator, radius: f64, tolerance: f64) -> Result
             let by_damping = -state[1].exp() / (1.0 + state[0]).powi(2) * state[2];
             // The error of the law's polynomials moves the margin at most as much as an equal change of C.
             let form = weakening.error(0.0, weakening.reach()).bound() * by_damping.abs();
-            let lap = Lap { margin: state[0], error: error / SHARE + round_off + form, by_damping, rhs };
-            return Ok(lap);
+            // At equal radii the margin keeps its digits.
+            let margin = if radius == target { state[0] } else { (1.0 + state[0]) * (radius / target) - 1.0 };
+            let error = (error / SHARE + round_off + form) * (radius / target);
+            return Ok(Lap { margin, error, by_damping, rhs });
         }
         let grown = if local > 0.0 { 0.9 * (allowed / local).powf(1.0 / 7.0) } else { 5.0 };
         h = (width * grown.clamp(0.2, 5.0)).max(beyond_stop).min(LONGEST_STEP);

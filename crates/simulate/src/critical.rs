@@ -4,9 +4,12 @@
 //! is that of `closing`; columns outside the domain of the polar form are searched with single orbits.
 
 use std::cell::Cell;
+use std::f64::consts::TAU;
 
+use super::closed_orbit::{self, Lap};
 use super::closing::{Amplitude, closing_dampings};
 use super::polar::{Closing, Turn};
+use super::work::Work;
 use super::return_map::{UNRESOLVED, decisive_turn};
 use super::{Fate, Landing, exit_orbit, flow};
 use slipmap_model::filippov::{HopfRate, Oscillator};
@@ -73,6 +76,9 @@ pub fn critical_dampings(
     columns: &[Column],
     tolerance: f64,
 ) -> Vec<Result<CriticalDamping, NoCriticalDamping>> {
+    if columns.iter().any(|column| column.curve.drop() > 0.0) {
+        return columns.iter().map(|column| with_or_without_drop(column, tolerance)).collect();
+    }
     let orbits: Vec<Amplitude> = (columns.iter())
         .map(|Column { curve, belt_speed, .. }| Amplitude::new(curve, *belt_speed, *belt_speed))
         .collect();
@@ -84,6 +90,74 @@ pub fn critical_dampings(
         Err(rhs) => search(column, tolerance, rhs, Wanted::Legal),
     };
     columns.iter().zip(found).map(answer).collect()
+}
+
+fn with_or_without_drop(column: &Column, tolerance: f64) -> Result<CriticalDamping, NoCriticalDamping> {
+    match column.curve.drop() > 0.0 {
+        true => by_turns_from_exit(column, tolerance)
+            .or_else(|rhs| search(column, tolerance, rhs, Wanted::Legal)),
+        false => critical_damping(column, tolerance),
+    }
+}
+
+/// Largest number of turns in the search for the critical damping with a drop; five are usual.
+const MOST_TURNS: u32 = 60;
+/// Accuracy of the first turns, which only lead near the root.
+const ROUGH: f64 = 1e-6;
+
+/// The critical damping of a column with a drop j: by Newton's method on turns from (V, -j), within bounds;
+/// `Err` with the number of evaluations where the polar form does not apply.
+fn by_turns_from_exit(column: &Column, tolerance: f64) -> Result<CriticalDamping, u64> {
+    let Column { curve, epsilon, belt_speed } = column;
+    let [mut low, mut high] = bounds(column).map(|c| c * epsilon);
+    let start = energy_balance(column);
+    let range = curve.even_weakening_range(*belt_speed);
+    let size = range.lo.abs().max(range.hi.abs()).max(start.abs());
+    if !(size.is_finite() && low.is_finite() && high.is_finite()) {
+        return Err(0);
+    }
+    let (accuracy, floor) = ((0.1 * tolerance * size).max(1e-16), 4.0 * f64::EPSILON * size);
+    let mut oscillator =
+        Oscillator { curve: curve.clone(), viscous: start.clamp(low, high), belt_speed: *belt_speed };
+    let work = Work::of_question(curve);
+    let (mut rhs, mut accurate) = (0, false);
+    for _ in 0..MOST_TURNS {
+        let viscous = oscillator.viscous;
+        let requested = if accurate { accuracy } else { accuracy.max(ROUGH * size.min(1.0)) };
+        let lap = closed_orbit::turn_from_exit(&oscillator, requested);
+        let (Ok(Lap { rhs: spent, .. }) | Err(spent)) = lap;
+        rhs += u64::from(spent);
+        let within = work.spend_compiled(u64::from(spent)).is_ok();
+        let lap = lap.ok().filter(|_| within).ok_or(rhs)?;
+        if lap.margin > lap.error {
+            low = low.max(viscous);
+        } else if lap.margin < -lap.error {
+            high = high.min(viscous);
+        }
+        let newton = viscous - lap.margin.ln_1p() / lap.by_damping;
+        let step = (newton - viscous).abs();
+        let settled = lap.margin.abs() <= lap.error || step <= floor || high - low <= floor;
+        if accurate && settled {
+            let error = (lap.margin.abs() + lap.error) / lap.by_damping.abs() + floor;
+            return match error.is_finite() {
+                true => Ok(CriticalDamping { c: viscous / epsilon, error: error / epsilon, rhs }),
+                false => Err(rhs),
+            };
+        }
+        accurate |= settled || step <= 1e-3 * size;
+        oscillator.viscous = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
+    }
+    Err(rhs)
+}
+
+/// eps c* by the balance of energy on the grazing circle, with what the drop supplies: to first order in the
+/// weakening rate and in (j/V)^2 (theory, "Breakaway").
+fn energy_balance(column: &Column) -> f64 {
+    let Column { curve, belt_speed, .. } = column;
+    let mean = curve.mean_weakening(*belt_speed);
+    let of_drop = (curve.drop() / belt_speed).powi(2).ln_1p() / TAU;
+    // Twice the damping ratio is below 2: an orbit that is damped critically does not return.
+    mean + of_drop.min(1.9)
 }
 
 /// The critical damping of one column, see [`critical_dampings`].
@@ -146,9 +220,15 @@ pub fn exceeds(column: &Column, c: f64, tolerance: f64) -> Result<bool, NoCritic
     }
 }
 
-/// Two dampings around c*, by the even part of the divergence (theory, "The tests"), widened a little.
+/// Two dampings around c*, by the even part of the divergence (theory, "The tests"), widened a little. With a
+/// drop c* may be larger: D <= -2 at all slip speeds that the orbit can reach excludes a return.
 fn bounds(column: &Column) -> [f64; 2] {
-    let range = column.curve.even_weakening_range(column.belt_speed);
+    let mut range = column.curve.even_weakening_range(column.belt_speed);
+    let drop = column.curve.drop();
+    if drop > 0.0 {
+        let fastest = column.belt_speed + column.belt_speed.hypot(drop);
+        range.hi = column.curve.weakening_range(0.0, fastest).hi + 2.0;
+    }
     let width = (range.hi - range.lo).abs() / column.epsilon;
     let pad = 1e-6 * width + 1e-12 * (range.hi.abs() + range.lo.abs()) / column.epsilon;
     [range.lo / column.epsilon - pad, range.hi / column.epsilon + pad]
@@ -222,7 +302,7 @@ fn side_by_flow(column: &Column, oscillator: &Oscillator, tolerance: f64, spent:
     let margin = match flow.fate {
         // Far beyond the line r at the landing is about what it would be after the turn.
         Fate::Sticks(Landing { x1, crossings, .. }) if flow.margin.is_nan() && crossings != Some(1) => {
-            let speed = (oscillator.exit_x1() - x1) / column.belt_speed;
+            let speed = (oscillator.exit_x1() - x1 - oscillator.drop()) / column.belt_speed;
             (speed * speed / (1.0 + speed.hypot(1.0))).clamp(f64::MIN_POSITIVE, 1.0)
         }
         _ => flow.signed_margin()?,
@@ -295,7 +375,7 @@ fn search(
         high = 0.0;
     }
     let from = if high > 0.0 { low.max(0.0) } else { low };
-    let mean = column.curve.mean_weakening(column.belt_speed) / column.epsilon;
+    let mean = energy_balance(column) / column.epsilon;
     let start = if mean.is_finite() { mean.clamp(from, high) } else { 0.5 * (from + high) };
     let mut enough = tolerance.max(4.0 * f64::EPSILON) * (low.abs() + high.abs());
     let widest = Cell::new([from, high]);

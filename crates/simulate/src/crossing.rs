@@ -1,9 +1,9 @@
 //! Cycles that meet the belt line: crossing cycles, which never stick, and the shape of the stick-slip cycle.
 //!
-//! A point (e + y, V), y > 0, beyond the exit point e = 1 - eps c V is crossed downward with x2' = -y. The
-//! loop from it goes below the belt line, comes back there with x2' = wL, crosses upward if wL > 2 (the
-//! other side's x2' is less by 2, twice the static friction) and comes back with x2' = W < 0 above; it
-//! crosses again if y' = -(W + 2) > 0. Fixed points of y -> y' are the crossing cycles. The map is monotone,
+//! A point (e + y, V), y > 0, beyond the exit point e = 1 - eps c V is crossed downward with x2' = -(y + j), j
+//! the drop. The loop from it goes below the belt line, comes back there with x2' = wL, crosses upward if wL >
+//! 2 - j (the other side's x2' is less by 2 (1 - j), twice the friction at the onset of slip) and comes back
+//! with x2' = W < 0 above; it crosses again if y' = -(W + 2 - j) > 0. Fixed points of y -> y' are the crossing cycles. The map is monotone,
 //! since orbits do not cross.
 //!
 //! **Multiplier.** From one passage of the belt line to the next, dx1 at the end is dx1 at the start times
@@ -18,8 +18,6 @@ use super::{Cycle, Failure, Fate, Flow, Range};
 use slipmap_model::filippov::{Oscillator, Side};
 use slipmap_numbers::roots::fixed_point;
 
-/// Jump of x2' across the belt line: twice the static friction force of 1.
-pub const JUMP: f64 = 2.0;
 /// Number of values of y per factor of ten at which the sign of y' - y is computed first.
 const PER_DECADE: i32 = 8;
 /// The first decade searched, in units of max(1, V).
@@ -72,12 +70,13 @@ fn passage(
 ) -> Result<Passage, Failure> {
     let belt_speed = oscillator.belt_speed;
     let scale = belt_speed.max(y);
-    let mut lower = Walk::new(oscillator, Side::Below, [belt_speed, -y], tolerance, scale, work);
+    let start = [belt_speed, -(y + oscillator.drop())];
+    let mut lower = Walk::new(oscillator, Side::Below, start, tolerance, scale, work);
     let LowerEnd::Meets(up) = lower.lower_arc(&mut visit)? else {
         return Ok(Passage { up: None, down: None });
     };
-    let rise = up.w - JUMP;
-    if rise <= 0.0 {
+    let rise = up.w - oscillator.jump();
+    if up.w <= oscillator.fastest_sticking() {
         return Ok(Passage { up: Some(up), down: None });
     }
     let mut upper = Walk::new(oscillator, Side::Above, [belt_speed, rise], tolerance, scale, work);
@@ -86,11 +85,13 @@ fn passage(
 
 impl Passage {
     /// The loop of an orbit that started `y` beyond the exit point.
-    fn end(&self, y: f64) -> Loop {
+    fn end(&self, oscillator: &Oscillator, y: f64) -> Loop {
         let Passage { up: Some(up), down } = self else { return Loop::SpiralsInward };
-        let Some(down) = down.as_ref().filter(|down| down.w < -JUMP) else { return Loop::Sticks };
-        let slope = (up.growth + down.growth).exp() * (y / up.w) * ((up.w - JUMP) / -down.w);
-        Loop::Crosses { beyond_exit: -(down.w + JUMP), slope, time: up.time + down.time }
+        let fastest = oscillator.fastest_sticking();
+        let Some(down) = down.as_ref().filter(|down| down.w < -fastest) else { return Loop::Sticks };
+        let speeds = ((y + oscillator.drop()) / up.w) * ((up.w - oscillator.jump()) / -down.w);
+        let slope = (up.growth + down.growth).exp() * speeds;
+        Loop::Crosses { beyond_exit: -(down.w + fastest), slope, time: up.time + down.time }
     }
 }
 
@@ -104,7 +105,7 @@ pub fn crossing_loop(oscillator: &Oscillator, beyond_exit: f64, tolerance: f64) 
 }
 
 fn loop_within(oscillator: &Oscillator, y: f64, tolerance: f64, work: &Work) -> Result<Loop, Failure> {
-    passage(oscillator, y, tolerance, work, |_, _, _| ()).map(|passage| passage.end(y))
+    passage(oscillator, y, tolerance, work, |_, _, _| ()).map(|passage| passage.end(oscillator, y))
 }
 
 /// The loop with the extremes of its orbit.
@@ -116,20 +117,28 @@ fn loop_with_extent(
 ) -> Result<(Loop, Extent), Failure> {
     let mut extent = Extent::default();
     let passage = passage(oscillator, y, tolerance, work, |walk, from, to| extent.step(walk, from, to))?;
-    Ok((passage.end(y), extent))
+    Ok((passage.end(oscillator, y), extent))
 }
 
-/// A smooth function of the parameters for the orbit from `beyond_exit` beyond the exit point: 0 if it does
-/// not return, else the landing speed up to 2. If the orbit crosses the belt line, it is 4 plus the distance
-/// beyond the exit point at which the orbit crosses again; below 4 the orbit sticks. The orbit follows the
-/// compiled law.
+/// A function of the parameters for the orbit from `beyond_exit` beyond the exit point, smooth where friction
+/// has no drop: 0 if it does not return, else the landing speed up to 2 - j. If the orbit crosses the belt
+/// line, it is 2 (2 - j) plus the distance beyond the exit point at which the orbit crosses again; below that
+/// the orbit sticks. The orbit follows the compiled law.
 pub fn reach(oscillator: &Oscillator, beyond_exit: f64, tolerance: f64) -> Result<f64, Failure> {
     let work = Work::of_backbone(&oscillator.curve);
     Ok(match passage(oscillator, beyond_exit, tolerance, &work, |_, _, _| ())? {
         Passage { up: None, .. } => 0.0,
         Passage { up: Some(up), down: None } => up.w,
-        Passage { down: Some(down), .. } => JUMP - down.w,
+        Passage { down: Some(down), .. } => oscillator.fastest_sticking() - down.w,
     })
+}
+
+/// The speed x2' with which the orbit from the exit point comes back to the belt line, less that at which it
+/// would land at the far end of the segment where friction at rest holds; `None` if it does not come back.
+pub(super) fn beyond_landing(oscillator: &Oscillator, tolerance: f64) -> Result<Option<f64>, Failure> {
+    let work = Work::of_backbone(&oscillator.curve);
+    let passage = passage(oscillator, 0.0, tolerance, &work, |_, _, _| ())?;
+    Ok(passage.up.map(|up| up.w - oscillator.fastest_sticking()))
 }
 
 /// Returns whether a loop leads farther out.
@@ -142,8 +151,8 @@ fn outward(from: f64, end: &Loop) -> bool {
 ///
 /// **Proof.** The integral of D over the region that a crossing cycle encloses is the flux out of its parts
 /// below and above the belt line. Nothing flows through the orbit; through the part of the line inside, of
-/// length s, flows x2' of the lower field less x2' of the upper one, which is 2 everywhere. So the integral
-/// is 2 s > 0. []
+/// length s, flows x2' of the lower field less x2' of the upper one, which is 2 (1 - j) everywhere. So the
+/// integral is 2 (1 - j) s > 0. []
 fn contracts(oscillator: &Oscillator, farthest: f64) -> bool {
     let fastest = (CONTRACTS_TO * oscillator.belt_speed.max(1.0)).max(4.0 * farthest);
     oscillator.divergence_is_at_most(0.0, 0.0, fastest)

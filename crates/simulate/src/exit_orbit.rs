@@ -5,10 +5,11 @@
 //! return, for their landing. Only these words are shared with the witness, which follows the same orbits in
 //! (x1, x2) and judges them in audits.
 //!
-//! **After the landing.** The orbit arrives with x2' = w. It sticks at e - w, e the exit point, for w < 2;
-//! beyond that x2' above the line is w - 2, and the orbit comes back there with x2' = W < 0. For W > -2 it
-//! sticks. Else it is beyond the exit point, where it goes below the line outside its own first arc: orbits
-//! do not cross, so it never sticks (theory, "The orbit that crosses").
+//! **After the landing.** With the drop j the orbit leaves the exit point e with x2' = -j. It arrives with
+//! x2' = w, and sticks at e - w - j for w < 2 - j. Beyond that x2' above the line is w - 2 (1 - j), and the
+//! orbit comes back there with x2' = W < 0. For W > -(2 - j) it sticks. Else it is beyond the exit point,
+//! where it goes below the line outside its own first arc: orbits do not cross, so it never sticks (theory,
+//! "The orbit that crosses").
 //!
 //! **Errors.** The place at which the orbit meets the belt line has the error `spread` over the speed there,
 //! see [`arc`](super::arc). It is of first order, and no bound: where it exceeds [`SMALL`] it counts
@@ -16,7 +17,6 @@
 //! to [`FINEST`], and then [`Fate::TooCloseToCall`].
 
 use super::arc::{LowerEnd, State, Walk};
-use super::crossing::JUMP;
 use super::work::Work;
 use super::{Failure, Fate, Flow, Landing};
 use slipmap_model::filippov::{Oscillator, Side};
@@ -215,7 +215,7 @@ impl LandingSpeed {
 /// The orbit from the exit point.
 fn leaving<'a>(oscillator: &'a Oscillator, tolerance: f64, work: &'a Work) -> Walk<'a> {
     let belt_speed = oscillator.belt_speed;
-    Walk::new(oscillator, Side::Below, [belt_speed, 0.0], tolerance, belt_speed, work)
+    Walk::new(oscillator, Side::Below, [belt_speed, -oscillator.drop()], tolerance, belt_speed, work)
         .resting_at(tolerance * belt_speed)
 }
 
@@ -233,10 +233,16 @@ fn after_landing(oscillator: &Oscillator, arrival: LandingSpeed, tolerance: f64,
     let LandingSpeed { speed, error, time } = arrival;
     // A little beyond the stick segment the orbit crosses, and is back at once.
     let error = weighed(error, belt_speed);
-    let rise = speed - JUMP;
-    if rise <= error {
-        return sticks(speed.min(JUMP), time, (rise < -error).then_some(0));
+    let (drop, fastest) = (oscillator.drop(), oscillator.fastest_sticking());
+    let beyond = speed - fastest;
+    if beyond < -error || drop == 0.0 && beyond <= error {
+        return sticks(speed.min(fastest) + drop, time, (beyond < -error).then_some(0));
     }
+    // With a drop it does not come back at once.
+    if beyond <= error {
+        return Fate::TooCloseToCall;
+    }
+    let rise = speed - oscillator.jump();
     let mut walk = Walk::new(oscillator, Side::Above, [belt_speed, rise], tolerance, belt_speed, work)
         .starting_with(arrival.error);
     let back = match walk.upper_arc(patience(work)) {
@@ -244,7 +250,7 @@ fn after_landing(oscillator: &Oscillator, arrival: LandingSpeed, tolerance: f64,
         Err(failure) => return Fate::Failed(failure),
     };
     let error = weighed(back.spread / -back.w, belt_speed);
-    let beyond_exit = -(back.w + JUMP);
+    let beyond_exit = -(back.w + fastest);
     if beyond_exit.abs() <= error {
         Fate::TooCloseToCall
     } else if beyond_exit < 0.0 {
@@ -271,6 +277,9 @@ fn patience(work: &Work) -> impl FnMut(&mut Walk, &State, &State) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Jump of x2' across the belt line without a drop.
+    const JUMP: f64 = 2.0;
     use slipmap_model::friction::Law;
     use std::f64::consts::PI;
 

@@ -16,6 +16,8 @@
 //! orbits from y on come back farther out, or not at all, if h = 1 + y - 2 max(M, P) is greater than 3, h^2
 //! than 4 G, and f h^2 than (7/4) P V^2 + 2 M ((U - V)^2 + G).*
 //!
+//! A drop j of friction as slip begins is in none of these: x1 at a downward crossing is 1 + y with any j.
+//!
 //! The bounds of psi that the statements take come from ranges of friction that are partly sampled, see
 //! [`Curve::friction_by_intervals`]: so what this module tells of a law that may push is no theorem.
 //!
@@ -180,11 +182,24 @@ fn without_pushing(highest: f64, belt_speed: f64) -> f64 {
 /// most W L + d (L - s). By the energy about (1, 0), L <= 2 (hypot(y, V) + 2 d + W). So (2 - W + d) s <=
 /// (W + d) L with s >= 2 (y + 2 - W). []
 ///
+/// With a drop j the statement holds in units of the friction 1 - j at the onset of slip, in which velocities
+/// and distances are larger by 1 / (1 - j), and for the distance (y + j) / (1 - j) from the point where friction
+/// in slip would be exhausted.
+///
 /// Loops from less than y stay at slip speeds up to V + hypot(y, V) + 6 (W + d), by the same energy; W of
 /// these slip speeds alone may give a smaller y.
 fn settled(curve: &Curve, belt_speed: f64) -> f64 {
-    let highest = |pieces| curve.friction_range(belt_speed.min(curve.fastest()), pieces).hi.max(1.0);
-    let bound = |pieces| without_pushing(highest(pieces), belt_speed).min(farthest(curve, belt_speed));
+    let onset = 1.0 - curve.drop();
+    let (of_rest, known) = (belt_speed, curve.fastest() / onset);
+    let belt_speed = belt_speed / onset;
+    let friction = |fastest: f64, pieces| {
+        let Range { lo, hi } = curve.friction_range(fastest * onset, pieces);
+        Range { lo: lo / onset, hi: hi / onset }
+    };
+    let highest = |pieces| friction(belt_speed.min(known), pieces).hi.max(1.0);
+    let bound = |pieces| {
+        without_pushing(highest(pieces), belt_speed).min((farthest(curve, of_rest) + curve.drop()) / onset)
+    };
     let mut settled = bound(Pieces::One);
     if settled == f64::INFINITY {
         settled = bound(Pieces::Octaves);
@@ -194,25 +209,25 @@ fn settled(curve: &Curve, belt_speed: f64) -> f64 {
             break;
         }
         let rise = highest(pieces) - 1.0;
-        let fastest = (belt_speed + settled.hypot(belt_speed) + 6.0 * (1.0 + rise)).min(curve.fastest());
-        let drop = (1.0 - curve.friction_range(fastest, pieces).lo).max(0.0);
+        let fastest = (belt_speed + settled.hypot(belt_speed) + 6.0 * (1.0 + rise)).min(known);
+        let fall = (1.0 - friction(fastest, pieces).lo).max(0.0);
         let before = settled;
-        settled = settled.min(root_of_bounds(drop, rise, belt_speed));
+        settled = settled.min(root_of_bounds(fall, rise, belt_speed));
         if pieces == Pieces::Octaves && settled > WORTHWHILE * before {
             break;
         }
     }
-    settled
+    (settled * onset - curve.drop()).max(0.0)
 }
 
 /// The root of [`settled`]; infinite where there is none, or a bound is missing.
-fn root_of_bounds(drop: f64, rise: f64, belt_speed: f64) -> f64 {
-    if !(drop < 1.0 && rise.is_finite()) {
+fn root_of_bounds(fall: f64, rise: f64, belt_speed: f64) -> f64 {
+    if !(fall < 1.0 && rise.is_finite()) {
         return f64::INFINITY;
     }
     // p y + k = q hypot(y, V), p > q > 0.
-    let (p, q) = (2.0 - drop + rise, drop + rise);
-    let k = p * (2.0 - drop) - q * (2.0 * rise + drop);
+    let (p, q) = (2.0 - fall + rise, fall + rise);
+    let k = p * (2.0 - fall) - q * (2.0 * rise + fall);
     if k > q * belt_speed {
         return 0.0;
     }

@@ -59,7 +59,11 @@ pub(super) fn turn_of(oscillator: &Oscillator, tolerance: f64) -> Turn {
     if let Some(law) = curve.stribeck() {
         return turns(&[law.scaled(*belt_speed, *viscous)], tolerance)[0];
     }
-    match closed_orbit::turn(oscillator, *belt_speed, tolerance) {
+    let lap = match oscillator.drop() > 0.0 {
+        true => closed_orbit::turn_from_exit(oscillator, tolerance),
+        false => closed_orbit::turn(oscillator, *belt_speed, tolerance),
+    };
+    match lap {
         Ok(Lap { margin, error, rhs, .. }) => Turn::Complete { margin, error, rhs },
         Err(rhs) => Turn::HandOver { rhs },
     }

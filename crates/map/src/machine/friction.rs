@@ -87,7 +87,7 @@ impl Friction {
                     strengthening: coefficients.strengthening / coefficients.static_friction,
                 };
                 let parameters = (law.built_in()?.parameters_of)(&of, velocity);
-                Some((law.clone(), LawParameters::new(&parameters)))
+                Some((law.clone(), parameters))
             }
             Friction::Formula(formula, parameters) => {
                 let formula = formula.in_units(velocity, self.at_rest()).ok()?;

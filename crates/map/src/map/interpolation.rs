@@ -37,7 +37,7 @@ use slipmap_numbers::chebyshev::{self, Transform};
 use slipmap_numbers::random::Random;
 use slipmap_simulate::backbone::{BackboneNodes, InterpolatedBackbone};
 use slipmap_simulate::critical_damping;
-use slipmap_simulate::crossing::{JUMP, reach};
+use slipmap_simulate::crossing::reach;
 use slipmap_simulate::far_loops::FarLoops;
 use slipmap_simulate::margins::numbers_in;
 
@@ -55,8 +55,10 @@ const NODES_PER_OPEN: usize = 2;
 const COMPARED: usize = 2;
 /// Largest distance of the mean weakening rate from its interpolant, in units of its error or that of C.
 const MEAN_OFF: f64 = 3.0;
+/// Landing speed below which an orbit sticks; laws with a drop are not interpolated.
+const STICKS: f64 = 2.0;
 /// Square of the reach from which on an orbit does not stick.
-const CROSSES: f64 = 4.0 * JUMP * JUMP;
+const CROSSES: f64 = 4.0 * STICKS * STICKS;
 /// Largest number of columns of a box, evenly spread, whose undecided cells are counted.
 const COUNTED: usize = 256;
 /// Distance from a boundary, in errors, within which a cell is undecided.
@@ -465,7 +467,7 @@ fn spread(
     let factors =
         sides.iter().map(|side| if side.is_exact { 1.0 } else { chebyshev::lebesgue(side.nodes.len() - 1) });
     let factor: f64 = factors.product();
-    let least = [node_error, TOLERANCE * JUMP * JUMP, TOLERANCE * JUMP * JUMP, 0.0];
+    let least = [node_error, TOLERANCE * STICKS * STICKS, TOLERANCE * STICKS * STICKS, 0.0];
     let mut errors = least;
     let mut along = vec![[0.0; 4]; sides.len()];
     let mut after = stride;

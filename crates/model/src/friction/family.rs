@@ -32,13 +32,16 @@ impl Law {
         if u.0[0].lo < 0.0 {
             u.0 = [u.0[0].at_least_zero(), u.0[1].hull(Interval::ZERO)];
         }
-        let rate = match self.as_written() {
+        let law = self.as_written();
+        let rate = match law {
             Law::Table(table) => {
                 let [value, slope] = table.rates(u.0[0])?;
                 Jet([value, slope * u.0[1]])
             }
             _ => {
-                let parameters: Vec<_> = x[1..].iter().map(|x| Series::of(*x)).collect();
+                // The weakening rate does not depend on the parameter of `with_drop`, which comes last.
+                let own = law.parameters().len();
+                let parameters: Vec<_> = x[1..=own].iter().map(|x| Series::of(*x)).collect();
                 -self.phi_at(Jet::variable(u, 1.0), Jet::of(x[0]), &parameters)?.0[1]
             }
         };
