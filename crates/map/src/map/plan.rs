@@ -242,6 +242,8 @@ impl Plan {
         if !self.methods.contains(&Method::Simulation)
             || self.engine != Engine::Auto
             || self.grid.dampings().len() > MOST_DAMPINGS_INTERPOLATED
+            // What is interpolated takes C(V) for eps c*.
+            || self.grid.law().may_drop()
         {
             return false;
         }

@@ -242,6 +242,17 @@ impl Law {
         }
     }
 
+    /// Returns whether friction may drop as slip begins, at some point of the law.
+    #[must_use]
+    pub fn may_drop(&self) -> bool {
+        self.parameters().iter().any(|parameter| parameter.name == DROP.name)
+            || match self.written() {
+                Written::Expression(law) => law.may_drop(),
+                Written::Table(law) => law.may_drop(),
+                Written::BuiltIn(_) | Written::Function(_) | Written::Custom(_) => false,
+            }
+    }
+
     /// Returns whether the law is read as `1 + eps F(u)`.
     #[must_use]
     pub fn is_read_as_small(&self) -> bool {
