@@ -19,6 +19,9 @@
 //! measured in V, so that the orbit starts at the same point), and that by eps the mean of dw/d eps less c,
 //! over eps. The share of W spent at each slip speed is the **weight** of the friction's slope there.
 //!
+//! **A drop** j of friction as slip begins moves the start of the orbit, (V, -j). Its derivative is dC/dj = j /
+//! (integral of W dt), and dC/dV has the further term -(j^2 / V) / (integral of W dt).
+//!
 //! **Accuracy.** The integrals use Gauss's rule of five points on each step of the orbit. Errors are
 //! estimated from two orbits, one much coarser, and from the error of the critical damping.
 
@@ -129,10 +132,11 @@ pub fn sensitivity_of_any_sign(column: &Column) -> Result<Sensitivity, NoSensiti
 fn at(column: &Column, critical: CriticalDamping) -> Result<Sensitivity, NoSensitivity> {
     let work = Work::of_question(&column.curve);
     let orbit = |c: f64, tolerance: f64| grazing_orbit(column, c, tolerance, &[], &work);
-    let samples = orbit(critical.c, TOLERANCES[0])?;
-    let fine = means(column, critical.c, &samples);
+    let Weighted { samples, total } = orbit(critical.c, TOLERANCES[0])?;
+    let fine = means(column, critical.c, &samples, Some(total));
     let c = critical.c + critical.error;
-    let coarse = means(column, c, &orbit(c, TOLERANCES[1])?);
+    let rough = orbit(c, TOLERANCES[1])?;
+    let coarse = means(column, c, &rough.samples, Some(rough.total));
     let estimates = |fine: &[Term], coarse: &[Term]| -> Vec<Estimate> {
         let pairs = fine.iter().zip(coarse);
         let estimate = |(fine, coarse): (&Term, &Term)| Estimate {
@@ -167,7 +171,14 @@ fn standard_errors(column: &Column, orbit: &[Sample], by_data: &[Estimate]) -> O
     let errors = table.standard_errors()?;
     let points: Vec<(f64, f64)> = orbit.iter().map(|&Sample { slip, weight }| (slip, weight)).collect();
     let of_rate: Vec<f64> = by_data.iter().map(|by| by.value * epsilon).collect();
-    let found = table.standard_errors_of_sum(&points, &of_rate)?;
+    // Of a drop, the start of the orbit moves with the first datum, too: to first order.
+    let found = match column.curve.drop() > 0.0 {
+        true => {
+            let squares = of_rate.iter().zip(errors).map(|(by, error)| (by * error).powi(2));
+            [(squares.sum::<f64>().sqrt(), 0.0); 2]
+        }
+        false => table.standard_errors_of_sum(&points, &of_rate)?,
+    };
     // The root of a sum of squares changes at most by that of the changes.
     let of_orbit =
         by_data.iter().zip(errors).map(|(by, error)| (by.error * error).powi(2)).sum::<f64>().sqrt();
@@ -185,8 +196,8 @@ fn standard_errors(column: &Column, orbit: &[Sample], by_data: &[Estimate]) -> O
 pub fn standard_error_of_closing(column: &Column, c: f64, radius: f64) -> Option<f64> {
     let errors = column.curve.table()?.standard_errors()?;
     let work = Work::of_question(&column.curve);
-    let orbit = closed_orbit(column, c, radius, TOLERANCES[1], &[], &work).ok()?;
-    let by_data = means(column, c, &orbit).by_data;
+    let orbit = orbit_from(column, c, [radius, 0.0], TOLERANCES[1], &[], &work).ok()?;
+    let by_data = means(column, c, &orbit.samples, None).by_data;
     let squares = by_data.iter().zip(errors).map(|(by, error)| (by.value * error).powi(2));
     Some(squares.sum::<f64>().sqrt())
 }
@@ -199,12 +210,12 @@ pub fn standard_error_of_closing(column: &Column, c: f64, radius: f64) -> Option
 pub fn influence(column: &Column, parts: usize) -> Result<Vec<Influence>, NoSensitivity> {
     let critical = legal_critical_damping(column)?;
     let work = Work::of_question(&column.curve);
-    let fastest = fastest(&grazing_orbit(column, critical.c, TOLERANCES[0], &[], &work)?);
+    let fastest = fastest(&grazing_orbit(column, critical.c, TOLERANCES[0], &[], &work)?.samples);
     let edge = |part: usize| part as f64 / parts as f64 * fastest;
     let edges: Vec<f64> = (1..parts).map(edge).collect();
     let orbit = grazing_orbit(column, critical.c, TOLERANCES[0], &edges, &work)?;
     let mut shares = vec![0.0; parts];
-    for Sample { slip, weight } in &orbit {
+    for Sample { slip, weight } in &orbit.samples {
         let part = (slip / fastest * parts as f64) as usize;
         shares[part.min(parts - 1)] += weight;
     }
@@ -229,27 +240,34 @@ struct Sample {
 /// integrands change as fast as the law does, and faster than the orbit.
 const FINE: f64 = 0.01;
 
-/// The grazing orbit, as [`closed_orbit`].
+/// An orbit as a quadrature rule.
+struct Weighted {
+    samples: Vec<Sample>,
+    /// The integral of W.
+    total: f64,
+}
+
+/// The grazing orbit, as [`orbit_from`].
 fn grazing_orbit(
     column: &Column,
     c: f64,
     tolerance: f64,
     edges: &[f64],
     work: &Work,
-) -> Result<Vec<Sample>, Failure> {
-    closed_orbit(column, c, column.belt_speed, tolerance, edges, work)
+) -> Result<Weighted, Failure> {
+    orbit_from(column, c, [column.belt_speed, -column.curve.drop()], tolerance, edges, work)
 }
 
-/// The orbit from (x2, x2') = (`radius`, 0), which closes, as a quadrature rule with its weight. Steps also
-/// end at the slip speeds `edges`.
-fn closed_orbit(
+/// The orbit from (x2, x2') = `start` to its next maximum of x2 as a quadrature rule with its weight. Steps
+/// also end at the slip speeds `edges`.
+fn orbit_from(
     column: &Column,
     c: f64,
-    radius: f64,
+    start: [f64; 2],
     tolerance: f64,
     edges: &[f64],
     work: &Work,
-) -> Result<Vec<Sample>, Failure> {
+) -> Result<Weighted, Failure> {
     let oscillator = Oscillator::in_column(column, c);
     let belt_speed = oscillator.belt_speed;
     let mut stops = [&column.curve.stops(belt_speed), edges].concat();
@@ -259,7 +277,7 @@ fn closed_orbit(
         stops.extend(pieces.map(|ends| ends[1]).step_by(2));
     }
     stops.sort_by(f64::total_cmp);
-    let walk = Walk::new(&oscillator, Side::Below, [radius, 0.0], tolerance, radius, work);
+    let walk = Walk::new(&oscillator, Side::Below, start, tolerance, start[0], work);
     let mut walk = walk.stopping_at(&stops);
     static RULE: LazyLock<Rule<5>> = LazyLock::new(Rule::gauss);
     let rule = &*RULE;
@@ -286,7 +304,7 @@ fn closed_orbit(
     }
     let samples = points.iter().zip(&weights);
     let samples = samples.map(|((slip, ..), weight)| Sample { slip: *slip, weight: weight / total });
-    Ok(samples.collect())
+    Ok(Weighted { samples: samples.collect(), total: total * largest.exp() })
 }
 
 fn fastest(orbit: &[Sample]) -> f64 {
@@ -319,7 +337,8 @@ struct Means {
     by_data: Vec<Term>,
 }
 
-fn means(column: &Column, c: f64, orbit: &[Sample]) -> Means {
+/// The derivatives; `total`, the integral of W, of the orbit from the exit point.
+fn means(column: &Column, c: f64, orbit: &[Sample], total: Option<f64>) -> Means {
     let Column { curve, epsilon, belt_speed } = column;
     let weakening = curve.compiled((4.0 * belt_speed).max(1.01 * fastest(orbit)));
     let mut terms = vec![Term::default(); 2];
@@ -345,6 +364,18 @@ fn means(column: &Column, c: f64, orbit: &[Sample]) -> Means {
             for (sum, by) in data[first..].iter_mut().zip(by_data) {
                 sum.add(weight * by);
             }
+        }
+    }
+    if let Some(total) = total.filter(|_| curve.drop() > 0.0) {
+        let by_drop = curve.drop() / total;
+        terms[1].add(-by_drop * curve.drop() / belt_speed);
+        let of_drop = curve.drop_gradient();
+        terms[0].add(by_drop * of_drop.epsilon);
+        for (term, by) in terms[2..].iter_mut().zip(of_drop.parameters.as_slice()) {
+            term.add(by_drop * by);
+        }
+        if let (Some((table, _)), Some(first)) = (measured, data.first_mut()) {
+            first.add(-by_drop / table.static_level());
         }
     }
     let over = |terms: Vec<Term>| terms.into_iter().map(|term| term.over(*epsilon)).collect();

@@ -419,6 +419,24 @@ impl Curve {
         }
     }
 
+    /// Derivatives of the drop with respect to eps and each parameter of the law.
+    #[must_use]
+    pub fn drop_gradient(&self) -> Gradient {
+        let own = match &self.form {
+            Form::Expression(law) if law.may_drop() => law.drop_gradient(),
+            Form::Coulomb(_) => Gradient { epsilon: 0.0, parameters: LawParameters::new(&[1.0, 0.0]) },
+            _ => {
+                let zero = self.weakening_gradient(0.0).parameters.as_slice().iter().map(|_| 0.0).collect();
+                let zero: Vec<f64> = zero;
+                let own = zero.len() - usize::from(self.axis.is_some());
+                Gradient { epsilon: 0.0, parameters: LawParameters::new(&zero[..own]) }
+            }
+        };
+        let axis = self.axis.map(|_| 1.0);
+        let parameters: Vec<f64> = own.parameters.as_slice().iter().copied().chain(axis).collect();
+        Gradient { parameters: LawParameters::new(&parameters), ..own }
+    }
+
     /// The table of a measured law; `None` for other laws.
     pub fn table(&self) -> Option<&Table> {
         match &self.form {

@@ -363,6 +363,24 @@ impl ExpressionCurve {
         Gradient { epsilon: by(0), parameters: LawParameters::new(&parameters) }
     }
 
+    /// Whether friction in slip may begin below the friction at rest.
+    pub(super) fn may_drop(&self) -> bool {
+        self.law.may_drop()
+    }
+
+    /// Derivatives of [`Self::drop`].
+    pub(super) fn drop_gradient(&self) -> Gradient {
+        let values = self.parameters.as_slice();
+        let by = |n: usize| {
+            let input = |i: usize, x: f64| if i == n { Jet::<f64, 2>::variable(x, 1.0) } else { Jet::of(x) };
+            let phi =
+                self.run_with(Jet::of(0.0), input(0, self.epsilon), |i| input(i + 1, values[i]), |_, _| ());
+            -phi.0[1]
+        };
+        let parameters: Vec<f64> = (1..=values.len()).map(by).collect();
+        Gradient { epsilon: by(0), parameters: LawParameters::new(&parameters) }
+    }
+
     /// F1(u), where phi = 1 + eps F1 + O(eps^2), from the series in eps at eps = 0.
     pub(super) fn leading<T: Real>(&self, u: T) -> T {
         self.run(Jet::<T, 2>::of(u), Jet::variable(T::constant(0.0), 1.0), |_, _| ()).0[1]
