@@ -10,7 +10,7 @@ use slipmap_config::{decimal_comma, nearest, point_into, point_of, read_table};
 use slipmap_map::map::Grid;
 use slipmap_map::probe::{axis_names, flag};
 use slipmap_model::friction::{Expression, Law};
-use slipmap_model::point::Point;
+use slipmap_model::point::{MAX_LAW_PARAMETERS, Point};
 
 /// Arguments of the friction law: `--law` and the options of laws given as text or as data.
 #[derive(Clone, Debug, Args)]
@@ -25,10 +25,10 @@ pub(super) struct LawArguments {
     /// Measured friction: a CSV file with the columns slip speed and friction
     #[arg(long, value_name = "FILE.csv")]
     table: Option<PathBuf>,
-    /// Friction at rest (slip speed 0) in the units of the formula or the table, which is divided by it;
-    /// leave it out where friction at rest is 1
-    #[arg(long = "static", value_name = "NUMBER", value_parser = parse_number, default_value_t = 1.0)]
-    static_level: f64,
+    /// Friction at rest in the units of the formula or the table, which is divided by it; above friction in slip
+    /// where that begins lower. Leave it out where friction at rest is 1
+    #[arg(long = "static", value_name = "NUMBER", value_parser = parse_number)]
+    static_level: Option<f64>,
     /// Read the law as 1 + eps F(u), with F = (phi - 1) / eps at the given eps: then the tests to first order
     /// in eps answer for every law
     #[arg(long, value_name = "eps", value_parser = ["eps"])]
@@ -49,8 +49,17 @@ fn parse_name(name: &str) -> Result<String, String> {
 }
 
 impl LawArguments {
-    pub(super) fn law(&self) -> Result<Law, Failure> {
+    /// The law, with the parameter `drop` if the `point` has one.
+    pub(super) fn law(&self, point: &PointArguments) -> Result<Law, Failure> {
         let law = self.law_as_written()?;
+        let law = match point.given.iter().any(|(name, _)| name == "drop") {
+            true if self.static_level.is_some() => {
+                let problem = "--drop: the drop is written twice, here and by --static";
+                return Err(Failure::bad_input(problem, "leave one of them out"));
+            }
+            true if law.parameters().len() < MAX_LAW_PARAMETERS => law.with_drop(),
+            _ => law,
+        };
         Ok(if self.small.is_some() { law.read_as_small() } else { law })
     }
 
@@ -66,13 +75,17 @@ impl LawArguments {
             let problem = format!("{flag} is for the law `{given}`, not for `{name}`");
             return Err(Failure::bad_input(problem, "leave one of them out"));
         }
-        if !(self.static_level > 0.0 && self.static_level.is_finite()) {
-            let problem = format!("--static {}: the static level must be greater than 0", self.static_level);
-            return Err(Failure::bad_input(problem, "give the friction at slip speed 0"));
+        if let Some(level) = self.static_level.filter(|level| !(*level > 0.0 && level.is_finite())) {
+            let problem = format!("--static {level}: the friction at rest must be greater than 0");
+            return Err(Failure::bad_input(problem, "give it in the units of the law"));
         }
         match (name, &self.phi, &self.table) {
             (_, Some(phi), _) => {
-                Expression::new(phi, self.static_level).map(Law::Expression).map_err(|error| {
+                let formula = match self.static_level {
+                    Some(level) => Expression::with_static(phi, level),
+                    None => Expression::new(phi, 1.0),
+                };
+                formula.map(Law::Expression).map_err(|error| {
                     Failure::bad_input(format!("--phi: {}", point_into(phi, &error)), error.remedy)
                 })
             }

@@ -158,7 +158,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     if let Some(file) = &arguments.machine {
         return probe_machine(arguments, file, tolerance);
     }
-    let law = arguments.law.law()?;
+    let law = arguments.law.law(&arguments.point)?;
     super::probe_machine::warn_of_law(&law);
     if arguments.points.is_some() {
         let given = |name: &&str| arguments.point.given.iter().any(|(known, _)| known == name);

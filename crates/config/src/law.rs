@@ -9,6 +9,7 @@ use super::units::{Match, Wanted, bracketed, compare, conversion, in_words};
 use super::{choice, nearest};
 use slipmap_map::machine::{Dimension, Motion};
 use slipmap_map::map::{AxisRole, Grid, unravel};
+use slipmap_model::point::MAX_LAW_PARAMETERS;
 use slipmap_model::friction::readings::means;
 use slipmap_model::friction::{Expression, ExpressionError, Law, Table};
 
@@ -35,12 +36,8 @@ const CHECKED_COLUMNS: usize = 256;
 pub(super) fn read(section: &Section, folder: &Path, about: About) -> Result<Law, ConfigError> {
     let also = if matches!(about, About::Machine(_)) { format!("; {OF_MACHINE}") } else { String::new() };
     let level = || match (about, section.get("static")) {
-        (About::Oscillator, node) => node.as_ref().map_or(Ok(Some(1.0)), |node| static_level(node).map(Some)),
-        (About::Machine(_), None) => Ok(None),
-        (About::Machine(_), Some(node)) => {
-            let remedy = "leave it out: of a machine it is the value of the law at slip speed 0";
-            Err(node.error("the friction at rest is known", remedy))
-        }
+        (_, None) => Ok(None),
+        (_, Some(node)) => static_level(&node).map(Some),
     };
     let built_in = |name: &str| Law::BUILT_IN.into_iter().find(|law| law.name() == name);
     let node = section.get("law");
@@ -56,7 +53,10 @@ pub(super) fn read(section: &Section, folder: &Path, about: About) -> Result<Law
                 ),
             };
             let phi = section.get("phi").ok_or_else(|| section.missing("phi", remedy))?;
-            let law = Expression::new(phi.text()?, level()?.unwrap_or(1.0));
+            let law = match level()? {
+                Some(level) => Expression::with_static(phi.text()?, level),
+                None => Expression::new(phi.text()?, 1.0),
+            };
             Law::Expression(law.map_err(|error| at_formula(&phi, &error))?)
         }
         ("table", None) => {
@@ -73,7 +73,9 @@ pub(super) fn read(section: &Section, folder: &Path, about: About) -> Result<Law
                 About::Oscillator => None,
                 About::Machine(motion) => Some(OfMachine { motion, forces: holds_forces(section)? }),
             };
-            let table = table_of(&path, level()?, machine);
+            let level = level()?.map_or(Level::default(), Level::Given);
+            let level = if matches!(about, About::Machine(_)) { level.or_first() } else { level };
+            let table = table_of(&path, level, machine);
             Law::Table(table.map_err(|(problem, remedy)| file.error(&problem, remedy))?)
         }
         (_, None) => {
@@ -93,8 +95,8 @@ pub(super) fn read(section: &Section, folder: &Path, about: About) -> Result<Law
         }
     }
     if let (Some(law), Some(node)) = (built_in(law.name()), section.get("static")) {
-        let problem = format!("phi(0) = 1 already in the law `{}`", law.name());
-        return Err(node.error(&problem, "leave it out"));
+        let problem = format!("friction at rest is 1 already in the law `{}`", law.name());
+        return Err(node.error(&problem, "leave it out; where friction drops as slip begins, write [grid] drop"));
     }
     match section.get("small") {
         None => Ok(law),
@@ -104,6 +106,20 @@ pub(super) fn read(section: &Section, folder: &Path, about: About) -> Result<Law
             Err(node.error("the small parameter of a law can be eps only", remedy))
         }
     }
+}
+
+/// The law with the parameter `drop`, if the grid has it.
+pub(super) fn with_drop(law: Law, friction: &Section, axes: &Section) -> Result<Law, ConfigError> {
+    let Some(node) = axes.get("drop") else { return Ok(law) };
+    if friction.get("static").is_some() && law.may_drop() {
+        let remedy = "leave out one of them: static above the law at u -> 0 is a drop, too";
+        return Err(node.error("the drop is written twice: here, and by static in [friction]", remedy));
+    }
+    if law.may_drop() || law.parameters().len() < MAX_LAW_PARAMETERS {
+        return Ok(law.with_drop());
+    }
+    let problem = format!("the law has {MAX_LAW_PARAMETERS} parameters, and no room for a drop");
+    Err(node.error(&problem, "write some of them as numbers, or the drop as static in [friction]"))
 }
 
 /// Whether the table of a machine holds forces instead of coefficients.
@@ -117,7 +133,7 @@ fn static_level(node: &Node) -> Result<f64, ConfigError> {
     if level > 0.0 && level.is_finite() {
         Ok(level)
     } else {
-        Err(node.error("the static level must be greater than 0", "write the friction at slip speed 0"))
+        Err(node.error("the friction at rest must be greater than 0", "write it in the units of the law"))
     }
 }
 
@@ -159,8 +175,29 @@ const LONGEST_TABLE: u64 = 16 << 20;
 ///
 /// # Errors
 /// The problem with its line, and a remedy.
-pub fn read_table(path: &Path, static_level: f64) -> Result<Table, (String, String)> {
-    table_of(path, Some(static_level), None)
+pub fn read_table(path: &Path, static_level: Option<f64>) -> Result<Table, (String, String)> {
+    table_of(path, static_level.map_or(Level::default(), Level::Given), None)
+}
+
+/// The friction at rest of a table.
+#[derive(Clone, Copy, Debug, Default)]
+pub enum Level {
+    /// 1, or the larger of two rows at slip speed 0.
+    #[default]
+    One,
+    /// That of the first row, or the larger of two rows at slip speed 0.
+    First,
+    /// A given one, at least that of the first row.
+    Given(f64),
+}
+
+impl Level {
+    fn or_first(self) -> Self {
+        match self {
+            Level::One => Level::First,
+            other => other,
+        }
+    }
 }
 
 /// What the table of a machine holds, in SI units.
@@ -172,10 +209,10 @@ pub struct OfMachine {
     pub forces: bool,
 }
 
-/// Reads a measured law as [`read_table`] does; `static_level` defaults to the first friction value.
+/// Reads a measured law as [`read_table`] does.
 fn table_of(
     path: &Path,
-    static_level: Option<f64>,
+    level: Level,
     machine: Option<OfMachine>,
 ) -> Result<Table, (String, String)> {
     let name = path.display();
@@ -197,16 +234,17 @@ fn table_of(
         let problem = format!("{name} is longer than {} MiB, and no measured friction", LONGEST_TABLE >> 20);
         return fail(problem, "name a CSV file with the columns slip speed and friction");
     }
-    table_of_text(&name.to_string(), &text, static_level, machine)
+    table_of_text(&name.to_string(), &text, level, machine)
 }
 
-/// Reads a measured law as [`read_table`] does, from the text of a file of this `name`; without a static
-/// level that is the first friction. The header of the table of a machine must name no units but those in
+/// Reads a measured law as [`read_table`] does, from the text of a file of this `name`. Two rows at slip speed
+/// 0, where no other speed is repeated, are the two coefficients: the larger one is the friction at rest, and
+/// friction in slip begins at the smaller one. Other repeated rows are readings, and averaged. The header of the table of a machine must name no units but those in
 /// which it is read.
 pub fn table_of_text(
     name: &str,
     text: &str,
-    static_level: Option<f64>,
+    level: Level,
     machine: Option<OfMachine>,
 ) -> Result<Table, (String, String)> {
     let fail = |problem: String, remedy: &str| Err((problem, remedy.to_owned()));
@@ -277,6 +315,25 @@ pub fn table_of_text(
         }
     }
     let read = data.len();
+    let mut level = level;
+    let repeated = data.windows(2).filter(|rows| rows[0].0 == rows[1].0).count();
+    if let ([(first, one), (second, other), ..], 1) = (&data[..], repeated)
+        && *first == 0.0
+        && *second == 0.0
+        && one != other
+    {
+        if let Level::Given(_) = level {
+            let problem = format!("{name}:{}: friction at rest is written twice: here, and as static", lines[0]);
+            return fail(problem, "leave out static, or the larger of the two rows at slip speed 0");
+        }
+        let held = if one > other { 0 } else { 1 };
+        level = Level::Given(data[held].1);
+        data.remove(held);
+        lines.remove(held);
+        if !errors.is_empty() {
+            errors.remove(held);
+        }
+    }
     if errors.is_empty() {
         let at_rest = || data.iter().take_while(|(u, _)| *u == 0.0).map(|(_, friction)| *friction);
         let [least, most] = [f64::min, f64::max].map(|of| at_rest().reduce(of).unwrap_or(0.0));
@@ -304,12 +361,17 @@ pub fn table_of_text(
         }
     }
     let first = data.first().map_or(1.0, |(_, friction): &(f64, f64)| *friction);
-    if !(static_level.unwrap_or(first) > 0.0) {
+    if !(first > 0.0) && !matches!(level, Level::One) {
         let line = lines.first().map_or(1, |line| *line);
         let problem = format!("{name}:{line}: the friction at rest is {first}");
         return fail(problem, "begin with the friction at slip speed 0, greater than 0");
     }
-    let table = Table::new(name, &data, static_level.unwrap_or(first))
+    let table = match level {
+        Level::One => Table::new(name, &data, 1.0),
+        Level::First => Table::new(name, &data, first),
+        Level::Given(level) => Table::with_static(name, &data, level),
+    };
+    let table = table
         .and_then(|table| if errors.is_empty() { Ok(table) } else { table.with_standard_errors(&errors) })
         .map(|table| table.with_rows(&lines, read));
     table.map_err(|error| {

@@ -6,7 +6,7 @@
 //! law = "stribeck"                     # default; or exponential, lorentzian, expression, table
 //! phi = "mu + (1 - mu)*exp(-u/vs)"     # of law = "expression": u, eps, and names that become axes
 //! file = "measured.csv"                # of law = "table": slip speed and friction; seen from this file
-//! static = 1.0                         # default; friction at u = 0 of these two, which divides them; not with [machine]
+//! static = 1.0                         # friction at rest of these two, which divides them, at least that in slip at u -> 0
 //! quantity = "coefficient"             # default; or force: what the table of a machine holds
 //! small = "eps"                        # reads the law as 1 + eps F(u), so that `perturbation` answers for any law
 //! [grid]                               # every axis of the law; a number, a list, or a range
@@ -65,7 +65,7 @@ mod units;
 use std::path::{Path, PathBuf};
 
 pub use axis::range_nodes;
-pub use law::{OfMachine, table_of_text};
+pub use law::{Level, OfMachine, table_of_text};
 pub use law::{point_into, read_table};
 pub use machine::keys as machine_keys;
 pub use machine::{MachineJob, check_names, load_machine};
@@ -158,6 +158,7 @@ impl Job {
             false => law::About::Oscillator,
         };
         let law = law::read(&friction, folder, about)?;
+        let law = if alone { law } else { law::with_drop(law, &friction, &axes)? };
         if !alone {
             law::check_symbols(&law, &friction, &axes)?;
         }

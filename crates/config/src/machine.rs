@@ -51,7 +51,7 @@ pub fn keys(law: &Law) -> Vec<&'static str> {
     match law.as_written() {
         Law::Expression(formula) => keys.extend(formula.parameters().iter().map(|parameter| parameter.name)),
         Law::Table(_) => {}
-        _ => keys.extend(Coefficients::NAMES),
+        law => keys.extend(Coefficients::names(law)),
     }
     keys.push(AFTER);
     keys
@@ -83,7 +83,9 @@ pub(super) fn remedy(key: &str, law: &Law) -> String {
         }
         "frequency" => "write stiffness = mass * (2 * pi * frequency)^2, a number in N/m".into(),
         key if Coefficients::NAMES.contains(&key) => {
-            let [others @ .., last] = Law::BUILT_IN.map(|law| law.name());
+            let laws = Law::BUILT_IN.iter().filter(|law| Coefficients::names(law).any(|name| name == key));
+            let laws: Vec<&str> = laws.map(Law::name).collect();
+            let (last, others) = laws.split_last().unwrap_or((&"", &[]));
             format!(
                 "leave it out: it belongs to the laws {} and {last}, and the law `{}` has its own friction at every speed",
                 others.join(", "),
@@ -242,7 +244,7 @@ pub(super) fn read(section: &Section, friction: &Section, law: &Law) -> Result<M
             let unit = if forces { normal_force } else { 1.0 };
             measured(friction, table, unit, fastest, motion)?
         }
-        law => Friction::Coefficients(law.clone(), reader.coefficients()?),
+        law => Friction::Coefficients(law.clone(), reader.coefficients(law)?),
     };
     let machine = Machine {
         motion,
@@ -335,13 +337,14 @@ impl<'a> Reader<'a> {
         }
     }
 
-    fn coefficients(&mut self) -> Result<Coefficients, ConfigError> {
+    fn coefficients(&mut self, law: &Law) -> Result<Coefficients, ConfigError> {
+        let has_velocity = Coefficients::names(law).any(|name| name == "stribeck_velocity");
         let static_friction = self.number("static_friction")?;
         let kinetic = |value| ((0.0..=static_friction).contains(&value), Coefficients::KINETIC);
         Ok(Coefficients {
             static_friction,
             kinetic_friction: self.number_that("kinetic_friction", "kinetic_friction", kinetic)?,
-            stribeck_velocity: self.number("stribeck_velocity")?,
+            stribeck_velocity: if has_velocity { self.number("stribeck_velocity")? } else { 1.0 },
             strengthening: match self.section.get("strengthening") {
                 None => 0.0,
                 Some(_) => self.number("strengthening")?,
@@ -368,7 +371,10 @@ impl<'a> Reader<'a> {
             let problem = format!("the coefficient of friction at rest, u = 0, is {rest}");
             return Err(phi.error(&problem, "write a formula that is greater than 0 there"));
         }
-        let divided = Expression::new(formula.text(), rest);
+        let divided = match formula.may_drop() {
+            true => Expression::with_static(formula.text(), rest),
+            false => Expression::new(formula.text(), rest),
+        };
         let checked = divided.and_then(|law| law.check(1.0, &LawParameters::new(&values), fastest));
         checked.map(|()| known).map_err(|error| at_formula(&phi, &error))
     }
@@ -393,7 +399,12 @@ fn measured(
         return Err(file.error(&problem, "measure farther, or choose lower belt speeds"));
     }
     let data: Vec<(f64, f64)> = table.data().map(|(u, friction)| (u, friction / unit)).collect();
-    let coefficients = Table::new(table.origin(), &data, table.static_level() / unit).and_then(|of| {
+    let level = table.static_level() / unit;
+    let coefficients = match table.may_drop() {
+        true => Table::with_static(table.origin(), &data, level),
+        false => Table::new(table.origin(), &data, level),
+    };
+    let coefficients = coefficients.and_then(|of| {
         let errors: Option<Vec<f64>> =
             table.standard_errors().map(|errors| errors.iter().map(|error| error / unit).collect());
         errors.map_or(Ok(of.clone()), |errors| of.with_standard_errors(&errors))

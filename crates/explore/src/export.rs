@@ -15,7 +15,7 @@ use super::machine::{dimensionless, is_shared, law_of};
 use super::plane::{PlaneRequest, Slice};
 use super::refusal::Refusal;
 use super::show::Show;
-use slipmap_config::{Job, table_of_text};
+use slipmap_config::{Job, Level, table_of_text};
 use slipmap_figure::render;
 use slipmap_format::{Existing, MapFile, Outcome, PartialMap, Provenance};
 use slipmap_map::machine::{Friction, Machine};
@@ -350,7 +350,7 @@ fn run(
     if let Law::Table(table) = written.as_written() {
         // The map names the table without this temporary folder, as after a run in that folder.
         let text = table_text(&written).unwrap_or_default();
-        let named = table_of_text(TABLE, &text, Some(table.static_level()), None);
+        let named = table_of_text(TABLE, &text, Level::Given(table.static_level()), None);
         let named = named.map_err(|(problem, remedy)| Refusal::bad_input(problem, remedy))?;
         let small = description.law.is_read_as_small();
         let law = match &description.machine {

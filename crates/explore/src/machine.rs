@@ -48,7 +48,9 @@ pub(super) fn machine(law: &Law, motion: Motion, at: &BTreeMap<String, f64>) -> 
         }
         Law::Table(table) => Friction::Measured(table.clone()),
         _ => {
-            let [rest, kinetic, velocity, rise] = Coefficients::NAMES.map(value);
+            let known: Vec<&str> = Coefficients::names(law).collect();
+            let number = |name| if known.contains(&name) { value(name) } else { Ok(1.0) };
+            let [rest, kinetic, velocity, rise] = Coefficients::NAMES.map(number);
             let numbers = [rest?, kinetic?, velocity?, rise?];
             Friction::Coefficients(law.as_written().clone(), Coefficients::from_array(numbers))
         }

@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 
 use super::machine;
 use super::refusal::Refusal;
-use slipmap_config::{OfMachine, point_of, table_of_text};
+use slipmap_config::{Level, OfMachine, point_of, table_of_text};
 use slipmap_map::machine::{Machine, Motion};
 use slipmap_map::map::Grid;
 use slipmap_model::friction::{Expression, Law};
@@ -43,10 +43,9 @@ impl LawText {
 
     /// The law; its table may be that of a machine.
     fn law_of(&self, machine: Option<OfMachine>) -> Result<Law, Refusal> {
-        let level = self.static_level.unwrap_or(1.0);
-        if !(level > 0.0 && level.is_finite()) {
-            let problem = format!("the static level is {level}; it must be greater than 0");
-            return Err(Refusal::bad_input(problem, "write the friction at slip speed 0"));
+        if let Some(level) = self.static_level.filter(|level| !(*level > 0.0 && level.is_finite())) {
+            let problem = format!("the friction at rest is {level}; it must be greater than 0");
+            return Err(Refusal::bad_input(problem, "write it in the units of the law"));
         }
         let built_in = Law::BUILT_IN.into_iter().find(|law| law.name() == self.name);
         let law = match (self.name.as_str(), built_in) {
@@ -55,10 +54,14 @@ impl LawText {
                 let problem = format!("the formula has more than {LONGEST_FORMULA} characters");
                 return Err(Refusal::bad_input(problem, "give the law as a table"));
             }
-            ("expression", None) => Law::Expression(Expression::new(&self.phi, level)?),
+            ("expression", None) => Law::Expression(match self.static_level {
+                Some(level) => Expression::with_static(&self.phi, level)?,
+                None => Expression::new(&self.phi, 1.0)?,
+            }),
             ("table", None) => {
                 let file = if self.file.is_empty() { "table" } else { &self.file };
-                let table = table_of_text(file, &self.table, self.static_level, machine);
+                let level = self.static_level.map_or(Level::First, Level::Given);
+                let table = table_of_text(file, &self.table, level, machine);
                 Law::Table(table.map_err(|(problem, remedy)| Refusal::bad_input(problem, remedy))?)
             }
             (name, None) => {

@@ -11,7 +11,7 @@ pub struct Coefficients {
     pub static_friction: f64,
     /// mu_k in [0, mu_s].
     pub kinetic_friction: f64,
-    /// v_s > 0, m/s.
+    /// v_s > 0, m/s; of no use in the law `coulomb`.
     pub stribeck_velocity: f64,
     /// Strengthening of the coefficient of friction at high speed, >= 0: per m/s or per (m/s)^2, by the law's
     /// [`Strengthening`](slipmap_model::friction::Strengthening).
@@ -22,6 +22,12 @@ impl Coefficients {
     /// Their names, in the order of the fields.
     pub const NAMES: [&str; 4] =
         ["static_friction", "kinetic_friction", "stribeck_velocity", "strengthening"];
+
+    /// The names of those that a law has.
+    pub fn names(law: &Law) -> impl Iterator<Item = &'static str> {
+        let is_coulomb = *law.as_written() == Law::Coulomb;
+        Self::NAMES.into_iter().filter(move |name| !(is_coulomb && *name == "stribeck_velocity"))
+    }
 
     /// The numbers in the order of the fields.
     pub(crate) fn to_array(self) -> [f64; 4] {
@@ -68,6 +74,7 @@ impl Friction {
     pub fn at_rest(&self) -> f64 {
         match self {
             Friction::Coefficients(_, coefficients) => coefficients.static_friction,
+            Friction::Formula(formula, _) if formula.may_drop() => formula.static_level(),
             Friction::Formula(formula, parameters) => {
                 Law::Expression(formula.clone()).curve(1.0, parameters).phi(0.0)
             }
@@ -102,8 +109,10 @@ impl Friction {
     /// The numbers of the friction, with their names.
     pub(crate) fn quantities(&self) -> Vec<(&'static str, f64)> {
         match self {
-            Friction::Coefficients(_, coefficients) => {
-                Coefficients::NAMES.into_iter().zip(coefficients.to_array()).collect()
+            Friction::Coefficients(law, coefficients) => {
+                let known: Vec<&str> = Coefficients::names(law).collect();
+                let all = Coefficients::NAMES.into_iter().zip(coefficients.to_array());
+                all.filter(|(name, _)| known.contains(name)).collect()
             }
             Friction::Formula(formula, parameters) => {
                 let names = formula.parameters().iter().map(|parameter| parameter.name);
@@ -116,9 +125,11 @@ impl Friction {
     /// Sets the number at this position among [`Friction::quantities`].
     pub(super) fn set(&mut self, position: usize, value: f64) {
         match self {
-            Friction::Coefficients(_, coefficients) => {
+            Friction::Coefficients(law, coefficients) => {
                 let mut numbers = coefficients.to_array();
-                numbers[position] = value;
+                let name = Coefficients::names(law).nth(position);
+                let place = Coefficients::NAMES.iter().position(|known| Some(*known) == name);
+                numbers[place.unwrap_or(position)] = value;
                 *coefficients = Coefficients::from_array(numbers);
             }
             Friction::Formula(_, parameters) => parameters.set(position, value),

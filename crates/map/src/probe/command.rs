@@ -32,12 +32,12 @@ pub fn command_line(law: &Law, point: &Point, tolerance: f64) -> String {
         Law::Function(law) => line.push_str(&format!(" --law '{}'", law.origin())),
         other => line.push_str(&format!(" --law {}", other.name())),
     }
-    let level = match law.as_written() {
-        Law::Expression(law) => law.static_level(),
-        Law::Table(table) => table.static_level(),
-        _ => 1.0,
+    let (level, may_drop) = match law.as_written() {
+        Law::Expression(law) => (law.static_level(), law.may_drop()),
+        Law::Table(table) => (table.static_level(), table.may_drop()),
+        _ => (1.0, false),
     };
-    if level != 1.0 {
+    if level != 1.0 || may_drop {
         line.push_str(&format!(" --static {}", exact(level)));
     }
     if law.is_read_as_small() {

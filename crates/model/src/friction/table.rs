@@ -348,7 +348,8 @@ impl Table {
 
     /// The friction at rest less that in slip at u -> 0, in units of the friction at rest.
     pub(super) fn drop(&self) -> f64 {
-        if self.0.may_drop { 1.0 - self.0.phi[0] } else { 0.0 }
+        let drop = if self.0.may_drop { 1.0 - self.0.phi[0] } else { 0.0 };
+        if drop.abs() <= STATIC_SLACK { 0.0 } else { drop }
     }
 
     /// The data as given: slip speed and friction.

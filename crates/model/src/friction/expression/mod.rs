@@ -326,7 +326,12 @@ impl ExpressionCurve {
 
     /// The friction at rest less that in slip at u -> 0.
     pub(super) fn drop(&self) -> f64 {
-        if self.law.0.may_drop { 1.0 - self.run(0.0, self.epsilon, |_, _| ()) } else { 0.0 }
+        if !self.law.0.may_drop {
+            return 0.0;
+        }
+        let drop = 1.0 - self.run(0.0, self.epsilon, |_, _| ());
+        // Formulas have rounding errors.
+        if drop.abs() <= STATIC_SLACK { 0.0 } else { drop }
     }
 
     /// phi(u); below u = 0, where the flow is continued, the formula's value, or 1 where that is not finite.
