@@ -174,9 +174,12 @@ class Kick:
 
 @dataclass(frozen=True)
 class BasinBoundary:
-    """The outermost unstable slip cycle, and the kicks onto it; `cycle.separates` names what lies on its two sides."""
+    """The edge of a basin, and the kicks of steady slip onto it."""
 
-    cycle: Cycle
+    separates: tuple[str, ...]
+    """What orbits just inside it and just outside it tend to."""
+    cycle: Cycle | None
+    """The outermost unstable slip cycle; None where the edge is the grazing orbit, which a drop of friction makes one."""
     kick: Kick
 
 
@@ -321,8 +324,7 @@ class Probe:
             cycle = self.attracting_cycle
             facts.append(("attracting cycle", f"period {cycle.period:g}, multiplier {cycle.multiplier:g}"))
         if self.basin_boundary:
-            kick, sides = self.basin_boundary.kick, self.basin_boundary.cycle.separates
-            goal = sides[1].replace("_", " ") if sides else "the attractor outside"
+            kick, goal = self.basin_boundary.kick, self.basin_boundary.separates[1].replace("_", " ")
             facts.append((f"kick that leads to {goal}", f"{kick.forward:g} with the belt, {kick.backward:g} against"))
         facts.append(("equilibrium", f"({self.equilibrium.x1:g}, 0), {self.equilibrium.type}"))
         if self.machine:

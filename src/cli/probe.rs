@@ -493,11 +493,15 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
     if let Some([from, to, error]) = answer.bistable_band() {
         line("both attract for c", format!("{} to {}", exact(from), with_error(to, error)));
     }
-    if let Some(BasinBoundary { kick, separates: [_, outside], .. }) = &answer.basin {
+    if let Some(BasinBoundary { kick, cycle, separates: [_, outside], .. }) = &answer.basin {
+        let edge = match cycle {
+            Some(_) => "the outermost slip cycle that repels",
+            None => "the orbit that grazes the belt line",
+        };
         line(
             "kick that starts it",
             format!(
-                "of velocity {} with the belt, or {} against it, from steady slip onto the outermost slip cycle that repels; a slightly larger one leads to {}",
+                "of velocity {} with the belt, or {} against it, from steady slip onto {edge}; a slightly larger one leads to {}",
                 short(kick.forward),
                 short(kick.backward),
                 neighbour_words(*outside)

@@ -201,15 +201,41 @@ impl Extent {
 /// [`Failure`] of its orbit.
 pub fn kick_onto(oscillator: &Oscillator, cycle: &Cycle, tolerance: f64) -> Result<Kick, Failure> {
     let radius = cycle.velocity.hi;
-    let rest = oscillator.equilibrium_x1();
     let work = Work::of_question(&oscillator.curve);
-    let mut walk = walk_towards(oscillator, radius, cycle.is_stable(), tolerance, &work);
-    let mut kick = Kick { forward: radius, backward: -cycle.velocity.lo };
-    walk.lower_arc(|walk, from, to| {
+    let walk = walk_towards(oscillator, radius, cycle.is_stable(), tolerance, &work);
+    Ok(kick_onto_orbit(oscillator, walk, Kick { forward: radius, backward: -cycle.velocity.lo })?.0)
+}
+
+/// The kicks that carry the equilibrium onto the orbit that grazes the belt line, where it is the edge of the
+/// basin of stick-slip: with a drop, between C(V) and eps c* (theory, "Breakaway"). Followed backward, that
+/// orbit comes from (V, -g), 0 < g < j, and the piece of the belt line between its ends closes the edge. `None`
+/// elsewhere.
+///
+/// # Errors
+/// [`Failure`] of the orbit.
+pub fn kick_onto_grazing(oscillator: &Oscillator, tolerance: f64) -> Result<Option<Kick>, Failure> {
+    let belt_speed = oscillator.belt_speed;
+    let work = Work::of_question(&oscillator.curve);
+    let walk = Walk::new(oscillator, Side::Below, [belt_speed, 0.0], tolerance, belt_speed, &work);
+    // Through the piece of the line the equilibrium is kicked out at V.
+    let unknown = Kick { forward: belt_speed, backward: f64::NAN };
+    let (kick, end) = kick_onto_orbit(oscillator, walk.backward(), unknown)?;
+    let is_edge = matches!(end, LowerEnd::Meets(end) if end.w > 0.0 && end.w < oscillator.drop());
+    Ok((is_edge && kick.backward.is_finite()).then_some(kick))
+}
+
+/// The velocities at which an orbit passes the equilibrium's x1, those of `kick` where it does not, and its end.
+fn kick_onto_orbit(
+    oscillator: &Oscillator,
+    mut walk: Walk,
+    mut kick: Kick,
+) -> Result<(Kick, LowerEnd), Failure> {
+    let rest = oscillator.equilibrium_x1();
+    let end = walk.lower_arc(|walk, from, to| {
         let [before, after] = [from, to].map(|state| walk.x1(state) - rest);
         if before * after <= 0.0 && before != after {
             let at = walk.locate(from, to.time - from.time, |walk, state| walk.x1(state) - rest);
-            // x1' = x2: the cycle passes once on the way forward and once on the way back.
+            // x1' = x2: the orbit passes once on the way forward and once on the way back.
             if at.v > 0.0 {
                 kick.forward = at.v;
             } else {
@@ -217,5 +243,5 @@ pub fn kick_onto(oscillator: &Oscillator, cycle: &Cycle, tolerance: f64) -> Resu
             }
         }
     })?;
-    Ok(kick)
+    Ok((kick, end))
 }

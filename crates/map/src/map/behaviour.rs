@@ -10,17 +10,24 @@ use slipmap_model::friction::{Column, Curve, Range};
 use slipmap_simulate::backbone::{Backbone, CycleRange, InterpolatedBackbone};
 use slipmap_simulate::crossing::{crossing_cycles, some_cross_for_ever, stick_slip_cycle};
 use slipmap_simulate::far_loops::FarLoops;
-use slipmap_simulate::slip_cycle::{BACKBONE_TOLERANCE, Kick, kick_onto, locate};
+use slipmap_simulate::slip_cycle::{BACKBONE_TOLERANCE, Kick, kick_onto, kick_onto_grazing, locate};
+use slipmap_simulate::{CriticalDamping, located_critical_damping};
 use slipmap_simulate::{Cycle, Failure, Flow, Neighbour, TIGHT, outermost_repelling};
 
 /// Tolerance, in units of the weakening rate, of the coarse backbones that are tried first where only the
 /// number of cycles is needed: few dampings of a column lie that close to an extreme of the backbone.
 pub(super) const COARSE: f64 = 1e-5;
+/// Tolerance of C(V) of a curve with a drop.
+const GRAZING: f64 = 1e-11;
 
-/// The outermost slip cycle that repels, which separates the basins of two attractors.
+/// The edge of a basin: the outermost slip cycle that repels. With a drop of friction, between C(V) and eps c*,
+/// the orbit that grazes the belt line, closed by a piece of that line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BasinBoundary {
-    pub(crate) cycle: Cycle,
+    /// The slip cycle; `None` where the edge is the grazing orbit.
+    pub cycle: Option<Cycle>,
+    /// The largest x2 on it.
+    pub radius: f64,
     /// The kicks that carry steady slip onto it.
     pub kick: Kick,
     /// The attractors of orbits just inside it and just outside it.
@@ -41,6 +48,8 @@ pub struct Behaviour<'a> {
     fine: OnceCell<Result<Backbone, Failure>>,
     /// Where loops far beyond the exit point lead; computed on first use.
     far: OnceCell<FarLoops<'a>>,
+    /// C(V) of a curve with a drop, with its error; computed on first use.
+    grazing: OnceCell<Option<CriticalDamping>>,
     /// The smallest eps c, so far, at which the search found no orbit that crosses the belt line for ever.
     none_cross_from: Cell<f64>,
 }
@@ -67,7 +76,7 @@ impl<'a> Behaviours<'a> {
 struct Ends {
     /// Whether the equilibrium attracts.
     stable: bool,
-    /// Whether the orbit from the exit point returns to the belt line.
+    /// Whether the orbit from (V, 0) returns to the belt line: without a drop that from the exit point.
     returns: bool,
 }
 
@@ -81,6 +90,7 @@ impl<'a> Behaviour<'a> {
             coarse: RefCell::default(),
             fine: OnceCell::new(),
             far: OnceCell::new(),
+            grazing: OnceCell::new(),
             none_cross_from: Cell::new(f64::INFINITY),
         }
     }
@@ -117,6 +127,20 @@ impl<'a> Behaviour<'a> {
         }
     }
 
+    /// Whether the orbit from (V, 0) returns to the belt line, where that from the exit point ends as `end`;
+    /// `None` if that is unknown. Only with a drop are they two orbits: then C(V) < eps c*.
+    fn grazing_returns(&self, viscous: f64, end: End) -> Option<bool> {
+        let returns = end.returns()?;
+        if !returns || self.curve.drop() == 0.0 {
+            return Some(returns);
+        }
+        let column =
+            || Column { curve: self.curve.without_drop(), epsilon: 1.0, belt_speed: self.belt_speed };
+        let grazing = self.grazing.get_or_init(|| located_critical_damping(&column(), GRAZING).ok());
+        let CriticalDamping { c, error, .. } = (*grazing)?;
+        ((c - viscous).abs() > error).then_some(viscous < c)
+    }
+
     /// The slip cycles, by the even part, by convexity, or else as `read` from a backbone.
     fn cycles(
         &self,
@@ -125,7 +149,7 @@ impl<'a> Behaviour<'a> {
         read: impl FnOnce(Ends) -> Option<Vec<CycleRange>>,
     ) -> Option<Vec<CycleRange>> {
         let stable = self.equilibrium_attracts(viscous)?;
-        let returns = end.returns()?;
+        let returns = self.grazing_returns(viscous, end)?;
         let even = self.even.get_or_init(|| self.curve.even_weakening_range(self.belt_speed));
         if even.excludes(viscous) {
             return Some(Vec::new());
@@ -257,7 +281,7 @@ impl<'a> Behaviour<'a> {
         }
     }
 
-    /// The boundary between basins; `None` if no slip cycle repels, or if its orbit cannot be computed.
+    /// The boundary between basins; `None` if there is none, or if its orbit cannot be computed.
     pub(super) fn basin_boundary(
         &self,
         oscillator: &Oscillator,
@@ -265,6 +289,13 @@ impl<'a> Behaviour<'a> {
         tolerance: f64,
     ) -> Option<BasinBoundary> {
         let cycles = self.slip_cycles(oscillator.viscous, end)?;
+        if self.grazing_returns(oscillator.viscous, end)? != end.returns()? {
+            let kick = kick_onto_grazing(oscillator, tolerance.min(TIGHT)).ok()??;
+            let inside = if cycles.is_empty() { Neighbour::Equilibrium } else { Neighbour::SlipCycle };
+            let outside = if end == End::Crosses { Neighbour::Crossing } else { Neighbour::StickSlip };
+            let radius = self.belt_speed;
+            return Some(BasinBoundary { cycle: None, radius, kick, separates: [inside, outside] });
+        }
         let position = outermost_repelling(&cycles, |cycle| cycle.is_stable)?;
         let tolerance = tolerance.min(TIGHT);
         let cycle = locate(oscillator, &cycles[position], tolerance).ok()?;
@@ -277,7 +308,8 @@ impl<'a> Behaviour<'a> {
             End::Crosses => Neighbour::Crossing,
             End::Inward | End::TooClose | End::Failed => Neighbour::Unknown,
         };
-        Some(BasinBoundary { cycle, kick, separates: [inside, outside] })
+        let radius = cycle.velocity.hi;
+        Some(BasinBoundary { cycle: Some(cycle), radius, kick, separates: [inside, outside] })
     }
 }
 
@@ -289,7 +321,7 @@ pub struct LongRun {
     /// The attracting cycle: the stick-slip or the crossing cycle, or else the largest attracting slip cycle.
     /// `None` if there is none, or if its orbit cannot be computed.
     pub(crate) cycle: Option<Cycle>,
-    /// The boundary between basins; `None` if no slip cycle repels, or if its orbit cannot be computed.
+    /// The boundary between basins; `None` if there is none, or if its orbit cannot be computed.
     pub(crate) basin: Option<BasinBoundary>,
 }
 
@@ -328,7 +360,8 @@ mod tests {
         let oscillator = Oscillator::new(&law, &law.point(1.0, &[], 1.6726, 0.2).unwrap());
         let LongRun { regime, basin, .. } = long_run(&oscillator, &flow(&oscillator, 1e-9), 1e-9);
         assert_eq!(regime, Regime::PureSlipAndEquilibrium);
-        let BasinBoundary { cycle, kick, separates } = basin.unwrap();
+        let BasinBoundary { cycle, kick, separates, .. } = basin.unwrap();
+        let cycle = cycle.unwrap();
         assert_eq!(separates, [Neighbour::Equilibrium, Neighbour::SlipCycle]);
         let outward = |share: f64| match turn(&oscillator, share * cycle.velocity.hi, 1e-12).unwrap() {
             SlipTurn::Returns { radius, .. } => radius > share * cycle.velocity.hi,

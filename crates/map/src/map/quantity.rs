@@ -144,8 +144,10 @@ impl Description {
             Quantity::CycleAmplitudeX1 => cycle.map(|cycle| half(cycle.displacement)),
             Quantity::CycleAmplitudeX2 => cycle.map(|cycle| half(cycle.velocity)),
             Quantity::CycleMultiplier => cycle.map(|cycle| cycle.multiplier),
-            Quantity::BoundaryVelocity => boundary.map(|boundary| boundary.cycle.velocity.hi),
-            Quantity::BoundaryMultiplier => boundary.map(|boundary| boundary.cycle.multiplier),
+            Quantity::BoundaryVelocity => boundary.map(|boundary| boundary.radius),
+            Quantity::BoundaryMultiplier => {
+                boundary.and_then(|boundary| boundary.cycle).map(|cycle| cycle.multiplier)
+            }
             Quantity::KickForward => boundary.map(|boundary| boundary.kick.forward),
             Quantity::KickBackward => boundary.map(|boundary| boundary.kick.backward),
             Quantity::EpsilonLimit(_) | Quantity::CriticalDerivative(_) => None,

@@ -69,8 +69,12 @@ impl Probe {
                 error,
             }),
             attracting_cycle: answer.cycle,
-            basin_boundary: answer.basin.map(|map::BasinBoundary { cycle, kick, separates }| BasinBoundary {
-                cycle: StabilityResult { separates: Some(separates.map(Neighbour::name)), ..cycle.into() },
+            basin_boundary: answer.basin.map(|map::BasinBoundary { cycle, kick, separates, .. }| BasinBoundary {
+                separates: separates.map(Neighbour::name),
+                cycle: cycle.map(|cycle| StabilityResult {
+                    separates: Some(separates.map(Neighbour::name)),
+                    ..cycle.into()
+                }),
                 kick,
             }),
             cycles,

@@ -203,9 +203,13 @@ result! {
         pub(crate) x2: Range,
     }
 
-    /// The outermost unstable slip cycle, and the kicks of steady slip onto it.
+    /// The edge of a basin, and the kicks of steady slip onto it.
     pub(crate) struct BasinBoundary {
-        pub(crate) cycle: StabilityResult,
+        /// The attractors of orbits just inside it and just outside it.
+        pub(crate) separates: [&'static str; 2],
+        /// The outermost unstable slip cycle; `None` where the edge is the grazing orbit, which a drop of
+        /// friction makes one.
+        pub(crate) cycle: Option<StabilityResult>,
         pub kick: Kick,
     }
 
