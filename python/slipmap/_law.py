@@ -14,13 +14,14 @@ from . import _core
 class Law:
     r"""A friction law: the friction force phi(u) at slip speed u >= 0, in units of the static force.
 
-    Made by one of the class methods :meth:`stribeck`, :meth:`exponential`, :meth:`lorentzian`,
+    Made by one of the class methods :meth:`stribeck`, :meth:`exponential`, :meth:`lorentzian`, :meth:`coulomb`,
     :meth:`expression`, :meth:`table` and :meth:`from_function`. A law may hold values of its parameters; the
     others are given at each call.
 
     Notes
     -----
-    phi(0) = 1. Slip speeds are in units of (static force) / sqrt(stiffness * mass); for SI see
+    Friction at rest is 1. Friction in slip begins there, or lower by a drop: see `static` of :meth:`expression` and
+    :meth:`table`, :meth:`coulomb` and :meth:`with_drop`. Slip speeds are in units of (static force) / sqrt(stiffness * mass); for SI see
     :class:`slipmap.Machine`.
     The oscillator is x1' = x2, x2' = -x1 - epsilon c x2 - sign(x2 - V) phi(\|x2 - V\|).
 
@@ -93,7 +94,27 @@ class Law:
         return cls(_core.Law.built_in("lorentzian"), {"mu": mu, "vs": vs, "eta": eta})
 
     @classmethod
-    def expression(cls, formula: str, *, static: float = 1.0, **parameters: ArrayLike) -> Law:
+    def coulomb(cls, drop: ArrayLike | None = None, eta: ArrayLike | None = None) -> Law:
+        """Two coefficients: friction 1 at rest, and 1 - drop + eta u in slip.
+
+        Parameters
+        ----------
+        drop : array_like, optional
+            Static less kinetic friction, in units of the static one: from 0 to below 1.
+        eta : array_like, optional
+            Rise of the friction with the slip speed, at least 0.
+
+        Examples
+        --------
+        >>> import slipmap
+        >>> law = slipmap.Law.coulomb(drop=0.5, eta=0.0)
+        >>> round(float(slipmap.critical_c(law, V=1.36962021, epsilon=1.0)), 8)
+        0.02
+        """
+        return cls(_core.Law.built_in("coulomb"), {"drop": drop, "eta": eta})
+
+    @classmethod
+    def expression(cls, formula: str, *, static: float | None = None, **parameters: ArrayLike) -> Law:
         """A law given as a formula in the slip speed `u`, in `eps`, and in any other names, its parameters.
 
         Parameters
@@ -101,8 +122,9 @@ class Law:
         formula : str
             For example ``"mu + (1 - mu)*exp(-u/vs)"``. Functions: exp, ln, sqrt, sin, cos, tan, sinh, cosh,
             tanh, atan, abs.
-        static : float
-            Value of the formula at u = 0, by which it is divided.
+        static : float, optional
+            Friction at rest, by which the formula is divided: its value at u = 0, or more where friction drops as slip
+            begins. By default 1, the value of the formula at u = 0.
         **parameters : array_like
             Values of the names in the formula; those left out are given at each call.
 
@@ -118,7 +140,7 @@ class Law:
         >>> float(law.phi(0.0))
         1.0
         """
-        return cls(_core.Law.expression(formula, float(static)), parameters)
+        return cls(_core.Law.expression(formula, None if static is None else float(static)), parameters)
 
     @classmethod
     def table(
@@ -142,7 +164,8 @@ class Law:
             Standard error of each datum, in the same unit; :func:`slipmap.standard_error` makes one of c* of
             them.
         static : float, optional
-            Friction at slip speed 0, by which the data are divided; by default the first of them.
+            Friction at rest, by which the data are divided: the first of them (the default), or more where friction
+            drops as slip begins. Two data at slip speed 0 say the same: the larger one holds, the smaller one slips.
         origin : str
             Where the data come from, for messages.
 
@@ -161,10 +184,30 @@ class Law:
         speeds, levels = _vector("u", u), _vector("friction", friction)
         if len(speeds) != len(levels):
             raise ValueError(f"friction: {len(levels)} values at {len(speeds)} slip speeds")
-        if static is None:
-            static = float(levels[0]) if len(levels) else 1.0
         errors = None if stderr is None else _vector("stderr", np.broadcast_to(stderr, speeds.shape))
-        return cls(_core.Law.table(speeds, levels, errors, float(static), origin), {})
+        if static is None and len(speeds) > 2 and speeds[0] == 0 == speeds[1] < speeds[2] and levels[0] != levels[1]:
+            static = max(levels[:2])
+            slips = np.arange(len(speeds)) != np.argmax(levels[:2])
+            speeds, levels = speeds[slips], levels[slips]
+            errors = None if errors is None else errors[slips]
+        return cls(_core.Law.table(speeds, levels, errors, None if static is None else float(static), origin), {})
+
+    def with_drop(self, drop: ArrayLike | None = None) -> Law:
+        """The same law with friction in slip less by the parameter `drop`; friction at rest stays 1.
+
+        Parameters
+        ----------
+        drop : array_like, optional
+            From 0 to below 1; given at each call if left out.
+
+        Examples
+        --------
+        >>> import slipmap
+        >>> law = slipmap.Law.exponential(mu=0.8, vs=0.5, eta=0.0).with_drop(0.2)
+        >>> round(float(law.phi(0.0)), 12)
+        0.8
+        """
+        return type(self)(self._law.with_drop(), {**self._values, "drop": drop})
 
     @classmethod
     def from_function(

@@ -99,8 +99,8 @@ def phase_portrait(point: Point, *, max_time: float = 40.0 * math.pi, tolerance:
         "outer": (answer.exit_point.x1 + 0.5, speed),
     }
     lengths = dict.fromkeys(starts, max_time)
-    if answer.basin_boundary is not None:
-        cycle = answer.basin_boundary.cycle
+    cycle = answer.basin_boundary.cycle if answer.basin_boundary else None
+    if cycle is not None:
         # Where x2 is largest, x2' = 0: the spring balances friction and damping.
         top = cycle.x2.high
         friction = float(point.law.phi(speed - top, epsilon=point["epsilon"]))

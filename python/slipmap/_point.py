@@ -107,7 +107,7 @@ class Machine:
 
     ``m x'' + d x' + k x = -sign(x' - v) N mu(|x' - v|)``
 
-    Quantities of pint are converted; the attributes are numbers. The laws `stribeck`, `exponential` and `lorentzian`
+    Quantities of pint are converted; the attributes are numbers. The laws `stribeck`, `exponential`, `lorentzian` and `coulomb`
     describe its friction. Measured friction or a formula belongs into a configuration, which ``slipmap.run`` and
     ``slipmap probe --machine`` read.
 

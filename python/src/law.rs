@@ -15,7 +15,7 @@ pub(crate) struct Law {
 
 #[pymethods]
 impl Law {
-    /// The law of this name: "stribeck", "exponential" or "lorentzian".
+    /// The law of this name: "stribeck", "exponential", "lorentzian" or "coulomb".
     #[staticmethod]
     fn built_in(name: &str) -> PyResult<Self> {
         let law = Family::BUILT_IN.into_iter().find(|law| law.name() == name);
@@ -26,9 +26,13 @@ impl Law {
 
     /// A law given as a formula.
     #[staticmethod]
-    fn expression(formula: &str, static_level: f64) -> PyResult<Self> {
-        check_static_level(static_level)?;
-        let law = Expression::new(formula, static_level).map_err(|error| {
+    fn expression(formula: &str, static_level: Option<f64>) -> PyResult<Self> {
+        static_level.map_or(Ok(()), check_static_level)?;
+        let law = match static_level {
+            Some(level) => Expression::with_static(formula, level),
+            None => Expression::new(formula, 1.0),
+        };
+        let law = law.map_err(|error| {
             let problem = slipmap::config::point_into(formula, &error);
             PyValueError::new_err(format!("{problem}\n  help: {}", error.remedy))
         })?;
@@ -41,17 +45,21 @@ impl Law {
         u: PyReadonlyArray1<'_, f64>,
         friction: PyReadonlyArray1<'_, f64>,
         errors: Option<PyReadonlyArray1<'_, f64>>,
-        static_level: f64,
+        static_level: Option<f64>,
         origin: &str,
     ) -> PyResult<Self> {
-        check_static_level(static_level)?;
+        static_level.map_or(Ok(()), check_static_level)?;
         let told = |error: slipmap::friction::TableError| {
             let row = error.row.map_or(String::new(), |row| format!("row {row}: "));
             PyValueError::new_err(format!("{row}{error}"))
         };
         let data: Vec<(f64, f64)> =
             u.as_array().iter().copied().zip(friction.as_array().iter().copied()).collect();
-        let mut law = Table::new(origin, &data, static_level).map_err(told)?;
+        let law = match static_level {
+            Some(level) => Table::with_static(origin, &data, level),
+            None => Table::new(origin, &data, data.first().map_or(1.0, |(_, friction)| *friction)),
+        };
+        let mut law = law.map_err(told)?;
         if let Some(errors) = errors {
             law = law.with_standard_errors(&errors.as_array().to_vec()).map_err(told)?;
         }
@@ -96,6 +104,14 @@ impl Law {
             Family::Function(law) => law.error(),
             _ => 0.0,
         }
+    }
+
+    /// The law with the parameter `drop`.
+    fn with_drop(&self) -> PyResult<Self> {
+        if self.law.parameters().len() >= MAX_LAW_PARAMETERS && !self.law.may_drop() {
+            return Err(PyValueError::new_err("the law has no room for another parameter"));
+        }
+        Ok(Self { law: self.law.clone().with_drop() })
     }
 
     /// The law read as 1 + eps F(u).

@@ -23,7 +23,7 @@ fn machine_of(law: &Law, motion: &str, numbers: [f64; 9]) -> PyResult<Machine> {
 
 fn no_coefficients(law: &Law) -> PyErr {
     PyValueError::new_err(format!(
-        "the law `{}` has no coefficients of friction; use stribeck, exponential or lorentzian with a machine, or \
+        "the law `{}` has no coefficients of friction; use stribeck, exponential, lorentzian or coulomb with a machine, or \
          describe it in a configuration, for slipmap.run or slipmap probe --machine",
         law.law.name()
     ))

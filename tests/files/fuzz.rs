@@ -245,7 +245,7 @@ fn measured_laws_never_panic() {
     let path = folder.path().join("friction.csv");
     let read = |bytes: &[u8]| {
         std::fs::write(&path, bytes).unwrap();
-        slipmap::config::read_table(&path, 1.0)
+        slipmap::config::read_table(&path, None)
     };
     read(TABLE.as_bytes()).unwrap();
     proptest!(runs(1000), |(changes in changes())| {

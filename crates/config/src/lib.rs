@@ -3,7 +3,7 @@
 //! ```toml
 //! title = "..."                        # default: the file's name
 //! [friction]
-//! law = "stribeck"                     # default; or exponential, lorentzian, expression, table
+//! law = "stribeck"                     # default; or exponential, lorentzian, coulomb, expression, table
 //! phi = "mu + (1 - mu)*exp(-u/vs)"     # of law = "expression": u, eps, and names that become axes
 //! file = "measured.csv"                # of law = "table": slip speed and friction; seen from this file
 //! static = 1.0                         # friction at rest of these two, which divides them, at least that in slip at u -> 0

@@ -107,7 +107,8 @@ fn slip_speeds(curve: &Curve) -> impl DoubleEndedIterator<Item = f64> {
 /// The slip speed u at which the friction has fallen by half of its largest fall; 1 if it does not fall.
 fn half_fall(curve: &Curve) -> f64 {
     // A formula may be a law up to some slip speed only: friction is positive.
-    let falls = slip_speeds(curve).map(|u| (u, 1.0 - curve.phi(u))).take_while(|(_, fall)| *fall < 1.0);
+    let onset = 1.0 - curve.drop();
+    let falls = slip_speeds(curve).map(|u| (u, onset - curve.phi(u))).take_while(|(_, fall)| *fall < onset);
     let falls: Vec<(f64, f64)> = falls.collect();
     let half = 0.5 * falls.iter().map(|(_, fall)| *fall).fold(0.0, f64::max);
     falls.into_iter().find(|(_, fall)| *fall > 0.0 && *fall >= half).map_or(1.0, |(u, _)| u)

@@ -196,8 +196,9 @@ fn return_map_column(
 fn certainly_lands(column: &Column) -> impl Fn(f64, f64) -> bool {
     let (convex, at_rest) = (column.curve.weakening_is_convex(), column.curve.weakening(0.0));
     let (epsilon, belt_speed) = (column.epsilon, column.belt_speed);
+    let fastest = 2.0 - column.curve.drop();
     move |c, margin| {
-        convex && at_rest - epsilon * c > 0.0 && belt_speed * (margin * (2.0 + margin)).sqrt() < 2.0
+        convex && at_rest - epsilon * c > 0.0 && belt_speed * (margin * (2.0 + margin)).sqrt() < fastest
     }
 }
 

@@ -11,6 +11,7 @@
 //! | friction | A | y depends on |
 //! | --- | --- | --- |
 //! | `stribeck` | N (mu_s - mu_k) / (v_s sqrt(k m)) | A, v / v_s, strengthening v_s^2 / (mu_s - mu_k) |
+//! | `coulomb` | - | V / j alone; the damping falls by N strengthening |
 //! | `exponential`, `lorentzian` | the same | A, v / v_s; the damping falls by N strengthening |
 //! | formula, data | N / sqrt(k m) | A, v, and the formula's parameters that vary |
 //!
@@ -26,6 +27,7 @@
 //! interpolated from the same nodes.
 
 use rayon::prelude::*;
+use slipmap_model::friction::Law;
 use slipmap_model::friction::{Column, Strengthening};
 
 use crate::machine::{Friction, Machine, Model};
@@ -161,6 +163,12 @@ impl<'a> Groups<'a> {
         let root = (machine.stiffness * machine.mass).sqrt();
         let (force, speed) = (machine.normal_force / root, machine.belt_speed);
         let (a, shift) = match &machine.friction {
+            // Slip motion is linear: the drop of the force and the belt speed enter by their ratio alone.
+            Friction::Coefficients(law, of) if *law.as_written() == Law::Coulomb => {
+                let drop = force * (of.static_friction - of.kinetic_friction);
+                self.values.extend([0.0, (speed / drop).ln()]);
+                (if drop > 0.0 { 1.0 } else { 0.0 }, -machine.normal_force * of.strengthening)
+            }
             Friction::Coefficients(_, of) => {
                 let fall = of.static_friction - of.kinetic_friction;
                 let width = of.stribeck_velocity;
@@ -204,6 +212,11 @@ impl<'a> Groups<'a> {
         let root = (machine.stiffness * machine.mass).sqrt();
         let (a, speed) = (groups[0].exp(), groups[1].exp());
         match &mut machine.friction {
+            Friction::Coefficients(law, of) if *law.as_written() == Law::Coulomb => {
+                let drop = machine.normal_force / root * (of.static_friction - of.kinetic_friction);
+                of.strengthening = 0.0;
+                machine.belt_speed = speed * drop;
+            }
             Friction::Coefficients(_, of) => {
                 let fall = of.static_friction - of.kinetic_friction;
                 let width = of.stribeck_velocity;

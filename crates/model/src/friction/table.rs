@@ -166,7 +166,7 @@ impl Table {
         Ok(Self(Arc::new(Cubics {
             origin: origin.to_owned(),
             static_level,
-            may_drop,
+            may_drop: may_drop && phi[0] < 1.0 - STATIC_SLACK,
             friction,
             u,
             phi,

@@ -24,6 +24,7 @@ use crate::point::{LawParameters, MAX_LAW_PARAMETERS};
 use parse::{DEEPEST, Function, Op, Place, Tape, is_integer};
 use slipmap_numbers::interval::Interval;
 use slipmap_numbers::jet::{Jet, Points, Real};
+use slipmap_numbers::random::Random;
 
 /// Largest number of operations of a formula: with more, one evaluation would cost as much as hundreds of
 /// evaluations of a usual law.
@@ -34,6 +35,8 @@ const ONSET: &str = "friction in slip begins above 0 and at most at the friction
 
 /// Tolerance of phi(0) = 1: formulas have rounding errors.
 const STATIC_SLACK: f64 = 1e-12;
+/// Number of draws by which a formula is compared with the friction at rest.
+const DRAWS: usize = 4;
 /// Distance from 1 within which phi(0) must be known: of terms that cancel, the computed value alone may be
 /// anything. The friction that it leaves open is a constant, which the statements of certificates take out.
 const KNOWN_WITHIN: f64 = 1e-9;
@@ -109,7 +112,22 @@ impl Expression {
     /// # Errors
     /// As [`Expression::new`].
     pub fn with_static(text: &str, static_level: f64) -> Result<Self, ExpressionError> {
-        Self::compiled(text, static_level, true)
+        let law = Self::compiled(text, static_level, true)?;
+        match law.seems_to_begin_at_rest() {
+            true => Self::new(text, static_level),
+            false => Ok(law),
+        }
+    }
+
+    /// Returns whether the formula has the value of the friction at rest at u = 0, at random values of eps and
+    /// of all parameters. Analytic functions that are equal there are equal.
+    fn seems_to_begin_at_rest(&self) -> bool {
+        let mut random = Random(DRAWS as u64);
+        (0..DRAWS).all(|_| {
+            let values: Vec<f64> = self.parameters().iter().map(|_| 0.1 + 2.0 * random.unit()).collect();
+            let epsilon = 0.1 + random.unit();
+            (self.phi_at(0.0, epsilon, &values) - 1.0).abs() <= STATIC_SLACK
+        })
     }
 
     fn compiled(text: &str, static_level: f64, may_drop: bool) -> Result<Self, ExpressionError> {
