@@ -9,7 +9,8 @@ fn main() -> io::Result<()> {
     let mut program = slipmap::cli::command().disable_help_subcommand(true);
     // Gives each command's page its full name: `slipmap-run`, not `run`.
     program.build();
-    let commands = program.get_subcommands().map(|command| (format!("slipmap-{}", command.get_name()), command));
+    let commands =
+        program.get_subcommands().map(|command| (format!("slipmap-{}", command.get_name()), command));
     for (name, command) in commands.chain([("slipmap".to_owned(), &program)]) {
         let mut page = Vec::new();
         clap_mangen::Man::new(command.clone()).render(&mut page)?;

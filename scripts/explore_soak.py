@@ -119,7 +119,7 @@ def hostile(generator, client):
         return client.ask("/api/law", {"name": "expression", "phi": text}, tab())
 
     def raw(body, **more):
-        return client.send("POST", generator.choice(["/api/plane", "/api/point", "/api/law", "/api/file"]), body, **more)
+        return client.send("POST", generator.choice(["/api/plane", "/api/point", "/api/law", "/api/texts"]), body, **more)
 
     text = json.dumps({**good, "turn": {"tab": "t", "number": 1}}).encode()
     return {
@@ -159,13 +159,10 @@ def use(generator, client, seconds, strange):
         pick = random.Random(number)
         name = pick.choices(list(LAWS), [6, 3, 1, 1])[0]
         request = plane(pick, name, 160 if name == "stribeck" else 40)
-        path = pick.choices(["/api/plane", "/api/glance", "/api/point", "/api/figure", "/api/curves", "/api/texts", "/api/file", "/api/law"],
-                            [30, 20, 6, 8, 4, 2, 1, 5])[0]
+        path = pick.choices(["/api/plane", "/api/glance", "/api/point", "/api/figure", "/api/curves", "/api/texts", "/api/law"],
+                            [30, 20, 6, 8, 4, 2, 5])[0]
         if path == "/api/figure":
             request["figure"] = pick.choice(["orbit", "friction", "backbone"])
-        if path == "/api/file":
-            request["file"] = pick.choice(["svg", "png", "pdf", "csv", "h5"])
-            request["x"]["points"] = request["y"]["points"] = 16
         if path == "/api/law":
             request = request["law"]
         status = client.ask(path, request, f"tab{pick.randint(0, 5)}")

@@ -281,7 +281,9 @@ mod tests {
             let text = String::from_utf8(text).unwrap();
             for command in command().get_subcommands() {
                 assert!(text.contains(command.get_name()), "{shell}: {command}");
-                for option in command.get_arguments().filter(|it| !it.is_hide_set()).filter_map(clap::Arg::get_long) {
+                for option in
+                    command.get_arguments().filter(|it| !it.is_hide_set()).filter_map(clap::Arg::get_long)
+                {
                     assert!(text.contains(option), "{shell}: {command} --{option}");
                 }
             }

@@ -431,8 +431,7 @@ fn data_that_standard_output_does_not_take_are_not_lost_without_a_word() {
     let scratch = Scratch::new();
     scratch.file("job.toml", JOB);
     let json = [&PROBE[..], &["--json"]].concat();
-    let cases: [&[&str]; 5] =
-        [&["run", "job.toml"], &PROBE, &json, &["--help"], &["completions", "bash"]];
+    let cases: [&[&str]; 5] = [&["run", "job.toml"], &PROBE, &json, &["--help"], &["completions", "bash"]];
     for arguments in cases {
         for closed in [">&-", "1</dev/null"] {
             let run = limited(&scratch, "true", arguments, closed);
@@ -499,7 +498,7 @@ fn a_dry_run_estimates_for_any_machine() {
     let told: serde_json::Value = serde_json::from_str(&run.out).unwrap();
     assert_eq!(told["threads"], threads);
     let run = scratch.run(&["run", "job.toml", "--threads", &many, "--dry-run"]).ends_with(0);
-    assert!(run.out.contains("such as this machine's"), "{}", run.out);
+    assert!(run.out.contains(" cores for the cells"), "{}", run.out);
     assert_eq!(scratch.names(), ["job.toml"]);
 }
 

@@ -32,7 +32,7 @@ pub use table::{Cell, Table};
 pub use table::{csv_text, is_formula};
 pub use text::{Rich, rich};
 pub use units::View;
-pub use units::{Label, UnitSystem, join};
+pub use units::{Label, UnitSystem};
 pub use verdicts::{Confusion, Verdicts};
 pub use write::{ReportOptions, write};
 pub use write::{write_figure, write_file};

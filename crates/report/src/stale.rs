@@ -50,8 +50,7 @@ mod tests {
             fs::create_dir_all(path.parent().unwrap()).unwrap();
             fs::write(path, text).unwrap();
         };
-        let gone =
-            ["figures/slice-a-c.png", "figures/slice-a-c.svg", "tables/b_d.csv", "tables/b_d.tex"];
+        let gone = ["figures/slice-a-c.png", "figures/slice-a-c.svg", "tables/b_d.csv", "tables/b_d.tex"];
         let kept = ["figures/mine.png", "tables/t.csv"];
         for name in gone.iter().chain(&kept) {
             write(name, "");

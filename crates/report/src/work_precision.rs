@@ -3,9 +3,9 @@
 
 use std::path::{Path, PathBuf};
 
+use super::figure::Width;
 use super::table::{Cell as Entry, ColumnOf, Show, Table};
 use super::text::{Rich, rich};
-use super::figure::Width;
 use super::{Existing, ReportError, figure, write};
 use slipmap_format::{Contents, Provenance, Records, Series, Value};
 pub use slipmap_study::benchmark::{self, Cell, Errors, Kind, Labels, Row, Study};

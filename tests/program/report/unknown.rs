@@ -68,7 +68,5 @@ fn the_probabilities_of_a_map_are_in_its_report() {
         "<dt>probability that it may stick-slip, by the uncertain quantities</dt><dd>0 to 100 % over "
     ));
     assert!(page.contains("<figure id=\"figure-probability\">"), "{page}");
-    assert!(
-        scratch.read("report/figures/probability.svg").contains("probability that it may stick-slip")
-    );
+    assert!(scratch.read("report/figures/probability.svg").contains("probability that it may stick-slip"));
 }

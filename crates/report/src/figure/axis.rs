@@ -1,6 +1,7 @@
 //! Axes: scales and ticks.
 
 use super::super::text::Rich;
+use super::palette;
 use super::scene::{Stroke, text_width};
 use slipmap_map::map::is_logarithmic;
 
@@ -10,7 +11,7 @@ pub(crate) const SMALL_TEXT: f64 = 7.0;
 pub(crate) const TEXT: f64 = 8.0;
 
 /// Lines of frames and ticks.
-pub(crate) const AXIS: Stroke = Stroke::solid("#000000", 0.6);
+pub(crate) const AXIS: Stroke = Stroke::solid(palette::BLACK, 0.6);
 
 /// Length of a tick, inward.
 const TICK: f64 = 3.0;

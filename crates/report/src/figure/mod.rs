@@ -1,6 +1,6 @@
 //! Figures, one file each: every figure is a function from data to a `Scene`.
 
-pub mod area;
+pub(crate) mod area;
 pub mod axis;
 pub mod bifurcations;
 pub(crate) mod critical;
@@ -20,7 +20,7 @@ pub mod plot;
 pub(crate) mod portrait;
 pub(crate) mod portraits;
 pub(crate) mod region;
-pub mod render;
+pub(crate) mod render;
 pub mod scene;
 pub(crate) mod slice;
 pub(crate) mod strips;
@@ -33,8 +33,8 @@ pub use orbit::{OrbitPlot, orbit_figure};
 pub use plot::{Plot, plot};
 pub use scene::Scene;
 pub use scene::Width;
+pub use slice::ChoiceError;
 pub(super) use slice::picks;
-pub use slice::{ChoiceError, Slice};
 
 use rayon::prelude::*;
 

@@ -107,7 +107,7 @@ pub(crate) fn portraits(view: &View, width: Width) -> Option<Figure> {
         caption = caption.then(separator).then(letter(number)).then(fast).then(rich(portrait.words()));
     }
     let data = data(&drawn, &damping, view);
-    Some(Figure { name: "portraits".into(), caption: caption.then("."), scenes, data })
+    Some(Figure { name: "portraits".into(), caption: caption.then("."), scene, data })
 }
 
 /// The orbits from the exit point.

@@ -5,8 +5,9 @@ use ndarray::Array2;
 use super::super::text::{Rich, rich};
 use super::super::units::{View, join};
 use super::super::{ReportError, SIMULATION};
-use super::data::{Data, Values};
+use super::Figure;
 use super::bifurcations::{boundary, places};
+use super::data::{Data, Values};
 use super::legend::{Legend, Sample};
 use super::lines::letter;
 use super::palette;
@@ -15,7 +16,6 @@ use super::plot::{self, At, Plot};
 use super::region::outlines;
 use super::scene::{Fill, Place, Scene, Stroke, Width};
 use super::slice::{Slice, picks};
-use super::Figure;
 use slipmap_format::MapFile;
 use slipmap_map::map::{Axis, PlaneCurves, Verdict};
 use slipmap_numbers::text::count;
@@ -245,8 +245,7 @@ fn figure(slice: &Slice, width: Width) -> Result<Figure, ReportError> {
     let mut edged = false;
     for (number, (&m, panel)) in shown.iter().zip(&panels.panels).enumerate() {
         let mut draw = |scene: &mut Scene, wrong: bool| {
-            for (n, known) in Claim::ALL.into_iter().enumerate().filter(|(_, it)| it.is_wrong() == wrong)
-            {
+            for (n, known) in Claim::ALL.into_iter().enumerate().filter(|(_, it)| it.is_wrong() == wrong) {
                 let areas = outlines(panel, &x_edges, &y_edges, |i, j| claim(m, i, j) == known);
                 used[n] |= !areas.is_empty();
                 scene.area(&areas, looks[n].0);
