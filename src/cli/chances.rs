@@ -1,21 +1,18 @@
 //! The probability of stick-slip over the map of a machine with uncertain quantities.
 
 use std::sync::atomic::AtomicBool;
-use std::time::{Duration, Instant};
 
 use super::output::{count, number_of};
 use super::say;
 use slipmap_config::Job;
 use slipmap_map::dataset::{Auxiliary, auxiliary};
 use slipmap_map::machine::Machine;
-use slipmap_map::risk::{NoRisk, Probabilities, Uncertain, is_uncertain, probabilities};
+use slipmap_map::risk::{NoRisk, Uncertain, is_uncertain, probabilities};
 
 /// Number of draws for the whole map.
 const DRAWS: usize = 1_000_000;
 /// Least number of draws at each belt speed: the standard error of a probability is then at most 0.005.
 const FEWEST_DRAWS: usize = 10_000;
-/// Duration above which a sample of belt speeds is extrapolated.
-const ENOUGH: Duration = Duration::from_millis(200);
 
 /// Computes the probability of stick-slip at each belt speed and damping of a map.
 pub(super) struct Chances<'a> {
@@ -41,43 +38,18 @@ impl<'a> Chances<'a> {
 
     /// Computes the variable of the map, and prints a note on illegal draws and on those without an answer.
     pub(super) fn variable(&self, threads: Option<usize>, stop: &AtomicBool) -> Result<Auxiliary, NoRisk> {
-        let found = self.at(&self.belt_speeds, threads, stop)?;
+        let Self { machine, uncertain, belt_speeds, dampings, draws } = self;
+        let find = || probabilities(machine, uncertain, belt_speeds, dampings, *draws, stop);
+        // If no pool can be created, the global pool is used.
+        let found = match slipmap_map::map::pool(threads) {
+            Ok(pool) => pool.install(find),
+            Err(_) => find(),
+        }?;
         let draws = self.draws * self.belt_speeds.len();
         for note in notes_on_draws(draws, found.failed, found.redrawn) {
             say(&format!("note: {note}"));
         }
         Ok(auxiliary::probability(found.values, self.draws))
-    }
-
-    /// Estimated duration in seconds, from a sample of belt speeds.
-    pub(super) fn seconds(&self, threads: Option<usize>) -> f64 {
-        let (start, speeds) = (Instant::now(), self.belt_speeds.len());
-        let mut timed = 0;
-        // Starts at the middle of the belt speeds, in steps of a third of them.
-        for number in (0..speeds).map(|i| (speeds / 2 + i * speeds.div_ceil(3)) % speeds) {
-            // A run that finds no probability takes this time as well.
-            let _ = self.at(&self.belt_speeds[number..=number], threads, &AtomicBool::new(false));
-            timed += 1;
-            if start.elapsed() >= ENOUGH {
-                break;
-            }
-        }
-        start.elapsed().as_secs_f64() / f64::from(timed) * speeds as f64
-    }
-
-    fn at(
-        &self,
-        belt_speeds: &[f64],
-        threads: Option<usize>,
-        stop: &AtomicBool,
-    ) -> Result<Probabilities, NoRisk> {
-        let Self { machine, uncertain, dampings, draws, .. } = self;
-        let found = || probabilities(machine, uncertain, belt_speeds, dampings, *draws, stop);
-        // If no pool can be created, the global pool is used.
-        match slipmap_map::map::pool(threads) {
-            Ok(pool) => pool.install(found),
-            Err(_) => found(),
-        }
     }
 }
 

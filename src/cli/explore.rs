@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::report::open as open_map;
-use super::{Ended, Failure, GIT, interrupt, say};
+use super::{Ended, Failure, interrupt, say};
 use slipmap_config::Job;
 use slipmap_explore::{Start, serve};
 
@@ -49,7 +49,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
         say("note: no browser could be started; open the address yourself");
     }
     say("Ctrl-C ends the page");
-    serve(listener, start, GIT, interrupt::flag()).map_err(broken)?;
+    serve(listener, start, interrupt::flag()).map_err(broken)?;
     Err(Failure::Interrupted("the page has ended".into()))
 }
 

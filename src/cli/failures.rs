@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::output::{count, exact, short};
+use super::replace;
 use super::report::{failure, unwritten};
 use super::summary::probe_command;
 use super::threads::not_started;
@@ -107,10 +108,7 @@ const FILES: [&str; 3] = ["failures.md", "methods.csv", "classes.csv"];
 /// computed.
 fn refuse_existing(folder: &Path, overwrite: bool) -> Result<(), Failure> {
     let there = FILES.iter().map(|name| folder.join(name)).find(|path| path.symlink_metadata().is_ok());
-    there.filter(|_| !overwrite).map_or(Ok(()), |path| {
-        let help = "add --overwrite to replace it, or choose another folder with --out";
-        Err(Failure::bad_input(format!("{} exists already", path.display()), help))
-    })
+    there.filter(|_| !overwrite).map_or(Ok(()), |path| Err(replace::exists(path.display())))
 }
 
 /// Writes every file under a temporary name first, so that no file is ever half written.

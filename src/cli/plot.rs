@@ -6,8 +6,8 @@ use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 
 use super::output::{exact, short};
-use super::replace::{self, Kind};
-use super::report::{existing, failure, open, refuse_existing};
+use super::replace::{self, Kind, refuse_existing};
+use super::report::{existing, failure, open};
 use super::{Ended, Failure, say};
 use slipmap_report::figure::{self, DiagramPlot, Plot, Width, diagram, plot::At};
 use slipmap_report::{ReportError, View, write_figure, write_file};
@@ -117,7 +117,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     // Checked before the work starts.
     written.into_iter().try_for_each(|(path, kind)| match arguments.overwrite {
         true => replace::check(path, Some(&arguments.map), kind),
-        false => refuse_existing(path, false),
+        false => refuse_existing("--out", path, false),
     })?;
     let plot = Plot {
         x: &arguments.x,

@@ -308,7 +308,7 @@ impl Output {
                 let failed = |error: io::Error| unwritten(&path, &error);
                 let file = file.into_inner().map_err(|error| failed(error.into_error()))?;
                 publish_file(file, &path, existing(overwrite)).map_err(|error| match error.kind() {
-                    io::ErrorKind::AlreadyExists => replace::exists("--out", &path),
+                    io::ErrorKind::AlreadyExists => replace::exists(path.display()),
                     _ => failed(error),
                 })
             }

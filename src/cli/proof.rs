@@ -6,6 +6,7 @@ use std::path::Path;
 use serde_json::json;
 
 use super::output::{checked, count, exact, number_of, short, without_control_characters};
+use super::replace;
 use super::report::{existing, unwritten};
 use super::{Ended, Failure, WRITTEN_BY};
 use slipmap_certify::certificate::{Certificate, Checked, NoCertificate, Subject};
@@ -76,9 +77,7 @@ pub(super) fn check_place(path: &Path, overwrite: bool) -> Result<(), Failure> {
     let (problem, help) = match state(path) {
         PathState::Nothing => return Ok(()),
         PathState::Proof(_) if overwrite => return Ok(()),
-        PathState::Proof(_) => {
-            ("exists already".into(), "add --overwrite to replace it, or choose another name")
-        }
+        PathState::Proof(_) => return Err(replace::exists(format!("--proof {name}"))),
         PathState::Other => ("is not a proof, and only proofs are replaced".into(), "choose another name"),
         PathState::OutOfReach(error) => (format!("cannot be written: {error}"), "choose another name"),
     };

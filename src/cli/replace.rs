@@ -1,6 +1,7 @@
 //! Decides which files `--overwrite` may replace: those of the kind that the command writes, and never the
 //! command's own input.
 
+use std::fmt::Display;
 use std::io::{self, BufRead as _, Read as _};
 use std::path::Path;
 
@@ -18,18 +19,18 @@ pub(super) enum Kind {
     Table(&'static str),
 }
 
-/// Refuses the file of an option that exists, unless it may be replaced.
+/// Refuses the place of an option where something exists, unless that may be replaced.
 pub(super) fn refuse_existing(option: &str, path: &Path, overwrite: bool) -> Result<(), Failure> {
     match !overwrite && path.symlink_metadata().is_ok() {
-        true => Err(exists(option, path)),
+        true => Err(exists(format!("{option} {}", path.display()))),
         false => Ok(()),
     }
 }
 
-/// The failure for the file of an option that exists already.
-pub(super) fn exists(option: &str, path: &Path) -> Failure {
-    let problem = format!("{option} {}: the file exists already", path.display());
-    Failure::bad_input(problem, "choose another name, or add --overwrite to replace it")
+/// The failure for an output that exists already.
+pub(super) fn exists(what: impl Display) -> Failure {
+    let help = "choose another name, or add --overwrite to replace it";
+    Failure::bad_input(format!("{what} exists already"), help)
 }
 
 /// Refuses an existing output that is `input` or of another kind.

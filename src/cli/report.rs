@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use super::plot::{TWO, width};
+use super::replace::{self, refuse_existing};
 use super::{Ended, Failure, interrupt, progress, say};
 use slipmap_format::{MapFile, StoreError};
 use slipmap_map::map::Control;
@@ -55,7 +56,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
         arguments.map.with_file_name(name)
     });
     // Checked before the work starts.
-    refuse_existing(&folder, arguments.overwrite)?;
+    refuse_existing("--out", &folder, arguments.overwrite)?;
     if folder.is_file() {
         let problem = format!("--out {}: this is a file", folder.display());
         return Err(Failure::bad_input(problem, "name a folder"));
@@ -106,14 +107,6 @@ pub(super) fn unreadable(error: &StoreError) -> Failure {
     Failure::BadInput(format!("{error}{help}"))
 }
 
-/// Refuses an output that exists, unless it may be replaced.
-pub(super) fn refuse_existing(path: &Path, overwrite: bool) -> Result<(), Failure> {
-    match !overwrite && path.symlink_metadata().is_ok() {
-        true => Err(failure(ReportError::Exists(path.to_owned()))),
-        false => Ok(()),
-    }
-}
-
 pub(super) fn existing(overwrite: bool) -> Existing {
     if overwrite { Existing::Replace } else { Existing::Refuse }
 }
@@ -146,10 +139,7 @@ pub(super) fn unwritten(path: &Path, error: &io::Error) -> Failure {
 
 pub(super) fn failure(error: ReportError) -> Failure {
     match error {
-        ReportError::Exists(path) => Failure::bad_input(
-            format!("{} exists already", path.display()),
-            "add --overwrite to replace it, or choose another place with --out",
-        ),
+        ReportError::Exists(path) => replace::exists(path.display()),
         ReportError::NoFolder { .. }
         | ReportError::NotYours { .. }
         | ReportError::Format { .. }

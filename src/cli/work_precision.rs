@@ -7,7 +7,8 @@ use std::sync::atomic::Ordering;
 use clap::Args;
 
 use super::plot::{TWO, width};
-use super::report::{existing, failure, refuse_existing};
+use super::replace::refuse_existing;
+use super::report::{existing, failure};
 use super::run::provenance;
 use super::{Ended, Failure, interrupt, progress, say};
 use slipmap_config::Job;
@@ -57,7 +58,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
         let name = arguments.config.file_stem().unwrap_or_default();
         Path::new("results").join(name)
     });
-    refuse_existing(&folder, arguments.overwrite)?;
+    refuse_existing("--out", &folder, arguments.overwrite)?;
     // Checked before minutes of work.
     if let Some(peers) = arguments.peers.as_ref().filter(|peers| !peers.is_file()) {
         let problem = format!("--peers {}: there is no such file", peers.display());

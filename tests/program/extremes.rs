@@ -165,7 +165,7 @@ fn messages_name_the_intended_key() {
     scratch.run(&["probe", "--machine", "map.toml"]).refuses(&["map.toml", "`machine` is missing"]);
     scratch.file("there.svg", "");
     let figure = [&["probe", "--V", "1", "--figure", "there.svg"], &point[..]].concat();
-    scratch.run(&figure).refuses(&["--figure there.svg: the file exists already", "--overwrite"]);
+    scratch.run(&figure).refuses(&["--figure there.svg exists already", "--overwrite"]);
 }
 
 /// Waits until the process has installed its handler of SIGTERM and sleeps.

@@ -498,7 +498,7 @@ fn a_dry_run_estimates_for_any_machine() {
     let told: serde_json::Value = serde_json::from_str(&run.out).unwrap();
     assert_eq!(told["threads"], threads);
     let run = scratch.run(&["run", "job.toml", "--threads", &many, "--dry-run"]).ends_with(0);
-    assert!(run.out.contains("such as this machine's"), "{}", run.out);
+    assert!(run.out.contains(" cores for the cells"), "{}", run.out);
     assert_eq!(scratch.names(), ["job.toml"]);
 }
 

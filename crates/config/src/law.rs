@@ -9,9 +9,9 @@ use super::units::{Match, Wanted, bracketed, compare, conversion, in_words};
 use super::{choice, nearest};
 use slipmap_map::machine::{Dimension, Motion};
 use slipmap_map::map::{AxisRole, Grid, unravel};
-use slipmap_model::point::MAX_LAW_PARAMETERS;
 use slipmap_model::friction::readings::means;
 use slipmap_model::friction::{Expression, ExpressionError, Law, Table};
+use slipmap_model::point::MAX_LAW_PARAMETERS;
 
 pub(super) const KEYS: [&str; 6] = ["law", "phi", "static", "file", "quantity", "small"];
 
@@ -96,7 +96,9 @@ pub(super) fn read(section: &Section, folder: &Path, about: About) -> Result<Law
     }
     if let (Some(law), Some(node)) = (built_in(law.name()), section.get("static")) {
         let problem = format!("friction at rest is 1 already in the law `{}`", law.name());
-        return Err(node.error(&problem, "leave it out; where friction drops as slip begins, write [grid] drop"));
+        return Err(
+            node.error(&problem, "leave it out; where friction drops as slip begins, write [grid] drop")
+        );
     }
     match section.get("small") {
         None => Ok(law),
@@ -210,11 +212,7 @@ pub struct OfMachine {
 }
 
 /// Reads a measured law as [`read_table`] does.
-fn table_of(
-    path: &Path,
-    level: Level,
-    machine: Option<OfMachine>,
-) -> Result<Table, (String, String)> {
+fn table_of(path: &Path, level: Level, machine: Option<OfMachine>) -> Result<Table, (String, String)> {
     let name = path.display();
     let fail = |problem: String, remedy: &str| Err((problem, remedy.to_owned()));
     let mut bytes = Vec::new();
@@ -323,7 +321,8 @@ pub fn table_of_text(
         && one != other
     {
         if let Level::Given(_) = level {
-            let problem = format!("{name}:{}: friction at rest is written twice: here, and as static", lines[0]);
+            let problem =
+                format!("{name}:{}: friction at rest is written twice: here, and as static", lines[0]);
             return fail(problem, "leave out static, or the larger of the two rows at slip speed 0");
         }
         let held = if one > other { 0 } else { 1 };

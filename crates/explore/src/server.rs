@@ -21,7 +21,6 @@ use tokio::sync::Semaphore;
 use tokio::task::{JoinError, JoinSet};
 
 use super::body::{JsonBody, LONGEST_BODY};
-use super::export::ExportRequest;
 use super::guard::{Names, protect};
 use super::plane::PlaneRequest;
 use super::point::PointRequest;
@@ -33,15 +32,12 @@ use super::{Start, assets, catalogue, machine, place};
 const CONNECTIONS: usize = 256;
 /// Time limit for the head of a request, after which a silent connection is closed.
 const SILENCE: Duration = Duration::from_secs(10);
-/// Time limit of an answer that the page waits for. An export has none: it is written in full, until a newer
-/// one takes its place, the user stops it or the page is closed.
+/// Time limit of an answer that the page waits for.
 const LONGEST_WORK: Duration = Duration::from_secs(20);
 /// Number of pictures computed at a time; each uses all cores.
 const PICTURES: usize = 2;
 /// Number of points and figures computed at a time.
 const POINTS: usize = 4;
-/// Number of exports computed at a time; the page keeps its own pictures and points meanwhile.
-const EXPORTS: usize = 1;
 /// Interval between two checks of the flag that ends the server.
 const LOOK: Duration = Duration::from_millis(50);
 /// Time limit of unfinished work when the server ends.
@@ -52,9 +48,7 @@ struct Shared {
     tabs: Tabs,
     pictures: Arc<Semaphore>,
     points: Arc<Semaphore>,
-    exports: Arc<Semaphore>,
     start: Start,
-    git: &'static str,
 }
 
 /// The state of all requests, as a handler receives it.
@@ -62,26 +56,24 @@ type OfPage = State<Arc<Shared>>;
 /// The answer to a request in JSON.
 type Reply = Result<Json<Value>, Refusal>;
 
-/// Serves the page of the program built from the commit `git` on `listener` until `stop` is set.
+/// Serves the page on `listener` until `stop` is set.
 ///
 /// # Errors
 /// Those of the listener, and of starting threads.
-pub fn serve(listener: TcpListener, start: Start, git: &'static str, stop: &AtomicBool) -> io::Result<()> {
+pub fn serve(listener: TcpListener, start: Start, stop: &AtomicBool) -> io::Result<()> {
     let port = listener.local_addr()?.port();
     listener.set_nonblocking(true)?;
     let shared = Arc::new(Shared {
         tabs: Tabs::default(),
         pictures: Arc::new(Semaphore::new(PICTURES)),
         points: Arc::new(Semaphore::new(POINTS)),
-        exports: Arc::new(Semaphore::new(EXPORTS)),
         start,
-        git,
     });
     let router = routes(Arc::clone(&shared))
         .layer(from_fn(answered))
         .layer(from_fn_with_state(Names::of_port(port), protect));
     let mut runtime = tokio::runtime::Builder::new_current_thread();
-    runtime.enable_io().enable_time().max_blocking_threads(PICTURES + POINTS + EXPORTS);
+    runtime.enable_io().enable_time().max_blocking_threads(PICTURES + POINTS);
     let runtime = runtime.build()?;
     let ended = runtime.block_on(async {
         let listener = tokio::net::TcpListener::from_std(listener)?;
@@ -110,7 +102,6 @@ fn routes(shared: Arc<Shared>) -> Router {
         .route("/api/point", post(point))
         .route("/api/figure", post(figure))
         .route("/api/texts", post(texts))
-        .route("/api/file", post(file))
         .fallback(|| async { Refusal::malformed("there is nothing here") })
         .layer(DefaultBodyLimit::max(LONGEST_BODY))
         .with_state(shared)
@@ -155,23 +146,17 @@ fn failed(error: &JoinError) -> Refusal {
     Refusal::broken(format!("the computation failed: {error}"))
 }
 
-/// Runs the work of a request as [`to_the_end`], within the time limit.
+/// Runs the work of a request on its own thread until it is superseded, within the time limit. Work that
+/// cannot stop at once keeps its permit, so that a lane never runs more work than it has permits.
 async fn carry_out<T: Send + 'static>(
     lane: &Arc<Semaphore>,
     ticket: Ticket,
     work: impl FnOnce(&AtomicBool) -> Result<T, Refusal> + Send + 'static,
 ) -> Result<T, Refusal> {
-    within(LONGEST_WORK, to_the_end(lane, ticket, work)).await
+    let answer = tokio::time::timeout(LONGEST_WORK, to_the_end(lane, ticket, work)).await;
+    answer.unwrap_or_else(|_| Err(Refusal::out_of_time(LONGEST_WORK.as_secs())))
 }
 
-/// Refuses what takes longer than the limit.
-async fn within<T>(limit: Duration, answer: impl Future<Output = Result<T, Refusal>>) -> Result<T, Refusal> {
-    let answer = tokio::time::timeout(limit, answer).await;
-    answer.unwrap_or_else(|_| Err(Refusal::out_of_time(limit.as_secs())))
-}
-
-/// Runs the work of a request on its own thread until it is superseded. Work that cannot stop at once keeps
-/// its permit, so that a lane never runs more work than it has permits.
 async fn to_the_end<T: Send + 'static>(
     lane: &Arc<Semaphore>,
     ticket: Ticket,
@@ -261,18 +246,9 @@ async fn figure(State(shared): OfPage, JsonBody(request): JsonBody<PointRequest>
     carry_out(&shared.points, ticket, move |stop| request.figure(stop)).await.map(Json)
 }
 
-async fn texts(State(shared): OfPage, JsonBody(request): JsonBody<ExportRequest>) -> Reply {
-    let ticket = shared.tabs.take(&request.plane.turn, "texts")?;
+async fn texts(State(shared): OfPage, JsonBody(request): JsonBody<PlaneRequest>) -> Reply {
+    let ticket = shared.tabs.take(&request.turn, "texts")?;
     carry_out(&shared.points, ticket, move |_| request.texts()).await.map(Json)
-}
-
-async fn file(
-    State(shared): OfPage,
-    JsonBody(request): JsonBody<ExportRequest>,
-) -> Result<Response, Refusal> {
-    let (ticket, git) = (shared.tabs.take(&request.plane.turn, "file")?, shared.git);
-    let (kind, bytes) = to_the_end(&shared.exports, ticket, move |stop| request.file(git, stop)).await?;
-    Ok(([(CONTENT_TYPE, kind)], bytes).into_response())
 }
 
 #[cfg(test)]
@@ -280,29 +256,6 @@ mod tests {
     use std::sync::mpsc::channel;
 
     use super::*;
-
-    #[test]
-    fn an_export_is_finished_where_an_answer_to_the_page_is_late() {
-        let runtime = tokio::runtime::Builder::new_current_thread().enable_time().build().unwrap();
-        let answer = |number: u64, limit: Option<Duration>| {
-            runtime.block_on(async {
-                let turn = serde_json::from_value(json!({ "tab": "tab", "number": number })).unwrap();
-                let ticket = Tabs::default().take(&turn, "file").unwrap();
-                let lane = Arc::new(Semaphore::new(EXPORTS));
-                let work = |_: &AtomicBool| {
-                    std::thread::sleep(Duration::from_millis(200));
-                    Ok(())
-                };
-                let export = to_the_end(&lane, ticket, work);
-                match limit {
-                    Some(limit) => within(limit, export).await,
-                    None => export.await,
-                }
-            })
-        };
-        assert!(answer(1, Some(Duration::from_millis(10))).unwrap_err().is_out_of_time());
-        assert_eq!(answer(2, None), Ok(()));
-    }
 
     #[test]
     fn what_panics_is_answered() {

@@ -1,6 +1,7 @@
 //! Axes: scales and ticks.
 
 use super::scene::{Stroke, text_width};
+use super::style;
 use super::text::Rich;
 use slipmap_numbers::spacing::is_logarithmic;
 
@@ -10,7 +11,7 @@ pub const SMALL_TEXT: f64 = 7.0;
 pub const TEXT: f64 = 8.0;
 
 /// Lines of frames and ticks.
-pub const AXIS: Stroke = Stroke::solid("#000000", 0.6);
+pub const AXIS: Stroke = Stroke::solid(style::BLACK, 0.6);
 
 /// Length of a tick, inward.
 const TICK: f64 = 3.0;

@@ -31,7 +31,7 @@ pub use slipmap_figure::csv::{csv_text, is_formula};
 pub use slipmap_figure::text::{Rich, rich};
 pub use table::{Cell, Table};
 pub use units::View;
-pub use units::{Label, UnitSystem, join};
+pub use units::{Label, UnitSystem};
 pub use verdicts::{Confusion, Verdicts};
 pub use write::{ReportOptions, write};
 pub use write::{write_figure, write_file};

@@ -9,10 +9,10 @@
 //! | crossing | `crossing::reach` less 2 (2 - j) | it sticks after one crossing, or crosses for ever |
 //! | fold | C - eps c at the extreme of the backbone C(r) that is nearest to eps c | two slip cycles meet and vanish |
 
+use super::Failure;
 use super::backbone::Backbone;
 use super::continuation::{Branch, TestValue, zero_curves};
 use super::crossing::{beyond_landing, reach};
-use super::Failure;
 use super::flow;
 use super::return_map::{Turn, turn_of};
 use slipmap_model::filippov::{HopfRate, Oscillator};
@@ -57,10 +57,12 @@ impl Bifurcation {
                 let beyond = beyond_landing(oscillator, tolerance)?;
                 Ok(beyond.unwrap_or(-oscillator.fastest_sticking()))
             }),
-            Bifurcation::Landing => with_error(tolerance, |tolerance| Ok(reach(oscillator, 0.0, tolerance)? - fastest)),
-            Bifurcation::Crossing => with_error(tolerance, |tolerance| {
-                Ok(reach(oscillator, 0.0, tolerance)? - 2.0 * fastest)
-            }),
+            Bifurcation::Landing => {
+                with_error(tolerance, |tolerance| Ok(reach(oscillator, 0.0, tolerance)? - fastest))
+            }
+            Bifurcation::Crossing => {
+                with_error(tolerance, |tolerance| Ok(reach(oscillator, 0.0, tolerance)? - 2.0 * fastest))
+            }
             // There is at most one slip cycle (see `weakening_is_convex`), so none can meet.
             Bifurcation::Fold if oscillator.curve.weakening_is_convex() => None,
             // For planes without the damping; in planes with it the extremes are followed (`folds`).

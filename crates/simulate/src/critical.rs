@@ -9,8 +9,8 @@ use std::f64::consts::TAU;
 use super::closed_orbit::{self, Lap};
 use super::closing::{Amplitude, closing_dampings};
 use super::polar::{Closing, Turn};
-use super::work::Work;
 use super::return_map::{UNRESOLVED, decisive_turn};
+use super::work::Work;
 use super::{Fate, Landing, exit_orbit, flow};
 use slipmap_model::filippov::{HopfRate, Oscillator};
 use slipmap_model::friction::Column;
@@ -94,8 +94,9 @@ pub fn critical_dampings(
 
 fn with_or_without_drop(column: &Column, tolerance: f64) -> Result<CriticalDamping, NoCriticalDamping> {
     match column.curve.drop() > 0.0 {
-        true => by_turns_from_exit(column, tolerance)
-            .or_else(|rhs| search(column, tolerance, rhs, Wanted::Legal)),
+        true => {
+            by_turns_from_exit(column, tolerance).or_else(|rhs| search(column, tolerance, rhs, Wanted::Legal))
+        }
         false => critical_damping(column, tolerance),
     }
 }

@@ -1,12 +1,11 @@
-// Exports of the page: texts to copy, files to save, one page that needs no program, and the link.
+// Exports of the page: texts to copy, one page that needs no program, and the link.
 
 import { element } from "./elements.js";
-import { file, post } from "./server.js";
+import { post } from "./server.js";
 import { place } from "./state.js";
 
-// Cells along each axis of an exported map or figure.
+// Cells along each axis of an exported configuration.
 const USUAL = 256;
-const FILES = [["svg", "Figure, SVG"], ["png", "Figure, PNG"], ["pdf", "Figure, PDF"], ["csv", "Cells, CSV"], ["h5", "Map, HDF5"]];
 // Styles that differ in the saved page: it scrolls, and its plane is in the normal flow.
 const ALONE = `html, body { height: auto; overflow: visible; } body { display: block; max-width: 70rem; margin: auto; padding: 1rem; }
 #overlay { position: static; display: block; height: auto; cursor: auto; touch-action: auto; }
@@ -43,16 +42,14 @@ export class Leave {
     });
     this.problem = element("p", { class: "problem", role: "alert" });
     this.texts = element("div");
-    this.progress = element("p", { class: "hint", role: "status", id: "export-progress" });
-    const files = FILES.map(([ending, words]) => element("button", { type: "button", "data-file": ending, onclick: () => this.keep(ending) }, words));
     const page = element("button", { type: "button", "data-file": "html", onclick: () => this.keep_page() }, "This page, HTML");
     const link = element("input", { readonly: true, value: location.href, "aria-label": "link to this state", id: "link" });
     link.addEventListener("focus", () => link.select());
     this.box.replaceChildren(
       element("h3", {}, "Link"), element("div", { class: "copied" }, link, this.copier(() => location.href, "Copy the link")),
-      element("h3", {}, "Files"), element("label", { class: "field" }, "cells along each axis", cells),
-      element("div", { class: "files" }, ...files, page), this.progress, this.problem,
-      this.texts,
+      element("h3", {}, "As it is"), page,
+      element("h3", {}, "As a map and as figures"), element("label", { class: "field" }, "cells along each axis", cells),
+      this.problem, this.texts,
     );
     await this.tell();
   }
@@ -73,47 +70,20 @@ export class Leave {
 
   async tell() {
     try {
-      const { command, toml, python, table } = await post("/api/texts", this.body());
+      const { command, commands, toml, python, table } = await post("/api/texts", this.body());
       const block = (title, text) => element("section", {},
         element("div", { class: "title" }, element("h3", {}, title), this.copier(() => text, `Copy: ${title}`)),
         element("pre", { tabindex: "0", "aria-label": title }, text));
       this.texts.replaceChildren(
         block("Command for the point", command),
         block("Configuration, plane.toml", toml),
-        block("Python", python),
         ...(table ? [block("Table, friction.csv", table)] : []),
+        block("Commands for the map and its figure", commands),
+        block("Python", python),
       );
       this.complain(null);
     } catch (problem) {
       this.complain(problem);
-    }
-  }
-
-  // Computes and saves a file. However long it takes, it is finished, unless it is stopped or another is
-  // wanted.
-  async keep(ending) {
-    this.stop?.abort();
-    const stop = (this.stop = new AbortController());
-    const { progress, cells } = this;
-    const name = `plane.${ending}`;
-    const start = Date.now();
-    const words = element("span");
-    const tell = () => (words.textContent = `Computing ${cells} x ${cells} cells for ${name}: ${Math.round((Date.now() - start) / 1000)} s. It is saved when it is done. `);
-    tell();
-    progress.replaceChildren(words, element("button", { type: "button", "data-stop": ending, onclick: () => stop.abort() }, "Stop"));
-    const clock = setInterval(tell, 1000);
-    let said = "";
-    try {
-      save(await file({ ...this.body(), file: ending }, stop.signal), name);
-      said = `${name} is saved.`;
-      this.complain(null);
-    } catch (problem) {
-      said = stop.signal.aborted ? `${name} was stopped.` : "";
-      this.complain(problem);
-    } finally {
-      clearInterval(clock);
-      // A newer export tells its own progress.
-      if (this.stop === stop) progress.replaceChildren(said);
     }
   }
 

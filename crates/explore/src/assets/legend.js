@@ -1,7 +1,7 @@
 // The legend of the picture: kinds that it shows, or the colour scale, and the curves over it.
 
 import { element, shape, short } from "./elements.js";
-import { bar, colours, swatch } from "./paint.js";
+import { NO_NUMBER, bar, colours, swatch } from "./paint.js";
 
 export function legend(box, picture, curves, catalogue) {
   const keys = [];
@@ -21,7 +21,7 @@ export function legend(box, picture, curves, catalogue) {
     }
     if (picture.cells.some(Number.isNaN)) {
       const canvas = element("canvas", { width: 26, height: 15, "aria-hidden": "true" });
-      swatch(canvas, { code: 0, ground: "#ffffff", hatch: "rising", ink: "#b4b4b4" });
+      swatch(canvas, NO_NUMBER);
       keys.push(element("span", { class: "key" }, canvas, "no number"));
     }
   }

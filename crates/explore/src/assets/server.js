@@ -21,7 +21,6 @@ async function send(path, options) {
   try {
     response = await fetch(path, options);
   } catch {
-    if (options?.signal?.aborted) throw new Problem({ problem: "stopped" }, 204);
     if (!lost) {
       lost = true;
       dispatchEvent(new Event("server-gone"));
@@ -46,17 +45,14 @@ async function look() {
   }
 }
 
-function ask(path, body, name = tab, signal = undefined) {
+function ask(path, body, name = tab) {
   number += 1;
   const text = JSON.stringify({ ...body, turn: { tab: name, number } });
-  return send(path, { method: "POST", headers: { "content-type": "application/json" }, body: text, signal });
+  return send(path, { method: "POST", headers: { "content-type": "application/json" }, body: text });
 }
 
 export const get = (path) => send(path).then((response) => response.json());
 export const post = (path, body) => ask(path, body).then((response) => response.json());
-
-// A file of the plane. It has no time limit; `signal` may stop it.
-export const file = (body, signal) => ask("/api/file", body, tab, signal).then((response) => response.blob());
 
 // A picture: its description with the cells, codes or numbers, line by line from the lowest.
 export async function picture(body, name) {

@@ -69,13 +69,15 @@ impl Probe {
                 error,
             }),
             attracting_cycle: answer.cycle,
-            basin_boundary: answer.basin.map(|map::BasinBoundary { cycle, kick, separates, .. }| BasinBoundary {
-                separates: separates.map(Neighbour::name),
-                cycle: cycle.map(|cycle| StabilityResult {
-                    separates: Some(separates.map(Neighbour::name)),
-                    ..cycle.into()
-                }),
-                kick,
+            basin_boundary: answer.basin.map(|map::BasinBoundary { cycle, kick, separates, .. }| {
+                BasinBoundary {
+                    separates: separates.map(Neighbour::name),
+                    cycle: cycle.map(|cycle| StabilityResult {
+                        separates: Some(separates.map(Neighbour::name)),
+                        ..cycle.into()
+                    }),
+                    kick,
+                }
             }),
             cycles,
             machine: None,

@@ -129,8 +129,12 @@ pub struct Dropping {
 }
 
 /// The drop of a law: friction at rest less friction at the onset of slip.
-const DROP: Parameter =
-    Parameter { name: "drop", long_name: "drop of friction as slip begins", min: 0.0, max: 1.0 - f64::EPSILON };
+const DROP: Parameter = Parameter {
+    name: "drop",
+    long_name: "drop of friction as slip begins",
+    min: 0.0,
+    max: 1.0 - f64::EPSILON,
+};
 
 /// A law as written, without the reading as `1 + eps F(u)`.
 enum Written<'a> {

@@ -146,7 +146,8 @@ impl Table {
         }
         let phi: Vec<f64> = data.iter().map(|(_, phi)| phi / static_level).collect();
         if may_drop && !(phi[0] > 0.0 && phi[0] <= 1.0 + STATIC_SLACK) {
-            let problem = format!("friction in slip begins at {}, and at rest it is {static_level}", data[0].1);
+            let problem =
+                format!("friction in slip begins at {}, and at rest it is {static_level}", data[0].1);
             let remedy = "friction in slip begins above 0 and at most at the friction at rest: raise static";
             return error(Some(0), problem, remedy);
         }

@@ -51,7 +51,7 @@ impl Area<'_> {
 }
 
 /// Colours for cells without a number.
-const NO_NUMBER: Fill = Fill::hatched(style::WHITE, Hatch::Rising, "#b4b4b4");
+const NO_NUMBER: Fill = palette::UNDECIDED;
 /// Number of steps of a colour scale: more cannot be distinguished, and equal neighbours become one
 /// rectangle.
 const COLOURS: f64 = 128.0;

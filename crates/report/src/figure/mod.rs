@@ -1,6 +1,6 @@
 //! Figures, one file each: every figure is a function from data to a `Scene`.
 
-pub mod area;
+pub(crate) mod area;
 pub mod bifurcations;
 pub(crate) mod critical;
 pub(crate) mod curve_planes;
@@ -20,8 +20,8 @@ pub mod work_precision;
 pub use diagram::{DiagramPlot, diagram};
 pub use orbit::{OrbitPlot, orbit_figure};
 pub use plot::{Plot, plot};
+pub use slice::ChoiceError;
 pub(super) use slice::picks;
-pub use slice::{ChoiceError, Slice};
 pub use slipmap_figure::data::Data;
 pub use slipmap_figure::scene::{Scene, Width};
 

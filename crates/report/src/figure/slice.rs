@@ -153,22 +153,6 @@ impl<'a> Slice<'a> {
         Self { view, x, y, index }
     }
 
-    /// The slice along the axes of these names. Other axes are fixed at the node nearest to the value given
-    /// for them, or else at their middle node.
-    pub fn choose(
-        view: &'a View<'a>,
-        x: &str,
-        y: &str,
-        at: &[(String, f64)],
-    ) -> Result<(Self, Vec<Held>), ChoiceError> {
-        let (x, y) = (find_axis(view, x)?, find_axis(view, y)?);
-        if x == y {
-            return Err(ChoiceError::SameAxis(view.map.grid().axes()[x].name.clone()));
-        }
-        let (index, held) = hold(view, &[x, y], at)?;
-        Ok((Self::new(view, x, y, index), held))
-    }
-
     pub(crate) fn law(&self) -> &Law {
         self.view.map.grid().law()
     }
