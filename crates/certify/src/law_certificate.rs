@@ -93,8 +93,7 @@ impl LawCertificate {
     /// Proves every claim again.
     pub fn check(&self) -> Checked {
         let mut problems = self.other_statement();
-        let law = Law::from_definition(&self.law, &self.law_definition)
-            .filter(|law| law.definition() == self.law_definition && law.is_enclosed_over_boxes());
+        let law = Law::from_definition(&self.law, &self.law_definition).filter(Law::is_enclosed_over_boxes);
         let law = match law {
             Some(law) if axes(&law) == self.axes && law.admits_box(&self.domain) => law,
             other => {

@@ -1,10 +1,5 @@
-//! Proved shares of the volume of a box of parameters, summed over its parts: what proofs over boxes of any
-//! law have in common.
-//!
-//! Over a part, c* lies between two functions of the parameters other than c. A point of the part is proved
-//! present where c is below the lower one and at or above a damping from which on the landing is proved for
-//! the whole part, and proved absent where c is above the upper one. So the shares follow from means of the
-//! two functions, cut off at the ends of ranges of c.
+//! Proved shares of the volume of a box of parameters, as stated in [`super::boxes`], summed over its parts, in
+//! each of which c* lies between two functions of the parameters other than c.
 
 use super::landing_speed::{Divergence, Flow};
 use super::least_proved;
