@@ -12,6 +12,7 @@ use super::probe_table::About;
 use super::replace::{self, Kind};
 use super::report::{existing, failure};
 use super::{Ended, Failure, WRITTEN_BY, probe_table, proof};
+use slipmap_certify::certificate::Format as _;
 use slipmap_certify::point_certificate::PointCertificate;
 use slipmap_certify::slip_count::{SlipCount, proves_absence};
 use slipmap_config::{check_tolerance, load_machine};

@@ -9,7 +9,7 @@ use super::output::{checked, count, exact, number_of, short, without_control_cha
 use super::replace;
 use super::report::{existing, unwritten};
 use super::{Ended, Failure, WRITTEN_BY};
-use slipmap_certify::certificate::{Certificate, Checked, NoCertificate, Subject};
+use slipmap_certify::certificate::{Certificate, Checked, Format as _, NoCertificate, Subject};
 use slipmap_certify::law_certificate::LawCertificate;
 use slipmap_certify::point_certificate::PointCertificate;
 use slipmap_certify::validated::tile::GroupBox;

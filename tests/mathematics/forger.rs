@@ -6,7 +6,7 @@
 use proptest::prelude::*;
 use proptest::sample::Index;
 use serde_json::{Value, json};
-use slipmap::certify::certificate::Certificate;
+use slipmap::certify::certificate::{Certificate, Format as _};
 use slipmap::certify::validated::surface::Surface;
 use slipmap::certify::validated::tile::GroupBox;
 use slipmap::friction::Law;

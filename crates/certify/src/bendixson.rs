@@ -47,6 +47,10 @@ const EVALUATIONS: u32 = 40;
 /// Relative distance to the fixed point at which the search stops.
 const SHARPNESS: f64 = 1e-9;
 
+/// Largest slope of the map with which a secant is drawn. At slope 1 the secant has no root; below it, what the
+/// search certifies does not depend on this number.
+const STEEPEST: f64 = 0.9;
+
 fn claim(column: &Column) -> Claim {
     claims(&Columns::new(std::slice::from_ref(column)))[0]
 }
@@ -127,7 +131,7 @@ impl Search {
             }
         } else if self.certified.is_none() {
             if let Some((c_before, image_before)) = self.previous {
-                self.slope = ((image_before - image) / (c_before - c)).clamp(0.0, 0.9);
+                self.slope = ((image_before - image) / (c_before - c)).clamp(0.0, STEEPEST);
             }
             self.previous = Some((c, image));
             let root = c - (c - image) / (1.0 - self.slope) - c * (0.5 * SHARPNESS);

@@ -1,7 +1,7 @@
 //! Certificates of the universal surface C*(A, k, b): JSON text that is verified by another
 //! argument than its proof.
 //!
-//! A certificate may come from anybody, so it proves nothing until it is checked. [`Certificate::parse`]
+//! A certificate may come from anybody, so it proves nothing until it is checked. [`Format::parse`]
 //! accepts only the keys of the format, with finite numbers; [`Certificate::check`] proves every claim again
 //! by [`super::recheck`] and compares the statement with that of the format. `written_by` and `run` record
 //! where a certificate comes from and are not verified.
@@ -11,6 +11,7 @@
 //! and spaces.
 
 use rayon::prelude::*;
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use super::recheck::{self, divides};
@@ -20,15 +21,8 @@ use list::List;
 
 pub(super) mod list;
 
-const FORMAT: &str = "slipmap proof 1";
 /// First bytes of every certificate that this program writes, in any version of the format.
 const BEGINNING: &str = "{\"format\":\"slipmap proof ";
-/// The statement of every certificate.
-const STATEMENT: &str = "With v' = w, w' = -v + D w, D = -C + A/(1 + k s)^2 - 2 b s, s = 1 - v, the orbit from (1, 0) \
-    comes back to v = 1 (or runs away) for C < C* and not for C > C*. In the domain of each tile |C* - sum of viscous[m] \
-    T_i T_j T_l| <= radius, m = i + 3 (j + 9 l), T Chebyshev polynomials of A, k, b scaled to [-1, 1] over the domain. \
-    Integers are multiples of unit; zeros at the end of a list are left out. Cosines and sines are the witness, see the \
-    documentation of slipmap::certify::recheck. In the boxes `open` nothing is claimed.";
 /// From here on different integers are the same f64; no coefficient is that large.
 const BEYOND: f64 = (1_u64 << 53) as f64;
 
@@ -36,6 +30,45 @@ const BEYOND: f64 = (1_u64 << 53) as f64;
 pub(super) const MOST_BOXES: usize = 1 << 20;
 /// Largest number of harmonics of a witness.
 const MOST_HARMONICS: usize = 512;
+
+/// The JSON text of certificates about one subject.
+pub trait Format: Serialize + DeserializeOwned {
+    /// Its name, with its version.
+    const NAME: &'static str;
+    /// The statement of every certificate.
+    const STATEMENT: &'static str;
+
+    /// The name and the statement that a certificate has.
+    fn head(&self) -> [&str; 2];
+
+    /// Parses a certificate without verifying its claims.
+    ///
+    /// # Errors
+    /// [`NoCertificate`].
+    fn parse(text: &str) -> Result<Self, NoCertificate> {
+        let read: Self = serde_json::from_str(text)?;
+        let [name, _] = read.head();
+        match name == Self::NAME {
+            true => Ok(read),
+            false => Err(NoCertificate::OtherFormat(name.into())),
+        }
+    }
+
+    /// Its JSON text, with one line per tile so that differences can be read.
+    ///
+    /// # Errors
+    /// None is known: the numbers of a certificate are finite.
+    fn text(&self) -> serde_json::Result<String> {
+        Ok(serde_json::to_string(self)?.replace("{\"domain\"", "\n{\"domain\"") + "\n")
+    }
+
+    /// The problem of a certificate with another statement.
+    fn other_statement(&self) -> Vec<String> {
+        let [_, statement] = self.head();
+        let problem = "its statement is not the one that this format proves";
+        if statement == Self::STATEMENT { Vec::new() } else { vec![problem.into()] }
+    }
+}
 
 /// What a certificate is about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -139,23 +172,39 @@ pub struct Checked {
 }
 
 impl Checked {
-    /// The result for tiles that claim these `radii`, in a `domain` with `open` boxes.
-    pub(super) fn new<Box: AsRef<[[f64; 2]]>>(
-        radii: impl ExactSizeIterator<Item = f64>,
-        confirmed: usize,
-        domain: impl AsRef<[[f64; 2]]>,
+    /// The result where no tile can be proved again.
+    pub(super) fn nothing(tiles: usize, problems: Vec<String>) -> Self {
+        Self { tiles, confirmed: 0, largest_radius: f64::INFINITY, open_share: 1.0, problems }
+    }
+
+    /// Verifies that `tiles`, each with its box and its radius, and the boxes `open` divide `domain`, and that
+    /// no tile has a doubt, which is worded to follow its number.
+    pub(super) fn tiles<T: Sync, Box: AsRef<[[f64; 2]]>>(
+        mut problems: Vec<String>,
+        domain: &[[f64; 2]],
+        tiles: &[T],
+        stated: impl Fn(&T) -> (Box, f64),
         open: impl Iterator<Item = Box>,
-        problems: Vec<String>,
+        doubt: impl Fn(&T) -> Option<String> + Send + Sync,
     ) -> Self {
-        let share = |one: Box| -> f64 {
-            let wide = one.as_ref().iter().zip(domain.as_ref()).filter(|(_, [lo, hi])| hi > lo);
+        let (mut boxes, radii): (Vec<Box>, Vec<f64>) = tiles.iter().map(stated).unzip();
+        boxes.extend(open);
+        if let Err(fault) = divides(domain, &boxes) {
+            problems.push(format!("tiles (counted first) and open boxes do not divide the domain: {fault}"));
+        }
+        let doubts: Vec<Option<String>> = tiles.par_iter().map(doubt).collect();
+        let confirmed = doubts.iter().filter(|doubt| doubt.is_none()).count();
+        let numbered = (1..).zip(doubts).filter_map(|(i, doubt)| Some(format!("tile {i} {}", doubt?)));
+        problems.extend(numbered);
+        let share = |one: &Box| -> f64 {
+            let wide = one.as_ref().iter().zip(domain).filter(|(_, [lo, hi])| hi > lo);
             wide.map(|([lo, hi], [from, to])| (hi - lo) / (to - from)).product()
         };
         Self {
-            tiles: radii.len(),
+            tiles: tiles.len(),
             confirmed,
-            largest_radius: radii.fold(0.0, f64::max),
-            open_share: open.map(share).fold(0.0, |sum, share| sum + share),
+            largest_radius: radii.into_iter().fold(0.0, f64::max),
+            open_share: boxes[tiles.len()..].iter().map(share).fold(0.0, |sum, share| sum + share),
             problems,
         }
     }
@@ -168,13 +217,21 @@ pub enum NoCertificate {
     #[error("is not a proof: {0}")]
     Malformed(#[from] serde_json::Error),
     /// The certificate has another version of the format.
-    #[error("is a proof of another format: {format}, unit {unit:e}")]
-    OtherFormat {
-        /// The format that it names.
-        format: String,
-        /// Its unit.
-        unit: f64,
-    },
+    #[error("is a proof of another format: {0}")]
+    OtherFormat(String),
+}
+
+impl Format for Certificate {
+    const NAME: &'static str = "slipmap proof 1";
+    const STATEMENT: &'static str = "With v' = w, w' = -v + D w, D = -C + A/(1 + k s)^2 - 2 b s, s = 1 - v, the orbit \
+        from (1, 0) comes back to v = 1 (or runs away) for C < C* and not for C > C*. In the domain of each tile \
+        |C* - sum of viscous[m] T_i T_j T_l| <= radius, m = i + 3 (j + 9 l), T Chebyshev polynomials of A, k, b scaled to \
+        [-1, 1] over the domain. Integers are multiples of unit; zeros at the end of a list are left out. Cosines and \
+        sines are the witness, see the documentation of slipmap::certify::recheck. In the boxes `open` nothing is claimed.";
+
+    fn head(&self) -> [&str; 2] {
+        [&self.format, &self.statement]
+    }
 }
 
 impl Certificate {
@@ -182,8 +239,8 @@ impl Certificate {
     #[must_use]
     pub fn of(surface: &Surface, written_by: &str, run: &str) -> Self {
         Self {
-            format: FORMAT.into(),
-            statement: STATEMENT.into(),
+            format: Self::NAME.into(),
+            statement: Self::STATEMENT.into(),
             written_by: written_by.into(),
             run: Some(run.into()),
             unit: UNIT,
@@ -193,53 +250,16 @@ impl Certificate {
         }
     }
 
-    /// Parses a certificate without verifying its claims.
-    ///
-    /// # Errors
-    /// [`NoCertificate`].
-    pub fn parse(text: &str) -> Result<Self, NoCertificate> {
-        let read: Self = serde_json::from_str(text)?;
-        if read.format != FORMAT || read.unit != UNIT {
-            return Err(NoCertificate::OtherFormat { format: read.format, unit: read.unit });
-        }
-        Ok(read)
-    }
-
-    /// Its JSON text, with one line per tile so that differences can be read.
-    ///
-    /// # Errors
-    /// None is known: the numbers of a surface are finite.
-    pub fn text(&self) -> serde_json::Result<String> {
-        Ok(serde_json::to_string(self)?.replace("{\"domain\"", "\n{\"domain\"") + "\n")
-    }
-
     /// Verifies every claim, by [`super::recheck`].
     #[must_use]
     pub fn check(&self) -> Checked {
-        let mut problems = Vec::new();
-        if self.statement != STATEMENT {
-            problems.push("its statement is not the one that this format proves".into());
+        let mut problems = self.other_statement();
+        if self.unit != UNIT {
+            problems.push(format!("its unit is {:e}, not {UNIT:e}", self.unit));
         }
-        let boxes = self.tiles.iter().map(|tile| &tile.domain).chain(self.open.iter());
-        let boxes: Vec<_> = boxes.map(GroupBox::ranges).collect();
-        if let Err(fault) = divides(&self.domain.ranges(), &boxes) {
-            problems.push(format!("tiles (counted first) and open boxes do not divide the domain: {fault}"));
-        }
-        let found: Vec<Option<String>> = self.tiles.par_iter().map(StoredTile::doubt).collect();
-        let confirmed = found.iter().filter(|doubt| doubt.is_none()).count();
-        for (i, (doubt, tile)) in found.into_iter().zip(self.tiles.iter()).enumerate() {
-            let GroupBox { a, k, b } = tile.domain;
-            problems.extend(doubt.map(|doubt| {
-                format!(
-                    "tile {} (A {a:?}, k {k:?}, b {b:?}) claims a radius of {:e}: {doubt}",
-                    i + 1,
-                    tile.radius
-                )
-            }));
-        }
-        let radii = self.tiles.iter().map(|tile| tile.radius);
+        let stated = |tile: &StoredTile| (tile.domain.ranges(), tile.radius);
         let open = self.open.iter().map(GroupBox::ranges);
-        Checked::new(radii, confirmed, self.domain.ranges(), open, problems)
+        Checked::tiles(problems, &self.domain.ranges(), &self.tiles, stated, open, StoredTile::doubt)
     }
 }
 
@@ -260,7 +280,9 @@ impl StoredTile {
 
     /// The reason why its claim is not confirmed; `None` if it is.
     fn doubt(&self) -> Option<String> {
-        recheck::verify(&self.tile()).err().map(|doubt| doubt.to_string())
+        let GroupBox { a, k, b } = self.domain;
+        let doubt = recheck::verify(&self.tile()).err()?;
+        Some(format!("(A {a:?}, k {k:?}, b {b:?}) claims a radius of {:e}: {doubt}", self.radius))
     }
 
     /// The tile.

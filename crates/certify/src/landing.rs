@@ -38,6 +38,10 @@ const REFINEMENTS: [u32; 3] = [2, 8, 48];
 /// Share of the interval searched to which `sticks_from` is located.
 const SHARPNESS: f64 = 1.0 / 1024.0;
 
+/// Distance of a trial from the ends of the interval and from the root of the secant, as a share of the sharpness:
+/// below one half, so that trials on both sides of the root end the search.
+const APART: f64 = 0.4;
+
 /// Largest number of dampings tried; four to six are usual.
 const MOST_TRIALS: u32 = 30;
 
@@ -80,8 +84,8 @@ pub fn sticks_from(column: &Column, present_below: f64) -> f64 {
         }
         // A secant, a little beyond the root so that both ends move; a bisection where the bound is infinite.
         let root = failed + above / (above - below) * (verified - failed);
-        let trial = if root.is_nan() { 0.5 * (failed + verified) } else { root + 0.4 * sharpness };
-        let trial = trial.clamp(failed + 0.4 * sharpness, verified - 0.4 * sharpness);
+        let trial = if root.is_nan() { 0.5 * (failed + verified) } else { root + APART * sharpness };
+        let trial = trial.clamp(failed + APART * sharpness, verified - APART * sharpness);
         let found = excess(trial);
         // The value at the other end counts half, so that this end does not stay (Illinois).
         if found < 0.0 {

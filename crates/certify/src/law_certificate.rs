@@ -4,25 +4,15 @@
 //! [`LawCertificate::check`] trusts nothing: it compares the statement with that of the format, rebuilds the
 //! law from its definition, checks that the boxes divide the domain, and proves every claim again.
 
-use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::certificate::list::List;
-use super::certificate::{Checked, MOST_BOXES, NoCertificate};
-use super::recheck::divides;
+use super::certificate::{Checked, Format, MOST_BOXES};
 use super::validated::barrier::Tile;
 use super::validated::law_boxes::LawProof;
 use slipmap_model::friction::Law;
 use slipmap_model::point::{LawParameters, MAX_LAW_PARAMETERS};
 use slipmap_numbers::interval::Interval;
-
-const FORMAT: &str = "slipmap proof of a law 1";
-/// The statement of every certificate.
-const STATEMENT: &str = "With x1' = x2, x2' = -x1 - epsilon c x2 - sign(x2 - V) phi(|x2 - V|) and the friction law phi \
-    of the given name and definition, the orbit from the exit point (1 - epsilon c V, V) comes back to the belt line (or runs \
-    away) for epsilon c < C* and not for epsilon c > C*. For all epsilon, parameters of the law and V in the domain of a tile \
-    at which phi(0) is 1 up to rounding, which a constant takes out, |C* - (viscous + sum of slopes[i] z[i])| <= radius, z[i] running from -1 to 1 along axis i of the \
-    domain. In the boxes `open` nothing is claimed.";
 
 /// A certificate that has been parsed but not verified.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -63,6 +53,20 @@ fn axes(law: &Law) -> List<String, MOST_AXES> {
     std::iter::once("epsilon").chain(own).chain(["V"]).map(str::to_owned).collect()
 }
 
+impl Format for LawCertificate {
+    const NAME: &'static str = "slipmap proof of a law 1";
+    const STATEMENT: &'static str = "With x1' = x2, x2' = -x1 - epsilon c x2 - sign(x2 - V) phi(|x2 - V|) and the \
+        friction law phi of the given name and definition, the orbit from the exit point (1 - epsilon c V, V) comes back to \
+        the belt line (or runs away) for epsilon c < C* and not for epsilon c > C*. For all epsilon, parameters of the law \
+        and V in the domain of a tile at which phi(0) is 1 up to rounding, which a constant takes out, \
+        |C* - (viscous + sum of slopes[i] z[i])| <= radius, z[i] running from -1 to 1 along axis i of the domain. In the \
+        boxes `open` nothing is claimed.";
+
+    fn head(&self) -> [&str; 2] {
+        [&self.format, &self.statement]
+    }
+}
+
 impl LawCertificate {
     /// The certificate of a proof, written by this program in the run that `run` identifies.
     pub fn of(proof: &LawProof, written_by: &str, run: &str) -> Self {
@@ -73,8 +77,8 @@ impl LawCertificate {
             radius: tile.radius,
         };
         Self {
-            format: FORMAT.into(),
-            statement: STATEMENT.into(),
+            format: Self::NAME.into(),
+            statement: Self::STATEMENT.into(),
             written_by: written_by.into(),
             run: run.into(),
             law: proof.law.name().into(),
@@ -86,66 +90,32 @@ impl LawCertificate {
         }
     }
 
-    /// Parses a certificate without verifying its claims.
-    ///
-    /// # Errors
-    /// [`NoCertificate`].
-    pub fn parse(text: &str) -> Result<Self, NoCertificate> {
-        let read: Self = serde_json::from_str(text)?;
-        match read.format == FORMAT {
-            true => Ok(read),
-            false => Err(NoCertificate::OtherFormat { format: read.format, unit: 1.0 }),
-        }
-    }
-
-    /// Its JSON text, with one line per tile.
-    ///
-    /// # Errors
-    /// None is known: the numbers of a proof are finite.
-    pub fn text(&self) -> serde_json::Result<String> {
-        Ok(serde_json::to_string(self)?.replace("{\"domain\"", "\n{\"domain\"") + "\n")
-    }
-
     /// Proves every claim again.
     pub fn check(&self) -> Checked {
-        let mut problems = Vec::new();
-        if self.statement != STATEMENT {
-            problems.push("its statement is not the one that this format proves".into());
-        }
-        let law = Law::from_definition(&self.law, &self.law_definition)
-            .filter(|law| law.definition() == self.law_definition && law.is_enclosed_over_boxes());
-        let boxes: Vec<&Ranges> =
-            self.tiles.iter().map(|tile| &tile.domain).chain(self.open.iter()).collect();
-        let mut confirmed = 0;
-        match law {
-            None => problems.push("its friction law does not exist".into()),
-            Some(law) if axes(&law) != self.axes || !law.admits_box(&self.domain) => {
-                problems.push("its domain is not a box of parameters of the law".into());
+        let mut problems = self.other_statement();
+        let law = Law::from_definition(&self.law, &self.law_definition).filter(Law::is_enclosed_over_boxes);
+        let law = match law {
+            Some(law) if axes(&law) == self.axes && law.admits_box(&self.domain) => law,
+            other => {
+                problems.push(match other {
+                    None => "its friction law does not exist".into(),
+                    Some(_) => "its domain is not a box of parameters of the law".into(),
+                });
+                return Checked::nothing(self.tiles.len(), problems);
             }
-            Some(law) => {
-                if let Err(fault) = divides(&self.domain, &boxes) {
-                    problems.push(format!(
-                        "tiles (counted first) and open boxes do not divide the domain: {fault}"
-                    ));
-                } else {
-                    let found: Vec<Option<String>> =
-                        self.tiles.par_iter().map(|claim| claim.doubt(&law)).collect();
-                    confirmed = found.iter().filter(|doubt| doubt.is_none()).count();
-                    for (i, doubt) in found.into_iter().enumerate() {
-                        let domain = &self.tiles[i].domain;
-                        problems.extend(doubt.map(|doubt| format!("tile {} ({domain:?}) {doubt}", i + 1)));
-                    }
-                }
-            }
-        }
-        let radii = self.tiles.iter().map(|tile| tile.radius);
-        Checked::new(radii, confirmed, &self.domain, self.open.iter(), problems)
+        };
+        let stated = |claim: &Claim| (claim.domain.clone(), claim.radius);
+        let doubt = |claim: &Claim| claim.doubt(&law).map(|doubt| format!("({:?}) {doubt}", claim.domain));
+        Checked::tiles(problems, &self.domain, &self.tiles, stated, self.open.iter().cloned(), doubt)
     }
 }
 
 impl Claim {
     /// The reason why the claim is not confirmed; `None` if it follows from what is proved anew.
     fn doubt(&self, law: &Law) -> Option<String> {
+        if !law.admits_box(&self.domain) {
+            return Some("is about no parameters of the law".into());
+        }
         if let Law::Expression(formula) = law.as_written() {
             let middle: Vec<f64> = self.domain.iter().map(|[lo, hi]| lo + 0.5 * (hi - lo)).collect();
             let [epsilon, parameters @ .., belt_speed] = middle.as_slice() else { return None };

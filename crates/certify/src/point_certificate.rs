@@ -6,20 +6,12 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::certificate::NoCertificate;
+use super::certificate::Format;
 use super::certificate::list::List;
 use super::validated;
 use super::{Claim, Decision};
 use slipmap_model::friction::Law;
 use slipmap_model::point::{MAX_LAW_PARAMETERS, Point};
-
-const FORMAT: &str = "slipmap proof of a point 1";
-/// The statement of every certificate.
-const STATEMENT: &str = "With x1' = x2, x2' = -x1 - epsilon c x2 - sign(x2 - V) phi(|x2 - V|) and the friction law phi \
-    of the given name, definition and parameters, plus a constant on each of its pieces that makes it continuous and phi(0) \
-    = 1, the orbit from the exit point (1 - epsilon c V, V) comes back to the belt line \
-    (or runs away) for c < critical_c[0] and does not for c > critical_c[1]; null claims nothing on its side. Verdict present: a \
-    stick-slip limit cycle exists at the given c. Absent: none exists. Undecided: nothing is claimed of that.";
 
 /// A certificate that has been parsed but not verified.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -42,13 +34,26 @@ pub struct PointCertificate {
     pub verdict: String,
 }
 
+impl Format for PointCertificate {
+    const NAME: &'static str = "slipmap proof of a point 1";
+    const STATEMENT: &'static str = "With x1' = x2, x2' = -x1 - epsilon c x2 - sign(x2 - V) phi(|x2 - V|) and the \
+        friction law phi of the given name, definition and parameters, plus a constant on each of its pieces that makes it \
+        continuous and phi(0) = 1, the orbit from the exit point (1 - epsilon c V, V) comes back to the belt line (or runs \
+        away) for c < critical_c[0] and does not for c > critical_c[1]; null claims nothing on its side. Verdict present: a \
+        stick-slip limit cycle exists at the given c. Absent: none exists. Undecided: nothing is claimed of that.";
+
+    fn head(&self) -> [&str; 2] {
+        [&self.format, &self.statement]
+    }
+}
+
 impl PointCertificate {
     /// Certifies the statements that `validated` proves of a point, written by this program.
     pub fn of(law: &Law, point: &Point, written_by: &str) -> Self {
         let claim = (validated::TEST.claim)(&law.column(point));
         Self {
-            format: FORMAT.into(),
-            statement: STATEMENT.into(),
+            format: Self::NAME.into(),
+            statement: Self::STATEMENT.into(),
             written_by: written_by.into(),
             law: law.name().into(),
             law_definition: law.definition(),
@@ -61,30 +66,10 @@ impl PointCertificate {
         }
     }
 
-    /// Parses a certificate without verifying its claims.
-    pub fn parse(text: &str) -> Result<Self, NoCertificate> {
-        let read: Self = serde_json::from_str(text)?;
-        match read.format == FORMAT {
-            true => Ok(read),
-            false => Err(NoCertificate::OtherFormat { format: read.format, unit: 1.0 }),
-        }
-    }
-
-    /// Its text.
-    ///
-    /// # Errors
-    /// None is known: the numbers of a point are finite.
-    pub fn text(&self) -> serde_json::Result<String> {
-        Ok(serde_json::to_string(self)? + "\n")
-    }
-
     /// Proves every claim again; returns the problems, none if the certificate is sound.
     #[must_use]
     pub fn check(&self) -> Vec<String> {
-        let mut problems = Vec::new();
-        if self.statement != STATEMENT {
-            problems.push("its statement is not the one that this format proves".into());
-        }
+        let mut problems = self.other_statement();
         let Some(law) = Law::from_definition(&self.law, &self.law_definition) else {
             problems.push("its friction law does not exist".into());
             return problems;
@@ -96,10 +81,6 @@ impl PointCertificate {
                 return problems;
             }
         };
-        if law.definition() != self.law_definition {
-            problems.push("its friction law is not the one of its name and definition".into());
-            return problems;
-        }
         if let Law::Expression(formula) = law.as_written()
             && let Err(error) = formula.check(point.epsilon(), point.law(), 2.0 * point.belt_speed())
         {

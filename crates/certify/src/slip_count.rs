@@ -72,6 +72,11 @@ const WIDEST: f64 = 1.5;
 const SHORTEST: f64 = 1e-3;
 /// Smallest radius, relative to V, at which the sign of the even part is computed.
 const INNERMOST: f64 = 1e-4;
+/// Ratio of successive radii at which that sign is computed.
+const NEXT_RADIUS: f64 = 0.8;
+/// What is small compared with the square of a piece's width, and with the target of a defect. Defects and guesses
+/// of tubes are bounded where they are used: they decide how much work a proof takes, not what it states.
+const SMALL: f64 = 0.01;
 /// Divergences below this are not followed: squares of round-off times them leave the normal numbers, where
 /// enclosures are too wide and operations take ten times as long.
 const LEAST_DIVERGENCE: f64 = 1e-270;
@@ -181,7 +186,7 @@ fn innermost(oscillator: &Oscillator) -> Piece {
         if let Some(even) = even.filter(|even| even.excludes(*viscous)) {
             return Piece { from: 0.0, to: reach, shape: Shape::Sign(even.lo > *viscous) };
         }
-        reach *= 0.8;
+        reach *= NEXT_RADIUS;
     }
     Piece { from: 0.0, to: reach, shape: Shape::Open }
 }
@@ -283,7 +288,7 @@ fn walk(oscillator: &Oscillator, from: f64, to: f64, budget: &mut u32) -> Option
     let start = 0.5 * (ends[0].hi + ends[1].lo);
     // Half-width of the piece around the middle orbit.
     let half = (ends[0].hull(ends[1]) - of(start)).size();
-    let aim = (0.01 * half * half).clamp(DEFECTS[0], DEFECTS[1]);
+    let aim = (SMALL * half * half).clamp(DEFECTS[0], DEFECTS[1]);
     let (mut theta, mut rho, mut h) = (0.0, start, STEPS[0]);
     // Distances from the polynomial: of the middle orbit, and of all.
     let (mut missed, mut tube) = (of(0.0), of(half));
@@ -335,7 +340,7 @@ fn walk(oscillator: &Oscillator, from: f64, to: f64, budget: &mut u32) -> Option
         if theta > 3.5 && below.lo > oscillator.belt_speed {
             return Some(Walked::MeetsBelt);
         }
-        if taken.defect < 0.01 * aim * pace {
+        if taken.defect < SMALL * aim * pace {
             h = (2.0 * h).min(STEPS[0]);
         }
     }

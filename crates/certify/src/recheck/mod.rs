@@ -82,14 +82,14 @@ const OFF_ZERO: f64 = 1e-3;
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum Doubt {
     /// Its numbers are malformed: wrong numbers of coefficients, or an invalid box or radius.
-    #[error("its numbers do not make a proof")]
+    #[error("its coefficients, its box or its radius are not ones that the format allows")]
     Malformed,
     /// The witness is not a barrier: it is not positive, reaches the pole of the friction law, or is too
     /// steep.
-    #[error("its orbit is not a barrier")]
+    #[error("orbits may cross its curve, which then proves nothing")]
     NoBarrier,
     /// The claim is sharper than the witness proves.
-    #[error("its orbit proves the critical damping to {proved:.3e} only")]
+    #[error("its curve proves the critical damping up to an error of {proved:.3e} only")]
     TooSharp {
         /// The smallest radius that it proves.
         proved: f64,

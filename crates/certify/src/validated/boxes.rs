@@ -21,19 +21,18 @@
 use rayon::prelude::*;
 
 use super::defect::Groups;
+use super::even_part_bounds;
 use super::expansion::{AXES, Expansion, Function, Part as Frame, Ranges};
-use super::landing_speed::{Divergence, Flow};
+use super::landing_speed::Divergence;
 use super::mean::{mean_cut, share_above};
 use super::surface::{Enclosure, Surface};
 use super::tile::GroupBox;
-use super::{even_part_bounds, least_proved};
+use super::volumes::{self, Volumes};
 use slipmap_numbers::interval::Interval;
 
 /// Number of columns that sample how the volume of the box is distributed over the groups, which decides
 /// where the surface is refined first. No statement depends on them.
 const SAMPLES: usize = 1 << 14;
-/// Number of bisections: `sticks_from` of a part is located to 2^-6 of the range of c.
-const HALVINGS: u32 = 6;
 /// Number of parts of the parameter box for each tile: a part takes a few microseconds, a tile some tenths of
 /// a second.
 const PARTS_PER_TILE: usize = 2048;
@@ -77,21 +76,6 @@ impl Budget {
     }
 }
 
-/// Shares of the box's volume, each with its proved bound.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Volumes {
-    /// Lower bound of the share proved present, rounded down.
-    pub present: f64,
-    /// Lower bound of the share proved absent, rounded down.
-    pub absent: f64,
-    /// Upper bound of the undecided share, rounded up. The three add up to 1, except for rounding.
-    pub undecided: f64,
-    /// Number of proofs of tiles tried.
-    pub tiles: usize,
-    /// Number of parts of the parameter box.
-    pub parts: usize,
-}
-
 /// A box and the proofs over it so far.
 #[doc(hidden)]
 pub struct BoxProof {
@@ -114,10 +98,8 @@ struct Part {
 /// Bounds of the volumes of a part, as shares of the whole box.
 #[derive(Clone, Copy, Debug)]
 struct Bounds {
-    /// Lower bound of the share proved present.
-    present: f64,
-    /// Lower bound of the share proved absent.
-    absent: f64,
+    /// Lower bounds of the shares proved present and absent.
+    decided: [f64; 2],
     /// Upper bound of the rest.
     undecided: f64,
     /// Estimate of the part of the rest that smaller parts could decide.
@@ -195,57 +177,26 @@ impl BoxProof {
         vec![half([lo, middle]), half([middle, hi])]
     }
 
-    /// The smallest damping found, within the range of c, from which on the landing is proved in a whole
-    /// part; `None` if there is none.
-    fn sticks_from(&self, groups: Groups, epsilon: Interval, belt_speed: Interval) -> Option<f64> {
-        let divergence = Divergence::Groups(groups);
-        let lands = |c: f64| Flow { divergence, viscous: epsilon * Interval::of(c), belt_speed }.lands();
-        least_proved(&lands, self.damping, HALVINGS)
-    }
-
     /// Bounds the volumes of a part.
     fn bounded(&self, ranges: Ranges) -> Part {
         let groups = groups(&ranges);
         let epsilon = Interval::new(ranges[0][0], ranges[0][1]);
         let belt_speed = Interval::new(ranges[4][0], ranges[4][1]);
-        let share = self.share(&ranges);
-        let lands = self.sticks_from(groups, epsilon, belt_speed);
+        let share = volumes::share(&ranges, &self.ranges);
+        let lands = volumes::sticks_from(Divergence::Groups(groups), epsilon, belt_speed, self.damping);
         let frame = Frame::new(&ranges);
         let [least, most] =
             [Side::Least, Side::Most].map(|side| Bound::new(&self.surface, &groups, &frame, side));
-        let (present, absent) = (self.present(&least, lands), self.absent(&most));
-        let (present, absent) = ((present * share).lo.max(0.0), (absent * share).lo.max(0.0));
-        let decided = Interval::of(present) + Interval::of(absent);
-        let undecided = (share - decided).hi.max(0.0);
+        let decided = volumes::decided(share, self.damping, lands, [&least, &most]);
+        let [present, absent] = decided.map(Interval::of);
+        let undecided = (share - (present + absent)).hi.max(0.0);
         // Even a single column of the part is undecided on the width of the enclosure of C*.
         let [c_lo, c_hi] = self.damping;
         let width = Interval::of(least.narrowest).over(epsilon).hi / (c_hi - c_lo);
         let floor = if c_lo < c_hi { width.min(1.0) * share.hi } else { 0.0 };
         let gain = (undecided - floor).max(0.0);
-        let bounded = Bounds { present, absent, undecided, gain, cut: self.best_cut(&ranges, &least, lands) };
+        let bounded = Bounds { decided, undecided, gain, cut: self.best_cut(&ranges, &least, lands) };
         Part { ranges, bounded }
-    }
-
-    /// Lower bound of the share of the part and of the range of c that is proved present.
-    fn present(&self, least: &Bound, lands: Option<f64>) -> Interval {
-        let [c_lo, c_hi] = self.damping;
-        let Some(from) = lands else { return Interval::ZERO };
-        if c_lo == c_hi {
-            return least.best(|f, error| share_above(f, error, c_lo).lo, f64::max);
-        }
-        let mean = least.best(|f, error| mean_cut(f, error, least.range, [from, c_hi]).lo, f64::max);
-        (mean - Interval::of(from)).over(Interval::of(c_hi) - Interval::of(c_lo))
-    }
-
-    /// Lower bound of the share of the part and of the range of c that is proved absent.
-    fn absent(&self, most: &Bound) -> Interval {
-        let [c_lo, c_hi] = self.damping;
-        if c_lo == c_hi {
-            // Where the upper bound equals c there may be a cycle; that set has no volume.
-            return Interval::ONE - most.best(|f, error| share_above(f, error, c_lo).hi, f64::min);
-        }
-        let mean = most.best(|f, error| mean_cut(f, error, most.range, [c_lo, c_hi]).hi, f64::min);
-        (Interval::of(c_hi) - mean).over(Interval::of(c_hi) - Interval::of(c_lo))
     }
 
     /// The axis along which a cut gains most.
@@ -268,32 +219,11 @@ impl BoxProof {
         wide().max_by(|&i, &j| weight(i).total_cmp(&weight(j)).then(extent(i).total_cmp(&extent(j))))
     }
 
-    /// Volume of a part as a share of the whole.
-    fn share(&self, ranges: &Ranges) -> Interval {
-        let wide = ranges.iter().zip(self.ranges).filter(|(_, [lo, hi])| lo < hi);
-        wide.fold(Interval::ONE, |share, ([lo, hi], [whole_lo, whole_hi])| {
-            let width = Interval::of(*hi) - Interval::of(*lo);
-            share * width.over(Interval::of(whole_hi) - Interval::of(whole_lo))
-        })
-    }
-
     /// The volumes proved so far.
     #[must_use]
     pub fn volumes(&self) -> Volumes {
-        let sum = |of: fn(&Bounds) -> f64| {
-            let sum =
-                self.parts.iter().fold(Interval::ZERO, |sum, part| sum + Interval::of(of(&part.bounded)));
-            sum.lo.clamp(0.0, 1.0)
-        };
-        let (present, absent) = (sum(|bounded| bounded.present), sum(|bounded| bounded.absent));
-        let undecided = Interval::ONE - Interval::of(present) - Interval::of(absent);
-        Volumes {
-            present,
-            absent,
-            undecided: undecided.hi.clamp(0.0, 1.0),
-            tiles: self.surface.tried,
-            parts: self.parts.len(),
-        }
+        let decided: Vec<[f64; 2]> = self.parts.iter().map(|part| part.bounded.decided).collect();
+        Volumes::of(&decided, self.surface.tried)
     }
 }
 
@@ -306,6 +236,7 @@ enum Side {
 
 /// A lower or an upper bound of the critical damping c* over a part.
 struct Bound {
+    side: Side,
     /// The bound by the pieces of the surface that the part meets: the expansion of the first of them.
     expansion: Expansion,
     /// The number to be added to the expansion.
@@ -340,6 +271,7 @@ impl Bound {
         });
         let Some((expansion, mut error, mut narrowest)) = pieces.next() else {
             return Self {
+                side,
                 expansion: by_even_part(),
                 error: Interval::ZERO,
                 difference: 0.0,
@@ -362,14 +294,27 @@ impl Bound {
         let middle = |x: Interval| Interval::of(0.5 * (x.lo + x.hi));
         let gap = even_part_bounds(&Groups { a: middle(groups.a), k: middle(groups.k), b: middle(groups.b) });
         let even = (gap.hi - gap.lo < (error * epsilon).size()).then(by_even_part);
-        Self { expansion, error, difference, even, narrowest, range }
+        Self { side, expansion, error, difference, even, narrowest, range }
     }
 
     /// The better of the two bounds.
-    fn best(&self, of: impl Fn(&Expansion, Interval) -> f64, better: fn(f64, f64) -> f64) -> Interval {
+    fn best(&self, of: impl Fn(&Expansion, Interval) -> Interval) -> Interval {
         let by_surface = of(&self.expansion, self.error);
-        let by_even_part = self.even.as_ref().map(|even| of(even, Interval::ZERO));
-        Interval::of(by_even_part.map_or(by_surface, |other| better(by_surface, other)))
+        let by_even_part = self.even.as_ref().map_or(by_surface, |even| of(even, Interval::ZERO));
+        Interval::of(match self.side {
+            Side::Least => by_surface.lo.max(by_even_part.lo),
+            Side::Most => by_surface.hi.min(by_even_part.hi),
+        })
+    }
+}
+
+impl volumes::Bound for Bound {
+    fn mean_cut(&self, range: [f64; 2]) -> Interval {
+        self.best(|f, error| mean_cut(f, error, self.range, range))
+    }
+
+    fn share_above(&self, c: f64) -> Interval {
+        self.best(|f, error| share_above(f, error, c))
     }
 }
 

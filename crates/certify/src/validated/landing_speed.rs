@@ -19,6 +19,10 @@ use slipmap_numbers::jet::Real as _;
 /// Numbers of strips per quarter turn, tried in this order.
 const REFINEMENTS: [u32; 3] = [2, 8, 48];
 
+/// Where the turn is tried to be proved, in units of the distance that is left without divergence: any of them
+/// is proved or fails, and a farther one only loosens the bound.
+const TURNS: [f64; 7] = [1.0, 1.0 + 1e-3, 1.1, 1.5, 2.0, 3.0, 6.0];
+
 /// Source of an upper bound on the weakening rate.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Divergence<'a> {
@@ -141,9 +145,7 @@ impl Flow<'_> {
             s = next;
         }
         let rest = (energy.sqrt() - s).max(f64::EPSILON * s);
-        let mut trials = [1.0, 1.0 + 1e-3, 1.1, 1.5, 2.0, 3.0, 6.0]
-            .map(|factor| (s + factor * rest).next_up())
-            .into_iter();
+        let mut trials = TURNS.into_iter().map(|factor| (s + factor * rest).next_up());
         trials.find(|&trial| recede(energy, s, trial).is_none())
     }
 

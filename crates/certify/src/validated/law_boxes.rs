@@ -1,9 +1,7 @@
 //! Proved shares of the volume of a box of any law's parameters.
 //!
-//! The box is cut into parts, each with a `Tile` that encloses C* over it, or without a proof. In a part
-//! the damping needs no subdivision: a point is proved present where eps c lies below the lower bound of C*
-//! and the landing is proved for the whole part from a damping below c on, and proved absent where eps c lies
-//! above the upper bound. The bounds are linear in the part's coordinates; the means of c cut off by them are
+//! The box is cut into parts, each with a `Tile` that encloses C* over it, or without a proof; see
+//! [`super::volumes`]. The bounds are linear in the part's coordinates; the means of c cut off by them are
 //! integrated in interval arithmetic, so that the shares are lower bounds. Nothing is sampled.
 //!
 //! The statements hold wherever the law is legal: phi(0) = 1, and D a Lipschitz function of the slip speed.
@@ -11,14 +9,11 @@
 use rayon::prelude::*;
 
 use super::barrier::{Ranges, Tile};
-use super::boxes::Volumes;
-use super::landing_speed::{Divergence, Flow};
-use super::least_proved;
+use super::landing_speed::Divergence;
+use super::volumes::{self, Volumes};
 use slipmap_model::friction::Law;
 use slipmap_numbers::interval::Interval;
 
-/// Number of bisections: the damping from which the landing is proved is located to 2^-6 of the range of c.
-const HALVINGS: u32 = 6;
 /// Number of times that a part is halved to integrate where a bound meets the ends of the range of c.
 const DEPTH: u32 = 12;
 
@@ -37,16 +32,16 @@ pub struct LawProof {
 struct Part {
     ranges: Ranges,
     tile: Option<Tile>,
-    /// Lower bounds of the shares of the whole proved present and absent, and an upper bound of the rest.
-    present: f64,
-    absent: f64,
+    /// Lower bounds of the shares of the whole proved present and absent.
+    decided: [f64; 2],
+    /// Upper bound of the rest.
     undecided: f64,
 }
 
 impl LawProof {
     /// A box without any proof.
     pub fn new(law: &Law, ranges: Ranges, damping: [f64; 2]) -> Self {
-        let whole = Part { ranges: ranges.clone(), tile: None, present: 0.0, absent: 0.0, undecided: 1.0 };
+        let whole = Part { ranges: ranges.clone(), tile: None, decided: [0.0; 2], undecided: 1.0 };
         Self { law: law.clone(), ranges, damping, parts: vec![whole], tried: 0 }
     }
 
@@ -98,62 +93,30 @@ impl LawProof {
 
     /// A part with its proof.
     fn proved(&self, ranges: Ranges) -> Part {
-        let share = self.share(&ranges);
+        let share = volumes::share(&ranges, &self.ranges);
         let Some(tile) = Tile::prove(&self.law, &ranges) else {
-            return Part { ranges, tile: None, present: 0.0, absent: 0.0, undecided: share.hi.min(1.0) };
+            return Part { ranges, tile: None, decided: [0.0; 2], undecided: share.hi.min(1.0) };
         };
-        let [c_lo, c_hi] = self.damping.map(Interval::of);
         let bound = |sign: f64| Bound {
             epsilon: ranges[0],
             viscous: Interval::of(tile.viscous) + Interval::of(sign * tile.radius),
             slopes: tile.slopes.clone(),
+            depth: DEPTH,
         };
-        let (low, high) = (bound(-1.0), bound(1.0));
-        let from = self.sticks_from(&ranges);
-        let [present, absent] = if self.damping[0] == self.damping[1] {
-            let present = from.map_or(Interval::ZERO, |_| low.share_above(self.damping[0], DEPTH));
-            [present, Interval::ONE - high.share_above(self.damping[0], DEPTH)]
-        } else {
-            let width = c_hi - c_lo;
-            let present = from.map_or(Interval::ZERO, |from| {
-                (low.mean_cut([from, self.damping[1]], DEPTH) - Interval::of(from)).over(width)
-            });
-            [present, (c_hi - high.mean_cut(self.damping, DEPTH)).over(width)]
-        };
-        let [present, absent] = [present, absent].map(|of_part| (of_part * share).lo.max(0.0));
-        let undecided = (share - Interval::of(present) - Interval::of(absent)).hi.max(0.0);
-        Part { ranges, tile: Some(tile), present, absent, undecided }
-    }
-
-    /// The smallest damping found, within the range of c, from which on the landing is proved in a whole
-    /// part; `None` if there is none.
-    fn sticks_from(&self, ranges: &Ranges) -> Option<f64> {
         let x: Vec<Interval> = ranges.iter().map(|[lo, hi]| Interval::new(*lo, *hi)).collect();
-        let [parameters @ .., belt_speed] = x.as_slice() else { return None };
+        let (parameters, belt_speed) = x.split_at(x.len() - 1);
         let divergence = Divergence::Box(&self.law, parameters);
-        let lands =
-            |c: f64| Flow { divergence, viscous: x[0] * Interval::of(c), belt_speed: *belt_speed }.lands();
-        least_proved(&lands, self.damping, HALVINGS)
-    }
-
-    /// Volume of a part as a share of the whole.
-    fn share(&self, ranges: &Ranges) -> Interval {
-        let wide = ranges.iter().zip(&self.ranges).filter(|(_, [lo, hi])| lo < hi);
-        wide.fold(Interval::ONE, |share, ([lo, hi], [from, to])| {
-            let width = Interval::of(*hi) - Interval::of(*lo);
-            share * width.over(Interval::of(*to) - Interval::of(*from))
-        })
+        let from = volumes::sticks_from(divergence, x[0], belt_speed[0], self.damping);
+        let decided = volumes::decided(share, self.damping, from, [&bound(-1.0), &bound(1.0)]);
+        let [present, absent] = decided.map(Interval::of);
+        let undecided = (share - present - absent).hi.max(0.0);
+        Part { ranges, tile: Some(tile), decided, undecided }
     }
 
     /// The volumes proved so far.
     pub fn volumes(&self) -> Volumes {
-        let sum = |of: fn(&Part) -> f64| {
-            let parts = self.parts.iter();
-            parts.fold(Interval::ZERO, |sum, part| sum + Interval::of(of(part))).lo.clamp(0.0, 1.0)
-        };
-        let (present, absent) = (sum(|part| part.present), sum(|part| part.absent));
-        let undecided = (Interval::ONE - Interval::of(present) - Interval::of(absent)).hi.clamp(0.0, 1.0);
-        Volumes { present, absent, undecided, tiles: self.tried, parts: self.parts.len() }
+        let decided: Vec<[f64; 2]> = self.parts.iter().map(|part| part.decided).collect();
+        Volumes::of(&decided, self.tried)
     }
 
     pub(crate) fn tiles(&self) -> impl Iterator<Item = &Tile> {
@@ -172,6 +135,8 @@ struct Bound {
     epsilon: [f64; 2],
     viscous: Interval,
     slopes: Vec<f64>,
+    /// How often it may be halved.
+    depth: u32,
 }
 
 impl Bound {
@@ -199,6 +164,7 @@ impl Bound {
             let mut half = self.clone();
             half.viscous = half.viscous + Interval::of(shift) * Interval::of(half.slopes[axis]);
             half.slopes[axis] *= 0.5;
+            half.depth -= 1;
             if axis == 0 {
                 let middle = lo + 0.5 * (hi - lo);
                 half.epsilon = if shift < 0.0 { [lo, middle] } else { [middle, hi] };
@@ -206,9 +172,10 @@ impl Bound {
             half
         })
     }
+}
 
-    /// The mean of `C* / eps`, cut off at both ends of a range, over the part.
-    fn mean_cut(&self, [lo, hi]: [f64; 2], depth: u32) -> Interval {
+impl volumes::Bound for Bound {
+    fn mean_cut(&self, [lo, hi]: [f64; 2]) -> Interval {
         let range = self.range();
         if range.hi <= lo {
             return Interval::of(lo);
@@ -222,15 +189,14 @@ impl Bound {
             let slack = 4.0 * f64::EPSILON * range.size();
             return self.over_epsilon(self.viscous) + Interval::new(-slack, slack);
         }
-        if depth == 0 {
+        if self.depth == 0 {
             return Interval::new(range.lo.clamp(lo, hi), range.hi.clamp(lo, hi));
         }
-        let [one, two] = self.halves().map(|half| half.mean_cut([lo, hi], depth - 1));
+        let [one, two] = self.halves().map(|half| half.mean_cut([lo, hi]));
         Interval::of(0.5) * (one + two)
     }
 
-    /// The share of the part in which `C* / eps` is above c.
-    fn share_above(&self, c: f64, depth: u32) -> Interval {
+    fn share_above(&self, c: f64) -> Interval {
         let range = self.range();
         if range.lo > c {
             return Interval::ONE;
@@ -238,10 +204,10 @@ impl Bound {
         if range.hi <= c {
             return Interval::ZERO;
         }
-        if depth == 0 {
+        if self.depth == 0 {
             return Interval::new(0.0, 1.0);
         }
-        let [one, two] = self.halves().map(|half| half.share_above(c, depth - 1));
+        let [one, two] = self.halves().map(|half| half.share_above(c));
         Interval::of(0.5) * (one + two)
     }
 }

@@ -79,6 +79,7 @@ pub mod surface;
 #[doc(hidden)] // what proofs are made of
 pub mod tile;
 mod turn;
+pub mod volumes;
 
 use super::{Claim, Decision, Guarantee, Test};
 use defect::{Bounds, Candidates, Groups, Sampled, radius_of_proof, sampling};

@@ -33,6 +33,11 @@ use slipmap_numbers::jet::{Jet, Real};
 
 /// Longest and shortest step.
 const STEPS: [f64; 2] = [0.2, 1e-13];
+/// Length of the first step, and the factor on the length after a step that was taken.
+const FIRST_STEP: f64 = 0.05;
+const GROWTH: f64 = 1.5;
+/// Accuracy, in units of the belt speed and in the angle, of the place at which an orbit leaves a piece.
+const PLACE: f64 = 1e-13;
 /// Largest number of steps of all turns of a column, a third of a second; most turns take a hundred.
 const MOST_STEPS: u32 = 30_000;
 /// Largest uncertainty that a step may add per unit of angle, relative to the size of D.
@@ -60,10 +65,10 @@ pub enum Obstacle {
         at: f64,
     },
     /// The polar angle is not monotone: the divergence is too large.
-    #[error("the divergence is so large that the orbit need not turn")]
+    #[error("the divergence is so large that the orbit may never complete a turn")]
     NoAngle,
     /// The steps would be too short or too many.
-    #[error("the orbit cannot be enclosed sharply enough")]
+    #[error("the bounds around the orbit become too wide, or take too many steps")]
     TooMuchWork,
 }
 
@@ -159,7 +164,7 @@ impl Orbit<'_> {
     /// does.
     fn crossing(&self, piece: &ProvedPiece, theta: f64, polynomial: &Polynomial, width: f64) -> Option<f64> {
         let slip = |t: f64| self.belt_speed * (1.0 - polynomial.at(t) * (theta + t).cos());
-        let slack = 1e-13 * self.belt_speed;
+        let slack = PLACE * self.belt_speed;
         let outside = |t: f64| slip(t) < piece.ends[0] - slack || slip(t) > piece.ends[1] + slack;
         if !outside(width) || outside(0.0) {
             return None;
@@ -170,7 +175,7 @@ impl Orbit<'_> {
             if outside(middle) { beyond = middle } else { inside = middle }
         }
         // A place at the end of the step does not count.
-        (inside > 1e-13 && inside < 0.999 * width).then_some(inside)
+        (inside > PLACE && inside < 0.999 * width).then_some(inside)
     }
 
     /// delta: bound on the distance of w from the polynomial of `piece` at slip speeds in `slip`.
@@ -247,7 +252,7 @@ impl Orbit<'_> {
         let end = Interval::new(std::f64::consts::TAU, std::f64::consts::TAU.next_up());
         let (mut theta, mut r, mut error) = (0.0, 1.0, 0.0);
         // The usual length of steps, and that of the next one, which may be cut at the end of a piece.
-        let (mut usual, mut width): (f64, f64) = (0.05, 0.05);
+        let (mut usual, mut width) = (FIRST_STEP, FIRST_STEP);
         while *steps > 0 {
             *steps -= 1;
             let rest = end.lo - theta;
@@ -262,7 +267,7 @@ impl Orbit<'_> {
                     theta = if last { end.lo } else { theta + width };
                     r = 0.5 * (reached.lo + reached.hi);
                     error = (uncertain + (reached - Interval::of(r)).size()).next_up();
-                    usual = if width < usual { usual } else { (1.5 * usual).min(STEPS[0]) };
+                    usual = if width < usual { usual } else { (GROWTH * usual).min(STEPS[0]) };
                     width = usual;
                 }
                 Step::Shorter(length) => {

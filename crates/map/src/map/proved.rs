@@ -4,9 +4,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use super::Plan;
-use slipmap_certify::validated::boxes::{BoxProof, Budget, ParameterBox, Volumes};
+use slipmap_certify::validated::boxes::{BoxProof, Budget, ParameterBox};
 use slipmap_certify::validated::law_boxes::LawProof;
 use slipmap_certify::validated::surface::Surface;
+use slipmap_certify::validated::volumes::Volumes;
 use slipmap_model::friction::Law;
 
 /// Number of boxes of another law for each that a plan requests: a box of Stribeck's law takes some fifty

@@ -183,13 +183,15 @@ fn why_inapplicable(method: Method, claim: &Claim, column: &Column) -> Option<St
         return None;
     }
     if !column.curve.is_normal() {
-        return Some("a coefficient of the friction law is below the normal floating-point numbers".into());
+        return Some(
+            "a coefficient of the friction law is too small for the full accuracy of double precision".into(),
+        );
     }
     match method.guarantee() {
         Guarantee::Asymptotic => column.curve.first_order(column.belt_speed).err().map(|why| why.to_string()),
         Guarantee::Validated => any_law::prove(column).obstacle.map(|obstacle| obstacle.to_string()),
         Guarantee::FiniteEpsilon => (!column.curve.is_enclosed(2.0 * column.belt_speed))
-            .then(|| "nothing encloses the friction law for slip speeds up to 2 V".into()),
+            .then(|| "the friction law has no proved bounds at all slip speeds up to 2 V".into()),
         Guarantee::Numerical | Guarantee::None => None,
     }
 }
@@ -237,7 +239,7 @@ fn of_simulation(
         critical_c_error: root.filter(|root| root.c >= 0.0 || root.known().is_err()).map(|root| root.error),
         reason: match flow.fate {
             Fate::TooCloseToCall => Some(format!(
-                "the grazing margin {} is smaller than its error {}",
+                "the first turn ends {} V from the belt line, and the error of that distance is {} V",
                 signed(flow.margin),
                 short(flow.margin_error)
             )),

@@ -316,14 +316,15 @@ impl Law {
         }
     }
 
-    /// The law of this name and definition; `None` if there is none.
+    /// The law of this name and definition; `None` if there is none, or if its definition is another text.
     #[must_use]
     pub fn from_definition(name: &str, definition: &str) -> Option<Law> {
         // At most once: nothing is written twice, and what is read may be forged.
-        match definition.split_once('\n') {
-            Some((SMALL, definition)) => Self::dropping_of(name, definition).map(Law::read_as_small),
-            _ => Self::dropping_of(name, definition),
-        }
+        let law = match definition.split_once('\n') {
+            Some((SMALL, definition)) => Self::dropping_of(name, definition)?.read_as_small(),
+            _ => Self::dropping_of(name, definition)?,
+        };
+        (law.definition() == definition).then_some(law)
     }
 
     /// The law of this name and definition, with or without the parameter `drop`.

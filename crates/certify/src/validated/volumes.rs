@@ -1,0 +1,87 @@
+//! Proved shares of the volume of a box of parameters, as stated in [`super::boxes`], summed over its parts, in
+//! each of which c* lies between two functions of the parameters other than c.
+
+use super::landing_speed::{Divergence, Flow};
+use super::least_proved;
+use slipmap_numbers::interval::Interval;
+
+/// Number of bisections: the damping from which the landing is proved is located to 2^-6 of the range of c.
+const HALVINGS: u32 = 6;
+
+/// Shares of the box's volume, each with its proved bound.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Volumes {
+    /// Lower bound of the share proved present, rounded down.
+    pub present: f64,
+    /// Lower bound of the share proved absent, rounded down.
+    pub absent: f64,
+    /// Upper bound of the undecided share, rounded up. The three add up to 1, except for rounding.
+    pub undecided: f64,
+    /// Number of proofs of tiles tried.
+    pub tiles: usize,
+    /// Number of parts of the parameter box.
+    pub parts: usize,
+}
+
+impl Volumes {
+    /// The sum over parts with these lower bounds of the shares proved present and absent.
+    pub(super) fn of(decided: &[[f64; 2]], tiles: usize) -> Self {
+        let sum = |set: usize| {
+            let all = decided.iter().fold(Interval::ZERO, |sum, shares| sum + Interval::of(shares[set]));
+            all.lo.clamp(0.0, 1.0)
+        };
+        let [present, absent] = [sum(0), sum(1)];
+        let undecided = Interval::ONE - Interval::of(present) - Interval::of(absent);
+        Self { present, absent, undecided: undecided.hi.clamp(0.0, 1.0), tiles, parts: decided.len() }
+    }
+}
+
+/// A lower or an upper bound of c* over a part, a function of the parameters.
+pub(super) trait Bound {
+    /// The mean over the part of the bound cut off at both ends of a range.
+    fn mean_cut(&self, range: [f64; 2]) -> Interval;
+    /// The share of the part in which the bound is above `c`.
+    fn share_above(&self, c: f64) -> Interval;
+}
+
+/// Lower bounds of the volumes proved present and absent in a part that is `share` of the whole, where the
+/// landing is proved `from` a damping on.
+pub(super) fn decided<B: Bound>(
+    share: Interval,
+    damping: [f64; 2],
+    from: Option<f64>,
+    [least, most]: [&B; 2],
+) -> [f64; 2] {
+    let [c_lo, c_hi] = damping.map(Interval::of);
+    let of_part = if damping[0] == damping[1] {
+        // Where the upper bound equals c there may be a cycle; that set has no volume.
+        let present = from.map_or(Interval::ZERO, |_| least.share_above(damping[0]));
+        [present, Interval::ONE - most.share_above(damping[0])]
+    } else {
+        let above = |from: f64| least.mean_cut([from, damping[1]]) - Interval::of(from);
+        let present = from.map_or(Interval::ZERO, |from| above(from).over(c_hi - c_lo));
+        [present, (c_hi - most.mean_cut(damping)).over(c_hi - c_lo)]
+    };
+    of_part.map(|of_part| (of_part * share).lo.max(0.0))
+}
+
+/// The smallest damping found, within a range, from which on the landing is proved in a whole part; `None` if
+/// there is none.
+pub(super) fn sticks_from(
+    divergence: Divergence,
+    epsilon: Interval,
+    belt_speed: Interval,
+    damping: [f64; 2],
+) -> Option<f64> {
+    let lands = |c: f64| Flow { divergence, viscous: epsilon * Interval::of(c), belt_speed }.lands();
+    least_proved(&lands, damping, HALVINGS)
+}
+
+/// Volume of a part as a share of the whole; axes without a width do not count.
+pub(super) fn share(part: &[[f64; 2]], whole: &[[f64; 2]]) -> Interval {
+    let wide = part.iter().zip(whole).filter(|(_, [lo, hi])| lo < hi);
+    wide.fold(Interval::ONE, |share, ([lo, hi], [from, to])| {
+        let width = Interval::of(*hi) - Interval::of(*lo);
+        share * width.over(Interval::of(*to) - Interval::of(*from))
+    })
+}
