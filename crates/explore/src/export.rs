@@ -315,11 +315,15 @@ impl ExportRequest {
                 Layer::Codes(cells, kinds.unwrap_or_default())
             }
         };
+        let errors = match show {
+            Show::Variable(name) => slice.errors(name).map_err(undrawn)?,
+            Show::Difference(_) | Show::Decider => None,
+        };
         let curves = self.plane.curves.then(|| PlaneCurves::of(view.map.grid(), slice.plane(), stop));
         let heading =
             slipmap_report::join([label.name.clone(), view.held(&slice.index, &[slice.x, slice.y])]);
         let caption = heading.clone();
-        let areas = [Area { slice, layer, curves, exact: false, title: Rich::default() }];
+        let areas = [Area { slice, layer, errors, curves, exact: false, title: Rich::default() }];
         let signed = matches!(show, Show::Variable(name) if name.starts_with("margin_"));
         let scene = area::draw(&areas, &heading, &label, signed, Width::OneColumn);
         Ok((scene, caption, area::data(&areas, &label, None)))
