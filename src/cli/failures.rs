@@ -16,6 +16,7 @@ use slipmap_config::Job;
 use slipmap_format::files::create_folders;
 use slipmap_map::map::limits::HIGHEST;
 use slipmap_map::map::{self, Grid, Method};
+use slipmap_numbers::text::{known_part, rounded};
 use slipmap_report::{Existing, csv_text, write_file};
 use slipmap_simulate::naive::NaiveKnobs;
 use slipmap_study::failures::{self, Catalogue, Class, Comparison, Kind, MethodFailures};
@@ -153,24 +154,26 @@ impl CataloguePage<'_> {
         )?;
         writeln!(
             out,
-            "| method | guarantee | right | wrong presence | wrong absence | undecided | failed | farthest wrong in c | \
-             farthest wrong in epsilon |"
+            "| method | guarantee | right | wrong presence | wrong absence | undecided | failed | farthest wrong in c | its \
+             error | farthest wrong in epsilon |"
         )?;
-        writeln!(out, "| --- | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: |")?;
+        writeln!(out, "| --- | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |")?;
         for method in methods {
             let counts = Kind::ALL.map(|kind| count(method.count(kind))).join(" | ");
-            let [c, epsilon] = method.farthest_wrong().map(short);
+            let [c, error, epsilon] = method.farthest_wrong();
+            let [c, error] = with_error(c, error);
             writeln!(
                 out,
-                "| {} | {} | {} | {counts} | {c} | {epsilon} |",
+                "| {} | {} | {} | {counts} | {c} | {error} | {} |",
                 method.method.name(),
                 method.method.guarantee().name(),
-                count(method.right())
+                count(method.right()),
+                short(epsilon)
             )?;
         }
         writeln!(
             out,
-            "\nThe last two columns are the largest distance from a wrong cell to the nearest damping, or epsilon, at which \
+            "\nThe last columns are the largest distance from a wrong cell to the nearest damping, or epsilon, at which \
              the simulated verdict changes; cells from which it changes nowhere (in epsilon: nowhere up to {}) are not \
              counted there.\n\n## Classes of failure\n\n\
              A mechanism explains a failure if the same method without it does not fail there.\n",
@@ -178,18 +181,18 @@ impl CataloguePage<'_> {
         )?;
         writeln!(
             out,
-            "| method | failure | mechanism | cells | farthest in c | farthest in epsilon | because |"
+            "| method | failure | mechanism | cells | farthest in c | its error | farthest in epsilon | because |"
         )?;
-        writeln!(out, "| --- | --- | --- | ---: | ---: | ---: | --- |")?;
+        writeln!(out, "| --- | --- | --- | ---: | ---: | ---: | ---: | --- |")?;
         for (method, class) in self.classes() {
+            let [c, error] = with_error(class.farthest_c, class.farthest_c_error);
             writeln!(
                 out,
-                "| {} | {} | {} | {} | {} | {} | {} |",
+                "| {} | {} | {} | {} | {c} | {error} | {} | {} |",
                 method.method.name(),
                 class.kind.name().replace('_', " "),
                 class.mechanism.name().replace('_', " "),
                 count(class.cells),
-                short(class.farthest_c),
                 short(class.farthest_epsilon),
                 class.mechanism.explanation().replace('|', "\\|")
             )?;
@@ -246,7 +249,7 @@ impl CataloguePage<'_> {
     fn methods_csv(&self) -> String {
         let mut header = vec!["method", "guarantee", "cells", "right"];
         header.extend(Kind::ALL.map(Kind::name));
-        header.extend(["farthest_wrong_c", "farthest_wrong_epsilon"]);
+        header.extend(["farthest_wrong_c", "farthest_wrong_c_error", "farthest_wrong_epsilon"]);
         let rows = self.catalogue.methods.iter().map(|method| {
             let mut row = vec![method.method.name().to_owned(), method.method.guarantee().name().to_owned()];
             row.extend([method.cells, method.right()].map(|n| n.to_string()));
@@ -259,20 +262,26 @@ impl CataloguePage<'_> {
 
     fn classes_csv(&self) -> String {
         let law = self.job.plan.grid.law();
-        let mut header = vec!["method", "failure", "mechanism", "cells", "farthest_c", "farthest_epsilon"];
+        let mut header = vec!["method", "failure", "mechanism", "cells"];
+        header.extend(["farthest_c", "farthest_c_error", "farthest_epsilon"]);
         header.extend(Grid::axis_names(law));
         header.push("probe");
         let rows = self.classes().map(|(method, class)| {
             let words = [method.method.name(), class.kind.name(), class.mechanism.name()];
             let mut row: Vec<String> = words.map(str::to_owned).into();
             row.push(class.cells.to_string());
-            row.extend([class.farthest_c, class.farthest_epsilon].map(number));
+            row.extend([class.farthest_c, class.farthest_c_error, class.farthest_epsilon].map(number));
             row.extend(Grid::coordinates(law, &class.example).into_iter().map(|(_, value)| exact(value)));
             row.push(self.probe(class));
             row
         });
         csv_text(header.into_iter().map(str::to_owned).collect(), rows)
     }
+}
+
+/// A number without the digits beyond its error, at most six, and that error, for the page.
+fn with_error(value: f64, error: f64) -> [String; 2] {
+    [short(known_part(value, error)[0]), rounded(error, 2)]
 }
 
 /// A number for a table; empty if there is none.

@@ -16,7 +16,7 @@ use super::report::{existing, failure};
 use super::{Ended, Failure};
 use slipmap_map::assessment::{Assessment, DampingLimit, NeededKick, StandardErrors, assess};
 use slipmap_map::behaviour::Limit;
-use slipmap_map::risk::{Estimate, NoRisk, Risk, is_uncertain, risk, usual_draws};
+use slipmap_map::risk::{Estimate, NoRisk, Risk, is_uncertain, risk};
 use slipmap_report::{MachinePage, Subject, write_figure, write_file};
 
 /// Assess a machine at its working point, in SI units.
@@ -41,8 +41,8 @@ pub(super) struct Arguments {
     /// Write the page; .pdf, .svg, .png or .html
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
-    /// Draws of the uncertain quantities; default: 1000000, and 10000 where each needs a search of its own, as of a
-    /// formula with many uncertain parameters
+    /// Draws of the uncertain quantities; default: 1000000, and 10000 or fewer where each needs a search of its own, as
+    /// of a formula with many uncertain parameters, or of data that scatter far more than they fall
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(100..))]
     draws: Option<u32>,
     /// Probabilities for which the damping is sought
@@ -56,6 +56,10 @@ pub(super) struct Arguments {
     #[arg(long)]
     overwrite: bool,
 }
+
+/// Why there are fewer draws than usual.
+const FEWER: &str = "the critical damping changes too roughly from draw to draw to be interpolated, and each draw has a search \
+                     of its own: so there are few; --draws takes more, and the time for them";
 
 fn parse_probability(text: &str) -> Result<f64, String> {
     let value = text.parse::<f64>().ok().filter(|value| *value > 0.0 && *value < 1.0);
@@ -72,8 +76,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     let risk = match is_uncertain(&job.machine, &job.uncertain) {
         false => None,
         true => {
-            let usual = || usual_draws(&job.machine, &job.uncertain);
-            let draws = arguments.draws.map_or_else(usual, |draws| draws as usize);
+            let draws = arguments.draws.map(|draws| draws as usize);
             match risk(&job.machine, &job.uncertain, draws, &arguments.rare) {
                 Ok(found) => Some(found),
                 // The page reports it; the rest of the page does not depend on it.
@@ -117,6 +120,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     if let Some(risk) = risk {
         for note in notes_on_draws(risk.draws + risk.failed, risk.failed, risk.redrawn) {
             writeln!(out, "\n{note}")?;
+        }
+        if risk.fewer {
+            writeln!(out, "\n{FEWER}")?;
         }
     }
     Ok(Ended::Fine)
@@ -180,6 +186,7 @@ fn to_json(all: &Assessment, risk: Option<&Risk>) -> Value {
             "draws": risk.draws,
             "failed": risk.failed,
             "redrawn": risk.redrawn,
+            "fewer_than_usual": risk.fewer,
             "critical_damping_error": risk.critical_damping_error,
             "critical_damping_standard_error": risk.standard_error,
             "probability": estimate(&risk.probability),

@@ -38,6 +38,7 @@ use clap::{Args, CommandFactory as _, Parser, Subcommand};
 use clap_complete::Shell;
 
 use slipmap_config::ConfigError;
+use slipmap_numbers::text::with_short_quotes;
 
 /// Maps where in parameter space a dry-friction oscillator on a moving belt stick-slips, which mathematical
 /// test proves it, where each test fails, and what each answer costs.
@@ -125,6 +126,7 @@ enum Failure {
 impl Failure {
     /// Bad input: the problem, and what to do about it.
     fn bad_input(problem: impl Display, help: impl Display) -> Self {
+        let problem = with_short_quotes(&problem.to_string());
         Failure::BadInput(format!("{problem}\n  help: {help}"))
     }
 }

@@ -431,7 +431,7 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
     );
     line("exit point", format!("({}, {belt})", short(oscillator.exit_x1())));
     match answer.slip_cycles() {
-        Err(failure) => line("slip cycles", format!("not determined: {failure}")),
+        Err(why) => line("slip cycles", format!("not determined: {}", answer.why_unknown(why))),
         Ok(cycles) => {
             let count = answer.slip_count();
             let absent = match proves_absence(&answer.oscillator, &count) {
@@ -455,7 +455,7 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
         }
     }
     match answer.crossing_cycles() {
-        Err(failure) => line("crossing cycles", format!("not determined: {failure}")),
+        Err(why) => line("crossing cycles", format!("not determined: {}", answer.why_unknown(why))),
         Ok(cycles) => {
             for cycle in cycles {
                 let kind = if cycle.is_stable() { "attracts" } else { "repels" };

@@ -225,6 +225,8 @@ fn stopped(map: &PartialMap, error: &ComputeError<StoreError>, output: &Path) ->
             how_to_continue()
         )),
         ComputeError::Threads(why) => threads::not_started(why),
+        // The journal of a map without a tile ends with the run.
+        ComputeError::Sink(error) if done == 0 => Failure::Broken(error.to_string()),
         ComputeError::Sink(error) => Failure::Broken(with_how_to_continue(error, output)),
     }
 }

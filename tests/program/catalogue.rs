@@ -140,6 +140,17 @@ fn a_catalogue_is_made_and_its_lines_hold() {
     assert!(printed.out.contains("Made by `slipmap failures small.toml`."), "{}", printed.out);
     let classes = rows(&scratch.path().join("made/classes.csv"));
     assert!(classes.len() >= 4, "{classes:?}");
+    // Each distance in c has its error beside it.
+    let methods = rows(&scratch.path().join("made/methods.csv"));
+    for (table, name) in [(&classes, "farthest_c"), (&methods, "farthest_wrong_c")] {
+        let number = |row: &Row, name: &str| row[name].parse::<f64>().ok();
+        for row in table {
+            let [distance, error] = [name, &format!("{name}_error")].map(|name| number(row, name));
+            assert_eq!(distance.is_some(), error.is_some(), "{row:?}");
+            assert!(error.is_none_or(|error| (0.0..1e-6).contains(&error)), "{row:?}");
+        }
+        assert!(table.iter().any(|row| number(row, name).is_some()));
+    }
     reproduce(&scratch, &classes);
     // An earlier catalogue is kept unless it may be replaced, and that is checked before the computation.
     scratch

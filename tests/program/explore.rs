@@ -182,6 +182,11 @@ fn pictures_hold_the_cells_of_the_map() {
     let names: Vec<&str> =
         found["curves"].as_array().unwrap().iter().filter_map(|curve| curve["name"].as_str()).collect();
     assert!(names.contains(&"hopf") && names.contains(&"grazing_sliding"), "{names:?}");
+    for curve in found["curves"].as_array().unwrap() {
+        let [points, errors] = ["points", "errors"].map(|of| curve[of].as_array().unwrap());
+        assert_eq!(points.len(), errors.len());
+        assert!(errors.iter().all(|error| (0.0..1e-3).contains(&error.as_f64().unwrap())), "{errors:?}");
+    }
 }
 
 #[test]
@@ -593,7 +598,12 @@ fn any_quantity_of_a_machine_is_an_axis() {
         if x == "mass" && y == "damping" {
             let grazing =
                 curves["curves"].as_array().unwrap().iter().find(|curve| curve["name"] == "grazing_sliding");
-            assert!(grazing.unwrap()["points"].as_array().unwrap().len() > 36, "{curves}");
+            let number = |of: &str| grazing.unwrap()[of].as_array().unwrap().len();
+            assert!(number("points") > 36 && number("errors") == number("points"), "{curves}");
+            // The errors of the critical dampings, as shares of the picture.
+            let errors = grazing.unwrap()["errors"].as_array().unwrap();
+            let most = errors.iter().filter_map(Value::as_f64).fold(0.0, f64::max);
+            assert!(most > 0.0 && most < 1e-6, "{most}");
         }
     }
     // The exported map has the axes belt speed and damping.

@@ -51,6 +51,38 @@ fn every_limit_says_what_its_value_means() {
     assert_eq!(limits["may_stick_slip_below_damping"], json!({ "status": "not_determined", "value": null }));
 }
 
+/// Of slip cycles whose orbits would leave the data it is told where the data end and how far they should reach,
+/// as it is of stick-slip; and where they do, the cycles are known.
+#[test]
+fn slip_cycles_beyond_the_data_name_what_to_measure() {
+    let of = |rows: &str| {
+        let scratch = Scratch::new();
+        scratch.file("f.csv", rows);
+        scratch.file(
+            "rig.toml",
+            "[machine]\nmotion = \"rotation\"\ninertia = 0.0137\nstiffness = 0.5\nnormal_force = 1\nbelt_speed = 8\n\
+             damping = 0.01\n[friction]\nlaw = \"table\"\nfile = \"f.csv\"\n",
+        );
+        let of = |command: &[&str]| scratch.run(&[command, &["rig.toml"]].concat()).ends_with(0).out;
+        (of(&["machine"]), of(&["probe", "--machine"]))
+    };
+    const ROWS: &str = "u,F\n0,2\n1,2\n2,3\n17,1\n18,1\n";
+    let (page, probed) = of(ROWS);
+    for said in [
+        "slip cycles: the orbit leaves the data, which end at slip speed 18 rad/s; measure up to about 35.9 rad/s",
+        "not determined: slip cycles: the orbit leaves the data",
+    ] {
+        assert!(page.contains(said), "{page}");
+    }
+    let line = probed.lines().find(|line| line.trim_start().starts_with("slip cycles  ")).unwrap();
+    assert!(line.contains("leaves the data of f.csv") && line.contains("needs them up to about"), "{line}");
+    assert!(!page.contains("finite numbers") && !line.contains("finite numbers"), "{page}{line}");
+    let (page, probed) = of(&(ROWS.to_owned() + "36,1\n"));
+    assert!(!page.contains("not determined: slip cycles") && !page.contains("leaves the data"), "{page}");
+    let line = probed.lines().find(|line| line.trim_start().starts_with("slip cycles  ")).unwrap();
+    assert!(!line.contains("not determined"), "{line}");
+}
+
 /// The speeds that are tried are those of the machine: the limits are the same at every working speed.
 #[test]
 fn limits_of_the_speed_do_not_depend_on_the_working_speed() {

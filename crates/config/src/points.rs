@@ -204,7 +204,7 @@ impl PointTable {
         let number = |&(name, _): &(&'static str, usize)| {
             let text = self.text(row, name);
             text.parse().map(|value| (name, value)).map_err(|_| {
-                let problem = format!("column {name}: `{}` is not a number", short(&text));
+                let problem = format!("column {name}: `{}` is not a number", text);
                 let remedy = decimal_comma(&text).unwrap_or("write a number such as 0.5 or 1e-3".into());
                 ConfigError::new(self.place(row), problem, remedy)
             })
@@ -214,7 +214,7 @@ impl PointTable {
 
     /// The error for the number of a row in this column.
     pub fn illegal(&self, row: &ByteRecord, name: &str, problem: &str) -> ConfigError {
-        let problem = format!("column {name}: `{}` {problem}", short(&self.text(row, name)));
+        let problem = format!("column {name}: `{}` {problem}", self.text(row, name));
         ConfigError::new(self.place(row), problem, "correct or remove this row")
     }
 
@@ -238,14 +238,6 @@ pub fn point_of(law: &Law, values: &[f64]) -> Result<Point, GridError> {
     // A point is legal exactly when the grid of this one cell is.
     let grid = Grid::new(law.clone(), values.iter().map(|&value| vec![value]).collect())?;
     Ok(grid.point(&vec![0; values.len()]))
-}
-
-/// A field, shortened for a message.
-fn short(text: &str) -> String {
-    match text.char_indices().nth(40) {
-        Some((end, _)) => format!("{}..", &text[..end]),
-        None => text.to_owned(),
-    }
 }
 
 /// The remedy for a table with semicolons or decimal commas, as spreadsheets of some countries write them.
@@ -304,12 +296,12 @@ fn find_axes(
         }
     }
     if let Some((position, meant)) = misspelt(&header, names) {
-        let problem = format!("column {}: unknown name `{}`", position + 1, short(&header[position]));
+        let problem = format!("column {}: unknown name `{}`", position + 1, header[position]);
         let remedy = format!("the nearest column that is read is `{meant}`; rename it, or take it out");
         return bad(problem, remedy);
     }
     if let (Some(motion), Some((position, meant))) = (machine, lengthened(&header, names)) {
-        let problem = format!("column {}: unknown name `{}`", position + 1, short(&header[position]));
+        let problem = format!("column {}: unknown name `{}`", position + 1, header[position]);
         let unit =
             Dimension::of_quantity(meant).map_or(String::new(), |of| format!(" [{}]", motion.unit(of)));
         let remedy =
@@ -331,7 +323,7 @@ fn check_unit(name: &str, unit: &str, machine: Option<Motion>) -> Result<(), (St
         (Some(_), None) if Coefficients::NAMES.contains(&name) && name != "strengthening" => Wanted::Number,
         // A name in a formula is in whatever units the formula has.
         (Some(_), None) => {
-            let problem = format!("the unit of `{name}` is not known here, and the header says {unit}");
+            let problem = format!("the unit of `{name}` is not known here, and the header says `{unit}`");
             return Err((problem, format!("write `{name}` alone, in the units of the configuration")));
         }
     };
@@ -346,10 +338,10 @@ fn check_unit(name: &str, unit: &str, machine: Option<Motion>) -> Result<(), (St
                 "{}; multiply the column by that, and correct the header",
                 conversion(unit, factor, wanted)
             );
-            Err((format!("{read}, and the header says {unit}"), remedy))
+            Err((format!("{read}, and the header says `{unit}`"), remedy))
         }
         Match::Other | Match::Unknown => Err((
-            format!("{read}, and the header says {unit}"),
+            format!("{read}, and the header says `{unit}`"),
             "convert the column, or correct the header".into(),
         )),
     }

@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
+use slipmap_numbers::text::{quoted, with_short_quotes};
 use toml_edit::{Array, Document, DocumentMut, InlineTable, Item, Key, Table, TableLike, Value};
 
 /// An error in a configuration: its place, the problem and the remedy.
@@ -25,7 +26,7 @@ impl ConfigError {
         problem: impl Into<String>,
         remedy: impl Into<String>,
     ) -> Self {
-        Self { place: place.into(), problem: problem.into(), remedy: remedy.into() }
+        Self { place: place.into(), problem: with_short_quotes(&problem.into()), remedy: remedy.into() }
     }
 }
 
@@ -370,7 +371,7 @@ impl<'a> Node<'a> {
             // Without the comment that may follow it.
             Entry::Value(value) | Entry::Item(Item::Value(value)) => {
                 let value = value.clone().decorated("", "");
-                shorten(value.to_string().trim())
+                quoted(&value.to_string())
             }
             Entry::Item(_) => "[..]".into(),
         }
@@ -414,17 +415,6 @@ fn dotted(path: &[Step]) -> String {
         }
     }
     text
-}
-
-/// Shortens a text to one line of at most 60 characters.
-fn shorten(text: &str) -> String {
-    const LONGEST: usize = 60;
-    let line: Vec<&str> = text.split_whitespace().collect();
-    let line = line.join(" ");
-    match line.char_indices().nth(LONGEST) {
-        Some((cut, _)) => format!("{} ..", &line[..cut]),
-        None => line,
-    }
 }
 
 /// Parses the value of an override: TOML, or bare words taken as text.

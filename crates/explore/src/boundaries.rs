@@ -13,7 +13,7 @@ use slipmap_model::filippov::HopfRate;
 use slipmap_model::friction::Column;
 use slipmap_report::figure::bifurcations::line_style;
 use slipmap_simulate::bifurcation::Bifurcation;
-use slipmap_simulate::critical::{critical_dampings, known_or_nan};
+use slipmap_simulate::critical::{CriticalDamping, critical_dampings};
 
 impl PlaneRequest {
     /// The boundaries of the long-run behaviour.
@@ -80,13 +80,13 @@ const ACCURACY: f64 = 1e-8;
 const BEND: f64 = 2e-3;
 const REFINEMENTS: usize = 8;
 
-/// The Hopf damping and the critical damping, in SI units, at a value of another quantity; NaN where there is
-/// none.
+/// The Hopf damping and the critical damping at a value of another quantity, each with its error, in SI units;
+/// NaN where there is none.
 #[derive(Clone, Copy)]
 struct Limit {
     value: f64,
-    hopf: f64,
-    grazing: f64,
+    hopf: [f64; 2],
+    grazing: [f64; 2],
 }
 
 impl Limit {
@@ -98,14 +98,14 @@ impl Limit {
         };
         let models: Vec<_> = values.iter().filter_map(model).collect();
         let columns: Vec<_> = models.iter().map(|(_, model)| model.column()).collect();
-        let roots = critical_dampings(&columns, ACCURACY).into_iter().map(known_or_nan);
-        let limit = |(((value, model), column), root): ((&(f64, Model), &Column), f64)| {
-            let unit = model.si.units.damping;
-            Self {
-                value: *value,
-                hopf: HopfRate::new(&column.curve, column.belt_speed).value() * unit,
-                grazing: root * unit,
-            }
+        let roots = critical_dampings(&columns, ACCURACY).into_iter().map(|root| {
+            let known = root.and_then(CriticalDamping::known);
+            known.map_or([f64::NAN; 2], |root| [root.c, root.error])
+        });
+        let limit = |(((value, model), column), root): ((&(f64, Model), &Column), [f64; 2])| {
+            let in_si = |number: f64| number * model.si.units.damping;
+            let hopf = HopfRate::new(&column.curve, column.belt_speed);
+            Self { value: *value, hopf: [hopf.value(), hopf.rounding()].map(in_si), grazing: root.map(in_si) }
         };
         models.iter().zip(&columns).zip(roots).map(limit).collect()
     }
@@ -114,7 +114,7 @@ impl Limit {
     fn bend(self, before: Self, after: Self) -> f64 {
         let share = (self.value - before.value) / (after.value - before.value);
         let off = |of: fn(Self) -> f64| (of(before) + share * (of(after) - of(before)) - of(self)).abs();
-        off(|limit| limit.hopf).max(off(|limit| limit.grazing))
+        off(|limit| limit.hopf[0]).max(off(|limit| limit.grazing[0]))
     }
 }
 
@@ -134,10 +134,11 @@ fn limits(machine: &Machine, name: &str, values: &[f64], highest: f64, turned: b
         found.append(&mut Limit::of(machine, name, &more));
         found.sort_by(|a, b| a.value.total_cmp(&b.value));
     }
-    let curve = |bifurcation, of: fn(&Limit) -> f64| {
-        let points = found.iter().filter(|limit| of(limit) >= 0.0).map(|limit| {
-            let (x, y) = if turned { (of(limit), limit.value) } else { (limit.value, of(limit)) };
-            PlanePoint { x, y, error: ACCURACY }
+    let curve = |bifurcation, of: fn(&Limit) -> [f64; 2]| {
+        let points = found.iter().filter(|limit| of(limit)[0] >= 0.0).map(|limit| {
+            let [damping, error] = of(limit);
+            let (x, y) = if turned { (damping, limit.value) } else { (limit.value, damping) };
+            PlanePoint { x, y, error: error / highest }
         });
         PlaneCurve { bifurcation, points: points.collect() }
     };
@@ -147,7 +148,8 @@ fn limits(machine: &Machine, name: &str, values: &[f64], highest: f64, turned: b
     ]
 }
 
-/// Curves with their style, their points multiplied by the units of the axes.
+/// Curves with their style, their points multiplied by the units of the axes, and the error of each point as a
+/// share of the picture's sides.
 fn curves_json(curves: &[PlaneCurve], [across, up]: [f64; 2]) -> serde_json::Value {
     let one = |curve: &PlaneCurve| {
         let (stroke, words) = line_style(curve.bifurcation);
@@ -160,6 +162,7 @@ fn curves_json(curves: &[PlaneCurve], [across, up]: [f64; 2]) -> serde_json::Val
             "width": stroke.width,
             "dash": stroke.dash,
             "points": points,
+            "errors": curve.points.iter().map(|point| point.error).collect::<Vec<f64>>(),
         })
     };
     json!({ "curves": curves.iter().map(one).collect::<Vec<_>>() })

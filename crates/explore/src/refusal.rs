@@ -7,6 +7,7 @@ use serde::Serialize;
 
 use slipmap_map::map::{GridError, PlanError};
 use slipmap_model::friction::ExpressionError;
+use slipmap_numbers::text::with_short_quotes;
 
 /// A refused request.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -23,7 +24,8 @@ pub(super) struct Refusal {
 
 impl Refusal {
     fn new(status: StatusCode, problem: impl Into<String>, remedy: impl Into<String>) -> Self {
-        Self { status, problem: problem.into(), remedy: remedy.into(), place: None }
+        let problem = with_short_quotes(&problem.into());
+        Self { status, problem, remedy: remedy.into(), place: None }
     }
 
     /// The request is not one that the page sends.

@@ -15,8 +15,8 @@ use slipmap_model::point::Point;
 use slipmap_numbers::text::{is_known, rounded, short};
 use slipmap_simulate::backbone::Backbone;
 use slipmap_simulate::crossing::crossing_cycles;
-use slipmap_simulate::slip_cycle::{Kick, slip_cycles};
-use slipmap_simulate::{Fate, Flow, critical_damping, flow, sensitivity};
+use slipmap_simulate::slip_cycle::{Kick, Unknown, slip_cycles};
+use slipmap_simulate::{Failure, Fate, Flow, critical_damping, flow, sensitivity};
 
 /// Tolerance of the scaled grazing margin.
 const TOLERANCE: f64 = 1e-9;
@@ -209,23 +209,30 @@ fn beyond_data(machine: &Machine, behaviour: &Behaviour) -> Option<String> {
     ))
 }
 
-/// The known properties of a working point. `beyond_data`, if any, replaces the reason why its orbit fails.
-fn undetermined(oscillator: &Oscillator, flow: &Flow, beyond_data: Option<String>) -> Undetermined {
+/// The reason why cycles are unknown; `beyond_data`, if any, where their orbits leave the data.
+fn why_unknown(why: Unknown, beyond_data: Option<&String>) -> String {
+    let beyond = beyond_data.filter(|_| why == Unknown::Orbit(Failure::NotFinite));
+    beyond.map_or_else(|| why.to_string(), Clone::clone)
+}
+
+/// The known properties of a working point. `beyond_data`, if any, is the reason why its orbits fail.
+fn undetermined(oscillator: &Oscillator, flow: &Flow, beyond_data: Option<&String>) -> Undetermined {
     let mut reasons = Vec::new();
     let sticks = match flow.fate {
         Fate::Sticks(_) => Some(true),
         Fate::SpiralsInward | Fate::CrossesForever => Some(false),
         Fate::TooCloseToCall => None,
         Fate::Failed(why) => {
-            reasons.push(format!("stick-slip: {}", beyond_data.unwrap_or_else(|| why.to_string())));
+            reasons
+                .push(format!("stick-slip: {}", beyond_data.map_or_else(|| why.to_string(), Clone::clone)));
             None
         }
     };
     if let Err(why) = slip_cycles(oscillator, TOLERANCE) {
-        reasons.push(format!("slip cycles: {why}"));
+        reasons.push(format!("slip cycles: {}", why_unknown(why, beyond_data)));
     }
     if let Err(why) = crossing_cycles(oscillator, TOLERANCE) {
-        reasons.push(format!("crossing cycles: {why}"));
+        reasons.push(format!("crossing cycles: {}", why_unknown(why, beyond_data)));
     }
     Undetermined { sticks, stability: oscillator.stability(), reasons }
 }
@@ -300,11 +307,12 @@ pub fn assess(machine: &Machine) -> Option<Assessment> {
             behaviour.regime,
             Regime::Equilibrium | Regime::PureSlip | Regime::StickSlip | Regime::Crossing
         );
+    let beyond_data = beyond_data(machine, &behaviour);
     let is_missing = vibrates_below.is_none() || !has_kick;
     let slip_cycles_unknown = is_missing
         .then(|| slip_cycles(&oscillator, TOLERANCE).err())
         .flatten()
-        .map(|why| format!("slip cycles: {why}"));
+        .map(|why| format!("slip cycles: {}", why_unknown(why, beyond_data.as_ref())));
     Some(Assessment {
         machine: machine.clone(),
         always_below_speed: always_below_speed(law, point).times(units.velocity),
@@ -315,7 +323,7 @@ pub fn assess(machine: &Machine) -> Option<Assessment> {
         slip_cycles_unknown,
         standard_errors: StandardErrors::of(machine, basin.as_ref().zip(backbone)),
         undetermined: matches!(behaviour.regime, Regime::Failed | Regime::Neutral)
-            .then(|| undetermined(&oscillator, &flow, beyond_data(machine, &behaviour))),
+            .then(|| undetermined(&oscillator, &flow, beyond_data.as_ref())),
         period: cycle.map(|cycle| cycle.period * units.time),
         velocity_amplitude: cycle.map(|c| 0.5 * (c.velocity.hi - c.velocity.lo) * units.velocity),
         kick: basin.map(|map::BasinBoundary { kick, .. }| Kick {

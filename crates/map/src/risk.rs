@@ -18,7 +18,7 @@ use rayon::prelude::*;
 
 use crate::machine::Machine;
 use slipmap_numbers::random::Random;
-use surface::{Groups, has_standard_errors};
+use surface::{Groups, Searches, has_standard_errors};
 pub use surface::{WithError, standard_error, uncertain_critical_damping};
 
 /// Distribution of an uncertain quantity.
@@ -77,6 +77,9 @@ pub struct Risk {
     /// Number of illegal machines that were drawn: those of illegal damping were left out; others, such as
     /// one of negative mass, were drawn again.
     pub redrawn: usize,
+    /// Whether there are fewer draws than usual, since each needs a search of its own: the critical damping
+    /// is too rough to be interpolated between them.
+    pub fewer: bool,
     /// Largest error of the critical dampings found, N s/m (for a rotation N m s/rad).
     pub critical_damping_error: f64,
     /// Standard error of the critical damping of the machine as given, N s/m (for a rotation N m s/rad), due
@@ -90,6 +93,10 @@ pub struct Risk {
 
 /// Number of draws that share a stream of random numbers.
 const CHUNK: usize = 2048;
+/// Least number of draws by default, and the number of searches for each where they are few: its own, and those
+/// of boxes that are tried before.
+const FEWEST_DRAWS: usize = 100;
+const FEWER: usize = 2;
 /// Largest number of machines that are drawn for one legal machine. If none of them is legal, the spreads are
 /// too wide for the quantities.
 const TRIES: usize = 1000;
@@ -204,7 +211,13 @@ impl<'a> Drawn<'a> {
 }
 
 impl Needed {
-    fn of(machine: &Machine, uncertain: &[Uncertain], draws: usize) -> Result<Self, NoRisk> {
+    /// `None` where the budget does not suffice.
+    fn of(
+        machine: &Machine,
+        uncertain: &[Uncertain],
+        draws: usize,
+        budget: &Searches,
+    ) -> Result<Option<Self>, NoRisk> {
         let chunks: Vec<Result<Drawn, NoRisk>> = (0..draws.div_ceil(CHUNK))
             .into_par_iter()
             .map(|chunk| {
@@ -220,7 +233,7 @@ impl Needed {
             all.deviations.append(&mut chunk.deviations);
             all.redrawn += chunk.redrawn;
         }
-        let found = all.groups.critical_dampings();
+        let Some(found) = all.groups.critical_dampings(budget) else { return Ok(None) };
         let needed = found.dampings.iter().zip(&found.deviations).zip(&all.deviations);
         let needed = needed.map(|((critical, spread), [of_damping, of_friction])| NeededDraw {
             damping: critical + spread * of_friction - of_damping,
@@ -236,7 +249,7 @@ impl Needed {
         let needed = Self { draws: needed, all_legal_from, failed, redrawn: all.redrawn, error: found.error };
         match needed.legal_of(&needed.draws, machine.damping) {
             0 => Err(NoRisk::Illegal),
-            legal => Ok(Self { redrawn: needed.redrawn + needed.draws.len() - legal, ..needed }),
+            legal => Ok(Some(Self { redrawn: needed.redrawn + needed.draws.len() - legal, ..needed })),
         }
     }
 
@@ -277,24 +290,49 @@ impl Needed {
 }
 
 /// The default number of draws: as many as take some seconds.
-pub fn usual_draws(machine: &Machine, uncertain: &[Uncertain]) -> usize {
+fn usual_draws(machine: &Machine, uncertain: &[Uncertain]) -> usize {
     let names: Vec<&str> = uncertain.iter().map(|(name, _)| *name).collect();
     if Groups::new(machine, &names).can_be_interpolated(&names) { 1_000_000 } else { 10_000 }
 }
 
-/// Draws `draws` machines and computes the critical damping of each. The result does not depend on the number
-/// of threads.
+/// The draws by default: fewer than [`usual_draws`] where the critical dampings cannot be interpolated within a
+/// budget of searches, as those of rough measured friction. Whether that is so comes with them.
+fn usual(machine: &Machine, uncertain: &[Uncertain], searches: usize) -> Result<(Needed, bool), NoRisk> {
+    let usual = usual_draws(machine, uncertain);
+    if let Some(needed) = Needed::of(machine, uncertain, usual, &Searches::new(searches))? {
+        return Ok((needed, false));
+    }
+    let fewer = (searches / FEWER).clamp(FEWEST_DRAWS, usual);
+    Ok((unbounded(machine, uncertain, fewer)?, true))
+}
+
+fn unbounded(machine: &Machine, uncertain: &[Uncertain], draws: usize) -> Result<Needed, NoRisk> {
+    // Such a budget always suffices.
+    Needed::of(machine, uncertain, draws, &Searches::new(usize::MAX))?.ok_or(NoRisk::NoneFound)
+}
+
+/// Draws machines and computes the critical damping of each: `draws` of them, or as many as take some seconds.
+/// The result does not depend on the number of threads.
 ///
 /// # Errors
 /// [`NoRisk`].
-pub fn risk(machine: &Machine, uncertain: &[Uncertain], draws: usize, rare: &[f64]) -> Result<Risk, NoRisk> {
-    let needed = Needed::of(machine, uncertain, draws)?;
+pub fn risk(
+    machine: &Machine,
+    uncertain: &[Uncertain],
+    draws: Option<usize>,
+    rare: &[f64],
+) -> Result<Risk, NoRisk> {
+    let (needed, fewer) = match draws {
+        Some(draws) => (unbounded(machine, uncertain, draws)?, false),
+        None => usual(machine, uncertain, Drawn::none(machine, uncertain).groups.affordable())?,
+    };
     let rare_by =
         rare.iter().map(|&probability| RareBy { probability, damping: needed.quantile(probability) });
     Ok(Risk {
         draws: needed.legal_of(&needed.draws, machine.damping),
         failed: needed.failed,
         redrawn: needed.redrawn,
+        fewer,
         critical_damping_error: needed.error,
         standard_error: machine.model().as_ref().and_then(standard_error),
         probability: needed.probability(machine.damping),
@@ -332,7 +370,7 @@ pub fn probabilities(
             return Err(NoRisk::Interrupted);
         }
         let machine = machine.with("belt_speed", belt_speed).ok_or(NoRisk::Illegal)?;
-        match Needed::of(&machine, uncertain, draws) {
+        match unbounded(&machine, uncertain, draws) {
             Ok(needed) => {
                 all.values.extend(dampings.iter().map(|&damping| needed.probability(damping).value));
                 all.failed += needed.failed;

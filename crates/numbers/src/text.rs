@@ -1,4 +1,6 @@
-//! Numbers as text, for messages, tables and command lines.
+//! Numbers as text, for messages, tables and command lines; and what messages quote.
+
+use std::borrow::Cow;
 
 /// A number with six significant digits, trailing zeros dropped: 0.25, 1.5e-9, 123457.
 pub fn short(x: f64) -> String {
@@ -121,6 +123,33 @@ pub fn in_groups(digits: &str, separator: char) -> String {
     text
 }
 
+/// Largest number of characters of a text that is quoted in a message.
+const LONGEST: usize = 60;
+
+/// A text that is quoted in a message: one line of at most 60 characters.
+pub fn quoted(text: &str) -> String {
+    // Before the words are joined, since the text may be a whole file.
+    let begin: String = text.trim_start().chars().take(4 * LONGEST).collect();
+    let line = begin.split_whitespace().collect::<Vec<_>>().join(" ");
+    match line.char_indices().nth(LONGEST) {
+        Some((cut, _)) => format!("{} ..", &line[..cut]),
+        None if begin.len() < text.trim().len() => format!("{line} .."),
+        None => line,
+    }
+}
+
+/// A message in which every text between backticks is short, see [`quoted`]: users may write a megabyte where a
+/// name is read.
+pub fn with_short_quotes(message: &str) -> String {
+    /// Length in bytes of what no message of this program has between two backticks or outside of them.
+    const ENDLESS: usize = 4000;
+    let parts = message.split('`').enumerate().map(|(i, part)| match i % 2 == 1 || part.len() > ENDLESS {
+        true if part.chars().nth(LONGEST).is_some() => Cow::Owned(quoted(part)),
+        _ => Cow::Borrowed(part),
+    });
+    parts.collect::<Vec<_>>().join("`")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -171,6 +200,19 @@ mod tests {
             assert!(exact(x).len() < 25, "{}", exact(x));
         }
         assert_eq!(exact(32.0), "32");
+    }
+
+    #[test]
+    fn quotations_in_messages_are_short() {
+        let long = "many words ".repeat(50_000);
+        assert_eq!(with_short_quotes("`a` is no name, `b` is"), "`a` is no name, `b` is");
+        let cut = with_short_quotes(&format!("unknown name `{long}` in line 3"));
+        assert!(cut.starts_with("unknown name `many words") && cut.ends_with(" ..` in line 3"), "{cut}");
+        assert!(cut.chars().count() < 100, "{cut}");
+        // A backtick in a quotation shifts the pairs.
+        assert!(with_short_quotes(&format!("no `a`b{long}` here")).len() < 200);
+        assert_eq!(quoted("  two\n  lines "), "two lines");
+        assert_eq!(quoted(&"é".repeat(61)), format!("{} ..", "é".repeat(60)));
     }
 
     #[test]

@@ -359,7 +359,7 @@ mod tests {
     #[test]
     fn no_damping_is_needed_where_no_draw_may_stick_slip() {
         let machine = rising_machine();
-        let risk = risk(&machine, &[], 20_000, &[0.1, 0.01]).unwrap();
+        let risk = risk(&machine, &[], Some(20_000), &[0.1, 0.01]).unwrap();
         assert!(risk.standard_error.is_some_and(|error| error > 1.0), "{risk:?}");
         let all = assess(&machine).unwrap();
         let text = text_of(sections(&all, &[], Some(&risk)));

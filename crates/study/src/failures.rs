@@ -68,6 +68,8 @@ pub struct Class {
     /// The largest distance |c - c'| to the nearest damping c' at which the verdict of the simulated flow
     /// changes; NaN where there is none.
     pub farthest_c: f64,
+    /// Estimate of the error of `farthest_c`: that of c'.
+    pub farthest_c_error: f64,
     /// The largest distance in eps to the nearest such change at eps <= 10; NaN where
     /// there is none, and for undecided cells, for which it is not computed.
     pub farthest_epsilon: f64,
@@ -95,12 +97,13 @@ impl MethodFailures {
         self.cells - self.classes.iter().map(|class| class.cells).sum::<u64>()
     }
 
-    /// The largest distances from the true boundary, in c and in eps, at which the method answers wrongly;
-    /// NaN where it never does.
-    pub fn farthest_wrong(&self) -> [f64; 2] {
+    /// The largest distances from the true boundary at which the method answers wrongly: in c, the error of
+    /// that, and in eps; NaN where it never does.
+    pub fn farthest_wrong(&self) -> [f64; 3] {
         let wrong = self.classes.iter().filter(|class| class.kind.is_wrong());
-        wrong.fold([f64::NAN; 2], |[c, epsilon], class| {
-            [c.max(class.farthest_c), epsilon.max(class.farthest_epsilon)]
+        wrong.fold([f64::NAN; 3], |[c, error, epsilon], class| {
+            let [c, error] = farther([c, error], [class.farthest_c, class.farthest_c_error]);
+            [c, error, epsilon.max(class.farthest_epsilon)]
         })
     }
 }
@@ -159,8 +162,14 @@ struct Examined {
     /// Whether the methods were compared at this point.
     compared: bool,
     findings: Vec<Finding>,
-    distance_c: f64,
+    /// Distance in c to the nearest change, and its error.
+    distance_c: [f64; 2],
     distance_epsilon: f64,
+}
+
+/// The larger of two distances, each with its error; NaN is no distance.
+fn farther(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
+    if a[0] >= b[0] || b[0].is_nan() { a } else { b }
 }
 
 pub fn points_of(grid: &Grid) -> Vec<Point> {
@@ -217,6 +226,7 @@ impl MethodFailures {
                 mechanism,
                 cells: 0,
                 farthest_c: f64::NAN,
+                farthest_c_error: f64::NAN,
                 farthest_epsilon: f64::NAN,
                 example: *point,
             });
@@ -224,9 +234,11 @@ impl MethodFailures {
         });
         let class = &mut self.classes[place];
         class.cells += 1;
-        // A comparison with NaN is false, so the first number replaces the initial NaN.
-        if !(examined.distance_c <= class.farthest_c) && !examined.distance_c.is_nan() {
-            (class.farthest_c, class.example) = (examined.distance_c, *point);
+        let before = class.farthest_c;
+        [class.farthest_c, class.farthest_c_error] =
+            farther([before, class.farthest_c_error], examined.distance_c);
+        if class.farthest_c.to_bits() != before.to_bits() {
+            class.example = *point;
         }
         if kind != Kind::Undecided {
             class.farthest_epsilon = class.farthest_epsilon.max(examined.distance_epsilon);
@@ -242,7 +254,7 @@ fn examine(point: &Point, comparison: &Comparison) -> Examined {
         truth: Truth::default(),
         compared: false,
         findings: Vec::new(),
-        distance_c: f64::NAN,
+        distance_c: [f64::NAN; 2],
         distance_epsilon: f64::NAN,
     };
     let (first, second) =
@@ -280,10 +292,11 @@ fn examine(point: &Point, comparison: &Comparison) -> Examined {
 }
 
 /// The distance from `c` to the nearest damping at which the simulated verdict changes: the critical damping,
-/// which may be negative, or the damping below which orbits cross for ever. NaN if there is neither.
-fn distance_in_c(column: &Column, c: f64, fate: &Fate, tolerance: f64) -> f64 {
-    let Ok(critical) = located_critical_damping(column, tolerance) else { return f64::NAN };
-    let to_grazing = (critical.c - c).abs();
+/// which may be negative, or the damping below which orbits cross for ever; and its error. NaN if there is
+/// neither.
+fn distance_in_c(column: &Column, c: f64, fate: &Fate, tolerance: f64) -> [f64; 2] {
+    let Ok(critical) = located_critical_damping(column, tolerance) else { return [f64::NAN; 2] };
+    let to_grazing = [(critical.c - c).abs(), critical.error];
     let undamped = 0.0;
     let range = match fate {
         Fate::CrossesForever => [c, critical.c],
@@ -291,11 +304,18 @@ fn distance_in_c(column: &Column, c: f64, fate: &Fate, tolerance: f64) -> f64 {
         _ => return to_grazing,
     };
     let from = sticks_from(column, range, tolerance);
-    match from == undamped {
-        true => to_grazing,
-        false => to_grazing.min((from - c).abs()),
+    if from == undamped {
+        return to_grazing;
     }
+    // What a coarser search is in doubt about, and more than the last bracket of the search.
+    let coarse = sticks_from(column, range, COARSER * tolerance);
+    let error = (from - coarse).abs() + 1e-12 * (range[1] - range[0]);
+    let to_crossing = [(from - c).abs(), error];
+    if to_crossing[0] < to_grazing[0] { to_crossing } else { to_grazing }
 }
+
+/// Factor of the tolerance of the search that shows the error of another.
+const COARSER: f64 = 10.0;
 
 #[cfg(test)]
 mod tests {
@@ -306,13 +326,13 @@ mod tests {
     fn the_distance_to_a_negative_critical_damping_is_measured() {
         let point = Law::Stribeck.point(1.0, &[0.0, 0.1, 8.0], 2.0, 7.0).unwrap();
         let column = Law::Stribeck.column(&point);
-        let distance = distance_in_c(&column, point.damping, &Fate::SpiralsInward, 1e-9);
+        let [distance, error] = distance_in_c(&column, point.damping, &Fate::SpiralsInward, 1e-9);
         // The direct engine changes its verdict at c* = -0.28495104.
         for (c, returns) in [(7.0 - distance - 1e-6, true), (7.0 - distance + 1e-6, false)] {
             let fate = slipmap_witness::flow(&Oscillator::in_column(&column, c), 1e-9).fate;
             assert_eq!(fate != Fate::SpiralsInward, returns, "{c}");
         }
-        assert!((distance - 7.28495104).abs() < 1e-6, "{distance}");
+        assert!((distance - 7.284951037970746).abs() <= error && error < 1e-6, "{distance} {error}");
     }
 
     /// On a fast belt orbits cross for ever at small damping.
@@ -321,10 +341,12 @@ mod tests {
         let point = Law::Stribeck.point(1.0, &[0.0, 0.0, 0.1], 30.0, 0.0).unwrap();
         let column = Law::Stribeck.column(&point);
         let fate = |c: f64| flow(&Oscillator::in_column(&column, c), 1e-9).fate;
-        let from = distance_in_c(&column, 0.0, &fate(0.0), 1e-9);
+        let [from, error] = distance_in_c(&column, 0.0, &fate(0.0), 1e-9);
         assert_eq!(fate(from - 1e-6), Fate::CrossesForever);
         assert!(matches!(fate(from + 1e-6), Fate::Sticks(_)));
         let c = from + 1e-4;
-        assert!((distance_in_c(&column, c, &fate(c), 1e-9) - 1e-4).abs() < 1e-9);
+        assert!((distance_in_c(&column, c, &fate(c), 1e-9)[0] - 1e-4).abs() < 1e-9);
+        let [better, _] = distance_in_c(&column, 0.0, &fate(0.0), 1e-12);
+        assert!((from - better).abs() <= error && error < 1e-6, "{from} {better} {error}");
     }
 }

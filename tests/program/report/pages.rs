@@ -270,17 +270,20 @@ fn one_axis_plots_draw_what_the_map_stores() {
     for row in rows {
         let number = |key: &str| row[key].parse::<f64>().unwrap();
         let node = |axis: usize, name: &str| Node(view.map.grid().axes()[axis].nearest(number(name)));
-        let stored = view
-            .map
-            .real_slice(
-                &row["variable"],
-                &[Node(0), node(1, "alpha"), Node(0), node(3, "gamma"), node(4, "V")],
-            )
-            .unwrap();
-        let stored = stored.iter().next().copied().unwrap();
-        match row["value"].as_str() {
-            "" => assert!(stored.is_nan() || stored.is_infinite()),
-            value => assert_eq!(value.parse::<f64>().unwrap(), stored),
+        let picks = [Node(0), node(1, "alpha"), Node(0), node(3, "gamma"), node(4, "V")];
+        let is_stored = |text: &str, variable: &str| {
+            let stored = view.map.real_slice(variable, &picks).unwrap();
+            let stored = stored.iter().next().copied().unwrap();
+            match text {
+                "" => assert!(stored.is_nan() || stored.is_infinite()),
+                value => assert_eq!(value.parse::<f64>().unwrap(), stored),
+            }
+        };
+        is_stored(&row["value"], &row["variable"]);
+        // The critical dampings of the test are exact.
+        match row["variable"].as_str() {
+            "critical_c_simulation" => is_stored(&row["error"], "critical_c_error_simulation"),
+            _ => assert_eq!(row["error"], ""),
         }
     }
     assert!(plotted.notes.is_empty(), "{:?}", plotted.notes);
@@ -297,6 +300,36 @@ fn one_axis_plots_draw_what_the_map_stores() {
     let verdicts = ["verdict_simulation".to_owned(), "regime".to_owned()];
     let strips = figure::plot(&view, &Plot { variables: &verdicts, panels: None, ..plot }).unwrap();
     assert!(strips.data.csv().contains("stick_slip"));
+}
+
+#[test]
+fn data_of_areas_have_the_errors_of_critical_dampings() {
+    let view = View::new(&SMALL);
+    let header = |variable: &str| {
+        let plotted = figure::plot(&view, &over_plane("gamma", "V", &[], &[variable.to_owned()])).unwrap();
+        plotted.data.csv().lines().next().unwrap().to_owned()
+    };
+    assert_eq!(header("critical_c_simulation"), "gamma,V,critical_c_simulation,critical_c_error_simulation");
+    assert_eq!(header("critical_c_symmetric"), "gamma,V,critical_c_symmetric");
+    assert_eq!(header("critical_c_error_simulation"), "gamma,V,critical_c_error_simulation");
+}
+
+/// On a fast belt orbits of this law run away to no cycle, and some are carried beyond the stick segment again
+/// and again: the legend says what all of them do.
+#[test]
+fn legends_name_orbits_that_cross_for_ever() {
+    let scratch = Scratch::new();
+    scratch.file(
+        "map.toml",
+        "[friction]\nlaw = \"expression\"\nphi = \"1-0.6*u\"\n[grid]\nepsilon = 1.0\nV = [0.5, 1.0, 1.5]\n\
+         c = [0.0, 0.3, 0.7]\n[output]\npath = \"map.h5\"\nfields = [\"verdict\", \"regime\"]\n",
+    );
+    scratch.run(&["run", "map.toml", "--quiet"]).ends_with(0);
+    let map = MapFile::open(&scratch.path().join("map.h5")).unwrap();
+    let plotted = figure::plot(&View::new(&map), &over_plane("V", "c", &[], &["regime".to_owned()])).unwrap();
+    let drawn = plotted.scene.svg("plot", &plotted.caption);
+    assert!(drawn.contains("crossing for ever"), "{}", plotted.data.csv());
+    assert!(!drawn.contains("crossing cycle"), "{drawn}");
 }
 
 #[test]

@@ -28,7 +28,9 @@ export function legend(box, picture, curves, catalogue) {
   const named = new Map(curves.map((curve) => [curve.words, curve]));
   for (const [words, { color, width, dash }] of named) {
     const line = shape("path", { d: "M2 7.5H24", stroke: color, "stroke-width": 1.6 * width, "stroke-dasharray": dash.join(" ") || null });
-    keys.push(element("span", { class: "key" }, shape("svg", { viewBox: "0 0 26 15", "aria-hidden": "true" }, line), words));
+    const errors = curves.filter((curve) => curve.words === words).flatMap((curve) => curve.errors);
+    const title = `each point is known to ${short(Math.max(...errors), 2)} of the picture's sides`;
+    keys.push(element("span", { class: "key", title }, shape("svg", { viewBox: "0 0 26 15", "aria-hidden": "true" }, line), words));
   }
   box.replaceChildren(...keys);
   // The legend never shrinks: a finer picture may have one more kind, which wraps. A stage that grew again

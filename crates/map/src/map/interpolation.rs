@@ -70,8 +70,9 @@ pub(super) struct Interpolated {
     /// and the mean of the weakening rate.
     stride: usize,
     values: Vec<f64>,
-    /// For each column the errors of C and of the two squares; infinite where they are unknown.
-    errors: Vec<[f64; 3]>,
+    /// For each column the errors of C and of the two squares, infinite where they are unknown; and the error of
+    /// C between its amplitudes.
+    errors: Vec<[f64; 4]>,
     /// The nodes of the backbones; `None` where C is interpolated at r = V alone.
     nodes: Option<BackboneNodes>,
     /// The least damping, at which the reach is computed.
@@ -121,7 +122,7 @@ impl Interpolated {
         found.least = cs[0];
         found.stride = intervals + 4;
         found.values = vec![f64::NAN; found.stride * columns.len()];
-        found.errors = vec![[f64::INFINITY; 3]; columns.len()];
+        found.errors = vec![[f64::INFINITY; 4]; columns.len()];
         let shape = tile.shape();
         let (shape, means) = (&shape[..shape.len() - 1], OnceCell::new());
         let columns = TileColumns { grid: &plan.grid, tile, columns, cs, intervals, shape, means };
@@ -130,7 +131,7 @@ impl Interpolated {
     }
 
     /// C at the amplitudes of a column, the squares of both reaches, and the errors.
-    fn of(&self, number: usize) -> Option<(&[f64], [f64; 2], &[f64; 3])> {
+    fn of(&self, number: usize) -> Option<(&[f64], [f64; 2], &[f64; 4])> {
         let errors = self.errors.get(number).filter(|errors| errors[0].is_finite())?;
         let (values, &[reach, farther, _]) =
             self.values[number * self.stride..][..self.stride].split_last_chunk()?;
@@ -148,14 +149,15 @@ impl Interpolated {
     /// The backbone of an interpolated column; `None` where it is unknown.
     pub(super) fn backbone(&self, number: usize, column: &Column) -> Option<InterpolatedBackbone<'_>> {
         let (values, _, errors) = self.of(number)?;
-        Some(InterpolatedBackbone::new(self.nodes.as_ref()?, column.belt_speed, values, errors[0]))
+        let error = errors[0].max(errors[3]);
+        Some(InterpolatedBackbone::new(self.nodes.as_ref()?, column.belt_speed, values, error))
     }
 
     /// Whether it is known that, at all dampings of the tile, no orbit of a column crosses the belt line for
     /// ever, except perhaps the orbit from the exit point.
     pub(super) fn no_other_crosses(&self, number: usize) -> bool {
         let sticks =
-            |(_, [_, reach], errors): (_, [f64; 2], &[f64; 3])| reach + OPEN_WITHIN * errors[2] < CROSSES;
+            |(_, [_, reach], errors): (_, [f64; 2], &[f64; 4])| reach + OPEN_WITHIN * errors[2] < CROSSES;
         self.settled_from == 0.0 || self.of(number).is_some_and(sticks)
     }
 }
@@ -178,7 +180,7 @@ pub fn open_share(plan: &Plan, tile: usize) -> f64 {
     open.filter(|&(i, column, c)| is_open(i, column, c)).count() as f64 / tile.cells() as f64
 }
 
-fn end(critical: f64, reach: f64, errors: &[f64; 3], viscous: f64) -> Option<End> {
+fn end(critical: f64, reach: f64, errors: &[f64; 4], viscous: f64) -> Option<End> {
     if (critical - viscous).abs() <= OPEN_WITHIN * errors[0] {
         None
     } else if viscous > critical {
@@ -204,8 +206,8 @@ struct TileColumns<'a> {
     means: OnceCell<Vec<f64>>,
 }
 
-/// A computed column: its values, and the error of C.
-type Node = Option<(Vec<f64>, f64)>;
+/// A computed column: its values, and the errors of C at its amplitudes and between them.
+type Node = Option<(Vec<f64>, [f64; 2])>;
 
 /// A range of columns along one axis, and the nodes there.
 struct Side {
@@ -295,19 +297,20 @@ impl TileColumns<'_> {
         }
         let stride = found.stride;
         let mut values = Vec::with_capacity(nodes * stride);
-        let mut node_error: f64 = 0.0;
+        let (mut node_error, mut between): (f64, f64) = (0.0, 0.0);
         let shape: Vec<usize> = sides.iter().map(|side| side.nodes.len()).collect();
         for number in 0..nodes {
             let place = super::unravel(number, &shape);
             let coordinates: Vec<f64> = sides.iter().zip(place).map(|(side, i)| side.nodes[i]).collect();
             let key = coordinates.iter().map(|value| value.to_bits()).collect();
             let node = known.entry(key).or_insert_with(|| self.node(&coordinates, found));
-            let Some((node, error)) = node else { return Some(longest) };
+            let Some((node, [error, hidden])) = node else { return Some(longest) };
             values.extend_from_slice(node);
-            node_error = node_error.max(*error);
+            (node_error, between) = (node_error.max(*error), between.max(*hidden));
         }
         let (values, [errors, least], worst) = spread(&sides, values, stride, node_error);
-        let ([mut errors @ .., of_mean], [least @ .., _]) = (errors, least);
+        let ([of_c, near, far, of_mean], [least @ .., _]) = (errors, least);
+        let mut errors = [of_c, near, far, between];
         let numbers = numbers_in(part, self.shape.iter().copied());
         let means: Vec<f64> = numbers.iter().map(|&number| self.means()[number]).collect();
         let pairs = means.iter().zip(values.iter().skip(stride - 1).step_by(stride));
@@ -344,14 +347,14 @@ impl TileColumns<'_> {
         if column.curve.is_narrow_below(2.0 * column.belt_speed) {
             return None;
         }
-        let (mut values, error) = if self.intervals > 0 {
-            let (values, error, spent) = InterpolatedBackbone::values(column, COARSE, self.intervals)?;
+        let (mut values, errors) = if self.intervals > 0 {
+            let (values, errors, spent) = InterpolatedBackbone::values(column, COARSE, self.intervals)?;
             found.rhs += spent;
-            (values, error)
+            (values, errors)
         } else {
             let critical = critical_damping(column, TOLERANCE).ok()?;
             found.rhs += critical.rhs;
-            (vec![column.epsilon * critical.c], column.epsilon * critical.error)
+            (vec![column.epsilon * critical.c], [column.epsilon * critical.error, 0.0])
         };
         let oscillator = Oscillator::in_column(column, found.least);
         for from in [0.0, found.settled_from] {
@@ -359,7 +362,7 @@ impl TileColumns<'_> {
             values.push(reach.map_or(f64::INFINITY, |reach| reach * reach));
         }
         values.push(mean(column));
-        Some((values, error))
+        Some((values, errors))
     }
 
     /// The mean weakening rate of every column. Columns that differ in eps alone share it, unless the law
@@ -377,7 +380,7 @@ impl TileColumns<'_> {
         &self,
         numbers: &[usize],
         values: &[f64],
-        errors: &mut [f64; 3],
+        errors: &mut [f64; 4],
         least: &[f64; 3],
         found: &mut Interpolated,
     ) -> Open {
@@ -389,7 +392,7 @@ impl TileColumns<'_> {
         let refutes = |_| {
             let place = (random.unit() * numbers.len() as f64) as usize;
             let interpolated = &values[place * stride..][..stride];
-            let Some((exact, error)) = self.values_of(&self.columns[numbers[place]], found) else {
+            let Some((exact, [error, _])) = self.values_of(&self.columns[numbers[place]], found) else {
                 return true;
             };
             let differs =
@@ -403,7 +406,8 @@ impl TileColumns<'_> {
             return Open { cells: 0, is_refuted: true };
         }
         // A finer interpolant's error is taken as a hundredth of this one's, and at least that of the nodes.
-        let finer = [0, 1, 2].map(|kind| least[kind].max(0.01 * errors[kind]));
+        let [c, near, far] = [0, 1, 2].map(|kind| least[kind].max(0.01 * errors[kind]));
+        let finer = [c, near, far, errors[3]];
         let mut cells = 0;
         // An odd step, so that the samples do not all have the same position in their rows.
         let each = numbers.len().div_ceil(COUNTED) | 1;
@@ -412,8 +416,10 @@ impl TileColumns<'_> {
             let (critical, reach) = (values[0], values[stride - 3]);
             let backbones = found.nodes.as_ref().map(|nodes| {
                 let at_belt_speed = column.curve.weakening(column.belt_speed);
-                let backbone =
-                    |error| InterpolatedBackbone::new(nodes, column.belt_speed, &values[..stride - 3], error);
+                let backbone = |error: f64| {
+                    let error = error.max(errors[3]);
+                    InterpolatedBackbone::new(nodes, column.belt_speed, &values[..stride - 3], error)
+                };
                 ([backbone(errors[0]), backbone(finer[0])], at_belt_speed)
             });
             for c in self.cs {

@@ -156,6 +156,16 @@ impl Answer {
         crossing_cycles(&self.oscillator, self.tolerance)
     }
 
+    /// The reason why cycles are unknown; where their orbits leave the data of a measured law, how far those
+    /// should reach.
+    pub fn why_unknown(&self, why: Unknown) -> String {
+        let beyond = match why {
+            Unknown::Orbit(Failure::NotFinite) => beyond_data(&self.law, &self.point),
+            Unknown::Orbit(_) | Unknown::TooClose | Unknown::Neutral | Unknown::FarOut => None,
+        };
+        beyond.unwrap_or_else(|| why.to_string())
+    }
+
     /// Proved bounds on the number of slip cycles.
     pub fn slip_count(&self) -> SlipCount {
         count_slip_cycles(&self.oscillator)
@@ -238,14 +248,34 @@ fn of_simulation(
         critical_c: root.and_then(|root| root.known().ok()).map(|root| root.c).filter(|c| *c >= 0.0),
         critical_c_error: root.filter(|root| root.c >= 0.0 || root.known().is_err()).map(|root| root.error),
         reason: match flow.fate {
-            Fate::TooCloseToCall => Some(format!(
-                "the first turn ends {} V from the belt line, and the error of that distance is {} V",
-                signed(flow.margin),
-                short(flow.margin_error)
-            )),
+            Fate::TooCloseToCall => Some(why_too_close(flow.margin, flow.margin_error)),
             Fate::Failed(failure) => Some(beyond_data(law, point).unwrap_or_else(|| failure.to_string())),
             Fate::Sticks(_) | Fate::SpiralsInward | Fate::CrossesForever => None,
         },
+    }
+}
+
+/// The reason why an orbit is too close to a boundary to call, given its scaled margin and the error of that.
+fn why_too_close(margin: f64, error: f64) -> String {
+    let [margin_text, error_text] = [signed(margin), short(error)];
+    match (margin, error) {
+        _ if margin.abs() <= error => {
+            format!(
+                "the first turn ends {margin_text} V from the belt line, and the error of that distance is {error_text} V"
+            )
+        }
+        _ if margin > error => "the orbit comes back to the exit point within its error".into(),
+        _ if margin < -error => {
+            format!(
+                "the first turn ends {margin_text} V from the belt line, and the error of that distance, {error_text} V, is \
+                 large and little less"
+            )
+        }
+        _ if error.is_finite() => format!(
+            "whether the orbit from the exit point comes back to the belt line is within its error, {error_text} V"
+        ),
+        _ => "the error of the orbit from the exit point exceeds all numbers before it comes back or settles"
+            .into(),
     }
 }
 
@@ -287,5 +317,26 @@ pub fn landing(flow: &Flow) -> Option<Landing> {
     match flow.fate {
         Fate::Sticks(landing) => Some(landing),
         _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::why_too_close;
+
+    /// Orbits that are too close to call have margins within their errors, or beyond them, or none.
+    #[test]
+    fn the_reason_of_an_orbit_that_is_too_close_is_so() {
+        for (margin, error, said) in [
+            (1e-12, 2e-12, "+1e-12 is smaller than its error 2e-12"),
+            (-5e-9, 1e-9, "-5e-9 exceeds its error 1e-9"),
+            (0.3, 1e-9, "comes back to the exit point"),
+            (f64::NAN, 2e10, "within its error, 2e10 V"),
+            (f64::NAN, f64::NAN, "exceeds all numbers"),
+            (f64::NAN, f64::INFINITY, "exceeds all numbers"),
+        ] {
+            let why = why_too_close(margin, error);
+            assert!(why.contains(said) && !why.contains("- is"), "{why}");
+        }
     }
 }

@@ -20,6 +20,7 @@ use slipmap_certify::slip_count::SlipCount;
 use slipmap_model::filippov::{Eigenvalues, Oscillator};
 use slipmap_model::friction::Law;
 use slipmap_simulate::sensitivity::{NoSensitivity, Sensitivity};
+use slipmap_simulate::slip_cycle::Unknown;
 use slipmap_simulate::{
     CriticalDamping, Cycle, Fate, Flow, Landing, Neighbour, NoCriticalDamping, crossing_separates, separates,
 };
@@ -167,11 +168,13 @@ impl Cycles {
         let (stick_slip, slip, crossing) =
             (answer.stick_slip_cycle(), answer.slip_cycles(), answer.crossing_cycles());
         let reasons = [
-            ("stick-slip cycle", stick_slip.as_ref().err().map(ToString::to_string)),
-            ("slip cycles", slip.as_ref().err().map(ToString::to_string)),
-            ("crossing cycles", crossing.as_ref().err().map(ToString::to_string)),
+            ("stick-slip cycle", stick_slip.as_ref().err().map(|why| Unknown::Orbit(*why))),
+            ("slip cycles", slip.as_ref().err().copied()),
+            ("crossing cycles", crossing.as_ref().err().copied()),
         ];
-        let reasons = reasons.into_iter().filter_map(|(which, why)| Some(format!("{which}: {}", why?)));
+        let reasons = reasons
+            .into_iter()
+            .filter_map(|(which, why)| Some(format!("{which}: {}", answer.why_unknown(why?))));
         let reasons: Vec<String> = reasons.collect();
         let fate = match answer.flow.fate {
             // The orbit spirals to an attractor that is not known.

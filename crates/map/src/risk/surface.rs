@@ -26,6 +26,8 @@
 //! the same groups (theory, "Any friction law"). The same orbits give y and its deviation, which is
 //! interpolated from the same nodes.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use rayon::prelude::*;
 use slipmap_model::friction::Law;
 use slipmap_model::friction::{Column, Strengthening};
@@ -56,6 +58,14 @@ const SEARCHED_TOGETHER: usize = 64;
 /// Least number of machines per node in a box that is interpolated.
 const MACHINES_PER_NODE: usize = 4;
 
+/// Work of the searches of all draws by default, in evaluations of the right-hand side of the Stribeck law:
+/// about a minute.
+const WORK: u64 = 1_000_000_000;
+/// Work counted for a search that fails.
+const FAILURE: u64 = 100_000;
+/// Work of a search with the derivatives by all data, in units of that of the search alone.
+const WITH_DERIVATIVES: u64 = 3;
+
 /// Machines, represented by the groups on which y depends.
 pub(super) struct Groups<'a> {
     pub(super) nominal: &'a Machine,
@@ -78,6 +88,28 @@ pub(super) struct Found {
     /// Their standard deviations due to the standard errors of measured friction, in SI units; NaN where
     /// unknown, 0 for friction without standard errors.
     pub(super) deviations: Vec<f64>,
+}
+
+/// The searches that are left. Whether they suffice depends on their number alone, not on the threads.
+pub(super) struct Searches(AtomicUsize);
+
+impl Searches {
+    pub(super) fn new(number: usize) -> Self {
+        Self(AtomicUsize::new(number))
+    }
+
+    /// Takes this many; `None` once there are not as many left.
+    fn take(&self, number: usize) -> Option<()> {
+        let less = |left: usize| left.checked_sub(number);
+        // What was refused ends the whole answer, so nothing is taken after it.
+        match self.0.fetch_update(Ordering::Relaxed, Ordering::Relaxed, less) {
+            Ok(_) => Some(()),
+            Err(_) => {
+                self.0.store(0, Ordering::Relaxed);
+                None
+            }
+        }
+    }
 }
 
 /// y of one machine, and its standard deviation.
@@ -157,6 +189,14 @@ impl<'a> Groups<'a> {
             }
             Friction::Coefficients(..) | Friction::Measured(_) => true,
         }
+    }
+
+    /// The number of searches that take as much work as may be spent by default, judged by the nominal machine.
+    pub(super) fn affordable(&self) -> usize {
+        let Some(column) = self.nominal.model().map(|model| model.column()) else { return 0 };
+        let rhs = critical_damping(&column, TOLERANCE).map_or(FAILURE, |root| root.rhs);
+        let orbits = if has_standard_errors(self.nominal) { WITH_DERIVATIVES } else { 1 };
+        (WORK / (orbits * rhs.max(1) * column.curve.cost())) as usize
     }
 
     pub(super) fn push(&mut self, machine: &Machine) {
@@ -282,15 +322,15 @@ impl<'a> Groups<'a> {
         self.searched(&machines.iter().map(|&machine| self.of(machine)).collect::<Vec<_>>())
     }
 
-    /// The critical damping of every machine.
-    pub(super) fn critical_dampings(&self) -> Found {
+    /// The critical damping of every machine; `None` where the budget does not suffice.
+    pub(super) fn critical_dampings(&self, budget: &Searches) -> Option<Found> {
         let all: Vec<usize> = (0..self.scales.len()).collect();
         let (mut known, mut unknown): (Vec<usize>, Vec<usize>) =
             all.into_iter().partition(|&machine| self.of(machine).iter().all(|group| group.is_finite()));
         let mut dampings = vec![f64::NAN; self.scales.len()];
         let mut deviations = vec![0.0; self.scales.len()];
         let mut largest = 0.0_f64;
-        for Placed { machine, values: [y, deviation], error } in self.boxed(&mut known) {
+        for Placed { machine, values: [y, deviation], error } in self.boxed(&mut known, budget)? {
             let [factor, shift] = self.scales[machine];
             dampings[machine] = factor * y + shift;
             deviations[machine] = if deviation < 0.0 { 0.0 } else { factor * deviation };
@@ -301,18 +341,21 @@ impl<'a> Groups<'a> {
         for machine in unknown {
             dampings[machine] = self.scales[machine][1].min(0.0);
         }
-        Found { dampings, error: largest, deviations }
+        Some(Found { dampings, error: largest, deviations })
     }
 
-    /// The values of these machines, interpolated over their box, over its parts, or by a search for each.
-    fn boxed(&self, machines: &mut [usize]) -> Vec<Placed> {
+    /// The values of these machines, interpolated over their box, over its parts, or by a search for each;
+    /// `None` where the budget does not suffice.
+    fn boxed(&self, machines: &mut [usize], budget: &Searches) -> Option<Vec<Placed>> {
         let Some((sides, nodes)) =
             self.sides(machines).filter(|(_, nodes)| machines.len() > MACHINES_PER_NODE * nodes)
         else {
+            budget.take(machines.len())?;
             let values = self.exact(machines).into_iter();
             let placed = machines.iter().zip(values);
-            return placed.map(|(&machine, values)| Placed { machine, values, error: 0.0 }).collect();
+            return Some(placed.map(|(&machine, values)| Placed { machine, values, error: 0.0 }).collect());
         };
+        budget.take(nodes + SAMPLES)?;
         // Equally spaced samples of the machines, which are in the order of the draws.
         let step = machines.len() / SAMPLES;
         let samples: Vec<usize> = (0..SAMPLES).map(|i| machines[i * step]).collect();
@@ -354,7 +397,7 @@ impl<'a> Groups<'a> {
                 |point: &[f64]| [surfaces[0].at(point), if measured { surfaces[1].at(point) } else { 0.0 }];
             let placed =
                 |&machine: &usize| Placed { machine, values: values(self.of(machine)), error: errors[0] };
-            return machines.iter().map(placed).collect();
+            return Some(machines.iter().map(placed).collect());
         };
         let middle = machines.len() / 2;
         let place = |machine: &usize| self.of(*machine)[axis];
@@ -362,9 +405,10 @@ impl<'a> Groups<'a> {
         let (below, above) = machines.split_at_mut(middle);
         below.sort_unstable();
         above.sort_unstable();
-        let (mut below, mut above) = rayon::join(|| self.boxed(below), || self.boxed(above));
+        let (below, above) = rayon::join(|| self.boxed(below, budget), || self.boxed(above, budget));
+        let (mut below, mut above) = below.zip(above)?;
         below.append(&mut above);
-        below
+        Some(below)
     }
 
     /// The smallest box that contains these machines, and its number of nodes; `None` if it has too many

@@ -24,7 +24,7 @@ fn an_uncertain_damping_alone_has_a_known_probability() {
     let machine = machine.with("damping", critical).unwrap();
     let (min, max) = (0.9 * critical, 1.3 * critical);
     let uncertain = [("damping", Spread::Uniform { min, max })];
-    let found = risk(&machine, &uncertain, 20_000, &[0.05]).unwrap();
+    let found = risk(&machine, &uncertain, Some(20_000), &[0.05]).unwrap();
     // Four standard errors of a share.
     let error = |p: f64| 4.0 * (p * (1.0 - p) / 20_000.0_f64).sqrt();
     let [low, high] = found.probability.limits;
@@ -50,11 +50,12 @@ fn a_rare_damping_next_to_zero_has_its_probability() {
         ("belt_speed", Spread::Uniform { min: 0.1, max: 0.4 }),
     ];
     let found =
-        risk(&machine.with("damping", 0.01 * critical).unwrap(), &uncertain, 20_000, &[0.3, 0.1]).unwrap();
+        risk(&machine.with("damping", 0.01 * critical).unwrap(), &uncertain, Some(20_000), &[0.3, 0.1])
+            .unwrap();
     assert!(found.draws < 12_000 && found.draws + found.redrawn == 20_000, "{found:?}");
     for RareBy { probability, damping } in found.rare_by {
         let nominal = machine.with("damping", damping.unwrap().value).unwrap();
-        let there = risk(&nominal, &uncertain, 20_000, &[]).unwrap().probability;
+        let there = risk(&nominal, &uncertain, Some(20_000), &[]).unwrap().probability;
         assert!((there.value - probability).abs() < 2e-3, "{probability} {there:?}");
     }
 }
@@ -92,7 +93,7 @@ fn interpolated_critical_dampings_are_those_of_each_machine() {
         let drawn: Vec<Machine> =
             (0..12_000).map(|_| draw(&machine, &uncertain, &mut random).unwrap().machine).collect();
         drawn.iter().for_each(|machine| groups.push(machine));
-        let found = groups.critical_dampings();
+        let found = groups.critical_dampings(&Searches::new(usize::MAX)).unwrap();
         let law = machine.model().unwrap().law;
         for (machine, damping) in drawn.iter().zip(&found.dampings).step_by(661) {
             let exact = critical(machine);
@@ -118,7 +119,7 @@ fn critical_dampings_are_not_interpolated_over_a_narrow_feature() {
     let drawn: Vec<Machine> =
         (0..4_000).map(|_| draw(&machine, &uncertain, &mut random).unwrap().machine).collect();
     drawn.iter().for_each(|machine| groups.push(machine));
-    let found = groups.critical_dampings();
+    let found = groups.critical_dampings(&Searches::new(usize::MAX)).unwrap();
     let has_term = |machine: &Machine| match &machine.friction {
         Friction::Formula(_, parameters) => (parameters.as_slice()[0] - 0.313).abs() < 5e-4,
         _ => false,
@@ -158,7 +159,7 @@ fn measured_friction_is_as_uncertain_as_tables_of_other_measurements() {
         })
         .collect();
     let spread = (others.iter().map(|other| (other - nominal).powi(2)).sum::<f64>() / f64::from(n)).sqrt();
-    let found = risk(&machine, &[], 20_000, &[]).unwrap();
+    let found = risk(&machine, &[], Some(20_000), &[]).unwrap();
     // Four standard errors of a standard deviation and of a share; the critical damping's second order in
     // the errors of the data is far below them.
     let standard_error = found.standard_error.unwrap();
@@ -190,7 +191,7 @@ fn friction_that_rises_within_its_errors_may_stick_slip() {
             ..example(Law::Stribeck)
         }
     };
-    let found = |slope: f64| risk(&of(slope), &[], 20_000, &[]).unwrap();
+    let found = |slope: f64| risk(&of(slope), &[], Some(20_000), &[]).unwrap();
     let [rises, falls] = [1e-4, -1e-4].map(|slope| found(slope).probability.value);
     assert!((rises - falls).abs() < 0.02 && (0.4..0.6).contains(&rises), "{rises} {falls}");
     let rising = found(0.005);
@@ -238,8 +239,31 @@ fn steep_scattered_data_have_a_standard_error_too() {
         ..example(Law::Stribeck)
     };
     let uncertain = [("normal_force", Spread::Normal { sd: 10.0 })];
-    let found = risk(&machine, &uncertain, 60, &[]).unwrap();
+    let found = risk(&machine, &uncertain, Some(60), &[]).unwrap();
     assert!(found.failed == 0 && found.standard_error.is_some_and(|error| error > 0.0), "{found:?}");
+}
+
+/// Data that scatter far more than they fall: no surface serves between the draws, so each would have a search of
+/// its own, a million by default.
+#[test]
+fn rough_data_have_fewer_draws_within_a_budget() {
+    let of = |scatter: f64| {
+        let mut random = Random(5);
+        let data: Vec<(f64, f64)> = (0..12)
+            .map(|i| (0.05 * f64::from(i), 0.25 + 0.15 * f64::exp(-f64::from(i))))
+            .map(|(u, f)| (u, if u > 0.0 { f + scatter * random.normal() } else { f }))
+            .collect();
+        let table = Table::new("a rig", &data, data[0].1).unwrap().with_standard_errors(&[0.1; 12]).unwrap();
+        let like = example(Law::Stribeck);
+        Machine { friction: Friction::Measured(table), belt_speed: 0.1, damping: 50.0, ..like }
+    };
+    let uncertain =
+        [("normal_force", Spread::Normal { sd: 20.0 }), ("belt_speed", Spread::Normal { sd: 0.015 })];
+    const SEARCHES: usize = 180;
+    let (needed, fewer) = usual(&of(0.03), &uncertain, SEARCHES).unwrap();
+    assert!(fewer && needed.draws.len() + needed.failed == FEWEST_DRAWS, "{}", needed.draws.len());
+    let (needed, fewer) = usual(&of(0.0), &uncertain[..1], SEARCHES).unwrap();
+    assert!(!fewer && needed.draws.len() == 1_000_000, "{}", needed.draws.len());
 }
 
 /// The formula of a machine in three parameters: with the speed and the mass they are too many to
@@ -263,7 +287,7 @@ fn fewer_draws_are_usual_where_each_needs_a_search() {
 fn illegal_draws_and_failed_ones_are_counted_apart() {
     let machine = machine(Law::Exponential);
     let uncertain = [("mass", Spread::Normal { sd: 0.8 * machine.mass })];
-    let found = risk(&machine, &uncertain, 1000, &[]).unwrap();
+    let found = risk(&machine, &uncertain, Some(1000), &[]).unwrap();
     // A normal number is more than 1.25 standard deviations below its mean in 10.6 % of all draws: of those
     // until 1000 are legal, 118 on average.
     assert!((60..180).contains(&found.redrawn), "{}", found.redrawn);
@@ -304,7 +328,7 @@ fn interpolated_standard_errors_are_those_of_each_machine() {
     let drawn: Vec<Machine> =
         (0..500).map(|_| draw(&machine, &uncertain, &mut random).unwrap().machine).collect();
     drawn.iter().for_each(|machine| groups.push(machine));
-    let found = groups.critical_dampings();
+    let found = groups.critical_dampings(&Searches::new(usize::MAX)).unwrap();
     for (machine, deviation) in drawn.iter().zip(&found.deviations).step_by(97) {
         let exact = standard_error(&machine.model().unwrap()).unwrap();
         // To a few times the accuracy at the samples of a box.
@@ -316,7 +340,7 @@ fn interpolated_standard_errors_are_those_of_each_machine() {
 fn probabilities_agree_with_a_separate_count() {
     const DRAWN: u32 = 120;
     let (machine, uncertain) = uncertain_machines().swap_remove(0);
-    let found = risk(&machine, &uncertain, 2000, &[0.1]).unwrap();
+    let found = risk(&machine, &uncertain, Some(2000), &[0.1]).unwrap();
     let mut random = Random(7);
     let sticks = (0..DRAWN)
         .filter(|_| {
@@ -332,7 +356,7 @@ fn probabilities_agree_with_a_separate_count() {
     assert!((share - sticks).abs() < 4.0 * error, "{found:?} {sticks}");
     // With that damping the probability is the requested one.
     let rare = machine.with("damping", found.rare_by[0].damping.unwrap().value).unwrap();
-    let again = risk(&rare, &uncertain, 2000, &[]).unwrap();
+    let again = risk(&rare, &uncertain, Some(2000), &[]).unwrap();
     assert!((again.probability.value - 0.1).abs() < 2e-3, "{again:?}");
 }
 
@@ -346,7 +370,7 @@ fn a_map_of_probabilities_has_each_of_its_points() {
     for (i, speed) in speeds.into_iter().enumerate() {
         for (j, damping) in dampings.into_iter().enumerate() {
             let here = machine.with("belt_speed", speed).unwrap().with("damping", damping).unwrap();
-            let alone = risk(&here, &uncertain, 3000, &[]).unwrap().probability;
+            let alone = risk(&here, &uncertain, Some(3000), &[]).unwrap().probability;
             assert_eq!(map[3 * i + j], alone.value, "{speed} {damping}");
         }
     }

@@ -31,6 +31,8 @@ pub enum Layer {
 pub struct Area<'a> {
     pub slice: Slice<'a>,
     pub layer: Layer,
+    /// The errors of the numbers, which the data have beside them, with their label.
+    pub errors: Option<(Label, Array2<f64>)>,
     pub curves: Option<PlaneCurves>,
     /// Whether the exact boundary of the stick-slip region is drawn if there are no curves.
     pub exact: bool,
@@ -231,8 +233,8 @@ fn draw_bar(scene: &mut Scene, bar: Rect, colours: Colours, name: &Rich, numbers
     scene.text_up((x + w + numbers + 6.0 + TEXT, y + 0.5 * h), name, SMALL_TEXT, Anchor::Middle);
 }
 
-/// The nodes and cells of areas as a table: both axes, and the variable; with `panel`, also the axis that
-/// differs between the panels, by its header and values.
+/// The nodes and cells of areas as a table: both axes, the variable, and its errors where they are known; with
+/// `panel`, also the axis that differs between the panels, by its header and values.
 pub fn data(areas: &[Area], label: &Label, panel: Option<(&str, &[f64])>) -> Data {
     let Some(first) = areas.first() else { return Data::default() };
     let cells = cell_columns(&first.slice, areas.len());
@@ -253,8 +255,11 @@ pub fn data(areas: &[Area], label: &Label, panel: Option<(&str, &[f64])>) -> Dat
             Layer::Reals(cells) => reals.extend(cells.iter().map(|value| value * label.factor)),
         }
     }
-    match reals.is_empty() {
+    let data = match reals.is_empty() {
         true => data.with(label.header(), Values::Codes(codes.0, codes.1)),
         false => data.reals(label.header(), reals),
-    }
+    };
+    let Some((label, _)) = &first.errors else { return data };
+    let errors = areas.iter().filter_map(|area| area.errors.as_ref()).flat_map(|(_, errors)| errors);
+    data.reals(label.header(), errors.map(|error| error * label.factor).collect())
 }

@@ -8,7 +8,7 @@ use super::super::{ReportError, SIMULATION};
 use super::Figure;
 use super::area::{self, Area, Layer};
 use super::palette::{Kind, kinds};
-use super::slice::{ChoiceError, Held, Slice, drawn, find_axis, hold, nearest_node, picks, step};
+use super::slice::{ChoiceError, Held, Slice, drawn, errors_of, find_axis, hold, nearest_node, picks, step};
 use super::verdict_panels::failed_words;
 use slipmap_figure::axis::Scale;
 use slipmap_figure::data::{Data, Values};
@@ -193,10 +193,12 @@ fn over_plane(view: &View, plot: &Plot, x: usize, y: usize) -> Result<Plotted, R
             Some(kinds) => Layer::Codes(slice.codes(variable)?, kinds),
             None => Layer::Reals(slice.reals(variable)?),
         };
+        let errors = slice.errors(variable)?;
         let plane = slice.plane();
         let curves = stored(map, &plane)
             .or_else(|| plot.curves.then(|| PlaneCurves::of(map.grid(), plane, &AtomicBool::new(false))));
-        areas.push(Area { slice, layer, curves, exact: variable.starts_with("verdict_"), title });
+        let exact = variable.starts_with("verdict_");
+        areas.push(Area { slice, layer, errors, curves, exact, title });
     }
     let first = &areas[0];
     let at = view.held(&first.slice.index, &shown);
@@ -365,7 +367,14 @@ fn over_axis(view: &View, plot: &Plot, x: usize) -> Result<Plotted, ReportError>
         [name] => view.units.variable(name).header(),
         _ => "value".into(),
     };
-    let data = data.with(header, columns);
+    data = data.with(header, columns);
+    if let Some(errors) = context.errors(&lines)? {
+        let header = match names[..] {
+            [name] => errors_of(map, name).map(|name| view.units.variable(&name).header()),
+            _ => None,
+        };
+        data = data.reals(header.unwrap_or_else(|| "error".into()), errors);
+    }
     let thinned = if step > 1 { vec![(axes[x].name.clone(), step)] } else { Vec::new() };
     let mut notes = moved(view, panel_axis, plot.panels, &panel_nodes);
     notes.extend(moved(view, curve_axis, several.first().copied(), &curve_nodes));
@@ -454,6 +463,27 @@ impl Context<'_> {
         let x = Scale::of_nodes(&axis.values).in_unit(x_label.factor);
         let scene = lines::draw(&self.heading, x, &x_label.text(), &charts, self.width);
         Ok((scene, Values::Reals(numbers)))
+    }
+
+    /// The errors of the numbers of all lines, NaN where the map has none; `None` where it has none at all.
+    fn errors(&self, lines: &[Line]) -> Result<Option<Vec<f64>>, ReportError> {
+        let map = self.view.map;
+        let known: Vec<Option<String>> = lines.iter().map(|line| errors_of(map, line.variable)).collect();
+        if known.iter().all(Option::is_none) {
+            return Ok(None);
+        }
+        let mut all = Vec::new();
+        for (line, known) in lines.iter().zip(known) {
+            match known {
+                Some(name) => {
+                    let factor = self.view.units.variable(&name).factor;
+                    let errors = map.real_slice(&name, &self.picks(line)?)?;
+                    all.extend(errors.iter().map(|error| error * factor));
+                }
+                None => all.resize(all.len() + drawn(&map.grid().axes()[self.x]).len(), f64::NAN),
+            }
+        }
+        Ok(Some(all))
     }
 
     fn strips(&self, lines: &[Line]) -> Result<(Scene, Values), ReportError> {

@@ -8,7 +8,7 @@ use slipmap_figure::axis::Scale;
 use slipmap_figure::region::cell_edges;
 use slipmap_figure::text::{Rich, rich};
 use slipmap_format::{MapFile, Pick};
-use slipmap_map::map::{Axis, Plane};
+use slipmap_map::map::{Axis, Field, Plane};
 use slipmap_model::friction::Law;
 use slipmap_model::point::Point;
 use slipmap_simulate::critical::critical_dampings;
@@ -219,6 +219,12 @@ impl<'a> Slice<'a> {
         Ok(self.turned(self.view.map.real_slice(variable, &self.selection(variable, rank)?)?))
     }
 
+    /// The errors of a variable over the drawn nodes, `[x, y]`, with their label, where the map has them.
+    pub fn errors(&self, variable: &str) -> Result<Option<(Label, Array2<f64>)>, ReportError> {
+        let Some(name) = errors_of(self.view.map, variable) else { return Ok(None) };
+        Ok(Some((self.view.units.variable(&name), self.reals(&name)?)))
+    }
+
     fn selection(&self, variable: &str, rank: usize) -> Result<Vec<Pick>, ChoiceError> {
         for axis in [self.x, self.y] {
             if axis >= rank {
@@ -247,6 +253,13 @@ impl<'a> Slice<'a> {
     pub(crate) fn held_but_epsilon(&self) -> Rich {
         self.view.held(&self.index, &[self.x, self.y, 0])
     }
+}
+
+/// The variable of a map that holds the errors of this one.
+pub(crate) fn errors_of(map: &MapFile, variable: &str) -> Option<String> {
+    let method = variable.strip_prefix("critical_c_")?;
+    let name = format!("{}{method}", Field::CRITICAL_ERROR);
+    map.has(&name).then_some(name)
 }
 
 /// The position of the axis of this name. A machine's axes are also found by their names in configurations.

@@ -76,18 +76,19 @@ impl<'a> InterpolatedBackbone<'a> {
         Ok(resolved.then(|| nodes(&backbone) - 1))
     }
 
-    /// The values of C of a column at the nodes, from r = V down to 0, their largest error, and the number of
-    /// evaluations of the right-hand side; `None` where an orbit fails, or the nodes miss a feature of the
-    /// law.
-    pub fn values(column: &Column, tolerance: f64, intervals: usize) -> Option<(Vec<f64>, f64, u64)> {
+    /// The values of C of a column at the nodes, from r = V down to 0, their largest error, the error of C by
+    /// features of the law between the nodes, and the number of evaluations of the right-hand side; `None` where
+    /// an orbit fails, or the nodes miss a feature of the law.
+    pub fn values(column: &Column, tolerance: f64, intervals: usize) -> Option<(Vec<f64>, [f64; 2], u64)> {
         let work = Work::of_backbone(&column.curve);
         let backbone =
             Backbone::with_intervals(&column.curve, column.belt_speed, tolerance, intervals, &work).ok()?;
         let Backbone { mut panels, node_error, rhs, hidden, size, .. } = backbone;
-        (hidden <= LARGEST_ERROR * size).then(|| (panels.swap_remove(0).values, node_error, rhs))
+        (hidden <= LARGEST_ERROR * size).then(|| (panels.swap_remove(0).values, [node_error, hidden], rhs))
     }
 
-    /// Interpolates values of C at the nodes, from r = V down to 0, with errors of at most `node_error`.
+    /// Interpolates values of C at the nodes, from r = V down to 0, with errors of at most `node_error`, that of
+    /// features between the nodes included.
     pub fn new(nodes: &'a BackboneNodes, belt_speed: f64, values: &'a [f64], node_error: f64) -> Self {
         let mut series = [0.0; Self::MOST_NODES];
         series.iter_mut().zip(nodes.transform.coefficients(values)).for_each(|(c, value)| *c = value);
