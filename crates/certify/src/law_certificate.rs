@@ -118,7 +118,7 @@ impl LawCertificate {
             self.tiles.iter().map(|tile| &tile.domain).chain(self.open.iter()).collect();
         let mut confirmed = 0;
         match law {
-            None => problems.push("its friction law does not exist".into()),
+            None => problems.push("its friction law does not exist, or has no proofs over boxes".into()),
             Some(law) if axes(&law) != self.axes || !law.admits_box(&self.domain) => {
                 problems.push("its domain is not a box of parameters of the law".into());
             }

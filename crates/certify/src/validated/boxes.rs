@@ -199,7 +199,8 @@ impl BoxProof {
     /// part; `None` if there is none.
     fn sticks_from(&self, groups: Groups, epsilon: Interval, belt_speed: Interval) -> Option<f64> {
         let divergence = Divergence::Groups(groups);
-        let lands = |c: f64| Flow { divergence, viscous: epsilon * Interval::of(c), belt_speed }.lands();
+        let lands =
+            |c: f64| Flow { divergence, viscous: epsilon * Interval::of(c), belt_speed, drop: 0.0 }.lands();
         least_proved(&lands, self.damping, HALVINGS)
     }
 

@@ -6,7 +6,8 @@
 //! above the upper bound. The bounds are linear in the part's coordinates; the means of c cut off by them are
 //! integrated in interval arithmetic, so that the shares are lower bounds. Nothing is sampled.
 //!
-//! The statements hold wherever the law is legal: phi(0) = 1, and D a Lipschitz function of the slip speed.
+//! The statements hold wherever the law is legal: phi(0) = 1, and D a Lipschitz function of the slip speed. A law whose
+//! friction may drop as slip begins has no tiles.
 
 use rayon::prelude::*;
 
@@ -131,8 +132,9 @@ impl LawProof {
         let x: Vec<Interval> = ranges.iter().map(|[lo, hi]| Interval::new(*lo, *hi)).collect();
         let [parameters @ .., belt_speed] = x.as_slice() else { return None };
         let divergence = Divergence::Box(&self.law, parameters);
-        let lands =
-            |c: f64| Flow { divergence, viscous: x[0] * Interval::of(c), belt_speed: *belt_speed }.lands();
+        let lands = |c: f64| {
+            Flow { divergence, viscous: x[0] * Interval::of(c), belt_speed: *belt_speed, drop: 0.0 }.lands()
+        };
         least_proved(&lands, self.damping, HALVINGS)
     }
 
