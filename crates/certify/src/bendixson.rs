@@ -3,7 +3,14 @@
 //! ```text
 //! present if  D(u) > 0 for all u in [0, V + R], R the orbit's amplitude, and the landing speed is below 2
 //! absent  if  D(u) < 0 for all u in [0, 2 V]
+//!
+//! with a drop j of friction as slip begins
+//! present if  D(u) > -d* for all u in [0, V + R], and the landing speed is below 2 - j
+//! absent  if  D(u) < -d* for all u in [0, V + hypot(V, j)]
 //! ```
+//!
+//! where d*(j/V) > 0 is the damping that the drop alone sustains, see "Constant divergence" and "Comparison with
+//! it" in the source of `certify::drop`.
 //!
 //! **Domain**: every law. **Guarantee**: a theorem at every eps > 0, evaluated in double precision.
 //!
@@ -23,7 +30,7 @@
 //! Departures from the paper (section 5.1): the paper keeps only the first order in eps and takes x2 >= -V
 //! along the orbit. That is [`super::bendixson_leading`]; where D > 0 the orbit in fact overshoots -V.
 
-use super::{Claim, Columns, Guarantee, Test, absence_edge, landing, presence_edge};
+use super::{Claim, Columns, Guarantee, Test, absence_edge, drop, landing, presence_edge};
 use slipmap_model::friction::Column;
 
 /// The test.
@@ -63,16 +70,29 @@ fn claims(columns: &Columns) -> Vec<Claim> {
         // Where `symmetric` has proved the landing at every damping, there is nothing to search.
         let lands = edge.map(|_| columns.symmetric(number));
         let lands = lands.is_some_and(|known| known.present_below > 0.0 && known.sticks_from == 0.0);
-        let most = column.curve.weakening_range(0.0, 2.0 * column.belt_speed).hi;
         let sticks_from = if lands { 0.0 } else { landing::sticks_from(column, present_below) };
-        Claim { sticks_from, present_below, absent_above: absence_edge(column, most) }
+        Claim { sticks_from, present_below, absent_above: absence_edge(column, highest(column)) }
     };
     presence_edges(columns).into_iter().enumerate().map(with_edge).collect()
 }
 
-/// The least weakening on slip speeds from 0 to V + `amplitude`, as a damping.
+/// eps c from which on the divergence excludes a return.
+fn highest(column: &Column) -> f64 {
+    let Column { curve, belt_speed, .. } = column;
+    match curve.drop() {
+        0.0 => curve.weakening_range(0.0, 2.0 * belt_speed).hi,
+        j => curve.weakening_range(0.0, drop::fastest(column)).hi + drop::sustained(j, *belt_speed).hi,
+    }
+}
+
+/// The least weakening on slip speeds from 0 to V + `amplitude`, with what a drop sustains, as a damping.
 fn lowest(column: &Column, amplitude: f64) -> f64 {
-    presence_edge(column, column.curve.weakening_range(0.0, column.belt_speed + amplitude).lo)
+    let Column { curve, belt_speed, .. } = column;
+    let least = curve.weakening_range(0.0, belt_speed + amplitude).lo;
+    match curve.drop() {
+        0.0 => presence_edge(column, least),
+        j => presence_edge(column, least + drop::sustained(j, *belt_speed).lo),
+    }
 }
 
 /// For each column a damping c > 0 with eps c <= weakening on [0, V + R(c)], the largest that the search

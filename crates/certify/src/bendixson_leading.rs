@@ -7,7 +7,8 @@
 //! which for the Stribeck law is gamma (1 - alpha) - 4 beta V (paper, section 5.1: the divergence along the
 //! orbit, with x2 >= -V).
 //!
-//! **Domain**: laws with an expansion in eps; none is claimed for others. **Guarantee**: asymptotic. At
+//! **Domain**: laws with an expansion in eps and without a drop as slip begins, which is no small change at
+//! small eps; none is claimed for others. **Guarantee**: asymptotic. At
 //! finite eps the weakening is smaller at u = 2 V and the orbit overshoots -V, so the claim may be wrong;
 //! [`super::bendixson`] makes the same idea rigorous. The landing is not checked, as in
 //! [`super::perturbation`]. **Idea**: there is no closed orbit along and inside which the divergence is

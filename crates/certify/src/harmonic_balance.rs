@@ -19,6 +19,9 @@
 //! [`super::perturbation`]. **Idea**: the circle x2 = V cos t is the orbit at eps = 0; the work done along it
 //! by the full law, not by its linear part, decides whether the orbit gains or loses energy.
 //!
+//! **With a drop** j of friction as slip begins ln(1 + j^2/V^2) / (2 pi) is added to M: the orbit starts at the
+//! distance hypot(V, j) from the equilibrium, not V. That is first order in the weakening and in j^2/V^2.
+//!
 //! Departures from the paper: this test is not in it.
 
 use super::{Claim, Guarantee, Test, absence_edge, presence_edge};
@@ -36,7 +39,11 @@ pub const TEST: Test = Test {
 };
 
 fn claim(column: &Column) -> Claim {
-    let mean = column.curve.mean_weakening(column.belt_speed);
+    let mut mean = column.curve.mean_weakening(column.belt_speed);
+    let drop = column.curve.drop();
+    if drop > 0.0 {
+        mean += (drop / column.belt_speed).powi(2).ln_1p() / std::f64::consts::TAU;
+    }
     Claim {
         present_below: presence_edge(column, mean),
         absent_above: absence_edge(column, mean),

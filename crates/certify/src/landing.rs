@@ -3,6 +3,7 @@
 //! An orbit that comes back to the belt line from below with speed x2' = `wL` lands at x1 = 1 - eps c V -
 //! `wL`. The stick segment is |x1 + eps c V| < 1, so that the mass sticks iff 0 < `wL` < 2 (`wL` = 0 is
 //! grazing). Faster orbits cross. These tests do not follow them above the belt and claim nothing for them.
+//! With a drop j of friction as slip begins it lands at x1 = 1 - eps c V - j - `wL`, and sticks iff `wL` < 2 - j.
 //!
 //! # The bound
 //! In the notation of [`super`], e = s^2 + p^2 obeys de/ds = 2 D p. The turn is cut into strips of s. In
@@ -13,7 +14,7 @@
 //! the lower half plane, which is not known beforehand, is reached with the closed form of the linear flow
 //! (`turning_point`): that requires d < 2, and the bound is infinite where it fails.
 //!
-//! All this is done in units of the belt speed, in which the orbit starts from e = 1: nothing overflows
+//! All this is done in units of the belt speed, in which the orbit starts from e = 1 + (j/V)^2: nothing overflows
 //! unless the law does. The strips' widths fall linearly towards the turning points, as p does. The bound
 //! falls to the landing speed like 1 / strips.
 //!
@@ -45,8 +46,8 @@ const APART: f64 = 0.4;
 /// Largest number of dampings tried; four to six are usual.
 const MOST_TRIALS: u32 = 30;
 
-/// The smallest damping c >= 0 found at which the landing speed is proved below 2; by monotonicity it is
-/// below 2 at every larger one. Searched in [0, `present_below`]; 0 if that is empty, infinity if the bound
+/// The smallest damping c >= 0 found at which the landing speed is proved below 2 - j, j the drop of friction as
+/// slip begins; by monotonicity it is below at every larger one. Searched in [0, `present_below`]; 0 if that is empty, infinity if the bound
 /// fails even at `present_below`. Negative infinity where no presence is claimed anywhere.
 pub fn sticks_from(column: &Column, present_below: f64) -> f64 {
     if present_below == f64::NEG_INFINITY {
@@ -56,21 +57,24 @@ pub fn sticks_from(column: &Column, present_below: f64) -> f64 {
         return 0.0;
     }
     let mut flow = Flow::new(column, 0.0);
-    let largest = flow.ranges.highest(0.0, 3.0 * column.belt_speed);
-    if constant_bound(largest, column.belt_speed) < 2.0 {
+    let drop = column.curve.drop();
+    let fastest = 2.0 - drop;
+    let reach = column.belt_speed + 2.0 * column.belt_speed.hypot(drop);
+    let largest = flow.ranges.highest(0.0, reach);
+    if constant_bound(largest, column.belt_speed, drop) < fastest {
         return 0.0;
     }
     let mut above = f64::INFINITY;
     for strips in REFINEMENTS {
-        above = flow.speed_bound(strips) - 2.0;
+        above = flow.speed_bound(strips) - fastest;
         if above < 0.0 {
             return 0.0;
         }
     }
-    // How far the finest bound exceeds 2.
+    // How far the finest bound exceeds the fastest speed that sticks.
     let mut excess = |c: f64| {
         flow.viscous = column.epsilon * c;
-        flow.speed_bound(REFINEMENTS[2]) - 2.0
+        flow.speed_bound(REFINEMENTS[2]) - fastest
     };
     let mut below = excess(present_below);
     if !(below < 0.0) {
@@ -99,18 +103,20 @@ pub fn sticks_from(column: &Column, present_below: f64) -> f64 {
 
 /// An upper bound of the landing speed from the largest divergence `d` alone; infinite where there is none.
 ///
-/// With D <= d on slip speeds up to 3 V, 0 < d < 2, the orbit lies inside that of the flow with D = d, whose
-/// radius grows by rho = exp(pi d / (2 omega)) in each half turn, omega = sqrt(1 - d^2/4), as long as it does
-/// not leave those slip speeds: rho <= 2. By de/ds = 2 D p, e rises up to the second turning point, where it
-/// is rho^4. Where d <= 0, e does not rise at all.
-fn constant_bound(d: f64, belt_speed: f64) -> f64 {
+/// With D <= d on slip speeds up to V + 2 r0, r0 = hypot(V, j), 0 < d < 2, the orbit lies inside that of the flow
+/// with D = d. By de/ds = 2 D p its e rises, so that traced back from the start it meets the axis p = 0 at most r0
+/// from the origin; from there on its radius grows by rho = exp(pi d / (2 omega)) in each half turn, omega =
+/// sqrt(1 - d^2/4), as long as it does not leave those slip speeds: rho <= 2. At the second turning point e is at
+/// most rho^4 r0^2. Where d <= 0, e does not rise at all, and the landing speed is at most j.
+fn constant_bound(d: f64, belt_speed: f64, drop: f64) -> f64 {
     if d <= 0.0 {
-        return 0.0;
+        return drop;
     }
     let exponent = std::f64::consts::PI * d / ((1.0 - 0.5 * d) * (1.0 + 0.5 * d)).sqrt();
     // Written so that NaN, from d >= 2 or from a law that overflows, gives no bound.
     if exponent <= 2.0 * std::f64::consts::LN_2 {
-        belt_speed * ((2.0 * exponent).exp_m1() * INFLATE).sqrt()
+        let at_start = (drop / belt_speed).powi(2).ln_1p();
+        belt_speed * ((2.0 * exponent + at_start).exp_m1() * INFLATE).sqrt()
     } else {
         f64::INFINITY
     }
@@ -140,6 +146,8 @@ enum Half {
 /// The flow below the belt line at one damping; speeds are in units of the belt speed.
 struct Flow<'a> {
     belt_speed: f64,
+    /// e at the start.
+    start: f64,
     /// Bounds of the weakening rate.
     ranges: Ranges<'a>,
     /// eps c.
@@ -148,8 +156,10 @@ struct Flow<'a> {
 
 impl<'a> Flow<'a> {
     fn new(column: &'a Column, c: f64) -> Self {
-        let belt_speed = column.belt_speed;
-        Self { belt_speed, ranges: column.curve.ranges(4.0 * belt_speed), viscous: column.epsilon * c }
+        let (belt_speed, drop) = (column.belt_speed, column.curve.drop());
+        let reach = (4.0 * belt_speed).max(belt_speed + 2.0 * belt_speed.hypot(drop));
+        let start = ((drop / belt_speed).powi(2) + 1.0) * if drop > 0.0 { INFLATE } else { 1.0 };
+        Self { belt_speed, start, ranges: column.curve.ranges(reach), viscous: column.epsilon * c }
     }
 
     /// See [`speed_bound`].
@@ -158,7 +168,7 @@ impl<'a> Flow<'a> {
         if !amplitude.is_finite() {
             return f64::INFINITY;
         }
-        let at_axis = self.to_axis(Half::Upper, amplitude, strips);
+        let at_axis = self.to_axis(Half::Upper, amplitude, amplitude * amplitude, strips);
         match self.axis_to_belt(at_axis, strips) {
             None => 0.0,
             Some(energy) if energy.is_nan() => f64::INFINITY,
@@ -177,14 +187,13 @@ impl<'a> Flow<'a> {
 
     /// Upper bound of the turning point of the lower half plane.
     fn amplitude(&self, strips: u32) -> f64 {
-        let at_axis = self.to_axis(Half::Lower, 1.0, strips);
+        let at_axis = self.to_axis(Half::Lower, 1.0, self.start, strips);
         self.axis_to_turning(at_axis, strips)
     }
 
-    /// First quarter of each half: upper bound of e at s = 0 on the orbit from s = -`start`, p = 0.
-    fn to_axis(&self, half: Half, start: f64, strips: u32) -> f64 {
+    /// First quarter of each half: upper bound of e at s = 0 on the orbit from s = -`start`, where it is `energy`.
+    fn to_axis(&self, half: Half, start: f64, mut energy: f64, strips: u32) -> f64 {
         assert!(strips > 0);
-        let mut energy = start * start;
         let mut s = -start;
         for i in 1..=strips {
             let tau = f64::from(i) / f64::from(strips);
@@ -390,7 +399,7 @@ mod tests {
             };
             for (half, start) in [(Half::Lower, 1.0), (Half::Upper, 1.5)] {
                 let end = integrate(exact, half, (-start, 0.0), |s, _| s > 0.0);
-                check("to the axis", energy(end), &|strips| flow.to_axis(half, start, strips));
+                check("to the axis", energy(end), &|strips| flow.to_axis(half, start, start * start, strips));
             }
             let turn = integrate(exact, Half::Lower, (0.0, 1.5), |_, p| p < 0.0);
             check("to the turning point", turn.0, &|strips| flow.axis_to_turning(2.25, strips));
@@ -448,7 +457,7 @@ mod tests {
 
     fn crude_bound(column: &Column, c: f64) -> f64 {
         let largest = column.curve.weakening_range(0.0, 3.0 * column.belt_speed).hi;
-        constant_bound(largest - column.epsilon * c, column.belt_speed)
+        constant_bound(largest - column.epsilon * c, column.belt_speed, 0.0)
     }
 
     #[test]

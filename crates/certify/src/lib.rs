@@ -23,7 +23,8 @@
 //!
 //! One turn is a lower half, from s = -V to the turning point s = R (the *amplitude*), and an upper half,
 //! from s = -R to the belt line s = V, where the mass arrives with speed p = `wL` (the *landing speed*). It
-//! sticks there iff `wL` < 2, see [`landing`]. An orbit may also fail to return: its upper half may turn at
+//! sticks there iff `wL` < 2, see [`landing`]. What changes where friction drops as slip begins is in the source of
+//! `certify::drop`. An orbit may also fail to return: its upper half may turn at
 //! some s < V, and then it is trapped inside its own first turn; or a half may never end, because the orbit
 //! tends to a stable node at the origin or runs away to infinity.
 //!
@@ -47,6 +48,7 @@
 pub mod bendixson;
 pub mod bendixson_leading;
 pub mod certificate;
+mod drop;
 mod enclosure;
 pub mod harmonic_balance;
 pub mod instability;

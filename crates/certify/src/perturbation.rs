@@ -8,7 +8,8 @@
 //! where phi(u) = 1 + eps F1(u) + O(eps^2); for the Stribeck law the right side is gamma (1 - alpha) - 2
 //! beta V, the paper's (12).
 //!
-//! **Domain**: laws with an expansion in eps; none is claimed for others. **Guarantee**: asymptotic. At a
+//! **Domain**: laws with an expansion in eps and without a drop as slip begins, which is no small change at
+//! small eps; none is claimed for others. **Guarantee**: asymptotic. At a
 //! fixed c off the edge the verdict is right for all sufficiently small eps (presence: the paper's
 //! Proposition 2; absence: its conclusion). At finite eps the edge is too high: the exact critical damping of
 //! the Stribeck law is smaller by 2 eps gamma^2 (1 - alpha) V + O(eps^2), and in that band the test claims

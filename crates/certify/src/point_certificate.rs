@@ -10,8 +10,20 @@ use super::certificate::Format;
 use super::certificate::list::List;
 use super::validated;
 use super::{Claim, Decision};
-use slipmap_model::friction::Law;
+use slipmap_model::friction::{Column, Law};
 use slipmap_model::point::{MAX_LAW_PARAMETERS, Point};
+
+/// The statement where friction drops as slip begins.
+const STATEMENT_WITH_DROP: &str = "With x1' = x2, x2' = -x1 - epsilon c x2 - sign(x2 - V) phi(|x2 - V|), friction up to 1 at \
+    rest, and the friction law phi of the given name, definition and parameters in slip, plus a constant on each of its pieces \
+    that makes it continuous and phi(0+) = 1 - j, j the drop of the law in double precision, the orbit that leaves \
+    the exit point (1 - epsilon c V, V) with x2' = -j comes back to the belt line (or runs away) for c < critical_c[0] and does \
+    not for c > critical_c[1]; null claims nothing on its side. Verdict present: a stick-slip limit cycle exists at the given \
+    c. Absent: none exists. Undecided: nothing is claimed of that.";
+
+fn statement(column: &Column) -> &'static str {
+    if column.curve.drop() > 0.0 { STATEMENT_WITH_DROP } else { PointCertificate::STATEMENT }
+}
 
 /// A certificate that has been parsed but not verified.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -50,10 +62,11 @@ impl Format for PointCertificate {
 impl PointCertificate {
     /// Certifies the statements that `validated` proves of a point, written by this program.
     pub fn of(law: &Law, point: &Point, written_by: &str) -> Self {
-        let claim = (validated::TEST.claim)(&law.column(point));
+        let column = law.column(point);
+        let claim = (validated::TEST.claim)(&column);
         Self {
             format: Self::NAME.into(),
-            statement: Self::STATEMENT.into(),
+            statement: statement(&column).into(),
             written_by: written_by.into(),
             law: law.name().into(),
             law_definition: law.definition(),
@@ -69,7 +82,7 @@ impl PointCertificate {
     /// Proves every claim again; returns the problems, none if the certificate is sound.
     #[must_use]
     pub fn check(&self) -> Vec<String> {
-        let mut problems = self.other_statement();
+        let mut problems = Vec::new();
         let Some(law) = Law::from_definition(&self.law, &self.law_definition) else {
             problems.push("its friction law does not exist".into());
             return problems;
@@ -87,7 +100,11 @@ impl PointCertificate {
             problems.push(format!("its formula is no friction law: {}", error.problem));
             return problems;
         }
-        let claim = (validated::TEST.claim)(&law.column(&point));
+        let column = law.column(&point);
+        if self.statement != statement(&column) {
+            problems.push("its statement is not the one that this format proves".into());
+        }
+        let claim = (validated::TEST.claim)(&column);
         let [below, above] = critical(&claim);
         let follows = |claimed: Option<f64>, proved: Option<f64>, order: fn(&f64, &f64) -> bool| match (
             claimed, proved,
@@ -165,6 +182,40 @@ mod tests {
         ] {
             assert_ne!(forged.check(), Vec::<String>::new(), "{forged:?}");
         }
+    }
+
+    /// The same friction in slip with friction at rest above it is another law: a claim about one is refused for
+    /// the other.
+    #[test]
+    fn a_claim_that_ignores_the_drop_is_refused() {
+        let of = |law: Law, c: f64| {
+            PointCertificate::of(&law, &law.point(1.0, &[0.2], 1.0, c).unwrap(), "a program")
+        };
+        let flat = Law::Expression(Expression::new("1 - s*tanh(u)", 1.0).unwrap());
+        let dropping = Law::Expression(Expression::with_static("0.7 - s*tanh(u)", 1.0).unwrap());
+        let [[_, Some(above)], [Some(below), _]] =
+            [&flat, &dropping].map(|law| of(law.clone(), 0.0).critical_c)
+        else {
+            panic!("both are enclosed");
+        };
+        let [without, with] = [flat, dropping].map(|law| of(law, 0.5 * (above + below)));
+        assert_eq!((without.verdict.as_str(), with.verdict.as_str()), ("absent", "present"));
+        for one in [&without, &with] {
+            assert_eq!(one.check(), Vec::<String>::new());
+        }
+        let definition = |one: &PointCertificate| one.law_definition.clone();
+        for forged in [
+            PointCertificate { law_definition: definition(&with), ..without.clone() },
+            PointCertificate { law_definition: definition(&without), ..with.clone() },
+            PointCertificate { statement: without.statement.clone(), ..with.clone() },
+            PointCertificate { critical_c: without.critical_c, ..with.clone() },
+        ] {
+            assert_ne!(forged.check(), Vec::<String>::new(), "{forged:?}");
+        }
+        let box_of = [[1.0, 1.0], [0.2, 0.21], [0.0, 0.1], [1.0, 1.01]];
+        let law = Law::Expression(Expression::new("1 - s*tanh(u)", 1.0).unwrap()).with_drop();
+        assert!(!law.is_enclosed_over_boxes());
+        assert!(crate::validated::barrier::Tile::prove(&law, &box_of).is_none());
     }
 
     /// What is proved of a flow is nothing about friction that is not 1 at rest: the exit point is another

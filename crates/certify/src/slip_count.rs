@@ -125,11 +125,12 @@ struct Piece {
 }
 
 /// Returns whether a count of the slip cycles proves that the orbit from the exit point does not return to
-/// the belt line: there is none, and the equilibrium attracts.
+/// the belt line: there is none, the equilibrium attracts, and friction does not drop as slip begins.
 ///
-/// **Proof.** g has no zero on (0, V], and is negative near 0. So it is negative at V. []
+/// **Proof.** g has no zero on (0, V], and is negative near 0. So it is negative at V. [] The orbit from the exit
+/// point starts there without a drop; with one it starts outside.
 pub fn proves_absence(oscillator: &Oscillator, count: &SlipCount) -> bool {
-    count.exact() == Some(0) && oscillator.stability() == Stability::Attracts
+    count.exact() == Some(0) && oscillator.stability() == Stability::Attracts && oscillator.drop() == 0.0
 }
 
 /// Counts the slip cycles with proof.

@@ -31,10 +31,13 @@
 //! in the upper half plane p~ > 0 = p at s = -R, so that p < p~ as long as p lasts, and p vanishes at some
 //! s in (0, V), short of the belt line. []
 //!
+//! **With a drop** of friction as slip begins presence stands: p > 0 = p~ at s = -V. Absence takes a larger
+//! damping, see "Even part of the divergence" in the source of `certify::drop`.
+//!
 //! Departures from the paper: this test is not in it. Its presence edge for the Stribeck law is the
 //! paper's (14), see [`super::instability`].
 
-use super::{Claim, Guarantee, Test, absence_edge, landing, presence_edge};
+use super::{Claim, Guarantee, Test, absence_edge, drop, landing, presence_edge};
 use slipmap_model::friction::Column;
 
 /// The test.
@@ -51,9 +54,10 @@ pub const TEST: Test = Test {
 fn claim(column: &Column) -> Claim {
     let even = column.curve.even_weakening_range(column.belt_speed);
     let present_below = presence_edge(column, even.lo);
+    let absent = if column.curve.drop() > 0.0 { drop::even_absence(column, even.hi) } else { even.hi };
     Claim {
         sticks_from: landing::sticks_from(column, present_below),
         present_below,
-        absent_above: absence_edge(column, even.hi),
+        absent_above: absence_edge(column, absent),
     }
 }

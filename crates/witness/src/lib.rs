@@ -45,6 +45,11 @@ const LARGE_ERRORS: f64 = 8.0;
 /// the exit point. A landing state is less accurate than the margin: its x1 has the error V `margin_error`
 /// (1 + V / wL), wL the landing speed x2', large near grazing.
 ///
+/// **The belt line.** With the drop j of friction as slip begins the orbit leaves the exit point with x2' = -j.
+/// Where |x1 + eps c V| < 1 friction at rest holds every arrival, also those that friction in slip would let
+/// pass: an orbit that arrives from below beyond 1 - eps c V - 2 crosses upward, and one from above beyond the
+/// exit point downward.
+///
 /// **Margin.** -1 for an orbit that tends to the equilibrium without another maximum of x2, the limit of
 /// ever smaller maxima; the error is then a bound on them. NaN if the continued lower field carries the
 /// orbit farther beyond the line than V/8, or than the friction law can be continued; `margin_error`
@@ -52,8 +57,8 @@ const LARGE_ERRORS: f64 = 8.0;
 ///
 /// **An orbit that crosses back never sticks.** Let the orbit from E = (e, V) cross the line upward at A
 /// and come back down at B with x1(B) > e. The closed curve G made of this orbit and of the segment BE
-/// encloses the whole stick segment, and the equilibrium. The flow passes BE downward, to the outside of
-/// G, and cannot pass the orbit itself: what has left G never returns, so B's orbit never slides. In
+/// encloses the whole stick segment, and the equilibrium. The flow passes BE downward, also with a drop, to the
+/// outside of G, and cannot pass the orbit itself: what has left G never returns, so B's orbit never slides. In
 /// terms of the return map on the downward crossings x1 > e: it is monotone, as planar orbits do not
 /// cross, and P(e) > e, so all iterates stay beyond e.
 ///
@@ -86,9 +91,9 @@ pub fn flow(oscillator: &Oscillator, tolerance: f64) -> Flow {
         Ok(FirstTurn::Lands(contact)) => {
             let rise = rise(&slip, &contact);
             slip.rhs += rise.rhs;
-            // Below the line x1 = 1 - eps c V - x2' there: an orbit that rises to it lands short of the exit
+            // Below the line x1 = 1 - eps c V - j - x2' there: an orbit that rises to it lands short of the exit
             // point. In the first steps along a steep law rounding may carry it back to where it began.
-            let is_lost = contact.at.x1_offset() >= 0.0;
+            let is_lost = contact.at.x1_offset() >= -oscillator.drop();
             let fate = if rise.at_least <= rise.error || is_lost {
                 Fate::TooCloseToCall
             } else {
@@ -173,9 +178,10 @@ fn after_landing(oscillator: &Oscillator, slip: &mut Slip, at: &State) -> Fate {
     // An error across the line becomes one along it through the angle at which the orbit meets the line.
     let error = |slip: &Slip, at: &State| slip.error * (1.0 + oscillator.belt_speed / at.w.abs());
     let beyond_segment = -SLIDING_WIDTH - at.x1_offset();
-    // A little beyond the segment the orbit crosses, and is back at once.
+    // A little beyond the segment the orbit crosses, and is back at once. With a drop it is not: it leaves the
+    // line with x2' = j.
     if beyond_segment.abs() <= error(slip, at) {
-        return sticks(oscillator, at, None);
+        return if oscillator.drop() > 0.0 { Fate::TooCloseToCall } else { sticks(oscillator, at, None) };
     }
     if beyond_segment < 0.0 {
         return sticks(oscillator, at, Some(0));

@@ -97,8 +97,8 @@ pub(super) struct Slip<'a> {
 impl<'a> Slip<'a> {
     /// The orbit from the exit point, where it leaves the belt downward.
     ///
-    /// The start is a tangency, x2 - V = x2' = 0, and both are set, not computed; x2'' = -V there, so the
-    /// orbit moves away below the line.
+    /// Without a drop the start is a tangency, x2 - V = x2' = 0, and both are set, not computed; x2'' = -V there,
+    /// so the orbit moves away below the line. With the drop j, x2' = -j.
     pub(super) fn from_exit(oscillator: &'a Oscillator, tolerance: f64) -> Self {
         let mut slip = Self {
             oscillator,
@@ -137,7 +137,8 @@ impl<'a> Slip<'a> {
     pub(super) fn leave_exit(&mut self, time: f64) {
         self.side = Side::Below;
         let offset = [Compensated::default(); 2];
-        self.begin(State { offset, w: 0.0, divergence: self.oscillator.divergence(0.0), time }, Motion::Away);
+        let (w, divergence) = (0.0 - self.oscillator.drop(), self.oscillator.divergence(0.0));
+        self.begin(State { offset, w, divergence, time }, Motion::Away);
     }
 
     /// Crosses the belt line at `at`, to slip on the other side.

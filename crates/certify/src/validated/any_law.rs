@@ -3,8 +3,10 @@
 use super::landing_speed::{Divergence, Flow};
 use super::turn::{Obstacle, critical};
 use super::{Claim, claim_of};
-use slipmap_model::friction::{Column, Range};
+use crate::drop::fastest;
+use slipmap_model::friction::{Column, Range, Weakening};
 use slipmap_numbers::interval::Interval;
+use std::sync::Arc;
 
 /// The proved statements about a column.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -18,16 +20,30 @@ pub struct Proof {
 /// Computes the proofs of a column from its compiled law.
 #[must_use]
 pub fn prove(column: &Column) -> Proof {
-    let (law, belt_speed) = (column.compiled(), column.belt_speed);
+    let (law, belt_speed) = (compiled(column), column.belt_speed);
     // The theorem of the even part, for any law.
     let even = law.even_range(belt_speed, belt_speed);
-    let (bounds, obstacle) = match even.hi < 0.0 {
+    let drop = column.curve.drop();
+    let known = match drop > 0.0 {
+        // With D <= -2 at all slip speeds that an orbit whose radius falls can reach, none returns.
+        true => [even.lo, (Interval::of(law.range(0.0, fastest(column)).hi) + Interval::of(2.0)).hi],
+        false => [even.lo, even.hi],
+    };
+    let (bounds, obstacle) = match known[1] < 0.0 {
         // No legal damping is small enough for a cycle, so a sharper enclosure is not needed.
-        true => ([even.lo, even.hi], None),
-        false => critical(&law, belt_speed, [even.lo, even.hi]),
+        true => (known, None),
+        false => critical(&law, belt_speed, drop, known),
     };
     let [lo, hi] = bounds;
     Proof { critical: Range { lo, hi }, obstacle }
+}
+
+/// The compiled law, up to the slip speeds of orbits near the critical one.
+fn compiled(column: &Column) -> Arc<Weakening> {
+    match column.curve.drop() > 0.0 {
+        true => column.curve.compiled((4.0 * column.belt_speed).max(1.5 * fastest(column))),
+        false => column.compiled(),
+    }
 }
 
 pub(super) fn claim(column: &Column) -> Claim {
@@ -36,11 +52,12 @@ pub(super) fn claim(column: &Column) -> Claim {
         return Claim::NOTHING;
     }
     let Range { lo, hi } = prove(column).critical;
-    let (law, epsilon) = (column.compiled(), Interval::of(column.epsilon));
+    let (law, epsilon) = (compiled(column), Interval::of(column.epsilon));
     let flow = |c: f64| Flow {
         divergence: Divergence::Compiled(&law),
         viscous: epsilon * Interval::of(c),
         belt_speed: Interval::of(column.belt_speed),
+        drop: column.curve.drop(),
     };
     claim_of(Interval::new(lo, hi).over(epsilon), &|c| flow(c).lands())
 }

@@ -2,7 +2,7 @@
 //! parameters.
 //!
 //! The statements used are those proved there, in units of the belt speed: in a strip of s where D <= d,
-//! e = s^2 + p^2 goes to at most m^2 + x^2 with x = d h + sqrt((d h)^2 + e - m^2), h the strip's width and
+//! e = s^2 + p^2, which starts from 1 + (j/V)^2, goes to at most m^2 + x^2 with x = d h + sqrt((d h)^2 + e - m^2), h the strip's width and
 //! m^2 <= s^2 in the sense given there; the orbit turns within the strip if no x >= 0 exists. Here the ends
 //! of the strips are exact numbers, everything else is rounded outwards. Two things differ:
 //!
@@ -40,22 +40,32 @@ pub(super) struct Flow<'a> {
     pub(super) divergence: Divergence<'a>,
     pub(super) viscous: Interval,
     pub(super) belt_speed: Interval,
+    /// The drop j of friction as slip begins.
+    pub(super) drop: f64,
 }
 
 impl Flow<'_> {
     /// Returns whether it is proved for all parameters that an orbit which returns to the belt line does so
-    /// with a speed below 2, and that none runs away.
+    /// with a speed below 2 - j, and that none runs away.
     pub(super) fn lands(&self) -> bool {
-        REFINEMENTS.iter().any(|&strips| self.speed_squared_bound(strips) < 4.0)
+        let fastest = match self.drop {
+            0.0 => 4.0,
+            drop => (Interval::of(2.0) - Interval::of(drop)).square().lo,
+        };
+        REFINEMENTS.iter().any(|&strips| self.speed_squared_bound(strips) < fastest)
     }
 
     /// Upper bound of the square of the landing speed; infinite where none was found, 0 if no orbit arrives.
     pub(super) fn speed_squared_bound(&self, strips: u32) -> f64 {
-        let fall = self.to_axis(-1.0, 1.0, strips);
+        let start = match self.drop {
+            0.0 => Interval::ONE,
+            drop => Interval::ONE + Interval::of(drop).over(self.belt_speed).square(),
+        };
+        let fall = self.to_axis(-1.0, start.hi, 1.0, strips);
         let Some(turn) = self.turning_point(fall, strips) else {
             return f64::INFINITY;
         };
-        let rise = self.to_axis(-turn, -1.0, strips);
+        let rise = self.to_axis(-turn, Interval::of(turn).square().hi, -1.0, strips);
         match self.to_belt(rise, strips) {
             None => 0.0,
             Some(energy) => {
@@ -95,10 +105,9 @@ impl Flow<'_> {
         (weakening - Interval::of(self.viscous.lo)).hi
     }
 
-    /// Bounds e at s = 0, from e = s^2 at `start` < 0; the slip speed is 1 + `sign` s.
-    fn to_axis(self, start: f64, sign: f64, strips: u32) -> f64 {
+    /// Bounds e at s = 0, from `energy` at s = `start` < 0; the slip speed is 1 + `sign` s.
+    fn to_axis(self, start: f64, mut energy: f64, sign: f64, strips: u32) -> f64 {
         let slip = |s: f64| Interval::ONE + Interval::of(sign * s);
-        let mut energy = Interval::of(start).square().hi;
         let mut s = start;
         for i in 1..=strips {
             let tau = f64::from(i) / f64::from(strips);

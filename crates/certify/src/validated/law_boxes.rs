@@ -4,7 +4,8 @@
 //! [`super::volumes`]. The bounds are linear in the part's coordinates; the means of c cut off by them are
 //! integrated in interval arithmetic, so that the shares are lower bounds. Nothing is sampled.
 //!
-//! The statements hold wherever the law is legal: phi(0) = 1, and D a Lipschitz function of the slip speed.
+//! The statements hold wherever the law is legal: phi(0) = 1, and D a Lipschitz function of the slip speed. A law whose
+//! friction may drop as slip begins has no tiles.
 
 use rayon::prelude::*;
 

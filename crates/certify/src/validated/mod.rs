@@ -39,6 +39,11 @@
 //! treatment here. Since D falls with b and, at s >= 0, with k, and rises with A, the same lemma makes C*
 //! fall with b and k and rise with A. []
 //!
+//! **With a drop** j of friction as slip begins the orbit starts at (1, -j/V). For the polar form that is the
+//! radius hypot(1, j/V) at the angle atan(j/V), all else stands, and the mass sticks iff the scaled landing speed is
+//! below (2 - j)/V. Columns are proved so, of any law; boxes of parameters and the surface of the scaled groups are
+//! for laws without a drop.
+//!
 //! **Enclosure.** See [`Enclosed::critical`] and the source of `validated::defect`: a trigonometric
 //! polynomial that nearly solves the polar form, its defect bounded through samples by M. Riesz's inequality,
 //! and Gronwall's lemma.
@@ -171,6 +176,7 @@ impl Enclosed {
             divergence: Divergence::Groups(self.groups),
             viscous: self.epsilon * Interval::of(c),
             belt_speed: self.belt_speed,
+            drop: 0.0,
         }
     }
 }

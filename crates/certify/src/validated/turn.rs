@@ -11,7 +11,8 @@
 //! and the orbit from the exit point comes back to the belt line if r(2 pi) > 1 and does not if r(2 pi) < 1
 //! (see [`super`]). A proof of the first at one damping holds at all smaller ones, and one of the second at
 //! all larger ones. So an enclosure of r(2 pi) at C1 and at C2 that excludes 1 encloses C* between them. For
-//! u < 0 any continuation of w is valid; that of the first polynomial is used.
+//! u < 0 any continuation of w is valid; that of the first polynomial is used. With a drop j of friction as slip
+//! begins the orbit starts at (1, -j/V) instead, see [`Orbit::start`].
 //!
 //! **The law.** On each piece of slip speeds w is a polynomial p up to a proved error
 //! ([`slipmap_model::friction::Weakening::proved_pieces`]). A step uses the p of one piece. Where the orbits of the
@@ -26,6 +27,7 @@
 //! The law is the stored curve: its coefficients, such as 1 - mu, were rounded when it was made. Sines and
 //! cosines are the platform's; their error is assumed to be less than four units in the last place.
 
+use crate::drop::sustained;
 use crate::enclosure::{Distance, Enclosure, ORDER, Polar, Polynomial, distance};
 use slipmap_model::friction::{COUNT, ProvedPiece, Weakening};
 use slipmap_numbers::interval::Interval;
@@ -76,6 +78,8 @@ pub enum Obstacle {
 struct Orbit<'a> {
     law: &'a Weakening,
     belt_speed: f64,
+    /// The drop j of friction as slip begins.
+    drop: f64,
     viscous: f64,
     /// Size of the divergence, which scales negligible quantities.
     size: f64,
@@ -247,10 +251,37 @@ impl Orbit<'_> {
         half
     }
 
+    /// The angle, a radius and the orbit's distance from it, where the turn begins.
+    ///
+    /// With a drop that is next to the exit point: the angle is a number within a few units in the last place of
+    /// atan(j/V), over which the radius changes by less than the bound of its slope times that width.
+    fn start(&self) -> Result<[f64; 3], Obstacle> {
+        if self.drop == 0.0 {
+            return Ok([0.0, 1.0, 0.0]);
+        }
+        let ratio = Interval::of(self.drop).over(Interval::of(self.belt_speed));
+        let radius = (Interval::ONE + ratio.square()).sqrt();
+        let theta = (self.drop / self.belt_speed).atan();
+        let width = 8.0 * f64::EPSILON * theta;
+        let (sin, cos) = Interval::new(theta - width, theta + width).sin_cos();
+        let beyond = 64.0 * f64::EPSILON * self.belt_speed * (1.0 + radius.hi);
+        let weakening = self.law.range(0.0, beyond);
+        let d = Interval::new(weakening.lo, weakening.hi) - Interval::of(self.viscous);
+        let speed = Interval::ONE + d * sin * cos;
+        if !(d.is_bounded() && radius.is_bounded() && speed.lo > SLOWEST) {
+            return Err(Obstacle::NoAngle);
+        }
+        let slope = (d * radius * sin.square()).over(speed).size();
+        let r = 0.5 * (radius.lo + radius.hi);
+        // Twice the width, for the change of w over it and the roundings of these bounds.
+        let error = (radius - Interval::of(r)).size() + 2.0 * width * slope;
+        Ok([theta, r, error.next_up()])
+    }
+
     /// Encloses r(2 pi) with at most `steps` steps, which it counts down.
     fn turn(&self, steps: &mut u32) -> Result<Interval, Obstacle> {
         let end = Interval::new(std::f64::consts::TAU, std::f64::consts::TAU.next_up());
-        let (mut theta, mut r, mut error) = (0.0, 1.0, 0.0);
+        let [mut theta, mut r, mut error] = self.start()?;
         // The usual length of steps, and that of the next one, which may be cut at the end of a piece.
         let (mut usual, mut width) = (FIRST_STEP, FIRST_STEP);
         while *steps > 0 {
@@ -288,7 +319,12 @@ impl Orbit<'_> {
 
 /// Enclosure of C* = eps c* at belt speed `belt_speed`, each end a theorem. `bounds` is an earlier enclosure;
 /// the second result is the reason if a side could not be improved.
-pub(super) fn critical(law: &Weakening, belt_speed: f64, bounds: [f64; 2]) -> ([f64; 2], Option<Obstacle>) {
+pub(super) fn critical(
+    law: &Weakening,
+    belt_speed: f64,
+    drop: f64,
+    bounds: [f64; 2],
+) -> ([f64; 2], Option<Obstacle>) {
     let [mut lo, mut hi] = bounds;
     if !(lo.is_finite() && hi.is_finite() && lo < hi) {
         let obstacle =
@@ -296,7 +332,9 @@ pub(super) fn critical(law: &Weakening, belt_speed: f64, bounds: [f64; 2]) -> ([
         return (bounds, obstacle);
     }
     let whole = law.range(0.0, 2.0 * belt_speed);
-    let scale = lo.abs().max(hi.abs()).max(whole.lo.abs()).max(whole.hi.abs()).max(f64::MIN_POSITIVE);
+    // With a drop the upper bound is far above.
+    let highest = if drop > 0.0 { sustained(drop, belt_speed).hi } else { hi };
+    let scale = lo.abs().max(highest.abs()).max(whole.lo.abs()).max(whole.hi.abs()).max(f64::MIN_POSITIVE);
     if !scale.is_finite() {
         return (bounds, Some(Obstacle::NoEnclosure { at: 0.0 }));
     }
@@ -304,10 +342,14 @@ pub(super) fn critical(law: &Weakening, belt_speed: f64, bounds: [f64; 2]) -> ([
     let (mut left, mut steps) = (EVALUATIONS, MOST_STEPS);
     // r(2 pi) - 1 at the ends of the bracket, as far as computed.
     let mut known: [Option<(f64, f64)>; 2] = [None, None];
-    let mut at = 0.5 * (lo + hi);
+    let mut at = match drop > 0.0 {
+        // The upper bound is far above; the largest weakening on the way is nearer.
+        true => (0.5 * (lo + hi) - 1.0 + sustained(drop, belt_speed).lo).clamp(lo, hi),
+        false => 0.5 * (lo + hi),
+    };
     while left > 0 && hi - lo > 4.0 * f64::EPSILON * scale {
         left -= 1;
-        let orbit = Orbit { law, belt_speed, viscous: at, size: scale };
+        let orbit = Orbit { law, belt_speed, drop, viscous: at, size: scale };
         let margin = match orbit.turn(&mut steps) {
             Ok(end) => end - Interval::of(1.0),
             Err(why) => {
@@ -370,6 +412,23 @@ mod tests {
         }
         // The proof for any law gives up more of the violent columns: 63 of 120 were sharp.
         assert!(5 * sharp > 2 * all, "{sharp} of {all}");
+    }
+
+    /// Two coefficients, whose critical damping has a closed form.
+    #[test]
+    fn the_turn_from_a_drop_encloses_the_closed_form() {
+        for (drop, belt_speed) in [(0.5, 1.0), (0.1, 0.3), (0.9, 0.7), (0.01, 2.0), (0.3, 0.06)] {
+            let law = LawParameters::new(&[drop, 0.0]);
+            let column = Law::Coulomb.column(&Point { epsilon: 1.0, law, belt_speed, damping: 0.0 });
+            let proof = any_law::prove(&column);
+            let known = crate::drop::sustained(drop, belt_speed);
+            let critical = proof.critical;
+            assert!(
+                critical.lo <= known.hi && known.lo <= critical.hi,
+                "{drop} {belt_speed} {proof:?} {known:?}"
+            );
+            assert!(critical.hi - critical.lo < 1e-12, "{drop} {belt_speed} {proof:?} {known:?}");
+        }
     }
 
     /// A law whose weakening rate is a parabola on each piece, with corners on the orbit.

@@ -73,7 +73,8 @@ pub(super) fn sticks_from(
     belt_speed: Interval,
     damping: [f64; 2],
 ) -> Option<f64> {
-    let lands = |c: f64| Flow { divergence, viscous: epsilon * Interval::of(c), belt_speed }.lands();
+    let lands =
+        |c: f64| Flow { divergence, viscous: epsilon * Interval::of(c), belt_speed, drop: 0.0 }.lands();
     least_proved(&lands, damping, HALVINGS)
 }
 

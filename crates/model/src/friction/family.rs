@@ -20,9 +20,10 @@ impl Law {
         }
     }
 
-    /// Returns whether the weakening rate has enclosures over boxes of parameters.
+    /// Returns whether boxes of parameters can be proved: the weakening rate has enclosures over them, and
+    /// friction does not drop as slip begins.
     pub fn is_enclosed_over_boxes(&self) -> bool {
-        !matches!(self.as_written(), Law::Function(_) | Law::Custom(_))
+        !self.may_drop() && !matches!(self.as_written(), Law::Function(_) | Law::Custom(_))
     }
 
     /// Encloses the weakening rate -phi' and its derivative, where the slip speed `u` and `x`, eps and the
