@@ -275,7 +275,10 @@ fn call<T: Real>(function: Function, x: T) -> T {
         }
         Function::Tanh => x.tanh(),
         Function::Atan => x.atan(),
+        Function::Asinh => (x + (x * x + T::constant(1.0)).sqrt()).ln(),
+        Function::Log10 => x.ln() * T::constant(std::f64::consts::LOG10_E),
         Function::Abs => x.abs(),
+        Function::Sign => unreachable!("the parser leaves no sign on the tape"),
     }
 }
 
@@ -535,7 +538,7 @@ impl ExpressionCurve {
                 format!("`{part}` has no finite derivative at {at}"),
                 "keep its argument positive, for example by adding a small constant",
             ),
-            Op::Call(Function::Ln) => {
+            Op::Call(Function::Ln | Function::Log10) => {
                 (format!("`{part}` is not defined at {at}"), "keep its argument positive")
             }
             Op::Power => (

@@ -37,11 +37,15 @@ pub(super) enum Function {
     Cosh,
     Tanh,
     Atan,
+    Asinh,
+    Log10,
     Abs,
+    /// Of the slip speed alone, which is positive.
+    Sign,
 }
 
 impl Function {
-    const ALL: [(&'static str, Function); 12] = [
+    const ALL: [(&'static str, Function); 15] = [
         ("exp", Function::Exp),
         ("ln", Function::Ln),
         ("log", Function::Ln),
@@ -53,7 +57,10 @@ impl Function {
         ("cosh", Function::Cosh),
         ("tanh", Function::Tanh),
         ("atan", Function::Atan),
+        ("asinh", Function::Asinh),
+        ("log10", Function::Log10),
         ("abs", Function::Abs),
+        ("sign", Function::Sign),
     ];
 
     pub(super) fn names() -> impl Iterator<Item = &'static str> {
@@ -235,11 +242,29 @@ fn name(input: &mut Input, name: String, place: Place) -> Result<Place, Stop> {
     if let Some(bracket) = opt(bracket).parse_next(input)? {
         let Some(function) = function else {
             let known: Vec<_> = Function::names().collect();
-            let remedy = format!("the functions are {}; products need a *", known.join(", "));
+            let remedy = match name.as_str() {
+                "max" | "min" => "it has a kink, where D would jump: give the law as a table".to_owned(),
+                _ => format!("the functions are {}; products need a *", known.join(", ")),
+            };
             return wrong(place, format!("there is no function `{name}`"), &remedy);
         };
+        let before = input.state.tape.ops.len();
         let argument = parenthesis(input, bracket)?;
         let whole = Place { from: place.from, ..argument };
+        let of_slip = input.state.tape.ops[before..] == [Op::Slip];
+        match function {
+            // The slip speed is positive.
+            Function::Abs if of_slip => return Ok(whole),
+            Function::Sign if of_slip => {
+                input.state.tape.ops[before] = Op::Number(1.0);
+                return Ok(whole);
+            }
+            Function::Sign => {
+                let remedy = "friction is that of one direction of slip, u > 0: leave it out";
+                return wrong(whole, "a sign jumps".into(), remedy);
+            }
+            _ => {}
+        }
         push(input, Op::Call(function), whole);
         return Ok(whole);
     }
@@ -273,7 +298,7 @@ fn parenthesis(input: &mut Input, bracket: Place) -> Result<Place, Stop> {
     sum(input)?;
     match opt(token).parse_next(input)? {
         Some(([')'], Place { to, .. })) => Ok(Place { from: leave(input), to }),
-        Some(([','], place)) => wrong(place, "functions take one argument".into(), "correct the formula"),
+        Some(([','], place)) => wrong(place, COMMA.into(), DECIMAL),
         Some((word, place)) if begins_operand(word) => {
             wrong(place, "an operator or `)` is expected here".into(), "products need a *")
         }
@@ -282,12 +307,16 @@ fn parenthesis(input: &mut Input, bracket: Place) -> Result<Place, Stop> {
     }
 }
 
+/// What is wrong with a comma, and the remedy.
+const COMMA: &str = "functions take one argument, and decimals a point";
+const DECIMAL: &str = "write for example 0.5, not 0,5";
+
 /// The end of the formula.
 fn end(input: &mut Input) -> Result<(), Stop> {
     let Some((word, place)) = opt(token).parse_next(input)? else { return Ok(()) };
     let problem = match word {
         [')'] => "this parenthesis closes nothing",
-        [','] => "functions take one argument",
+        [','] => return wrong(place, COMMA.into(), DECIMAL),
         _ if begins_operand(word) => "an operator such as * is missing before this",
         _ => return unknown(word, place),
     };
