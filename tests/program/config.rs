@@ -369,3 +369,50 @@ fn planes_of_curves() {
     let planes = "[curves]\nplanes = [{ x = \"V\", y = \"c\" }]\n";
     refused(format!("{law}{planes}"), &["curves cannot be stored beside a parameter called `error`"]);
 }
+
+/// A name, a unit or a row may be a whole file by mistake: the message says where it is and how it begins.
+#[test]
+fn messages_quote_the_beginning_of_long_texts_only() {
+    let scratch = Scratch::new();
+    let long = "words and ".repeat(40_000);
+    let of_pad = "[machine]\nmotion = \"translation\"\nmass = 2.0\nstiffness = 5e5\nnormal_force = 1000.0\n\
+                  belt_speed = 0.1\ndamping = 50.0\n";
+    let coefficients = format!(
+        "[friction]\nlaw = \"exponential\"\n{of_pad}static_friction = 0.4\nkinetic_friction = 0.25\n\
+         stribeck_velocity = 0.05\n"
+    );
+    scratch.file("machine.toml", &coefficients);
+    let grid = "[grid]\nepsilon = 1\nV = 1\nc = 1\n[output]\npath = \"map.h5\"\n";
+    let table = |header: &str, row: &str| {
+        scratch.file("table.csv", format!("{header}\n0,1\n{row}\n1,0.5\n2,0.4\n"));
+        scratch.file("rig.toml", format!("[friction]\nlaw = \"table\"\nfile = \"table.csv\"\n{of_pad}"));
+        vec![vec!["machine", "rig.toml"]]
+    };
+    let config = |text: String| {
+        scratch.file("job.toml", text);
+        vec![vec!["run", "job.toml"]]
+    };
+    let rows = |header: &str, row: &str| {
+        scratch.file("rows.csv", format!("{header}\n{row}\n"));
+        vec![vec!["probe", "--machine", "machine.toml", "--points", "rows.csv", "--out", "out.csv"]]
+    };
+    let check = |commands: Vec<Vec<&str>>| {
+        for arguments in commands {
+            let run = scratch.run(&arguments).ends_with(2);
+            assert!(run.err.len() < 2000, "{arguments:?}: {} characters: {:.500}", run.err.len(), run.err);
+            assert!(run.err.contains("words and"), "{arguments:?}: {}", run.err);
+        }
+    };
+    check(table(&format!("u [{long}],phi"), "0.5,0.7"));
+    check(table("u,phi", &format!("0.5,{long}")));
+    check(table("u,phi", &format!("{long},0.7")));
+    check(rows(&format!("belt_speed [{long}]"), "0.1"));
+    check(rows(&format!("belt_speed_{long}"), "0.1"));
+    check(rows("belt_speed", &format!("\"{long}\"")));
+    check(config(format!("[friction]\nlaw = \"{long}\"\n{grid}")));
+    check(config(format!("[friction]\nlaw = \"expression\"\nphi = \"{long}\"\n{grid}")));
+    let formula = "[friction]\nlaw = \"expression\"\nphi = \"exp(-u)\"\n";
+    check(config(format!("{formula}{grid}[methods]\nrun = [\"{long}\"]\n")));
+    check(config(format!("{grid}\"{long}\" = 3\n")));
+    check(config(coefficients.replace("translation", &long)));
+}
