@@ -6,7 +6,8 @@ Written from the equations alone and sharing nothing with the crate: the scalar 
 
 from theta = 0, y = 0, is followed through one turn by extrapolation of the midpoint rule (Gragg, Bulirsch and Stoer),
 with steps that end where the slip speed meets a corner of a table; eps c is the critical damping where y(2 pi) = 0.
-phi' of each formula is written by hand. A table is the cubic of Fritsch and Butland (SIAM J. Sci. Stat. Comput. 5, 1984).
+phi' of each formula is written by hand. With a drop j of friction as slip begins the orbit starts at x2' = -j instead:
+theta = atan(j / V), y = ln(1 + j^2 / V^2) / 2. A table is the cubic of Fritsch and Butland (SIAM J. Sci. Stat. Comput. 5, 1984).
 """
 
 import math
@@ -67,8 +68,9 @@ def tables(rng):
 class Cubics:
     """-phi' of a table, and where its slope jumps."""
 
-    def __init__(self, data):
+    def __init__(self, data, static=1):
         self.u, phi = ([mpfr(x) for x in column] for column in zip(*data))
+        phi = [value / mpfr(static) for value in phi]
         h = [b - a for a, b in zip(self.u, self.u[1:])]
         secant = [(b - a) / w for a, b, w in zip(phi, phi[1:], h)]
         slope = [self.end(h[0], h[1], secant[0], secant[1])]
@@ -123,14 +125,15 @@ def step(f, theta, y, width, stages):
     return rows[-1][-1]
 
 
-def turn(law, belt, viscous, effort):
+def turn(law, belt, viscous, effort, drop=0):
     """y after one turn. `law` is a function or a table."""
     end = 2 * gmpy2.const_pi()
-    theta, y = mpfr(0), mpfr(0)
+    theta, y = gmpy2.atan2(mpfr(drop), belt), gmpy2.log1p((mpfr(drop) / belt) ** 2) / 2
     if not isinstance(law, Cubics):
         f = lambda theta, y: slope(law, belt, viscous, theta, y)
+        start, width = theta, (end - theta) / effort.steps
         for i in range(effort.steps):
-            y = step(f, end * i / effort.steps, y, end / effort.steps, effort.stages)
+            y = step(f, start + width * i, y, width, effort.stages)
         return y
     slip = lambda theta, y: belt * (1 - gmpy2.exp(y) * gmpy2.cos(theta))
     piece = 0
@@ -159,18 +162,18 @@ def turn(law, belt, viscous, effort):
     return y
 
 
-def critical(make, belt, guess, effort):
-    """eps c* of the law that `make` makes in the working precision, by secants."""
+def critical(make, belt, guess, effort, make_drop=lambda: 0):
+    """eps c* of the law that `make` makes in the working precision, by secants; its drop is made there, too."""
     gmpy2.get_context().precision = effort.bits
-    law, belt = make(), mpfr(belt)
+    law, belt, drop = make(), mpfr(belt), make_drop()
     a = mpfr(guess)
     b = a * mpfr("1.001") + mpfr("1e-6")
-    fa, fb = turn(law, belt, a, effort), turn(law, belt, b, effort)
+    fa, fb = turn(law, belt, a, effort, drop), turn(law, belt, b, effort, drop)
     for _ in range(40):
         a, fa, b = b, fb, b - fb * (b - a) / (fb - fa)
         if abs(b - a) < mpfr("1e-20"):
             return b
-        fb = turn(law, belt, b, effort)
+        fb = turn(law, belt, b, effort, drop)
     raise ArithmeticError("no root found")
 
 
@@ -182,6 +185,25 @@ def mean(weakening, belt):
         t = 2 * math.pi * i / n
         total += float(weakening(mpfr(belt * (1 - math.cos(t))))) * math.sin(t) ** 2
     return 2 * total / n
+
+
+def searched(make, belt, start, make_drop=lambda: 0):
+    """eps c* and the relative disagreement of two accuracies; None where there is none above 0.001, or a node is met."""
+    # Laws that change within a small part of the orbit need more steps.
+    for finer in (1, 2, 4, 8):
+        try:
+            fine, check = (
+                critical(make, belt, start, replace(effort, steps=finer * effort.steps), make_drop)
+                for effort in (FINE, CHECK)
+            )
+        except ArithmeticError:
+            return None
+        if not 0.001 < fine:
+            return None
+        error = float(abs(fine - check) / fine)
+        if error < 1e-16:
+            return fine, error
+    raise ArithmeticError(f"no agreement at V = {belt}: {error:.1e}")
 
 
 def rows(rng, formula_count, table_count):
@@ -199,24 +221,71 @@ def rows(rng, formula_count, table_count):
             make = lambda: Cubics(data)
             cubics = make()
             start = mean(lambda u: cubics.weakening(cubics.piece_of(u), u), belt)
-        if start < 0.005:
-            continue
-        fine = None
-        # Laws that change within a small part of the orbit need more steps.
-        for finer in (1, 2, 4, 8):
-            try:
-                fine, check = (
-                    critical(make, belt, start, replace(effort, steps=finer * effort.steps)) for effort in (FINE, CHECK)
-                )
-            except ArithmeticError:
-                break
-            error = float(abs(fine - check) / fine)
-            if error < 1e-16 or not 0.001 < fine:
-                break
+        result = None if start < 0.005 else searched(make, belt, start)
+        if result:
+            worst = max(worst, result[1])
+            found.append((kind, text, repr(belt), f"{result[0]:.17e}"))
+    return found, worst
+
+
+def closed_form(ratio, guess):
+    """The damping that a drop alone sustains, J = j / V = `ratio`: where v'' + d v' + v = 0 comes back from (1, -J) to 1."""
+
+    def excess(d):
+        omega = gmpy2.sqrt(1 - d * d / 4)
+        angle = gmpy2.atan((ratio - d / 2) / omega) + gmpy2.atan(d / 2 / omega) - 2 * gmpy2.const_pi()
+        return gmpy2.log1p(ratio * (ratio - d)) + d / omega * angle
+
+    a, b = mpfr(guess), mpfr(guess) * mpfr("1.0001")
+    for _ in range(40):
+        if abs(b - a) < mpfr("1e-25"):
+            return b
+        fa, fb = excess(a), excess(b)
+        a, b = b, b - fb * (b - a) / (fb - fa)
+    raise ArithmeticError("no root found")
+
+
+def drop_rows(rng, coulomb_count, formula_count, table_count):
+    """(kind, law, static, V, eps c*) of laws whose friction drops as slip begins, and the largest relative disagreement of
+    two accuracies and, for two coefficients, of the closed form."""
+    found, worst = [], 0.0
+    number = lambda lo, hi: float(f"{rng.uniform(lo, hi):.4g}")
+    while len(found) < coulomb_count + formula_count + table_count:
+        gmpy2.get_context().precision = FINE.bits
+        belt = float(f"{math.exp(rng.uniform(math.log(0.1), math.log(3))):.5g}")
+        kinetic = number(0.2, 0.95)
+        static = number(kinetic, 1.2)
+        make_drop = lambda: 1 - mpfr(kinetic) / mpfr(static)
+        if len(found) < coulomb_count:
+            static, drop = 1.0, number(0.02, 0.9)
+            eta = rng.choice((0.0, number(0.001, 0.05)))
+            kind, text, make_drop = "coulomb", f"{drop} {eta}", lambda: mpfr(drop)
+            weakening = lambda u: -mpfr(eta)
+            make = lambda: weakening
+            start = -eta
+        elif len(found) < coulomb_count + formula_count:
+            kind, (base, rate) = "formula", formulas(rng)
+            text = f"{kinetic}*({base})"
+            make = lambda: lambda u: mpfr(kinetic) / mpfr(static) * rate(u)
+            start = mean(make(), belt)
         else:
-            raise ArithmeticError(f"{text} at V = {belt}: {error:.1e}")
-        if not (fine and 0.001 < fine):
+            kind, (_, whole) = "table", tables(rng)
+            data = [(u, float(f"{kinetic * phi:.4g}")) for u, phi in whole]
+            kinetic = data[0][1]
+            text = ";".join(f"{u}:{phi}" for u, phi in data)
+            make = lambda: Cubics(data, static)
+            cubics = make()
+            start = mean(lambda u: cubics.weakening(cubics.piece_of(u), u), belt)
+        ratio = make_drop() / mpfr(belt)
+        start += math.log1p(float(ratio) ** 2) / (2 * math.pi)
+        result = None if start < 0.005 else searched(make, belt, start, make_drop)
+        if not result:
             continue
+        fine, error = result
+        if kind == "coulomb":
+            gmpy2.get_context().precision = FINE.bits
+            known = closed_form(make_drop() / mpfr(belt), start + eta) - mpfr(eta)
+            error = max(error, float(abs(fine - known) / known))
         worst = max(worst, error)
-        found.append((kind, text, repr(belt), f"{fine:.17e}"))
+        found.append((kind, text, repr(static), repr(belt), f"{fine:.19e}"))
     return found, worst

@@ -1,8 +1,10 @@
 #!/usr/bin/env python3
 """Reference data for the tests, to 25 significant digits, by arithmetic that shares nothing with the crate.
 
-    python3 scripts/evidence/reference.py             writes tests/data/critical_damping.csv, margins.csv and law_dampings.csv
+    python3 scripts/evidence/reference.py             writes tests/data/critical_damping.csv, margins.csv, law_dampings.csv and
+                                             drop_dampings.csv
     python3 scripts/evidence/reference.py --laws      writes law_dampings.csv alone
+    python3 scripts/evidence/reference.py --drops     writes drop_dampings.csv alone
     python3 scripts/evidence/reference.py --quick     recomputes a random handful of their rows; exit code 1 if one differs
     python3 scripts/evidence/reference.py --theory    measures the orders in eps of the closed-form tests, and looks for
                                              counterexamples to the theory's statements at every row
@@ -42,6 +44,8 @@ DATA = Path(__file__).resolve().parents[2] / "tests" / "data"
 SEED = 20260413
 LAW_COLUMNS = ["kind", "law", "V", "critical"]
 FORMULAS, TABLES = 200, 100
+DROP_COLUMNS = ["kind", "law", "static", "V", "critical"]
+DROPS = 50, 100, 50
 CRITICAL_POINTS, SMALL_CRITICAL_POINTS = 250, 20
 # Number of rows of margins.csv from each stratum. Most points of the whole box spiral inward; the other
 # strata sample weak damping, belts fast enough for orbits to cross the belt line, and the grazing boundary.
@@ -257,6 +261,18 @@ def law_table(formulas=FORMULAS, tables=TABLES):
     return header, rows, worst
 
 
+def drop_table(counts=DROPS):
+    rows, worst = laws.drop_rows(random.Random(SEED + 3), *counts)
+    header = [
+        "eps c* of random friction laws that drop as slip begins: friction at rest is `static`. Two coefficients as drop and",
+        "eta, the slope of friction in slip; formulas in the slip speed u; tables as slip speed:friction pairs.",
+        f"Made by scripts/evidence/reference.py, seed {SEED + 3}; {len(rows)} laws and belt speeds V in [0.1, 3] (log) with eps c* > 0.001",
+        "and no node on the way; eps = 1. Each number is the f64 nearest to its decimals.",
+        f"Largest relative disagreement of two accuracies and, for two coefficients, of the closed form: {worst:.1e}.",
+    ]
+    return header, rows, worst
+
+
 # --- files ---
 
 
@@ -319,6 +335,9 @@ def quick(seed, count=6):
     if law_table(3, 0)[1] != first:
         wrong += 1
         print("law_dampings.csv: the first rows are not those computed anew")
+    if drop_table((3, 0, 0))[1] != [tuple(row.values()) for row in read("drop_dampings.csv")][:3]:
+        wrong += 1
+        print("drop_dampings.csv: the first rows are not those computed anew")
     print(f"reference rows recomputed with seed {seed}: {3 * count - wrong} agree, {wrong} differ")
     return wrong
 
@@ -327,6 +346,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--quick", action="store_true", help="recompute a random handful of the committed rows")
     parser.add_argument("--laws", action="store_true", help="write the table of other laws alone")
+    parser.add_argument("--drops", action="store_true", help="write the table of laws with a drop alone")
     parser.add_argument("--theory", action="store_true", help="measure the orders in eps, look for counterexamples")
     parser.add_argument("--seed", type=int, help="which handful --quick takes; default: the clock")
     args = parser.parse_args()
@@ -336,11 +356,14 @@ def main():
         import theory_check
 
         sys.exit(theory_check.main())
-    if not args.laws:
+    if not (args.laws or args.drops):
         write("critical_damping.csv", CRITICAL_COLUMNS, critical_table)
         write("margins.csv", MARGIN_COLUMNS, margin_table)
     # 18 digits are stored; the tests need 11.
-    write("law_dampings.csv", LAW_COLUMNS, law_table, required=1e-15)
+    if not args.drops:
+        write("law_dampings.csv", LAW_COLUMNS, law_table, required=1e-15)
+    if not args.laws:
+        write("drop_dampings.csv", DROP_COLUMNS, drop_table, required=1e-15)
 
 
 if __name__ == "__main__":

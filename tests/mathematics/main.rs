@@ -18,6 +18,7 @@ mod columns;
 mod crossing;
 mod curves;
 mod direct;
+mod drop;
 mod failures;
 #[cfg(feature = "cli")]
 mod forger;

@@ -109,23 +109,25 @@ struct Start {
     /// r and th at the start.
     radius: f64,
     angle: f64,
-    /// The radius with which that at the end of the turn, th = 2 pi, is compared.
-    target: f64,
+    /// What the radius exceeds that with which the end of the turn, th = 2 pi, is compared by, relative to that.
+    excess: f64,
 }
 
 /// One turn of the orbit through the maximum `radius` of x2, with an error of at most `tolerance` where that
 /// can be reached; `Err` with the number of evaluations where the polar form does not apply, or the finest
 /// step misses the tolerance.
 pub(super) fn turn(oscillator: &Oscillator, radius: f64, tolerance: f64) -> Result<Lap, u32> {
-    let start = Start { radius, angle: 0.0, target: radius };
+    let start = Start { radius, angle: 0.0, excess: 0.0 };
     pulp::Arch::new().dispatch(Steps { oscillator, start, tolerance })
 }
 
 /// As [`turn`], for the orbit from the exit point, (x2, x2') = (V, -j), compared with V.
 pub(super) fn turn_from_exit(oscillator: &Oscillator, tolerance: f64) -> Result<Lap, u32> {
     let (belt_speed, drop) = (oscillator.belt_speed, oscillator.drop());
-    let radius = belt_speed.hypot(drop);
-    let start = Start { radius, angle: drop.atan2(belt_speed), target: belt_speed };
+    let ratio = drop / belt_speed;
+    // Not a difference of radii: that of small drops would have no digits.
+    let excess = ratio * (ratio / (1.0 + ratio.hypot(1.0)));
+    let start = Start { radius: belt_speed.hypot(drop), angle: drop.atan2(belt_speed), excess };
     pulp::Arch::new().dispatch(Steps { oscillator, start, tolerance })
 }
 
@@ -147,7 +149,7 @@ impl pulp::WithSimd for Steps<'_> {
 
 #[inline(always)]
 fn turn_by_steps(oscillator: &Oscillator, start: Start, tolerance: f64) -> Result<Lap, u32> {
-    let Start { radius, angle, target } = start;
+    let Start { radius, angle, excess } = start;
     let mut rhs = 0;
     let mut state = [0.0; 3];
     let (mut theta, mut h) = (angle, FIRST_STEP);
@@ -211,9 +213,8 @@ fn turn_by_steps(oscillator: &Oscillator, start: Start, tolerance: f64) -> Resul
             let by_damping = -state[1].exp() / (1.0 + state[0]).powi(2) * state[2];
             // The error of the law's polynomials moves the margin at most as much as an equal change of C.
             let form = weakening.error(0.0, weakening.reach()).bound() * by_damping.abs();
-            // At equal radii the margin keeps its digits.
-            let margin = if radius == target { state[0] } else { (1.0 + state[0]) * (radius / target) - 1.0 };
-            let error = (error / SHARE + round_off + form) * (radius / target);
+            let margin = state[0] * (1.0 + excess) + excess;
+            let error = (error / SHARE + round_off + form) * (1.0 + excess);
             return Ok(Lap { margin, error, by_damping, rhs });
         }
         let grown = if local > 0.0 { 0.9 * (allowed / local).powf(1.0 / 7.0) } else { 5.0 };
