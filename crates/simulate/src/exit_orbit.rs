@@ -34,11 +34,13 @@ const NOT_SMALL: f64 = 8.0;
 const NEXT_TO_GRAZING: f64 = 1e-8;
 /// Largest error of a margin that is told for an orbit that lands, relative to the margin.
 const KNOWN: f64 = 0.01;
+/// Largest ratio of the changes of D at equal distances beyond the belt line and before it: that of a pole
+/// 1/(u + p)^2 at the distance 0.42 p.
+const BEYOND: f64 = 4.0;
 
-/// Share by which an orbit changes its state while it moves. Next to a slow curve steps are 2/|D| long, and
-/// each changes x2 by the share 2/D^2: for |D| > 4500 no more than this in [`STILL_STEPS`].
+/// An orbit that changes neither x2 nor x2' by this share in [`STILL_STEPS`] steps is given up. Along a slow
+/// curve a step of the length 2/|D| changes x2 by the share 2/D^2, so that this excludes |D| > 4500.
 const STILL: f64 = 1e-4;
-/// Number of steps after which an orbit that has not moved is given up.
 const STILL_STEPS: u32 = 1_000;
 
 /// The arrival at the belt line from below.
@@ -166,7 +168,7 @@ fn first_turn(
 ///
 /// In units of V, with s the speed: r = sqrt(1 + s^2) on the line, and r r' = D w^2. With D constant, w' = -1
 /// + D w up to the order s^2, so that ln r grows by D s^3 / 3 + D^2 s^4 / 4 + O(D^3 s^5) + O(D s^5) up to the
-/// turn. How much D changes on s^2 / 2 beyond the line is judged by its change before it.
+/// turn. Its change on s^2 / 2 beyond the line is taken to be at most [`BEYOND`] times that before it.
 fn continued(oscillator: &Oscillator, speed: f64, spread: f64) -> [f64; 2] {
     let belt_speed = oscillator.belt_speed;
     let (s, d) = (speed / belt_speed, oscillator.divergence(0.0));
@@ -174,9 +176,9 @@ fn continued(oscillator: &Oscillator, speed: f64, spread: f64) -> [f64; 2] {
     let growth = s.powi(3) * d * (1.0 / 3.0 + 0.25 * d * s);
     let margin = radius + (1.0 + radius) * growth.exp_m1();
     let change = (oscillator.divergence(0.5 * belt_speed * s * s) - d).abs();
-    let of_series = s.powi(3) * (d.abs() * (d * d + 1.0) * s * s + change);
-    let error = spread / (belt_speed * belt_speed) + of_series;
-    if of_series <= KNOWN * margin { [margin, error] } else { [f64::NAN, error] }
+    let of_series = s.powi(3) * (d.abs() * (d * d + 1.0) * s * s + BEYOND * change);
+    let error = spread / (belt_speed * belt_speed);
+    if of_series <= KNOWN * margin { [margin, error + of_series] } else { [f64::NAN, error] }
 }
 
 /// The arrival of the orbit that is known to return with the `margin` > 0; `None` where the arcs lose it.
