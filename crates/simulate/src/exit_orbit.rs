@@ -8,7 +8,7 @@
 //! **After the landing.** The orbit arrives with x2' = w. It sticks at e - w, e the exit point, for w < 2;
 //! beyond that x2' above the line is w - 2, and the orbit comes back there with x2' = W < 0. For W > -2 it
 //! sticks. Else it is beyond the exit point, where it goes below the line outside its own first arc: orbits
-//! do not cross, so it never sticks (theory, "The orbit that crosses").
+//! do not cross, so it never sticks (theory, "Fates of an orbit").
 //!
 //! **Errors.** The place at which the orbit meets the belt line has the error `spread` over the speed there,
 //! see [`arc`](super::arc). It is of first order, and no bound: where it exceeds [`SMALL`] it counts
@@ -164,10 +164,10 @@ fn first_turn(
 }
 
 /// The margin, and its error, of an orbit that arrives with x2' = `speed`, continued beyond the belt line by
-/// the lower field; NaN where the series does not give it to [`KNOWN`].
+/// the lower field; NaN where the series does not give it to about [`KNOWN`].
 ///
-/// In units of V, with s the speed: r = sqrt(1 + s^2) on the line, and r r' = D w^2. With D constant, w' = -1
-/// + D w up to the order s^2, so that ln r grows by D s^3 / 3 + D^2 s^4 / 4 + O(D^3 s^5) + O(D s^5) up to the
+/// In units of V, with s the speed: r = sqrt(1 + s^2) on the line, and r r' = D w^2. With D constant, w' + 1 =
+/// D w up to the order s^2, so that ln r grows by D s^3 / 3 + D^2 s^4 / 4 + O(D^3 s^5) + O(D s^5) up to the
 /// turn. Its change on s^2 / 2 beyond the line is taken to be at most [`BEYOND`] times that before it.
 fn continued(oscillator: &Oscillator, speed: f64, spread: f64) -> [f64; 2] {
     let belt_speed = oscillator.belt_speed;
@@ -178,7 +178,7 @@ fn continued(oscillator: &Oscillator, speed: f64, spread: f64) -> [f64; 2] {
     let change = (oscillator.divergence(0.5 * belt_speed * s * s) - d).abs();
     let of_series = s.powi(3) * (d.abs() * (d * d + 1.0) * s * s + BEYOND * change);
     let error = spread / (belt_speed * belt_speed);
-    if of_series <= KNOWN * margin { [margin, error + of_series] } else { [f64::NAN, error] }
+    if of_series <= KNOWN * radius { [margin, error + of_series] } else { [f64::NAN, error] }
 }
 
 /// The arrival of the orbit that is known to return with the `margin` > 0; `None` where the arcs lose it.
@@ -216,9 +216,8 @@ impl LandingSpeed {
 
 /// The orbit from the exit point.
 fn leaving<'a>(oscillator: &'a Oscillator, tolerance: f64, work: &'a Work) -> Walk<'a> {
-    let belt_speed = oscillator.belt_speed;
-    Walk::new(oscillator, Side::Below, [belt_speed, 0.0], tolerance, belt_speed, work)
-        .resting_at(tolerance * belt_speed)
+    Walk::from_line(oscillator, Side::Below, 0.0, tolerance, work)
+        .resting_at(tolerance * oscillator.belt_speed)
 }
 
 /// The fate of the orbit that arrives at the belt line.
@@ -239,8 +238,8 @@ fn after_landing(oscillator: &Oscillator, arrival: LandingSpeed, tolerance: f64,
     if rise <= error {
         return sticks(speed.min(JUMP), time, (rise < -error).then_some(0));
     }
-    let mut walk = Walk::new(oscillator, Side::Above, [belt_speed, rise], tolerance, belt_speed, work)
-        .starting_with(arrival.error);
+    let mut walk =
+        Walk::from_line(oscillator, Side::Above, rise, tolerance, work).starting_with(arrival.error);
     let back = match walk.upper_arc(patience(work)) {
         Ok(back) => back,
         Err(failure) => return Fate::Failed(failure),
