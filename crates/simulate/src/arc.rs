@@ -29,6 +29,9 @@ use slipmap_model::friction::Weakening;
 const SHORTEST_STEP: f64 = 1e-14;
 /// Number of roundings of the slip speed in a step.
 const ROUNDED_SLIPS: f64 = 8.0;
+/// Largest share of the change of D up to the belt line that may lie in the nearer half: for a straight line it is
+/// a half.
+const EVEN: f64 = 0.75;
 /// Distance from the equilibrium, in units of V, at which an orbit rests: turns of a nearly critical node
 /// take the state below the smallest number.
 const AT_REST: f64 = 1e-200;
@@ -290,8 +293,21 @@ impl<'a> Walk<'a> {
     /// would miss features of the law near the line.
     fn longest_resolving(&self, from: &State) -> f64 {
         let End { slip, rate } = self.slip(from);
-        let change = slip.max(self.oscillator.belt_speed);
+        let change = match self.origin == 0.0 || rate >= 0.0 || self.is_even_to_the_line(from) {
+            true => slip.max(self.oscillator.belt_speed),
+            false => slip,
+        };
         (if rate < 0.0 { 0.5 } else { 1.0 }) * change / rate.abs()
+    }
+
+    /// Whether D does not change much more next to the belt line than between here and there. A law may be
+    /// steep at the line alone, where a step to it would have no stage: then steps halve the distance.
+    fn is_even_to_the_line(&self, from: &State) -> bool {
+        let at_line = self.divergence(self.oscillator.belt_speed - self.origin);
+        let half_way = self.divergence(from.x - 0.5 * self.beyond(from.x));
+        self.work.count(2);
+        let [whole, half] = [from.divergence, half_way].map(|d| (at_line - d).abs());
+        half <= EVEN * whole + 16.0 * f64::EPSILON * (at_line.abs() + self.oscillator.viscous.abs())
     }
 
     /// Takes one step, and returns the state at its beginning. The direction of (v, w) turns at the rate 1 +
