@@ -96,23 +96,3 @@ fn ten_thousand_points_agree_with_the_reference_boundary() {
     assert!(points >= 10_000 && near >= 1_000, "{points} {near}");
     assert!(undecided < points / 10, "{undecided}");
 }
-
-#[test]
-fn no_point_anywhere_is_contradicted_by_the_direct_engine() {
-    let mut random = Random(11);
-    let (mut decided, mut all) = (0, 0);
-    for _ in 0..400 {
-        for sample in [random.anywhere(), random.near_boundary()] {
-            let flow = witness::flow(&sample.oscillator(), 1e-10);
-            all += 1;
-            let decision = claim(&sample.point()).decide(sample.damping);
-            decided += u32::from(decision != Decision::Undecided);
-            match (decision, flow.fate) {
-                (Decision::Undecided, _) | (_, Fate::TooCloseToCall | Fate::Failed(_)) => {}
-                (Decision::Present, fate) => assert!(matches!(fate, Fate::Sticks(_)), "{sample:?} {flow:?}"),
-                (Decision::Absent, fate) => assert_eq!(fate, Fate::SpiralsInward, "{sample:?} {flow:?}"),
-            }
-        }
-    }
-    assert!(10 * decided > 8 * all, "{decided} of {all}");
-}

@@ -29,6 +29,9 @@ use slipmap_model::friction::Weakening;
 const SHORTEST_STEP: f64 = 1e-14;
 /// Number of roundings of the slip speed in a step.
 const ROUNDED_SLIPS: f64 = 8.0;
+/// Largest share of the change of D up to the belt line that may lie in the nearer half: for a straight line it is
+/// a half.
+const EVEN: f64 = 0.75;
 /// Distance from the equilibrium, in units of V, at which an orbit rests: turns of a nearly critical node
 /// take the state below the smallest number.
 const AT_REST: f64 = 1e-200;
@@ -47,6 +50,8 @@ pub(super) struct State {
     pub(super) growth: f64,
     /// Time since the start.
     pub(super) time: f64,
+    /// x2 less the walk's origin.
+    x: f64,
     /// The divergence here, with the sign of the direction of time.
     divergence: f64,
     /// Bound of |error x velocity|, by the local error estimates.
@@ -97,6 +102,9 @@ pub enum SlipTurn {
 pub(super) struct Walk<'a> {
     oscillator: &'a Oscillator,
     side: Side,
+    /// The value of x2 from which states are measured: 0, or V where the orbit starts next to the line, whose slip
+    /// speeds then have all their digits.
+    origin: f64,
     /// 1, or -1 where time runs backward.
     direction: f64,
     /// The law's compiled polynomials, where they are faster and their error is below that of the orbit.
@@ -112,13 +120,13 @@ pub(super) struct Walk<'a> {
     work: &'a Work,
 }
 
-/// The field in the state [v, w, growth].
+/// The field in the state [v - origin, w, growth].
 struct Lienard<'a>(&'a Walk<'a>);
 
 impl Field<3> for Lienard<'_> {
-    fn slope(&mut self, _stage: usize, &[v, w, _]: &[f64; 3]) -> [f64; 3] {
-        let d = self.0.divergence(v);
-        [w, d.mul_add(w, -v), d]
+    fn slope(&mut self, _stage: usize, &[x, w, _]: &[f64; 3]) -> [f64; 3] {
+        let d = self.0.divergence(x);
+        [w, d.mul_add(w, -(self.0.origin + x)), d]
     }
 }
 
@@ -158,11 +166,12 @@ impl<'a> Walk<'a> {
         let mut walk = Self {
             oscillator,
             side,
+            origin: 0.0,
             direction: 1.0,
             weakening,
             stops: curve.stops(scale.max(oscillator.belt_speed)),
             allowed: tolerance * scale / TAU,
-            here: State { v, w, growth: 0.0, time: 0.0, divergence: 0.0, spread: 0.0 },
+            here: State { v, w, growth: 0.0, time: 0.0, x: v, divergence: 0.0, spread: 0.0 },
             rest: 0.0,
             // Near the belt line the friction law may change on a scale much smaller than V; steps grow from
             // a size that resolves it.
@@ -170,6 +179,22 @@ impl<'a> Walk<'a> {
             work,
         };
         walk.here.divergence = walk.divergence(v);
+        walk
+    }
+
+    /// The orbit that starts on the belt line with x2' = `w`, and is measured from there; with errors as in
+    /// [`Walk::new`] in units of V.
+    pub(super) fn from_line(
+        oscillator: &'a Oscillator,
+        side: Side,
+        w: f64,
+        tolerance: f64,
+        work: &'a Work,
+    ) -> Self {
+        let belt_speed = oscillator.belt_speed;
+        let mut walk = Self::new(oscillator, side, [belt_speed, w], tolerance, belt_speed, work);
+        walk.origin = belt_speed;
+        walk.here.x = 0.0;
         walk
     }
 
@@ -190,12 +215,17 @@ impl<'a> Walk<'a> {
         self
     }
 
-    /// D at velocity `v`, with the sign of the direction of time. Beyond the belt line it is constant; as
+    /// x2 - V at x2 = origin + `x`.
+    fn beyond(&self, x: f64) -> f64 {
+        x - (self.oscillator.belt_speed - self.origin)
+    }
+
+    /// D at x2 = origin + `x`, with the sign of the direction of time. Beyond the belt line it is constant; as
     /// steps that pass the line are shortened to it, D only has to be bounded there.
-    fn divergence(&self, v: f64) -> f64 {
+    fn divergence(&self, x: f64) -> f64 {
         let slip = match self.side {
-            Side::Below => self.oscillator.belt_speed - v,
-            Side::Above => v - self.oscillator.belt_speed,
+            Side::Below => -self.beyond(x),
+            Side::Above => self.beyond(x),
         };
         let slip = slip.max(0.0);
         let divergence = match &self.weakening {
@@ -214,10 +244,12 @@ impl<'a> Walk<'a> {
         (self.allowed * (to.time - from.time)).max(self.rounding(from, to))
     }
 
-    /// The rounding error of a step between two states.
+    /// The rounding error of a step between two states. Slip speeds are rounded as the states are.
     fn rounding(&self, from: &State, to: &State) -> f64 {
-        let steep = (to.divergence - from.divergence).abs() * self.oscillator.belt_speed;
-        0.5 * f64::EPSILON * (from.v.abs() + from.w.abs() + ROUNDED_SLIPS * steep)
+        let size = if self.origin == 0.0 { self.oscillator.belt_speed } else { from.x.abs().max(to.x.abs()) };
+        let steep = (to.divergence - from.divergence).abs() * size;
+        let of_origin = self.origin * (to.time - from.time);
+        0.5 * f64::EPSILON * (from.x.abs() + from.w.abs() + of_origin + ROUNDED_SLIPS * steep)
     }
 
     /// Replaces the slip speeds at which steps end, which by default include the law's corners.
@@ -237,11 +269,12 @@ impl<'a> Walk<'a> {
 
     /// The state a time `h` after `from`, and its local error.
     pub(super) fn after(&self, from: &State, h: f64) -> (State, f64) {
-        let step = Step { h, from: [from.v, from.w, from.growth], field: Lienard(self) };
-        let ([v, w, growth], error) = pulp::Arch::new().dispatch(step);
+        let step = Step { h, from: [from.x, from.w, from.growth], field: Lienard(self) };
+        let ([x, w, growth], error) = pulp::Arch::new().dispatch(step);
         self.work.count(STAGES as u64 + 1);
         let error = error[0].hypot(error[1]);
-        let mut to = State { v, w, growth, time: from.time + h, divergence: self.divergence(v), spread: 0.0 };
+        let (v, time, divergence) = (self.origin + x, from.time + h, self.divergence(x));
+        let mut to = State { v, w, growth, time, x, divergence, spread: 0.0 };
         let local = error + self.rounding(from, &to);
         to.spread = from.spread * (growth - from.growth).exp() + local * from.pace().max(to.pace());
         (to, error)
@@ -250,8 +283,8 @@ impl<'a> Walk<'a> {
     /// The slip speed at a state.
     pub(super) fn slip(&self, state: &State) -> End {
         match self.side {
-            Side::Below => End { slip: self.oscillator.belt_speed - state.v, rate: -state.w },
-            Side::Above => End { slip: state.v - self.oscillator.belt_speed, rate: state.w },
+            Side::Below => End { slip: -self.beyond(state.x), rate: -state.w },
+            Side::Above => End { slip: self.beyond(state.x), rate: state.w },
         }
     }
 
@@ -260,8 +293,21 @@ impl<'a> Walk<'a> {
     /// would miss features of the law near the line.
     fn longest_resolving(&self, from: &State) -> f64 {
         let End { slip, rate } = self.slip(from);
-        let change = slip.max(self.oscillator.belt_speed);
+        let change = match self.origin == 0.0 || rate >= 0.0 || self.is_even_to_the_line(from) {
+            true => slip.max(self.oscillator.belt_speed),
+            false => slip,
+        };
         (if rate < 0.0 { 0.5 } else { 1.0 }) * change / rate.abs()
+    }
+
+    /// Whether D does not change much more next to the belt line than between here and there. A law may be
+    /// steep at the line alone, where a step to it would have no stage: then steps halve the distance.
+    fn is_even_to_the_line(&self, from: &State) -> bool {
+        let at_line = self.divergence(self.oscillator.belt_speed - self.origin);
+        let half_way = self.divergence(from.x - 0.5 * self.beyond(from.x));
+        self.work.count(2);
+        let [whole, half] = [from.divergence, half_way].map(|d| (at_line - d).abs());
+        half <= EVEN * whole + 16.0 * f64::EPSILON * (at_line.abs() + self.oscillator.viscous.abs())
     }
 
     /// Takes one step, and returns the state at its beginning. The direction of (v, w) turns at the rate 1 +
@@ -364,9 +410,10 @@ impl<'a> Walk<'a> {
                 to = self.locate(&from, to.time - from.time, |_, state| state.w);
                 to.w = 0.0;
             }
-            let meets = to.v > belt_speed || (to.v == belt_speed && to.w >= 0.0);
+            let beyond = self.beyond(to.x);
+            let meets = beyond > 0.0 || (beyond == 0.0 && to.w >= 0.0);
             if meets {
-                to = self.locate(&from, to.time - from.time, |_, state| state.v - belt_speed);
+                to = self.locate(&from, to.time - from.time, |walk, state| walk.beyond(state.x));
                 to.v = belt_speed;
             }
             if (meets || turns) && !self.is_accurate(&from, &to) {
@@ -395,15 +442,15 @@ impl<'a> Walk<'a> {
         loop {
             let from = self.advance()?;
             let mut to = self.here;
-            let meets = to.v <= belt_speed;
+            let meets = self.beyond(to.x) <= 0.0;
             if meets {
                 // The height over the line divided by the time has a simple root even for the shortest arc.
-                let (start, time) = (from.v - belt_speed, from.time);
-                to = self.locate(&from, to.time - from.time, |_, state| {
+                let (start, time) = (self.beyond(from.x), from.time);
+                to = self.locate(&from, to.time - from.time, |walk, state| {
                     let elapsed = state.time - time;
                     match (start > 0.0, elapsed > 0.0) {
-                        (true, _) => state.v - belt_speed,
-                        (false, true) => (state.v - belt_speed) / elapsed,
+                        (true, _) => walk.beyond(state.x),
+                        (false, true) => walk.beyond(state.x) / elapsed,
                         (false, false) => state.w,
                     }
                 });

@@ -9,7 +9,7 @@
 //! x2' = w, and sticks at e - w - j for w < 2 - j. Beyond that x2' above the line is w - 2 (1 - j), and the
 //! orbit comes back there with x2' = W < 0. For W > -(2 - j) it sticks. Else it is beyond the exit point,
 //! where it goes below the line outside its own first arc: orbits do not cross, so it never sticks (theory,
-//! "The orbit that crosses").
+//! "Fates of an orbit").
 //!
 //! **Errors.** The place at which the orbit meets the belt line has the error `spread` over the speed there,
 //! see [`arc`](super::arc). It is of first order, and no bound: where it exceeds [`SMALL`] it counts
@@ -34,11 +34,13 @@ const NOT_SMALL: f64 = 8.0;
 const NEXT_TO_GRAZING: f64 = 1e-8;
 /// Largest error of a margin that is told for an orbit that lands, relative to the margin.
 const KNOWN: f64 = 0.01;
+/// Largest ratio of the changes of D at equal distances beyond the belt line and before it: that of a pole
+/// 1/(u + p)^2 at the distance 0.42 p.
+const BEYOND: f64 = 4.0;
 
-/// Share by which an orbit changes its state while it moves. Next to a slow curve steps are 2/|D| long, and
-/// each changes x2 by the share 2/D^2: for |D| > 4500 no more than this in [`STILL_STEPS`].
+/// An orbit that changes neither x2 nor x2' by this share in [`STILL_STEPS`] steps is given up. Along a slow
+/// curve a step of the length 2/|D| changes x2 by the share 2/D^2, so that this excludes |D| > 4500.
 const STILL: f64 = 1e-4;
-/// Number of steps after which an orbit that has not moved is given up.
 const STILL_STEPS: u32 = 1_000;
 
 /// The arrival at the belt line from below.
@@ -162,11 +164,11 @@ fn first_turn(
 }
 
 /// The margin, and its error, of an orbit that arrives with x2' = `speed`, continued beyond the belt line by
-/// the lower field; NaN where the series does not give it to [`KNOWN`].
+/// the lower field; NaN where the series does not give it to about [`KNOWN`].
 ///
-/// In units of V, with s the speed: r = sqrt(1 + s^2) on the line, and r r' = D w^2. With D constant, w' = -1
-/// + D w up to the order s^2, so that ln r grows by D s^3 / 3 + D^2 s^4 / 4 + O(D^3 s^5) + O(D s^5) up to the
-/// turn. How much D changes on s^2 / 2 beyond the line is judged by its change before it.
+/// In units of V, with s the speed: r = sqrt(1 + s^2) on the line, and r r' = D w^2. With D constant, w' + 1 =
+/// D w up to the order s^2, so that ln r grows by D s^3 / 3 + D^2 s^4 / 4 + O(D^3 s^5) + O(D s^5) up to the
+/// turn. Its change on s^2 / 2 beyond the line is taken to be at most [`BEYOND`] times that before it.
 fn continued(oscillator: &Oscillator, speed: f64, spread: f64) -> [f64; 2] {
     let belt_speed = oscillator.belt_speed;
     let (s, d) = (speed / belt_speed, oscillator.divergence(0.0));
@@ -174,9 +176,9 @@ fn continued(oscillator: &Oscillator, speed: f64, spread: f64) -> [f64; 2] {
     let growth = s.powi(3) * d * (1.0 / 3.0 + 0.25 * d * s);
     let margin = radius + (1.0 + radius) * growth.exp_m1();
     let change = (oscillator.divergence(0.5 * belt_speed * s * s) - d).abs();
-    let of_series = s.powi(3) * (d.abs() * (d * d + 1.0) * s * s + change);
-    let error = spread / (belt_speed * belt_speed) + of_series;
-    if of_series <= KNOWN * margin { [margin, error] } else { [f64::NAN, error] }
+    let of_series = s.powi(3) * (d.abs() * (d * d + 1.0) * s * s + BEYOND * change);
+    let error = spread / (belt_speed * belt_speed);
+    if of_series <= KNOWN * radius { [margin, error + of_series] } else { [f64::NAN, error] }
 }
 
 /// The arrival of the orbit that is known to return with the `margin` > 0; `None` where the arcs lose it.
@@ -214,9 +216,8 @@ impl LandingSpeed {
 
 /// The orbit from the exit point.
 fn leaving<'a>(oscillator: &'a Oscillator, tolerance: f64, work: &'a Work) -> Walk<'a> {
-    let belt_speed = oscillator.belt_speed;
-    Walk::new(oscillator, Side::Below, [belt_speed, -oscillator.drop()], tolerance, belt_speed, work)
-        .resting_at(tolerance * belt_speed)
+    Walk::from_line(oscillator, Side::Below, -oscillator.drop(), tolerance, work)
+        .resting_at(tolerance * oscillator.belt_speed)
 }
 
 /// The fate of the orbit that arrives at the belt line.
@@ -243,8 +244,8 @@ fn after_landing(oscillator: &Oscillator, arrival: LandingSpeed, tolerance: f64,
         return Fate::TooCloseToCall;
     }
     let rise = speed - oscillator.jump();
-    let mut walk = Walk::new(oscillator, Side::Above, [belt_speed, rise], tolerance, belt_speed, work)
-        .starting_with(arrival.error);
+    let mut walk =
+        Walk::from_line(oscillator, Side::Above, rise, tolerance, work).starting_with(arrival.error);
     let back = match walk.upper_arc(patience(work)) {
         Ok(back) => back,
         Err(failure) => return Fate::Failed(failure),

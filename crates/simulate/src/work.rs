@@ -13,9 +13,10 @@ use slipmap_model::friction::Curve;
 /// second of one orbit. The backbones and cycles of moderate parameters take a tenth of it.
 const QUESTION: u64 = 7_000_000;
 
-/// Largest number of evaluations for the fate of one orbit, in the same unit: of a turn, which takes about 20
-/// to 200 steps, a hundred thousand. An expensive law has at least [`FEWEST`] evaluations of its own.
-const ORBIT: u64 = 1_200_000;
+/// Largest number of evaluations for the fate of one orbit, in the same unit. A turn takes about 20 to 200
+/// steps of a dozen; that of a formula which oscillates on a fast belt takes up to some ten thousand. An
+/// expensive law has at least [`FEWEST`] evaluations of its own.
+const ORBIT: u64 = 4_000_000;
 const FEWEST: u64 = 60_000;
 
 /// The rest of a budget.

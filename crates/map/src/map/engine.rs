@@ -356,7 +356,7 @@ fn simulation(
             if is_resolved(margin, error) {
                 return margin;
             }
-            // As at a single point: by the direct engine, and -1 where the orbit tends to a node.
+            // As at a single point: by arcs, and -1 where the orbit tends to a node.
             let oscillator = Oscillator::in_column(&columns[cell / cs.len()], cs[cell % cs.len()]);
             let answer = flow_after_turn(&oscillator, margin, plan.tolerance);
             simulated.rhs += answer.rhs;

@@ -36,8 +36,7 @@ named_sums! {
         pub(crate) critical_surface,
         /// By the order of fates, between two simulated cells of the column with equal fates.
         pub(crate) order,
-        /// By their margin or their own orbit: the return map, or the direct engine where the map does not
-        /// apply.
+        /// By their margin or their own orbit: the return map, or arcs where the map does not apply.
         pub(crate) return_map,
         /// By the direct engine, because the plan requests it.
         pub(crate) direct,
