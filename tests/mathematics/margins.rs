@@ -193,7 +193,6 @@ fn margins_of_grids_of_formulas_are_within_their_error() {
         // Between the nodes of an axis.
         (formula("mu + (1 - mu)*exp(-u/vs) - 0.1*exp(-((vs - 4.24)/0.04)^2)*(1 - exp(-u))"), true),
         (formula("mu + (1 - mu)*exp(-u/vs) + 0.01 - 0.01*tanh((u - 0.5)*1e4)/tanh(5e3) - 0.02*mu/mu"), false),
-        (formula("mu + (1 - mu)*exp(-abs(u)/vs)"), false),
         (Law::Table(Table::new("rows", &rows, 1.0).unwrap()), false),
     ] {
         let of_law = match is_smooth {

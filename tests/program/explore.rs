@@ -295,7 +295,7 @@ fn bad_requests_are_refused_in_words() {
         ("/show", json!("verdict_nothing"), "verdict_nothing"),
         ("/show", json!("difference:a:b"), "difference:a:b"),
         ("/law/name", json!("nothing"), "nothing"),
-        ("/law/static", json!(-1.0), "static level is -1"),
+        ("/law/static", json!(-1.0), "friction at rest is -1"),
         ("/turn/tab", json!("x".repeat(1000)), "name of the tab"),
     ] {
         refused("/api/plane", with(pointer, value), words);

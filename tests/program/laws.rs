@@ -68,7 +68,7 @@ fn bad_laws_are_refused_with_their_place() {
     refuse("law = \"exponentail\"", &["job.toml:2:7", "unknown law", "`exponential`"]);
     refuse("law = \"expression\"", &["`phi` is missing"]);
     refuse("law = \"lorentzian\"\nphi = \"1\"", &["job.toml:3:7", "has no phi"]);
-    refuse("law = \"lorentzian\"\nstatic = 2", &["job.toml:3:10", "phi(0) = 1 already"]);
+    refuse("law = \"lorentzian\"\nstatic = 2", &["job.toml:3:10", "friction at rest is 1 already"]);
     refuse("law = \"table\"\nfile = \"none.csv\"", &["job.toml:3:8", "cannot be read"]);
     refuse(
         &phi("mu + (1 - mu)*exp(-u/vz)"),

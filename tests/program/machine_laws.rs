@@ -127,7 +127,7 @@ fn what_a_machine_of_a_law_needs_is_told_at_once() {
     scratch.file("mu.csv", "0,0.4\n0.05,0.35\n0.15,0.3\n");
     let table = |more: &str| machine(&format!("law = \"table\"\nfile = \"mu.csv\"\n{more}"), "");
     refused(table(""), &["end at slip speed 0.15 m/s", "up to 0.2 m/s"]);
-    refused(table("static = 0.4"), &["static", "leave it out"]);
+    refused(table("static = 0.3"), &["friction in slip begins at 0.4", "raise static"]);
     refused(table("quantity = \"forces\""), &["quantity", "force"]);
     // A header that names another unit.
     for (header, unit, factor) in [

@@ -328,8 +328,8 @@ mod tests {
     #[test]
     fn the_reason_of_an_orbit_that_is_too_close_is_so() {
         for (margin, error, said) in [
-            (1e-12, 2e-12, "+1e-12 is smaller than its error 2e-12"),
-            (-5e-9, 1e-9, "-5e-9 exceeds its error 1e-9"),
+            (1e-12, 2e-12, "+1e-12 V from the belt line, and the error of that distance is 2e-12 V"),
+            (-5e-9, 1e-9, "-5e-9 V from the belt line, and the error of that distance, 1e-9 V, is large"),
             (0.3, 1e-9, "comes back to the exit point"),
             (f64::NAN, 2e10, "within its error, 2e10 V"),
             (f64::NAN, f64::NAN, "exceeds all numbers"),
