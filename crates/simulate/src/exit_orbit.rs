@@ -9,7 +9,7 @@
 //! x2' = w, and sticks at e - w - j for w < 2 - j. Beyond that x2' above the line is w - 2 (1 - j), and the
 //! orbit comes back there with x2' = W < 0. For W > -(2 - j) it sticks. Else it is beyond the exit point,
 //! where it goes below the line outside its own first arc: orbits do not cross, so it never sticks (theory,
-//! "The orbit that crosses").
+//! "Fates of an orbit").
 //!
 //! **Errors.** The place at which the orbit meets the belt line has the error `spread` over the speed there,
 //! see [`arc`](super::arc). It is of first order, and no bound: where it exceeds [`SMALL`] it counts
@@ -164,8 +164,8 @@ fn first_turn(
 /// The margin, and its error, of an orbit that arrives with x2' = `speed`, continued beyond the belt line by
 /// the lower field; NaN where the series does not give it to [`KNOWN`].
 ///
-/// In units of V, with s the speed: r = sqrt(1 + s^2) on the line, and r r' = D w^2. With D constant, w' = -1
-/// + D w up to the order s^2, so that ln r grows by D s^3 / 3 + D^2 s^4 / 4 + O(D^3 s^5) + O(D s^5) up to the
+/// In units of V, with s the speed: r = sqrt(1 + s^2) on the line, and r r' = D w^2. With D constant, w' =
+/// D w - 1 up to the order s^2, so that ln r grows by D s^3 / 3 + D^2 s^4 / 4 + O(D^3 s^5) + O(D s^5) up to the
 /// turn. How much D changes on s^2 / 2 beyond the line is judged by its change before it.
 fn continued(oscillator: &Oscillator, speed: f64, spread: f64) -> [f64; 2] {
     let belt_speed = oscillator.belt_speed;
