@@ -473,10 +473,8 @@ fn critical_dampings_with_a_drop_are_those_of_the_reference() {
         let column = column(&law, parameters.as_slice(), row.belt_speed);
         let found = critical_damping(&column, 1e-13).unwrap();
         let missed = (found.c - row.critical).abs();
-        // Some tables take the search by arcs, which has fewer digits.
-        let digits = if row.kind == "table" { 1e-8 } else { 1e-11 };
         assert!(
-            missed <= digits * row.critical && missed <= found.error + 1e-15,
+            missed <= 1e-11 * row.critical && missed <= found.error + 1e-15,
             "{} {found:?} {}",
             row.law,
             row.critical

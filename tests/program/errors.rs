@@ -23,7 +23,7 @@ const TOO_STEEP: [&str; 14] = [
     "--mu",
     "0.9",
     "--vs",
-    "3e-10",
+    "1e-14",
     "--eta",
     "0",
     "--V",
@@ -52,7 +52,7 @@ fn told(text: &str) -> [f64; 2] {
 fn a_map_has_the_errors_of_its_critical_dampings() {
     let scratch = Scratch::new();
     let job = "[friction]\nlaw = \"exponential\"\n[grid]\nepsilon = 1.0\nmu = 0.9\neta = 0.0\n\
-               vs = [3e-10, 1e-9, 1e-4]\nV = 0.2\nc = [0.02, 0.05]\n\
+               vs = [1e-14, 1e-9, 1e-4]\nV = 0.2\nc = [0.02, 0.05]\n\
                [methods]\nrun = [\"symmetric\", \"simulation\"]\n\
                [output]\npath = \"map.h5\"\nfields = [\"verdict\", \"critical_c\"]\n";
     scratch.file("job.toml", job);
@@ -117,7 +117,7 @@ fn a_point_has_the_error_of_its_critical_damping() {
 #[test]
 fn a_table_of_points_has_the_errors_of_its_critical_dampings() {
     let scratch = Scratch::new();
-    scratch.file("points.csv", "mu,vs,V\n0.5,1e-9,1\n0.9,3e-10,0.2\n");
+    scratch.file("points.csv", "mu,vs,V\n0.5,1e-9,1\n0.9,1e-14,0.2\n");
     let shared = ["--law", "exponential", "--epsilon", "1", "--eta", "0", "--c", "0.03"];
     let table = ["probe", "--points", "points.csv", "--out", "answers.csv", "--quiet"];
     scratch.run(&[&table[..], &shared].concat()).ends_with(0);
@@ -145,7 +145,7 @@ fn machine(speed: f64, vs: f64) -> String {
 fn a_machine_has_the_errors_of_its_limits() {
     let scratch = Scratch::new();
     scratch.file("steep.toml", machine(0.2, 1e-9));
-    scratch.file("too_steep.toml", machine(0.2, 3e-10));
+    scratch.file("too_steep.toml", machine(0.2, 1e-14));
 
     let found = json(&scratch, &["machine", "steep.toml"]);
     let number = |key: &str| found[key].as_f64().unwrap();
