@@ -379,7 +379,7 @@ fn survey(count: u64) -> Tally {
 
 #[test]
 fn every_engine_says_the_same_of_every_law() {
-    let tally = survey(2_000);
+    let tally = survey(1_000);
     for fates in ["sticks", "sticks from above", "spirals inward", "crosses for ever"] {
         assert!(tally.fates.contains_key(&[fates, fates]), "the sample has no orbit that {fates}");
     }
@@ -395,7 +395,7 @@ fn every_engine_says_the_same_of_every_law() {
     ];
     for engine in engines {
         assert!(
-            tally.decided.get(engine).is_some_and(|decided| *decided > 40),
+            tally.decided.get(engine).is_some_and(|decided| *decided > 20),
             "{engine}: {:?}",
             tally.decided
         );
@@ -404,8 +404,8 @@ fn every_engine_says_the_same_of_every_law() {
 
 #[test]
 #[ignore = "minutes of two processors: cargo test --test mathematics agreement:: -- --ignored --nocapture"]
-fn every_engine_says_the_same_at_half_a_million_points() {
-    survey(500_000);
+fn every_engine_says_the_same_at_a_hundred_thousand_points() {
+    survey(100_000);
 }
 
 /// Formulas with steps narrow beside the belt speed, so that the orbit is followed by arcs, at tolerances far
