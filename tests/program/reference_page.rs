@@ -55,9 +55,9 @@ fn every_key_is_documented_and_no_other() {
         let mut wanted: BTreeSet<String> = keys_of(section, "stribeck").into_iter().collect();
         match section {
             // The axes of all built-in laws.
-            "grid" => {
-                wanted.extend(["exponential", "lorentzian", "coulomb"].iter().flat_map(|law| keys_of(section, law)))
-            }
+            "grid" => wanted.extend(
+                ["exponential", "lorentzian", "coulomb"].iter().flat_map(|law| keys_of(section, law)),
+            ),
             // A section is not a key.
             "" => wanted.retain(|key| !sections.contains(key)),
             _ => {}

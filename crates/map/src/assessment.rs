@@ -412,7 +412,8 @@ mod tests {
         for law in Law::BUILT_IN {
             let found = assess(&machine(&law)).unwrap().sensitivities;
             // Coulomb's law has no Stribeck velocity.
-            let of = |name: &str| found.iter().find(|s| s.quantity == name).map_or(0.0, |s| s.critical_damping);
+            let of =
+                |name: &str| found.iter().find(|s| s.quantity == name).map_or(0.0, |s| s.critical_damping);
             assert!((of("mass") - of("stiffness")).abs() < 1e-5, "{law:?}: {found:?}");
             assert!(found.iter().all(|s| s.quantity != "strengthening"), "it is zero");
             // sqrt(k m), the normal force and the critical damping have the dimensions of a force by a
