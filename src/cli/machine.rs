@@ -239,6 +239,8 @@ fn to_json(all: &Assessment, risk: Option<&Risk>) -> Value {
         "stick_time": stick,
         "amplitude": does.amplitude,
         "velocity_amplitude": all.velocity_amplitude,
+        "fragile_from_before_end_of_stick_seconds": all.fragile.map(|[before, _]| before),
+        "fragile_for_seconds": all.fragile.map(|[_, lasts]| lasts),
         "kick_status": kick_status(all),
         "kick_forward": all.kick.map(|kick| kick.forward),
         "kick_backward": all.kick.map(|kick| kick.backward),

@@ -33,3 +33,4 @@ mod replace;
 mod report;
 mod resume;
 mod run;
+mod two_coefficients;

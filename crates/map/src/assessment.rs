@@ -92,6 +92,9 @@ pub struct Assessment {
     /// Kicks, m/s, of steady slip onto the outermost unstable slip cycle; slightly larger ones start the
     /// motion.
     pub kick: Option<Kick>,
+    /// The part of the stick phase, s, in which any disturbance against the belt ends stick-slip: how long
+    /// before the end of the phase it begins, and how long it lasts. `None` where there is none.
+    pub fragile: Option<[f64; 2]>,
     /// Sensitivities of the critical damping at the working speed.
     pub sensitivities: Vec<Sensitivity>,
     /// Weights of slip speeds of the friction curve in the critical damping; empty where the polar angle of
@@ -166,11 +169,12 @@ fn end(low: f64, high: f64, regime: impl Fn(f64) -> Regime) -> Limit {
 /// whole backbone. So these dampings are an interval from 0, provided that there are no crossing cycles at 0.
 fn always_below_damping(of: impl Fn(f64) -> Regime, hopf: f64, critical: f64) -> Limit {
     let high = hopf.min(critical);
-    if high < 0.0 {
+    // At a Hopf damping of 0 steady slip attracts at every larger one.
+    if high <= 0.0 {
         return Limit::NoneUpTo(0.0);
     }
     match of(0.0) {
-        Regime::StickSlip if high > 0.0 => end(0.0, high, of),
+        Regime::StickSlip => end(0.0, high, of),
         Regime::Failed | Regime::Neutral => Limit::NotDetermined,
         _ => Limit::NoneUpTo(0.0),
     }
@@ -327,6 +331,9 @@ pub fn assess(machine: &Machine) -> Option<Assessment> {
             .then(|| undetermined(&oscillator, &flow, beyond_data.as_ref())),
         period: cycle.map(|cycle| cycle.period * units.time),
         velocity_amplitude: cycle.map(|c| 0.5 * (c.velocity.hi - c.velocity.lo) * units.velocity),
+        fragile: basin
+            .and_then(|basin| basin.fragile_time)
+            .map(|lasts| [column.curve.drop() / column.belt_speed, lasts].map(|time| time * units.time)),
         kick: basin.map(|map::BasinBoundary { kick, .. }| Kick {
             forward: kick.forward * units.velocity,
             backward: kick.backward * units.velocity,

@@ -92,8 +92,10 @@ fn friction_words(map: &MapFile, si: &SiUnits) -> Vec<Rich> {
     let mut words = vec![
         number("friction at rest ", of.static_friction, ""),
         number("kinetic ", of.kinetic_friction, ""),
-        number("Stribeck velocity ", of.stribeck_velocity, velocity),
     ];
+    if Coefficients::names(map.grid().law()).any(|name| name == "stribeck_velocity") {
+        words.push(number("Stribeck velocity ", of.stribeck_velocity, velocity));
+    }
     if of.strengthening > 0.0 {
         words.push(number("strengthening ", of.strengthening, ""));
     }

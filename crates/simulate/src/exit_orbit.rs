@@ -12,9 +12,9 @@
 //! "Fates of an orbit").
 //!
 //! **Errors.** The place at which the orbit meets the belt line has the error `spread` over the speed there,
-//! see [`arc`](super::arc). It is of first order, and no bound: where it exceeds [`SMALL`] it counts
-//! [`NOT_SMALL`] times. A fate within the error of its boundary is followed again with a finer tolerance, down
-//! to [`FINEST`], and then [`Fate::TooCloseToCall`].
+//! see [`arc`](super::arc). It is of first order, and no bound: where it exceeds `SMALL` it counts
+//! `NOT_SMALL` times. A fate within the error of its boundary is followed again with a finer tolerance, down
+//! to `FINEST`, and then [`Fate::TooCloseToCall`].
 
 use super::arc::{LowerEnd, State, Walk};
 use super::work::Work;

@@ -208,20 +208,21 @@ pub fn kick_onto(oscillator: &Oscillator, cycle: &Cycle, tolerance: f64) -> Resu
 
 /// The kicks that carry the equilibrium onto the orbit that grazes the belt line, where it is the edge of the
 /// basin of stick-slip: with a drop, between C(V) and eps c* (theory, "Breakaway"). Followed backward, that
-/// orbit comes from (V, -g), 0 < g < j, and the piece of the belt line between its ends closes the edge. `None`
-/// elsewhere.
+/// orbit comes from (V, -g), 0 < g < j, and the piece of the belt line between its ends closes the edge.
+/// Returns the kicks and g; `None` elsewhere.
 ///
 /// # Errors
 /// [`Failure`] of the orbit.
-pub fn kick_onto_grazing(oscillator: &Oscillator, tolerance: f64) -> Result<Option<Kick>, Failure> {
+pub fn kick_onto_grazing(oscillator: &Oscillator, tolerance: f64) -> Result<Option<(Kick, f64)>, Failure> {
     let belt_speed = oscillator.belt_speed;
     let work = Work::of_question(&oscillator.curve);
     let walk = Walk::new(oscillator, Side::Below, [belt_speed, 0.0], tolerance, belt_speed, &work);
     // Through the piece of the line the equilibrium is kicked out at V.
     let unknown = Kick { forward: belt_speed, backward: f64::NAN };
     let (kick, end) = kick_onto_orbit(oscillator, walk.backward(), unknown)?;
-    let is_edge = matches!(end, LowerEnd::Meets(end) if end.w > 0.0 && end.w < oscillator.drop());
-    Ok((is_edge && kick.backward.is_finite()).then_some(kick))
+    let LowerEnd::Meets(end) = end else { return Ok(None) };
+    let is_edge = end.w > 0.0 && end.w < oscillator.drop() && kick.backward.is_finite();
+    Ok(is_edge.then_some((kick, end.w)))
 }
 
 /// The velocities at which an orbit passes the equilibrium's x1, those of `kick` where it does not, and its end.

@@ -30,6 +30,9 @@ pub struct BasinBoundary {
     pub radius: f64,
     /// The kicks that carry steady slip onto it.
     pub kick: Kick,
+    /// Where it is the grazing orbit: from the time j/V before the end of the stick phase on, and for as long as
+    /// this, any disturbance against the belt ends stick-slip (theory, "Breakaway").
+    pub fragile_time: Option<f64>,
     /// The attractors of orbits just inside it and just outside it.
     pub separates: [Neighbour; 2],
 }
@@ -290,11 +293,18 @@ impl<'a> Behaviour<'a> {
     ) -> Option<BasinBoundary> {
         let cycles = self.slip_cycles(oscillator.viscous, end)?;
         if self.grazing_returns(oscillator.viscous, end)? != end.returns()? {
-            let kick = kick_onto_grazing(oscillator, tolerance.min(TIGHT)).ok()??;
+            let (kick, g) = kick_onto_grazing(oscillator, tolerance.min(TIGHT)).ok()??;
+            let fragile_time = Some(g / self.belt_speed);
             let inside = if cycles.is_empty() { Neighbour::Equilibrium } else { Neighbour::SlipCycle };
             let outside = if end == End::Crosses { Neighbour::Crossing } else { Neighbour::StickSlip };
             let radius = self.belt_speed;
-            return Some(BasinBoundary { cycle: None, radius, kick, separates: [inside, outside] });
+            return Some(BasinBoundary {
+                cycle: None,
+                radius,
+                kick,
+                fragile_time,
+                separates: [inside, outside],
+            });
         }
         let position = outermost_repelling(&cycles, |cycle| cycle.is_stable)?;
         let tolerance = tolerance.min(TIGHT);
@@ -309,7 +319,8 @@ impl<'a> Behaviour<'a> {
             End::Inward | End::TooClose | End::Failed => Neighbour::Unknown,
         };
         let radius = cycle.velocity.hi;
-        Some(BasinBoundary { cycle: Some(cycle), radius, kick, separates: [inside, outside] })
+        let (cycle, fragile_time) = (Some(cycle), None);
+        Some(BasinBoundary { cycle, radius, kick, fragile_time, separates: [inside, outside] })
     }
 }
 

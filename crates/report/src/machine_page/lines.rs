@@ -5,7 +5,7 @@ use super::super::units::join;
 use slipmap_figure::text::{Rich, rich};
 pub use slipmap_map::assessment::{Assessment, ErrorsFrom, NeededKick, Undetermined};
 use slipmap_map::behaviour::Limit;
-use slipmap_map::machine::{Dimension, Friction, Machine, Motion};
+use slipmap_map::machine::{Coefficients, Dimension, Friction, Machine, Motion};
 use slipmap_map::risk::{Estimate, Risk, Spread, Uncertain, WithError, is_uncertain};
 use slipmap_model::filippov::Stability;
 use slipmap_model::friction::Table;
@@ -122,8 +122,10 @@ fn given_friction(machine: &Machine, uncertain: &[Uncertain]) -> Vec<Line> {
             let mut lines = vec![
                 line("friction law", Rich::foreign(law.name())),
                 line("coefficient of friction at rest, kinetic", rest.then(", ").then(kinetic)),
-                line("Stribeck velocity", width),
             ];
+            if Coefficients::names(law).any(|name| name == "stribeck_velocity") {
+                lines.push(line("Stribeck velocity", width));
+            }
             if of.strengthening > 0.0 {
                 lines.push(line("strengthening", number("strengthening", of.strengthening)));
             }
@@ -131,6 +133,9 @@ fn given_friction(machine: &Machine, uncertain: &[Uncertain]) -> Vec<Line> {
         }
         Friction::Formula(formula, parameters) => {
             let mut lines = vec![line("coefficient of friction", Rich::foreign(formula.text()))];
+            if formula.may_drop() {
+                lines.push(line("coefficient of friction at rest", Rich::number(formula.static_level(), 4)));
+            }
             let named = formula.parameters().iter().zip(parameters.as_slice());
             let values = named.map(|(of, value)| {
                 Rich::foreign(&format!("{} = ", of.name)).then(with_spread(of.name, *value, "", uncertain))
@@ -317,6 +322,11 @@ fn motion(all: &Assessment) -> Vec<Line> {
         NeededKick::None => kick(rich("no kick of steady slip does")),
         NeededKick::NotDetermined => kick(not_determined(all)),
     });
+    if let Some([before, lasts]) = all.fragile {
+        let of = |time: f64| quantity(time, "s");
+        let when = rich("from ").then(of(before)).then(" before the mass leaves, for ").then(of(lasts));
+        motion.push(line("a disturbance against the belt ends it", when));
+    }
     motion
 }
 

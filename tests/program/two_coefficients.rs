@@ -1,0 +1,127 @@
+//! Friction at rest above friction in slip, through the program: machines that were published, the ways to write a drop,
+//! and a map over it.
+
+use serde_json::Value;
+use slipmap::store::MapFile;
+
+use crate::command::Scratch;
+
+fn json(scratch: &Scratch, arguments: &[&str]) -> Value {
+    let said = scratch.run(&[arguments, &["--json"]].concat()).ends_with(0).out;
+    serde_json::from_str(&said).unwrap()
+}
+
+fn near(value: &Value, expected: f64, relative: f64) {
+    let value = value.as_f64().unwrap();
+    assert!((value / expected - 1.0).abs() <= relative, "{value} {expected}");
+}
+
+/// A sliding block, a rotating disc and a pull test, each from its static and kinetic friction alone.
+#[test]
+fn published_machines_have_their_numbers() {
+    let scratch = Scratch::new();
+    let machine = |[motion, mass, numbers]: [&str; 3]| {
+        let text =
+            format!("[friction]\nlaw = \"coulomb\"\n[machine]\nmotion = \"{motion}\"\n{mass}\n{numbers}\n");
+        scratch.file("machine.toml", text);
+        json(&scratch, &["machine", "machine.toml"])
+    };
+    let block = machine([
+        "translation",
+        "mass = 10.0",
+        "stiffness = 4000.0\nnormal_force = 98.1\nstatic_friction = 0.3\nkinetic_friction = 0.2\nbelt_speed = 0.01\ndamping = 0.0",
+    ]);
+    // Nine printed digits.
+    near(&block["may_stick_slip_below_damping"], 127.484753, 5e-9);
+    near(&block["period"], 0.66769, 1e-5);
+    let disc = machine([
+        "rotation",
+        "inertia = 0.0089",
+        "stiffness = 0.288\nnormal_force = 0.65\nstatic_friction = 0.7\nkinetic_friction = 0.6\nbelt_speed = 2.0\ndamping = 0.001",
+    ]);
+    near(&disc["may_stick_slip_below_damping"], 0.00283276133, 5e-9);
+    let pull = machine([
+        "translation",
+        "mass = 1.0",
+        "stiffness = 50.0\nnormal_force = 9.81\nstatic_friction = 0.5\nkinetic_friction = 0.3\nbelt_speed = 0.05\ndamping = 0.0",
+    ]);
+    // It sticks while the spring takes up twice the drop: 2 (0.5 - 0.3) 9.81 / (50 * 0.05).
+    near(&pull["stick_time"], 1.5696, 1e-9);
+    let page = scratch.run(&["machine", "machine.toml"]).ends_with(0).out;
+    assert!(!page.contains("Stribeck velocity"), "{page}");
+}
+
+/// The same friction as a formula and as tables, beside the law of two coefficients.
+#[test]
+fn a_drop_is_the_same_however_it_is_written() {
+    let scratch = Scratch::new();
+    scratch.file("two.csv", "u,friction\n0,0.5\n0,0.35\n1,0.35\n10,0.35\n");
+    scratch.file("slip.csv", "u,friction\n0,0.35\n1,0.35\n10,0.35\n");
+    let point = ["--epsilon", "1", "--V", "0.5", "--c", "0.01"];
+    let ask = |law: &[&str]| json(&scratch, &[&["probe"], law, &point].concat());
+    let coulomb = ask(&["--law", "coulomb", "--drop", "0.3", "--eta", "0"]);
+    for law in [
+        &["--phi", "0.35", "--static", "0.5"][..],
+        &["--phi", "1 + 0*u", "--drop", "0.3"],
+        &["--table", "two.csv"],
+        &["--table", "slip.csv", "--static", "0.5"],
+    ] {
+        let found = ask(law);
+        assert_eq!(found["regime"], coulomb["regime"], "{law:?}");
+        for of in ["value", "error"] {
+            assert!(found["critical_c"][of].is_number(), "{law:?}");
+        }
+        near(&found["critical_c"]["value"], coulomb["critical_c"]["value"].as_f64().unwrap(), 1e-11);
+        near(&found["landing"]["stick_time"], coulomb["landing"]["stick_time"].as_f64().unwrap(), 1e-9);
+    }
+    // The kicks of steady slip onto the grazing orbit, in the middle of the band between C(V) and c* (theory,
+    // "Breakaway").
+    for (belt_speed, c, forward) in
+        [("0.5", "0.178213689002", 0.4986131508), ("1", "0.0894123558135", 0.9965360717)]
+    {
+        let law = ["probe", "--phi", "0.6 + 0.2*exp(-u/0.5)", "--static", "1", "--epsilon", "1"];
+        let found = json(&scratch, &[&law[..], &["--V", belt_speed, "--c", c]].concat());
+        near(&found["basin_boundary"]["kick"]["forward"], forward, 1e-8);
+        assert_eq!(found["basin_boundary"]["cycle"], Value::Null);
+        assert_eq!(found["regime"], "bistable");
+    }
+    // Twice is once too often, and slip cannot begin above rest.
+    let refused =
+        |law: &[&str], parts: &[&str]| scratch.run(&[&["probe"], law, &point].concat()).refuses(parts);
+    refused(&["--phi", "0.35", "--static", "0.5", "--drop", "0.1"], &["--drop", "twice"]);
+    refused(&["--table", "two.csv", "--static", "0.6"], &["two.csv:2", "twice"]);
+    refused(&["--phi", "0.35", "--static", "0.3"], &["begins at 0.35", "at rest is 0.3"]);
+    refused(&["--phi", "0.35"], &["phi(0) is 0.35", "static = 0.35", "more if it drops"]);
+}
+
+/// A map over the drop has the dampings and regimes of its points, and ends where there is none.
+#[test]
+fn a_map_over_the_drop_is_that_of_its_points() {
+    let scratch = Scratch::new();
+    let job = "[friction]\nlaw = \"exponential\"\n[grid]\nepsilon = 1.0\nmu = 0.8\nvs = 0.5\neta = 0.0\ndrop = [0.0, 0.1, 0.3]\n\
+               V = [0.2, 1.0]\nc = [0.01, 0.1, 0.3]\n\
+               [output]\npath = \"map.h5\"\nfields = [\"verdict\", \"critical_c\", \"regime\", \"basin\"]\n";
+    scratch.file("job.toml", job);
+    scratch.run(&["run", "job.toml", "--quiet"]).ends_with(0);
+    scratch.run(&["check", "map.h5"]).ends_with(0);
+    let map = MapFile::open(&scratch.path().join("map.h5")).unwrap();
+    let grid = map.grid();
+    let names: Vec<_> = grid.axes().iter().map(|axis| axis.name.clone()).collect();
+    assert_eq!(names, ["epsilon", "mu", "vs", "eta", "drop", "V", "c"]);
+    let drops: Vec<f64> = grid.axes()[4].values.clone();
+    for (i, drop) in drops.iter().enumerate() {
+        for (j, belt_speed) in [0.2, 1.0].iter().enumerate() {
+            let cell = [0..1, 0..1, 0..1, 0..1, i..i + 1, j..j + 1];
+            let stored = map.reals("critical_c_simulation", &cell).unwrap()[[0; 6]];
+            let text = |x: f64| x.to_string();
+            let (drop, speed) = (text(*drop), text(*belt_speed));
+            let point = ["--mu", "0.8", "--vs", "0.5", "--eta", "0", "--drop", &drop, "--V", &speed];
+            let law = ["probe", "--law", "exponential", "--epsilon", "1", "--c", "0.1"];
+            let found = json(&scratch, &[&law[..], &point].concat());
+            near(&found["critical_c"]["value"], stored, 1e-6);
+        }
+    }
+    // Proofs over boxes know no drop.
+    let boxes = ["--set", "methods.run=[\"validated\"]", "--set", "validated.boxes=2", "--overwrite"];
+    scratch.run(&[&["run", "job.toml"][..], &boxes].concat()).refuses(&["boxes", "drop"]);
+}
