@@ -60,7 +60,11 @@ impl LawText {
             }),
             ("table", None) => {
                 let file = if self.file.is_empty() { "table" } else { &self.file };
-                let level = self.static_level.map_or(Level::First, Level::Given);
+                let level = match self.static_level {
+                    Some(level) => Level::Given(level),
+                    None if machine.is_some() => Level::First,
+                    None => Level::One,
+                };
                 let table = table_of_text(file, &self.table, level, machine);
                 Law::Table(table.map_err(|(problem, remedy)| Refusal::bad_input(problem, remedy))?)
             }

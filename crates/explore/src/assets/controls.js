@@ -242,7 +242,7 @@ export class Controls {
       return;
     }
     this.problem = element("div", { class: "problem", role: "alert" });
-    const level = element("input", { class: "number", inputmode: "decimal", "aria-label": "friction at slip speed 0", value: state.law.static ?? 1 });
+    const level = element("input", { class: "number", inputmode: "decimal", "aria-label": "friction at rest", placeholder: 1, value: state.law.static ?? "" });
     const parts = [];
     let text;
     if (state.law.name === "expression") {
@@ -264,7 +264,7 @@ export class Controls {
     const changed = () => {
       clearTimeout(timer);
       timer = setTimeout(() => {
-        const law = { ...this.state.law, static: Number(level.value) || 1 };
+        const law = { ...this.state.law, static: level.value.trim() === "" ? undefined : Number(level.value) };
         this.try_law(law.name === "expression" ? { ...law, phi: text.value } : { ...law, table: text.value });
       }, 250);
     };
@@ -339,10 +339,12 @@ export class Controls {
       return;
     }
     const table = await file.text();
-    // Rows at one slip speed are averaged when the table is read.
-    const at_rest = table.split("\n").map((line) => line.split(",")).filter(([u]) => u?.trim() !== "" && Number(u) === 0);
+    // Rows at one slip speed are averaged when the table is read, but for two rows at rest: the larger one holds.
+    const rows = table.split("\n").map((line) => line.split(",")).filter(([u]) => u?.trim() !== "" && Number.isFinite(Number(u)));
+    const at_rest = rows.filter(([u]) => Number(u) === 0);
+    const two = at_rest.length === 2 && new Set(rows.map(([u]) => Number(u))).size === rows.length - 1;
     const level = at_rest.reduce((sum, row) => sum + Number(row[1]), 0) / at_rest.length;
-    await this.try_law({ name: "table", table, file: file.name, static: Number.isFinite(level) && level > 0 ? level : 1 }, true);
+    await this.try_law({ name: "table", table, file: file.name, static: !two && Number.isFinite(level) && level > 0 ? level : undefined }, true);
   }
 
   listen_for_files() {

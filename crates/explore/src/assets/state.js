@@ -9,7 +9,7 @@ export function write(state) {
   const link = new URLSearchParams();
   link.set("law", state.law.name);
   for (const key of ["phi", "table", "file"]) if (state.law[key]) link.set(key, state.law[key]);
-  if (state.law.static && state.law.static !== 1) link.set("static", state.law.static);
+  if (state.law.static) link.set("static", state.law.static);
   if (state.law.small) link.set("small", "1");
   for (const side of ["x", "y"]) {
     const { axis, from, to, log } = state[side];
