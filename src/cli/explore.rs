@@ -10,6 +10,7 @@ use super::report::open as open_map;
 use super::{Ended, Failure, interrupt, say};
 use slipmap_config::Job;
 use slipmap_explore::{Start, serve};
+use slipmap_model::friction::Law;
 
 /// The default port, so that links stay valid after the program has ended.
 const USUAL_PORT: u16 = 8417;
@@ -55,9 +56,23 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
 
 fn start(file: &Path) -> Result<Start, Failure> {
     if file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml")) {
-        return Ok(Start::of_job(&Job::load(file, &[])?));
+        let job = Job::load(file, &[])?;
+        check_law(job.plan.grid().law())?;
+        return Ok(Start::of_job(&job));
     }
-    Ok(Start::of_map(open_map(file)?))
+    let map = open_map(file)?;
+    check_law(map.grid().law())?;
+    Ok(Start::of_map(map))
+}
+
+/// Refuses a law with the parameter `drop` besides its own.
+fn check_law(law: &Law) -> Result<(), Failure> {
+    if law.parameters().len() == law.as_written().parameters().len() {
+        return Ok(());
+    }
+    let remedy =
+        "leave it out, write the drop as static beside a formula or a table, or show the law coulomb";
+    Err(Failure::bad_input("the page has no axis `drop` for this law", remedy))
 }
 
 fn listen(port: Option<u16>) -> Result<TcpListener, Failure> {

@@ -92,6 +92,14 @@ fn a_drop_is_the_same_however_it_is_written() {
     refused(&["--table", "two.csv", "--static", "0.6"], &["two.csv:2", "twice"]);
     refused(&["--phi", "0.35", "--static", "0.3"], &["begins at 0.35", "at rest is 0.3"]);
     refused(&["--phi", "0.35"], &["phi(0) is 0.35", "static = 0.35", "more if it drops"]);
+    // A drop that is not asked for is not left out without a word.
+    scratch.file("points.csv", "drop,V,c\n0.3,0.5,0.01\n");
+    let points =
+        ["probe", "--phi", "1 + 0*u", "--epsilon", "1", "--points", "points.csv", "--out", "out.csv"];
+    scratch.run(&points).refuses(&["points.csv:1", "`drop`", "--drop"]);
+    let job = "[friction]\nlaw = \"exponential\"\n[grid]\nepsilon = 1.0\nmu = 0.8\nvs = 0.5\neta = 0.0\ndrop = 0.1\nV = 0.2\nc = 0.1\n";
+    scratch.file("job.toml", job);
+    scratch.run(&["explore", "--no-browser", "job.toml"]).refuses(&["no axis `drop`", "static"]);
 }
 
 /// A map over the drop has the dampings and regimes of its points, and ends where there is none.

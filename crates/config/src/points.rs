@@ -60,6 +60,15 @@ impl PointTable {
         let names: Vec<&str> = Grid::axis_names(law).into_iter().filter(|name| !is_shared(name)).collect();
         let table = Self::with_columns(path, &names, None)?;
         table.refuse_columns_of(shared)?;
+        // Other columns are carried along; this one would change the friction.
+        if !Grid::axis_names(law).contains(&"drop")
+            && table.header.iter().any(|field| field_text(field) == "drop")
+        {
+            let problem =
+                format!("the column `drop` is there, and the law `{}` is asked for without it", law.name());
+            let remedy = "give the drop of all rows by --drop, or rename the column";
+            return Err(ConfigError::new(format!("{}:1", table.name), problem, remedy));
+        }
         Ok(Self { shared: shared.to_vec(), ..table })
     }
 

@@ -162,24 +162,6 @@ impl Interpolated {
     }
 }
 
-/// The share of the cells of a tile that interpolation leaves undecided, for estimates of the cost of a run.
-pub fn open_share(plan: &Plan, tile: usize) -> f64 {
-    let tile = plan.grid.tile(&plan.tile_shape, tile);
-    let columns: Vec<Column> = plan.grid.columns(&tile).collect();
-    let known = Interpolated::of_tile(plan, &tile, &columns);
-    let cs = &plan.grid.dampings()[tile.damping_range()];
-    let is_open = |number: usize, column: &Column, c: f64| {
-        let viscous = column.epsilon * c;
-        let Some(end) = known.end(number, column, c) else { return true };
-        let is_stable = || column.curve.weakening(column.belt_speed) < viscous;
-        let attracts =
-            |backbone: InterpolatedBackbone| backbone.attracts(viscous, is_stable(), end.returns()?);
-        plan.stores(Field::Regime) && known.backbone(number, column).and_then(attracts).is_none()
-    };
-    let open = columns.iter().enumerate().flat_map(|(i, column)| cs.iter().map(move |&c| (i, column, c)));
-    open.filter(|&(i, column, c)| is_open(i, column, c)).count() as f64 / tile.cells() as f64
-}
-
 fn end(critical: f64, reach: f64, errors: &[f64; 4], viscous: f64) -> Option<End> {
     if (critical - viscous).abs() <= OPEN_WITHIN * errors[0] {
         None
