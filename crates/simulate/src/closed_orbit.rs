@@ -256,20 +256,35 @@ pub(super) fn closing_damping_by_turns(
     // Turns have the accuracy required of C. Rounding may change the signs at the bounds, hence the pad.
     let accuracy = (0.1 * tolerance * size).max(1e-16);
     let pad = 1e-9 * (bounds.hi - bounds.lo) + 1e-13 * size;
-    let (mut low, mut high) = (bounds.lo - pad, bounds.hi + pad);
-    let mut rhs = 0;
-    let mut oscillator = Oscillator { curve: curve.clone(), viscous: start.clamp(low, high), belt_speed };
+    let bounds = [bounds.lo - pad, bounds.hi + pad];
+    let oscillator = Oscillator { curve: curve.clone(), viscous: start, belt_speed };
+    newton_by_turns(oscillator, bounds, [accuracy, size], work, |oscillator, tolerance| {
+        turn(oscillator, radius, tolerance)
+    })
+}
+
+/// The C within two bounds at which the margin of the `turn` vanishes, by Newton's method from that of the
+/// `oscillator` on; turns have the first accuracy given, and the second number is the size of C. `Err` with the
+/// number of evaluations where a turn fails.
+pub(super) fn newton_by_turns(
+    mut oscillator: Oscillator,
+    [mut low, mut high]: [f64; 2],
+    [accuracy, size]: [f64; 2],
+    work: &Work,
+    turn: impl Fn(&Oscillator, f64) -> Result<Lap, u32>,
+) -> Result<Closing, u64> {
+    oscillator.viscous = oscillator.viscous.clamp(low, high);
     let floor = 4.0 * f64::EPSILON * size;
     // The first turns, which only lead near the root, are coarse.
-    let mut accurate = false;
+    let (mut rhs, mut accurate) = (0, false);
     for _ in 0..MOST_TURNS {
         let viscous = oscillator.viscous;
         let requested = if accurate { accuracy } else { accuracy.max(ROUGH * size.min(1.0)) };
-        let lap = turn(&oscillator, radius, requested);
+        let lap = turn(&oscillator, requested);
         let (Ok(Lap { rhs: spent, .. }) | Err(spent)) = lap;
         rhs += u64::from(spent);
         let within = work.spend_compiled(u64::from(spent)).is_ok();
-        let Some(lap) = lap.ok().filter(|_| within) else { return Err(rhs) };
+        let lap = lap.ok().filter(|_| within).ok_or(rhs)?;
         if lap.margin > lap.error {
             low = low.max(viscous);
         } else if lap.margin < -lap.error {
@@ -281,11 +296,8 @@ pub(super) fn closing_damping_by_turns(
         if accurate && settled {
             let error = (lap.margin.abs() + lap.error) / lap.by_damping.abs() + floor;
             // Where the weights of an orbit through a steep layer underflow its turn tells nothing of C.
-            return if error.is_finite() {
-                Ok(Closing { viscous, error, rhs, slope: None })
-            } else {
-                Err(rhs)
-            };
+            let found = Closing { viscous, error, rhs, slope: None };
+            return if error.is_finite() { Ok(found) } else { Err(rhs) };
         }
         accurate |= settled || step <= 1e-3 * size;
         oscillator.viscous = if newton > low && newton < high { newton } else { 0.5 * (low + high) };

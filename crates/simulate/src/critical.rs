@@ -6,7 +6,7 @@
 use std::cell::Cell;
 use std::f64::consts::TAU;
 
-use super::closed_orbit::{self, Lap};
+use super::closed_orbit::{self, newton_by_turns};
 use super::closing::{Amplitude, closing_dampings};
 use super::polar::{Closing, Turn};
 use super::return_map::{UNRESOLVED, decisive_turn};
@@ -101,54 +101,22 @@ fn with_or_without_drop(column: &Column, tolerance: f64) -> Result<CriticalDampi
     }
 }
 
-/// Largest number of turns in the search for the critical damping with a drop; five are usual.
-const MOST_TURNS: u32 = 60;
-/// Accuracy of the first turns, which only lead near the root.
-const ROUGH: f64 = 1e-6;
-
 /// The critical damping of a column with a drop j: by Newton's method on turns from (V, -j), within bounds;
 /// `Err` with the number of evaluations where the polar form does not apply.
 fn by_turns_from_exit(column: &Column, tolerance: f64) -> Result<CriticalDamping, u64> {
     let Column { curve, epsilon, belt_speed } = column;
-    let [mut low, mut high] = bounds(column).map(|c| c * epsilon);
+    let bounds = bounds(column).map(|c| c * epsilon);
     let start = energy_balance(column);
     let range = curve.even_weakening_range(*belt_speed);
     let size = range.lo.abs().max(range.hi.abs()).max(start.abs());
-    if !(size.is_finite() && low.is_finite() && high.is_finite()) {
+    if !(size.is_finite() && bounds.iter().all(|bound| bound.is_finite())) {
         return Err(0);
     }
-    let (accuracy, floor) = ((0.1 * tolerance * size).max(1e-16), 4.0 * f64::EPSILON * size);
-    let mut oscillator =
-        Oscillator { curve: curve.clone(), viscous: start.clamp(low, high), belt_speed: *belt_speed };
+    let accuracy = (0.1 * tolerance * size).max(1e-16);
+    let oscillator = Oscillator { curve: curve.clone(), viscous: start, belt_speed: *belt_speed };
     let work = Work::of_question(curve);
-    let (mut rhs, mut accurate) = (0, false);
-    for _ in 0..MOST_TURNS {
-        let viscous = oscillator.viscous;
-        let requested = if accurate { accuracy } else { accuracy.max(ROUGH * size.min(1.0)) };
-        let lap = closed_orbit::turn_from_exit(&oscillator, requested);
-        let (Ok(Lap { rhs: spent, .. }) | Err(spent)) = lap;
-        rhs += u64::from(spent);
-        let within = work.spend_compiled(u64::from(spent)).is_ok();
-        let lap = lap.ok().filter(|_| within).ok_or(rhs)?;
-        if lap.margin > lap.error {
-            low = low.max(viscous);
-        } else if lap.margin < -lap.error {
-            high = high.min(viscous);
-        }
-        let newton = viscous - lap.margin.ln_1p() / lap.by_damping;
-        let step = (newton - viscous).abs();
-        let settled = lap.margin.abs() <= lap.error || step <= floor || high - low <= floor;
-        if accurate && settled {
-            let error = (lap.margin.abs() + lap.error) / lap.by_damping.abs() + floor;
-            return match error.is_finite() {
-                true => Ok(CriticalDamping { c: viscous / epsilon, error: error / epsilon, rhs }),
-                false => Err(rhs),
-            };
-        }
-        accurate |= settled || step <= 1e-3 * size;
-        oscillator.viscous = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
-    }
-    Err(rhs)
+    let found = newton_by_turns(oscillator, bounds, [accuracy, size], &work, closed_orbit::turn_from_exit)?;
+    Ok(CriticalDamping { c: found.viscous / epsilon, error: found.error / epsilon, rhs: found.rhs })
 }
 
 /// eps c* by the balance of energy on the grazing circle, with what the drop supplies: to first order in the
