@@ -73,8 +73,11 @@ pub(super) fn read(section: &Section, folder: &Path, about: About) -> Result<Law
                 About::Oscillator => None,
                 About::Machine(motion) => Some(OfMachine { motion, forces: holds_forces(section)? }),
             };
-            let level = level()?.map_or(Level::default(), Level::Given);
-            let level = if matches!(about, About::Machine(_)) { level.or_first() } else { level };
+            let level = match (level()?, about) {
+                (Some(level), _) => Level::Given(level),
+                (None, About::Machine(_)) => Level::First,
+                (None, About::Oscillator) => Level::One,
+            };
             let table = table_of(&path, level, machine);
             Law::Table(table.map_err(|(problem, remedy)| file.error(&problem, remedy))?)
         }
@@ -178,28 +181,18 @@ const LONGEST_TABLE: u64 = 16 << 20;
 /// # Errors
 /// The problem with its line, and a remedy.
 pub fn read_table(path: &Path, static_level: Option<f64>) -> Result<Table, (String, String)> {
-    table_of(path, static_level.map_or(Level::default(), Level::Given), None)
+    table_of(path, static_level.map_or(Level::One, Level::Given), None)
 }
 
 /// The friction at rest of a table.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub enum Level {
     /// 1, or the larger of two rows at slip speed 0.
-    #[default]
     One,
     /// That of the first row, or the larger of two rows at slip speed 0.
     First,
     /// A given one, at least that of the first row.
     Given(f64),
-}
-
-impl Level {
-    fn or_first(self) -> Self {
-        match self {
-            Level::One => Level::First,
-            other => other,
-        }
-    }
 }
 
 /// What the table of a machine holds, in SI units.
@@ -237,8 +230,8 @@ fn table_of(path: &Path, level: Level, machine: Option<OfMachine>) -> Result<Tab
 
 /// Reads a measured law as [`read_table`] does, from the text of a file of this `name`. Two rows at slip speed
 /// 0, where no other speed is repeated, are the two coefficients: the larger one is the friction at rest, and
-/// friction in slip begins at the smaller one. Other repeated rows are readings, and averaged. The header of the table of a machine must name no units but those in
-/// which it is read.
+/// friction in slip begins at the smaller one. Other repeated rows are readings, and averaged. The header of
+/// the table of a machine must name no units but those in which it is read.
 pub fn table_of_text(
     name: &str,
     text: &str,

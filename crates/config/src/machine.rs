@@ -371,10 +371,7 @@ impl<'a> Reader<'a> {
             let problem = format!("the coefficient of friction at rest, u = 0, is {rest}");
             return Err(phi.error(&problem, "write a formula that is greater than 0 there"));
         }
-        let divided = match formula.may_drop() {
-            true => Expression::with_static(formula.text(), rest),
-            false => Expression::new(formula.text(), rest),
-        };
+        let divided = Expression::with_static(formula.text(), rest);
         let checked = divided.and_then(|law| law.check(1.0, &LawParameters::new(&values), fastest));
         checked.map(|()| known).map_err(|error| at_formula(&phi, &error))
     }
@@ -399,16 +396,12 @@ fn measured(
         return Err(file.error(&problem, "measure farther, or choose lower belt speeds"));
     }
     let data: Vec<(f64, f64)> = table.data().map(|(u, friction)| (u, friction / unit)).collect();
-    let level = table.static_level() / unit;
-    let coefficients = match table.may_drop() {
-        true => Table::with_static(table.origin(), &data, level),
-        false => Table::new(table.origin(), &data, level),
-    };
-    let coefficients = coefficients.and_then(|of| {
-        let errors: Option<Vec<f64>> =
-            table.standard_errors().map(|errors| errors.iter().map(|error| error / unit).collect());
-        errors.map_or(Ok(of.clone()), |errors| of.with_standard_errors(&errors))
-    });
+    let coefficients =
+        Table::with_static(table.origin(), &data, table.static_level() / unit).and_then(|of| {
+            let errors: Option<Vec<f64>> =
+                table.standard_errors().map(|errors| errors.iter().map(|error| error / unit).collect());
+            errors.map_or(Ok(of.clone()), |errors| of.with_standard_errors(&errors))
+        });
     let coefficients = coefficients.map(|of| of.with_rows(table.lines(), table.readings()));
     coefficients.map(Friction::Measured).map_err(|error| file.error(&error.problem, error.remedy))
 }

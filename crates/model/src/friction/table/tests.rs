@@ -1,0 +1,142 @@
+use super::*;
+
+fn falling() -> Table {
+    let data = [(0.0, 1.0), (0.1, 0.8), (0.3, 0.65), (0.6, 0.6), (1.0, 0.62), (2.0, 0.7), (4.0, 0.9)];
+    Table::new("falling", &data, 1.0).unwrap()
+}
+
+#[test]
+fn meets_the_data_keeps_the_shape_and_has_a_continuous_slope() {
+    let table = falling();
+    for (u, phi) in table.data() {
+        assert!((table.phi(u) - phi).abs() <= 4.0 * f64::EPSILON, "{u}");
+    }
+    for i in 1..table.pieces() {
+        let knot = table.0.u[i];
+        let (left, right) = (table.piece(i - 1).weakening(knot), table.piece(i).weakening(knot));
+        assert!((left - right).abs() <= 64.0 * f64::EPSILON, "{knot}: {left} {right}");
+    }
+    let at = |i: u32| table.phi(4.0 * f64::from(i) / 4000.0);
+    for i in 0..4000 {
+        // Falling up to the least datum, rising from there.
+        let falls = i < 600;
+        assert!((at(i + 1) <= at(i) + 1e-15) == falls || (at(i + 1) - at(i)).abs() < 1e-15, "{i}");
+    }
+    assert!(table.phi(4.1).is_nan() && table.weakening(4.1).is_nan());
+}
+
+/// The derivatives by the data equal differences, and vanish for a change of all data together.
+#[test]
+fn weakening_follows_the_data() {
+    let data: Vec<(f64, f64)> = falling().data().map(|(u, phi)| (u, 2.0 * phi)).collect();
+    let table = Table::new("falling", &data, 2.0).unwrap();
+    for u in [0.0, 0.03, 0.1, 0.2, 0.45, 0.8, 1.7, 3.0, 4.0] {
+        let (first, derivatives) = table.weakening_by_data(u);
+        for (k, derivative) in derivatives.into_iter().enumerate() {
+            // The first datum is the static level, which is fixed.
+            if first + k == 0 || first + k >= data.len() {
+                continue;
+            }
+            let moved = |step: f64| {
+                let mut data = data.clone();
+                data[first + k].1 += step;
+                Table::new("falling", &data, 2.0).unwrap().weakening(u)
+            };
+            // Truncation of the second order, round-off over the step.
+            let difference = (moved(1e-6) - moved(-1e-6)) / 2e-6;
+            let extreme = first + k == 3;
+            assert!(extreme || (derivative - difference).abs() <= 1e-7 * (1.0 + derivative.abs()), "{u} {k}");
+        }
+    }
+}
+
+/// The standard error of the slope is the deviation of the slopes of tables with random data: by a table
+/// whose secants are steep, where first order suffices, and by one with equal neighbours, where it is too
+/// small.
+#[test]
+fn the_standard_error_of_the_slope_is_that_of_random_data() {
+    let steep = [(0.0, 0.5), (0.1, 0.44), (0.2, 0.40), (0.4, 0.34), (0.8, 0.28), (1.6, 0.25)];
+    let equal = [(0.0, 0.5), (0.1, 0.42), (0.2, 0.36), (0.4, 0.36), (0.8, 0.30), (1.6, 0.30)];
+    let mut too_small = 0;
+    for (data, sd, first_order) in [(steep, 5e-4, true), (equal, 4e-3, false)] {
+        let table = Table::new("random", &data, 0.5).unwrap().with_standard_errors(&[sd; 6]).unwrap();
+        for u in [0.05, 0.1, 0.15, 0.2, 0.201, 0.3, 0.4, 0.6, 0.8, 1.2] {
+            let mut random = Random(7);
+            let mut slopes = Vec::new();
+            for _ in 0..10_000 {
+                let moved = data.map(|(u, friction)| (u, friction + sd * random.normal()));
+                let rest = moved[0].1;
+                slopes.push(Table::new("moved", &moved, rest).unwrap().weakening(u) * rest / 0.5);
+            }
+            let count = slopes.len() as f64;
+            let mean = slopes.iter().sum::<f64>() / count;
+            let deviation = (slopes.iter().map(|slope| (slope - mean).powi(2)).sum::<f64>() / count).sqrt();
+            let found = table.standard_error_of_weakening(u).unwrap();
+            // Deviations of 4,096 and 10,000 draws: of normal numbers their relative errors are
+            // 1 / sqrt(2 n), of others more; three times their sum.
+            assert!((found / deviation - 1.0).abs() < 0.05, "{u}: {found} {deviation}");
+            let (first, by) = table.weakening_by_data(u);
+            let linear = by.iter().take(6 - first).map(|by| (by * sd).powi(2)).sum::<f64>().sqrt();
+            match first_order {
+                true => assert!((linear / deviation - 1.0).abs() < 0.1, "{u}: {linear} {deviation}"),
+                false => too_small += u32::from(linear < 0.5 * deviation),
+            }
+        }
+    }
+    assert!(too_small > 2, "{too_small}");
+}
+
+#[test]
+fn standard_errors_are_lengths_one_for_each_datum() {
+    let table = falling();
+    assert_eq!(table.standard_errors(), None);
+    let errors = [0.0, 0.01, 0.02, 0.0, 0.01, 0.01, 0.5];
+    assert_eq!(table.with_standard_errors(&errors).unwrap().standard_errors(), Some(&errors[..]));
+    assert_eq!(table.with_standard_errors(&errors[1..]).unwrap_err().row, None);
+    let negative = [0.0, -0.01, 0.02, 0.0, 0.01, 0.01, 0.5];
+    assert_eq!(table.with_standard_errors(&negative).unwrap_err().row, Some(1));
+}
+
+#[test]
+fn a_cubic_between_dense_data_has_the_mean_of_the_cubic() {
+    // phi = 1 - u^2/8 sampled: weakening u/4, whose mean is V/4. The slopes are second order.
+    let data: Vec<(f64, f64)> =
+        (0..=4000).map(|i| f64::from(i) / 1000.0).map(|u| (u, 1.0 - u * u / 8.0)).collect();
+    let table = Table::new("parabola", &data, 1.0).unwrap();
+    assert!((table.mean_weakening(1.5) - 0.375).abs() < 1e-5);
+    let weights: f64 = GAUSS.iter().map(|(_, weight)| weight).sum();
+    let fourth: f64 = GAUSS.iter().map(|(x, weight)| weight * x.powi(30)).sum();
+    // Gauss's rule of sixteen points is exact to degree 31.
+    assert!((weights - 2.0).abs() < 1e-14 && (fourth - 2.0 / 31.0).abs() < 1e-14);
+}
+
+/// Errors of known size are found in the scatter of the rows, at equal and at unequal distances.
+#[test]
+fn the_scatter_is_the_deviation_of_the_errors() {
+    let mut random = Random(5);
+    for power in [1.0, 1.5] {
+        let row = |i: i32| {
+            let u = 2.0 * (f64::from(i) / 400.0).powf(power);
+            (u, 0.3 + 0.1 * (-u / 0.5).exp() + 0.004 * random.normal())
+        };
+        let data: Vec<(f64, f64)> = (0..=400).map(row).collect();
+        let scatter = Table::new("noisy", &data, data[0].1).unwrap().scatter();
+        // Neighbouring residuals are correlated: the relative error is about 1 / sqrt(400).
+        assert!((scatter / 0.004 - 1.0).abs() < 0.15, "{power}: {scatter}");
+    }
+    let line: Vec<(f64, f64)> = (0..5).map(|i| f64::from(i) * 0.25).map(|u| (u, 1.0 - 0.5 * u)).collect();
+    assert_eq!(Table::new("line", &line, 1.0).unwrap().scatter(), 0.0);
+}
+
+#[test]
+fn bad_data_are_refused_with_their_row() {
+    let row = |data: &[(f64, f64)], level| Table::new("bad", data, level).unwrap_err().row;
+    assert_eq!(row(&[(0.0, 1.0), (1.0, 0.5)], 1.0), None);
+    assert_eq!(row(&[(0.0, 1.0), (1.0, 0.5), (1.0, 0.4)], 1.0), Some(2));
+    assert_eq!(row(&[(0.0, 1.0), (1.0, 0.5), (0.9, 0.4)], 1.0), Some(2));
+    assert_eq!(row(&[(0.0, 1.0), (1.0, f64::NAN), (2.0, 0.4)], 1.0), Some(1));
+    assert_eq!(row(&[(0.1, 1.0), (1.0, 0.5), (2.0, 0.4)], 1.0), Some(0));
+    let error = Table::new("bad", &[(0.0, 0.4), (1.0, 0.3), (2.0, 0.2)], 1.0).unwrap_err();
+    assert!(error.remedy.contains("static = 0.4"), "{error}");
+    assert!(Table::new("good", &[(0.0, 0.4), (1.0, 0.3), (2.0, 0.2)], 0.4).is_ok());
+}
