@@ -304,7 +304,8 @@ fn orbit_from(
     }
     let samples = points.iter().zip(&weights);
     let samples = samples.map(|((slip, ..), weight)| Sample { slip: *slip, weight: weight / total });
-    Ok(Weighted { samples: samples.collect(), total: total * largest.exp() })
+    // The weights of the rule add up to 2 on each step.
+    Ok(Weighted { samples: samples.collect(), total: 0.5 * total * largest.exp() })
 }
 
 fn fastest(orbit: &[Sample]) -> f64 {
@@ -380,4 +381,41 @@ fn means(column: &Column, c: f64, orbit: &[Sample], total: Option<f64>) -> Means
     }
     let over = |terms: Vec<Term>| terms.into_iter().map(|term| term.over(*epsilon)).collect();
     Means { by_parameters: over(terms), by_data: over(data) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use slipmap_model::friction::Law;
+
+    /// Derivatives by the drop and the belt speed are the differences of c*; under two coefficients c* depends on V/j
+    /// alone.
+    #[test]
+    fn derivatives_with_a_drop_are_differences() {
+        let at = |law: &Law, own: &[f64], drop: f64, belt_speed: f64| {
+            let parameters = [own, &[drop]].concat();
+            law.column(&law.point(1.0, &parameters, belt_speed, 0.0).unwrap())
+        };
+        let two = |drop: f64, belt_speed: f64| {
+            Law::Coulomb.column(&Law::Coulomb.point(1.0, &[drop, 0.0], belt_speed, 0.0).unwrap())
+        };
+        let found = sensitivity(&two(0.3, 0.5)).unwrap();
+        let by_scale = 0.3 * found.by_parameters[0].value + 0.5 * found.by_belt_speed.value;
+        assert!(by_scale.abs() < 1e-9 && found.by_belt_speed.value < -0.08, "{found:?}");
+        let law = Law::Exponential.with_drop();
+        let own = [0.7, 0.5, 0.0];
+        let found = sensitivity(&at(&law, &own, 0.2, 0.5)).unwrap();
+        let c = |drop: f64, belt_speed: f64| {
+            critical_damping(&at(&law, &own, drop, belt_speed), CRITICAL).unwrap().c
+        };
+        // Differences of second order, over a step of 1e-4.
+        let h = 1e-4;
+        for (derivative, difference) in [
+            (found.by_parameters[3], c(0.2 + h, 0.5) - c(0.2 - h, 0.5)),
+            (found.by_belt_speed, c(0.2, 0.5 + h) - c(0.2, 0.5 - h)),
+        ] {
+            let difference = 0.5 * difference / h;
+            assert!((derivative.value - difference).abs() < 1e-6, "{derivative:?} {difference}");
+        }
+    }
 }
