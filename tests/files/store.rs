@@ -472,15 +472,29 @@ fn a_flipped_byte_inside_a_chunk_is_located() {
     assert_eq!(starts(of_variable[0].place.as_deref().unwrap()), chunk.offset);
 }
 
+/// Changes a map in a copy of it, which takes its place: a program that another test starts meanwhile inherits the
+/// file that is open, and HDF5's lock with it.
+fn change(path: &Path, edit: impl FnOnce(&hdf5::File)) {
+    let work = path.with_extension("work");
+    fs::copy(path, &work).unwrap();
+    let file = hdf5::File::open_rw(&work).unwrap();
+    edit(&file);
+    file.close().unwrap();
+    fs::remove_file(path).unwrap();
+    fs::copy(&work, path).unwrap();
+    fs::remove_file(&work).unwrap();
+}
+
 #[test]
 fn a_changed_cell_is_found_behind_a_valid_checksum() {
     let (_folder, path, _) = small_map();
     let edit = |cell: i8| {
-        let file = hdf5::File::open_rw(&path).unwrap();
-        let dataset = file.dataset("verdict_simulation").unwrap();
-        let mut cells = dataset.read_dyn::<i8>().unwrap();
-        *cells.iter_mut().last().unwrap() = cell;
-        dataset.write(&cells).unwrap();
+        change(&path, |file| {
+            let dataset = file.dataset("verdict_simulation").unwrap();
+            let mut cells = dataset.read_dyn::<i8>().unwrap();
+            *cells.iter_mut().last().unwrap() = cell;
+            dataset.write(&cells).unwrap();
+        });
     };
     edit(Verdict::NotComputed.code());
     let found = problems(&path);
@@ -538,9 +552,7 @@ fn a_changed_attribute_or_layout_is_found() {
     ];
     for (expected, damage) in cases {
         let (_folder, path, _) = small_map();
-        let file = hdf5::File::open_rw(&path).unwrap();
-        damage(&file);
-        file.close().unwrap();
+        change(&path, damage);
         let found = problems(&path);
         assert!(found.iter().any(|problem| problem.starts_with(expected)), "{expected}: {found:#?}");
     }
