@@ -4,7 +4,7 @@
 //! that it states. Opinions agree if they have a fate in common, and margins that are no farther apart than
 //! their errors.
 
-use crate::sample::{Random, Sample};
+use crate::sample::{Random, Sample, Sampling};
 use rayon::prelude::*;
 use slipmap::certify::{Decision, Guarantee, TESTS, validated};
 use slipmap::filippov::Oscillator;

@@ -2,7 +2,7 @@
 //! compared with the simulated flow, and the engines with each other.
 
 use crate::reference;
-use crate::sample::Random;
+use crate::sample::{Random, Sampling};
 use slipmap::certify::validated::{self, any_law};
 use slipmap::certify::{Decision, Guarantee, TESTS};
 use slipmap::filippov::{Eigenvalues, Oscillator};
