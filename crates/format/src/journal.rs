@@ -228,3 +228,144 @@ impl Reader {
 fn number(bytes: &[u8]) -> u64 {
     bytes[..8].iter().rev().fold(0, |n, &byte| n << 8 | u64::from(byte))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use tempfile::TempDir;
+
+    /// SplitMix64 below `n`.
+    fn below(state: &mut u64, n: usize) -> usize {
+        *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = *state;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) % n.max(1) as u64) as usize
+    }
+
+    /// Contents of several lengths, some of which contain the magic.
+    fn contents(state: &mut u64, tile: usize) -> Vec<u8> {
+        let length = [0, 7, 100, 700, 5000][below(state, 5)] + tile;
+        MAGIC.iter().copied().chain(0..=255).cycle().skip(below(state, 8)).take(length).collect()
+    }
+
+    /// A journal of `tiles` tiles, its frames, and its bytes.
+    fn written(folder: &TempDir, state: &mut u64, tiles: usize) -> (PathBuf, Vec<(Frame, Vec<u8>)>, Vec<u8>) {
+        let mut journal = Journal::create(&folder.path().join("map.h5"), b"a header").unwrap();
+        let mut append = |tile| {
+            let contents = contents(state, tile);
+            (journal.append(tile as u64, &contents).unwrap(), contents)
+        };
+        let frames = (0..tiles).map(&mut append).collect();
+        let path = journal.path.clone();
+        drop(journal);
+        let bytes = fs::read(&path).unwrap();
+        (path, frames, bytes)
+    }
+
+    /// The whole tiles in a journal.
+    fn read(path: &Path) -> Vec<(Frame, Vec<u8>)> {
+        let mut reader = Reader::open(path, 1 << 20).unwrap();
+        let (mut found, mut buffer) = (Vec::new(), Vec::new());
+        while let Some(frame) = reader.next().unwrap() {
+            if let Some(contents) = reader.contents(frame, &mut buffer).unwrap() {
+                found.push((frame, contents.to_vec()));
+            }
+        }
+        found.split_off(usize::from(found.first().is_some_and(|(frame, _)| frame.tile == HEADER)))
+    }
+
+    #[test]
+    fn a_journal_without_a_tile_ends_with_its_process() {
+        let folder = tempfile::tempdir().unwrap();
+        let (output, mut state) = (folder.path().join("map.h5"), 0);
+        drop(Journal::create(&output, b"a header").unwrap());
+        assert_eq!(journals(&output).unwrap(), Vec::<PathBuf>::new());
+        let (one, ..) = written(&folder, &mut state, 1);
+        let (two, ..) = written(&folder, &mut state, 1);
+        let mut both = [one, two];
+        both.sort();
+        // Neither other files nor links are journals.
+        fs::write(folder.path().join("map.h5.part.notes"), "my notes").unwrap();
+        #[cfg(unix)]
+        std::os::unix::fs::symlink(&both[0], folder.path().join("map.h5.part.link")).unwrap();
+        assert_eq!(journals(&output).unwrap(), both);
+        assert!(both.iter().all(|path| is_journal(path)));
+    }
+
+    #[test]
+    fn a_journal_that_was_removed_is_gone() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut journal = Journal::create(&folder.path().join("map.h5"), b"a header").unwrap();
+        fs::remove_file(&journal.path).unwrap();
+        assert!(matches!(journal.sync(), Err(StoreError::Gone(_))));
+    }
+
+    #[test]
+    fn a_flipped_byte_costs_its_frame() {
+        let folder = tempfile::tempdir().unwrap();
+        let (path, frames, bytes) = written(&folder, &mut 1, 5);
+        for place in (frames[0].0.at as usize..bytes.len()).step_by(7) {
+            let mut damaged = bytes.clone();
+            damaged[place] ^= 1 << (place % 8);
+            fs::write(&path, damaged).unwrap();
+            let hit = frames.iter().rposition(|(frame, _)| frame.at <= place as u64).unwrap();
+            let found = read(&path);
+            // Where its length or its magic is hit, nothing after it is found.
+            let head = place as u64 - frames[hit].0.at < 16;
+            let expected =
+                frames.iter().enumerate().filter(|(frame, _)| *frame < hit || !head && *frame != hit);
+            assert_eq!(
+                found,
+                expected.map(|(_, frame)| frame.clone()).collect::<Vec<_>>(),
+                "flip at {place}"
+            );
+        }
+    }
+
+    /// What a disk may hold after a power cut, if it was forced at `synced`: all before that; of what was written
+    /// after it any pages, the others as zeros, to any length, the last page perhaps in part.
+    fn crashed(bytes: &[u8], synced: usize, state: &mut u64) -> Vec<u8> {
+        const PAGE: usize = 512;
+        let length = synced + below(state, bytes.len() - synced + 1);
+        let mut image = bytes[..length].to_vec();
+        for page in (synced / PAGE)..length.div_ceil(PAGE) {
+            if below(state, 3) == 0 {
+                let end = length.min((page + 1) * PAGE);
+                let from = (page * PAGE + below(state, 2) * below(state, PAGE)).max(synced).min(end);
+                image[from..end].fill(0);
+            }
+        }
+        image
+    }
+
+    /// A simulated disk: whatever it keeps of what was not forced to it, every tile before that is read as it was
+    /// written, and no tile is read otherwise.
+    #[test]
+    fn what_was_forced_to_disk_is_read_and_nothing_else_than_was_written() {
+        let folder = tempfile::tempdir().unwrap();
+        let seeds = std::env::var("SLIPMAP_SEEDS").map_or(150, |seeds| seeds.parse().unwrap());
+        let mut torn = 0;
+        for seed in 0..seeds {
+            let mut state = seed;
+            let tiles = 1 + below(&mut state, 20);
+            let (path, frames, bytes) = written(&folder, &mut state, tiles);
+            // Forced to disk after some frame, or at the beginning alone.
+            let kept = below(&mut state, frames.len() + 1);
+            let synced = frames.get(kept).map_or(bytes.len(), |(frame, _)| frame.at as usize);
+            fs::write(&path, crashed(&bytes, synced, &mut state)).unwrap();
+            let found = read(&path);
+            assert!(
+                found.starts_with(&frames[..kept]),
+                "seed {seed}: a tile that was forced to disk is lost"
+            );
+            assert!(
+                found.iter().all(|frame| frames.contains(frame)),
+                "seed {seed}: a tile that was never written"
+            );
+            torn += usize::from(found.len() < frames.len());
+            fs::remove_file(path).unwrap();
+        }
+        assert!(2 * torn > seeds as usize, "{torn} of {seeds} seeds lose something");
+    }
+}
