@@ -204,7 +204,7 @@ fn compute_shard(
         return Ok(Ended::Fine);
     }
     say(&format!(
-        "shard {shard}: its {} of {} are finished\n  when all shards are: slipmap merge {}",
+        "shard {shard} is finished: {} of {}\n  when all shards are: slipmap merge {}",
         number_of(of_shard, "tile"),
         count(all),
         config_and_sets(&arguments.config, &arguments.sets)

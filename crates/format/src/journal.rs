@@ -249,8 +249,11 @@ mod tests {
         MAGIC.iter().copied().chain(0..=255).cycle().skip(below(state, 8)).take(length).collect()
     }
 
+    /// Frames with their contents.
+    type Tiles = Vec<(Frame, Vec<u8>)>;
+
     /// A journal of `tiles` tiles, its frames, and its bytes.
-    fn written(folder: &TempDir, state: &mut u64, tiles: usize) -> (PathBuf, Vec<(Frame, Vec<u8>)>, Vec<u8>) {
+    fn written(folder: &TempDir, state: &mut u64, tiles: usize) -> (PathBuf, Tiles, Vec<u8>) {
         let mut journal = Journal::create(&folder.path().join("map.h5"), b"a header").unwrap();
         let mut append = |tile| {
             let contents = contents(state, tile);
@@ -264,7 +267,7 @@ mod tests {
     }
 
     /// The whole tiles in a journal.
-    fn read(path: &Path) -> Vec<(Frame, Vec<u8>)> {
+    fn read(path: &Path) -> Tiles {
         let mut reader = Reader::open(path, 1 << 20).unwrap();
         let (mut found, mut buffer) = (Vec::new(), Vec::new());
         while let Some(frame) = reader.next().unwrap() {
