@@ -1,16 +1,19 @@
 //! The command-line program. Data goes to standard output, progress and messages to standard error.
 //!
-//! Exit codes: 0 success; 1 the job ran but part of it failed; 2 bad input, with nothing written; 130
-//! interrupted by Ctrl-C, 143 by a request to terminate; 141 the reader of standard output closed it early.
+//! Exit codes: 0 success; 1 the job ran but part of it failed; 2 bad input, with nothing written; 75 the time
+//! limit was reached, run it again; 130 interrupted by Ctrl-C, 143 by a request to terminate; 141 the reader of
+//! standard output closed it early.
 
 mod chances;
 mod check;
+mod complete;
 mod estimate;
 #[cfg(feature = "explore")]
 mod explore;
 mod failures;
 mod interrupt;
 mod machine;
+mod merge;
 mod output;
 mod plot;
 mod point;
@@ -23,6 +26,7 @@ mod proof;
 mod replace;
 mod report;
 mod run;
+mod status;
 mod summary;
 mod threads;
 mod work_precision;
@@ -61,12 +65,16 @@ Examples:
   slipmap check results/quickstart.h5
   slipmap report results/quickstart.h5
 
-Exit codes: 0 ok, 1 the job ran but something in it failed, 2 bad input, 130 or 143 interrupted,\n141 the reader of the output went away";
+Exit codes: 0 ok, 1 the job ran but something in it failed, 2 bad input, 75 the time limit was reached,\n130 or 143 interrupted, 141 the reader of the output went away";
 
 #[derive(Debug, Subcommand)]
 enum Command {
     /// Compute a map from a configuration file
     Run(run::Arguments),
+    /// Make the map of what shards have computed
+    Merge(merge::Arguments),
+    /// Tell how far a map is
+    Status(status::Arguments),
     /// Ask every method about one point, or about each row of a table
     Probe(probe::Arguments),
     /// Write tables and figures that compare the methods of a map
@@ -216,6 +224,8 @@ fn not_text() -> Option<String> {
 fn carry_out(command: Command) -> ExitCode {
     let result = match command {
         Command::Run(arguments) => run::run(&arguments),
+        Command::Merge(arguments) => merge::run(&arguments),
+        Command::Status(arguments) => status::run(&arguments),
         Command::Probe(arguments) => probe::run(&arguments),
         Command::Report(arguments) => report::run(&arguments),
         Command::Plot(arguments) => plot::run(&arguments),
@@ -252,7 +262,7 @@ fn end(result: Result<Ended, Failure>) -> ExitCode {
         Err(Failure::Broken(message)) => (1, Some(message)),
         Err(Failure::BadInput(message)) => (2, Some(message)),
         Err(Failure::Interrupted(left)) => {
-            say(&format!("interrupted; {left}"));
+            say(&format!("{}; {left}", interrupt::reason()));
             (interrupt::code(), None)
         }
     };

@@ -33,4 +33,5 @@ mod replace;
 mod report;
 mod resume;
 mod run;
+mod shards;
 mod two_coefficients;

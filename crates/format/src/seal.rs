@@ -4,7 +4,7 @@
 //! HDF5 readers ignore it. It covers bytes that no checksum of HDF5 covers (unused bytes, the heap of
 //! references, raw coordinates). A program that opens the map for writing removes it.
 
-use std::fs::{self, File, OpenOptions};
+use std::fs::{File, OpenOptions};
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
@@ -22,6 +22,9 @@ const LABEL: &str = "\nslipmap seal, sha256 of every byte before this line: ";
 
 /// The message for a file whose seal does not match.
 pub(super) const BROKEN: &str = "its bytes are not those that were sealed at the end of the run";
+
+/// What the name of an unfinished map has after that of the output, before random letters.
+pub(super) const UNFINISHED: &str = ".part-map.";
 
 /// Length of the seal in bytes.
 const LENGTH: u64 = LABEL.len() as u64 + 64 + 1;
@@ -100,21 +103,6 @@ pub(super) fn beside(output: &Path, ending: &str) -> Result<PathBuf, StoreError>
     let mut own = name.to_os_string();
     own.push(ending);
     Ok(folder.join(own))
-}
-
-/// The empty file at `path`, which is removed unless it is published; replaces one that a killed run has
-/// left.
-pub(super) fn temporary(path: PathBuf) -> Result<TempPath, StoreError> {
-    match fs::remove_file(&path) {
-        Err(source) if source.kind() != io::ErrorKind::NotFound => {
-            return Err(StoreError::io("remove", &path, source));
-        }
-        _ => {}
-    }
-    let created = OpenOptions::new().write(true).create_new(true).open(&path);
-    created
-        .and_then(|_| TempPath::try_from_path(&path))
-        .map_err(|source| StoreError::io("write", &path, source))
 }
 
 /// Gives the finished map its name and forces the name to disk.
