@@ -80,10 +80,10 @@ pub const GIT: &str = env!("SLIPMAP_GIT");
 #[doc(hidden)]
 pub mod cli;
 
-/// Tries the code of the README.
+/// Tries the code of the guide.
 #[cfg(doctest)]
-#[doc = include_str!("../README.md")]
-mod readme {}
+#[doc = include_str!("../docs/install.md")]
+mod guide {}
 
 pub mod friction {
     //! Friction laws: the force phi(u) at slip speed u >= 0 in units of the static force, phi(0) = 1.
