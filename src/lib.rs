@@ -190,5 +190,10 @@ pub mod map {
     pub use slipmap_map::map::*;
 }
 
-#[doc = include_str!("theory.md")]
-pub mod theory {}
+pub mod theory {
+    //! The mathematics: `src/theory.md`, which `scripts/theory` makes a page with formulas and a PDF.
+    //!
+    //! Its sections: model, forms of the slip flow, scaling, monotonicity, fates of an orbit, the tests and their errors in
+    //! eps, any friction law, breakaway, the backbone; with proofs, and a table from each statement to the function that
+    //! uses it and the test that checks it. Documentation of items names them as (theory, "Scaling").
+}
