@@ -158,7 +158,7 @@ impl Job {
             false => law::About::Oscillator,
         };
         let law = law::read(&friction, folder, about)?;
-        let law = if alone { law } else { law::with_drop(law, &friction, &axes)? };
+        let law = if alone { law } else { law::with_axes(law, &friction, &axes)? };
         if !alone {
             law::check_symbols(&law, &friction, &axes)?;
         }
@@ -268,7 +268,12 @@ const SECTIONS: [&str; 11] = [
 fn schema(law: &Law) -> Vec<(Option<&'static str>, Vec<&'static str>)> {
     let keys_of = |section: &'static str| match section {
         "friction" => law::KEYS.to_vec(),
-        "grid" => Grid::axis_names(law),
+        // What may be left out is known, too.
+        "grid" => {
+            let mut names = Grid::axis_names(&law.clone().with_exponent());
+            names.extend((!names.contains(&"drop")).then_some("drop"));
+            names
+        }
         "machine" => machine::known_keys(law),
         "methods" => vec!["run"],
         "simulation" => vec!["engine", "tolerance"],

@@ -118,11 +118,10 @@ impl Run {
     }
 }
 
-/// SplitMix64 between 0 and 1.
+/// The next number in [0, 1) of a generator in this state.
 pub fn random(state: &mut u64) -> f64 {
-    *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-    let mut z = *state;
-    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+    let mut random = slipmap_numbers::random::Random(*state);
+    let number = random.unit();
+    *state = random.0;
+    number
 }
