@@ -50,6 +50,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     Preflight::check(&job, Permission::Resume)?;
     let found = Journals::beside(&job.output, &job.plan, &provenance(&job), None).map_err(refused)?;
     let Some(found) = found else {
+        slipmap_format::remove_parts(&job.output).map_err(refused)?;
         complete_already(&job, arguments.json)?;
         return Ok(Ended::Fine);
     };
@@ -61,7 +62,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
             how_to_compute(&found, &config_and_sets(&arguments.config, &arguments.sets)),
         ));
     }
-    abandon_in_time(job.output.clone());
+    abandon_in_time(Some(job.output.clone()));
     let &Arguments { threads, json, quiet, .. } = arguments;
     let asked = Asked { threads, overwrite: false, json, quiet };
     let none = || Ok((slipmap_map::map::Account::none(&job.plan), threads.unwrap_or_else(threads::cores)));

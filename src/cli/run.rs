@@ -130,7 +130,9 @@ fn prepare(arguments: &Arguments, job: Job) -> Result<Option<(Job, PartialMap)>,
             .map_err(refused)?
     };
     report_resumption(&map.found, arguments.resume);
-    abandon_in_time(job.output.clone());
+    // A shard makes no map, and leaves alone what others make.
+    let makes = arguments.shard.is_none();
+    abandon_in_time(makes.then(|| job.output.clone()));
     Ok(Some((job, map)))
 }
 
@@ -239,11 +241,12 @@ pub(super) fn report_loss(found: &Journals) {
     }
 }
 
-/// Abandons tiles that take too long after an interruption. The journal holds each tile whole or not at all,
-/// whatever other threads are doing.
-pub(super) fn abandon_in_time(output: PathBuf) {
+/// Abandons tiles that take too long after an interruption, and the map at the output if one is being made. The
+/// journal holds each tile whole or not at all, whatever other threads are doing.
+pub(super) fn abandon_in_time(output: Option<PathBuf>) {
     let left = format!("the tiles in work were given up, finished ones are kept\n{}", how_to_continue());
-    interrupt::on_abandonment(left, move || slipmap_format::remove_unfinished(&output));
+    let tidy = move || output.iter().for_each(|output| slipmap_format::remove_unfinished(output));
+    interrupt::on_abandonment(left, tidy);
 }
 
 /// The failure for a run that ended early.

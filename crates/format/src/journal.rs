@@ -106,6 +106,8 @@ impl Journal {
         let failed = |source| StoreError::io("write", output, source);
         let name = beside(output, NAME)?;
         let (file, path) = files::temporary(&name).and_then(|file| Ok(file.keep()?)).map_err(failed)?;
+        // As the output is given, not as the system knows it.
+        let path = name.with_file_name(path.file_name().unwrap_or_default());
         let mut journal = Self { path, file, end: 0, synced: Instant::now(), keep: false };
         journal.append(HEADER, header)?;
         journal.sync()?;

@@ -6,6 +6,7 @@
 //! - `NAME.part-map.LETTERS`, the map itself while it is made of the journals. HDF5 guarantees nothing for a file
 //!   whose process died while it wrote to the file, so it is made anew each time.
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::io;
 use std::num::NonZeroU32;
@@ -141,8 +142,6 @@ impl Journals {
             return Ok(Some(found));
         }
         check_finished(output, &found.opening)?;
-        // What a process has left that was stopped when the map had its name, or that began too late.
-        remove_parts(output)?;
         Ok(None)
     }
 
@@ -169,7 +168,7 @@ impl Journals {
             let shards = shards.iter().filter_map(|&shards| usize::try_from(shards).ok());
             self.shards = shards.filter(|&shards| shards > 0).chain(self.shards).max();
         }
-        let (before, mut seconds) = (self.finished_tiles(), 0.0f64);
+        let (mut used, mut seconds) = (false, 0.0f64);
         self.files.push(path.to_path_buf());
         while let Some(frame) = reader.next().map_err(failed)? {
             let tile = usize::try_from(frame.tile).ok().filter(|&tile| tile < self.places.len());
@@ -183,13 +182,14 @@ impl Journals {
                     if self.places[tile].is_none() {
                         self.account.add(contents.account);
                         self.place(frame);
+                        used = true;
                     }
                 }
             }
         }
         self.lost += reader.rest();
         self.seconds += seconds;
-        if let (true, Some(Value::Text(line))) = (self.finished_tiles() > before, get(&header, "history")) {
+        if let (true, Some(Value::Text(line))) = (used, get(&header, "history")) {
             self.history.push(line.clone());
         }
         Ok(())
@@ -244,12 +244,12 @@ impl Journals {
         self.files.len()
     }
 
-    /// The numbers of the shards, of `of`, of which tiles are missing.
+    /// The numbers of the shards, of `of`, of which tiles are missing, in order.
     #[must_use]
     pub fn missing_shards(&self, of: usize) -> Vec<usize> {
-        let missing =
-            |shard: &Shard| (0..self.tiles()).any(|tile| shard.has(tile) && self.places[tile].is_none());
-        (1..=of).filter(|&number| Shard::new(number, of).is_some_and(|shard| missing(&shard))).collect()
+        let missing = self.places.iter().enumerate().filter(|(_, place)| place.is_none());
+        let numbers: BTreeSet<usize> = missing.map(|(tile, _)| tile % of + 1).collect();
+        numbers.into_iter().collect()
     }
 
     /// Makes the map: writes it from the journals, tile by tile in the order of the grid, seals it, forces it to
@@ -363,8 +363,12 @@ pub(super) fn any_tile(output: &Path) -> Result<Option<PathBuf>, StoreError> {
     Ok(None)
 }
 
-/// Removes the journals and the unfinished maps beside an output.
-pub(super) fn remove_parts(output: &Path) -> Result<(), StoreError> {
+/// Removes the journals and the unfinished maps beside an output: of a complete map they are what processes have
+/// left that were stopped when it had its name, or that began too late.
+///
+/// # Errors
+/// Those of the file system.
+pub fn remove_parts(output: &Path) -> Result<(), StoreError> {
     remove_unfinished(output);
     for path in journals(output)? {
         match fs::remove_file(&path) {

@@ -56,7 +56,8 @@
 //!
 //! # Protection against damage
 //!
-//! - [`MapFile::open`] verifies a map before any of it is used: by its seal or, where another program has
+//! - [`MapFile::open`] verifies a map before any of it is used (of a map of more than 256 MiB all but its cells, and
+//!   those when they are read, by the checksums of their tiles): by its seal or, where another program has
 //!   removed the seal, by the fingerprints of its numbers; attributes are then taken as they are. These detect accidents, not forgery: a person who changes a map
 //!   on purpose can seal it again.
 //!
@@ -94,7 +95,7 @@ pub use crate::files::Existing;
 pub use check::{CheckReport, Problem, check};
 pub use error::StoreError;
 pub use journal::{is_journal, journals};
-pub use journals::{Journals, Left, left, remove_unfinished};
+pub use journals::{Journals, Left, left, remove_parts, remove_unfinished};
 pub use pack::LengthSink;
 pub use pack::PackedTile;
 pub use partial::{PartialMap, Resumed};

@@ -79,7 +79,7 @@ impl PartialMap {
         shard: Option<Shard>,
     ) -> Result<Resumed, StoreError> {
         match Journals::beside(path, plan, provenance, shard)? {
-            None => Ok(Resumed::Complete),
+            None => remove_parts(path).map(|()| Resumed::Complete),
             Some(found) => Ok(Resumed::Partial(Box::new(Self::with(found, provenance, shard)?))),
         }
     }

@@ -38,6 +38,8 @@ pub(super) enum Seal {
     Broken,
     /// The file has no seal.
     Missing,
+    /// The file has a seal and is longer than was to be read.
+    NotCompared,
 }
 
 /// Fingerprint of the next `length` bytes.
@@ -64,24 +66,27 @@ pub(super) fn seal(path: &Path) -> io::Result<()> {
     file.sync_all()
 }
 
-/// Compares a file with its seal.
-pub(super) fn verify(path: &Path) -> io::Result<Seal> {
+/// Compares a file of at most `most` bytes with its seal.
+fn verify(path: &Path, most: u64) -> io::Result<Seal> {
     let mut file = File::open(path)?;
     let Some(length) = file.metadata()?.len().checked_sub(LENGTH) else { return Ok(Seal::Missing) };
     file.seek(SeekFrom::Start(length))?;
     let mut line = Vec::new();
     file.read_to_end(&mut line)?;
     let Some(digits) = line.strip_prefix(LABEL.as_bytes()) else { return Ok(Seal::Missing) };
+    if length > most {
+        return Ok(Seal::NotCompared);
+    }
     file.rewind()?;
     let expected = fingerprint(&mut file, length)? + "\n";
     Ok(if digits == expected.as_bytes() { Seal::Whole } else { Seal::Broken })
 }
 
-/// The state of a file's seal, determined without the HDF5 library.
-pub(super) fn of(path: &Path) -> Result<Seal, StoreError> {
+/// The state of a file's seal, determined without the HDF5 library. It is compared with at most `most` bytes.
+pub(super) fn of(path: &Path, most: u64) -> Result<Seal, StoreError> {
     let failed = |source| StoreError::io("read", path, source);
     match trust::plain_file(path).map_err(failed)? {
-        Ok(_) => verify(path).map_err(failed),
+        Ok(_) => verify(path, most).map_err(failed),
         Err(why) => Err(StoreError::NotAMap { path: path.to_path_buf(), why }),
     }
 }
