@@ -100,7 +100,7 @@ class Law:
         """
         law = _core.Law.built_in("exponential")
         values = {"mu": mu, "vs": vs, "eta": eta}
-        if np.ndim(exponent) > 0 or exponent != 1.0:
+        if not (isinstance(exponent, (int, float)) and exponent == 1.0):
             law, values = law.with_exponent(), {**values, "exponent": exponent}
         return cls(law, values)
 
