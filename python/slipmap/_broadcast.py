@@ -126,10 +126,12 @@ def _numbers(name: str, value: Any) -> Any:
 
 
 def flat(values: Any) -> np.ndarray:
-    """The numbers in a row as the compiled part takes them: contiguous, aligned, of native byte order."""
-    if isinstance(values, np.ma.MaskedArray):
-        values = np.ma.filled(values.astype(float), np.nan)
-    return np.require(values, float, ["C", "A", "E"]).reshape(-1)
+    """The numbers in a row as the compiled part takes them: contiguous, aligned, of native byte order, NaN if masked."""
+    return np.require(_unmasked(values), float, ["C", "A", "E"]).reshape(-1)
+
+
+def _unmasked(values: Any) -> Any:
+    return np.ma.filled(values.astype(float), np.nan) if isinstance(values, np.ma.MaskedArray) else values
 
 
 def _apply(kernel: Kernel, names: list[str], values: Sequence[Any], outputs: Sequence[Output]) -> tuple[Any, ...]:
@@ -143,7 +145,7 @@ def _apply(kernel: Kernel, names: list[str], values: Sequence[Any], outputs: Seq
     if 0 in shape:
         return tuple(np.empty(own, output.dtype) for own, output in zip(shapes_of, outputs, strict=True))
     arrays = [
-        flat(value if np.size(value) == 1 else np.broadcast_to(value, shape, subok=isinstance(value, np.ma.MaskedArray)))
+        flat(value if np.size(value) == 1 else np.broadcast_to(_unmasked(value), shape))
         for value in values
     ]
     # A 0-d result is a NumPy scalar, as from a ufunc.
