@@ -116,7 +116,7 @@ def _in_blocks(
     import dask.array as da
 
     def empty(names: Sequence[Any], dtype: Any) -> Any:
-        return da.zeros([len(axes[name]) for name in names], dtype, chunks=tuple(chunks[name] for name in names))
+        return da.zeros([len(axes[name]) for name in names], dtype=dtype, chunks=tuple(chunks[name] for name in names))
 
     first = compute([axis[:1] for axis in axes.values()])
     coords = {name: (name, axis, _of_all(first[name].attrs)) for name, axis in axes.items()}
