@@ -576,7 +576,7 @@ fn an_engineer_is_told_how_far_to_measure() {
 #[test]
 fn a_page_of_data_that_end_early_says_what_is_known() {
     let scratch = Scratch::new();
-    scratch.file("early.csv", "0,450,3\n0.02,390,3\n0.05,350,3\n0.1,320,3\n0.2,300,3\n");
+    scratch.file("early.csv", "v,F,se\n0,450,3\n0.02,390,3\n0.05,350,3\n0.1,320,3\n0.2,300,3\n");
     scratch.file(
         "early.toml",
         "[machine]\nmass = 2\nstiffness = 2e5\nbelt_speed = 0.1\ndamping = 50\n\

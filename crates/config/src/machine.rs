@@ -225,7 +225,7 @@ pub(super) fn motion_of(section: &Section) -> Result<Motion, ConfigError> {
 
 /// Reads `[machine]`; `law` is in SI units.
 pub(super) fn read(section: &Section, friction: &Section, law: &Law) -> Result<MachineJob, ConfigError> {
-    let forces = law::holds_forces(friction)?;
+    let forces = law::holds_forces(law);
     check_complete(section, law, forces)?;
     let mut reader = Reader { section, uncertain: Vec::new() };
     let belt_speeds = reader.many(AFTER)?;
@@ -395,14 +395,7 @@ fn measured(
         );
         return Err(file.error(&problem, "measure farther, or choose lower belt speeds"));
     }
-    let data: Vec<(f64, f64)> = table.data().map(|(u, friction)| (u, friction / unit)).collect();
-    let coefficients =
-        Table::with_static(table.origin(), &data, table.static_level() / unit).and_then(|of| {
-            let errors: Option<Vec<f64>> =
-                table.standard_errors().map(|errors| errors.iter().map(|error| error / unit).collect());
-            errors.map_or(Ok(of.clone()), |errors| of.with_standard_errors(&errors))
-        });
-    let coefficients = coefficients.map(|of| of.with_rows(table.lines(), table.readings()));
+    let coefficients = table.in_units(1.0, unit);
     coefficients.map(Friction::Measured).map_err(|error| file.error(&error.problem, error.remedy))
 }
 

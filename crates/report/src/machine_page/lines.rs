@@ -156,7 +156,7 @@ fn given_friction(machine: &Machine, uncertain: &[Uncertain]) -> Vec<Line> {
 /// "pad.csv, 11 rows without standard errors", "pad.csv, 11 rows, standard errors (third column) 0.001 to
 /// 0.008", "pad.csv, 33 rows averaged at 11 slip speeds, standard errors (by their scatter) 0.002".
 fn table_in_words(table: &Table) -> Rich {
-    let (rows, readings) = (table.data().count(), table.readings());
+    let (rows, readings) = (table.data().count(), table.source().readings);
     let averaged = readings > rows;
     let count = if averaged {
         format!("{readings} rows averaged at {rows} slip speeds")
