@@ -604,7 +604,7 @@ fn the_standard_error_of_a_machine_is_told_alike() {
     let scratch = Scratch::new();
     scratch.file(
         "pad.csv",
-        "0,0.43,0.004\n0.02,0.39,0.004\n0.1,0.33,0.004\n0.3,0.28,0.004\n0.6,0.26,0.004\n1.2,0.26,0.004\n",
+        "u,mu,se\n0,0.43,0.004\n0.02,0.39,0.004\n0.1,0.33,0.004\n0.3,0.28,0.004\n0.6,0.26,0.004\n1.2,0.26,0.004\n",
     );
     let text = "[machine]\nmass = 2\nstiffness = 5e5\nnormal_force = 1000\nbelt_speed = 0.15\ndamping = 30\n\
                 [friction]\nlaw = \"table\"\nfile = \"pad.csv\"\n";

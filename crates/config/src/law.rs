@@ -4,13 +4,13 @@ use std::path::Path;
 
 use super::measured::{Level, Measured, OfMachine};
 use super::source::{ConfigError, Node, Section};
-use super::{choice, nearest};
+use super::{choice, fitted, nearest};
 use slipmap_map::machine::Motion;
 use slipmap_map::map::{AxisRole, Grid, unravel};
 use slipmap_model::friction::{Expression, ExpressionError, Law};
 use slipmap_model::point::MAX_LAW_PARAMETERS;
 
-pub(super) const KEYS: [&str; 6] = ["law", "phi", "static", "file", "quantity", "small"];
+pub(super) const KEYS: [&str; 7] = ["law", "phi", "static", "file", "quantity", "small", fitted::KEY];
 
 /// The units of a law's numbers.
 #[derive(Clone, Copy, PartialEq)]
@@ -87,11 +87,14 @@ pub(super) fn read(section: &Section, folder: &Path, about: About) -> Result<Law
         }
     };
     if let (About::Oscillator, Some(node)) = (about, section.get("quantity")) {
-        let problem = "only the table of a machine holds coefficients or forces";
+        let problem = "only the friction of a machine is a coefficient or a force";
         return Err(node.error(problem, "leave it out: phi is friction in units of that at rest"));
     }
+    fitted::check(section, &law)?;
+    let of_formula = law.name() == "expression";
     for (key, of) in [("phi", "expression"), ("file", "table"), ("quantity", "table")] {
-        if let (true, Some(node)) = (law.name() != of, section.get(key)) {
+        let belongs = law.name() == of || key == "quantity" && of_formula;
+        if let (false, Some(node)) = (belongs, section.get(key)) {
             let problem = format!("the law `{}` has no {key}", law.name());
             return Err(node.error(&problem, format!("leave it out, or set law = \"{of}\"")));
         }
@@ -126,15 +129,18 @@ pub(super) fn with_drop(law: Law, friction: &Section, axes: &Section) -> Result<
     Err(node.error(&problem, "write some of them as numbers, or the drop as static in [friction]"))
 }
 
-/// Whether the table of a machine is said to hold forces or coefficients.
+/// Whether the friction of a machine is said to be a force or a coefficient.
 fn quantity(section: &Section) -> Result<Option<bool>, ConfigError> {
     let quantities = [("coefficient", false), ("force", true)];
     section.get("quantity").map(|node| choice(&node, &quantities, "quantity")).transpose()
 }
 
 /// Whether the law of a machine holds forces instead of coefficients.
-pub(super) fn holds_forces(law: &Law) -> bool {
-    matches!(law.as_written(), Law::Table(table) if table.source().forces)
+pub(super) fn holds_forces(section: &Section, law: &Law) -> Result<bool, ConfigError> {
+    match law.as_written() {
+        Law::Table(table) => Ok(table.source().forces),
+        _ => Ok(quantity(section)? == Some(true)),
+    }
 }
 
 fn static_level(node: &Node) -> Result<f64, ConfigError> {

@@ -1,5 +1,5 @@
 //! Tables of points: CSV files with one column for every axis of a law. Other columns are kept if they hold text,
-//! or if their names begin with `#`.
+//! if they number the rows, or if their names begin with `#`.
 
 use std::fs::File;
 use std::io::{self, BufReader, Read};
@@ -18,6 +18,9 @@ use slipmap_model::point::Point;
 
 /// Number of rows handed out at a time: keeps all cores busy and fits into memory.
 const BATCH: usize = 8192;
+
+/// Names of columns that number the rows.
+const NUMBERED: [&str; 5] = ["id", "no", "nr", "row", "index"];
 
 /// Largest number of bytes of rows held at a time.
 const HELD: u64 = 1 << 26;
@@ -204,6 +207,7 @@ impl PointTable {
         let is_number = |position: &usize| {
             let name = field_text(self.header.get(*position).unwrap_or_default());
             !name.starts_with('#')
+                && !NUMBERED.contains(&name.as_str())
                 && field_text(row.get(*position).unwrap_or_default()).parse::<f64>().is_ok()
         };
         let Some(position) = unread.find(is_number) else { return Ok(()) };

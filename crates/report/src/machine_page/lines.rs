@@ -82,6 +82,9 @@ fn with_spread(name: &str, value: f64, unit: &str, uncertain: &[Uncertain]) -> R
     match uncertain.iter().find(|(known, _)| *known == name) {
         None => text,
         Some((_, Spread::Normal { sd })) => text.then(" ± ").then(Rich::number(*sd, 3)).then(" (sd)"),
+        Some((_, spread @ Spread::Joint { .. })) => {
+            text.then(" ± ").then(Rich::number(spread.sd(), 3)).then(" (of the fit)")
+        }
         Some((_, Spread::Uniform { min, max })) => {
             let ends = Rich::number(*min, 4).then(" to ").then(Rich::number(*max, 4));
             text.then(", ").then(ends).then(" (uniform)")
