@@ -2,6 +2,7 @@
 //! it has two.
 
 mod columns;
+mod fit;
 mod rows;
 mod table;
 mod text;
@@ -12,6 +13,7 @@ use std::path::Path;
 use slipmap_map::machine::Motion;
 use slipmap_model::friction::Table;
 
+pub use fit::words_of;
 pub use table::Level;
 
 /// Largest size in bytes of a file of measured friction.
