@@ -1,4 +1,5 @@
-//! Tables of points: CSV files with one column for every axis of a law; other columns are kept.
+//! Tables of points: CSV files with one column for every axis of a law. Other columns are kept if they hold text,
+//! if they number the rows, or if their names begin with `#`.
 
 use std::fs::File;
 use std::io::{self, BufReader, Read};
@@ -17,6 +18,9 @@ use slipmap_model::point::Point;
 
 /// Number of rows handed out at a time: keeps all cores busy and fits into memory.
 const BATCH: usize = 8192;
+
+/// Names of columns that number the rows.
+const NUMBERED: [&str; 5] = ["id", "no", "nr", "row", "index"];
 
 /// Largest number of bytes of rows held at a time.
 const HELD: u64 = 1 << 26;
@@ -39,6 +43,8 @@ pub struct PointTable {
     parsed: Arc<AtomicU64>,
     /// Whether lines end as on Windows.
     carriage_returns: Arc<AtomicBool>,
+    /// Whether the first row has been looked at for numbers that nobody reads.
+    is_checked: bool,
 }
 
 impl PointTable {
@@ -145,7 +151,16 @@ impl PointTable {
             header = std::iter::once(first).chain(header.iter().skip(1)).collect();
         }
         let columns = find_axes(&name, &header, names, machine)?;
-        Ok(Self { name, reader, header, columns, shared: Vec::new(), parsed, carriage_returns })
+        Ok(Self {
+            name,
+            reader,
+            header,
+            columns,
+            shared: Vec::new(),
+            parsed,
+            carriage_returns,
+            is_checked: false,
+        })
     }
 
     /// Returns whether the table has a column of this parameter or quantity.
@@ -177,9 +192,33 @@ impl PointTable {
             position.set_line(line);
             row.set_position(Some(position));
             self.parsed.store(self.reader.position().byte(), Ordering::Relaxed);
+            if !std::mem::replace(&mut self.is_checked, true) {
+                self.refuse_unread(&row)?;
+            }
             rows.push(row);
         }
         Ok(rows)
+    }
+
+    /// Refuses a column of numbers that is not read: its numbers would not be those of the answers.
+    fn refuse_unread(&self, row: &ByteRecord) -> Result<(), ConfigError> {
+        let is_read = |position: usize| self.columns.iter().any(|(_, read)| *read == position);
+        let mut unread = (0..self.header.len()).filter(|position| !is_read(*position));
+        let is_number = |position: &usize| {
+            let name = field_text(self.header.get(*position).unwrap_or_default());
+            !name.starts_with('#')
+                && !NUMBERED.contains(&name.as_str())
+                && field_text(row.get(*position).unwrap_or_default()).parse::<f64>().is_ok()
+        };
+        let Some(position) = unread.find(is_number) else { return Ok(()) };
+        let name = field_text(self.header.get(position).unwrap_or_default());
+        let known: Vec<&str> = self.columns.iter().map(|(name, _)| *name).collect();
+        let problem = format!("column {}: the numbers of `{name}` are not read", position + 1);
+        let remedy = format!(
+            "what is read is {}; to keep the column unread, call it `#{name}`, else rename it or take it out",
+            known.join(", ")
+        );
+        Err(ConfigError::new(format!("{}:1", self.name), problem, remedy))
     }
 
     /// The point of `law` in a row.

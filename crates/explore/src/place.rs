@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 
 use super::machine;
 use super::refusal::Refusal;
-use slipmap_config::{Level, OfMachine, point_of, table_of_text};
+use slipmap_config::{Level, Measured, OfMachine, point_of};
 use slipmap_map::machine::{Machine, Motion};
 use slipmap_map::map::Grid;
 use slipmap_model::friction::{Expression, Law};
@@ -65,7 +65,8 @@ impl LawText {
                     None if machine.is_some() => Level::First,
                     None => Level::One,
                 };
-                let table = table_of_text(file, &self.table, level, machine);
+                let table = Measured::of_bytes(file, self.table.as_bytes(), machine)
+                    .and_then(|read| read.table(level));
                 Law::Table(table.map_err(|(problem, remedy)| Refusal::bad_input(problem, remedy))?)
             }
             (name, None) => {
@@ -80,7 +81,7 @@ impl LawText {
     /// The law of a machine: coefficients of friction, whatever they are at slip speed 0.
     pub(super) fn in_si_units(&self, motion: Motion) -> Result<Law, Refusal> {
         let plain = Self { static_level: None, small: false, ..self.clone() };
-        let law = plain.law_of(Some(OfMachine { motion, forces: false }))?;
+        let law = plain.law_of(Some(OfMachine { motion: Some(motion), forces: Some(false) }))?;
         machine::check_names(&law)?;
         Ok(law)
     }

@@ -37,7 +37,16 @@ pub enum Spread {
         /// The larger one.
         max: f64,
     },
+    /// Normal, and correlated with the other quantities that have such a spread: the deviation is the sum of these
+    /// numbers, each times a normal number that these quantities share.
+    Joint {
+        /// The row of the quantity in the Cholesky factor of the covariance; zeros after it.
+        row: [f64; MOST_JOINT],
+    },
 }
+
+/// Largest number of quantities whose errors are correlated.
+pub const MOST_JOINT: usize = 6;
 
 impl Spread {
     /// Its standard deviation.
@@ -45,6 +54,7 @@ impl Spread {
         match *self {
             Spread::Normal { sd } => sd,
             Spread::Uniform { min, max } => (max - min) / 12f64.sqrt(),
+            Spread::Joint { row } => row.iter().map(|part| part * part).sum::<f64>().sqrt(),
         }
     }
 }
@@ -135,12 +145,18 @@ struct Draw {
 /// Draws a machine that is legal, except perhaps for its damping; `None` after [`TRIES`] illegal ones.
 fn draw(machine: &Machine, uncertain: &[Uncertain], random: &mut Random) -> Option<Draw> {
     let values: Vec<f64> = uncertain.iter().map(|(name, _)| value_of(machine, name)).collect();
+    let is_joint = uncertain.iter().any(|(_, spread)| matches!(spread, Spread::Joint { .. }));
     let drawn = |random: &mut Random| {
         let (mut drawn, mut of_damping) = (machine.clone(), 0.0);
+        let shared: [f64; MOST_JOINT] =
+            if is_joint { std::array::from_fn(|_| random.normal()) } else { [0.0; MOST_JOINT] };
         for ((name, spread), nominal) in uncertain.iter().zip(&values) {
             let value = match spread {
                 Spread::Normal { sd } => nominal + sd * random.normal(),
                 Spread::Uniform { min, max } => min + (max - min) * random.unit(),
+                Spread::Joint { row } => {
+                    nominal + row.iter().zip(shared).map(|(part, z)| part * z).sum::<f64>()
+                }
             };
             match *name {
                 "damping" => of_damping = value - nominal,

@@ -35,7 +35,7 @@ pub use function::{Function, FunctionError};
 pub use lorentzian::Lorentzian;
 pub use slipmap_numbers::Range;
 pub use stribeck::Stribeck;
-pub use table::{Table, TableError};
+pub use table::{Source, Table, TableError};
 pub use weakening::{Accuracy, Weakening};
 pub use weakening::{COUNT, Polynomial, ProvedPiece};
 

@@ -82,6 +82,9 @@ fn with_spread(name: &str, value: f64, unit: &str, uncertain: &[Uncertain]) -> R
     match uncertain.iter().find(|(known, _)| *known == name) {
         None => text,
         Some((_, Spread::Normal { sd })) => text.then(" ± ").then(Rich::number(*sd, 3)).then(" (sd)"),
+        Some((_, spread @ Spread::Joint { .. })) => {
+            text.then(" ± ").then(Rich::number(spread.sd(), 3)).then(" (of the fit)")
+        }
         Some((_, Spread::Uniform { min, max })) => {
             let ends = Rich::number(*min, 4).then(" to ").then(Rich::number(*max, 4));
             text.then(", ").then(ends).then(" (uniform)")
@@ -156,7 +159,7 @@ fn given_friction(machine: &Machine, uncertain: &[Uncertain]) -> Vec<Line> {
 /// "pad.csv, 11 rows without standard errors", "pad.csv, 11 rows, standard errors (third column) 0.001 to
 /// 0.008", "pad.csv, 33 rows averaged at 11 slip speeds, standard errors (by their scatter) 0.002".
 fn table_in_words(table: &Table) -> Rich {
-    let (rows, readings) = (table.data().count(), table.readings());
+    let (rows, readings) = (table.data().count(), table.source().readings);
     let averaged = readings > rows;
     let count = if averaged {
         format!("{readings} rows averaged at {rows} slip speeds")
