@@ -141,8 +141,8 @@ impl PointArguments {
         if !missing.is_empty() {
             // In a formula every other name is a parameter, but a common name of the slip speed is probably a
             // mistake.
-            let slip = ["v", "x", "s", "w"].iter().any(|name| axes.contains(name) && value(name).is_none());
-            let slip = if slip { "the slip speed is called u; " } else { "" };
+            let slip = ["x", "s", "w"].iter().any(|name| axes.contains(name) && value(name).is_none());
+            let slip = if slip { "the slip speed is called u or v; " } else { "" };
             let example: String = axes
                 .iter()
                 .filter(|name| value(name).is_none())

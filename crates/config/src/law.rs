@@ -189,7 +189,7 @@ pub(super) fn check_symbols(law: &Law, friction: &Section, grid: &Section) -> Re
                 to,
                 problem: format!("unknown symbol `{}`: no axis gives it a value", parameter.name),
                 remedy: format!(
-                    "if it is a parameter, write {} = 1.0 (or a range) in [grid]; the variables are u and eps",
+                    "if it is a parameter, write {} = 1.0 (or a range) in [grid]; the variables are u (or v) and eps",
                     parameter.name
                 ),
             };
