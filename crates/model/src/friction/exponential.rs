@@ -48,7 +48,22 @@ pub(super) fn parameters_of(friction: &Fall, velocity: f64) -> LawParameters {
     LawParameters::new(&[friction.kinetic, friction.width / velocity, friction.strengthening * velocity])
 }
 
+/// A weakening rate that falls exponentially, `steepest exp(-rate u) - rise`, for vectorised engines.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ExponentialFall {
+    /// Its part that falls, at rest.
+    pub steepest: f64,
+    /// 1 / vs.
+    pub rate: f64,
+    /// The rise of friction with the slip speed.
+    pub rise: f64,
+}
+
 impl Exponential {
+    pub(super) fn fall(&self) -> ExponentialFall {
+        ExponentialFall { steepest: self.drop * self.rate, rate: self.rate, rise: self.eta }
+    }
+
     pub(super) fn new(parameters: &LawParameters) -> Self {
         let &[mu, vs, eta] = parameters.as_slice() else {
             unreachable!("an exponential point has mu, vs and eta");
