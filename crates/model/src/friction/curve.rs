@@ -4,6 +4,7 @@ use std::borrow::Cow;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use super::built_in::ClosedForm;
+use super::exponential::ExponentialFall;
 use super::form::Form;
 use super::{
     FirstOrder, Gradient, Lorentzian, NoFirstOrder, Range, Stribeck, Table, Weakening, mean, weakening,
@@ -491,6 +492,12 @@ impl Curve {
         Cow::Owned(stops)
     }
 
+    /// Returns whether the law's weakening rate is evaluated by a closed form of its own.
+    #[must_use]
+    pub fn has_closed_form(&self) -> bool {
+        self.form.closed().is_some()
+    }
+
     /// Returns whether the law has features only at rest and at its corners: closed forms, but for uncommon
     /// exponents, and tables.
     pub fn has_known_features(&self) -> bool {
@@ -525,6 +532,18 @@ impl Curve {
     pub fn lorentzian(&self) -> Option<&Lorentzian> {
         match &self.form {
             Form::Lorentzian(law) if self.drop == 0.0 => Some(law),
+            _ => None,
+        }
+    }
+
+    /// The weakening rate of the exponential law, and that of friction that does not fall, with or without a drop; `None`
+    /// for other laws.
+    pub fn exponential_fall(&self) -> Option<ExponentialFall> {
+        match &self.form {
+            Form::Exponential(law) => law.fall(),
+            Form::Coulomb(law) => {
+                Some(ExponentialFall { steepest: 0.0, rate: 0.0, rise: -law.weakening(0.0) })
+            }
             _ => None,
         }
     }

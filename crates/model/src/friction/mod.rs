@@ -27,7 +27,7 @@ pub use coulomb::Coulomb;
 pub use curve::{Column, Curve, NOTHING, ONE_SLIP_CYCLE, Pieces, Ranges};
 pub use custom::{Custom, CustomLaw, CustomLawError};
 pub use domain::PointError;
-pub use exponential::Exponential;
+pub use exponential::{Exponential, ExponentialFall};
 pub use expression::ExpressionCurve;
 pub use expression::{Expression, ExpressionError};
 pub use family::Slope;
