@@ -107,8 +107,8 @@ class MapAccessor:
             parts.append(xr.Dataset({key: cells.sum(over) for key, cells in counts.items()}).drop_attrs())
         return xr.concat(parts, self._names)
 
-    def certified_volume(self, method: str | None = None) -> xr.DataArray:
-        """Volume of parameter space in which each method claims a stick-slip cycle, as in the report.
+    def claimed_volume(self, method: str | None = None) -> xr.DataArray:
+        """Volume of parameter space in which each method claims a stick-slip cycle, rightly or not, as in the report.
 
         By the trapezoidal rule over the axes of more than one node except epsilon.
 
@@ -119,7 +119,7 @@ class MapAccessor:
             the grid.
         """
         if method is None:
-            parts = [self.certified_volume(name) for name in self.methods]
+            parts = [self.claimed_volume(name) for name in self.methods]
             return xr.concat(parts, self._names, combine_attrs="override").rename("volume")
         claimed = (self.verdict(method) == PRESENT).astype(float)
         box = 1.0

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import json
+import math
 import os
-import sys
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -13,6 +13,7 @@ import xarray as xr
 
 from . import _core, _fingerprints
 from ._law import Law
+from ._progress import Progress, told
 
 
 def map(
@@ -26,7 +27,7 @@ def map(
     audit_cells: int = 1000,
     proof_boxes: int = 32,
     threads: int | None = None,
-    progress: bool | Callable[[int, int], None] = False,
+    progress: Progress = False,
 ) -> xr.Dataset:
     """Asks every method at every cell of a grid: the map that ``slipmap run`` writes, in memory.
 
@@ -95,7 +96,7 @@ def map(
         audit_cells,
         proof_boxes,
         threads,
-        _told(progress, int(np.prod([len(axis) for axis in nodes], dtype=np.int64))),
+        told(progress, math.prod(len(axis) for axis in nodes), "cells"),
     )
     return _dataset(found)
 
@@ -105,7 +106,7 @@ def run(
     *,
     set: Mapping[str, Any] | Sequence[str] = (),
     threads: int | None = None,
-    progress: bool | Callable[[int, int], None] = False,
+    progress: Progress = False,
 ) -> xr.Dataset:
     """Computes the map of a configuration file, as ``slipmap run`` does, and writes nothing.
 
@@ -131,7 +132,7 @@ def run(
     sets = [f"{key}={_toml(value)}" for key, value in set.items()] if isinstance(set, Mapping) else list(set)
     name = os.fspath(config)
     cells = _core.config_cells(name, sets)
-    return _dataset(_core.run_config(name, sets, threads, _told(progress, cells)))
+    return _dataset(_core.run_config(name, sets, threads, told(progress, cells, "cells")))
 
 
 def _toml(value: Any) -> str:
@@ -156,30 +157,6 @@ def _nodes(name: str, value: Any) -> list[float]:
     if nodes.ndim != 1:
         raise ValueError(f"{name}: the nodes of an axis are one row of numbers, not the shape {nodes.shape}")
     return [float(node) for node in nodes]
-
-
-def _told(progress: bool | Callable[[int, int], None], cells: int) -> Callable[[int], None] | None:
-    """What the engine is to call with the number of cells done."""
-    if progress is False:
-        return None
-    if callable(progress):
-        return lambda done: progress(done, cells)
-    try:
-        from tqdm.auto import tqdm
-    except ImportError:
-
-        def line(done: int) -> None:
-            print(f"\r{done:,} of {cells:,} cells", end="\n" if done >= cells else "", file=sys.stderr, flush=True)
-
-        return line
-    bar = tqdm(total=cells, unit="cells")
-
-    def update(done: int) -> None:
-        bar.update(done - bar.n)
-        if done >= cells:
-            bar.close()
-
-    return update
 
 
 def _dataset(found: _core.Map) -> xr.Dataset:

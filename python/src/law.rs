@@ -152,10 +152,25 @@ impl Law {
         self.law.definition()
     }
 
-    /// Name, description, least and greatest legal value of each parameter.
+    /// Name, description, least and greatest legal value of each parameter, and these in words.
     #[getter]
-    fn parameters(&self) -> Vec<(&str, &str, f64, f64)> {
-        self.law.parameters().iter().map(|it| (it.name, it.long_name, it.min, it.max)).collect()
+    fn parameters(&self) -> Vec<(&str, &str, f64, f64, String)> {
+        self.law.parameters().iter().map(|it| (it.name, it.long_name, it.min, it.max, it.domain())).collect()
+    }
+
+    /// Whether epsilon matters: it is in the law, or the law is read by it.
+    #[getter]
+    fn needs_epsilon(&self) -> bool {
+        self.law.depends_on_epsilon() || self.law.is_read_as_small()
+    }
+
+    /// The law as a formula; `None` for data and functions.
+    #[getter]
+    fn formula(&self) -> Option<String> {
+        match self.law.as_written() {
+            Family::Expression(law) => Some(format!("\u{3c6}(u) = {}", law.text())),
+            law => law.built_in().map(|law| law.formula.to_owned()),
+        }
     }
 
     /// Names of the axes of a map of this law, slowest first.

@@ -89,7 +89,7 @@ def test_no_maps_are_refused(tmp_path):
 def test_the_accessor_says_what_the_report_says(program, stored, tmp_path):
     program("report", stored, "--out", tmp_path / "report")
     with slipmap.open_map(stored) as data:
-        volumes, counts = data.slipmap.certified_volume(), data.slipmap.contradictions()
+        volumes, counts = data.slipmap.claimed_volume(), data.slipmap.contradictions()
         with open(tmp_path / "report" / "tables" / "volume.csv", encoding="utf-8") as file:
             rows = [row for row in csv.DictReader(line for line in file if not line.startswith("#"))]
         assert rows
