@@ -71,9 +71,13 @@ class Law:
 
     @classmethod
     def exponential(
-        cls, mu: ArrayLike | None = None, vs: ArrayLike | None = None, eta: ArrayLike | None = None
+        cls,
+        mu: ArrayLike | None = None,
+        vs: ArrayLike | None = None,
+        eta: ArrayLike | None = None,
+        exponent: ArrayLike | None = 1.0,
     ) -> Law:
-        """The law phi = mu + (1 - mu) exp(-u / vs) + eta u.
+        """The law phi = mu + (1 - mu) exp(-(u / vs)**exponent) + eta u.
 
         Parameters
         ----------
@@ -83,8 +87,22 @@ class Law:
             Slip speed over which the friction falls, greater than 0.
         eta : array_like, optional
             Rise of the friction with the slip speed, at least 0.
+        exponent : array_like, optional
+            From 1, the default, for Tustin's law, to 100; 2 is Gauss's. None: given at each call. Below 1 friction would fall infinitely fast as
+            slip begins; write that as a drop, see :meth:`with_drop`.
+
+        Examples
+        --------
+        >>> import slipmap
+        >>> law = slipmap.Law.exponential(mu=0.5, vs=1.0, eta=0.0, exponent=2.0)
+        >>> round(float(law.phi(1.0)), 4)
+        0.6839
         """
-        return cls(_core.Law.built_in("exponential"), {"mu": mu, "vs": vs, "eta": eta})
+        law = _core.Law.built_in("exponential")
+        values = {"mu": mu, "vs": vs, "eta": eta}
+        if np.ndim(exponent) > 0 or exponent != 1.0:
+            law, values = law.with_exponent(), {**values, "exponent": exponent}
+        return cls(law, values)
 
     @classmethod
     def lorentzian(

@@ -106,6 +106,11 @@ impl Law {
         }
     }
 
+    /// The exponential law with the parameter `exponent`.
+    fn with_exponent(&self) -> Self {
+        Self { law: self.law.clone().with_exponent() }
+    }
+
     /// The law with the parameter `drop`.
     fn with_drop(&self) -> PyResult<Self> {
         if self.law.parameters().len() >= MAX_LAW_PARAMETERS && !self.law.may_drop() {

@@ -49,10 +49,12 @@ fn parse_name(name: &str) -> Result<String, String> {
 }
 
 impl LawArguments {
-    /// The law, with the parameter `drop` if the `point` has one.
+    /// The law, with the parameters `exponent` and `drop` if the `point` has them.
     pub(super) fn law(&self, point: &PointArguments) -> Result<Law, Failure> {
         let law = self.law_as_written()?;
-        let law = match point.given.iter().any(|(name, _)| name == "drop") {
+        let is_given = |wanted: &str| point.given.iter().any(|(name, _)| name == wanted);
+        let law = if is_given("exponent") { law.with_exponent() } else { law };
+        let law = match is_given("drop") {
             true if self.static_level.is_some() => {
                 let problem = "--drop: the drop is written twice, here and by --static";
                 return Err(Failure::bad_input(problem, "leave one of them out"));
@@ -141,7 +143,14 @@ impl PointArguments {
             // mistake.
             let slip = ["v", "x", "s", "w"].iter().any(|name| axes.contains(name) && value(name).is_none());
             let slip = if slip { "the slip speed is called u; " } else { "" };
-            let help = format!("{slip}give every parameter, or a table with --points IN.csv --out OUT.csv");
+            let example: String = axes
+                .iter()
+                .filter(|name| value(name).is_none())
+                .map(|name| format!(" {}1", flag(name)))
+                .collect();
+            let help = format!(
+                "{slip}give a table with --points IN.csv --out OUT.csv, or every parameter, for example{example}"
+            );
             let problem = format!("the law `{}` also needs {}", law.name(), missing.join(", "));
             return Err(Failure::bad_input(problem, help));
         }
@@ -242,7 +251,7 @@ impl FromArgMatches for PointArguments {
 
 /// Description of an axis, in one phrase.
 fn description(name: &str) -> String {
-    let known = Law::BUILT_IN;
+    let known = Law::BUILT_IN.map(Law::with_exponent);
     let of_law = |law| Law::parameters(law).iter().find(|parameter| parameter.name == name);
     let phrase = match (name, known.iter().find_map(of_law)) {
         (_, Some(parameter)) => parameter.long_name,

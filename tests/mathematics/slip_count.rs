@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use crate::sample::Random;
+use crate::sample::{Random, Sampling};
 use slipmap::certify::slip_count::count_slip_cycles;
 use slipmap::filippov::Oscillator;
 use slipmap::friction::{Expression, Law, Table};

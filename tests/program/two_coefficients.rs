@@ -2,6 +2,7 @@
 //! and a map over it.
 
 use serde_json::Value;
+use slipmap::friction::Law;
 use slipmap::store::MapFile;
 
 use crate::command::Scratch;
@@ -49,6 +50,41 @@ fn published_machines_have_their_numbers() {
     near(&pull["stick_time"], 1.5696, 1e-9);
     let page = scratch.run(&["machine", "machine.toml"]).ends_with(0).out;
     assert!(!page.contains("Stribeck velocity"), "{page}");
+}
+
+/// The curve that engineers write, with an exponent: by its name, as a formula, and over a map whose axis it is.
+#[test]
+fn the_exponent_of_the_fall_is_a_parameter() {
+    let scratch = Scratch::new();
+    let point = ["--epsilon", "1", "--V", "0.5", "--c", "0.1", "--mu", "0.6", "--vs", "0.3", "--eta", "0.02"];
+    let formula = |exponent: &str| {
+        let phi = format!("0.6 + 0.4*exp(-(u/0.3)^{exponent}) + 0.02*u");
+        json(&scratch, &["probe", "--phi", &phi, "--epsilon", "1", "--V", "0.5", "--c", "0.1"])
+    };
+    let named =
+        |more: &[&str]| json(&scratch, &[&["probe", "--law", "exponential"], &point[..], more].concat());
+    for exponent in ["1.5", "2", "3"] {
+        let (named, formula) = (named(&["--exponent", exponent]), formula(exponent));
+        assert_eq!(named["regime"], formula["regime"]);
+        near(&named["critical_c"]["value"], formula["critical_c"]["value"].as_f64().unwrap(), 1e-10);
+    }
+    assert_eq!(named(&["--exponent", "1"])["critical_c"]["value"], named(&[])["critical_c"]["value"]);
+    let refused = [&["probe", "--law", "exponential"], &point[..], &["--exponent", "0.5"]].concat();
+    scratch.run(&refused).refuses(&["exponent must be between 1 and 100", "drop"]);
+    scratch.file(
+        "map.toml",
+        "[friction]\nlaw = \"exponential\"\n[grid]\nepsilon = 1.0\nmu = 0.6\nvs = 0.3\neta = 0.02\nexponent = [1.0, 1.5, 2.0]\n\
+         V = 0.5\nc = [0.05, 0.1]\n[output]\npath = \"map.h5\"\nfields = [\"critical_c\"]",
+    );
+    scratch.run(&["run", "map.toml", "--quiet"]).ends_with(0);
+    let map = MapFile::open(&scratch.path().join("map.h5")).unwrap();
+    let grid = map.grid();
+    assert_eq!(grid.law(), &Law::Stretched);
+    assert_eq!(grid.axes()[4].name, "exponent");
+    for (i, exponent) in ["1", "1.5", "2"].iter().enumerate() {
+        let stored = map.reals("critical_c_simulation", &[0..1, 0..1, 0..1, 0..1, i..i + 1, 0..1]).unwrap();
+        near(&named(&["--exponent", exponent])["critical_c"]["value"], stored[[0; 6]], 1e-6);
+    }
 }
 
 /// The same friction as a formula and as tables, beside the law of two coefficients.

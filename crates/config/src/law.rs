@@ -115,8 +115,9 @@ pub(super) fn read(section: &Section, folder: &Path, about: About) -> Result<Law
     }
 }
 
-/// The law with the parameter `drop`, if the grid has it.
-pub(super) fn with_drop(law: Law, friction: &Section, axes: &Section) -> Result<Law, ConfigError> {
+/// The law with the parameters `exponent` and `drop`, if the grid has them.
+pub(super) fn with_axes(law: Law, friction: &Section, axes: &Section) -> Result<Law, ConfigError> {
+    let law = if axes.get("exponent").is_some() { law.with_exponent() } else { law };
     let Some(node) = axes.get("drop") else { return Ok(law) };
     if friction.get("static").is_some() && law.may_drop() {
         let remedy = "leave out one of them: static above the law at u -> 0 is a drop, too";

@@ -282,7 +282,8 @@ fn call<T: Real>(function: Function, x: T) -> T {
     }
 }
 
-fn power<T: Real>(base: T, exponent: T) -> T {
+/// A power in any arithmetic.
+pub(super) fn power<T: Real>(base: T, exponent: T) -> T {
     match exponent.as_constant() {
         Some(exponent) if is_integer(exponent) => base.powi(exponent as i32),
         Some(exponent) => base.power(exponent),
