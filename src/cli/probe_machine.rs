@@ -9,7 +9,7 @@ use slipmap_config::{MachineJob, load_machine};
 use slipmap_map::behaviour::{Behaviour, Limit};
 use slipmap_map::machine::{Dimension, Friction, Machine, negative};
 use slipmap_map::probe::regime_words;
-use slipmap_map::risk::standard_error;
+use slipmap_map::risk::{Uncertain, uncertain_critical_damping};
 use slipmap_model::friction::{Law, Table as Measured};
 use slipmap_numbers::text::{rounded, with_error};
 
@@ -92,16 +92,25 @@ fn limit(limit: Limit, unit: &str) -> String {
 }
 
 /// Prints the machine and its behaviour as text.
-pub(super) fn write(out: &mut dyn Write, machine: &Machine, behaviour: &Behaviour) -> io::Result<()> {
+pub(super) fn write(
+    out: &mut dyn Write,
+    (machine, uncertain): (&Machine, &[Uncertain]),
+    behaviour: &Behaviour,
+) -> io::Result<()> {
     writeln!(out, "The machine, in SI units")?;
     let (units, motion) = (machine.units(), machine.motion);
     let mut table = Table::new(&[("", Align::Left), ("", Align::Left)]);
     let damping_unit = motion.unit(Dimension::Damping);
-    let of_data = machine.model().as_ref().and_then(standard_error);
+    let of_data = uncertain_critical_damping(machine, uncertain).map(|of| of.standard_error);
     let critical = match (behaviour.critical_damping, behaviour.critical_damping_error) {
         (Some(damping), Some(error)) => match of_data.filter(|of_data| *of_data >= error) {
             Some(of_data) => {
-                format!("{} {damping_unit} by the standard errors of the data", with_error(damping, of_data))
+                let from = if matches!(machine.friction, Friction::Measured(_)) {
+                    "the standard errors of the data"
+                } else {
+                    "the fit"
+                };
+                format!("{} {damping_unit} by {from}", with_error(damping, of_data))
             }
             None => format!("{} {damping_unit}", with_error(damping, error)),
         },

@@ -6,8 +6,8 @@
 //! probability is the share of such draws, and the nominal damping for a given probability is a quantile of
 //! the critical damping less the deviation of the damping. Both have 95 % confidence limits for the sampling.
 //!
-//! Friction that was measured with standard errors is uncertain too. The errors of its data are independent
-//! and normal. The critical damping of a draw is taken as normal around that of the data as measured, with
+//! Friction that was measured with standard errors is uncertain too, and so is friction that was fitted. The errors
+//! of data are independent and normal, those of a fit normal with its covariance. The critical damping of a draw is taken as normal around that of the data as measured, with
 //! its standard deviation over random data (`Risk::standard_error`). Each draw has such a deviation.
 
 mod surface;
@@ -19,7 +19,8 @@ use rayon::prelude::*;
 use crate::machine::Machine;
 use slipmap_numbers::random::Random;
 use surface::{Groups, Searches, has_standard_errors};
-pub use surface::{WithError, standard_error, uncertain_critical_damping};
+pub(crate) use surface::{Joint, joint, moved_jointly};
+pub use surface::{WithError, uncertain_critical_damping};
 
 /// Distribution of an uncertain quantity.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -145,18 +146,14 @@ struct Draw {
 /// Draws a machine that is legal, except perhaps for its damping; `None` after [`TRIES`] illegal ones.
 fn draw(machine: &Machine, uncertain: &[Uncertain], random: &mut Random) -> Option<Draw> {
     let values: Vec<f64> = uncertain.iter().map(|(name, _)| value_of(machine, name)).collect();
-    let is_joint = uncertain.iter().any(|(_, spread)| matches!(spread, Spread::Joint { .. }));
     let drawn = |random: &mut Random| {
         let (mut drawn, mut of_damping) = (machine.clone(), 0.0);
-        let shared: [f64; MOST_JOINT] =
-            if is_joint { std::array::from_fn(|_| random.normal()) } else { [0.0; MOST_JOINT] };
         for ((name, spread), nominal) in uncertain.iter().zip(&values) {
             let value = match spread {
                 Spread::Normal { sd } => nominal + sd * random.normal(),
                 Spread::Uniform { min, max } => min + (max - min) * random.unit(),
-                Spread::Joint { row } => {
-                    nominal + row.iter().zip(shared).map(|(part, z)| part * z).sum::<f64>()
-                }
+                // The critical damping has their deviation.
+                Spread::Joint { .. } => continue,
             };
             match *name {
                 "damping" => of_damping = value - nominal,
@@ -208,13 +205,12 @@ struct Drawn<'a> {
 
 impl<'a> Drawn<'a> {
     fn none(machine: &'a Machine, uncertain: &[Uncertain]) -> Self {
-        let names: Vec<&str> = uncertain.iter().map(|(name, _)| *name).collect();
-        Self { groups: Groups::new(machine, &names), deviations: Vec::new(), redrawn: 0 }
+        Self { groups: Groups::new(machine, uncertain), deviations: Vec::new(), redrawn: 0 }
     }
 
     fn draw(mut self, uncertain: &[Uncertain], draws: usize, mut random: Random) -> Result<Self, NoRisk> {
         let machine = self.groups.nominal;
-        let measured = has_standard_errors(machine);
+        let measured = self.groups.has_errors();
         for _ in 0..draws {
             let drawn = draw(machine, uncertain, &mut random).ok_or(NoRisk::Illegal)?;
             self.groups.push(&drawn.machine);
@@ -307,8 +303,7 @@ impl Needed {
 
 /// The default number of draws: as many as take some seconds.
 fn usual_draws(machine: &Machine, uncertain: &[Uncertain]) -> usize {
-    let names: Vec<&str> = uncertain.iter().map(|(name, _)| *name).collect();
-    if Groups::new(machine, &names).can_be_interpolated(&names) { 1_000_000 } else { 10_000 }
+    if Groups::new(machine, uncertain).can_be_interpolated(uncertain) { 1_000_000 } else { 10_000 }
 }
 
 /// The draws by default: fewer than [`usual_draws`] where the critical dampings cannot be interpolated within a
@@ -350,7 +345,7 @@ pub fn risk(
         redrawn: needed.redrawn,
         fewer,
         critical_damping_error: needed.error,
-        standard_error: machine.model().as_ref().and_then(standard_error),
+        standard_error: uncertain_critical_damping(machine, uncertain).map(|of| of.standard_error),
         probability: needed.probability(machine.damping),
         rare_by: rare_by.collect(),
     })

@@ -5,7 +5,6 @@ use std::fmt::Write as _;
 use super::Measured;
 use slipmap_fit::{Fit, Form, Reading};
 use slipmap_map::machine::{Dimension, Motion};
-use slipmap_model::friction::readings::segments;
 use slipmap_numbers::text::{rounded, short};
 
 impl Measured {
@@ -28,9 +27,7 @@ impl Measured {
         if !self.is_record {
             return Ok([of(&self.in_slip), of(&self.at_rest)]);
         }
-        let in_slip: Vec<(f64, f64)> = self.in_slip.iter().map(|row| (row.speed, row.friction)).collect();
-        let lines = self.in_slip.iter().map(|row| row.line).collect();
-        let (knots, spread) = segments(&in_slip, Some(&lines));
+        let (knots, spread) = self.segments();
         let knots = knots.iter().map(|knot| Reading {
             speed: knot.speed,
             friction: knot.friction,

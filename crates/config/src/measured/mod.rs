@@ -59,6 +59,8 @@ pub struct Reading {
     pub error: f64,
     /// Its line in the file.
     pub line: usize,
+    /// The passage of a record over time to which it belongs: one sweep of the speed up or down.
+    pub passage: usize,
 }
 
 /// Measured friction; of a machine in SI units.

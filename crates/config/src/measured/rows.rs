@@ -27,6 +27,7 @@ struct Row {
     friction: f64,
     error: f64,
     line: usize,
+    passage: usize,
 }
 
 pub(super) fn read(name: &str, bytes: &[u8], machine: Option<OfMachine>) -> Result<Measured, Refused> {
@@ -36,7 +37,7 @@ pub(super) fn read(name: &str, bytes: &[u8], machine: Option<OfMachine>) -> Resu
     let columns = columns::find(header.as_ref(), &numeric, machine)?;
     let mut said: Vec<String> =
         encoding.into_iter().chain(form).chain(columns.said.iter().cloned()).collect();
-    let (rows, left_out) = numbers(&lines[first..], &columns, decimal)?;
+    let (mut rows, left_out) = numbers(&lines[first..], &columns, decimal)?;
     if !left_out.is_empty() {
         let which: Vec<String> = left_out.iter().take(NAMED).map(usize::to_string).collect();
         let more = if left_out.len() > NAMED { ", .." } else { "" };
@@ -47,7 +48,8 @@ pub(super) fn read(name: &str, bytes: &[u8], machine: Option<OfMachine>) -> Resu
             which.join(", ")
         ));
     }
-    let is_record = columns.time.is_some() || sweeps(&rows);
+    let several = sweeps(&mut rows);
+    let is_record = columns.time.is_some() || several;
     let (folded, noise) = fold(rows, &mut said)?;
     let (at_rest, mut in_slip) = part(folded, is_record, noise, &mut said)?;
     if in_slip.windows(2).any(|rows| rows[0].speed > rows[1].speed) {
@@ -177,7 +179,7 @@ fn numbers(lines: &[Line], columns: &Columns, decimal: Decimal) -> Result<(Vec<R
             },
         };
         let (speed, friction) = (speed * of_speed, friction * of_friction);
-        rows.push(Row { speed, friction, error, line: line.number });
+        rows.push(Row { speed, friction, error, line: line.number, passage: 0 });
     }
     if rows.len() < 3 {
         return Err(Refused::whole(&format!("there are only {} data", rows.len()), "give at least three"));
@@ -185,10 +187,12 @@ fn numbers(lines: &[Line], columns: &Columns, decimal: Decimal) -> Result<(Vec<R
     Ok((rows, left_out))
 }
 
-/// Whether the speeds go up and down, as in a record over time or a ramp that is repeated.
-fn sweeps(rows: &[Row]) -> bool {
+/// Numbers the sweeps of the speed up and down; returns whether there are several, as in a record over time or a
+/// ramp that is repeated.
+fn sweeps(rows: &mut [Row]) -> bool {
     let largest = rows.iter().map(|row| row.speed.abs()).fold(0.0, f64::max);
     let (mut turns, mut rises, mut extreme) = (0, true, 0.0);
+    let long = rows.len() >= FEWEST_IN_RECORD;
     for row in rows {
         let speed = row.speed.abs();
         let further = if rises { speed - extreme } else { extreme - speed };
@@ -197,8 +201,9 @@ fn sweeps(rows: &[Row]) -> bool {
         } else if -further > OF_A_TURN * largest {
             (turns, rises, extreme) = (turns + 1, !rises, speed);
         }
+        row.passage = turns;
     }
-    turns >= TURNS && rows.len() >= FEWEST_IN_RECORD
+    turns >= TURNS && long
 }
 
 /// Both directions of slip as one, and the largest speed that is noise about rest.
@@ -248,8 +253,13 @@ fn part(
     noise: f64,
     said: &mut Vec<String>,
 ) -> Result<(Vec<Reading>, Vec<Reading>), Refused> {
-    let reading =
-        |row: &Row| Reading { speed: row.speed, friction: row.friction, error: row.error, line: row.line };
+    let reading = |row: &Row| Reading {
+        speed: row.speed,
+        friction: row.friction,
+        error: row.error,
+        line: row.line,
+        passage: row.passage,
+    };
     if !is_record {
         let (at_rest, in_slip): (Vec<Row>, Vec<Row>) = rows.into_iter().partition(|row| row.speed == 0.0);
         return Ok((at_rest.iter().map(reading).collect(), in_slip.iter().map(reading).collect()));

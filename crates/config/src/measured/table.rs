@@ -130,8 +130,7 @@ impl Measured {
         }
         let in_slip: Vec<(f64, f64)> = self.in_slip.iter().map(|row| (row.speed, row.friction)).collect();
         if self.is_record || scatters(&in_slip) {
-            let lines: Vec<usize> = self.in_slip.iter().map(|row| row.line).collect();
-            let (knots, spread) = segments(&in_slip, self.is_record.then_some(&lines));
+            let (knots, spread) = self.segments();
             if let [first, ..] = onset {
                 let all: Vec<(f64, f64)> = onset.iter().map(|row| (0.0, row.friction)).collect();
                 let mean = all.iter().map(|(_, friction)| friction).sum::<f64>() / all.len() as f64;
@@ -160,6 +159,13 @@ impl Measured {
             }
         }
         rows
+    }
+
+    /// The readings in slip as those of segments, and the standard deviation of one of the slowest.
+    pub(super) fn segments(&self) -> (Vec<Knot>, f64) {
+        let in_slip: Vec<(f64, f64)> = self.in_slip.iter().map(|row| (row.speed, row.friction)).collect();
+        let passages: Vec<usize> = self.in_slip.iter().map(|row| row.passage).collect();
+        segments(&in_slip, self.is_record.then_some(&passages))
     }
 
     /// Without a row at rest friction in slip begins on the line through the two slowest ones.

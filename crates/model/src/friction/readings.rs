@@ -59,12 +59,12 @@ const BENT: f64 = 5.0;
 /// mean m of the speeds, their variance s^2 and n readings of variance v, the values at m - a and m + b have the
 /// covariance (1 - a b / s^2) v / n, which vanishes for a b = s^2. The fastest reading is the last such speed.
 ///
-/// Readings of a record over time, whose `lines` are given, are not independent where they follow one another:
-/// each passage through a segment counts as one. Also returns the standard deviation of the readings in the
+/// Readings of a record over time are not independent where they follow one another: those of each of its
+/// `passages`, whose numbers are given, count as one. Also returns the standard deviation of the readings in the
 /// slowest segment.
-pub fn segments(readings: &[(f64, f64)], lines: Option<&Vec<usize>>) -> (Vec<Knot>, f64) {
+pub fn segments(readings: &[(f64, f64)], passages: Option<&Vec<usize>>) -> (Vec<Knot>, f64) {
     let mut segments = Vec::new();
-    divide(readings, 0, lines.map(Vec::as_slice), &mut segments);
+    divide(readings, 0, passages.map(Vec::as_slice), &mut segments);
     let spread = segments.first().map_or(0.0, |segment| segment.variance.sqrt());
     let last = segments.len() - 1;
     let mut knots: Vec<Knot> = Vec::new();
@@ -106,10 +106,10 @@ struct Segment {
 }
 
 /// Appends the segments of the readings, the first of which has the position `from` among all.
-fn divide(readings: &[(f64, f64)], from: usize, lines: Option<&[usize]>, segments: &mut Vec<Segment>) {
+fn divide(readings: &[(f64, f64)], from: usize, passages: Option<&[usize]>, segments: &mut Vec<Segment>) {
     let n = readings.len();
     let count = n as f64;
-    let independent = lines.map_or(count, |lines| passages(&lines[from..from + n]));
+    let independent = passages.map_or(count, |passages| different(&passages[from..from + n]));
     let (low, high) = (readings[0].0, readings[n - 1].0);
     let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
     // Polynomials of degree 0 to 3, orthogonal on the slip speeds; sums of the products with the friction.
@@ -147,8 +147,8 @@ fn divide(readings: &[(f64, f64)], from: usize, lines: Option<&[usize]>, segment
     let by_count = readings.partition_point(|reading| reading.0 < readings[n / 2].0);
     let cut = [by_speed, by_count].into_iter().find(|cut| FEWEST.min(n) <= *cut && cut + FEWEST <= n);
     if let (true, Some(cut)) = (is_bent, cut) {
-        divide(&readings[..cut], from, lines, segments);
-        divide(&readings[cut..], from + cut, lines, segments);
+        divide(&readings[..cut], from, passages, segments);
+        divide(&readings[cut..], from + cut, passages, segments);
         return;
     }
     let mean = readings.iter().map(|reading| reading.0).sum::<f64>() / count;
@@ -162,11 +162,12 @@ fn divide(readings: &[(f64, f64)], from: usize, lines: Option<&[usize]>, segment
     segments.push(Segment { mean, s2, level: line[0], slope, variance, independent, fastest: high });
 }
 
-/// The number of times that a record passes through a segment: runs of lines that follow one another.
-fn passages(lines: &[usize]) -> f64 {
-    let mut lines = lines.to_vec();
-    lines.sort_unstable();
-    (1 + lines.windows(2).filter(|pair| pair[1] > pair[0] + 2).count()) as f64
+/// The number of different numbers.
+fn different(numbers: &[usize]) -> f64 {
+    let mut numbers = numbers.to_vec();
+    numbers.sort_unstable();
+    numbers.dedup();
+    numbers.len() as f64
 }
 
 #[cfg(test)]

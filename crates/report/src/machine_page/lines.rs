@@ -135,9 +135,10 @@ fn given_friction(machine: &Machine, uncertain: &[Uncertain]) -> Vec<Line> {
             lines
         }
         Friction::Formula(formula, parameters) => {
-            let mut lines = vec![line("coefficient of friction", Rich::foreign(formula.text()))];
+            let name = machine.words_of_friction();
+            let mut lines = vec![line(name, Rich::foreign(formula.text()))];
             if formula.may_drop() {
-                lines.push(line("coefficient of friction at rest", Rich::number(formula.static_level(), 4)));
+                lines.push(line(&format!("{name} at rest"), Rich::number(formula.static_level(), 4)));
             }
             let named = formula.parameters().iter().zip(parameters.as_slice());
             let values = named.map(|(of, value)| {
@@ -235,7 +236,10 @@ fn limits(all: &Assessment) -> Vec<Line> {
         ),
         line(
             &format!("may stick-slip below {speed}"),
-            below(does.critical_belt_speed, "none up to ", Velocity, of_mean),
+            match errors.and_then(|errors| errors.critical_belt_speed) {
+                Some(limit) => with_error(limit, unit(Velocity)),
+                None => below(does.critical_belt_speed, "none up to ", Velocity, of_mean),
+            },
         ),
         line(
             "always stick-slips below damping",
@@ -262,6 +266,7 @@ fn limits(all: &Assessment) -> Vec<Line> {
     if let Some(errors) = errors {
         let by = match errors.from {
             ErrorsFrom::Data => "the standard errors of the data",
+            ErrorsFrom::Fit => "the covariance of the fit",
             ErrorsFrom::Scatter => "the scatter of the rows, which have no standard errors",
         };
         let words = format!("standard error by {by}; not known of the other limits");
