@@ -318,10 +318,9 @@ impl<'a> Together<'a> {
             let on_left = (-root[lane]).mul_add(cos[lane], self.belt_speed[lane]);
             let on_right = radius.mul_add(versine, self.belt_speed[lane] - radius);
             slip[lane] = if left { on_left } else { on_right };
-        }
-        for lane in 0..LANES {
-            w[lane] =
-                self.steepest[lane].mul_add(exp_falling(-self.rate[lane] * slip[lane]), -self.rise[lane]);
+            // In a loop of its own, which the compiler unrolls, this would not be vectorised.
+            let fading = exp_falling(-self.rate[lane] * slip[lane]);
+            w[lane] = self.steepest[lane].mul_add(fading, -self.rise[lane]);
         }
         if self.has_others {
             for lane in 0..LANES {
