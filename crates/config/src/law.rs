@@ -13,7 +13,7 @@ use slipmap_model::friction::readings::means;
 use slipmap_model::friction::{Expression, ExpressionError, Law, Table};
 use slipmap_model::point::MAX_LAW_PARAMETERS;
 
-pub(super) const KEYS: [&str; 6] = ["law", "phi", "static", "file", "quantity", "small"];
+pub(super) const KEYS: [&str; 7] = ["law", "phi", "static", "rest", "file", "quantity", "small"];
 
 /// The units of a law's numbers.
 #[derive(Clone, Copy, PartialEq)]
@@ -40,6 +40,7 @@ pub(super) fn read(section: &Section, folder: &Path, about: About) -> Result<Law
         (_, Some(node)) => static_level(&node).map(Some),
     };
     let built_in = |name: &str| Law::BUILT_IN.into_iter().find(|law| law.name() == name);
+    let at_peak = rests_at_peak(section, about)?;
     let node = section.get("law");
     let name = node.as_ref().map_or(Ok(Law::Stribeck.name()), Node::text)?;
     let law = match (name, built_in(name)) {
@@ -57,7 +58,11 @@ pub(super) fn read(section: &Section, folder: &Path, about: About) -> Result<Law
                 Some(level) => Expression::with_static(phi.text()?, level),
                 None => Expression::new(phi.text()?, 1.0),
             };
-            Law::Expression(law.map_err(|error| at_formula(&phi, &error))?)
+            let law = law.map_err(|error| at_formula(&phi, &error))?;
+            match at_peak {
+                true => Law::Function(law.with_rest_at_peak().map_err(|error| at_formula(&phi, &error))?),
+                false => Law::Expression(law),
+            }
         }
         ("table", None) => {
             let remedy = match about {
@@ -75,6 +80,7 @@ pub(super) fn read(section: &Section, folder: &Path, about: About) -> Result<Law
             };
             let level = match (level()?, about) {
                 (Some(level), _) => Level::Given(level),
+                (None, _) if at_peak => Level::Peak,
                 (None, About::Machine(_)) => Level::First,
                 (None, About::Oscillator) => Level::One,
             };
@@ -92,12 +98,13 @@ pub(super) fn read(section: &Section, folder: &Path, about: About) -> Result<Law
         return Err(node.error(problem, "leave it out: phi is friction in units of that at rest"));
     }
     for (key, of) in [("phi", "expression"), ("file", "table"), ("quantity", "table")] {
-        if let (true, Some(node)) = (law.name() != of, section.get(key)) {
+        if let (true, Some(node)) = (name != of, section.get(key)) {
             let problem = format!("the law `{}` has no {key}", law.name());
             return Err(node.error(&problem, format!("leave it out, or set law = \"{of}\"")));
         }
     }
-    if let (Some(law), Some(node)) = (built_in(law.name()), section.get("static")) {
+    let rest = section.get("static").or_else(|| section.get("rest"));
+    if let (Some(law), Some(node)) = (built_in(law.name()), rest) {
         let problem = format!("friction at rest is 1 already in the law `{}`", law.name());
         return Err(
             node.error(&problem, "leave it out; where friction drops as slip begins, write [grid] drop")
@@ -109,6 +116,26 @@ pub(super) fn read(section: &Section, folder: &Path, about: About) -> Result<Law
         Some(node) => {
             let remedy = "write small = \"eps\" to read the law as 1 + eps F(u), or leave it out";
             Err(node.error("the small parameter of a law can be eps only", remedy))
+        }
+    }
+}
+
+/// Whether `rest = "peak"` is there: the law beyond its first peak, with the peak as friction at rest.
+fn rests_at_peak(section: &Section, about: About) -> Result<bool, ConfigError> {
+    let Some(node) = section.get("rest") else { return Ok(false) };
+    if node.text()? != "peak" {
+        return Err(node.error("rest can be peak only", "write the friction at rest as static"));
+    }
+    if section.get("static").is_some() {
+        return Err(
+            node.error("friction at rest is written twice: here, and as static", "leave one of them out")
+        );
+    }
+    match about {
+        About::Oscillator => Ok(true),
+        About::Machine(_) => {
+            let remedy = "write the peak as the friction at rest: static, with the law of slip beyond it";
+            Err(node.error("the friction of a machine has no rest at a peak", remedy))
         }
     }
 }
@@ -181,8 +208,8 @@ const LONGEST_TABLE: u64 = 16 << 20;
 ///
 /// # Errors
 /// The problem with its line, and a remedy.
-pub fn read_table(path: &Path, static_level: Option<f64>) -> Result<Table, (String, String)> {
-    table_of(path, static_level.map_or(Level::One, Level::Given), None)
+pub fn read_table(path: &Path, level: Level) -> Result<Table, (String, String)> {
+    table_of(path, level, None)
 }
 
 /// The friction at rest of a table.
@@ -194,6 +221,8 @@ pub enum Level {
     First,
     /// A given one, at least that of the first row.
     Given(f64),
+    /// That of the first peak, also at lower slip speeds.
+    Peak,
 }
 
 /// What the table of a machine holds, in SI units.
@@ -333,7 +362,10 @@ pub fn table_of_text(
         if least < most && most > WIDEST_AT_REST * least {
             let line = lines.first().map_or(1, |line| *line);
             let problem = format!("{name}:{line}: the friction at slip speed 0 goes from {least} to {most}");
-            return fail(problem, "write the one at which it breaks loose, in one row");
+            return fail(
+                problem,
+                "write the one at which it breaks loose, and below it that at which slip begins, if it is less",
+            );
         }
         if let Some(means) = means(&data) {
             lines = means.first.into_iter().map(|row| lines[row]).collect();
@@ -354,16 +386,26 @@ pub fn table_of_text(
         }
     }
     let first = data.first().map_or(1.0, |(_, friction): &(f64, f64)| *friction);
-    if !(first > 0.0) && !matches!(level, Level::One) {
+    if !(first > 0.0) && matches!(level, Level::First | Level::Given(_)) {
         let line = lines.first().map_or(1, |line| *line);
         let problem = format!("{name}:{line}: the friction at rest is {first}");
-        return fail(problem, "begin with the friction at slip speed 0, greater than 0");
+        return fail(
+            problem,
+            "begin with the friction at rest, greater than 0; of a smoothed law that of the peak, and the rows beyond",
+        );
     }
     let table = match level {
         Level::One => Table::new(name, &data, 1.0),
         Level::First => Table::new(name, &data, first),
         Level::Given(level) => Table::with_static(name, &data, level),
+        Level::Peak => Table::with_rest_at_peak(name, &data),
     };
+    if let (Level::Peak, Ok(table)) = (level, &table) {
+        // The rows below the peak are one row.
+        let left_out = data.len() - table.data().count();
+        lines.drain(..left_out);
+        errors.drain(..left_out.min(errors.len()));
+    }
     let table = table
         .and_then(|table| if errors.is_empty() { Ok(table) } else { table.with_standard_errors(&errors) })
         .map(|table| table.with_rows(&lines, read));
