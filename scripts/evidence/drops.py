@@ -205,7 +205,7 @@ def kicks(case, damping):
                 inside = (place(theta + middle, laws.step(f, theta, y, middle, 5))[1] > 0) == (beyond > 0)
                 lo, hi = (middle, hi) if inside else (lo, middle)
             v = place(theta + lo, laws.step(f, theta, y, lo, 5))[0]
-            if i > 1 and v < belt:
+            if v < belt:
                 side = v > 0
                 if side not in found or abs(v) < abs(found[side]):
                     found[side] = v

@@ -559,6 +559,12 @@ impl Curve {
     pub fn weakening_is_convex(&self) -> bool {
         self.form.closed().is_some_and(ClosedForm::weakening_is_convex)
     }
+
+    /// What regimes assume of the law without proof, if anything: the slip motion of Coulomb's law is linear.
+    pub fn conjecture(&self) -> Option<&'static str> {
+        let is_assumed = self.weakening_is_convex() && !matches!(self.form, Form::Coulomb(_));
+        is_assumed.then_some(ONE_SLIP_CYCLE)
+    }
 }
 
 /// Proved upper bounds of a curve's weakening rate, see [`Curve::ranges`].

@@ -17,6 +17,7 @@ mod form;
 mod function;
 mod lorentzian;
 mod mean;
+mod peak;
 pub mod readings;
 mod stribeck;
 mod table;

@@ -19,6 +19,7 @@ mod parse;
 use std::collections::HashSet;
 use std::sync::{Arc, Mutex, PoisonError};
 
+use super::peak::{NO_REST, REST_AT_PEAK};
 use super::{Gradient, NoFirstOrder, Parameter};
 use crate::point::{LawParameters, MAX_LAW_PARAMETERS};
 use parse::{DEEPEST, Function, Op, Place, Tape, is_integer};
@@ -481,7 +482,13 @@ impl ExpressionCurve {
                 "friction in slip begins at {value}{}, and friction at rest is {static_level}",
                 self.at_parameters()
             );
-            return whole(problem, format!("{ONSET}; static is at least that of slip at u -> 0"));
+            return match phi_0.abs() <= STATIC_SLACK {
+                true => whole(NO_REST.into(), REST_AT_PEAK.into()),
+                false => whole(problem, format!("{ONSET}; static is at least that of slip at u -> 0")),
+            };
+        }
+        if !*may_drop && phi_0.abs() <= STATIC_SLACK {
+            return whole(format!("phi(0) is 0{}: {NO_REST}", self.at_parameters()), REST_AT_PEAK.into());
         }
         if !*may_drop && !((phi_0 - 1.0).abs() <= STATIC_SLACK) {
             return whole(
@@ -539,10 +546,7 @@ impl ExpressionCurve {
                 format!("`{part}` has a kink at {at}, where D would jump"),
                 "give the law as a table with a row at the kink; a formula that smooths it is another law",
             ),
-            Op::Call(Function::Sqrt) => (
-                format!("`{part}` has no finite derivative at {at}"),
-                STEEP,
-            ),
+            Op::Call(Function::Sqrt) => (format!("`{part}` has no finite derivative at {at}"), STEEP),
             Op::Call(Function::Ln | Function::Log10) => {
                 (format!("`{part}` is not defined at {at}"), "keep its argument positive")
             }

@@ -247,7 +247,9 @@ fn name(input: &mut Input, name: String, place: Place) -> Result<Place, Stop> {
         let Some(function) = function else {
             let known: Vec<_> = Function::names().collect();
             let remedy = match name.as_str() {
-                "max" | "min" => "it has a kink, where D would jump: give the law as a table with a row there".to_owned(),
+                "max" | "min" => {
+                    "it has a kink, where D would jump: give the law as a table with a row there".to_owned()
+                }
                 _ => format!("the functions are {}; products need a *", known.join(", ")),
             };
             return wrong(place, format!("there is no function `{name}`"), &remedy);
