@@ -33,6 +33,13 @@ pub fn cost(map: &MapFile) -> Table {
         let text = format!("Cells that the simulation decided by each of its paths: {}.", paths.join(", "));
         notes.push(Rich::foreign(&text));
     }
+    if let Some(owed) = map.number("cells_by_certificate").filter(|owed| *owed > 0.0) {
+        notes.push(rich(&format!(
+            "{:.0} % of the simulation's verdicts are those of the theorem `symmetric`, so that its agreement with it is no \
+             evidence there. Computed with `--set simulation.engine=direct`, every cell is integrated.",
+            100.0 * owed / cells as f64
+        )));
+    }
     let columns: [ColumnOf<MethodInfo>; 4] = [
         ("method", "method", Show::AsIs, &|method| words(&method.name)),
         ("cells", "cells", Show::AsIs, &|_| Cell::Count(cells)),
