@@ -287,8 +287,8 @@ class Machine:
         Returns
         -------
         dict
-            ``probability`` (its ``value`` and 95 % ``limits``), ``rare_by`` (for each probability the ``damping``), and how
-            many ``draws`` there were.
+            ``probability`` (its ``value`` and 95 % ``limits``), ``rare_by`` (for each probability the ``damping``), the
+            ``standard_error`` of the critical damping that measured friction makes, and how many ``draws`` there were.
 
         Examples
         --------
