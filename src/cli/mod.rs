@@ -11,6 +11,7 @@ mod estimate;
 #[cfg(feature = "explore")]
 mod explore;
 mod failures;
+mod init;
 mod interrupt;
 mod machine;
 mod merge;
@@ -44,10 +45,10 @@ use clap_complete::Shell;
 use slipmap_config::ConfigError;
 use slipmap_numbers::text::with_short_quotes;
 
-/// Maps where in parameter space a dry-friction oscillator on a moving belt stick-slips, which mathematical
-/// test proves it, where each test fails, and what each answer costs.
+/// Tells when a mass on a moving belt with dry friction stick-slips, how much damping ends it, and what of that
+/// is proved.
 #[derive(Debug, Parser)]
-#[command(name = "slipmap", version = VERSION, max_term_width = 100, after_help = EXAMPLES)]
+#[command(name = "slipmap", version = VERSION, max_term_width = 100, before_help = FIRST, after_help = EXIT_CODES)]
 struct Arguments {
     #[command(subcommand)]
     command: Command,
@@ -58,17 +59,20 @@ const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " (git ", env!("SLIPMAP
 /// What certificates name as the program that wrote them.
 const WRITTEN_BY: &str = concat!("slipmap ", env!("CARGO_PKG_VERSION"), " (git ", env!("SLIPMAP_GIT"), ")");
 
-const EXAMPLES: &str = "\
-Examples:
-  slipmap run configs/quickstart.toml
-  slipmap probe --epsilon 0.1 --alpha 0.3 --beta 0.1 --gamma 2 --V 1 --c 0.5
-  slipmap check results/quickstart.h5
-  slipmap report results/quickstart.h5
+/// What one does first: the beginning of the help, and the answer to no arguments at all.
+const FIRST: &str = "\
+Three ways to begin:
+  slipmap explore                                        see it: parameter space in the browser
+  slipmap init machine && slipmap machine machine.toml   a machine, by its numbers in SI units
+  slipmap init grid && slipmap run grid.toml             a map; then slipmap report grid.h5";
 
+const EXIT_CODES: &str = "\
 Exit codes: 0 ok, 1 the job ran but something in it failed, 2 bad input, 75 the time limit was reached,\n130 or 143 interrupted, 141 the reader of the output went away";
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    /// Write a commented configuration to start from
+    Init(init::Arguments),
     /// Compute a map from a configuration file
     Run(run::Arguments),
     /// Make the map of what shards have computed
@@ -184,6 +188,12 @@ pub fn main(no_output: bool) -> ExitCode {
                 let problem = format!("the argument {odd} is not UTF-8");
                 return end(Err(Failure::bad_input(problem, "rename the file, or write the value in UTF-8")));
             }
+            if told.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand
+                && std::env::args_os().len() <= 1
+            {
+                say(&format!("{FIRST}\n\nAll commands: slipmap --help"));
+                return ExitCode::from(2);
+            }
             return match told.print().and_then(|()| io::stdout().flush()) {
                 Err(error) if !told.use_stderr() => end(Err(error.into())),
                 _ => ExitCode::from(u8::try_from(told.exit_code()).unwrap_or(2)),
@@ -223,6 +233,7 @@ fn not_text() -> Option<String> {
 
 fn carry_out(command: Command) -> ExitCode {
     let result = match command {
+        Command::Init(arguments) => init::run(&arguments),
         Command::Run(arguments) => run::run(&arguments),
         Command::Merge(arguments) => merge::run(&arguments),
         Command::Status(arguments) => status::run(&arguments),

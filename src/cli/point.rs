@@ -143,7 +143,14 @@ impl PointArguments {
             // mistake.
             let slip = ["v", "x", "s", "w"].iter().any(|name| axes.contains(name) && value(name).is_none());
             let slip = if slip { "the slip speed is called u; " } else { "" };
-            let help = format!("{slip}give every parameter, or a table with --points IN.csv --out OUT.csv");
+            let example: String = axes
+                .iter()
+                .filter(|name| value(name).is_none())
+                .map(|name| format!(" {}1", flag(name)))
+                .collect();
+            let help = format!(
+                "{slip}give a table with --points IN.csv --out OUT.csv, or every parameter, for example{example}"
+            );
             let problem = format!("the law `{}` also needs {}", law.name(), missing.join(", "));
             return Err(Failure::bad_input(problem, help));
         }

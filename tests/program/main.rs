@@ -16,6 +16,7 @@ mod errors;
 mod explore;
 mod extremes;
 mod hostile;
+mod init;
 mod latex;
 mod laws;
 mod long_axes;

@@ -332,19 +332,19 @@ fn refuse_unknown_keys(section: &Section, known: &[&'static str]) -> Result<(), 
 /// Reads every axis of `law`.
 fn grid(section: &Section, law: &Law) -> Result<Grid, ConfigError> {
     let names = Grid::axis_names(law);
-    let how = |name: &str| {
-        format!(
-            "every axis of the law `{}` ({}) needs one; a fixed value is written {name} = 1.0",
-            law.name(),
-            names.join(", ")
-        )
-    };
     if !section.is_present() {
-        return Err(section.missing(names[0], how(names[0])));
+        let remedy = "a grid to start from is written by: slipmap init grid";
+        return Err(section.missing(names[0], remedy.into()));
     }
+    // Every missing axis as a line to paste.
+    let how = || {
+        let missing = names.iter().filter(|name| section.get(name).is_none());
+        let lines: String = missing.map(|name| format!("\n    {name} = 1.0")).collect();
+        format!("every axis of the law `{}` needs a number, a list or a range:{lines}", law.name())
+    };
     let mut nodes = Vec::with_capacity(names.len());
     for name in &names {
-        let node = section.get(name).ok_or_else(|| section.missing(name, how(name)))?;
+        let node = section.get(name).ok_or_else(|| section.missing(name, how()))?;
         nodes.push((axis::nodes(&node)?, node));
     }
     let values = nodes.iter().map(|(values, _)| values.clone()).collect();

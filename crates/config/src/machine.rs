@@ -126,7 +126,9 @@ fn check_complete(section: &Section, law: &Law, forces: bool) -> Result<(), Conf
         [] => String::new(),
         others => format!("; a machine of the law `{}` also lacks {}", law.name(), others.join(", ")),
     };
-    Err(section.missing(first, format!("write numbers in SI units{also}")))
+    let remedy =
+        format!("write numbers in SI units{also}; a whole machine is written by: slipmap init machine");
+    Err(section.missing(first, remedy))
 }
 
 /// Reads an uncertain quantity, { value = 2.0, sd = 0.1 } or { min = 1.8, max = 2.2 }: its nominal value and
