@@ -116,7 +116,8 @@ impl Machine {
         }
         // In the order given, which is that of the random numbers.
         let spread = |(name, (first, last)): &(String, (f64, Option<f64>))| {
-            let spread = last.map_or(Spread::Normal { sd: *first }, |max| Spread::Uniform { min: *first, max });
+            let spread =
+                last.map_or(Spread::Normal { sd: *first }, |max| Spread::Uniform { min: *first, max });
             Some((names.iter().copied().find(|known| known == name)?, spread))
         };
         let uncertain = uncertain.iter().filter_map(spread).collect();
