@@ -138,17 +138,22 @@ class Law:
         return cls(_core.Law.built_in("coulomb"), {"drop": drop, "eta": eta})
 
     @classmethod
-    def expression(cls, formula: str, *, static: float | None = None, **parameters: Numbers) -> Law:
+    def expression(
+        cls, formula: str, *, static: float | None = None, rest: str | None = None, **parameters: Numbers
+    ) -> Law:
         """A law given as a formula in the slip speed `u`, in `eps`, and in any other names, its parameters.
 
         Parameters
         ----------
         formula : str
             For example ``"mu + (1 - mu)*exp(-u/vs)"``. Functions: exp, ln, sqrt, sin, cos, tan, sinh, cosh,
-            tanh, atan, abs.
+            tanh, atan, asinh, log10, abs; the slip speed is `u` or `v`, and ``e^x`` is ``exp(x)``.
         static : float, optional
             Friction at rest, by which the formula is divided: its value at u = 0, or more where friction drops as slip
             begins. By default 1, the value of the formula at u = 0.
+        rest : str, optional
+            "peak" for a smoothed law, which rises from 0 at rest: the law beyond its first peak, with the peak as friction
+            at rest and up to it. It has no parameters, and is sampled once.
         **parameters : array_like
             Values of the names in the formula; those left out are given at each call.
 
@@ -163,8 +168,12 @@ class Law:
         >>> law = slipmap.Law.expression("mu + (1 - mu)*exp(-u/vs)", mu=0.5, vs=1.0)
         >>> float(law.phi(0.0))
         1.0
+        >>> law = slipmap.Law.expression("tanh(30*u)*(0.6 + 0.4*exp(-u))", rest="peak")
+        >>> round(float(law.phi(0.01)), 12)
+        1.0
         """
-        return cls(_core.Law.expression(formula, None if static is None else float(static)), parameters)
+        level = None if static is None else float(static)
+        return cls(_core.Law.expression(formula, level, _is_at_peak(rest, static)), parameters)
 
     @classmethod
     def table(
@@ -174,6 +183,7 @@ class Law:
         stderr: ArrayLike | None = None,
         *,
         static: float | None = None,
+        rest: str | None = None,
         origin: str = "the table",
     ) -> Law:
         """A measured law: friction at growing slip speeds, joined by cubics that keep the shape of the data.
@@ -190,6 +200,8 @@ class Law:
         static : float, optional
             Friction at rest, by which the data are divided: the first of them (the default), or more where friction
             drops as slip begins. Two data at slip speed 0 say the same: the larger one holds, the smaller one slips.
+        rest : str, optional
+            "peak" for data that rise from 0 at rest: friction from rest up to the first peak is that of the peak.
         origin : str
             Where the data come from, for messages.
 
@@ -209,12 +221,14 @@ class Law:
         if len(speeds) != len(levels):
             raise ValueError(f"friction: {len(levels)} values at {len(speeds)} slip speeds")
         errors = None if stderr is None else _vector("stderr", np.broadcast_to(stderr, speeds.shape))
-        if static is None and len(speeds) > 2 and speeds[0] == 0 == speeds[1] < speeds[2] and levels[0] != levels[1]:
+        at_peak = _is_at_peak(rest, static)
+        if static is None and not at_peak and len(speeds) > 2 and speeds[0] == 0 == speeds[1] < speeds[2] and levels[0] != levels[1]:
             static = max(levels[:2])
             slips = np.arange(len(speeds)) != np.argmax(levels[:2])
             speeds, levels = speeds[slips], levels[slips]
             errors = None if errors is None else errors[slips]
-        return cls(_core.Law.table(speeds, levels, errors, None if static is None else float(static), origin), {})
+        level = None if static is None else float(static)
+        return cls(_core.Law.table(speeds, levels, errors, level, at_peak, origin), {})
 
     def with_drop(self, drop: Numbers | None = None) -> Law:
         """The same law with friction in slip less by the parameter `drop`; friction at rest stays 1.
@@ -373,6 +387,9 @@ class Law:
         maker, definition, small = self.name, self._law.definition, ""
         if self._law.is_read_as_small:
             definition, small = definition.split("\n", 1)[1], ".read_as_small()"
+        if definition.startswith("drop\n"):
+            definition, small = definition.split("\n", 1)[1], f".with_drop({self._values['drop']!r}){small}"
+            values = [value for value in values if not value.startswith("drop=")]
         if self.name == "expression":
             values.insert(0, repr(definition.split("\n", 1)[1]))
         elif self.name == "table":
@@ -428,6 +445,14 @@ class Law:
 
     def __reduce__(self) -> tuple[Any, ...]:
         return (Law, (self._law, self._values))
+
+
+def _is_at_peak(rest: str | None, static: float | None) -> bool:
+    if rest not in (None, "peak"):
+        raise ValueError(f'rest = {rest!r}: it can be "peak" only; friction at rest is `static`')
+    if rest is not None and static is not None:
+        raise ValueError("friction at rest is given twice, by `rest` and by `static`")
+    return rest is not None
 
 
 def _unknown(name: str, law: _core.Law) -> str:

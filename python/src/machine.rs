@@ -173,6 +173,7 @@ impl Machine {
         let ends = |spread: &Spread| match *spread {
             Spread::Normal { sd } => (sd, None),
             Spread::Uniform { min, max } => (min, Some(max)),
+            Spread::Joint { .. } => (spread.sd(), None),
         };
         self.uncertain.iter().map(|(name, spread)| (*name, ends(spread))).collect()
     }
