@@ -64,6 +64,8 @@ const STEP_BUDGET: u32 = 20_000;
 const SHARE: f64 = 0.04;
 /// Largest local error of W^2 where it vanishes later.
 const ACCURATE: f64 = 1e-3;
+/// Largest weight of a stage at an end of a step.
+const KINK: f64 = 0.1;
 /// Number of roundings that a step counts for in the error.
 const ROUNDINGS: f64 = 4.0;
 /// Error of C of the first orbits, which only lead near a root, in units of C.
@@ -398,7 +400,9 @@ impl<'a> Together<'a> {
                 true => (ACCURATE * square / (SHARE * half.allowed)).min(1.0),
                 false => (square.sqrt() / half.orbit.radius).min(1.0),
             };
-            let rounding = 0.5 * f64::EPSILON * (after[0].abs() + (after[0] - before[0]).abs());
+            // Also that of the angle at which the step ends, which does not shrink with the step.
+            let moved = (after[0] - before[0]).abs();
+            let rounding = 0.5 * f64::EPSILON * (after[0].abs() + moved * (1.0 + to / h));
             let enough = (SHARE * half.allowed * share).max(rounding);
             let ratio = 0.9 * (enough / found).sqrt().sqrt().sqrt();
             if !inside || !(found <= enough) {
@@ -411,7 +415,14 @@ impl<'a> Together<'a> {
                 }
                 continue;
             }
-            self.error[lane] = self.error[lane] * (after[2] - before[2]).exp() + found + ROUNDINGS * rounding;
+            // A step that begins just before a corner has a first stage of the other side, one that ends just beyond it a last
+            // one.
+            let kink = here.as_ref().map_or(0.0, |here| {
+                let bend = (there.rate[lane] - here.rate[lane]).abs();
+                KINK * corners::WIDTH * bend * square * there.time[lane]
+            });
+            let carried = self.error[lane] * (after[2] - before[2]).exp();
+            self.error[lane] = carried + found + ROUNDINGS * rounding + kink;
             for (part, value) in after.into_iter().enumerate() {
                 self.state[part * LANES + lane] = value;
             }
