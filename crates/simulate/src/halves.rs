@@ -70,6 +70,8 @@ const KINK: f64 = 0.1;
 const ROUNDINGS: f64 = 4.0;
 /// Error of C of the first orbits, which only lead near a root, in units of C.
 const ROUGH: f64 = 1e-5;
+/// Largest tolerance: of 3,600 coarser orbits two had an error of twice the estimate.
+const COARSEST: f64 = 1e-9;
 /// Change of C, in units of C and of the fourth root of the tolerance, after which the next orbit is the last one.
 const NEARLY: f64 = 5.0;
 /// Largest number of orbits in the search for a root; three are usual.
@@ -639,7 +641,7 @@ pub(super) fn closing_dampings_by_halves(sought: &[Sought], tolerance: f64) -> V
             viscous,
             bounds,
             size,
-            aim: 0.5 * tolerance * size,
+            aim: 0.5 * tolerance.min(COARSEST) * size,
             is_accurate: false,
             before: None,
             steepness: 3.0 * radius * radius,
