@@ -11,13 +11,11 @@ use std::time::Instant;
 use slipmap::certify::{Decision, validated};
 use slipmap::friction::Law;
 use slipmap::point::Point;
+use slipmap_numbers::random::Random;
 
 fn main() {
-    let mut seed = 1u64;
-    let mut unit = || {
-        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (seed >> 11) as f64 / (1u64 << 53) as f64
-    };
+    let mut random = Random(1);
+    let mut unit = || random.unit();
     // The box of configs/validated.toml.
     let mut points = |count: usize| -> Vec<Point> {
         let between = |unit: f64, lo: f64, hi: f64| lo + (hi - lo) * unit;

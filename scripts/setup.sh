@@ -33,7 +33,7 @@ need_build_tools() {
         . "$HOME/.cargo/env"
     fi
     if ! command -v cargo >/dev/null; then
-        echo "slipmap needs Rust 1.89 or newer: https://rustup.rs" >&2
+        echo "slipmap needs Rust 1.92 or newer: https://rustup.rs" >&2
         exit 2
     fi
     need_packages "command -v cc && command -v pkg-config && pkg-config --exists hdf5" \

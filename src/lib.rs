@@ -61,6 +61,8 @@ pub use slipmap_witness as witness;
 
 #[cfg(feature = "config")]
 pub use slipmap_config as config;
+#[cfg(feature = "config")]
+pub use slipmap_fit as fit;
 #[cfg(feature = "store")]
 pub use slipmap_format as store;
 
@@ -80,10 +82,10 @@ pub const GIT: &str = env!("SLIPMAP_GIT");
 #[doc(hidden)]
 pub mod cli;
 
-/// Tries the code of the README.
+/// Tries the code of the guide.
 #[cfg(doctest)]
-#[doc = include_str!("../README.md")]
-mod readme {}
+#[doc = include_str!("../docs/install.md")]
+mod guide {}
 
 pub mod friction {
     //! Friction laws: the force phi(u) at slip speed u >= 0 in units of the static force, phi(0) = 1.
@@ -190,5 +192,10 @@ pub mod map {
     pub use slipmap_map::map::*;
 }
 
-#[doc = include_str!("theory.md")]
-pub mod theory {}
+pub mod theory {
+    //! The mathematics: `src/theory.md`, which `scripts/theory` makes a page with formulas and a PDF.
+    //!
+    //! Its sections: model, forms of the slip flow, scaling, monotonicity, fates of an orbit, the tests and their errors in
+    //! eps, any friction law, breakaway, the backbone; with proofs, and a table from each statement to the function that
+    //! uses it and the test that checks it. Documentation of items names them as (theory, "Scaling").
+}

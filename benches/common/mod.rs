@@ -5,22 +5,10 @@
 
 use slipmap::friction::{Column, Law};
 use slipmap::point::{Point, ScaledGroups};
+use slipmap_numbers::random::Random;
 
 /// The tolerance of maps.
 pub const TOLERANCE: f64 = 1e-9;
-
-/// SplitMix64.
-pub struct Random(u64);
-
-impl Random {
-    fn unit(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
-    }
-}
 
 /// Random points of the box for which speeds are stated: eps = 0.05, alpha in [0, 1], beta in [0, 0.5], gamma
 /// in [0, 4], c in [0, 1], V in [0.2, 1.5].

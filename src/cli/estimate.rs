@@ -17,7 +17,7 @@ use slipmap_config::Job;
 use slipmap_format::LengthSink;
 use slipmap_map::clock::process_time;
 use slipmap_map::dataset::Schema;
-use slipmap_map::map::{self, Control, Grid, Plan};
+use slipmap_map::map::{self, Control, Grid, Plan, Shard};
 use slipmap_simulate::continuation::MOST_POINTS;
 
 /// Duration above which a sample is extrapolated.
@@ -35,8 +35,8 @@ const VARIABLE_BYTES: u128 = 5_500;
 /// Estimates from a sample of a plan.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sampled {
-    /// Wall-clock seconds of the cells of the map.
-    seconds: f64,
+    /// Processor seconds of the cells of the map.
+    processor_seconds: f64,
     /// Bytes of the file.
     pub(super) packed: u128,
     /// Whether these are upper bounds: the sample is smaller than a tile, whose initial work then counts more,
@@ -71,13 +71,18 @@ pub(super) fn run(
     job: &Job,
     preflight: &Preflight,
     threads: Option<usize>,
+    shard: Option<Shard>,
     as_json: bool,
 ) -> Result<Ended, Failure> {
     let plan = &job.plan;
     let grid = &plan.grid;
     let (columns, tiles) = (grid.column_count(), plan.tile_count());
     let threads = threads.unwrap_or_else(cores);
-    let Sampled { seconds, packed, at_most } = sampled(plan, threads);
+    let Sampled { processor_seconds, packed, at_most } = sampled(plan, threads.min(cores()));
+    let own_tiles = shard.map_or(tiles, |shard| shard.tiles(tiles));
+    // A tile is computed by one thread; the last tiles keep the others waiting.
+    let rounds = own_tiles.div_ceil(threads);
+    let seconds = processor_seconds * rounds as f64 / tiles.max(1) as f64;
     let budgets = budgets(job);
     if as_json {
         let axes = object(grid.axes().iter().map(|axis| (axis.name.as_str(), axis.values.len())));
@@ -95,6 +100,8 @@ pub(super) fn run(
             "peak_bytes": u64::try_from(peak(packed)).ok(),
             "free_bytes": preflight.free,
             "threads": threads,
+            "shard": shard.map(|shard| shard.to_string()),
+            "shard_tiles": shard.map(|_| own_tiles),
             "seconds": seconds,
             "at_most": at_most,
             "beside": object(budgets),
@@ -125,7 +132,9 @@ pub(super) fn run(
     line("disk", format!("{about} {} while it runs: journal and map", bytes(peak(packed))));
     line("free", preflight.free.map_or("unknown".into(), |free| bytes(free.into())));
     let on = number_of(threads, "core");
-    line("time", format!("{about} {} on {on} for the cells, from a sample of them", duration(seconds)));
+    let of =
+        shard.map_or(String::new(), |shard| format!(" of shard {shard} ({})", number_of(own_tiles, "tile")));
+    line("time", format!("{about} {} on {on} for the cells{of}, from a sample of them", duration(seconds)));
     for (what, budget) in budgets {
         line("beside", format!("{what} {budget}"));
     }
@@ -134,21 +143,19 @@ pub(super) fn run(
     preflight.verdict(job, packed)
 }
 
-/// Estimates the size of a map, and the duration of its cells with a core for each of `threads`. Coarser
-/// grids grow until one takes long enough to be extrapolated.
+/// Estimates the size of a map, and the processor time of its cells, on this number of threads. Coarser grids
+/// grow until one takes long enough to be extrapolated.
 pub(super) fn sampled(plan: &Plan, threads: usize) -> Sampled {
     let beside = FILE_BYTES + VARIABLE_BYTES * Schema::of(plan).variables.len() as u128;
-    // A tile is computed by one thread.
-    let busy = threads.min(plan.tile_count()).max(1) as f64;
     let mut wanted = 1;
     loop {
         let sample = sample(&plan.grid, wanted);
-        let Timed { cells, elapsed, seconds, packed } = timed(plan, &sample, threads.min(cores()));
+        let Timed { cells, elapsed, seconds, packed } = timed(plan, &sample, threads);
         let whole = sample.column_count() == plan.grid.column_count();
         if seconds >= ENOUGH.as_secs_f64() || elapsed >= TOO_LONG || whole {
             let share = plan.grid.cells() as f64 / cells.max(1) as f64;
             return Sampled {
-                seconds: seconds * share / busy,
+                processor_seconds: seconds * share,
                 packed: (packed as f64 * share).min(plan.bytes() as f64) as u128 + beside,
                 at_most: !whole && (plan.interpolates() || cells < plan.tile_shape.iter().product::<usize>()),
             };

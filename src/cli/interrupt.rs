@@ -68,6 +68,27 @@ pub(super) fn code() -> u8 {
     u8::try_from(CODE.load(Ordering::SeqCst)).ok().filter(|&code| code > 0).unwrap_or(130)
 }
 
+/// Why the flag was set.
+pub(super) fn reason() -> &'static str {
+    if code() == TRY_AGAIN { "the time limit was reached" } else { "interrupted" }
+}
+
+/// Exit code of a run that has reached its time limit: EX_TEMPFAIL of sysexits.h, "run me again".
+const TRY_AGAIN: u8 = 75;
+
+/// Sets the flag after this time, as a signal would.
+pub(super) fn after(limit: Duration) {
+    let wait = move || {
+        std::thread::sleep(limit);
+        if CODE.compare_exchange(0, TRY_AGAIN.into(), Ordering::SeqCst, Ordering::SeqCst).is_ok() {
+            STOP.store(true, Ordering::SeqCst);
+        }
+    };
+    if let Err(error) = std::thread::Builder::new().spawn(wait) {
+        super::say(&format!("warning: there is no time limit: {error}"));
+    }
+}
+
 /// Sets the message (`left`: what remains of the work) and the cleanup (`tidy`) for the case that the work is
 /// abandoned. Replaces earlier ones.
 pub(super) fn on_abandonment(left: String, tidy: impl FnOnce() + Send + 'static) {
@@ -102,7 +123,7 @@ fn give_up() -> ! {
         let giving_up = ABANDONMENT.lock().unwrap_or_else(PoisonError::into_inner).take();
         let left = giving_up.as_ref().map_or(super::NOTHING_LEFT, |giving_up| &giving_up.left);
         // Print first: the cleanup may never return.
-        super::say(&format!("interrupted; {left}"));
+        super::say(&format!("{}; {left}", reason()));
         if let Some(Abandonment { tidy, .. }) = giving_up {
             tidy();
         }

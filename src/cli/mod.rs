@@ -1,16 +1,21 @@
 //! The command-line program. Data goes to standard output, progress and messages to standard error.
 //!
-//! Exit codes: 0 success; 1 the job ran but part of it failed; 2 bad input, with nothing written; 130
-//! interrupted by Ctrl-C, 143 by a request to terminate; 141 the reader of standard output closed it early.
+//! Exit codes: 0 success; 1 the job ran but part of it failed; 2 bad input, with nothing written; 75 the time
+//! limit was reached, run it again; 130 interrupted by Ctrl-C, 143 by a request to terminate; 141 the reader of
+//! standard output closed it early.
 
 mod chances;
 mod check;
+mod complete;
 mod estimate;
 #[cfg(feature = "explore")]
 mod explore;
 mod failures;
+mod fit;
+mod init;
 mod interrupt;
 mod machine;
+mod merge;
 mod output;
 mod plot;
 mod point;
@@ -23,6 +28,7 @@ mod proof;
 mod replace;
 mod report;
 mod run;
+mod status;
 mod summary;
 mod threads;
 mod work_precision;
@@ -40,10 +46,10 @@ use clap_complete::Shell;
 use slipmap_config::ConfigError;
 use slipmap_numbers::text::with_short_quotes;
 
-/// Maps where in parameter space a dry-friction oscillator on a moving belt stick-slips, which mathematical
-/// test proves it, where each test fails, and what each answer costs.
+/// Tells when a mass on a moving belt with dry friction stick-slips, how much damping ends it, and what of that
+/// is proved.
 #[derive(Debug, Parser)]
-#[command(name = "slipmap", version = VERSION, max_term_width = 100, after_help = EXAMPLES)]
+#[command(name = "slipmap", version = VERSION, max_term_width = 100, before_help = FIRST, after_help = EXIT_CODES)]
 struct Arguments {
     #[command(subcommand)]
     command: Command,
@@ -54,19 +60,26 @@ const VERSION: &str = concat!(env!("CARGO_PKG_VERSION"), " (git ", env!("SLIPMAP
 /// What certificates name as the program that wrote them.
 const WRITTEN_BY: &str = concat!("slipmap ", env!("CARGO_PKG_VERSION"), " (git ", env!("SLIPMAP_GIT"), ")");
 
-const EXAMPLES: &str = "\
-Examples:
-  slipmap run configs/quickstart.toml
-  slipmap probe --epsilon 0.1 --alpha 0.3 --beta 0.1 --gamma 2 --V 1 --c 0.5
-  slipmap check results/quickstart.h5
-  slipmap report results/quickstart.h5
+/// What one does first: the beginning of the help, and the answer to no arguments at all.
+const FIRST: &str = "\
+Three ways to begin:
+  slipmap explore                                        see it: parameter space in the browser
+  slipmap init machine && slipmap machine machine.toml   a machine, by its numbers in SI units
+  slipmap init grid && slipmap run grid.toml             a map; then slipmap report grid.h5";
 
-Exit codes: 0 ok, 1 the job ran but something in it failed, 2 bad input, 130 or 143 interrupted,\n141 the reader of the output went away";
+const EXIT_CODES: &str = "\
+Exit codes: 0 ok, 1 the job ran but something in it failed, 2 bad input, 75 the time limit was reached,\n130 or 143 interrupted, 141 the reader of the output went away";
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    /// Write a commented configuration to start from
+    Init(init::Arguments),
     /// Compute a map from a configuration file
     Run(run::Arguments),
+    /// Make the map of what shards have computed
+    Merge(merge::Arguments),
+    /// Tell how far a map is
+    Status(status::Arguments),
     /// Ask every method about one point, or about each row of a table
     Probe(probe::Arguments),
     /// Write tables and figures that compare the methods of a map
@@ -75,6 +88,8 @@ enum Command {
     Plot(plot::Arguments),
     /// Assess a machine at its working point, on one page in SI units
     Machine(machine::Arguments),
+    /// Fit friction laws to measured friction
+    Fit(fit::Arguments),
     /// Move through parameter space in the browser
     #[cfg(feature = "explore")]
     Explore(explore::Arguments),
@@ -176,6 +191,12 @@ pub fn main(no_output: bool) -> ExitCode {
                 let problem = format!("the argument {odd} is not UTF-8");
                 return end(Err(Failure::bad_input(problem, "rename the file, or write the value in UTF-8")));
             }
+            if told.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand
+                && std::env::args_os().len() <= 1
+            {
+                say(&format!("{FIRST}\n\nAll commands: slipmap --help"));
+                return ExitCode::from(2);
+            }
             return match told.print().and_then(|()| io::stdout().flush()) {
                 Err(error) if !told.use_stderr() => end(Err(error.into())),
                 _ => ExitCode::from(u8::try_from(told.exit_code()).unwrap_or(2)),
@@ -215,11 +236,15 @@ fn not_text() -> Option<String> {
 
 fn carry_out(command: Command) -> ExitCode {
     let result = match command {
+        Command::Init(arguments) => init::run(&arguments),
         Command::Run(arguments) => run::run(&arguments),
+        Command::Merge(arguments) => merge::run(&arguments),
+        Command::Status(arguments) => status::run(&arguments),
         Command::Probe(arguments) => probe::run(&arguments),
         Command::Report(arguments) => report::run(&arguments),
         Command::Plot(arguments) => plot::run(&arguments),
         Command::Machine(arguments) => machine::run(&arguments),
+        Command::Fit(arguments) => fit::run(&arguments),
         #[cfg(feature = "explore")]
         Command::Explore(arguments) => explore::run(&arguments),
         Command::Failures(arguments) => failures::run(&arguments),
@@ -252,7 +277,7 @@ fn end(result: Result<Ended, Failure>) -> ExitCode {
         Err(Failure::Broken(message)) => (1, Some(message)),
         Err(Failure::BadInput(message)) => (2, Some(message)),
         Err(Failure::Interrupted(left)) => {
-            say(&format!("interrupted; {left}"));
+            say(&format!("{}; {left}", interrupt::reason()));
             (interrupt::code(), None)
         }
     };

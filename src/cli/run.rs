@@ -1,25 +1,21 @@
-//! `slipmap run`: computes a map.
+//! `slipmap run`: computes a map, or a shard of one.
 
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
-use std::time::Instant;
+use std::time::Duration;
 
 use clap::Args;
-use indicatif::ProgressBar;
 use serde_json::json;
 
-use super::chances::Chances;
+use super::complete::{self, Asked};
 use super::output::{bytes, count, number_of};
 use super::preflight::{Permission, Preflight, create_folders};
 use super::report::existing;
-use super::summary::{self, RunReport};
-use super::{Ended, Failure, GIT, estimate, interrupt, output, progress, proof, say, threads};
+use super::{Ended, Failure, GIT, estimate, interrupt, output, progress, say, threads};
 use slipmap_config::Job;
-use slipmap_format::{Left, Outcome, PartialMap, Provenance, Resumed, StoreError};
-use slipmap_map::clock::process_time;
-use slipmap_map::map::{self, ComputeError, Control, Earlier, Queue};
-use slipmap_map::risk::NoRisk;
+use slipmap_format::{Journals, Left, PartialMap, Provenance, Resumed, StoreError};
+use slipmap_map::map::{self, ComputeError, Control, Queue, Shard};
 
 /// Compute a map from a configuration file.
 #[derive(Debug, Args)]
@@ -29,10 +25,14 @@ Examples:
   slipmap run configs/paper.toml --dry-run
   slipmap run configs/paper.toml --set grid.V=2.5 --set output.path=results/fast-belt.h5 --threads 8
   slipmap run configs/paper.toml --resume
+  slipmap run configs/paper.toml --shard 3/64 --time-limit 55m
 
 The configuration is explained in configs/quickstart.toml. The map appears under its name only when it is
-complete; the folders that its path names are created. Finished tiles are kept in NAME.part beside it until
-then: a run that was stopped, by whatever, goes on with --resume as if nothing had happened.")]
+complete; the folders that its path names are created. Finished tiles are kept in NAME.part.LETTERS beside it
+until then: a run that was stopped, by whatever, goes on with --resume as if nothing had happened.
+
+With --shard K/N any number of processes, on any machines that share the folder, compute a map together:
+each its part of the tiles. Shards resume by themselves. `slipmap merge` makes the map when all are done.")]
 pub(super) struct Arguments {
     /// The configuration
     #[arg(value_name = "CONFIG.toml")]
@@ -49,7 +49,13 @@ pub(super) struct Arguments {
     /// Continue an interrupted run; starts one if there is none, and does nothing if the map is complete
     #[arg(long, conflicts_with = "overwrite")]
     resume: bool,
-    /// Replace the map, or what an interrupted run has left of it
+    /// Compute part K of N, and leave the map to `slipmap merge`
+    #[arg(long, value_name = "K/N", conflicts_with_all = ["overwrite", "resume"])]
+    shard: Option<Shard>,
+    /// Stop after this time (55m, 2h 30min), with exit code 75: finished tiles are kept, run it again
+    #[arg(long, value_name = "TIME", value_parser = humantime::parse_duration)]
+    time_limit: Option<Duration>,
+    /// Replace the map, or what interrupted runs have left of it
     #[arg(long)]
     overwrite: bool,
     /// Print the summary as JSON
@@ -64,16 +70,23 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     let stop = interrupt::flag();
     if !arguments.dry_run {
         threads::check(arguments.threads)?;
+        if let Some(limit) = arguments.time_limit {
+            interrupt::after(limit);
+        }
     }
-    match prepare(arguments, Job::load(&arguments.config, &arguments.sets)?)? {
-        None => Ok(Ended::Fine),
-        Some((job, map)) => compute(arguments, &job, map, stop),
+    let Some((job, map)) = prepare(arguments, Job::load(&arguments.config, &arguments.sets)?)? else {
+        return Ok(Ended::Fine);
+    };
+    match arguments.shard {
+        Some(shard) => compute_shard(arguments, &job, &map, shard, stop),
+        None => compute(arguments, &job, map, stop),
     }
 }
 
 /// Does everything before the computation; `None` if nothing is left to compute.
 fn prepare(arguments: &Arguments, job: Job) -> Result<Option<(Job, PartialMap)>, Failure> {
-    let permission = match (arguments.overwrite, arguments.resume) {
+    let resume = arguments.resume || arguments.shard.is_some();
+    let permission = match (arguments.overwrite, resume) {
         (true, _) => Permission::Overwrite,
         (false, true) => Permission::Resume,
         (false, false) => Permission::None,
@@ -87,7 +100,7 @@ fn prepare(arguments: &Arguments, job: Job) -> Result<Option<(Job, PartialMap)>,
         if let Some(refused) = &preflight.refuses {
             say(&format!("note: the run itself would be refused: {refused}"));
         }
-        estimate::run(&job, &preflight, arguments.threads, arguments.json)?;
+        estimate::run(&job, &preflight, arguments.threads, arguments.shard, arguments.json)?;
         return Ok(None);
     }
     if let Some(refused) = &preflight.refuses {
@@ -100,18 +113,12 @@ fn prepare(arguments: &Arguments, job: Job) -> Result<Option<(Job, PartialMap)>,
         )?;
     }
     create_folders(&job.output)?;
-    let name = job.output.display();
     let provenance = provenance(&job);
-    let map = if arguments.resume {
-        match PartialMap::resume(&job.output, &job.plan, &provenance).map_err(create_failure)? {
+    let map = if resume {
+        match PartialMap::resume(&job.output, &job.plan, &provenance, arguments.shard).map_err(refused)? {
             Resumed::Partial(map) => *map,
             Resumed::Complete => {
-                say(&format!("note: {name} is complete already; nothing was computed"));
-                if arguments.json {
-                    output::print_json(
-                        &json!({ "output": job.output.to_string_lossy(), "complete_already": true }),
-                    )?;
-                }
+                complete_already(&job, arguments.json)?;
                 return Ok(None);
             }
         }
@@ -120,102 +127,133 @@ fn prepare(arguments: &Arguments, job: Job) -> Result<Option<(Job, PartialMap)>,
             say(&format!("note: {replaced} will be replaced"));
         }
         PartialMap::begin(&job.output, &job.plan, &provenance, existing(arguments.overwrite))
-            .map_err(create_failure)?
+            .map_err(refused)?
     };
-    report_resumption(&map, arguments.resume);
-    abandon_in_time(job.output.clone());
+    report_resumption(&map.found, arguments.resume);
+    // A shard makes no map, and leaves alone what others make.
+    let makes = arguments.shard.is_none();
+    abandon_in_time(makes.then(|| job.output.clone()));
     Ok(Some((job, map)))
+}
+
+/// Tells that there is nothing to do.
+pub(super) fn complete_already(job: &Job, as_json: bool) -> Result<(), Failure> {
+    say(&format!("note: {} is complete already; nothing was computed", job.output.display()));
+    if as_json {
+        output::print_json(&json!({ "output": job.output.to_string_lossy(), "complete_already": true }))?;
+    }
+    Ok(())
 }
 
 /// Computes the missing tiles, completes the map, and reports.
 fn compute(arguments: &Arguments, job: &Job, map: PartialMap, stop: &AtomicBool) -> Result<Ended, Failure> {
-    let start = Instant::now();
     let bar = progress::bar(arguments.quiet, Some(job.plan.grid.cells() as u64), "cells");
-    let planes = std::sync::OnceLock::new();
-    bar.inc(map.account().cells);
-    let resumed_tiles = map.tiles();
-    let queue = Queue::new(map.finished().to_vec());
+    bar.inc(map.found.account.cells);
+    let queue = Queue::new(map.found.finished());
     let on_cells = |cells| bar.inc(cells as u64);
-    let on_plane = || planes.get().map_or((), |bar: &ProgressBar| bar.inc(1));
-    let threads = arguments.threads;
-    let control = Control { threads, on_cells: &on_cells, on_plane: &on_plane, stop };
-    let earlier_seconds = map.found.seconds;
-    let earlier = Earlier { account: map.account().clone(), seconds: earlier_seconds };
-    let computed = map::run_with(&job.plan, &control, earlier, || {
+    let control = Control { threads: arguments.threads, on_cells: &on_cells, stop, ..Control::default() };
+    let tiles = || {
         let computed = map::compute_tiles(&job.plan, &map, &control, &|| queue.take());
         bar.finish_and_clear();
-        let count = job.plan.planes.len() as u64;
-        planes.get_or_init(|| progress::bar(arguments.quiet || count == 0, Some(count), "planes of curves"));
         computed
-    });
-    if let Some(bar) = planes.get() {
-        bar.finish_and_clear();
-    }
-    let summary = match computed {
-        Ok(summary) => summary,
-        Err(error) => return Err(stopped(&map, &error, &job.output)),
     };
-    if let (Some(path), Some(proved)) = (&job.proof, &summary.proved) {
-        proof::write(&proved.proof, &job.identity(GIT), path, arguments.overwrite)?;
-    }
-    let mut outcome = Outcome::of(&job.plan, &summary, job.machine.as_ref());
-    let mut probability_seconds = 0.0;
-    if let Some(chances) = Chances::of(job) {
-        let processor = process_time();
-        match chances.variable(threads, stop) {
-            Ok(variable) => outcome.auxiliary.push(variable),
-            Err(NoRisk::Interrupted) => return Err(stopped(&map, &ComputeError::Interrupted, &job.output)),
-            Err(why) => say(&format!("note: {why}; the map has no probability")),
-        }
-        probability_seconds = (process_time() - processor).as_secs_f64();
-    }
-    map.finish(&outcome).map_err(|error| Failure::Broken(with_how_to_continue(&error, &job.output)))?;
-
-    let seconds = earlier_seconds + start.elapsed().as_secs_f64();
-    let report = RunReport { job, summary: &summary, probability_seconds, seconds, resumed_tiles };
-    let printed = match arguments.json {
-        true => summary::json(&report),
-        false => summary::print(&report, &mut io::stdout().lock()),
-    };
-    match printed {
-        // A flawed map is reported even if standard output was closed.
-        Ok(()) | Err(Failure::ReaderGone) if report.is_flawed() => Ok(Ended::Flawed),
-        Ok(()) => Ok(Ended::Fine),
-        Err(failure) => Err(failure),
-    }
+    let Arguments { threads, overwrite, json, quiet, .. } = *arguments;
+    let asked = Asked { threads, overwrite, json, quiet };
+    let stopped = |error: &ComputeError<StoreError>| stopped(&map, error, &job.output);
+    let computed = complete::compute(&asked, job, &map.found, stop, tiles, stopped)?;
+    map.finish(&computed.outcome)
+        .map_err(|error| Failure::Broken(with_how_to_continue(&error, &job.output)))?;
+    complete::report(&asked, job, &computed)
 }
 
-/// Prints the state of the run to be continued, and whether it is locked.
-fn report_resumption(map: &PartialMap, resume: bool) {
-    let (done, all) = (map.tiles(), map.finished().len());
+/// Computes the missing tiles of a shard.
+fn compute_shard(
+    arguments: &Arguments,
+    job: &Job,
+    map: &PartialMap,
+    shard: Shard,
+    stop: &AtomicBool,
+) -> Result<Ended, Failure> {
+    let finished = map.found.finished();
+    let (all, of_shard) = (finished.len(), shard.tiles(finished.len()));
+    let before = map.found.finished_tiles();
+    let cells = (of_shard - before) as u64;
+    let bar = progress::bar(arguments.quiet, Some(cells), "tiles");
+    let others = finished.iter().enumerate().map(|(tile, &finished)| finished || !shard.has(tile));
+    let queue = Queue::new(others.collect());
+    let on_cells = |_| bar.inc(1);
+    let control = Control { threads: arguments.threads, on_cells: &on_cells, stop, ..Control::default() };
+    let computed = map::compute_tiles(&job.plan, map, &control, &|| queue.take());
+    bar.finish_and_clear();
+    match computed {
+        Ok(_) => {}
+        // Other processes have computed all tiles, and the map has been made.
+        Err(ComputeError::Sink(_)) if map.found.is_made() => {
+            complete_already(job, arguments.json)?;
+            return Ok(Ended::Fine);
+        }
+        Err(error) => return Err(stopped(map, &error, &job.output)),
+    }
+    map.sync().map_err(|error| Failure::Broken(with_how_to_continue(&error, &job.output)))?;
+    if arguments.json {
+        output::print_json(&json!({
+            "output": job.output.to_string_lossy(),
+            "shard": shard.to_string(),
+            "tiles": of_shard,
+            "resumed_tiles": before,
+            "all_tiles": all,
+        }))?;
+        return Ok(Ended::Fine);
+    }
+    say(&format!(
+        "shard {shard} is finished: {} of {}\n  when all shards are: slipmap merge {}",
+        number_of(of_shard, "tile"),
+        count(all),
+        config_and_sets(&arguments.config, &arguments.sets)
+    ));
+    Ok(Ended::Fine)
+}
+
+/// The configuration and its changes, as on a command line.
+pub(super) fn config_and_sets(config: &Path, sets: &[String]) -> String {
+    let sets = sets.iter().flat_map(|set| ["--set".to_owned(), quoted(set)]);
+    std::iter::once(quoted(&config.to_string_lossy())).chain(sets).collect::<Vec<_>>().join(" ")
+}
+
+/// Prints the state of the run to be continued.
+pub(super) fn report_resumption(found: &Journals, resume: bool) {
+    let (done, all) = (found.finished_tiles(), found.tiles());
     if done > 0 {
         say(&format!("note: resuming with {} of {} finished", count(done), number_of(all, "tile")));
     } else if resume {
         say("note: there is nothing to resume; starting from the beginning");
     }
-    if map.found.lost > 0 {
+    report_loss(found);
+}
+
+/// Tells of tiles that were finished and cannot be used.
+pub(super) fn report_loss(found: &Journals) {
+    if found.lost > 0 {
         say(&format!(
-            "note: the last {} of the finished tiles are cut short or damaged; they are computed again",
-            bytes(map.found.lost.into())
+            "note: {} of the finished tiles are cut short or damaged; they are computed again",
+            bytes(found.lost.into())
         ));
-    }
-    if !map.is_locked() {
-        say("warning: this file system knows no locks; take care that no second run writes the same map");
     }
 }
 
-/// Abandons tiles that take too long after an interruption. The journal holds each tile whole or not at all,
-/// whatever other threads are doing.
-fn abandon_in_time(output: PathBuf) {
+/// Abandons tiles that take too long after an interruption, and the map at the output if one is being made. The
+/// journal holds each tile whole or not at all, whatever other threads are doing.
+pub(super) fn abandon_in_time(output: Option<PathBuf>) {
     let left = format!("the tiles in work were given up, finished ones are kept\n{}", how_to_continue());
-    interrupt::on_abandonment(left, move || slipmap_format::remove_unfinished(&output));
+    let tidy = move || output.iter().for_each(|output| slipmap_format::remove_unfinished(output));
+    interrupt::on_abandonment(left, tidy);
 }
 
 /// The failure for a run that ended early.
 fn stopped(map: &PartialMap, error: &ComputeError<StoreError>, output: &Path) -> Failure {
     // An error of syncing is ignored in favour of the error that stopped the run.
     let _ = map.sync();
-    let (done, all) = (map.tiles(), map.finished().len());
+    let (done, all) = (map.tiles(), map.found.tiles());
     match error {
         ComputeError::Interrupted if done == 0 => Failure::Interrupted("no tile was finished".into()),
         ComputeError::Interrupted => Failure::Interrupted(format!(
@@ -232,10 +270,10 @@ fn stopped(map: &PartialMap, error: &ComputeError<StoreError>, output: &Path) ->
 }
 
 /// An error of the file system, and whether finished tiles are kept.
-fn with_how_to_continue(error: &StoreError, output: &Path) -> String {
+pub(super) fn with_how_to_continue(error: &StoreError, output: &Path) -> String {
     match slipmap_format::left(output) {
         Left::Nothing => error.to_string(),
-        Left::Journal => {
+        Left::Journals => {
             format!("{error}\n  finished tiles are kept; when the cause is fixed,\n{}", how_to_continue())
         }
         Left::OutOfReach => {
@@ -247,23 +285,24 @@ fn with_how_to_continue(error: &StoreError, output: &Path) -> String {
     }
 }
 
-/// The command that continues this run.
+/// The command that continues this one.
 fn how_to_continue() -> String {
     let mut arguments = command_line();
-    if !arguments.contains(&"--resume".to_owned()) {
+    let is_run = arguments.get(1).is_some_and(|command| command == "run");
+    let resumes = |argument: &String| argument == "--resume" || argument.starts_with("--shard");
+    if is_run && !arguments.iter().any(resumes) {
         arguments.retain(|argument| argument != "--overwrite");
         arguments.push("--resume".into());
     }
     format!("  to continue: {}", arguments.join(" "))
 }
 
-/// Failures to create the map are bad input; later failures are not.
-fn create_failure(error: StoreError) -> Failure {
+/// Failures to create or find the map are bad input; later failures are not.
+pub(super) fn refused(error: StoreError) -> Failure {
     let help = match error {
         StoreError::Unfinished { .. } => {
             "\n  help: add --resume to continue it, or --overwrite to start anew"
         }
-        StoreError::Unusable { .. } => "\n  help: start anew with --overwrite",
         StoreError::Damaged { .. } => {
             "\n  help: `slipmap check` on it tells where; take an undamaged copy, or start anew with --overwrite"
         }
@@ -279,10 +318,7 @@ fn create_failure(error: StoreError) -> Failure {
         StoreError::Exists { .. }
         | StoreError::NoFolder { .. }
         | StoreError::NoPermission { .. }
-        | StoreError::Busy { .. }
-        | StoreError::InTheWay { .. }
         | StoreError::Unfinished { .. }
-        | StoreError::Unusable { .. }
         | StoreError::Changed { .. }
         | StoreError::Damaged { .. }
         | StoreError::NotAMap { .. } => Failure::BadInput(format!("{error}{help}")),
@@ -303,14 +339,15 @@ pub(super) fn provenance(job: &Job) -> Provenance {
 
 /// The words of the command line, quoted for a shell where needed.
 fn command_line() -> Vec<String> {
+    let arguments = std::env::args_os().skip(1).map(|argument| quoted(&argument.to_string_lossy()));
+    std::iter::once("slipmap".to_owned()).chain(arguments).collect()
+}
+
+/// A word of a command line, quoted for a shell where needed.
+fn quoted(text: &str) -> String {
     let plain = |c: char| c.is_alphanumeric() || "-_./=,:+@%".contains(c);
-    let quoted = std::env::args_os().skip(1).map(|argument| {
-        let text = argument.to_string_lossy().into_owned();
-        if !text.is_empty() && text.chars().all(plain) {
-            text
-        } else {
-            format!("'{}'", text.replace('\'', "'\\''"))
-        }
-    });
-    std::iter::once("slipmap".to_owned()).chain(quoted).collect()
+    match !text.is_empty() && text.chars().all(plain) {
+        true => text.to_owned(),
+        false => format!("'{}'", text.replace('\'', "'\\''")),
+    }
 }

@@ -6,7 +6,8 @@
 //!   any lines.
 //! - A block with `file=NAME` after its language is written to that file first.
 //! - A block `python` is run by the interpreter that `SLIPMAP_PYTHON` names, which `scripts/test` sets;
-//!   without it, such blocks are not run.
+//!   without it, such blocks are not run. Those that import slipmap are run by
+//!   python/tests/test_readme.py, where the package is.
 //!
 //! [`NOT_RUN`] lists the commands that are not run. Blocks of Rust are tests of the documentation
 //! (`src/lib.rs`).
@@ -141,7 +142,7 @@ fn follow(page: &Path) -> Vec<String> {
                 bash
             }
             "python" => {
-                let Some(python) = &python else {
+                let Some(python) = python.as_ref().filter(|_| !block.text.contains("import slipmap")) else {
                     printed = None;
                     continue;
                 };

@@ -38,9 +38,6 @@ fn the_minimum_rust_version_is_consistent_and_enough_for_the_dependencies() {
             assert!(version(needed) <= version(claimed), "{} needs Rust {needed}", package["name"]);
         }
     }
-    // pulp's feature x86-v4 uses the AVX-512 intrinsics that Rust 1.89 made stable; its manifest does not say
-    // so.
-    assert!(version(claimed) >= version("1.89"));
     for name in ["scripts/setup.sh", "docs/install.md"] {
         assert!(read(name).contains(&format!("Rust {claimed}")), "{name} does not name Rust {claimed}");
     }
@@ -79,7 +76,7 @@ fn versions_agree() {
     assert!(read("CHANGELOG.md").contains(&format!("## [{own}]")));
     assert!(read("docs/install.md").contains(&format!("slipmap-{own}-")));
     let (major_minor, _) = own.rsplit_once('.').unwrap();
-    assert!(read("README.md").contains(&format!("slipmap = {{ version = \"{major_minor}\"")));
+    assert!(read("docs/install.md").contains(&format!("slipmap = {{ version = \"{major_minor}\"")));
 }
 
 /// The texts of all Rust files below a folder, by their paths from the root.

@@ -11,7 +11,7 @@ use sha2::{Digest as _, Sha256};
 use slipmap::config::{Job, PointTable};
 use slipmap::friction::Law;
 use slipmap::map::{Control, Plan, Plane, PlaneCurves, Queue, Sink, compute_tiles};
-use slipmap::store::{Existing, MapFile, PartialMap, Provenance, StoreError, check};
+use slipmap::store::{Existing, Journals, MapFile, PartialMap, Provenance, StoreError, check};
 
 /// A valid configuration with every section.
 const JOB: &str = "\
@@ -151,7 +151,7 @@ fn good() -> Good {
     let path = folder.path().join("map.h5");
     let map = PartialMap::begin(&path, &plan, &Provenance::default(), Existing::Refuse).unwrap();
     compute(&plan, &map);
-    let journal = std::fs::read(folder.path().join("map.h5.part")).unwrap();
+    let journal = std::fs::read(&slipmap::store::journals(&path).unwrap()[0]).unwrap();
     // gamma and c.
     let plane = Plane::new(3, 5, vec![0; 6]);
     let curves = vec![PlaneCurves::of(plan.grid(), plane, &AtomicBool::new(false))];
@@ -201,7 +201,8 @@ fn tables_of_points_never_panic() {
     // Number of rows read and of points parsed, or the error.
     let read = |bytes: &[u8]| -> Result<(usize, usize), String> {
         std::fs::write(&path, bytes).unwrap();
-        let mut table = PointTable::open(&path, &Law::Stribeck).map_err(|error| error.to_string())?;
+        let (mut table, law) =
+            PointTable::open(&path, &Law::Stribeck, &[]).map_err(|error| error.to_string())?;
         let (mut rows, mut points) = (0, 0);
         loop {
             let batch = table.rows().map_err(|error| error.to_string())?;
@@ -209,9 +210,8 @@ fn tables_of_points_never_panic() {
                 return Ok((rows, points));
             }
             for row in &batch {
-                points += usize::from(
-                    table.point(row, &Law::Stribeck).map_err(|error| error.to_string())?.damping() >= 0.0,
-                );
+                points +=
+                    usize::from(table.point(row, &law).map_err(|error| error.to_string())?.damping() >= 0.0);
             }
             rows += batch.len();
         }
@@ -245,7 +245,7 @@ fn measured_laws_never_panic() {
     let path = folder.path().join("friction.csv");
     let read = |bytes: &[u8]| {
         std::fs::write(&path, bytes).unwrap();
-        slipmap::config::read_table(&path, None)
+        slipmap::config::read_table(&path, slipmap::config::Level::One)
     };
     read(TABLE.as_bytes()).unwrap();
     proptest!(runs(1000), |(changes in changes())| {
@@ -264,13 +264,14 @@ fn journals_never_panic_and_never_make_another_map() {
     let good = good();
     let path = good.folder.path().join("map.h5");
     proptest!(runs(300), |(changes in changes())| {
-        std::fs::write(good.folder.path().join("map.h5.part"), damaged(&good.journal, &changes)).unwrap();
+        let journal = good.folder.path().join("map.h5.part.damaged");
+        std::fs::write(&journal, damaged(&good.journal, &changes)).unwrap();
         // Tiles with a valid fingerprint are the original ones; all others are missing, or the journal is
         // refused.
-        if let Ok(slipmap::store::Resumed::Partial(map)) = PartialMap::resume(&path, &good.plan, &Provenance::default()) {
-            prop_assert!(map.tiles() <= map.finished().len());
+        if let Ok(Some(found)) = Journals::beside(&path, &good.plan, &Provenance::default(), None) {
+            prop_assert!(found.finished_tiles() <= found.tiles());
         }
-        let _ = std::fs::remove_file(good.folder.path().join("map.h5.part"));
+        let _ = std::fs::remove_file(journal);
     });
 }
 

@@ -4,7 +4,7 @@
 //! that it states. Opinions agree if they have a fate in common, and margins that are no farther apart than
 //! their errors.
 
-use crate::sample::{Random, Sample};
+use crate::sample::{Random, Sample, Sampling};
 use rayon::prelude::*;
 use slipmap::certify::{Decision, Guarantee, TESTS, validated};
 use slipmap::filippov::Oscillator;
@@ -34,6 +34,10 @@ pub fn law(random: &mut Random, drop: [f64; 2], scale: [f64; 2]) -> (&'static st
     let formula = |text: String| Law::Expression(Expression::new(&text, 1.0).unwrap());
     match kind {
         0 => ("stribeck", Law::Stribeck, vec![1.0 - drop, rise, 1.0 / scale]),
+        1 if wave > 2.0 => {
+            let exponent = 1.0 + 70.0 * rise;
+            ("exponent", Law::Stretched, vec![1.0 - drop, scale, rise, exponent])
+        }
         1 => ("exponential", Law::Exponential, vec![1.0 - drop, scale, rise]),
         2 => ("lorentzian", Law::Lorentzian, vec![1.0 - drop, scale, rise]),
         3 => ("formula", formula(format!("1 - {drop}*tanh(u/{scale}) + {rise}*sin({wave}*u)")), vec![]),

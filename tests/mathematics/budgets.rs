@@ -10,7 +10,7 @@ use slipmap::probe::{Answer, Probe};
 use slipmap::simulate::Fate;
 use slipmap::witness;
 
-use crate::sample::Random;
+use crate::sample::{Random, Sampling};
 
 const TOLERANCE: f64 = 1e-9;
 

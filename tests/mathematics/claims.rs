@@ -1,6 +1,6 @@
 //! Tests of the paper's claims: Propositions 1 to 3 and the comparison in the paper's section 5.1.
 
-use crate::sample::{Expansion, Random, Sample, check_order};
+use crate::sample::{Expansion, Random, Sample, Sampling, check_order};
 use slipmap::certify::{Decision, by_name};
 use slipmap::filippov::{Oscillator, Side};
 use slipmap::simulate::{Fate, Flow, Landing, flow};

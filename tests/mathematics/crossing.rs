@@ -7,7 +7,7 @@ use slipmap::simulate::crossing::{Loop, crossing_cycles, crossing_loop, stick_sl
 use slipmap::simulate::slip_cycle::{Unknown, slip_cycles};
 use slipmap::simulate::{Neighbour, crossing_separates, flow};
 
-use crate::sample::{Random, Sample};
+use crate::sample::{Random, Sample, Sampling};
 
 /// Friction that pushes at some slip speeds: a repelling and an attracting cycle as close as 4.6 per cent to
 /// each other. Their reference places come from the classical Runge-Kutta method in (x1, x2) with steps of

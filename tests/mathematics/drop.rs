@@ -13,7 +13,7 @@ use slipmap::simulate::{Fate, critical_damping, flow};
 use slipmap::witness::{self, Ending, Phase, Start, trace};
 
 use crate::reference;
-use crate::sample::Random;
+use crate::sample::{Random, Sampling};
 
 fn column(law: &Law, parameters: &[f64], belt_speed: f64) -> Column {
     law.column(&law.point(1.0, parameters, belt_speed, 0.0).unwrap())

@@ -1,7 +1,7 @@
 //! The Lienard form, the scalar form and the half maps of the slip flow (theory, "Two forms of the slip
 //! flow"), compared with the direct engine's traces, which do not use them.
 
-use crate::sample::{Random, Sample};
+use crate::sample::{Random, Sample, Sampling};
 use slipmap::filippov::Side;
 use slipmap::witness::{Phase, Start, trace};
 use std::f64::consts::TAU;

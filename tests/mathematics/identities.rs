@@ -1,7 +1,7 @@
 //! The exact statements of the theory (`src/theory.md`), tested numerically: scaling, monotonicity, closed
 //! forms, orders in eps.
 
-use crate::sample::{Expansion, Random, Sample, check_order};
+use crate::sample::{Expansion, Random, Sample, Sampling, check_order};
 use slipmap::certify::{Decision, TESTS};
 use slipmap::filippov::Oscillator;
 use slipmap::simulate::{CriticalDamping, Fate, Flow, critical_damping, flow};

@@ -1,7 +1,7 @@
 //! The margins of random pairs of a friction law and a point compared with those of the witness.
 
 use crate::agreement::{damping, law};
-use crate::sample::Random;
+use crate::sample::{Random, Sampling};
 use rayon::prelude::*;
 use slipmap::filippov::Oscillator;
 use slipmap::simulate::return_map::{Turn, turns_of};

@@ -2,7 +2,7 @@
 //! compared with the simulated flow, and the engines with each other.
 
 use crate::reference;
-use crate::sample::Random;
+use crate::sample::{Random, Sampling};
 use slipmap::certify::validated::{self, any_law};
 use slipmap::certify::{Decision, Guarantee, TESTS};
 use slipmap::filippov::{Eigenvalues, Oscillator};
@@ -96,7 +96,9 @@ fn definitions_make_the_same_law_again() {
     let uncertain = table.with_standard_errors(&[0.0, 0.01, 0.02]).unwrap();
     let function = Function::new("a function", |u| 0.5 + 0.5 * (-u).exp(), 8.0, &[2.0]).unwrap();
     let others = [Law::Table(table), Law::Expression(text), Law::Table(uncertain), Law::Function(function)];
-    for law in Law::BUILT_IN.into_iter().chain(others) {
+    let stretched =
+        [Law::Stretched, Law::Exponential.read_as_small().with_exponent(), Law::Stretched.with_drop()];
+    for law in Law::BUILT_IN.into_iter().chain(others).chain(stretched) {
         assert_eq!(Law::from_definition(law.name(), &law.definition()), Some(law));
     }
     assert_eq!(Law::from_definition("unheard of", ""), None);
@@ -278,6 +280,8 @@ fn gradients_of_the_weakening_rate_are_its_differences() {
     let laws = [
         (Law::Stribeck, vec![0.3, 0.1, 2.0]),
         (Law::Exponential, vec![0.3, 0.7, 0.1]),
+        (Law::Stretched, vec![0.3, 0.7, 0.1, 1.5]),
+        (Law::Stretched, vec![0.3, 0.7, 0.1, 2.5]),
         (Law::Lorentzian, vec![0.3, 0.7, 0.1]),
         (formula, vec![0.3, 0.7, 0.1]),
         (Hyperbolic::law(), vec![0.3, 0.7]),

@@ -1,7 +1,7 @@
 //! Limits in eps: the thresholds that [`slipmap::map::limits`] proves, and the limits themselves, compared
 //! with fine grids of eps and closed forms.
 
-use crate::sample::{Random, Sample};
+use crate::sample::{Random, Sample, Sampling};
 use slipmap::certify::{self, Decision};
 use slipmap::filippov::Oscillator;
 use slipmap::friction::Law;

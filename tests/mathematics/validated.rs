@@ -2,7 +2,7 @@
 //! it shares only the law.
 
 use crate::reference::{ReferenceFate, critical_points, margin_points};
-use crate::sample::Random;
+use crate::sample::{Random, Sampling};
 use slipmap::certify::{Claim, Decision, Guarantee, validated};
 use slipmap::filippov::Oscillator;
 use slipmap::friction::Law;

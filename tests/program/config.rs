@@ -76,7 +76,7 @@ fn the_legal_configuration_is_legal() {
 
 #[test]
 fn missing_axes_and_sections() {
-    refused(with("beta", ""), &["bad.toml:4:", "`beta` is missing from [grid]", "beta = 1.0"]);
+    refused(with("beta", ""), &["bad.toml:4:", "`beta` is missing from [grid]", ":\n    beta = 1.0\n"]);
     refused("title = \"x\"\n", &["bad.toml:1:1", "`epsilon` is missing from [grid]"]);
     refused("", &["bad.toml:1:1", "`epsilon` is missing from [grid]"]);
 }
@@ -119,6 +119,7 @@ fn the_remedy_is_what_to_write() {
     refused(with("alpha", quoted), &["grid.alpha = \"0.5\"", "this is text", "without quotes: 0.5"]);
     let comma = "alpha = \"0,5\"";
     refused(with("alpha", comma), &["grid.alpha = \"0,5\"", "write decimals with a point: 0.5"]);
+    refused(with("alpha", "alpha = 0.5 kg # of sand"), &["bad.toml:6:", "write the number alone", ": 0.5\n"]);
     // The value without the comment behind it.
     refused(with("alpha", "alpha = -0.5 # a comment"), &["grid.alpha = -0.5: "]);
 }

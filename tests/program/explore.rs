@@ -6,6 +6,7 @@ use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
 use serde_json::{Value, json};
+use slipmap_numbers::random::Random;
 
 use crate::command::Scratch;
 
@@ -366,11 +367,8 @@ fn the_server_outlives_everything() {
             .write_all(head.replace("localhost", &format!("localhost:{}", server.port)).as_bytes())
             .unwrap();
     }
-    let mut random = 20_u64;
-    let mut next = || {
-        random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        random >> 33
-    };
+    let mut random = Random(20);
+    let mut next = || random.bits() >> 33;
     for number in 0..1000_u64 {
         let mut asked = plane();
         asked["turn"] = json!({ "tab": number.to_string(), "number": next() });

@@ -8,6 +8,7 @@ use serde_json::Value;
 use slipmap::config::Job;
 use slipmap::map::{self, Account, Contradiction, Contradictions, Control, Queue, Sink, TileData, Verdict};
 use slipmap::store::{Existing, MapFile, PackedTile, PartialMap, Provenance, StoreError};
+use slipmap_numbers::random::Random;
 
 use crate::command::{Run, Scratch};
 
@@ -158,8 +159,8 @@ fn messages_name_the_intended_key() {
     scratch.run(&["run", "eps.toml"]).refuses(&["nearest valid key is `epsilon`"]);
     scratch.file("wide.toml", "\u{feff}x".encode_utf16().flat_map(u16::to_le_bytes).collect::<Vec<u8>>());
     scratch.run(&["run", "wide.toml"]).refuses(&["UTF-16", "save it as UTF-8"]);
-    let formula = ["probe", "--phi", "1 - 0.1*v", "--epsilon", "1", "--V", "1", "--c", "0"];
-    scratch.run(&formula).refuses(&["--set v", "the slip speed is called u"]);
+    let formula = ["probe", "--phi", "1 - 0.1*x", "--epsilon", "1", "--V", "1", "--c", "0"];
+    scratch.run(&formula).refuses(&["--set x", "the slip speed is called u"]);
     let point = ["--epsilon", "0.1", "--alpha", "0.3", "--beta", "0.1", "--gamma", "2", "--c", "0.5"];
     scratch.run(&[&["probe", "--v", "1"], &point[..]].concat()).ends_with(0);
     scratch.run(&["probe", "--machine", "map.toml"]).refuses(&["map.toml", "`machine` is missing"]);
@@ -267,7 +268,7 @@ fn contradictions_between_theorems_and_simulation_are_reported() {
     });
     let first = vec![Contradiction { tile: 0, index: vec![0; 6], verdicts: verdicts.collect() }];
     let sink = Contradicted(&map, Contradictions { cells: 3, first });
-    let queue = Queue::new(map.finished().to_vec());
+    let queue = Queue::new(map.found.finished());
     map::compute_tiles(&job.plan, &sink, &Control::default(), &|| queue.take()).unwrap();
     drop(map);
 
@@ -292,11 +293,8 @@ fn number(random: &mut dyn FnMut() -> f64) -> f64 {
 /// A few of the configurations that `scripts/study extremes` tries: runs end by themselves, without a panic.
 #[test]
 fn random_legal_configurations_end_with_an_answer_or_a_reason() {
-    let mut state = 20_u64;
-    let mut random = move || {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 11) as f64 / (1_u64 << 53) as f64
-    };
+    let mut random = Random(20);
+    let mut random = move || random.unit();
     let laws: [(&str, &[&str]); 4] = [
         ("law = \"stribeck\"", &["alpha", "beta", "gamma"]),
         ("law = \"exponential\"", &["mu", "vs"]),

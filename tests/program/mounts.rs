@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use crate::command::{Run, Scratch};
+use crate::command::{Run, Scratch, journal_bytes};
 use crate::map_equal::{assert_same, scratch};
 
 /// The folder `disk`, served as `net`.
@@ -91,7 +91,7 @@ fn begun(scratch: &Scratch, arguments: &[&str]) -> Child {
     let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     let start = Instant::now();
     // Read without the server, which may be dead later.
-    while fs::metadata(scratch.path().join("disk/map.h5.part")).map_or(0, |journal| journal.len()) < 200_000 {
+    while journal_bytes(&scratch.path().join("disk")) < 200_000 {
         assert!(start.elapsed() < Duration::from_secs(100), "no tiles were ever finished");
         std::thread::sleep(Duration::from_millis(2));
     }
@@ -109,7 +109,7 @@ fn a_server_that_dies_during_a_run_costs_no_finished_tile() {
     server.kill();
     let run = Run::of(child.wait_with_output().unwrap()).ends_with(1);
     let told = [
-        "cannot write net/map.h5",
+        "net/map.h5",
         "the disk or the network that it lies on has failed or is gone",
         "when it is back,\n  to continue: slipmap run job.toml",
         "--resume",

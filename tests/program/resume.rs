@@ -6,7 +6,7 @@ use std::process::{Child, Command, Stdio};
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 use std::time::{Duration, Instant};
 
-use crate::command::{Run, Scratch, random};
+use crate::command::{Run, Scratch, journal_bytes, journals, random};
 use crate::map_equal::{assert_same, contents, scratch};
 use slipmap::friction::Law;
 use slipmap::map::{Account, Control, Field, Grid, Method, Plan, Queue, compute_tiles};
@@ -32,16 +32,10 @@ fn signal(child: &Child, name: &str) {
     assert!(status.success());
 }
 
-/// Length of the journal in bytes.
-fn journal_length(scratch: &Scratch) -> u64 {
-    fs::metadata(scratch.path().join("map.h5.part")).map_or(0, |metadata| metadata.len())
-}
-
-/// Waits until a run has added some of the 40 tiles, of about 50 kB each, to the `before` bytes of its
-/// journal.
+/// Waits until a run has added some of the 40 tiles, of about 50 kB each, to the `before` bytes of journals.
 fn wait_for_tiles(scratch: &Scratch, before: u64) {
     let start = Instant::now();
-    while journal_length(scratch) < before + 200_000 {
+    while journal_bytes(scratch.path()) < before + 200_000 {
         assert!(start.elapsed() < Duration::from_secs(100), "no tiles were ever finished");
         std::thread::sleep(Duration::from_millis(2));
     }
@@ -129,7 +123,7 @@ fn everything() -> Plan {
 
 /// Computes at most `tiles` of the tiles that are missing from a map; returns their account.
 fn add_tiles(map: &PartialMap, tiles: usize) -> (Account, usize) {
-    let queue = Queue::new(map.finished().to_vec());
+    let queue = Queue::new(map.found.finished());
     let left = AtomicUsize::new(tiles);
     let take = |n: usize| n.checked_sub(1);
     let next = || left.fetch_update(Relaxed, Relaxed, take).ok().and_then(|_| queue.take());
@@ -157,11 +151,11 @@ fn every_method_and_every_field_goes_on_where_it_stopped() {
     let path = folder.path().join("map.h5");
     drop_after(&path, &plan, 1);
     drop_after(&path, &plan, 2);
-    let Resumed::Partial(map) = PartialMap::resume(&path, &plan, &provenance).unwrap() else {
+    let Resumed::Partial(map) = PartialMap::resume(&path, &plan, &provenance, None).unwrap() else {
         panic!("tiles are missing");
     };
     assert_eq!(map.tiles(), 3);
-    let mut account = map.account().clone();
+    let mut account = map.found.account.clone();
     account.add(add_tiles(&map, usize::MAX).0);
     map.finish(&outcome(account)).unwrap();
     assert_same(&path, &whole);
@@ -176,7 +170,7 @@ fn every_method_and_every_field_goes_on_where_it_stopped() {
 
 /// Adds some tiles to a map and leaves it to a later run.
 fn drop_after(path: &Path, plan: &Plan, tiles: usize) {
-    let Resumed::Partial(map) = PartialMap::resume(path, plan, &Provenance::default()).unwrap() else {
+    let Resumed::Partial(map) = PartialMap::resume(path, plan, &Provenance::default(), None).unwrap() else {
         panic!("tiles are missing");
     };
     add_tiles(&map, tiles);
@@ -188,13 +182,13 @@ fn a_folder_that_disappears_during_a_run_is_reported() {
     let away = ["--set", "output.path=\"away/map.h5\"", "--threads", "1"];
     let child = start(&scratch, &away);
     let begun = Instant::now();
-    while fs::metadata(scratch.path().join("away/map.h5.part")).map_or(0, |m| m.len()) < 200_000 {
+    while journal_bytes(&scratch.path().join("away")) < 200_000 {
         assert!(begun.elapsed() < Duration::from_secs(100), "no tiles were ever finished");
         std::thread::sleep(Duration::from_millis(2));
     }
     fs::remove_dir_all(scratch.path().join("away")).unwrap();
     let run = Run::of(child.wait_with_output().unwrap()).ends_with(1);
-    assert!(run.err.contains("away/map.h5.part is gone"), "{}", run.err);
+    assert!(run.err.contains("away/map.h5.part.") && run.err.contains(" is gone"), "{}", run.err);
     assert!(!run.err.contains("to continue"), "nothing is left to continue: {}", run.err);
     assert_eq!(scratch.names(), ["job.toml"]);
 }
@@ -203,15 +197,15 @@ fn a_folder_that_disappears_during_a_run_is_reported() {
 fn an_interrupted_run_keeps_finished_tiles_and_names_the_command_to_continue() {
     let scratch = scratch();
     let (reference, _) = reference(&scratch, &[]);
-    for (name, code) in [("-INT", 130), ("-TERM", 143)] {
-        let before = journal_length(&scratch);
+    for (number, (name, code)) in [("-INT", 130), ("-TERM", 143)].into_iter().enumerate() {
+        let before = journal_bytes(scratch.path());
         let child = start(&scratch, &["--threads", "1", "--resume"]);
         wait_for_tiles(&scratch, before);
         signal(&child, name);
         let run = Run::of(child.wait_with_output().unwrap()).ends_with(code);
         let way = "to continue: slipmap run job.toml --threads 1 --resume";
         assert!(run.err.contains("tiles finished and kept") && run.err.contains(way), "{}", run.err);
-        assert_eq!(scratch.names(), ["job.toml", "map.h5.part", "reference.h5"]);
+        assert_eq!(journals(scratch.path()).len(), number + 1);
     }
     let run = scratch.run(&["run", "job.toml", "--resume", "--json"]).ends_with(0);
     assert!(run.err.contains("tiles finished"), "{}", run.err);
@@ -232,29 +226,16 @@ fn an_interrupted_run_keeps_finished_tiles_and_names_the_command_to_continue() {
 fn an_interrupted_run_is_neither_ignored_nor_overwritten() {
     let scratch = scratch();
     stopped(&scratch);
-    let before = fs::read(scratch.path().join("map.h5.part")).unwrap();
-    let help = ["map.h5.part holds the finished tiles of an interrupted run", "--resume", "--overwrite"];
+    let journal = &journals(scratch.path())[0];
+    let before = fs::read(journal).unwrap();
+    let help = ["map.h5.part.", "holds the finished tiles of an interrupted run", "--resume", "--overwrite"];
     scratch.run(&["run", "job.toml"]).refuses(&help);
-    assert_eq!(fs::read(scratch.path().join("map.h5.part")).unwrap(), before);
-    scratch.run(&["check", "map.h5.part"]).refuses(&["a run that was interrupted", "--resume"]);
+    assert_eq!(fs::read(journal).unwrap(), before);
+    scratch.run(&["check", &journal.to_string_lossy()]).refuses(&["a run that was interrupted", "--resume"]);
     scratch.run(&["run", "job.toml", "--resume", "--overwrite"]).refuses(&["--resume", "--overwrite"]);
     let small = ["--set", "grid.alpha=0.3", "--set", "grid.gamma.points=2"];
     scratch.run(&[&["run", "job.toml", "--overwrite"][..], &small].concat()).ends_with(0);
     assert_eq!(scratch.names(), ["job.toml", "map.h5"]);
-}
-
-#[test]
-fn a_second_run_is_refused_while_the_first_one_is_running() {
-    let scratch = scratch();
-    let mut first = start(&scratch, &["--threads", "1"]);
-    wait_for_tiles(&scratch, 0);
-    for mode in [&[][..], &["--resume"], &["--overwrite"]] {
-        scratch.run(&[&["run", "job.toml"], mode].concat()).refuses(&["another run", "map.h5.part"]);
-    }
-    first.kill().unwrap();
-    first.wait().unwrap();
-    // The lock ends with its process.
-    scratch.run(&["run", "job.toml", "--resume"]).ends_with(0);
 }
 
 #[test]
@@ -266,14 +247,14 @@ fn changed_plans_are_refused_and_shown() {
     };
     changed(
         &["--set", "simulation.tolerance=1e-8"],
-        &["map.h5.part was begun as something else", "+ tolerance = 1e-8", "--overwrite"],
+        &["map.h5.part.", " was begun as something else", "+ tolerance = 1e-8", "--overwrite"],
     );
     changed(&["--set", "grid.V=1.0"], &["- V = [0.5, 2.0]", "+ V = 1.0"]);
     // Changes that do not affect the map are allowed: its title, a comment, the spelling of its path, its
     // place.
     let commented = format!("# a thought\n{}", scratch.read("job.toml"));
     scratch.file("commented.toml", commented);
-    fs::rename(scratch.path().join("map.h5.part"), scratch.path().join("moved.h5.part")).unwrap();
+    fs::rename(&journals(scratch.path())[0], scratch.path().join("moved.h5.part.letters")).unwrap();
     let other = ["--set", "title=Another title", "--set", "output.path=./moved.h5"];
     let run = scratch.run(&[&["run", "commented.toml", "--resume"], &other[..]].concat()).ends_with(0);
     assert!(run.err.contains("resuming with"), "{}", run.err);
@@ -291,8 +272,8 @@ fn changed_plans_are_refused_and_shown() {
 fn damaged_tiles_are_reported_and_computed_again() {
     let scratch = scratch();
     let (reference, _) = reference(&scratch, &[]);
-    let journal = scratch.path().join("map.h5.part");
     stopped(&scratch);
+    let journal = journals(scratch.path()).remove(0);
     let whole = fs::read(&journal).unwrap();
     let mut state = 3;
     for round in 0..2 {
@@ -316,21 +297,21 @@ fn damaged_tiles_are_reported_and_computed_again() {
 #[test]
 fn files_that_are_not_journals_are_not_changed() {
     let scratch = scratch();
-    scratch.file("map.h5.part", "notes of mine");
-    for mode in [&[][..], &["--resume"], &["--overwrite"]] {
-        scratch.run(&[&["run", "job.toml"], mode].concat()).refuses(&["map.h5.part is in the way"]);
-    }
-    assert_eq!(scratch.read("map.h5.part"), "notes of mine");
-    // A journal with lost headers is not silently replaced.
-    fs::remove_file(scratch.path().join("map.h5.part")).unwrap();
+    scratch.file("map.h5.part.mine", "notes of mine");
+    // A journal whose header is lost: its tiles are computed again.
     stopped(&scratch);
-    let mut bytes = fs::read(scratch.path().join("map.h5.part")).unwrap();
-    for place in (100..10_000).step_by(100) {
+    let journal = journals(scratch.path()).into_iter().find(|path| !path.ends_with("map.h5.part.mine"));
+    let journal = journal.unwrap();
+    let mut bytes = fs::read(&journal).unwrap();
+    for place in (100..2_000).step_by(100) {
         bytes[place] ^= 1;
     }
-    scratch.file("map.h5.part", &bytes);
-    scratch.run(&["run", "job.toml", "--resume"]).refuses(&["map.h5.part is damaged", "--overwrite"]);
-    assert_eq!(fs::read(scratch.path().join("map.h5.part")).unwrap(), bytes);
+    fs::write(journal, bytes).unwrap();
+    let run = scratch.run(&["run", "job.toml", "--resume"]).ends_with(0);
+    assert!(run.err.contains("cut short or damaged"), "{}", run.err);
+    check(&scratch, "map.h5");
+    assert_eq!(scratch.read("map.h5.part.mine"), "notes of mine");
+    assert_eq!(scratch.names(), ["job.toml", "map.h5", "map.h5.part"]);
 }
 
 #[test]

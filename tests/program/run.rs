@@ -422,7 +422,8 @@ fn an_interrupted_run_leaves_finished_tiles_and_nothing_else() {
     } else {
         // On a busy machine the current tiles may take longer than the limit after a signal.
         assert!(run.err.contains("kept"), "{}", run.err);
-        assert_eq!(maps(&scratch), ["small.h5.part"]);
+        let left = maps(&scratch);
+        assert!(left.len() == 1 && left[0].starts_with("small.h5.part."), "{left:?}");
     }
 }
 

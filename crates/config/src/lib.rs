@@ -7,7 +7,9 @@
 //! phi = "mu + (1 - mu)*exp(-u/vs)"     # of law = "expression": u, eps, and names that become axes
 //! file = "measured.csv"                # of law = "table": slip speed and friction; seen from this file
 //! static = 1.0                         # friction at rest of these two, which divides them, at least that in slip at u -> 0
-//! quantity = "coefficient"             # default; or force: what the table of a machine holds
+//! rest = "peak"                        # of these two: friction at rest is the first peak, for laws that rise from 0
+//! quantity = "coefficient"             # default; or force: what the table or the formula of a machine is
+//! fit = { F_k = 700.0, covariance = [[25.0]] } # values of the names in phi with their covariance: `slipmap fit`
 //! small = "eps"                        # reads the law as 1 + eps F(u), so that `perturbation` answers for any law
 //! [grid]                               # every axis of the law; a number, a list, or a range
 //! epsilon = [0.01, 0.1]
@@ -56,8 +58,10 @@
 
 mod axis;
 mod curves;
+mod fitted;
 mod law;
 mod machine;
+mod measured;
 mod points;
 mod source;
 mod units;
@@ -65,10 +69,10 @@ mod units;
 use std::path::{Path, PathBuf};
 
 pub use axis::range_nodes;
-pub use law::{Level, OfMachine, table_of_text};
-pub use law::{point_into, read_table};
+pub use law::point_into;
 pub use machine::keys as machine_keys;
 pub use machine::{MachineJob, check_names, load_machine};
+pub use measured::{Level, Measured, OfMachine, Reading, read_table, words_of};
 pub use points::PointTable;
 pub use points::point_of;
 pub use source::ConfigError;
@@ -158,7 +162,7 @@ impl Job {
             false => law::About::Oscillator,
         };
         let law = law::read(&friction, folder, about)?;
-        let law = if alone { law } else { law::with_drop(law, &friction, &axes)? };
+        let law = if alone { law } else { law::with_axes(law, &friction, &axes)? };
         if !alone {
             law::check_symbols(&law, &friction, &axes)?;
         }
@@ -268,7 +272,12 @@ const SECTIONS: [&str; 11] = [
 fn schema(law: &Law) -> Vec<(Option<&'static str>, Vec<&'static str>)> {
     let keys_of = |section: &'static str| match section {
         "friction" => law::KEYS.to_vec(),
-        "grid" => Grid::axis_names(law),
+        // What may be left out is known, too.
+        "grid" => {
+            let mut names = Grid::axis_names(&law.clone().with_exponent());
+            names.extend((!names.contains(&"drop")).then_some("drop"));
+            names
+        }
         "machine" => machine::known_keys(law),
         "methods" => vec!["run"],
         "simulation" => vec!["engine", "tolerance"],
@@ -327,19 +336,19 @@ fn refuse_unknown_keys(section: &Section, known: &[&'static str]) -> Result<(), 
 /// Reads every axis of `law`.
 fn grid(section: &Section, law: &Law) -> Result<Grid, ConfigError> {
     let names = Grid::axis_names(law);
-    let how = |name: &str| {
-        format!(
-            "every axis of the law `{}` ({}) needs one; a fixed value is written {name} = 1.0",
-            law.name(),
-            names.join(", ")
-        )
-    };
     if !section.is_present() {
-        return Err(section.missing(names[0], how(names[0])));
+        let remedy = "a grid to start from is written by: slipmap init grid";
+        return Err(section.missing(names[0], remedy.into()));
     }
+    // Every missing axis as a line to paste.
+    let how = || {
+        let missing = names.iter().filter(|name| section.get(name).is_none());
+        let lines: String = missing.map(|name| format!("\n    {name} = 1.0")).collect();
+        format!("every axis of the law `{}` needs a number, a list or a range:{lines}", law.name())
+    };
     let mut nodes = Vec::with_capacity(names.len());
     for name in &names {
-        let node = section.get(name).ok_or_else(|| section.missing(name, how(name)))?;
+        let node = section.get(name).ok_or_else(|| section.missing(name, how()))?;
         nodes.push((axis::nodes(&node)?, node));
     }
     let values = nodes.iter().map(|(values, _)| values.clone()).collect();

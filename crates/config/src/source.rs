@@ -64,6 +64,7 @@ impl Source {
         for argument in sets {
             source.set(argument)?;
         }
+        super::fitted::insert(source.effective.as_table_mut());
         Ok(source)
     }
 
@@ -305,6 +306,11 @@ impl<'a> Node<'a> {
         }
     }
 
+    /// The entry as a table of the document.
+    pub(super) fn entries(&self) -> Option<&'a dyn TableLike> {
+        self.entry.as_table()
+    }
+
     /// The value as a number, whole or not.
     pub(super) fn number(&self) -> Result<f64, ConfigError> {
         self.entry.as_value().and_then(as_number).ok_or_else(|| self.wrong_kind("a number"))
@@ -435,10 +441,7 @@ const LONGEST: u64 = 16 << 20;
 fn read(file: &Path) -> Result<String, ConfigError> {
     let error = |problem: &str, remedy: &str| ConfigError::new(file.display().to_string(), problem, remedy);
     if file.is_dir() {
-        return Err(error(
-            "this is a folder, not a configuration file",
-            "name a TOML file inside it, for example configs/quickstart.toml",
-        ));
+        return Err(error("this is a folder, not a configuration file", "name a TOML file inside it"));
     }
     let mut bytes = Vec::new();
     // The length is limited because some files never end.
@@ -446,7 +449,7 @@ fn read(file: &Path) -> Result<String, ConfigError> {
     read.map_err(|e| match e.kind() {
         std::io::ErrorKind::NotFound => error(
             "there is no such file",
-            "check the path; configs/quickstart.toml is a configuration to start from",
+            "check the path; a configuration to start from is written by: slipmap init",
         ),
         _ => error(&format!("cannot be read: {e}"), "check the file's permissions"),
     })?;
@@ -494,6 +497,14 @@ pub fn decimal_comma(text: &str) -> Option<String> {
     })
 }
 
+/// The remedy for a number with a unit behind it; `None` for other texts.
+fn without_unit(text: &str) -> Option<String> {
+    let text = text.trim();
+    let ends = text.char_indices().map(|(at, _)| at).rev();
+    let number = ends.map(|end| text[..end].trim_end()).find(|part| part.parse::<f64>().is_ok())?;
+    Some(format!("write the number alone, in SI units: {number}"))
+}
+
 fn parse(file: &Path, text: String) -> Result<Document<String>, ConfigError> {
     Document::parse(text.clone()).map_err(|e| {
         let offset = e.span().map_or(0, |span| span.start);
@@ -501,8 +512,9 @@ fn parse(file: &Path, text: String) -> Result<Document<String>, ConfigError> {
         let start = text.get(..offset).and_then(|before| before.rfind(['\n', '='])).map_or(0, |at| at + 1);
         let value = text.get(start..).map_or("", |rest| &rest[..line_ends(rest)]);
         let problem = format!("not valid TOML: {}", e.message().trim().replace('\n', " "));
-        let shown = || "correct this line; configs/quickstart.toml shows how each value is written".into();
-        ConfigError::new(position(file, &text, offset), problem, decimal_comma(value).unwrap_or_else(shown))
+        let shown = || "correct this line; how values are written shows the file of: slipmap init".into();
+        let remedy = decimal_comma(value).or_else(|| without_unit(value)).unwrap_or_else(shown);
+        ConfigError::new(position(file, &text, offset), problem, remedy)
     })
 }
 

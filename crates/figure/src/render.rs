@@ -2,6 +2,10 @@
 
 use std::sync::{Arc, LazyLock};
 
+use krilla::Document;
+use krilla::geom::Size;
+use krilla::page::PageSettings;
+use krilla_svg::{SurfaceExt as _, SvgSettings};
 use libdeflater::{CompressionLvl, Compressor};
 use resvg::tiny_skia::{Color, Pixmap, Transform};
 use resvg::usvg::fontdb::{Database, Source};
@@ -90,6 +94,15 @@ pub fn pdf(name: &str, svg: &str) -> Result<Vec<u8>, RenderError> {
 }
 
 fn page(name: &str, tree: &Tree) -> Result<Vec<u8>, RenderError> {
-    svg2pdf::to_pdf(tree, svg2pdf::ConversionOptions::default(), svg2pdf::PageOptions { dpi: 96.0 })
-        .map_err(|error| failed(name, error))
+    // 96 pixels of a figure are an inch, and so are 72 points of a page.
+    let size = tree.size();
+    let page = Size::from_wh(0.75 * size.width(), 0.75 * size.height());
+    let page = page.ok_or_else(|| failed(name, "it has no size"))?;
+    let mut document = Document::new();
+    let mut sheet = document.start_page_with(PageSettings::new(page));
+    let mut surface = sheet.surface();
+    surface.draw_svg(tree, page, SvgSettings::default());
+    surface.finish();
+    sheet.finish();
+    document.finish().map_err(|error| failed(name, format!("{error:?}")))
 }

@@ -86,8 +86,8 @@ const MOST_PROBLEMS: usize = 1000;
 /// Only if the file cannot be read at all; the report contains every problem with its contents.
 pub fn check(path: &Path) -> Result<CheckReport, StoreError> {
     let mut report = CheckReport::default();
-    match seal::of(path)? {
-        Seal::Whole => {}
+    match seal::of(path, u64::MAX)? {
+        Seal::Whole | Seal::NotCompared => {}
         Seal::Broken => report.note(None, None, seal::BROKEN),
         Seal::Missing => report.note(
             None,
@@ -108,20 +108,27 @@ pub fn check(path: &Path) -> Result<CheckReport, StoreError> {
             return Ok(report);
         }
     };
-    check_contents(&map, true, &mut report);
+    check_contents(&map, true, true, &mut report);
     Ok(report)
 }
 
 /// Checks the parts of a map that readers use: all except the links between variables and dimensions.
 pub(super) fn contents(map: &MapFile) -> CheckReport {
     let mut report = CheckReport::default();
-    check_contents(map, false, &mut report);
+    check_contents(map, false, true, &mut report);
     report
 }
 
-/// Compares attributes, axes and cells with their recorded fingerprints. `ties` also checks the links between
+/// As [`contents`], without the cells.
+pub(super) fn beside_cells(map: &MapFile) -> CheckReport {
+    let mut report = CheckReport::default();
+    check_contents(map, false, false, &mut report);
+    report
+}
+
+/// Compares attributes, axes and `cells` with their recorded fingerprints. `ties` also checks the links between
 /// variables and dimensions, which programs that copy maps may write differently.
-fn check_contents(map: &MapFile, ties: bool, report: &mut CheckReport) {
+fn check_contents(map: &MapFile, ties: bool, cells: bool, report: &mut CheckReport) {
     let schema = &map.schema;
     report.cells = schema.grid.cells();
     report.tiles = schema.tiles();
@@ -150,7 +157,9 @@ fn check_contents(map: &MapFile, ties: bool, report: &mut CheckReport) {
                     let rank = variable.rank(schema.dimensions().len());
                     check_ties(&variable.name, rank, &dataset, report);
                 }
-                check_cells(map, variable, &dataset, report);
+                if cells {
+                    check_cells(map, variable, &dataset, report);
+                }
             }
             Err(error) => report.note(Some(&variable.name), None, format!("missing: {error}")),
         }

@@ -11,20 +11,12 @@ pub enum StoreError {
     /// This output exists already.
     #[error("{0} exists already; choose another name, or ask for it to be replaced")]
     Exists(PathBuf),
-    /// Another process is writing the same map; this is its journal.
-    #[error(
-        "another run is writing this map: it holds the lock on {0}; wait for it, or choose another output"
-    )]
-    Busy(PathBuf),
     /// An interrupted run has left finished tiles in this journal.
     #[error("{0} holds the finished tiles of an interrupted run")]
     Unfinished(PathBuf),
-    /// The name of the journal is taken by this file, which slipmap did not write.
-    #[error("{0} is in the way, and is nothing that slipmap wrote; move it, or choose another output")]
-    InTheWay(PathBuf),
-    /// This journal of a run is damaged, and no part of it can be used.
-    #[error("{0} is damaged so much that the interrupted run cannot be resumed")]
-    Unusable(PathBuf),
+    /// This journal was whole when it was first read, and is not now.
+    #[error("{0} changes while it is read: its disk or its memory fails")]
+    Unreliable(PathBuf),
     /// The run to be resumed had another plan, another configuration or another version of the program.
     #[error("{path} was begun as something else (- then, + now):\n{difference}")]
     Changed {
@@ -138,9 +130,9 @@ pub enum StoreError {
         /// The shape of the variable.
         shape: String,
     },
-    /// Tiles are missing at the end of a run.
+    /// Tiles are missing.
     #[error(
-        "{path} would be incomplete: {missing} of {tiles} tiles were never written, the first of them number {first}"
+        "{path} would be incomplete: {missing} of {tiles} tiles are missing, the first of them number {first}"
     )]
     Incomplete {
         /// The output.

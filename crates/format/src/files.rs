@@ -1,11 +1,14 @@
 //! Files and folders of every command: created in one step, and named only when they are complete.
 
+use std::ffi::OsStr;
 use std::fs::{self, File};
 use std::io;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use tempfile::NamedTempFile;
 use tempfile::{PathPersistError, TempPath};
+
+use crate::error::StoreError;
 
 /// Behaviour if the output exists already.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -45,14 +48,43 @@ pub fn create_folders(folder: &Path) -> io::Result<()> {
 /// A temporary file in a folder, with the permissions of any new file. Other temporary files are readable by
 /// their owner only.
 pub fn temporary_in(folder: &Path) -> io::Result<NamedTempFile> {
+    temporary(&folder.join(".slipmap-"))
+}
+
+/// As [`temporary_in`], with a name of `start` and random letters that no other file has.
+pub(crate) fn temporary(start: &Path) -> io::Result<NamedTempFile> {
     let mut builder = tempfile::Builder::new();
-    builder.prefix(".slipmap-");
+    builder.prefix(start.file_name().unwrap_or_default()).rand_bytes(RANDOM_LETTERS);
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt as _;
         builder.permissions(fs::Permissions::from_mode(0o666));
     }
-    builder.tempfile_in(folder)
+    builder.tempfile_in(folder_of(start))
+}
+
+/// Number of random letters in names of temporary files, of 62 kinds.
+const RANDOM_LETTERS: usize = 12;
+
+/// The files whose names begin as `start`, sorted.
+pub(crate) fn named(start: &Path) -> Result<Vec<PathBuf>, StoreError> {
+    let folder = folder_of(start);
+    let begins = |name: &OsStr| {
+        let first = start.file_name().unwrap_or_default().as_encoded_bytes();
+        name.as_encoded_bytes().starts_with(first)
+    };
+    let list = || -> io::Result<Vec<PathBuf>> {
+        let mut found = Vec::new();
+        for entry in fs::read_dir(folder)? {
+            let name = entry?.file_name();
+            if begins(&name) {
+                found.push(folder.join(name));
+            }
+        }
+        found.sort();
+        Ok(found)
+    };
+    list().map_err(|source| StoreError::io("list the folder", folder, source))
 }
 
 /// Gives a complete temporary file its name.

@@ -1,129 +1,136 @@
-//! The journal of a run: an append-only file of frames, each with its fingerprint.
+//! A journal: the tiles that one process has computed, an append-only file of frames, each with its
+//! fingerprint.
 //!
 //! ```text
-//! frame = magic (8 bytes) | length u64 | SHA-256 of magic, length and contents (32 bytes) | contents
+//! frame = magic (8 bytes) | length u64 | tile u64 | SHA-256 of these and the contents (32 bytes) | contents
 //! ```
 //!
-//! A frame is either whole or ignored. A reopened journal is cut before the first frame that is not whole.
-//! This removes a partial frame left by a kill, a power cut or a full disk, and a damaged frame with
-//! everything after it. The journal is locked (`flock`) for as long as its process lives.
+//! A process creates its journal under a name that no other file has, and it alone writes to it. Others read it
+//! at any time, also while it grows; so there is nothing to lock. A frame is either whole or ignored: a reader
+//! goes from frame to frame by their lengths, passes over frames that do not match their fingerprints, and
+//! stops where no frame begins. A kill, a power cut or a full disk leaves a partial frame at the end, and a disk
+//! may lose or mix up what was not yet forced to it.
 
-use std::fs::{self, File, OpenOptions};
-use std::io::{self, BufReader, Read, Seek, SeekFrom, Write};
+use std::fs::{self, File};
+use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use fs4::TryLockError;
 use sha2::{Digest, Sha256};
 
-use crate::files::sync_folder;
+use crate::files::{self, sync_folder};
 
 use super::error::StoreError;
+use super::seal::beside;
 
 /// First bytes of every frame, and so of every journal. They contain line ends, as PNG's signature does.
-pub(super) const MAGIC: [u8; 8] = *b"\x89slip\r\n\x1a";
+const MAGIC: [u8; 8] = *b"\x89slip\r\n\x1a";
 
-/// Whether a file is the journal of an unfinished run. A pipe is not opened, since that would block.
-pub fn is_journal(path: &Path) -> bool {
-    if !path.is_file() {
-        return false;
-    }
-    let mut first = [0; MAGIC.len()];
-    File::open(path).is_ok_and(|mut file| file.read_exact(&mut first).is_ok()) && first == MAGIC
-}
+/// The first frame has this number in place of a tile's.
+pub(super) const HEADER: u64 = u64::MAX;
 
-/// Length in bytes of a frame's header.
-const HEAD: usize = 48;
+/// Length in bytes of the part of a frame before its contents, and of the part of that before its SHA-256.
+const HEAD: usize = 56;
+const BEFORE_DIGEST: usize = 24;
+
+/// What the names of journals have after that of the output, before random letters.
+const NAME: &str = ".part.";
 
 /// Time after which the next frame forces the journal to disk. It bounds the loss by a power cut.
 const SYNC_EVERY: Duration = Duration::from_secs(10);
 
-/// Makes the header of a frame with these contents.
-fn head(contents: &[u8]) -> [u8; HEAD] {
+/// Whether a file is a journal. A pipe is not opened, since that would block.
+pub fn is_journal(path: &Path) -> bool {
+    let plain = path.symlink_metadata().is_ok_and(|metadata| metadata.is_file());
+    let mut first = [0; MAGIC.len()];
+    plain && File::open(path).is_ok_and(|mut file| file.read_exact(&mut first).is_ok()) && first == MAGIC
+}
+
+/// The journals of the map at `output`, sorted by name.
+///
+/// # Errors
+/// Those of the file system.
+pub fn journals(output: &Path) -> Result<Vec<PathBuf>, StoreError> {
+    let mut found = files::named(&beside(output, NAME)?)?;
+    found.retain(|path| is_journal(path));
+    Ok(found)
+}
+
+/// Makes the part of a frame before its contents.
+fn head(tile: u64, contents: &[u8]) -> [u8; HEAD] {
     let mut head = [0; HEAD];
     head[..8].copy_from_slice(&MAGIC);
     head[8..16].copy_from_slice(&(contents.len() as u64).to_le_bytes());
-    let digest = Sha256::new().chain_update(&head[..16]).chain_update(contents).finalize();
-    head[16..].copy_from_slice(&digest);
+    head[16..24].copy_from_slice(&tile.to_le_bytes());
+    let digest = Sha256::new().chain_update(&head[..BEFORE_DIGEST]).chain_update(contents).finalize();
+    head[BEFORE_DIGEST..].copy_from_slice(&digest);
     head
 }
 
-/// A journal, locked and open for appending.
+/// A place of a frame in a journal.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Frame {
+    /// Number of the tile, or [`HEADER`].
+    pub(super) tile: u64,
+    /// Position of its first byte.
+    pub(super) at: u64,
+    /// Length of its contents in bytes.
+    pub(super) length: u64,
+}
+
+impl Frame {
+    /// Length in bytes.
+    pub(super) fn bytes(self) -> u64 {
+        HEAD as u64 + self.length
+    }
+}
+
+/// The journal of this process.
 #[derive(Debug)]
 pub(super) struct Journal {
     pub(super) path: PathBuf,
     file: File,
     /// Length in bytes.
-    pub(super) end: u64,
+    end: u64,
     synced: Instant,
-    /// Whether the journal is locked against other processes; false on file systems without locks.
-    pub(super) locked: bool,
-    /// Whether the file is kept when the journal is dropped: it holds a tile, or was not empty when opened.
+    /// Whether the file is kept when the journal is dropped: it holds a tile.
     keep: bool,
 }
 
 impl Journal {
-    /// Opens and locks the journal at `path`; creates an empty one if there is none.
+    /// Creates a journal of the map at `output` with the contents of its header.
     ///
     /// # Errors
-    /// [`StoreError::Busy`] if a running process holds it; [`StoreError::InTheWay`] if the path is not a
-    /// journal; otherwise the error of the file system.
-    pub(super) fn open(path: &Path) -> Result<Self, StoreError> {
-        let failed = |source| StoreError::io("write", path, source);
-        loop {
-            // Follow no links, and accept only regular files.
-            if path.symlink_metadata().is_ok_and(|metadata| !metadata.is_file()) {
-                return Err(StoreError::InTheWay(path.to_path_buf()));
-            }
-            let mut options = OpenOptions::new();
-            let file =
-                options.read(true).write(true).create(true).truncate(false).open(path).map_err(failed)?;
-            let locked = match fs4::FileExt::try_lock(&file) {
-                Ok(()) => true,
-                Err(TryLockError::WouldBlock) => {
-                    return Err(StoreError::Busy(path.to_path_buf()));
-                }
-                // File systems without locks (on some clusters): the caller checks `locked`.
-                Err(TryLockError::Error(_)) => false,
-            };
-            if !still_there(&file, path) {
-                continue; // The run that held the lock has just finished and removed it.
-            }
-            let mut first = Vec::new();
-            let length = file.metadata().map_err(failed)?.len();
-            (&file).take(MAGIC.len() as u64).read_to_end(&mut first).map_err(failed)?;
-            // A kill within the first write leaves a partial or an empty magic, which is accepted too.
-            if !MAGIC.starts_with(&first) {
-                return Err(StoreError::InTheWay(path.to_path_buf()));
-            }
-            let (path, synced, keep) = (path.to_path_buf(), Instant::now(), length > 0);
-            return Ok(Self { path, file, end: length, synced, locked, keep });
-        }
+    /// Those of the file system.
+    pub(super) fn create(output: &Path, header: &[u8]) -> Result<Self, StoreError> {
+        let failed = |source| StoreError::io("write", output, source);
+        let name = beside(output, NAME)?;
+        let (file, path) = files::temporary(&name).and_then(|file| Ok(file.keep()?)).map_err(failed)?;
+        // As the output is given, not as the system knows it.
+        let path = name.with_file_name(path.file_name().unwrap_or_default());
+        let mut journal = Self { path, file, end: 0, synced: Instant::now(), keep: false };
+        journal.append(HEADER, header)?;
+        journal.sync()?;
+        sync_folder(&journal.path).map_err(failed)?;
+        Ok(journal)
     }
 
-    pub(super) fn is_at(path: &Path) -> bool {
-        path.symlink_metadata().is_ok_and(|metadata| metadata.is_file() && metadata.len() > 0)
-    }
-
-    pub(super) fn clear(&mut self) -> Result<(), StoreError> {
-        self.file.set_len(0).map_err(|source| StoreError::io("write", &self.path, source))?;
-        self.end = 0;
-        self.keep = false;
-        Ok(())
-    }
-
-    /// Appends a frame. `keep` keeps the journal when it is dropped.
-    pub(super) fn append(&mut self, contents: &[u8], keep: bool) -> Result<(), StoreError> {
-        let frame = [&head(contents), contents].concat();
-        let written = self.file.seek(SeekFrom::Start(self.end)).and_then(|_| self.file.write_all(&frame));
+    /// Appends a frame; a tile keeps the journal when it is dropped.
+    pub(super) fn append(&mut self, tile: u64, contents: &[u8]) -> Result<Frame, StoreError> {
+        let bytes = [&head(tile, contents), contents].concat();
+        let written = self.file.seek(SeekFrom::Start(self.end)).and_then(|_| self.file.write_all(&bytes));
         if let Err(source) = written {
-            // Cut off the partial frame. If this fails too, the next start cuts it off.
+            // Cut off the partial frame. If this fails too, readers ignore it.
             let _ = self.file.set_len(self.end);
             return Err(StoreError::io("write", &self.path, source));
         }
-        self.end += frame.len() as u64;
-        self.keep |= keep;
-        if self.synced.elapsed() > SYNC_EVERY { self.sync() } else { Ok(()) }
+        let frame = Frame { tile, at: self.end, length: contents.len() as u64 };
+        self.end += frame.bytes();
+        self.keep |= tile != HEADER;
+        if self.synced.elapsed() > SYNC_EVERY {
+            self.sync()?;
+        }
+        Ok(frame)
     }
 
     /// Forces all frames to disk.
@@ -136,47 +143,6 @@ impl Journal {
             return Err(StoreError::Gone(self.path.clone()));
         }
         self.file.sync_data().map_err(|source| StoreError::io("write", &self.path, source))
-    }
-
-    /// Forces the journal's entry in its folder to disk.
-    pub(super) fn sync_name(&self) -> Result<(), StoreError> {
-        sync_folder(&self.path).map_err(|source| StoreError::io("write", &self.path, source))
-    }
-
-    /// Calls `visit` with the contents of one frame after the other; it returns false to refuse a frame.
-    /// Stops at the first frame that is partial, longer than `longest` bytes or refused, cuts off the rest
-    /// (unless it is the whole journal), and returns the number of bytes of the rest. One frame at a time is
-    /// in memory.
-    pub(super) fn replay(
-        &mut self,
-        longest: u64,
-        mut visit: impl FnMut(&[u8]) -> Result<bool, StoreError>,
-    ) -> Result<u64, StoreError> {
-        let path = self.path.clone();
-        let failed = |source| StoreError::io("read", &path, source);
-        let length = self.file.metadata().map_err(failed)?.len();
-        let mut reader = BufReader::with_capacity(1 << 20, &self.file);
-        reader.seek(SeekFrom::Start(0)).map_err(failed)?;
-        let mut end = 0;
-        let mut contents = Vec::new();
-        while read_frame(&mut reader, longest.min(length - end), &mut contents).map_err(failed)?
-            && visit(&contents)?
-        {
-            end += (HEAD + contents.len()) as u64;
-        }
-        drop(reader);
-        let cut = length - end;
-        if cut > 0 && end > 0 {
-            self.file.set_len(end).map_err(|source| StoreError::io("write", &path, source))?;
-        }
-        self.end = end;
-        Ok(cut)
-    }
-
-    /// Removes the journal: the map is finished, or nothing was computed.
-    pub(super) fn remove(mut self) -> Result<(), StoreError> {
-        self.keep = true; // so that dropping it does not remove it again
-        fs::remove_file(&self.path).map_err(|source| StoreError::io("remove", &self.path, source))
     }
 }
 
@@ -203,119 +169,208 @@ fn still_there(_: &File, _: &Path) -> bool {
     true
 }
 
-/// Reads the contents of the next frame; returns whether it is whole, and at most `longest` bytes long.
-fn read_frame(reader: &mut impl Read, longest: u64, contents: &mut Vec<u8>) -> io::Result<bool> {
-    contents.clear();
-    let mut found = Vec::with_capacity(HEAD);
-    if reader.take(HEAD as u64).read_to_end(&mut found)? < HEAD {
-        return Ok(false);
+/// A journal, open for reading.
+#[derive(Debug)]
+pub(super) struct Reader {
+    file: File,
+    /// Length of the file when it was opened; it may grow.
+    pub(super) length: u64,
+    next: u64,
+    longest: u64,
+}
+
+impl Reader {
+    /// Opens a journal whose frames have contents of at most `longest` bytes.
+    pub(super) fn open(path: &Path, longest: u64) -> io::Result<Self> {
+        let file = File::open(path)?;
+        let length = file.metadata()?.len();
+        Ok(Self { file, length, next: 0, longest })
     }
-    let length = found[8..16].iter().rev().fold(0, |n, &byte| n << 8 | u64::from(byte));
-    Ok(length <= longest
-        && reader.take(length).read_to_end(contents)? as u64 == length
-        && found == head(contents))
+
+    /// The next frame, by its first bytes alone; `None` where no frame begins or a frame is cut short.
+    pub(super) fn next(&mut self) -> io::Result<Option<Frame>> {
+        let rest = self.length - self.next;
+        if rest < HEAD as u64 {
+            return Ok(None);
+        }
+        let mut head = [0; BEFORE_DIGEST];
+        self.file.seek(SeekFrom::Start(self.next))?;
+        self.file.read_exact(&mut head)?;
+        let frame = Frame { tile: number(&head[16..]), at: self.next, length: number(&head[8..16]) };
+        if head[..8] != MAGIC || frame.length > self.longest.min(rest - HEAD as u64) {
+            return Ok(None);
+        }
+        self.next += frame.bytes();
+        Ok(Some(frame))
+    }
+
+    /// Number of bytes after the last frame.
+    pub(super) fn rest(&self) -> u64 {
+        self.length - self.next
+    }
+
+    /// Reads the contents of a frame into `buffer`; `None` if they do not match its fingerprint.
+    pub(super) fn contents<'a>(
+        &mut self,
+        frame: Frame,
+        buffer: &'a mut Vec<u8>,
+    ) -> io::Result<Option<&'a [u8]>> {
+        buffer.clear();
+        self.file.seek(SeekFrom::Start(frame.at))?;
+        (&self.file).take(frame.bytes()).read_to_end(buffer)?;
+        let whole = buffer.len() as u64 == frame.bytes();
+        Ok(match buffer.split_at_checked(HEAD) {
+            Some((found, contents)) if whole && *found == head(frame.tile, contents) => Some(contents),
+            _ => None,
+        })
+    }
+}
+
+/// The number whose bytes are the first eight, the lowest first.
+fn number(bytes: &[u8]) -> u64 {
+    bytes[..8].iter().rev().fold(0, |n, &byte| n << 8 | u64::from(byte))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use tempfile::TempDir;
 
-    fn journal(folder: &tempfile::TempDir) -> Journal {
-        Journal::open(&folder.path().join("map.h5.part")).unwrap()
+    /// SplitMix64 below `n`.
+    fn below(state: &mut u64, n: usize) -> usize {
+        *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = *state;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) % n.max(1) as u64) as usize
     }
 
-    fn frames(journal: &mut Journal) -> (Vec<Vec<u8>>, u64) {
-        let mut found = Vec::new();
-        let cut = journal.replay(1 << 20, |contents| {
-            found.push(contents.to_vec());
-            Ok(true)
-        });
-        (found, cut.unwrap())
+    /// Contents of several lengths, some of which contain the magic.
+    fn contents(state: &mut u64, tile: usize) -> Vec<u8> {
+        let length = [0, 7, 100, 700, 5000][below(state, 5)] + tile;
+        MAGIC.iter().copied().chain(0..=255).cycle().skip(below(state, 8)).take(length).collect()
     }
 
-    /// Writes frames of several lengths, some of which contain the magic.
-    fn written(journal: &mut Journal) -> Vec<Vec<u8>> {
-        let all: Vec<Vec<u8>> = (0..5).map(|i| MAGIC.iter().copied().cycle().take(7 * i).collect()).collect();
-        for contents in &all {
-            journal.append(contents, true).unwrap();
+    /// Frames with their contents.
+    type Tiles = Vec<(Frame, Vec<u8>)>;
+
+    /// A journal of `tiles` tiles, its frames, and its bytes.
+    fn written(folder: &TempDir, state: &mut u64, tiles: usize) -> (PathBuf, Tiles, Vec<u8>) {
+        let mut journal = Journal::create(&folder.path().join("map.h5"), b"a header").unwrap();
+        let mut append = |tile| {
+            let contents = contents(state, tile);
+            (journal.append(tile as u64, &contents).unwrap(), contents)
+        };
+        let frames = (0..tiles).map(&mut append).collect();
+        let path = journal.path.clone();
+        drop(journal);
+        let bytes = fs::read(&path).unwrap();
+        (path, frames, bytes)
+    }
+
+    /// The whole tiles in a journal.
+    fn read(path: &Path) -> Tiles {
+        let mut reader = Reader::open(path, 1 << 20).unwrap();
+        let (mut found, mut buffer) = (Vec::new(), Vec::new());
+        while let Some(frame) = reader.next().unwrap() {
+            if let Some(contents) = reader.contents(frame, &mut buffer).unwrap() {
+                found.push((frame, contents.to_vec()));
+            }
         }
-        all
+        found.split_off(usize::from(found.first().is_some_and(|(frame, _)| frame.tile == HEADER)))
     }
 
     #[test]
-    fn every_cut_leaves_the_frames_before_it() {
+    fn a_journal_without_a_tile_ends_with_its_process() {
         let folder = tempfile::tempdir().unwrap();
-        let mut journal = journal(&folder);
-        let all = written(&mut journal);
-        let ends: Vec<u64> = all
-            .iter()
-            .scan(0, |end, contents| {
-                *end += (HEAD + contents.len()) as u64;
-                Some(*end)
-            })
-            .collect();
-        let bytes = fs::read(&journal.path).unwrap();
-        assert_eq!(bytes.len() as u64, ends[4]);
-        for cut in 0..=bytes.len() {
-            journal.file.set_len(0).unwrap();
-            journal.file.seek(SeekFrom::Start(0)).unwrap();
-            journal.file.write_all(&bytes[..cut]).unwrap();
-            let whole = ends.iter().filter(|&&end| end <= cut as u64).count();
-            let (found, lost) = frames(&mut journal);
-            assert_eq!(found, all[..whole], "cut at {cut}");
-            let end = if whole == 0 { 0 } else { ends[whole - 1] };
-            assert_eq!(lost, cut as u64 - end);
-            // Appending continues from there.
-            journal.append(&[9; 9], true).unwrap();
-            assert_eq!(frames(&mut journal).0.len(), whole + 1);
-        }
+        let (output, mut state) = (folder.path().join("map.h5"), 0);
+        drop(Journal::create(&output, b"a header").unwrap());
+        assert_eq!(journals(&output).unwrap(), Vec::<PathBuf>::new());
+        let (one, ..) = written(&folder, &mut state, 1);
+        let (two, ..) = written(&folder, &mut state, 1);
+        let mut both = [one, two];
+        both.sort();
+        // Neither other files nor links are journals.
+        fs::write(folder.path().join("map.h5.part.notes"), "my notes").unwrap();
+        #[cfg(unix)]
+        std::os::unix::fs::symlink(&both[0], folder.path().join("map.h5.part.link")).unwrap();
+        assert_eq!(journals(&output).unwrap(), both);
+        assert!(both.iter().all(|path| is_journal(path)));
     }
 
     #[test]
-    fn a_flipped_byte_costs_its_frame_and_those_after_it() {
+    fn a_journal_that_was_removed_is_gone() {
         let folder = tempfile::tempdir().unwrap();
-        let mut journal = journal(&folder);
-        let all = written(&mut journal);
-        let bytes = fs::read(&journal.path).unwrap();
-        let lengths = all.iter().map(|contents| HEAD + contents.len());
-        let frame_of = lengths.enumerate().flat_map(|(frame, length)| std::iter::repeat_n(frame, length));
-        for (place, frame) in frame_of.enumerate() {
+        let mut journal = Journal::create(&folder.path().join("map.h5"), b"a header").unwrap();
+        fs::remove_file(&journal.path).unwrap();
+        assert!(matches!(journal.sync(), Err(StoreError::Gone(_))));
+    }
+
+    #[test]
+    fn a_flipped_byte_costs_its_frame() {
+        let folder = tempfile::tempdir().unwrap();
+        let (path, frames, bytes) = written(&folder, &mut 1, 5);
+        for place in (frames[0].0.at as usize..bytes.len()).step_by(7) {
             let mut damaged = bytes.clone();
             damaged[place] ^= 1 << (place % 8);
-            journal.file.set_len(0).unwrap();
-            journal.file.seek(SeekFrom::Start(0)).unwrap();
-            journal.file.write_all(&damaged).unwrap();
-            let (found, cut) = frames(&mut journal);
-            assert_eq!(found, all[..frame], "flip at {place}");
-            assert!(cut > 0, "flip at {place}");
+            fs::write(&path, damaged).unwrap();
+            let hit = frames.iter().rposition(|(frame, _)| frame.at <= place as u64).unwrap();
+            let found = read(&path);
+            // Where its length or its magic is hit, nothing after it is found.
+            let head = place as u64 - frames[hit].0.at < 16;
+            let expected =
+                frames.iter().enumerate().filter(|(frame, _)| *frame < hit || !head && *frame != hit);
+            assert_eq!(
+                found,
+                expected.map(|(_, frame)| frame.clone()).collect::<Vec<_>>(),
+                "flip at {place}"
+            );
         }
     }
 
-    #[test]
-    fn a_second_opening_is_refused_until_the_first_is_closed() {
-        let folder = tempfile::tempdir().unwrap();
-        let first = journal(&folder);
-        assert!(first.locked);
-        let path = first.path.clone();
-        assert!(matches!(Journal::open(&path), Err(StoreError::Busy { .. })));
-        drop(first);
-        Journal::open(&path).unwrap().remove().unwrap();
-        assert!(!path.exists());
+    /// What a disk may hold after a power cut, if it was forced at `synced`: all before that; of what was written
+    /// after it any pages, the others as zeros, to any length, the last page perhaps in part.
+    fn crashed(bytes: &[u8], synced: usize, state: &mut u64) -> Vec<u8> {
+        const PAGE: usize = 512;
+        let length = synced + below(state, bytes.len() - synced + 1);
+        let mut image = bytes[..length].to_vec();
+        for page in (synced / PAGE)..length.div_ceil(PAGE) {
+            if below(state, 3) == 0 {
+                let end = length.min((page + 1) * PAGE);
+                let from = (page * PAGE + below(state, 2) * below(state, PAGE)).max(synced).min(end);
+                image[from..end].fill(0);
+            }
+        }
+        image
     }
 
+    /// A simulated disk: whatever it keeps of what was not forced to it, every tile before that is read as it was
+    /// written, and no tile is read otherwise.
     #[test]
-    fn other_files_are_not_opened_as_journals() {
+    fn what_was_forced_to_disk_is_read_and_nothing_else_than_was_written() {
         let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("map.h5.part");
-        fs::write(&path, "my notes").unwrap();
-        assert!(matches!(Journal::open(&path), Err(StoreError::InTheWay { .. })));
-        assert_eq!(fs::read_to_string(&path).unwrap(), "my notes");
-        #[cfg(unix)]
-        {
-            let link = folder.path().join("link.part");
-            std::os::unix::fs::symlink(folder.path().join("target"), &link).unwrap();
-            assert!(matches!(Journal::open(&link), Err(StoreError::InTheWay { .. })));
-            assert!(!folder.path().join("target").exists());
+        let seeds = std::env::var("SLIPMAP_SEEDS").map_or(150, |seeds| seeds.parse().unwrap());
+        let mut torn = 0;
+        for seed in 0..seeds {
+            let mut state = seed;
+            let tiles = 1 + below(&mut state, 20);
+            let (path, frames, bytes) = written(&folder, &mut state, tiles);
+            // Forced to disk after some frame, or at the beginning alone.
+            let kept = below(&mut state, frames.len() + 1);
+            let synced = frames.get(kept).map_or(bytes.len(), |(frame, _)| frame.at as usize);
+            fs::write(&path, crashed(&bytes, synced, &mut state)).unwrap();
+            let found = read(&path);
+            assert!(
+                found.starts_with(&frames[..kept]),
+                "seed {seed}: a tile that was forced to disk is lost"
+            );
+            assert!(
+                found.iter().all(|frame| frames.contains(frame)),
+                "seed {seed}: a tile that was never written"
+            );
+            torn += usize::from(found.len() < frames.len());
+            fs::remove_file(path).unwrap();
         }
+        assert!(2 * torn > seeds as usize, "{torn} of {seeds} seeds lose something");
     }
 }

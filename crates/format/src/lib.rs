@@ -56,13 +56,14 @@
 //!
 //! # Protection against damage
 //!
-//! - [`MapFile::open`] verifies a map before any of it is used: by its seal or, where another program has
+//! - [`MapFile::open`] verifies a map before any of it is used (of a map of more than 256 MiB all but its cells, and
+//!   those when they are read, by the checksums of their tiles): by its seal or, where another program has
 //!   removed the seal, by the fingerprints of its numbers; attributes are then taken as they are. These detect accidents, not forgery: a person who changes a map
 //!   on purpose can seal it again.
 //!
-//! - A map has a temporary name, `NAME.part-map`, until it is complete, sealed and on disk. A killed run may
-//!   leave that file and `NAME.part`, the journal of its finished tiles ([`PartialMap`]), but nothing under
-//!   the map's own name.
+//! - A map has a temporary name, `NAME.part-map.LETTERS`, until it is complete, sealed and on disk. A killed run
+//!   may leave that file and `NAME.part.LETTERS`, the journal of its finished tiles ([`Journals`]), but nothing
+//!   under the map's own name.
 //! - `sha256` of a variable: SHA-256 of the concatenated SHA-256s of its tiles, row-major, each over the
 //!   tile's cells (not the padding of its chunk), little-endian, with one bit pattern for NaN. It depends
 //!   neither on the number of threads nor on the compression, and survives copying by other tools.
@@ -78,6 +79,7 @@ mod error;
 pub mod files;
 mod identity;
 mod journal;
+mod journals;
 mod open;
 mod pack;
 mod partial;
@@ -92,10 +94,10 @@ mod writer;
 pub use crate::files::Existing;
 pub use check::{CheckReport, Problem, check};
 pub use error::StoreError;
-pub use journal::is_journal;
+pub use journal::{is_journal, journals};
+pub use journals::{Journals, Left, left, remove_parts, remove_unfinished};
 pub use pack::LengthSink;
 pub use pack::PackedTile;
-pub use partial::{Left, left, remove_unfinished};
 pub use partial::{PartialMap, Resumed};
 pub use reader::SIGNATURE;
 pub use reader::{MapFile, Pick};

@@ -30,8 +30,8 @@ pub enum Pick {
     Every(usize),
 }
 
-/// A stored map, open for reading. Cells stay on disk until they are read. All cells were verified when the
-/// map was opened.
+/// A stored map, open for reading. Cells stay on disk until they are read. They were verified when the map was
+/// opened; those of a large map are when they are read, by the checksums of their tiles.
 #[derive(Debug)]
 pub struct MapFile {
     /// Its path.
@@ -40,6 +40,8 @@ pub struct MapFile {
     pub(super) schema: Schema,
     attributes: BTreeMap<String, Value>,
     pub(super) length: u64,
+    /// Whether it is so large that its tiles are verified when they are read.
+    pub(super) by_parts: bool,
     /// Whether the map ends with its seal; if not, another program has written to it or copied it.
     pub sealed: bool,
     pub(super) curves: Vec<PlaneCurves>,
@@ -58,11 +60,20 @@ impl MapFile {
         trust::distinct(&file, &schema)
             .map_err(|unfit| StoreError::unfit("list the variables of", path, unfit))?;
         let path = path.to_path_buf();
-        Ok(Self { path, file, schema, attributes, length, sealed: false, curves: Vec::new() })
+        Ok(Self {
+            path,
+            file,
+            schema,
+            attributes,
+            length,
+            by_parts: false,
+            sealed: false,
+            curves: Vec::new(),
+        })
     }
 
     pub(super) fn place(&self) -> FilePlace<'_> {
-        FilePlace { path: &self.path, length: self.length }
+        FilePlace { path: &self.path, length: self.length, by_parts: self.by_parts }
     }
 
     /// The grid: friction law and axes, slowest first.
@@ -224,7 +235,17 @@ impl MapFile {
         if ranges.len() != shape.len() || !ranges.iter().zip(&shape).all(fits) {
             return Err(self.out_of_range(variable, format!("{ranges:?}"), &shape));
         }
+        self.trust(&dataset, variable, ranges)?;
         read_box(&dataset, ranges).map_err(|error| self.failed(variable, &error))
+    }
+
+    /// Looks at the chunks in a box of cells before the library does, if that was not done for all of them.
+    fn trust(&self, dataset: &Dataset, variable: &str, ranges: &[Range<usize>]) -> Result<(), StoreError> {
+        if !self.by_parts {
+            return Ok(());
+        }
+        trust::inflates_to_its_size(dataset, variable, ranges, self.place())
+            .map_err(|unfit| StoreError::unfit(format!("read {variable} in"), &self.path, unfit))
     }
 
     fn slice<T: hdf5::H5Type>(&self, variable: &str, at: &[Pick]) -> Result<ArrayD<T>, StoreError> {
@@ -245,6 +266,11 @@ impl MapFile {
         if at.len() != shape.len() || !at.iter().zip(&shape).all(fits) {
             return Err(self.out_of_range(variable, format!("{at:?}"), &shape));
         }
+        let span = |(pick, &end): (&Pick, &usize)| match *pick {
+            Pick::Node(index) => index..index + 1,
+            Pick::Every(_) => 0..end,
+        };
+        self.trust(dataset, variable, &at.iter().zip(&shape).map(span).collect::<Vec<_>>())?;
         let selection: Vec<SliceOrIndex> = at
             .iter()
             .zip(&shape)
@@ -324,7 +350,7 @@ fn read_schema(
     let mut nodes = Vec::new();
     for name in Grid::axis_names(&law) {
         nodes.push(
-            read_axis(file, name, FilePlace { path, length })
+            read_axis(file, name, FilePlace { path, length, by_parts: false })
                 .map_err(|unfit| StoreError::unfit(format!("read the axis {name} of"), path, unfit))?,
         );
     }

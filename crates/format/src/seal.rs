@@ -4,7 +4,7 @@
 //! HDF5 readers ignore it. It covers bytes that no checksum of HDF5 covers (unused bytes, the heap of
 //! references, raw coordinates). A program that opens the map for writing removes it.
 
-use std::fs::{self, File, OpenOptions};
+use std::fs::{File, OpenOptions};
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
@@ -23,6 +23,9 @@ const LABEL: &str = "\nslipmap seal, sha256 of every byte before this line: ";
 /// The message for a file whose seal does not match.
 pub(super) const BROKEN: &str = "its bytes are not those that were sealed at the end of the run";
 
+/// What the name of an unfinished map has after that of the output, before random letters.
+pub(super) const UNFINISHED: &str = ".part-map.";
+
 /// Length of the seal in bytes.
 const LENGTH: u64 = LABEL.len() as u64 + 64 + 1;
 
@@ -35,6 +38,8 @@ pub(super) enum Seal {
     Broken,
     /// The file has no seal.
     Missing,
+    /// The file has a seal and is longer than was to be read.
+    NotCompared,
 }
 
 /// Fingerprint of the next `length` bytes.
@@ -61,24 +66,27 @@ pub(super) fn seal(path: &Path) -> io::Result<()> {
     file.sync_all()
 }
 
-/// Compares a file with its seal.
-pub(super) fn verify(path: &Path) -> io::Result<Seal> {
+/// Compares a file of at most `most` bytes with its seal.
+fn verify(path: &Path, most: u64) -> io::Result<Seal> {
     let mut file = File::open(path)?;
     let Some(length) = file.metadata()?.len().checked_sub(LENGTH) else { return Ok(Seal::Missing) };
     file.seek(SeekFrom::Start(length))?;
     let mut line = Vec::new();
     file.read_to_end(&mut line)?;
     let Some(digits) = line.strip_prefix(LABEL.as_bytes()) else { return Ok(Seal::Missing) };
+    if length > most {
+        return Ok(Seal::NotCompared);
+    }
     file.rewind()?;
     let expected = fingerprint(&mut file, length)? + "\n";
     Ok(if digits == expected.as_bytes() { Seal::Whole } else { Seal::Broken })
 }
 
-/// The state of a file's seal, determined without the HDF5 library.
-pub(super) fn of(path: &Path) -> Result<Seal, StoreError> {
+/// The state of a file's seal, determined without the HDF5 library. It is compared with at most `most` bytes.
+pub(super) fn of(path: &Path, most: u64) -> Result<Seal, StoreError> {
     let failed = |source| StoreError::io("read", path, source);
     match trust::plain_file(path).map_err(failed)? {
-        Ok(_) => verify(path).map_err(failed),
+        Ok(_) => verify(path, most).map_err(failed),
         Err(why) => Err(StoreError::NotAMap { path: path.to_path_buf(), why }),
     }
 }
@@ -100,21 +108,6 @@ pub(super) fn beside(output: &Path, ending: &str) -> Result<PathBuf, StoreError>
     let mut own = name.to_os_string();
     own.push(ending);
     Ok(folder.join(own))
-}
-
-/// The empty file at `path`, which is removed unless it is published; replaces one that a killed run has
-/// left.
-pub(super) fn temporary(path: PathBuf) -> Result<TempPath, StoreError> {
-    match fs::remove_file(&path) {
-        Err(source) if source.kind() != io::ErrorKind::NotFound => {
-            return Err(StoreError::io("remove", &path, source));
-        }
-        _ => {}
-    }
-    let created = OpenOptions::new().write(true).create_new(true).open(&path);
-    created
-        .and_then(|_| TempPath::try_from_path(&path))
-        .map_err(|source| StoreError::io("write", &path, source))
 }
 
 /// Gives the finished map its name and forces the name to disk.

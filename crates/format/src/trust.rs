@@ -7,6 +7,7 @@
 use std::collections::HashSet;
 use std::fs::File;
 use std::io::{Read as _, Seek as _, SeekFrom};
+use std::ops::Range;
 use std::path::Path;
 
 use hdf5::filters::Filter;
@@ -216,6 +217,8 @@ pub(super) fn kind(dataset: &Dataset) -> hdf5::Result<TypeDescriptor> {
 pub(super) struct FilePlace<'a> {
     pub(super) path: &'a Path,
     pub(super) length: u64,
+    /// Whether the chunks of variables over the grid are looked at when they are read, not all at once.
+    pub(super) by_parts: bool,
 }
 
 /// Refuses numbers that are stored in other files, that other filters than those of this program have packed,
@@ -237,25 +240,27 @@ pub(super) fn own_numbers(dataset: &Dataset, name: &str, file: FilePlace) -> Res
         [] | [Filter::Shuffle] | [Filter::Deflate(_)] | [Filter::Shuffle, Filter::Deflate(_)]
     );
     require(known, || format!("{name} is packed by {filters:?}, which no version of slipmap uses"))?;
-    if filters.iter().any(|filter| matches!(filter, Filter::Deflate(_))) {
-        inflates_to_its_size(dataset, name, &chunk, file)?;
+    let deflated = filters.iter().any(|filter| matches!(filter, Filter::Deflate(_)));
+    if deflated && !file.by_parts && dataset.storage_size().saturating_mul(DEFLATE_RATIO) > MOST_INFLATED {
+        let all: Vec<Range<usize>> = dataset.shape().iter().map(|&len| 0..len).collect();
+        inflates_to_its_size(dataset, name, &all, file)?;
     }
     Ok(())
 }
 
-/// Refuses chunks that inflate to more than their declared size: the HDF5 library inflates a stream to its end,
-/// however long that is. Streams that are too short for much are left to it.
-fn inflates_to_its_size(
+/// Refuses chunks in this box of cells that inflate to more than their declared size: the HDF5 library inflates a
+/// stream to its end, however long that is. Streams that are too short for much are left to it.
+pub(super) fn inflates_to_its_size(
     dataset: &Dataset,
     name: &str,
-    chunk: &[usize],
+    ranges: &[Range<usize>],
     file: FilePlace,
 ) -> Result<(), Unfit> {
-    if dataset.storage_size().saturating_mul(DEFLATE_RATIO) <= MOST_INFLATED {
-        return Ok(());
-    }
-    let counts: Vec<usize> =
-        dataset.shape().iter().zip(chunk).map(|(all, part)| all.div_ceil(*part)).collect();
+    let Some(chunk) = dataset.chunk() else { return Ok(()) };
+    // The chunks along each dimension.
+    let chunks = |(range, part): (&Range<usize>, &usize)| range.start / part..range.end.div_ceil(*part);
+    let chunks: Vec<Range<usize>> = ranges.iter().zip(&chunk).map(chunks).collect();
+    let counts: Vec<usize> = chunks.iter().map(ExactSizeIterator::len).collect();
     let all = counts.iter().fold(1usize, |n, &count| n.saturating_mul(count));
     require(all as u64 <= file.length, || {
         format!("{name} declares {all} chunks, more than {} bytes can hold", file.length)
@@ -265,8 +270,9 @@ fn inflates_to_its_size(
     let mut inflated = vec![0; chunk.iter().product::<usize>() * dataset.dtype()?.size()];
     let mut decompressor = Decompressor::new();
     for number in 0..all {
+        let at = unravel(number, &counts);
         let start: Vec<usize> =
-            unravel(number, &counts).iter().zip(chunk).map(|(at, len)| at * len).collect();
+            at.iter().zip(&chunks).zip(&chunk).map(|((at, chunks), len)| (chunks.start + at) * len).collect();
         let ChunkPlace { address, size } = sys::chunk_place(dataset, &start)?;
         if size.saturating_mul(DEFLATE_RATIO) <= MOST_INFLATED {
             continue;

@@ -1,16 +1,16 @@
 //! Writes maps.
 
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, PoisonError};
 
 use hdf5::plist::file_create::AttrCreationOrder;
 use hdf5::types::VarLenArray;
 use hdf5::{Dataset, File, ObjectReference1};
+use sha2::{Digest, Sha256};
 use tempfile::TempPath;
 
 use crate::files::Existing;
 use slipmap_map::dataset::{
-    Auxiliary, Fingerprint, Outcome, Schema, Value, Variable, attributes, auxiliary, fingerprint, hex,
+    Auxiliary, Outcome, Schema, Value, Variable, attributes, auxiliary, fingerprint, hex,
 };
 use slipmap_map::map::{Axis, Plan};
 
@@ -23,11 +23,11 @@ use super::seal;
 use super::sys::{self, ScaleUse};
 use super::value;
 
-/// Fingerprints and counts of the chunks of one variable written so far.
+/// Fingerprint and counts of the chunks of one variable written so far.
 #[derive(Debug)]
 struct Written {
-    /// Fingerprint of each chunk, once it is written.
-    chunks: Vec<Option<Fingerprint>>,
+    /// The fingerprints of the chunks.
+    digest: Sha256,
     /// Number of cells with each of the variable's codes.
     counts: Vec<u64>,
 }
@@ -42,9 +42,11 @@ pub(super) struct MapWriter {
     temporary: TempPath,
     output: PathBuf,
     existing: Existing,
-    pub(super) history: String,
-    pub(super) schema: Schema,
-    written: Mutex<Vec<Written>>,
+    history: String,
+    schema: Schema,
+    written: Vec<Written>,
+    /// Number of tiles written.
+    tiles: usize,
 }
 
 impl MapWriter {
@@ -68,7 +70,7 @@ impl MapWriter {
             .variables
             .iter()
             .map(|variable| Written {
-                chunks: vec![None; schema.chunks(variable)],
+                digest: Sha256::new(),
                 counts: vec![0; variable.codes().map_or(0, |codes| codes.len())],
             })
             .collect();
@@ -80,24 +82,24 @@ impl MapWriter {
             existing,
             history,
             schema,
-            written: Mutex::new(written),
+            written,
+            tiles: 0,
         })
     }
 
     /// Completes the map, seals it, forces it to disk, and gives it its name.
     ///
     /// # Errors
-    /// [`StoreError::Incomplete`] if tiles are missing, [`StoreError::NotComputed`] if cells are,
-    /// [`StoreError::Overtaken`] if the output appeared meanwhile and is not to be replaced; otherwise the
-    /// error of the file system or of the library. All errors except `Overtaken` remove the temporary file.
+    /// [`StoreError::NotComputed`] if cells were not computed, [`StoreError::Overtaken`] if the output appeared
+    /// meanwhile and is not to be replaced; otherwise the error of the file system or of the library. All errors
+    /// except `Overtaken` remove the temporary file.
     pub(super) fn finish(self, outcome: &Outcome) -> Result<(), StoreError> {
-        self.check_complete()?;
-        let Self { datasets, file, temporary, output, existing, history, schema, written } = self;
+        self.check_computed()?;
+        let Self { datasets, file, temporary, output, existing, history, schema, written, .. } = self;
         let schema = &schema;
-        let written = written.into_inner().unwrap_or_else(PoisonError::into_inner);
         let failed = |error: hdf5::Error| StoreError::hdf5("finish", &output, &error);
         create_auxiliary(&file, schema, &outcome.auxiliary).map_err(failed)?;
-        for ((dataset, variable), written) in datasets.iter().zip(&schema.variables).zip(&written) {
+        for ((dataset, variable), written) in datasets.iter().zip(&schema.variables).zip(written) {
             if let Some(si) = &outcome.si {
                 let rank = variable.rank(schema.grid.axes().len());
                 for (name, value) in auxiliary::attributes_of(&variable.name, rank, &schema.grid, si) {
@@ -120,33 +122,25 @@ impl MapWriter {
         seal::publish(temporary, &output, existing)
     }
 
-    pub(super) fn put(&self, packed: PackedTile) -> Result<(), StoreError> {
-        for ((position, variable, number), chunk) in self.schema.filled_by(packed.number).zip(packed.chunks) {
+    /// Writes the next tile, in the order of the grid.
+    pub(super) fn put(&mut self, packed: PackedTile) -> Result<(), StoreError> {
+        assert_eq!(packed.number, self.tiles, "tiles are written in the order of the grid");
+        self.tiles += 1;
+        for ((position, variable, _), chunk) in self.schema.filled_by(packed.number).zip(packed.chunks) {
             let offset = self.schema.offset(variable, packed.number);
             sys::write_chunk(&self.datasets[position], &offset, &chunk.bytes)
                 .map_err(|error| StoreError::hdf5("write", &self.output, &error))?;
-            let mut written = self.written.lock().unwrap_or_else(PoisonError::into_inner);
-            let Written { chunks, counts } = &mut written[position];
-            assert!(chunks[number].is_none(), "chunk {number} was written twice");
-            chunks[number] = Some(chunk.fingerprint);
+            let Written { digest, counts } = &mut self.written[position];
+            digest.update(chunk.fingerprint);
             counts.iter_mut().zip(chunk.counts).for_each(|(sum, cells)| *sum += cells);
         }
         Ok(())
     }
 
-    /// Returns an error unless every tile was written and every cell computed.
-    fn check_complete(&self) -> Result<(), StoreError> {
-        let written = self.written.lock().unwrap_or_else(PoisonError::into_inner);
-        for (variable, written) in self.schema.variables.iter().zip(written.iter()) {
-            let missing = || written.chunks.iter().enumerate().filter(|(_, chunk)| chunk.is_none());
-            if let Some((first, _)) = missing().next() {
-                return Err(StoreError::Incomplete {
-                    path: self.output.clone(),
-                    missing: missing().count(),
-                    tiles: written.chunks.len(),
-                    first,
-                });
-            }
+    /// Returns an error unless every cell was computed.
+    fn check_computed(&self) -> Result<(), StoreError> {
+        assert_eq!(self.tiles, self.schema.tiles(), "every tile is written");
+        for (variable, written) in self.schema.variables.iter().zip(&self.written) {
             let codes = variable.codes().unwrap_or_default();
             let not_computed =
                 codes.iter().zip(&written.counts).find(|((_, name), _)| *name == "not_computed");
@@ -269,11 +263,10 @@ fn create_variable(
 }
 
 /// Writes the counts and the fingerprint of a variable.
-fn close_variable(dataset: &Dataset, variable: &Variable, written: &Written) -> hdf5::Result<()> {
+fn close_variable(dataset: &Dataset, variable: &Variable, written: Written) -> hdf5::Result<()> {
     if variable.codes().is_some() {
         let counts = written.counts.iter().map(|&cells| i64::try_from(cells).unwrap_or(i64::MAX)).collect();
         value::write(dataset, "flag_counts", &Value::Integers(counts))?;
     }
-    let digest = fingerprint::combine(written.chunks.iter().flatten());
-    value::write(dataset, "sha256", &hex(&digest).into())
+    value::write(dataset, "sha256", &hex(&written.digest.finalize()).into())
 }

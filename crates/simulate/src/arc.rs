@@ -315,7 +315,9 @@ impl<'a> Walk<'a> {
     pub(super) fn advance(&mut self) -> Result<State, Failure> {
         let from = self.here;
         let scale = 1.0 / (1.0 + 0.5 * from.divergence.abs());
-        let mut h = self.next_step.min(scale).min(self.longest_resolving(&from));
+        // A law may have no slope at rest: halves of the way to the line would not end.
+        let resolving = self.longest_resolving(&from).max(10.0 * SHORTEST_STEP * scale);
+        let mut h = self.next_step.min(scale).min(resolving);
         // Length of the step that follows one shortened to end at a narrow feature.
         let mut beyond_stop = 0.0;
         let mut failure = Failure::StepUnderflow;

@@ -244,6 +244,7 @@ fn on_border(extremes: Extremes, mut a: Followed, mut b: Followed) -> Option<Fol
 #[cfg(test)]
 mod tests {
     use super::*;
+    use slipmap_numbers::random::Random;
 
     /// The extremes of a function of the amplitude in (0, 1).
     fn extremes_of(f: impl Fn(f64) -> f64) -> Vec<Extreme> {
@@ -310,8 +311,7 @@ mod tests {
         let sections = std::sync::Mutex::new(Vec::new());
         let at = |s: f64| {
             sections.lock().unwrap().push(s);
-            let random = (s.to_bits().wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 11) as f64 / (1u64 << 53) as f64;
-            let height = 0.3 + 0.4 * random;
+            let height = 0.3 + 0.4 * Random(s.to_bits()).unit();
             vec![Extreme { amplitude: 0.5, height, error: 0.0, is_maximum: true }]
         };
         let points: usize = fold_curves(&at, 1).iter().map(|curve| curve.points.len()).sum();

@@ -5,7 +5,7 @@ mod oracle;
 mod orbits;
 mod references;
 
-use crate::sample::{Random, Sample};
+use crate::sample::{Random, Sample, Sampling};
 use slipmap::filippov::Oscillator;
 use slipmap::friction::Law;
 use slipmap::point::LawParameters;

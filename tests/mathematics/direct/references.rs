@@ -3,7 +3,7 @@
 use super::oracle;
 use super::oracle::Outcome;
 use super::{anywhere, oscillator, overshooting};
-use crate::sample::Random;
+use crate::sample::{Random, Sampling};
 use slipmap::filippov::Oscillator;
 use slipmap::friction::{Expression, Law};
 use slipmap::simulate::Fate;

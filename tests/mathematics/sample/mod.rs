@@ -3,6 +3,7 @@
 use slipmap::filippov::Oscillator;
 use slipmap::friction::{Column, Law};
 use slipmap::point::{Point, ScaledGroups};
+pub use slipmap_numbers::random::Random;
 
 /// The six parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -81,26 +82,26 @@ impl Sample {
     }
 }
 
-/// SplitMix64.
-pub struct Random(pub u64);
-
-impl Random {
-    pub fn unit(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
+/// Random points.
+pub trait Sampling {
     /// Between `lo` and `hi`, evenly over the decades.
-    pub fn log(&mut self, lo: f64, hi: f64) -> f64 {
-        lo * (hi / lo).powf(self.unit())
-    }
+    fn log(&mut self, lo: f64, hi: f64) -> f64;
 
     /// A point of the box eps in [1e-3, 1], V in [0.1, 10], alpha and beta in [0, 1], gamma in [0, 10], c in
     /// [0, 3]; often at a limit of the law.
-    pub fn anywhere(&mut self) -> Sample {
+    fn anywhere(&mut self) -> Sample;
+
+    /// A point of the same box, with c within a factor 1 +- 10^-12 to 1 +- 1 of the energy balance: near the
+    /// boundary, where methods fail.
+    fn near_boundary(&mut self) -> Sample;
+}
+
+impl Sampling for Random {
+    fn log(&mut self, lo: f64, hi: f64) -> f64 {
+        lo * (hi / lo).powf(self.unit())
+    }
+
+    fn anywhere(&mut self) -> Sample {
         let mut sample = Sample {
             epsilon: self.log(1e-3, 1.0),
             alpha: self.unit(),
@@ -122,9 +123,7 @@ impl Random {
         sample
     }
 
-    /// A point of the same box, with c within a factor 1 +- 10^-12 to 1 +- 1 of the energy balance: near the
-    /// boundary, where methods fail.
-    pub fn near_boundary(&mut self) -> Sample {
+    fn near_boundary(&mut self) -> Sample {
         loop {
             let sample = self.anywhere();
             let side = if self.unit() < 0.5 { -1.0 } else { 1.0 };

@@ -44,11 +44,15 @@ impl Scratch {
         std::fs::read_to_string(self.path().join(name)).unwrap()
     }
 
-    /// The names in the folder, hidden ones too, sorted.
+    /// The names in the folder, hidden ones too, sorted; those of journals without their random letters.
     pub fn names(&self) -> Vec<String> {
         let entries = std::fs::read_dir(self.path()).unwrap();
         let mut names: Vec<String> =
             entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+        for name in &mut names {
+            let letters = name.find(".part.").map_or(name.len(), |at| at + ".part".len());
+            name.truncate(letters);
+        }
         names.sort();
         names
     }
@@ -62,6 +66,18 @@ impl Scratch {
     pub fn run(&self, arguments: &[&str]) -> Run {
         Run::of(self.command(arguments).output().unwrap())
     }
+}
+
+/// The journals in a folder.
+pub fn journals(folder: &Path) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(folder).into_iter().flatten();
+    let paths = entries.filter_map(|entry| Some(entry.ok()?.path()));
+    paths.filter(|path| path.to_string_lossy().contains(".part.")).collect()
+}
+
+/// The sum of the lengths of the journals in a folder.
+pub fn journal_bytes(folder: &Path) -> u64 {
+    journals(folder).iter().map(|path| path.metadata().map_or(0, |metadata| metadata.len())).sum()
 }
 
 /// Exit code and output of a run.
@@ -102,11 +118,10 @@ impl Run {
     }
 }
 
-/// SplitMix64 between 0 and 1.
+/// The next number in [0, 1) of a generator in this state.
 pub fn random(state: &mut u64) -> f64 {
-    *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-    let mut z = *state;
-    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+    let mut random = slipmap_numbers::random::Random(*state);
+    let number = random.unit();
+    *state = random.0;
+    number
 }

@@ -171,7 +171,7 @@ pub fn opening(plan: &Plan, provenance: &Provenance) -> Vec<(String, Value)> {
 /// One line of the attribute `history`: date, version and command.
 #[must_use]
 pub fn history(provenance: &Provenance) -> String {
-    let date = humantime::format_rfc3339_seconds(std::time::SystemTime::now());
+    let date = humantime::format_rfc3339_millis(std::time::SystemTime::now());
     format!("{date} slipmap {}: {}", env!("CARGO_PKG_VERSION"), provenance.command_line)
 }
 

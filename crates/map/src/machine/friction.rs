@@ -92,6 +92,7 @@ impl Friction {
                     kinetic: coefficients.kinetic_friction / coefficients.static_friction,
                     width: coefficients.stribeck_velocity,
                     strengthening: coefficients.strengthening / coefficients.static_friction,
+                    exponent: 1.0,
                 };
                 let parameters = (law.built_in()?.parameters_of)(&of, velocity);
                 Some((law.clone(), parameters))
@@ -101,7 +102,7 @@ impl Friction {
                 Some((Law::Expression(formula), *parameters))
             }
             Friction::Measured(table) => {
-                Some((Law::Table(table.in_units(velocity).ok()?), LawParameters::new(&[])))
+                Some((Law::Table(table.in_units(velocity, 1.0).ok()?), LawParameters::new(&[])))
             }
         }
     }

@@ -63,6 +63,14 @@ pub struct Unknown {
     pub inaccurate: u64,
 }
 
+impl MethodAccount {
+    /// Number of cells with one verdict.
+    #[must_use]
+    pub fn cells_with(&self, verdict: Verdict) -> u64 {
+        Verdict::ALL.iter().position(|v| *v == verdict).map_or(0, |i| self.counts[i])
+    }
+}
+
 /// Statistics of one tile, or their sums over several. All but the seconds depend on the plan alone.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Account {
@@ -106,7 +114,8 @@ impl Account {
     }
 
     /// Processor seconds of all methods and stages.
-    pub(crate) fn processor_seconds(&self) -> f64 {
+    #[must_use]
+    pub fn processor_seconds(&self) -> f64 {
         let methods = self.methods.iter().map(|method| method.seconds);
         methods.chain(self.stages.named().map(|(_, seconds)| seconds)).sum()
     }

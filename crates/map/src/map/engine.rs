@@ -56,7 +56,7 @@ impl MethodSummary {
     /// Number of cells with one verdict.
     #[must_use]
     pub fn cells_with(&self, verdict: Verdict) -> u64 {
-        Verdict::ALL.iter().position(|v| *v == verdict).map_or(0, |i| self.counts[i])
+        MethodAccount { seconds: self.seconds, counts: self.counts }.cells_with(verdict)
     }
 }
 

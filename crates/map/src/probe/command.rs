@@ -8,7 +8,7 @@ use slipmap_numbers::text::exact;
 /// The names of all axes of all laws, without repetition.
 pub fn axis_names() -> Vec<&'static str> {
     let mut names = Vec::new();
-    for name in Law::BUILT_IN.iter().flat_map(Grid::axis_names) {
+    for name in Law::BUILT_IN.map(Law::with_exponent).iter().flat_map(Grid::axis_names) {
         if !names.contains(&name) {
             names.push(name);
         }

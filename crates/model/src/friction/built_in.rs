@@ -19,8 +19,8 @@ pub struct BuiltIn {
     pub(super) phi_at: fn(u: Series, epsilon: Series, parameters: &[Series]) -> Option<Series>,
     /// How friction rises at high slip speed.
     pub strengthening: Strengthening,
-    /// The parameters of a machine's friction, for slip speeds in units of `velocity`, in m/s: a built-in law
-    /// has up to three, which follow from the coefficients of [`Fall`].
+    /// The parameters of a machine's friction, for slip speeds in units of `velocity`, in m/s: those of a
+    /// built-in law follow from the coefficients of [`Fall`].
     pub parameters_of: fn(friction: &Fall, velocity: f64) -> LawParameters,
 }
 
@@ -41,6 +41,8 @@ pub struct Fall {
     pub width: f64,
     /// Strengthening at high slip speed, per m/s or per (m/s)^2, see [`BuiltIn::strengthening`].
     pub strengthening: f64,
+    /// Exponent of the fall, for the law that has it as a parameter.
+    pub exponent: f64,
 }
 
 /// A built-in law with all parameters fixed. Its friction, weakening rate and formula are called in inner
@@ -64,6 +66,11 @@ pub(super) trait ClosedForm {
     /// See [`super::Curve::weakening_is_convex`].
     fn weakening_is_convex(&self) -> bool {
         false
+    }
+
+    /// See [`super::Curve::has_known_features`]; then the law is one analytic function, too.
+    fn has_known_features(&self) -> bool {
+        true
     }
 
     /// Bounds of phi on [0, hi]; `None` if they come from the formula in interval arithmetic.

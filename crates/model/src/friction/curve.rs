@@ -473,19 +473,20 @@ impl Curve {
         self.form.corners()
     }
 
-    /// Slip speeds > 0, increasing, at which integrators end their steps: the corners, and the speeds of
-    /// `Weakening::narrow` on orbits with velocities up to `fastest`, but at least 1, the velocity that the
-    /// static friction gives to an orbit however slow the belt is.
+    /// Slip speeds, increasing, at which integrators end their steps: the corners, 0 where a formula does not
+    /// continue the law below, and the speeds of `Weakening::narrow` on orbits with velocities up to `fastest`,
+    /// but at least 1, the velocity that the static friction gives to an orbit however slow the belt is.
     pub fn stops(&self, fastest: f64) -> Cow<'_, [f64]> {
         let corners = self.corners();
         if self.has_known_features() {
             return Cow::Borrowed(corners);
         }
         let compiled = self.compiled(4.0 * fastest.max(1.0));
-        if compiled.narrow().is_empty() {
+        let at_rest = if self.formula(0.0).is_none() || compiled.is_continued() { &[][..] } else { &[0.0] };
+        if compiled.narrow().is_empty() && at_rest.is_empty() {
             return Cow::Borrowed(corners);
         }
-        let mut stops = [corners, compiled.narrow()].concat();
+        let mut stops = [corners, at_rest, compiled.narrow()].concat();
         stops.sort_by(f64::total_cmp);
         stops.dedup();
         Cow::Owned(stops)
@@ -497,9 +498,10 @@ impl Curve {
         self.form.closed().is_some()
     }
 
-    /// Returns whether the law has features only at rest and at its corners: closed forms and tables.
+    /// Returns whether the law has features only at rest and at its corners: closed forms, but for uncommon
+    /// exponents, and tables.
     pub fn has_known_features(&self) -> bool {
-        self.has_closed_form() || matches!(self.form, Form::Table(_))
+        self.form.closed().is_some_and(ClosedForm::has_known_features) || matches!(self.form, Form::Table(_))
     }
 
     /// Returns whether the law has a narrow feature below the slip speed `u`.
@@ -510,9 +512,10 @@ impl Curve {
     /// Returns whether the weakening rate is one analytic function of the slip speeds of orbits that start
     /// within `belt_speed`, those below 0 included, and without narrow features.
     pub fn is_analytic(&self, belt_speed: f64) -> bool {
-        match self.form {
-            Form::Expression(_) => self.compiled(4.0 * belt_speed).is_analytic(),
-            _ => self.form.closed().is_some(),
+        match self.form.closed() {
+            Some(law) if law.has_known_features() => true,
+            None if !matches!(self.form, Form::Expression(_)) => false,
+            _ => self.compiled(4.0 * belt_speed).is_analytic(),
         }
     }
 
@@ -537,7 +540,7 @@ impl Curve {
     /// for other laws.
     pub fn exponential_fall(&self) -> Option<ExponentialFall> {
         match &self.form {
-            Form::Exponential(law) => Some(law.fall()),
+            Form::Exponential(law) => law.fall(),
             Form::Coulomb(law) => {
                 Some(ExponentialFall { steepest: 0.0, rate: 0.0, rise: -law.weakening(0.0) })
             }
@@ -555,6 +558,12 @@ impl Curve {
     #[must_use]
     pub fn weakening_is_convex(&self) -> bool {
         self.form.closed().is_some_and(ClosedForm::weakening_is_convex)
+    }
+
+    /// What regimes assume of the law without proof, if anything: the slip motion of Coulomb's law is linear.
+    pub fn conjecture(&self) -> Option<&'static str> {
+        let is_assumed = self.weakening_is_convex() && !matches!(self.form, Form::Coulomb(_));
+        is_assumed.then_some(ONE_SLIP_CYCLE)
     }
 }
 

@@ -1,6 +1,6 @@
 //! The legal parameter points of a law.
 
-use super::{Law, Parameter};
+use super::{Law, Parameter, exponential};
 use crate::point::{LawParameters, MAX_LAW_PARAMETERS, Point};
 
 /// The parameter eps of every law.
@@ -36,7 +36,13 @@ impl Parameter {
         } else if self.min == f64::MIN {
             "finite".into()
         } else if self.max.is_finite() {
-            format!("between {} and {}", self.min, self.max)
+            // Why not below 1, and what to write.
+            let why = if *self == exponential::EXPONENT {
+                ": friction that falls steeper at rest is a drop"
+            } else {
+                ""
+            };
+            format!("between {} and {}{why}", self.min, self.max)
         } else {
             format!("at least {}", self.min)
         }

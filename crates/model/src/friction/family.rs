@@ -64,6 +64,7 @@ mod tests {
         vec![
             (Law::Stribeck, vec![[0.1, 0.2], [0.3, 0.4], [0.0, 0.2], [1.0, 3.0]]),
             (Law::Exponential, vec![[1.0, 1.0], [0.3, 0.4], [0.4, 0.5], [0.0, 0.1]]),
+            (Law::Stretched, vec![[1.0, 1.0], [0.3, 0.4], [0.4, 0.5], [0.0, 0.1], [1.2, 1.3]]),
             (Law::Lorentzian.read_as_small(), vec![[1.0, 1.0], [0.3, 0.4], [0.4, 0.5], [0.0, 0.1]]),
             (Law::Expression(formula), vec![[0.1, 0.3], [0.3, 0.4], [0.4, 0.5]]),
             (Law::Table(table), vec![[0.5, 2.0]]),

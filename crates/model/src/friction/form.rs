@@ -104,6 +104,7 @@ impl Form {
     pub(super) fn series<const N: usize>(&self, u: Interval, unit: f64) -> Option<Jet<Interval, N>> {
         match self {
             Form::Function(law) => law.series(u, unit),
+            Form::Exponential(law) => Some(law.series(u, unit)),
             law => law.formula(Jet::<Interval, N>::variable(u, unit)),
         }
     }

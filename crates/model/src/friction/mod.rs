@@ -17,6 +17,7 @@ mod form;
 mod function;
 mod lorentzian;
 mod mean;
+mod peak;
 pub mod readings;
 mod stribeck;
 mod table;
@@ -35,7 +36,7 @@ pub use function::{Function, FunctionError};
 pub use lorentzian::Lorentzian;
 pub use slipmap_numbers::Range;
 pub use stribeck::Stribeck;
-pub use table::{Table, TableError};
+pub use table::{Source, Table, TableError};
 pub use weakening::{Accuracy, Weakening};
 pub use weakening::{COUNT, Polynomial, ProvedPiece};
 
@@ -103,6 +104,9 @@ pub enum Law {
     Stribeck,
     /// `mu + (1 - mu) exp(-u / vs) + eta u`.
     Exponential,
+    /// The exponential law with the parameter `exponent`, `mu + (1 - mu) exp(-(u / vs)^exponent) + eta u`, see
+    /// [`Law::with_exponent`].
+    Stretched,
     /// `mu + (1 - mu) / (1 + (u / vs)^2) + eta u`.
     Lorentzian,
     /// `1 - drop + eta u`: two coefficients, static and kinetic.
@@ -149,6 +153,8 @@ enum Written<'a> {
 const SMALL: &str = "small eps";
 /// First line of the definition of a law with the parameter `drop`.
 const DROPPING: &str = "drop";
+/// Definition of the exponential law with the parameter `exponent`.
+const STRETCHED: &str = "exponent";
 /// Name of the laws given as text.
 const EXPRESSION: &str = "expression";
 /// Name of the laws given by data.
@@ -165,7 +171,7 @@ fn above(may_drop: bool) -> &'static str {
 const FUNCTION: &str = "function";
 
 impl Law {
-    /// The laws that need no definition, in the order in which messages list them.
+    /// The laws that a name alone defines, in the order in which messages list them.
     pub const BUILT_IN: [Law; 4] = [Law::Stribeck, Law::Exponential, Law::Lorentzian, Law::Coulomb];
 
     /// The names of laws that a configuration can choose.
@@ -189,6 +195,7 @@ impl Law {
         match self {
             Law::Stribeck => Written::BuiltIn(&stribeck::LAW),
             Law::Exponential => Written::BuiltIn(&exponential::LAW),
+            Law::Stretched => Written::BuiltIn(&exponential::STRETCHED),
             Law::Lorentzian => Written::BuiltIn(&lorentzian::LAW),
             Law::Coulomb => Written::BuiltIn(&coulomb::LAW),
             Law::Expression(law) => Written::Expression(law),
@@ -223,6 +230,17 @@ impl Law {
         match self {
             Law::Small(_) => self,
             law => Law::Small(Arc::new(law)),
+        }
+    }
+
+    /// The exponential law with the parameter `exponent` after its own, for [`Law::with_drop`] to add to; other
+    /// laws as they are.
+    #[must_use]
+    pub fn with_exponent(self) -> Law {
+        match self {
+            Law::Exponential => Law::Stretched,
+            Law::Small(law) => Law::Small(Arc::new(law.as_ref().clone().with_exponent())),
+            law => law,
         }
     }
 
@@ -288,8 +306,8 @@ impl Law {
         }
     }
 
-    /// The data that [`Law::from_definition`] needs, besides the name, to restore the law; empty for the
-    /// built-in and the custom laws.
+    /// The data that [`Law::from_definition`] needs, besides the name, to restore the law; empty for laws that
+    /// a name alone defines and for custom laws.
     #[must_use]
     pub fn definition(&self) -> String {
         if let Law::Small(law) = self {
@@ -299,6 +317,7 @@ impl Law {
             return format!("{DROPPING}\n{}", dropping.law.definition());
         }
         match self.written() {
+            Written::BuiltIn(_) if *self == Law::Stretched => STRETCHED.to_owned(),
             Written::BuiltIn(_) | Written::Custom(_) => String::new(),
             Written::Expression(law) => {
                 format!("{}{}\n{}", law.static_level(), above(law.may_drop()), law.text())
@@ -341,7 +360,7 @@ impl Law {
     /// The law of this name and definition, without the reading as `1 + eps F(u)` and without a parameter `drop`.
     fn as_written_of(name: &str, definition: &str) -> Option<Law> {
         if let Some(law) = Self::BUILT_IN.into_iter().find(|law| law.name() == name) {
-            return Some(law);
+            return Some(if definition == STRETCHED { law.with_exponent() } else { law });
         }
         let (head, rest) = definition.split_once('\n')?;
         match name {
@@ -416,7 +435,7 @@ impl Law {
     fn form(&self, epsilon: f64, parameters: &LawParameters) -> (Form, Option<f64>) {
         let form = match self {
             Law::Stribeck => Form::Stribeck(Stribeck::new(epsilon, parameters)),
-            Law::Exponential => Form::Exponential(Exponential::new(parameters)),
+            Law::Exponential | Law::Stretched => Form::Exponential(Exponential::new(parameters)),
             Law::Lorentzian => Form::Lorentzian(Lorentzian::new(parameters)),
             Law::Expression(law) => Form::Expression(law.curve(epsilon, parameters)),
             Law::Table(table) => Form::Table(table.clone()),

@@ -23,6 +23,8 @@ use super::{Form, Range};
 
 pub(super) use compile::compile;
 
+/// Length of a first piece, in units of the reach, that only a law without derivatives at rest has.
+const NO_LENGTH: f64 = 1e-18;
 /// Error, in units of the largest |w|, above which a polynomial does not resolve the law.
 const RESOLVED: f64 = 0.1;
 
@@ -267,13 +269,18 @@ impl Weakening {
         &self.narrow
     }
 
-    /// Returns whether the formula below 0 continues the polynomial there, and nothing is narrow. A formula
-    /// with |u|, or with a root of u, has another continuation.
+    /// Returns whether the formula below 0 continues the polynomial there, and nothing is narrow.
     pub(crate) fn is_analytic(&self) -> bool {
+        self.narrow.is_empty() && self.is_continued()
+    }
+
+    /// Returns whether the formula below 0 continues the polynomial there. A formula with |u|, or with a root or a
+    /// power of u, has another continuation.
+    pub(crate) fn is_continued(&self) -> bool {
         let Piece { size, .. } = self.pieces[0];
         let below = -BELOW * self.breaks[1];
         let off = self.law.weakening(below) - self.pieces[0].at(below);
-        self.narrow.is_empty() && off.abs() <= LARGEST_OFF * size
+        off.abs() <= LARGEST_OFF * size && self.breaks[1] >= NO_LENGTH * self.reach()
     }
 
     /// The size of the jump of w' at the end of pieces with this number, for a law with corners.
@@ -366,15 +373,26 @@ impl Weakening {
     }
 
     /// The distance of the polynomials from the law for slip speeds in [`lo`, `hi`], up to the reach.
+    ///
+    /// Next to rest a power of the slip speed that is not whole has a distance which does not fall to the rounding
+    /// errors, however short the first piece, [0, h]. As C moves by the mean of the distance over a turn with the weight
+    /// sin^2 th, and th moves at least by the square root of 2 h / V while the slip speed passes h, a first piece of
+    /// almost no length counts as far as it moves C: the mean over it is less than 2 h / V of the distance, and the
+    /// reach is at most 8 V.
     #[must_use]
     pub fn error(&self, lo: f64, hi: f64) -> Accuracy {
         let [lo, hi] = [lo, hi].map(|u| u.clamp(0.0, self.reach()));
-        let pieces = || self.pieces[self.pieces_between(lo, hi)].iter();
-        let proved = pieces().map(|piece| piece.error).fold(0.0, f64::max);
-        if proved.is_finite() {
-            Accuracy::Proved(proved)
-        } else {
-            Accuracy::Sampled(pieces().map(|piece| piece.estimate).fold(0.0, f64::max))
+        let share = self.breaks[1] / self.reach();
+        let share = if share < NO_LENGTH { 16.0 * share } else { 1.0 };
+        let largest = |of: fn(&Piece) -> f64| {
+            let pieces = self.pieces_between(lo, hi);
+            let weighed =
+                pieces.map(|i| if i == 0 { share * of(&self.pieces[0]) } else { of(&self.pieces[i]) });
+            weighed.fold(0.0, f64::max)
+        };
+        match largest(|piece| piece.error) {
+            proved if proved.is_finite() => Accuracy::Proved(proved),
+            _ => Accuracy::Sampled(largest(|piece| piece.estimate)),
         }
     }
 }

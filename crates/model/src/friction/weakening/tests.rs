@@ -20,6 +20,8 @@ fn smooth() -> Vec<Curve> {
     vec![
         built_in(Law::Stribeck, &[0.3, 0.05, 8.0]),
         built_in(Law::Exponential, &[0.4, 0.05, 0.02]),
+        built_in(Law::Stretched, &[0.4, 0.3, 0.02, 2.0]),
+        built_in(Law::Stretched, &[0.4, 0.3, 0.02, 7.0]),
         built_in(Law::Lorentzian, &[0.1, 0.3, 0.0]),
         formula("1/(1 + 3*u)"),
         formula("0.3 + 0.7*exp(-2*u) + 0.05*eps*u^2"),
@@ -206,6 +208,22 @@ fn ranges_hold_at_samples_and_are_met() {
                 let miss = 2e3 * spacing.powi(2) + kink + 1e-11;
                 check(compiled.even_range(belt_speed, within), samples, miss, &(belt_speed, within, &curve));
             }
+        }
+    }
+}
+
+/// Next to rest a power that is not whole has no polynomial; it has one on all pieces but the first.
+#[test]
+fn powers_at_rest_are_resolved() {
+    for exponent in [1.01, 1.5, 2.5] {
+        let curve = Law::Stretched.curve(1.0, &LawParameters::new(&[0.4, 0.3, 0.02, exponent]));
+        let compiled = curve.compiled(3.0);
+        let Accuracy::Proved(worst) = compiled.error(0.0, 3.0) else { panic!("{exponent}") };
+        assert!(worst < 1e-9 && compiled.is_resolved(0.0, 3.0), "{exponent}: {worst}");
+        for u in slips(3.0).filter(|u| *u > compiled.breaks()[1]) {
+            // A few roundings of logarithms up to 40.
+            let missed = (compiled.at(u) - curve.weakening(u)).abs();
+            assert!(missed <= 1e-12, "{exponent} {u}: {missed}");
         }
     }
 }

@@ -1,0 +1,97 @@
+//! What `run` and `merge` do when all tiles are there: the curves and proofs of the whole, and the report.
+
+use std::io;
+use std::sync::OnceLock;
+use std::sync::atomic::AtomicBool;
+use std::time::Instant;
+
+use indicatif::ProgressBar;
+
+use super::chances::Chances;
+use super::summary::{self, RunReport};
+use super::{Ended, Failure, GIT, progress, proof, say};
+use slipmap_config::Job;
+use slipmap_format::{Journals, Outcome, StoreError};
+use slipmap_map::clock::process_time;
+use slipmap_map::map::{self, Account, ComputeError, Control, Earlier, Summary};
+use slipmap_map::risk::NoRisk;
+
+/// Options of a command that makes a map.
+pub(super) struct Asked {
+    pub(super) threads: Option<usize>,
+    pub(super) overwrite: bool,
+    pub(super) json: bool,
+    pub(super) quiet: bool,
+}
+
+/// A map that lacks nothing but its file.
+pub(super) struct Computed {
+    start: Instant,
+    summary: Summary,
+    pub(super) outcome: Outcome,
+    /// Processor seconds of the probabilities.
+    probability_seconds: f64,
+    /// Seconds of the processes that computed tiles before this one, and the number of these tiles.
+    earlier: (f64, usize),
+}
+
+/// Computes the missing tiles by `tiles`, and all that a map holds beside its cells. `stopped` makes the failure
+/// of a computation that ended early.
+pub(super) fn compute(
+    asked: &Asked,
+    job: &Job,
+    found: &Journals,
+    stop: &AtomicBool,
+    tiles: impl FnOnce() -> Result<(Account, usize), ComputeError<StoreError>>,
+    stopped: impl Fn(&ComputeError<StoreError>) -> Failure,
+) -> Result<Computed, Failure> {
+    let start = Instant::now();
+    let planes = OnceLock::new();
+    let on_plane = || planes.get().map_or((), |bar: &ProgressBar| bar.inc(1));
+    let control = Control { threads: asked.threads, on_plane: &on_plane, stop, ..Control::default() };
+    let earlier = Earlier { account: found.account.clone(), seconds: found.seconds };
+    let computed = map::run_with(&job.plan, &control, earlier, || {
+        let computed = tiles();
+        let count = job.plan.planes.len() as u64;
+        planes.get_or_init(|| progress::bar(asked.quiet || count == 0, Some(count), "planes of curves"));
+        computed
+    });
+    if let Some(bar) = planes.get() {
+        bar.finish_and_clear();
+    }
+    let summary = computed.map_err(|error| stopped(&error))?;
+    if let (Some(path), Some(proved)) = (&job.proof, &summary.proved) {
+        proof::write(&proved.proof, &job.identity(GIT), path, asked.overwrite)?;
+    }
+    let mut outcome = Outcome::of(&job.plan, &summary, job.machine.as_ref());
+    let mut probability_seconds = 0.0;
+    if let Some(chances) = Chances::of(job) {
+        let processor = process_time();
+        match chances.variable(asked.threads, stop) {
+            Ok(variable) => outcome.auxiliary.push(variable),
+            Err(NoRisk::Interrupted) => return Err(stopped(&ComputeError::Interrupted)),
+            Err(why) => say(&format!("note: {why}; the map has no probability")),
+        }
+        probability_seconds = (process_time() - processor).as_secs_f64();
+    }
+    let earlier = (found.seconds, found.finished_tiles());
+    Ok(Computed { start, summary, outcome, probability_seconds, earlier })
+}
+
+/// Reports on a map that was made.
+pub(super) fn report(asked: &Asked, job: &Job, computed: &Computed) -> Result<Ended, Failure> {
+    let &Computed { start, ref summary, probability_seconds, earlier: (before, resumed_tiles), .. } =
+        computed;
+    let seconds = before + start.elapsed().as_secs_f64();
+    let report = RunReport { job, summary, probability_seconds, seconds, resumed_tiles };
+    let printed = match asked.json {
+        true => summary::json(&report),
+        false => summary::print(&report, &mut io::stdout().lock()),
+    };
+    match printed {
+        // A flawed map is reported even if standard output was closed.
+        Ok(()) | Err(Failure::ReaderGone) if report.is_flawed() => Ok(Ended::Flawed),
+        Ok(()) => Ok(Ended::Fine),
+        Err(failure) => Err(failure),
+    }
+}
