@@ -95,7 +95,6 @@ pub struct ExponentialFall {
 
 impl Exponential {
     /// `None` for another exponent than 1.
-    /// The weakening rate where the exponent is 1.
     pub(super) fn fall(&self) -> Option<ExponentialFall> {
         let fall = ExponentialFall { steepest: self.drop * self.rate, rate: self.rate, rise: self.eta };
         (self.exponent == 1.0).then_some(fall)
