@@ -205,7 +205,7 @@ fn probe_table(arguments: &Arguments, about: About, tolerance: f64) -> Result<En
         methods,
         quiet,
     };
-    probe_table::run(&job)
+    probe_table::run(job)
 }
 
 /// Probes one point, which may be a machine's.

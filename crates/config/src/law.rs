@@ -10,7 +10,7 @@ use slipmap_map::map::{AxisRole, Grid, unravel};
 use slipmap_model::friction::{Expression, ExpressionError, Law};
 use slipmap_model::point::MAX_LAW_PARAMETERS;
 
-pub(super) const KEYS: [&str; 7] = ["law", "phi", "static", "file", "quantity", "small", fitted::KEY];
+pub(super) const KEYS: [&str; 8] = ["law", "phi", "static", "rest", "file", "quantity", "small", fitted::KEY];
 
 /// The units of a law's numbers.
 #[derive(Clone, Copy, PartialEq)]
@@ -37,6 +37,7 @@ pub(super) fn read(section: &Section, folder: &Path, about: About) -> Result<Law
         (_, Some(node)) => static_level(&node).map(Some),
     };
     let built_in = |name: &str| Law::BUILT_IN.into_iter().find(|law| law.name() == name);
+    let at_peak = rests_at_peak(section, about)?;
     let node = section.get("law");
     let name = node.as_ref().map_or(Ok(Law::Stribeck.name()), Node::text)?;
     let law = match (name, built_in(name)) {
@@ -54,7 +55,11 @@ pub(super) fn read(section: &Section, folder: &Path, about: About) -> Result<Law
                 Some(level) => Expression::with_static(phi.text()?, level),
                 None => Expression::new(phi.text()?, 1.0),
             };
-            Law::Expression(law.map_err(|error| at_formula(&phi, &error))?)
+            let law = law.map_err(|error| at_formula(&phi, &error))?;
+            match at_peak {
+                true => Law::Function(law.with_rest_at_peak().map_err(|error| at_formula(&phi, &error))?),
+                false => Law::Expression(law),
+            }
         }
         ("table", None) => {
             let remedy = match about {
@@ -74,6 +79,7 @@ pub(super) fn read(section: &Section, folder: &Path, about: About) -> Result<Law
             };
             let level = match (level()?, about) {
                 (Some(level), _) => Level::Given(level),
+                (None, _) if at_peak => Level::Peak,
                 (None, About::Machine(_)) => Level::First,
                 (None, About::Oscillator) => Level::One,
             };
@@ -93,13 +99,14 @@ pub(super) fn read(section: &Section, folder: &Path, about: About) -> Result<Law
     fitted::check(section, &law)?;
     let of_formula = law.name() == "expression";
     for (key, of) in [("phi", "expression"), ("file", "table"), ("quantity", "table")] {
-        let belongs = law.name() == of || key == "quantity" && of_formula;
+        let belongs = name == of || key == "quantity" && of_formula;
         if let (false, Some(node)) = (belongs, section.get(key)) {
             let problem = format!("the law `{}` has no {key}", law.name());
             return Err(node.error(&problem, format!("leave it out, or set law = \"{of}\"")));
         }
     }
-    if let (Some(law), Some(node)) = (built_in(law.name()), section.get("static")) {
+    let rest = section.get("static").or_else(|| section.get("rest"));
+    if let (Some(law), Some(node)) = (built_in(law.name()), rest) {
         let problem = format!("friction at rest is 1 already in the law `{}`", law.name());
         return Err(
             node.error(&problem, "leave it out; where friction drops as slip begins, write [grid] drop")
@@ -111,6 +118,26 @@ pub(super) fn read(section: &Section, folder: &Path, about: About) -> Result<Law
         Some(node) => {
             let remedy = "write small = \"eps\" to read the law as 1 + eps F(u), or leave it out";
             Err(node.error("the small parameter of a law can be eps only", remedy))
+        }
+    }
+}
+
+/// Whether `rest = "peak"` is there: the law beyond its first peak, with the peak as friction at rest.
+fn rests_at_peak(section: &Section, about: About) -> Result<bool, ConfigError> {
+    let Some(node) = section.get("rest") else { return Ok(false) };
+    if node.text()? != "peak" {
+        return Err(node.error("rest can be peak only", "write the friction at rest as static"));
+    }
+    if section.get("static").is_some() {
+        return Err(
+            node.error("friction at rest is written twice: here, and as static", "leave one of them out")
+        );
+    }
+    match about {
+        About::Oscillator => Ok(true),
+        About::Machine(_) => {
+            let remedy = "write the peak as the friction at rest: static, with the law of slip beyond it";
+            Err(node.error("the friction of a machine has no rest at a peak", remedy))
         }
     }
 }
@@ -189,7 +216,7 @@ pub(super) fn check_symbols(law: &Law, friction: &Section, grid: &Section) -> Re
                 to,
                 problem: format!("unknown symbol `{}`: no axis gives it a value", parameter.name),
                 remedy: format!(
-                    "if it is a parameter, write {} = 1.0 (or a range) in [grid]; the variables are u and eps",
+                    "if it is a parameter, write {} = 1.0 (or a range) in [grid]; the variables are u (or v) and eps",
                     parameter.name
                 ),
             };

@@ -7,6 +7,7 @@
 //! phi = "mu + (1 - mu)*exp(-u/vs)"     # of law = "expression": u, eps, and names that become axes
 //! file = "measured.csv"                # of law = "table": slip speed and friction; seen from this file
 //! static = 1.0                         # friction at rest of these two, which divides them, at least that in slip at u -> 0
+//! rest = "peak"                        # of these two: friction at rest is the first peak, for laws that rise from 0
 //! quantity = "coefficient"             # default; or force: what the table or the formula of a machine is
 //! fit = { F_k = 700.0, covariance = [[25.0]] } # values of the names in phi with their covariance: `slipmap fit`
 //! small = "eps"                        # reads the law as 1 + eps F(u), so that `perturbation` answers for any law

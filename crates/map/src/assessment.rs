@@ -11,7 +11,7 @@ pub use data_errors::{DampingLimit, ErrorsFrom, LeftOpen, StandardErrors};
 use slipmap_certify::slip_count::{count_slip_cycles, proves_absence};
 use slipmap_certify::{Guarantee, TESTS, validated};
 use slipmap_model::filippov::{HopfRate, Oscillator, Stability};
-use slipmap_model::friction::{Column, Law, ONE_SLIP_CYCLE};
+use slipmap_model::friction::{Column, Law};
 use slipmap_model::point::Point;
 use slipmap_numbers::text::{is_known, rounded, short};
 use slipmap_simulate::backbone::Backbone;
@@ -347,7 +347,7 @@ pub fn assess_fitted(machine: &Machine, uncertain: &[Uncertain]) -> Option<Asses
         sensitivities: sensitivities(machine),
         influence: influence(&model).unwrap_or_default(),
         proofs,
-        conjecture: column.curve.weakening_is_convex().then_some(ONE_SLIP_CYCLE),
+        conjecture: column.curve.conjecture(),
         behaviour,
     })
 }

@@ -118,7 +118,13 @@ fn hostile_texts_stay_texts() {
     let nodes: [&[f64]; 6] = [&[0.1], &[0.3], &[0.1], &[1.0, 2.0], &[1.0], &[0.0, 0.5]];
     let map = store_map(folder.path(), &plan(nodes, &["symmetric", "simulation"], &[Field::Verdict]), title);
     let out = folder.path().join("out");
-    let options = ReportOptions { existing: Existing::Refuse, data: true, width: Width::TwoColumns };
+    let options = ReportOptions {
+        existing: Existing::Refuse,
+        data: true,
+        width: Width::TwoColumns,
+        methods: Vec::new(),
+        epsilons: Vec::new(),
+    };
     write(&View::new(&map), &gather(&map), &out, &options).unwrap();
     let read = |name: &str| std::fs::read_to_string(out.join(name)).unwrap();
     let html = read("report.html");

@@ -117,12 +117,12 @@ impl Measured {
     }
 }
 
-/// Reads a measured law, with the friction at rest `static_level` if the file does not tell.
+/// Reads a measured law with the friction at rest `level`.
 ///
 /// # Errors
 /// The problem with its line, and a remedy.
-pub fn read_table(path: &Path, static_level: Option<f64>) -> Result<Table, (String, String)> {
-    Measured::read(path, None)?.table(static_level.map_or(Level::One, Level::Given))
+pub fn read_table(path: &Path, level: Level) -> Result<Table, (String, String)> {
+    Measured::read(path, None)?.table(level)
 }
 
 #[cfg(test)]

@@ -13,6 +13,8 @@ pub enum Level {
     First,
     /// A given one, at least that of friction in slip.
     Given(f64),
+    /// That of the first peak, also at lower slip speeds.
+    Peak,
 }
 
 /// Largest ratio of two readings at rest that are averaged. While it sticks, the friction is what the spring
@@ -54,7 +56,7 @@ impl Measured {
         let (level, onset) = self.rest(level)?;
         let mut rows = self.averaged(&onset, &mut said);
         let mut level = level;
-        if onset.is_empty() {
+        if onset.is_empty() && !matches!(level, Level::Peak) {
             self.continue_to_rest(&mut rows, &mut level, &mut said)?;
         }
         let place = |row: Option<usize>| {
@@ -62,24 +64,34 @@ impl Measured {
             line.map_or_else(|| self.name.clone(), |line| format!("{}:{line}", self.name))
         };
         let first = rows.data[0].1;
-        if !(first > 0.0) && !matches!(level, Level::One) {
+        if !(first > 0.0) && matches!(level, Level::First | Level::Given(_)) {
             let problem = format!("{}: the friction at rest is {first}", place(Some(0)));
-            return Err((problem, "begin with the friction at slip speed 0, greater than 0".into()));
+            let remedy = "begin with the friction at rest, greater than 0; of a smoothed law that of the peak, and the \
+                          rows beyond";
+            return Err((problem, remedy.into()));
         }
         let has_errors = rows.errors.iter().all(|error| !error.is_nan());
         let table = match level {
             Level::One => Table::new(&self.name, &rows.data, 1.0),
             Level::First => Table::new(&self.name, &rows.data, first),
             Level::Given(level) => Table::with_static(&self.name, &rows.data, level),
+            Level::Peak => Table::with_rest_at_peak(&self.name, &rows.data),
         };
+        let (mut errors, mut lines) = (rows.errors.clone(), rows.lines.clone());
+        if let (Level::Peak, Ok(table)) = (level, &table) {
+            // The rows below the peak are one row.
+            let left_out = rows.data.len() - table.data().count();
+            errors.drain(..left_out);
+            lines.drain(..left_out);
+        }
         let source = Source {
-            lines: rows.lines.clone(),
+            lines,
             readings: self.at_rest.len() + self.in_slip.len() - usize::from(onset.len() < self.at_rest.len()),
             told: (!said.is_empty()).then(|| format!("{}: {}", self.name, said.join("; "))),
             forces: self.forces == Some(true),
         };
         table
-            .and_then(|table| if has_errors { table.with_standard_errors(&rows.errors) } else { Ok(table) })
+            .and_then(|table| if has_errors { table.with_standard_errors(&errors) } else { Ok(table) })
             .map(|table| table.with_errors_of_curve().with_source(source))
             .map_err(|error| (format!("{}: {}", place(error.row), error.problem), error.remedy))
     }
@@ -92,6 +104,7 @@ impl Measured {
             && one.friction != other.friction
             && !repeated
             && !self.is_record
+            && !matches!(level, Level::Peak)
         {
             if let Level::Given(_) = level {
                 let problem = format!(
@@ -112,7 +125,7 @@ impl Measured {
                 "{}:{}: the friction at slip speed 0 goes from {least} to {most}",
                 self.name, onset[0].line
             );
-            return Err((problem, "write the one at which it breaks loose, in one row".into()));
+            return Err((problem, "write the one at which it breaks loose, and below it that at which slip begins, if it is less".into()));
         }
         Ok((level, onset))
     }

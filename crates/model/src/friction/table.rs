@@ -7,6 +7,7 @@
 use std::sync::{Arc, LazyLock};
 
 use super::Range;
+use super::peak::{NO_REST, REST_AT_PEAK};
 use slipmap_numbers::interval::Interval;
 use slipmap_numbers::jet::{Jet, Real as _};
 use slipmap_numbers::random::Random;
@@ -145,8 +146,10 @@ impl Table {
             }
             if row > 0 && u == data[row - 1].0 {
                 let problem = format!("the slip speed {u} is that of the row before");
-                let remedy =
-                    "average the rows of one slip speed into one, with the standard error of their mean";
+                let remedy = match u {
+                    0.0 => "leave the friction of slip there, and give that at rest as static",
+                    _ => "average the rows of one slip speed into one, with the standard error of their mean",
+                };
                 return error(Some(row), problem, remedy);
             }
             if row > 0 && u < data[row - 1].0 {
@@ -157,6 +160,9 @@ impl Table {
         if data[0].0 != 0.0 {
             let problem = format!("the first slip speed is {}, not 0", data[0].0);
             return error(Some(0), problem, "begin with the static friction, at slip speed 0");
+        }
+        if data[0].1 == 0.0 {
+            return error(Some(0), NO_REST.to_owned(), REST_AT_PEAK);
         }
         let phi: Vec<f64> = data.iter().map(|(_, phi)| phi / static_level).collect();
         if may_drop && !(phi[0] > 0.0 && phi[0] <= 1.0 + STATIC_SLACK) {

@@ -21,7 +21,7 @@ pub enum ChoiceError {
         "the map has no {kind} `{name}`; the nearest is `{nearest}`, and there are: {available}; choose one of these"
     )]
     Unknown {
-        /// "axis" or "variable".
+        /// "axis", "variable" or "method".
         kind: &'static str,
         /// The requested name.
         name: String,
@@ -112,7 +112,7 @@ pub enum ChoiceError {
 
 impl ChoiceError {
     /// The error for a name that is not among the available ones.
-    pub(super) fn unknown<'a>(
+    pub(crate) fn unknown<'a>(
         kind: &'static str,
         name: &str,
         available: impl Iterator<Item = &'a str>,

@@ -128,16 +128,28 @@ pub(crate) fn verdict_panels(view: &View, width: Width) -> Result<Vec<Figure>, R
         index[c] = informative_damping(map, &index);
         planes.push((x.min(second), x.max(second), index));
     }
-    let mut figures = Vec::new();
+    let mut slices = Vec::new();
     for (x, y, index) in planes {
         let epsilons = if x == 0 { vec![0] } else { chosen_epsilons(map) };
-        for epsilon in epsilons {
+        slices.extend(epsilons.into_iter().map(|epsilon| {
             let mut index = index.clone();
             index[0] = epsilon;
-            figures.push(figure(&Slice::new(view, x, y, index), width)?);
+            Slice::new(view, x, y, index)
+        }));
+    }
+    // A plane that has no cycle anywhere is drawn only if there is no other.
+    if map.methods().iter().any(|method| method.name == SIMULATION) {
+        let codes = slices.iter().map(|slice| slice.codes(&format!("verdict_{SIMULATION}")));
+        let codes = codes.collect::<Result<Vec<_>, _>>()?;
+        let may_have_one = |codes: &Array2<i8>| codes.iter().any(|code| *code != Verdict::Absent.code());
+        if codes.iter().any(may_have_one) {
+            let mut kept = codes.iter().map(may_have_one);
+            slices.retain(|_| kept.next() == Some(true));
+        } else {
+            slices.truncate(1);
         }
     }
-    Ok(figures)
+    slices.iter().map(|slice| figure(slice, width)).collect()
 }
 
 /// The node of c for a plane of fixed c: near half of the critical damping in its middle.
@@ -147,6 +159,16 @@ fn informative_damping(map: &MapFile, index: &[usize]) -> usize {
         Ok(root) if root.c > 0.0 => axes[axes.len() - 1].nearest(0.5 * root.c),
         Ok(_) | Err(_) => 0,
     }
+}
+
+/// The end of the name of a slice, "-epsilon-0.1": with as few digits as tell the nodes apart.
+fn epsilon_name(axis: &Axis, node: usize) -> String {
+    let rounded = |value: f64, digits: usize| format!("{value:.digits$e}").parse().unwrap_or(value);
+    let apart = |digits: &usize| {
+        axis.values.windows(2).all(|pair| rounded(pair[0], *digits) < rounded(pair[1], *digits))
+    };
+    let digits = (3..16).find(apart).unwrap_or(16);
+    format!("-epsilon-{}", rounded(axis.values[node], digits))
 }
 
 /// Verdicts of every method over one axis, with rows for the nodes of the `other` one, which has too few for
@@ -179,7 +201,7 @@ fn over_one_axis(
         let wanted = Plot { x, y: None, at: &at, variables, panels: None, curves: false, width };
         let name = match epsilons.len() {
             1 => format!("slice-{x}"),
-            _ => format!("slice-{x}-{}", epsilon + 1),
+            _ => format!("slice-{x}{}", epsilon_name(&axes[0], epsilon)),
         };
         plot::figure(view, name, &wanted)
     };
@@ -275,7 +297,7 @@ fn figure(slice: &Slice, width: Width) -> Result<Figure, ReportError> {
     legend.below(&mut scene, panels.panels[0].rect.x, panels.bottom);
     let epsilon = match slice.x {
         0 => String::new(),
-        _ => format!("-{}", slice.index[0] + 1),
+        _ => epsilon_name(&map.grid().axes()[0], slice.index[0]),
     };
     let label = |axis| slice.view.axis(axis);
     let mut data = cell_columns(slice, 1);
