@@ -363,11 +363,10 @@ impl<'a> Together<'a> {
         self.room = [f64::INFINITY; LANES];
         let state = self.state;
         let (next, local) = step(1.0, &state, self);
-        let mut to = [0.0; LANES];
-        for lane in 0..LANES {
+        let to: [f64; LANES] = std::array::from_fn(|lane| {
             let is_last = self.width[lane] >= self.end[lane] - self.x[lane];
-            to[lane] = if is_last { self.end[lane] } else { self.x[lane] + self.h[lane] };
-        }
+            if is_last { self.end[lane] } else { self.x[lane] + self.h[lane] }
+        });
         let there = self.places(&to, &next);
         let here = if self.halves.iter().flatten().any(|half| !half.orbit.stops.is_empty()) {
             Some(self.places(&self.x, &state))
@@ -450,10 +449,7 @@ impl<'a> Together<'a> {
 impl Field<{ 3 * LANES }> for Together<'_> {
     #[inline(always)]
     fn slope(&mut self, stage: usize, state: &State) -> State {
-        let mut x = [0.0; LANES];
-        for lane in 0..LANES {
-            x[lane] = NODES[stage].mul_add(self.h[lane], self.x[lane]);
-        }
+        let x = std::array::from_fn(|lane| NODES[stage].mul_add(self.h[lane], self.x[lane]));
         let Places { square, rate, time, room, .. } = self.places(&x, state);
         let mut slope = [0.0; 3 * LANES];
         for lane in 0..LANES {
