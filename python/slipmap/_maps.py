@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import json
+import math
 import os
-import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
@@ -13,6 +13,7 @@ import xarray as xr
 
 from . import _core, _fingerprints
 from ._law import Law
+from ._progress import Progress, told
 
 
 def map(
@@ -26,7 +27,8 @@ def map(
     audit_cells: int = 1000,
     proof_boxes: int = 32,
     threads: int | None = None,
-    progress: bool | Callable[[int, int], None] = False,
+    progress: Progress = False,
+    chunks: Mapping[str, int] | None = None,
 ) -> xr.Dataset:
     """Asks every method at every cell of a grid: the map that ``slipmap run`` writes, in memory.
 
@@ -54,11 +56,15 @@ def map(
         Number of threads; by default one per core.
     progress : bool or callable
         True shows a bar (of tqdm, if it is there); a function is called with the cells done and all cells.
+    chunks : mapping of str to int, optional
+        Numbers of nodes in a block: the map is then made of dask arrays, and a block is computed when it is needed, for maps
+        that do not fit into memory. Nodes that are dask arrays have blocks of their own.
 
     Returns
     -------
     xarray.Dataset
-        Equal, variable by variable, attributes included, to the file that the program writes.
+        Equal, variable by variable, attributes included, to the file that the program writes. A map in blocks has the same
+        cells, without the audit, the fingerprints and what a run counts.
 
     Raises
     ------
@@ -85,19 +91,47 @@ def map(
     if missing:
         raise ValueError(f"the grid also needs {', '.join(missing)}; an axis of one node is a number")
     nodes = [_nodes(name, axes[name]) for name in law.axes]
-    found = _core.compute_map(
-        law._law,
-        nodes,
-        None if methods is None else list(methods),
-        list(fields),
-        engine,
-        tolerance,
-        audit_cells,
-        proof_boxes,
-        threads,
-        _told(progress, int(np.prod([len(axis) for axis in nodes], dtype=np.int64))),
-    )
-    return _dataset(found)
+    names, own_fields = None if methods is None else list(methods), list(fields)
+
+    def compute(nodes: list[list[float]], audit_cells: int, progress: Progress) -> xr.Dataset:
+        bar = told(progress, math.prod(len(axis) for axis in nodes), "cells")
+        more = (names, own_fields, engine, tolerance, audit_cells, proof_boxes, threads, bar)
+        return _dataset(_core.compute_map(law._law, nodes, *more))
+
+    blocks = {name: axes[name].chunks[0] for name in law.axes if getattr(axes[name], "chunks", None)}
+    if not blocks and chunks is None:
+        return compute(nodes, audit_cells, progress)
+    lengths = {**dict.fromkeys(law.axes, -1), **blocks, **(chunks or {})}
+    return _in_blocks(dict(zip(law.axes, nodes, strict=True)), lengths, lambda nodes: compute(nodes, 0, False))
+
+
+# What the first block says of all.
+_OF_ALL = ("Conventions", "source", "references", "law", "law_definition", "methods", "fields", "engine", "tolerance")
+
+
+def _in_blocks(
+    axes: Mapping[str, list[float]], chunks: Mapping[str, Any], compute: Callable[[list[list[float]]], xr.Dataset]
+) -> xr.Dataset:
+    """The map as dask arrays, whose blocks `compute` computes."""
+    import dask.array as da
+
+    def empty(names: Sequence[Any], dtype: Any) -> Any:
+        return da.zeros([len(axes[name]) for name in names], dtype=dtype, chunks=tuple(chunks[name] for name in names))
+
+    first = compute([axis[:1] for axis in axes.values()])
+    coords = {name: (name, axis, _of_all(first[name].attrs)) for name, axis in axes.items()}
+    variables = {name: (it.dims, empty(it.dims, it.dtype), _of_all(it.attrs)) for name, it in first.data_vars.items()}
+    attrs = {name: value for name, value in first.attrs.items() if name in _OF_ALL}
+    cells = xr.Dataset({"cells": (list(axes), empty(list(axes), np.int8))}, coords)
+
+    def block(part: xr.Dataset) -> xr.Dataset:
+        return compute([part[name].values.tolist() for name in axes]).assign_coords(part.coords)
+
+    return xr.map_blocks(block, cells, template=xr.Dataset(variables, coords, attrs))
+
+
+def _of_all(attributes: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: value for name, value in attributes.items() if name not in ("sha256", "flag_counts")}
 
 
 def run(
@@ -105,7 +139,7 @@ def run(
     *,
     set: Mapping[str, Any] | Sequence[str] = (),
     threads: int | None = None,
-    progress: bool | Callable[[int, int], None] = False,
+    progress: Progress = False,
 ) -> xr.Dataset:
     """Computes the map of a configuration file, as ``slipmap run`` does, and writes nothing.
 
@@ -131,7 +165,7 @@ def run(
     sets = [f"{key}={_toml(value)}" for key, value in set.items()] if isinstance(set, Mapping) else list(set)
     name = os.fspath(config)
     cells = _core.config_cells(name, sets)
-    return _dataset(_core.run_config(name, sets, threads, _told(progress, cells)))
+    return _dataset(_core.run_config(name, sets, threads, told(progress, cells, "cells")))
 
 
 def _toml(value: Any) -> str:
@@ -156,30 +190,6 @@ def _nodes(name: str, value: Any) -> list[float]:
     if nodes.ndim != 1:
         raise ValueError(f"{name}: the nodes of an axis are one row of numbers, not the shape {nodes.shape}")
     return [float(node) for node in nodes]
-
-
-def _told(progress: bool | Callable[[int, int], None], cells: int) -> Callable[[int], None] | None:
-    """What the engine is to call with the number of cells done."""
-    if progress is False:
-        return None
-    if callable(progress):
-        return lambda done: progress(done, cells)
-    try:
-        from tqdm.auto import tqdm
-    except ImportError:
-
-        def line(done: int) -> None:
-            print(f"\r{done:,} of {cells:,} cells", end="\n" if done >= cells else "", file=sys.stderr, flush=True)
-
-        return line
-    bar = tqdm(total=cells, unit="cells")
-
-    def update(done: int) -> None:
-        bar.update(done - bar.n)
-        if done >= cells:
-            bar.close()
-
-    return update
 
 
 def _dataset(found: _core.Map) -> xr.Dataset:

@@ -7,7 +7,7 @@ import json
 import math
 import types
 import typing
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import dataclass, is_dataclass
 from typing import Any
 
 
@@ -381,8 +381,7 @@ def _build(kind: Any, data: Any) -> Any:
         return Range(data["from"], data["to"])
     if is_dataclass(kind):
         hints = typing.get_type_hints(kind)
-        known = {it.name for it in fields(kind)}
-        # A newer program may have fields unknown to this version of the package: they stay in to_dict().
-        return kind(**{name: _build(hints[name], entry) for name, entry in data.items() if name in known})  # type: ignore[operator]
+        # Strict: what the program tells and a class lacks is an error.
+        return kind(**{name: _build(hints[name], entry) for name, entry in data.items()})  # type: ignore[operator]
     # JSON has no infinity: limits beyond all epsilon examined are the text "inf".
     return float(data) if kind is float else data

@@ -14,7 +14,7 @@ use super::probe_machine;
 use super::replace::refuse_existing;
 use super::report::{existing, failure};
 use super::{Ended, Failure};
-use slipmap_map::assessment::{Assessment, DampingLimit, NeededKick, StandardErrors, assess};
+use slipmap_map::assessment::{Assessment, DampingLimit, NeededKick, StandardErrors, assess_fitted};
 use slipmap_map::behaviour::Limit;
 use slipmap_map::risk::{Estimate, NoRisk, Risk, is_uncertain, risk};
 use slipmap_report::{MachinePage, Subject, write_figure, write_file};
@@ -72,7 +72,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
         refuse_existing("--out", path, arguments.overwrite)?;
     }
     let leaves = || Failure::bad_input("the friction leaves the numbers", "check the units");
-    let all = assess(&job.machine).ok_or_else(leaves)?;
+    let all = assess_fitted(&job.machine, &job.uncertain).ok_or_else(leaves)?;
     let risk = match is_uncertain(&job.machine, &job.uncertain) {
         false => None,
         true => {
@@ -220,6 +220,7 @@ fn to_json(all: &Assessment, risk: Option<&Risk>) -> Value {
         "steady_slip_unstable_below_damping": all.hopf_damping,
         "steady_slip_unstable_below_damping_standard_error": error(|errors| Some(errors.hopf_damping.standard_error)),
         "vibrates_below_damping": all.vibrates_below_damping,
+        "may_stick_slip_below_belt_speed_standard_error": error(|errors| errors.critical_belt_speed.map(|of| of.standard_error)),
         "limits": {
             "always_stick_slips_below_belt_speed": limit(all.always_below_speed),
             "may_stick_slip_below_belt_speed": limit(does.critical_belt_speed),

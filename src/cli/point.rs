@@ -6,10 +6,10 @@ use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches, Id};
 
 use super::Failure;
 use super::output::exact;
-use slipmap_config::{decimal_comma, nearest, point_into, point_of, read_table};
+use slipmap_config::{Level, decimal_comma, nearest, point_into, point_of, read_table};
 use slipmap_map::map::Grid;
 use slipmap_map::probe::{axis_names, flag};
-use slipmap_model::friction::{Expression, Law};
+use slipmap_model::friction::{Expression, ExpressionError, Law};
 use slipmap_model::point::{MAX_LAW_PARAMETERS, Point};
 
 /// Arguments of the friction law: `--law` and the options of laws given as text or as data.
@@ -29,6 +29,10 @@ pub(super) struct LawArguments {
     /// where that begins lower. Leave it out where friction at rest is 1
     #[arg(long = "static", value_name = "NUMBER", value_parser = parse_number)]
     static_level: Option<f64>,
+    /// The formula or the table beyond its first peak, with the peak as friction at rest: for smoothed laws, that
+    /// rise from 0
+    #[arg(long, value_name = "peak", value_parser = ["peak"], conflicts_with = "static_level")]
+    rest: Option<String>,
     /// Read the law as 1 + eps F(u), with F = (phi - 1) / eps at the given eps: then the tests to first order
     /// in eps answer for every law
     #[arg(long, value_name = "eps", value_parser = ["eps"])]
@@ -81,19 +85,39 @@ impl LawArguments {
             let problem = format!("--static {level}: the friction at rest must be greater than 0");
             return Err(Failure::bad_input(problem, "give it in the units of the law"));
         }
+        let is_built_in = Law::BUILT_IN.iter().any(|law| law.name() == name);
+        let at_formula = |phi: &str, error: &ExpressionError| {
+            Failure::bad_input(format!("--phi: {}", point_into(phi, error)), error.remedy.clone())
+        };
         match (name, &self.phi, &self.table) {
+            (_, None, None) if is_built_in && (self.static_level.is_some() || self.rest.is_some()) => {
+                let problem = format!("friction at rest is 1 already in the law `{name}`");
+                Err(Failure::bad_input(
+                    problem,
+                    "leave it out; where friction drops as slip begins, add --drop",
+                ))
+            }
+            (_, Some(phi), _) if self.rest.is_some() => {
+                let law = Expression::new(phi, 1.0).and_then(|law| law.with_rest_at_peak());
+                law.map(Law::Function).map_err(|error| at_formula(phi, &error))
+            }
             (_, Some(phi), _) => {
                 let formula = match self.static_level {
                     Some(level) => Expression::with_static(phi, level),
                     None => Expression::new(phi, 1.0),
                 };
-                formula.map(Law::Expression).map_err(|error| {
-                    Failure::bad_input(format!("--phi: {}", point_into(phi, &error)), error.remedy)
-                })
+                formula.map(Law::Expression).map_err(|error| at_formula(phi, &error))
             }
-            (_, None, Some(path)) => read_table(path, self.static_level)
-                .map(Law::Table)
-                .map_err(|(problem, remedy)| Failure::bad_input(format!("--table: {problem}"), remedy)),
+            (_, None, Some(path)) => {
+                let level = match (self.static_level, &self.rest) {
+                    (Some(level), _) => Level::Given(level),
+                    (None, Some(_)) => Level::Peak,
+                    (None, None) => Level::One,
+                };
+                read_table(path, level)
+                    .map(Law::Table)
+                    .map_err(|(problem, remedy)| Failure::bad_input(format!("--table: {problem}"), remedy))
+            }
             (name, None, None) => Law::BUILT_IN.into_iter().find(|law| law.name() == name).ok_or_else(|| {
                 let flag = if name == "table" { "--table FILE.csv" } else { "--phi FORMULA" };
                 Failure::bad_input(format!("the law `{name}` needs {flag}"), "add it")
@@ -141,8 +165,8 @@ impl PointArguments {
         if !missing.is_empty() {
             // In a formula every other name is a parameter, but a common name of the slip speed is probably a
             // mistake.
-            let slip = ["v", "x", "s", "w"].iter().any(|name| axes.contains(name) && value(name).is_none());
-            let slip = if slip { "the slip speed is called u; " } else { "" };
+            let slip = ["x", "s", "w"].iter().any(|name| axes.contains(name) && value(name).is_none());
+            let slip = if slip { "the slip speed is called u or v; " } else { "" };
             let example: String = axes
                 .iter()
                 .filter(|name| value(name).is_none())

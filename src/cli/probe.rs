@@ -21,6 +21,7 @@ use slipmap_map::machine::{Machine, Model};
 use slipmap_map::map::limits::{HIGHEST, Limit, Unknown};
 use slipmap_map::map::{BasinBoundary, DEFAULT_TOLERANCE, Grid, Method, Quantity, Regime};
 use slipmap_map::probe::{Answer, MachineResult, Probe, equilibrium_type, fate_name, regime_words};
+use slipmap_map::risk::Uncertain;
 use slipmap_model::filippov::{Eigenvalues, Stability};
 use slipmap_model::friction::Law;
 use slipmap_model::point::Point;
@@ -183,7 +184,7 @@ fn probe_machine(arguments: &Arguments, file: &Path, tolerance: f64) -> Result<E
     let job = super::probe_machine::load(file, &arguments.point.given)?;
     let leaves = || Failure::bad_input("the friction leaves the numbers", "check the units");
     let model = job.model_of(&job.machine).ok_or_else(leaves)?;
-    probe_point(arguments, &model.law, &model.point, tolerance, Some((&job.machine, &model)))
+    probe_point(arguments, &model.law, &model.point, tolerance, Some((&job.machine, &model, &job.uncertain)))
 }
 
 fn probe_table(arguments: &Arguments, about: About, tolerance: f64) -> Result<Ended, Failure> {
@@ -204,7 +205,7 @@ fn probe_table(arguments: &Arguments, about: About, tolerance: f64) -> Result<En
         methods,
         quiet,
     };
-    probe_table::run(&job)
+    probe_table::run(job)
 }
 
 /// Probes one point, which may be a machine's.
@@ -213,24 +214,25 @@ fn probe_point(
     law: &Law,
     point: &Point,
     tolerance: f64,
-    machine: Option<(&Machine, &Model)>,
+    machine: Option<(&Machine, &Model, &[Uncertain])>,
 ) -> Result<Ended, Failure> {
     if let Some(path) = &arguments.proof {
         proof::check_place(path, arguments.overwrite)?;
         proof::write_text(PointCertificate::of(law, point, WRITTEN_BY).text(), path, arguments.overwrite)?;
     }
-    write_orbit(arguments, law, point, machine.map(|(_, model)| model))?;
+    write_orbit(arguments, law, point, machine.map(|(_, model, _)| model))?;
     let answer = Answer::of(law, point, tolerance, Method::all());
     let direct = slipmap_witness::flow(&answer.oscillator, tolerance);
-    let behaviour = machine.map(|(machine, model)| (machine, behaviour(model, tolerance)));
+    let behaviour =
+        machine.map(|(machine, model, uncertain)| ((machine, uncertain), behaviour(model, tolerance)));
     if arguments.json {
         let mut whole = Probe::new(&answer, &direct);
-        whole.machine = behaviour.map(|(machine, behaviour)| MachineResult::new(machine, &behaviour));
+        whole.machine = behaviour.map(|((machine, _), behaviour)| MachineResult::new(machine, &behaviour));
         print_json(&whole)?;
     } else {
         let mut out = io::stdout().lock();
         if let Some((machine, behaviour)) = &behaviour {
-            super::probe_machine::write(&mut out, machine, behaviour)?;
+            super::probe_machine::write(&mut out, *machine, behaviour)?;
             writeln!(out, "\nThe same machine in dimensionless terms")?;
         }
         write(&mut out, &answer, &direct)?;

@@ -59,10 +59,14 @@ pub(super) enum About<'a> {
     Machine(&'a MachineJob, &'a Path),
 }
 
-pub(super) fn run(job: &Job) -> Result<Ended, Failure> {
+pub(super) fn run(mut job: Job) -> Result<Ended, Failure> {
     let stop = interrupt::flag();
     let table = match &job.about {
-        About::Law(law) => PointTable::with_shared(job.input, law, job.given)?,
+        About::Law(law) => {
+            let (table, law) = PointTable::open(job.input, law, job.given)?;
+            job.about = About::Law(law);
+            table
+        }
         About::Machine(of, file) => {
             let quantities = of.machine.quantities().into_iter().map(|(name, _)| name);
             let rotates = of.machine.motion == Motion::Rotation;
@@ -72,6 +76,7 @@ pub(super) fn run(job: &Job) -> Result<Ended, Failure> {
             table
         }
     };
+    let job = &job;
     check_header(&table, job)?;
     let mut output = Output::open(job.output, job.input, job.overwrite)?;
     let pool = map::pool(job.threads).map_err(not_started)?;

@@ -23,7 +23,7 @@ fn columns(count: usize, strong: f64) -> Vec<Column> {
         .map(|u| (u, 1.0 - 0.4 * strong.min(2.0) * (1.0 - (-u).exp()) + 0.02 * u))
         .collect();
     let measured = Law::Table(Table::new("sampled", &data, 1.0).unwrap());
-    let folding = Law::Expression(Expression::new("1 - e*(u - a*sin(k*u)/k)", 1.0).unwrap());
+    let folding = Law::Expression(Expression::new("1 - s*(u - a*sin(k*u)/k)", 1.0).unwrap());
     let laws = [Law::Exponential, Law::Lorentzian, wavy, measured, folding];
     (0..count)
         .map(|i| {

@@ -26,7 +26,7 @@ fn pairs_that_meet_in_a_fold_are_proved() {
     let (e, a, k) = (0.01, 1.5_f64, 7.2_f64);
     for (level, count) in [(-0.10, 2), (-0.05, 2), (-0.15, 0), (0.2, 1), (0.8, 1)] {
         let viscous = e * (1.0 - a * k.cos() * level);
-        let counted = count_slip_cycles(&expression("1 - e*(u - a*sin(k*u)/k)", &[e, a, k], viscous, 1.0));
+        let counted = count_slip_cycles(&expression("1 - s*(u - a*sin(k*u)/k)", &[e, a, k], viscous, 1.0));
         assert_eq!(counted.exact(), Some(count), "{level}: {counted:?}");
         assert!(counted.open.is_empty());
     }
@@ -70,7 +70,7 @@ fn proofs_and_searches_agree_at_random_laws() {
             1 => {
                 let (e, a, k) = (between(0.02, 0.3), between(0.2, 1.0), between(1.0, 6.0));
                 let damping = e * between(0.0, 2.0);
-                expression("1 - e*(u - a*sin(k*u)/k)", &[e, a, k], damping, belt_speed)
+                expression("1 - s*(u - a*sin(k*u)/k)", &[e, a, k], damping, belt_speed)
             }
             _ => {
                 let (drop, q) = (between(0.1, 0.5), between(0.4, 1.5));

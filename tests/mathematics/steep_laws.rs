@@ -1,9 +1,11 @@
 //! The critical damping of laws that fall far more steeply than the belt moves: it is told with an error that
 //! covers the truth, or not at all.
 
-use slipmap::friction::{Column, Law};
+use slipmap::filippov::Oscillator;
+use slipmap::friction::{Column, Expression, Law};
 use slipmap::map::{Engine, Verdict, decide};
-use slipmap::simulate::critical_damping;
+use slipmap::simulate::{Fate, critical_damping};
+use slipmap::witness;
 
 /// The next largest x2 of the oscillator without friction's fall, x2'' + c x2' + x2 = 0, from the exit point
 /// (V, -j) of friction that drops by j as slip begins.
@@ -59,6 +61,34 @@ fn the_limit_of_steep_laws_is_that_of_extended_precision() {
         let [c, left_out] = of_steep_law(1.0, 0.5, vs);
         let beyond = of_drop(1.0, 0.5) + beyond;
         assert!((c - beyond).abs() <= left_out + found, "{vs}: {c} {left_out} {beyond}");
+    }
+}
+
+/// On both sides of c*, as close to it as its error, the witness finds the fates that c* promises. The cost of c* grows
+/// like the logarithm of the Stribeck velocity.
+#[test]
+fn the_witness_confirms_both_sides_of_the_critical_damping_of_steep_laws() {
+    for vs in [0.1, 0.03, 1e-2, 1e-3, 1e-4, 1e-6] {
+        let text = format!("0.58 + 0.42*exp(-(u/{vs})^2) + 0.01*u");
+        let squared = Law::Expression(Expression::new(&text, 1.0).unwrap());
+        for belt_speed in [0.1, 1.0] {
+            let squared = squared.column(&squared.point(1.0, &[], belt_speed, 0.0).unwrap());
+            for column in [column(belt_speed, 0.42, vs), squared] {
+                let found = critical_damping(&column, 1e-9).unwrap();
+                assert!(found.error <= 1e-8 * found.c && found.rhs < 8_000, "{vs} {belt_speed}: {found:?}");
+                for (c, returns) in
+                    [(found.c - 2.0 * found.error, true), (found.c + 2.0 * found.error, false)]
+                {
+                    let fate = witness::flow(&Oscillator::in_column(&column, c), 1e-13).fate;
+                    let holds = match fate {
+                        Fate::Sticks(_) | Fate::CrossesForever => returns,
+                        Fate::SpiralsInward => !returns,
+                        Fate::TooCloseToCall | Fate::Failed(_) => false,
+                    };
+                    assert!(holds, "{vs} {belt_speed} {c}: {found:?} {fate:?}");
+                }
+            }
+        }
     }
 }
 

@@ -576,7 +576,7 @@ fn an_engineer_is_told_how_far_to_measure() {
 #[test]
 fn a_page_of_data_that_end_early_says_what_is_known() {
     let scratch = Scratch::new();
-    scratch.file("early.csv", "0,450,3\n0.02,390,3\n0.05,350,3\n0.1,320,3\n0.2,300,3\n");
+    scratch.file("early.csv", "v,F,se\n0,450,3\n0.02,390,3\n0.05,350,3\n0.1,320,3\n0.2,300,3\n");
     scratch.file(
         "early.toml",
         "[machine]\nmass = 2\nstiffness = 2e5\nbelt_speed = 0.1\ndamping = 50\n\
@@ -604,7 +604,7 @@ fn the_standard_error_of_a_machine_is_told_alike() {
     let scratch = Scratch::new();
     scratch.file(
         "pad.csv",
-        "0,0.43,0.004\n0.02,0.39,0.004\n0.1,0.33,0.004\n0.3,0.28,0.004\n0.6,0.26,0.004\n1.2,0.26,0.004\n",
+        "u,mu,se\n0,0.43,0.004\n0.02,0.39,0.004\n0.1,0.33,0.004\n0.3,0.28,0.004\n0.6,0.26,0.004\n1.2,0.26,0.004\n",
     );
     let text = "[machine]\nmass = 2\nstiffness = 5e5\nnormal_force = 1000\nbelt_speed = 0.15\ndamping = 30\n\
                 [friction]\nlaw = \"table\"\nfile = \"pad.csv\"\n";

@@ -7,7 +7,9 @@
 //! phi = "mu + (1 - mu)*exp(-u/vs)"     # of law = "expression": u, eps, and names that become axes
 //! file = "measured.csv"                # of law = "table": slip speed and friction; seen from this file
 //! static = 1.0                         # friction at rest of these two, which divides them, at least that in slip at u -> 0
-//! quantity = "coefficient"             # default; or force: what the table of a machine holds
+//! rest = "peak"                        # of these two: friction at rest is the first peak, for laws that rise from 0
+//! quantity = "coefficient"             # default; or force: what the table or the formula of a machine is
+//! fit = { F_k = 700.0, covariance = [[25.0]] } # values of the names in phi with their covariance: `slipmap fit`
 //! small = "eps"                        # reads the law as 1 + eps F(u), so that `perturbation` answers for any law
 //! [grid]                               # every axis of the law; a number, a list, or a range
 //! epsilon = [0.01, 0.1]
@@ -56,8 +58,10 @@
 
 mod axis;
 mod curves;
+mod fitted;
 mod law;
 mod machine;
+mod measured;
 mod points;
 mod source;
 mod units;
@@ -65,10 +69,10 @@ mod units;
 use std::path::{Path, PathBuf};
 
 pub use axis::range_nodes;
-pub use law::{Level, OfMachine, table_of_text};
-pub use law::{point_into, read_table};
+pub use law::point_into;
 pub use machine::keys as machine_keys;
 pub use machine::{MachineJob, check_names, load_machine};
+pub use measured::{Level, Measured, OfMachine, Reading, read_table, words_of};
 pub use points::PointTable;
 pub use points::point_of;
 pub use source::ConfigError;

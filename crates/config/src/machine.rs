@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::law::{About, at_formula};
 use super::source::{ConfigError, Node, Section, Shape, Source};
-use super::{axis, choice, law, nearest, refuse_unknown_keys};
+use super::{axis, choice, fitted, law, nearest, refuse_unknown_keys};
 use slipmap_map::machine::{
     Coefficients, Dimension, Friction, INERTIA, MASS, Machine, Model, Motion, requirement,
 };
@@ -132,11 +132,14 @@ fn check_complete(section: &Section, law: &Law, forces: bool) -> Result<(), Conf
 }
 
 /// Reads an uncertain quantity, { value = 2.0, sd = 0.1 } or { min = 1.8, max = 2.2 }: its nominal value and
-/// its spread; `None` for anything else.
+/// its spread; `None` for anything else. What a fit gives is { value = 2.0, joint = [..] }.
 fn uncertain(node: &Node) -> Result<Option<(f64, Spread)>, ConfigError> {
     let Shape::Table(table) = node.shape() else { return Ok(None) };
     let keys = table.keys();
     let has = |key: &str| keys.iter().any(|other| other == key);
+    if let (Some(value), Some(row)) = (table.get("value"), table.get(fitted::JOINT)) {
+        return Ok(Some((value.number()?, Spread::Joint { row: fitted::row(&row)? })));
+    }
     if !["value", "sd", "min", "max"].into_iter().any(has) || axis::RANGE_KEYS.into_iter().any(has) {
         return Ok(None);
     }
@@ -227,7 +230,7 @@ pub(super) fn motion_of(section: &Section) -> Result<Motion, ConfigError> {
 
 /// Reads `[machine]`; `law` is in SI units.
 pub(super) fn read(section: &Section, friction: &Section, law: &Law) -> Result<MachineJob, ConfigError> {
-    let forces = law::holds_forces(friction)?;
+    let forces = law::holds_forces(friction, law)?;
     check_complete(section, law, forces)?;
     let mut reader = Reader { section, uncertain: Vec::new() };
     let belt_speeds = reader.many(AFTER)?;
@@ -237,6 +240,9 @@ pub(super) fn read(section: &Section, friction: &Section, law: &Law) -> Result<M
     // Measured forces belong to the normal force of the measurement, or to an unknown one.
     let normal_force = match section.get("normal_force") {
         None => 1.0,
+        Some(node) if forces && matches!(law.as_written(), Law::Expression(_)) => {
+            return Err(node.error("the formula is a force already", "leave normal_force out"));
+        }
         Some(_) => reader.number("normal_force")?,
     };
     let fastest = 2.0 * belt_speeds.last().copied().unwrap_or(0.0);
@@ -397,14 +403,7 @@ fn measured(
         );
         return Err(file.error(&problem, "measure farther, or choose lower belt speeds"));
     }
-    let data: Vec<(f64, f64)> = table.data().map(|(u, friction)| (u, friction / unit)).collect();
-    let coefficients =
-        Table::with_static(table.origin(), &data, table.static_level() / unit).and_then(|of| {
-            let errors: Option<Vec<f64>> =
-                table.standard_errors().map(|errors| errors.iter().map(|error| error / unit).collect());
-            errors.map_or(Ok(of.clone()), |errors| of.with_standard_errors(&errors))
-        });
-    let coefficients = coefficients.map(|of| of.with_rows(table.lines(), table.readings()));
+    let coefficients = table.in_units(1.0, unit);
     coefficients.map(Friction::Measured).map_err(|error| file.error(&error.problem, error.remedy))
 }
 

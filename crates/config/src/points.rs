@@ -1,4 +1,5 @@
-//! Tables of points: CSV files with one column for every axis of a law; other columns are kept.
+//! Tables of points: CSV files with one column for every axis of a law. Other columns are kept if they hold text,
+//! if they number the rows, or if their names begin with `#`.
 
 use std::fs::File;
 use std::io::{self, BufReader, Read};
@@ -13,10 +14,13 @@ use super::units::{Match, Wanted, bracketed, compare, conversion};
 use slipmap_map::machine::{Coefficients, Dimension, INERTIA, MASS, Motion};
 use slipmap_map::map::{Grid, GridError};
 use slipmap_model::friction::Law;
-use slipmap_model::point::Point;
+use slipmap_model::point::{MAX_LAW_PARAMETERS, Point};
 
 /// Number of rows handed out at a time: keeps all cores busy and fits into memory.
 const BATCH: usize = 8192;
+
+/// Names of columns that number the rows.
+const NUMBERED: [&str; 5] = ["id", "no", "nr", "row", "index"];
 
 /// Largest number of bytes of rows held at a time.
 const HELD: u64 = 1 << 26;
@@ -39,37 +43,38 @@ pub struct PointTable {
     parsed: Arc<AtomicU64>,
     /// Whether lines end as on Windows.
     carriage_returns: Arc<AtomicBool>,
+    /// Whether the first row has been looked at for numbers that nobody reads.
+    is_checked: bool,
 }
 
 impl PointTable {
-    /// Opens the table at `path` (`-`: standard input), and finds the columns of the axes of `law` by its
-    /// header.
+    /// Opens the table at `path` (`-`: standard input), where all rows share the values `shared` of some axes, and
+    /// finds the columns of the other axes of `law` by its header. Returns the law, too: with the parameters
+    /// `exponent` and `drop` where there are such columns.
     ///
     /// # Errors
-    /// The file cannot be read, or a column is missing or occurs twice.
-    pub fn open(path: &Path, law: &Law) -> Result<Self, ConfigError> {
-        Self::with_shared(path, law, &[])
-    }
-
-    /// Opens a table as [`PointTable::open`] does, where all rows share the values `shared` of some axes.
-    ///
-    /// # Errors
-    /// As those of [`PointTable::open`]; or a shared axis has a column too.
-    pub fn with_shared(path: &Path, law: &Law, shared: &[(String, f64)]) -> Result<Self, ConfigError> {
-        let is_shared = |name: &str| shared.iter().any(|(given, _)| given == name);
-        let names: Vec<&str> = Grid::axis_names(law).into_iter().filter(|name| !is_shared(name)).collect();
-        let table = Self::with_columns(path, &names, None)?;
+    /// The file cannot be read, a column is missing or occurs twice, or a shared axis has a column too.
+    pub fn open(path: &Path, law: &Law, shared: &[(String, f64)]) -> Result<(Self, Law), ConfigError> {
+        let table = Self::with_header(path)?;
         table.refuse_columns_of(shared)?;
-        // Other columns are carried along; this one would change the friction.
-        if !Grid::axis_names(law).contains(&"drop")
-            && table.header.iter().any(|field| field_text(field) == "drop")
-        {
-            let problem =
-                format!("the column `drop` is there, and the law `{}` is asked for without it", law.name());
-            let remedy = "give the drop of all rows by --drop, or rename the column";
-            return Err(ConfigError::new(format!("{}:1", table.name), problem, remedy));
+        let has = |name: &str| table.header.iter().any(|field| base(&field_text(field)) == name);
+        let mut law = law.clone();
+        if has("exponent") {
+            law = law.with_exponent();
         }
-        Ok(Self { shared: shared.to_vec(), ..table })
+        if has("drop") && !Grid::axis_names(&law).contains(&"drop") {
+            if law.may_drop() || law.parameters().len() >= MAX_LAW_PARAMETERS {
+                let problem =
+                    "the column `drop` is there, and the law has a drop already, or no room for one";
+                let remedy = "leave out the static friction, a parameter, or the column";
+                return Err(ConfigError::new(format!("{}:1", table.name), problem, remedy));
+            }
+            law = law.with_drop();
+        }
+        let is_shared = |name: &str| shared.iter().any(|(given, _)| given == name);
+        let names: Vec<&str> = Grid::axis_names(&law).into_iter().filter(|name| !is_shared(name)).collect();
+        let columns = find_axes(&table.name, &table.header, &names, None)?;
+        Ok((Self { columns, shared: shared.to_vec(), ..table }, law))
     }
 
     /// Opens a table of machines. Its header must name at least one of the `quantities`; quantities `given`
@@ -85,7 +90,9 @@ impl PointTable {
         motion: Motion,
         given: &[(String, f64)],
     ) -> Result<Self, ConfigError> {
-        let table = Self::with_columns(path, quantities, Some(motion))?;
+        let table = Self::with_header(path)?;
+        let columns = find_axes(&table.name, &table.header, quantities, Some(motion))?;
+        let table = Self { columns, ..table };
         table.refuse_columns_of(given)?;
         if table.has(MASS) && table.has(INERTIA) {
             let problem = "the columns `mass` and `inertia` are the same quantity";
@@ -109,11 +116,8 @@ impl PointTable {
         Err(ConfigError::new(format!("{}:1", self.name), problem, "leave one of them out"))
     }
 
-    fn with_columns(
-        path: &Path,
-        names: &[&'static str],
-        machine: Option<Motion>,
-    ) -> Result<Self, ConfigError> {
+    /// Opens a table and reads its header.
+    fn with_header(path: &Path) -> Result<Self, ConfigError> {
         let (name, source): (String, Box<dyn Read + Send + Sync>) = if path == Path::new("-") {
             ("standard input".into(), Box::new(io::stdin()))
         } else {
@@ -144,8 +148,8 @@ impl PointTable {
         if let Some(first) = header.get(0).and_then(|first| first.strip_prefix("\u{feff}".as_bytes())) {
             header = std::iter::once(first).chain(header.iter().skip(1)).collect();
         }
-        let columns = find_axes(&name, &header, names, machine)?;
-        Ok(Self { name, reader, header, columns, shared: Vec::new(), parsed, carriage_returns })
+        let (columns, shared) = (Vec::new(), Vec::new());
+        Ok(Self { name, reader, header, columns, shared, parsed, carriage_returns, is_checked: false })
     }
 
     /// Returns whether the table has a column of this parameter or quantity.
@@ -177,9 +181,33 @@ impl PointTable {
             position.set_line(line);
             row.set_position(Some(position));
             self.parsed.store(self.reader.position().byte(), Ordering::Relaxed);
+            if !std::mem::replace(&mut self.is_checked, true) {
+                self.refuse_unread(&row)?;
+            }
             rows.push(row);
         }
         Ok(rows)
+    }
+
+    /// Refuses a column of numbers that is not read: its numbers would not be those of the answers.
+    fn refuse_unread(&self, row: &ByteRecord) -> Result<(), ConfigError> {
+        let is_read = |position: usize| self.columns.iter().any(|(_, read)| *read == position);
+        let mut unread = (0..self.header.len()).filter(|position| !is_read(*position));
+        let is_number = |position: &usize| {
+            let name = field_text(self.header.get(*position).unwrap_or_default());
+            !name.starts_with('#')
+                && !NUMBERED.contains(&name.as_str())
+                && field_text(row.get(*position).unwrap_or_default()).parse::<f64>().is_ok()
+        };
+        let Some(position) = unread.find(is_number) else { return Ok(()) };
+        let name = field_text(self.header.get(position).unwrap_or_default());
+        let known: Vec<&str> = self.columns.iter().map(|(name, _)| *name).collect();
+        let problem = format!("column {}: the numbers of `{name}` are not read", position + 1);
+        let remedy = format!(
+            "what is read is {}; to keep the column unread, call it `#{name}`, else rename it or take it out",
+            known.join(", ")
+        );
+        Err(ConfigError::new(format!("{}:1", self.name), problem, remedy))
     }
 
     /// The point of `law` in a row.

@@ -64,6 +64,7 @@ impl Source {
         for argument in sets {
             source.set(argument)?;
         }
+        super::fitted::insert(source.effective.as_table_mut());
         Ok(source)
     }
 
@@ -303,6 +304,11 @@ impl<'a> Node<'a> {
         } else {
             Shape::Other
         }
+    }
+
+    /// The entry as a table of the document.
+    pub(super) fn entries(&self) -> Option<&'a dyn TableLike> {
+        self.entry.as_table()
     }
 
     /// The value as a number, whole or not.

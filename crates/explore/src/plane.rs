@@ -136,7 +136,7 @@ impl PlaneRequest {
             }
             return self.of_machine(&machine, &[&sides[0], &sides[1]]);
         }
-        let (law, values) = self.place.read()?;
+        let (law, values) = self.place.read(&[&self.x.axis, &self.y.axis])?;
         let names = Grid::axis_names(&law);
         let position = |side: &Side| {
             let found = names.iter().position(|name| *name == side.axis);

@@ -6,11 +6,12 @@ mod data_errors;
 use crate::behaviour::{Behaviour, Limit, behaviour, belt_speeds, is_positive, last_between};
 use crate::machine::{Dimension, Friction, Machine, Model};
 use crate::map::{self, LongRun, Regime, Verdict};
+use crate::risk::Uncertain;
 pub use data_errors::{DampingLimit, ErrorsFrom, LeftOpen, StandardErrors};
 use slipmap_certify::slip_count::{count_slip_cycles, proves_absence};
 use slipmap_certify::{Guarantee, TESTS, validated};
 use slipmap_model::filippov::{HopfRate, Oscillator, Stability};
-use slipmap_model::friction::{Column, Law, ONE_SLIP_CYCLE};
+use slipmap_model::friction::{Column, Law};
 use slipmap_model::point::Point;
 use slipmap_numbers::text::{is_known, rounded, short};
 use slipmap_simulate::backbone::Backbone;
@@ -277,6 +278,11 @@ fn regime_at(law: &Law, point: &Point) -> Regime {
 
 /// Assesses a machine; `None` as in [`Machine::model`].
 pub fn assess(machine: &Machine) -> Option<Assessment> {
+    assess_fitted(machine, &[])
+}
+
+/// Assesses a machine whose friction may be a fit: its covariance is among the `uncertain` quantities.
+pub fn assess_fitted(machine: &Machine, uncertain: &[Uncertain]) -> Option<Assessment> {
     let model = machine.model()?;
     let Model { law, point, si } = &model;
     let units = si.units;
@@ -326,7 +332,7 @@ pub fn assess(machine: &Machine) -> Option<Assessment> {
         hopf_damping: hopf / point.epsilon * units.damping,
         vibrates_below_damping: vibrates_below.map(|damping| damping * units.damping),
         slip_cycles_unknown,
-        standard_errors: StandardErrors::of(machine, basin.as_ref().zip(backbone)),
+        standard_errors: StandardErrors::of(machine, uncertain, &behaviour, basin.as_ref().zip(backbone)),
         undetermined: matches!(behaviour.regime, Regime::Failed | Regime::Neutral)
             .then(|| undetermined(&oscillator, &flow, beyond_data.as_ref())),
         period: cycle.map(|cycle| cycle.period * units.time),
@@ -341,7 +347,7 @@ pub fn assess(machine: &Machine) -> Option<Assessment> {
         sensitivities: sensitivities(machine),
         influence: influence(&model).unwrap_or_default(),
         proofs,
-        conjecture: column.curve.weakening_is_convex().then_some(ONE_SLIP_CYCLE),
+        conjecture: column.curve.conjecture(),
         behaviour,
     })
 }

@@ -6,8 +6,8 @@
 //! probability is the share of such draws, and the nominal damping for a given probability is a quantile of
 //! the critical damping less the deviation of the damping. Both have 95 % confidence limits for the sampling.
 //!
-//! Friction that was measured with standard errors is uncertain too. The errors of its data are independent
-//! and normal. The critical damping of a draw is taken as normal around that of the data as measured, with
+//! Friction that was measured with standard errors is uncertain too, and so is friction that was fitted. The errors
+//! of data are independent and normal, those of a fit normal with its covariance. The critical damping of a draw is taken as normal around that of the data as measured, with
 //! its standard deviation over random data (`Risk::standard_error`). Each draw has such a deviation.
 
 mod surface;
@@ -19,7 +19,8 @@ use rayon::prelude::*;
 use crate::machine::Machine;
 use slipmap_numbers::random::Random;
 use surface::{Groups, Searches, has_standard_errors};
-pub use surface::{WithError, standard_error, uncertain_critical_damping};
+pub(crate) use surface::{Joint, joint, moved_jointly};
+pub use surface::{WithError, uncertain_critical_damping};
 
 /// Distribution of an uncertain quantity.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,7 +38,16 @@ pub enum Spread {
         /// The larger one.
         max: f64,
     },
+    /// Normal, and correlated with the other quantities that have such a spread: the deviation is the sum of these
+    /// numbers, each times a normal number that these quantities share.
+    Joint {
+        /// The row of the quantity in the Cholesky factor of the covariance; zeros after it.
+        row: [f64; MOST_JOINT],
+    },
 }
+
+/// Largest number of quantities whose errors are correlated.
+pub const MOST_JOINT: usize = 6;
 
 impl Spread {
     /// Its standard deviation.
@@ -45,6 +55,7 @@ impl Spread {
         match *self {
             Spread::Normal { sd } => sd,
             Spread::Uniform { min, max } => (max - min) / 12f64.sqrt(),
+            Spread::Joint { row } => row.iter().map(|part| part * part).sum::<f64>().sqrt(),
         }
     }
 }
@@ -141,6 +152,8 @@ fn draw(machine: &Machine, uncertain: &[Uncertain], random: &mut Random) -> Opti
             let value = match spread {
                 Spread::Normal { sd } => nominal + sd * random.normal(),
                 Spread::Uniform { min, max } => min + (max - min) * random.unit(),
+                // The critical damping has their deviation.
+                Spread::Joint { .. } => continue,
             };
             match *name {
                 "damping" => of_damping = value - nominal,
@@ -192,13 +205,12 @@ struct Drawn<'a> {
 
 impl<'a> Drawn<'a> {
     fn none(machine: &'a Machine, uncertain: &[Uncertain]) -> Self {
-        let names: Vec<&str> = uncertain.iter().map(|(name, _)| *name).collect();
-        Self { groups: Groups::new(machine, &names), deviations: Vec::new(), redrawn: 0 }
+        Self { groups: Groups::new(machine, uncertain), deviations: Vec::new(), redrawn: 0 }
     }
 
     fn draw(mut self, uncertain: &[Uncertain], draws: usize, mut random: Random) -> Result<Self, NoRisk> {
         let machine = self.groups.nominal;
-        let measured = has_standard_errors(machine);
+        let measured = self.groups.has_errors();
         for _ in 0..draws {
             let drawn = draw(machine, uncertain, &mut random).ok_or(NoRisk::Illegal)?;
             self.groups.push(&drawn.machine);
@@ -291,8 +303,7 @@ impl Needed {
 
 /// The default number of draws: as many as take some seconds.
 fn usual_draws(machine: &Machine, uncertain: &[Uncertain]) -> usize {
-    let names: Vec<&str> = uncertain.iter().map(|(name, _)| *name).collect();
-    if Groups::new(machine, &names).can_be_interpolated(&names) { 1_000_000 } else { 10_000 }
+    if Groups::new(machine, uncertain).can_be_interpolated(uncertain) { 1_000_000 } else { 10_000 }
 }
 
 /// The draws by default: fewer than [`usual_draws`] where the critical dampings cannot be interpolated within a
@@ -334,7 +345,7 @@ pub fn risk(
         redrawn: needed.redrawn,
         fewer,
         critical_damping_error: needed.error,
-        standard_error: machine.model().as_ref().and_then(standard_error),
+        standard_error: uncertain_critical_damping(machine, uncertain).map(|of| of.standard_error),
         probability: needed.probability(machine.damping),
         rare_by: rare_by.collect(),
     })

@@ -6,11 +6,10 @@
 use std::cell::Cell;
 use std::f64::consts::TAU;
 
-use super::closed_orbit::{self, newton_by_turns};
 use super::closing::{Amplitude, closing_dampings};
+use super::halves::{Sought, closing_dampings_by_halves};
 use super::polar::{Closing, Turn};
 use super::return_map::{UNRESOLVED, decisive_turn};
-use super::work::Work;
 use super::{Fate, Landing, exit_orbit, flow};
 use slipmap_model::filippov::{HopfRate, Oscillator};
 use slipmap_model::friction::Column;
@@ -76,47 +75,30 @@ pub fn critical_dampings(
     columns: &[Column],
     tolerance: f64,
 ) -> Vec<Result<CriticalDamping, NoCriticalDamping>> {
-    if columns.iter().any(|column| column.curve.drop() > 0.0) {
-        return columns.iter().map(|column| with_or_without_drop(column, tolerance)).collect();
-    }
-    let orbits: Vec<Amplitude> = (columns.iter())
-        .map(|Column { curve, belt_speed, .. }| Amplitude::new(curve, *belt_speed, *belt_speed))
+    let halves: Vec<Option<Sought>> = columns.iter().map(sought_by_halves).collect();
+    let is_smooth: Vec<bool> = halves.iter().map(Option::is_none).collect();
+    let by_halves = closing_dampings_by_halves(&halves.into_iter().flatten().collect::<Vec<_>>(), tolerance);
+    let orbits: Vec<Amplitude> = (columns.iter().zip(&is_smooth).filter(|(_, is_smooth)| **is_smooth))
+        .map(|(Column { curve, belt_speed, .. }, _)| Amplitude::new(curve, *belt_speed, *belt_speed))
         .collect();
-    let found = closing_dampings(&orbits, tolerance, None);
-    let answer = |(column, found): (&Column, Result<Closing, u64>)| match found {
-        Ok(Closing { viscous, error, rhs, .. }) => {
-            Ok(CriticalDamping { c: viscous / column.epsilon, error: error / column.epsilon, rhs })
+    let mut by_halves = by_halves.into_iter();
+    let mut found = closing_dampings(&orbits, tolerance, None).into_iter();
+    let answer = |(column, is_smooth): (&Column, bool)| {
+        let found = if is_smooth { found.next() } else { by_halves.next() };
+        match found.unwrap_or(Err(0)) {
+            Ok(Closing { viscous, error, rhs, .. }) => {
+                Ok(CriticalDamping { c: viscous / column.epsilon, error: error / column.epsilon, rhs })
+            }
+            Err(rhs) => search(column, tolerance, rhs, Wanted::Legal),
         }
-        Err(rhs) => search(column, tolerance, rhs, Wanted::Legal),
     };
-    columns.iter().zip(found).map(answer).collect()
+    columns.iter().zip(is_smooth).map(answer).collect()
 }
 
-fn with_or_without_drop(column: &Column, tolerance: f64) -> Result<CriticalDamping, NoCriticalDamping> {
-    match column.curve.drop() > 0.0 {
-        true => {
-            by_turns_from_exit(column, tolerance).or_else(|rhs| search(column, tolerance, rhs, Wanted::Legal))
-        }
-        false => critical_damping(column, tolerance),
-    }
-}
-
-/// The critical damping of a column with a drop j: by Newton's method on turns from (V, -j), within bounds;
-/// `Err` with the number of evaluations where the polar form does not apply.
-fn by_turns_from_exit(column: &Column, tolerance: f64) -> Result<CriticalDamping, u64> {
+fn sought_by_halves(column: &Column) -> Option<Sought<'_>> {
     let Column { curve, epsilon, belt_speed } = column;
-    let bounds = bounds(column).map(|c| c * epsilon);
-    let start = energy_balance(column);
-    let range = curve.even_weakening_range(*belt_speed);
-    let size = range.lo.abs().max(range.hi.abs()).max(start.abs());
-    if !(size.is_finite() && bounds.iter().all(|bound| bound.is_finite())) {
-        return Err(0);
-    }
-    let accuracy = (0.1 * tolerance * size).max(1e-16);
-    let oscillator = Oscillator { curve: curve.clone(), viscous: start, belt_speed: *belt_speed };
-    let work = Work::of_question(curve);
-    let found = newton_by_turns(oscillator, bounds, [accuracy, size], &work, closed_orbit::turn_from_exit)?;
-    Ok(CriticalDamping { c: found.viscous / epsilon, error: found.error / epsilon, rhs: found.rhs })
+    let bounds = || bounds(column).map(|c| c * epsilon);
+    Sought::from_exit(curve, *belt_speed, || energy_balance(column), bounds)
 }
 
 /// eps c* by the balance of energy on the grazing circle, with what the drop supplies: to first order in the
@@ -124,9 +106,10 @@ fn by_turns_from_exit(column: &Column, tolerance: f64) -> Result<CriticalDamping
 fn energy_balance(column: &Column) -> f64 {
     let Column { curve, belt_speed, .. } = column;
     let mean = curve.mean_weakening(*belt_speed);
-    let of_drop = (curve.drop() / belt_speed).powi(2).ln_1p() / TAU;
-    // Twice the damping ratio is below 2: an orbit that is damped critically does not return.
-    mean + of_drop.min(1.9)
+    let of = |drop: f64| (drop / belt_speed).powi(2).ln_1p() / TAU;
+    // A law that falls steeply acts as one that drops. Twice the damping ratio is below 2: an orbit that is damped
+    // critically does not return.
+    (mean + of(curve.drop()).min(1.9)).max(of(1.0 - curve.phi(*belt_speed)).min(1.9))
 }
 
 /// The critical damping of one column, see [`critical_dampings`].

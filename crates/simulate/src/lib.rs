@@ -19,6 +19,7 @@ mod elements;
 pub mod exit_orbit;
 pub mod far_loops;
 pub mod folds;
+mod halves;
 mod lower_set;
 pub mod margins;
 pub mod naive;

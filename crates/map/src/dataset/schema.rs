@@ -1,7 +1,7 @@
 //! The layout of a map file: one description for writing, reading and checking maps.
 
 use crate::map::{Field, Grid, Method, Plan, Quantity, Regime, Runs, TileData, Verdict};
-use slipmap_model::friction::{Law, ONE_SLIP_CYCLE};
+use slipmap_model::friction::Law;
 
 use super::Value;
 use super::auxiliary::axes_of;
@@ -157,8 +157,8 @@ impl Schema {
                 Field::Regime => {
                     let words = "long-run behaviour according to the simulated flow";
                     let mut regime = plain("regime", words, Content::Regime);
-                    if grid.column(&vec![0; grid.axes().len()]).curve.weakening_is_convex() {
-                        regime.attributes.push(("conjecture", ONE_SLIP_CYCLE.into()));
+                    if let Some(words) = grid.column(&vec![0; grid.axes().len()]).curve.conjecture() {
+                        regime.attributes.push(("conjecture", words.into()));
                     }
                     variables.push(regime);
                 }

@@ -102,7 +102,7 @@ impl Friction {
                 Some((Law::Expression(formula), *parameters))
             }
             Friction::Measured(table) => {
-                Some((Law::Table(table.in_units(velocity).ok()?), LawParameters::new(&[])))
+                Some((Law::Table(table.in_units(velocity, 1.0).ok()?), LawParameters::new(&[])))
             }
         }
     }

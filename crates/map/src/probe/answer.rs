@@ -7,7 +7,7 @@ use slipmap_certify::slip_count::{SlipCount, count_slip_cycles};
 use slipmap_certify::validated::any_law;
 use slipmap_certify::{Claim, Decision, Guarantee};
 use slipmap_model::filippov::{HopfRate, Oscillator};
-use slipmap_model::friction::{Column, Law, ONE_SLIP_CYCLE};
+use slipmap_model::friction::{Column, Law};
 use slipmap_model::point::Point;
 use slipmap_numbers::text::{rounded, short, signed};
 use slipmap_simulate::crossing::{crossing_cycles, stick_slip_cycle};
@@ -114,8 +114,8 @@ impl Answer {
     /// is proved.
     pub fn conjecture(&self, counted: Option<u32>) -> Option<&'static str> {
         let is_known = !matches!(self.regime, Regime::Failed | Regime::Neutral);
-        let is_assumed = is_known && counted.is_none() && self.oscillator.curve.weakening_is_convex();
-        (is_assumed && !none_proved(&self.oscillator)).then_some(ONE_SLIP_CYCLE)
+        let is_open = is_known && counted.is_none() && !none_proved(&self.oscillator);
+        self.oscillator.curve.conjecture().filter(|_| is_open)
     }
 
     /// The size up to which c* is not distinguishable from 0.

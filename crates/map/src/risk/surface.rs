@@ -32,6 +32,7 @@ use rayon::prelude::*;
 use slipmap_model::friction::Law;
 use slipmap_model::friction::{Column, Strengthening};
 
+use super::{MOST_JOINT, Spread, Uncertain};
 use crate::machine::{Friction, Machine, Model};
 use slipmap_numbers::chebyshev::{Side, Tensor};
 use slipmap_simulate::critical::{critical_damping, critical_dampings, known_or_nan};
@@ -69,6 +70,8 @@ const WITH_DERIVATIVES: u64 = 3;
 /// Machines, represented by the groups on which y depends.
 pub(super) struct Groups<'a> {
     pub(super) nominal: &'a Machine,
+    /// Quantities with the errors of a fit.
+    joint: Joint,
     /// Positions, among the formula's quantities, of its parameters that vary.
     varied: Vec<usize>,
     /// Number of groups of each machine.
@@ -132,18 +135,60 @@ pub struct WithError {
 }
 
 /// The critical damping of a machine, which may be negative, and its standard error, in SI units, by the
-/// standard errors of its measured friction. `None` if the friction has none, or the critical damping has no
-/// derivatives.
-pub fn uncertain_critical_damping(model: &Model) -> Option<WithError> {
-    let [c, deviation] = of_measured(model);
+/// standard errors of its measured friction or by the covariance of a fit among the `uncertain` quantities. `None`
+/// if the friction has neither, or the critical damping has no derivatives.
+pub fn uncertain_critical_damping(machine: &Machine, uncertain: &[Uncertain]) -> Option<WithError> {
+    let joint = joint(uncertain);
+    let model = machine.model()?;
     let unit = model.si.units.damping;
-    (deviation >= 0.0 && model.column().curve.table()?.standard_errors().is_some())
-        .then_some(WithError { value: c * unit, standard_error: deviation * unit })
+    let [value, standard_error] = match (has_standard_errors(machine), joint.is_empty()) {
+        (true, _) => of_measured(&model).map(|c| c * unit),
+        (false, false) => of_fitted(machine, &joint),
+        (false, true) => return None,
+    };
+    (standard_error >= 0.0).then_some(WithError { value, standard_error })
 }
 
-/// The standard error alone, see [`uncertain_critical_damping`].
-pub fn standard_error(model: &Model) -> Option<f64> {
-    uncertain_critical_damping(model).map(|critical| critical.standard_error)
+/// Quantities with correlated errors, each with its row of the Cholesky factor.
+pub(crate) type Joint = Vec<(&'static str, [f64; MOST_JOINT])>;
+
+/// The quantities whose errors are correlated.
+pub(crate) fn joint(uncertain: &[Uncertain]) -> Joint {
+    let row = |&(name, spread): &Uncertain| match spread {
+        Spread::Joint { row } => Some((name, row)),
+        Spread::Normal { .. } | Spread::Uniform { .. } => None,
+    };
+    uncertain.iter().filter_map(row).collect()
+}
+
+/// The machines with their quantities moved along each independent error, forward and backward, by its standard
+/// deviation.
+pub(crate) fn moved_jointly(machine: &Machine, joint: &Joint) -> Vec<[Machine; 2]> {
+    let directions = (0..joint.len()).filter(|&k| joint.iter().any(|(_, row)| row[k] != 0.0));
+    let moved = |k: usize, sign: f64| {
+        joint.iter().fold(machine.clone(), |machine, (name, row)| {
+            let value =
+                machine.quantities().into_iter().find(|(known, _)| known == name).map_or(f64::NAN, |of| of.1);
+            machine.with(name, value + sign * row[k]).unwrap_or(machine)
+        })
+    };
+    directions.map(|k| [moved(k, 1.0), moved(k, -1.0)]).collect()
+}
+
+/// The critical damping of a machine with fitted friction, and its standard deviation by the covariance of the fit,
+/// from differences over a standard deviation; both in SI units, NaN where unknown.
+fn of_fitted(machine: &Machine, joint: &Joint) -> Pair {
+    let critical = |machine: &Machine| {
+        machine.model().map_or(f64::NAN, |model| {
+            known_or_nan(critical_damping(&model.column(), TOLERANCE)) * model.si.units.damping
+        })
+    };
+    let moved = moved_jointly(machine, joint);
+    let squares = moved.iter().map(|ends| {
+        let [after, before] = [0, 1].map(|end| critical(&ends[end]));
+        (0.5 * (after - before)).powi(2)
+    });
+    [critical(machine), squares.sum::<f64>().sqrt()]
 }
 
 /// The critical damping of a machine with measured friction, and its standard deviation by the standard
@@ -165,7 +210,8 @@ fn of_measured(model: &Model) -> Pair {
 
 impl<'a> Groups<'a> {
     /// An empty collection of machines that differ from `nominal` only in the quantities `uncertain`.
-    pub(super) fn new(nominal: &'a Machine, uncertain: &[&str]) -> Self {
+    pub(super) fn new(nominal: &'a Machine, uncertain: &[Uncertain]) -> Self {
+        let (joint, uncertain) = (joint(uncertain), varying(uncertain));
         let varied: Vec<usize> = match &nominal.friction {
             Friction::Formula(..) => {
                 let names = nominal.friction.quantities().into_iter().enumerate();
@@ -174,12 +220,18 @@ impl<'a> Groups<'a> {
             _ => Vec::new(),
         };
         let size = 2 + varied.len() + usize::from(strengthening(nominal) == Some(Strengthening::Quadratic));
-        Self { nominal, varied, size, values: Vec::new(), scales: Vec::new() }
+        Self { nominal, joint, varied, size, values: Vec::new(), scales: Vec::new() }
+    }
+
+    /// Whether the friction has errors of its own: those of data, or of a fit.
+    pub(super) fn has_errors(&self) -> bool {
+        has_standard_errors(self.nominal) || !self.joint.is_empty()
     }
 
     /// Returns whether so few groups vary with the `uncertain` quantities that y can be interpolated. If not,
     /// each machine has its own search.
-    pub(super) fn can_be_interpolated(&self, uncertain: &[&str]) -> bool {
+    pub(super) fn can_be_interpolated(&self, uncertain: &[Uncertain]) -> bool {
+        let uncertain = varying(uncertain);
         let any = |names: &[&str]| usize::from(names.iter().any(|name| uncertain.contains(name)));
         match &self.nominal.friction {
             Friction::Formula(..) => {
@@ -195,7 +247,8 @@ impl<'a> Groups<'a> {
     pub(super) fn affordable(&self) -> usize {
         let Some(column) = self.nominal.model().map(|model| model.column()) else { return 0 };
         let rhs = critical_damping(&column, TOLERANCE).map_or(FAILURE, |root| root.rhs);
-        let orbits = if has_standard_errors(self.nominal) { WITH_DERIVATIVES } else { 1 };
+        let of_data = if has_standard_errors(self.nominal) { WITH_DERIVATIVES } else { 1 };
+        let orbits = of_data + 2 * self.joint.len() as u64;
         (WORK / (orbits * rhs.max(1) * column.curve.cost())) as usize
     }
 
@@ -305,6 +358,15 @@ impl<'a> Groups<'a> {
             };
             return groups.par_iter().map(of_one).collect();
         }
+        if !self.joint.is_empty() {
+            let of_one = |groups: &&[f64]| {
+                self.machine_with(groups).map_or([f64::NAN; 2], |machine| {
+                    let factor = (machine.stiffness * machine.mass).sqrt() * groups[0].exp();
+                    of_fitted(&machine, &self.joint).map(|x| x / factor)
+                })
+            };
+            return groups.par_iter().map(of_one).collect();
+        }
         let of_some = |groups: &[&[f64]]| {
             let models: Vec<Option<(Model, f64)>> =
                 groups.iter().map(|groups| self.model_with(groups)).collect();
@@ -392,7 +454,7 @@ impl<'a> Groups<'a> {
             tested.par_iter().any(misses).then(|| means.roughest())
         });
         let Some(axis) = rough else {
-            let measured = has_standard_errors(self.nominal);
+            let measured = self.has_errors();
             let values =
                 |point: &[f64]| [surfaces[0].at(point), if measured { surfaces[1].at(point) } else { 0.0 }];
             let placed =
@@ -436,6 +498,12 @@ impl<'a> Groups<'a> {
 /// Returns whether the friction was measured with standard errors.
 pub(super) fn has_standard_errors(machine: &Machine) -> bool {
     matches!(&machine.friction, Friction::Measured(table) if table.standard_errors().is_some())
+}
+
+/// The names of the quantities that draws change.
+fn varying(uncertain: &[Uncertain]) -> Vec<&'static str> {
+    let is_drawn = |(_, spread): &&Uncertain| !matches!(spread, Spread::Joint { .. });
+    uncertain.iter().filter(is_drawn).map(|(name, _)| *name).collect()
 }
 
 /// How the friction rises at high slip speed; `None` for formulas and data.

@@ -4,6 +4,7 @@ use std::borrow::Cow;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use super::built_in::ClosedForm;
+use super::exponential::ExponentialFall;
 use super::form::Form;
 use super::{
     FirstOrder, Gradient, Lorentzian, NoFirstOrder, Range, Stribeck, Table, Weakening, mean, weakening,
@@ -491,6 +492,12 @@ impl Curve {
         Cow::Owned(stops)
     }
 
+    /// Returns whether the law's weakening rate is evaluated by a closed form of its own.
+    #[must_use]
+    pub fn has_closed_form(&self) -> bool {
+        self.form.closed().is_some()
+    }
+
     /// Returns whether the law has features only at rest and at its corners: closed forms, but for uncommon
     /// exponents, and tables.
     pub fn has_known_features(&self) -> bool {
@@ -529,6 +536,18 @@ impl Curve {
         }
     }
 
+    /// The weakening rate of the exponential law, and that of friction that does not fall, with or without a drop; `None`
+    /// for other laws.
+    pub fn exponential_fall(&self) -> Option<ExponentialFall> {
+        match &self.form {
+            Form::Exponential(law) => law.fall(),
+            Form::Coulomb(law) => {
+                Some(ExponentialFall { steepest: 0.0, rate: 0.0, rise: -law.weakening(0.0) })
+            }
+            _ => None,
+        }
+    }
+
     /// Returns whether the weakening rate is proved to be nonincreasing and convex in the slip speed, the
     /// continuation to u < 0 included.
     ///
@@ -539,6 +558,12 @@ impl Curve {
     #[must_use]
     pub fn weakening_is_convex(&self) -> bool {
         self.form.closed().is_some_and(ClosedForm::weakening_is_convex)
+    }
+
+    /// What regimes assume of the law without proof, if anything: the slip motion of Coulomb's law is linear.
+    pub fn conjecture(&self) -> Option<&'static str> {
+        let is_assumed = self.weakening_is_convex() && !matches!(self.form, Form::Coulomb(_));
+        is_assumed.then_some(ONE_SLIP_CYCLE)
     }
 }
 

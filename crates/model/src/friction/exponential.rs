@@ -82,7 +82,24 @@ pub(super) fn parameters_of(friction: &Fall, velocity: f64) -> LawParameters {
 /// -ln of the smallest normal number, 708.4, with an allowance for rounding.
 const FALLEN: f64 = 750.0;
 
+/// A weakening rate that falls exponentially, `steepest exp(-rate u) - rise`, for vectorised engines.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ExponentialFall {
+    /// Its part that falls, at rest.
+    pub steepest: f64,
+    /// 1 / vs.
+    pub rate: f64,
+    /// The rise of friction with the slip speed.
+    pub rise: f64,
+}
+
 impl Exponential {
+    /// `None` for another exponent than 1.
+    pub(super) fn fall(&self) -> Option<ExponentialFall> {
+        let fall = ExponentialFall { steepest: self.drop * self.rate, rate: self.rate, rise: self.eta };
+        (self.exponent == 1.0).then_some(fall)
+    }
+
     pub(super) fn new(parameters: &LawParameters) -> Self {
         let (mu, vs, eta, exponent, is_stretched) = match *parameters.as_slice() {
             [mu, vs, eta] => (mu, vs, eta, 1.0, false),

@@ -107,10 +107,16 @@ impl Function {
         }
         let at_rest = phi(0.0);
         if !((at_rest - 1.0).abs() <= STATIC_SLACK) {
-            return error(
-                format!("phi(0) is {at_rest}, not 1"),
-                "friction is in units of the static one: divide the function by its value at slip speed 0",
-            );
+            let remedy = match at_rest {
+                0.0 => {
+                    "friction vanishes at rest, a viscous contact: give that of the peak up to the peak, divided by it"
+                }
+                _ => {
+                    "divide the function by its value at slip speed 0, if friction falls from there; if it drops from 1, add \
+                     the drop to the function and give it as the parameter drop (with_drop)"
+                }
+            };
+            return error(format!("phi(0) is {at_rest}, not 1"), remedy);
         }
         let mut bad = None;
         let mut checked = |u: f64| {

@@ -7,6 +7,7 @@
 use std::sync::{Arc, LazyLock};
 
 use super::Range;
+use super::peak::{NO_REST, REST_AT_PEAK};
 use slipmap_numbers::interval::Interval;
 use slipmap_numbers::jet::{Jet, Real as _};
 use slipmap_numbers::random::Random;
@@ -57,10 +58,20 @@ struct Cubics {
     slope: Vec<f64>,
     /// Standard errors of the friction, in the units of `friction`.
     errors: Option<Vec<f64>>,
-    /// The line of each datum in its file; empty for data that are not from a file.
-    lines: Vec<usize>,
+    source: Source,
+}
+
+/// What is known of the file of measured data.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Source {
+    /// The line of each datum; 0 for a mean of many, empty for data that are not from a file.
+    pub lines: Vec<usize>,
     /// Number of readings of which the data are means; the number of data where none are.
-    readings: usize,
+    pub readings: usize,
+    /// What has been understood of the file, in one line; `None` if it is as the documentation has it.
+    pub told: Option<String>,
+    /// Whether the friction is a force.
+    pub forces: bool,
 }
 
 /// phi on one piece as phi_0 + t (s_0 + t (c_2 + t c_3)), t = u - u_0.
@@ -131,8 +142,10 @@ impl Table {
             }
             if row > 0 && u == data[row - 1].0 {
                 let problem = format!("the slip speed {u} is that of the row before");
-                let remedy =
-                    "average the rows of one slip speed into one, with the standard error of their mean";
+                let remedy = match u {
+                    0.0 => "leave the friction of slip there, and give that at rest as static",
+                    _ => "average the rows of one slip speed into one, with the standard error of their mean",
+                };
                 return error(Some(row), problem, remedy);
             }
             if row > 0 && u < data[row - 1].0 {
@@ -143,6 +156,9 @@ impl Table {
         if data[0].0 != 0.0 {
             let problem = format!("the first slip speed is {}, not 0", data[0].0);
             return error(Some(0), problem, "begin with the static friction, at slip speed 0");
+        }
+        if data[0].1 == 0.0 {
+            return error(Some(0), NO_REST.to_owned(), REST_AT_PEAK);
         }
         let phi: Vec<f64> = data.iter().map(|(_, phi)| phi / static_level).collect();
         if may_drop && !(phi[0] > 0.0 && phi[0] <= 1.0 + STATIC_SLACK) {
@@ -173,24 +189,18 @@ impl Table {
             phi,
             slope,
             errors: None,
-            lines: Vec::new(),
-            readings: data.len(),
+            source: Source { readings: data.len(), ..Source::default() },
         })))
     }
 
-    /// The same table with the line of each datum in its file, and the number of readings there.
-    pub fn with_rows(&self, lines: &[usize], readings: usize) -> Self {
-        Self(Arc::new(Cubics { lines: lines.to_vec(), readings, ..Cubics::clone(&self.0) }))
+    /// The same table with what is known of its file.
+    pub fn with_source(&self, source: Source) -> Self {
+        Self(Arc::new(Cubics { source, ..Cubics::clone(&self.0) }))
     }
 
-    /// The lines of the data in their file; empty for data that are not from a file.
-    pub fn lines(&self) -> &[usize] {
-        &self.0.lines
-    }
-
-    /// The number of readings of which the data are means; the number of data where none are.
-    pub fn readings(&self) -> usize {
-        self.0.readings
+    /// What is known of its file.
+    pub fn source(&self) -> &Source {
+        &self.0.source
     }
 
     /// The same table with the standard error of each friction value, in the units of the friction.
@@ -213,14 +223,16 @@ impl Table {
         Ok(Self(Arc::new(Cubics { errors: Some(errors.to_vec()), ..Cubics::clone(&self.0) })))
     }
 
-    /// The same law with its slip speeds in units of `unit` > 0.
+    /// The same law with its slip speeds and its friction in units of `speed` and `friction` > 0.
     ///
     /// # Errors
     /// [`TableError`] if two slip speeds become equal, or one overflows.
-    pub fn in_units(&self, unit: f64) -> Result<Self, TableError> {
-        let data: Vec<(f64, f64)> = self.data().map(|(u, friction)| (u / unit, friction)).collect();
-        let table = Self::of_data(self.origin(), &data, self.static_level(), self.0.may_drop)?;
-        self.standard_errors().map_or(Ok(table.clone()), |errors| table.with_standard_errors(errors))
+    pub fn in_units(&self, speed: f64, friction: f64) -> Result<Self, TableError> {
+        let data: Vec<(f64, f64)> = self.data().map(|(u, level)| (u / speed, level / friction)).collect();
+        let table = Self::of_data(self.origin(), &data, self.static_level() / friction, self.0.may_drop)?;
+        let errors =
+            self.0.errors.as_ref().map(|errors| errors.iter().map(|error| error / friction).collect());
+        Ok(Self(Arc::new(Cubics { errors, source: self.0.source.clone(), ..Cubics::clone(&table.0) })))
     }
 
     /// Standard errors of the friction as given, one for each datum.

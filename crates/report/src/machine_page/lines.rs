@@ -82,6 +82,9 @@ fn with_spread(name: &str, value: f64, unit: &str, uncertain: &[Uncertain]) -> R
     match uncertain.iter().find(|(known, _)| *known == name) {
         None => text,
         Some((_, Spread::Normal { sd })) => text.then(" ± ").then(Rich::number(*sd, 3)).then(" (sd)"),
+        Some((_, spread @ Spread::Joint { .. })) => {
+            text.then(" ± ").then(Rich::number(spread.sd(), 3)).then(" (of the fit)")
+        }
         Some((_, Spread::Uniform { min, max })) => {
             let ends = Rich::number(*min, 4).then(" to ").then(Rich::number(*max, 4));
             text.then(", ").then(ends).then(" (uniform)")
@@ -132,9 +135,10 @@ fn given_friction(machine: &Machine, uncertain: &[Uncertain]) -> Vec<Line> {
             lines
         }
         Friction::Formula(formula, parameters) => {
-            let mut lines = vec![line("coefficient of friction", Rich::foreign(formula.text()))];
+            let name = machine.words_of_friction();
+            let mut lines = vec![line(name, Rich::foreign(formula.text()))];
             if formula.may_drop() {
-                lines.push(line("coefficient of friction at rest", Rich::number(formula.static_level(), 4)));
+                lines.push(line(&format!("{name} at rest"), Rich::number(formula.static_level(), 4)));
             }
             let named = formula.parameters().iter().zip(parameters.as_slice());
             let values = named.map(|(of, value)| {
@@ -156,7 +160,7 @@ fn given_friction(machine: &Machine, uncertain: &[Uncertain]) -> Vec<Line> {
 /// "pad.csv, 11 rows without standard errors", "pad.csv, 11 rows, standard errors (third column) 0.001 to
 /// 0.008", "pad.csv, 33 rows averaged at 11 slip speeds, standard errors (by their scatter) 0.002".
 fn table_in_words(table: &Table) -> Rich {
-    let (rows, readings) = (table.data().count(), table.readings());
+    let (rows, readings) = (table.data().count(), table.source().readings);
     let averaged = readings > rows;
     let count = if averaged {
         format!("{readings} rows averaged at {rows} slip speeds")
@@ -232,7 +236,10 @@ fn limits(all: &Assessment) -> Vec<Line> {
         ),
         line(
             &format!("may stick-slip below {speed}"),
-            below(does.critical_belt_speed, "none up to ", Velocity, of_mean),
+            match errors.and_then(|errors| errors.critical_belt_speed) {
+                Some(limit) => with_error(limit, unit(Velocity)),
+                None => below(does.critical_belt_speed, "none up to ", Velocity, of_mean),
+            },
         ),
         line(
             "always stick-slips below damping",
@@ -259,6 +266,7 @@ fn limits(all: &Assessment) -> Vec<Line> {
     if let Some(errors) = errors {
         let by = match errors.from {
             ErrorsFrom::Data => "the standard errors of the data",
+            ErrorsFrom::Fit => "the covariance of the fit",
             ErrorsFrom::Scatter => "the scatter of the rows, which have no standard errors",
         };
         let words = format!("standard error by {by}; not known of the other limits");

@@ -35,6 +35,9 @@ fn reads_formulas_as_on_paper() {
         ("sin(pi/2) + cos(0) + tan(0) + sinh(0) + cosh(0)", 3.0),
         ("eps*10 + epsilon*10", 2.0),
         ("(((u)))", 3.0),
+        ("v^2 + abs(v)*sign(v)", 12.0),
+        ("e^(u - 1)^1*e^-2 + -e**0*(e)^1/e", 0.0),
+        ("log10(u/3) + asinh(0)", 0.0),
     ] {
         // One rounding in the functions.
         assert!((value(text, 3.0) - expected).abs() <= 4.0 * f64::EPSILON * expected.abs(), "{text}");
@@ -72,9 +75,12 @@ fn errors_of_syntax_name_their_place() {
         ("1 + #", (4, 5), "`#` is not known"),
         ("1.2.3", (0, 5), "not a number"),
         ("1 + V", (4, 5), "not part of a friction law"),
+        ("1 - v*u", (6, 7), "both names of the slip speed"),
+        ("1 - 0,1*u", (5, 6), "decimals a point"),
+        ("max(0.5, 1 - u)", (0, 3), "no function `max`"),
         ("exp + 1", (0, 3), "needs its argument"),
         ("1 * / 2", (4, 5), "a value is expected"),
-        ("a+b+d+e+f+g+h+i+j", (16, 17), "one parameter more"),
+        ("a+b+d+k+f+g+h+i+j", (16, 17), "one parameter more"),
     ] {
         let error = Expression::new(text, 1.0).unwrap_err();
         assert_eq!((error.from, error.to), place, "{text}: {error}");
