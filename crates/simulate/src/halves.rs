@@ -377,6 +377,11 @@ impl<'a> Together<'a> {
             let Some(half) = self.halves[lane] else { continue };
             self.rhs[lane] += STAGES as u64;
             self.steps[lane] += 1;
+            if self.steps[lane] > STEP_BUDGET {
+                done(self.numbers[lane], None, self.rhs[lane]);
+                self.halves[lane] = None;
+                continue;
+            }
             let [from, h, to] = [self.x[lane], self.h[lane], to[lane]];
             let [before, after] =
                 [&state, &next].map(|state| [0, 1, 2].map(|part| state[part * LANES + lane]));
@@ -409,8 +414,7 @@ impl<'a> Together<'a> {
             if !inside || !(found <= enough) {
                 self.width[lane] = h * if inside { ratio.clamp(0.1, 0.9) } else { 0.25 };
                 self.beyond_stop[lane] = 0.0;
-                let is_short = !(self.width[lane] > SHORTEST_STEP * from.max(self.first[lane]));
-                if is_short || self.steps[lane] > STEP_BUDGET {
+                if !(self.width[lane] > SHORTEST_STEP * from.max(self.first[lane])) {
                     done(self.numbers[lane], None, self.rhs[lane]);
                     self.halves[lane] = None;
                 }
