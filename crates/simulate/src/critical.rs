@@ -104,7 +104,7 @@ fn with_or_without_drop(column: &Column, tolerance: f64) -> Result<CriticalDampi
 /// The critical damping of a column with a drop j: by Newton's method on turns from (V, -j), within bounds;
 /// `Err` with the number of evaluations where the polar form does not apply.
 fn by_turns_from_exit(column: &Column, tolerance: f64) -> Result<CriticalDamping, u64> {
-    let Column { curve, epsilon, belt_speed } = column;
+    let Column { curve, epsilon, belt_speed, .. } = column;
     let bounds = bounds(column).map(|c| c * epsilon);
     let start = energy_balance(column);
     let range = curve.even_weakening_range(*belt_speed);
