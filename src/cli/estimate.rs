@@ -170,7 +170,7 @@ fn sample(grid: &Grid, wanted: usize) -> Grid {
     }
     let nodes = grid.axes().iter().zip(&kept).map(|(axis, &kept)| spread(&axis.values, kept)).collect();
     // Nodes taken from a legal grid make a legal grid.
-    Grid::new(grid.law().clone(), nodes).unwrap_or_else(|_| grid.clone())
+    grid.with_nodes(nodes).unwrap_or_else(|_| grid.clone())
 }
 
 /// Selects `kept` of the values, evenly spread: the middle of each of `kept` equal parts.

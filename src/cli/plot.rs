@@ -67,9 +67,6 @@ pub(super) struct Arguments {
     /// Also write the numbers of the figure
     #[arg(long, value_name = "FILE.csv")]
     data: Option<PathBuf>,
-    /// Dimensionless numbers, for the map of a machine too
-    #[arg(long)]
-    dimensionless: bool,
     /// Width of the figure, in columns of a journal
     #[arg(long, value_parser = width(), default_value = ONE)]
     width: Width,
@@ -104,7 +101,7 @@ fn parse_range(text: &str) -> Result<(f64, f64), String> {
 
 pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     let map = open(&arguments.map)?;
-    let view = if arguments.dimensionless { View::dimensionless(&map) } else { View::new(&map) };
+    let view = View::new(&map);
     let table = arguments.out.with_extension("csv");
     let existing = existing(arguments.overwrite);
     let mut written: Vec<(&PathBuf, Kind)> = vec![(&arguments.out, Kind::Figure)];

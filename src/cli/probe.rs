@@ -182,7 +182,7 @@ fn probe_machine(arguments: &Arguments, file: &Path, tolerance: f64) -> Result<E
     }
     let job = super::probe_machine::load(file, &arguments.point.given)?;
     let leaves = || Failure::bad_input("the friction leaves the numbers", "check the units");
-    let model = job.model_of(&job.machine).ok_or_else(leaves)?;
+    let model = job.machine.model().ok_or_else(leaves)?;
     probe_point(arguments, &model.law, &model.point, tolerance, Some((&job.machine, &model)))
 }
 

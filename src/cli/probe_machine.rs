@@ -38,14 +38,13 @@ pub(super) fn warn_of_law(law: &Law) {
     }
 }
 
-/// Refuses several belt speeds or dampings, except for a quantity that is set elsewhere.
+/// Refuses quantities with several values, except for one that is set elsewhere.
 pub(super) fn check_single(
     job: &MachineJob,
     file: &Path,
     is_chosen: impl Fn(&str) -> bool,
 ) -> Result<(), Failure> {
-    let all = [("belt_speed", &job.belt_speeds), ("damping", &job.dampings)];
-    let several = all.iter().filter(|(name, values)| values.len() > 1 && !is_chosen(name));
+    let several = job.varied.iter().filter(|(name, _)| !is_chosen(name));
     let several: Vec<_> = several.collect();
     if !several.is_empty() {
         let join = |each: &dyn Fn(&str, &[f64]) -> String, separator: &str| {

@@ -37,9 +37,6 @@ pub(super) struct Arguments {
     /// Width of the figures, in columns of a journal
     #[arg(long, value_parser = width(), default_value = TWO)]
     width: Width,
-    /// Dimensionless numbers, for the map of a machine too
-    #[arg(long)]
-    dimensionless: bool,
     /// Replace the files of an earlier report
     #[arg(long)]
     overwrite: bool,
@@ -66,7 +63,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     let control = Control { on_cells: &on_cells, stop: interrupt::flag(), ..Control::default() };
     let report = Report::gather(&map, &control).map_err(failure)?;
     bar.finish_and_clear();
-    let view = if arguments.dimensionless { View::dimensionless(&map) } else { View::new(&map) };
+    let view = View::new(&map);
     let Arguments { data, width, overwrite, .. } = *arguments;
     let options = ReportOptions { existing: existing(overwrite), data, width };
     slipmap_report::write(&view, &report, &folder, &options).map_err(failure)?;

@@ -79,7 +79,7 @@ fn prepare(arguments: &Arguments, job: Job) -> Result<Option<(Job, PartialMap)>,
         (false, false) => Permission::None,
     };
     let preflight = Preflight::check(&job, permission)?;
-    match &job.machine {
+    match job.plan.grid().machine() {
         Some(machine) => super::probe_machine::warn(machine),
         None => super::probe_machine::warn_of_law(job.plan.grid().law()),
     }
@@ -158,7 +158,7 @@ fn compute(arguments: &Arguments, job: &Job, map: PartialMap, stop: &AtomicBool)
     if let (Some(path), Some(proved)) = (&job.proof, &summary.proved) {
         proof::write(&proved.proof, &job.identity(GIT), path, arguments.overwrite)?;
     }
-    let mut outcome = Outcome::of(&job.plan, &summary, job.machine.as_ref());
+    let mut outcome = Outcome::of(&job.plan, &summary);
     let mut probability_seconds = 0.0;
     if let Some(chances) = Chances::of(job) {
         let processor = process_time();

@@ -12,7 +12,7 @@ use ndarray::ArrayD;
 use slipmap_map::dataset::auxiliary::PROBABILITY;
 use slipmap_map::dataset::{MethodInfo, SCHEMA, Schema, Value};
 use slipmap_map::machine::{MOTION_ATTRIBUTE, Machine, Motion};
-use slipmap_map::map::{Field, Grid, PlaneCurves, Tile};
+use slipmap_map::map::{Field, Grid, Method, PlaneCurves, Tile};
 use slipmap_model::friction::Law;
 
 use super::error::StoreError;
@@ -105,6 +105,17 @@ impl MapFile {
     /// Returns whether the map has this variable over the grid.
     pub fn has(&self, variable: &str) -> bool {
         self.variables().any(|name| name == variable)
+    }
+
+    /// Name of the variable with a method's critical dampings.
+    pub fn critical(&self, method: &str) -> String {
+        format!("{}{method}", Field::CRITICAL[usize::from(self.grid().machine().is_some())])
+    }
+
+    /// Name of the variable with the errors of those of the simulation.
+    pub fn critical_error(&self) -> String {
+        let prefix = Field::CRITICAL_ERROR[usize::from(self.grid().machine().is_some())];
+        format!("{prefix}{}", Method::Simulation.name())
     }
 
     /// Whether the map of a machine has the probability of stick-slip.

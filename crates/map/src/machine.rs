@@ -163,6 +163,9 @@ pub struct Units {
 }
 
 impl Units {
+    /// Those of SI: numbers in SI units stay as they are.
+    pub const SI: Self = Self { time: 1.0, length: 1.0, velocity: 1.0, force: 1.0, damping: 1.0 };
+
     /// The units of a mass (kg) on a spring of this stiffness (N/m) with this static friction force (N).
     pub fn of(mass: f64, stiffness: f64, force: f64) -> Self {
         let damping = (stiffness * mass).sqrt();

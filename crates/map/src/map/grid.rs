@@ -444,14 +444,27 @@ impl Grid {
         Some((law, point, Some(si)))
     }
 
+    /// The units of the dimensionless numbers at these values of the axes; `None` if they have none.
+    pub fn si(&self, values: &[f64]) -> Option<SiUnits> {
+        self.machine_at(values).map(|machine| machine.si())
+    }
+
     /// The point at the given index on each axis, in dimensionless numbers.
     ///
     /// # Panics
     /// If the numbers of a machine leave the range of numbers there.
     #[must_use]
     pub fn point(&self, index: &[usize]) -> Point {
-        let place = self.place(&self.values(index));
-        place.unwrap_or_else(|| panic!("the friction leaves the numbers at {index:?}")).1
+        self.point_of(&self.values(index))
+    }
+
+    /// The point at these values of the axes, which need not be nodes, in dimensionless numbers.
+    ///
+    /// # Panics
+    /// As [`Grid::point`].
+    #[must_use]
+    pub fn point_of(&self, values: &[f64]) -> Point {
+        self.place(values).unwrap_or_else(|| panic!("the friction leaves the numbers at {values:?}")).1
     }
 
     /// The machine at these values of the axes.
@@ -532,6 +545,11 @@ impl Grid {
     /// As [`Grid::column_of`].
     pub fn oscillator_of(&self, values: &[f64]) -> Oscillator {
         Oscillator::in_column(&self.column_of(values), values.last().copied().unwrap_or(0.0))
+    }
+
+    /// As [`Grid::oscillator_of`]; `None` if the values are not legal.
+    pub fn legal_oscillator(&self, values: &[f64]) -> Option<Oscillator> {
+        Some(Oscillator::in_column(&self.legal_column(values)?, values.last().copied()?))
     }
 
     /// The columns of a tile, in row-major order.
