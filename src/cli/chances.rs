@@ -35,7 +35,8 @@ impl<'a> Chances<'a> {
     pub(super) fn variable(&self, threads: Option<usize>, stop: &AtomicBool) -> Result<Auxiliary, NoRisk> {
         let Self { grid, uncertain, draws } = *self;
         let (shape, dampings) = (grid.shape(), grid.dampings());
-        let machine = |column: usize| grid.machine_at(&grid.values(&unravel(column * dampings.len(), &shape)));
+        let machine =
+            |column: usize| grid.machine_at(&grid.values(&unravel(column * dampings.len(), &shape)));
         let machines = (0..grid.column_count()).filter_map(machine);
         let find = || probabilities(machines, uncertain, dampings, draws, stop);
         // If no pool can be created, the global pool is used.

@@ -61,7 +61,7 @@ fn budgets(job: &Job) -> Vec<(&'static str, String)> {
     }
     if let Some(chances) = Chances::of(job) {
         let draws = number_of(chances.draws, "draw");
-        budgets.push(("probability", format!("of stick-slip, {draws} at each belt speed")));
+        budgets.push(("probability", format!("of stick-slip, {draws} in each column")));
     }
     budgets
 }

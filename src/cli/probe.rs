@@ -177,6 +177,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
 fn probe_machine(arguments: &Arguments, file: &Path, tolerance: f64) -> Result<Ended, Failure> {
     if arguments.points.is_some() {
         let job = load_machine(file, &arguments.point.given)?;
+        super::run::tell_units(&job.conversions);
         super::probe_machine::warn(&job.machine);
         return probe_table(arguments, About::Machine(&job, file), tolerance);
     }

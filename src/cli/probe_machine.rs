@@ -18,6 +18,7 @@ use slipmap_numbers::text::{rounded, with_error};
 pub(super) fn load(file: &Path, settings: &[(String, f64)]) -> Result<MachineJob, Failure> {
     let job = load_machine(file, settings)?;
     check_single(&job, file, |_| false)?;
+    super::run::tell_units(&job.conversions);
     warn(&job.machine);
     Ok(job)
 }

@@ -78,6 +78,7 @@ fn prepare(arguments: &Arguments, job: Job) -> Result<Option<(Job, PartialMap)>,
         (false, true) => Permission::Resume,
         (false, false) => Permission::None,
     };
+    tell_units(&job.conversions);
     let preflight = Preflight::check(&job, permission)?;
     match job.plan.grid().machine() {
         Some(machine) => super::probe_machine::warn(machine),
@@ -182,6 +183,13 @@ fn compute(arguments: &Arguments, job: &Job, map: PartialMap, stop: &AtomicBool)
         Ok(()) | Err(Failure::ReaderGone) if report.is_flawed() => Ok(Ended::Flawed),
         Ok(()) => Ok(Ended::Fine),
         Err(failure) => Err(failure),
+    }
+}
+
+/// Prints what units in the configuration are in SI.
+pub(super) fn tell_units(conversions: &[String]) {
+    if !conversions.is_empty() {
+        say(&format!("note: {}", conversions.join(", ")));
     }
 }
 

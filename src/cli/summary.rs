@@ -241,8 +241,8 @@ pub(super) fn probe_command(job: &Job, index: &[usize]) -> String {
     let Some(machine) = grid.machine_at(&grid.values(index)) else {
         return command_line(grid.law(), &grid.point(index), tolerance);
     };
-    let written = load_machine(&job.config_file, &[])
-        .map_or_else(|_| Vec::new(), |of| of.machine.quantities());
+    let written =
+        load_machine(&job.config_file, &[]).map_or_else(|_| Vec::new(), |of| of.machine.quantities());
     let is_axis = |name: &str| grid.axes().iter().any(|axis| axis.name == name);
     let set = machine.quantities().into_iter();
     let set = set.filter(|quantity| is_axis(quantity.0) || !written.contains(quantity));

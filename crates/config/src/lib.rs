@@ -18,7 +18,8 @@
 //! mass = { value = 2.0, sd = 0.1 }     # also stiffness, normal_force, damping; static_friction, kinetic_friction,
 //! belt_speed = { from = 0.05, to = 1.0, points = 40 } # stribeck_velocity and strengthening (default 0) of the
 //! damping = [2.0, 5.0, 10.0]           # built-in laws; the names in a formula; each of them a number, a list, a
-//!                                      # range or uncertain, { min, max } too
+//!                                      # range or uncertain, { min, max } too; "20 rpm" for a number in another
+//!                                      # unit
 //! [methods]
 //! run = ["perturbation", "simulation"] # default: all but smoothed, stick_band, fixed_step, event_step
 //! [naive]                              # choices of these four, see [`NaiveKnobs`]
@@ -94,6 +95,8 @@ pub struct Job {
     pub title: String,
     /// The uncertain quantities.
     pub uncertain: Vec<Uncertain>,
+    /// What units in the file are in SI: "1 rpm is 0.10472 rad/s".
+    pub conversions: Vec<String>,
     /// The configuration file.
     pub config_file: PathBuf,
     /// The text of the configuration, overrides applied.
@@ -165,15 +168,15 @@ impl Job {
         let stem = file.file_stem().map_or_else(|| "map".into(), |stem| stem.to_string_lossy().into_owned());
         let title = root.get_or("title", stem.clone(), |node| Ok(line(node)?.to_owned()))?;
 
-        let (grid, uncertain) = if alone {
+        let (grid, uncertain, conversions) = if alone {
             let job = machine::read(&machine, &friction, &law)?;
             let grid = machine::grid(&machine, &job)?;
             law::check_range(&friction, &grid)?;
-            (grid, job.uncertain)
+            (grid, job.uncertain, job.conversions)
         } else {
             let grid = grid(&axes, &law)?;
             law::check_range(&friction, &grid)?;
-            (grid, Vec::new())
+            (grid, Vec::new(), Vec::new())
         };
 
         let methods = root.section("methods")?.get_or("run", Method::usual().collect(), |node| {
@@ -241,6 +244,7 @@ impl Job {
             plan,
             title,
             uncertain,
+            conversions,
             config_file: source.file.clone(),
             config_text: source.text(),
             output: path,

@@ -1,9 +1,11 @@
 //! The machine of a configuration, in SI units; replaces `[grid]`.
 
+use std::cell::RefCell;
 use std::path::Path;
 
 use super::law::{About, at_formula};
 use super::source::{ConfigError, Node, Section, Shape, Source};
+use super::units::{Match, Wanted, compare, conversion, converted, with_unit};
 use super::{axis, choice, law, nearest, refuse_unknown_keys};
 use slipmap_map::machine::{
     BELT_SPEED, Coefficients, DAMPING, Dimension, Friction, INERTIA, MASS, Machine, Motion, requirement,
@@ -22,6 +24,8 @@ pub struct MachineJob {
     pub varied: Vec<(&'static str, Vec<f64>)>,
     /// The uncertain quantities and their distributions.
     pub uncertain: Vec<Uncertain>,
+    /// What units in the file are in SI: "1 rpm is 0.10472 rad/s".
+    pub conversions: Vec<String>,
     /// The title of its page.
     pub title: Option<String>,
 }
@@ -40,7 +44,8 @@ pub(super) fn known_keys(law: &Law) -> Vec<&'static str> {
 pub fn check_names(formula: &Expression) -> Result<(), ExpressionError> {
     let mut names = formula.parameters().iter().map(|parameter| parameter.name);
     let machine = keys(&Law::Coulomb);
-    let is_taken = |name: &&str| machine.contains(name) && !Coefficients::NAMES.contains(name) || *name == INERTIA;
+    let is_taken =
+        |name: &&str| machine.contains(name) && !Coefficients::NAMES.contains(name) || *name == INERTIA;
     let Some(name) = names.find(is_taken) else { return Ok(()) };
     let (from, to) = formula.place_of(name).unwrap_or_default();
     let problem = format!("`{name}` is a quantity of the machine");
@@ -105,7 +110,7 @@ fn check_complete(section: &Section, law: &Law, forces: bool) -> Result<(), Conf
 
 /// Reads an uncertain quantity, { value = 2.0, sd = 0.1 } or { min = 1.8, max = 2.2 }: its nominal value and
 /// its spread; `None` for anything else.
-fn uncertain(node: &Node) -> Result<Option<(f64, Spread)>, ConfigError> {
+fn uncertain(node: &Node, read: axis::Number) -> Result<Option<(f64, Spread)>, ConfigError> {
     let Shape::Table(table) = node.shape() else { return Ok(None) };
     let keys = table.keys();
     let has = |key: &str| keys.iter().any(|other| other == key);
@@ -114,13 +119,13 @@ fn uncertain(node: &Node) -> Result<Option<(f64, Spread)>, ConfigError> {
     }
     let number = |key: &str| {
         let remedy = "write { value = 2.0, sd = 0.1 } or { min = 1.8, max = 2.2 }";
-        table.get(key).ok_or_else(|| table.missing(key, remedy.into()))?.number()
+        read(&table.get(key).ok_or_else(|| table.missing(key, remedy.into()))?)
     };
     if has("value") || has("sd") {
         refuse_unknown_keys(&table, &["value", "sd"])?;
         let value = number("value")?;
         number("sd")?;
-        return Ok(normal(&table)?.map(|spread| (value, spread)));
+        return Ok(normal(&table, read)?.map(|spread| (value, spread)));
     }
     refuse_unknown_keys(&table, &["min", "max"])?;
     let (min, max) = (number("min")?, number("max")?);
@@ -131,9 +136,9 @@ fn uncertain(node: &Node) -> Result<Option<(f64, Spread)>, ConfigError> {
 }
 
 /// The normal spread of a table with the key `sd`; `None` without it.
-fn normal(table: &Section) -> Result<Option<Spread>, ConfigError> {
+fn normal(table: &Section, read: axis::Number) -> Result<Option<Spread>, ConfigError> {
     let Some(node) = table.get("sd") else { return Ok(None) };
-    let sd = node.number()?;
+    let sd = read(&node)?;
     match sd.is_finite() && sd >= 0.0 {
         true => Ok(Some(Spread::Normal { sd })),
         false => Err(node.error("the standard deviation must be at least 0", "choose another sd")),
@@ -149,7 +154,10 @@ pub fn load_machine(file: &Path, values: &[(String, f64)]) -> Result<MachineJob,
     let written = Source::load(file, &[])?;
     let written = written.root().section("machine")?;
     let sd_of = |name: &str| match written.get(name)?.shape() {
-        Shape::Table(table) => table.get("sd")?.number().ok(),
+        Shape::Table(table) => {
+            let node = table.get("sd")?;
+            node.number().map(|sd| format!("{sd:?}")).or_else(|_| node.text().map(|sd| format!("{sd:?}"))).ok()
+        }
         _ => None,
     };
     // The mass is set under the key that the file uses.
@@ -158,7 +166,7 @@ pub fn load_machine(file: &Path, values: &[(String, f64)]) -> Result<MachineJob,
     let set = |(name, value): &(String, f64)| {
         let name = in_file.filter(|_| names.contains(&name.as_str())).unwrap_or(name);
         match sd_of(name) {
-            Some(sd) => format!("machine.{name}={{ value = {value:?}, sd = {sd:?} }}"),
+            Some(sd) => format!("machine.{name}={{ value = {value:?}, sd = {sd} }}"),
             None => format!("machine.{name}={value:?}"),
         }
     };
@@ -201,11 +209,12 @@ pub(super) fn motion_of(section: &Section) -> Result<Motion, ConfigError> {
 pub(super) fn read(section: &Section, friction: &Section, law: &Law) -> Result<MachineJob, ConfigError> {
     let forces = law::holds_forces(friction)?;
     check_complete(section, law, forces)?;
-    let mut reader = Reader { section, varied: Vec::new(), uncertain: Vec::new() };
+    let motion = motion_of(section)?;
+    let (varied, uncertain, conversions) = (Vec::new(), Vec::new(), RefCell::default());
+    let mut reader = Reader { section, motion, conversions, varied, uncertain };
     let belt_speed = reader.number(BELT_SPEED)?;
     let fastest = 2.0 * reader.values(BELT_SPEED, belt_speed).last().copied().unwrap_or(belt_speed);
     let damping = reader.number(DAMPING)?;
-    let motion = motion_of(section)?;
     let mass = reader.number_that(key_of_mass(section, motion)?, MASS, |mass| requirement(MASS, mass))?;
     // Measured forces belong to the normal force of the measurement, or to an unknown one.
     let normal_force = match section.get("normal_force") {
@@ -235,7 +244,7 @@ pub(super) fn read(section: &Section, friction: &Section, law: &Law) -> Result<M
         small: law.is_read_as_small(),
         belt_speed,
     };
-    let Reader { varied, uncertain, .. } = reader;
+    let Reader { varied, uncertain, conversions, .. } = reader;
     if machine.model().is_none() {
         let node = friction.get("phi").or_else(|| friction.get("file"));
         let (problem, remedy) = (
@@ -247,12 +256,15 @@ pub(super) fn read(section: &Section, friction: &Section, law: &Law) -> Result<M
             |node| node.error(problem, remedy),
         ));
     }
-    Ok(MachineJob { machine, varied, uncertain, title: None })
+    Ok(MachineJob { machine, varied, uncertain, conversions: conversions.into_inner(), title: None })
 }
 
 /// Reads numbers of `[machine]`.
 struct Reader<'a> {
     section: &'a Section<'a>,
+    motion: Motion,
+    /// What units in the file are in SI.
+    conversions: RefCell<Vec<String>>,
     /// The quantities with several values.
     varied: Vec<(&'static str, Vec<f64>)>,
     /// The uncertain quantities found.
@@ -279,7 +291,8 @@ impl<'a> Reader<'a> {
         requirement: impl Fn(f64) -> (bool, &'static str),
     ) -> Result<f64, ConfigError> {
         let node = self.node(key)?;
-        let (values, spread) = match (uncertain(&node)?, node.shape()) {
+        let read = |node: &Node| self.in_si(node, quantity);
+        let (values, spread) = match (uncertain(&node, &read)?, node.shape()) {
             (Some((value, spread)), _) => (vec![value], Some(spread)),
             (None, Shape::Table(range)) if range.get("sd").is_some() => {
                 if quantity == DAMPING {
@@ -288,9 +301,9 @@ impl<'a> Reader<'a> {
                 }
                 let known: Vec<&str> = axis::RANGE_KEYS.into_iter().chain(["sd"]).collect();
                 refuse_unknown_keys(&range, &known)?;
-                (axis::nodes_of_range(&node, &range)?, normal(&range)?)
+                (axis::nodes_of_range(&node, &range, &read)?, normal(&range, &read)?)
             }
-            (None, _) => (axis::nodes(&node)?, None),
+            (None, _) => (axis::nodes_by(&node, &read)?, None),
         };
         for &value in &values {
             check(&node, key, value, requirement(value))?;
@@ -305,6 +318,35 @@ impl<'a> Reader<'a> {
             self.varied.push((quantity, values));
         }
         Ok(first)
+    }
+
+    /// Reads a number in SI units, or a text with a number and its unit.
+    fn in_si(&self, node: &Node, quantity: &str) -> Result<f64, ConfigError> {
+        let wanted = match Dimension::of_quantity(quantity) {
+            Some(dimension) => Some(Wanted::Si(self.motion, dimension)),
+            None => ["static_friction", "kinetic_friction"].contains(&quantity).then_some(Wanted::Number),
+        };
+        let written = node.text().ok().and_then(with_unit);
+        let (Some(wanted), Some((number, unit))) = (wanted, written) else { return node.number() };
+        let si = if wanted.name().is_empty() { "1" } else { wanted.name() };
+        match compare(unit, wanted) {
+            Match::Same => Ok(number),
+            Match::Factor(factor) => {
+                let told = conversion(unit, factor, wanted);
+                let mut all = self.conversions.borrow_mut();
+                if !all.contains(&told) {
+                    all.push(told);
+                }
+                Ok(converted(number, factor))
+            }
+            Match::Other => Err(node.error(
+                &format!("{unit} is no unit of {}", quantity.replace('_', " ")),
+                format!("write it in {si}, or in a unit of the same kind"),
+            )),
+            Match::Unknown => {
+                Err(node.error(&format!("the unit {unit} is not known"), format!("write the number in {si}")))
+            }
+        }
     }
 
     fn varies(&self, quantity: &str) -> bool {

@@ -287,6 +287,7 @@ pub(super) enum Shape<'a> {
     Number(f64),
     List(Vec<Node<'a>>),
     Table(Section<'a>),
+    Text,
     /// Anything else.
     Other,
 }
@@ -300,6 +301,8 @@ impl<'a> Node<'a> {
             Shape::List(self.elements(array))
         } else if let Some(table) = self.entry.as_table() {
             Shape::Table(Section { source: self.source, path: self.path.clone(), table: Some(table) })
+        } else if self.entry.as_value().is_some_and(Value::is_str) {
+            Shape::Text
         } else {
             Shape::Other
         }

@@ -16,8 +16,8 @@ use slipmap_map::dataset::{Cells, Schema, Variable};
 use slipmap_map::map::{
     Account, ComputeError, Control, Field, Grid, Method, Plan, Queue, Sink, TileData, Verdict, compute_tiles,
 };
-use slipmap_report::figure::palette::{self, Kind};
 use slipmap_report::Label;
+use slipmap_report::figure::palette::{self, Kind};
 
 /// Number of cells of a tile, after each of which a superseded request may stop: many if c is an axis, since
 /// a column's answer costs little more than one cell of it. Tiles that are interpolated have the usual size.

@@ -10,7 +10,8 @@ use tempfile::TempPath;
 
 use crate::files::Existing;
 use slipmap_map::dataset::{
-    Auxiliary, Fingerprint, Outcome, Schema, Value, Variable, attributes, auxiliary, fingerprint, hex, si_name,
+    Auxiliary, Fingerprint, Outcome, Schema, Value, Variable, attributes, auxiliary, fingerprint, hex,
+    si_name,
 };
 use slipmap_map::map::{Axis, Plan};
 

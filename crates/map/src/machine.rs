@@ -270,7 +270,17 @@ impl Machine {
         let coefficients = Coefficients::from_array([rest, kinetic, velocity, strengthening]);
         let friction = Friction::Coefficients(law, coefficients);
         let (normal_force_is_known, small) = (true, false);
-        Self { motion, mass, stiffness, damping, normal_force, normal_force_is_known, friction, small, belt_speed }
+        Self {
+            motion,
+            mass,
+            stiffness,
+            damping,
+            normal_force,
+            normal_force_is_known,
+            friction,
+            small,
+            belt_speed,
+        }
     }
 
     /// The law of its friction in SI units, as its quantities give it.

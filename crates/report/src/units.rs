@@ -77,7 +77,9 @@ fn friction_words(map: &MapFile, machine: &Machine) -> Vec<Rich> {
         Friction::Formula(..) => vec![rich("friction by formula")],
         Friction::Coefficients(..) => fixed
             .iter()
-            .filter(|(name, value)| Coefficients::NAMES.contains(name) && (*name != "strengthening" || *value > 0.0))
+            .filter(|(name, value)| {
+                Coefficients::NAMES.contains(name) && (*name != "strengthening" || *value > 0.0)
+            })
             .map(|(name, value)| {
                 let words = machine.words(name).replace("static friction", "friction at rest");
                 let words = words.replace("kinetic friction", "kinetic");

@@ -51,10 +51,8 @@ pub fn probability(values: Vec<f64>, draws: usize) -> Auxiliary {
 pub fn fixed(grid: &Grid) -> Vec<Auxiliary> {
     let one = |(name, value): (&'static str, f64)| {
         let machine = grid.machine()?;
-        let attributes = vec![
-            ("long_name", machine.words(name).into()),
-            ("units", si_name(machine.unit(name)).into()),
-        ];
+        let attributes =
+            vec![("long_name", machine.words(name).into()), ("units", si_name(machine.unit(name)).into())];
         Some(Auxiliary { name, values: vec![value], attributes })
     };
     grid.fixed().into_iter().filter_map(one).collect()

@@ -313,7 +313,8 @@ impl Grid {
     /// these the conditions on the other quantities hold, since they are linear.
     fn check_machines(&self) -> Result<(), GridError> {
         let is_formula = matches!(self.law.as_written(), Law::Expression(_));
-        let of_formula = |axis: &Axis| is_formula && self.law.parameters().iter().any(|it| it.name == axis.name);
+        let of_formula =
+            |axis: &Axis| is_formula && self.law.parameters().iter().any(|it| it.name == axis.name);
         let outer = &self.axes[..self.axes.len() - 1];
         let nodes: Vec<Vec<f64>> = outer
             .iter()
@@ -437,7 +438,9 @@ impl Grid {
     /// The law in dimensionless form, the point and the units at these values of the axes, which need not be
     /// nodes; units only of a machine. `None` if they are not those of a machine.
     pub fn place(&self, values: &[f64]) -> Option<(Law, Point, Option<SiUnits>)> {
-        let Some(machine) = &self.machine else { return Some((self.law.clone(), self.assemble(values), None)) };
+        let Some(machine) = &self.machine else {
+            return Some((self.law.clone(), self.assemble(values), None));
+        };
         let mut machine = machine.clone();
         self.set(&mut machine, values);
         let Model { law, point, si } = machine.model()?;
@@ -524,7 +527,10 @@ impl Grid {
             return Err(format!("{name} is {value}; it must be {wanted}"));
         }
         if !machine.friction.is_legal_at_rest() {
-            return Err(format!("the friction at rest is {}; it must be greater than 0", machine.friction.at_rest()));
+            return Err(format!(
+                "the friction at rest is {}; it must be greater than 0",
+                machine.friction.at_rest()
+            ));
         }
         let model = machine.model().ok_or("the friction leaves the numbers in dimensionless terms")?;
         model.law.check(&model.point).map_err(|error| error.to_string())?;

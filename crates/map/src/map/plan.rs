@@ -177,8 +177,7 @@ impl PlanBuilder {
         // Without the simulation there is nothing to audit.
         let simulated = plan.methods.contains(&Method::Simulation);
         plan.audit_cells = if simulated { plan.audit_cells.min(plan.grid.cells()) } else { 0 };
-        let proves = plan.has_box()
-            && plan.methods.contains(&Method::Test(&validated::TEST));
+        let proves = plan.has_box() && plan.methods.contains(&Method::Test(&validated::TEST));
         plan.proof_boxes = if proves { plan.proof_boxes } else { 0 };
         if let Some(plane) = plan.planes.iter().find(|plane| !lies_in(plane, plan.grid.axes())) {
             return Err(PlanError::Plane(plane.clone()));
@@ -197,8 +196,7 @@ impl PlanBuilder {
                 // Columns that differ only in eps share their cycles unless the law contains eps, so one tile
                 // contains them.
                 let whole_columns = cells / plan.grid.dampings().len().max(1);
-                let together =
-                    if plan.grid.shares_laws() { shape[0].min(whole_columns).max(1) } else { 1 };
+                let together = if plan.grid.shares_laws() { shape[0].min(whole_columns).max(1) } else { 1 };
                 let mut tile = plan.grid.tile_shape(cells / together);
                 tile[0] = tile[0].max(together);
                 tile

@@ -2,8 +2,8 @@
 
 use ndarray::{Array2, ArrayD, Ix2};
 
-use super::super::{ReportError, SIMULATION};
 use super::super::units::{Label, View};
+use super::super::{ReportError, SIMULATION};
 use slipmap_figure::axis::Scale;
 use slipmap_figure::region::cell_edges;
 use slipmap_figure::text::{Rich, rich};
