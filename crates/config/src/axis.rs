@@ -14,7 +14,7 @@ pub(super) type Number<'a> = &'a dyn Fn(&Node) -> Result<f64, ConfigError>;
 pub(super) fn nodes(node: &Node) -> Result<Vec<f64>, ConfigError> {
     match node.shape() {
         Shape::Text => Err(node.wrong_kind(NODES)),
-        _ => nodes_by(node, &Node::number),
+        _ => nodes_by(node, &|node: &Node| node.number()),
     }
 }
 
@@ -24,7 +24,7 @@ const NODES: &str = "a number, a list of numbers, or { from = 0.0, to = 1.0, poi
 /// The nodes of an axis whose numbers `number` reads.
 pub(super) fn nodes_by(node: &Node, number: Number) -> Result<Vec<f64>, ConfigError> {
     match node.shape() {
-        Shape::Number(_) | Shape::Text => Ok(vec![number(node)?]),
+        Shape::Number | Shape::Text => Ok(vec![number(node)?]),
         Shape::List(elements) if elements.is_empty() => {
             Err(node.error("the axis has no values", "give it at least one number"))
         }
