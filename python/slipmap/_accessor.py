@@ -144,6 +144,11 @@ class MapAccessor:
         claimed.attrs = {"long_name": "volume in which a stick-slip cycle is claimed", "box": box}
         return claimed.rename("volume")
 
+    @property
+    def _damping(self) -> str:
+        """The axis of the damping: c, or that of a machine."""
+        return "c" if "c" in self._data.dims else "damping"
+
     def boundary(self, method: str = REFERENCE) -> xr.DataArray:
         """Damping at which a method's verdict changes from presence, in each column.
 

@@ -197,10 +197,14 @@ def _dataset(found: _core.Map) -> xr.Dataset:
     coords = {}
     for name, attributes, values in found.axes:
         coords[name] = (name, values, _closed(dict(attributes), values, None))
+    for name, attributes, value in found.fixed:
+        coords[name] = ((), value, _closed(dict(attributes), np.array([value]), None))
     names = [name for name, *_ in found.axes]
     variables = {}
     for name, attributes, values in found.variables:
         own = dict(attributes)
+        # As a reader of the file has it: the coordinates themselves say so.
+        own.pop("coordinates", None)
         if "flag_values" in own:
             own["flag_counts"] = np.array([int((values == code).sum()) for code in own["flag_values"]], dtype=np.int64)
         variables[name] = (names[: values.ndim], values, _closed(own, values, tile))
@@ -219,11 +223,11 @@ def _closed(attributes: dict[str, Any], values: np.ndarray, tile: Sequence[int] 
 def _curves(found: _core.Map) -> xr.Dataset:
     """The curves as the two tables of the file's group: along ``plane`` and along ``point``."""
     planes = found.curves or []
-    axes = [(name, attributes["long_name"], values) for name, attributes, values in found.axes]
+    axes = [(name, attributes, values) for name, attributes, values in found.axes]
     columns: dict[str, tuple[str, np.ndarray, dict[str, Any]]] = {}
 
-    def reals(dimension: str, name: str, long_name: str, values: Any) -> None:
-        columns[name] = (dimension, np.array(values, dtype=float), {"long_name": long_name, "units": "1"})
+    def reals(dimension: str, name: str, long_name: str, values: Any, units: str = "1") -> None:
+        columns[name] = (dimension, np.array(values, dtype=float), {"long_name": long_name, "units": units})
 
     def integers(dimension: str, name: str, long_name: str, values: Any) -> None:
         columns[name] = (dimension, np.array(values, dtype=np.int32), {"long_name": long_name, "units": "1"})
@@ -242,9 +246,9 @@ def _curves(found: _core.Map) -> xr.Dataset:
 
     words("plane", "plane_x", "first axis of the plane", [axes[x][0] for x, *_ in planes])
     words("plane", "plane_y", "second axis of the plane", [axes[y][0] for _, y, *_ in planes])
-    for i, (name, _, values) in enumerate(axes):
+    for i, (name, own, values) in enumerate(axes):
         held = [np.nan if i in (x, y) else values[nodes[i]] for x, y, nodes, _ in planes]
-        reals("plane", f"held_{name}", f"value at which {name} is held, NaN in the plane", held)
+        reals("plane", f"held_{name}", f"value at which {name} is held, NaN in the plane", held, own["units"])
     lines = [(n, plane, line) for n, plane in enumerate(planes, 1) for line in plane[3]]
     if any(len(line[2]) for *_, line in lines):
         lengths = [len(line[2]) for *_, line in lines]
@@ -257,7 +261,7 @@ def _curves(found: _core.Map) -> xr.Dataset:
             parts = []
             for _, (x, y, nodes, _), line in lines:
                 parts.append(line[2] if i == x else line[3] if i == y else np.full(len(line[2]), values[nodes[i]]))
-            reals("point", name, own, np.concatenate(parts))
+            reals("point", name, own["long_name"], np.concatenate(parts), own["units"])
         long_name = (
             "estimate of the distance from the curve, in sides of the plane, which is logarithmic along axes of "
             "equal ratios"

@@ -61,7 +61,7 @@ fn budgets(job: &Job) -> Vec<(&'static str, String)> {
     }
     if let Some(chances) = Chances::of(job) {
         let draws = number_of(chances.draws, "draw");
-        budgets.push(("probability", format!("of stick-slip, {draws} at each belt speed")));
+        budgets.push(("probability", format!("of stick-slip, {draws} in each column")));
     }
     budgets
 }
@@ -177,7 +177,7 @@ fn sample(grid: &Grid, wanted: usize) -> Grid {
     }
     let nodes = grid.axes().iter().zip(&kept).map(|(axis, &kept)| spread(&axis.values, kept)).collect();
     // Nodes taken from a legal grid make a legal grid.
-    Grid::new(grid.law().clone(), nodes).unwrap_or_else(|_| grid.clone())
+    grid.with_nodes(nodes).unwrap_or_else(|_| grid.clone())
 }
 
 /// Selects `kept` of the values, evenly spread: the middle of each of `kept` equal parts.

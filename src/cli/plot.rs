@@ -20,9 +20,9 @@ Examples:
   slipmap plot results/quickstart.h5 --x alpha --y gamma --at c=0.5 --at V=2 --variable regime --out slice.png
   slipmap plot results/quickstart.h5 --x gamma --y c --panels epsilon=0.1,0.2 --out panels.pdf
   slipmap plot results/quickstart.h5 --x gamma --at V=1,2,4 --variable verdict_simulation --out strips.svg
-  slipmap plot results/brake_pad.h5 --x belt_speed --variable critical_c_simulation --out c.svg --data c.csv
+  slipmap plot results/brake_pad.h5 --x belt_speed --variable critical_damping_simulation --out c.svg --data c.csv
   slipmap plot results/brake_pad.h5 --x damping --diagram --at belt_speed=0.2 --out diagram.svg
-  slipmap plot results/brake_pad.h5 --x V --y c --variable regime --curves --out brake.pdf
+  slipmap plot results/brake_pad.h5 --x belt_speed --y damping --variable regime --curves --out brake.pdf
 
 Without --y, variables are drawn over one axis: numbers as curves, verdicts and regimes as rows of cells. An axis that
 is neither shown nor given with --at is held at its middle node. The map of a machine is drawn, and its axes are held,
@@ -67,9 +67,6 @@ pub(super) struct Arguments {
     /// Also write the numbers of the figure
     #[arg(long, value_name = "FILE.csv")]
     data: Option<PathBuf>,
-    /// Dimensionless numbers, for the map of a machine too
-    #[arg(long)]
-    dimensionless: bool,
     /// Width of the figure, in columns of a journal
     #[arg(long, value_parser = width(), default_value = ONE)]
     width: Width,
@@ -104,7 +101,7 @@ fn parse_range(text: &str) -> Result<(f64, f64), String> {
 
 pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     let map = open(&arguments.map)?;
-    let view = if arguments.dimensionless { View::dimensionless(&map) } else { View::new(&map) };
+    let view = View::new(&map);
     let table = arguments.out.with_extension("csv");
     let existing = existing(arguments.overwrite);
     let mut written: Vec<(&PathBuf, Kind)> = vec![(&arguments.out, Kind::Figure)];

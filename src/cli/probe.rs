@@ -178,12 +178,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
 fn probe_machine(arguments: &Arguments, file: &Path, tolerance: f64) -> Result<Ended, Failure> {
     if arguments.points.is_some() {
         let job = load_machine(file, &arguments.point.given)?;
+        super::run::tell_units(&job.conversions);
         super::probe_machine::warn(&job.machine);
         return probe_table(arguments, About::Machine(&job, file), tolerance);
     }
     let job = super::probe_machine::load(file, &arguments.point.given)?;
     let leaves = || Failure::bad_input("the friction leaves the numbers", "check the units");
-    let model = job.model_of(&job.machine).ok_or_else(leaves)?;
+    let model = job.machine.model().ok_or_else(leaves)?;
     probe_point(arguments, &model.law, &model.point, tolerance, Some((&job.machine, &model, &job.uncertain)))
 }
 

@@ -18,6 +18,7 @@ use slipmap_numbers::text::{rounded, with_error};
 pub(super) fn load(file: &Path, settings: &[(String, f64)]) -> Result<MachineJob, Failure> {
     let job = load_machine(file, settings)?;
     check_single(&job, file, |_| false)?;
+    super::run::tell_units(&job.conversions);
     warn(&job.machine);
     Ok(job)
 }
@@ -49,14 +50,13 @@ fn tell(table: &Measured) {
     }
 }
 
-/// Refuses several belt speeds or dampings, except for a quantity that is set elsewhere.
+/// Refuses quantities with several values, except for one that is set elsewhere.
 pub(super) fn check_single(
     job: &MachineJob,
     file: &Path,
     is_chosen: impl Fn(&str) -> bool,
 ) -> Result<(), Failure> {
-    let all = [("belt_speed", &job.belt_speeds), ("damping", &job.dampings)];
-    let several = all.iter().filter(|(name, values)| values.len() > 1 && !is_chosen(name));
+    let several = job.varied.iter().filter(|(name, _)| !is_chosen(name));
     let several: Vec<_> = several.collect();
     if !several.is_empty() {
         let join = |each: &dyn Fn(&str, &[f64]) -> String, separator: &str| {

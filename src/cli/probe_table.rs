@@ -203,7 +203,7 @@ fn oscillator(
                 )));
             }
             let leaves = || at("the friction leaves the numbers\n  help: check the units".into());
-            let model = of.model_of(&machine).ok_or_else(leaves)?;
+            let model = machine.model().ok_or_else(leaves)?;
             Ok((model.law, model.point, Some(model.si)))
         }
     }

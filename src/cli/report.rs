@@ -44,9 +44,6 @@ pub(super) struct Arguments {
     /// The values of epsilon in the tables
     #[arg(long, value_name = "VALUE", value_delimiter = ',')]
     epsilon: Vec<f64>,
-    /// Dimensionless numbers, for the map of a machine too
-    #[arg(long)]
-    dimensionless: bool,
     /// Replace the files of an earlier report
     #[arg(long)]
     overwrite: bool,
@@ -73,7 +70,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     let control = Control { on_cells: &on_cells, stop: interrupt::flag(), ..Control::default() };
     let report = Report::gather(&map, &control).map_err(failure)?;
     bar.finish_and_clear();
-    let view = if arguments.dimensionless { View::dimensionless(&map) } else { View::new(&map) };
+    let view = View::new(&map);
     let Arguments { data, width, overwrite, .. } = *arguments;
     let (methods, epsilons) = (arguments.methods.clone(), arguments.epsilon.clone());
     let options = ReportOptions { existing: existing(overwrite), data, width, methods, epsilons };

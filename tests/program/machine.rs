@@ -5,8 +5,8 @@ use std::f64::consts::TAU;
 use crate::command::Scratch;
 use serde_json::Value;
 use slipmap::friction::Law;
-use slipmap::machine::{Dimension, MOTION_ATTRIBUTE, Machine, Motion, SI_ATTRIBUTE, Units};
-use slipmap::store::{MapFile, Value as Attribute};
+use slipmap::machine::{Dimension, Machine, Motion, Units};
+use slipmap::store::MapFile;
 
 /// An example configuration as distributed.
 fn example(name: &str) -> String {
@@ -33,23 +33,18 @@ fn examples_are_mapped_checked_and_probed_in_si_units() {
         scratch.run(&["run", "machine.toml", "--set", "output.path=map.h5"]).ends_with(0);
         scratch.run(&["check", "map.h5"]).ends_with(0);
         let map = MapFile::open(&scratch.path().join("map.h5")).unwrap();
-        assert_eq!(map.grid().shape()[4..], [speeds, dampings], "{name}");
+        assert_eq!(map.grid().shape(), [speeds, dampings], "{name}");
 
-        // The map records its machine, and the units convert back to the requested numbers.
-        let Some(Attribute::Reals(numbers)) = map.attributes().get(SI_ATTRIBUTE) else { panic!("{name}") };
-        assert_eq!(map.text(MOTION_ATTRIBUTE), Some(motion.name()));
-        let law = map.grid().law().clone();
-        let machine = Machine::from_array(motion, law, numbers.as_slice().try_into().unwrap());
-        let units = machine.units();
+        // The map records its machine, and its axes are the requested numbers.
+        let machine = map.grid().machine().unwrap().clone();
+        assert_eq!(machine.motion, motion);
         let config: toml_edit::DocumentMut = example(name).parse().unwrap();
         let axis = |key: &str| config["machine"][key].as_inline_table().unwrap();
-        for (key, unit, values) in [
-            ("belt_speed", units.velocity, &map.grid().axes()[4].values),
-            ("damping", units.damping, &map.grid().axes()[5].values),
-        ] {
+        for (key, values) in
+            [("belt_speed", &map.grid().axes()[0].values), ("damping", &map.grid().axes()[1].values)]
+        {
             for (end, value) in [("from", values[0]), ("to", *values.last().unwrap())] {
-                // One division and one multiplication.
-                close(value * unit, axis(key).get(end).unwrap().as_float().unwrap(), 2.0 * f64::EPSILON);
+                assert_eq!(value, axis(key).get(end).unwrap().as_float().unwrap());
             }
         }
 
@@ -85,8 +80,19 @@ fn examples_are_mapped_checked_and_probed_in_si_units() {
         assert!(travel > 0.0 && travel <= 2.0 * number(&answer, "amplitude"), "{name}: {answer}");
 
         // Curves of the map's plane, with the points written beside the figure.
-        let plot =
-            ["plot", "map.h5", "--x", "V", "--y", "c", "--variable", "regime", "--curves", "--out", "p.svg"];
+        let plot = [
+            "plot",
+            "map.h5",
+            "--x",
+            "belt_speed",
+            "--y",
+            "damping",
+            "--variable",
+            "regime",
+            "--curves",
+            "--out",
+            "p.svg",
+        ];
         scratch.run(&plot).ends_with(0);
         let figure = scratch.read("p.svg");
         for words in [
@@ -99,17 +105,13 @@ fn examples_are_mapped_checked_and_probed_in_si_units() {
         let mut met = 0;
         for row in rows(&scratch.read("p.csv")).iter().filter(|row| row["curve"] == "grazing_sliding") {
             let number = |key: &str| row[key].parse::<f64>().unwrap();
-            let units = machine.units();
             let speed = number(&format!("belt_speed [{}]", motion.unit(Dimension::Velocity)));
             let damping = number(&format!("damping [{}]", motion.unit(Dimension::Damping)));
-            let own = machine.model().unwrap().point;
-            let law = map.grid().law();
-            let [speed, damping] = [speed / units.velocity, damping / units.damping];
-            let point = law.point(own.epsilon(), own.law().as_slice(), speed, damping).unwrap();
-            let root = slipmap::simulate::critical_damping(&map.grid().law().column(&point), 1e-10).unwrap();
+            let model = machine.with("belt_speed", speed).unwrap().model().unwrap();
+            let root = slipmap::simulate::critical_damping(&model.column(), 1e-10).unwrap();
             // c* changes by at most a hundred from side to side, and is located to 1e-10.
             assert!(number("error") < 1e-9);
-            assert!((root.c - point.damping()).abs() < 1e-7, "{row:?} {root:?}");
+            assert!((root.c - damping / model.si.units.damping).abs() < 1e-7, "{row:?} {root:?}");
             met += 1;
         }
         assert!(met > 20, "{name}: {met}");
@@ -385,7 +387,7 @@ fn a_machine_is_plotted_in_its_units() {
         "--set",
         "machine.damping=[100.0]",
         "--set",
-        "output.fields=['verdict', 'critical_c', 'cycle', 'basin']",
+        "output.fields=['verdict', 'critical_damping', 'cycle', 'basin']",
         "--set",
         "curves.planes=[]",
     ];
@@ -395,18 +397,18 @@ fn a_machine_is_plotted_in_its_units() {
         "plot",
         "map.h5",
         "--x",
-        "V",
+        "belt_speed",
         "--y",
-        "c",
+        "damping",
         "--variable",
-        "critical_c_simulation",
+        "critical_damping_simulation",
         "--out",
         "a.svg",
         "--data",
         "a.csv",
     ];
     let run = scratch.run(&plot).ends_with(0);
-    assert!(run.err.contains("c has one node"), "{}", run.err);
+    assert!(run.err.contains("damping has one node"), "{}", run.err);
     let figure = scratch.read("a.svg");
     assert!(figure.contains("belt speed, m/s") && figure.contains("simulation, N s/m"));
     let table = rows(&scratch.read("a.csv"));
@@ -417,26 +419,11 @@ fn a_machine_is_plotted_in_its_units() {
         let answer: Value =
             serde_json::from_str(&scratch.run(&[&probe[..], &[&speed]].concat()).ends_with(0).out).unwrap();
         close(
-            row["critical_c_simulation [N s/m]"].parse().unwrap(),
+            row["critical_damping_simulation [N s/m]"].parse().unwrap(),
             answer["machine"]["critical_damping"].as_f64().unwrap(),
             1e-6,
         );
     }
-    let plot = [
-        "plot",
-        "map.h5",
-        "--x",
-        "V",
-        "--variable",
-        "cycle_amplitude_x1,cycle_period",
-        "--out",
-        "b.svg",
-        "--data",
-        "b.csv",
-        "--dimensionless",
-    ];
-    scratch.run(&plot).ends_with(0);
-    assert!(scratch.read("b.csv").starts_with("variable,V,value"), "{}", scratch.read("b.csv"));
     // The bifurcation diagram over any range, and an orbit, both in SI units.
     let plot = [
         "plot",

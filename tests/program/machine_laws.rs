@@ -75,23 +75,29 @@ fn one_friction_in_every_form_is_one_machine() {
             "--set",
             "machine.damping=[0.0, 4.0]",
         ];
-        let fields = ["--set", "output.fields=['verdict', 'critical_c']", "--quiet"];
+        let fields = ["--set", "output.fields=['verdict', 'critical_damping']", "--quiet"];
         scratch.run(&[&["run", file.as_str()], &small[..], &fields].concat()).ends_with(0);
         let path = format!("{name}.h5");
         scratch.run(&["check", &path]).ends_with(0);
         let map = MapFile::open(&scratch.path().join(&path)).unwrap();
-        let rank = map.grid().axes().len();
-        let speeds = map.real_slice("belt_speed_si", &vec![Pick::Every(1); rank]).unwrap();
-        assert!((speeds[[0]] - 0.1).abs() < 1e-15 && (speeds[[1]] - 0.2).abs() < 1e-15, "{speeds}");
-        let dampings = map.real_slice("damping_si", &vec![Pick::Every(1); rank]).unwrap();
-        assert!(dampings[[0]] == 0.0 && (dampings[[1]] - 4.0).abs() < 1e-14, "{dampings}");
-        assert!(!map.has_auxiliary(PROBABILITY));
+        let axes: Vec<_> =
+            map.grid().axes().iter().map(|axis| (axis.name.as_str(), &axis.values[..])).collect();
+        assert_eq!(axes, [("belt_speed", &[0.1, 0.2][..]), ("damping", &[0.0, 4.0])]);
+        assert!(!map.has_probability());
         // A figure and its numbers in SI units.
-        let plot =
-            ["plot", &path, "--x", "belt_speed", "--variable", "critical_c_simulation", "--out", "c.svg"];
+        let plot = [
+            "plot",
+            &path,
+            "--x",
+            "belt_speed",
+            "--variable",
+            "critical_damping_simulation",
+            "--out",
+            "c.svg",
+        ];
         scratch.run(&[&plot[..], &["--data", "c.csv", "--overwrite"]].concat()).ends_with(0);
         let table = scratch.read("c.csv");
-        assert!(table.starts_with("belt_speed [m/s],critical_c_simulation [N s/m]"), "{table}");
+        assert!(table.starts_with("belt_speed [m/s],critical_damping_simulation [N s/m]"), "{table}");
     }
     assert!((critical["formula"] / critical["coefficients"] - 1.0).abs() < 1e-8, "{critical:?}");
     assert!((critical["table"] / critical["coefficients"] - 1.0).abs() < 1e-3, "{critical:?}");
@@ -271,7 +277,7 @@ fn a_map_of_an_uncertain_machine_has_its_probability() {
     scratch.run(&["run", "damping.toml"]).refuses(&["damping.toml:8:11", "sd", "write one value"]);
     let run = ["run", "range.toml", "--set", "machine.damping=[2.0, 8.0]", "--set", "output.path=range.h5"];
     scratch.run(&[&run[..], &["--quiet"]].concat()).ends_with(0);
-    assert!(MapFile::open(&scratch.path().join("range.h5")).unwrap().has_auxiliary(PROBABILITY));
+    assert!(MapFile::open(&scratch.path().join("range.h5")).unwrap().has_probability());
 
     let plot = ["plot", "map.h5", "--x", "belt_speed", "--y", "damping", "--variable", PROBABILITY];
     scratch.run(&[&plot[..], &["--out", "p.svg", "--data", "p.csv"]].concat()).ends_with(0);
@@ -320,10 +326,10 @@ fn measured_friction_with_standard_errors_makes_a_machine_uncertain() {
     // The probabilities of the map are told before the run, and in its measured cost.
     let run = ["run", "measured.toml", "--set", "output.path=map.h5", "--quiet"];
     let told = json(&scratch, &[&run[..], &["--dry-run"]].concat());
-    assert!(told["beside"]["probability"].as_str().unwrap().contains(" draws at each belt speed"), "{told}");
+    assert!(told["beside"]["probability"].as_str().unwrap().contains(" draws in each column"), "{told}");
     let told = json(&scratch, &run);
     assert!(told["stages"]["probability"].as_f64().is_some_and(|seconds| seconds > 0.0), "{told}");
-    assert!(MapFile::open(&scratch.path().join("map.h5")).unwrap().has_auxiliary(PROBABILITY));
+    assert!(MapFile::open(&scratch.path().join("map.h5")).unwrap().has_probability());
 }
 
 /// The coefficients of a machine's friction are no error of a law of an oscillator: what is wrong is the

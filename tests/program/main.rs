@@ -21,6 +21,7 @@ mod latex;
 mod laws;
 mod long_axes;
 mod machine;
+mod machine_axes;
 mod machine_laws;
 mod machine_limits;
 mod map_equal;

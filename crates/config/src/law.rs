@@ -5,7 +5,7 @@ use std::path::Path;
 use super::measured::{Level, Measured, OfMachine};
 use super::source::{ConfigError, Node, Section};
 use super::{choice, fitted, nearest};
-use slipmap_map::machine::Motion;
+use slipmap_map::machine::{Friction, Motion};
 use slipmap_map::map::{AxisRole, Grid, unravel};
 use slipmap_model::friction::{Expression, ExpressionError, Law};
 use slipmap_model::point::MAX_LAW_PARAMETERS;
@@ -239,8 +239,20 @@ pub(super) fn check_range(friction: &Section, grid: &Grid) -> Result<(), ConfigE
             for i in 0..checked {
                 // Evenly from the first column to the last.
                 let column = if checked > 1 { i * (columns - 1) / (checked - 1) } else { 0 };
-                let point = grid.point(&unravel(column * grid.dampings().len(), &shape));
-                law.check(point.epsilon, &point.law, fastest).map_err(|error| at_formula(&phi, &error))?;
+                let values = grid.values(&unravel(column * grid.dampings().len(), &shape));
+                let checked = match grid.machine_at(&values).map(|machine| machine.friction) {
+                    // Divided by its value at rest.
+                    Some(friction @ Friction::Formula(_, parameters)) => {
+                        Expression::with_static(law.text(), friction.at_rest())
+                            .and_then(|law| law.check(1.0, &parameters, fastest))
+                    }
+                    Some(_) => Ok(()),
+                    None => {
+                        let point = grid.point(&unravel(column * grid.dampings().len(), &shape));
+                        law.check(point.epsilon, &point.law, fastest)
+                    }
+                };
+                checked.map_err(|error| at_formula(&phi, &error))?;
             }
             Ok(())
         }

@@ -1,60 +1,38 @@
 //! The machine of a configuration, in SI units; replaces `[grid]`.
 
+use std::cell::RefCell;
 use std::path::Path;
 
 use super::law::{About, at_formula};
 use super::source::{ConfigError, Node, Section, Shape, Source};
+use super::units::{Match, Wanted, compare, conversion, converted, with_unit};
 use super::{axis, choice, fitted, law, nearest, refuse_unknown_keys};
 use slipmap_map::machine::{
-    Coefficients, Dimension, Friction, INERTIA, MASS, Machine, Model, Motion, requirement,
+    BELT_SPEED, Coefficients, DAMPING, Dimension, Friction, INERTIA, MASS, Machine, Motion, requirement,
 };
 use slipmap_map::map::Grid;
 use slipmap_map::risk::{Spread, Uncertain};
 use slipmap_model::friction::{Expression, ExpressionError, Law, Table};
 use slipmap_model::point::LawParameters;
 
-/// A machine with the belt speeds and damping coefficients of a grid.
+/// A machine, of which any quantities may vary.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MachineJob {
-    /// The machine at the first belt speed and damping.
+    /// The machine at the first value of every quantity.
     pub machine: Machine,
-    /// Whether its law is read as 1 + eps F(u).
-    pub(crate) small: bool,
-    /// Belt speeds, m/s.
-    pub belt_speeds: Vec<f64>,
-    /// Damping coefficients, N s/m.
-    pub dampings: Vec<f64>,
+    /// The quantities with several values: increasing, in SI units.
+    pub varied: Vec<(&'static str, Vec<f64>)>,
     /// The uncertain quantities and their distributions.
     pub uncertain: Vec<Uncertain>,
+    /// What units in the file are in SI: "1 rpm is 0.10472 rad/s".
+    pub conversions: Vec<String>,
     /// The title of its page.
     pub title: Option<String>,
 }
 
-impl MachineJob {
-    /// The dimensionless oscillator of `machine`, with its law read as 1 + eps F(u) if `small` is set.
-    ///
-    /// `None` where [`Machine::model`] returns `None`.
-    pub fn model_of(&self, machine: &Machine) -> Option<Model> {
-        let Model { law, point, si } = machine.model()?;
-        Some(Model { law: if self.small { law.read_as_small() } else { law }, point, si })
-    }
-}
-
-/// The keys of `[machine]` before those of its friction.
-const BEFORE: [&str; 5] = ["motion", "mass", "stiffness", "damping", "normal_force"];
-/// The keys of `[machine]` after those of its friction.
-const AFTER: &str = "belt_speed";
-
 /// The keys of `[machine]` under `law`: the motion and the quantities.
 pub fn keys(law: &Law) -> Vec<&'static str> {
-    let mut keys = BEFORE.to_vec();
-    match law.as_written() {
-        Law::Expression(formula) => keys.extend(formula.parameters().iter().map(|parameter| parameter.name)),
-        Law::Table(_) => {}
-        law => keys.extend(Coefficients::names(law)),
-    }
-    keys.push(AFTER);
-    keys
+    std::iter::once("motion").chain(Machine::names(law)).collect()
 }
 
 /// The keys of [`keys`], and `inertia`, the other name of the mass.
@@ -65,9 +43,10 @@ pub(super) fn known_keys(law: &Law) -> Vec<&'static str> {
 /// Refuses a formula that uses the name of a quantity of the machine.
 pub fn check_names(formula: &Expression) -> Result<(), ExpressionError> {
     let mut names = formula.parameters().iter().map(|parameter| parameter.name);
-    let Some(name) = names.find(|name| BEFORE.contains(name) || [AFTER, INERTIA].contains(name)) else {
-        return Ok(());
-    };
+    let machine = keys(&Law::Coulomb);
+    let is_taken =
+        |name: &&str| machine.contains(name) && !Coefficients::NAMES.contains(name) || *name == INERTIA;
+    let Some(name) = names.find(is_taken) else { return Ok(()) };
     let (from, to) = formula.place_of(name).unwrap_or_default();
     let problem = format!("`{name}` is a quantity of the machine");
     let remedy = "give the parameter of the friction another name".to_owned();
@@ -133,7 +112,7 @@ fn check_complete(section: &Section, law: &Law, forces: bool) -> Result<(), Conf
 
 /// Reads an uncertain quantity, { value = 2.0, sd = 0.1 } or { min = 1.8, max = 2.2 }: its nominal value and
 /// its spread; `None` for anything else. What a fit gives is { value = 2.0, joint = [..] }.
-fn uncertain(node: &Node) -> Result<Option<(f64, Spread)>, ConfigError> {
+fn uncertain(node: &Node, read: axis::Number) -> Result<Option<(f64, Spread)>, ConfigError> {
     let Shape::Table(table) = node.shape() else { return Ok(None) };
     let keys = table.keys();
     let has = |key: &str| keys.iter().any(|other| other == key);
@@ -145,13 +124,13 @@ fn uncertain(node: &Node) -> Result<Option<(f64, Spread)>, ConfigError> {
     }
     let number = |key: &str| {
         let remedy = "write { value = 2.0, sd = 0.1 } or { min = 1.8, max = 2.2 }";
-        table.get(key).ok_or_else(|| table.missing(key, remedy.into()))?.number()
+        read(&table.get(key).ok_or_else(|| table.missing(key, remedy.into()))?)
     };
     if has("value") || has("sd") {
         refuse_unknown_keys(&table, &["value", "sd"])?;
         let value = number("value")?;
         number("sd")?;
-        return Ok(normal(&table)?.map(|spread| (value, spread)));
+        return Ok(normal(&table, read)?.map(|spread| (value, spread)));
     }
     refuse_unknown_keys(&table, &["min", "max"])?;
     let (min, max) = (number("min")?, number("max")?);
@@ -162,9 +141,9 @@ fn uncertain(node: &Node) -> Result<Option<(f64, Spread)>, ConfigError> {
 }
 
 /// The normal spread of a table with the key `sd`; `None` without it.
-fn normal(table: &Section) -> Result<Option<Spread>, ConfigError> {
+fn normal(table: &Section, read: axis::Number) -> Result<Option<Spread>, ConfigError> {
     let Some(node) = table.get("sd") else { return Ok(None) };
-    let sd = node.number()?;
+    let sd = read(&node)?;
     match sd.is_finite() && sd >= 0.0 {
         true => Ok(Some(Spread::Normal { sd })),
         false => Err(node.error("the standard deviation must be at least 0", "choose another sd")),
@@ -180,7 +159,10 @@ pub fn load_machine(file: &Path, values: &[(String, f64)]) -> Result<MachineJob,
     let written = Source::load(file, &[])?;
     let written = written.root().section("machine")?;
     let sd_of = |name: &str| match written.get(name)?.shape() {
-        Shape::Table(table) => table.get("sd")?.number().ok(),
+        Shape::Table(table) => {
+            let node = table.get("sd")?;
+            node.number().map(|sd| format!("{sd:?}")).or_else(|_| node.text().map(|sd| format!("{sd:?}"))).ok()
+        }
         _ => None,
     };
     // The mass is set under the key that the file uses.
@@ -189,7 +171,7 @@ pub fn load_machine(file: &Path, values: &[(String, f64)]) -> Result<MachineJob,
     let set = |(name, value): &(String, f64)| {
         let name = in_file.filter(|_| names.contains(&name.as_str())).unwrap_or(name);
         match sd_of(name) {
-            Some(sd) => format!("machine.{name}={{ value = {value:?}, sd = {sd:?} }}"),
+            Some(sd) => format!("machine.{name}={{ value = {value:?}, sd = {sd} }}"),
             None => format!("machine.{name}={value:?}"),
         }
     };
@@ -232,10 +214,12 @@ pub(super) fn motion_of(section: &Section) -> Result<Motion, ConfigError> {
 pub(super) fn read(section: &Section, friction: &Section, law: &Law) -> Result<MachineJob, ConfigError> {
     let forces = law::holds_forces(friction, law)?;
     check_complete(section, law, forces)?;
-    let mut reader = Reader { section, uncertain: Vec::new() };
-    let belt_speeds = reader.many(AFTER)?;
-    let dampings = reader.many("damping")?;
     let motion = motion_of(section)?;
+    let (varied, uncertain, conversions) = (Vec::new(), Vec::new(), RefCell::default());
+    let mut reader = Reader { section, motion, conversions, varied, uncertain };
+    let belt_speed = reader.number(BELT_SPEED)?;
+    let fastest = 2.0 * reader.values(BELT_SPEED, belt_speed).last().copied().unwrap_or(belt_speed);
+    let damping = reader.number(DAMPING)?;
     let mass = reader.number_that(key_of_mass(section, motion)?, MASS, |mass| requirement(MASS, mass))?;
     // Measured forces belong to the normal force of the measurement, or to an unknown one.
     let normal_force = match section.get("normal_force") {
@@ -245,7 +229,10 @@ pub(super) fn read(section: &Section, friction: &Section, law: &Law) -> Result<M
         }
         Some(_) => reader.number("normal_force")?,
     };
-    let fastest = 2.0 * belt_speeds.last().copied().unwrap_or(0.0);
+    if let Some(node) = section.get("normal_force").filter(|_| forces && reader.varies("normal_force")) {
+        let problem = "measured forces belong to one normal force, that of the measurement";
+        return Err(node.error(problem, "divide the data by it, and leave quantity = \"force\" out"));
+    }
     let known = match law.as_written() {
         Law::Expression(formula) => reader.formula(friction, formula, fastest)?,
         Law::Table(table) => {
@@ -258,13 +245,14 @@ pub(super) fn read(section: &Section, friction: &Section, law: &Law) -> Result<M
         motion,
         mass,
         stiffness: reader.number("stiffness")?,
-        damping: dampings[0],
+        damping,
         normal_force,
         normal_force_is_known: section.get("normal_force").is_some(),
         friction: known,
-        belt_speed: belt_speeds[0],
+        small: law.is_read_as_small(),
+        belt_speed,
     };
-    let uncertain = reader.uncertain;
+    let Reader { varied, uncertain, conversions, .. } = reader;
     if machine.model().is_none() {
         let node = friction.get("phi").or_else(|| friction.get("file"));
         let (problem, remedy) = (
@@ -276,12 +264,17 @@ pub(super) fn read(section: &Section, friction: &Section, law: &Law) -> Result<M
             |node| node.error(problem, remedy),
         ));
     }
-    Ok(MachineJob { machine, small: law.is_read_as_small(), belt_speeds, dampings, uncertain, title: None })
+    Ok(MachineJob { machine, varied, uncertain, conversions: conversions.into_inner(), title: None })
 }
 
 /// Reads numbers of `[machine]`.
 struct Reader<'a> {
     section: &'a Section<'a>,
+    motion: Motion,
+    /// What units in the file are in SI.
+    conversions: RefCell<Vec<String>>,
+    /// The quantities with several values.
+    varied: Vec<(&'static str, Vec<f64>)>,
     /// The uncertain quantities found.
     uncertain: Vec<Uncertain>,
 }
@@ -292,12 +285,13 @@ impl<'a> Reader<'a> {
         self.section.get(key).ok_or_else(|| self.section.missing(key, how.into()))
     }
 
-    /// Reads a quantity that may be uncertain; returns its nominal value.
+    /// Reads a quantity that may vary or be uncertain; returns its first or nominal value.
     fn number(&mut self, key: &'static str) -> Result<f64, ConfigError> {
         self.number_that(key, key, |value| requirement(key, value))
     }
 
-    /// Reads the number of `quantity`, which may be uncertain, from the entry `key`; returns the nominal one.
+    /// Reads `quantity` from the entry `key`: a number, a list, a range, or an uncertain number; returns the first
+    /// or nominal one. A range may have a standard deviation, which applies to each of its values.
     fn number_that(
         &mut self,
         key: &'static str,
@@ -305,48 +299,77 @@ impl<'a> Reader<'a> {
         requirement: impl Fn(f64) -> (bool, &'static str),
     ) -> Result<f64, ConfigError> {
         let node = self.node(key)?;
-        let (value, spread) = match uncertain(&node)? {
-            Some((value, spread)) => (value, Some((quantity, spread))),
-            None => (node.number()?, None),
-        };
-        check(&node, key, value, requirement(value))?;
-        self.uncertain.extend(spread);
-        Ok(value)
-    }
-
-    /// Reads increasing numbers, or one uncertain number. A range of belt speeds may have a standard
-    /// deviation, which applies to each belt speed.
-    fn many(&mut self, key: &'static str) -> Result<Vec<f64>, ConfigError> {
-        let node = self.node(key)?;
-        if uncertain(&node)?.is_some() {
-            return Ok(vec![self.number(key)?]);
-        }
-        let values = match node.shape() {
-            Shape::Table(range) if range.get("sd").is_some() => {
-                if key != AFTER {
+        let read = |node: &Node| self.in_si(node, quantity);
+        let (values, spread) = match (uncertain(&node, &read)?, node.shape()) {
+            (Some((value, spread)), _) => (vec![value], Some(spread)),
+            (None, Shape::Table(range)) if range.get("sd").is_some() => {
+                if quantity == DAMPING {
                     let remedy = "leave sd out, or write one value: { value = 50.0, sd = 5.0 }";
                     return Err(node.error("a range of these has no standard deviation", remedy));
                 }
                 let known: Vec<&str> = axis::RANGE_KEYS.into_iter().chain(["sd"]).collect();
                 refuse_unknown_keys(&range, &known)?;
-                let (values, spread) = (axis::nodes_of_range(&node, &range)?, normal(&range)?);
-                self.uncertain.extend(spread.map(|spread| (key, spread)));
-                values
+                (axis::nodes_of_range(&node, &range, &read)?, normal(&range, &read)?)
             }
-            _ => axis::nodes(&node)?,
+            (None, _) => (axis::nodes_by(&node, &read)?, None),
         };
         for &value in &values {
-            check(&node, key, value, requirement(key, value))?;
+            check(&node, key, value, requirement(value))?;
         }
-        match values.windows(2).find(|pair| pair[0] >= pair[1]) {
-            Some(pair) => Err(node
-                .error(&format!("{} follows {}", pair[1], pair[0]), "sort the values, without repetition")),
-            None => Ok(values),
+        if let Some(pair) = values.windows(2).find(|pair| pair[0] >= pair[1]) {
+            return Err(node
+                .error(&format!("{} follows {}", pair[1], pair[0]), "sort the values, without repetition"));
         }
+        self.uncertain.extend(spread.map(|spread| (quantity, spread)));
+        let first = values[0];
+        if values.len() > 1 {
+            self.varied.push((quantity, values));
+        }
+        Ok(first)
+    }
+
+    /// Reads a number in SI units, or a text with a number and its unit.
+    fn in_si(&self, node: &Node, quantity: &str) -> Result<f64, ConfigError> {
+        let wanted = match Dimension::of_quantity(quantity) {
+            Some(dimension) => Some(Wanted::Si(self.motion, dimension)),
+            None => ["static_friction", "kinetic_friction"].contains(&quantity).then_some(Wanted::Number),
+        };
+        let written = node.text().ok().and_then(with_unit);
+        let (Some(wanted), Some((number, unit))) = (wanted, written) else { return node.number() };
+        let si = if wanted.name().is_empty() { "1" } else { wanted.name() };
+        match compare(unit, wanted) {
+            Match::Same => Ok(number),
+            Match::Factor(factor) => {
+                let told = conversion(unit, factor, wanted);
+                let mut all = self.conversions.borrow_mut();
+                if !all.contains(&told) {
+                    all.push(told);
+                }
+                Ok(converted(number, factor))
+            }
+            Match::Other => Err(node.error(
+                &format!("{unit} is no unit of {}", quantity.replace('_', " ")),
+                format!("write it in {si}, or in a unit of the same kind"),
+            )),
+            Match::Unknown => {
+                Err(node.error(&format!("the unit {unit} is not known"), format!("write the number in {si}")))
+            }
+        }
+    }
+
+    fn varies(&self, quantity: &str) -> bool {
+        self.varied.iter().any(|(name, _)| *name == quantity)
+    }
+
+    /// The values of a quantity that was read; `first` alone if it does not vary.
+    fn values(&self, quantity: &str, first: f64) -> Vec<f64> {
+        let varied = self.varied.iter().find(|(name, _)| *name == quantity);
+        varied.map_or_else(|| vec![first], |(_, values)| values.clone())
     }
 
     fn coefficients(&mut self, law: &Law) -> Result<Coefficients, ConfigError> {
         let has_velocity = Coefficients::names(law).any(|name| name == "stribeck_velocity");
+        // The least one, which is the first.
         let static_friction = self.number("static_friction")?;
         let kinetic = |value| ((0.0..=static_friction).contains(&value), Coefficients::KINETIC);
         Ok(Coefficients {
@@ -417,17 +440,14 @@ fn check(node: &Node, key: &str, value: f64, (legal, wanted): (bool, &str)) -> R
     }
 }
 
+/// The grid of a machine.
 pub(super) fn grid(section: &Section, job: &MachineJob) -> Result<Grid, ConfigError> {
-    let failed = |problem: String| {
-        section.missing("belt_speed", format!("in dimensionless terms, {problem}; check the units"))
-    };
-    let Some(Model { law, point, si }) = job.model_of(&job.machine) else {
-        return Err(failed("the friction leaves the numbers".into()));
-    };
-    let scaled = |values: &[f64], unit: f64| values.iter().map(|value| value / unit).collect::<Vec<f64>>();
-    let mut nodes = vec![vec![1.0]];
-    nodes.extend(point.law.as_slice().iter().map(|value| vec![*value]));
-    nodes.push(scaled(&job.belt_speeds, si.units.velocity));
-    nodes.push(scaled(&job.dampings, si.units.damping));
-    Grid::new(law, nodes).map_err(|error| failed(error.to_string()))
+    Grid::of_machine(&job.machine, &job.varied).map_err(|error| {
+        let name = job.varied.first().map_or(BELT_SPEED, |(name, _)| name);
+        let remedy = "check the units and the values";
+        section.get(name).map_or_else(
+            || section.missing(name, format!("{error}; {remedy}")),
+            |node| node.error(&error.to_string(), remedy),
+        )
+    })
 }

@@ -239,6 +239,21 @@ pub(super) fn compare(text: &str, wanted: Wanted) -> Match {
     }
 }
 
+/// A number and the unit after it, as people write them: `20 rpm`, `10mm/s`, `35 %`. `None` without a number or
+/// without a unit.
+pub(super) fn with_unit(text: &str) -> Option<(f64, &str)> {
+    let text = text.trim();
+    let ends = text.char_indices().map(|(at, _)| at).rev().filter(|&at| at > 0);
+    let (at, number) = ends.filter_map(|at| Some((at, text[..at].trim_end().parse::<f64>().ok()?))).next()?;
+    number.is_finite().then(|| (number, text[at..].trim_start()))
+}
+
+/// A number in units of `factor`, rounded once where the factor is one over a whole number, as of mm/s.
+pub(super) fn converted(number: f64, factor: f64) -> f64 {
+    let parts = (1.0 / factor).round();
+    if factor < 1.0 && (parts * factor - 1.0).abs() < 4.0 * f64::EPSILON { number / parts } else { number * factor }
+}
+
 /// The conversion of this unit to the wanted one, for messages: "1 mm/s is 0.001 m/s".
 pub(super) fn conversion(unit: &str, factor: f64, wanted: Wanted) -> String {
     format!("1 {unit} is {} {}", rounded(factor, 6), wanted.name()).trim_end().to_owned()
@@ -318,6 +333,17 @@ mod tests {
         assert_eq!(compare("1/s", turning), Match::Other);
         assert_eq!(compare("%", Wanted::Number), Match::Factor(0.01));
         assert_eq!(compare("-", Wanted::Number), Match::Same);
+    }
+
+    #[test]
+    fn numbers_have_units_after_them() {
+        for (text, number, unit) in
+            [("20 rpm", 20.0, "rpm"), ("1e3N", 1e3, "N"), (" -0.5 mm/s ", -0.5, "mm/s"), ("35 %", 35.0, "%")]
+        {
+            assert_eq!(with_unit(text), Some((number, unit)));
+        }
+        assert_eq!(with_unit("rpm").or(with_unit("20")).or(with_unit("")), None);
+        assert_eq!([converted(35.0, 0.01), converted(3.0, 1e3), converted(7.0, 1e-3)], [0.35, 3e3, 0.007]);
     }
 
     #[test]

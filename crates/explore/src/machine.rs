@@ -5,19 +5,12 @@ use std::collections::BTreeMap;
 use serde_json::{Value, json};
 
 use super::refusal::Refusal;
-use slipmap_map::machine::{Coefficients, Dimension, Friction, Machine, Motion, requirement};
+use slipmap_map::machine::{Friction, Machine, Model, Motion, requirement, unit};
 use slipmap_map::map::Grid;
-use slipmap_model::friction::{Expression, Law, Strengthening, Table};
-use slipmap_model::point::LawParameters;
+use slipmap_model::friction::{Expression, Law, Table};
 
-/// The quantities that are axes of a map.
-pub(super) const BELT_SPEED: &str = "belt_speed";
-pub(super) const DAMPING: &str = "damping";
-
-/// Whether machines that differ in this quantity share their units and their dimensionless law.
-pub(super) fn is_shared(name: &str) -> bool {
-    [BELT_SPEED, DAMPING].contains(&name)
-}
+const BELT_SPEED: &str = "belt_speed";
+const DAMPING: &str = "damping";
 
 pub(super) fn motion_of(name: &str) -> Result<Motion, Refusal> {
     let found = Motion::ALL.into_iter().find(|motion| motion.name() == name);
@@ -36,35 +29,12 @@ pub(super) fn check_names(law: &Law) -> Result<(), Refusal> {
 /// twice the belt speed.
 pub(super) fn machine(law: &Law, motion: Motion, at: &BTreeMap<String, f64>) -> Result<Machine, Refusal> {
     check_names(law)?;
-    let value = |name: &str| {
-        let missing =
-            || Refusal::malformed(format!("a machine of the law `{}` also needs {name}", law.name()));
-        at.get(name).copied().ok_or_else(missing)
+    let value = |name: &str| at.get(name).copied();
+    let lacks = || {
+        let name = Machine::names(law).into_iter().find(|name| value(name).is_none()).unwrap_or_default();
+        Refusal::malformed(format!("a machine of the law `{}` also needs {name}", law.name()))
     };
-    let friction = match law.as_written() {
-        Law::Expression(formula) => {
-            let values = formula.parameters().iter().map(|parameter| value(parameter.name));
-            Friction::Formula(formula.clone(), LawParameters::new(&values.collect::<Result<Vec<f64>, _>>()?))
-        }
-        Law::Table(table) => Friction::Measured(table.clone()),
-        _ => {
-            let known: Vec<&str> = Coefficients::names(law).collect();
-            let number = |name| if known.contains(&name) { value(name) } else { Ok(1.0) };
-            let [rest, kinetic, velocity, rise] = Coefficients::NAMES.map(number);
-            let numbers = [rest?, kinetic?, velocity?, rise?];
-            Friction::Coefficients(law.as_written().clone(), Coefficients::from_array(numbers))
-        }
-    };
-    let machine = Machine {
-        motion,
-        mass: value("mass")?,
-        stiffness: value("stiffness")?,
-        damping: value(DAMPING)?,
-        normal_force: value("normal_force")?,
-        normal_force_is_known: true,
-        friction,
-        belt_speed: value(BELT_SPEED)?,
-    };
+    let machine = Machine::new(motion, law, value).filter(|it| it.normal_force_is_known).ok_or_else(lacks)?;
     check(&machine)?;
     Ok(machine)
 }
@@ -90,28 +60,6 @@ fn check(machine: &Machine) -> Result<(), Refusal> {
             Err(Refusal::bad_input(problem, "choose a lower belt speed, or measure farther"))
         }
         Friction::Coefficients(..) | Friction::Measured(_) => Ok(()),
-    }
-}
-
-/// The law of a machine's friction in SI units.
-pub(super) fn law_of(friction: &Friction) -> Law {
-    match friction {
-        Friction::Coefficients(law, _) => law.clone(),
-        Friction::Formula(formula, _) => Law::Expression(formula.clone()),
-        Friction::Measured(table) => Law::Table(table.clone()),
-    }
-}
-
-/// The unit of a quantity; the units of the names in a formula are not known.
-fn unit(name: &str, motion: Motion, law: &Law) -> &'static str {
-    match name {
-        "strengthening" => match (law.built_in().map(|law| law.strengthening), motion) {
-            (Some(Strengthening::Quadratic), Motion::Translation) => "s²/m²",
-            (Some(Strengthening::Quadratic), Motion::Rotation) => "s²/rad²",
-            (Some(Strengthening::Linear) | None, Motion::Translation) => "s/m",
-            (Some(Strengthening::Linear) | None, Motion::Rotation) => "s/rad",
-        },
-        _ => Dimension::of_quantity(name).map_or("", |dimension| motion.unit(dimension)),
     }
 }
 
@@ -154,7 +102,12 @@ pub(super) fn axes(law: &Law, motion: Motion) -> Value {
             "most": if name == BELT_SPEED { fastest } else { None },
             "open": !requirement(name, 0.0).0,
             "from": 0.0,
-            "to": if value > 0.0 { 2.0 * value } else { 0.1 },
+            // Not above friction at rest.
+            "to": match name {
+                "kinetic_friction" => usual("static_friction", law),
+                _ if value > 0.0 => 2.0 * value,
+                _ => 0.1,
+            },
             "value": value,
         })
     };
@@ -167,11 +120,10 @@ pub(super) fn at_json(machine: &Machine) -> Value {
 }
 
 /// The dimensionless law of a machine, and the values of its axes.
-pub(super) fn dimensionless(machine: &Machine, small: bool) -> Result<(Law, Vec<f64>), Refusal> {
+pub(super) fn dimensionless(machine: &Machine) -> Result<(Law, Vec<f64>), Refusal> {
     let overflow =
         || Refusal::bad_input("the friction leaves the numbers in dimensionless terms", "check the units");
-    let model = machine.model().ok_or_else(overflow)?;
-    let law = if small { model.law.read_as_small() } else { model.law };
-    let values = Grid::coordinates(&law, &model.point).into_iter().map(|(_, value)| value).collect();
+    let Model { law, point, .. } = machine.model().ok_or_else(overflow)?;
+    let values = Grid::coordinates(&law, &point).into_iter().map(|(_, value)| value).collect();
     Ok((law, values))
 }

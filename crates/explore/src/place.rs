@@ -82,7 +82,7 @@ impl LawText {
 
     /// The law of a machine: coefficients of friction, whatever they are at slip speed 0.
     pub(super) fn in_si_units(&self, motion: Motion) -> Result<Law, Refusal> {
-        let plain = Self { static_level: None, small: false, ..self.clone() };
+        let plain = Self { static_level: None, ..self.clone() };
         let law = plain.law_of(Some(OfMachine { motion: Some(motion), forces: Some(false) }))?;
         machine::check_names(&law)?;
         Ok(law)
@@ -112,7 +112,7 @@ impl Place {
     /// `exponent` and `drop` if they are `wanted` as axes, or are not what a law without them has.
     pub(super) fn read(&self, wanted: &[&str]) -> Result<(Law, Vec<f64>), Refusal> {
         if let Some(machine) = self.machine()? {
-            let (law, values) = machine::dimensionless(&machine, self.law.small)?;
+            let (law, values) = machine::dimensionless(&machine)?;
             // Units that are far too large or small give numbers that are illegal for every law.
             point_of(&law, &values)?;
             return Ok((law, values));

@@ -364,6 +364,11 @@ const LARGEST_ERROR: f64 = 0.01;
 /// The error is that of the critical dampings over the step, and the difference of the differences on either
 /// side: far more than the error of the central one where the critical damping is smooth, and its own at a corner.
 pub fn sensitivities(machine: &Machine) -> Vec<Sensitivity> {
+    sensitivities_to(machine, |_| true)
+}
+
+/// As [`sensitivities`], with respect to those quantities that are `wanted`.
+pub(crate) fn sensitivities_to(machine: &Machine, wanted: impl Fn(&str) -> bool) -> Vec<Sensitivity> {
     let critical = |machine: &Machine, accuracy: f64| -> Option<[f64; 2]> {
         let model = machine.model()?;
         let column = model.column();
@@ -389,7 +394,8 @@ pub fn sensitivities(machine: &Machine) -> Vec<Sensitivity> {
         ACCURACIES_AND_STEPS.into_iter().zip(here).find_map(by)
     };
     let quantities = machine.quantities().into_iter();
-    quantities.filter(|(name, value)| *name != "damping" && *value != 0.0).filter_map(derivative).collect()
+    let quantities = quantities.filter(|(name, value)| *name != "damping" && *value != 0.0 && wanted(name));
+    quantities.filter_map(derivative).collect()
 }
 
 /// Number of equal parts of the range of slip speeds.

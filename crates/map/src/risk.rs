@@ -354,33 +354,31 @@ pub fn risk(
 /// The probability that a machine may stick-slip, over a map.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Probabilities {
-    /// Probabilities, row-major over belt speeds (slower) and dampings; NaN where no draw has an answer.
+    /// Probabilities, row-major over machines (slower) and dampings; NaN where no draw has an answer.
     pub values: Vec<f64>,
-    /// Number of draws, over all belt speeds, whose critical damping was not found; they are left out.
+    /// Number of draws, over all machines, whose critical damping was not found; they are left out.
     pub failed: usize,
     /// Number of illegal machines that were drawn, see [`Risk::redrawn`].
     pub redrawn: usize,
 }
 
-/// The probability that a machine may stick-slip, over belt speeds (slower) and dampings, in SI units. Every
-/// belt speed has `draws` draws, from the same random numbers. Ends with an error once `stop` is true.
+/// The probability that each of some machines may stick-slip, over dampings in SI units. Every machine has `draws`
+/// draws, from the same random numbers. Ends with an error once `stop` is true.
 ///
 /// # Errors
 /// [`NoRisk`].
 pub fn probabilities(
-    machine: &Machine,
+    machines: impl Iterator<Item = Machine>,
     uncertain: &[Uncertain],
-    belt_speeds: &[f64],
     dampings: &[f64],
     draws: usize,
     stop: &AtomicBool,
 ) -> Result<Probabilities, NoRisk> {
     let mut all = Probabilities { values: Vec::new(), failed: 0, redrawn: 0 };
-    for &belt_speed in belt_speeds {
+    for machine in machines {
         if stop.load(Ordering::Relaxed) {
             return Err(NoRisk::Interrupted);
         }
-        let machine = machine.with("belt_speed", belt_speed).ok_or(NoRisk::Illegal)?;
         match unbounded(&machine, uncertain, draws) {
             Ok(needed) => {
                 all.values.extend(dampings.iter().map(|&damping| needed.probability(damping).value));

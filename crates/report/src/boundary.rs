@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::{ReportError, SIMULATION, check};
 use slipmap_certify::Claim;
 use slipmap_format::MapFile;
-use slipmap_map::map::{Control, Field, Grid, Method, unravel};
+use slipmap_map::map::{Control, Grid, Method, unravel};
 use slipmap_model::friction::Column;
 use slipmap_simulate::critical::{CriticalDamping, critical_dampings};
 
@@ -125,10 +125,10 @@ enum Source {
 impl Boundaries {
     /// Reads or computes the boundaries in every column, block by block.
     pub(super) fn read(map: &MapFile, control: &Control) -> Result<Self, ReportError> {
-        let epsilons = map.grid().axes()[0].values.len();
-        let exact = format!("critical_c_{SIMULATION}");
+        let epsilons = map.grid().epsilons().len();
+        let exact = map.critical(SIMULATION);
         let stored = map.has(&exact);
-        let errors = format!("{}{SIMULATION}", Field::CRITICAL_ERROR);
+        let errors = map.critical_error();
         let mut boundaries = Self {
             methods: Vec::new(),
             unknown: Vec::new(),
@@ -137,7 +137,7 @@ impl Boundaries {
         };
         let mut sources = Vec::new();
         for method in map.methods().iter().filter(|method| method.name != SIMULATION) {
-            let variable = format!("critical_c_{}", method.name);
+            let variable = map.critical(&method.name);
             let source = match Method::by_name(&method.name) {
                 // These methods give verdicts, not critical dampings.
                 Some(Method::Naive(..)) => continue,
@@ -184,7 +184,7 @@ impl Boundaries {
                 method.add(&columns, &edges, &exact, &resolution);
             }
         }
-        let axis = &map.grid().axes()[0].values;
+        let axis = map.grid().epsilons();
         for method in &mut boundaries.methods {
             method.orders = orders(axis, &method.errors, &boundaries.exact_error);
         }
@@ -196,7 +196,9 @@ impl Boundaries {
 fn blocks(map: &MapFile) -> impl Iterator<Item = Vec<Range<usize>>> {
     let grid = map.grid();
     let mut shape = map.tile_shape().to_vec();
-    shape[0] = grid.axes()[0].values.len();
+    if let Some(axis) = grid.epsilon_axis() {
+        shape[axis] = grid.axes()[axis].values.len();
+    }
     if let (Some(tile), Some(len)) = (shape.last_mut(), grid.shape().last()) {
         *tile = *len;
     }
@@ -220,7 +222,7 @@ impl Block<'_> {
 
     /// Number of columns at one eps.
     fn layer(&self) -> usize {
-        self.ranges[1..].iter().map(ExactSizeIterator::len).product()
+        self.len() / self.grid.epsilons().len()
     }
 
     /// Grid index of the column with this position, on each axis but that of c.

@@ -49,7 +49,7 @@ fn words(text: &str) -> Cell {
 }
 
 fn epsilons(map: &MapFile) -> &[f64] {
-    &map.grid().axes()[0].values
+    map.grid().epsilons()
 }
 
 /// Number of significant digits of eps.

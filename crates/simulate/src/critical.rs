@@ -96,7 +96,7 @@ pub fn critical_dampings(
 }
 
 fn sought_by_halves(column: &Column) -> Option<Sought<'_>> {
-    let Column { curve, epsilon, belt_speed } = column;
+    let Column { curve, epsilon, belt_speed, .. } = column;
     let bounds = || bounds(column).map(|c| c * epsilon);
     Sought::from_exit(curve, *belt_speed, || energy_balance(column), bounds)
 }

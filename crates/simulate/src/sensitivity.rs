@@ -340,7 +340,7 @@ struct Means {
 
 /// The derivatives; `total`, the integral of W, of the orbit from the exit point.
 fn means(column: &Column, c: f64, orbit: &[Sample], total: Option<f64>) -> Means {
-    let Column { curve, epsilon, belt_speed } = column;
+    let Column { curve, epsilon, belt_speed, .. } = column;
     let weakening = curve.compiled((4.0 * belt_speed).max(1.01 * fastest(orbit)));
     let mut terms = vec![Term::default(); 2];
     terms[0].add(-c);

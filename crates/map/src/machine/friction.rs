@@ -61,6 +61,25 @@ pub enum Friction {
 }
 
 impl Friction {
+    /// The friction of a law in SI units with these values of its quantities; `None` where one is absent.
+    pub(super) fn new(law: &Law, value: impl Fn(&str) -> Option<f64>) -> Option<Self> {
+        Some(match law.as_written() {
+            Law::Expression(formula) => {
+                let values = formula.parameters().iter().map(|parameter| value(parameter.name));
+                let values = values.collect::<Option<Vec<f64>>>()?;
+                Friction::Formula(formula.clone(), LawParameters::new(&values))
+            }
+            Law::Table(table) => Friction::Measured(table.clone()),
+            law => {
+                let known: Vec<&str> = Coefficients::names(law).collect();
+                let number = |name| if known.contains(&name) { value(name) } else { Some(1.0) };
+                let [rest, kinetic, velocity, rise] = Coefficients::NAMES.map(number);
+                let numbers = [rest?, kinetic?, velocity?, rise?];
+                Friction::Coefficients(law.clone(), Coefficients::from_array(numbers))
+            }
+        })
+    }
+
     /// Name of the law in configurations.
     pub fn law_name(&self) -> &'static str {
         match self {

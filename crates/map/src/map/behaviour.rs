@@ -137,8 +137,12 @@ impl<'a> Behaviour<'a> {
         if !returns || self.curve.drop() == 0.0 {
             return Some(returns);
         }
-        let column =
-            || Column { curve: self.curve.without_drop(), epsilon: 1.0, belt_speed: self.belt_speed };
+        let column = || Column {
+            curve: self.curve.without_drop(),
+            epsilon: 1.0,
+            belt_speed: self.belt_speed,
+            unit: 1.0,
+        };
         let grazing = self.grazing.get_or_init(|| located_critical_damping(&column(), GRAZING).ok());
         let CriticalDamping { c, error, .. } = (*grazing)?;
         ((c - viscous).abs() > error).then_some(viscous < c)

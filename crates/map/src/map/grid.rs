@@ -1,23 +1,32 @@
 //! The grid of a map and its division into tiles.
+//!
+//! A grid has the axes of a friction law in dimensionless numbers, or those quantities of a machine in SI units
+//! that vary. Either way a node of all axes but the damping is a [`Column`]: a law in dimensionless form, V, and
+//! the factor from its dampings to those of the oscillator. All else sees columns.
 
 use std::ops::Range;
 
+use crate::machine::{BELT_SPEED as SPEED, DAMPING as DAMPER, Machine, Model, SiUnits, Units, requirement};
+use slipmap_model::filippov::Oscillator;
 use slipmap_model::friction::domain::{BELT_SPEED, DAMPING, EPSILON};
 use slipmap_model::friction::{Column, Law, Parameter};
 use slipmap_model::point::{LawParameters, MAX_LAW_PARAMETERS, Point};
 use slipmap_numbers::spacing::{is_linear, is_logarithmic};
 
 /// The parameter that an axis varies. A map's dimensions are, slowest first: eps, the law's parameters in the
-/// law's order, V, c. The damping c is fastest because verdicts are step functions along it.
+/// law's order, V, c; of a machine the quantities that vary, the belt speed, the damping. The damping is fastest
+/// because verdicts are step functions along it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AxisRole {
     /// eps.
     Epsilon,
     /// The parameter at this position in the law's list.
     Law(usize),
-    /// The belt speed V.
+    /// Another quantity of a machine, of the axis's name.
+    Quantity,
+    /// The belt speed V, or a machine's.
     BeltSpeed,
-    /// The damping c.
+    /// The damping c, or a machine's.
     Damping,
 }
 
@@ -25,24 +34,23 @@ impl AxisRole {
     /// The value of this parameter at a point.
     ///
     /// # Panics
-    /// If the point's law does not have this parameter.
+    /// If the point's law does not have this parameter, and for quantities of a machine.
     pub fn of(self, point: &Point) -> f64 {
         match self {
             AxisRole::Epsilon => point.epsilon,
             AxisRole::Law(position) => point.law.as_slice()[position],
+            AxisRole::Quantity => unreachable!("a point has dimensionless parameters"),
             AxisRole::BeltSpeed => point.belt_speed,
             AxisRole::Damping => point.damping,
         }
     }
 
     /// Sets this parameter of a point.
-    ///
-    /// # Panics
-    /// As [`AxisRole::of`].
-    pub fn set(self, point: &mut Point, value: f64) {
+    fn set(self, point: &mut Point, value: f64) {
         match self {
             AxisRole::Epsilon => point.epsilon = value,
             AxisRole::Law(position) => point.law.set(position, value),
+            AxisRole::Quantity => unreachable!("a point has dimensionless parameters"),
             AxisRole::BeltSpeed => point.belt_speed = value,
             AxisRole::Damping => point.damping = value,
         }
@@ -56,6 +64,8 @@ pub struct Axis {
     pub name: String,
     /// One phrase for a figure's axis.
     pub long_name: String,
+    /// Its unit; empty for pure numbers.
+    pub unit: &'static str,
     /// The parameter that the axis varies.
     pub role: AxisRole,
     /// The nodes, finite and strictly increasing.
@@ -157,6 +167,17 @@ pub enum GridError {
         /// The domain in words.
         domain: String,
     },
+    /// A machine has no such quantity.
+    #[error("the machine has no quantity {0}")]
+    NoQuantity(String),
+    /// A machine of the grid is not one.
+    #[error("at {at} {why}")]
+    Machine {
+        /// The values of its quantities.
+        at: String,
+        /// What is wrong there.
+        why: String,
+    },
     /// The number of cells overflows.
     #[error("the grid has more cells than can be counted")]
     TooLarge,
@@ -182,10 +203,14 @@ fn axes_of(law: &Law) -> impl Iterator<Item = (AxisRole, &Parameter)> {
         .chain([(AxisRole::BeltSpeed, &BELT_SPEED), (AxisRole::Damping, &DAMPING)])
 }
 
-/// The grid of a map: a friction law and one axis for each parameter (six axes for the Stribeck law).
+/// The grid of a map: a friction law and one axis for each parameter (six axes for the Stribeck law), or a
+/// machine and an axis for each of its quantities that varies.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Grid {
+    /// That of a machine is in SI units.
     law: Law,
+    /// The machine at the first node of every axis.
+    machine: Option<Box<Machine>>,
     axes: Vec<Axis>,
 }
 
@@ -215,6 +240,7 @@ impl Grid {
             AxisRole::BeltSpeed => &BELT_SPEED,
             AxisRole::Damping => &DAMPING,
             AxisRole::Law(i) => &law.parameters()[i],
+            AxisRole::Quantity => return Ok(()),
         };
         if parameter.admits(value) {
             return Ok(());
@@ -233,32 +259,149 @@ impl Grid {
         }
         let mut axes = Vec::with_capacity(nodes.len());
         for ((role, &Parameter { name, long_name, .. }), values) in axes_of(&law).zip(nodes) {
-            if values.is_empty() {
-                return Err(GridError::Empty { axis: name.into() });
-            }
-            for &value in &values {
-                Self::check_value(&law, role, name, value)?;
-            }
-            if let Some(pair) = values.windows(2).find(|pair| pair[0] >= pair[1]) {
-                return Err(GridError::NotIncreasing { axis: name.into(), previous: pair[0], next: pair[1] });
-            }
-            axes.push(Axis { name: name.into(), long_name: long_name.into(), role, values });
+            check_nodes(name, &values, |value| Self::check_value(&law, role, name, value))?;
+            axes.push(Axis { name: name.into(), long_name: long_name.into(), unit: "", role, values });
         }
-        let grid = Self { law, axes };
-        let cells = grid.shape().iter().try_fold(1usize, |n, &len| n.checked_mul(len));
-        match cells {
-            Some(_) => Ok(grid),
-            None => Err(GridError::TooLarge),
-        }
+        Self { law, machine: None, axes }.counted()
     }
 
-    /// The friction law.
+    /// The grid of a machine in which these quantities vary; belt speed and damping are axes in any case. The
+    /// axes are in the order of [`Machine::quantities`], but the damping is the last.
+    ///
+    /// # Errors
+    /// A [`GridError`].
+    pub fn of_machine(machine: &Machine, varied: &[(&str, Vec<f64>)]) -> Result<Self, GridError> {
+        let quantities = machine.quantities();
+        if let Some((name, _)) = varied.iter().find(|(name, _)| quantities.iter().all(|(it, _)| it != name)) {
+            return Err(GridError::NoQuantity((*name).into()));
+        }
+        let law = machine.law();
+        let is_named = |name: &str| law.parameters().iter().any(|parameter| parameter.name == name);
+        let mut first = machine.clone();
+        let mut axes = Vec::new();
+        for (name, value) in quantities {
+            let role = match name {
+                SPEED => AxisRole::BeltSpeed,
+                DAMPER => AxisRole::Damping,
+                _ => AxisRole::Quantity,
+            };
+            let values = match varied.iter().find(|(known, _)| *known == name) {
+                Some((_, values)) => values.clone(),
+                None if role == AxisRole::Quantity => continue,
+                None => vec![value],
+            };
+            let is_of_formula = matches!(law.as_written(), Law::Expression(_)) && is_named(name);
+            let check = |value: f64| match (value.is_finite(), requirement(name, value)) {
+                (false, _) => Err(GridError::NotFinite { axis: name.into(), value }),
+                (true, (legal, wanted)) if !(legal || is_of_formula) => {
+                    Err(GridError::OutOfDomain { axis: name.into(), value, domain: wanted.into() })
+                }
+                _ => Ok(()),
+            };
+            check_nodes(name, &values, check)?;
+            first.set(name, values[0]);
+            let (long_name, unit) = (machine.words(name), machine.unit(name));
+            axes.push(Axis { name: name.into(), long_name, unit, role, values });
+        }
+        axes.sort_by_key(|axis| axis.role == AxisRole::Damping);
+        let grid = Self { law, machine: Some(Box::new(first)), axes }.counted()?;
+        grid.check_machines()?;
+        Ok(grid)
+    }
+
+    /// Refuses a machine that is none at an end of any axis, or at a node of a formula's parameters. Between
+    /// these the conditions on the other quantities hold, since they are linear.
+    fn check_machines(&self) -> Result<(), GridError> {
+        let is_formula = matches!(self.law.as_written(), Law::Expression(_));
+        let of_formula =
+            |axis: &Axis| is_formula && self.law.parameters().iter().any(|it| it.name == axis.name);
+        let outer = &self.axes[..self.axes.len() - 1];
+        let nodes: Vec<Vec<f64>> = outer
+            .iter()
+            .map(|axis| match &axis.values[..] {
+                values if of_formula(axis) => values.to_vec(),
+                [first, .., last] => vec![*first, *last],
+                values => values.to_vec(),
+            })
+            .collect();
+        let shape: Vec<usize> = nodes.iter().map(Vec::len).collect();
+        for number in 0..shape.iter().product() {
+            let mut values: Vec<f64> =
+                unravel(number, &shape).iter().zip(&nodes).map(|(&at, nodes)| nodes[at]).collect();
+            values.push(self.dampings()[0]);
+            let Err(why) = self.machine_column(&values) else { continue };
+            let varies = |(axis, _): &(&Axis, &f64)| axis.values.len() > 1;
+            let at: Vec<String> = (self.axes.iter().zip(&values).filter(varies))
+                .map(|(axis, value)| format!("{} = {value}", axis.name))
+                .collect();
+            let at = if at.is_empty() { "the machine's numbers".into() } else { at.join(", ") };
+            return Err(GridError::Machine { at, why });
+        }
+        Ok(())
+    }
+
+    /// The grid, if its cells can be counted.
+    fn counted(self) -> Result<Self, GridError> {
+        let cells = self.shape().iter().try_fold(1usize, |n, &len| n.checked_mul(len));
+        cells.map(|_| self).ok_or(GridError::TooLarge)
+    }
+
+    /// The same grid with other legal nodes, one list for each axis.
+    ///
+    /// # Errors
+    /// A [`GridError`].
+    pub fn with_nodes(&self, nodes: Vec<Vec<f64>>) -> Result<Self, GridError> {
+        let Some(machine) = &self.machine else { return Self::new(self.law.clone(), nodes) };
+        let names = self.axes.iter().map(|axis| axis.name.as_str());
+        Self::of_machine(machine, &names.zip(nodes).collect::<Vec<_>>())
+    }
+
+    /// The friction law; that of a machine is in SI units.
     #[must_use]
     pub fn law(&self) -> &Law {
         &self.law
     }
 
-    /// The axes, slowest first; the last is c.
+    /// The machine at the first node of every axis; `None` for a grid in dimensionless numbers.
+    #[must_use]
+    pub fn machine(&self) -> Option<&Machine> {
+        self.machine.as_deref()
+    }
+
+    /// The quantities of the machine that do not vary: those without an axis.
+    pub fn fixed(&self) -> Vec<(&'static str, f64)> {
+        let quantities = self.machine.iter().flat_map(|machine| machine.quantities());
+        quantities.filter(|(name, _)| self.axes.iter().all(|axis| axis.name != *name)).collect()
+    }
+
+    /// Position of the axis eps; a machine has none.
+    #[must_use]
+    pub fn epsilon_axis(&self) -> Option<usize> {
+        self.axes.iter().position(|axis| axis.role == AxisRole::Epsilon)
+    }
+
+    /// The nodes of eps; 1 alone for a machine.
+    #[must_use]
+    pub fn epsilons(&self) -> &[f64] {
+        self.epsilon_axis().map_or(&[1.0], |axis| &self.axes[axis].values)
+    }
+
+    /// An index with another node of eps; the same index for a machine.
+    #[must_use]
+    pub fn at_epsilon(&self, index: &[usize], node: usize) -> Vec<usize> {
+        let mut index = index.to_vec();
+        if let Some(axis) = self.epsilon_axis() {
+            index[axis] = node;
+        }
+        index
+    }
+
+    /// Whether columns that differ in eps alone, along the slowest axis, have the same law.
+    pub(crate) fn shares_laws(&self) -> bool {
+        self.machine.is_none() && !self.law.depends_on_epsilon()
+    }
+
+    /// The axes, slowest first; the last is the damping.
     #[must_use]
     pub fn axes(&self) -> &[Axis] {
         &self.axes
@@ -286,37 +429,143 @@ impl Grid {
         self.axes.last().map_or(&[], |axis| &axis.values)
     }
 
-    /// The point at the given index on each axis.
+    /// The values at the given index on each axis.
+    #[must_use]
+    pub fn values(&self, index: &[usize]) -> Vec<f64> {
+        self.axes.iter().zip(index).map(|(axis, &i)| axis.values[i]).collect()
+    }
+
+    /// The law in dimensionless form, the point and the units at these values of the axes, which need not be
+    /// nodes; units only of a machine. `None` if they are not those of a machine.
+    pub fn place(&self, values: &[f64]) -> Option<(Law, Point, Option<SiUnits>)> {
+        let Some(machine) = &self.machine else {
+            return Some((self.law.clone(), self.assemble(values), None));
+        };
+        let mut machine = machine.clone();
+        self.set(&mut machine, values);
+        let Model { law, point, si } = machine.model()?;
+        Some((law, point, Some(si)))
+    }
+
+    /// The units of the dimensionless numbers at these values of the axes; `None` if they have none.
+    pub fn si(&self, values: &[f64]) -> Option<SiUnits> {
+        self.machine_at(values).map(|machine| machine.si())
+    }
+
+    /// The point at the given index on each axis, in dimensionless numbers.
+    ///
+    /// # Panics
+    /// If the numbers of a machine leave the range of numbers there.
     #[must_use]
     pub fn point(&self, index: &[usize]) -> Point {
-        self.assemble(self.axes.iter().zip(index).map(|(axis, &i)| axis.values[i]))
+        self.point_of(&self.values(index))
     }
 
-    /// The point with the given value on each axis, which need not be a node.
+    /// The point at these values of the axes, which need not be nodes, in dimensionless numbers.
+    ///
+    /// # Panics
+    /// As [`Grid::point`].
+    #[must_use]
     pub fn point_of(&self, values: &[f64]) -> Point {
-        self.assemble(values.iter().copied())
+        self.place(values).unwrap_or_else(|| panic!("the friction leaves the numbers at {values:?}")).1
     }
 
-    fn assemble(&self, values: impl Iterator<Item = f64>) -> Point {
+    /// The machine at these values of the axes.
+    pub fn machine_at(&self, values: &[f64]) -> Option<Machine> {
+        let mut machine = self.machine.as_deref()?.clone();
+        self.set(&mut machine, values);
+        Some(machine)
+    }
+
+    fn set(&self, machine: &mut Machine, values: &[f64]) {
+        self.axes.iter().zip(values).for_each(|(axis, &value)| {
+            machine.set(&axis.name, value);
+        });
+    }
+
+    fn assemble(&self, values: &[f64]) -> Point {
         let law = LawParameters::new(&[0.0; MAX_LAW_PARAMETERS][..self.axes.len() - 3]);
         let mut point = Point { epsilon: 0.0, law, belt_speed: 0.0, damping: 0.0 };
-        self.axes.iter().zip(values).for_each(|(axis, value)| axis.role.set(&mut point, value));
+        self.axes.iter().zip(values).for_each(|(axis, &value)| axis.role.set(&mut point, value));
         point
     }
 
-    /// The column at the given index on each axis (the last, that of c, is ignored).
+    /// The column at the given index on each axis (the last, that of the damping, is ignored).
+    ///
+    /// # Panics
+    /// As [`Grid::column_of`].
     #[must_use]
     pub fn column(&self, index: &[usize]) -> Column {
-        self.law.column(&self.point(index))
+        self.column_of(&self.values(index))
+    }
+
+    /// The column at these values of the axes, which need not be nodes.
+    ///
+    /// # Panics
+    /// If they are not legal.
+    pub fn column_of(&self, values: &[f64]) -> Column {
+        self.checked_column(values).unwrap_or_else(|why| panic!("{why}"))
+    }
+
+    /// The column at these values of the axes; `None` if they are not legal.
+    pub(crate) fn legal_column(&self, values: &[f64]) -> Option<Column> {
+        self.checked_column(values).ok()
+    }
+
+    fn checked_column(&self, values: &[f64]) -> Result<Column, String> {
+        if self.machine.is_some() {
+            return self.machine_column(values);
+        }
+        let point = self.assemble(values);
+        self.law.check(&point).map_err(|error| error.to_string())?;
+        Ok(self.law.column(&point))
+    }
+
+    fn machine_column(&self, values: &[f64]) -> Result<Column, String> {
+        let machine = self.machine_at(values).ok_or("there is no machine")?;
+        if let Some((name, value, wanted)) = machine.illegal() {
+            return Err(format!("{name} is {value}; it must be {wanted}"));
+        }
+        if !machine.friction.is_legal_at_rest() {
+            return Err(format!(
+                "the friction at rest is {}; it must be greater than 0",
+                machine.friction.at_rest()
+            ));
+        }
+        let model = machine.model().ok_or("the friction leaves the numbers in dimensionless terms")?;
+        model.law.check(&model.point).map_err(|error| error.to_string())?;
+        Ok(model.column().in_unit(model.si.units.damping))
+    }
+
+    /// The oscillator of the cell at the given index on each axis.
+    ///
+    /// # Panics
+    /// As [`Grid::column_of`].
+    pub fn oscillator(&self, index: &[usize]) -> Oscillator {
+        self.oscillator_of(&self.values(index))
+    }
+
+    /// The oscillator at these values of the axes, which need not be nodes.
+    ///
+    /// # Panics
+    /// As [`Grid::column_of`].
+    pub fn oscillator_of(&self, values: &[f64]) -> Oscillator {
+        Oscillator::in_column(&self.column_of(values), values.last().copied().unwrap_or(0.0))
+    }
+
+    /// As [`Grid::oscillator_of`]; `None` if the values are not legal.
+    pub fn legal_oscillator(&self, values: &[f64]) -> Option<Oscillator> {
+        Some(Oscillator::in_column(&self.legal_column(values)?, values.last().copied()?))
     }
 
     /// The columns of a tile, in row-major order.
     pub(crate) fn columns<'a>(&'a self, tile: &'a Tile) -> impl Iterator<Item = Column> + 'a {
         let mut index: Vec<usize> = tile.ranges.iter().map(|range| range.start).collect();
-        let mut point = self.point(&index);
+        let mut values = self.values(&index);
+        let mut source = Source::new(self, &values);
         (0..tile.columns()).map(move |_| {
-            let column = self.law.column(&point);
-            // Increments the index, beginning with the fastest axis other than c.
+            let column = source.column(&values);
+            // Increments the index, beginning with the fastest axis other than the damping.
             let outer = self.axes.len().saturating_sub(1);
             for axis in (0..outer).rev() {
                 index[axis] += 1;
@@ -324,7 +573,8 @@ impl Grid {
                 if ended {
                     index[axis] = tile.ranges[axis].start;
                 }
-                self.axes[axis].role.set(&mut point, self.axes[axis].values[index[axis]]);
+                values[axis] = self.axes[axis].values[index[axis]];
+                source.set(axis, values[axis]);
                 if !ended {
                     break;
                 }
@@ -369,7 +619,7 @@ impl Grid {
     #[must_use]
     pub(crate) fn even_tile_shape(&self, target_cells: usize) -> Vec<usize> {
         let mut shape = self.shape();
-        let shared = !self.law.depends_on_epsilon();
+        let shared = self.shares_laws();
         while shape.iter().map(|&side| side as f64).product::<f64>() > target_cells.max(1) as f64 {
             let (last, others) = shape.split_at_mut(usize::from(shared));
             let longest = others.iter_mut().max().filter(|side| **side > 1).or(last.first_mut());
@@ -394,6 +644,70 @@ impl Grid {
         let ranges = shape.iter().zip(tile_shape).zip(place);
         let ranges = ranges.map(|((&len, &tile), at)| at * tile..((at + 1) * tile).min(len));
         Tile { number, ranges: ranges.collect() }
+    }
+}
+
+/// Refuses nodes that are not finite, strictly increasing and as `check` wants them.
+fn check_nodes(
+    name: &str,
+    values: &[f64],
+    check: impl Fn(f64) -> Result<(), GridError>,
+) -> Result<(), GridError> {
+    if values.is_empty() {
+        return Err(GridError::Empty { axis: name.into() });
+    }
+    values.iter().try_for_each(|&value| check(value))?;
+    match values.windows(2).find(|pair| pair[0] >= pair[1]) {
+        Some(pair) => Err(GridError::NotIncreasing { axis: name.into(), previous: pair[0], next: pair[1] }),
+        None => Ok(()),
+    }
+}
+
+/// Makes the columns of a tile one after the other, of each law once.
+struct Source<'a> {
+    grid: &'a Grid,
+    /// That of the next column, in dimensionless numbers.
+    point: Point,
+    /// The machine of the next column.
+    machine: Option<Machine>,
+    /// The law of the machine in dimensionless form, its parameters and its units, until a quantity other than
+    /// the belt speed changes.
+    known: Option<(Law, LawParameters, Units)>,
+}
+
+impl<'a> Source<'a> {
+    fn new(grid: &'a Grid, values: &[f64]) -> Self {
+        let (machine, none) = (grid.machine_at(values), LawParameters::new(&[]));
+        let point = match machine {
+            None => grid.assemble(values),
+            Some(_) => Point { epsilon: 1.0, law: none, belt_speed: 0.0, damping: 0.0 },
+        };
+        Self { grid, point, machine, known: None }
+    }
+
+    fn set(&mut self, axis: usize, value: f64) {
+        let Axis { role, name, .. } = &self.grid.axes[axis];
+        match &mut self.machine {
+            None => role.set(&mut self.point, value),
+            Some(machine) => {
+                machine.set(name, value);
+                if *role != AxisRole::BeltSpeed {
+                    self.known = None;
+                }
+            }
+        }
+    }
+
+    fn column(&mut self, values: &[f64]) -> Column {
+        let Some(machine) = &self.machine else { return self.grid.law.column(&self.point) };
+        if self.known.is_none() {
+            let model = machine.model();
+            self.known = model.map(|Model { law, point, si }| (law, point.law, si.units));
+        }
+        // Of a grid that was checked there is always a law.
+        let Some((law, parameters, units)) = &self.known else { return self.grid.column_of(values) };
+        let belt_speed = machine.belt_speed / units.velocity;
+        law.column(&Point { law: *parameters, belt_speed, ..self.point }).in_unit(units.damping)
     }
 }
 
@@ -436,9 +750,9 @@ impl Tile {
     }
 
     /// Positions of the columns, in an order in which columns that differ only in eps are neighbours.
-    pub(crate) fn columns_by_epsilon(&self) -> impl Iterator<Item = usize> + use<> {
+    pub(crate) fn columns_by_epsilon(&self, grid: &Grid) -> impl Iterator<Item = usize> + use<> {
         // eps is the slowest axis.
-        let epsilons = self.ranges[0].len();
+        let epsilons = grid.epsilon_axis().map_or(1, |axis| self.ranges[axis].len());
         let others = self.columns() / epsilons.max(1);
         (0..others).flat_map(move |other| (0..epsilons).map(move |epsilon| epsilon * others + other))
     }

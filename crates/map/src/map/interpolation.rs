@@ -320,9 +320,7 @@ impl TileColumns<'_> {
     fn node(&self, coordinates: &[f64], found: &mut Interpolated) -> Node {
         let mut coordinates = coordinates.to_vec();
         coordinates.push(self.cs[0]);
-        let point = self.grid.point_of(&coordinates);
-        self.grid.law().check(&point).ok()?;
-        self.values_of(&self.grid.law().column(&point), found)
+        self.values_of(&self.grid.legal_column(&coordinates)?, found)
     }
 
     fn values_of(&self, column: &Column, found: &mut Interpolated) -> Node {
@@ -351,7 +349,7 @@ impl TileColumns<'_> {
     /// contains eps.
     fn means(&self) -> &[f64] {
         self.means.get_or_init(|| {
-            let shares = if self.grid.law().depends_on_epsilon() { 1 } else { self.shape[0] };
+            let shares = if self.grid.shares_laws() { self.shape[0] } else { 1 };
             let own = &self.columns[..self.columns.len() / shares];
             own.iter().map(mean).collect::<Vec<_>>().repeat(shares)
         })

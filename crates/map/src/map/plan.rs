@@ -1,6 +1,6 @@
 //! A validated description of a computation.
 
-use super::{Axis, Field, Grid, Method, Plane, Quantity, tiles};
+use super::{Axis, AxisRole, Field, Grid, Method, Plane, Quantity, tiles};
 use slipmap_certify::validated;
 use slipmap_model::friction::{Column, Curve};
 use slipmap_numbers::named;
@@ -177,8 +177,7 @@ impl PlanBuilder {
         // Without the simulation there is nothing to audit.
         let simulated = plan.methods.contains(&Method::Simulation);
         plan.audit_cells = if simulated { plan.audit_cells.min(plan.grid.cells()) } else { 0 };
-        let proves = plan.grid.law().is_enclosed_over_boxes()
-            && plan.methods.contains(&Method::Test(&validated::TEST));
+        let proves = plan.has_box() && plan.methods.contains(&Method::Test(&validated::TEST));
         plan.proof_boxes = if proves { plan.proof_boxes } else { 0 };
         if let Some(plane) = plan.planes.iter().find(|plane| !lies_in(plane, plan.grid.axes())) {
             return Err(PlanError::Plane(plane.clone()));
@@ -197,8 +196,7 @@ impl PlanBuilder {
                 // Columns that differ only in eps share their cycles unless the law contains eps, so one tile
                 // contains them.
                 let whole_columns = cells / plan.grid.dampings().len().max(1);
-                let together =
-                    if plan.grid.law().depends_on_epsilon() { 1 } else { shape[0].min(whole_columns).max(1) };
+                let together = if plan.grid.shares_laws() { shape[0].min(whole_columns).max(1) } else { 1 };
                 let mut tile = plan.grid.tile_shape(cells / together);
                 tile[0] = tile[0].max(together);
                 tile
@@ -267,6 +265,13 @@ impl Plan {
             && !self.methods.iter().any(has_others)
             && self.quantities().is_empty()
             && curve.is_analytic(belt_speed)
+    }
+
+    /// Whether the axes span a box of a law's parameters of which points between the nodes can be proved. Of a
+    /// machine that is so where belt speed and damping alone vary.
+    pub fn has_box(&self) -> bool {
+        let varies = |axis: &Axis| axis.role == AxisRole::Quantity && axis.values.len() > 1;
+        self.grid.law().is_enclosed_over_boxes() && !self.grid.axes().iter().any(varies)
     }
 
     fn first_column(&self) -> Column {
@@ -340,7 +345,7 @@ impl Plan {
     }
 
     fn quantities_of(&self, field: Field) -> Vec<Quantity> {
-        Quantity::of(field, self.methods.len(), self.grid.law().parameters().len())
+        Quantity::of(field, self.methods.len(), self.grid.axes().len() - 1)
     }
 
     /// Size of the map in bytes before compression.

@@ -198,7 +198,7 @@ fn why_inapplicable(method: Method, claim: &Claim, column: &Column) -> Option<St
         );
     }
     match method.guarantee() {
-        Guarantee::Asymptotic => column.curve.first_order(column.belt_speed).err().map(|why| why.to_string()),
+        Guarantee::Asymptotic => column.first_order().err().map(|why| why.to_string()),
         Guarantee::Validated => any_law::prove(column).obstacle.map(|obstacle| obstacle.to_string()),
         Guarantee::FiniteEpsilon => (!column.curve.is_enclosed(2.0 * column.belt_speed))
             .then(|| "the friction law has no proved bounds at all slip speeds up to 2 V".into()),

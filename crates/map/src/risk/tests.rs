@@ -365,7 +365,8 @@ fn a_map_of_probabilities_has_each_of_its_points() {
     let uncertain = [("normal_force", Spread::Normal { sd: 10.0 })];
     let (speeds, dampings) = ([0.1, 0.3], [0.0, 2.0, 4.0]);
     let stop = AtomicBool::new(false);
-    let map = probabilities(&machine, &uncertain, &speeds, &dampings, 3000, &stop).unwrap().values;
+    let machines = speeds.iter().map(|&speed| machine.with("belt_speed", speed).unwrap());
+    let map = probabilities(machines, &uncertain, &dampings, 3000, &stop).unwrap().values;
     for (i, speed) in speeds.into_iter().enumerate() {
         for (j, damping) in dampings.into_iter().enumerate() {
             let here = machine.with("belt_speed", speed).unwrap().with("damping", damping).unwrap();

@@ -464,6 +464,7 @@ impl Law {
             curve: self.curve(point.epsilon, &point.law),
             epsilon: point.epsilon,
             belt_speed: point.belt_speed,
+            unit: 1.0,
         }
     }
 }

@@ -49,10 +49,10 @@ pub(super) fn cut(scale: Scale, samples: &[f64], most: impl Fn(usize) -> f64) ->
 /// The columns of a map's law in which `axis` takes the given values and the others are fixed at nodes.
 pub(super) fn columns(map: &MapFile, index: &[usize], axis: usize, values: &[f64]) -> Vec<Column> {
     let grid = map.grid();
-    let mut point = grid.point(index);
+    let mut at = grid.values(index);
     let mut column = |&value: &f64| {
-        grid.axes()[axis].role.set(&mut point, value);
-        grid.law().column(&point)
+        at[axis] = value;
+        grid.column_of(&at)
     };
     values.iter().map(&mut column).collect()
 }

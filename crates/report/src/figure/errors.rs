@@ -34,7 +34,7 @@ fn scale(report: &Report, epsilons: usize) -> Option<Scale> {
 /// The figure; `None` if no method has a boundary error to show.
 pub(crate) fn errors(view: &View, report: &Report, width: Width) -> Option<Figure> {
     let axes = view.map.grid().axes();
-    let epsilons = &axes[0].values;
+    let epsilons = view.map.grid().epsilons();
     let label = view.axis(&axes[axes.len() - 1]);
     let scale = scale(report, epsilons.len())?.in_unit(label.factor);
     let one = epsilons.len() == 1;
