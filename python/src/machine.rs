@@ -132,6 +132,14 @@ impl Machine {
     fn from_toml(path: &str, values: Vec<(String, f64)>) -> PyResult<Self> {
         let job = load_machine(Path::new(path), &values)
             .map_err(|error| PyValueError::new_err(error.to_string()))?;
+        for (name, values) in [("belt_speed", &job.belt_speeds), ("damping", &job.dampings)] {
+            if values.len() > 1 {
+                let (count, first) = (values.len(), values[0]);
+                return Err(PyValueError::new_err(format!(
+                    "{path}: {name} has {count} values; choose one, for example {name}={first}"
+                )));
+            }
+        }
         let small = job.model_of(&job.machine).is_some_and(|model| model.law.is_read_as_small());
         Ok(Self { machine: job.machine, small, uncertain: job.uncertain })
     }

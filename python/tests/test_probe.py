@@ -1,6 +1,7 @@
 """One point: against the program to the last bit."""
 
 import json
+import pathlib
 import pickle
 
 import numpy as np
@@ -43,6 +44,7 @@ def test_a_probe_is_that_of_the_program(program, law, values, flags):
     assert slipmap.Regime(slipmap.regime(law, **values)).name.lower() == answer.regime
 
 
+CONFIGS = pathlib.Path(__file__).parents[2] / "configs"
 PAD = {"mass": 2.0, "stiffness": 5.05e5, "damping": 20.0, "normal_force": 1000.0, "belt_speed": 0.05}
 SPEEDS, FRICTION = [0.0, 0.02, 0.05, 0.1, 0.2, 0.4], [0.40, 0.32, 0.28, 0.26, 0.25, 0.25]
 
@@ -134,6 +136,8 @@ def test_a_machine_takes_quantities_of_pint():
         plain.replace(friction=slipmap.Law.exponential(mu=0.5))
     with pytest.raises(TypeError, match="also needs static_friction"):
         slipmap.Machine(mass=1.0, stiffness=1.0, damping=0.0, normal_force=1.0, belt_speed=1.0)
+    with pytest.raises(ValueError, match="belt_speed has 40 values; choose one"):
+        slipmap.Machine.from_toml(CONFIGS / "brake_pad.toml", damping=20.0)
     with pytest.raises(ValueError, match="sd"):
         plain.replace(damping={"value": 1.0, "spread": 0.1})
 

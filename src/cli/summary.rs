@@ -13,6 +13,9 @@ use slipmap_report::proved::{Rounded, proved_percent};
 use slipmap_simulate::bifurcation::Bifurcation;
 use slipmap_simulate::continuation::MOST_POINTS;
 
+/// Share of the box left undecided above which the summary says what to raise.
+const MUCH_UNDECIDED: f64 = 0.01;
+
 pub(super) struct RunReport<'a> {
     pub(super) job: &'a Job,
     /// The result of the run.
@@ -157,6 +160,10 @@ pub(super) fn print(report: &RunReport, out: &mut dyn Write) -> Result<(), Failu
             },
             duration(proved.seconds)
         )?;
+        if volumes.undecided > MUCH_UNDECIDED {
+            let more = 4 * job.plan.proof_boxes;
+            writeln!(out, "  more boxes leave less undecided: --set validated.boxes={more}")?;
+        }
     }
     let audit = &account.audit;
     if audit.cells > 0 {

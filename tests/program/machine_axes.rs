@@ -98,7 +98,7 @@ fn cells_of_a_map_over_any_quantities_are_those_of_probe() {
                 grid.axes().iter().zip(grid.values(&index)).map(|(axis, value)| (axis.name.clone(), value));
             let job = load_machine(&scratch.path().join("machine.toml"), &set.collect::<Vec<_>>()).unwrap();
             let model = job.machine.model().unwrap();
-            let answer = Answer::of(&model.law, &model.point, 1e-9, [Method::Simulation]);
+            let answer = Answer::of(&model.law, &model.point, 1e-9, [Method::Simulation].into_iter());
             let verdict = answer.methods[0].verdict;
             assert_eq!(verdicts[&index[..]], verdict.code(), "{job:?}");
             assert_eq!(regimes[&index[..]], answer.regime.code(), "{job:?}");

@@ -15,6 +15,7 @@ mod damage;
 mod errors;
 mod explore;
 mod extremes;
+mod fit;
 mod hostile;
 mod init;
 mod latex;

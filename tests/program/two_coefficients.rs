@@ -161,9 +161,9 @@ fn a_smoothed_law_rests_at_its_peak() {
     let point = ["--V", "0.5", "--c", "0.1"];
     let rest = [&point[..], &["--rest", "peak"]].concat();
     // A ramp that vanishes leaves the law itself: its width shifts c* at first order.
-    let smooth = ask(&probe("tanh(u/1e-6)*(0.6 + 0.4*exp(-u/0.5))", &rest));
+    let smooth = ask(&probe("tanh(u/1e-3)*(0.6 + 0.4*exp(-u/0.5))", &rest));
     let plain = ask(&probe("0.6 + 0.4*exp(-u/0.5)", &point));
-    near(&smooth["critical_c"]["value"], plain["critical_c"]["value"].as_f64().unwrap(), 1e-4);
+    near(&smooth["critical_c"]["value"], plain["critical_c"]["value"].as_f64().unwrap(), 1e-2);
     assert_eq!(smooth["regime"], plain["regime"]);
     // Bilbao's bow: 0.001 kg, 1,000 N/m, 0.5 N, 0.1 m/s, so that the velocity is in units of 0.5 m/s. The least
     // velocity, beside that of a classical Runge-Kutta method in SI units.
@@ -180,10 +180,10 @@ fn a_smoothed_law_rests_at_its_peak() {
     refused(probe("1 - 0.1*u", &rest), &["does not rise from rest to a peak", "leave out rest"]);
     scratch.file("ramp.csv", "u,phi\n0,0\n0.01,0.5\n1,0.35\n10,0.35\n");
     scratch.file("flat.csv", "u,phi\n0,0.5\n0.01,0.5\n1,0.35\n10,0.35\n");
-    let table = |more: &[&'static str]| [&["probe", "--epsilon", "1", "--table"], more, &point].concat();
-    scratch.run(&table(&["ramp.csv"])).refuses(&["ramp.csv:2", "vanishes at rest"]);
+    let table = ["probe", "--epsilon", "1", "--V", "0.5", "--c", "0.1", "--table"];
+    scratch.run(&[&table[..], &["ramp.csv"]].concat()).refuses(&["ramp.csv:2", "vanishes at rest"]);
     let [at_peak, flat] = [&["ramp.csv", "--rest", "peak"][..], &["flat.csv", "--static", "0.5"]]
-        .map(|more| json(&scratch, &table(more)));
+        .map(|more| json(&scratch, &[&table[..], more].concat()));
     assert_eq!(at_peak["critical_c"], flat["critical_c"]);
     let job = |more: &str| {
         format!(

@@ -64,10 +64,14 @@ const STEP_BUDGET: u32 = 20_000;
 const SHARE: f64 = 0.04;
 /// Largest local error of W^2 where it vanishes later.
 const ACCURATE: f64 = 1e-3;
+/// Largest weight of a stage at an end of a step.
+const KINK: f64 = 0.1;
 /// Number of roundings that a step counts for in the error.
 const ROUNDINGS: f64 = 4.0;
 /// Error of C of the first orbits, which only lead near a root, in units of C.
 const ROUGH: f64 = 1e-5;
+/// Largest tolerance: of 3,600 coarser orbits two had an error of twice the estimate.
+const COARSEST: f64 = 1e-9;
 /// Change of C, in units of C and of the fourth root of the tolerance, after which the next orbit is the last one.
 const NEARLY: f64 = 5.0;
 /// Largest number of orbits in the search for a root; three are usual.
@@ -359,11 +363,10 @@ impl<'a> Together<'a> {
         self.room = [f64::INFINITY; LANES];
         let state = self.state;
         let (next, local) = step(1.0, &state, self);
-        let mut to = [0.0; LANES];
-        for lane in 0..LANES {
+        let to: [f64; LANES] = std::array::from_fn(|lane| {
             let is_last = self.width[lane] >= self.end[lane] - self.x[lane];
-            to[lane] = if is_last { self.end[lane] } else { self.x[lane] + self.h[lane] };
-        }
+            if is_last { self.end[lane] } else { self.x[lane] + self.h[lane] }
+        });
         let there = self.places(&to, &next);
         let here = if self.halves.iter().flatten().any(|half| !half.orbit.stops.is_empty()) {
             Some(self.places(&self.x, &state))
@@ -398,7 +401,9 @@ impl<'a> Together<'a> {
                 true => (ACCURATE * square / (SHARE * half.allowed)).min(1.0),
                 false => (square.sqrt() / half.orbit.radius).min(1.0),
             };
-            let rounding = 0.5 * f64::EPSILON * (after[0].abs() + (after[0] - before[0]).abs());
+            // Also that of the angle at which the step ends, which does not shrink with the step.
+            let moved = (after[0] - before[0]).abs();
+            let rounding = 0.5 * f64::EPSILON * (after[0].abs() + moved * (1.0 + to / h));
             let enough = (SHARE * half.allowed * share).max(rounding);
             let ratio = 0.9 * (enough / found).sqrt().sqrt().sqrt();
             if !inside || !(found <= enough) {
@@ -411,7 +416,14 @@ impl<'a> Together<'a> {
                 }
                 continue;
             }
-            self.error[lane] = self.error[lane] * (after[2] - before[2]).exp() + found + ROUNDINGS * rounding;
+            // A step that begins just before a corner has a first stage of the other side, one that ends just beyond it a last
+            // one.
+            let kink = here.as_ref().map_or(0.0, |here| {
+                let bend = (there.rate[lane] - here.rate[lane]).abs();
+                KINK * corners::WIDTH * bend * square * there.time[lane]
+            });
+            let carried = self.error[lane] * (after[2] - before[2]).exp();
+            self.error[lane] = carried + found + ROUNDINGS * rounding + kink;
             for (part, value) in after.into_iter().enumerate() {
                 self.state[part * LANES + lane] = value;
             }
@@ -437,10 +449,7 @@ impl<'a> Together<'a> {
 impl Field<{ 3 * LANES }> for Together<'_> {
     #[inline(always)]
     fn slope(&mut self, stage: usize, state: &State) -> State {
-        let mut x = [0.0; LANES];
-        for lane in 0..LANES {
-            x[lane] = NODES[stage].mul_add(self.h[lane], self.x[lane]);
-        }
+        let x = std::array::from_fn(|lane| NODES[stage].mul_add(self.h[lane], self.x[lane]));
         let Places { square, rate, time, room, .. } = self.places(&x, state);
         let mut slope = [0.0; 3 * LANES];
         for lane in 0..LANES {
@@ -628,7 +637,7 @@ pub(super) fn closing_dampings_by_halves(sought: &[Sought], tolerance: f64) -> V
             viscous,
             bounds,
             size,
-            aim: 0.5 * tolerance * size,
+            aim: 0.5 * tolerance.min(COARSEST) * size,
             is_accurate: false,
             before: None,
             steepness: 3.0 * radius * radius,

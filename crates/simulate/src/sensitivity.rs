@@ -168,7 +168,7 @@ fn at(column: &Column, critical: CriticalDamping) -> Result<Sensitivity, NoSensi
 /// without them.
 fn standard_errors(column: &Column, orbit: &[Sample], by_data: &[Estimate]) -> Option<[Estimate; 2]> {
     let (table, epsilon) = (column.curve.table()?, column.epsilon);
-    let errors = table.standard_errors()?;
+    let errors = table.errors_of_curve()?;
     let points: Vec<(f64, f64)> = orbit.iter().map(|&Sample { slip, weight }| (slip, weight)).collect();
     let of_rate: Vec<f64> = by_data.iter().map(|by| by.value * epsilon).collect();
     // Of a drop, the start of the orbit moves with the first datum, too: to first order.
@@ -194,7 +194,7 @@ fn standard_errors(column: &Column, orbit: &[Sample], by_data: &[Estimate]) -> O
 /// which is `c`. To first order in the standard errors of the table's data, at a fixed unit of friction;
 /// `None` without them, and where the orbit cannot be followed.
 pub fn standard_error_of_closing(column: &Column, c: f64, radius: f64) -> Option<f64> {
-    let errors = column.curve.table()?.standard_errors()?;
+    let errors = column.curve.table()?.errors_of_curve()?;
     let work = Work::of_question(&column.curve);
     let orbit = orbit_from(column, c, [radius, 0.0], TOLERANCES[1], &[], &work).ok()?;
     let by_data = means(column, c, &orbit.samples, None).by_data;

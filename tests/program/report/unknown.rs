@@ -53,7 +53,7 @@ fn a_colour_of_the_deciders_means_one_thing() {
     scratch.run(&["report", "pad.h5", "--out", "report", "--quiet"]).ends_with(0);
     let figure = |name: &str| scratch.read(&format!("report/figures/{name}.svg"));
     let plain = "fill=\"#0072b2\"";
-    assert!(figure("slice-V-c-epsilon-0.1").contains(plain) && !figure("deciders").contains(plain));
+    assert!(figure("slice-V-c").contains(plain) && !figure("deciders").contains(plain));
 }
 
 #[test]

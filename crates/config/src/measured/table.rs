@@ -92,7 +92,7 @@ impl Measured {
         };
         table
             .and_then(|table| if has_errors { table.with_standard_errors(&errors) } else { Ok(table) })
-            .map(|table| table.with_source(source))
+            .map(|table| table.with_errors_of_curve().with_source(source))
             .map_err(|error| (format!("{}: {}", place(error.row), error.problem), error.remedy))
     }
 

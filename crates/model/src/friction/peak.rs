@@ -56,12 +56,11 @@ impl Expression {
         let found: Result<_, Infallible> = falling_root(bracket, 0.0, |u| Ok(slope(u)));
         let Ok((peak, _)) = found;
         let level = curve.phi(peak);
-        let function = Function::new(
-            &self.text().replace('\n', " "),
-            |u| curve.phi(u.max(peak)) / level,
-            FASTEST,
-            &[peak],
-        );
+        // Octaves, so that samples do not pass over a fall next to the peak.
+        let doubled = |u: &f64| Some(2.0 * u).filter(|u| *u < FASTEST);
+        let corners: Vec<f64> = std::iter::successors(Some(peak), doubled).collect();
+        let origin = self.text().replace('\n', " ");
+        let function = Function::new(&origin, |u| curve.phi(u.max(peak)) / level, FASTEST, &corners);
         function.map_err(|problem| error(problem.problem, &problem.remedy))
     }
 }
@@ -83,5 +82,36 @@ impl Table {
         let rest = std::iter::once((0.0, data[peak].1));
         let rows: Vec<(f64, f64)> = rest.chain(data[peak..].iter().copied()).collect();
         Self::new(origin, &rows, data[peak].1)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Law;
+    use super::*;
+
+    /// A bow's law, whose peak is 1 at u = 1/sqrt(200).
+    #[test]
+    fn friction_is_that_of_the_peak_up_to_it_and_as_written_beyond() {
+        let law = Expression::new("sqrt(200)*u*exp(-100*u^2 + 1/2)", 1.0).unwrap();
+        let function = law.with_rest_at_peak().unwrap();
+        assert!(function.error() < 1e-9, "{}", function.error());
+        let peak = 200_f64.sqrt().recip();
+        let curve = Law::Function(function).curve(1.0, &LawParameters::new(&[]));
+        assert!((curve.corners()[0] - peak).abs() < 1e-9);
+        for (u, phi) in [
+            (0.0, 1.0),
+            (0.5 * peak, 1.0),
+            (2.0 * peak, 2.0 * (-1.5_f64).exp()),
+            (3.0 * peak, 3.0 * (-4.0_f64).exp()),
+        ] {
+            assert!((curve.phi(u) - phi).abs() < 1e-12, "{u}");
+        }
+        for (text, words) in
+            [("tanh(u)", "to a peak"), ("1 - u/9", "to a peak"), ("a*u*exp(-u)", "no parameters")]
+        {
+            let error = Expression::new(text, 1.0).unwrap().with_rest_at_peak().unwrap_err();
+            assert!(error.problem.contains(words), "{text}: {error}");
+        }
     }
 }

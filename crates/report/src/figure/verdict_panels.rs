@@ -172,8 +172,11 @@ fn informative_damping(map: &MapFile, index: &[usize]) -> usize {
     }
 }
 
-/// The end of the name of a slice, "-epsilon-0.1": with as few digits as tell the nodes apart.
+/// The end of the name of a slice, "-epsilon-0.1", with as few digits as tell the nodes apart; empty if there is one.
 fn epsilon_name(axis: &Axis, node: usize) -> String {
+    if axis.values.len() == 1 {
+        return String::new();
+    }
     let rounded = |value: f64, digits: usize| format!("{value:.digits$e}").parse().unwrap_or(value);
     let apart = |digits: &usize| {
         axis.values.windows(2).all(|pair| rounded(pair[0], *digits) < rounded(pair[1], *digits))
@@ -210,9 +213,9 @@ fn over_one_axis(
         let at: Vec<At> = axes.iter().enumerate().filter(|(i, _)| *i != over).map(at).collect();
         let (x, variables) = (&axes[over].name, &variables[..]);
         let wanted = Plot { x, y: None, at: &at, variables, panels: None, curves: false, width };
-        let name = match epsilons.len() {
-            1 => format!("slice-{x}"),
-            _ => format!("slice-{x}{}", epsilon_name(&axes[0], epsilon)),
+        let name = match other == 0 || over == 0 {
+            true => format!("slice-{x}"),
+            false => format!("slice-{x}{}", epsilon_name(&axes[0], epsilon)),
         };
         plot::figure(view, name, &wanted)
     };
@@ -307,7 +310,7 @@ fn figure(slice: &Slice, width: Width) -> Result<Figure, ReportError> {
     }
     legend.below(&mut scene, panels.panels[0].rect.x, panels.bottom);
     let epsilon = match map.grid().epsilon_axis() {
-        Some(axis) if axis != slice.x => format!("-{}", slice.index[axis] + 1),
+        Some(axis) if axis != slice.x => epsilon_name(&map.grid().axes()[axis], slice.index[axis]),
         _ => String::new(),
     };
     let label = |axis| slice.view.axis(axis);

@@ -272,10 +272,37 @@ fn limits(all: &Assessment) -> Vec<Line> {
         let words = format!("standard error by {by}; not known of the other limits");
         limits.push(line("after ±", Rich::foreign(&words)));
     }
+    limits.extend(unmeasured(all));
     if let Some(margin) = all.safety_margin() {
         limits.push(line("damping over critical damping", Rich::number(margin, of_mean)));
     }
     limits
+}
+
+/// Share of the weight of the friction's slope that may lie between two rows of a table.
+const LARGEST_GAP: f64 = 0.4;
+
+/// The slip speeds between two rows of measured friction on which the critical damping depends most, where more of
+/// the weight lies between them than a curve through the rows can be trusted with.
+fn unmeasured(all: &Assessment) -> Option<Line> {
+    let Friction::Measured(table) = &all.machine.friction else { return None };
+    let half = all.influence.first()?.slip_speed;
+    let rows: Vec<f64> = table.data().map(|(speed, _)| speed).collect();
+    let share = |ends: &[f64]| -> f64 {
+        let inside =
+            |middle: f64| (ends[1].min(middle + half) - ends[0].max(middle - half)).max(0.0) / (2.0 * half);
+        all.influence.iter().map(|part| part.share * inside(part.slip_speed)).sum()
+    };
+    let (ends, share) =
+        rows.windows(2).map(|ends| (ends, share(ends))).max_by(|one, other| one.1.total_cmp(&other.1))?;
+    let unit = all.machine.motion.unit(Dimension::Velocity);
+    let words = format!(
+        "{} and {} {unit}: {:.0} % of the weight of the friction's slope lies between these rows",
+        rounded(ends[0], 3),
+        rounded(ends[1], 3),
+        100.0 * share
+    );
+    (share > LARGEST_GAP).then(|| line("measure between", Rich::foreign(&words)))
 }
 
 /// "not determined", with the reason if it is not that of the whole regime.

@@ -119,6 +119,7 @@ fn hostile_nesting_is_refused_on_a_small_stack() {
 fn errors_are_found_with_their_place() {
     for (text, parameters, place, words) in [
         ("0.5 + exp(-u)", &[][..], (0, 13), "phi(0) is 1.5, not 1"),
+        ("tanh(20*u)", &[], (0, 10), "phi(0) is 0: friction vanishes at rest"),
         ("1 - 0.1*u/(u - a)", &[0.7], (10, 17), "vanishes at u = 0.7"),
         ("tanh(u)/u", &[], (8, 9), "vanishes at u = 0"),
         ("1 - 0.1*abs(u - 1)", &[], (8, 18), "kink at u = 1"),
