@@ -37,7 +37,8 @@ fn cells_of_a_map_over_any_quantities_are_those_of_probe() {
         kept.map(|(name, value)| (*name, (*value).to_owned())).chain(varied.to_vec()).collect()
     };
     let formula = "law = \"expression\"\nphi = \"muk + (0.4 - muk)*exp(-u/vs)\"";
-    let cases: [(&str, Vec<(&str, String)>, &[&str]); 5] = [
+    type Quantities = Vec<(&'static str, String)>;
+    let cases: [(&str, Quantities, &[&str]); 5] = [
         (
             "law = \"exponential\"",
             with(&[("normal_force", range(20.0, 80.0, 5)), ("belt_speed", range(0.05, 0.4, 6))]),
