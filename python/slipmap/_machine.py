@@ -61,6 +61,9 @@ _UNITS = {
     "stribeck_velocity": ("m/s", "rad/s"),
 }
 
+# The quantities of every machine.
+_OF_ALL = ("mass", "stiffness", "damping", "normal_force", "belt_speed")
+
 
 class Machine:
     """A mass on a spring, pressed onto a moving belt, in SI units.
@@ -131,32 +134,40 @@ class Machine:
         motion: str = "translation",
         **quantities: Given,
     ):
-        law = Law.stribeck() if friction is None else friction
-        given: dict[str, Any] = {
+        given = {
             "mass": mass,
             "stiffness": stiffness,
             "damping": damping,
             "normal_force": normal_force,
             "belt_speed": belt_speed,
+            **quantities,
         }
+        self._set(Law.stribeck() if friction is None else friction, motion, given, {}, {})
+
+    def _set(
+        self, law: Law, motion: str, given: Mapping[str, Any], values: dict[str, float], spreads: dict[str, list[float]]
+    ) -> None:
+        """Makes the machine of these numbers and spreads, with what is given in their place."""
+        held = {name: value for name, value in law.parameters.items() if value is not None}
         if law.name in ("expression", "table"):
-            given.update(law.parameters)
+            given = {**{name: value for name, value in held.items() if name not in values}, **given}
         else:
-            held = [name for name, value in law.parameters.items() if value is not None and (name, value) != ("eta", 0.0)]
-            if held:
-                raise TypeError(f"friction: leave out {held[0]}; the parameters of this law follow from the coefficients")
-            law, given["strengthening"] = Law(law._law, {}), 0.0
-        given.update(quantities)
-        values: dict[str, float] = {}
-        spreads: dict[str, tuple[float, float | None]] = {}
+            # The parameters of a built-in law follow from the coefficients.
+            if any(item != ("eta", 0.0) for item in held.items()):
+                raise TypeError(f"friction: leave out {next(iter(held))}; the parameters of this law follow from the coefficients")
+            law = Law(law._law, {})
+            values.setdefault("strengthening", 0.0)
         for name, value in given.items():
             if value is None:
+                values.pop(name, None)
                 continue
             values[name], spread = _read(name, value, _unit(name, motion))
             if spread is not None:
                 spreads[name] = spread
-        self._friction = law
-        self._core = _core.Machine(law._law, motion, values, list(spreads.items()))
+            elif len(spreads.get(name, ())) == 2:
+                # A number in place of a range.
+                del spreads[name]
+        self._friction, self._core = law, _core.Machine(law._law, motion, values, list(spreads.items()))
 
     @classmethod
     def from_toml(cls, config: str | os.PathLike[str], **changes: float) -> Machine:
@@ -178,11 +189,9 @@ class Machine:
         return cls._again(Law(core.friction, {}), core.motion, dict(core.quantities), dict(core.uncertain))
 
     @classmethod
-    def _again(
-        cls, law: Law, motion: str, values: dict[str, float], spreads: dict[str, tuple[float, float | None]]
-    ) -> Machine:
+    def _again(cls, law: Law, motion: str, values: dict[str, float], spreads: dict[str, list[float]]) -> Machine:
         machine = cls.__new__(cls)
-        machine._friction, machine._core = law, _core.Machine(law._law, motion, values, list(spreads.items()))
+        machine._set(law, motion, {}, values, spreads)
         return machine
 
     @property
@@ -193,9 +202,7 @@ class Machine:
     @property
     def uncertain(self) -> dict[str, dict[str, float]]:
         """The uncertain quantities, each with ``sd``, or ``min`` and ``max``."""
-        return {
-            name: {"sd": first} if last is None else {"min": first, "max": last} for name, (first, last) in self._core.uncertain
-        }
+        return {name: _told(spread) for name, spread in self._core.uncertain}
 
     @property
     def friction(self) -> Law:
@@ -301,24 +308,22 @@ class Machine:
         found: dict[str, Any] = json.loads(self._core.risk(draws, list(rare)))
         return found
 
-    def replace(self, **changes: Given | Law | str) -> Machine:
-        """The machine with other quantities; an uncertain one stays so, around its new value, if it has an ``sd``."""
-        values: dict[str, Any] = self.quantities
-        for name, (first, last) in self._core.uncertain:
-            if last is None:
-                if not isinstance(changes.get(name), Mapping):
-                    values[name] = {"value": values[name], "sd": first}
-            elif name not in changes:
-                values[name] = {"min": first, "max": last}
-        for name, value in changes.items():
-            old = values.get(name)
-            keeps = isinstance(old, Mapping) and "sd" in old and not isinstance(value, Mapping)
-            values[name] = {"value": value, "sd": old["sd"]} if keeps and old is not None else value
-        return Machine(**{"friction": self.friction, "motion": self.motion, **values})
+    def replace(self, **changes: Any) -> Machine:
+        """The machine with other quantities, friction or motion; an uncertain one keeps its ``sd`` around its new value."""
+        values, spreads = self.quantities, dict(self._core.uncertain)
+        law, motion = changes.pop("friction", self.friction), changes.pop("motion", self.motion)
+        if law != self.friction:
+            # Numbers of the old law are none of the new one.
+            values = {name: value for name, value in values.items() if name in _OF_ALL}
+            spreads = {name: spread for name, spread in spreads.items() if name in _OF_ALL}
+        machine = Machine.__new__(Machine)
+        machine._set(law, motion, changes, values, spreads)
+        return machine
 
     def _key(self) -> tuple[Any, ...]:
         core = self._core
-        return (self._friction, core.motion, tuple(core.quantities), tuple(core.uncertain))
+        spreads = tuple((name, tuple(spread)) for name, spread in core.uncertain)
+        return (self._friction, core.motion, tuple(core.quantities), spreads)
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Machine) and self._key() == other._key()
@@ -348,16 +353,21 @@ class Machine:
         return f"<p>Machine, {self.motion}; friction: {html.escape(repr(self.friction))}</p><table>{rows}</table>{curve}{doubts}"
 
 
-def _read(name: str, given: Any, unit: str | None) -> tuple[float, tuple[float, float | None] | None]:
+def _read(name: str, given: Any, unit: str | None) -> tuple[float, list[float] | None]:
     """The number of a quantity in SI units, and its spread: a standard deviation, or both ends of a range."""
     if not isinstance(given, Mapping):
         return _si(name, given, unit), None
     parts = {key: _si(f"{name}: {key}", value, unit) for key, value in given.items()}
     if set(parts) == {"value", "sd"} and parts["sd"] >= 0.0:
-        return parts["value"], (parts["sd"], None)
+        return parts["value"], [parts["sd"]]
     if set(parts) == {"min", "max"} and parts["min"] <= parts["max"]:
-        return 0.5 * (parts["min"] + parts["max"]), (parts["min"], parts["max"])
+        return 0.5 * (parts["min"] + parts["max"]), [parts["min"], parts["max"]]
     raise ValueError(f'{name} = {dict(given)}: write {{"value": 2.0, "sd": 0.1}} or {{"min": 1.8, "max": 2.2}}')
+
+
+def _told(spread: list[float]) -> dict[str, float]:
+    """A spread in words; what is correlated with others is a row of numbers."""
+    return {"min": spread[0], "max": spread[1]} if len(spread) == 2 else {"sd": float(np.hypot.reduce(spread))}
 
 
 def _si(name: str, value: Any, unit: str | None) -> float:

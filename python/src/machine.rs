@@ -31,6 +31,17 @@ pub(crate) struct Machine {
     uncertain: Vec<Uncertain>,
 }
 
+/// A spread as Python has it: a standard deviation, both ends of a range, or the row of correlated errors.
+type Numbers = Vec<f64>;
+
+fn spread_of(numbers: &[f64]) -> Option<Spread> {
+    match *numbers {
+        [sd] => Some(Spread::Normal { sd }),
+        [min, max] => Some(Spread::Uniform { min, max }),
+        _ => Some(Spread::Joint { row: numbers.try_into().ok()? }),
+    }
+}
+
 /// The friction of a law in SI units, with the numbers that it needs.
 fn friction_of(law: &Family, mut number: impl FnMut(&str) -> PyResult<f64>) -> PyResult<Friction> {
     match law.as_written() {
@@ -70,14 +81,14 @@ impl Machine {
 
 #[pymethods]
 impl Machine {
-    /// A machine of the numbers `quantities`; `uncertain` has, by name, a standard deviation, or both ends of a range.
+    /// A machine of the numbers `quantities`; `uncertain` has the spread of some.
     /// Without a normal force, friction is a force.
     #[new]
     fn new(
         law: &Law,
         motion: &str,
         quantities: HashMap<String, f64>,
-        uncertain: Vec<(String, (f64, Option<f64>))>,
+        uncertain: Vec<(String, Numbers)>,
     ) -> PyResult<Self> {
         let known = Motion::ALL.into_iter().find(|it| it.name() == motion);
         let motion = known.ok_or_else(|| {
@@ -115,10 +126,8 @@ impl Machine {
             return Err(PyValueError::new_err(format!("friction at rest is {rest}: must be greater than 0")));
         }
         // In the order given, which is that of the random numbers.
-        let spread = |(name, (first, last)): &(String, (f64, Option<f64>))| {
-            let spread =
-                last.map_or(Spread::Normal { sd: *first }, |max| Spread::Uniform { min: *first, max });
-            Some((names.iter().copied().find(|known| known == name)?, spread))
+        let spread = |(name, numbers): &(String, Numbers)| {
+            Some((names.iter().copied().find(|known| known == name)?, spread_of(numbers)?))
         };
         let uncertain = uncertain.iter().filter_map(spread).collect();
         let made = Self { machine, small: law.law.is_read_as_small(), uncertain };
@@ -169,13 +178,13 @@ impl Machine {
 
     /// The uncertain quantities, as the constructor takes them.
     #[getter]
-    fn uncertain(&self) -> Vec<(&'static str, (f64, Option<f64>))> {
-        let ends = |spread: &Spread| match *spread {
-            Spread::Normal { sd } => (sd, None),
-            Spread::Uniform { min, max } => (min, Some(max)),
-            Spread::Joint { .. } => (spread.sd(), None),
+    fn uncertain(&self) -> Vec<(&'static str, Numbers)> {
+        let numbers = |spread: &Spread| match *spread {
+            Spread::Normal { sd } => vec![sd],
+            Spread::Uniform { min, max } => vec![min, max],
+            Spread::Joint { row } => row.to_vec(),
         };
-        self.uncertain.iter().map(|(name, spread)| (*name, ends(spread))).collect()
+        self.uncertain.iter().map(|(name, spread)| (*name, numbers(spread))).collect()
     }
 
     /// What the program would warn of: numbers that suggest other units.

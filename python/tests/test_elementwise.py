@@ -61,14 +61,12 @@ def test_nan_in_nan_out():
     assert slipmap.regime(LAW, V=V, c=0.3, epsilon=0.1)[1] == slipmap.Regime["FAILED"]
 
 
-def test_the_error_says_why_a_critical_damping_is_withheld():
-    # A law that is steep, and one so steep that rounding hides what its orbits do in it.
+def test_steep_laws_meet_their_limit_within_their_errors():
     arguments = {"V": [1.0, 0.2], "mu": [0.5, 0.9], "vs": [1e-9, 1e-14], "epsilon": 1.0}
     c, error = slipmap.critical_c(slipmap.Law.exponential(eta=0.0), **arguments, return_error=True)
     # The limit of steep laws depends on V / (1 - mu) alone.
     limit = 0.035876191808776
-    assert abs(c[0] - limit) <= error[0] + 1e-8 and error[0] <= 0.01 * c[0]
-    assert np.isnan(c[1]) and error[1] > 0.01 * limit
+    assert (abs(c - limit) <= error + np.array([1e-8, 1e-12])).all() and (error <= 1e-6 * limit).all()
 
 
 def test_dimensions_and_coordinates_are_kept():

@@ -108,6 +108,19 @@ def test_the_risk_of_a_machine_is_that_of_the_program(program, tmp_path):
         slipmap.Machine(**machine.quantities).risk()
 
 
+def test_the_correlated_errors_of_a_fit_stay_with_a_machine(program, tmp_path):
+    fit = "low = 0.25, fall = 0.15, speed = 0.05, covariance = [[4e-6, -3e-6, 0], [-3e-6, 4e-6, 0], [0, 0, 1e-6]]"
+    config = tmp_path / "fitted.toml"
+    lines = "\n".join(f"{name} = {value}" for name, value in {**PAD, "damping": 1230.0}.items())
+    law = f'law = "expression"\nphi = "low + fall*exp(-u/speed)"\nfit = {{ {fit} }}'
+    config.write_text(f"[machine]\n{lines}\n[friction]\n{law}\n")
+    expected = json.loads(program("machine", config, "--draws", "2000", "--json"))["risk"]["probability"]["value"]
+    machine = slipmap.Machine.from_toml(config)
+    assert 0.0 < expected < 1.0 and machine.uncertain["low"]["sd"] == 0.002
+    for own in (machine, pickle.loads(pickle.dumps(machine)), machine.replace(damping=900.0).replace(damping=1230.0)):
+        assert own == machine and own.risk(draws=2000)["probability"]["value"] == expected
+
+
 def test_a_machine_takes_quantities_of_pint():
     pint = pytest.importorskip("pint")
     unit = pint.UnitRegistry()
