@@ -145,7 +145,7 @@ fn data_may_leave_open_what_the_machine_does() {
     assert!(page(&exact, &[])["regimes_left_open_by_data"].is_null());
     let speeds = [0.0, 0.01, 0.02, 0.035, 0.05, 0.07, 0.1, 0.14, 0.2, 0.28, 0.4, 0.6, 0.8, 1.0];
     let row = |u: f64| format!("{u},{},0.0005\n", 0.27 + 0.16 * (-u / 0.07).exp() + 0.01 * u);
-    let scratch = machine(&speeds.map(row).concat());
+    let scratch = machine(&format!("speed,friction,se\n{}", speeds.map(row).concat()));
     let at = |damping: f64| {
         let set = format!("damping={damping}");
         let more = ["--set", &set, "--draws", "1000"];
@@ -194,11 +194,11 @@ fn data_may_leave_open_what_the_machine_does() {
 #[test]
 fn scatter_is_told_on_the_page() {
     let row = |i: u32| {
-        let u = 0.02 * f64::from(i);
+        let u = 0.06 * f64::from(i);
         let mu = 0.28 + 0.15 * (-u / 0.1).exp() + if i.is_multiple_of(2) { 0.004 } else { -0.004 };
         format!("{u},{mu}\n")
     };
-    let scratch = machine(&(0..60).map(row).collect::<String>());
+    let scratch = machine(&(0..20).map(row).collect::<String>());
     let answer = page(&scratch, &[]);
     let warnings = answer["warnings"].as_array().unwrap();
     assert!(warnings[0].as_str().unwrap().contains("into at most 20 speeds"), "{warnings:?}");

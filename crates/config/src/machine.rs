@@ -161,7 +161,10 @@ pub fn load_machine(file: &Path, values: &[(String, f64)]) -> Result<MachineJob,
     let sd_of = |name: &str| match written.get(name)?.shape() {
         Shape::Table(table) => {
             let node = table.get("sd")?;
-            node.number().map(|sd| format!("{sd:?}")).or_else(|_| node.text().map(|sd| format!("{sd:?}"))).ok()
+            node.number()
+                .map(|sd| format!("{sd:?}"))
+                .or_else(|_| node.text().map(|sd| format!("{sd:?}")))
+                .ok()
         }
         _ => None,
     };

@@ -251,7 +251,11 @@ pub(super) fn with_unit(text: &str) -> Option<(f64, &str)> {
 /// A number in units of `factor`, rounded once where the factor is one over a whole number, as of mm/s.
 pub(super) fn converted(number: f64, factor: f64) -> f64 {
     let parts = (1.0 / factor).round();
-    if factor < 1.0 && (parts * factor - 1.0).abs() < 4.0 * f64::EPSILON { number / parts } else { number * factor }
+    if factor < 1.0 && (parts * factor - 1.0).abs() < 4.0 * f64::EPSILON {
+        number / parts
+    } else {
+        number * factor
+    }
 }
 
 /// The conversion of this unit to the wanted one, for messages: "1 mm/s is 0.001 m/s".

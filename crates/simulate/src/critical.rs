@@ -275,6 +275,9 @@ fn search(
     }
     // Bounds that differ by rounding alone are the answer, as for flat friction.
     let [low, mut high] = bounds(column);
+    if !(low.is_finite() && high.is_finite()) {
+        return Err(NoCriticalDamping::NoVerdict);
+    }
     if column.epsilon * (high - low) <= HopfRate::new(&column.curve, column.belt_speed).rounding() {
         return Ok(CriticalDamping { c: 0.5 * (low + high), error: 0.5 * (high - low), rhs });
     }

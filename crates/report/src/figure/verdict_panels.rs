@@ -144,9 +144,11 @@ pub(crate) fn verdict_panels(view: &View, width: Width) -> Result<Vec<Figure>, R
     let mut slices = Vec::new();
     for (x, y, index) in planes {
         let epsilons = panel_epsilons(map, &map.grid().at_epsilon(&index, 0), &[x]);
-        slices.extend(epsilons.into_iter().map(|epsilon| {
-            Slice::new(view, x, y, map.grid().at_epsilon(&index, epsilon))
-        }));
+        slices.extend(
+            epsilons
+                .into_iter()
+                .map(|epsilon| Slice::new(view, x, y, map.grid().at_epsilon(&index, epsilon))),
+        );
     }
     // A plane that has no cycle anywhere is drawn only if there is no other.
     if map.methods().iter().any(|method| method.name == SIMULATION) {
