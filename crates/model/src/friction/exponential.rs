@@ -227,6 +227,15 @@ mod tests {
         Exponential::new(&LawParameters::new(&[0.4, vs, 0.02, exponent]))
     }
 
+    /// Engines pass over a fall that lies apart from rest and is much narrower.
+    #[test]
+    fn a_narrow_fall_is_legal_at_rest_alone() {
+        let narrow = [0.4, 0.5 * LEAST_WIDTH, 0.0];
+        assert!(Law::Exponential.point(1.0, &narrow, 0.3, 0.0).is_ok());
+        let stretched = |vs: f64| Law::Stretched.point(1.0, &[0.4, vs, 0.0, 2.0], 0.3, 0.0);
+        assert!(stretched(narrow[1]).is_err() && stretched(LEAST_WIDTH).is_ok());
+    }
+
     #[test]
     fn with_the_exponent_one_it_is_the_law_without() {
         let plain = Law::Exponential.curve(1.0, &LawParameters::new(&[0.4, 0.5, 0.02]));
