@@ -30,7 +30,7 @@ pub(super) const LAW: BuiltIn = BuiltIn {
 /// The law with the exponent as a parameter.
 pub(super) const STRETCHED: BuiltIn = BuiltIn {
     formula: "φ(u) = μ + (1 − μ) exp(−(u / vs)^δ) + η u",
-    parameters: &[PARAMETERS[0], PARAMETERS[1], PARAMETERS[2], EXPONENT],
+    parameters: &[PARAMETERS[0], Parameter { min: LEAST_WIDTH, ..PARAMETERS[1] }, PARAMETERS[2], EXPONENT],
     phi_at: |u, _, parameters| {
         let &[mu, vs, eta, exponent] = parameters else { return None };
         Some(falling_from_one((-power(u / vs, exponent)).exp(), u, mu, eta))
@@ -49,6 +49,10 @@ pub(super) const PARAMETERS: [Parameter; 3] = [
     Parameter { name: "vs", long_name: "Stribeck velocity", min: f64::MIN_POSITIVE, max: f64::INFINITY },
     Parameter { name: "eta", long_name: "viscous strengthening of friction", min: 0.0, max: f64::INFINITY },
 ];
+
+/// Least vs with an exponent of its own: the fall then lies apart from rest, and engines pass over one much narrower
+/// beside belt speeds of order one.
+const LEAST_WIDTH: f64 = 1e-4;
 
 /// delta. Below 1 friction would fall infinitely fast as slip begins.
 pub(super) const EXPONENT: Parameter =
@@ -238,6 +242,15 @@ mod tests {
 
     fn law(vs: f64, exponent: f64) -> Exponential {
         Exponential::new(&LawParameters::new(&[0.4, vs, 0.02, exponent]))
+    }
+
+    /// Engines pass over a fall that lies apart from rest and is much narrower.
+    #[test]
+    fn a_narrow_fall_is_legal_at_rest_alone() {
+        let narrow = [0.4, 0.5 * LEAST_WIDTH, 0.0];
+        assert!(Law::Exponential.point(1.0, &narrow, 0.3, 0.0).is_ok());
+        let stretched = |vs: f64| Law::Stretched.point(1.0, &[0.4, vs, 0.0, 2.0], 0.3, 0.0);
+        assert!(stretched(narrow[1]).is_err() && stretched(LEAST_WIDTH).is_ok());
     }
 
     #[test]
