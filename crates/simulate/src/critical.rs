@@ -97,7 +97,7 @@ pub fn critical_dampings(
 
 fn sought_by_halves(column: &Column) -> Option<Sought<'_>> {
     let Column { curve, epsilon, belt_speed, .. } = column;
-    let bounds = || bounds(column).map(|c| c * epsilon);
+    let bounds = || search_bounds(column).map(|c| c * epsilon);
     Sought::from_exit(curve, *belt_speed, || energy_balance(column), bounds)
 }
 
@@ -185,6 +185,22 @@ fn bounds(column: &Column) -> [f64; 2] {
     let pad = 1e-6 * width + 1e-12 * (range.hi.abs() + range.lo.abs()) / column.epsilon;
     [range.lo / column.epsilon - pad, range.hi / column.epsilon + pad]
 }
+
+/// Two dampings between which c* is sought: [`bounds`], or where nothing proves any, such as of laws given as
+/// functions, some that lie far around the balance of energy.
+fn search_bounds(column: &Column) -> [f64; 2] {
+    let [low, high] = bounds(column);
+    let balance = energy_balance(column);
+    let far = WIDE * (1.0 + balance.abs());
+    [
+        if low.is_finite() { low } else { (balance - far) / column.epsilon },
+        if high.is_finite() { high } else { (balance + far) / column.epsilon },
+    ]
+}
+
+/// Distance of the bounds of a search from the balance of energy where nothing proves bounds: of twice the damping
+/// ratio, and relative.
+const WIDE: f64 = 4.0;
 
 /// The critical dampings that a search has to locate; of others it finds the sign.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -274,7 +290,7 @@ fn search(
         return Err(NoCriticalDamping::NoVerdict);
     }
     // Bounds that differ by rounding alone are the answer, as for flat friction.
-    let [low, mut high] = bounds(column);
+    let [low, mut high] = search_bounds(column);
     if !(low.is_finite() && high.is_finite()) {
         return Err(NoCriticalDamping::NoVerdict);
     }
