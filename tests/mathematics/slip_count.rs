@@ -35,7 +35,7 @@ fn pairs_that_meet_in_a_fold_are_proved() {
 /// For laws so steep at rest that the tests claim nothing near the boundary.
 #[test]
 fn without_slip_cycles_a_stable_equilibrium_proves_absence() {
-    let law = Law::Expression(Expression::new("1 - b*ln(1 + u/v) + k*u", 1.0).unwrap());
+    let law = Law::Expression(Expression::new("1 - b*ln(1 + u/s) + k*u", 1.0).unwrap());
     let (mut random, mut proved) = (Random(79), 0);
     for _ in 0..40 {
         let (b, v, k) = (random.log(0.01, 0.1), random.log(1e-3, 0.1), random.log(1e-3, 0.1));

@@ -378,17 +378,20 @@ impl<'a> Together<'a> {
             self.rhs[lane] += STAGES as u64;
             self.steps[lane] += 1;
             let [from, h, to] = [self.x[lane], self.h[lane], to[lane]];
+            let scale = from.max(self.first[lane]);
             let [before, after] =
                 [&state, &next].map(|state| [0, 1, 2].map(|part| state[part * LANES + lane]));
             let inside = self.room[lane] > 0.0 && after[0].is_finite() && after[1].is_finite();
-            if let Some(here) = here.as_ref().filter(|_| inside) {
+            let is_spent = self.steps[lane] > STEP_BUDGET;
+            let least = corners::LEAST_STEP * scale;
+            if let Some(here) = here.as_ref().filter(|_| inside && h > least && !is_spent) {
                 let ends = [here, &there].map(|places| End {
                     slip: places.slip[lane],
                     rate: places.square[lane].max(0.0).sqrt() * places.time[lane],
                 });
                 if let Some(shorter) = corners::shortened(half.orbit.stops, half.orbit.belt_speed, ends, h) {
                     self.beyond_stop[lane] = self.beyond_stop[lane].max(h);
-                    self.width[lane] = shorter;
+                    self.width[lane] = shorter.max(least);
                     continue;
                 }
             }
@@ -406,11 +409,11 @@ impl<'a> Together<'a> {
             let rounding = 0.5 * f64::EPSILON * (after[0].abs() + moved * (1.0 + to / h));
             let enough = (SHARE * half.allowed * share).max(rounding);
             let ratio = 0.9 * (enough / found).sqrt().sqrt().sqrt();
-            if !inside || !(found <= enough) {
+            if !inside || !(found <= enough) || is_spent {
                 self.width[lane] = h * if inside { ratio.clamp(0.1, 0.9) } else { 0.25 };
                 self.beyond_stop[lane] = 0.0;
-                let is_short = !(self.width[lane] > SHORTEST_STEP * from.max(self.first[lane]));
-                if is_short || self.steps[lane] > STEP_BUDGET {
+                let is_short = !(self.width[lane] > SHORTEST_STEP * scale);
+                if is_short || is_spent {
                     done(self.numbers[lane], None, self.rhs[lane]);
                     self.halves[lane] = None;
                 }
