@@ -148,7 +148,7 @@ fn for_measured_laws_only_the_even_part_gives_proofs() {
 fn narrow(e: f64, [a, b]: [f64; 2], d: f64) -> Oscillator {
     // Integrals of 1, tanh^2 and tanh^4.
     let part = |x: &str| format!("({x} - a*({x} - tanh({x})) + b*({x} - tanh({x}) - tanh({x})^3/3))");
-    let text = format!("1 - e*d*({} - {})", part("((u - 1)/d)"), part("(-1/d)"));
+    let text = format!("1 - s*d*({} - {})", part("((u - 1)/d)"), part("(-1/d)"));
     expression(&text, &[e, d, a, b], 0.0, 1.0)
 }
 
