@@ -377,14 +377,18 @@ impl<'a> Together<'a> {
             let Some(half) = self.halves[lane] else { continue };
             self.rhs[lane] += STAGES as u64;
             self.steps[lane] += 1;
+            if self.steps[lane] > STEP_BUDGET {
+                done(self.numbers[lane], None, self.rhs[lane]);
+                self.halves[lane] = None;
+                continue;
+            }
             let [from, h, to] = [self.x[lane], self.h[lane], to[lane]];
             let scale = from.max(self.first[lane]);
             let [before, after] =
                 [&state, &next].map(|state| [0, 1, 2].map(|part| state[part * LANES + lane]));
             let inside = self.room[lane] > 0.0 && after[0].is_finite() && after[1].is_finite();
-            let is_spent = self.steps[lane] > STEP_BUDGET;
             let least = corners::LEAST_STEP * scale;
-            if let Some(here) = here.as_ref().filter(|_| inside && h > least && !is_spent) {
+            if let Some(here) = here.as_ref().filter(|_| inside && h > least) {
                 let ends = [here, &there].map(|places| End {
                     slip: places.slip[lane],
                     rate: places.square[lane].max(0.0).sqrt() * places.time[lane],
@@ -409,11 +413,10 @@ impl<'a> Together<'a> {
             let rounding = 0.5 * f64::EPSILON * (after[0].abs() + moved * (1.0 + to / h));
             let enough = (SHARE * half.allowed * share).max(rounding);
             let ratio = 0.9 * (enough / found).sqrt().sqrt().sqrt();
-            if !inside || !(found <= enough) || is_spent {
+            if !inside || !(found <= enough) {
                 self.width[lane] = h * if inside { ratio.clamp(0.1, 0.9) } else { 0.25 };
                 self.beyond_stop[lane] = 0.0;
-                let is_short = !(self.width[lane] > SHORTEST_STEP * scale);
-                if is_short || is_spent {
+                if !(self.width[lane] > SHORTEST_STEP * scale) {
                     done(self.numbers[lane], None, self.rhs[lane]);
                     self.halves[lane] = None;
                 }
