@@ -320,7 +320,7 @@ fn damping_may_outweigh_friction_that_falls_without_end() {
 /// friction.
 #[test]
 fn loops_see_narrow_steps() {
-    let law = Law::Expression(Expression::new("1-a*u/(u+b)-d*(tanh((u-e)/w)+tanh(e/w))/2", 1.0).unwrap());
+    let law = Law::Expression(Expression::new("1-a*u/(u+b)-d*(tanh((u-p)/w)+tanh(p/w))/2", 1.0).unwrap());
     let parameters = [
         0.3701101710434796,
         0.4727132847066705,

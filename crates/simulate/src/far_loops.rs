@@ -275,9 +275,9 @@ mod tests {
     /// Laws with a step or a dip; some of them push for ever, some nowhere.
     fn law(random: &mut Random) -> (Law, Vec<f64>) {
         let phi = [
-            "1-a*u/(u+b)-d*(tanh((u-e)/w)+tanh(e/w))/2",
-            "1-a*(1-exp(-u/b))-d*exp(-((u-e)/w)^2)",
-            "1-a*tanh(u/b)-d*u/(u+e)+w*0",
+            "1-a*u/(u+b)-d*(tanh((u-s)/w)+tanh(s/w))/2",
+            "1-a*(1-exp(-u/b))-d*exp(-((u-s)/w)^2)",
+            "1-a*tanh(u/b)-d*u/(u+s)+w*0",
         ];
         let log = |random: &mut Random, lo: f64, hi: f64| lo * (hi / lo).powf(random.unit());
         let e = log(random, 0.1, 50.0);

@@ -377,18 +377,25 @@ impl<'a> Together<'a> {
             let Some(half) = self.halves[lane] else { continue };
             self.rhs[lane] += STAGES as u64;
             self.steps[lane] += 1;
+            if self.steps[lane] > STEP_BUDGET {
+                done(self.numbers[lane], None, self.rhs[lane]);
+                self.halves[lane] = None;
+                continue;
+            }
             let [from, h, to] = [self.x[lane], self.h[lane], to[lane]];
+            let scale = from.max(self.first[lane]);
             let [before, after] =
                 [&state, &next].map(|state| [0, 1, 2].map(|part| state[part * LANES + lane]));
             let inside = self.room[lane] > 0.0 && after[0].is_finite() && after[1].is_finite();
-            if let Some(here) = here.as_ref().filter(|_| inside) {
+            let least = corners::LEAST_STEP * scale;
+            if let Some(here) = here.as_ref().filter(|_| inside && h > least) {
                 let ends = [here, &there].map(|places| End {
                     slip: places.slip[lane],
                     rate: places.square[lane].max(0.0).sqrt() * places.time[lane],
                 });
                 if let Some(shorter) = corners::shortened(half.orbit.stops, half.orbit.belt_speed, ends, h) {
                     self.beyond_stop[lane] = self.beyond_stop[lane].max(h);
-                    self.width[lane] = shorter;
+                    self.width[lane] = shorter.max(least);
                     continue;
                 }
             }
@@ -409,8 +416,7 @@ impl<'a> Together<'a> {
             if !inside || !(found <= enough) {
                 self.width[lane] = h * if inside { ratio.clamp(0.1, 0.9) } else { 0.25 };
                 self.beyond_stop[lane] = 0.0;
-                let is_short = !(self.width[lane] > SHORTEST_STEP * from.max(self.first[lane]));
-                if is_short || self.steps[lane] > STEP_BUDGET {
+                if !(self.width[lane] > SHORTEST_STEP * scale) {
                     done(self.numbers[lane], None, self.rhs[lane]);
                     self.halves[lane] = None;
                 }
