@@ -457,6 +457,9 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
             }
         }
     }
+    if let Some(left_out) = answer.left_out() {
+        line("left out", left_out);
+    }
     match answer.crossing_cycles() {
         Err(why) => line("crossing cycles", format!("not determined: {}", answer.why_unknown(why))),
         Ok(cycles) => {

@@ -34,7 +34,7 @@ pub(super) struct Work {
 impl Work {
     /// The whole budget for oscillators with this law.
     pub(super) fn of_question(curve: &Curve) -> Self {
-        Self { left: Cell::new(QUESTION), done: Cell::new(0), cost: curve.cost(), compiles: false }
+        Self { left: Cell::new(QUESTION), done: Cell::new(0), cost: curve.cost(), compiles: curve.cost() > 1 }
     }
 
     /// The whole budget for one orbit.

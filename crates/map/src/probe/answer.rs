@@ -10,7 +10,8 @@ use slipmap_model::filippov::{HopfRate, Oscillator};
 use slipmap_model::friction::{Column, Law};
 use slipmap_model::point::Point;
 use slipmap_numbers::text::{rounded, short, signed};
-use slipmap_simulate::crossing::{crossing_cycles, stick_slip_cycle};
+use slipmap_simulate::crossing::{crossing_cycles_among, stick_slip_cycle};
+use slipmap_simulate::far_loops::FarLoops;
 use slipmap_simulate::naive::NaiveVerdict;
 use slipmap_simulate::sensitivity::{NoSensitivity, Sensitivity, sensitivity};
 use slipmap_simulate::slip_cycle::{Unknown, none_proved, slip_cycles};
@@ -157,9 +158,18 @@ impl Answer {
         stick_slip_cycle(&self.oscillator, &self.flow, self.tolerance)
     }
 
-    /// The cycles that cross the belt line and never stick.
+    /// The cycles that cross the belt line and never stick, at slip speeds at which friction resists.
     pub fn crossing_cycles(&self) -> Result<Vec<Cycle>, Unknown> {
-        crossing_cycles(&self.oscillator, self.tolerance)
+        crossing_cycles_among(&self.oscillator, &self.far_loops(), self.tolerance)
+    }
+
+    fn far_loops(&self) -> FarLoops<'_> {
+        FarLoops::where_friction_resists(&self.oscillator.curve, self.oscillator.belt_speed)
+    }
+
+    /// Which crossing cycles are left out, if there may be some.
+    pub fn left_out(&self) -> Option<String> {
+        self.far_loops().left_out_from().map(map::left_out)
     }
 
     /// The reason why cycles are unknown; where their orbits leave the data of a measured law, how far those
