@@ -365,7 +365,7 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
     line(
         "critical damping",
         match &answer.critical {
-            Ok(root) if root.c.abs() <= answer.rounding_of_critical() && root.known().is_err() => {
+            Ok(_) if answer.critical_is_zero() => {
                 "c* = 0 within rounding: no cycle at any damping above 0".into()
             }
             Ok(root) if !root.is_located() => {

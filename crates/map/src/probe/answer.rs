@@ -63,6 +63,9 @@ pub struct Answer {
     pub basin: Option<BasinBoundary>,
 }
 
+/// eps c that no answer distinguishes from 0.
+const NO_DAMPING: f64 = 1e-9;
+
 impl Answer {
     /// Computes the answers of `methods`.
     pub fn of(law: &Law, point: &Point, tolerance: f64, methods: impl Iterator<Item = Method>) -> Self {
@@ -119,10 +122,13 @@ impl Answer {
         self.oscillator.curve.conjecture().filter(|_| is_open)
     }
 
-    /// The size up to which c* is not distinguishable from 0.
-    pub fn rounding_of_critical(&self) -> f64 {
+    /// Whether c* is 0 up to rounding errors that do not matter.
+    pub fn critical_is_zero(&self) -> bool {
         let Oscillator { curve, belt_speed, .. } = &self.oscillator;
-        HopfRate::new(curve, *belt_speed).rounding() / self.point.epsilon
+        let rounding = HopfRate::new(curve, *belt_speed).rounding().min(NO_DAMPING);
+        self.critical.is_ok_and(|CriticalDamping { c, error, .. }| {
+            self.point.epsilon * c.abs() <= rounding && self.point.epsilon * error <= NO_DAMPING
+        })
     }
 
     /// For each method the eps up to which its verdict equals that of the flow, with the other parameters
