@@ -125,7 +125,7 @@ fn loop_with_extent(
 /// line, it is 2 (2 - j) plus the distance beyond the exit point at which the orbit crosses again; below that
 /// the orbit sticks. The orbit follows the compiled law.
 pub fn reach(oscillator: &Oscillator, beyond_exit: f64, tolerance: f64) -> Result<f64, Failure> {
-    let work = Work::of_backbone(&oscillator.curve);
+    let work = Work::of_question(&oscillator.curve);
     Ok(match passage(oscillator, beyond_exit, tolerance, &work, |_, _, _| ())? {
         Passage { up: None, .. } => 0.0,
         Passage { up: Some(up), down: None } => up.w,
@@ -136,7 +136,7 @@ pub fn reach(oscillator: &Oscillator, beyond_exit: f64, tolerance: f64) -> Resul
 /// The speed x2' with which the orbit from the exit point comes back to the belt line, less that at which it
 /// would land at the far end of the segment where friction at rest holds; `None` if it does not come back.
 pub(super) fn beyond_landing(oscillator: &Oscillator, tolerance: f64) -> Result<Option<f64>, Failure> {
-    let work = Work::of_backbone(&oscillator.curve);
+    let work = Work::of_question(&oscillator.curve);
     let passage = passage(oscillator, 0.0, tolerance, &work, |_, _, _| ())?;
     Ok(passage.up.map(|up| up.w - oscillator.fastest_sticking()))
 }
@@ -305,8 +305,7 @@ pub fn some_cross_for_ever(oscillator: &Oscillator, far: &FarLoops) -> Result<bo
         return Ok(true);
     }
     let unit = oscillator.belt_speed.max(1.0);
-    // Only directions are required. The compiled law gives them in a tenth of the time.
-    let work = Work::of_backbone(&oscillator.curve);
+    let work = Work::of_question(&oscillator.curve);
     let search = Search::new(oscillator, far, DIRECTION_TOLERANCE, &work);
     // From outside: loops are nested, so that none between a loop and the next leads outward.
     let is_settled = settled_from < f64::INFINITY;

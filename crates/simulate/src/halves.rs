@@ -515,16 +515,13 @@ pub(super) struct Sought<'a> {
 
 impl<'a> Sought<'a> {
     /// The orbit from the exit point, where friction drops as slip begins or falls so steeply that the polar angle is not
-    /// monotone; `None` elsewhere, and for Stribeck's law. The search begins at `start` and stays within bounds.
+    /// monotone; `None` elsewhere. The search begins at `start` and stays within bounds.
     pub(super) fn from_exit(
         curve: &'a Curve,
         belt_speed: f64,
         start: impl FnOnce() -> f64,
         bounds: impl FnOnce() -> [f64; 2],
     ) -> Option<Self> {
-        if curve.stribeck().is_some() {
-            return None;
-        }
         let layer = layer(curve, belt_speed, belt_speed);
         if layer.is_none() && curve.drop() == 0.0 {
             return None;
@@ -567,8 +564,15 @@ impl Search<'_> {
         let spent = forward.1 + backward.1;
         self.rhs += spent;
         let within = self.work.spend_compiled(spent).is_ok();
-        let Some((forward, backward)) = forward.0.zip(backward.0).filter(|_| within) else {
+        if !within {
             return Some(Err(self.rhs));
+        }
+        let Some((forward, backward)) = forward.0.zip(backward.0) else {
+            // A step of Newton's method may have led so far beyond the root that the orbit does not turn.
+            let before = self.before.filter(|[at, _]| (self.viscous - at).abs() > ROUGH * self.size);
+            let Some([at, _]) = before else { return Some(Err(self.rhs)) };
+            self.viscous = 0.5 * (at + self.viscous);
+            return None;
         };
         let (gap, error) = (forward.h - backward.h, forward.error + backward.error);
         let by_damping = forward.by_damping - backward.by_damping;
