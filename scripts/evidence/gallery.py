@@ -104,7 +104,7 @@ def largest_speed(configuration, start, damping, **others):
 
 
 RPM = math.pi / 30
-# The largest rotary speeds with stick-slip, in rpm, by weight on bit in N, by two other programs.
+# The largest rotary speeds with stick-slip, in rpm, by weight on bit in N, computed twice by others.
 DRILL = {20e3: 17.45903, 30e3: 24.83689, 50e3: 36.42244, 80e3: 50.33051}
 
 
@@ -131,7 +131,7 @@ def slider_hopf(force):
 
 def pictures():
     """(configuration, axes across and up, words for the known points, and these points)"""
-    yield "drill_string_weight", "belt_speed", "normal_force", "by two other programs", [(s * RPM, w) for w, s in DRILL.items()]
+    yield "drill_string_weight", "belt_speed", "normal_force", "computed by others", [(s * RPM, w) for w, s in DRILL.items()]
     bars = [k * 1e5 for k in range(1, 7)]
     yield "brake_pressure", "belt_speed", "pressure", "Hopf line by hand", [(brake_hopf(p)[0], p) for p in bars]
     speeds = [0.04 * k for k in range(1, 7)]
@@ -207,7 +207,7 @@ def rows():
         start = 0.95 * speed * RPM
         ours, error = largest_speed("configs/gallery/drill_string_weight.toml", start, 222.3067, normal_force=weight)
         what = f"largest speed with stick-slip at {weight / 1e3:.0f} kN, rpm"
-        yield "two other programs", what, speed, ours / RPM, max(error / RPM, 5e-6), "last digit told"
+        yield "two other computations", what, speed, ours / RPM, max(error / RPM, 5e-6), "last digit told"
 
     speed, damping = brake_hopf(3e5)
     told = machine("configs/gallery/brake_pressure.toml", speed, pressure=3e5)["steady_slip_unstable_below_damping"]
