@@ -16,7 +16,7 @@ use std::path::Path;
 use slipmap_config::{Measured, OfMachine, load_machine};
 use slipmap_map::assessment::{Assessment, assess, assess_fitted};
 use slipmap_map::behaviour::Limit;
-use slipmap_map::machine::{Friction, Machine, Motion};
+use slipmap_map::machine::{Friction, Given, Machine, Motion};
 use slipmap_map::risk::{WithError, uncertain_critical_damping};
 use slipmap_model::friction::Expression;
 use slipmap_model::point::LawParameters;
@@ -107,11 +107,13 @@ fn one(case: u64, fits: bool, pages: bool, folder: &Path) -> Result<Answers, Box
         friction: friction.clone(),
         small: false,
         belt_speed,
+        given: Given::default(),
     };
     let model = machine(0.0).model().ok_or("no model")?;
     let reach = influence(&model.column(), 2)?[1].to * model.si.units.velocity;
     let critical = critical_damping(&model.column(), 1e-9)?.c * model.si.units.damping;
-    let hopf = model.column().curve.weakening(model.point.belt_speed) * model.si.units.damping / model.point.epsilon;
+    let hopf =
+        model.column().curve.weakening(model.point.belt_speed) * model.si.units.damping / model.point.epsilon;
     // Steady slip needs a kick between the two limits.
     let damping = if hopf < 0.8 * critical { 0.5 * (hopf.max(0.0) + critical) } else { 0.7 * critical };
 
@@ -139,9 +141,17 @@ fn one(case: u64, fits: bool, pages: bool, folder: &Path) -> Result<Answers, Box
         // Rows without errors have them on a page alone.
         let of_page = || assess(&job.machine)?.standard_errors?.critical_damping;
         let found = uncertain_critical_damping(&job.machine, &job.uncertain).or_else(of_page);
-        let knots = if let Friction::Measured(table) = &job.machine.friction { table.data().count() } else { 0 };
-        let words = format!("{name} {law} rows {rows} knots {knots} noise {:.4} v/v_s {:.2}", noise / REST, belt_speed / FALL);
-        return Ok(Answers { words, stated: [("c*", Some(critical), found), ("", None, None), ("", None, None)] });
+        let knots =
+            if let Friction::Measured(table) = &job.machine.friction { table.data().count() } else { 0 };
+        let words = format!(
+            "{name} {law} rows {rows} knots {knots} noise {:.4} v/v_s {:.2}",
+            noise / REST,
+            belt_speed / FALL
+        );
+        return Ok(Answers {
+            words,
+            stated: [("c*", Some(critical), found), ("", None, None), ("", None, None)],
+        });
     }
     let truth = assess(&machine(damping)).ok_or("no assessment")?;
     let all = assess_fitted(&job.machine, &job.uncertain).ok_or("no assessment of the data")?;
@@ -163,13 +173,23 @@ fn one(case: u64, fits: bool, pages: bool, folder: &Path) -> Result<Answers, Box
         stated: [
             ("c*", Some(critical), errors.and_then(|errors| errors.critical_damping)),
             ("speed", limit(&truth), errors.and_then(|errors| errors.critical_belt_speed)),
-            ("kick", kick(&truth), of_kick.map(|(relative, value)| WithError { value, standard_error: relative * value })),
+            (
+                "kick",
+                kick(&truth),
+                of_kick.map(|(relative, value)| WithError { value, standard_error: relative * value }),
+            ),
         ],
     })
 }
 
 /// A file of readings.
-fn readings(random: &mut Random, rows: usize, fastest: f64, noise: f64, force: &dyn Fn(f64) -> f64) -> String {
+fn readings(
+    random: &mut Random,
+    rows: usize,
+    fastest: f64,
+    noise: f64,
+    force: &dyn Fn(f64) -> f64,
+) -> String {
     let mut likely = |share: f64| random.unit() < share;
     let (repeated, unsorted, both, german, rest, errors) =
         (likely(0.3), likely(0.3), likely(0.2), likely(0.3), likely(0.7), likely(0.3));
