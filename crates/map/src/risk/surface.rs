@@ -12,7 +12,7 @@
 //! | --- | --- | --- |
 //! | `stribeck` | N (mu_s - mu_k) / (v_s sqrt(k m)) | A, v / v_s, strengthening v_s^2 / (mu_s - mu_k) |
 //! | `coulomb` | - | V / j alone; the damping falls by N strengthening |
-//! | `exponential`, `lorentzian` | the same | A, v / v_s; the damping falls by N strengthening |
+//! | `exponential`, `lorentzian` | the same | A, v / v_s, an exponent that varies; the damping falls by N strengthening |
 //! | formula, data | N / sqrt(k m) | A, v, and the formula's parameters that vary |
 //!
 //! y is smooth. It is computed at Chebyshev nodes of the box that contains the machines, and interpolated. A
@@ -33,7 +33,7 @@ use slipmap_model::friction::Law;
 use slipmap_model::friction::{Column, Strengthening};
 
 use super::{MOST_JOINT, Spread, Uncertain};
-use crate::machine::{Friction, Machine, Model};
+use crate::machine::{AREA, BELT_SPEED, Coefficients, FREQUENCY, Friction, Machine, Model, PRESSURE, RADIUS};
 use slipmap_numbers::chebyshev::{Side, Tensor};
 use slipmap_simulate::critical::{critical_damping, critical_dampings, known_or_nan};
 use slipmap_simulate::sensitivity::sensitivity_of_any_sign;
@@ -72,7 +72,7 @@ pub(super) struct Groups<'a> {
     pub(super) nominal: &'a Machine,
     /// Quantities with the errors of a fit.
     joint: Joint,
-    /// Positions, among the formula's quantities, of its parameters that vary.
+    /// Positions, among the quantities of the friction, of a formula's parameters, or of the exponent, that vary.
     varied: Vec<usize>,
     /// Number of groups of each machine.
     size: usize,
@@ -161,34 +161,51 @@ pub(crate) fn joint(uncertain: &[Uncertain]) -> Joint {
     uncertain.iter().filter_map(row).collect()
 }
 
-/// The machines with their quantities moved along each independent error, forward and backward, by its standard
-/// deviation.
-pub(crate) fn moved_jointly(machine: &Machine, joint: &Joint) -> Vec<[Machine; 2]> {
-    let directions = (0..joint.len()).filter(|&k| joint.iter().any(|(_, row)| row[k] != 0.0));
-    let moved = |k: usize, sign: f64| {
-        joint.iter().fold(machine.clone(), |machine, (name, row)| {
-            let value =
-                machine.quantities().into_iter().find(|(known, _)| known == name).map_or(f64::NAN, |of| of.1);
-            machine.with(name, value + sign * row[k]).unwrap_or(machine)
+/// Machines whose quantities are moved along each independent error.
+pub(crate) struct Moved {
+    /// By which share of its standard deviation.
+    share: f64,
+    /// The machines moved forward and backward.
+    ends: Vec<[Machine; 2]>,
+}
+
+/// Shares of a standard deviation that are tried: wide errors reach machines that are none.
+const SHARES: [f64; 4] = [1.0, 0.25, 0.0625, 0.015_625];
+
+impl Moved {
+    /// The machines moved as far as they are legal; `None` where that is nowhere.
+    pub(crate) fn of(machine: &Machine, joint: &Joint) -> Option<Self> {
+        let directions: Vec<usize> =
+            (0..joint.len()).filter(|&k| joint.iter().any(|(_, row)| row[k] != 0.0)).collect();
+        let moved = |k: usize, by: f64| {
+            joint.iter().try_fold(machine.clone(), |machine, (name, row)| {
+                let value = machine.quantities().into_iter().find(|(known, _)| known == name)?.1;
+                machine.with(name, value + by * row[k]).filter(Machine::is_legal)
+            })
+        };
+        SHARES.into_iter().find_map(|share| {
+            let ends = directions.iter().map(|&k| Some([moved(k, share)?, moved(k, -share)?]));
+            Some(Self { share, ends: ends.collect::<Option<_>>()? })
         })
-    };
-    directions.map(|k| [moved(k, 1.0), moved(k, -1.0)]).collect()
+    }
+
+    /// The standard error of a number of the machine; `None` where it is unknown of one of them.
+    pub(crate) fn error(&self, of: impl Fn(&Machine) -> Option<f64>) -> Option<f64> {
+        let half = |[after, before]: &[Machine; 2]| Some(0.5 * (of(after)? - of(before)?) / self.share);
+        let halves = self.ends.iter().map(half).collect::<Option<Vec<f64>>>()?;
+        Some(halves.iter().map(|half| half * half).sum::<f64>().sqrt())
+    }
 }
 
 /// The critical damping of a machine with fitted friction, and its standard deviation by the covariance of the fit,
 /// from differences over a standard deviation; both in SI units, NaN where unknown.
 fn of_fitted(machine: &Machine, joint: &Joint) -> Pair {
     let critical = |machine: &Machine| {
-        machine.model().map_or(f64::NAN, |model| {
-            known_or_nan(critical_damping(&model.column(), TOLERANCE)) * model.si.units.damping
-        })
+        let model = machine.model()?;
+        Some(known_or_nan(critical_damping(&model.column(), TOLERANCE)) * model.si.units.damping)
     };
-    let moved = moved_jointly(machine, joint);
-    let squares = moved.iter().map(|ends| {
-        let [after, before] = [0, 1].map(|end| critical(&ends[end]));
-        (0.5 * (after - before)).powi(2)
-    });
-    [critical(machine), squares.sum::<f64>().sqrt()]
+    let error = Moved::of(machine, joint).and_then(|moved| moved.error(critical));
+    [critical(machine), error].map(|value| value.unwrap_or(f64::NAN))
 }
 
 /// The critical damping of a machine with measured friction, and its standard deviation by the standard
@@ -212,13 +229,13 @@ impl<'a> Groups<'a> {
     /// An empty collection of machines that differ from `nominal` only in the quantities `uncertain`.
     pub(super) fn new(nominal: &'a Machine, uncertain: &[Uncertain]) -> Self {
         let (joint, uncertain) = (joint(uncertain), varying(uncertain));
-        let varied: Vec<usize> = match &nominal.friction {
-            Friction::Formula(..) => {
-                let names = nominal.friction.quantities().into_iter().enumerate();
-                names.filter(|(_, (name, _))| uncertain.contains(name)).map(|(i, _)| i).collect()
-            }
-            _ => Vec::new(),
+        let is_group = |name: &str| match &nominal.friction {
+            Friction::Formula(..) => true,
+            _ => name == Coefficients::EXPONENT,
         };
+        let names = nominal.friction.quantities().into_iter().enumerate();
+        let varied = names.filter(|(_, (name, _))| is_group(name) && uncertain.contains(name));
+        let varied: Vec<usize> = varied.map(|(i, _)| i).collect();
         let size = 2 + varied.len() + usize::from(strengthening(nominal) == Some(Strengthening::Quadratic));
         Self { nominal, joint, varied, size, values: Vec::new(), scales: Vec::new() }
     }
@@ -233,10 +250,10 @@ impl<'a> Groups<'a> {
     pub(super) fn can_be_interpolated(&self, uncertain: &[Uncertain]) -> bool {
         let uncertain = varying(uncertain);
         let any = |names: &[&str]| usize::from(names.iter().any(|name| uncertain.contains(name)));
+        let forces = ["mass", "stiffness", "normal_force", FREQUENCY, PRESSURE, AREA, RADIUS];
         match &self.nominal.friction {
             Friction::Formula(..) => {
-                let wide =
-                    any(&["mass", "stiffness", "normal_force"]) + any(&["belt_speed"]) + self.varied.len();
+                let wide = any(&forces) + any(&[BELT_SPEED]) + self.varied.len();
                 wide < NODES.len()
             }
             Friction::Coefficients(..) | Friction::Measured(_) => true,
@@ -267,6 +284,7 @@ impl<'a> Groups<'a> {
                 let width = of.stribeck_velocity;
                 let a = force * fall / width;
                 self.values.extend([a.ln(), (speed / width).ln()]);
+                self.values.extend(self.varied.iter().map(|_| of.exponent));
                 match strengthening(machine) {
                     Some(Strengthening::Quadratic) => {
                         self.values.push(of.strengthening * width * width / fall);
@@ -313,7 +331,15 @@ impl<'a> Groups<'a> {
             Friction::Coefficients(_, of) => {
                 let fall = of.static_friction - of.kinetic_friction;
                 let width = of.stribeck_velocity;
-                of.strengthening = groups.get(2).map_or(0.0, |b| b * fall / (width * width));
+                // The quadratic law has no exponent.
+                match groups.get(2) {
+                    Some(&exponent) if !self.varied.is_empty() => {
+                        (of.exponent, of.strengthening) = (exponent, 0.0)
+                    }
+                    strengthening => {
+                        of.strengthening = strengthening.map_or(0.0, |b| b * fall / (width * width))
+                    }
+                }
                 machine.normal_force = a * width * root / fall;
                 machine.belt_speed = speed * width;
             }
