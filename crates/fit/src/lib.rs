@@ -14,6 +14,10 @@
 //! Errors are those to first order: the inverse of the matrix of normal equations, times the variance of the
 //! residuals. Where the readings have standard errors, the variance is at least 1 in units of these; where they have
 //! none, it comes from the residuals, and two standard errors are made those of 95 % by Student's distribution.
+//!
+//! Which law it is, is not known either. The variance of each is larger by what the others say: by the mean square of
+//! the differences of their slopes, with Akaike's weights, in units of the mean variance of the slope (Buckland, Burnham
+//! and Augustin, Biometrics 53, 1997). Slopes, because they are what makes a machine vibrate.
 
 mod model;
 
@@ -70,6 +74,13 @@ pub enum NoFit {
 
 /// Number of slip speeds over which friction falls that are tried as starts, over the range of the readings.
 const STARTS: i32 = 12;
+/// Least drop as slip begins, in units of its standard error: that of the friction at rest is no parameter of the fit,
+/// so a smaller one would be taken for sure.
+const SURE_DROP: f64 = 4.0;
+/// Relative step of slopes.
+const STEP: f64 = 1e-3;
+/// Number of slip speeds at which laws are compared.
+const COMPARED: i32 = 40;
 /// Least number of readings at rest whose own scatter is their error.
 const FEWEST_AT_REST: usize = 3;
 
@@ -87,7 +98,13 @@ pub fn fits(in_slip: &[Reading], at_rest: &[Reading]) -> Result<Vec<Fit>, NoFit>
     let forms = Form::all().filter(|form| form.drop == Drop::None || !at_rest.is_empty());
     let mut fits: Vec<Fit> = forms.filter_map(|form| fit(form, in_slip, at_rest)).collect();
     fits.sort_by(|one, other| one.aicc.total_cmp(&other.aicc));
-    if fits.is_empty() { Err(NoFit::None) } else { Ok(fits) }
+    if fits.is_empty() {
+        return Err(NoFit::None);
+    }
+    let (slowest, fastest) = (speeds.iter().copied().find(|speed| *speed > 0.0).unwrap_or(0.0), speeds[speeds.len() - 1]);
+    let widening: Vec<f64> = fits.iter().map(|fit| fit.by_other_laws(&fits, [slowest, fastest])).collect();
+    fits.iter_mut().zip(widening).for_each(|(fit, factor)| fit.covariance *= factor);
+    Ok(fits)
 }
 
 /// Fits one law; `None` where it has as many parameters as there are readings, or none that are legal.
@@ -137,7 +154,10 @@ pub fn fit(form: Form, in_slip: &[Reading], at_rest: &[Reading]) -> Option<Fit> 
             Some([rest.friction, spread])
         }
     };
-    let drops = at_rest.is_none_or(|[level, _]| level > form.friction(&values, 0.0));
+    let drops = at_rest.is_none_or(|[level, error]| {
+        let onset = covariance[(0, 0)];
+        level - form.friction(&values, 0.0) > SURE_DROP * (error * error + onset).sqrt()
+    });
     let parameters = (p + usize::from(at_rest.is_some())) as f64;
     let count = (n + usize::from(at_rest.is_some())) as f64;
     let likelihood = if known { squares } else { count * (squares / count).ln() };
@@ -171,6 +191,33 @@ impl Fit {
     pub fn error(&self, speed: f64) -> f64 {
         let gradient = DVector::from_vec(self.form.gradient(&self.values, speed));
         gradient.dot(&(&self.covariance * &gradient)).max(0.0).sqrt()
+    }
+
+    /// The slope of the friction at a slip speed, with its standard error.
+    fn slope(&self, speed: f64) -> [f64; 2] {
+        let ends = [speed * (1.0 - STEP), speed * (1.0 + STEP)];
+        let difference = |of: &dyn Fn(f64) -> f64| (of(ends[1]) - of(ends[0])) / (ends[1] - ends[0]);
+        let [before, after] = ends.map(|speed| DVector::from_vec(self.form.gradient(&self.values, speed)));
+        let gradient = (after - before) / (ends[1] - ends[0]);
+        let variance = gradient.dot(&(&self.covariance * &gradient)).max(0.0);
+        [difference(&|speed| self.friction(speed)), variance.sqrt()]
+    }
+
+    /// The factor of the variance by what other laws say of the slope, by the logarithm of the speed, between two slip
+    /// speeds.
+    fn by_other_laws(&self, fits: &[Fit], [slowest, fastest]: [f64; 2]) -> f64 {
+        let weights: Vec<f64> = fits.iter().map(|fit| (0.5 * (fits[0].aicc - fit.aicc)).exp()).collect();
+        let total: f64 = weights.iter().sum();
+        let (mut between, mut within) = (0.0, 0.0);
+        for i in 0..COMPARED {
+            let speed = slowest * (fastest / slowest).powf(f64::from(i) / f64::from(COMPARED - 1));
+            let [slope, error] = self.slope(speed);
+            let others = fits.iter().zip(&weights);
+            let squares = others.map(|(fit, weight)| weight * (fit.slope(speed)[0] - slope).powi(2));
+            between += speed * speed * squares.sum::<f64>() / total;
+            within += (speed * error).powi(2);
+        }
+        if between.is_finite() && within > 0.0 { 1.0 + between / within } else { 1.0 }
     }
 
     /// The standard errors of the parameters.

@@ -19,7 +19,7 @@ use rayon::prelude::*;
 use crate::machine::Machine;
 use slipmap_numbers::random::Random;
 use surface::{Groups, Searches, has_standard_errors};
-pub(crate) use surface::{Joint, joint, moved_jointly};
+pub(crate) use surface::{Joint, Moved, joint};
 pub use surface::{WithError, uncertain_critical_damping};
 
 /// Distribution of an uncertain quantity.

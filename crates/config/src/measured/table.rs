@@ -20,7 +20,7 @@ pub enum Level {
 /// Largest ratio of two readings at rest that are averaged. While it sticks, the friction is what the spring
 /// pulls: a record of that is no friction law.
 const WIDEST_AT_REST: f64 = 2.0;
-/// Number of rows without standard errors from which those that scatter are averaged, and the share of them at
+/// Number of rows from which those that scatter are averaged, and the share of them at
 /// which the friction turns that is scatter. With independent errors alone, two thirds of the rows have a turn.
 const FEWEST_SCATTERED: usize = 40;
 const SHARE_OF_TURNS: f64 = 0.25;
@@ -92,7 +92,7 @@ impl Measured {
         };
         table
             .and_then(|table| if has_errors { table.with_standard_errors(&errors) } else { Ok(table) })
-            .map(|table| table.with_errors_of_curve().with_source(source))
+            .map(|table| table.with_error_of_curve().with_source(source))
             .map_err(|error| (format!("{}: {}", place(error.row), error.problem), error.remedy))
     }
 
@@ -133,14 +133,6 @@ impl Measured {
     /// The rows of the law, with NaN for unknown standard errors.
     fn averaged(&self, onset: &[Reading], said: &mut Vec<String>) -> Rows {
         let mut rows = Rows::default();
-        if self.has_errors {
-            let all: Vec<Reading> = onset.iter().chain(&self.in_slip).copied().collect();
-            for same in all.chunk_by(|one, next| one.speed == next.speed) {
-                let (friction, error) = weighted(same);
-                rows.push(same[0].speed, friction, error, same[0].line);
-            }
-            return rows;
-        }
         let in_slip: Vec<(f64, f64)> = self.in_slip.iter().map(|row| (row.speed, row.friction)).collect();
         if self.is_record || scatters(&in_slip) {
             let (knots, spread) = self.segments();
@@ -161,6 +153,13 @@ impl Measured {
             return rows;
         }
         let all: Vec<Reading> = onset.iter().chain(&self.in_slip).copied().collect();
+        if self.has_errors {
+            for same in all.chunk_by(|one, next| one.speed == next.speed) {
+                let (friction, error) = weighted(same);
+                rows.push(same[0].speed, friction, error, same[0].line);
+            }
+            return rows;
+        }
         let data: Vec<(f64, f64)> = all.iter().map(|row| (row.speed, row.friction)).collect();
         match means(&data) {
             None => all.iter().for_each(|row| rows.push(row.speed, row.friction, f64::NAN, row.line)),
@@ -232,7 +231,7 @@ fn weighted(same: &[Reading]) -> (f64, f64) {
     (mean, total.powf(-0.5))
 }
 
-/// Whether readings without standard errors are many and go up and down from one to the next.
+/// Whether readings are many and go up and down from one to the next.
 fn scatters(readings: &[(f64, f64)]) -> bool {
     let steps: Vec<f64> = readings.windows(2).map(|pair| pair[1].1 - pair[0].1).collect();
     let turns = steps.windows(2).filter(|steps| steps[0] * steps[1] < 0.0).count();

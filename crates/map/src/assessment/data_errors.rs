@@ -3,9 +3,9 @@
 
 use super::{Assessment, SAME, TOLERANCE};
 use crate::behaviour::{Behaviour, Limit};
-use crate::machine::{Friction, Machine, Model, scatter};
+use crate::machine::{Friction, Machine, Model};
 use crate::map::{Attractors, BasinBoundary, Regime, long_run};
-use crate::risk::{Joint, Uncertain, WithError, joint, moved_jointly, uncertain_critical_damping};
+use crate::risk::{Joint, Moved, Uncertain, WithError, joint, uncertain_critical_damping};
 use slipmap_model::filippov::Oscillator;
 use slipmap_model::friction::Column;
 use slipmap_simulate::backbone::Backbone;
@@ -14,6 +14,9 @@ use slipmap_simulate::sensitivity::standard_error_of_closing;
 
 /// Number of standard errors within which a limit leaves open on which side of it the machine is.
 const NEAR: f64 = 2.0;
+/// Number of changes from falling to rising friction, or back, from which rows without standard errors scatter: a curve
+/// that falls and rises once has one.
+const FEWEST_TURNS: usize = 2;
 /// Relative step of the slope of the backbone.
 const STEP: f64 = 1e-3;
 
@@ -25,6 +28,8 @@ pub enum ErrorsFrom {
     Data,
     /// The scatter of the rows: the data have none.
     Scatter,
+    /// What the curve between the rows could be: the data have no errors and do not scatter.
+    Curve,
     /// The covariance of a fit.
     Fit,
 }
@@ -85,12 +90,7 @@ impl StandardErrors {
         fit: &Joint,
         behaviour: &Behaviour,
     ) -> Option<Self> {
-        let moved = moved_jointly(machine, fit);
-        let error = |of: &dyn Fn(&Machine) -> Option<f64>| -> Option<f64> {
-            let half = |ends: &[Machine; 2]| Some(0.5 * (of(&ends[0])? - of(&ends[1])?));
-            let halves = moved.iter().map(half).collect::<Option<Vec<f64>>>()?;
-            Some(halves.iter().map(|half| half * half).sum::<f64>().sqrt())
-        };
+        let moved = Moved::of(machine, fit)?;
         let hopf = |machine: &Machine| {
             let Model { point, si, .. } = &machine.model()?;
             Some(
@@ -108,8 +108,8 @@ impl StandardErrors {
             from: ErrorsFrom::Fit,
             critical_damping: uncertain_critical_damping(machine, uncertain),
             critical_belt_speed: error_of_belt_speed(machine, uncertain, behaviour),
-            hopf_damping: WithError { value: hopf(machine)?, standard_error: error(&hopf)? },
-            kick: kick(machine).and_then(|here| Some(error(&kick)? / here)),
+            hopf_damping: WithError { value: hopf(machine)?, standard_error: moved.error(hopf)? },
+            kick: kick(machine).and_then(|here| Some(moved.error(kick)? / here)),
         })
     }
 }
@@ -136,10 +136,13 @@ fn with_errors(machine: &Machine) -> Option<(Machine, ErrorsFrom)> {
     if table.standard_errors().is_some() {
         return Some((machine.clone(), ErrorsFrom::Data));
     }
-    scatter(table)?;
-    let errors = vec![table.scatter(); table.data().count()];
-    let friction = Friction::Measured(table.with_standard_errors(&errors).ok()?);
-    Some((Machine { friction, ..machine.clone() }, ErrorsFrom::Scatter))
+    let scatters = table.turns() >= FEWEST_TURNS;
+    let (error, from) = match scatters {
+        true => (table.scatter(), ErrorsFrom::Scatter),
+        false => (0.0, ErrorsFrom::Curve),
+    };
+    let table = table.with_standard_errors(&vec![error; table.data().count()]).ok()?;
+    Some((Machine { friction: Friction::Measured(table.with_error_of_curve()), ..machine.clone() }, from))
 }
 
 /// The relative standard error of the amplitude of the slip cycle that the kick leads to. The cycle lies

@@ -161,34 +161,51 @@ pub(crate) fn joint(uncertain: &[Uncertain]) -> Joint {
     uncertain.iter().filter_map(row).collect()
 }
 
-/// The machines with their quantities moved along each independent error, forward and backward, by its standard
-/// deviation.
-pub(crate) fn moved_jointly(machine: &Machine, joint: &Joint) -> Vec<[Machine; 2]> {
-    let directions = (0..joint.len()).filter(|&k| joint.iter().any(|(_, row)| row[k] != 0.0));
-    let moved = |k: usize, sign: f64| {
-        joint.iter().fold(machine.clone(), |machine, (name, row)| {
-            let value =
-                machine.quantities().into_iter().find(|(known, _)| known == name).map_or(f64::NAN, |of| of.1);
-            machine.with(name, value + sign * row[k]).unwrap_or(machine)
+/// Machines whose quantities are moved along each independent error.
+pub(crate) struct Moved {
+    /// By which share of its standard deviation.
+    share: f64,
+    /// The machines moved forward and backward.
+    ends: Vec<[Machine; 2]>,
+}
+
+/// Shares of a standard deviation that are tried: wide errors reach machines that are none.
+const SHARES: [f64; 4] = [1.0, 0.25, 0.0625, 0.015_625];
+
+impl Moved {
+    /// The machines moved as far as they are legal; `None` where that is nowhere.
+    pub(crate) fn of(machine: &Machine, joint: &Joint) -> Option<Self> {
+        let directions: Vec<usize> =
+            (0..joint.len()).filter(|&k| joint.iter().any(|(_, row)| row[k] != 0.0)).collect();
+        let moved = |k: usize, by: f64| {
+            joint.iter().try_fold(machine.clone(), |machine, (name, row)| {
+                let value = machine.quantities().into_iter().find(|(known, _)| known == name)?.1;
+                machine.with(name, value + by * row[k]).filter(Machine::is_legal)
+            })
+        };
+        SHARES.into_iter().find_map(|share| {
+            let ends = directions.iter().map(|&k| Some([moved(k, share)?, moved(k, -share)?]));
+            Some(Self { share, ends: ends.collect::<Option<_>>()? })
         })
-    };
-    directions.map(|k| [moved(k, 1.0), moved(k, -1.0)]).collect()
+    }
+
+    /// The standard error of a number of the machine; `None` where it is unknown of one of them.
+    pub(crate) fn error(&self, of: impl Fn(&Machine) -> Option<f64>) -> Option<f64> {
+        let half = |[after, before]: &[Machine; 2]| Some(0.5 * (of(after)? - of(before)?) / self.share);
+        let halves = self.ends.iter().map(half).collect::<Option<Vec<f64>>>()?;
+        Some(halves.iter().map(|half| half * half).sum::<f64>().sqrt())
+    }
 }
 
 /// The critical damping of a machine with fitted friction, and its standard deviation by the covariance of the fit,
 /// from differences over a standard deviation; both in SI units, NaN where unknown.
 fn of_fitted(machine: &Machine, joint: &Joint) -> Pair {
     let critical = |machine: &Machine| {
-        machine.model().map_or(f64::NAN, |model| {
-            known_or_nan(critical_damping(&model.column(), TOLERANCE)) * model.si.units.damping
-        })
+        let model = machine.model()?;
+        Some(known_or_nan(critical_damping(&model.column(), TOLERANCE)) * model.si.units.damping)
     };
-    let moved = moved_jointly(machine, joint);
-    let squares = moved.iter().map(|ends| {
-        let [after, before] = [0, 1].map(|end| critical(&ends[end]));
-        (0.5 * (after - before)).powi(2)
-    });
-    [critical(machine), squares.sum::<f64>().sqrt()]
+    let error = Moved::of(machine, joint).and_then(|moved| moved.error(critical));
+    [critical(machine), error].map(|value| value.unwrap_or(f64::NAN))
 }
 
 /// The critical damping of a machine with measured friction, and its standard deviation by the standard

@@ -12,8 +12,8 @@ use slipmap_numbers::interval::Interval;
 use slipmap_numbers::jet::{Jet, Real as _};
 use slipmap_numbers::random::Random;
 
-/// The error of the curve at the distance of the rows, in units of that at twice the distance.
-const OF_MISSED: f64 = 0.5;
+/// Median of the absolute values of normal numbers.
+const MEDIAN_SIZE: f64 = 0.674_489_750_196_081_7;
 /// Tolerance of phi(0) = 1: measured values are rounded.
 const STATIC_SLACK: f64 = 1e-9;
 
@@ -60,8 +60,8 @@ struct Cubics {
     slope: Vec<f64>,
     /// Standard errors of the friction, in the units of `friction`.
     errors: Option<Vec<f64>>,
-    /// The same with the error of the curve between the rows, see [`Table::with_errors_of_curve`].
-    of_curve: Vec<f64>,
+    /// Whether answers have the error of the curve between the rows, see [`Table::with_error_of_curve`].
+    curve_errs: bool,
     source: Source,
 }
 
@@ -193,7 +193,7 @@ impl Table {
             phi,
             slope,
             errors: None,
-            of_curve: Vec::new(),
+            curve_errs: false,
             source: Source { readings: data.len(), ..Source::default() },
         })))
     }
@@ -225,9 +225,8 @@ impl Table {
                 "write a finite number that is at least 0, in the units of the friction",
             );
         }
-        let of_curve = errors.to_vec();
         let errors = Some(errors.to_vec());
-        Ok(Self(Arc::new(Cubics { errors, of_curve, ..Cubics::clone(&self.0) })))
+        Ok(Self(Arc::new(Cubics { errors, ..Cubics::clone(&self.0) })))
     }
 
     /// The same law with its slip speeds and its friction in units of `speed` and `friction` > 0.
@@ -238,63 +237,15 @@ impl Table {
         let data: Vec<(f64, f64)> = self.data().map(|(u, level)| (u / speed, level / friction)).collect();
         let table = Self::of_data(self.origin(), &data, self.static_level() / friction, self.0.may_drop)?;
         let scaled = |errors: &Vec<f64>| errors.iter().map(|error| error / friction).collect();
-        let (errors, of_curve) = (self.0.errors.as_ref().map(scaled), scaled(&self.0.of_curve));
-        let source = self.0.source.clone();
-        Ok(Self(Arc::new(Cubics { errors, of_curve, source, ..Cubics::clone(&table.0) })))
+        let Cubics { errors, curve_errs, source, .. } = &*self.0;
+        let (errors, source) = (errors.as_ref().map(scaled), source.clone());
+        Ok(Self(Arc::new(Cubics { errors, curve_errs: *curve_errs, source, ..Cubics::clone(&table.0) })))
     }
 
     /// Standard errors of the friction as given, one for each datum.
     #[must_use]
     pub fn standard_errors(&self) -> Option<&[f64]> {
         self.0.errors.as_deref()
-    }
-
-    /// The same table, whose answers have the error of the curve between the rows beside those of the data. What the
-    /// curve could be between rows is not known: each row tells by how much the curve through the others misses it, at
-    /// twice the distance of the rows, and half of that is taken as the error at theirs. A miss within twice its own
-    /// error says nothing. Without standard errors of the data it stays as it is.
-    #[must_use]
-    pub fn with_errors_of_curve(&self) -> Self {
-        let Some(errors) = &self.0.errors else { return self.clone() };
-        let missed = errors.iter().zip(self.missed(errors));
-        let of_curve = missed.map(|(error, missed)| error.hypot(missed)).collect();
-        Self(Arc::new(Cubics { of_curve, ..Cubics::clone(&self.0) }))
-    }
-
-    /// Standard errors of the friction with that of the curve between the rows, if it counts; `None` without standard
-    /// errors of the data.
-    pub fn errors_of_curve(&self) -> Option<&[f64]> {
-        self.0.errors.as_ref().map(|_| &*self.0.of_curve)
-    }
-
-    /// The errors of the curve next to each row, see [`Table::with_errors_of_curve`]; 0 at both ends.
-    fn missed(&self, errors: &[f64]) -> Vec<f64> {
-        let Cubics { u, friction, .. } = &*self.0;
-        let last = u.len() - 1;
-        let of_row = |row: usize| {
-            if row == 0 || row == last || last < 3 {
-                return 0.0;
-            }
-            let others: Vec<usize> =
-                (row.saturating_sub(3)..(row + 4).min(u.len())).filter(|other| *other != row).collect();
-            let (speeds, levels): (Vec<f64>, Vec<Jet<f64, 1>>) =
-                others.iter().map(|&other| (u[other], Jet::of(friction[other]))).unzip();
-            let before = others.partition_point(|other| *other < row) - 1;
-            let slopes = slopes(&speeds, &levels);
-            let h = speeds[before + 1] - speeds[before];
-            let x = (u[row] - speeds[before]) / h;
-            let rise = levels[before + 1].0[0] - levels[before].0[0];
-            let [s0, s1] = [before, before + 1].map(|k| h * slopes[k].0[0]);
-            let value = levels[before].0[0]
-                + x * (s0 + x * (3.0 * rise - 2.0 * s0 - s1 + x * (s0 + s1 - 2.0 * rise)));
-            let miss = (friction[row] - value).powi(2);
-            let of_others = ((1.0 - x) * errors[row - 1]).hypot(x * errors[row + 1]);
-            let noise = errors[row].powi(2) + of_others.powi(2);
-            // Rounding of the line through the neighbours is no miss.
-            let rounding = (8.0 * f64::EPSILON * friction[row]).powi(2);
-            if miss > 4.0 * noise + rounding { OF_MISSED * (miss - noise).sqrt() } else { 0.0 }
-        };
-        (0..u.len()).map(of_row).collect()
     }
 
     /// Derivatives of -phi' at slip speed `u` with respect to the data next to it. Returns the index of the
@@ -324,11 +275,12 @@ impl Table {
         let mut by_data = vec![0.0; self.0.u.len()];
         let (first, by) = self.weakening_by_data(u);
         by_data[first..].iter_mut().zip(by).for_each(|(sum, by)| *sum = by);
-        self.standard_errors_of_sum(&[(u, 1.0)], &by_data).map(|[(value, _), _]| value)
+        let [(of_data, _), _] = self.standard_errors_of_data(&[(u, 1.0)], &by_data)?;
+        Some(of_data.hypot(self.error_of_slope(u)))
     }
 
-    /// Standard errors of the sum of -phi' times a weight over `points`, pairs of slip speed and weight, each
-    /// with its sampling error: with the unit of friction held fixed, and with the first datum as the unit;
+    /// Standard errors of the sum of -phi' times a weight over `points`, pairs of slip speed and weight, by the errors
+    /// of the data and by that of the curve between them, each with its sampling error: with the unit of friction held fixed, and with the first datum as the unit;
     /// `None` without standard errors of the data. `by_data` are the derivatives of the sum by the data, with
     /// the unit held fixed.
     ///
@@ -336,9 +288,18 @@ impl Table {
     /// equal data do within their errors. So the variance is that of random data, with the variance to first
     /// order as control variate.
     pub fn standard_errors_of_sum(&self, points: &[(f64, f64)], by_data: &[f64]) -> Option<[(f64, f64); 2]> {
+        let of_curve = self.error_of_curve(points);
+        let of_data = self.standard_errors_of_data(points, by_data)?;
+        Some(of_data.map(|(value, sampling)| (value.hypot(of_curve), sampling)))
+    }
+
+    fn standard_errors_of_data(&self, points: &[(f64, f64)], by_data: &[f64]) -> Option<[(f64, f64); 2]> {
         const DRAWS: u32 = 4096;
         let Cubics { u: knots, friction, static_level, .. } = &*self.0;
-        let errors = self.errors_of_curve()?;
+        let errors = self.0.errors.as_ref()?;
+        if errors.iter().all(|error| *error == 0.0) {
+            return Some([(0.0, 0.0); 2]);
+        }
         // On each piece -phi' is linear in the secant and in the slopes at the ends.
         let mut by_secant = vec![0.0; knots.len()];
         let mut by_slope = vec![0.0; knots.len()];
@@ -434,18 +395,19 @@ impl Table {
 
     /// The standard deviation of the friction about the straight line through the rows before and after,
     /// which is that of independent errors where the curve hardly bends between rows (Gasser, Sroka and
-    /// Jennen-Steinmetz, Biometrika 73, 1986). In the units of the friction.
+    /// Jennen-Steinmetz, Biometrika 73, 1986); by the median, since it may bend at some. In the units of the friction.
     pub fn scatter(&self) -> f64 {
         let Cubics { u, friction, .. } = &*self.0;
-        let square = |i: usize| {
+        let size = |i: usize| {
             let after = (u[i] - u[i - 1]) / (u[i + 1] - u[i - 1]);
             let before = 1.0 - after;
             let miss = before * friction[i - 1] + after * friction[i + 1] - friction[i];
-            miss * miss / (before * before + after * after + 1.0)
+            miss.abs() / (before * before + after * after + 1.0).sqrt()
         };
-        let inner = 1..self.pieces();
-        let count = inner.len() as f64;
-        (inner.map(square).sum::<f64>() / count).sqrt()
+        let mut sizes: Vec<f64> = (1..self.pieces()).map(size).collect();
+        sizes.sort_by(f64::total_cmp);
+        let count = sizes.len();
+        0.5 * (sizes[(count - 1) / 2] + sizes[count / 2]) / MEDIAN_SIZE
     }
 
     /// The largest slip speed for which the law is known.
@@ -643,5 +605,6 @@ static GAUSS: LazyLock<[(f64, f64); 16]> = LazyLock::new(|| {
     })
 });
 
+mod between;
 #[cfg(test)]
 mod tests;

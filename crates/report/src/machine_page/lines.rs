@@ -265,8 +265,9 @@ fn limits(all: &Assessment) -> Vec<Line> {
     ]);
     if let Some(errors) = errors {
         let by = match errors.from {
-            ErrorsFrom::Data => "the standard errors of the data",
+            ErrorsFrom::Data => "the standard errors of the data and the curve between the rows",
             ErrorsFrom::Fit => "the covariance of the fit",
+            ErrorsFrom::Curve => "what the curve between the rows could be",
             ErrorsFrom::Scatter => "the scatter of the rows, which have no standard errors",
         };
         let words = format!("standard error by {by}; not known of the other limits");

@@ -141,23 +141,23 @@ fn bad_data_are_refused_with_their_row() {
     assert!(Table::new("good", &[(0.0, 0.4), (1.0, 0.3), (2.0, 0.2)], 0.4).is_ok());
 }
 
-/// A straight line is what its other rows say; where the curve bends between rows they miss it. The error of the curve
-/// is half of the miss, beside that of the row.
+/// A straight line leaves nothing open. Through (0, 1), (1, 0), (2, -0.5), (3, -0.75), with slopes -1, -0.5 and -0.25,
+/// the curve between the second and the third row leaves with the slope -1 for a third of the piece, where the edges
+/// meet, and arrives with -0.25; from rest to the second row it may have the slope -0.5.
 #[test]
 fn the_curve_between_rows_has_an_error() {
-    let table = |friction: &dyn Fn(f64) -> f64, error: f64| {
-        let data: Vec<(f64, f64)> = (0..8).map(f64::from).map(|u| (u, friction(u))).collect();
-        let table = Table::new("rows", &data, data[0].1).unwrap();
-        table.with_standard_errors(&[error; 8]).unwrap().with_errors_of_curve()
-    };
-    let straight = table(&|u| 1.0 - 0.1 * u, 1e-3);
-    assert_eq!(straight.errors_of_curve().unwrap(), [1e-3; 8]);
-    let bent = table(&|u| 0.5 + 0.5 * (-2.0 * u).exp(), 1e-3);
-    let errors = bent.errors_of_curve().unwrap();
-    // Without the second row, 0.5677, the curve is 0.6571 there: the end slope, -0.4037, is that of a parabola through
-    // (0, 1), (2, 0.5092) and (3, 0.5012), and that at 2 is the harmonic mean -0.0140 of the secants.
-    assert!((errors[1] - 0.0447).abs() < 1e-3 && errors[0] == 1e-3 && errors[7] == 1e-3, "{errors:?}");
-    // Errors that are as large say nothing of the curve.
-    let rough = table(&|u| 0.5 + 0.5 * (-2.0 * u).exp(), 0.2);
-    assert_eq!(rough.errors_of_curve().unwrap(), [0.2; 8]);
+    let table = |data: &[(f64, f64)]| Table::new("rows", data, data[0].1).unwrap().with_error_of_curve();
+    let line = [(0.0, 1.0), (1.0, 0.9), (2.0, 0.8), (3.0, 0.7)];
+    assert!(table(&line).error_of_curve(&[(0.5, 1.0), (1.2, 2.0), (2.5, 1.0)]) < 1e-15);
+    let bent = table(&[(0.0, 1.0), (1.0, 0.0), (2.0, -0.5), (3.0, -0.75)]);
+    for (u, weight, range) in [(0.5, 1.0, 0.5), (1.3, 2.0, -1.0), (1.4, 2.0, 0.5), (2.5, 1.0, -0.25)] {
+        let found = bent.error_of_curve(&[(u, weight)]);
+        assert!((found - f64::abs(range) / 12f64.sqrt()).abs() < 1e-15, "{u}: {found}");
+    }
+    // What the slope gains before the edges meet it loses after: equal weights over the piece leave nothing open.
+    let all: Vec<(f64, f64)> = (0..300).map(|i| (1.0 + (f64::from(i) + 0.5) / 300.0, 1.0 / 300.0)).collect();
+    assert!(bent.error_of_curve(&all) < 1e-14);
+    let exact = bent.with_standard_errors(&[0.0; 4]).unwrap();
+    let slope = exact.standard_error_of_weakening(1.5).unwrap();
+    assert!((slope - 0.75 / 12f64.sqrt()).abs() < 1e-15, "{slope}");
 }
