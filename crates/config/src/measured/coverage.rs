@@ -170,19 +170,19 @@ impl Count {
     }
 }
 
-/// Of 24 measurements each, fitted and joined by a curve, at least 21 intervals hold the true critical damping: of
-/// independent ones with 95 % there are fewer in 1 of 100 samples. One answer at most is withheld.
+/// Of 16 measurements each, fitted and joined by a curve, at least 14 intervals hold the true critical damping: of
+/// independent ones with 95 % there are fewer in 4 of 100 samples. One answer at most is withheld.
 #[test]
 fn true_critical_dampings_lie_within_their_intervals() {
     for what in [As::Fit, As::Table] {
         let mut count = Count::default();
-        for number in 0..24 {
-            let case = Case::new(number, 150.0);
+        for number in 0..16 {
+            let case = Case::new(number, 100.0);
             let (expected, stated) = case.critical(what);
             let distance = count.count(expected, stated);
             println!("{number}: {}: {distance:.2}", case.words);
         }
-        assert!(count.within >= 21 && count.withheld <= 1, "{} {}", count.within, count.withheld);
+        assert!(count.within >= 14 && count.withheld <= 1, "{} {}", count.within, count.withheld);
     }
 }
 
