@@ -59,10 +59,18 @@ _UNITS = {
     "static_friction": ("dimensionless", "dimensionless"),
     "kinetic_friction": ("dimensionless", "dimensionless"),
     "stribeck_velocity": ("m/s", "rad/s"),
+    "frequency": ("Hz", "Hz"),
+    "damping_ratio": ("dimensionless", "dimensionless"),
+    "pressure": ("Pa", "Pa"),
+    "area": ("m**2", "m**2"),
+    "radius": ("m", "m"),
+    "exponent": ("dimensionless", "dimensionless"),
 }
 
-# The quantities of every machine.
-_OF_ALL = ("mass", "stiffness", "damping", "normal_force", "belt_speed")
+# The quantities of machines besides those of their friction.
+_OF_ALL = (
+    "mass", "stiffness", "frequency", "damping", "damping_ratio", "normal_force", "pressure", "area", "radius", "belt_speed",
+)
 
 
 class Machine:
@@ -72,16 +80,17 @@ class Machine:
 
     Parameters
     ----------
+    belt_speed : float or quantity
+        v in m/s, greater than 0; rad/s.
     mass : float or quantity
-        m in kg; of a rotation the moment of inertia, kg m^2.
+        m in kg; of a rotation the moment of inertia, kg m^2. In place of it or of the stiffness ``frequency``, Hz.
     stiffness : float or quantity
         k in N/m; N m/rad.
     damping : float or quantity
-        d in N s/m, at least 0; N m s/rad.
-    belt_speed : float or quantity
-        v in m/s, greater than 0; rad/s.
+        d in N s/m, at least 0; N m s/rad. In place of it ``damping_ratio``, d/(2 sqrt(k m)).
     normal_force : float or quantity, optional
-        N in newton; times its lever arm, N m, of a rotation. Left out where `friction` is the force itself.
+        N in newton; times its lever arm, N m, of a rotation, but N with a ``radius``, m, at which it presses. In place of it
+        ``pressure``, Pa, and ``area``, m^2. Left out where `friction` is the force itself.
     friction : Law, optional
         mu as a function of the slip speed in m/s (rad/s): one of the laws ``Law.stribeck()`` (the default),
         ``Law.exponential()``, ``Law.lorentzian()`` and ``Law.coulomb()``, whose coefficients are then among the quantities;
@@ -89,9 +98,10 @@ class Machine:
     motion : {"translation", "rotation"}
         How it moves, which names its units.
     **quantities : float or quantity
-        Of a built-in law ``static_friction``, ``kinetic_friction``, ``stribeck_velocity`` (m/s; rad/s) and, if it is not 0,
-        ``strengthening``: the rise of the coefficient at high speed, per (m/s)^2 in the law `stribeck`, per m/s in others. Of
-        a formula the names in it that it does not hold.
+        Those named above that stand in place of others. Of a built-in law ``static_friction``, ``kinetic_friction``,
+        ``stribeck_velocity`` (m/s; rad/s) and, if it is not 0, ``strengthening``: the rise of the coefficient at high speed, per
+        (m/s)^2 in the law `stribeck`, per m/s in others; of the exponential law, if it is not 1, ``exponent``. Of a formula
+        the names in it that it does not hold.
 
     Raises
     ------
@@ -125,10 +135,10 @@ class Machine:
     def __init__(
         self,
         *,
-        mass: Given,
-        stiffness: Given,
-        damping: Given,
         belt_speed: Given,
+        mass: Given | None = None,
+        stiffness: Given | None = None,
+        damping: Given | None = None,
         normal_force: Given | None = None,
         friction: Law | None = None,
         motion: str = "translation",
@@ -161,7 +171,7 @@ class Machine:
             if value is None:
                 values.pop(name, None)
                 continue
-            values[name], spread = _read(name, value, _unit(name, motion))
+            values[name], spread = _read(name, value, _unit(name, motion, "radius" in given or "radius" in values))
             if spread is not None:
                 spreads[name] = spread
             elif len(spreads.get(name, ())) == 2:
@@ -265,7 +275,7 @@ class Machine:
         error : like `damping`
             Estimate of its absolute error; only if `return_error`.
         """
-        names = list(quantities) or ["mass"]
+        names = list(quantities) or ["belt_speed"]
 
         def kernel(arrays: list[np.ndarray]) -> tuple[np.ndarray, ...]:
             bar = told(progress, max(array.size for array in arrays), "values")
@@ -277,8 +287,9 @@ class Machine:
             Output("critical_damping", np.float64, "critical damping", units),
             Output("critical_damping_error", np.float64, "error estimate of the critical damping", units),
         ]
-        values = {name: _magnitude(name, value, _unit(name, self.motion)) for name, value in quantities.items()}
-        results = elementwise(kernel, values or {"mass": self["mass"]}, outputs[: 1 + return_error])
+        held = self.quantities
+        values = {name: _magnitude(name, value, _unit(name, self.motion, "radius" in held)) for name, value in quantities.items()}
+        results = elementwise(kernel, values or {"belt_speed": self["belt_speed"]}, outputs[: 1 + return_error])
         return results if return_error else results[0]
 
     def risk(self, *, draws: int | None = None, rare: Sequence[float] = (0.1, 0.01, 0.001)) -> dict[str, Any]:
@@ -343,7 +354,7 @@ class Machine:
         spreads = {name: " to ".join(f"{value:g}" for value in spread.values()) for name, spread in self.uncertain.items()}
         rows = "".join(
             f"<tr><td>{html.escape(name.replace('_', ' '))}</td><td>{value:g}</td>"
-            f"<td>{html.escape((_unit(name, self.motion) or '').replace('dimensionless', ''))}</td>"
+            f"<td>{html.escape((_unit(name, self.motion, 'radius' in self.quantities) or '').replace('dimensionless', ''))}</td>"
             f"<td>{'&plusmn; ' if 'sd' in self.uncertain.get(name, {}) else ''}{html.escape(spreads.get(name, ''))}</td></tr>"
             for name, value in self.quantities.items()
         )
@@ -384,5 +395,8 @@ def _magnitude(name: str, value: Any, unit: str | None) -> Any:
         raise ValueError(f"{name}: {error}") from None
 
 
-def _unit(name: str, motion: str) -> str | None:
+def _unit(name: str, motion: str, at_radius: bool) -> str | None:
+    """The unit of a quantity; a normal force at a radius is a force, also of what rotates."""
+    if name == "normal_force" and at_radius:
+        return "N"
     return _UNITS[name][motion == "rotation"] if name in _UNITS else None

@@ -9,9 +9,8 @@ use pyo3::prelude::*;
 use slipmap::behaviour::behaviour;
 use slipmap::config::{check_names, load_machine};
 use slipmap::friction::{Column, Law as Family};
-use slipmap::machine::{self as engine, Coefficients, Friction, Model, Motion};
+use slipmap::machine::{self as engine, Coefficients, Model, Motion, NORMAL_FORCE};
 use slipmap::map::Method;
-use slipmap::point::LawParameters;
 use slipmap::probe::{Answer, MachineResult, Probe};
 use slipmap::risk::{Spread, Uncertain, is_uncertain, risk};
 use slipmap::simulate::critical::critical_dampings;
@@ -26,8 +25,6 @@ use crate::work::run;
 #[pyclass(frozen, module = "slipmap._core")]
 pub(crate) struct Machine {
     machine: engine::Machine,
-    /// Whether its law is read as 1 + eps F(u).
-    small: bool,
     uncertain: Vec<Uncertain>,
 }
 
@@ -42,26 +39,14 @@ fn spread_of(numbers: &[f64]) -> Option<Spread> {
     }
 }
 
-/// The friction of a law in SI units, with the numbers that it needs.
-fn friction_of(law: &Family, mut number: impl FnMut(&str) -> PyResult<f64>) -> PyResult<Friction> {
+/// Refuses a law that is not the friction of a machine.
+fn check_friction(law: &Family) -> PyResult<()> {
     match law.as_written() {
         Family::Expression(formula) => {
-            check_names(formula).map_err(|error| PyValueError::new_err(error.problem))?;
-            let values =
-                formula.parameters().iter().map(|it| number(it.name)).collect::<PyResult<Vec<_>>>()?;
-            Ok(Friction::Formula(formula.clone(), LawParameters::new(&values)))
+            check_names(formula).map_err(|error| PyValueError::new_err(error.problem))
         }
-        Family::Table(table) => Ok(Friction::Measured(table.clone())),
-        law if Family::BUILT_IN.contains(law) => {
-            let mut numbers = [1.0; 4];
-            let known: Vec<&str> = Coefficients::names(law).collect();
-            for (value, name) in numbers.iter_mut().zip(Coefficients::NAMES) {
-                if known.contains(&name) {
-                    *value = number(name)?;
-                }
-            }
-            Ok(Friction::Coefficients(law.clone(), Coefficients::from_array(numbers)))
-        }
+        Family::Table(_) => Ok(()),
+        law if Family::BUILT_IN.map(Family::with_exponent).contains(&law.clone().with_exponent()) => Ok(()),
         law => Err(PyValueError::new_err(format!(
             "friction: a machine has the friction of a built-in law, a formula or a table, not of {} with more",
             law.name()
@@ -74,8 +59,7 @@ impl Machine {
         let leaves = || {
             PyValueError::new_err("the friction leaves the numbers in dimensionless terms; check the units")
         };
-        let Model { law, point, si } = self.machine.model().ok_or_else(leaves)?;
-        Ok(Model { law: if self.small { law.read_as_small() } else { law }, point, si })
+        self.machine.model().ok_or_else(leaves)
     }
 }
 
@@ -95,27 +79,22 @@ impl Machine {
             let names = Motion::ALL.map(|it| it.name()).join(", ");
             PyValueError::new_err(format!("motion: there is no motion `{motion}`; choose from: {names}"))
         })?;
-        let number = |name: &str| {
-            let missing = || PyTypeError::new_err(format!("the machine also needs {name}"));
-            quantities.get(name).copied().ok_or_else(missing)
+        check_friction(&law.law)?;
+        let value = |name: &str| quantities.get(name).copied();
+        let law = match value(Coefficients::EXPONENT) {
+            Some(_) => law.law.clone().with_exponent(),
+            None => law.law.clone(),
         };
-        let normal_force = quantities.get("normal_force").copied();
-        let machine = engine::Machine {
-            motion,
-            mass: number("mass")?,
-            stiffness: number("stiffness")?,
-            damping: number("damping")?,
-            normal_force: normal_force.unwrap_or(1.0),
-            normal_force_is_known: normal_force.is_some(),
-            friction: friction_of(&law.law, number)?,
-            belt_speed: number("belt_speed")?,
-        };
-        let names: Vec<&'static str> = machine.quantities().into_iter().map(|(name, _)| name).collect();
+        let names = engine::Machine::names(&law, |name| value(name).is_some());
+        let missing = names.iter().find(|name| **name != NORMAL_FORCE && value(name).is_none());
+        let machine = engine::Machine::new(motion, &law, value).ok_or_else(|| {
+            PyTypeError::new_err(format!("the machine also needs {}", missing.copied().unwrap_or_default()))
+        })?;
         if let Some(unknown) = quantities.keys().find(|name| !names.contains(&name.as_str())) {
             let of = machine.friction.law_name();
             let known = names.join(", ");
             return Err(PyTypeError::new_err(format!(
-                "`{unknown}` is no quantity of a machine of the law `{of}`; it has: {known}"
+                "`{unknown}` is no quantity of a machine of the law `{of}` beside the others; it has: {known}"
             )));
         }
         if let Some((name, value, wanted)) = machine.illegal() {
@@ -130,7 +109,7 @@ impl Machine {
             Some((names.iter().copied().find(|known| known == name)?, spread_of(numbers)?))
         };
         let uncertain = uncertain.iter().filter_map(spread).collect();
-        let made = Self { machine, small: law.law.is_read_as_small(), uncertain };
+        let made = Self { machine, uncertain };
         let Model { law, point, .. } = made.model()?;
         check_law(&law, &point).map_err(PyValueError::new_err)?;
         Ok(made)
@@ -141,16 +120,13 @@ impl Machine {
     fn from_toml(path: &str, values: Vec<(String, f64)>) -> PyResult<Self> {
         let job = load_machine(Path::new(path), &values)
             .map_err(|error| PyValueError::new_err(error.to_string()))?;
-        for (name, values) in [("belt_speed", &job.belt_speeds), ("damping", &job.dampings)] {
-            if values.len() > 1 {
-                let (count, first) = (values.len(), values[0]);
-                return Err(PyValueError::new_err(format!(
-                    "{path}: {name} has {count} values; choose one, for example {name}={first}"
-                )));
-            }
+        if let Some((name, values)) = job.varied.first() {
+            let (count, first) = (values.len(), values[0]);
+            return Err(PyValueError::new_err(format!(
+                "{path}: {name} has {count} values; choose one, for example {name}={first}"
+            )));
         }
-        let small = job.model_of(&job.machine).is_some_and(|model| model.law.is_read_as_small());
-        Ok(Self { machine: job.machine, small, uncertain: job.uncertain })
+        Ok(Self { machine: job.machine, uncertain: job.uncertain })
     }
 
     #[getter]
@@ -161,18 +137,13 @@ impl Machine {
     /// Its friction as a law, of the slip speed in SI units.
     #[getter]
     fn friction(&self) -> Law {
-        let law = match &self.machine.friction {
-            Friction::Coefficients(law, _) => law.clone(),
-            Friction::Formula(formula, _) => Family::Expression(formula.clone()),
-            Friction::Measured(table) => Family::Table(table.clone()),
-        };
-        Law { law: if self.small { law.read_as_small() } else { law } }
+        Law { law: self.machine.law() }
     }
 
     /// Its numbers; the normal force only if it is known.
     #[getter]
     fn quantities(&self) -> Vec<(&'static str, f64)> {
-        let known = |name| name != "normal_force" || self.machine.normal_force_is_known;
+        let known = |name| name != NORMAL_FORCE || self.machine.normal_force_is_known;
         self.machine.quantities().into_iter().filter(|(name, _)| known(*name)).collect()
     }
 

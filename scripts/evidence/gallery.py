@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Published numbers beside ours, for docs/gallery.md: results/gallery/published.md, and of bSTAB every row,
-results/gallery/bstab2021.csv.
+"""Published numbers beside ours, for docs/gallery.md: results/gallery/published.md, of bSTAB every row,
+results/gallery/bstab2021.csv, and the maps over what people turn, with known points on them.
 
     scripts/study gallery
 
@@ -86,20 +86,75 @@ def bstab():
     return rows
 
 
-def machine(configuration, belt_speed, damping):
+def machine(configuration, belt_speed, damping=None, **others):
     """A machine of the gallery at one working point."""
-    point = [f"belt_speed={belt_speed!r}", f"damping={damping!r}"]
-    return ask("machine", configuration, "--set", point[0], "--set", point[1])
+    point = {"belt_speed": belt_speed, **({} if damping is None else {"damping": damping}), **others}
+    sets = [part for name, value in point.items() for part in ("--set", f"{name}={value!r}")]
+    return ask("machine", configuration, *sets)
 
 
-def largest_speed(configuration, start, damping):
+def largest_speed(configuration, start, damping, **others):
     """The largest belt speed with stick-slip at this damping, and its error: that of the critical damping there,
     and its distance from this damping, over its derivative by belt speed."""
-    speed = machine(configuration, start, damping)["may_stick_slip_below_belt_speed"]
-    there = machine(configuration, speed, damping)
+    speed = machine(configuration, start, damping, **others)["may_stick_slip_below_belt_speed"]
+    there = machine(configuration, speed, damping, **others)
     slopes = {each["quantity"]: each["critical_damping"] for each in there["sensitivities"]}
     off = abs(there["may_stick_slip_below_damping"] - damping) + there["may_stick_slip_below_damping_error"]
     return speed, off / abs(slopes["belt_speed"])
+
+
+RPM = math.pi / 30
+# The largest rotary speeds with stick-slip, in rpm, by weight on bit in N, computed twice by others.
+DRILL = {20e3: 17.45903, 30e3: 24.83689, 50e3: 36.42244, 80e3: 50.33051}
+
+
+def brake_hopf(pressure):
+    """The rotary speed below which the gallery's brake slides unsteadily, and its damping, by hand."""
+    damping = 2 * 0.05 * math.sqrt(3e3 * 4e-3)
+    return 0.1 * math.log(pressure * 5e-4 * 0.1 * 0.25 / (0.1 * damping)), damping
+
+
+def rosin_force(speed):
+    """The bow force at which the gallery's damping is the fall of rosin's friction, by hand."""
+    return 300 / (40 * math.exp(-speed / 0.01) + 4.5 * math.exp(-speed / 0.1))
+
+
+def stage_speed(stiffness):
+    """The stage's largest speed with stick-slip by lambda = 1/sqrt(4 pi zeta)."""
+    return 0.08 * 196.2 / math.sqrt(20 * stiffness * 4 * math.pi * 0.02)
+
+
+def slider_hopf(force):
+    """The slider's Hopf speed: published at 6 N, here with that part of the friction that the force makes."""
+    return math.log(40 * force / 6 / (5.746 + 0.2 * force / 6)) / 10
+
+
+def pictures():
+    """(configuration, axes across and up, words for the known points, and these points)"""
+    yield "drill_string_weight", "belt_speed", "normal_force", "computed by others", [(s * RPM, w) for w, s in DRILL.items()]
+    bars = [k * 1e5 for k in range(1, 7)]
+    yield "brake_pressure", "belt_speed", "pressure", "Hopf line by hand", [(brake_hopf(p)[0], p) for p in bars]
+    speeds = [0.04 * k for k in range(1, 7)]
+    yield "bow_force", "belt_speed", "normal_force", "fall of rosin by hand", [(v, rosin_force(v)) for v in speeds]
+    stiffnesses = [10 ** (4.5 + 0.5 * k) for k in range(7)]
+    yield "stage_stiffness", "stiffness", "belt_speed", "lambda for small damping", [(k, stage_speed(k)) for k in stiffnesses]
+    yield "hopf_normal_force", "normal_force", "belt_speed", "published at 6 N", [(6.0, slider_hopf(6.0))]
+    ratios = [10 ** (-2.75 + 0.25 * k) for k in range(10)]
+    asymptote = [(zeta, 1 / math.sqrt(4 * math.pi * zeta)) for zeta in ratios]
+    yield "two_coefficients", "damping_ratio", "belt_speed", "asymptote for small damping", asymptote
+
+
+def draw():
+    """Draws the maps over what people turn."""
+    for name, x, y, words, points in pictures():
+        with tempfile.TemporaryDirectory() as folder:
+            marks = Path(folder) / f"{words.replace(' ', '_')}.csv"
+            marks.write_text(f"{x},{y}\n" + "".join(f"{across!r},{up!r}\n" for across, up in points))
+            output = f"{folder}/map.h5"
+            run = [PROGRAM, "run", f"configs/gallery/{name}.toml", "--quiet", "--set", f"output.path={output}"]
+            plot = [PROGRAM, "plot", output, "--x", x, "--y", y, "--variable", "regime", "--mark", str(marks), "--overwrite"]
+            for command in (run, [*plot, "--out", f"results/gallery/{name}.png"]):
+                subprocess.run(command, cwd=ROOT, check=True, stdout=subprocess.DEVNULL)
 
 
 def rows():
@@ -141,6 +196,23 @@ def rows():
     small = 1 / (4 * math.pi * 2.73924041678**2)
     yield source, "the same by 1/(4 pi lambda^2)", small, told["value"] / 2, told["error"] / 2, "for small damping alone"
 
+    configuration = "configs/gallery/stage_stiffness.toml"
+    start = 0.9 * stage_speed(1e6)
+    known = machine(configuration, start, stiffness=1e6)["may_stick_slip_below_belt_speed"]
+    exact = 1.88327991447274 * 0.08 * 196.2 / math.sqrt(20 * 1e6)
+    yield "a stage", "largest speed with stick-slip at 1e6 N/m, m/s, closed form", exact, known, 1e-9 * exact, ""
+    yield "a stage", "the same by lambda = 1/sqrt(4 pi zeta)", stage_speed(1e6), known, 1e-9 * exact, "for small damping alone"
+
+    for weight, speed in DRILL.items():
+        start = 0.95 * speed * RPM
+        ours, error = largest_speed("configs/gallery/drill_string_weight.toml", start, 222.3067, normal_force=weight)
+        what = f"largest speed with stick-slip at {weight / 1e3:.0f} kN, rpm"
+        yield "two other computations", what, speed, ours / RPM, max(error / RPM, 5e-6), "last digit told"
+
+    speed, damping = brake_hopf(3e5)
+    told = machine("configs/gallery/brake_pressure.toml", speed, pressure=3e5)["steady_slip_unstable_below_damping"]
+    yield "a brake", f"damping of the Hopf point at 3 bar, {speed / RPM:.3f} rpm, N m s/rad, by hand", damping, told, 1e-13, ""
+
     told = machine("configs/gallery/bowed_string.toml", 0.2, 20.0)["steady_slip_unstable_below_damping"]
     slope = 500 * (40 * math.exp(-20) + 4.5 * math.exp(-2))
     yield "Woodhouse 2003", "fall of rosin's friction force at 0.2 m/s, N s/m, by hand", slope, told, 1e-12, ""
@@ -160,6 +232,7 @@ def shown(value, error):
     return f"{value:.{digits}g}"
 
 
+draw()
 lines = [
     "# Published numbers, and ours",
     "",

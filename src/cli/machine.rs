@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 
 use super::chances::notes_on_draws;
 use super::output::{Align, Table, object, print_json};
-use super::point::parse_setting;
+use super::point::{Setting, parse_setting};
 use super::probe_machine;
 use super::replace::refuse_existing;
 use super::report::{existing, failure};
@@ -35,9 +35,9 @@ pub(super) struct Arguments {
     /// The configuration, with a table [machine]
     #[arg(value_name = "CONFIG.toml")]
     config: PathBuf,
-    /// Choose a quantity of the machine, in SI units; may be repeated. A quantity with an sd keeps it
+    /// Choose a quantity of the machine, in SI units or with its unit; may be repeated. A quantity with an sd keeps it
     #[arg(long, value_name = "NAME=NUMBER", value_parser = parse_setting)]
-    set: Vec<(String, f64)>,
+    set: Vec<(String, Setting)>,
     /// Write the page; .pdf, .svg, .png or .html
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,

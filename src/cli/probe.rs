@@ -119,8 +119,9 @@ fn about_tables() -> String {
         "A table with the header epsilon,alpha,beta,gamma,V,c (and any other columns) gains the columns \
          verdict_METHOD and margin_METHOD of the closed-form tests and of the simulation, critical_c, \
          critical_c_error, regime, {} and {last}. A cell is empty where there is no such number. Parameters that \
-         are given as options are those of every row. Of a machine the header names any of its quantities in SI \
-         units (belt_speed, damping, mass, ..; of what rotates inertia, too), and the answers are in SI units.",
+         are given as options are those of every row. Of a machine the header names any of its quantities, in SI \
+         units or with a unit (belt_speed [rpm], damping, mass, ..; of what rotates inertia, too), and the answers are in SI \
+         units. To draw a plane of two quantities give them ranges in [machine], and call slipmap run and slipmap plot.",
         others.join(", ")
     );
     let mut text = String::new();
@@ -177,12 +178,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
 
 fn probe_machine(arguments: &Arguments, file: &Path, tolerance: f64) -> Result<Ended, Failure> {
     if arguments.points.is_some() {
-        let job = load_machine(file, &arguments.point.given)?;
+        let job = load_machine(file, &arguments.point.settings())?;
         super::run::tell_units(&job.conversions);
         super::probe_machine::warn(&job.machine);
         return probe_table(arguments, About::Machine(&job, file), tolerance);
     }
-    let job = super::probe_machine::load(file, &arguments.point.given)?;
+    let job = super::probe_machine::load(file, &arguments.point.settings())?;
     let leaves = || Failure::bad_input("the friction leaves the numbers", "check the units");
     let model = job.machine.model().ok_or_else(leaves)?;
     probe_point(arguments, &model.law, &model.point, tolerance, Some((&job.machine, &model, &job.uncertain)))
@@ -199,7 +200,7 @@ fn probe_table(arguments: &Arguments, about: About, tolerance: f64) -> Result<En
         output,
         overwrite,
         about,
-        given: &arguments.point.given,
+        given: &arguments.point,
         tolerance,
         threads,
         epsilon_limits,

@@ -4,6 +4,7 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use super::output::{Align, Table, short};
+use super::point::Setting;
 use super::{Failure, say};
 use slipmap_config::{MachineJob, load_machine};
 use slipmap_map::behaviour::{Behaviour, Limit};
@@ -15,7 +16,7 @@ use slipmap_numbers::text::{rounded, with_error};
 
 /// Reads the machine of a file with the quantities set by `--set`; belt speed and damping have one value
 /// each.
-pub(super) fn load(file: &Path, settings: &[(String, f64)]) -> Result<MachineJob, Failure> {
+pub(super) fn load(file: &Path, settings: &[(String, Setting)]) -> Result<MachineJob, Failure> {
     let job = load_machine(file, settings)?;
     check_single(&job, file, |_| false)?;
     super::run::tell_units(&job.conversions);

@@ -9,8 +9,10 @@ use indicatif::ProgressBar;
 use rayon::prelude::*;
 
 use super::output::{exact, short};
+use super::point::PointArguments;
 use super::replace::{self, Kind};
 use super::report::{existing, unwritten};
+use super::run::tell_units;
 use super::threads::not_started;
 use super::{Ended, Failure, interrupt, point, probe_machine};
 use slipmap_config::{MachineJob, PointTable};
@@ -35,7 +37,7 @@ pub(super) struct Job<'a> {
     /// Contents of the rows.
     pub(super) about: About<'a>,
     /// Parameters or quantities that all rows share, from the command line.
-    pub(super) given: &'a [(String, f64)],
+    pub(super) given: &'a PointArguments,
     /// Bound on the error of the scaled grazing margin.
     pub(super) tolerance: f64,
     /// Whether to replace the output.
@@ -63,7 +65,7 @@ pub(super) fn run(mut job: Job) -> Result<Ended, Failure> {
     let stop = interrupt::flag();
     let table = match &job.about {
         About::Law(law) => {
-            let (table, law) = PointTable::open(job.input, law, job.given)?;
+            let (table, law) = PointTable::open(job.input, law, &job.given.given)?;
             job.about = About::Law(law);
             table
         }
@@ -71,7 +73,9 @@ pub(super) fn run(mut job: Job) -> Result<Ended, Failure> {
             let quantities = of.machine.quantities().into_iter().map(|(name, _)| name);
             let rotates = of.machine.motion == Motion::Rotation;
             let quantities: Vec<&str> = quantities.chain(rotates.then_some(INERTIA)).collect();
-            let table = PointTable::of_machines(job.input, &quantities, of.machine.motion, job.given)?;
+            let given: Vec<String> = job.given.settings().into_iter().map(|(name, _)| name).collect();
+            let table = PointTable::of_machines(job.input, &quantities, &of.machine, &given)?;
+            tell_units(table.conversions());
             probe_machine::check_single(of, file, |name| table.has(name))?;
             table
         }

@@ -38,7 +38,8 @@ impl RunReport<'_> {
 
     /// Number of failed cells, over all methods.
     fn failed(&self) -> u64 {
-        self.summary.methods.iter().map(|method| method.cells_with(Verdict::Failed)).sum()
+        let blank = self.summary.account.blank;
+        self.summary.methods.iter().map(|method| method.cells_with(Verdict::Failed) - blank).sum()
     }
 
     /// Processor seconds that belong to no method, by stage.
@@ -179,6 +180,10 @@ pub(super) fn print(report: &RunReport, out: &mut dyn Write) -> Result<(), Failu
             count(audit.disagreements.len())
         )?;
     }
+    if let Some(why) = job.plan.grid().gap() {
+        let cells = number_of(account.cells, "cell");
+        writeln!(out, "no machine in {} of {cells}, which are blank: {why}", count(account.blank))?;
+    }
     let unknown = account.unknown;
     if unknown.regimes > 0 {
         let cells = number_of(account.cells, "cell");
@@ -252,7 +257,7 @@ pub(super) fn probe_command(job: &Job, index: &[usize]) -> String {
         return command_line(grid.law(), &grid.point(index), tolerance);
     };
     let written =
-        load_machine(&job.config_file, &[]).map_or_else(|_| Vec::new(), |of| of.machine.quantities());
+        load_machine::<f64>(&job.config_file, &[]).map_or_else(|_| Vec::new(), |of| of.machine.quantities());
     let is_axis = |name: &str| grid.axes().iter().any(|axis| axis.name == name);
     let set = machine.quantities().into_iter();
     let set = set.filter(|quantity| is_axis(quantity.0) || !written.contains(quantity));

@@ -28,6 +28,7 @@ mod interpolation;
 mod law_survey;
 mod laws;
 mod limits;
+mod machines;
 mod margins;
 mod reference;
 mod reference_data;

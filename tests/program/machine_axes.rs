@@ -4,11 +4,11 @@ use std::f64::consts::PI;
 
 use crate::command::Scratch;
 use slipmap::config::load_machine;
-use slipmap::map::{Method, unravel};
+use slipmap::map::{Method, Regime, Verdict, unravel};
 use slipmap::probe::Answer;
 use slipmap::store::{MapFile, Pick};
 
-/// A machine under the law `law`; `more` replaces or adds quantities.
+/// A machine under the law `law`; `more` replaces or adds quantities, and leaves those out that it has as "".
 fn text(friction: &str, more: &[(&str, &str)]) -> String {
     let usual = [
         ("mass", "2.0"),
@@ -19,7 +19,8 @@ fn text(friction: &str, more: &[(&str, &str)]) -> String {
     ];
     let mut text = format!("[friction]\n{friction}\n[machine]\n");
     let is_given = |name: &str| more.iter().any(|(known, _)| *known == name);
-    for (name, value) in usual.iter().filter(|(name, _)| !is_given(name)).chain(more) {
+    let all = usual.iter().filter(|(name, _)| !is_given(name)).chain(more);
+    for (name, value) in all.filter(|(_, value)| !value.is_empty()) {
         text += &format!("{name} = {value}\n");
     }
     text + "[output]\npath = \"map.h5\"\n"
@@ -38,7 +39,7 @@ fn cells_of_a_map_over_any_quantities_are_those_of_probe() {
     };
     let formula = "law = \"expression\"\nphi = \"muk + (0.4 - muk)*exp(-u/vs)\"";
     type Quantities = Vec<(&'static str, String)>;
-    let cases: [(&str, Quantities, &[&str]); 5] = [
+    let cases: [(&str, Quantities, &[&str]); 7] = [
         (
             "law = \"exponential\"",
             with(&[("normal_force", range(20.0, 80.0, 5)), ("belt_speed", range(0.05, 0.4, 6))]),
@@ -75,13 +76,40 @@ fn cells_of_a_map_over_any_quantities_are_those_of_probe() {
             ],
             &["normal_force", "muk", "belt_speed", "damping"],
         ),
+        (
+            "law = \"exponential\"",
+            with(&[
+                ("motion", "\"rotation\"".into()),
+                ("stiffness", String::new()),
+                ("normal_force", String::new()),
+                ("damping", String::new()),
+                ("frequency", "[2.0, 4.0]".into()),
+                ("pressure", "[1e5, 3e5]".into()),
+                ("area", "2e-3".into()),
+                ("radius", "0.1".into()),
+                ("exponent", "[1.0, 1.5]".into()),
+                ("damping_ratio", "[0.0, 0.02, 0.1, 0.3]".into()),
+                ("belt_speed", "[0.1, 0.3]".into()),
+            ]),
+            &["frequency", "pressure", "exponent", "belt_speed", "damping_ratio"],
+        ),
+        // At half of the nodes kinetic friction exceeds that at rest.
+        (
+            "law = \"stribeck\"",
+            with(&[
+                ("static_friction", "[0.2, 0.4]".into()),
+                ("kinetic_friction", "[0.1, 0.3]".into()),
+                ("belt_speed", "[0.1, 0.2, 0.4]".into()),
+            ]),
+            &["static_friction", "kinetic_friction", "belt_speed", "damping"],
+        ),
     ];
     for (friction, quantities, axes) in cases {
         let scratch = Scratch::new();
         let quantities: Vec<(&str, &str)> =
             quantities.iter().map(|(name, value)| (*name, value.as_str())).collect();
         scratch.file("machine.toml", text(friction, &quantities));
-        scratch.run(&["run", "machine.toml", "--quiet"]).ends_with(0);
+        let told = scratch.run(&["run", "machine.toml", "--quiet"]).ends_with(0).out;
         scratch.run(&["check", "map.h5"]).ends_with(0);
         let map = MapFile::open(&scratch.path().join("map.h5")).unwrap();
         let grid = map.grid();
@@ -89,15 +117,27 @@ fn cells_of_a_map_over_any_quantities_are_those_of_probe() {
         let all = vec![Pick::Every(1); axes.len()];
         let verdicts = map.code_slice("verdict_simulation", &all).unwrap();
         let regimes = map.code_slice("regime", &all).unwrap();
-        let critical = map.real_slice("critical_damping_simulation", &all[1..]).unwrap();
-        let errors = map.real_slice("critical_damping_error_simulation", &all[1..]).unwrap();
+        let last = axes.last().unwrap();
+        let critical = map.real_slice(&format!("critical_{last}_simulation"), &all[1..]).unwrap();
+        let errors = map.real_slice(&format!("critical_{last}_error_simulation"), &all[1..]).unwrap();
         let shape = grid.shape();
         let mut seen = std::collections::BTreeSet::new();
+        let mut blank = 0;
         for cell in 0..grid.cells() {
             let index = unravel(cell, &shape);
             let set =
                 grid.axes().iter().zip(grid.values(&index)).map(|(axis, value)| (axis.name.clone(), value));
-            let job = load_machine(&scratch.path().join("machine.toml"), &set.collect::<Vec<_>>()).unwrap();
+            let column = &index[..index.len() - 1];
+            let Ok(job) = load_machine(&scratch.path().join("machine.toml"), &set.collect::<Vec<_>>()) else {
+                // A node without a machine is blank.
+                assert_eq!(
+                    (verdicts[&index[..]], regimes[&index[..]]),
+                    (Verdict::Failed.code(), Regime::Failed.code())
+                );
+                assert!(critical[column].is_nan() && errors[column].is_nan());
+                blank += 1;
+                continue;
+            };
             let model = job.machine.model().unwrap();
             let answer = Answer::of(&model.law, &model.point, 1e-9, [Method::Simulation].into_iter());
             let verdict = answer.methods[0].verdict;
@@ -105,12 +145,90 @@ fn cells_of_a_map_over_any_quantities_are_those_of_probe() {
             assert_eq!(regimes[&index[..]], answer.regime.code(), "{job:?}");
             seen.insert(verdict.code());
             let root = answer.critical.unwrap();
-            let unit = model.si.units.damping;
-            let (value, error) = (critical[&index[..index.len() - 1]], errors[&index[..index.len() - 1]]);
+            let unit = job.machine.damping_unit();
+            let (value, error) = (critical[column], errors[column]);
             // Both have errors of their own.
             assert!((value - root.c * unit).abs() <= error + root.error * unit, "{value} {root:?}");
         }
         assert!(seen.len() > 1, "the map has one verdict alone");
+        let cells = grid.cells();
+        let words =
+            format!("no machine in {blank} of {cells} cells, which are blank: at static_friction = 0.2");
+        assert_eq!(told.contains(&words), blank > 0, "{told}");
+        assert_eq!(blank, if axes.contains(&"kinetic_friction") && axes.len() == 4 { cells / 4 } else { 0 });
+        if blank > 0 {
+            scratch.run(&["report", "map.h5", "--out", "report"]).ends_with(0);
+        }
+    }
+}
+
+/// The same machine as people have its numbers, and in SI units.
+#[test]
+fn inputs_are_in_the_units_that_people_have() {
+    let scratch = Scratch::new();
+    let coefficients =
+        "static_friction = \"40 %\"\nkinetic_friction = 0.25\nstribeck_velocity = \"10 rpm\"\nexponent = 2";
+    let people = format!(
+        "[friction]\nlaw = \"exponential\"\n[machine]\nmotion = \"rotation\"\ninertia = \"4000 kg cm^2\"\n\
+         frequency = \"600 1/min\"\ndamping_ratio = \"2 %\"\npressure = \"20 bar\"\narea = \"5 cm2\"\n\
+         radius = \"100 mm\"\n{coefficients}\nbelt_speed = {{ from = \"20 rpm\", to = \"60 rpm\", points = 3 }}\n\
+         [output]\npath = \"map.h5\"\n"
+    );
+    scratch.file("people.toml", &people);
+    let job = load_machine::<f64>(&scratch.path().join("people.toml"), &[]).unwrap();
+    // 20 bar on 5 cm^2 are 1 kN, at 100 mm.
+    let (mass, stiffness) = (0.4, 0.4 * (20.0 * PI).powi(2));
+    let damping = 0.04 * f64::sqrt(mass * stiffness);
+    let machine = &job.machine;
+    let close = |a: f64, b: f64| assert!((a / b - 1.0).abs() < 8.0 * f64::EPSILON, "{a} {b}");
+    close(machine.mass, mass);
+    close(machine.stiffness, stiffness);
+    close(machine.damping, damping);
+    close(machine.normal_force, 100.0);
+    assert_eq!(job.varied, [("belt_speed", vec![PI * 2.0 / 3.0, PI * 4.0 / 3.0, PI * 2.0])]);
+    assert!(job.conversions.contains(&"1 rpm is 0.10472 rad/s".to_owned()), "{:?}", job.conversions);
+    // The map, the point, the row of a table and the page.
+    scratch.run(&["run", "people.toml", "--quiet"]).ends_with(0);
+    let map = MapFile::open(&scratch.path().join("map.h5")).unwrap();
+    let ratio = map.real_slice("critical_damping_ratio_simulation", &[Pick::Node(1)]).unwrap()[[]];
+    let point = ["probe", "--machine", "people.toml", "--json", "--set", "belt_speed=40 rpm"];
+    let told: serde_json::Value = serde_json::from_str(&scratch.run(&point).ends_with(0).out).unwrap();
+    let critical = told["machine"]["critical_damping"].as_f64().unwrap();
+    assert!(
+        (told["machine"]["critical_damping_ratio"].as_f64().unwrap() - ratio).abs() < 1e-9 * ratio,
+        "{told}"
+    );
+    assert!(ratio > 0.02 && (critical * 0.02 / damping / ratio - 1.0).abs() < 1e-9);
+    scratch.file("rows.csv", "belt_speed [rpm],pressure [MPa],damping_ratio\n40,2,0.02\n");
+    let table = ["probe", "--machine", "people.toml", "--points", "rows.csv", "--out", "out.csv", "--quiet"];
+    let run = scratch.run(&table).ends_with(0);
+    assert!(run.err.contains("1 MPa is 1e6 Pa") || run.err.contains("1 MPa is 1000000 Pa"), "{}", run.err);
+    let rows = scratch.read("out.csv");
+    let [head, row] = [0, 1].map(|line| rows.lines().nth(line).unwrap().split(',').collect::<Vec<_>>());
+    let position = head.iter().position(|name| *name == "critical_damping [N m s/rad]").unwrap();
+    assert!((row[position].parse::<f64>().unwrap() / critical - 1.0).abs() < 1e-9, "{rows}");
+    scratch.run(&["machine", "people.toml", "--set", "belt_speed=40 rpm"]).ends_with(0);
+
+    for (from, to, words) in [
+        ("frequency", "stiffness = 1e3\nfrequency", "the mass and the stiffness have a frequency already"),
+        ("damping_ratio", "damping = 1.0\ndamping_ratio", "damping_ratio stands in place of damping"),
+        ("area = \"5 cm2\"", "", "area"),
+        (
+            "motion = \"rotation\"\ninertia = \"4000 kg cm^2\"",
+            "mass = 1.0",
+            "only the friction of what rotates",
+        ),
+        (
+            "pressure = \"20 bar\"\narea = \"5 cm2\"\nradius = \"100 mm\"",
+            "normal_force = \"50 kN\"",
+            "with radius = .. it is a force",
+        ),
+        ("\"40 %\"", "\"40 N\"", "N is no unit of static friction"),
+    ] {
+        assert!(people.contains(from), "{from}");
+        scratch.file("wrong.toml", people.replacen(from, to, 1));
+        let run = scratch.run(&["run", "wrong.toml", "--dry-run"]).ends_with(2);
+        assert!(run.err.contains(words), "{}", run.err);
     }
 }
 
@@ -129,7 +247,7 @@ fn the_drill_string_starts_to_stick_at_its_thresholds() {
     ] {
         let column = |rpm: f64| {
             let values = [
-                ("normal_force".to_owned(), weight * 0.155_575),
+                ("normal_force".to_owned(), weight),
                 ("belt_speed".to_owned(), rpm * PI / 30.0),
                 ("damping".to_owned(), damping),
             ];

@@ -72,7 +72,7 @@ use std::path::{Path, PathBuf};
 
 pub use axis::range_nodes;
 pub use law::point_into;
-pub use machine::keys as machine_keys;
+
 pub use machine::{MachineJob, check_names, load_machine};
 pub use measured::{Level, Measured, OfMachine, Reading, read_table, words_of};
 pub use points::PointTable;
@@ -80,6 +80,7 @@ pub use points::point_of;
 pub use source::ConfigError;
 pub use source::decimal_comma;
 use source::{Node, Section, Source};
+pub use units::has_unit;
 
 use slipmap_certify::validated;
 use slipmap_map::map::{
@@ -163,7 +164,10 @@ impl Job {
             false => law::About::Oscillator,
         };
         let law = law::read(&friction, folder, about)?;
-        let law = if alone { law } else { law::with_axes(law, &friction, &axes)? };
+        let law = match alone {
+            true => machine::with_exponent(law, &machine),
+            false => law::with_axes(law, &friction, &axes)?,
+        };
         if !alone {
             law::check_symbols(&law, &friction, &axes)?;
         }

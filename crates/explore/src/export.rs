@@ -7,8 +7,8 @@ use serde_json::{Value, json};
 use super::plane::{PlaneRequest, Slice};
 use super::refusal::Refusal;
 use super::show::Show;
-use slipmap_map::machine::Machine;
-use slipmap_map::map::{self, Field, Grid, Method};
+use slipmap_map::machine::{DAMPING, DAMPING_RATIO, Machine};
+use slipmap_map::map::{self, Field, Method};
 use slipmap_model::friction::Law;
 use slipmap_numbers::text::exact;
 
@@ -46,7 +46,7 @@ impl<'a> Range<'a> {
 /// The contents of an exported configuration.
 struct Description<'a> {
     law: &'a Law,
-    held: Vec<(&'static str, f64)>,
+    held: Vec<(&'a str, f64)>,
     /// Those of the two axes, of a machine in SI units.
     ranges: [Range<'a>; 2],
     methods: Vec<Method>,
@@ -119,7 +119,7 @@ impl Description<'_> {
         let Show::Variable(variable) = show else {
             return format!("slipmap run {CONFIG}\nslipmap report {MAP}\n");
         };
-        let is_damping = |range: &&Range| matches!(range.name, "c" | "damping");
+        let is_damping = |range: &&Range| matches!(range.name, "c" | DAMPING | DAMPING_RATIO);
         // Critical dampings are drawn over the other axis alone.
         let shown: Vec<&str> = match Field::is_critical(variable) {
             true => self.ranges.iter().filter(|range| !is_damping(range)).map(|range| range.name).collect(),
@@ -154,18 +154,17 @@ fn float(value: f64) -> String {
 impl PlaneRequest {
     fn description<'a>(&'a self, slice: &'a Slice) -> Result<(Description<'a>, Show), Refusal> {
         let axes = slice.grid.axes();
-        let (show, methods, field) = self.show()?;
+        let (show, methods, field) = self.show(&slice.grid)?;
         let held = axes.iter().enumerate().filter(|(axis, _)| *axis != slice.x && *axis != slice.y);
         let range = |axis: usize, log: bool| Range::of(&axes[axis].name, &axes[axis].values, log);
         let [x_log, y_log] = self.logarithmic();
-        let names = Grid::axis_names(slice.grid.law());
         let machine = self.place.machine()?;
         let ranges = [range(slice.x, x_log), range(slice.y, y_log)];
         // Those of a machine are written with it.
         let held = held.filter(|_| machine.is_none());
         let description = Description {
             law: slice.grid.law(),
-            held: held.map(|(position, axis)| (names[position], axis.values[0])).collect(),
+            held: held.map(|(_, axis)| (axis.name.as_str(), axis.values[0])).collect(),
             ranges,
             methods,
             field,

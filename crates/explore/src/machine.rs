@@ -5,12 +5,12 @@ use std::collections::BTreeMap;
 use serde_json::{Value, json};
 
 use super::refusal::Refusal;
-use slipmap_map::machine::{Friction, Machine, Model, Motion, requirement, unit};
+use slipmap_map::machine::{
+    AREA, BELT_SPEED, Coefficients, DAMPING, DAMPING_RATIO, FREQUENCY, Friction, Machine, Model, Motion,
+    NORMAL_FORCE, PRESSURE, RADIUS, requirement, unit,
+};
 use slipmap_map::map::Grid;
 use slipmap_model::friction::{Expression, Law, Table};
-
-const BELT_SPEED: &str = "belt_speed";
-const DAMPING: &str = "damping";
 
 pub(super) fn motion_of(name: &str) -> Result<Motion, Refusal> {
     let found = Motion::ALL.into_iter().find(|motion| motion.name() == name);
@@ -25,18 +25,41 @@ pub(super) fn check_names(law: &Law) -> Result<(), Refusal> {
     }
 }
 
-/// The machine with these values of its quantities. Its law is in SI units; its friction must be legal up to
-/// twice the belt speed.
-pub(super) fn machine(law: &Law, motion: Motion, at: &BTreeMap<String, f64>) -> Result<Machine, Refusal> {
+/// The machine with these values of its quantities, of which those `given` stand in place of others. Its law is in SI
+/// units; its friction must be legal up to twice the belt speed.
+pub(super) fn machine(
+    law: &Law,
+    motion: Motion,
+    given: &[String],
+    at: &BTreeMap<String, f64>,
+) -> Result<Machine, Refusal> {
     check_names(law)?;
-    let value = |name: &str| at.get(name).copied();
+    let names = Machine::names(law, is_given(given));
+    let value = |name: &str| at.get(name).copied().filter(|_| names.contains(&name));
     let lacks = || {
-        let name = Machine::names(law).into_iter().find(|name| value(name).is_none()).unwrap_or_default();
+        let name = names.iter().find(|name| value(name).is_none()).copied().unwrap_or_default();
         Refusal::malformed(format!("a machine of the law `{}` also needs {name}", law.name()))
     };
     let machine = Machine::new(motion, law, value).filter(|it| it.normal_force_is_known).ok_or_else(lacks)?;
     check(&machine)?;
     Ok(machine)
+}
+
+/// Whether a quantity is one of those that stand in place of others.
+fn is_given(given: &[String]) -> impl Fn(&str) -> bool {
+    |name| given.iter().any(|it| it == name)
+}
+
+/// The law of a machine as the page sends it, with the quantities that stand in place of others.
+pub(super) fn law_json(machine: &Machine) -> Value {
+    let mut law = super::place::law_json(&machine.law());
+    let names: Vec<&str> = machine.quantities().into_iter().map(|(name, _)| name).collect();
+    let usual = Machine::names(&machine.law(), |_| false);
+    let mut given: Vec<&str> = names.iter().filter(|name| !usual.contains(name)).copied().collect();
+    // A frequency stands for the mass where the stiffness is given.
+    given.extend(["stiffness", Coefficients::EXPONENT].into_iter().filter(|name| names.contains(name)));
+    law["axes"] = given.into();
+    law
 }
 
 fn check(machine: &Machine) -> Result<(), Refusal> {
@@ -73,7 +96,13 @@ fn usual(name: &str, law: &Law) -> f64 {
         "mass" => 2.0,
         "stiffness" => 5.05e5,
         DAMPING => 60.0,
-        "normal_force" => 1000.0,
+        NORMAL_FORCE => 1000.0,
+        FREQUENCY => 80.0,
+        DAMPING_RATIO => 0.03,
+        PRESSURE => 1e6,
+        AREA => 1e-3,
+        RADIUS => 0.1,
+        Coefficients::EXPONENT => 1.0,
         "static_friction" => 0.4,
         "kinetic_friction" => 0.25,
         "strengthening" => 0.0,
@@ -84,7 +113,7 @@ fn usual(name: &str, law: &Law) -> f64 {
 }
 
 /// The axes of a machine under a law in SI units, in the format of the axes of a law.
-pub(super) fn axes(law: &Law, motion: Motion) -> Value {
+pub(super) fn axes(law: &Law, motion: Motion, given: &[String]) -> Value {
     let fastest = match law.as_written() {
         Law::Table(table) => Some(0.5 * table.fastest()),
         _ => None,
@@ -92,15 +121,16 @@ pub(super) fn axes(law: &Law, motion: Motion) -> Value {
     let one = |name: &'static str| {
         let words = name.replace('_', " ").replace("stribeck", "Stribeck");
         let value = usual(name, law);
-        let known = law.parameters().iter().all(|parameter| parameter.name != name);
+        let is_formula = matches!(law.as_written(), Law::Expression(_));
+        let known = !is_formula || law.parameters().iter().all(|parameter| parameter.name != name);
         json!({
             "name": name,
             "symbol": words,
             "words": words,
-            "unit": unit(name, motion, law),
-            "least": known.then_some(0.0),
+            "unit": unit(name, motion, law, is_given(given)(RADIUS)),
+            "least": known.then_some(if name == Coefficients::EXPONENT { 1.0 } else { 0.0 }),
             "most": if name == BELT_SPEED { fastest } else { None },
-            "open": !requirement(name, 0.0).0,
+            "open": name != Coefficients::EXPONENT && !requirement(name, 0.0).0,
             "from": 0.0,
             // Not above friction at rest.
             "to": match name {
@@ -111,7 +141,7 @@ pub(super) fn axes(law: &Law, motion: Motion) -> Value {
             "value": value,
         })
     };
-    slipmap_config::machine_keys(law).into_iter().filter(|key| *key != "motion").map(one).collect()
+    Machine::names(law, is_given(given)).into_iter().map(one).collect()
 }
 
 /// The quantities of a machine by name.

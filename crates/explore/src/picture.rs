@@ -30,8 +30,8 @@ impl PlaneRequest {
     /// computed.
     pub(super) fn picture(&self, map: Option<&MapFile>, stop: &AtomicBool) -> Result<Vec<u8>, Refusal> {
         let started = Instant::now();
-        let (show, methods, field) = self.show()?;
         let slice = self.cells()?;
+        let (show, methods, field) = self.show(&slice.grid)?;
         let stored = map.filter(|_| self.stored).map_or(Ok(None), |map| stored(map, &slice, &show))?;
         let (mut cells, kinds) = match stored {
             Some(cells) => (cells, show.kinds(&methods).map(with_nothing)),

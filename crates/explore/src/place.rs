@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use super::machine;
 use super::refusal::Refusal;
 use slipmap_config::{Level, Measured, OfMachine, point_of};
-use slipmap_map::machine::{Machine, Motion};
+use slipmap_map::machine::{Coefficients, Machine, Motion};
 use slipmap_map::map::Grid;
 use slipmap_model::friction::{Expression, Law};
 use slipmap_model::point::{MAX_LAW_PARAMETERS, Point};
@@ -34,8 +34,9 @@ pub(super) struct LawText {
     static_level: Option<f64>,
     /// Whether it is read as 1 + eps F(u).
     pub(super) small: bool,
-    /// Those of the parameters `exponent` and `drop` that a map of the law has.
-    axes: Vec<String>,
+    /// Those of the parameters `exponent` and `drop` that a map of the law has; of a machine the quantities that stand
+    /// in place of others, and the exponent.
+    pub(super) axes: Vec<String>,
 }
 
 impl LawText {
@@ -85,7 +86,11 @@ impl LawText {
         let plain = Self { static_level: None, ..self.clone() };
         let law = plain.law_of(Some(OfMachine { motion: Some(motion), forces: Some(false) }))?;
         machine::check_names(&law)?;
-        Ok(law)
+        Ok(if plain.axes.iter().any(|name| name == Coefficients::EXPONENT) {
+            law.with_exponent()
+        } else {
+            law
+        })
     }
 }
 
@@ -105,7 +110,7 @@ impl Place {
     pub(super) fn machine(&self) -> Result<Option<Machine>, Refusal> {
         let Some(motion) = &self.motion else { return Ok(None) };
         let motion = machine::motion_of(motion)?;
-        machine::machine(&self.law.in_si_units(motion)?, motion, &self.at).map(Some)
+        machine::machine(&self.law.in_si_units(motion)?, motion, &self.law.axes, &self.at).map(Some)
     }
 
     /// The dimensionless law and the values of its axes in their order, each legal. It has the parameters

@@ -157,7 +157,7 @@ impl PlaneRequest {
     }
 
     /// The quantity shown, its methods, and its field in a map.
-    pub(super) fn show(&self) -> Result<(Show, Vec<Method>, Option<Field>), Refusal> {
+    pub(super) fn show(&self, grid: &Grid) -> Result<(Show, Vec<Method>, Option<Field>), Refusal> {
         let unknown =
             || Refusal::bad_input(format!("there is nothing called `{}`", self.show), "reload the page");
         let method = |name: &str| Method::by_name(name).ok_or_else(unknown);
@@ -177,10 +177,7 @@ impl PlaneRequest {
         }
         let method = method.unwrap_or(Method::Simulation);
         let name = match field {
-            Field::CriticalC => {
-                let of_machine = usize::from(self.place.motion.is_some());
-                format!("{}{}", Field::CRITICAL[of_machine], method.name())
-            }
+            Field::CriticalC => format!("{}{}", Field::critical_of(grid)[0], method.name()),
             _ => self.show.clone(),
         };
         Ok((Show::Variable(name), vec![method], Some(field)))

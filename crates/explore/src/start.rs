@@ -71,7 +71,7 @@ impl Start {
             "at": self.machine.as_ref().map(super::machine::at_json),
             "variables": self.map.as_ref().map(|map| map.variables().collect::<Vec<_>>()),
             "law": match &self.machine {
-                Some(machine) => law_json(&machine.law()),
+                Some(machine) => super::machine::law_json(machine),
                 None => law_json(grid.law()),
             },
             "axes": grid.axes().iter().map(axis).collect::<Vec<_>>(),
@@ -83,7 +83,7 @@ impl Start {
 fn most_damping(machine: &Machine) -> Option<f64> {
     let model = machine.model()?;
     let critical = known_or_nan(critical_damping(&model.column(), TOLERANCE));
-    let most = ROOM * machine.damping.max(critical * model.si.units.damping);
+    let most = ROOM * model.point.damping.max(critical) * machine.damping_unit();
     (most > 0.0).then_some(most)
 }
 

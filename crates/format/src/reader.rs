@@ -120,13 +120,12 @@ impl MapFile {
 
     /// Name of the variable with a method's critical dampings.
     pub fn critical(&self, method: &str) -> String {
-        format!("{}{method}", Field::CRITICAL[usize::from(self.grid().machine().is_some())])
+        format!("{}{method}", Field::critical_of(self.grid())[0])
     }
 
     /// Name of the variable with the errors of those of the simulation.
     pub fn critical_error(&self) -> String {
-        let prefix = Field::CRITICAL_ERROR[usize::from(self.grid().machine().is_some())];
-        format!("{prefix}{}", Method::Simulation.name())
+        format!("{}{}", Field::critical_of(self.grid())[1], Method::Simulation.name())
     }
 
     /// Whether the map of a machine has the probability of stick-slip.
@@ -368,7 +367,10 @@ fn read_schema(
             let motion = Motion::ALL.into_iter().find(|it| *motion == Value::from(it.name()));
             let motion = motion.ok_or_else(|| not_a_map("its machine has no known motion".into()))?;
             let (mut varied, mut first) = (Vec::new(), BTreeMap::new());
-            for name in Machine::names(&law).into_iter().filter(|name| file.link_exists(name)) {
+            for name in Machine::names(&law, |name| file.link_exists(name))
+                .into_iter()
+                .filter(|name| file.link_exists(name))
+            {
                 let values = axis(name)?;
                 first.extend(values.first().map(|value| (name, *value)));
                 if is_axis(file, name) {

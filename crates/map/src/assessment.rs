@@ -396,7 +396,8 @@ pub(crate) fn sensitivities_to(machine: &Machine, wanted: impl Fn(&str) -> bool)
         ACCURACIES_AND_STEPS.into_iter().zip(here).find_map(by)
     };
     let quantities = machine.quantities().into_iter();
-    let quantities = quantities.filter(|(name, value)| *name != "damping" && *value != 0.0 && wanted(name));
+    let quantities =
+        quantities.filter(|(name, value)| *name != machine.damping_name() && *value != 0.0 && wanted(name));
     quantities.filter_map(derivative).collect()
 }
 

@@ -23,9 +23,11 @@
 
 mod doubts;
 mod friction;
+mod given;
 
 pub use doubts::{negative, scatter};
 pub use friction::{Coefficients, Friction};
+pub use given::{AREA, DAMPING_RATIO, FREQUENCY, Given, PRESSURE, RADIUS};
 
 use slipmap_model::friction::{Column, Law, Strengthening};
 use slipmap_model::point::Point;
@@ -91,10 +93,10 @@ impl Dimension {
     /// The dimension of a quantity of a machine; `None` for a coefficient, and for a name in a formula.
     pub fn of_quantity(name: &str) -> Option<Self> {
         match name {
-            "mass" | INERTIA => Some(Dimension::Mass),
-            "stiffness" => Some(Dimension::Stiffness),
-            "damping" => Some(Dimension::Damping),
-            "normal_force" => Some(Dimension::Force),
+            MASS | INERTIA => Some(Dimension::Mass),
+            STIFFNESS => Some(Dimension::Stiffness),
+            DAMPING => Some(Dimension::Damping),
+            NORMAL_FORCE => Some(Dimension::Force),
             "stribeck_velocity" | BELT_SPEED => Some(Dimension::Velocity),
             _ => None,
         }
@@ -104,10 +106,10 @@ impl Dimension {
 /// Whether a quantity of a machine may have a finite value, by its sign; and what it must be.
 pub fn requirement(quantity: &str, value: f64) -> (bool, &'static str) {
     match quantity {
-        "mass" | "stiffness" | "normal_force" | "static_friction" | "stribeck_velocity" | BELT_SPEED => {
-            (value > 0.0, "greater than 0")
-        }
-        "damping" | "strengthening" => (value >= 0.0, "at least 0"),
+        MASS | STIFFNESS | NORMAL_FORCE | "static_friction" | "stribeck_velocity" | BELT_SPEED
+        | FREQUENCY | PRESSURE | AREA | RADIUS => (value > 0.0, "greater than 0"),
+        DAMPING | DAMPING_RATIO | "strengthening" => (value >= 0.0, "at least 0"),
+        Coefficients::EXPONENT => ((1.0..=100.0).contains(&value), "from 1 to 100"),
         _ => (true, "a number"),
     }
 }
@@ -133,6 +135,8 @@ pub struct Machine {
     pub small: bool,
     /// v > 0, m/s.
     pub belt_speed: f64,
+    /// What was given in place of the mass, the stiffness, the damping or the normal force.
+    pub given: Given,
 }
 
 /// The dimensionless oscillator of a machine, with the units that convert its numbers to SI.
@@ -219,9 +223,9 @@ pub const MOTION_ATTRIBUTE: &str = "machine_motion";
 
 /// The name of the mass as a key of configurations and as a column of tables.
 pub const MASS: &str = "mass";
-
-/// Names of the quantities listed before and after those of the friction.
-const BEFORE: [&str; 4] = ["mass", "stiffness", "damping", "normal_force"];
+const STIFFNESS: &str = "stiffness";
+/// The name of the normal force, as that of the mass.
+pub const NORMAL_FORCE: &str = "normal_force";
 /// The name of the belt speed as a key of configurations and as an axis of maps.
 pub const BELT_SPEED: &str = "belt_speed";
 /// The name of the damping, as that of the belt speed.
@@ -230,9 +234,10 @@ pub const DAMPING: &str = "damping";
 pub const INERTIA: &str = "inertia";
 
 impl Machine {
-    /// Names of the quantities of a machine under a law, in their order.
-    pub fn names(law: &Law) -> Vec<&'static str> {
-        let mut names = BEFORE.to_vec();
+    /// Names of the quantities of a machine under a law, in their order, if those that `is_given` stand in place of
+    /// others.
+    pub fn names(law: &Law, is_given: impl Fn(&str) -> bool) -> Vec<&'static str> {
+        let mut names = given::own_names(is_given);
         match law.as_written() {
             Law::Expression(formula) => {
                 names.extend(formula.parameters().iter().map(|parameter| parameter.name));
@@ -244,21 +249,31 @@ impl Machine {
         names
     }
 
-    /// The machine of a law in SI units with these values of its quantities; the normal force may be absent,
-    /// then the friction is a force. `None` where another value is.
+    /// The machine of a law in SI units with these values of its quantities; those of [`Given::NAMES`] stand in place
+    /// of others where they are there. The normal force may be absent, then the friction is a force. `None` where
+    /// another value is.
     pub fn new(motion: Motion, law: &Law, value: impl Fn(&str) -> Option<f64>) -> Option<Self> {
-        let normal_force = value("normal_force");
-        Some(Self {
+        let is_given = |name: &str| value(name).is_some();
+        let known = Self::names(law, is_given);
+        if known.iter().any(|name| *name != NORMAL_FORCE && !is_given(name)) {
+            return None;
+        }
+        // What is not given follows.
+        let own = |name: &str| value(name).filter(|_| known.contains(&name)).unwrap_or(1.0);
+        let mut machine = Self {
             motion,
-            mass: value("mass")?,
-            stiffness: value("stiffness")?,
-            damping: value("damping")?,
-            normal_force: normal_force.unwrap_or(1.0),
-            normal_force_is_known: normal_force.is_some(),
+            mass: own(MASS),
+            stiffness: own(STIFFNESS),
+            damping: own(DAMPING),
+            normal_force: own(NORMAL_FORCE),
+            normal_force_is_known: is_given(NORMAL_FORCE) || is_given(PRESSURE),
             friction: Friction::new(law, &value)?,
             small: law.is_read_as_small(),
-            belt_speed: value(BELT_SPEED)?,
-        })
+            belt_speed: own(BELT_SPEED),
+            given: Given::new(|name| value(name).filter(|_| known.contains(&name))),
+        };
+        machine.follow();
+        Some(machine)
     }
 
     /// The machine with these numbers: mass, stiffness, damping, normal force, the four coefficients of friction
@@ -267,7 +282,7 @@ impl Machine {
     pub fn from_array(motion: Motion, law: Law, numbers: [f64; 9]) -> Self {
         let [mass, stiffness, damping, normal_force, rest, kinetic, velocity, strengthening, belt_speed] =
             numbers;
-        let coefficients = Coefficients::from_array([rest, kinetic, velocity, strengthening]);
+        let coefficients = Coefficients::from_array([rest, kinetic, velocity, strengthening, 1.0]);
         let friction = Friction::Coefficients(law, coefficients);
         let (normal_force_is_known, small) = (true, false);
         Self {
@@ -280,6 +295,7 @@ impl Machine {
             friction,
             small,
             belt_speed,
+            given: Given::default(),
         }
     }
 
@@ -293,10 +309,11 @@ impl Machine {
         if self.small { law.read_as_small() } else { law }
     }
 
-    /// All numbers of the machine, with their names in configurations.
+    /// All numbers of the machine that it is given by, with their names in configurations.
     pub fn quantities(&self) -> Vec<(&'static str, f64)> {
-        let before = BEFORE.into_iter().zip([self.mass, self.stiffness, self.damping, self.normal_force]);
-        before.chain(self.friction.quantities()).chain([(BELT_SPEED, self.belt_speed)]).collect()
+        let own = given::own_names(|name| self.is_given(name));
+        let own = own.into_iter().filter_map(|name| Some((name, self.value(name)?)));
+        own.chain(self.friction.quantities()).chain([(BELT_SPEED, self.belt_speed)]).collect()
     }
 
     /// The machine with another value of one of its quantities; `None` if it has no such quantity.
@@ -305,26 +322,20 @@ impl Machine {
         machine.set(name, value).then_some(machine)
     }
 
-    /// Sets one of its quantities; returns whether it has it.
+    /// Sets one of its quantities, and what follows from it; returns whether it has it.
     pub fn set(&mut self, name: &str, value: f64) -> bool {
-        match name {
-            "mass" | INERTIA => self.mass = value,
-            "stiffness" => self.stiffness = value,
-            "damping" => self.damping = value,
-            "normal_force" => self.normal_force = value,
-            BELT_SPEED => self.belt_speed = value,
-            _ => {
-                let names = self.friction.quantities();
-                let Some(position) = names.iter().position(|(known, _)| *known == name) else { return false };
-                self.friction.set(position, value);
-            }
+        if self.set_own(if name == INERTIA { MASS } else { name }, value) {
+            return true;
         }
+        let names = self.friction.quantities();
+        let Some(position) = names.iter().position(|(known, _)| *known == name) else { return false };
+        self.friction.set(position, value);
         true
     }
 
     /// The SI unit of one of its quantities; empty for a pure number, and for a name in a formula.
     pub fn unit(&self, quantity: &str) -> &'static str {
-        unit(quantity, self.motion, &self.law())
+        unit(quantity, self.motion, &self.law(), self.given.has_radius())
     }
 
     /// The words for one of its quantities. Names in a formula stay as they are written.
@@ -333,7 +344,7 @@ impl Machine {
             Friction::Formula(formula, _) if formula.parameters().iter().any(|of| of.name == quantity) => {
                 quantity.to_owned()
             }
-            _ => self.motion.words(quantity).replace("stribeck", "Stribeck"),
+            _ => self.words_of_own(quantity).replace("stribeck", "Stribeck"),
         }
     }
 
@@ -396,16 +407,20 @@ impl Machine {
     }
 }
 
-/// The SI unit of a quantity of a machine under a law; empty for a pure number, and for a name in a formula.
-pub fn unit(quantity: &str, motion: Motion, law: &Law) -> &'static str {
+/// The SI unit of a quantity of a machine under a law, whose normal force is perhaps that at a radius; empty for a
+/// pure number, and for a name in a formula.
+pub fn unit(quantity: &str, motion: Motion, law: &Law, at_radius: bool) -> &'static str {
     match quantity {
+        NORMAL_FORCE if at_radius => Motion::Translation.unit(Dimension::Force),
         "strengthening" => match (law.built_in().map(|law| law.strengthening), motion) {
             (Some(Strengthening::Quadratic), Motion::Translation) => "s²/m²",
             (Some(Strengthening::Quadratic), Motion::Rotation) => "s²/rad²",
             (Some(Strengthening::Linear) | None, Motion::Translation) => "s/m",
             (Some(Strengthening::Linear) | None, Motion::Rotation) => "s/rad",
         },
-        _ => Dimension::of_quantity(quantity).map_or("", |dimension| motion.unit(dimension)),
+        _ => given::unit(quantity)
+            .or_else(|| Some(motion.unit(Dimension::of_quantity(quantity)?)))
+            .unwrap_or_default(),
     }
 }
 
@@ -494,7 +509,7 @@ mod tests {
             let machine = example(law.clone());
             let value = |name: &str| machine.quantities().into_iter().find(|(known, _)| *known == name);
             let again = Machine::new(machine.motion, &machine.law(), |name| Some(value(name)?.1));
-            assert_eq!(again.unwrap(), machine);
+            assert_eq!(again.unwrap().quantities(), machine.quantities());
             for (name, value) in machine.quantities() {
                 assert_eq!(machine.with(name, value).unwrap(), machine);
                 assert_ne!(machine.with(name, 2.0 * value).unwrap(), machine);

@@ -137,7 +137,7 @@ pub enum NoRisk {
 struct Draw {
     /// The machine, with the nominal damping.
     machine: Machine,
-    /// Deviation of its damping, N s/m. Whether it is legal depends on the nominal damping.
+    /// Deviation of its damping, as it is given. Whether it is legal depends on the nominal damping.
     of_damping: f64,
     /// Number of illegal machines that were drawn before it.
     redrawn: usize,
@@ -156,7 +156,7 @@ fn draw(machine: &Machine, uncertain: &[Uncertain], random: &mut Random) -> Opti
                 Spread::Joint { .. } => continue,
             };
             match *name {
-                "damping" => of_damping = value - nominal,
+                name if name == machine.damping_name() => of_damping = value - nominal,
                 name => drawn = drawn.with(name, value)?,
             }
         }
@@ -172,17 +172,23 @@ fn value_of(machine: &Machine, name: &str) -> f64 {
     machine.quantities().into_iter().find(|(known, _)| *known == name).map_or(f64::NAN, |(_, value)| value)
 }
 
+/// The damping of a machine as it is given, in N s/m or as a ratio.
+fn given_damping(machine: &Machine) -> f64 {
+    value_of(machine, machine.damping_name())
+}
+
 /// Returns whether a machine is uncertain: it has uncertain quantities, or measured friction with standard
 /// errors.
 pub fn is_uncertain(machine: &Machine, uncertain: &[Uncertain]) -> bool {
     !uncertain.is_empty() || has_standard_errors(machine)
 }
 
-/// For each draw the nominal damping above which it does not stick-slip, given the deviation of its damping.
+/// For each draw the nominal damping, as it is given, above which it does not stick-slip, given the deviation of its
+/// damping.
 struct Needed {
     /// The draws, sorted by that damping.
     draws: Vec<NeededDraw>,
-    /// The largest `legal_from` of the draws: at this nominal damping, N s/m, and above all draws are legal.
+    /// The largest `legal_from` of the draws: at this nominal damping and above all draws are legal.
     all_legal_from: f64,
     failed: usize,
     redrawn: usize,
@@ -198,8 +204,9 @@ struct NeededDraw {
 /// A part of the draws.
 struct Drawn<'a> {
     groups: Groups<'a>,
-    /// Deviations of the damping, N s/m, and of the measured friction, in standard deviations, of each draw.
-    deviations: Vec<[f64; 2]>,
+    /// Deviations of the damping, as it is given, and of the measured friction, in standard deviations, of each draw;
+    /// and the damping in N s/m where that given is 1.
+    deviations: Vec<[f64; 3]>,
     redrawn: usize,
 }
 
@@ -215,7 +222,7 @@ impl<'a> Drawn<'a> {
             let drawn = draw(machine, uncertain, &mut random).ok_or(NoRisk::Illegal)?;
             self.groups.push(&drawn.machine);
             let of_friction = if measured { random.normal() } else { 0.0 };
-            self.deviations.push([drawn.of_damping, of_friction]);
+            self.deviations.push([drawn.of_damping, of_friction, drawn.machine.si_damping()]);
             self.redrawn += drawn.redrawn;
         }
         Ok(self)
@@ -247,8 +254,8 @@ impl Needed {
         }
         let Some(found) = all.groups.critical_dampings(budget) else { return Ok(None) };
         let needed = found.dampings.iter().zip(&found.deviations).zip(&all.deviations);
-        let needed = needed.map(|((critical, spread), [of_damping, of_friction])| NeededDraw {
-            damping: critical + spread * of_friction - of_damping,
+        let needed = needed.map(|((critical, spread), [of_damping, of_friction, unit])| NeededDraw {
+            damping: (critical + spread * of_friction) / unit - of_damping,
             legal_from: -of_damping,
         });
         let mut needed: Vec<NeededDraw> = needed.filter(|draw| !draw.damping.is_nan()).collect();
@@ -259,7 +266,7 @@ impl Needed {
         }
         let all_legal_from = needed.iter().map(|draw| draw.legal_from).fold(f64::NEG_INFINITY, f64::max);
         let needed = Self { draws: needed, all_legal_from, failed, redrawn: all.redrawn, error: found.error };
-        match needed.legal_of(&needed.draws, machine.damping) {
+        match needed.legal_of(&needed.draws, given_damping(machine)) {
             0 => Err(NoRisk::Illegal),
             legal => Ok(Some(Self { redrawn: needed.redrawn + needed.draws.len() - legal, ..needed })),
         }
@@ -337,16 +344,20 @@ pub fn risk(
         Some(draws) => (unbounded(machine, uncertain, draws)?, false),
         None => usual(machine, uncertain, Drawn::none(machine, uncertain).groups.affordable())?,
     };
-    let rare_by =
-        rare.iter().map(|&probability| RareBy { probability, damping: needed.quantile(probability) });
+    let (damping, unit) = (given_damping(machine), machine.si_damping());
+    let in_si =
+        |found: Estimate| Estimate { value: found.value * unit, limits: found.limits.map(|it| it * unit) };
+    let rare_by = rare
+        .iter()
+        .map(|&probability| RareBy { probability, damping: needed.quantile(probability).map(in_si) });
     Ok(Risk {
-        draws: needed.legal_of(&needed.draws, machine.damping),
+        draws: needed.legal_of(&needed.draws, damping),
         failed: needed.failed,
         redrawn: needed.redrawn,
         fewer,
         critical_damping_error: needed.error,
         standard_error: uncertain_critical_damping(machine, uncertain).map(|of| of.standard_error),
-        probability: needed.probability(machine.damping),
+        probability: needed.probability(damping),
         rare_by: rare_by.collect(),
     })
 }
@@ -362,8 +373,8 @@ pub struct Probabilities {
     pub redrawn: usize,
 }
 
-/// The probability that each of some machines may stick-slip, over dampings in SI units. Every machine has `draws`
-/// draws, from the same random numbers. Ends with an error once `stop` is true.
+/// The probability that each of some machines may stick-slip, over dampings as they are given. Every machine has
+/// `draws` draws, from the same random numbers. What is no machine has none. Ends with an error once `stop` is true.
 ///
 /// # Errors
 /// [`NoRisk`].
@@ -378,6 +389,10 @@ pub fn probabilities(
     for machine in machines {
         if stop.load(Ordering::Relaxed) {
             return Err(NoRisk::Interrupted);
+        }
+        if !machine.is_legal() {
+            all.values.extend(dampings.iter().map(|_| f64::NAN));
+            continue;
         }
         match unbounded(&machine, uncertain, draws) {
             Ok(needed) => {

@@ -162,7 +162,7 @@ impl Boundaries {
             let (exact, resolution) = if stored {
                 (columns.stored(map, &exact)?, columns.stored(map, &errors)?)
             } else {
-                let found = columns.compute(|columns| {
+                let found = columns.compute([f64::NAN; 2], |columns| {
                     let known = |root: Result<CriticalDamping, _>| {
                         let known = root.and_then(CriticalDamping::known);
                         known.map_or([f64::NAN; 2], |root| [root.c, root.error])
@@ -177,7 +177,7 @@ impl Boundaries {
             for (source, method) in sources.iter().zip(&mut boundaries.methods) {
                 let edges = match source {
                     Source::Stored(variable) => columns.stored(map, variable)?,
-                    Source::Claim(claim) => columns.compute(|columns| {
+                    Source::Claim(claim) => columns.compute(f64::NAN, |columns| {
                         columns.iter().map(|column| claim(column).edge().unwrap_or(f64::NAN)).collect()
                     }),
                 };
@@ -235,20 +235,19 @@ impl Block<'_> {
         Ok(map.reals(variable, &self.ranges)?.iter().copied().collect())
     }
 
-    /// Computes a number for each column, in parallel.
-    fn compute<T: Clone + Send>(&self, of: impl Fn(&[Column]) -> Vec<T> + Sync) -> Vec<T> {
+    /// Computes a number for each column, in parallel; `none` at nodes without one.
+    fn compute<T: Copy + Send + Sync>(&self, none: T, of: impl Fn(&[Column]) -> Vec<T> + Sync) -> Vec<T> {
         let starts: Vec<usize> = (0..self.len()).step_by(BATCH).collect();
         let parts: Vec<Vec<T>> = starts
             .into_par_iter()
             .map(|start| {
-                let columns: Vec<Column> = (start..(start + BATCH).min(self.len()))
-                    .map(|position| {
-                        let mut index = self.index(position);
-                        index.push(0);
-                        self.grid.column(&index)
-                    })
+                let columns: Vec<Option<Column>> = (start..(start + BATCH).min(self.len()))
+                    .map(|position| self.grid.column(&[self.index(position), vec![0]].concat()).ok())
                     .collect();
-                of(&columns)
+                let known: Vec<bool> = columns.iter().map(Option::is_some).collect();
+                let mut found = of(&columns.into_iter().flatten().collect::<Vec<_>>()).into_iter();
+                let of_column = |known: bool| if known { found.next().unwrap_or(none) } else { none };
+                known.into_iter().map(of_column).collect()
             })
             .collect();
         parts.concat()

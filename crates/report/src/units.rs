@@ -5,7 +5,9 @@ use std::sync::OnceLock;
 use slipmap_figure::text::{Piece, Rich, rich};
 use slipmap_format::MapFile;
 use slipmap_map::dataset::auxiliary::PROBABILITY;
-use slipmap_map::machine::{Coefficients, Dimension, Friction, Machine, Model, SiUnits, Units};
+use slipmap_map::machine::{
+    Coefficients, DAMPING_RATIO, Dimension, Friction, Machine, Model, SiUnits, Units,
+};
 use slipmap_map::map::{Axis, Field, Grid, Quantity, dimension};
 
 /// A map and the units in which its numbers are shown.
@@ -46,7 +48,7 @@ impl<'a> View<'a> {
     /// The units of dimensionless numbers at these nodes.
     pub(crate) fn units_at(&self, index: &[usize]) -> UnitSystem {
         let grid = self.map.grid();
-        UnitSystem { machine: grid.si(&grid.values(index)) }
+        UnitSystem { machine: grid.si(&grid.values(index)), ..UnitSystem::of_grid(grid) }
     }
 
     /// The oscillator of the map's machine at the middle node of every axis, the upper one of two: the first
@@ -94,6 +96,8 @@ fn friction_words(map: &MapFile, machine: &Machine) -> Vec<Rich> {
 pub struct UnitSystem {
     /// The units, if they are those of a machine.
     pub(crate) machine: Option<SiUnits>,
+    /// Whether dampings are ratios, which have no unit.
+    has_ratio: bool,
 }
 
 /// Name and unit of a quantity, and the factor that converts dimensionless numbers to the unit.
@@ -111,12 +115,13 @@ pub struct Label {
 
 impl UnitSystem {
     pub fn of_machine(si: SiUnits) -> Self {
-        Self { machine: Some(si) }
+        Self { machine: Some(si), has_ratio: false }
     }
 
     /// The units of the numbers of a map: those of a machine's are in SI units already.
     pub fn of_grid(grid: &Grid) -> Self {
-        Self { machine: grid.machine().map(|machine| SiUnits { motion: machine.motion, units: Units::SI }) }
+        let machine = grid.machine().map(|machine| SiUnits { motion: machine.motion, units: Units::SI });
+        Self { machine, has_ratio: grid.machine().is_some_and(|of| of.damping_name() == DAMPING_RATIO) }
     }
 
     /// The label of a quantity of this dimension; `symbol` is its name in dimensionless numbers.
@@ -144,7 +149,8 @@ impl UnitSystem {
     /// The name of a variable of a map with its unit.
     pub fn variable(&self, name: &str) -> Label {
         let words = variable_words(name);
-        let dimension = dimension::of_variable(name);
+        let is_pure = |dimension: &Dimension| self.has_ratio && *dimension == Dimension::Damping;
+        let dimension = dimension::of_variable(name).filter(|dimension| !is_pure(dimension));
         Label { name: words.clone(), ..self.quantity("", words, name, dimension) }
     }
 
@@ -205,13 +211,15 @@ impl Label {
 
 /// Variables that a map has for each method: the beginning of their names, what they are, and the word before
 /// the method.
-const OF_METHODS: [(&str, &str, &str); 7] = [
+const OF_METHODS: [(&str, &str, &str); 9] = [
     ("verdict_", "verdict", " of "),
     ("margin_", "margin", " of "),
     (Field::CRITICAL_ERROR[0], "error of the critical damping", " of "),
-    (Field::CRITICAL_ERROR[1], "error of the critical damping", " of "),
+    (Field::CRITICAL_ERROR[1], "error of the critical damping ratio", " of "),
+    (Field::CRITICAL_ERROR[2], "error of the critical damping", " of "),
     (Field::CRITICAL[0], "critical damping", " of "),
-    (Field::CRITICAL[1], "critical damping", " of "),
+    (Field::CRITICAL[1], "critical damping ratio", " of "),
+    (Field::CRITICAL[2], "critical damping", " of "),
     ("epsilon_limit_", "largest {epsilon} of agreement", ", "),
 ];
 

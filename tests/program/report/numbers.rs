@@ -172,7 +172,7 @@ fn boundary_errors_and_orders_are_those_of_the_columns() {
                         .into_iter()
                         .map(|index| {
                             let at = [&[e], index.as_slice(), &[0]].concat();
-                            let column = map.grid().column(&at);
+                            let column = map.grid().column(&at).unwrap();
                             let exact = critical_damping(&column, 1e-12).ok().and_then(|root| legal(root.c));
                             let range = column.curve.weakening_range(0.0, column.belt_speed);
                             let size = range.lo.abs().max(range.hi.abs()) / column.epsilon;

@@ -234,7 +234,7 @@ fn is_of(field: &str, wanted: Wanted) -> bool {
 fn factor(field: &str, what: &str, wanted: Wanted) -> Result<(f64, String), (String, String)> {
     let Some(unit) = unit_of(field, wanted) else { return Ok((1.0, String::new())) };
     let read = match wanted {
-        Wanted::Si(..) => format!("in {}", wanted.name()),
+        Wanted::Si(..) | Wanted::In(_) => format!("in {}", wanted.name()),
         Wanted::Number => "as coefficients, without a unit".to_owned(),
     };
     let is = if what == "friction" { "is" } else { "are" };
@@ -247,7 +247,7 @@ fn factor(field: &str, what: &str, wanted: Wanted) -> Result<(f64, String), (Str
                 Wanted::Si(_, Dimension::Force) => {
                     ", or leave out quantity = \"force\" if it is a coefficient"
                 }
-                Wanted::Si(..) => "",
+                Wanted::Si(..) | Wanted::In(_) => "",
             };
             let problem = match of {
                 Match::Unknown => {

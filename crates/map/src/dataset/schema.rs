@@ -145,7 +145,6 @@ impl Schema {
     pub fn new(grid: Grid, tile_shape: Vec<usize>, methods: Vec<MethodInfo>, fields: Vec<Field>) -> Self {
         let mut variables = Vec::new();
         let mut quantities = 0;
-        let is_machine = grid.machine().is_some();
         for field in Field::ALL {
             if field != Field::Verdict && !fields.contains(&field) {
                 continue;
@@ -154,13 +153,14 @@ impl Schema {
                 Field::Verdict => per_method(&mut variables, &methods, "verdict", Content::Verdict),
                 Field::Margin => per_method(&mut variables, &methods, "margin", Content::Margin),
                 Field::CriticalC => {
-                    per_method(&mut variables, &methods, field.name_for(is_machine), Content::CriticalC);
-                    add_errors(&mut variables, &methods, Field::CRITICAL_ERROR[usize::from(is_machine)]);
+                    let [name, errors] = Field::critical_of(&grid);
+                    per_method(&mut variables, &methods, name.trim_end_matches('_'), Content::CriticalC);
+                    add_errors(&mut variables, &methods, errors);
                 }
                 Field::Regime => {
                     let words = "long-run behaviour according to the simulated flow";
                     let mut regime = plain("regime", words, Content::Regime);
-                    if let Some(words) = grid.column(&vec![0; grid.axes().len()]).curve.conjecture() {
+                    if let Some(words) = grid.some_column().curve.conjecture() {
                         regime.attributes.push(("conjecture", words.into()));
                     }
                     variables.push(regime);
@@ -320,12 +320,13 @@ pub fn si_name(unit: &str) -> String {
 fn describe_in_si(variable: &mut Variable, grid: &Grid) {
     let Some(machine) = grid.machine() else { return };
     let unit = match (variable.content, of_variable(&variable.name)) {
+        (_, Some(Dimension::Damping)) => si_name(machine.unit(machine.damping_name())),
         (_, Some(dimension)) => si_name(machine.motion.unit(dimension)),
         (Content::Quantity(_), None) => {
             // The derivative by an axis has the unit of the damping over that of the axis.
             let by = variable.name.strip_prefix(Quantity::CriticalDerivative(0).name());
             let axis = by.and_then(|name| grid.axes().iter().find(|axis| axis.name == name));
-            let damping = si_name(machine.motion.unit(Dimension::Damping));
+            let damping = si_name(machine.unit(machine.damping_name()));
             match axis {
                 Some(Axis { unit: "", .. }) => damping,
                 Some(axis) => format!("({damping})/({})", si_name(axis.unit)),

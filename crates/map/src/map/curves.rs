@@ -95,7 +95,7 @@ impl PlaneCurves {
         let of_kind = |&bifurcation: &Bifurcation| {
             let test = |place: [f64; 2]| match stop.load(Ordering::Relaxed) {
                 true => None,
-                false => bifurcation.test(&frame.oscillator(place), TOLERANCE),
+                false => bifurcation.test(&frame.oscillator(place)?, TOLERANCE),
             };
             let curve = |branch: Branch| PlaneCurve {
                 bifurcation,
@@ -171,8 +171,8 @@ impl<'a> Frame<'a> {
         Self { grid, plane, sides }
     }
 
-    fn oscillator(&self, place: [f64; 2]) -> Oscillator {
-        self.grid.oscillator_of(&self.at(place))
+    fn oscillator(&self, place: [f64; 2]) -> Option<Oscillator> {
+        self.grid.oscillator_of(&self.at(place)).ok()
     }
 
     fn at(&self, place: [f64; 2]) -> Vec<f64> {
@@ -192,7 +192,7 @@ impl<'a> Frame<'a> {
     fn extremes(&self, damping_axis: usize, share: f64) -> Option<Vec<Extreme>> {
         let mut place = [share; 2];
         place[damping_axis] = 0.0;
-        let column = self.grid.column_of(&self.at(place));
+        let column = self.grid.column_of(&self.at(place)).ok()?;
         if column.curve.weakening_is_convex() {
             return None;
         }

@@ -1,7 +1,7 @@
 //! The fields that a map can store, named as in configurations, and the quantities that they consist of.
 
-use super::Method;
-use crate::machine::Dimension;
+use super::{Grid, Method};
+use crate::machine::{DAMPING_RATIO, Dimension, Machine};
 use slipmap_numbers::named;
 
 named! {
@@ -31,11 +31,22 @@ named! {
 }
 
 impl Field {
-    /// What the name of a method follows in that of the variable with its critical dampings: c, or a machine's in
-    /// SI units.
-    pub const CRITICAL: [&str; 2] = ["critical_c_", "critical_damping_"];
+    /// What the name of a method follows in that of the variable with its critical dampings: c, or a machine's as
+    /// they are given, as a ratio or in SI units.
+    pub const CRITICAL: [&str; 3] = ["critical_c_", "critical_damping_ratio_", "critical_damping_"];
     /// The same for their errors.
-    pub const CRITICAL_ERROR: [&str; 2] = ["critical_c_error_", "critical_damping_error_"];
+    pub const CRITICAL_ERROR: [&str; 3] =
+        ["critical_c_error_", "critical_damping_ratio_error_", "critical_damping_error_"];
+
+    /// Those of [`Field::CRITICAL`] and [`Field::CRITICAL_ERROR`] in the maps of a grid.
+    pub fn critical_of(grid: &Grid) -> [&'static str; 2] {
+        let kind = match grid.machine().map(Machine::damping_name) {
+            None => 0,
+            Some(DAMPING_RATIO) => 1,
+            Some(_) => 2,
+        };
+        [Self::CRITICAL[kind], Self::CRITICAL_ERROR[kind]]
+    }
 
     /// Its name in configurations and maps of a grid in dimensionless numbers, or of a machine.
     pub fn name_for(self, is_machine: bool) -> &'static str {

@@ -6,7 +6,7 @@
 
 use std::ops::Range;
 
-use crate::machine::{BELT_SPEED as SPEED, DAMPING as DAMPER, Machine, Model, SiUnits, Units, requirement};
+use crate::machine::{BELT_SPEED as SPEED, Machine, Model, SiUnits, requirement};
 use slipmap_model::filippov::Oscillator;
 use slipmap_model::friction::domain::{BELT_SPEED, DAMPING, EPSILON};
 use slipmap_model::friction::{Column, Law, Parameter};
@@ -212,6 +212,17 @@ pub struct Grid {
     /// The machine at the first node of every axis.
     machine: Option<Box<Machine>>,
     axes: Vec<Axis>,
+    /// What is wrong with a machine at some nodes, if there are such nodes.
+    gap: Option<Gap>,
+}
+
+/// Nodes at which a machine is none, because its quantities exclude each other.
+#[derive(Clone, Debug, PartialEq)]
+struct Gap {
+    /// Where one of them is, and why.
+    why: String,
+    /// The index of a node without such a fault.
+    legal: Vec<usize>,
 }
 
 impl Grid {
@@ -262,14 +273,15 @@ impl Grid {
             check_nodes(name, &values, |value| Self::check_value(&law, role, name, value))?;
             axes.push(Axis { name: name.into(), long_name: long_name.into(), unit: "", role, values });
         }
-        Self { law, machine: None, axes }.counted()
+        Self { law, machine: None, axes, gap: None }.counted()
     }
 
     /// The grid of a machine in which these quantities vary; belt speed and damping are axes in any case. The
-    /// axes are in the order of [`Machine::quantities`], but the damping is the last.
+    /// axes are in the order of [`Machine::quantities`], but the damping is the last. Nodes at which the quantities
+    /// exclude each other have no column.
     ///
     /// # Errors
-    /// A [`GridError`].
+    /// A [`GridError`], also if no node has a column.
     pub fn of_machine(machine: &Machine, varied: &[(&str, Vec<f64>)]) -> Result<Self, GridError> {
         let quantities = machine.quantities();
         if let Some((name, _)) = varied.iter().find(|(name, _)| quantities.iter().all(|(it, _)| it != name)) {
@@ -282,7 +294,7 @@ impl Grid {
         for (name, value) in quantities {
             let role = match name {
                 SPEED => AxisRole::BeltSpeed,
-                DAMPER => AxisRole::Damping,
+                name if name == machine.damping_name() => AxisRole::Damping,
                 _ => AxisRole::Quantity,
             };
             let values = match varied.iter().find(|(known, _)| *known == name) {
@@ -304,40 +316,70 @@ impl Grid {
             axes.push(Axis { name: name.into(), long_name, unit, role, values });
         }
         axes.sort_by_key(|axis| axis.role == AxisRole::Damping);
-        let grid = Self { law, machine: Some(Box::new(first)), axes }.counted()?;
-        grid.check_machines()?;
+        let mut grid = Self { law, machine: Some(Box::new(first)), axes, gap: None }.counted()?;
+        grid.gap = grid.find_gap()?;
         Ok(grid)
     }
 
-    /// Refuses a machine that is none at an end of any axis, or at a node of a formula's parameters. Between
-    /// these the conditions on the other quantities hold, since they are linear.
-    fn check_machines(&self) -> Result<(), GridError> {
+    /// A fault at an end of any axis, or at a node of a formula's parameters. Between these the conditions on the
+    /// quantities hold where they hold at the ends.
+    ///
+    /// # Errors
+    /// There is a fault at every node.
+    fn find_gap(&self) -> Result<Option<Gap>, GridError> {
         let is_formula = matches!(self.law.as_written(), Law::Expression(_));
         let of_formula =
             |axis: &Axis| is_formula && self.law.parameters().iter().any(|it| it.name == axis.name);
         let outer = &self.axes[..self.axes.len() - 1];
-        let nodes: Vec<Vec<f64>> = outer
+        let nodes: Vec<Vec<usize>> = outer
             .iter()
-            .map(|axis| match &axis.values[..] {
-                values if of_formula(axis) => values.to_vec(),
-                [first, .., last] => vec![*first, *last],
-                values => values.to_vec(),
+            .map(|axis| match axis.values.len() {
+                count if of_formula(axis) => (0..count).collect(),
+                1 => vec![0],
+                count => vec![0, count - 1],
             })
             .collect();
         let shape: Vec<usize> = nodes.iter().map(Vec::len).collect();
-        for number in 0..shape.iter().product() {
-            let mut values: Vec<f64> =
-                unravel(number, &shape).iter().zip(&nodes).map(|(&at, nodes)| nodes[at]).collect();
-            values.push(self.dampings()[0]);
-            let Err(why) = self.machine_column(&values) else { continue };
-            let varies = |(axis, _): &(&Axis, &f64)| axis.values.len() > 1;
-            let at: Vec<String> = (self.axes.iter().zip(&values).filter(varies))
-                .map(|(axis, value)| format!("{} = {value}", axis.name))
-                .collect();
-            let at = if at.is_empty() { "the machine's numbers".into() } else { at.join(", ") };
-            return Err(GridError::Machine { at, why });
+        let count = shape.iter().product();
+        let ends = (0..count)
+            .map(|number| unravel(number, &shape).iter().zip(&nodes).map(|(&at, nodes)| nodes[at]).collect());
+        let all_shape: Vec<usize> = outer.iter().map(|axis| axis.values.len()).collect();
+        let (mut fault, mut legal) = (None, None);
+        // The other nodes only where no end is legal.
+        let all = ends.chain((0..self.column_count()).map(|number| unravel(number, &all_shape)));
+        for (seen, outer) in all.enumerate() {
+            if seen >= count && (fault.is_none() || legal.is_some()) {
+                break;
+            }
+            let index: Vec<usize> = [outer, vec![0]].concat();
+            match self.column(&index) {
+                Ok(_) => legal = legal.or(Some(index)),
+                Err(why) => fault = fault.or(Some((index, why))),
+            }
         }
-        Ok(())
+        let Some((index, why)) = fault else { return Ok(None) };
+        let values = self.values(&index);
+        let varies = |(axis, _): &(&Axis, &f64)| axis.values.len() > 1;
+        let at: Vec<String> = (self.axes.iter().zip(&values).filter(varies))
+            .map(|(axis, value)| format!("{} = {value}", axis.name))
+            .collect();
+        let at = if at.is_empty() { "the machine's numbers".into() } else { at.join(", ") };
+        let error = GridError::Machine { at, why };
+        match legal {
+            Some(legal) => Ok(Some(Gap { why: error.to_string(), legal })),
+            None => Err(error),
+        }
+    }
+
+    /// What is wrong with the machine at some nodes; `None` if every node has a column.
+    pub fn gap(&self) -> Option<&str> {
+        self.gap.as_ref().map(|gap| gap.why.as_str())
+    }
+
+    /// A column that the grid has: the first, if all nodes have one.
+    pub(crate) fn some_column(&self) -> Column {
+        let index = self.gap.as_ref().map_or_else(|| vec![0; self.axes.len()], |gap| gap.legal.clone());
+        self.column(&index).unwrap_or_else(|why| unreachable!("{why}"))
     }
 
     /// The grid, if its cells can be counted.
@@ -492,27 +534,17 @@ impl Grid {
 
     /// The column at the given index on each axis (the last, that of the damping, is ignored).
     ///
-    /// # Panics
-    /// As [`Grid::column_of`].
-    #[must_use]
-    pub fn column(&self, index: &[usize]) -> Column {
+    /// # Errors
+    /// As of [`Grid::column_of`].
+    pub fn column(&self, index: &[usize]) -> Result<Column, String> {
         self.column_of(&self.values(index))
     }
 
     /// The column at these values of the axes, which need not be nodes.
     ///
-    /// # Panics
-    /// If they are not legal.
-    pub fn column_of(&self, values: &[f64]) -> Column {
-        self.checked_column(values).unwrap_or_else(|why| panic!("{why}"))
-    }
-
-    /// The column at these values of the axes; `None` if they are not legal.
-    pub(crate) fn legal_column(&self, values: &[f64]) -> Option<Column> {
-        self.checked_column(values).ok()
-    }
-
-    fn checked_column(&self, values: &[f64]) -> Result<Column, String> {
+    /// # Errors
+    /// Why there is none: the value that is not legal.
+    pub fn column_of(&self, values: &[f64]) -> Result<Column, String> {
         if self.machine.is_some() {
             return self.machine_column(values);
         }
@@ -534,32 +566,27 @@ impl Grid {
         }
         let model = machine.model().ok_or("the friction leaves the numbers in dimensionless terms")?;
         model.law.check(&model.point).map_err(|error| error.to_string())?;
-        Ok(model.column().in_unit(model.si.units.damping))
+        Ok(model.column().in_unit(machine.damping_unit()))
     }
 
     /// The oscillator of the cell at the given index on each axis.
     ///
-    /// # Panics
-    /// As [`Grid::column_of`].
-    pub fn oscillator(&self, index: &[usize]) -> Oscillator {
+    /// # Errors
+    /// As of [`Grid::column_of`].
+    pub fn oscillator(&self, index: &[usize]) -> Result<Oscillator, String> {
         self.oscillator_of(&self.values(index))
     }
 
     /// The oscillator at these values of the axes, which need not be nodes.
     ///
-    /// # Panics
-    /// As [`Grid::column_of`].
-    pub fn oscillator_of(&self, values: &[f64]) -> Oscillator {
-        Oscillator::in_column(&self.column_of(values), values.last().copied().unwrap_or(0.0))
+    /// # Errors
+    /// As of [`Grid::column_of`].
+    pub fn oscillator_of(&self, values: &[f64]) -> Result<Oscillator, String> {
+        Ok(Oscillator::in_column(&self.column_of(values)?, values.last().copied().unwrap_or(0.0)))
     }
 
-    /// As [`Grid::oscillator_of`]; `None` if the values are not legal.
-    pub fn legal_oscillator(&self, values: &[f64]) -> Option<Oscillator> {
-        Some(Oscillator::in_column(&self.legal_column(values)?, values.last().copied()?))
-    }
-
-    /// The columns of a tile, in row-major order.
-    pub(crate) fn columns<'a>(&'a self, tile: &'a Tile) -> impl Iterator<Item = Column> + 'a {
+    /// The columns of a tile, in row-major order; `None` at nodes without one.
+    pub(crate) fn columns<'a>(&'a self, tile: &'a Tile) -> impl Iterator<Item = Option<Column>> + 'a {
         let mut index: Vec<usize> = tile.ranges.iter().map(|range| range.start).collect();
         let mut values = self.values(&index);
         let mut source = Source::new(self, &values);
@@ -670,9 +697,9 @@ struct Source<'a> {
     point: Point,
     /// The machine of the next column.
     machine: Option<Machine>,
-    /// The law of the machine in dimensionless form, its parameters and its units, until a quantity other than
-    /// the belt speed changes.
-    known: Option<(Law, LawParameters, Units)>,
+    /// The law of the machine in dimensionless form, its parameters, and the units of velocity and of its damping,
+    /// until a quantity other than the belt speed changes.
+    known: Option<(Law, LawParameters, [f64; 2])>,
 }
 
 impl<'a> Source<'a> {
@@ -698,16 +725,19 @@ impl<'a> Source<'a> {
         }
     }
 
-    fn column(&mut self, values: &[f64]) -> Column {
-        let Some(machine) = &self.machine else { return self.grid.law.column(&self.point) };
-        if self.known.is_none() {
-            let model = machine.model();
-            self.known = model.map(|Model { law, point, si }| (law, point.law, si.units));
+    fn column(&mut self, values: &[f64]) -> Option<Column> {
+        let Some(machine) = &self.machine else { return Some(self.grid.law.column(&self.point)) };
+        if self.grid.gap.is_some() {
+            return self.grid.column_of(values).ok();
         }
-        // Of a grid that was checked there is always a law.
-        let Some((law, parameters, units)) = &self.known else { return self.grid.column_of(values) };
-        let belt_speed = machine.belt_speed / units.velocity;
-        law.column(&Point { law: *parameters, belt_speed, ..self.point }).in_unit(units.damping)
+        if self.known.is_none() {
+            let model = machine.model()?;
+            self.known =
+                Some((model.law, model.point.law, [model.si.units.velocity, machine.damping_unit()]));
+        }
+        let (law, parameters, [velocity, damping]) = self.known.as_ref()?;
+        let belt_speed = machine.belt_speed / velocity;
+        Some(law.column(&Point { law: *parameters, belt_speed, ..self.point }).in_unit(*damping))
     }
 }
 

@@ -321,7 +321,7 @@ impl TileColumns<'_> {
     fn node(&self, coordinates: &[f64], found: &mut Interpolated) -> Node {
         let mut coordinates = coordinates.to_vec();
         coordinates.push(self.cs[0]);
-        self.values_of(&self.grid.legal_column(&coordinates)?, found)
+        self.values_of(&self.grid.column_of(&coordinates).ok()?, found)
     }
 
     fn values_of(&self, column: &Column, found: &mut Interpolated) -> Node {

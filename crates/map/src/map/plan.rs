@@ -245,7 +245,7 @@ impl Plan {
         {
             return false;
         }
-        let Column { curve, .. } = self.first_column();
+        let Column { curve, .. } = self.grid.some_column();
         curve.stribeck().is_none() && (self.interpolates_backbones(&curve) || !self.stores(Field::CriticalC))
     }
 
@@ -258,7 +258,7 @@ impl Plan {
     fn interpolates_margins(&self) -> bool {
         let has_margins = self.methods.contains(&Method::Simulation)
             && (self.engine == Engine::ReturnMap || self.stores(Field::Margin));
-        let Column { curve, belt_speed, .. } = self.first_column();
+        let Column { curve, belt_speed, .. } = self.grid.some_column();
         let has_others = |method: &Method| matches!(method, Method::Naive(..)) || is_validated(method);
         has_margins
             && self.engine != Engine::Direct
@@ -272,10 +272,6 @@ impl Plan {
     pub fn has_box(&self) -> bool {
         let varies = |axis: &Axis| axis.role == AxisRole::Quantity && axis.values.len() > 1;
         self.grid.law().is_enclosed_over_boxes() && !self.grid.axes().iter().any(varies)
-    }
-
-    fn first_column(&self) -> Column {
-        self.grid.column(&vec![0; self.grid.axes().len()])
     }
 
     /// A plan for every cell of `grid`, with the defaults of configurations.

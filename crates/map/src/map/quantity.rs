@@ -125,8 +125,10 @@ fn derivatives(plan: &Plan, values: &[f64], column: &Column) -> Vec<f64> {
     let critical = known_or_nan(critical_damping(column, plan.tolerance));
     let by = |(name, value): (&&str, &f64)| {
         let found = found.iter().find(|found| found.quantity == *name);
-        // They are logarithmic.
-        found.map_or(f64::NAN, |found| found.critical_damping * critical / value)
+        // They are logarithmic, of the damping in N s/m, of which that given is a power.
+        let power =
+            machine.with(name, 2.0 * value).map_or(0.0, |it| (it.si_damping() / machine.si_damping()).log2());
+        found.map_or(f64::NAN, |found| (found.critical_damping - power) * critical / value)
     };
     names.iter().zip(values).map(by).collect()
 }

@@ -12,7 +12,7 @@
 //! | --- | --- | --- |
 //! | `stribeck` | N (mu_s - mu_k) / (v_s sqrt(k m)) | A, v / v_s, strengthening v_s^2 / (mu_s - mu_k) |
 //! | `coulomb` | - | V / j alone; the damping falls by N strengthening |
-//! | `exponential`, `lorentzian` | the same | A, v / v_s; the damping falls by N strengthening |
+//! | `exponential`, `lorentzian` | the same | A, v / v_s, an exponent that varies; the damping falls by N strengthening |
 //! | formula, data | N / sqrt(k m) | A, v, and the formula's parameters that vary |
 //!
 //! y is smooth. It is computed at Chebyshev nodes of the box that contains the machines, and interpolated. A
@@ -33,7 +33,7 @@ use slipmap_model::friction::Law;
 use slipmap_model::friction::{Column, Strengthening};
 
 use super::{MOST_JOINT, Spread, Uncertain};
-use crate::machine::{Friction, Machine, Model};
+use crate::machine::{AREA, BELT_SPEED, Coefficients, FREQUENCY, Friction, Machine, Model, PRESSURE, RADIUS};
 use slipmap_numbers::chebyshev::{Side, Tensor};
 use slipmap_simulate::critical::{critical_damping, critical_dampings, known_or_nan};
 use slipmap_simulate::sensitivity::sensitivity_of_any_sign;
@@ -72,7 +72,7 @@ pub(super) struct Groups<'a> {
     pub(super) nominal: &'a Machine,
     /// Quantities with the errors of a fit.
     joint: Joint,
-    /// Positions, among the formula's quantities, of its parameters that vary.
+    /// Positions, among the quantities of the friction, of a formula's parameters, or of the exponent, that vary.
     varied: Vec<usize>,
     /// Number of groups of each machine.
     size: usize,
@@ -229,13 +229,13 @@ impl<'a> Groups<'a> {
     /// An empty collection of machines that differ from `nominal` only in the quantities `uncertain`.
     pub(super) fn new(nominal: &'a Machine, uncertain: &[Uncertain]) -> Self {
         let (joint, uncertain) = (joint(uncertain), varying(uncertain));
-        let varied: Vec<usize> = match &nominal.friction {
-            Friction::Formula(..) => {
-                let names = nominal.friction.quantities().into_iter().enumerate();
-                names.filter(|(_, (name, _))| uncertain.contains(name)).map(|(i, _)| i).collect()
-            }
-            _ => Vec::new(),
+        let is_group = |name: &str| match &nominal.friction {
+            Friction::Formula(..) => true,
+            _ => name == Coefficients::EXPONENT,
         };
+        let names = nominal.friction.quantities().into_iter().enumerate();
+        let varied = names.filter(|(_, (name, _))| is_group(name) && uncertain.contains(name));
+        let varied: Vec<usize> = varied.map(|(i, _)| i).collect();
         let size = 2 + varied.len() + usize::from(strengthening(nominal) == Some(Strengthening::Quadratic));
         Self { nominal, joint, varied, size, values: Vec::new(), scales: Vec::new() }
     }
@@ -250,10 +250,10 @@ impl<'a> Groups<'a> {
     pub(super) fn can_be_interpolated(&self, uncertain: &[Uncertain]) -> bool {
         let uncertain = varying(uncertain);
         let any = |names: &[&str]| usize::from(names.iter().any(|name| uncertain.contains(name)));
+        let forces = ["mass", "stiffness", "normal_force", FREQUENCY, PRESSURE, AREA, RADIUS];
         match &self.nominal.friction {
             Friction::Formula(..) => {
-                let wide =
-                    any(&["mass", "stiffness", "normal_force"]) + any(&["belt_speed"]) + self.varied.len();
+                let wide = any(&forces) + any(&[BELT_SPEED]) + self.varied.len();
                 wide < NODES.len()
             }
             Friction::Coefficients(..) | Friction::Measured(_) => true,
@@ -284,6 +284,7 @@ impl<'a> Groups<'a> {
                 let width = of.stribeck_velocity;
                 let a = force * fall / width;
                 self.values.extend([a.ln(), (speed / width).ln()]);
+                self.values.extend(self.varied.iter().map(|_| of.exponent));
                 match strengthening(machine) {
                     Some(Strengthening::Quadratic) => {
                         self.values.push(of.strengthening * width * width / fall);
@@ -330,7 +331,15 @@ impl<'a> Groups<'a> {
             Friction::Coefficients(_, of) => {
                 let fall = of.static_friction - of.kinetic_friction;
                 let width = of.stribeck_velocity;
-                of.strengthening = groups.get(2).map_or(0.0, |b| b * fall / (width * width));
+                // The quadratic law has no exponent.
+                match groups.get(2) {
+                    Some(&exponent) if !self.varied.is_empty() => {
+                        (of.exponent, of.strengthening) = (exponent, 0.0)
+                    }
+                    strengthening => {
+                        of.strengthening = strengthening.map_or(0.0, |b| b * fall / (width * width))
+                    }
+                }
                 machine.normal_force = a * width * root / fall;
                 machine.belt_speed = speed * width;
             }

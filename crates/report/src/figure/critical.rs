@@ -31,7 +31,7 @@ pub(crate) fn critical(view: &View, width: Width) -> Option<Figure> {
     let curves_over = |values: &[f64]| -> (Vec<curves::Boundaries>, Vec<Vec<f64>>) {
         let of = |&epsilon: &usize| {
             let index = map.grid().at_epsilon(&index, epsilon);
-            curves::by_method(map, &curves::columns(map, &index, v, values), &budget)
+            curves::by_method(map, &curves::columns(map, &index, v, values), values.len(), &budget)
         };
         epsilons.iter().map(of).unzip()
     };

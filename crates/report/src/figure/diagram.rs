@@ -173,7 +173,7 @@ pub fn diagram(view: &View, plot: &DiagramPlot) -> Result<Plotted, ReportError> 
             let legal = |end: f64| {
                 let mut values = grid.values(&index);
                 values[x] = end;
-                grid.legal_oscillator(&values).is_some()
+                grid.oscillator_of(&values).is_ok()
             };
             if !(legal(from) && legal(to) && from < to) {
                 return Err(ChoiceError::NoRange(label.header()).into());
@@ -189,7 +189,8 @@ pub fn diagram(view: &View, plot: &DiagramPlot) -> Result<Plotted, ReportError> 
         let (value, mut values) = (scale.value(unit), grid.values(&index));
         values[x] = value;
         let length = grid.si(&values).map_or(1.0, |si| si.factor(Dimension::Length));
-        (value, find(&grid.oscillator_of(&values), length))
+        let unknown = [const { None }; 4];
+        (value, grid.oscillator_of(&values).map_or(unknown, |oscillator| find(&oscillator, length)))
     };
     let units: Vec<f64> = (0..VALUES).map(|i| i as f64 / (VALUES - 1) as f64).collect();
     let coarse: Vec<(f64, Found)> = units.par_iter().map(|unit| find_at(*unit)).collect();

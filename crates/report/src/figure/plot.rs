@@ -44,9 +44,14 @@ pub struct Plot<'a> {
     /// Whether to find the curves of codimension one if the map does not store them; those that it stores are
     /// drawn in any case.
     pub curves: bool,
+    /// Points of other origin, marked over a plane: in the units of its axes, with their name.
+    pub marks: Option<&'a Marks>,
     /// Width of the figure.
     pub width: Width,
 }
+
+/// Points with a name for the legend.
+pub type Marks = (String, Vec<[f64; 2]>);
 
 /// A plot.
 #[derive(Clone, Debug)]
@@ -111,7 +116,8 @@ pub(crate) fn probability(view: &View, width: Width) -> Result<Option<Figure>, R
     }
     let variables = [PROBABILITY.to_owned()];
     let (x, y) = (&axes[speed].name, Some(axes[damping].name.as_str()));
-    let wanted = Plot { x, y, at: &[], variables: &variables, panels: None, curves: false, width };
+    let wanted =
+        Plot { x, y, at: &[], variables: &variables, panels: None, curves: false, marks: None, width };
     figure(view, "probability".into(), &wanted).map(Some)
 }
 
@@ -198,7 +204,7 @@ fn over_plane(view: &View, plot: &Plot, x: usize, y: usize) -> Result<Plotted, R
         let curves = stored(map, &plane)
             .or_else(|| plot.curves.then(|| PlaneCurves::of(map.grid(), plane, &AtomicBool::new(false))));
         let exact = variable.starts_with("verdict_");
-        areas.push(Area { slice, layer, errors, curves, exact, title });
+        areas.push(Area { slice, layer, errors, curves, exact, marks: plot.marks, title });
     }
     let first = &areas[0];
     let at = view.held(&first.slice.index, &shown);

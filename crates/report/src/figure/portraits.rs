@@ -25,14 +25,15 @@ pub(crate) fn portraits(view: &View, width: Width) -> Option<Figure> {
     let mut index = view.informative_nodes();
     // The largest eps that has a cycle, since orbits differ most there.
     let budget = Budget::of_figure();
-    let root = |index: &[usize]| curves::exact(&[grid.column(index)], &budget)[0];
+    let root =
+        |index: &[usize]| grid.column(index).map_or(f64::NAN, |column| curves::exact(&[column], &budget)[0]);
     for epsilon in (0..grid.epsilons().len()).rev() {
         index = grid.at_epsilon(&index, epsilon);
         if root(&index) > 0.0 {
             break;
         }
     }
-    let column = grid.column(&index);
+    let column = grid.column(&index).ok()?;
     let critical = root(&index);
     if !(critical > 0.0) {
         return None;
@@ -46,7 +47,7 @@ pub(crate) fn portraits(view: &View, width: Width) -> Option<Figure> {
     let belt = axes.len() - 2;
     let held_index = index.clone();
     index[belt] = axes[belt].values.len() - 1;
-    let fast = grid.column(&index);
+    let fast = grid.column(&index).ok()?;
     let slowest = grid.dampings()[0];
     let crosses =
         |c: f64| matches!(flow(&Oscillator::in_column(&fast, c), TOLERANCE).fate, Fate::CrossesForever);

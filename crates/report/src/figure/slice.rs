@@ -175,14 +175,15 @@ impl<'a> Slice<'a> {
     }
 
     /// The oscillator of the slice with these coordinates, which need not be nodes.
-    pub(crate) fn oscillator(&self, x: f64, y: f64) -> Oscillator {
+    /// `None` where there is none.
+    pub(crate) fn oscillator(&self, x: f64, y: f64) -> Option<Oscillator> {
         let grid = self.view.map.grid();
         let mut values = grid.values(&self.index);
         for (axis, value) in [(self.x, x), (self.y, y)] {
             let nodes = &grid.axes()[axis].values;
             values[axis] = value.clamp(nodes[0], nodes[nodes.len() - 1]);
         }
-        grid.oscillator_of(&values)
+        grid.oscillator_of(&values).ok()
     }
 
     /// The drawn nodes of each axis.
@@ -395,7 +396,9 @@ fn informative_nodes(map: &MapFile) -> Vec<usize> {
             })
             .collect();
     }
-    let columns: Vec<_> = candidates.iter().map(|candidate| map.grid().column(candidate)).collect();
+    candidates.retain(|candidate| map.grid().column(candidate).is_ok());
+    let columns: Vec<_> =
+        candidates.iter().filter_map(|candidate| map.grid().column(candidate).ok()).collect();
     let roots = critical_dampings(&columns, 1e-6);
     let positive = candidates.into_iter().zip(roots).filter_map(|(candidate, root)| {
         let root = root.ok().filter(|root| root.c > 0.0)?;

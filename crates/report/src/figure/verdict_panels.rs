@@ -168,10 +168,9 @@ pub(crate) fn verdict_panels(view: &View, width: Width) -> Result<Vec<Figure>, R
 /// The node of c for a plane of fixed c: near half of the critical damping in its middle.
 fn informative_damping(map: &MapFile, index: &[usize]) -> usize {
     let axes = map.grid().axes();
-    match critical_damping(&map.grid().column(index), 1e-6) {
-        Ok(root) if root.c > 0.0 => axes[axes.len() - 1].nearest(0.5 * root.c),
-        Ok(_) | Err(_) => 0,
-    }
+    let root = map.grid().column(index).ok().and_then(|column| critical_damping(&column, 1e-6).ok());
+    let positive = root.filter(|root| root.c > 0.0);
+    positive.map_or(0, |root| axes[axes.len() - 1].nearest(0.5 * root.c))
 }
 
 /// The end of the name of a slice, "-epsilon-0.1", with as few digits as tell the nodes apart; empty if there is one.
@@ -214,7 +213,7 @@ fn over_one_axis(
         };
         let at: Vec<At> = axes.iter().enumerate().filter(|(i, _)| *i != over).map(at).collect();
         let (x, variables) = (&axes[over].name, &variables[..]);
-        let wanted = Plot { x, y: None, at: &at, variables, panels: None, curves: false, width };
+        let wanted = Plot { x, y: None, at: &at, variables, panels: None, curves: false, marks: None, width };
         let name = match other == 0 || over == 0 {
             true => format!("slice-{x}"),
             false => format!("slice-{x}{}", epsilon_name(&axes[0], epsilon)),
