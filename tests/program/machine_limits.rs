@@ -144,9 +144,10 @@ fn data_may_leave_open_what_the_machine_does() {
     let exact = page(&machine(FALLS), &[]);
     assert_eq!(exact["standard_errors_from"], "curve");
     let speeds = [
-        0.0, 0.01, 0.02, 0.035, 0.05, 0.064, 0.076, 0.088, 0.1, 0.112, 0.124, 0.15, 0.2, 0.28, 0.4, 0.6, 0.8, 1.0,
+        0.0, 0.01, 0.02, 0.035, 0.05, 0.06, 0.07, 0.08, 0.09, 0.1, 0.11, 0.12, 0.13, 0.16, 0.2, 0.28, 0.4,
+        0.6, 0.8, 1.0,
     ];
-    let row = |u: f64| format!("{u},{},0.0002\n", 0.27 + 0.16 * (-u / 0.07).exp() + 0.01 * u);
+    let row = |u: f64| format!("{u},{},0.0001\n", 0.27 + 0.16 * (-u / 0.07).exp() + 0.01 * u);
     let scratch = machine(&format!("speed,friction,se\n{}", speeds.map(row).concat()));
     let at = |damping: f64| {
         let set = format!("damping={damping}");

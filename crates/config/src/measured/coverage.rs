@@ -7,7 +7,7 @@
 use super::{Level, Measured, OfMachine};
 use slipmap_map::assessment::{Assessment, assess, assess_fitted};
 use slipmap_map::behaviour::Limit;
-use slipmap_map::machine::{Friction, Machine, Motion};
+use slipmap_map::machine::{Friction, Given, Machine, Motion};
 use slipmap_map::risk::{Spread, Uncertain, WithError, uncertain_critical_damping};
 use slipmap_model::friction::Expression;
 use slipmap_model::point::LawParameters;
@@ -70,17 +70,17 @@ impl Case {
         Self { words: format!("{name}, {rows} rows, noise {noise:.4}, V/v_s {speed:.2}"), machine, text }
     }
 
-    /// The machine with the measured friction, and the errors of that.
-    fn measured(&self, what: As) -> (Machine, Vec<Uncertain>) {
+    /// The machine with the measured friction, and the errors of that; `None` where no law is fitted.
+    fn measured(&self, what: As) -> Option<(Machine, Vec<Uncertain>)> {
         let of = OfMachine { motion: None, forces: Some(true) };
         let measured = Measured::of_bytes("rig.csv", self.text.as_bytes(), Some(of)).unwrap();
         let Machine { mass, belt_speed, damping, .. } = self.machine;
         if what == As::Table {
             let friction = Friction::Measured(measured.table(Level::First).unwrap());
-            return (machine(friction, mass, belt_speed, damping), Vec::new());
+            return Some((machine(friction, mass, belt_speed, damping), Vec::new()));
         }
         let [in_slip, at_rest] = measured.readings().unwrap();
-        let fit = slipmap_fit::fits(&in_slip, &at_rest).unwrap().swap_remove(0);
+        let fit = slipmap_fit::fits(&in_slip, &at_rest).ok()?.swap_remove(0);
         let formula = match fit.at_rest {
             None => Expression::new(&fit.form.formula(), 1.0),
             Some([level, _]) => Expression::with_static(&fit.form.formula(), level),
@@ -100,14 +100,14 @@ impl Case {
         });
         let values: Vec<f64> = values.collect();
         let friction = Friction::Formula(formula, LawParameters::new(&values));
-        (machine(friction, mass, belt_speed, damping), uncertain)
+        Some((machine(friction, mass, belt_speed, damping), uncertain))
     }
 
     /// The true critical damping, and the one that is stated.
     fn critical(&self, what: As) -> (f64, Option<WithError>) {
         let model = self.machine.model().unwrap();
         let expected = critical_damping(&model.column(), 1e-9).unwrap().c * model.si.units.damping;
-        let (machine, uncertain) = self.measured(what);
+        let Some((machine, uncertain)) = self.measured(what) else { return (expected, None) };
         // Rows without errors have them on a page alone.
         let of_page = || assess(&machine)?.standard_errors?.critical_damping;
         (expected, uncertain_critical_damping(&machine, &uncertain).or_else(of_page))
@@ -115,10 +115,8 @@ impl Case {
 
     /// The true critical belt speed and kick, and those that are stated.
     fn of_page(&self, what: As) -> [(Option<f64>, Option<WithError>); 2] {
-        let (machine, uncertain) = self.measured(what);
-        let (Some(truth), Some(all)) = (assess(&self.machine), assess_fitted(&machine, &uncertain)) else {
-            return [(None, None); 2];
-        };
+        let all = self.measured(what).and_then(|(machine, uncertain)| assess_fitted(&machine, &uncertain));
+        let (Some(truth), Some(all)) = (assess(&self.machine), all) else { return [(None, None); 2] };
         let limit = |of: &Assessment| match of.behaviour.critical_belt_speed {
             Limit::Below(value) => Some(value),
             _ => None,
@@ -142,6 +140,7 @@ fn machine(friction: Friction, mass: f64, belt_speed: f64, damping: f64) -> Mach
         friction,
         small: false,
         belt_speed,
+        given: Given::default(),
     }
 }
 
