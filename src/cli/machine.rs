@@ -14,7 +14,9 @@ use super::probe_machine;
 use super::replace::refuse_existing;
 use super::report::{existing, failure};
 use super::{Ended, Failure};
-use slipmap_map::assessment::{Assessment, DampingLimit, NeededKick, StandardErrors, assess_fitted};
+use slipmap_map::assessment::{
+    Assessment, DampingLimit, Intervals, NeededKick, StandardErrors, Statement, assess_fitted,
+};
 use slipmap_map::behaviour::Limit;
 use slipmap_map::risk::{Estimate, NoRisk, Risk, is_uncertain, risk};
 use slipmap_report::{MachinePage, Subject, write_figure, write_file};
@@ -149,6 +151,29 @@ fn limit(limit: Limit) -> Value {
     json!({ "status": status, "value": value })
 }
 
+/// Where each statement holds. An end that is not known, or that is one of what was tried, is null; the numbers
+/// of `known` are those between which the statement holds.
+fn intervals(of: &[Intervals]) -> Value {
+    let each = Statement::ALL.into_iter().zip(of).map(|(statement, of)| {
+        let intervals = of.holds.iter().map(|ends| {
+            let [from, to] = ends.map(|end| end.located());
+            json!({
+                "from": from.map(|[value, _]| value),
+                "from_error": from.map(|[_, error]| error),
+                "to": to.map(|[value, _]| value),
+                "to_error": to.map(|[_, error]| error),
+                "known": ends.map(|end| end.value()),
+            })
+        });
+        let intervals: Vec<Value> = intervals.collect();
+        (
+            statement.name().to_owned(),
+            json!({ "intervals": intervals, "not_known": of.unknown, "tried": of.tried }),
+        )
+    });
+    Value::Object(each.collect())
+}
+
 /// A limit of the damping that is `None` where it is unknown; none is needed where it is not positive.
 fn of_damping(limit: Option<f64>) -> Limit {
     match limit {
@@ -179,7 +204,7 @@ fn to_json(all: &Assessment, risk: Option<&Risk>) -> Value {
     let (machine, does) = (&all.machine, &all.behaviour);
     let [slip, stick] = does.slip_and_stick_time.map_or([None; 2], |times| times.map(Some));
     let error = |of: fn(StandardErrors) -> Option<f64>| all.standard_errors.and_then(of);
-    let open = all.left_open();
+    let (open, impulse) = (all.left_open(), all.kick_impulse());
     let estimate = |estimate: &Estimate| json!({ "value": estimate.value, "limits_95": estimate.limits });
     let risk = risk.map(|risk| {
         json!({
@@ -196,7 +221,26 @@ fn to_json(all: &Assessment, risk: Option<&Risk>) -> Value {
             })).collect::<Vec<_>>(),
         })
     });
-    json!({
+    let motion = json!({
+        "needed_slip_speed": does.needed_slip_speed,
+        "natural_frequency": does.natural_frequency,
+        "period": all.period,
+        "slip_time": slip,
+        "stick_time": stick,
+        "amplitude": does.amplitude,
+        "velocity_amplitude": all.velocity_amplitude,
+        "severity": all.severity,
+        "growth_time": does.growth_time,
+        "fragile_from_before_end_of_stick_seconds": all.fragile.map(|[before, _]| before),
+        "fragile_for_seconds": all.fragile.map(|[_, lasts]| lasts),
+        "kick_status": kick_status(all),
+        "kick_forward": all.kick.map(|kick| kick.forward),
+        "kick_backward": all.kick.map(|kick| kick.backward),
+        "kick_forward_impulse": impulse.map(|kick| kick.forward),
+        "kick_backward_impulse": impulse.map(|kick| kick.backward),
+        "kick_relative_standard_error": error(|errors| errors.kick),
+    });
+    let mut page = json!({
         "law": machine.friction.law_name(),
         "motion": machine.motion.name(),
         "machine": object(machine.quantities()),
@@ -232,23 +276,16 @@ fn to_json(all: &Assessment, risk: Option<&Risk>) -> Value {
             "steady_slip_unstable_below_damping": limit(of_damping(Some(all.hopf_damping))),
             "vibrates_below_damping": limit(of_damping(all.vibrates_below_damping)),
         },
+        "belt_speeds": intervals(&all.speeds),
+        "dampings": intervals(&all.dampings),
         "damping_over_critical": all.safety_margin(),
-        "needed_slip_speed": does.needed_slip_speed,
-        "natural_frequency": does.natural_frequency,
-        "period": all.period,
-        "slip_time": slip,
-        "stick_time": stick,
-        "amplitude": does.amplitude,
-        "velocity_amplitude": all.velocity_amplitude,
-        "fragile_from_before_end_of_stick_seconds": all.fragile.map(|[before, _]| before),
-        "fragile_for_seconds": all.fragile.map(|[_, lasts]| lasts),
-        "kick_status": kick_status(all),
-        "kick_forward": all.kick.map(|kick| kick.forward),
-        "kick_backward": all.kick.map(|kick| kick.backward),
-        "kick_relative_standard_error": error(|errors| errors.kick),
         "sensitivities": all.sensitivities,
         "influence": all.influence,
         "proofs": all.proofs,
         "risk": risk,
-    })
+    });
+    if let (Some(page), Value::Object(motion)) = (page.as_object_mut(), motion) {
+        page.extend(motion);
+    }
+    page
 }

@@ -2,6 +2,7 @@
 
 mod answer;
 mod figures;
+mod intervals;
 mod lines;
 
 use super::document;
