@@ -576,6 +576,66 @@ mod tests {
         assert!(found.reasons.iter().any(|why| why.starts_with("slip cycles: ")), "{found:?}");
     }
 
+    /// Friction that rises at first, falls, and rises again with a viscous part.
+    fn stribeck_curve() -> Machine {
+        let law = Expression::new("0.1 + 0.05*exp(-(u/0.005)^2) + 0.5*u*exp(-u/1e-4) + 0.4*u", 1.0).unwrap();
+        let friction = Friction::Formula(law, LawParameters::new(&[]));
+        let [mass, stiffness, normal_force, belt_speed, damping] = [20.0, 1e6, 200.0, 0.002, 30.0];
+        let like = example(Law::Stribeck);
+        Machine { friction, mass, stiffness, normal_force, belt_speed, damping, ..like }
+    }
+
+    /// The intervals against the regimes at values of their own.
+    #[test]
+    fn intervals_hold_inside_and_not_outside() {
+        let mut windows = 0;
+        for machine in [machine(&Law::Exponential), stribeck_curve()] {
+            let all = assess(&machine).unwrap();
+            for (name, intervals) in [("belt_speed", &all.speeds), ("damping", &all.dampings)] {
+                let within = |of: &Intervals, value: f64| {
+                    let inside = |ends: &[End; 2]| ends[0].value() <= value && value <= ends[1].value();
+                    of.holds.iter().any(inside)
+                };
+                let [least, most] = intervals[0].tried.map(|end| end.max(1e-3 * machine.damping));
+                for i in 0..40 {
+                    let value = least * (most / least).powf((f64::from(i) + 0.5) / 40.0);
+                    let model = machine.with(name, value).unwrap().model().unwrap();
+                    let regime = regime_at(&model.law, &model.point);
+                    let attractors = regime.attractors();
+                    let truth = [
+                        regime == Regime::StickSlip,
+                        attractors.stick_slip,
+                        attractors.slip,
+                        attractors.crossing,
+                    ];
+                    assert_eq!(intervals.each_ref().map(|of| within(of, value)), truth, "{name} {value}");
+                }
+                let starts = intervals.iter().flat_map(|of| &of.holds).filter_map(|ends| ends[0].located());
+                windows += starts.filter(|[value, error]| *error < 1e-6 * value).count();
+            }
+        }
+        // Of the Stribeck curve all three begin at speeds above 0, and slip cycles at a damping above 0.
+        assert!(windows >= 4, "{windows}");
+    }
+
+    /// Two ends of closed form: v_s ln(N (mu_s - mu_k) / (v_s d)) where steady slip becomes stable, and of two
+    /// coefficients lambda (mu_s - mu_k) N / sqrt(k m), with lambda at the damping ratio 0.05 to 15 digits.
+    #[test]
+    fn ends_of_intervals_have_their_errors() {
+        let near = |[value, error]: [f64; 2], expected: f64| {
+            assert!((value - expected).abs() <= error && error <= 1e-6 * value, "{value} {error} {expected}");
+        };
+        let end = |all: &Assessment, statement: Statement| {
+            all.speeds[statement as usize].holds.last().unwrap()[1].located().unwrap()
+        };
+        let falls = assess(&machine(&Law::Exponential)).unwrap();
+        near(end(&falls, Statement::AlwaysSticks), 0.25 * (50.0 * 0.1 / (0.25 * 4.0)).ln());
+        let coulomb = assess(&machine(&Law::Coulomb)).unwrap();
+        // sqrt(k m) = 40 N s/m: the damping ratio of 4 N s/m is 0.05.
+        near(end(&coulomb, Statement::MayStick), 1.098_092_624_115_87 * 50.0 * 0.1 / 40.0);
+        assert!(coulomb.speeds[Statement::AlwaysSticks as usize].holds.is_empty());
+    }
+
     #[test]
     fn the_thresholds_are_those_of_the_machine() {
         let wavy = "0.4 - 0.127*(1-exp(-u/0.096)) + 0.0046*(cos(57.52*u)-1)";

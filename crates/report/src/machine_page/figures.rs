@@ -343,8 +343,53 @@ mod tests {
     use super::*;
     use crate::machine_page::tests::example;
     use slipmap_map::assessment::assess;
-    use slipmap_map::machine::Machine;
+    use slipmap_map::machine::{Machine, Motion};
     use slipmap_model::friction::{Law, Table};
+
+    /// The curves at speeds of their own, over decades of both quantities and where damping falls steeply.
+    #[test]
+    fn curves_follow_the_critical_and_the_hopf_damping() {
+        let stiff = [0.4, 3e5, 20.0, 200.0, 0.6, 0.35, 0.05, 0.0, 0.01];
+        for machine in [
+            Machine::from_array(Motion::Translation, Law::Exponential, stiff),
+            example(Law::Stribeck).with("belt_speed", 0.01).unwrap(),
+        ] {
+            let all = assess(&machine).unwrap();
+            let (model, units) = (machine.model().unwrap(), machine.units());
+            let rect = Rect { x: 0.0, y: 0.0, w: 1.0, h: 1.0 };
+            let in_units = |scale: Scale, unit: f64| Scale { from: scale.from / unit, to: scale.to / unit, ..scale };
+            let x = in_units(speeds_shown(&all), units.velocity);
+            let y = in_units(dampings_shown(&all), units.damping);
+            let here = [x.unit(model.point.belt_speed), y.unit(model.point.damping)];
+            assert!(here.iter().all(|share| (0.03..0.97).contains(share)), "the working point: {here:?}");
+            let values = model.point.law.as_slice().iter().map(|value| vec![*value]);
+            let axes = std::iter::once(vec![1.0]).chain(values).chain([vec![1.0], vec![0.0]]).collect();
+            let grid = Grid::new(model.law.clone(), axes).unwrap();
+            let mut met = 0;
+            for curve in limits(&grid, &model.point, &Panel { rect, x, y }) {
+                for i in 0..100 {
+                    let speed = speed_at(x, (f64::from(i) + 0.37) / 100.0);
+                    let column = model.law.column(&Point { belt_speed: speed, ..model.point });
+                    let truth = match curve.bifurcation {
+                        Bifurcation::Hopf => column.curve.weakening(speed),
+                        _ => known_or_nan(critical_dampings(&[column], 1e-10)[0]),
+                    };
+                    let share = y.unit(truth.max(1e-9));
+                    let beside = curve.points.windows(2).find(|pair| pair[0].x <= speed && speed <= pair[1].x);
+                    if !(0.0..=1.0).contains(&share) {
+                        continue;
+                    }
+                    let [a, b] = beside.map(|pair| [pair[0], pair[1]]).unwrap();
+                    let along = (x.unit(speed) - x.unit(a.x)) / (x.unit(b.x) - x.unit(a.x));
+                    let drawn = y.unit(a.y) * (1.0 - along) + y.unit(b.y) * along;
+                    // Halved where the middle of a chord is farther away; elsewhere a parabola may be a third off.
+                    assert!((drawn - share).abs() < 2.0 * STRAIGHT, "{speed}: {drawn} {share}");
+                    met += 1;
+                }
+            }
+            assert!(met > 80, "{met}");
+        }
+    }
 
     #[test]
     fn the_regimes_end_where_the_data_do() {

@@ -335,7 +335,7 @@ fn motion(all: &Assessment) -> Vec<Line> {
                 of(kick.forward, dimension).then(", ").then(of(kick.backward, dimension))
             };
             let impulse = both(all.kick_impulse().unwrap_or(kick), Impulse);
-            line(with_belt, both(kick, Velocity).then("; times the mass ").then(impulse))
+            line(with_belt, both(kick, Velocity).then("; as impulses ").then(impulse))
         }
         NeededKick::NotNeeded => kick(rich("none is needed")),
         NeededKick::None => kick(rich("no kick of steady slip does")),
