@@ -5,9 +5,7 @@
 Maps of 512 columns with 20 dampings each, seven methods, the fields `critical_c` and `regime`, one thread, no audit;
 with --large also maps of 8,000 columns with 50 dampings (400,000 cells) on two threads. Each is run three times and the
 least processor time counts, with the wall time of that run. `ratio` is the processor time over that of `stribeck` of the same size.
-
-Then the critical damping alone of 20,000 columns, V from 0.1 to 1, of laws that fall ever more steeply: `ratio` is the
-processor time over that of the exponential law with vs = 1.
+Laws that fall steeply: `machines`.
 """
 
 import argparse
@@ -24,8 +22,6 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 COLUMNS = ["law", "columns", "cells", "threads", "processor_seconds", "wall_seconds", "ratio"]
 RUNS = 3
-STEEP = [1.0, 0.1, 0.03, 1e-2, 1e-3, 1e-4, 1e-6]
-STEEP_COLUMNS = 20_000
 
 
 def axis(lo, hi, points):
@@ -79,26 +75,6 @@ def rows(program, n, dampings, threads):
         yield [name, n**3, n**3 * dampings, threads, f"{spent:.3f}", f"{wall:.3f}", f"{spent / base:.2f}"]
 
 
-def steep_rows(program):
-    base = None
-    for vs in STEEP:
-        squared = f'law = "expression"\nphi = "0.58 + 0.42*exp(-(u/{vs!r})^2)"'
-        exponential = f"mu = 0.58\nvs = {vs!r}\neta = 0.0\n"
-        for name, friction, grid in [
-            ("exponential", 'law = "exponential"', exponential),
-            ("exponent 2 as expression", squared, ""),
-        ]:
-            with tempfile.TemporaryDirectory() as folder:
-                job = (
-                    f"[friction]\n{friction}\n[grid]\nepsilon = 1.0\n{grid}V = {axis(0.1, 1.0, STEEP_COLUMNS)}\nc = 0.1\n"
-                    '[methods]\nrun = ["simulation"]\n[audit]\ncells = 0\n[output]\npath = "map.h5"\nfields = ["critical_c"]\n'
-                )
-                (Path(folder) / "job.toml").write_text(job)
-                spent, wall = measure(program, folder, 1)
-            base = base or spent
-            yield [f"{name}, vs = {vs:g}", STEEP_COLUMNS, STEEP_COLUMNS, 1, f"{spent:.3f}", f"{wall:.3f}", f"{spent / base:.2f}"]
-
-
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("program")
@@ -120,8 +96,6 @@ def main():
         for size in sizes:
             for row in rows(args.program, *size):
                 write(row)
-        for row in steep_rows(args.program):
-            write(row)
 
 
 if __name__ == "__main__":

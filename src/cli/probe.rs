@@ -365,7 +365,7 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
     line(
         "critical damping",
         match &answer.critical {
-            Ok(root) if root.c.abs() <= answer.rounding_of_critical() => {
+            Ok(_) if answer.critical_is_zero() => {
                 "c* = 0 within rounding: no cycle at any damping above 0".into()
             }
             Ok(root) if !root.is_located() => {
@@ -456,6 +456,9 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
                 line("slip cycle", format!("{kind}, {shape}{sides}"));
             }
         }
+    }
+    if let Some(left_out) = answer.left_out() {
+        line("left out", left_out);
     }
     match answer.crossing_cycles() {
         Err(why) => line("crossing cycles", format!("not determined: {}", answer.why_unknown(why))),

@@ -7,7 +7,7 @@ use serde_json::json;
 use super::Failure;
 use super::output::{self, Align, Table, bytes, count, duration, exact, number_of, object, short};
 use slipmap_config::{Job, load_machine};
-use slipmap_map::map::{Axis, LISTED, PlaneCurves, Proofs, Summary, Verdict};
+use slipmap_map::map::{Axis, LISTED, PlaneCurves, Proofs, Summary, Verdict, left_out};
 use slipmap_map::probe::{command_line, fate_name};
 use slipmap_report::proved::{Rounded, proved_percent};
 use slipmap_simulate::bifurcation::Bifurcation;
@@ -183,6 +183,9 @@ pub(super) fn print(report: &RunReport, out: &mut dyn Write) -> Result<(), Failu
     if unknown.regimes > 0 {
         let cells = number_of(account.cells, "cell");
         writeln!(out, "regime: not determined in {} of {cells}", count(unknown.regimes))?;
+    }
+    if let Some(from) = account.left_out_from {
+        writeln!(out, "regime: {}", left_out(from))?;
     }
     if unknown.critical > 0 {
         let columns = number_of(job.plan.grid.column_count(), "column");

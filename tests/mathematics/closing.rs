@@ -313,7 +313,7 @@ fn slopes_settle_counts_next_to_the_critical_damping() {
 #[test]
 fn cycles_at_a_narrow_dip_are_counted() {
     let law =
-        Law::Expression(Expression::new("1-a*u/(u+b)+d*exp(-((u-e)/w)^2)-d*exp(-(e/w)^2)", 1.0).unwrap());
+        Law::Expression(Expression::new("1-a*u/(u+b)+d*exp(-((u-p)/w)^2)-d*exp(-(p/w)^2)", 1.0).unwrap());
     let parameters = [
         0.8028961796423718,
         1.4075835981671745,

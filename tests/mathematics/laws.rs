@@ -66,7 +66,7 @@ fn stribeck_as_text_gives_the_same_verdicts_and_margins() {
 /// Columns of every other law.
 fn columns(count: usize) -> Vec<(Law, Column)> {
     let mut random = Random(66);
-    let wavy = Expression::new("1 - d*tanh(u/w) + e*sin(3*u)^2", 1.0).unwrap();
+    let wavy = Expression::new("1 - d*tanh(u/w) + p*sin(3*u)^2", 1.0).unwrap();
     let data: Vec<(f64, f64)> =
         (0..60).map(|i| 0.2 * f64::from(i)).map(|u| (u, 0.6 + 0.4 * (-u).exp() + 0.02 * u)).collect();
     let measured = Table::new("sampled", &data, 1.0).unwrap();
@@ -277,7 +277,7 @@ fn a_law_is_read_as_small_on_request() {
 
 #[test]
 fn gradients_of_the_weakening_rate_are_its_differences() {
-    let formula = Law::Expression(Expression::new("1 - d*tanh(u/w) + eps*e*sin(3*u)^2", 1.0).unwrap());
+    let formula = Law::Expression(Expression::new("1 - d*tanh(u/w) + eps*p*sin(3*u)^2", 1.0).unwrap());
     let laws = [
         (Law::Stribeck, vec![0.3, 0.1, 2.0]),
         (Law::Exponential, vec![0.3, 0.7, 0.1]),

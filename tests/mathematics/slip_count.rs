@@ -35,7 +35,7 @@ fn pairs_that_meet_in_a_fold_are_proved() {
 /// For laws so steep at rest that the tests claim nothing near the boundary.
 #[test]
 fn without_slip_cycles_a_stable_equilibrium_proves_absence() {
-    let law = Law::Expression(Expression::new("1 - b*ln(1 + u/v) + k*u", 1.0).unwrap());
+    let law = Law::Expression(Expression::new("1 - b*ln(1 + u/s) + k*u", 1.0).unwrap());
     let (mut random, mut proved) = (Random(79), 0);
     for _ in 0..40 {
         let (b, v, k) = (random.log(0.01, 0.1), random.log(1e-3, 0.1), random.log(1e-3, 0.1));
@@ -148,7 +148,7 @@ fn for_measured_laws_only_the_even_part_gives_proofs() {
 fn narrow(e: f64, [a, b]: [f64; 2], d: f64) -> Oscillator {
     // Integrals of 1, tanh^2 and tanh^4.
     let part = |x: &str| format!("({x} - a*({x} - tanh({x})) + b*({x} - tanh({x}) - tanh({x})^3/3))");
-    let text = format!("1 - e*d*({} - {})", part("((u - 1)/d)"), part("(-1/d)"));
+    let text = format!("1 - s*d*({} - {})", part("((u - 1)/d)"), part("(-1/d)"));
     expression(&text, &[e, d, a, b], 0.0, 1.0)
 }
 

@@ -204,7 +204,7 @@ fn a_pair_of_slip_cycles_between_two_signs_is_found() {
         terms.sum::<f64>() / 32.0
     };
     let names: Vec<&str> = law.parameters().iter().map(|parameter| parameter.name).collect();
-    assert_eq!(names, ["e", "a", "k"]);
+    assert_eq!(names, ["s", "a", "k"]);
     let mut random = Random(5);
     for _ in 0..40 {
         let (k, level) = (7.0 + 0.4 * random.unit(), -0.12 + 0.1 * random.unit());

@@ -131,9 +131,9 @@ fn probe_asks_any_law() {
     with(&["--law", "expression"]).refuses(&["needs --phi"]);
 }
 
-/// At large slip speeds this law gains energy without bound, so that no crossing cycle can be followed.
+/// At large slip speeds this law gains energy without bound: orbits that reach them are left out.
 #[test]
-fn cycles_of_one_kind_are_told_where_those_of_another_are_unknown() {
+fn cycles_are_told_where_friction_pushes_farther_out() {
     let scratch = Scratch::new();
     let law =
         ["--phi=1 - 1.4*u*exp(-u/1.5) + 0.2*sin(7.4*u) - 0.16*u", "--epsilon=1", "--V=1.67", "--c=0.09"];
@@ -142,8 +142,9 @@ fn cycles_of_one_kind_are_told_where_those_of_another_are_unknown() {
     let stable: Vec<bool> =
         cycles["slip"].as_array().unwrap().iter().map(|cycle| cycle["stable"].as_bool().unwrap()).collect();
     assert_eq!(stable, [false, true, false], "{cycles}");
-    assert!(cycles["stick_slip"].is_object() && cycles["crossing"].is_null(), "{cycles}");
-    assert_eq!(cycles["reason"], "crossing cycles: the step budget ran out");
+    assert!(cycles["stick_slip"].is_object() && cycles["crossing"] == serde_json::json!([]), "{cycles}");
+    let reason = cycles["reason"].as_str().unwrap();
+    assert!(reason.starts_with("friction is negative from u = 1."), "{reason}");
 }
 
 #[test]

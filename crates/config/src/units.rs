@@ -243,6 +243,9 @@ pub(super) fn compare(text: &str, wanted: Wanted) -> Match {
 /// without a unit.
 pub(super) fn with_unit(text: &str) -> Option<(f64, &str)> {
     let text = text.trim();
+    if text.parse::<f64>().is_ok() {
+        return None;
+    }
     let ends = text.char_indices().map(|(at, _)| at).rev().filter(|&at| at > 0);
     let (at, number) = ends.filter_map(|at| Some((at, text[..at].trim_end().parse::<f64>().ok()?))).next()?;
     number.is_finite().then(|| (number, text[at..].trim_start()))

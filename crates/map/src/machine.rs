@@ -422,7 +422,10 @@ impl Model {
 
 #[cfg(test)]
 pub(crate) fn example(law: Law) -> Machine {
-    Machine::from_array(Motion::Translation, law, [2.0, 800.0, 4.0, 50.0, 0.4, 0.3, 0.25, 0.02, 0.1])
+    // Two coefficients have no Stribeck velocity.
+    let stribeck_velocity = if law == Law::Coulomb { 1.0 } else { 0.25 };
+    let values = [2.0, 800.0, 4.0, 50.0, 0.4, 0.3, stribeck_velocity, 0.02, 0.1];
+    Machine::from_array(Motion::Translation, law, values)
 }
 
 #[cfg(test)]

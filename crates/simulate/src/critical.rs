@@ -75,24 +75,36 @@ pub fn critical_dampings(
     columns: &[Column],
     tolerance: f64,
 ) -> Vec<Result<CriticalDamping, NoCriticalDamping>> {
-    let halves: Vec<Option<Sought>> = columns.iter().map(sought_by_halves).collect();
-    let is_smooth: Vec<bool> = halves.iter().map(Option::is_none).collect();
-    let by_halves = closing_dampings_by_halves(&halves.into_iter().flatten().collect::<Vec<_>>(), tolerance);
-    let orbits: Vec<Amplitude> = (columns.iter().zip(&is_smooth).filter(|(_, is_smooth)| **is_smooth))
-        .map(|(Column { curve, belt_speed, .. }, _)| Amplitude::new(curve, *belt_speed, *belt_speed))
-        .collect();
-    let mut by_halves = by_halves.into_iter();
-    let mut found = closing_dampings(&orbits, tolerance, None).into_iter();
-    let answer = |(column, is_smooth): (&Column, bool)| {
-        let found = if is_smooth { found.next() } else { by_halves.next() };
-        match found.unwrap_or(Err(0)) {
-            Ok(Closing { viscous, error, rhs, .. }) => {
-                Ok(CriticalDamping { c: viscous / column.epsilon, error: error / column.epsilon, rhs })
-            }
-            Err(rhs) => search(column, tolerance, rhs, Wanted::Legal),
+    let is_stribeck = |column: &Column| column.curve.stribeck().is_some();
+    let mut found: Vec<Result<Closing, u64>> = vec![Err(0); columns.len()];
+    let mut by_halves: Vec<(usize, Sought)> = Vec::new();
+    let mut smooth: Vec<(usize, Amplitude)> = Vec::new();
+    for (number, column) in columns.iter().enumerate() {
+        match if is_stribeck(column) { None } else { sought_by_halves(column) } {
+            Some(sought) => by_halves.push((number, sought)),
+            None => smooth.push((number, Amplitude::new(&column.curve, column.belt_speed, column.belt_speed))),
         }
+    }
+    let (numbers, orbits): (Vec<usize>, Vec<Amplitude>) = smooth.into_iter().unzip();
+    for (number, closing) in numbers.into_iter().zip(closing_dampings(&orbits, tolerance, None)) {
+        found[number] = closing;
+        // The turns of Stribeck's law fail where it is steep.
+        let column = &columns[number];
+        if closing.is_err() && is_stribeck(column) {
+            by_halves.extend(sought_by_halves(column).map(|sought| (number, sought)));
+        }
+    }
+    let (numbers, sought): (Vec<usize>, Vec<Sought>) = by_halves.into_iter().unzip();
+    for (number, closing) in numbers.into_iter().zip(closing_dampings_by_halves(&sought, tolerance)) {
+        found[number] = closing;
+    }
+    let answer = |(column, found): (&Column, Result<Closing, u64>)| match found {
+        Ok(Closing { viscous, error, rhs, .. }) => {
+            Ok(CriticalDamping { c: viscous / column.epsilon, error: error / column.epsilon, rhs })
+        }
+        Err(rhs) => search(column, tolerance, rhs, Wanted::Legal),
     };
-    columns.iter().zip(is_smooth).map(answer).collect()
+    columns.iter().zip(found).map(answer).collect()
 }
 
 fn sought_by_halves(column: &Column) -> Option<Sought<'_>> {

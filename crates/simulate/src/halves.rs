@@ -377,18 +377,25 @@ impl<'a> Together<'a> {
             let Some(half) = self.halves[lane] else { continue };
             self.rhs[lane] += STAGES as u64;
             self.steps[lane] += 1;
+            if self.steps[lane] > STEP_BUDGET {
+                done(self.numbers[lane], None, self.rhs[lane]);
+                self.halves[lane] = None;
+                continue;
+            }
             let [from, h, to] = [self.x[lane], self.h[lane], to[lane]];
+            let scale = from.max(self.first[lane]);
             let [before, after] =
                 [&state, &next].map(|state| [0, 1, 2].map(|part| state[part * LANES + lane]));
             let inside = self.room[lane] > 0.0 && after[0].is_finite() && after[1].is_finite();
-            if let Some(here) = here.as_ref().filter(|_| inside) {
+            let least = corners::LEAST_STEP * scale;
+            if let Some(here) = here.as_ref().filter(|_| inside && h > least) {
                 let ends = [here, &there].map(|places| End {
                     slip: places.slip[lane],
                     rate: places.square[lane].max(0.0).sqrt() * places.time[lane],
                 });
                 if let Some(shorter) = corners::shortened(half.orbit.stops, half.orbit.belt_speed, ends, h) {
                     self.beyond_stop[lane] = self.beyond_stop[lane].max(h);
-                    self.width[lane] = shorter;
+                    self.width[lane] = shorter.max(least);
                     continue;
                 }
             }
@@ -409,8 +416,7 @@ impl<'a> Together<'a> {
             if !inside || !(found <= enough) {
                 self.width[lane] = h * if inside { ratio.clamp(0.1, 0.9) } else { 0.25 };
                 self.beyond_stop[lane] = 0.0;
-                let is_short = !(self.width[lane] > SHORTEST_STEP * from.max(self.first[lane]));
-                if is_short || self.steps[lane] > STEP_BUDGET {
+                if !(self.width[lane] > SHORTEST_STEP * scale) {
                     done(self.numbers[lane], None, self.rhs[lane]);
                     self.halves[lane] = None;
                 }
@@ -509,16 +515,13 @@ pub(super) struct Sought<'a> {
 
 impl<'a> Sought<'a> {
     /// The orbit from the exit point, where friction drops as slip begins or falls so steeply that the polar angle is not
-    /// monotone; `None` elsewhere, and for Stribeck's law. The search begins at `start` and stays within bounds.
+    /// monotone; `None` elsewhere. The search begins at `start` and stays within bounds.
     pub(super) fn from_exit(
         curve: &'a Curve,
         belt_speed: f64,
         start: impl FnOnce() -> f64,
         bounds: impl FnOnce() -> [f64; 2],
     ) -> Option<Self> {
-        if curve.stribeck().is_some() {
-            return None;
-        }
         let layer = layer(curve, belt_speed, belt_speed);
         if layer.is_none() && curve.drop() == 0.0 {
             return None;
@@ -561,8 +564,15 @@ impl Search<'_> {
         let spent = forward.1 + backward.1;
         self.rhs += spent;
         let within = self.work.spend_compiled(spent).is_ok();
-        let Some((forward, backward)) = forward.0.zip(backward.0).filter(|_| within) else {
+        if !within {
             return Some(Err(self.rhs));
+        }
+        let Some((forward, backward)) = forward.0.zip(backward.0) else {
+            // A step of Newton's method may have led so far beyond the root that the orbit does not turn.
+            let before = self.before.filter(|[at, _]| (self.viscous - at).abs() > ROUGH * self.size);
+            let Some([at, _]) = before else { return Some(Err(self.rhs)) };
+            self.viscous = 0.5 * (at + self.viscous);
+            return None;
         };
         let (gap, error) = (forward.h - backward.h, forward.error + backward.error);
         let by_damping = forward.by_damping - backward.by_damping;

@@ -385,6 +385,7 @@ fn the_commands_write_everything_or_nothing() {
     );
     // The LaTeX document includes every table and every figure.
     let document = scratch.read("map-report/report.tex");
+    // Tables without their ending, figures with it.
     let included = |command: &str, ending: &str| {
         let names = document.split(command).skip(1).filter_map(|rest| rest.split('}').next());
         names.filter(|name| scratch.path().join(format!("map-report/{name}{ending}")).is_file()).count()

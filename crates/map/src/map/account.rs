@@ -88,6 +88,9 @@ pub struct Account {
     pub contradictions: Contradictions,
     /// Values of fields that could not be computed.
     pub unknown: Unknown,
+    /// The least slip speed from which on the friction of a column pushes, where its regimes leave out orbits that
+    /// reach it.
+    pub left_out_from: Option<f64>,
     /// Processor seconds of the stages that belong to no method.
     pub stages: Stages,
     /// The first failed cells, at most ten, in the order of tiles.
@@ -134,6 +137,8 @@ impl Account {
         self.unknown.regimes += other.unknown.regimes;
         self.unknown.critical += other.unknown.critical;
         self.unknown.inaccurate += other.unknown.inaccurate;
+        let from = [self.left_out_from, other.left_out_from].into_iter().flatten();
+        self.left_out_from = from.reduce(f64::min);
         self.stages.add(&other.stages);
         if !other.failed.is_empty() {
             self.failed.extend(other.failed);

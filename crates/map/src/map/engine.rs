@@ -282,6 +282,7 @@ fn compute_tile(plan: &Plan, draws: &Draws, tile: &Tile) -> (TileData, Account) 
         });
         account.stages.fields += taken;
         let (described, taken) = timed(|| describe(plan, tile, &columns, &simulated.ends, &known));
+        account.left_out_from = described.left_out_from;
         account.stages.regime = described.regime_seconds;
         account.stages.fields += taken - described.regime_seconds;
         (data.regime, data.quantities) = (described.regimes, described.quantities);

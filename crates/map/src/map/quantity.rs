@@ -27,6 +27,8 @@ pub(super) struct Described {
     pub(super) regimes: Runs<Regime>,
     /// Processor seconds that the regimes took.
     pub(super) regime_seconds: f64,
+    /// See [`super::Account::left_out_from`].
+    pub(super) left_out_from: Option<f64>,
     /// In the order of [`Plan::quantities`], for all cells each.
     pub(super) quantities: Vec<Vec<f64>>,
 }
@@ -68,6 +70,8 @@ pub(super) fn describe(
                 }
             });
             described.regime_seconds += taken;
+            let from = [described.left_out_from, behaviour.left_out_from()].into_iter().flatten();
+            described.left_out_from = from.reduce(f64::min);
         }
         if quantities.is_empty() {
             continue;

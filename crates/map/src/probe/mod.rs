@@ -176,7 +176,7 @@ impl Cycles {
         let reasons = reasons
             .into_iter()
             .filter_map(|(which, why)| Some(format!("{which}: {}", answer.why_unknown(why?))));
-        let reasons: Vec<String> = reasons.collect();
+        let reasons: Vec<String> = reasons.chain(answer.left_out()).collect();
         let fate = match answer.flow.fate {
             // The orbit spirals to an attractor that is not known.
             Fate::SpiralsInward if slip.is_err() => Fate::TooCloseToCall,

@@ -89,6 +89,8 @@ const HALVED: f64 = 0.6;
 const FASTEST: f64 = 1e60;
 /// Friction above this counts as not negative: less than rounding makes of it.
 pub const NOTHING: f64 = -1e-12;
+/// Relative accuracy of the slip speed from which on friction pushes.
+const RESOLVED: f64 = 1e-6;
 
 /// The smallest range that contains all `ranges`.
 fn hull(ranges: impl Iterator<Item = Range>) -> Range {
@@ -233,10 +235,34 @@ impl Curve {
     /// Returns whether friction never pushes: whether phi >= 0 at all slip speeds, up to [`Curve::fastest`],
     /// by bounds or, where they leave it open, by [`Curve::friction_by_intervals`], which are partly samples.
     pub fn never_pushes(&self, unit: f64) -> bool {
-        if !self.is_sampled() && self.friction_range(self.fastest().min(FASTEST), Pieces::One).lo >= NOTHING {
-            return true;
+        self.is_proved_to_resist()
+            || self.friction_by_intervals(unit).iter().all(|(_, range)| range.lo >= NOTHING)
+    }
+
+    fn is_proved_to_resist(&self) -> bool {
+        !self.is_sampled() && self.friction_range(self.fastest().min(FASTEST), Pieces::One).lo >= NOTHING
+    }
+
+    /// The slip speed from which on friction pushes for the first time, by samples where the ranges of
+    /// [`Curve::friction_by_intervals`] leave it open; `None` where none is found.
+    pub fn pushes_from(&self, unit: f64) -> Option<f64> {
+        if self.is_proved_to_resist() {
+            return None;
         }
-        self.friction_by_intervals(unit).iter().all(|(_, range)| range.lo >= NOTHING)
+        let resists = |u: f64| self.phi(u) >= NOTHING;
+        let open = self.friction_by_intervals(unit).into_iter().filter(|(_, range)| range.lo < NOTHING);
+        for ([from, to], _) in open {
+            let place = |i: u32| (to - from).mul_add(f64::from(i) / f64::from(SAMPLES), from);
+            if let Some(first) = (0..=SAMPLES).find(|i| !resists(place(*i))) {
+                let (mut low, mut high) = (place(first.saturating_sub(1)), place(first));
+                while high - low > RESOLVED * high {
+                    let middle = 0.5 * (low + high);
+                    *(if resists(middle) { &mut low } else { &mut high }) = middle;
+                }
+                return Some(high);
+            }
+        }
+        None
     }
 
     /// Ranges of phi on intervals of slip speed, with the ends of each, from 0 up to [`Curve::fastest`]. They

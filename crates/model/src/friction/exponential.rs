@@ -50,9 +50,9 @@ pub(super) const PARAMETERS: [Parameter; 3] = [
     Parameter { name: "eta", long_name: "viscous strengthening of friction", min: 0.0, max: f64::INFINITY },
 ];
 
-/// Least vs with an exponent of its own: the fall then lies apart from rest, and engines pass over one much narrower
-/// beside belt speeds of order one.
-const LEAST_WIDTH: f64 = 1e-4;
+/// Least vs with an exponent of its own: the fall then lies apart from rest, and engines pass over one narrower than
+/// 1e-10 of the range of slip speeds.
+const LEAST_WIDTH: f64 = 1e-7;
 
 /// delta. Below 1 friction would fall infinitely fast as slip begins.
 pub(super) const EXPONENT: Parameter =
