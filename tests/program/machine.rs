@@ -315,7 +315,9 @@ fn two_machines_share_a_page() {
     assert!(row("may stick-slip below damping").contains(&digits(0)), "{text}");
     assert!(row("may stick-slip below damping").contains(&digits(1)), "{text}");
     let html = scratch.read("both.html");
-    assert!(html.matches("<svg").count() == 4 && html.contains(": before.toml") && html.contains(": after.toml"));
+    assert!(
+        html.matches("<svg").count() == 4 && html.contains(": before.toml") && html.contains(": after.toml")
+    );
     // The kick and its impulse.
     let number = |key: &str| both[1][key].as_f64().unwrap();
     close(number("kick_forward_impulse"), 3.0 * number("kick_forward"), 1e-12);

@@ -631,7 +631,8 @@ mod tests {
             all.speeds[statement as usize].holds.last().unwrap()[1].located().unwrap()
         };
         let falls = assess(&machine(&Law::Exponential)).unwrap();
-        near(end(&falls, Statement::AlwaysSticks), 0.25 * (50.0 * 0.1 / (0.25 * 4.0)).ln());
+        // N (mus - muk) / (v_s d) is 50 * 0.1 / (0.25 * 4).
+        near(end(&falls, Statement::AlwaysSticks), 0.25 * 5_f64.ln());
         let coulomb = assess(&machine(&Law::Coulomb)).unwrap();
         // sqrt(k m) = 40 N s/m: the damping ratio of 4 N s/m is 0.05.
         near(end(&coulomb, Statement::MayStick), 1.098_092_624_115_87 * 50.0 * 0.1 / 40.0);

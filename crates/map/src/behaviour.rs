@@ -160,10 +160,19 @@ pub(crate) fn belt_speeds(curve: &Curve, per_decade: i32) -> Vec<f64> {
 
 /// By bisection, two values between `low`, where `holds` is true, and `high`, where it is false: it is true at
 /// the first, false at the second, and unknown between them unless they nearly agree.
-pub(crate) fn last_between(mut low: f64, mut high: f64, holds: impl Fn(f64) -> Option<bool>) -> [f64; 2] {
+pub(crate) fn last_between(low: f64, high: f64, holds: impl Fn(f64) -> Option<bool>) -> [f64; 2] {
+    last_within(1e-12, [low, high], holds)
+}
+
+/// As [`last_between`], to within this relative width.
+pub(crate) fn last_within(
+    width: f64,
+    [mut low, mut high]: [f64; 2],
+    holds: impl Fn(f64) -> Option<bool>,
+) -> [f64; 2] {
     /// Number of bisections for each end of a range in which it is unknown.
-    const ROUNDS: u32 = 24;
-    while high - low > 1e-12 * high {
+    const ROUNDS: u32 = 12;
+    while high - low > width * high {
         let middle = 0.5 * (low + high);
         if middle <= low || middle >= high {
             break;

@@ -82,7 +82,9 @@ pub fn critical_dampings(
     for (number, column) in columns.iter().enumerate() {
         match if is_stribeck(column) { None } else { sought_by_halves(column) } {
             Some(sought) => by_halves.push((number, sought)),
-            None => smooth.push((number, Amplitude::new(&column.curve, column.belt_speed, column.belt_speed))),
+            None => {
+                smooth.push((number, Amplitude::new(&column.curve, column.belt_speed, column.belt_speed)))
+            }
         }
     }
     let (numbers, orbits): (Vec<usize>, Vec<Amplitude>) = smooth.into_iter().unzip();

@@ -221,9 +221,7 @@ fn settled(curve: &Curve, belt_speed: f64, known: f64) -> f64 {
         Range { lo: lo / onset, hi: hi / onset }
     };
     let highest = |pieces| friction(belt_speed.min(known), pieces).hi.max(1.0);
-    let bound = |pieces| {
-        without_pushing(highest(pieces), belt_speed).min((farthest + curve.drop()) / onset)
-    };
+    let bound = |pieces| without_pushing(highest(pieces), belt_speed).min((farthest + curve.drop()) / onset);
     let mut settled = bound(Pieces::One);
     if settled == f64::INFINITY {
         settled = bound(Pieces::Octaves);

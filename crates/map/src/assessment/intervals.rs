@@ -10,7 +10,7 @@ use std::cell::OnceCell;
 use rayon::prelude::*;
 
 use super::TOLERANCE;
-use crate::behaviour::{Limit, SAME, belt_speeds, last_between};
+use crate::behaviour::{Limit, SAME, belt_speeds, last_within};
 use crate::map::{self, Regime};
 use slipmap_model::filippov::{Oscillator, Stability};
 use slipmap_model::friction::{Column, Law};
@@ -126,9 +126,9 @@ impl Intervals {
             }
             let [low, high] = match (before, after) {
                 (Some(before), Some(_)) => beside(known, [low, high], |at| Some(holds(at)? == before))
-                    .unwrap_or_else(|| last_between(low, high, |at| Some(holds(at)? == before))),
-                (Some(_), None) => [last_between(low, high, |at| Some(holds(at) == before))[0]; 2],
-                (None, _) => [last_between(low, high, |at| Some(holds(at) != after))[1]; 2],
+                    .unwrap_or_else(|| last_within(CLOSE, [low, high], |at| Some(holds(at)? == before))),
+                (Some(_), None) => [last_within(ROUGH, [low, high], |at| Some(holds(at) == before))[0]; 2],
+                (None, _) => [last_within(ROUGH, [low, high], |at| Some(holds(at) != after))[1]; 2],
             };
             let is_located = before.is_some() && after.is_some() && high - low <= LOCATED * high;
             let [ends, begins] = match is_located {
@@ -151,6 +151,11 @@ impl Intervals {
             Some(false) => {}
             None => self.unknown.push(ends.map(End::value)),
         }
+    }
+
+    /// The located ends.
+    fn ends(&self) -> impl Iterator<Item = f64> {
+        self.holds.iter().flatten().filter_map(|end| Some(end.located()?[0]))
     }
 
     /// The same in another unit, `unit` times smaller.
@@ -203,6 +208,10 @@ fn at([low, high]: [f64; 2], known: &[f64]) -> End {
     End::At { value: nearest.copied().unwrap_or(middle), error: error + NEAR * middle }
 }
 
+/// Relative width to which a change is located.
+const CLOSE: f64 = 1e-7;
+/// Relative width to which the end of what is known is.
+const ROUGH: f64 = 1e-3;
 /// Relative width of a bracket in which a change counts as located: as for the critical damping, 1 %.
 const LOCATED: f64 = 0.01;
 /// Relative error of a change beside that of the bisection: that of orbits with [`TOLERANCE`].
@@ -213,6 +222,8 @@ const SPEEDS_PER_DECADE: i32 = 32;
 
 /// All attractors are sought at each of this number of them, since that costs far more.
 const FEWER: usize = 4;
+/// Ratio to the highest change of stick-slip up to which they are.
+const FAR: f64 = 4.0;
 /// Relative distance from a change at which they are, too.
 const ASIDE: f64 = 1e-3;
 
@@ -235,26 +246,30 @@ pub(super) fn of_speeds(
         let oscillator = at(speed);
         Statement::MayStick.holds(&oscillator, &flow(&oscillator, TOLERANCE), || Regime::Failed)
     };
-    let mut known: Vec<f64> = critical.into_iter().collect();
-    let cheap: [&(dyn Fn(f64) -> Option<bool> + Sync); 2] = [&repels, &sticks];
-    for holds in cheap {
+    let of = |holds: &(dyn Fn(f64) -> Option<bool> + Sync)| {
         let judged: Vec<_> = speeds.par_iter().map(|speed| (*speed, holds(*speed))).collect();
-        let ends = Intervals::between(&judged, &known, holds).holds.into_iter().flatten();
-        known.extend(ends.filter_map(End::located).map(|[value, _]| value));
-    }
-    // All attractors, at fewer speeds and on both sides of these changes.
-    let sides = known.iter().flat_map(|change| [change * (1.0 - ASIDE), change * (1.0 + ASIDE)]);
+        Intervals::between(&judged, critical.as_slice(), holds)
+    };
+    let [steady, stick_slip] = [of(&repels), of(&sticks)];
+    let known: Vec<f64> = [&steady, &stick_slip].into_iter().flat_map(Intervals::ends).collect();
+    // All attractors, at fewer speeds and on both sides of these changes, but not far beyond stick-slip: orbits of
+    // fast belts reach over many waves of friction.
     let (first, last) = (speeds[0], speeds[speeds.len() - 1]);
-    let sides = sides.filter(|side| first < *side && *side < last);
-    let mut fewer: Vec<f64> = speeds.into_iter().step_by(FEWER).chain(sides).chain([last]).collect();
+    let fastest = stick_slip.ends().last().map_or(last, |end| last.min(FAR * end));
+    let sides = known.iter().flat_map(|change| [change * (1.0 - ASIDE), change * (1.0 + ASIDE)]);
+    let mut fewer: Vec<f64> = speeds.into_iter().step_by(FEWER).chain(sides).collect();
+    fewer.retain(|speed| first < *speed && *speed < fastest);
+    fewer.extend([first, fastest]);
     fewer.sort_by(f64::total_cmp);
     fewer.dedup();
     let judged: Vec<_> = fewer.into_par_iter().map(|speed| (speed, judge(&at(speed), map::regime))).collect();
-    each(&judged, &known, unit, |statement, speed| {
+    let mut all = each(&judged, &known, unit, |statement, speed| {
         let oscillator = at(speed);
         let flow = flow(&oscillator, TOLERANCE);
         statement.holds(&oscillator, &flow, || map::regime(&oscillator, &flow))
-    })
+    });
+    all[Statement::MayStick as usize] = stick_slip.times(unit);
+    all
 }
 
 /// Number of dampings per factor of ten.

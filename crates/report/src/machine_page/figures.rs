@@ -357,7 +357,8 @@ mod tests {
             let all = assess(&machine).unwrap();
             let (model, units) = (machine.model().unwrap(), machine.units());
             let rect = Rect { x: 0.0, y: 0.0, w: 1.0, h: 1.0 };
-            let in_units = |scale: Scale, unit: f64| Scale { from: scale.from / unit, to: scale.to / unit, ..scale };
+            let in_units =
+                |scale: Scale, unit: f64| Scale { from: scale.from / unit, to: scale.to / unit, ..scale };
             let x = in_units(speeds_shown(&all), units.velocity);
             let y = in_units(dampings_shown(&all), units.damping);
             let here = [x.unit(model.point.belt_speed), y.unit(model.point.damping)];
@@ -375,7 +376,8 @@ mod tests {
                         _ => known_or_nan(critical_dampings(&[column], 1e-10)[0]),
                     };
                     let share = y.unit(truth.max(1e-9));
-                    let beside = curve.points.windows(2).find(|pair| pair[0].x <= speed && speed <= pair[1].x);
+                    let beside =
+                        curve.points.windows(2).find(|pair| pair[0].x <= speed && speed <= pair[1].x);
                     if !(0.0..=1.0).contains(&share) {
                         continue;
                     }
