@@ -47,9 +47,8 @@ pub(super) fn of_dampings(all: &Assessment) -> Vec<Line> {
     let unit = all.machine.motion.unit(Dimension::Damping);
     let varied = Varied { words: "damping".into(), unit, located: &located };
     let each = Statement::ALL.into_iter().zip(&all.dampings);
-    let told = each.filter(|(statement, intervals)| match (statement, intervals.holds.as_slice()) {
-        (Statement::MayStick, [] | [[End::Tried(_), _]]) => false,
-        _ => true,
+    let told = each.filter(|(statement, intervals)| {
+        !matches!((statement, intervals.holds.as_slice()), (Statement::MayStick, [] | [[End::Tried(_), _]]))
     });
     told.filter_map(|(statement, intervals)| varied.line(statement, intervals)).collect()
 }
