@@ -43,7 +43,7 @@ def map(
         By default the closed-form tests and the simulation. See ``slipmap.METHODS``.
     fields : iterable of str
         What to compute besides verdicts: "margin", "critical_c", "regime", "landing", "cycle", "basin",
-        "epsilon_limit", "sensitivity".
+        "growth", "epsilon_limit", "sensitivity".
     engine : {"auto", "critical_surface", "return_map", "direct"}
         How the simulation decides cells.
     tolerance : float

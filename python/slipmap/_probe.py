@@ -128,6 +128,8 @@ class Equilibrium:
     divergence: float
     type: str
     eigenvalues: tuple[complex, ...]
+    growth_time: float | None = None
+    """Time in which small disturbances grow by the factor e, where it is unstable."""
 
 
 @dataclass(frozen=True)
@@ -240,6 +242,8 @@ class MachineAnswer:
     units: MachineUnits
     critical_damping_error: float | None = None
     """Estimate of the absolute error of the critical damping, N s/m, also of one that is not known to 1 %."""
+    growth_time: float | None = None
+    """Time in which small disturbances of unstable steady slip grow by the factor e, s."""
 
 
 @dataclass(frozen=True)

@@ -144,6 +144,7 @@ pub(super) fn write(
         ("regime", regime_words(behaviour.regime).to_owned()),
         ("slip time", quantity(slip, "s")),
         ("stick time", quantity(stick, "s")),
+        ("growth time of steady slip", quantity(behaviour.growth_time, "s")),
         ("amplitude", quantity(behaviour.amplitude, motion.unit(Dimension::Length))),
     ];
     let units = [

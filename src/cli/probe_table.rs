@@ -17,6 +17,7 @@ use super::threads::not_started;
 use super::{Ended, Failure, interrupt, point, probe_machine};
 use slipmap_config::{MachineJob, PointTable};
 use slipmap_format::files::{folder_of, publish_file, temporary_in};
+use slipmap_map::behaviour::growth_time;
 use slipmap_map::machine::{Dimension, Friction, INERTIA, Machine, Motion, SiUnits};
 use slipmap_map::map::{self, Description, Method, Quantity, dimension, slip_cycle_count};
 use slipmap_map::probe::Answer;
@@ -251,6 +252,7 @@ fn answer(table: &PointTable, row: &ByteRecord, job: &Job) -> Result<ByteRecord,
         slip_cycles: slip_cycle_count(&answer.oscillator, &answer.flow),
         cycle: answer.cycle,
         boundary: answer.basin,
+        growth_time: growth_time(&answer.oscillator),
     };
     for quantity in Quantity::of_orbits() {
         row.push_field(number(described.value(quantity) * factor(quantity.name())).as_bytes());

@@ -23,6 +23,7 @@ mod failures;
 #[cfg(feature = "cli")]
 mod forger;
 mod forms;
+mod growth;
 mod identities;
 mod interpolation;
 mod law_survey;

@@ -293,6 +293,33 @@ fn bad_machines_are_refused_with_their_place() {
     assert_eq!(scratch.names(), ["bad.toml", "good.toml", "grid.toml"]);
 }
 
+/// Two machines on one page: the answers of each, beside each other.
+#[test]
+fn two_machines_share_a_page() {
+    let scratch = Scratch::new();
+    scratch.file("before.toml", example("brake_pad"));
+    scratch.file("after.toml", example("brake_pad").replace("mass = 2.0", "mass = 3.0"));
+    let set = ["--set", "belt_speed=0.2", "--set", "damping=180"];
+    let run = |more: &[&str]| scratch.run(&[&["machine"], more, &set].concat()).ends_with(0).out;
+    let json = |more: &[&str]| serde_json::from_str::<Value>(&run(more)).unwrap();
+    let both = json(&["before.toml", "after.toml", "--json"]);
+    assert_eq!(both, Value::from(vec![json(&["before.toml", "--json"]), json(&["after.toml", "--json"])]));
+    assert_ne!(both[0], both[1]);
+    let text = run(&["before.toml", "after.toml", "--out", "both.html"]);
+    let row = |name: &str| text.lines().find(|line| line.trim_start().starts_with(name)).unwrap().to_owned();
+    assert!(row("mass").contains("2 kg") && row("mass").contains("3 kg"), "{text}");
+    let digits = |at: usize| format!("{:.1}", both[at]["may_stick_slip_below_damping"].as_f64().unwrap());
+    assert!(row("may stick-slip below damping").contains(&digits(0)), "{text}");
+    assert!(row("may stick-slip below damping").contains(&digits(1)), "{text}");
+    let html = scratch.read("both.html");
+    assert!(
+        html.matches("<svg").count() == 4 && html.contains(": before.toml") && html.contains(": after.toml")
+    );
+    // The kick and its impulse.
+    let number = |key: &str| both[1][key].as_f64().unwrap();
+    close(number("kick_forward_impulse"), 3.0 * number("kick_forward"), 1e-12);
+}
+
 #[test]
 fn a_page_assesses_a_machine() {
     let scratch = Scratch::new();

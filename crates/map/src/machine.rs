@@ -56,6 +56,7 @@ impl Motion {
             Dimension::Damping => ["N s/m", "N m s/rad"],
             Dimension::Mass => ["kg", "kg m²"],
             Dimension::Stiffness => ["N/m", "N m/rad"],
+            Dimension::Impulse => ["N s", "N m s"],
         };
         match self {
             Motion::Translation => translation,
@@ -87,6 +88,7 @@ pub enum Dimension {
     Damping,
     Mass,
     Stiffness,
+    Impulse,
 }
 
 impl Dimension {
@@ -192,6 +194,7 @@ impl Units {
             Dimension::Damping => self.damping,
             Dimension::Mass => self.damping * self.time,
             Dimension::Stiffness => self.damping / self.time,
+            Dimension::Impulse => self.force * self.time,
         }
     }
 }

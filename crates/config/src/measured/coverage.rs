@@ -15,8 +15,10 @@ use slipmap_numbers::random::Random;
 use slipmap_simulate::critical::critical_damping;
 use slipmap_simulate::sensitivity::influence;
 
-/// The laws: names and falls g.
-const LAWS: [(&str, &str, fn(f64) -> f64); 5] = [
+/// A law: its name, its fall g as a formula, and g itself.
+type Fall = (&'static str, &'static str, fn(f64) -> f64);
+
+const LAWS: [Fall; 5] = [
     ("exponential", "exp(-(u/W))", |x| (-x).exp()),
     ("gaussian", "exp(-(u/W)^2)", |x| (-x * x).exp()),
     ("stretched", "exp(-(u/W)^1.5)", |x| (-x.powf(1.5)).exp()),

@@ -23,6 +23,8 @@ named! {
         Cycle => "cycle",
         /// The outermost unstable slip cycle, and the kicks of steady slip onto it.
         Basin => "basin",
+        /// The e-folding time of unstable steady slip.
+        Growth => "growth",
         /// `epsilon_limit_METHOD`.
         EpsilonLimit => "epsilon_limit",
         /// `dc_dAXIS`.
@@ -130,6 +132,8 @@ pub enum Quantity {
     KickForward,
     /// The sudden change of velocity against the belt's motion that does so, as a positive number.
     KickBackward,
+    /// Time in which small disturbances of unstable steady slip grow by the factor e.
+    GrowthTime,
     /// Limit in eps of the method at this position in the plan.
     EpsilonLimit(usize),
     /// Derivative of the critical damping with respect to the axis at this position.
@@ -147,6 +151,7 @@ impl Quantity {
                 vec![SlipCycles, CyclePeriod, CycleAmplitudeX1, CycleAmplitudeX2, CycleMultiplier]
             }
             Field::Basin => vec![BoundaryVelocity, BoundaryMultiplier, KickForward, KickBackward],
+            Field::Growth => vec![GrowthTime],
             Field::EpsilonLimit => (0..methods).map(EpsilonLimit).collect(),
             Field::Sensitivity => (0..axes).map(CriticalDerivative).collect(),
         }
@@ -241,6 +246,12 @@ impl Quantity {
                 "kick against the belt",
                 Some(Velocity),
                 "smallest kick against the belt's motion from steady slip beyond the outermost unstable slip cycle",
+            ),
+            GrowthTime => about(
+                "growth_time",
+                "growth time of unstable steady slip",
+                Some(Time),
+                "time in which small disturbances of steady slip grow by the factor e, where it is unstable",
             ),
             EpsilonLimit(_) => about(
                 "epsilon_limit",

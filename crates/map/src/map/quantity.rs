@@ -9,6 +9,7 @@ use super::interpolation::Interpolated;
 use super::limits::Ray;
 use super::{Field, Plan, Quantity, Regime, Runs, Tile};
 use crate::assessment::sensitivities_to;
+use crate::behaviour::growth_time;
 use crate::clock::timed;
 use crate::machine::SiUnits;
 use slipmap_model::filippov::Oscillator;
@@ -144,6 +145,8 @@ pub struct Description {
     pub cycle: Option<Cycle>,
     /// The edge of its basin.
     pub boundary: Option<BasinBoundary>,
+    /// See [`growth_time`].
+    pub growth_time: Option<f64>,
 }
 
 impl Description {
@@ -165,6 +168,7 @@ impl Description {
                 .filter(|_| cycle)
                 .and_then(|flow| behaviour.attracting_cycle(oscillator, &flow, plan.tolerance)),
             boundary: basin.then(|| behaviour.basin_boundary(oscillator, end, plan.tolerance)).flatten(),
+            growth_time: growth_time(oscillator),
         }
     }
 
@@ -190,6 +194,7 @@ impl Description {
             }
             Quantity::KickForward => boundary.map(|boundary| boundary.kick.forward),
             Quantity::KickBackward => boundary.map(|boundary| boundary.kick.backward),
+            Quantity::GrowthTime => self.growth_time,
             Quantity::EpsilonLimit(_) | Quantity::CriticalDerivative(_) => None,
         };
         value.unwrap_or(f64::NAN)

@@ -13,7 +13,7 @@ use result::{
 };
 pub use result::{MachineResult, Probe};
 
-use crate::behaviour::Behaviour;
+use crate::behaviour::{Behaviour, growth_time};
 use crate::machine::Machine;
 use crate::map::{self, Grid, Regime};
 use slipmap_certify::slip_count::SlipCount;
@@ -152,6 +152,7 @@ impl Equilibrium {
                     [Complex { re: slow, im: 0.0 }, Complex { re: fast, im: 0.0 }]
                 }
             },
+            growth_time: growth_time(oscillator),
         }
     }
 }
@@ -233,6 +234,7 @@ impl MachineResult {
             regime: behaviour.regime.name(),
             slip_time,
             stick_time,
+            growth_time: behaviour.growth_time,
             amplitude: behaviour.amplitude,
             needed_slip_speed: behaviour.needed_slip_speed,
             units: machine.units(),
