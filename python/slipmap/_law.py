@@ -274,12 +274,15 @@ class Law:
         -------
         Law
             Its :attr:`error` says how far its weakening rate may be from that of the function; the error
-            estimates of :func:`critical_c` count it.
+            estimates of :func:`critical_c` count it. The pieces are halved until they meet the function
+            between its samples, too, next to rest down to 1e-12 of the range; a dip is seen that is as
+            wide as a 24th of the piece around it.
 
         Raises
         ------
         ValueError
-            If a value is not finite, or not 1 at slip speed 0. What the function itself raises is passed on.
+            If a value is not finite, or not 1 at slip speed 0 or just above it. What the function itself
+            raises is passed on.
 
         Examples
         --------

@@ -101,7 +101,8 @@ pub fn fits(in_slip: &[Reading], at_rest: &[Reading]) -> Result<Vec<Fit>, NoFit>
     if fits.is_empty() {
         return Err(NoFit::None);
     }
-    let (slowest, fastest) = (speeds.iter().copied().find(|speed| *speed > 0.0).unwrap_or(0.0), speeds[speeds.len() - 1]);
+    let (slowest, fastest) =
+        (speeds.iter().copied().find(|speed| *speed > 0.0).unwrap_or(0.0), speeds[speeds.len() - 1]);
     let widening: Vec<f64> = fits.iter().map(|fit| fit.by_other_laws(&fits, [slowest, fastest])).collect();
     fits.iter_mut().zip(widening).for_each(|(fit, factor)| fit.covariance *= factor);
     Ok(fits)

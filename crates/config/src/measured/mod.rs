@@ -126,4 +126,6 @@ pub fn read_table(path: &Path, level: Level) -> Result<Table, (String, String)> 
 }
 
 #[cfg(test)]
+mod coverage;
+#[cfg(test)]
 mod tests;

@@ -309,7 +309,7 @@ impl Fitted {
                 true => between.chain(spread).chain(next).map(miss).fold(tail, f64::max),
                 false => tail,
             };
-            if !(is_sharp && missed <= LARGEST_MISS * size) && !last {
+            if !(last || is_sharp && missed <= LARGEST_MISS * size) {
                 waiting.extend([(middle, b, halvings + 1), (a, middle, halvings + 1)]);
                 continue;
             }

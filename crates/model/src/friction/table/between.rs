@@ -7,7 +7,7 @@
 //! deviation is that of a uniform distribution. Where a curve bends both ways between two rows, what it gains in one
 //! half it loses in the other, and the range is taken as empty.
 //!
-//! For exact rows of five laws (`examples/coverage.rs` of `slipmap-study`), even, growing and random, from a tenth of
+//! For exact rows of five laws, even, growing and random, from a tenth of
 //! the speed over which friction falls to four times it, the true critical damping was within two such errors in 95
 //! of 100. The miss of each row by the curve through the others was tried as well: it covered 92, and was five times
 //! too large where rows follow one another in geometric progression.
