@@ -301,7 +301,7 @@ pub(super) fn read(section: &Section, friction: &Section, law: &Law) -> Result<M
     };
     let value = |name: &str| known(name).or_else(|| (name == "strengthening").then_some(0.0));
     let fastest = 2.0 * largest(BELT_SPEED).unwrap_or(f64::NAN);
-    check_friction(section, friction, (law, &value), largest, fastest)?;
+    check_friction(section, friction, law, value, largest, fastest)?;
     let law = match law.as_written() {
         // Measured forces belong to the normal force of the measurement, or to an unknown one.
         Law::Table(table) => {
@@ -432,7 +432,8 @@ impl<'a> Reader<'a> {
 fn check_friction(
     section: &Section,
     friction: &Section,
-    (law, value): (&Law, &dyn Fn(&str) -> Option<f64>),
+    law: &Law,
+    value: impl Fn(&str) -> Option<f64>,
     largest: impl Fn(&str) -> Option<f64>,
     fastest: f64,
 ) -> Result<(), ConfigError> {

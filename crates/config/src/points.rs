@@ -321,7 +321,7 @@ fn find_axes(
     header: &ByteRecord,
     names: &[&'static str],
     machine: Option<&Machine>,
-) -> Result<(Vec<(&'static str, usize)>, Vec<Converted>), ConfigError> {
+) -> Result<(Vec<Place>, Vec<Converted>), ConfigError> {
     let all = machine.is_none();
     let header: Vec<String> = header.iter().map(field_text).collect();
     let bad = |problem: String, remedy: String| Err(ConfigError::new(format!("{name}:1"), problem, remedy));
@@ -382,6 +382,9 @@ fn find_axes(
     }
     Ok((columns, converted))
 }
+
+/// The name of a parameter or quantity, and the position of its column.
+type Place = (&'static str, usize);
 
 /// A column in another unit than SI: its name, the factor to SI, and words for that.
 type Converted = (&'static str, f64, String);

@@ -74,6 +74,8 @@ const ROUGH: f64 = 1e-5;
 const COARSEST: f64 = 1e-9;
 /// Change of C, in units of C and of the fourth root of the tolerance, after which the next orbit is the last one.
 const NEARLY: f64 = 5.0;
+/// Least distance, in units of C, from an orbit that does not turn to one that may.
+const NEAREST_RETREAT: f64 = 0.02;
 /// Largest number of orbits in the search for a root; three are usual.
 const MOST_ORBITS: u32 = 40;
 /// Safety factor of the error left by a step of Newton's method.
@@ -568,10 +570,12 @@ impl Search<'_> {
             return Some(Err(self.rhs));
         }
         let Some((forward, backward)) = forward.0.zip(backward.0) else {
-            // A step of Newton's method may have led so far beyond the root that the orbit does not turn.
-            let before = self.before.filter(|[at, _]| (self.viscous - at).abs() > ROUGH * self.size);
-            let Some([at, _]) = before else { return Some(Err(self.rhs)) };
-            self.viscous = 0.5 * (at + self.viscous);
+            // So far beyond the root that the orbit does not turn.
+            let nearer = self.before.map_or(self.bounds[0].max(0.0), |[at, _]| at);
+            if !((self.viscous - nearer).abs() > NEAREST_RETREAT * self.size) {
+                return Some(Err(self.rhs));
+            }
+            self.viscous = 0.5 * (nearer + self.viscous);
             return None;
         };
         let (gap, error) = (forward.h - backward.h, forward.error + backward.error);

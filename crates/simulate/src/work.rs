@@ -11,7 +11,7 @@ use slipmap_model::friction::Curve;
 
 /// Largest number of evaluations of the right-hand side of the Stribeck law, see [`Curve::cost`]: half a
 /// second of one orbit. The backbones and cycles of moderate parameters take a tenth of it.
-const QUESTION: u64 = 7_000_000;
+pub const QUESTION: u64 = 7_000_000;
 
 /// Largest number of evaluations for the fate of one orbit, in the same unit. A turn takes about 20 to 200
 /// steps of a dozen; that of a formula which oscillates on a fast belt takes up to some ten thousand. An

@@ -114,7 +114,7 @@ impl Machine {
     pub(super) fn is_given(&self, name: &str) -> bool {
         match name {
             MASS => !self.given.frequency.is_some_and(|(_, of_mass)| of_mass),
-            STIFFNESS => !self.given.frequency.is_some_and(|(_, of_mass)| !of_mass),
+            STIFFNESS => self.given.frequency.is_none_or(|(_, of_mass)| of_mass),
             DAMPING => !self.given.has_ratio(),
             NORMAL_FORCE => self.given.pressure.is_none(),
             name => self.value(name).is_some(),

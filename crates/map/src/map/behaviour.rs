@@ -361,7 +361,7 @@ pub fn long_run(oscillator: &Oscillator, flow: &Flow, tolerance: f64) -> LongRun
 /// The words for orbits that are left out: friction pushes from the slip speed `from` on.
 #[must_use]
 pub fn left_out(from: f64) -> String {
-    format!("friction is negative from u = {}: cycles that reach it are left out", rounded(from, 4))
+    format!("friction is negative from u = {}: crossing cycles that reach it are left out", rounded(from, 4))
 }
 
 /// The regime of a point; `flow` is the answer for its orbit from the exit point.

@@ -4,14 +4,17 @@
 //! that vary. Either way a node of all axes but the damping is a [`Column`]: a law in dimensionless form, V, and
 //! the factor from its dampings to those of the oscillator. All else sees columns.
 
-use std::ops::Range;
+mod source;
+mod tile;
+
+pub use tile::{Tile, unravel};
 
 use crate::machine::{BELT_SPEED as SPEED, Machine, Model, SiUnits, requirement};
 use slipmap_model::filippov::Oscillator;
 use slipmap_model::friction::domain::{BELT_SPEED, DAMPING, EPSILON};
 use slipmap_model::friction::{Column, Law, Parameter};
 use slipmap_model::point::{LawParameters, MAX_LAW_PARAMETERS, Point};
-use slipmap_numbers::spacing::{is_linear, is_logarithmic};
+use slipmap_numbers::spacing::is_logarithmic;
 
 /// The parameter that an axis varies. A map's dimensions are, slowest first: eps, the law's parameters in the
 /// law's order, V, c; of a machine the quantities that vary, the belt speed, the damping. The damping is fastest
@@ -584,94 +587,6 @@ impl Grid {
     pub fn oscillator_of(&self, values: &[f64]) -> Result<Oscillator, String> {
         Ok(Oscillator::in_column(&self.column_of(values)?, values.last().copied().unwrap_or(0.0)))
     }
-
-    /// The columns of a tile, in row-major order; `None` at nodes without one.
-    pub(crate) fn columns<'a>(&'a self, tile: &'a Tile) -> impl Iterator<Item = Option<Column>> + 'a {
-        let mut index: Vec<usize> = tile.ranges.iter().map(|range| range.start).collect();
-        let mut values = self.values(&index);
-        let mut source = Source::new(self, &values);
-        (0..tile.columns()).map(move |_| {
-            let column = source.column(&values);
-            // Increments the index, beginning with the fastest axis other than the damping.
-            let outer = self.axes.len().saturating_sub(1);
-            for axis in (0..outer).rev() {
-                index[axis] += 1;
-                let ended = index[axis] == tile.ranges[axis].end;
-                if ended {
-                    index[axis] = tile.ranges[axis].start;
-                }
-                values[axis] = self.axes[axis].values[index[axis]];
-                source.set(axis, values[axis]);
-                if !ended {
-                    break;
-                }
-            }
-            column
-        })
-    }
-
-    /// The nodes of a tile along each axis other than c, as coordinates in which equal ratios are equal
-    /// steps: the logarithms of nodes that have equal ratios.
-    pub(crate) fn coordinates_of(&self, tile: &Tile) -> Vec<Vec<f64>> {
-        let of_axis = |(axis, range): (&Axis, &Range<usize>)| {
-            let values = &axis.values[range.clone()];
-            let is_logarithmic = values[0] > 0.0 && !is_linear(values) && is_logarithmic(values);
-            if is_logarithmic { values.iter().map(|value| value.ln()).collect() } else { values.to_vec() }
-        };
-        self.axes.iter().zip(&tile.ranges).take(tile.ranges.len() - 1).map(of_axis).collect()
-    }
-
-    /// Shape of a tile of at most `target_cells` cells, which contains as many whole axes as fit, the fastest
-    /// first. The chunks of the map file have the same shape, so that one tile fills one chunk.
-    #[must_use]
-    pub fn tile_shape(&self, target_cells: usize) -> Vec<usize> {
-        let mut room = target_cells.max(1);
-        let mut shape: Vec<usize> = self
-            .shape()
-            .iter()
-            .rev()
-            .map(|&len| {
-                let taken = len.min(room);
-                room = if taken == len { room / len } else { 1 };
-                taken
-            })
-            .collect();
-        shape.reverse();
-        shape
-    }
-
-    /// Shape of a tile of at most `target_cells` cells with sides as equal as possible, for interpolation
-    /// along all axes. The side of eps, the slowest axis, is cut last if the law does not contain eps:
-    /// columns that differ only in eps then share their cycles.
-    #[must_use]
-    pub(crate) fn even_tile_shape(&self, target_cells: usize) -> Vec<usize> {
-        let mut shape = self.shape();
-        let shared = self.shares_laws();
-        while shape.iter().map(|&side| side as f64).product::<f64>() > target_cells.max(1) as f64 {
-            let (last, others) = shape.split_at_mut(usize::from(shared));
-            let longest = others.iter_mut().max().filter(|side| **side > 1).or(last.first_mut());
-            longest.into_iter().for_each(|side| *side = side.div_ceil(2));
-        }
-        shape
-    }
-
-    /// Number of tiles of the given shape that cover the grid.
-    #[must_use]
-    pub fn tile_count(&self, tile_shape: &[usize]) -> usize {
-        self.shape().iter().zip(tile_shape).map(|(&len, &tile)| len.div_ceil(tile)).product()
-    }
-
-    /// The tile with a given number, 0 <= number < [`Grid::tile_count`].
-    #[must_use]
-    pub fn tile(&self, tile_shape: &[usize], number: usize) -> Tile {
-        let shape = self.shape();
-        let counts: Vec<usize> =
-            shape.iter().zip(tile_shape).map(|(&len, &tile)| len.div_ceil(tile)).collect();
-        let place = unravel(number, &counts);
-        let ranges = shape.iter().zip(tile_shape).zip(place);
-        let ranges = ranges.map(|((&len, &tile), at)| at * tile..((at + 1) * tile).min(len));
-        Tile { number, ranges: ranges.collect() }
-    }
 }
 
 /// Refuses nodes that are not finite, strictly increasing and as `check` wants them.
@@ -687,123 +602,5 @@ fn check_nodes(
     match values.windows(2).find(|pair| pair[0] >= pair[1]) {
         Some(pair) => Err(GridError::NotIncreasing { axis: name.into(), previous: pair[0], next: pair[1] }),
         None => Ok(()),
-    }
-}
-
-/// Makes the columns of a tile one after the other, of each law once.
-struct Source<'a> {
-    grid: &'a Grid,
-    /// That of the next column, in dimensionless numbers.
-    point: Point,
-    /// The machine of the next column.
-    machine: Option<Machine>,
-    /// The law of the machine in dimensionless form, its parameters, and the units of velocity and of its damping,
-    /// until a quantity other than the belt speed changes.
-    known: Option<(Law, LawParameters, [f64; 2])>,
-}
-
-impl<'a> Source<'a> {
-    fn new(grid: &'a Grid, values: &[f64]) -> Self {
-        let (machine, none) = (grid.machine_at(values), LawParameters::new(&[]));
-        let point = match machine {
-            None => grid.assemble(values),
-            Some(_) => Point { epsilon: 1.0, law: none, belt_speed: 0.0, damping: 0.0 },
-        };
-        Self { grid, point, machine, known: None }
-    }
-
-    fn set(&mut self, axis: usize, value: f64) {
-        let Axis { role, name, .. } = &self.grid.axes[axis];
-        match &mut self.machine {
-            None => role.set(&mut self.point, value),
-            Some(machine) => {
-                machine.set(name, value);
-                if *role != AxisRole::BeltSpeed {
-                    self.known = None;
-                }
-            }
-        }
-    }
-
-    fn column(&mut self, values: &[f64]) -> Option<Column> {
-        let Some(machine) = &self.machine else { return Some(self.grid.law.column(&self.point)) };
-        if self.grid.gap.is_some() {
-            return self.grid.column_of(values).ok();
-        }
-        if self.known.is_none() {
-            let model = machine.model()?;
-            self.known =
-                Some((model.law, model.point.law, [model.si.units.velocity, machine.damping_unit()]));
-        }
-        let (law, parameters, [velocity, damping]) = self.known.as_ref()?;
-        let belt_speed = machine.belt_speed / velocity;
-        Some(law.column(&Point { law: *parameters, belt_speed, ..self.point }).in_unit(*damping))
-    }
-}
-
-/// The index, slowest axis first, of the element with this number in a row-major array of this shape.
-pub fn unravel(number: usize, shape: &[usize]) -> Vec<usize> {
-    let mut index = vec![0; shape.len()];
-    let mut rest = number;
-    for (at, &length) in index.iter_mut().zip(shape).rev() {
-        *at = rest % length;
-        rest /= length;
-    }
-    index
-}
-
-/// A box of cells: one range of indices per axis.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Tile {
-    /// Its number, row-major over the grid of tiles.
-    pub number: usize,
-    /// Index ranges, slowest axis first; clipped to the grid.
-    pub ranges: Vec<Range<usize>>,
-}
-
-impl Tile {
-    /// Number of cells on each axis.
-    pub(crate) fn shape(&self) -> Vec<usize> {
-        self.ranges.iter().map(ExactSizeIterator::len).collect()
-    }
-
-    /// Number of cells.
-    #[must_use]
-    pub fn cells(&self) -> usize {
-        self.ranges.iter().map(ExactSizeIterator::len).product()
-    }
-
-    /// Number of columns, whole or partial.
-    pub(crate) fn columns(&self) -> usize {
-        let outer = self.ranges.len() - 1;
-        self.ranges[..outer].iter().map(ExactSizeIterator::len).product()
-    }
-
-    /// Positions of the columns, in an order in which columns that differ only in eps are neighbours.
-    pub(crate) fn columns_by_epsilon(&self, grid: &Grid) -> impl Iterator<Item = usize> + use<> {
-        // eps is the slowest axis.
-        let epsilons = grid.epsilon_axis().map_or(1, |axis| self.ranges[axis].len());
-        let others = self.columns() / epsilons.max(1);
-        (0..others).flat_map(move |other| (0..epsilons).map(move |epsilon| epsilon * others + other))
-    }
-
-    pub(crate) fn damping_range(&self) -> Range<usize> {
-        self.ranges.last().cloned().unwrap_or(0..0)
-    }
-
-    /// Grid index of the tile's column with position `column` (row-major), at the tile's first damping.
-    pub(crate) fn column_index(&self, column: usize) -> Vec<usize> {
-        let mut lengths = self.shape();
-        if let Some(dampings) = lengths.last_mut() {
-            *dampings = 1;
-        }
-        let place = unravel(column, &lengths);
-        self.ranges.iter().zip(place).map(|(range, at)| range.start + at).collect()
-    }
-
-    /// Grid index of the tile's cell with position `cell` (row-major).
-    pub(crate) fn cell_index(&self, cell: usize) -> Vec<usize> {
-        let place = unravel(cell, &self.shape());
-        self.ranges.iter().zip(place).map(|(range, at)| range.start + at).collect()
     }
 }

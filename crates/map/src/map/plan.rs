@@ -1,9 +1,10 @@
 //! A validated description of a computation.
 
-use super::{Axis, AxisRole, Field, Grid, Method, Plane, Quantity, tiles};
+use super::{Axis, AxisRole, Field, Grid, Method, Plane, Quantity, limits, tiles};
 use slipmap_certify::validated;
 use slipmap_model::friction::{Column, Curve};
 use slipmap_numbers::named;
+use slipmap_simulate::QUESTION;
 
 /// Largest number of dampings for which columns are interpolated: with more, each column serves many cells.
 const MOST_DAMPINGS_INTERPOLATED: usize = 2;
@@ -47,6 +48,10 @@ pub struct Plan {
     /// Level of deflate.
     pub compression: u8,
 }
+
+/// Numbers of budgets that the search of a critical damping and the backbones of a column may take.
+const CRITICAL: u128 = 5;
+const BACKBONES: u128 = 12;
 
 /// Default bound on the error of the scaled grazing margin.
 pub const DEFAULT_TOLERANCE: f64 = 1e-9;
@@ -342,6 +347,29 @@ impl Plan {
 
     fn quantities_of(&self, field: Field) -> Vec<Quantity> {
         Quantity::of(field, self.methods.len(), self.grid.axes().len() - 1)
+    }
+
+    /// Bound of the right-hand sides of the cells, in units of those of the Stribeck law: each search has a budget, of
+    /// at most one question. Most searches take a thousandth of it.
+    pub fn most_work(&self) -> u128 {
+        let stored = |field, questions: u128| if self.stores(field) { questions } else { 0 };
+        let limits = self.methods.len() as u128 * u128::from(limits::WORK.div_ceil(QUESTION));
+        // The critical damping by turns, by halves and by single orbits, whose search may take two budgets and an orbit;
+        // as much again of a curve without its drop; coarse and fine backbones, with a second attempt each.
+        let of_column = 2 * CRITICAL + stored(Field::Sensitivity, CRITICAL) + 2 * BACKBONES;
+        // The orbit from the exit point in two accuracies, by its turn and its landing, as often as a field asks for it.
+        let orbit = 2 * self.methods.len() as u128;
+        let of_cell = orbit
+            + stored(Field::Regime, 2)
+            + stored(Field::Landing, 2)
+            + stored(Field::Cycle, 4)
+            + stored(Field::Basin, 4)
+            + stored(Field::EpsilonLimit, 2 * limits);
+        // Tiles that part the dampings of a column ask for it once each.
+        let dampings = self.grid.dampings().len();
+        let parts = dampings.div_ceil(self.tile_shape.last().copied().unwrap_or(dampings).max(1)) as u128;
+        let columns = self.grid.column_count() as u128;
+        u128::from(QUESTION) * (columns * parts * of_column + self.grid.cells() as u128 * of_cell)
     }
 
     /// Size of the map in bytes before compression.

@@ -239,7 +239,8 @@ impl Curve {
             || self.friction_by_intervals(unit).iter().all(|(_, range)| range.lo >= NOTHING)
     }
 
-    fn is_proved_to_resist(&self) -> bool {
+    /// Whether friction is proved to push at no slip speed by its bounds on all of them at once.
+    pub fn is_proved_to_resist(&self) -> bool {
         !self.is_sampled() && self.friction_range(self.fastest().min(FASTEST), Pieces::One).lo >= NOTHING
     }
 
