@@ -178,7 +178,7 @@ fn true_critical_dampings_lie_within_their_intervals() {
     for what in [As::Fit, As::Table] {
         let mut count = Count::default();
         for number in 0..16 {
-            let case = Case::new(number, 100.0);
+            let case = Case::new(number, 150.0);
             let (expected, stated) = case.critical(what);
             let distance = count.count(expected, stated);
             println!("{number}: {}: {distance:.2}", case.words);
