@@ -190,7 +190,7 @@ fn data_may_leave_open_what_the_machine_does() {
     let relative = bistable["kick_relative_standard_error"].as_f64().unwrap();
     assert!(relative > 1e-3 && relative < 1.0, "{relative}");
     let kick = text.lines().find(|line| line.contains("kick that starts it")).unwrap();
-    assert!(kick.matches(" ± ").count() == 2, "{kick}");
+    assert!(kick.matches(" ± ").count() == 4, "{kick}");
 }
 
 /// Scatter is told on the page and in JSON, and its size makes standard errors where the data have none.

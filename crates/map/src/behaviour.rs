@@ -248,7 +248,7 @@ pub(crate) fn needed_slip_speed(law: &Law, point: &Point) -> Option<f64> {
 /// growing part, which almost all disturbances have. `None` where they decay, and where the divergence is not
 /// distinguishable from 0.
 ///
-/// A disturbance of velocity a reaches the belt speed V after about ln(V / a) such times (theory, "Growth").
+/// A disturbance of velocity a reaches the belt speed V after about ln(V / a) such times (theory, "Any friction law").
 pub fn growth_time(oscillator: &Oscillator) -> Option<f64> {
     let rate = match oscillator.eigenvalues() {
         Eigenvalues::Complex { re, .. } => re,
