@@ -278,7 +278,8 @@ fn a_table_keeps_its_columns_and_gains_the_answers() {
     added
         .extend(["period", "amplitude_x1", "amplitude_x2", "multiplier"].map(|name| format!("cycle_{name}")));
     added.extend(
-        ["boundary_velocity", "boundary_multiplier", "kick_forward", "kick_backward"].map(str::to_owned),
+        ["boundary_velocity", "boundary_multiplier", "kick_forward", "kick_backward", "growth_time"]
+            .map(str::to_owned),
     );
     added.extend(usual().iter().map(|name| format!("epsilon_limit_{name}")));
     assert_eq!(header.iter().skip(kept).collect::<Vec<_>>(), added);
