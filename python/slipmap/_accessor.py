@@ -75,11 +75,6 @@ class MapAccessor:
             raise KeyError(f"the map has no method `{method}`; it has {', '.join(self.methods)}")
         return self._data[f"verdict_{method}"]
 
-    @property
-    def _damping(self) -> str:
-        """The name of the damping, the fastest dimension."""
-        return str(self.verdict(self.methods[0]).dims[-1])
-
     def _critical(self, method: str) -> xr.DataArray | None:
         """The stored critical damping, under the name of the damping."""
         return self._data.get(f"critical_{self._damping}_{method}")

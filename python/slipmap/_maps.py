@@ -194,7 +194,7 @@ def _nodes(name: str, value: Any) -> list[float]:
 
 def _dataset(found: _core.Map) -> xr.Dataset:
     tile = found.tile_shape
-    coords = {}
+    coords: dict[str, Any] = {}
     for name, attributes, values in found.axes:
         coords[name] = (name, values, _closed(dict(attributes), values, None))
     for name, attributes, value in found.fixed:

@@ -42,6 +42,7 @@ enum As {
 /// The true law of a case, and what was measured.
 struct Case {
     words: String,
+    rows: usize,
     machine: Machine,
     text: String,
 }
@@ -69,7 +70,7 @@ impl Case {
             if hopf < 0.8 * critical { 0.5 * (hopf.max(0.0) + critical) } else { 0.7 * critical };
         let text = readings(&mut random, rows, 1.5 * reach, noise, &force);
         let (noise, speed) = (noise / REST, belt_speed / FALL);
-        Self { words: format!("{name}, {rows} rows, noise {noise:.4}, V/v_s {speed:.2}"), machine, text }
+        Self { words: format!("{name}, {rows} rows, noise {noise:.4}, V/v_s {speed:.2}"), rows, machine, text }
     }
 
     /// The machine with the measured friction, and the errors of that; `None` where no law is fitted.
@@ -171,19 +172,19 @@ impl Count {
     }
 }
 
-/// Of 16 measurements each, fitted and joined by a curve, at least 14 intervals hold the true critical damping: of
-/// independent ones with 95 % there are fewer in 4 of 100 samples. One answer at most is withheld.
+/// Of some 12 measurements each, fitted and joined by a curve, at most two intervals miss the true critical damping:
+/// of independent ones with 95 % there are more in 2 of 100 samples. One answer at most is withheld. Tables of fewer
+/// rows take seconds each.
 #[test]
 fn true_critical_dampings_lie_within_their_intervals() {
     for what in [As::Fit, As::Table] {
         let mut count = Count::default();
-        for number in 0..16 {
-            let case = Case::new(number, 150.0);
+        for case in (0..16).map(|number| Case::new(number, 150.0)).filter(|case| case.rows >= 40) {
             let (expected, stated) = case.critical(what);
             let distance = count.count(expected, stated);
-            println!("{number}: {}: {distance:.2}", case.words);
+            println!("{}: {distance:.2}", case.words);
         }
-        assert!(count.within >= 14 && count.withheld <= 1, "{} {}", count.within, count.withheld);
+        assert!(count.outside <= 2 && count.withheld <= 1, "{} {}", count.outside, count.withheld);
     }
 }
 
