@@ -70,7 +70,12 @@ impl Case {
             if hopf < 0.8 * critical { 0.5 * (hopf.max(0.0) + critical) } else { 0.7 * critical };
         let text = readings(&mut random, rows, 1.5 * reach, noise, &force);
         let (noise, speed) = (noise / REST, belt_speed / FALL);
-        Self { words: format!("{name}, {rows} rows, noise {noise:.4}, V/v_s {speed:.2}"), rows, machine, text }
+        Self {
+            words: format!("{name}, {rows} rows, noise {noise:.4}, V/v_s {speed:.2}"),
+            rows,
+            machine,
+            text,
+        }
     }
 
     /// The machine with the measured friction, and the errors of that; `None` where no law is fitted.
