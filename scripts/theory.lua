@@ -1,5 +1,6 @@
 -- For scripts/theory. Paths of functions lose the brackets in which the table has them; long names may be broken in a line;
--- links to other files of the repository keep their text alone; the table of the paper is set small.
+-- links to other files of the repository keep their text alone; the table of the paper is set small. On the page
+-- what scrolls can be reached with the keyboard, and its text is its main part.
 
 local function breakable(code)
     if not FORMAT:match("latex") then
@@ -35,7 +36,8 @@ end
 -- Columns as wide as the square root of their longest cell asks for.
 local function small(table)
     if not FORMAT:match("latex") then
-        return nil
+        table.attributes.tabindex = "0"
+        return table
     end
     local weights, sum = {}, 0
     for column = 1, #table.colspecs do
@@ -57,4 +59,19 @@ local function half_as_wide(image)
     return image
 end
 
-return { { Inlines = unbracketed }, { Table = small, Link = unlinked, Image = half_as_wide }, { Code = breakable } }
+-- A formula wider than a phone can be moved with the keyboard too.
+local function reachable(math)
+    if math.mathtype == "DisplayMath" and not FORMAT:match("latex") then
+        return pandoc.Span({ math }, { class = "display", tabindex = "0" })
+    end
+end
+
+local function in_main(document)
+    if not FORMAT:match("latex") then
+        document.blocks:insert(1, pandoc.RawBlock("html", "<main>"))
+        document.blocks:insert(pandoc.RawBlock("html", "</main>"))
+        return document
+    end
+end
+
+return { { Inlines = unbracketed }, { Table = small, Link = unlinked, Image = half_as_wide }, { Code = breakable, Math = reachable, Pandoc = in_main } }

@@ -61,6 +61,8 @@ pub use slipmap_witness as witness;
 
 #[cfg(feature = "config")]
 pub use slipmap_config as config;
+#[cfg(feature = "config")]
+pub use slipmap_fit as fit;
 #[cfg(feature = "store")]
 pub use slipmap_format as store;
 

@@ -19,9 +19,10 @@ from ._core import __version__
 from ._elementwise import critical_c, regime, verdicts
 from ._files import MapError, open_map
 from ._law import Law
+from ._machine import Machine, Units
 from ._maps import map, run
 from ._orbits import curves, orbit, phase_portrait
-from ._point import Machine, Point, Units, probe
+from ._point import Point, probe
 from ._probe import Probe
 from ._sensitivity import influence, sensitivity, standard_error
 

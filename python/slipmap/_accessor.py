@@ -75,6 +75,10 @@ class MapAccessor:
             raise KeyError(f"the map has no method `{method}`; it has {', '.join(self.methods)}")
         return self._data[f"verdict_{method}"]
 
+    def _critical(self, method: str) -> xr.DataArray | None:
+        """The stored critical damping, under the name of the damping."""
+        return self._data.get(f"critical_{self._damping}_{method}")
+
     @property
     def curves(self) -> xr.Dataset | None:
         """The curves of codimension one that the map has, along their points; None if there are none."""
@@ -107,8 +111,8 @@ class MapAccessor:
             parts.append(xr.Dataset({key: cells.sum(over) for key, cells in counts.items()}).drop_attrs())
         return xr.concat(parts, self._names)
 
-    def certified_volume(self, method: str | None = None) -> xr.DataArray:
-        """Volume of parameter space in which each method claims a stick-slip cycle, as in the report.
+    def claimed_volume(self, method: str | None = None) -> xr.DataArray:
+        """Volume of parameter space in which each method claims a stick-slip cycle, rightly or not, as in the report.
 
         By the trapezoidal rule over the axes of more than one node except epsilon.
 
@@ -119,7 +123,7 @@ class MapAccessor:
             the grid.
         """
         if method is None:
-            parts = [self.certified_volume(name) for name in self.methods]
+            parts = [self.claimed_volume(name) for name in self.methods]
             return xr.concat(parts, self._names, combine_attrs="override").rename("volume")
         claimed = (self.verdict(method) == PRESENT).astype(float)
         box = 1.0
@@ -135,25 +139,32 @@ class MapAccessor:
         claimed.attrs = {"long_name": "volume in which a stick-slip cycle is claimed", "box": box}
         return claimed.rename("volume")
 
+    @property
+    def _damping(self) -> str:
+        """The axis of the damping: c, or that of a machine."""
+        return "c" if "c" in self._data.dims else "damping"
+
     def boundary(self, method: str = REFERENCE) -> xr.DataArray:
         """Damping at which a method's verdict changes from presence, in each column.
 
         The stored ``critical_c_METHOD`` if the map has it (its errors: ``critical_c_error_simulation``); else the middle between the last damping at which
         presence is claimed and the next node, NaN where it is claimed nowhere or at the last node.
         """
-        stored = f"critical_c_{method}"
-        if stored in self._data:
-            return self._data[stored]
+        stored = self._critical(method)
+        if stored is not None:
+            return stored
         present = self.verdict(method) == PRESENT
-        c = self._data["c"].values
+        damping = self._damping
+        c = self._data[damping].values
         if len(c) < 2:
             raise ValueError("the map has one damping only, and no boundary along it")
-        axis = present.get_axis_num("c")
+        axis = present.get_axis_num(damping)
         last = len(c) - 1 - np.argmax(np.flip(present.values, axis), axis=axis)
         middle = np.append(0.5 * (c[1:] + c[:-1]), np.nan)
-        values = np.where(present.any("c").values, middle[last], np.nan)
-        edge = present.isel(c=0, drop=True).copy(data=values).rename(f"boundary_{method}")
-        edge.attrs = {"long_name": f"damping at the edge of presence: {_long(method)}", "units": "1"}
+        values = np.where(present.any(damping).values, middle[last], np.nan)
+        edge = present.isel({damping: 0}, drop=True).copy(data=values).rename(f"boundary_{method}")
+        units = self._data[damping].attrs.get("units", "1")
+        edge.attrs = {"long_name": f"damping at the edge of presence: {_long(method)}", "units": units}
         return edge
 
     def plot(
@@ -161,7 +172,7 @@ class MapAccessor:
         variable: str = f"verdict_{REFERENCE}",
         *,
         x: str | None = None,
-        y: str = "c",
+        y: str | None = None,
         ax: Any = None,
         **at: float,
     ) -> Any:
@@ -172,7 +183,7 @@ class MapAccessor:
         variable : str
             What to show: a verdict, the regime, or any variable over `x` and `y`.
         x, y : str
-            The axes; by default the longest but c and epsilon, and c.
+            The axes; by default the longest but the damping and epsilon, and the damping.
         ax : matplotlib Axes, optional
             Where to draw; by default a new figure.
         **at : float
@@ -187,6 +198,9 @@ class MapAccessor:
         from matplotlib.patches import Patch
 
         cells = self._data[variable]
+        damping = self._damping
+        if y is None:
+            y = damping if x != damping else next(str(axis) for axis in reversed(cells.dims) if axis != x)
         if x is None:
             others = [str(axis) for axis in cells.dims if axis not in (y, "epsilon")]
             x = max(others, key=lambda axis: cells.sizes[axis])
@@ -219,9 +233,9 @@ class MapAccessor:
         else:
             mesh = ax.pcolormesh(slice_[x], slice_[y], slice_, cmap="cividis", shading="nearest")
             ax.figure.colorbar(mesh, ax=ax, label=cells.attrs.get("long_name", variable))
-        exact = f"critical_c_{REFERENCE}"
-        if y == "c" and exact in self._data:
-            line = self._data[exact].isel(held, missing_dims="ignore")
+        exact = self._critical(REFERENCE)
+        if y == damping and exact is not None:
+            line = exact.isel(held, missing_dims="ignore")
             ax.plot(line[x], line, color="#000000", linewidth=1.2)
         self._draw_curves(ax, x, y, held)
         for name, nodes, scale in ((x, slice_[x].values, ax.set_xscale), (y, slice_[y].values, ax.set_yscale)):

@@ -5,11 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import xarray as xr
 from numpy.typing import ArrayLike
 
 from . import _core
-from ._broadcast import flattened
+from ._broadcast import Numbers, Output, elementwise
 from ._law import Law
 
 
@@ -17,12 +16,12 @@ def backbone(
     law: Law,
     amplitude: ArrayLike | None = None,
     *,
-    V: Any,
-    epsilon: Any,
+    V: Numbers,
+    epsilon: Numbers | None = None,
     return_error: bool = False,
     tolerance: float = 1e-9,
     threads: int | None = None,
-    **parameters: Any,
+    **parameters: Numbers,
 ) -> Any:
     """The damping at which the slip cycle of each amplitude lives: all slip cycles of a column in one curve.
 
@@ -44,10 +43,10 @@ def backbone(
 
     Returns
     -------
-    c : ndarray or DataArray
+    c : ndarray, DataArray, DataFrame or dask array
         Dampings, of the shape to which the arguments broadcast and a last axis ``amplitude``. NaN where an
         argument is, or where an orbit could not be followed.
-    error : ndarray or DataArray
+    error : ndarray, DataArray, Series or dask array
         Estimates of their absolute errors, without that axis; only if `return_error`.
 
     Examples
@@ -61,27 +60,15 @@ def backbone(
     ratios = np.linspace(0.0, 1.0, 65) if amplitude is None else np.atleast_1d(np.asarray(amplitude, dtype=float))
     if ratios.ndim != 1 or not ((ratios >= 0.0) & (ratios <= 1.0)).all():
         raise ValueError("amplitude: one row of numbers from 0 to 1 is needed, in units of the belt speed")
-    arguments = law._arguments(parameters, epsilon=epsilon, V=V)
-    names, values = list(arguments), list(arguments.values())
 
-    def block(*arrays: Any) -> Any:
-        flat, shape = flattened(names, arrays)
-        rows, errors = _core.backbone(law._law, flat, ratios.tolist(), tolerance, threads)
+    def kernel(arrays: list[np.ndarray]) -> tuple[np.ndarray, ...]:
+        rows, errors = _core.backbone(law._law, arrays, ratios.tolist(), tolerance, threads)
         # The error of the law moves every damping of the curve, like the critical one, by at most itself.
-        return rows.reshape((*shape, ratios.size)), errors.reshape(shape)[()] + law.error / np.broadcast_to(arrays[0], shape)[()]
+        return rows, errors + law.error / arrays[0]
 
-    if any(isinstance(value, (xr.DataArray, xr.Variable)) for value in values):
-        c, error = xr.apply_ufunc(
-            block,
-            *values,
-            output_core_dims=[["amplitude"], []],
-            dask="parallelized",
-            output_dtypes=[float, float],
-            dask_gufunc_kwargs={"output_sizes": {"amplitude": ratios.size}},
-        )
-        c = c.assign_coords(amplitude=("amplitude", ratios, {"long_name": "amplitude over belt speed", "units": "1"}))
-        c.attrs = {"long_name": "damping of the slip cycle", "units": "1"}
-        error.attrs = {"long_name": "error estimate of the damping", "units": "1"}
-    else:
-        c, error = block(*[np.asarray(value, dtype=float) for value in values])
-    return (c, error) if return_error else c
+    outputs = [
+        Output("backbone", np.float64, "damping of the slip cycle", axis=("amplitude", ratios, "amplitude over belt speed")),
+        Output("backbone_error", np.float64, "error estimate of the damping"),
+    ]
+    results = elementwise(kernel, law._arguments(parameters, epsilon=epsilon, V=V), outputs)
+    return results if return_error else results[0]

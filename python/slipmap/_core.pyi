@@ -11,6 +11,7 @@ __all__ = [
     "FIELDS",
     "Law",
     "METHODS",
+    "Machine",
     "Map",
     "REGIMES",
     "USUAL_METHODS",
@@ -22,8 +23,6 @@ __all__ = [
     "critical_c",
     "curves",
     "influence",
-    "machine_point",
-    "machine_probe",
     "orbit",
     "probe",
     "regime",
@@ -44,10 +43,10 @@ class Law:
     @staticmethod
     def built_in(name: str) -> Law: ...
     @staticmethod
-    def expression(formula: str, static_level: float | None) -> Law: ...
+    def expression(formula: str, static_level: float | None, at_peak: bool) -> Law: ...
     @staticmethod
     def table(
-        u: _Reals, friction: _Reals, errors: _Reals | None, static_level: float | None, origin: str
+        u: _Reals, friction: _Reals, errors: _Reals | None, static_level: float | None, at_peak: bool, origin: str
     ) -> Law: ...
     @staticmethod
     def function(function: Callable[[float], float], fastest: float, corners: list[float], origin: str) -> Law: ...
@@ -65,7 +64,11 @@ class Law:
     @property
     def definition(self) -> str: ...
     @property
-    def parameters(self) -> list[tuple[str, str, float, float]]: ...
+    def parameters(self) -> list[tuple[str, str, float, float, str]]: ...
+    @property
+    def needs_epsilon(self) -> bool: ...
+    @property
+    def formula(self) -> str | None: ...
     @property
     def axes(self) -> list[str]: ...
     @property
@@ -73,8 +76,45 @@ class Law:
     def __reduce__(self) -> tuple[Callable[[str, str], Law], tuple[str, str]]: ...
     def evaluate(self, u: _Reals, epsilon: float, parameters: list[float]) -> tuple[_Reals, _Reals]: ...
 
+@final
+class Machine:
+    def __new__(
+        cls,
+        law: Law,
+        motion: str,
+        quantities: dict[str, float],
+        uncertain: list[tuple[str, list[float]]],
+    ) -> Machine: ...
+    @staticmethod
+    def from_toml(path: str, values: list[tuple[str, float]]) -> Machine: ...
+    @property
+    def motion(self) -> str: ...
+    @property
+    def friction(self) -> Law: ...
+    @property
+    def quantities(self) -> list[tuple[str, float]]: ...
+    @property
+    def uncertain(self) -> list[tuple[str, list[float]]]: ...
+    @property
+    def doubts(self) -> list[str]: ...
+    def point(self) -> tuple[Law, list[float], list[float]]: ...
+    def probe(self, tolerance: float) -> str: ...
+    def risk(self, draws: int | None, rare: list[float]) -> str: ...
+    def critical_damping(
+        self,
+        names: list[str],
+        arrays: list[_Reals],
+        tolerance: float,
+        threads: int | None = None,
+        progress: Callable[[int], None] | None = None,
+    ) -> tuple[_Reals, _Reals]: ...
+
 def critical_c(
-    law: Law, arrays: list[_Reals], tolerance: float, threads: int | None = None
+    law: Law,
+    arrays: list[_Reals],
+    tolerance: float,
+    threads: int | None = None,
+    progress: Callable[[int], None] | None = None,
 ) -> tuple[_Reals, _Reals]: ...
 def verdicts(
     law: Law, arrays: list[_Reals], methods: list[str], tolerance: float, threads: int | None = None
@@ -92,8 +132,6 @@ def orbit(
 def curves(
     law: Law, nodes: list[list[float]], x: int, y: int, threads: int | None
 ) -> list[tuple[str, _Reals, _Reals, _Reals]]: ...
-def machine_point(law: Law, motion: str, numbers: list[float]) -> tuple[list[float], list[float]]: ...
-def machine_probe(law: Law, motion: str, numbers: list[float], tolerance: float) -> str: ...
 
 _Attributes = dict[str, Any]
 _Curve = tuple[str, int, list[float], list[float], list[float]]
@@ -103,6 +141,8 @@ _Plane = tuple[int, int, list[int], list[_Curve]]
 class Map:
     @property
     def axes(self) -> list[tuple[str, _Attributes, _Reals]]: ...
+    @property
+    def fixed(self) -> list[tuple[str, _Attributes, float]]: ...
     @property
     def variables(self) -> list[tuple[str, _Attributes, NDArray[Any]]]: ...
     @property

@@ -8,20 +8,22 @@ from typing import Any
 import numpy as np
 
 from . import _core
-from ._broadcast import elementwise, named
+from ._broadcast import Numbers, Output, elementwise, named
 from ._codes import METHODS, REGIME_FLAGS, VERDICT_FLAGS
 from ._law import Law
+from ._progress import Progress, told
 
 
 def critical_c(
     law: Law,
     *,
-    V: Any,
-    epsilon: Any,
+    V: Numbers,
+    epsilon: Numbers | None = None,
     return_error: bool = False,
     tolerance: float = 1e-9,
     threads: int | None = None,
-    **parameters: Any,
+    progress: Progress = False,
+    **parameters: Numbers,
 ) -> Any:
     """Critical damping c*: a stick-slip orbit returns to the belt for c < c* and not for c > c*.
 
@@ -31,21 +33,26 @@ def critical_c(
         The friction law.
     V : array_like
         Belt speed, greater than 0, in units of (static force) / sqrt(stiffness * mass).
-    epsilon : array_like
-        Size of the small terms, greater than 0; the viscous force is -epsilon c x2.
+    epsilon : array_like, optional
+        Size of the small terms, greater than 0; the viscous force is -epsilon c x2. By default 1 for a law that does not
+        contain it; other laws need it.
     return_error : bool
         Whether to return the error estimate too.
     tolerance : float
         Error aimed at, relative to the size of the divergence; from 1e-14 to 1e-2.
     threads : int, optional
         Number of threads; by default one per core.
+    progress : bool or callable
+        True shows a bar (of tqdm, if it is there); a function is called with the values done and all values. Of dask arrays
+        each block has its own; dask's ProgressBar shows all.
     **parameters : array_like
         The law's own parameters that it does not hold itself.
 
     Returns
     -------
-    c : ndarray, scalar, DataArray or dask array
-        Of the shape to which the arguments broadcast; dimensions and coordinates of DataArrays are kept.
+    c : ndarray, scalar, DataArray, Series or dask array
+        Of the shape to which the arguments broadcast; dimensions, coordinates and the index of a Series are kept, and
+        what is masked in an argument is masked.
         Negative where no damping c >= 0 is small enough; NaN where an argument is NaN, where the flow gives
         no verdict next to the boundary, and where the error is more than 1 % of it (and 1e-9).
     error : like `c`
@@ -72,29 +79,28 @@ def critical_c(
     """
 
     def kernel(arrays: list[np.ndarray]) -> tuple[np.ndarray, ...]:
-        values, errors = _core.critical_c(law._law, arrays, tolerance, threads)
+        bar = told(progress, max(array.size for array in arrays), "values")
+        values, errors = _core.critical_c(law._law, arrays, tolerance, threads, bar)
         return (values, errors) if return_error else (values,)
 
-    arguments = law._arguments(parameters, epsilon=epsilon, V=V)
-    attrs = [
-        {"long_name": "critical damping", "units": "1"},
-        {"long_name": "error estimate of the critical damping", "units": "1"},
+    outputs = [
+        Output("critical_c", np.float64, "critical damping"),
+        Output("critical_c_error", np.float64, "error estimate of the critical damping"),
     ]
-    count = 2 if return_error else 1
-    results = elementwise(kernel, arguments, [np.float64] * count, attrs[:count])
+    results = elementwise(kernel, law._arguments(parameters, epsilon=epsilon, V=V), outputs[: 1 + return_error])
     return results if return_error else results[0]
 
 
 def verdicts(
     law: Law,
     *,
-    V: Any,
-    c: Any,
-    epsilon: Any,
+    V: Numbers,
+    c: Numbers,
+    epsilon: Numbers | None = None,
     methods: str | Iterable[str] | None = None,
     tolerance: float = 1e-9,
     threads: int | None = None,
-    **parameters: Any,
+    **parameters: Numbers,
 ) -> Any:
     """Does a stick-slip limit cycle exist? What each method says.
 
@@ -117,10 +123,10 @@ def verdicts(
 
     Returns
     -------
-    ndarray, scalar, DataArray or dask array; or a dict or Dataset of them
+    ndarray, scalar, DataArray, Series or dask array; or a dict, Dataset or DataFrame of them
         Codes of :class:`Verdict` (int8): of the one method if `methods` is a str, else by name of the method,
-        in a Dataset if an argument is a DataArray and in a dict otherwise. ``NOT_COMPUTED`` where an argument
-        is NaN.
+        in a Dataset if an argument is a DataArray, in a DataFrame if one is a Series, and in a dict otherwise.
+        ``NOT_COMPUTED`` where an argument is NaN.
 
     Raises
     ------
@@ -150,30 +156,28 @@ def verdicts(
     def kernel(arrays: list[np.ndarray]) -> tuple[np.ndarray, ...]:
         return tuple(_core.verdicts(law._law, arrays, names, tolerance, threads))
 
-    arguments = law._arguments(parameters, epsilon=epsilon, V=V, c=c)
-    attrs = [
-        {
-            "long_name": f"does a stick-slip limit cycle exist: {METHODS[name].long_name}",
-            "units": "1",
-            **VERDICT_FLAGS,
-            "guarantee": METHODS[name].guarantee,
-            "equation": METHODS[name].equation,
-        }
+    outputs = [
+        Output(
+            f"verdict_{name}",
+            np.int8,
+            f"does a stick-slip limit cycle exist: {METHODS[name].long_name}",
+            {**VERDICT_FLAGS, "guarantee": METHODS[name].guarantee, "equation": METHODS[name].equation},
+        )
         for name in names
     ]
-    results = elementwise(kernel, arguments, [np.int8] * len(names), attrs)
+    results = elementwise(kernel, law._arguments(parameters, epsilon=epsilon, V=V, c=c), outputs)
     return results[0] if single else named(names, results)
 
 
 def regime(
     law: Law,
     *,
-    V: Any,
-    c: Any,
-    epsilon: Any,
+    V: Numbers,
+    c: Numbers,
+    epsilon: Numbers | None = None,
     tolerance: float = 1e-9,
     threads: int | None = None,
-    **parameters: Any,
+    **parameters: Numbers,
 ) -> Any:
     """Long-run behaviour according to the simulated flow.
 
@@ -181,7 +185,7 @@ def regime(
 
     Returns
     -------
-    ndarray, scalar, DataArray or dask array
+    ndarray, scalar, DataArray, Series or dask array
         Codes of :class:`Regime` (int8); ``FAILED`` where it is not determined or an argument is NaN.
 
     Examples
@@ -195,6 +199,5 @@ def regime(
     def kernel(arrays: list[np.ndarray]) -> tuple[np.ndarray, ...]:
         return (_core.regime(law._law, arrays, tolerance, threads),)
 
-    arguments = law._arguments(parameters, epsilon=epsilon, V=V, c=c)
-    attrs = {"long_name": "long-run behaviour according to the simulated flow", "units": "1", **REGIME_FLAGS}
-    return elementwise(kernel, arguments, [np.int8], [attrs])[0]
+    output = Output("regime", np.int8, "long-run behaviour according to the simulated flow", REGIME_FLAGS)
+    return elementwise(kernel, law._arguments(parameters, epsilon=epsilon, V=V, c=c), [output])[0]

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import html
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import Any, overload
 
 import numpy as np
-from numpy.typing import ArrayLike
+import xarray as xr
+from numpy.typing import ArrayLike, NDArray
 
 from . import _core
+from ._broadcast import Numbers, flat
 
 
 class Law:
@@ -37,7 +40,7 @@ class Law:
 
     __slots__ = ("_law", "_values")
 
-    def __init__(self, law: _core.Law, values: Mapping[str, Any]):
+    def __init__(self, law: _core.Law, values: Mapping[str, Numbers | None]):
         """Not to be called by users: the class methods make laws."""
         self._law = law
         known = [name for name, *_ in law.parameters]
@@ -45,10 +48,13 @@ class Law:
             if name not in known:
                 raise TypeError(_unknown(name, law))
         self._values = {name: values[name] for name in known if values.get(name) is not None}
+        for name, _, least, greatest, domain in law.parameters:
+            if name in self._values:
+                _check(name, self._values[name], least, greatest, domain)
 
     @classmethod
     def stribeck(
-        cls, alpha: ArrayLike | None = None, beta: ArrayLike | None = None, gamma: ArrayLike | None = None
+        cls, alpha: Numbers | None = None, beta: Numbers | None = None, gamma: Numbers | None = None
     ) -> Law:
         """The paper's law, phi = (1 - alpha) / (1 + epsilon gamma u) + alpha + epsilon beta u**2.
 
@@ -72,10 +78,10 @@ class Law:
     @classmethod
     def exponential(
         cls,
-        mu: ArrayLike | None = None,
-        vs: ArrayLike | None = None,
-        eta: ArrayLike | None = None,
-        exponent: ArrayLike | None = 1.0,
+        mu: Numbers | None = None,
+        vs: Numbers | None = None,
+        eta: Numbers | None = 0.0,
+        exponent: Numbers | None = 1.0,
     ) -> Law:
         """The law phi = mu + (1 - mu) exp(-(u / vs)**exponent) + eta u.
 
@@ -86,7 +92,7 @@ class Law:
         vs : array_like, optional
             Slip speed over which the friction falls, greater than 0.
         eta : array_like, optional
-            Rise of the friction with the slip speed, at least 0.
+            Rise of the friction with the slip speed, at least 0, the default. None: given at each call.
         exponent : array_like, optional
             From 1, the default, for Tustin's law, to 100; 2 is Gauss's. None: given at each call. Below 1 friction would fall infinitely fast as
             slip begins; write that as a drop, see :meth:`with_drop`.
@@ -106,13 +112,13 @@ class Law:
 
     @classmethod
     def lorentzian(
-        cls, mu: ArrayLike | None = None, vs: ArrayLike | None = None, eta: ArrayLike | None = None
+        cls, mu: Numbers | None = None, vs: Numbers | None = None, eta: Numbers | None = 0.0
     ) -> Law:
         """The law phi = mu + (1 - mu) / (1 + (u / vs)**2) + eta u, with parameters as :meth:`exponential`."""
         return cls(_core.Law.built_in("lorentzian"), {"mu": mu, "vs": vs, "eta": eta})
 
     @classmethod
-    def coulomb(cls, drop: ArrayLike | None = None, eta: ArrayLike | None = None) -> Law:
+    def coulomb(cls, drop: Numbers | None = None, eta: Numbers | None = 0.0) -> Law:
         """Two coefficients: friction 1 at rest, and 1 - drop + eta u in slip.
 
         Parameters
@@ -120,7 +126,7 @@ class Law:
         drop : array_like, optional
             Static less kinetic friction, in units of the static one: from 0 to below 1.
         eta : array_like, optional
-            Rise of the friction with the slip speed, at least 0.
+            As in :meth:`exponential`.
 
         Examples
         --------
@@ -132,17 +138,22 @@ class Law:
         return cls(_core.Law.built_in("coulomb"), {"drop": drop, "eta": eta})
 
     @classmethod
-    def expression(cls, formula: str, *, static: float | None = None, **parameters: ArrayLike) -> Law:
+    def expression(
+        cls, formula: str, *, static: float | None = None, rest: str | None = None, **parameters: Numbers
+    ) -> Law:
         """A law given as a formula in the slip speed `u`, in `eps`, and in any other names, its parameters.
 
         Parameters
         ----------
         formula : str
             For example ``"mu + (1 - mu)*exp(-u/vs)"``. Functions: exp, ln, sqrt, sin, cos, tan, sinh, cosh,
-            tanh, atan, abs.
+            tanh, atan, asinh, log10, abs; the slip speed is `u` or `v`, and ``e^x`` is ``exp(x)``.
         static : float, optional
             Friction at rest, by which the formula is divided: its value at u = 0, or more where friction drops as slip
             begins. By default 1, the value of the formula at u = 0.
+        rest : str, optional
+            "peak" for a smoothed law, which rises from 0 at rest: the law beyond its first peak, with the peak as friction
+            at rest and up to it. It has no parameters, and is sampled once.
         **parameters : array_like
             Values of the names in the formula; those left out are given at each call.
 
@@ -157,8 +168,12 @@ class Law:
         >>> law = slipmap.Law.expression("mu + (1 - mu)*exp(-u/vs)", mu=0.5, vs=1.0)
         >>> float(law.phi(0.0))
         1.0
+        >>> law = slipmap.Law.expression("tanh(30*u)*(0.6 + 0.4*exp(-u))", rest="peak")
+        >>> round(float(law.phi(0.01)), 12)
+        1.0
         """
-        return cls(_core.Law.expression(formula, None if static is None else float(static)), parameters)
+        level = None if static is None else float(static)
+        return cls(_core.Law.expression(formula, level, _is_at_peak(rest, static)), parameters)
 
     @classmethod
     def table(
@@ -168,6 +183,7 @@ class Law:
         stderr: ArrayLike | None = None,
         *,
         static: float | None = None,
+        rest: str | None = None,
         origin: str = "the table",
     ) -> Law:
         """A measured law: friction at growing slip speeds, joined by cubics that keep the shape of the data.
@@ -184,6 +200,8 @@ class Law:
         static : float, optional
             Friction at rest, by which the data are divided: the first of them (the default), or more where friction
             drops as slip begins. Two data at slip speed 0 say the same: the larger one holds, the smaller one slips.
+        rest : str, optional
+            "peak" for data that rise from 0 at rest: friction from rest up to the first peak is that of the peak.
         origin : str
             Where the data come from, for messages.
 
@@ -203,14 +221,16 @@ class Law:
         if len(speeds) != len(levels):
             raise ValueError(f"friction: {len(levels)} values at {len(speeds)} slip speeds")
         errors = None if stderr is None else _vector("stderr", np.broadcast_to(stderr, speeds.shape))
-        if static is None and len(speeds) > 2 and speeds[0] == 0 == speeds[1] < speeds[2] and levels[0] != levels[1]:
+        at_peak = _is_at_peak(rest, static)
+        if static is None and not at_peak and len(speeds) > 2 and speeds[0] == 0 == speeds[1] < speeds[2] and levels[0] != levels[1]:
             static = max(levels[:2])
             slips = np.arange(len(speeds)) != np.argmax(levels[:2])
             speeds, levels = speeds[slips], levels[slips]
             errors = None if errors is None else errors[slips]
-        return cls(_core.Law.table(speeds, levels, errors, None if static is None else float(static), origin), {})
+        level = None if static is None else float(static)
+        return cls(_core.Law.table(speeds, levels, errors, level, at_peak, origin), {})
 
-    def with_drop(self, drop: ArrayLike | None = None) -> Law:
+    def with_drop(self, drop: Numbers | None = None) -> Law:
         """The same law with friction in slip less by the parameter `drop`; friction at rest stays 1.
 
         Parameters
@@ -254,12 +274,15 @@ class Law:
         -------
         Law
             Its :attr:`error` says how far its weakening rate may be from that of the function; the error
-            estimates of :func:`critical_c` count it.
+            estimates of :func:`critical_c` count it. The pieces are halved until they meet the function
+            between its samples, too, next to rest down to 1e-12 of the range; a dip is seen that is as
+            wide as a 24th of the piece around it.
 
         Raises
         ------
         ValueError
-            If a value is not finite, or not 1 at slip speed 0. What the function itself raises is passed on.
+            If a value is not finite, or not 1 at slip speed 0 or just above it. What the function itself
+            raises is passed on.
 
         Examples
         --------
@@ -292,11 +315,11 @@ class Law:
         return tuple(self._law.axes)
 
     @property
-    def parameters(self) -> dict[str, Any]:
+    def parameters(self) -> dict[str, Numbers | None]:
         """The law's own parameters, with the values that it holds; ``None`` for those given at each call."""
         return {name: self._values.get(name) for name, *_ in self._law.parameters}
 
-    def replace(self, **parameters: ArrayLike) -> Law:
+    def replace(self, **parameters: Numbers) -> Law:
         """The law with other values of some parameters.
 
         Examples
@@ -324,20 +347,28 @@ class Law:
         """
         return Law(self._law.read_as_small(), self._values)
 
+    @overload
+    def phi(self, u: float, *, epsilon: float = 1.0, **parameters: float) -> float: ...
+    @overload
+    def phi(self, u: ArrayLike, *, epsilon: float = 1.0, **parameters: float) -> NDArray[np.float64]: ...
     def phi(self, u: ArrayLike, *, epsilon: float = 1.0, **parameters: float) -> Any:
         """Friction at the slip speeds `u`, in units of the static force; NaN beyond the data of a table."""
         return self._evaluate(u, epsilon, parameters)[0]
 
+    @overload
+    def weakening(self, u: float, *, epsilon: float = 1.0, **parameters: float) -> float: ...
+    @overload
+    def weakening(self, u: ArrayLike, *, epsilon: float = 1.0, **parameters: float) -> NDArray[np.float64]: ...
     def weakening(self, u: ArrayLike, *, epsilon: float = 1.0, **parameters: float) -> Any:
         """Weakening rate -phi'(u) at the slip speeds `u`: positive where the friction falls with speed."""
         return self._evaluate(u, epsilon, parameters)[1]
 
     def _evaluate(self, u: ArrayLike, epsilon: float, parameters: Mapping[str, float]) -> tuple[Any, Any]:
-        speeds = np.asarray(u, dtype=float)
         arguments = self._arguments(parameters)
         values = [_scalar(name, arguments[name]) for name in arguments]
-        phi, weakening = self._law.evaluate(speeds.ravel(), float(epsilon), values)
-        return phi.reshape(speeds.shape)[()], weakening.reshape(speeds.shape)[()]
+        phi, weakening = self._law.evaluate(flat(u), float(epsilon), values)
+        shape = np.shape(np.asarray(u))
+        return phi.reshape(shape)[()], weakening.reshape(shape)[()]
 
     def _arguments(self, given: Mapping[str, Any], **shared: Any) -> dict[str, Any]:
         """Values of all axes that are in `shared` or are the law's own, in the order of the axes."""
@@ -346,6 +377,8 @@ class Law:
             if name not in own:
                 raise TypeError(_unknown(name, self._law))
         values = {**shared, **self._values, **given}
+        if values.get("epsilon") is None and not self._law.needs_epsilon:
+            values["epsilon"] = 1.0
         wanted = [name for name in self.axes if name in shared or name in own]
         missing = [name for name in wanted if values.get(name) is None]
         if missing:
@@ -357,6 +390,9 @@ class Law:
         maker, definition, small = self.name, self._law.definition, ""
         if self._law.is_read_as_small:
             definition, small = definition.split("\n", 1)[1], ".read_as_small()"
+        if definition.startswith("drop\n"):
+            definition, small = definition.split("\n", 1)[1], f".with_drop({self._values['drop']!r}){small}"
+            values = [value for value in values if not value.startswith("drop=")]
         if self.name == "expression":
             values.insert(0, repr(definition.split("\n", 1)[1]))
         elif self.name == "table":
@@ -366,6 +402,39 @@ class Law:
             maker = "from_function"
             values.insert(0, f"<{definition.split(' ', 1)[1].splitlines()[0]}>")
         return f"Law.{maker}({', '.join(values)}){small}"
+
+    def _repr_html_(self) -> str:
+        domains = {name: domain for name, *_, domain in self._law.parameters}
+        rows = "".join(
+            f"<tr><td>{html.escape(name)}</td><td>{html.escape(_shown(value))}</td><td>{html.escape(domains[name])}</td></tr>"
+            for name, value in self.parameters.items()
+        )
+        head = "<tr><th>parameter</th><th>value</th><th>must be</th></tr>"
+        formula = "" if self._law.formula is None else f": {html.escape(self._law.formula)}"
+        table = f"<table>{head}{rows}</table>" if rows else ""
+        return f"<p>Law <b>{self.name}</b>{formula}</p>{self._curve()}{table}"
+
+    def _curve(self, speed: float = 1.0, force: float = 1.0) -> str:
+        """The friction over the slip speed as a drawing (SVG), in these units; nothing while parameters are missing or arrays."""
+        if any(value is None or np.size(np.asarray(value)) != 1 for value in self.parameters.values()):
+            return ""
+        # Up to twice the speed at which friction has fallen almost as far as it does.
+        speeds = np.geomspace(1e-6, 1e6, 97)
+        fall = 1.0 - np.nan_to_num(self.phi(speeds), nan=1.0)
+        end = 2.0 * float(speeds[np.argmax(fall >= 0.95 * fall.max())])
+        u = np.linspace(0.0, end, 101)
+        phi = self.phi(u)
+        top = float(np.nanmax([1.0, *phi]))
+        width, height, edge = 240.0, 120.0, 14.0
+        points = " ".join(
+            f"{edge + width * x / end:.1f},{4 + height * (1.0 - y / top):.1f}" for x, y in zip(u, phi, strict=True) if np.isfinite(y)
+        )
+        return (
+            f'<svg width="{width + 2 * edge:g}" height="{height + 22:g}" font-size="10" role="img" aria-label="friction over slip speed">'
+            f'<path d="M{edge:g},4 V{height + 4:g} H{width + edge:g}" fill="none" stroke="gray"/>'
+            f'<polyline points="{points}" fill="none" stroke="#0072b2" stroke-width="1.5"/>'
+            f'<text x="2" y="12">{top * force:.3g}</text><text x="{edge:g}" y="{height + 17:g}">slip speed from 0 to {end * speed:.3g}</text></svg>'
+        )
 
     def _key(self) -> tuple[Any, ...]:
         values = tuple((name, np.asarray(value).tobytes()) for name, value in self._values.items())
@@ -381,16 +450,45 @@ class Law:
         return (Law, (self._law, self._values))
 
 
+def _is_at_peak(rest: str | None, static: float | None) -> bool:
+    if rest not in (None, "peak"):
+        raise ValueError(f'rest = {rest!r}: it can be "peak" only; friction at rest is `static`')
+    if rest is not None and static is not None:
+        raise ValueError("friction at rest is given twice, by `rest` and by `static`")
+    return rest is not None
+
+
 def _unknown(name: str, law: _core.Law) -> str:
     own = ", ".join(own for own, *_ in law.parameters) or "none"
     return f"`{name}` is no parameter of the law `{law.name}`; its parameters are: {own}"
 
 
+def _check(name: str, values: Any, least: float, greatest: float, domain: str) -> None:
+    """Refuses numbers outside a parameter's domain; those of dask are not computed here, NaN is no number."""
+    if isinstance(values, (xr.DataArray, xr.Variable)):
+        values = values.data
+    if type(values).__module__.startswith("dask."):
+        return
+    try:
+        numbers = flat(values)
+    except (TypeError, ValueError):
+        raise TypeError(f"{name}: real numbers are needed, not {values!r:.60}") from None
+    illegal = ~(np.isnan(numbers) | (np.isfinite(numbers) & (numbers >= least) & (numbers <= greatest)))
+    if illegal.any():
+        place = f" (element {illegal.argmax()})" if numbers.size > 1 else ""
+        raise ValueError(f"{name}{place} = {numbers[illegal][0]:g}: it must be {domain}")
+
+
+def _shown(value: Any) -> str:
+    if value is None:
+        return "given at each call"
+    return f"{float(value):g}" if np.ndim(value) == 0 else f"shape {np.shape(value)}"
+
+
 def _vector(name: str, values: ArrayLike) -> np.ndarray:
-    array = np.ascontiguousarray(values, dtype=float)
-    if array.ndim != 1:
-        raise ValueError(f"{name}: one row of numbers is needed, not the shape {array.shape}")
-    return array
+    if np.ndim(values) != 1:
+        raise ValueError(f"{name}: one row of numbers is needed, not the shape {np.shape(values)}")
+    return flat(values)
 
 
 def _scalar(name: str, value: Any) -> float:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import json
+import math
 import os
-import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
@@ -13,6 +13,7 @@ import xarray as xr
 
 from . import _core, _fingerprints
 from ._law import Law
+from ._progress import Progress, told
 
 
 def map(
@@ -26,7 +27,8 @@ def map(
     audit_cells: int = 1000,
     proof_boxes: int = 32,
     threads: int | None = None,
-    progress: bool | Callable[[int, int], None] = False,
+    progress: Progress = False,
+    chunks: Mapping[str, int] | None = None,
 ) -> xr.Dataset:
     """Asks every method at every cell of a grid: the map that ``slipmap run`` writes, in memory.
 
@@ -41,7 +43,7 @@ def map(
         By default the closed-form tests and the simulation. See ``slipmap.METHODS``.
     fields : iterable of str
         What to compute besides verdicts: "margin", "critical_c", "regime", "landing", "cycle", "basin",
-        "epsilon_limit", "sensitivity".
+        "growth", "epsilon_limit", "sensitivity".
     engine : {"auto", "critical_surface", "return_map", "direct"}
         How the simulation decides cells.
     tolerance : float
@@ -54,11 +56,15 @@ def map(
         Number of threads; by default one per core.
     progress : bool or callable
         True shows a bar (of tqdm, if it is there); a function is called with the cells done and all cells.
+    chunks : mapping of str to int, optional
+        Numbers of nodes in a block: the map is then made of dask arrays, and a block is computed when it is needed, for maps
+        that do not fit into memory. Nodes that are dask arrays have blocks of their own.
 
     Returns
     -------
     xarray.Dataset
-        Equal, variable by variable, attributes included, to the file that the program writes.
+        Equal, variable by variable, attributes included, to the file that the program writes. A map in blocks has the same
+        cells, without the audit, the fingerprints and what a run counts.
 
     Raises
     ------
@@ -85,19 +91,47 @@ def map(
     if missing:
         raise ValueError(f"the grid also needs {', '.join(missing)}; an axis of one node is a number")
     nodes = [_nodes(name, axes[name]) for name in law.axes]
-    found = _core.compute_map(
-        law._law,
-        nodes,
-        None if methods is None else list(methods),
-        list(fields),
-        engine,
-        tolerance,
-        audit_cells,
-        proof_boxes,
-        threads,
-        _told(progress, int(np.prod([len(axis) for axis in nodes], dtype=np.int64))),
-    )
-    return _dataset(found)
+    names, own_fields = None if methods is None else list(methods), list(fields)
+
+    def compute(nodes: list[list[float]], audit_cells: int, progress: Progress) -> xr.Dataset:
+        bar = told(progress, math.prod(len(axis) for axis in nodes), "cells")
+        more = (names, own_fields, engine, tolerance, audit_cells, proof_boxes, threads, bar)
+        return _dataset(_core.compute_map(law._law, nodes, *more))
+
+    blocks = {name: axes[name].chunks[0] for name in law.axes if getattr(axes[name], "chunks", None)}
+    if not blocks and chunks is None:
+        return compute(nodes, audit_cells, progress)
+    lengths = {**dict.fromkeys(law.axes, -1), **blocks, **(chunks or {})}
+    return _in_blocks(dict(zip(law.axes, nodes, strict=True)), lengths, lambda nodes: compute(nodes, 0, False))
+
+
+# What the first block says of all.
+_OF_ALL = ("Conventions", "source", "references", "law", "law_definition", "methods", "fields", "engine", "tolerance")
+
+
+def _in_blocks(
+    axes: Mapping[str, list[float]], chunks: Mapping[str, Any], compute: Callable[[list[list[float]]], xr.Dataset]
+) -> xr.Dataset:
+    """The map as dask arrays, whose blocks `compute` computes."""
+    import dask.array as da
+
+    def empty(names: Sequence[Any], dtype: Any) -> Any:
+        return da.zeros([len(axes[name]) for name in names], dtype=dtype, chunks=tuple(chunks[name] for name in names))
+
+    first = compute([axis[:1] for axis in axes.values()])
+    coords = {name: (name, axis, _of_all(first[name].attrs)) for name, axis in axes.items()}
+    variables = {name: (it.dims, empty(it.dims, it.dtype), _of_all(it.attrs)) for name, it in first.data_vars.items()}
+    attrs = {name: value for name, value in first.attrs.items() if name in _OF_ALL}
+    cells = xr.Dataset({"cells": (list(axes), empty(list(axes), np.int8))}, coords)
+
+    def block(part: xr.Dataset) -> xr.Dataset:
+        return compute([part[name].values.tolist() for name in axes]).assign_coords(part.coords)
+
+    return xr.map_blocks(block, cells, template=xr.Dataset(variables, coords, attrs))
+
+
+def _of_all(attributes: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: value for name, value in attributes.items() if name not in ("sha256", "flag_counts")}
 
 
 def run(
@@ -105,7 +139,7 @@ def run(
     *,
     set: Mapping[str, Any] | Sequence[str] = (),
     threads: int | None = None,
-    progress: bool | Callable[[int, int], None] = False,
+    progress: Progress = False,
 ) -> xr.Dataset:
     """Computes the map of a configuration file, as ``slipmap run`` does, and writes nothing.
 
@@ -131,7 +165,7 @@ def run(
     sets = [f"{key}={_toml(value)}" for key, value in set.items()] if isinstance(set, Mapping) else list(set)
     name = os.fspath(config)
     cells = _core.config_cells(name, sets)
-    return _dataset(_core.run_config(name, sets, threads, _told(progress, cells)))
+    return _dataset(_core.run_config(name, sets, threads, told(progress, cells, "cells")))
 
 
 def _toml(value: Any) -> str:
@@ -158,39 +192,19 @@ def _nodes(name: str, value: Any) -> list[float]:
     return [float(node) for node in nodes]
 
 
-def _told(progress: bool | Callable[[int, int], None], cells: int) -> Callable[[int], None] | None:
-    """What the engine is to call with the number of cells done."""
-    if progress is False:
-        return None
-    if callable(progress):
-        return lambda done: progress(done, cells)
-    try:
-        from tqdm.auto import tqdm
-    except ImportError:
-
-        def line(done: int) -> None:
-            print(f"\r{done:,} of {cells:,} cells", end="\n" if done >= cells else "", file=sys.stderr, flush=True)
-
-        return line
-    bar = tqdm(total=cells, unit="cells")
-
-    def update(done: int) -> None:
-        bar.update(done - bar.n)
-        if done >= cells:
-            bar.close()
-
-    return update
-
-
 def _dataset(found: _core.Map) -> xr.Dataset:
     tile = found.tile_shape
-    coords = {}
+    coords: dict[str, Any] = {}
     for name, attributes, values in found.axes:
         coords[name] = (name, values, _closed(dict(attributes), values, None))
+    for name, attributes, value in found.fixed:
+        coords[name] = ((), value, _closed(dict(attributes), np.array([value]), None))
     names = [name for name, *_ in found.axes]
     variables = {}
     for name, attributes, values in found.variables:
         own = dict(attributes)
+        # As a reader of the file has it: the coordinates themselves say so.
+        own.pop("coordinates", None)
         if "flag_values" in own:
             own["flag_counts"] = np.array([int((values == code).sum()) for code in own["flag_values"]], dtype=np.int64)
         variables[name] = (names[: values.ndim], values, _closed(own, values, tile))
@@ -209,11 +223,11 @@ def _closed(attributes: dict[str, Any], values: np.ndarray, tile: Sequence[int] 
 def _curves(found: _core.Map) -> xr.Dataset:
     """The curves as the two tables of the file's group: along ``plane`` and along ``point``."""
     planes = found.curves or []
-    axes = [(name, attributes["long_name"], values) for name, attributes, values in found.axes]
+    axes = [(name, attributes, values) for name, attributes, values in found.axes]
     columns: dict[str, tuple[str, np.ndarray, dict[str, Any]]] = {}
 
-    def reals(dimension: str, name: str, long_name: str, values: Any) -> None:
-        columns[name] = (dimension, np.array(values, dtype=float), {"long_name": long_name, "units": "1"})
+    def reals(dimension: str, name: str, long_name: str, values: Any, units: str = "1") -> None:
+        columns[name] = (dimension, np.array(values, dtype=float), {"long_name": long_name, "units": units})
 
     def integers(dimension: str, name: str, long_name: str, values: Any) -> None:
         columns[name] = (dimension, np.array(values, dtype=np.int32), {"long_name": long_name, "units": "1"})
@@ -232,9 +246,9 @@ def _curves(found: _core.Map) -> xr.Dataset:
 
     words("plane", "plane_x", "first axis of the plane", [axes[x][0] for x, *_ in planes])
     words("plane", "plane_y", "second axis of the plane", [axes[y][0] for _, y, *_ in planes])
-    for i, (name, _, values) in enumerate(axes):
+    for i, (name, own, values) in enumerate(axes):
         held = [np.nan if i in (x, y) else values[nodes[i]] for x, y, nodes, _ in planes]
-        reals("plane", f"held_{name}", f"value at which {name} is held, NaN in the plane", held)
+        reals("plane", f"held_{name}", f"value at which {name} is held, NaN in the plane", held, own["units"])
     lines = [(n, plane, line) for n, plane in enumerate(planes, 1) for line in plane[3]]
     if any(len(line[2]) for *_, line in lines):
         lengths = [len(line[2]) for *_, line in lines]
@@ -247,7 +261,7 @@ def _curves(found: _core.Map) -> xr.Dataset:
             parts = []
             for _, (x, y, nodes, _), line in lines:
                 parts.append(line[2] if i == x else line[3] if i == y else np.full(len(line[2]), values[nodes[i]]))
-            reals("point", name, own, np.concatenate(parts))
+            reals("point", name, own["long_name"], np.concatenate(parts), own["units"])
         long_name = (
             "estimate of the distance from the curve, in sides of the plane, which is logarithmic along axes of "
             "equal ratios"

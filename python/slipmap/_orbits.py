@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from . import _core
+from ._broadcast import Numbers
 from ._law import Law, _scalar
 from ._point import Point, probe
 
@@ -120,7 +120,7 @@ def phase_portrait(point: Point, *, max_time: float = 40.0 * math.pi, tolerance:
 
 
 def curves(
-    law: Law, *, V: Any, c: Any, epsilon: Any, threads: int | None = None, **parameters: Any
+    law: Law, *, V: Numbers, c: Numbers, epsilon: Numbers | None = None, threads: int | None = None, **parameters: Numbers
 ) -> xr.Dataset:
     """Curves in a plane of two parameters on which the long-run behaviour changes, by continuation.
 

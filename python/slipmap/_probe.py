@@ -7,7 +7,7 @@ import json
 import math
 import types
 import typing
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import dataclass, is_dataclass
 from typing import Any
 
 
@@ -128,6 +128,8 @@ class Equilibrium:
     divergence: float
     type: str
     eigenvalues: tuple[complex, ...]
+    growth_time: float | None = None
+    """Time in which small disturbances grow by the factor e, where it is unstable."""
 
 
 @dataclass(frozen=True)
@@ -240,6 +242,8 @@ class MachineAnswer:
     units: MachineUnits
     critical_damping_error: float | None = None
     """Estimate of the absolute error of the critical damping, N s/m, also of one that is not known to 1 %."""
+    growth_time: float | None = None
+    """Time in which small disturbances of unstable steady slip grow by the factor e, s."""
 
 
 @dataclass(frozen=True)
@@ -381,8 +385,7 @@ def _build(kind: Any, data: Any) -> Any:
         return Range(data["from"], data["to"])
     if is_dataclass(kind):
         hints = typing.get_type_hints(kind)
-        known = {it.name for it in fields(kind)}
-        # A newer program may have fields unknown to this version of the package: they stay in to_dict().
-        return kind(**{name: _build(hints[name], entry) for name, entry in data.items() if name in known})  # type: ignore[operator]
+        # Strict: what the program tells and a class lacks is an error.
+        return kind(**{name: _build(hints[name], entry) for name, entry in data.items()})  # type: ignore[operator]
     # JSON has no infinity: limits beyond all epsilon examined are the text "inf".
     return float(data) if kind is float else data

@@ -8,18 +8,18 @@ import numpy as np
 import xarray as xr
 
 from . import _core
-from ._broadcast import elementwise, named
+from ._broadcast import Numbers, Output, elementwise, named
 from ._law import Law, _scalar
 
 
 def sensitivity(
     law: Law,
     *,
-    V: Any,
-    epsilon: Any,
+    V: Numbers,
+    epsilon: Numbers | None = None,
     return_error: bool = False,
     threads: int | None = None,
-    **parameters: Any,
+    **parameters: Numbers,
 ) -> Any:
     """Partial derivatives of the critical damping c* by epsilon, by the law's own parameters and by V.
 
@@ -33,7 +33,8 @@ def sensitivity(
     Returns
     -------
     derivatives : dict or Dataset
-        ``dc_dV`` and so on, each broadcast as :func:`critical_c`; a Dataset if an argument is a DataArray.
+        ``dc_dV`` and so on, each broadcast as :func:`critical_c`; a Dataset if an argument is a DataArray, a DataFrame
+        if one is a Series.
         NaN where c* is negative, there is none or none known to 1 %, and where the derivative is not either.
     errors : like `derivatives`
         Estimates of their absolute errors; only if `return_error`.
@@ -59,18 +60,18 @@ def sensitivity(
 
     arguments = law._arguments(parameters, epsilon=epsilon, V=V)
     names = [f"dc_d{name}" for name in arguments]
-    attrs = [
-        {"long_name": f"{what} of the critical damping by {name}", "units": "1"}
+    outputs = [
+        Output(f"dc_d{name}", np.float64, f"{what} of the critical damping by {name}")
         for what in ("derivative", "error estimate of the derivative")
         for name in arguments
     ]
-    results = elementwise(kernel, arguments, [np.float64] * len(attrs), attrs)
+    results = elementwise(kernel, arguments, outputs)
     values, errors = named(names, results[: len(names)]), named(names, results[len(names) :])
     return (values, errors) if return_error else values
 
 
 def standard_error(
-    law: Law, *, V: Any, epsilon: Any, return_error: bool = False, threads: int | None = None
+    law: Law, *, V: Numbers, epsilon: Numbers | None = None, return_error: bool = False, threads: int | None = None
 ) -> Any:
     """Standard error of the critical damping that the standard errors of a table's data make.
 
@@ -113,16 +114,16 @@ def standard_error(
         values, errors = _core.sensitivity(law._law, arrays, threads)
         return values[-1], errors[-1]
 
-    attrs = [
-        {"long_name": f"{what} of the critical damping, from the data's", "units": "1"}
-        for what in ("standard error", "error estimate of the standard error")
+    outputs = [
+        Output(name, np.float64, f"{what} of the critical damping, from the data's")
+        for name, what in (("standard_error", "standard error"), ("error", "error estimate of the standard error"))
     ]
-    results = elementwise(kernel, law._arguments({}, epsilon=epsilon, V=V), [np.float64] * 2, attrs)
+    results = elementwise(kernel, law._arguments({}, epsilon=epsilon, V=V), outputs)
     return results if return_error else results[0]
 
 
 def influence(
-    law: Law, parts: int = 64, *, V: float, epsilon: float, **parameters: float
+    law: Law, parts: int = 64, *, V: float, epsilon: float | None = None, **parameters: float
 ) -> xr.Dataset:
     """The weight of the friction's slope at each slip speed, for the critical damping.
 

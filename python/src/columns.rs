@@ -41,11 +41,7 @@ impl<'a> Arguments<'a> {
         law: &'a Family,
         arrays: &'a [PyReadonlyArray1<'_, f64>],
     ) -> PyResult<Self> {
-        let values: Vec<&[f64]> = arrays.iter().map(|array| array.as_slice()).collect::<Result<_, _>>()?;
-        let len = values.iter().map(|values| values.len()).find(|&len| len != 1).unwrap_or(1);
-        if values.iter().any(|values| values.len() != 1 && values.len() != len) {
-            return Err(PyValueError::new_err("arrays of different lengths"));
-        }
+        let (values, len) = columns_of(arrays)?;
         let arguments = Self { law, values, len };
         arguments.check(py)?;
         Ok(arguments)
@@ -65,7 +61,7 @@ impl<'a> Arguments<'a> {
         unknown: &T,
         of: impl Fn(&Point) -> T + Sync,
     ) -> PyResult<Vec<T>> {
-        in_tasks(py, self.len, threads, |task| {
+        in_tasks(py, self.len, threads, None, |task| {
             let mut element = Vec::new();
             task.map(|i| self.point(i, &mut element).map_or_else(|| unknown.clone(), |point| of(&point)))
                 .collect()
@@ -102,6 +98,16 @@ impl<'a> Arguments<'a> {
     }
 }
 
+/// Arrays of length 1 or of the common length, and that length.
+pub(crate) fn columns_of<'a>(arrays: &'a [PyReadonlyArray1<'_, f64>]) -> PyResult<(Vec<&'a [f64]>, usize)> {
+    let values: Vec<&[f64]> = arrays.iter().map(|array| array.as_slice()).collect::<Result<_, _>>()?;
+    let len = values.iter().map(|values| values.len()).find(|&len| len != 1).unwrap_or(1);
+    if values.iter().any(|values| values.len() != 1 && values.len() != len) {
+        return Err(PyValueError::new_err("arrays of different lengths"));
+    }
+    Ok((values, len))
+}
+
 /// The point of values in the order of the axes, damping 0 if it is left out; `None` if it is not legal.
 fn point(law: &Family, values: &[f64]) -> Option<Point> {
     let count = law.parameters().len();
@@ -109,23 +115,28 @@ fn point(law: &Family, values: &[f64]) -> Option<Point> {
     law.point(values[0], &values[1..=count], values[count + 1], damping).ok()
 }
 
-/// Applies `each` to tasks of consecutive elements, in parallel for many; `None` where it was stopped.
-fn in_tasks<T: Send>(
+/// Applies `each` to tasks of consecutive elements, in parallel for many, or where `progress` is told.
+pub(crate) fn in_tasks<T: Send>(
     py: Python<'_>,
     len: usize,
     threads: Option<usize>,
+    progress: Option<&Py<PyAny>>,
     each: impl Fn(std::ops::Range<usize>) -> Vec<T> + Sync,
 ) -> PyResult<Vec<T>> {
-    if len <= FEW {
+    if len <= FEW && progress.is_none() {
         return Ok(py.detach(|| each(0..len)));
     }
-    run(py, threads, None, |steering: &Steering| {
+    run(py, threads, progress, |steering: &Steering| {
         let tasks = len.div_ceil(TASK);
         let done: Vec<Vec<T>> = (0..tasks)
             .into_par_iter()
             .map(|task| match steering.stopped() {
                 true => Vec::new(),
-                false => each(task * TASK..((task + 1) * TASK).min(len)),
+                false => {
+                    let done = each(task * TASK..((task + 1) * TASK).min(len));
+                    steering.advance(done.len());
+                    done
+                }
             })
             .collect();
         done.into_iter().flatten().collect()
@@ -135,19 +146,20 @@ fn in_tasks<T: Send>(
 /// Critical damping, NaN where none is known to 1 %, and its error estimate, NaN where none was found. By the
 /// comparison lemma an error of the law's weakening rate moves epsilon c* by at most that error.
 #[pyfunction]
-#[pyo3(signature = (law, arrays, tolerance, threads=None))]
+#[pyo3(signature = (law, arrays, tolerance, threads=None, progress=None))]
 pub(crate) fn critical_c<'py>(
     py: Python<'py>,
     law: &Law,
     arrays: Vec<PyReadonlyArray1<'py, f64>>,
     tolerance: f64,
     threads: Option<usize>,
+    progress: Option<Py<PyAny>>,
 ) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>)> {
     check_tolerance(tolerance)?;
     let family = &law.law;
     let law_error = law.error();
     let arguments = Arguments::new(py, family, &arrays)?;
-    let found = in_tasks(py, arguments.len, threads, |task| {
+    let found = in_tasks(py, arguments.len, threads, progress.as_ref(), |task| {
         let mut element = Vec::new();
         let mut columns: Vec<Column> = Vec::with_capacity(task.len());
         let mut known = Vec::with_capacity(task.len());

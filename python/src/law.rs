@@ -26,17 +26,20 @@ impl Law {
 
     /// A law given as a formula.
     #[staticmethod]
-    fn expression(formula: &str, static_level: Option<f64>) -> PyResult<Self> {
+    fn expression(formula: &str, static_level: Option<f64>, at_peak: bool) -> PyResult<Self> {
         static_level.map_or(Ok(()), check_static_level)?;
         let law = match static_level {
-            Some(level) => Expression::with_static(formula, level),
-            None => Expression::new(formula, 1.0),
+            Some(level) => Expression::with_static(formula, level).map(Family::Expression),
+            None if at_peak => {
+                Expression::new(formula, 1.0).and_then(|law| law.with_rest_at_peak()).map(Family::Function)
+            }
+            None => Expression::new(formula, 1.0).map(Family::Expression),
         };
         let law = law.map_err(|error| {
             let problem = slipmap::config::point_into(formula, &error);
             PyValueError::new_err(format!("{problem}\n  help: {}", error.remedy))
         })?;
-        Ok(Self { law: Family::Expression(law) })
+        Ok(Self { law })
     }
 
     /// A law given by data.
@@ -46,6 +49,7 @@ impl Law {
         friction: PyReadonlyArray1<'_, f64>,
         errors: Option<PyReadonlyArray1<'_, f64>>,
         static_level: Option<f64>,
+        at_peak: bool,
         origin: &str,
     ) -> PyResult<Self> {
         static_level.map_or(Ok(()), check_static_level)?;
@@ -57,11 +61,14 @@ impl Law {
             u.as_array().iter().copied().zip(friction.as_array().iter().copied()).collect();
         let law = match static_level {
             Some(level) => Table::with_static(origin, &data, level),
+            None if at_peak => Table::with_rest_at_peak(origin, &data),
             None => Table::new(origin, &data, data.first().map_or(1.0, |(_, friction)| *friction)),
         };
         let mut law = law.map_err(told)?;
         if let Some(errors) = errors {
-            law = law.with_standard_errors(&errors.as_array().to_vec()).map_err(told)?;
+            // With the rest at the peak the rows below it are one row.
+            let below = data.len() - law.data().count();
+            law = law.with_standard_errors(&errors.as_array().to_vec()[below..]).map_err(told)?;
         }
         Ok(Self { law: Family::Table(law) })
     }
@@ -152,10 +159,25 @@ impl Law {
         self.law.definition()
     }
 
-    /// Name, description, least and greatest legal value of each parameter.
+    /// Name, description, least and greatest legal value of each parameter, and these in words.
     #[getter]
-    fn parameters(&self) -> Vec<(&str, &str, f64, f64)> {
-        self.law.parameters().iter().map(|it| (it.name, it.long_name, it.min, it.max)).collect()
+    fn parameters(&self) -> Vec<(&str, &str, f64, f64, String)> {
+        self.law.parameters().iter().map(|it| (it.name, it.long_name, it.min, it.max, it.domain())).collect()
+    }
+
+    /// Whether epsilon matters: it is in the law, or the law is read by it.
+    #[getter]
+    fn needs_epsilon(&self) -> bool {
+        self.law.depends_on_epsilon() || self.law.is_read_as_small()
+    }
+
+    /// The law as a formula; `None` for data and functions.
+    #[getter]
+    fn formula(&self) -> Option<String> {
+        match self.law.as_written() {
+            Family::Expression(law) => Some(format!("\u{3c6}(u) = {}", law.text())),
+            law => law.built_in().map(|law| law.formula.to_owned()),
+        }
     }
 
     /// Names of the axes of a map of this law, slowest first.
@@ -233,7 +255,7 @@ pub(crate) fn point_of(law: &Family, values: &[f64]) -> PyResult<Point> {
 /// Checks that the law is legal at the slip speeds of a point.
 pub(crate) fn check_law(law: &Family, point: &Point) -> Result<(), String> {
     let fastest = 2.0 * point.belt_speed();
-    match law {
+    match law.as_written() {
         Family::Expression(law) => law.check(point.epsilon(), point.law(), fastest).map_err(|error| {
             format!("{}\n  help: {}", slipmap::config::point_into(law.text(), &error), error.remedy)
         }),

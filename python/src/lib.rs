@@ -29,6 +29,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("USUAL_METHODS", Method::usual().map(|it| it.name()).collect::<Vec<_>>())?;
     module.add("FIELDS", Field::ALL.map(Field::name).to_vec())?;
     module.add_class::<law::Law>()?;
+    module.add_class::<machine::Machine>()?;
     module.add_class::<map::Map>()?;
     module.add_function(wrap_pyfunction!(columns::critical_c, module)?)?;
     module.add_function(wrap_pyfunction!(columns::verdicts, module)?)?;
@@ -39,8 +40,6 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(point::probe, module)?)?;
     module.add_function(wrap_pyfunction!(orbit::orbit, module)?)?;
     module.add_function(wrap_pyfunction!(curves::curves, module)?)?;
-    module.add_function(wrap_pyfunction!(machine::machine_point, module)?)?;
-    module.add_function(wrap_pyfunction!(machine::machine_probe, module)?)?;
     module.add_function(wrap_pyfunction!(map::compute_map, module)?)?;
     module.add_function(wrap_pyfunction!(map::config_cells, module)?)?;
     module.add_function(wrap_pyfunction!(map::run_config, module)?)?;

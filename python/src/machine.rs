@@ -1,65 +1,258 @@
 //! Machines in SI units.
 
-use pyo3::exceptions::PyValueError;
+use std::collections::HashMap;
+use std::path::Path;
+
+use numpy::{PyArray1, PyReadonlyArray1};
+use pyo3::exceptions::{PyRuntimeError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use slipmap::behaviour::behaviour;
-use slipmap::machine::{Machine, Model, Motion};
+use slipmap::config::{check_names, load_machine};
+use slipmap::friction::{Column, Law as Family};
+use slipmap::machine::{self as engine, Coefficients, Model, Motion, NORMAL_FORCE};
 use slipmap::map::Method;
 use slipmap::probe::{Answer, MachineResult, Probe};
+use slipmap::risk::{Spread, Uncertain, is_uncertain, risk};
+use slipmap::simulate::critical::critical_dampings;
 use slipmap::witness;
 
-use crate::law::Law;
+use crate::columns::{columns_of, in_tasks};
+use crate::law::{Law, check_law};
 use crate::point::{check_tolerance, json};
 use crate::work::run;
 
-fn machine_of(law: &Law, motion: &str, numbers: [f64; 9]) -> PyResult<Machine> {
-    let known = Motion::ALL.into_iter().find(|it| it.name() == motion);
-    let motion = known.ok_or_else(|| {
-        let names = Motion::ALL.map(|it| it.name()).join(", ");
-        PyValueError::new_err(format!("there is no motion `{motion}`; choose from: {names}"))
-    })?;
-    Ok(Machine::from_array(motion, law.law.clone(), numbers))
+/// A machine with the distributions of its uncertain quantities.
+#[pyclass(frozen, module = "slipmap._core")]
+pub(crate) struct Machine {
+    machine: engine::Machine,
+    uncertain: Vec<Uncertain>,
 }
 
-fn no_coefficients(law: &Law) -> PyErr {
-    PyValueError::new_err(format!(
-        "the law `{}` has no coefficients of friction; use stribeck, exponential, lorentzian or coulomb with a machine, or \
-         describe it in a configuration, for slipmap.run or slipmap probe --machine",
-        law.law.name()
-    ))
+/// A spread as Python has it: a standard deviation, both ends of a range, or the row of correlated errors.
+type Numbers = Vec<f64>;
+
+fn spread_of(numbers: &[f64]) -> Option<Spread> {
+    match *numbers {
+        [sd] => Some(Spread::Normal { sd }),
+        [min, max] => Some(Spread::Uniform { min, max }),
+        _ => Some(Spread::Joint { row: numbers.try_into().ok()? }),
+    }
 }
 
-/// The point of a machine (epsilon, the law's parameters, V, c), and the units of time, length, velocity,
-/// force and damping.
-#[pyfunction]
-pub(crate) fn machine_point(law: &Law, motion: &str, numbers: [f64; 9]) -> PyResult<(Vec<f64>, [f64; 5])> {
-    let machine = machine_of(law, motion, numbers)?;
-    let Model { point, .. } = machine.model().ok_or_else(|| no_coefficients(law))?;
-    let values = std::iter::once(point.epsilon())
-        .chain(point.law().as_slice().iter().copied())
-        .chain([point.belt_speed(), point.damping()]);
-    let units = machine.units();
-    Ok((values.collect(), [units.time, units.length, units.velocity, units.force, units.damping]))
+/// Refuses a law that is not the friction of a machine.
+fn check_friction(law: &Family) -> PyResult<()> {
+    match law.as_written() {
+        Family::Expression(formula) => {
+            check_names(formula).map_err(|error| PyValueError::new_err(error.problem))
+        }
+        Family::Table(_) => Ok(()),
+        law if Family::BUILT_IN.map(Family::with_exponent).contains(&law.clone().with_exponent()) => Ok(()),
+        law => Err(PyValueError::new_err(format!(
+            "friction: a machine has the friction of a built-in law, a formula or a table, not of {} with more",
+            law.name()
+        ))),
+    }
 }
 
-/// What `slipmap probe --machine --json` prints.
-#[pyfunction]
-pub(crate) fn machine_probe(
-    py: Python<'_>,
-    law: &Law,
-    motion: &str,
-    numbers: [f64; 9],
-    tolerance: f64,
-) -> PyResult<String> {
-    check_tolerance(tolerance)?;
-    let machine = machine_of(law, motion, numbers)?;
-    let model = machine.model().ok_or_else(|| no_coefficients(law))?;
-    let probe = run(py, None, None, |_| {
-        let answer = Answer::of(&model.law, &model.point, tolerance, Method::all());
-        let direct = witness::flow(&answer.oscillator, tolerance);
-        let mut probe = Probe::new(&answer, &direct);
-        probe.machine = Some(MachineResult::new(&machine, &behaviour(&model, tolerance)));
-        probe
-    })?;
-    json(&probe)
+impl Machine {
+    fn model(&self) -> PyResult<Model> {
+        let leaves = || {
+            PyValueError::new_err("the friction leaves the numbers in dimensionless terms; check the units")
+        };
+        self.machine.model().ok_or_else(leaves)
+    }
+}
+
+#[pymethods]
+impl Machine {
+    /// A machine of the numbers `quantities`; `uncertain` has the spread of some.
+    /// Without a normal force, friction is a force.
+    #[new]
+    fn new(
+        law: &Law,
+        motion: &str,
+        quantities: HashMap<String, f64>,
+        uncertain: Vec<(String, Numbers)>,
+    ) -> PyResult<Self> {
+        let known = Motion::ALL.into_iter().find(|it| it.name() == motion);
+        let motion = known.ok_or_else(|| {
+            let names = Motion::ALL.map(|it| it.name()).join(", ");
+            PyValueError::new_err(format!("motion: there is no motion `{motion}`; choose from: {names}"))
+        })?;
+        check_friction(&law.law)?;
+        let value = |name: &str| quantities.get(name).copied();
+        let law = match value(Coefficients::EXPONENT) {
+            Some(_) => law.law.clone().with_exponent(),
+            None => law.law.clone(),
+        };
+        let names = engine::Machine::names(&law, |name| value(name).is_some());
+        let missing = names.iter().find(|name| **name != NORMAL_FORCE && value(name).is_none());
+        let machine = engine::Machine::new(motion, &law, value).ok_or_else(|| {
+            PyTypeError::new_err(format!("the machine also needs {}", missing.copied().unwrap_or_default()))
+        })?;
+        if let Some(unknown) = quantities.keys().find(|name| !names.contains(&name.as_str())) {
+            let of = machine.friction.law_name();
+            let known = names.join(", ");
+            return Err(PyTypeError::new_err(format!(
+                "`{unknown}` is no quantity of a machine of the law `{of}` beside the others; it has: {known}"
+            )));
+        }
+        if let Some((name, value, wanted)) = machine.illegal() {
+            return Err(PyValueError::new_err(format!("{name} = {value}: must be {wanted}")));
+        }
+        let rest = machine.friction.at_rest();
+        if !machine.friction.is_legal_at_rest() {
+            return Err(PyValueError::new_err(format!("friction at rest is {rest}: must be greater than 0")));
+        }
+        // In the order given, which is that of the random numbers.
+        let spread = |(name, numbers): &(String, Numbers)| {
+            Some((names.iter().copied().find(|known| known == name)?, spread_of(numbers)?))
+        };
+        let uncertain = uncertain.iter().filter_map(spread).collect();
+        let made = Self { machine, uncertain };
+        let Model { law, point, .. } = made.model()?;
+        check_law(&law, &point).map_err(PyValueError::new_err)?;
+        Ok(made)
+    }
+
+    /// The machine of a configuration, with other values of some quantities.
+    #[staticmethod]
+    fn from_toml(path: &str, values: Vec<(String, f64)>) -> PyResult<Self> {
+        let job = load_machine(Path::new(path), &values)
+            .map_err(|error| PyValueError::new_err(error.to_string()))?;
+        if let Some((name, values)) = job.varied.first() {
+            let (count, first) = (values.len(), values[0]);
+            return Err(PyValueError::new_err(format!(
+                "{path}: {name} has {count} values; choose one, for example {name}={first}"
+            )));
+        }
+        Ok(Self { machine: job.machine, uncertain: job.uncertain })
+    }
+
+    #[getter]
+    fn motion(&self) -> &'static str {
+        self.machine.motion.name()
+    }
+
+    /// Its friction as a law, of the slip speed in SI units.
+    #[getter]
+    fn friction(&self) -> Law {
+        Law { law: self.machine.law() }
+    }
+
+    /// Its numbers; the normal force only if it is known.
+    #[getter]
+    fn quantities(&self) -> Vec<(&'static str, f64)> {
+        let known = |name| name != NORMAL_FORCE || self.machine.normal_force_is_known;
+        self.machine.quantities().into_iter().filter(|(name, _)| known(*name)).collect()
+    }
+
+    /// The uncertain quantities, as the constructor takes them.
+    #[getter]
+    fn uncertain(&self) -> Vec<(&'static str, Numbers)> {
+        let numbers = |spread: &Spread| match *spread {
+            Spread::Normal { sd } => vec![sd],
+            Spread::Uniform { min, max } => vec![min, max],
+            Spread::Joint { row } => row.to_vec(),
+        };
+        self.uncertain.iter().map(|(name, spread)| (*name, numbers(spread))).collect()
+    }
+
+    /// What the program would warn of: numbers that suggest other units.
+    #[getter]
+    fn doubts(&self) -> Vec<String> {
+        self.machine.doubts()
+    }
+
+    /// The dimensionless law, the point (epsilon, the law's parameters, V, c), and the units of time, length, velocity,
+    /// force and damping.
+    fn point(&self) -> PyResult<(Law, Vec<f64>, [f64; 5])> {
+        let Model { law, point, si } = self.model()?;
+        let values = std::iter::once(point.epsilon())
+            .chain(point.law().as_slice().iter().copied())
+            .chain([point.belt_speed(), point.damping()]);
+        let units = si.units;
+        let units = [units.time, units.length, units.velocity, units.force, units.damping];
+        Ok((Law { law }, values.collect(), units))
+    }
+
+    /// What `slipmap probe --machine --json` prints.
+    fn probe(&self, py: Python<'_>, tolerance: f64) -> PyResult<String> {
+        check_tolerance(tolerance)?;
+        let model = self.model()?;
+        let probe = run(py, None, None, |_| {
+            let answer = Answer::of(&model.law, &model.point, tolerance, Method::all());
+            let direct = witness::flow(&answer.oscillator, tolerance);
+            let mut probe = Probe::new(&answer, &direct);
+            probe.machine = Some(MachineResult::new(&self.machine, &behaviour(&model, tolerance)));
+            probe
+        })?;
+        json(&probe)
+    }
+
+    /// The probability that it may stick-slip, and the dampings that make it rare, as JSON.
+    fn risk(&self, py: Python<'_>, draws: Option<usize>, rare: Vec<f64>) -> PyResult<String> {
+        if !is_uncertain(&self.machine, &self.uncertain) {
+            return Err(PyValueError::new_err(
+                "nothing of the machine is uncertain; give quantities as {\"value\": 2.0, \"sd\": 0.1} or {\"min\": 1.8, \"max\": 2.2}",
+            ));
+        }
+        let found = run(py, None, None, |_| risk(&self.machine, &self.uncertain, draws, &rare))?;
+        let found = found.map_err(|why| PyValueError::new_err(why.to_string()))?;
+        serde_json::to_string(&found)
+            .map_err(|error| PyRuntimeError::new_err(format!("cannot form the JSON: {error}")))
+    }
+
+    /// Critical damping coefficients and the estimates of their errors, as `critical_c` gives them, where the quantities
+    /// of these names have other values.
+    #[pyo3(signature = (names, arrays, tolerance, threads=None, progress=None))]
+    fn critical_damping<'py>(
+        &self,
+        py: Python<'py>,
+        names: Vec<String>,
+        arrays: Vec<PyReadonlyArray1<'py, f64>>,
+        tolerance: f64,
+        threads: Option<usize>,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>)> {
+        check_tolerance(tolerance)?;
+        let (values, len) = columns_of(&arrays)?;
+        let known = |name: &String| match self.machine.with(name, 1.0) {
+            Some(_) => Ok(()),
+            None => Err(PyTypeError::new_err(format!("`{name}` is no quantity of this machine"))),
+        };
+        names.iter().try_for_each(known)?;
+        // The machine of an element; `None` where a number is NaN.
+        let machine_at = |i: usize| {
+            let mut machine = self.machine.clone();
+            for (name, values) in names.iter().zip(&values) {
+                let value = if values.len() == 1 { values[0] } else { values[i] };
+                if value.is_nan() {
+                    return None;
+                }
+                machine = machine.with(name, value)?;
+            }
+            Some(machine)
+        };
+        for i in 0..len {
+            if let Some((name, value, wanted)) = machine_at(i).as_ref().and_then(engine::Machine::illegal) {
+                return Err(PyValueError::new_err(format!(
+                    "{name} (element {i}) = {value}: must be {wanted}"
+                )));
+            }
+        }
+        let found = in_tasks(py, len, threads, progress.as_ref(), |task| {
+            let models: Vec<Option<Model>> = task.map(|i| machine_at(i)?.model()).collect();
+            let columns: Vec<Column> = models.iter().flatten().map(Model::column).collect();
+            let mut answers = critical_dampings(&columns, tolerance).into_iter();
+            let answer = |model: Option<Model>| {
+                let unit = model?.si.units.damping;
+                let found = answers.next()?.ok()?;
+                Some((found.known().map_or(f64::NAN, |known| known.c * unit), found.error * unit))
+            };
+            models.into_iter().map(answer).map(|it| it.unwrap_or((f64::NAN, f64::NAN))).collect()
+        })?;
+        let (values, errors): (Vec<f64>, Vec<f64>) = found.into_iter().unzip();
+        Ok((PyArray1::from_vec(py, values), PyArray1::from_vec(py, errors)))
+    }
 }

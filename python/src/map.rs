@@ -11,9 +11,8 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use slipmap::config::Job;
 use slipmap::dataset::attributes::{self, Outcome};
-use slipmap::dataset::{Provenance, Schema, Value};
+use slipmap::dataset::{Auxiliary, Provenance, Schema, Value, si_name};
 use slipmap::friction::Law as Family;
-use slipmap::machine::Machine;
 use slipmap::map::{Account, ComputeError, Control, Engine, Field, Grid, Plan, PlaneCurves, Sink, TileData};
 
 use crate::columns::method;
@@ -112,6 +111,8 @@ pub(crate) struct Map {
     cells: Vec<Cells>,
     attributes: Vec<(String, Value)>,
     curves: Vec<PlaneCurves>,
+    /// The quantities of a machine that do not vary.
+    fixed: Vec<Auxiliary>,
 }
 
 fn attribute<'py>(py: Python<'py>, value: &Value) -> PyResult<Bound<'py, PyAny>> {
@@ -154,10 +155,20 @@ impl Map {
         let axis = |axis: &slipmap::map::Axis| {
             let attributes = PyDict::new(py);
             attributes.set_item("long_name", &axis.long_name)?;
-            attributes.set_item("units", "1")?;
+            attributes.set_item("units", si_name(axis.unit))?;
             Ok((axis.name.clone(), attributes, PyArray1::from_slice(py, &axis.values)))
         };
         self.schema.grid.axes().iter().map(axis).collect()
+    }
+
+    /// Name, attributes and value of every quantity of a machine that does not vary.
+    #[getter]
+    fn fixed<'py>(&self, py: Python<'py>) -> PyResult<Vec<(&'static str, Bound<'py, PyDict>, f64)>> {
+        let one = |of: &Auxiliary| {
+            let attributes = of.attributes.iter().map(|(name, value)| (*name, value));
+            Ok((of.name, attribute_dict(py, attributes)?, of.values[0]))
+        };
+        self.fixed.iter().map(one).collect()
     }
 
     /// Name, attributes and cells of every variable.
@@ -205,11 +216,10 @@ impl Map {
     }
 }
 
-/// Computes the map of a plan, of a machine if there is one.
+/// Computes the map of a plan.
 fn compute(
     py: Python<'_>,
     plan: &Plan,
-    machine: Option<&Machine>,
     provenance: &Provenance,
     threads: Option<usize>,
     progress: Option<Py<PyAny>>,
@@ -231,8 +241,10 @@ fn compute(
     // The attributes of the map file, in its order.
     let mut all = attributes::opening(plan, provenance);
     all.push(("history".to_owned(), attributes::history(provenance).into()));
-    all.extend(attributes::closing(&Outcome::of(plan, &summary, machine)));
-    Ok(Map { schema, cells: cells.collect(), attributes: all, curves: summary.curves })
+    let outcome = Outcome::of(plan, &summary);
+    all.extend(attributes::closing(&outcome));
+    let (curves, fixed) = (outcome.curves, outcome.auxiliary);
+    Ok(Map { schema, cells: cells.collect(), attributes: all, curves, fixed })
 }
 
 /// The map of a grid.
@@ -275,7 +287,7 @@ pub(crate) fn compute_map(
     }
     let plan = builder.build().map_err(problem)?;
     let provenance = Provenance { command_line: "slipmap.map".into(), ..Provenance::default() };
-    compute(py, &plan, None, &provenance, threads, progress)
+    compute(py, &plan, &provenance, threads, progress)
 }
 
 fn load(path: &str, sets: &[String]) -> PyResult<Job> {
@@ -305,5 +317,5 @@ pub(crate) fn run_config(
         command_line: "slipmap.run".into(),
         git: slipmap::GIT.into(),
     };
-    compute(py, &job.plan, job.machine.as_ref(), &provenance, threads, progress)
+    compute(py, &job.plan, &provenance, threads, progress)
 }

@@ -24,14 +24,14 @@ def run(path, *more):
     return notebook
 
 
-@pytest.mark.parametrize("name", ["bifurcations", "brake_pad", "own_law"])
+@pytest.mark.parametrize("name", ["bifurcations", "brake_pad", "dask", "machine", "own_law"])
 def test_a_notebook_runs(name):
     run(NOTEBOOKS / f"{name}.ipynb")
 
 
 def test_notebooks_are_small_and_each_is_tried():
     found = sorted(NOTEBOOKS.glob("*.ipynb"))
-    assert [path.stem for path in found] == ["bifurcations", "brake_pad", "own_law", "paper_comparison"]
+    assert [path.stem for path in found] == ["bifurcations", "brake_pad", "dask", "machine", "own_law", "paper_comparison"]
     assert all(path.stat().st_size < 150_000 for path in found)
 
 

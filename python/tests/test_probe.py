@@ -1,6 +1,8 @@
 """One point: against the program to the last bit."""
 
 import json
+import pathlib
+import pickle
 
 import numpy as np
 import pytest
@@ -42,23 +44,81 @@ def test_a_probe_is_that_of_the_program(program, law, values, flags):
     assert slipmap.Regime(slipmap.regime(law, **values)).name.lower() == answer.regime
 
 
-def test_a_machine_is_that_of_the_program(program, tmp_path):
-    numbers = {
-        "mass": 2.0,
-        "stiffness": 5.05e5,
-        "damping": 20.0,
-        "normal_force": 1000.0,
-        "static_friction": 0.4,
-        "kinetic_friction": 0.25,
-        "stribeck_velocity": 0.05,
-        "belt_speed": 0.05,
-    }
+CONFIGS = pathlib.Path(__file__).parents[2] / "configs"
+PAD = {"mass": 2.0, "stiffness": 5.05e5, "damping": 20.0, "normal_force": 1000.0, "belt_speed": 0.05}
+SPEEDS, FRICTION = [0.0, 0.02, 0.05, 0.1, 0.2, 0.4], [0.40, 0.32, 0.28, 0.26, 0.25, 0.25]
+
+
+@pytest.mark.parametrize(
+    ("friction", "numbers", "words"),
+    [
+        (None, {"static_friction": 0.4, "kinetic_friction": 0.25, "stribeck_velocity": 0.05}, ""),
+        (
+            slipmap.Law.lorentzian(),
+            {"static_friction": 0.4, "kinetic_friction": 0.25, "stribeck_velocity": 0.05, "strengthening": 0.01},
+            'law = "lorentzian"',
+        ),
+        (
+            slipmap.Law.expression("low + (0.4 - low)*exp(-u/0.05)"),
+            {"low": 0.25},
+            'law = "expression"\nphi = "low + (0.4 - low)*exp(-u/0.05)"',
+        ),
+        (slipmap.Law.table(SPEEDS, FRICTION, origin="pad.csv"), {}, 'law = "table"\nfile = "pad.csv"'),
+    ],
+)
+def test_a_machine_is_that_of_the_program(program, tmp_path, friction, numbers, words):
     config = tmp_path / "pad.toml"
-    config.write_text("[machine]\n" + "\n".join(f"{name} = {value}" for name, value in numbers.items()))
-    expected = json.loads(program("probe", "--machine", config, "--json"))
-    answer = slipmap.Machine(**numbers).probe()
-    assert answer.to_dict() == expected
+    rows = "\n".join(f"{u},{mu}" for u, mu in zip(SPEEDS, FRICTION, strict=True))
+    (tmp_path / "pad.csv").write_text(f"u,phi\n{rows}\n")
+    lines = "\n".join(f"{name} = {value}" for name, value in {**PAD, **numbers}.items())
+    config.write_text(f"[machine]\n{lines}\n[friction]\n{words}\n")
+    told = program("probe", "--machine", config, "--json")
+    expected = json.loads(told)
+    machine = slipmap.Machine(**PAD, friction=friction, **numbers)
+    answer, read = machine.probe(), slipmap.Machine.from_toml(config)
+    assert read.probe().to_dict() == expected
+    # Reasons name the file of measurements.
+    assert answer.to_dict() == json.loads(told.replace(str(tmp_path / "pad.csv"), "pad.csv"))
     assert answer.machine.natural_frequency == expected["machine"]["natural_frequency"]
+    c, error = machine.critical_damping(return_error=True)
+    assert abs(c - answer.machine.critical_damping) <= error
+    assert pickle.loads(pickle.dumps(read)) == read and read.quantities == machine.quantities
+    assert "<svg" in machine._repr_html_() and "normal force" in machine._repr_html_()
+
+
+def test_the_risk_of_a_machine_is_that_of_the_program(program, tmp_path):
+    machine = slipmap.Machine(
+        **{**PAD, "damping": {"value": 900.0, "sd": 50.0}, "mass": {"min": 1.9, "max": 2.1}},
+        static_friction=0.4,
+        kinetic_friction=0.25,
+        stribeck_velocity=0.05,
+    )
+    config = tmp_path / "pad.toml"
+    values = {**machine.quantities, "damping": "{ value = 900.0, sd = 50.0 }", "mass": "{ min = 1.9, max = 2.1 }"}
+    config.write_text("[machine]\n" + "\n".join(f"{name} = {value}" for name, value in values.items()))
+    expected = json.loads(program("machine", config, "--draws", "2000", "--json"))["risk"]
+    risk = slipmap.Machine.from_toml(config).risk(draws=2000)
+    assert risk["probability"]["value"] == expected["probability"]["value"]
+    assert [it["damping"]["value"] for it in risk["rare_by"][:2]] == [it["damping"]["value"] for it in expected["rare_by"][:2]]
+    # Other draws of the same distributions, whose order is another: the shares differ by four standard errors at most.
+    share = machine.risk(draws=2000)["probability"]["value"]
+    assert abs(share - expected["probability"]["value"]) <= 4.0 * np.sqrt(2.0 * max(share * (1.0 - share), 1e-4) / 2000)
+    assert machine.replace(damping=90.0).uncertain == machine.uncertain
+    with pytest.raises(ValueError, match="nothing of the machine is uncertain"):
+        slipmap.Machine(**machine.quantities).risk()
+
+
+def test_the_correlated_errors_of_a_fit_stay_with_a_machine(program, tmp_path):
+    fit = "low = 0.25, fall = 0.15, speed = 0.05, covariance = [[4e-6, -3e-6, 0], [-3e-6, 4e-6, 0], [0, 0, 1e-6]]"
+    config = tmp_path / "fitted.toml"
+    lines = "\n".join(f"{name} = {value}" for name, value in {**PAD, "damping": 1230.0}.items())
+    law = f'law = "expression"\nphi = "low + fall*exp(-u/speed)"\nfit = {{ {fit} }}'
+    config.write_text(f"[machine]\n{lines}\n[friction]\n{law}\n")
+    expected = json.loads(program("machine", config, "--draws", "2000", "--json"))["risk"]["probability"]["value"]
+    machine = slipmap.Machine.from_toml(config)
+    assert 0.0 < expected < 1.0 and machine.uncertain["low"]["sd"] == 0.002
+    for own in (machine, pickle.loads(pickle.dumps(machine)), machine.replace(damping=900.0).replace(damping=1230.0)):
+        assert own == machine and own.risk(draws=2000)["probability"]["value"] == expected
 
 
 def test_a_machine_takes_quantities_of_pint():
@@ -76,13 +136,23 @@ def test_a_machine_takes_quantities_of_pint():
     )
     with_units = plain.replace(mass=2000.0 * unit.gram, stiffness=0.8 * unit.newton / unit.mm, belt_speed=10 * unit.cm / unit.s)
     for name in ("mass", "stiffness", "belt_speed"):
-        assert np.isclose(getattr(with_units, name), getattr(plain, name), rtol=1e-15)
+        assert np.isclose(with_units[name], plain[name], rtol=1e-15)
+    speeds = [0.1, 0.2] * unit.m / unit.s
+    assert np.array_equal(plain.critical_damping(belt_speed=speeds.to("cm/s")), plain.critical_damping(belt_speed=[0.1, 0.2]))
     with pytest.raises(ValueError, match="mass"):
         plain.replace(mass=2.0 * unit.meter)
     with pytest.raises(ValueError, match="belt_speed = 0"):
         plain.replace(belt_speed=0.0)
-    with pytest.raises(ValueError, match="has no coefficients of friction"):
-        plain.probe(slipmap.Law.expression("1 - 0*u"))
+    with pytest.raises(TypeError, match="`colour` is no quantity"):
+        plain.replace(colour=1.0)
+    with pytest.raises(TypeError, match="leave out mu"):
+        plain.replace(friction=slipmap.Law.exponential(mu=0.5))
+    with pytest.raises(TypeError, match="also needs static_friction"):
+        slipmap.Machine(mass=1.0, stiffness=1.0, damping=0.0, normal_force=1.0, belt_speed=1.0)
+    with pytest.raises(ValueError, match="belt_speed has 40 values; choose one"):
+        slipmap.Machine.from_toml(CONFIGS / "brake_pad.toml", damping=20.0)
+    with pytest.raises(ValueError, match="sd"):
+        plain.replace(damping={"value": 1.0, "spread": 0.1})
 
 
 def test_an_answer_shows_itself():

@@ -30,8 +30,8 @@ REGIMES = (
     "equilibrium_pure_slip_and_crossing stick_slip_and_crossing equilibrium_stick_slip_and_crossing "
     "pure_slip_stick_slip_and_crossing equilibrium_pure_slip_stick_slip_and_crossing neutral",
 )
-# The axes of a machine's map in SI units: the axis of the map, and the units for translation and rotation.
-SI_AXES = {"belt_speed_si": ("V", 2, ("m/s", "rad/s")), "damping_si": ("c", 4, ("N s/m", "N m s/rad"))}
+# Units of a machine's map, for translation and rotation.
+SI_UNITS = {"belt_speed": ("m/s", "rad/s"), "damping": ("N s/m", "N m s/rad"), "normal_force": ("N", "N m")}
 GUARANTEES = {"asymptotic", "finite_epsilon", "numerical", "validated", "none"}
 ROOT_TEXTS = (
     "Conventions title history source references crate_version git machine law methods fields engine "
@@ -59,8 +59,9 @@ def check_xarray(path, engine):
     """Checks the map read with xarray."""
     with xr.open_dataset(path, engine=engine) as data:
         law = data.attrs["law"]
-        axes = AXES.get(law, tuple(name for name in data.coords if name in data.dims))
-        extra = check_si(data, engine) if "machine_units" in data.attrs else set()
+        of_machine = "machine_motion" in data.attrs
+        axes = AXES.get(None if of_machine else law, tuple(name for name in data.coords if name in data.dims))
+        extra = check_si(data, engine) if of_machine else set()
         expect(data.attrs["Conventions"] == "CF-1.11", f"{engine}: Conventions")
         for name in ROOT_TEXTS:
             if name != "title":  # a map may have none
@@ -79,10 +80,10 @@ def check_xarray(path, engine):
         expect([f"verdict_{m}" for m in methods] == [v for v in data if v.startswith("verdict_")], f"{engine}: methods")
         for name, variable in data.items():
             codes = name.startswith("verdict_") or name == "regime"
-            dims = axes[:-1] if name.startswith("critical_c_") else axes
+            dims = axes[:-1] if name.startswith(("critical_c_", "critical_damping_")) else axes
             expect(variable.dims == dims, f"{engine}: {name} has dimensions {variable.dims}")
             expect(variable.dtype == (np.int8 if codes else np.float64), f"{engine}: {name} is {variable.dtype}")
-            expect(variable.attrs.get("units") == "1", f"{engine}: {name} units")
+            expect(bool(extra) or variable.attrs.get("units") == "1", f"{engine}: {name} units")
             expect(bool(variable.attrs.get("long_name")), f"{engine}: {name} long_name")
             for place in (variable.attrs, variable.encoding):
                 expect("_FillValue" not in place, f"{engine}: {name} has a _FillValue")
@@ -100,29 +101,25 @@ def check_xarray(path, engine):
 
 
 def check_si(data, engine):
-    """Axes and variables of a machine's map in SI units; the names of these axes."""
-    units = data.attrs["machine_units"]  # of time, length, velocity, force and damping
+    """Axes and numbers of a machine's map in SI units; the names of its single numbers, which are coordinates."""
     turns = data.attrs["machine_motion"] == "rotation"
-    for name, (axis, unit, names) in SI_AXES.items():
-        expect(name in data.coords and data[name].dims == (axis,), f"{engine}: no coordinate {name}")
-        # The numbers that were given: their quotients by the unit, times the unit, are off by two units in the last place.
-        given, product = data[name].values, data[axis].values * units[unit]
-        expect(bool((abs(given - product) <= 2 * np.spacing(product)).all()), f"{engine}: values of {name}")
-        expect(data[name].attrs["units"] == names[turns], f"{engine}: unit of {name}")
+    expect(tuple(data.sizes)[-2:] == ("belt_speed", "damping"), f"{engine}: the last axes are {tuple(data.sizes)[-2:]}")
+    for name, units in SI_UNITS.items():
+        expect(name in data.coords and data[name].attrs["units"] == units[turns], f"{engine}: unit of {name}")
     for name, variable in data.items():
-        here = {si for si, (axis, *_) in SI_AXES.items() if axis in variable.dims}
-        expect(here <= set(variable.coords), f"{engine}: {name} lacks {here - set(variable.coords)}")
-        if name.startswith("critical_c_"):
-            expect(variable.attrs["si_factor"] == units[4], f"{engine}: factor of {name}")
-            expect(variable.attrs["si_units"] == SI_AXES["damping_si"][2][turns], f"{engine}: unit of {name}")
-    print(f"xarray, {engine}: axes in SI units, {data.belt_speed_si.units} and {data.damping_si.units}")
-    return set(SI_AXES)
+        if name.startswith("critical_damping_"):
+            expect(variable.attrs["units"] == SI_UNITS["damping"][turns], f"{engine}: unit of {name}")
+    single = {name for name, values in data.coords.items() if values.ndim == 0}
+    for name, variable in data.items():
+        expect(single <= set(variable.coords), f"{engine}: {name} lacks {single - set(variable.coords)}")
+    print(f"xarray, {engine}: axes in SI units, {data.belt_speed.units} and {data.damping.units}")
+    return single
 
 
 def check_h5py(path):
     """Checks the map read with h5py, and the fingerprints of its cells."""
     with h5py.File(path, "r") as file:
-        axes = AXES.get(text(file.attrs["law"]))
+        axes = None if "machine_motion" in file.attrs else AXES.get(text(file.attrs["law"]))
         tile = tuple(int(n) for n in np.atleast_1d(file.attrs["tile_shape"]))
         corner = {}
         for name, data in file.items():
@@ -134,9 +131,8 @@ def check_h5py(path):
                 expect(h5py.h5ds.get_scale_name(data.id) == name.encode(), f"h5py: name of scale {name}")
                 expect(digest([data[:]]) == text(data.attrs["sha256"]), f"h5py: sha256 of {name}")
                 continue
-            if name in SI_AXES:
-                expect(digest([data[:]]) == text(data.attrs["sha256"]), f"h5py: sha256 of {name}")
-                expect(h5py.h5ds.is_attached(data.id, file[SI_AXES[name][0]].id, 0), f"h5py: dimension of {name}")
+            if data.ndim == 0:
+                expect(digest([np.atleast_1d(data[()])]) == text(data.attrs["sha256"]), f"h5py: sha256 of {name}")
                 continue
             scales = [[scale.name.strip("/") for scale in d.values()] for d in data.dims]
             expect(axes is None or scales == [[axis] for axis in axes[: data.ndim]], f"h5py: scales of {name}: {scales}")
@@ -216,7 +212,7 @@ def check_curves(path):
     for axis in axes:
         expect(bool(((data[axis] >= root[axis].min()) & (data[axis] <= root[axis].max())).all()), f"curves: {axis}")
     print(f"curves: {data.sizes['point']} points in {data.sizes['plane']} planes, {', '.join(sorted(set(kinds)))}")
-    if root.attrs["law"] != "stribeck":
+    if root.attrs["law"] != "stribeck" or "machine_motion" in root.attrs:
         print("curves: the conditions written here are those of the Stribeck law; not compared")
         return
     for kind, condition in (("hopf", trace), ("grazing_sliding", grazing_margin)):
@@ -310,8 +306,8 @@ def conditions(epsilon, alpha, beta, gamma, V, c):
 def check_verdicts(path):
     """Stored verdicts against the conditions of the tests, one epsilon at a time."""
     with h5py.File(path, "r") as file:
-        if text(file.attrs["law"]) != "stribeck":
-            print("verdicts: the conditions written here are those of the Stribeck law; not compared")
+        if text(file.attrs["law"]) != "stribeck" or "machine_motion" in file.attrs:
+            print("verdicts: the conditions written here are those of the dimensionless Stribeck law; not compared")
             return
         axes = AXES["stribeck"]
         _, *rest = np.ix_(*(file[name][:] for name in axes))

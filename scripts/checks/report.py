@@ -13,7 +13,7 @@ import argparse
 import csv
 import re
 import sys
-from math import isclose, log, nan, sqrt
+from math import isclose, log, nan
 from pathlib import Path
 
 import h5py
@@ -22,8 +22,6 @@ import numpy as np
 ABSENT, PRESENT, FAILED, NOT_COMPUTED = -1, 1, 2, 3
 BIN = 2.0**-11  # half the relative width of the report's histogram of errors
 SUMS = 1e-9  # sums of millions of numbers in another order
-# Student's t for 95 %, by degrees of freedom.
-STUDENT = {1: 12.706, 2: 4.303, 3: 3.182, 4: 2.776, 5: 2.571, 6: 2.447, 7: 2.365, 8: 2.306, 9: 2.262, 10: 2.228}
 
 failures = 0
 checked = 0
@@ -206,32 +204,22 @@ def check_order(data, folder, errors, known):
     # A map of one epsilon has no order.
     if not (folder / "tables" / "order.csv").exists():
         return
-    for row in read_table(folder, "order"):
-        error = np.abs(errors[row["method"]])
+    rows = read_table(folder, "order")
+    for method in dict.fromkeys(row["method"] for row in rows):
+        error = np.abs(errors[method])
         common = np.isfinite(error).all(axis=0)
         points = []
         for e, epsilon in enumerate(data.epsilons):
             median = quantile(error[e][common], 0.5)
             if median is not None and median > quantile(known[e], 0.5):
                 points.append((log(epsilon), log(median)))
-        what = f"order of {row['method']}"
-        expect(row["epsilons"], len(points) if len(points) > 1 else 0, what)
-        order = half_width = smallest = None
-        x, y = (np.array(column) for column in zip(*points)) if points else (np.zeros(0), np.zeros(0))
-        if len(points) > 1:
-            order = float(np.polyfit(x, y, 1)[0])
-            smallest = (y[1] - y[0]) / (x[1] - x[0])
-        if len(points) > 2:
-            residual = y - np.polyval(np.polyfit(x, y, 1), x)
-            spread = np.sum((x - x.mean()) ** 2)
-            half_width = STUDENT[len(x) - 2] * sqrt(np.sum(residual**2) / (len(x) - 2) / spread)
-        # Medians are off by up to half a bin, so the slope between two of them by up to 2 bins over their
-        # distance.
-        slack = 4 * BIN / (x[1] - x[0]) if len(x) > 1 else 0.0
-        expect(row["order"], order, what, absolute=slack)
-        expect(row["order_smallest"], smallest, what, absolute=slack)
-        t = STUDENT.get(len(x) - 2, 0.0)
-        expect(row["order_error"], half_width, what, absolute=t * slack)
+        found = [row for row in rows if row["method"] == method and row["order"] != ""]
+        what = f"order of {method}"
+        expect(len(found), max(len(points) - 1, 0), what)
+        for row, (x, y), (to_x, to_y) in zip(found, points, points[1:]):
+            # Medians are off by up to half a bin, so the slope between two of them by up to 2 bins over their
+            # distance.
+            expect(row["order"], (to_y - y) / (to_x - x), what, absolute=4 * BIN / (to_x - x))
 
 
 def check_rest(data, folder):

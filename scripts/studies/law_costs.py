@@ -5,6 +5,7 @@
 Maps of 512 columns with 20 dampings each, seven methods, the fields `critical_c` and `regime`, one thread, no audit;
 with --large also maps of 8,000 columns with 50 dampings (400,000 cells) on two threads. Each is run three times and the
 least processor time counts, with the wall time of that run. `ratio` is the processor time over that of `stribeck` of the same size.
+Laws that fall steeply: `machines`.
 """
 
 import argparse

@@ -63,7 +63,7 @@ pub(super) fn compute(
     if let (Some(path), Some(proved)) = (&job.proof, &summary.proved) {
         proof::write(&proved.proof, &job.identity(GIT), path, asked.overwrite)?;
     }
-    let mut outcome = Outcome::of(&job.plan, &summary, job.machine.as_ref());
+    let mut outcome = Outcome::of(&job.plan, &summary);
     let mut probability_seconds = 0.0;
     if let Some(chances) = Chances::of(job) {
         let processor = process_time();

@@ -18,6 +18,7 @@ use slipmap_format::LengthSink;
 use slipmap_map::clock::process_time;
 use slipmap_map::dataset::Schema;
 use slipmap_map::map::{self, Control, Grid, Plan, Shard};
+use slipmap_numbers::text::short;
 use slipmap_simulate::continuation::MOST_POINTS;
 
 /// Duration above which a sample is extrapolated.
@@ -61,7 +62,7 @@ fn budgets(job: &Job) -> Vec<(&'static str, String)> {
     }
     if let Some(chances) = Chances::of(job) {
         let draws = number_of(chances.draws, "draw");
-        budgets.push(("probability", format!("of stick-slip, {draws} at each belt speed")));
+        budgets.push(("probability", format!("of stick-slip, {draws} in each column")));
     }
     budgets
 }
@@ -104,6 +105,7 @@ pub(super) fn run(
             "shard_tiles": shard.map(|_| own_tiles),
             "seconds": seconds,
             "at_most": at_most,
+            "most_rhs": plan.most_work() as f64,
             "beside": object(budgets),
             "would_be_refused": preflight.refuses.is_some(),
         }))?;
@@ -135,6 +137,13 @@ pub(super) fn run(
     let of =
         shard.map_or(String::new(), |shard| format!(" of shard {shard} ({})", number_of(own_tiles, "tile")));
     line("time", format!("{about} {} on {on} for the cells{of}, from a sample of them", duration(seconds)));
+    line(
+        "bound",
+        format!(
+            "{} right-hand sides, if every search of a cell takes its whole budget",
+            short(plan.most_work() as f64)
+        ),
+    );
     for (what, budget) in budgets {
         line("beside", format!("{what} {budget}"));
     }
@@ -177,7 +186,7 @@ fn sample(grid: &Grid, wanted: usize) -> Grid {
     }
     let nodes = grid.axes().iter().zip(&kept).map(|(axis, &kept)| spread(&axis.values, kept)).collect();
     // Nodes taken from a legal grid make a legal grid.
-    Grid::new(grid.law().clone(), nodes).unwrap_or_else(|_| grid.clone())
+    grid.with_nodes(nodes).unwrap_or_else(|_| grid.clone())
 }
 
 /// Selects `kept` of the values, evenly spread: the middle of each of `kept` equal parts.

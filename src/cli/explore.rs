@@ -65,14 +65,16 @@ fn start(file: &Path) -> Result<Start, Failure> {
     Ok(Start::of_map(map))
 }
 
-/// Refuses a law with the parameter `drop` besides its own.
+/// Refuses a law that is sampled from a function, which the page cannot name.
 fn check_law(law: &Law) -> Result<(), Failure> {
-    if law.parameters().len() == law.as_written().parameters().len() {
-        return Ok(());
+    match law.as_written() {
+        Law::Function(_) => {
+            let problem =
+                "the page shows no law that is sampled: a function, or a formula with rest = \"peak\"";
+            Err(Failure::bad_input(problem, "give it as a table, or as a formula that is 1 at rest"))
+        }
+        _ => Ok(()),
     }
-    let remedy =
-        "leave it out, write the drop as static beside a formula or a table, or show the law coulomb";
-    Err(Failure::bad_input("the page has no axis `drop` for this law", remedy))
 }
 
 fn listen(port: Option<u16>) -> Result<TcpListener, Failure> {

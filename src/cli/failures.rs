@@ -9,13 +9,14 @@ use clap::Args;
 use super::output::{count, exact, short};
 use super::replace;
 use super::report::{failure, unwritten};
-use super::summary::probe_command;
+use super::summary::refuse_machine;
 use super::threads::not_started;
 use super::{Ended, Failure, interrupt, progress};
 use slipmap_config::Job;
 use slipmap_format::files::create_folders;
 use slipmap_map::map::limits::HIGHEST;
 use slipmap_map::map::{self, Grid, Method};
+use slipmap_map::probe::command_line;
 use slipmap_numbers::text::{known_part, rounded};
 use slipmap_report::{Existing, csv_text, write_file};
 use slipmap_simulate::naive::NaiveKnobs;
@@ -58,6 +59,7 @@ pub(super) struct Arguments {
 pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     let job = Job::load(&arguments.config, &arguments.sets)?;
     let grid = &job.plan.grid;
+    refuse_machine(&job)?;
     if grid.cells() > MOST_CELLS {
         let (cells, most) = (count(grid.cells()), count(MOST_CELLS));
         let problem = format!("the grid has {cells} cells; a catalogue takes at most {most}");
@@ -221,7 +223,7 @@ impl CataloguePage<'_> {
     }
 
     fn probe(&self, class: &Class) -> String {
-        probe_command(self.job, &class.example)
+        command_line(self.job.plan.grid().law(), &class.example, self.job.plan.tolerance)
     }
 
     /// The settings of the naive methods, unless they are the default ones.

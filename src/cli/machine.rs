@@ -1,7 +1,7 @@
 //! `slipmap machine`: the engineer's page of a machine.
 
-use std::io::{self, Write as _};
-use std::path::PathBuf;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 use clap::Args;
@@ -9,12 +9,15 @@ use serde_json::{Value, json};
 
 use super::chances::notes_on_draws;
 use super::output::{Align, Table, object, print_json};
-use super::point::parse_setting;
+use super::point::{Setting, parse_setting};
 use super::probe_machine;
 use super::replace::refuse_existing;
 use super::report::{existing, failure};
 use super::{Ended, Failure};
-use slipmap_map::assessment::{Assessment, DampingLimit, NeededKick, StandardErrors, assess};
+use slipmap_config::MachineJob;
+use slipmap_map::assessment::{
+    Assessment, DampingLimit, Intervals, NeededKick, StandardErrors, Statement, assess_fitted,
+};
 use slipmap_map::behaviour::Limit;
 use slipmap_map::risk::{Estimate, NoRisk, Risk, is_uncertain, risk};
 use slipmap_report::{MachinePage, Subject, write_figure, write_file};
@@ -26,18 +29,19 @@ Examples:
   slipmap machine configs/brake_pad.toml --set belt_speed=0.1 --set damping=50
   slipmap machine configs/brake_pad.toml --set belt_speed=0.1 --set damping=50 --out brake.pdf
   slipmap machine configs/brake_pad.toml --set belt_speed=0.1 --set damping=50 --json
+  slipmap machine before.toml after.toml --out both.pdf
 
 The speeds and dampings below which the machine stick-slips or may do so, the motion, the kick that starts it, what it
 depends on, and what is proved. Quantities of [machine] that are written { value = 2.0, sd = 0.1 } or { min = 1.8,
 max = 2.2 } are uncertain, and so is a table of friction with standard errors: then also the probability that it may
 stick-slip, and the dampings that make it rare.")]
 pub(super) struct Arguments {
-    /// The configuration, with a table [machine]
-    #[arg(value_name = "CONFIG.toml")]
-    config: PathBuf,
-    /// Choose a quantity of the machine, in SI units; may be repeated. A quantity with an sd keeps it
+    /// The configuration, with a table [machine]; of two, both machines are on the page
+    #[arg(value_name = "CONFIG.toml", required = true, num_args = 1..=2)]
+    configs: Vec<PathBuf>,
+    /// Choose a quantity of the machine, in SI units or with its unit; may be repeated. A quantity with an sd keeps it
     #[arg(long, value_name = "NAME=NUMBER", value_parser = parse_setting)]
-    set: Vec<(String, f64)>,
+    set: Vec<(String, Setting)>,
     /// Write the page; .pdf, .svg, .png or .html
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
@@ -67,57 +71,117 @@ fn parse_probability(text: &str) -> Result<f64, String> {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
-    let job = probe_machine::load(&arguments.config, &arguments.set)?;
     if let Some(path) = &arguments.out {
         refuse_existing("--out", path, arguments.overwrite)?;
     }
-    let leaves = || Failure::bad_input("the friction leaves the numbers", "check the units");
-    let all = assess(&job.machine).ok_or_else(leaves)?;
-    let risk = match is_uncertain(&job.machine, &job.uncertain) {
-        false => None,
-        true => {
-            let draws = arguments.draws.map(|draws| draws as usize);
-            match risk(&job.machine, &job.uncertain, draws, &arguments.rare) {
-                Ok(found) => Some(found),
-                // The page reports it; the rest of the page does not depend on it.
-                Err(NoRisk::NoneFound) => None,
-                Err(why @ NoRisk::Illegal) => return Err(Failure::bad_input(why, "choose smaller spreads")),
-                Err(why @ NoRisk::Interrupted) => return Err(Failure::bad_input(why, "start it again")),
-            }
-        }
-    };
-    let stem = arguments.config.file_stem().map_or_else(|| "machine".into(), |stem| stem.to_string_lossy());
-    let title = job.title.as_deref().unwrap_or(&stem);
-    let source = source(arguments);
-    let subject = Subject { title, uncertain: &job.uncertain, risk: risk.as_ref(), source: &source };
-    let page = MachinePage::new(&all, &subject);
+    let machines = arguments.configs.iter().map(|config| Machine::of(config, arguments));
+    let machines = machines.collect::<Result<Vec<Machine>, Failure>>()?;
+    let pages: Vec<MachinePage> = machines.iter().map(Machine::page).collect();
     if let Some(path) = &arguments.out {
         let existing = existing(arguments.overwrite);
         let html = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("html"));
         let written = match html {
-            true => write_file(page.html().as_bytes(), path, existing),
-            false => write_figure(&page.scene(), &page.caption(), path, existing),
+            true => write_file(MachinePage::html(&pages).as_bytes(), path, existing),
+            false => write_figure(&MachinePage::scene(&pages), &MachinePage::caption(&pages), path, existing),
         };
         written.map_err(failure)?;
     }
     if arguments.json {
-        print_json(&to_json(&all, risk.as_ref()))?;
+        let all: Vec<Value> = machines.iter().map(|it| to_json(&it.all, it.risk.as_ref())).collect();
+        match all.as_slice() {
+            [one] => print_json(one)?,
+            several => print_json(&several)?,
+        }
         return Ok(Ended::Fine);
     }
-    let mut out = io::stdout().lock();
-    writeln!(out, "{title}\n{}", page.answer.plain())?;
-    for warning in &page.warnings {
-        writeln!(out, "{}", warning.plain())?;
+    write(&mut io::stdout().lock(), &machines, &pages)?;
+    Ok(Ended::Fine)
+}
+
+/// One of the machines of a page.
+struct Machine {
+    job: MachineJob,
+    all: Assessment,
+    risk: Option<Risk>,
+    title: String,
+    source: String,
+}
+
+impl Machine {
+    fn of(config: &Path, arguments: &Arguments) -> Result<Self, Failure> {
+        let job = probe_machine::load(config, &arguments.set)?;
+        let leaves = || Failure::bad_input("the friction leaves the numbers", "check the units");
+        let all = assess_fitted(&job.machine, &job.uncertain).ok_or_else(leaves)?;
+        let risk = match is_uncertain(&job.machine, &job.uncertain) {
+            false => None,
+            true => {
+                let draws = arguments.draws.map(|draws| draws as usize);
+                match risk(&job.machine, &job.uncertain, draws, &arguments.rare) {
+                    Ok(found) => Some(found),
+                    // The page reports it; the rest of the page does not depend on it.
+                    Err(NoRisk::NoneFound) => None,
+                    Err(why @ NoRisk::Illegal) => {
+                        return Err(Failure::bad_input(why, "choose smaller spreads"));
+                    }
+                    Err(why @ NoRisk::Interrupted) => return Err(Failure::bad_input(why, "start it again")),
+                }
+            }
+        };
+        let stem =
+            || config.file_stem().map_or_else(|| "machine".into(), |stem| stem.to_string_lossy().into());
+        let title = job.title.clone().unwrap_or_else(stem);
+        Ok(Self { job, all, risk, title, source: source(config, arguments) })
     }
-    for (heading, lines) in &page.sections {
-        writeln!(out, "\n{heading}")?;
-        let mut table = Table::new(&[("", Align::Left), ("", Align::Left)]);
-        for (name, value) in lines {
-            table.row([name.plain(), value.plain()]);
+
+    fn page(&self) -> MachinePage<'_> {
+        let subject = Subject {
+            title: &self.title,
+            uncertain: &self.job.uncertain,
+            risk: self.risk.as_ref(),
+            source: &self.source,
+        };
+        MachinePage::new(&self.all, &subject)
+    }
+}
+
+/// Prints the pages as text; questions that several answer once, with the answers beside each other.
+fn write(out: &mut dyn Write, machines: &[Machine], pages: &[MachinePage]) -> io::Result<()> {
+    for (machine, page) in machines.iter().zip(pages) {
+        writeln!(out, "{}\n{}", machine.title, page.answer.plain())?;
+        for warning in &page.warnings {
+            writeln!(out, "{}", warning.plain())?;
         }
-        table.write(&mut out)?;
     }
-    if let Some(risk) = risk {
+    let mut headings: Vec<&str> = Vec::new();
+    for (heading, _) in pages.iter().flat_map(|page| &page.sections) {
+        if !headings.contains(heading) {
+            headings.push(heading);
+        }
+    }
+    for heading in headings {
+        writeln!(out, "\n{heading}")?;
+        let mut rows: Vec<(String, Vec<String>)> = Vec::new();
+        for (position, page) in pages.iter().enumerate() {
+            let sections = page.sections.iter().filter(|(known, _)| *known == heading);
+            for (name, value) in sections.flat_map(|(_, lines)| lines) {
+                let name = name.plain();
+                // A question may be asked twice of one machine.
+                let row = rows.iter().position(|(known, values)| *known == name && values.len() <= position);
+                let row = row.unwrap_or_else(|| {
+                    rows.push((name, Vec::new()));
+                    rows.len() - 1
+                });
+                rows[row].1.resize(position, String::new());
+                rows[row].1.push(value.plain());
+            }
+        }
+        let mut table = Table::new(&vec![("", Align::Left); 1 + pages.len()]);
+        for (name, values) in rows {
+            table.row([name].into_iter().chain(values));
+        }
+        table.write(out)?;
+    }
+    for risk in machines.iter().filter_map(|machine| machine.risk.as_ref()) {
         for note in notes_on_draws(risk.draws + risk.failed, risk.failed, risk.redrawn) {
             writeln!(out, "\n{note}")?;
         }
@@ -125,14 +189,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
             writeln!(out, "\n{FEWER}")?;
         }
     }
-    Ok(Ended::Fine)
+    Ok(())
 }
 
 /// Program, day and configuration: "slipmap 0.2.0, 2026-11-24: pad.toml --set damping=50".
-fn source(arguments: &Arguments) -> String {
+fn source(config: &Path, arguments: &Arguments) -> String {
     let date = humantime::format_rfc3339_seconds(SystemTime::now()).to_string();
     let day = date.split('T').next().unwrap_or_default();
-    let file = arguments.config.file_name().unwrap_or_default().to_string_lossy();
+    let file = config.file_name().unwrap_or_default().to_string_lossy();
     let sets: String = arguments.set.iter().map(|(name, value)| format!(" --set {name}={value}")).collect();
     format!("slipmap {}, {day}: {file}{sets}", env!("CARGO_PKG_VERSION"))
 }
@@ -147,6 +211,29 @@ fn limit(limit: Limit) -> Value {
         Limit::NotDetermined => ("not_determined", None),
     };
     json!({ "status": status, "value": value })
+}
+
+/// Where each statement holds. An end that is not known, or that is one of what was tried, is null; the numbers
+/// of `known` are those between which the statement holds.
+fn intervals(of: &[Intervals]) -> Value {
+    let each = Statement::ALL.into_iter().zip(of).map(|(statement, of)| {
+        let intervals = of.holds.iter().map(|ends| {
+            let [from, to] = ends.map(|end| end.located());
+            json!({
+                "from": from.map(|[value, _]| value),
+                "from_error": from.map(|[_, error]| error),
+                "to": to.map(|[value, _]| value),
+                "to_error": to.map(|[_, error]| error),
+                "known": ends.map(|end| end.value()),
+            })
+        });
+        let intervals: Vec<Value> = intervals.collect();
+        (
+            statement.name().to_owned(),
+            json!({ "intervals": intervals, "not_known": of.unknown, "tried": of.tried }),
+        )
+    });
+    Value::Object(each.collect())
 }
 
 /// A limit of the damping that is `None` where it is unknown; none is needed where it is not positive.
@@ -179,7 +266,7 @@ fn to_json(all: &Assessment, risk: Option<&Risk>) -> Value {
     let (machine, does) = (&all.machine, &all.behaviour);
     let [slip, stick] = does.slip_and_stick_time.map_or([None; 2], |times| times.map(Some));
     let error = |of: fn(StandardErrors) -> Option<f64>| all.standard_errors.and_then(of);
-    let open = all.left_open();
+    let (open, impulse) = (all.left_open(), all.kick_impulse());
     let estimate = |estimate: &Estimate| json!({ "value": estimate.value, "limits_95": estimate.limits });
     let risk = risk.map(|risk| {
         json!({
@@ -196,7 +283,26 @@ fn to_json(all: &Assessment, risk: Option<&Risk>) -> Value {
             })).collect::<Vec<_>>(),
         })
     });
-    json!({
+    let motion = json!({
+        "needed_slip_speed": does.needed_slip_speed,
+        "natural_frequency": does.natural_frequency,
+        "period": all.period,
+        "slip_time": slip,
+        "stick_time": stick,
+        "amplitude": does.amplitude,
+        "velocity_amplitude": all.velocity_amplitude,
+        "severity": all.severity,
+        "growth_time": does.growth_time,
+        "fragile_from_before_end_of_stick_seconds": all.fragile.map(|[before, _]| before),
+        "fragile_for_seconds": all.fragile.map(|[_, lasts]| lasts),
+        "kick_status": kick_status(all),
+        "kick_forward": all.kick.map(|kick| kick.forward),
+        "kick_backward": all.kick.map(|kick| kick.backward),
+        "kick_forward_impulse": impulse.map(|kick| kick.forward),
+        "kick_backward_impulse": impulse.map(|kick| kick.backward),
+        "kick_relative_standard_error": error(|errors| errors.kick),
+    });
+    let mut page = json!({
         "law": machine.friction.law_name(),
         "motion": machine.motion.name(),
         "machine": object(machine.quantities()),
@@ -220,6 +326,7 @@ fn to_json(all: &Assessment, risk: Option<&Risk>) -> Value {
         "steady_slip_unstable_below_damping": all.hopf_damping,
         "steady_slip_unstable_below_damping_standard_error": error(|errors| Some(errors.hopf_damping.standard_error)),
         "vibrates_below_damping": all.vibrates_below_damping,
+        "may_stick_slip_below_belt_speed_standard_error": error(|errors| errors.critical_belt_speed.map(|of| of.standard_error)),
         "limits": {
             "always_stick_slips_below_belt_speed": limit(all.always_below_speed),
             "may_stick_slip_below_belt_speed": limit(does.critical_belt_speed),
@@ -231,23 +338,16 @@ fn to_json(all: &Assessment, risk: Option<&Risk>) -> Value {
             "steady_slip_unstable_below_damping": limit(of_damping(Some(all.hopf_damping))),
             "vibrates_below_damping": limit(of_damping(all.vibrates_below_damping)),
         },
+        "belt_speeds": intervals(&all.speeds),
+        "dampings": intervals(&all.dampings),
         "damping_over_critical": all.safety_margin(),
-        "needed_slip_speed": does.needed_slip_speed,
-        "natural_frequency": does.natural_frequency,
-        "period": all.period,
-        "slip_time": slip,
-        "stick_time": stick,
-        "amplitude": does.amplitude,
-        "velocity_amplitude": all.velocity_amplitude,
-        "fragile_from_before_end_of_stick_seconds": all.fragile.map(|[before, _]| before),
-        "fragile_for_seconds": all.fragile.map(|[_, lasts]| lasts),
-        "kick_status": kick_status(all),
-        "kick_forward": all.kick.map(|kick| kick.forward),
-        "kick_backward": all.kick.map(|kick| kick.backward),
-        "kick_relative_standard_error": error(|errors| errors.kick),
         "sensitivities": all.sensitivities,
         "influence": all.influence,
         "proofs": all.proofs,
         "risk": risk,
-    })
+    });
+    if let (Some(page), Value::Object(motion)) = (page.as_object_mut(), motion) {
+        page.extend(motion);
+    }
+    page
 }

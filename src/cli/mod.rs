@@ -11,6 +11,7 @@ mod estimate;
 #[cfg(feature = "explore")]
 mod explore;
 mod failures;
+mod fit;
 mod init;
 mod interrupt;
 mod machine;
@@ -87,6 +88,8 @@ enum Command {
     Plot(plot::Arguments),
     /// Assess a machine at its working point, on one page in SI units
     Machine(machine::Arguments),
+    /// Fit friction laws to measured friction
+    Fit(fit::Arguments),
     /// Move through parameter space in the browser
     #[cfg(feature = "explore")]
     Explore(explore::Arguments),
@@ -241,6 +244,7 @@ fn carry_out(command: Command) -> ExitCode {
         Command::Report(arguments) => report::run(&arguments),
         Command::Plot(arguments) => plot::run(&arguments),
         Command::Machine(arguments) => machine::run(&arguments),
+        Command::Fit(arguments) => fit::run(&arguments),
         #[cfg(feature = "explore")]
         Command::Explore(arguments) => explore::run(&arguments),
         Command::Failures(arguments) => failures::run(&arguments),

@@ -1,6 +1,6 @@
 //! `slipmap plot`: variables of a stored map, over a plane or over one axis.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
@@ -9,7 +9,8 @@ use super::output::{exact, short};
 use super::replace::{self, Kind, refuse_existing};
 use super::report::{existing, failure, open};
 use super::{Ended, Failure, say};
-use slipmap_report::figure::{self, DiagramPlot, Plot, Width, diagram, plot::At};
+use slipmap_report::figure::plot::{At, Marks};
+use slipmap_report::figure::{self, DiagramPlot, Plot, Width, diagram};
 use slipmap_report::{ReportError, View, write_figure, write_file};
 
 /// Draw variables of a map.
@@ -20,9 +21,10 @@ Examples:
   slipmap plot results/quickstart.h5 --x alpha --y gamma --at c=0.5 --at V=2 --variable regime --out slice.png
   slipmap plot results/quickstart.h5 --x gamma --y c --panels epsilon=0.1,0.2 --out panels.pdf
   slipmap plot results/quickstart.h5 --x gamma --at V=1,2,4 --variable verdict_simulation --out strips.svg
-  slipmap plot results/brake_pad.h5 --x belt_speed --variable critical_c_simulation --out c.svg --data c.csv
+  slipmap plot results/brake_pad.h5 --x belt_speed --variable critical_damping_simulation --out c.svg --data c.csv
   slipmap plot results/brake_pad.h5 --x damping --diagram --at belt_speed=0.2 --out diagram.svg
-  slipmap plot results/brake_pad.h5 --x V --y c --variable regime --curves --out brake.pdf
+  slipmap plot results/brake_pad.h5 --x belt_speed --y damping --variable regime --curves --out brake.pdf
+  slipmap plot results/brake_pad.h5 --x belt_speed --y damping --variable regime --mark measured.csv --out marked.svg
 
 Without --y, variables are drawn over one axis: numbers as curves, verdicts and regimes as rows of cells. An axis that
 is neither shown nor given with --at is held at its middle node. The map of a machine is drawn, and its axes are held,
@@ -54,6 +56,10 @@ pub(super) struct Arguments {
     /// are drawn without being asked for
     #[arg(long, requires = "y")]
     curves: bool,
+    /// Mark points of a table, such as published or measured ones: below one line of headers the values of the axes across
+    /// and upwards, in the units of the figure. The legend has the name of the file
+    #[arg(long, value_name = "FILE.csv", requires = "y")]
+    mark: Option<PathBuf>,
     /// Draw the bifurcation diagram over the axis across: the amplitude of the equilibrium and of every
     /// cycle, attracting ones solid, repelling ones dashed
     #[arg(long, conflicts_with_all = ["y", "variable", "panels", "curves"])]
@@ -67,9 +73,6 @@ pub(super) struct Arguments {
     /// Also write the numbers of the figure
     #[arg(long, value_name = "FILE.csv")]
     data: Option<PathBuf>,
-    /// Dimensionless numbers, for the map of a machine too
-    #[arg(long)]
-    dimensionless: bool,
     /// Width of the figure, in columns of a journal
     #[arg(long, value_parser = width(), default_value = ONE)]
     width: Width,
@@ -102,9 +105,21 @@ fn parse_range(text: &str) -> Result<(f64, f64), String> {
     ends.ok_or_else(|| "write two numbers, for example 0.1,2".into())
 }
 
+/// Reads a table of two columns; its name is that of the file.
+fn read_marks(path: &Path) -> Result<Marks, Failure> {
+    let name = path.file_stem().unwrap_or_default().to_string_lossy().replace('_', " ");
+    let wrong = |problem: String| {
+        let remedy = "write a line of headers, and below it lines of two numbers with a comma between them";
+        Failure::bad_input(format!("--mark {}: {problem}", path.display()), remedy)
+    };
+    let mut reader = csv::Reader::from_path(path).map_err(|error| wrong(error.to_string()))?;
+    let points = reader.deserialize().collect::<Result<Vec<[f64; 2]>, _>>();
+    Ok((name, points.map_err(|error| wrong(error.to_string()))?))
+}
+
 pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     let map = open(&arguments.map)?;
-    let view = if arguments.dimensionless { View::dimensionless(&map) } else { View::new(&map) };
+    let view = View::new(&map);
     let table = arguments.out.with_extension("csv");
     let existing = existing(arguments.overwrite);
     let mut written: Vec<(&PathBuf, Kind)> = vec![(&arguments.out, Kind::Figure)];
@@ -119,6 +134,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
         true => replace::check(path, Some(&arguments.map), kind),
         false => refuse_existing("--out", path, false),
     })?;
+    let marks = arguments.mark.as_deref().map(read_marks).transpose()?;
     let plot = Plot {
         x: &arguments.x,
         y: arguments.y.as_deref(),
@@ -126,6 +142,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
         variables: &arguments.variable,
         panels: arguments.panels.as_ref(),
         curves: arguments.curves,
+        marks: marks.as_ref(),
         width: arguments.width,
     };
     let plotted = match arguments.diagram {

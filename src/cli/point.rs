@@ -1,15 +1,16 @@
 //! Parameter points on the command line and in tables, for any friction law.
 
+use std::fmt::{self, Debug, Display, Formatter};
 use std::path::PathBuf;
 
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches, Id};
 
 use super::Failure;
 use super::output::exact;
-use slipmap_config::{decimal_comma, nearest, point_into, point_of, read_table};
+use slipmap_config::{Level, decimal_comma, has_unit, nearest, point_into, point_of, read_table};
 use slipmap_map::map::Grid;
 use slipmap_map::probe::{axis_names, flag};
-use slipmap_model::friction::{Expression, Law};
+use slipmap_model::friction::{Expression, ExpressionError, Law};
 use slipmap_model::point::{MAX_LAW_PARAMETERS, Point};
 
 /// Arguments of the friction law: `--law` and the options of laws given as text or as data.
@@ -29,6 +30,10 @@ pub(super) struct LawArguments {
     /// where that begins lower. Leave it out where friction at rest is 1
     #[arg(long = "static", value_name = "NUMBER", value_parser = parse_number)]
     static_level: Option<f64>,
+    /// The formula or the table beyond its first peak, with the peak as friction at rest: for smoothed laws, that
+    /// rise from 0
+    #[arg(long, value_name = "peak", value_parser = ["peak"], conflicts_with = "static_level")]
+    rest: Option<String>,
     /// Read the law as 1 + eps F(u), with F = (phi - 1) / eps at the given eps: then the tests to first order
     /// in eps answer for every law
     #[arg(long, value_name = "eps", value_parser = ["eps"])]
@@ -51,6 +56,10 @@ fn parse_name(name: &str) -> Result<String, String> {
 impl LawArguments {
     /// The law, with the parameters `exponent` and `drop` if the `point` has them.
     pub(super) fn law(&self, point: &PointArguments) -> Result<Law, Failure> {
+        if let Some((name, value)) = point.with_units.first() {
+            let problem = format!("--set {name}={value}: parameters of a law have no units");
+            return Err(Failure::bad_input(problem, "write a number, or name a machine with --machine"));
+        }
         let law = self.law_as_written()?;
         let is_given = |wanted: &str| point.given.iter().any(|(name, _)| name == wanted);
         let law = if is_given("exponent") { law.with_exponent() } else { law };
@@ -81,19 +90,39 @@ impl LawArguments {
             let problem = format!("--static {level}: the friction at rest must be greater than 0");
             return Err(Failure::bad_input(problem, "give it in the units of the law"));
         }
+        let is_built_in = Law::BUILT_IN.iter().any(|law| law.name() == name);
+        let at_formula = |phi: &str, error: &ExpressionError| {
+            Failure::bad_input(format!("--phi: {}", point_into(phi, error)), error.remedy.clone())
+        };
         match (name, &self.phi, &self.table) {
+            (_, None, None) if is_built_in && (self.static_level.is_some() || self.rest.is_some()) => {
+                let problem = format!("friction at rest is 1 already in the law `{name}`");
+                Err(Failure::bad_input(
+                    problem,
+                    "leave it out; where friction drops as slip begins, add --drop",
+                ))
+            }
+            (_, Some(phi), _) if self.rest.is_some() => {
+                let law = Expression::new(phi, 1.0).and_then(|law| law.with_rest_at_peak());
+                law.map(Law::Function).map_err(|error| at_formula(phi, &error))
+            }
             (_, Some(phi), _) => {
                 let formula = match self.static_level {
                     Some(level) => Expression::with_static(phi, level),
                     None => Expression::new(phi, 1.0),
                 };
-                formula.map(Law::Expression).map_err(|error| {
-                    Failure::bad_input(format!("--phi: {}", point_into(phi, &error)), error.remedy)
-                })
+                formula.map(Law::Expression).map_err(|error| at_formula(phi, &error))
             }
-            (_, None, Some(path)) => read_table(path, self.static_level)
-                .map(Law::Table)
-                .map_err(|(problem, remedy)| Failure::bad_input(format!("--table: {problem}"), remedy)),
+            (_, None, Some(path)) => {
+                let level = match (self.static_level, &self.rest) {
+                    (Some(level), _) => Level::Given(level),
+                    (None, Some(_)) => Level::Peak,
+                    (None, None) => Level::One,
+                };
+                read_table(path, level)
+                    .map(Law::Table)
+                    .map_err(|(problem, remedy)| Failure::bad_input(format!("--table: {problem}"), remedy))
+            }
             (name, None, None) => Law::BUILT_IN.into_iter().find(|law| law.name() == name).ok_or_else(|| {
                 let flag = if name == "table" { "--table FILE.csv" } else { "--phi FORMULA" };
                 Failure::bad_input(format!("the law `{name}` needs {flag}"), "add it")
@@ -108,6 +137,8 @@ impl LawArguments {
 pub(super) struct PointArguments {
     /// The given parameters, by name.
     pub(super) given: Vec<(String, f64)>,
+    /// Those that are given with a unit.
+    with_units: Vec<(String, String)>,
 }
 
 fn parse_number(text: &str) -> Result<f64, String> {
@@ -118,17 +149,57 @@ fn parse_number(text: &str) -> Result<f64, String> {
     })
 }
 
-pub(super) fn parse_setting(text: &str) -> Result<(String, f64), String> {
+/// A value of `--set`: a number, in SI units for a quantity of a machine, or such a quantity with another unit.
+#[derive(Clone, PartialEq)]
+pub(super) enum Setting {
+    Number(f64),
+    WithUnit(String),
+}
+
+/// As in TOML.
+impl Debug for Setting {
+    fn fmt(&self, f: &mut Formatter) -> fmt::Result {
+        match self {
+            Setting::Number(number) => write!(f, "{number:?}"),
+            Setting::WithUnit(text) => write!(f, "{text:?}"),
+        }
+    }
+}
+
+/// As on the command line.
+impl Display for Setting {
+    fn fmt(&self, f: &mut Formatter) -> fmt::Result {
+        match self {
+            Setting::Number(number) => write!(f, "{number}"),
+            Setting::WithUnit(text) => write!(f, "'{text}'"),
+        }
+    }
+}
+
+pub(super) fn parse_setting(text: &str) -> Result<(String, Setting), String> {
     let (name, value) = text.split_once('=').ok_or("there is no `=` in it; write for example mu=0.3")?;
     if value.contains('=') {
         return Err("write each quantity with a --set of its own: --set mu=0.3 --set vs=0.1".into());
     }
     // Also as `slipmap run` takes the quantities of a machine: machine.mass=1.
     let name = name.trim();
-    Ok((name.strip_prefix("machine.").unwrap_or(name).to_owned(), parse_number(value.trim())?))
+    let name = name.strip_prefix("machine.").unwrap_or(name).to_owned();
+    let value = value.trim();
+    Ok((
+        name,
+        if has_unit(value) { Setting::WithUnit(value.into()) } else { Setting::Number(parse_number(value)?) },
+    ))
 }
 
 impl PointArguments {
+    /// What is given, for a machine.
+    pub(super) fn settings(&self) -> Vec<(String, Setting)> {
+        let numbers = self.given.iter().map(|(name, value)| (name.clone(), Setting::Number(*value)));
+        let others =
+            self.with_units.iter().map(|(name, value)| (name.clone(), Setting::WithUnit(value.clone())));
+        numbers.chain(others).collect()
+    }
+
     /// The point of `law`; every axis of the law must have been given, and no other.
     pub(super) fn point(&self, law: &Law) -> Result<Point, Failure> {
         let axes = Grid::axis_names(law);
@@ -141,8 +212,8 @@ impl PointArguments {
         if !missing.is_empty() {
             // In a formula every other name is a parameter, but a common name of the slip speed is probably a
             // mistake.
-            let slip = ["v", "x", "s", "w"].iter().any(|name| axes.contains(name) && value(name).is_none());
-            let slip = if slip { "the slip speed is called u; " } else { "" };
+            let slip = ["x", "s", "w"].iter().any(|name| axes.contains(name) && value(name).is_none());
+            let slip = if slip { "the slip speed is called u or v; " } else { "" };
             let example: String = axes
                 .iter()
                 .filter(|name| value(name).is_none())
@@ -203,7 +274,7 @@ impl Args for PointArguments {
             Arg::new("set")
                 .long("set")
                 .value_name("NAME=NUMBER")
-                .help("A parameter of a law given as a formula; may be repeated")
+                .help("A parameter of a law given as a formula, or a quantity of a machine, perhaps with its unit; may be repeated")
                 .help_heading("Point")
                 .action(ArgAction::Append)
                 .value_parser(parse_setting),
@@ -238,9 +309,14 @@ impl FromArgMatches for PointArguments {
         let flags = axis_names()
             .into_iter()
             .filter_map(|name| matches.get_one::<f64>(name).map(|value| (name.to_owned(), *value)));
-        let settings = matches.get_many::<(String, f64)>("set").into_iter().flatten().cloned();
-        let given = flags.chain(settings).collect();
-        Ok(Self { given })
+        let mut found = Self { given: flags.collect(), with_units: Vec::new() };
+        for (name, setting) in matches.get_many::<(String, Setting)>("set").into_iter().flatten().cloned() {
+            match setting {
+                Setting::Number(number) => found.given.push((name, number)),
+                Setting::WithUnit(text) => found.with_units.push((name, text)),
+            }
+        }
+        Ok(found)
     }
 
     fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {

@@ -21,6 +21,7 @@ use slipmap_map::machine::{Machine, Model};
 use slipmap_map::map::limits::{HIGHEST, Limit, Unknown};
 use slipmap_map::map::{BasinBoundary, DEFAULT_TOLERANCE, Grid, Method, Quantity, Regime};
 use slipmap_map::probe::{Answer, MachineResult, Probe, equilibrium_type, fate_name, regime_words};
+use slipmap_map::risk::Uncertain;
 use slipmap_model::filippov::{Eigenvalues, Stability};
 use slipmap_model::friction::Law;
 use slipmap_model::point::Point;
@@ -118,8 +119,9 @@ fn about_tables() -> String {
         "A table with the header epsilon,alpha,beta,gamma,V,c (and any other columns) gains the columns \
          verdict_METHOD and margin_METHOD of the closed-form tests and of the simulation, critical_c, \
          critical_c_error, regime, {} and {last}. A cell is empty where there is no such number. Parameters that \
-         are given as options are those of every row. Of a machine the header names any of its quantities in SI \
-         units (belt_speed, damping, mass, ..; of what rotates inertia, too), and the answers are in SI units.",
+         are given as options are those of every row. Of a machine the header names any of its quantities, in SI \
+         units or with a unit (belt_speed [rpm], damping, mass, ..; of what rotates inertia, too), and the answers are in SI \
+         units. To draw a plane of two quantities give them ranges in [machine], and call slipmap run and slipmap plot.",
         others.join(", ")
     );
     let mut text = String::new();
@@ -176,14 +178,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
 
 fn probe_machine(arguments: &Arguments, file: &Path, tolerance: f64) -> Result<Ended, Failure> {
     if arguments.points.is_some() {
-        let job = load_machine(file, &arguments.point.given)?;
+        let job = load_machine(file, &arguments.point.settings())?;
+        super::run::tell_units(&job.conversions);
         super::probe_machine::warn(&job.machine);
         return probe_table(arguments, About::Machine(&job, file), tolerance);
     }
-    let job = super::probe_machine::load(file, &arguments.point.given)?;
+    let job = super::probe_machine::load(file, &arguments.point.settings())?;
     let leaves = || Failure::bad_input("the friction leaves the numbers", "check the units");
-    let model = job.model_of(&job.machine).ok_or_else(leaves)?;
-    probe_point(arguments, &model.law, &model.point, tolerance, Some((&job.machine, &model)))
+    let model = job.machine.model().ok_or_else(leaves)?;
+    probe_point(arguments, &model.law, &model.point, tolerance, Some((&job.machine, &model, &job.uncertain)))
 }
 
 fn probe_table(arguments: &Arguments, about: About, tolerance: f64) -> Result<Ended, Failure> {
@@ -197,14 +200,14 @@ fn probe_table(arguments: &Arguments, about: About, tolerance: f64) -> Result<En
         output,
         overwrite,
         about,
-        given: &arguments.point.given,
+        given: &arguments.point,
         tolerance,
         threads,
         epsilon_limits,
         methods,
         quiet,
     };
-    probe_table::run(&job)
+    probe_table::run(job)
 }
 
 /// Probes one point, which may be a machine's.
@@ -213,24 +216,25 @@ fn probe_point(
     law: &Law,
     point: &Point,
     tolerance: f64,
-    machine: Option<(&Machine, &Model)>,
+    machine: Option<(&Machine, &Model, &[Uncertain])>,
 ) -> Result<Ended, Failure> {
     if let Some(path) = &arguments.proof {
         proof::check_place(path, arguments.overwrite)?;
         proof::write_text(PointCertificate::of(law, point, WRITTEN_BY).text(), path, arguments.overwrite)?;
     }
-    write_orbit(arguments, law, point, machine.map(|(_, model)| model))?;
+    write_orbit(arguments, law, point, machine.map(|(_, model, _)| model))?;
     let answer = Answer::of(law, point, tolerance, Method::all());
     let direct = slipmap_witness::flow(&answer.oscillator, tolerance);
-    let behaviour = machine.map(|(machine, model)| (machine, behaviour(model, tolerance)));
+    let behaviour =
+        machine.map(|(machine, model, uncertain)| ((machine, uncertain), behaviour(model, tolerance)));
     if arguments.json {
         let mut whole = Probe::new(&answer, &direct);
-        whole.machine = behaviour.map(|(machine, behaviour)| MachineResult::new(machine, &behaviour));
+        whole.machine = behaviour.map(|((machine, _), behaviour)| MachineResult::new(machine, &behaviour));
         print_json(&whole)?;
     } else {
         let mut out = io::stdout().lock();
         if let Some((machine, behaviour)) = &behaviour {
-            super::probe_machine::write(&mut out, machine, behaviour)?;
+            super::probe_machine::write(&mut out, *machine, behaviour)?;
             writeln!(out, "\nThe same machine in dimensionless terms")?;
         }
         write(&mut out, &answer, &direct)?;
@@ -362,7 +366,7 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
     line(
         "critical damping",
         match &answer.critical {
-            Ok(root) if root.c.abs() <= answer.rounding_of_critical() => {
+            Ok(_) if answer.critical_is_zero() => {
                 "c* = 0 within rounding: no cycle at any damping above 0".into()
             }
             Ok(root) if !root.is_located() => {
@@ -453,6 +457,9 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
                 line("slip cycle", format!("{kind}, {shape}{sides}"));
             }
         }
+    }
+    if let Some(left_out) = answer.left_out() {
+        line("left out", left_out);
     }
     match answer.crossing_cycles() {
         Err(why) => line("crossing cycles", format!("not determined: {}", answer.why_unknown(why))),

@@ -4,48 +4,60 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use super::output::{Align, Table, short};
+use super::point::Setting;
 use super::{Failure, say};
 use slipmap_config::{MachineJob, load_machine};
 use slipmap_map::behaviour::{Behaviour, Limit};
-use slipmap_map::machine::{Dimension, Machine, negative};
+use slipmap_map::machine::{Dimension, Friction, Machine, negative};
 use slipmap_map::probe::regime_words;
-use slipmap_map::risk::standard_error;
-use slipmap_model::friction::Law;
+use slipmap_map::risk::{Uncertain, uncertain_critical_damping};
+use slipmap_model::friction::{Law, Table as Measured};
 use slipmap_numbers::text::{rounded, with_error};
 
 /// Reads the machine of a file with the quantities set by `--set`; belt speed and damping have one value
 /// each.
-pub(super) fn load(file: &Path, settings: &[(String, f64)]) -> Result<MachineJob, Failure> {
+pub(super) fn load(file: &Path, settings: &[(String, Setting)]) -> Result<MachineJob, Failure> {
     let job = load_machine(file, settings)?;
     check_single(&job, file, |_| false)?;
+    super::run::tell_units(&job.conversions);
     warn(&job.machine);
     Ok(job)
 }
 
-/// Prints a warning for each number of a machine that suggests other units.
+/// Tells how its measured friction was read, and warns of each number of a machine that suggests other units.
 pub(super) fn warn(machine: &Machine) {
+    if let Friction::Measured(table) = &machine.friction {
+        tell(table);
+    }
     for doubt in machine.doubts() {
         say(&format!("warning: {doubt}"));
     }
 }
 
-/// Prints a warning if the law is a table with negative friction.
+/// Tells how a table was read, and warns of negative friction in it.
 pub(super) fn warn_of_law(law: &Law) {
-    if let Law::Table(table) = law.as_written()
-        && let Some(doubt) = negative(table)
-    {
-        say(&format!("warning: {doubt}"));
+    if let Law::Table(table) = law.as_written() {
+        tell(table);
+        if let Some(doubt) = negative(table) {
+            say(&format!("warning: {doubt}"));
+        }
     }
 }
 
-/// Refuses several belt speeds or dampings, except for a quantity that is set elsewhere.
+/// Tells how a table was read, if it is not as the documentation has it.
+fn tell(table: &Measured) {
+    if let Some(told) = &table.source().told {
+        say(&format!("read: {told}"));
+    }
+}
+
+/// Refuses quantities with several values, except for one that is set elsewhere.
 pub(super) fn check_single(
     job: &MachineJob,
     file: &Path,
     is_chosen: impl Fn(&str) -> bool,
 ) -> Result<(), Failure> {
-    let all = [("belt_speed", &job.belt_speeds), ("damping", &job.dampings)];
-    let several = all.iter().filter(|(name, values)| values.len() > 1 && !is_chosen(name));
+    let several = job.varied.iter().filter(|(name, _)| !is_chosen(name));
     let several: Vec<_> = several.collect();
     if !several.is_empty() {
         let join = |each: &dyn Fn(&str, &[f64]) -> String, separator: &str| {
@@ -81,16 +93,25 @@ fn limit(limit: Limit, unit: &str) -> String {
 }
 
 /// Prints the machine and its behaviour as text.
-pub(super) fn write(out: &mut dyn Write, machine: &Machine, behaviour: &Behaviour) -> io::Result<()> {
+pub(super) fn write(
+    out: &mut dyn Write,
+    (machine, uncertain): (&Machine, &[Uncertain]),
+    behaviour: &Behaviour,
+) -> io::Result<()> {
     writeln!(out, "The machine, in SI units")?;
     let (units, motion) = (machine.units(), machine.motion);
     let mut table = Table::new(&[("", Align::Left), ("", Align::Left)]);
     let damping_unit = motion.unit(Dimension::Damping);
-    let of_data = machine.model().as_ref().and_then(standard_error);
+    let of_data = uncertain_critical_damping(machine, uncertain).map(|of| of.standard_error);
     let critical = match (behaviour.critical_damping, behaviour.critical_damping_error) {
         (Some(damping), Some(error)) => match of_data.filter(|of_data| *of_data >= error) {
             Some(of_data) => {
-                format!("{} {damping_unit} by the standard errors of the data", with_error(damping, of_data))
+                let from = if matches!(machine.friction, Friction::Measured(_)) {
+                    "the standard errors of the data"
+                } else {
+                    "the fit"
+                };
+                format!("{} {damping_unit} by {from}", with_error(damping, of_data))
             }
             None => format!("{} {damping_unit}", with_error(damping, error)),
         },
@@ -123,6 +144,7 @@ pub(super) fn write(out: &mut dyn Write, machine: &Machine, behaviour: &Behaviou
         ("regime", regime_words(behaviour.regime).to_owned()),
         ("slip time", quantity(slip, "s")),
         ("stick time", quantity(stick, "s")),
+        ("growth time of steady slip", quantity(behaviour.growth_time, "s")),
         ("amplitude", quantity(behaviour.amplitude, motion.unit(Dimension::Length))),
     ];
     let units = [

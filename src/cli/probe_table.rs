@@ -9,12 +9,15 @@ use indicatif::ProgressBar;
 use rayon::prelude::*;
 
 use super::output::{exact, short};
+use super::point::PointArguments;
 use super::replace::{self, Kind};
 use super::report::{existing, unwritten};
+use super::run::tell_units;
 use super::threads::not_started;
 use super::{Ended, Failure, interrupt, point, probe_machine};
 use slipmap_config::{MachineJob, PointTable};
 use slipmap_format::files::{folder_of, publish_file, temporary_in};
+use slipmap_map::behaviour::growth_time;
 use slipmap_map::machine::{Dimension, Friction, INERTIA, Machine, Motion, SiUnits};
 use slipmap_map::map::{self, Description, Method, Quantity, dimension, slip_cycle_count};
 use slipmap_map::probe::Answer;
@@ -35,7 +38,7 @@ pub(super) struct Job<'a> {
     /// Contents of the rows.
     pub(super) about: About<'a>,
     /// Parameters or quantities that all rows share, from the command line.
-    pub(super) given: &'a [(String, f64)],
+    pub(super) given: &'a PointArguments,
     /// Bound on the error of the scaled grazing margin.
     pub(super) tolerance: f64,
     /// Whether to replace the output.
@@ -59,19 +62,26 @@ pub(super) enum About<'a> {
     Machine(&'a MachineJob, &'a Path),
 }
 
-pub(super) fn run(job: &Job) -> Result<Ended, Failure> {
+pub(super) fn run(mut job: Job) -> Result<Ended, Failure> {
     let stop = interrupt::flag();
     let table = match &job.about {
-        About::Law(law) => PointTable::with_shared(job.input, law, job.given)?,
+        About::Law(law) => {
+            let (table, law) = PointTable::open(job.input, law, &job.given.given)?;
+            job.about = About::Law(law);
+            table
+        }
         About::Machine(of, file) => {
             let quantities = of.machine.quantities().into_iter().map(|(name, _)| name);
             let rotates = of.machine.motion == Motion::Rotation;
             let quantities: Vec<&str> = quantities.chain(rotates.then_some(INERTIA)).collect();
-            let table = PointTable::of_machines(job.input, &quantities, of.machine.motion, job.given)?;
+            let given: Vec<String> = job.given.settings().into_iter().map(|(name, _)| name).collect();
+            let table = PointTable::of_machines(job.input, &quantities, &of.machine, &given)?;
+            tell_units(table.conversions());
             probe_machine::check_single(of, file, |name| table.has(name))?;
             table
         }
     };
+    let job = &job;
     check_header(&table, job)?;
     let mut output = Output::open(job.output, job.input, job.overwrite)?;
     let pool = map::pool(job.threads).map_err(not_started)?;
@@ -198,7 +208,7 @@ fn oscillator(
                 )));
             }
             let leaves = || at("the friction leaves the numbers\n  help: check the units".into());
-            let model = of.model_of(&machine).ok_or_else(leaves)?;
+            let model = machine.model().ok_or_else(leaves)?;
             Ok((model.law, model.point, Some(model.si)))
         }
     }
@@ -242,6 +252,7 @@ fn answer(table: &PointTable, row: &ByteRecord, job: &Job) -> Result<ByteRecord,
         slip_cycles: slip_cycle_count(&answer.oscillator, &answer.flow),
         cycle: answer.cycle,
         boundary: answer.basin,
+        growth_time: growth_time(&answer.oscillator),
     };
     for quantity in Quantity::of_orbits() {
         row.push_field(number(described.value(quantity) * factor(quantity.name())).as_bytes());

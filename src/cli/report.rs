@@ -21,6 +21,7 @@ Examples:
   slipmap report results/quickstart.h5
   slipmap report results/quickstart.h5 --out paper/map
   slipmap report results/paper.h5 --data
+  slipmap report results/paper.h5 --methods symmetric,validated --epsilon 0.1
 
 Writes report.html, report.tex, tables/NAME.tex and .csv, and figures/NAME.svg,
 .pdf and .png.")]
@@ -37,9 +38,12 @@ pub(super) struct Arguments {
     /// Width of the figures, in columns of a journal
     #[arg(long, value_parser = width(), default_value = TWO)]
     width: Width,
-    /// Dimensionless numbers, for the map of a machine too
-    #[arg(long)]
-    dimensionless: bool,
+    /// The methods in the tables, as for a table that fits a column
+    #[arg(long, value_name = "NAME", value_delimiter = ',')]
+    methods: Vec<String>,
+    /// The values of epsilon in the tables
+    #[arg(long, value_name = "VALUE", value_delimiter = ',')]
+    epsilon: Vec<f64>,
     /// Replace the files of an earlier report
     #[arg(long)]
     overwrite: bool,
@@ -66,9 +70,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     let control = Control { on_cells: &on_cells, stop: interrupt::flag(), ..Control::default() };
     let report = Report::gather(&map, &control).map_err(failure)?;
     bar.finish_and_clear();
-    let view = if arguments.dimensionless { View::dimensionless(&map) } else { View::new(&map) };
+    let view = View::new(&map);
     let Arguments { data, width, overwrite, .. } = *arguments;
-    let options = ReportOptions { existing: existing(overwrite), data, width };
+    let (methods, epsilons) = (arguments.methods.clone(), arguments.epsilon.clone());
+    let options = ReportOptions { existing: existing(overwrite), data, width, methods, epsilons };
     slipmap_report::write(&view, &report, &folder, &options).map_err(failure)?;
     writeln!(io::stdout().lock(), "{}", folder.join("report.html").display())?;
     Ok(Ended::Fine)

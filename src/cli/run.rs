@@ -91,8 +91,9 @@ fn prepare(arguments: &Arguments, job: Job) -> Result<Option<(Job, PartialMap)>,
         (false, true) => Permission::Resume,
         (false, false) => Permission::None,
     };
+    tell_units(&job.conversions);
     let preflight = Preflight::check(&job, permission)?;
-    match &job.machine {
+    match job.plan.grid().machine() {
         Some(machine) => super::probe_machine::warn(machine),
         None => super::probe_machine::warn_of_law(job.plan.grid().law()),
     }
@@ -218,6 +219,13 @@ fn compute_shard(
 pub(super) fn config_and_sets(config: &Path, sets: &[String]) -> String {
     let sets = sets.iter().flat_map(|set| ["--set".to_owned(), quoted(set)]);
     std::iter::once(quoted(&config.to_string_lossy())).chain(sets).collect::<Vec<_>>().join(" ")
+}
+
+/// Prints what units in the configuration are in SI.
+pub(super) fn tell_units(conversions: &[String]) {
+    if !conversions.is_empty() {
+        say(&format!("note: {}", conversions.join(", ")));
+    }
 }
 
 /// Prints the state of the run to be continued.

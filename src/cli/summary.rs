@@ -7,12 +7,14 @@ use serde_json::json;
 use super::Failure;
 use super::output::{self, Align, Table, bytes, count, duration, exact, number_of, object, short};
 use slipmap_config::{Job, load_machine};
-use slipmap_map::map::{Axis, LISTED, PlaneCurves, Proofs, Summary, Verdict};
+use slipmap_map::map::{Axis, LISTED, PlaneCurves, Proofs, Summary, Verdict, left_out};
 use slipmap_map::probe::{command_line, fate_name};
-use slipmap_model::point::Point;
 use slipmap_report::proved::{Rounded, proved_percent};
 use slipmap_simulate::bifurcation::Bifurcation;
 use slipmap_simulate::continuation::MOST_POINTS;
+
+/// Share of the box left undecided above which the summary says what to raise.
+const MUCH_UNDECIDED: f64 = 0.01;
 
 pub(super) struct RunReport<'a> {
     pub(super) job: &'a Job,
@@ -36,7 +38,8 @@ impl RunReport<'_> {
 
     /// Number of failed cells, over all methods.
     fn failed(&self) -> u64 {
-        self.summary.methods.iter().map(|method| method.cells_with(Verdict::Failed)).sum()
+        let blank = self.summary.account.blank;
+        self.summary.methods.iter().map(|method| method.cells_with(Verdict::Failed) - blank).sum()
     }
 
     /// Processor seconds that belong to no method, by stage.
@@ -62,7 +65,7 @@ impl RunReport<'_> {
 
     /// The command that explains the cell with this index.
     fn probe(&self, index: &[usize]) -> String {
-        probe_command(self.job, &self.job.plan.grid.point(index))
+        probe_command(self.job, index)
     }
 
     fn file_size(&self) -> Option<u64> {
@@ -158,6 +161,10 @@ pub(super) fn print(report: &RunReport, out: &mut dyn Write) -> Result<(), Failu
             },
             duration(proved.seconds)
         )?;
+        if volumes.undecided > MUCH_UNDECIDED {
+            let more = 4 * job.plan.proof_boxes;
+            writeln!(out, "  more boxes leave less undecided: --set validated.boxes={more}")?;
+        }
     }
     let audit = &account.audit;
     if audit.cells > 0 {
@@ -173,16 +180,23 @@ pub(super) fn print(report: &RunReport, out: &mut dyn Write) -> Result<(), Failu
             count(audit.disagreements.len())
         )?;
     }
+    if let Some(why) = job.plan.grid().gap() {
+        let cells = number_of(account.cells, "cell");
+        writeln!(out, "no machine in {} of {cells}, which are blank: {why}", count(account.blank))?;
+    }
     let unknown = account.unknown;
     if unknown.regimes > 0 {
         let cells = number_of(account.cells, "cell");
         writeln!(out, "regime: not determined in {} of {cells}", count(unknown.regimes))?;
     }
+    if let Some(from) = account.left_out_from {
+        writeln!(out, "regime: {}", left_out(from))?;
+    }
     if unknown.critical > 0 {
         let columns = number_of(job.plan.grid.column_count(), "column");
         writeln!(
             out,
-            "critical_c of simulation: not found in {} of {columns}, since no engine gave an answer next to it",
+            "critical damping of simulation: not found in {} of {columns}, since no engine gave an answer next to it",
             count(unknown.critical)
         )?;
     }
@@ -190,7 +204,7 @@ pub(super) fn print(report: &RunReport, out: &mut dyn Write) -> Result<(), Failu
         let columns = number_of(job.plan.grid.column_count(), "column");
         writeln!(
             out,
-            "critical_c of simulation: withheld in {} of {columns}, since its error is more than 1 % of it",
+            "critical damping of simulation: withheld in {} of {columns}, since its error is more than 1 % of it",
             count(unknown.inaccurate)
         )?;
     }
@@ -235,22 +249,31 @@ pub(super) fn print(report: &RunReport, out: &mut dyn Write) -> Result<(), Failu
     Ok(())
 }
 
-/// The command that explains a cell. For a machine, whose table is in SI units, it names the configuration
-/// and the quantities that the run overrode.
-pub(super) fn probe_command(job: &Job, point: &Point) -> String {
-    let (law, tolerance) = (job.plan.grid.law(), job.plan.tolerance);
-    let Some(machine) = &job.machine else { return command_line(law, point, tolerance) };
-    let units = machine.units();
-    let (speed, damping) = (point.belt_speed * units.velocity, point.damping * units.damping);
+/// The command that explains a cell. For a machine it names the configuration, and the quantities that vary or
+/// that the run overrode.
+pub(super) fn probe_command(job: &Job, index: &[usize]) -> String {
+    let (grid, tolerance) = (job.plan.grid(), job.plan.tolerance);
+    let Some(machine) = grid.machine_at(&grid.values(index)) else {
+        return command_line(grid.law(), &grid.point(index), tolerance);
+    };
     let written =
-        load_machine(&job.config_file, &[]).map_or_else(|_| Vec::new(), |of| of.machine.quantities());
-    let set = machine.quantities().into_iter().filter(|quantity| !written.contains(quantity));
-    let set = set.filter(|(name, _)| !["belt_speed", "damping"].contains(name));
-    let sets: String = set
-        .chain([("belt_speed", speed), ("damping", damping)])
-        .map(|(name, value)| format!(" --set {name}={}", exact(value)))
-        .collect();
+        load_machine::<f64>(&job.config_file, &[]).map_or_else(|_| Vec::new(), |of| of.machine.quantities());
+    let is_axis = |name: &str| grid.axes().iter().any(|axis| axis.name == name);
+    let set = machine.quantities().into_iter();
+    let set = set.filter(|quantity| is_axis(quantity.0) || !written.contains(quantity));
+    let sets: String = set.map(|(name, value)| format!(" --set {name}={}", exact(value))).collect();
     format!("slipmap probe --machine '{}'{sets}", job.config_file.display())
+}
+
+/// Refuses a machine where a study compares methods on dimensionless points.
+pub(super) fn refuse_machine(job: &Job) -> Result<(), Failure> {
+    match job.plan.grid().machine() {
+        Some(_) => Err(Failure::bad_input(
+            format!("{}: this is a study of methods, on dimensionless numbers", job.config_file.display()),
+            "write a configuration with [grid] in place of [machine]",
+        )),
+        None => Ok(()),
+    }
 }
 
 /// "curves over V and c at gamma = 2: hopf 1, grazing sliding 2, 310 points".
@@ -441,8 +464,8 @@ mod tests {
         summary.account.unknown = Unknown { regimes: 2, critical: 1, inaccurate: 1 };
         let printed = printed(&summary);
         assert!(printed.contains("regime: not determined in 2 of 2 cells"), "{printed}");
-        assert!(printed.contains("critical_c of simulation: not found in 1 of 1 column,"), "{printed}");
-        assert!(printed.contains("critical_c of simulation: withheld in 1 of 1 column,"), "{printed}");
+        assert!(printed.contains("critical damping of simulation: not found in 1 of 1 column,"), "{printed}");
+        assert!(printed.contains("critical damping of simulation: withheld in 1 of 1 column,"), "{printed}");
     }
 
     #[test]

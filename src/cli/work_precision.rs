@@ -54,6 +54,7 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     let job = Job::load(&arguments.config, &arguments.set)?;
+    super::summary::refuse_machine(&job)?;
     let folder = arguments.out.clone().unwrap_or_else(|| {
         let name = arguments.config.file_stem().unwrap_or_default();
         Path::new("results").join(name)

@@ -28,7 +28,7 @@ fn columns() -> Vec<Column> {
         column(&Law::Exponential, 1.0, &[0.5, 0.5, 0.05], 0.8),
         column(&Law::Lorentzian, 1.0, &[0.4, 0.6, 0.1], 0.4),
         column(&Law::Table(Table::new("test", &data, 1.0).unwrap()), 1.0, &[], 0.7),
-        formula("1 - e*(u - a*sin(k*u)/k)", &[0.01, 1.5, 7.2], 1.0),
+        formula("1 - s*(u - a*sin(k*u)/k)", &[0.01, 1.5, 7.2], 1.0),
         formula("1-a*u*exp(-u/s)+h*sin(w*u)+d*u", &[1.4, 1.5, 0.2, 7.4, -0.06], 1.67),
     ]
 }

@@ -23,7 +23,7 @@ fn columns(count: usize, strong: f64) -> Vec<Column> {
         .map(|u| (u, 1.0 - 0.4 * strong.min(2.0) * (1.0 - (-u).exp()) + 0.02 * u))
         .collect();
     let measured = Law::Table(Table::new("sampled", &data, 1.0).unwrap());
-    let folding = Law::Expression(Expression::new("1 - e*(u - a*sin(k*u)/k)", 1.0).unwrap());
+    let folding = Law::Expression(Expression::new("1 - s*(u - a*sin(k*u)/k)", 1.0).unwrap());
     let laws = [Law::Exponential, Law::Lorentzian, wavy, measured, folding];
     (0..count)
         .map(|i| {
@@ -313,7 +313,7 @@ fn slopes_settle_counts_next_to_the_critical_damping() {
 #[test]
 fn cycles_at_a_narrow_dip_are_counted() {
     let law =
-        Law::Expression(Expression::new("1-a*u/(u+b)+d*exp(-((u-e)/w)^2)-d*exp(-(e/w)^2)", 1.0).unwrap());
+        Law::Expression(Expression::new("1-a*u/(u+b)+d*exp(-((u-p)/w)^2)-d*exp(-(p/w)^2)", 1.0).unwrap());
     let parameters = [
         0.8028961796423718,
         1.4075835981671745,

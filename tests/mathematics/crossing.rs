@@ -2,12 +2,27 @@
 
 use slipmap::filippov::Oscillator;
 use slipmap::friction::{Expression, Law};
-use slipmap::map::{self, Regime};
-use slipmap::simulate::crossing::{Loop, crossing_cycles, crossing_loop, stick_slip_cycle};
+use slipmap::map::{self, Attractors, Regime};
+use slipmap::simulate::crossing::{
+    Loop, crossing_cycles, crossing_loop, some_cross_for_ever, stick_slip_cycle,
+};
+use slipmap::simulate::far_loops::FarLoops;
 use slipmap::simulate::slip_cycle::{Unknown, slip_cycles};
 use slipmap::simulate::{Neighbour, crossing_separates, flow};
 
 use crate::sample::{Random, Sample, Sampling};
+
+/// The regime of a point with all of its loops, also those that reach slip speeds at which friction pushes, which
+/// [`map::regime`] leaves out.
+fn regime_of_all_loops(oscillator: &Oscillator) -> Regime {
+    let attractors = map::regime(oscillator, &flow(oscillator, 1e-9)).attractors();
+    if attractors == Regime::Failed.attractors() {
+        return Regime::Failed;
+    }
+    let far = FarLoops::new(&oscillator.curve, oscillator.belt_speed);
+    let crossing = if attractors.crossing { Ok(true) } else { some_cross_for_ever(oscillator, &far) };
+    crossing.map_or(Regime::Failed, |crossing| Regime::of(Attractors { crossing, ..attractors }))
+}
 
 /// Friction that pushes at some slip speeds: a repelling and an attracting cycle as close as 4.6 per cent to
 /// each other. Their reference places come from the classical Runge-Kutta method in (x1, x2) with steps of
@@ -23,7 +38,7 @@ fn narrow_pairs_of_crossing_cycles_are_found() {
         for (cycle, place) in cycles.iter().zip(places) {
             assert!((cycle.beyond_exit.unwrap() - place).abs() < 1e-3, "{a} {cycles:?}");
         }
-        assert_eq!(map::regime(&oscillator, &flow(&oscillator, 1e-9)), Regime::StickSlipAndCrossing, "{a}");
+        assert_eq!(regime_of_all_loops(&oscillator), Regime::StickSlipAndCrossing, "{a}");
     }
     // Down to the fold, where the two cycles meet, the pair is found or not known: its multipliers tend to 1.
     let (mut without, mut with, mut unknown, mut last) = (1.9, 2.0005, 0, Vec::new());
@@ -63,7 +78,7 @@ fn crossing_cycles_far_out_are_found() {
     ];
     for (phi, damping, regime, places) in cases {
         let oscillator = at(phi, damping);
-        assert_eq!(map::regime(&oscillator, &flow(&oscillator, 1e-9)), regime, "{phi} {damping}");
+        assert_eq!(regime_of_all_loops(&oscillator), regime, "{phi} {damping}");
         let cycles = crossing_cycles(&oscillator, 1e-12).unwrap();
         assert_eq!(cycles.len(), places.len(), "{phi} {damping} {cycles:?}");
         for (cycle, place) in cycles.iter().zip(places) {
@@ -72,14 +87,25 @@ fn crossing_cycles_far_out_are_found() {
     }
     // A narrow dip far out, between the samples of the law.
     let dip = at("0.5+0.5*exp(-u)-60*exp(-((u-3000)/20)^2)", 0.0001);
-    assert_eq!(map::regime(&dip, &flow(&dip, 1e-9)), Regime::StickSlipAndCrossing);
+    assert_eq!(regime_of_all_loops(&dip), Regime::StickSlipAndCrossing);
     // It vanishes far out, and pushes nearer: no place is known from which on loops lead inward. Some lead
     // outward all the same.
     let vanishing = at("exp(-u)-0.3*exp(-(u-5)^2)", 0.0);
-    assert_eq!(map::regime(&vanishing, &flow(&vanishing, 1e-9)), Regime::StickSlipAndCrossing);
+    assert_eq!(regime_of_all_loops(&vanishing), Regime::StickSlipAndCrossing);
     assert_eq!(crossing_cycles(&vanishing, 1e-9), Err(Unknown::FarOut));
     let hardly = at("exp(-u)-0.003*exp(-(u-9)^2)", 0.0);
-    assert_eq!(map::regime(&hardly, &flow(&hardly, 1e-9)), Regime::Failed);
+    assert_eq!(regime_of_all_loops(&hardly), Regime::Failed);
+}
+
+/// A regime says nothing of orbits that reach friction that pushes: those of [`crossing_cycles_far_out_are_found`], whose
+/// friction is 0.5 + 0.5 exp(-u) - u/100, pass the slip speed 50 at which it vanishes.
+#[test]
+fn regimes_leave_out_loops_that_reach_friction_that_pushes() {
+    let law = Law::Expression(Expression::new("0.5+0.5*exp(-u)-0.01*u", 1.0).unwrap());
+    let oscillator = Oscillator::new(&law, &law.point(1.0, &[], 1.0, 0.005).unwrap());
+    assert_eq!(map::regime(&oscillator, &flow(&oscillator, 1e-9)), Regime::StickSlip);
+    let from = FarLoops::where_friction_resists(&oscillator.curve, 1.0).left_out_from();
+    assert!(from.is_some_and(|from| (from - 50.0).abs() < 1e-3), "{from:?}");
 }
 
 /// Laws that fall by W in all, some of them in steps.
@@ -122,7 +148,7 @@ fn regimes_have_a_crossing_cycle_where_some_loop_leads_outward() {
         let belt_speed = random.log(0.5, 30.0);
         let damping = random.log(1e-3, 0.3);
         let oscillator = Oscillator::new(&law, &law.point(1.0, &values, belt_speed, damping).unwrap());
-        let regime = map::regime(&oscillator, &flow(&oscillator, 1e-9));
+        let regime = regime_of_all_loops(&oscillator);
         // The farthest cycle lies within 4 / (pi c), which is less than 1300.
         let outward = (-12..=13).any(|i| {
             let y = belt_speed.max(1.0) * 10_f64.powf(f64::from(i) / 4.0);
@@ -216,7 +242,7 @@ fn a_crossing_cycle_around_a_stick_slip_cycle_belongs_to_the_regime() {
     let at = |c: f64| {
         let oscillator = Oscillator::new(&law, &law.point(1.0, &[1.0, 20.5, 1.0], 10.0, c).unwrap());
         let cycles = crossing_cycles(&oscillator, 1e-10).unwrap();
-        (map::regime(&oscillator, &flow(&oscillator, 1e-10)), cycles.len())
+        (regime_of_all_loops(&oscillator), cycles.len())
     };
     assert_eq!(at(0.002), (Regime::EquilibriumStickSlipAndCrossing, 2));
     let (regime, cycles) = at(0.2);
@@ -285,7 +311,7 @@ fn damping_may_outweigh_friction_that_falls_without_end() {
     for (damping, regime) in [(0.0102, slips), (0.0105, slips), (0.0115, Regime::Equilibrium)] {
         let oscillator = Oscillator::new(&law, &law.point(1.0, &[], 1.0, damping).unwrap());
         assert_eq!(crossing_cycles(&oscillator, 1e-9), Ok(Vec::new()), "{damping}");
-        assert_eq!(map::regime(&oscillator, &flow(&oscillator, 1e-9)), regime, "{damping}");
+        assert_eq!(regime_of_all_loops(&oscillator), regime, "{damping}");
     }
 }
 
@@ -294,7 +320,7 @@ fn damping_may_outweigh_friction_that_falls_without_end() {
 /// friction.
 #[test]
 fn loops_see_narrow_steps() {
-    let law = Law::Expression(Expression::new("1-a*u/(u+b)-d*(tanh((u-e)/w)+tanh(e/w))/2", 1.0).unwrap());
+    let law = Law::Expression(Expression::new("1-a*u/(u+b)-d*(tanh((u-p)/w)+tanh(p/w))/2", 1.0).unwrap());
     let parameters = [
         0.3701101710434796,
         0.4727132847066705,
@@ -304,7 +330,7 @@ fn loops_see_narrow_steps() {
     ];
     let point = law.point(1.0, &parameters, 1.1200212344136085, 0.000130602506763018).unwrap();
     let oscillator = Oscillator::new(&law, &point);
-    assert_eq!(map::regime(&oscillator, &flow(&oscillator, 1e-9)), Regime::StickSlipAndCrossing);
+    assert_eq!(regime_of_all_loops(&oscillator), Regime::StickSlipAndCrossing);
     for (beyond_exit, grows) in [(0.3261, false), (0.3263, true)] {
         let found = crossing_loop(&oscillator, beyond_exit, 1e-10).unwrap();
         let outward = matches!(found, Loop::Crosses { beyond_exit: next, .. } if next > beyond_exit);

@@ -214,7 +214,7 @@ fn two_slip_cycles_vanish_at_a_fold() {
     // V = 1, to first order in e, with g(x) = 2 J1(x)/x. Two cycles lie around the minimum of g, -0.132280 at
     // x = 5.1356, and vanish at c = e (1 + 0.13228 a cos k).
     let (e, a) = (0.01, 1.5);
-    let law = Expression::new("1 - e*(u - a*sin(k*u)/k)", 1.0).unwrap();
+    let law = Expression::new("1 - s*(u - a*sin(k*u)/k)", 1.0).unwrap();
     // cos k > 0 on this range.
     let (ks, levels) = ([6.6, 7.4], [1.0, 1.3]);
     let at = |[x, y]: [f64; 2]| Oscillator {

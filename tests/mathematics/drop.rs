@@ -183,7 +183,7 @@ fn steep_exponential_laws_tend_to_the_drop() {
         let mu = belt_speed * vs / (drop * drop);
         let predicted =
             vs * (belt_speed / drop * by_drop * mu.recip().ln() + 0.5 * (TAU / mu).ln()) / by_damping;
-        // What is left out is of order vs^2, with logarithms.
+        // What is left out is of order c vs^(3/2), and of vs^2 with logarithms.
         assert!((excess - predicted).abs() < 3.0 * vs * vs + 1e-4 * excess, "{vs}: {excess:e} {predicted:e}");
     }
 }

@@ -23,11 +23,13 @@ mod failures;
 #[cfg(feature = "cli")]
 mod forger;
 mod forms;
+mod growth;
 mod identities;
 mod interpolation;
 mod law_survey;
 mod laws;
 mod limits;
+mod machines;
 mod margins;
 mod reference;
 mod reference_data;

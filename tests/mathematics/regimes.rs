@@ -396,7 +396,7 @@ fn the_stick_slip_cycle_is_the_traced_one() {
 /// of it on a slow belt, at eight times the belt speed.
 #[test]
 fn the_stick_slip_cycle_over_a_narrow_step_is_the_traced_one() {
-    let law = Expression::new("1-a*u/(u+b)+d*(tanh((u-e)/w)+tanh(e/w))", 1.0).unwrap();
+    let law = Expression::new("1-a*u/(u+b)+d*(tanh((u-p)/w)+tanh(p/w))", 1.0).unwrap();
     let law = Law::Expression(law);
     let wide = [0.0465, 1.0588, -0.10803, 2.5246, 0.00358];
     let slow = [0.5994, 0.02144, 0.086614, 0.42859, 0.000213];

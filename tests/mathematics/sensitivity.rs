@@ -17,7 +17,7 @@ fn examples() -> Vec<(Law, Point)> {
     let formula = Expression::new("a + (1 - a)*exp(-u/s) + 0.1*eps*u^2", 1.0).unwrap();
     let formula = Law::Expression(formula);
     // Narrow dips.
-    let dip = Expression::new("1-a*u/(u+b)+d*exp(-((u-e)/w)^2)-d*exp(-(e/w)^2)", 1.0).unwrap();
+    let dip = Expression::new("1-a*u/(u+b)+d*exp(-((u-p)/w)^2)-d*exp(-(p/w)^2)", 1.0).unwrap();
     let dip = Law::Expression(dip);
     let narrow = [0.275, 0.2125, 2.48e-3, 0.9256, 2.13e-3];
     let other = [0.339, 1.008, -2.87e-3, 0.1434, 2.98e-3];

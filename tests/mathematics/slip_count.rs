@@ -26,7 +26,7 @@ fn pairs_that_meet_in_a_fold_are_proved() {
     let (e, a, k) = (0.01, 1.5_f64, 7.2_f64);
     for (level, count) in [(-0.10, 2), (-0.05, 2), (-0.15, 0), (0.2, 1), (0.8, 1)] {
         let viscous = e * (1.0 - a * k.cos() * level);
-        let counted = count_slip_cycles(&expression("1 - e*(u - a*sin(k*u)/k)", &[e, a, k], viscous, 1.0));
+        let counted = count_slip_cycles(&expression("1 - s*(u - a*sin(k*u)/k)", &[e, a, k], viscous, 1.0));
         assert_eq!(counted.exact(), Some(count), "{level}: {counted:?}");
         assert!(counted.open.is_empty());
     }
@@ -35,7 +35,7 @@ fn pairs_that_meet_in_a_fold_are_proved() {
 /// For laws so steep at rest that the tests claim nothing near the boundary.
 #[test]
 fn without_slip_cycles_a_stable_equilibrium_proves_absence() {
-    let law = Law::Expression(Expression::new("1 - b*ln(1 + u/v) + k*u", 1.0).unwrap());
+    let law = Law::Expression(Expression::new("1 - b*ln(1 + u/s) + k*u", 1.0).unwrap());
     let (mut random, mut proved) = (Random(79), 0);
     for _ in 0..40 {
         let (b, v, k) = (random.log(0.01, 0.1), random.log(1e-3, 0.1), random.log(1e-3, 0.1));
@@ -70,7 +70,7 @@ fn proofs_and_searches_agree_at_random_laws() {
             1 => {
                 let (e, a, k) = (between(0.02, 0.3), between(0.2, 1.0), between(1.0, 6.0));
                 let damping = e * between(0.0, 2.0);
-                expression("1 - e*(u - a*sin(k*u)/k)", &[e, a, k], damping, belt_speed)
+                expression("1 - s*(u - a*sin(k*u)/k)", &[e, a, k], damping, belt_speed)
             }
             _ => {
                 let (drop, q) = (between(0.1, 0.5), between(0.4, 1.5));
@@ -148,7 +148,7 @@ fn for_measured_laws_only_the_even_part_gives_proofs() {
 fn narrow(e: f64, [a, b]: [f64; 2], d: f64) -> Oscillator {
     // Integrals of 1, tanh^2 and tanh^4.
     let part = |x: &str| format!("({x} - a*({x} - tanh({x})) + b*({x} - tanh({x}) - tanh({x})^3/3))");
-    let text = format!("1 - e*d*({} - {})", part("((u - 1)/d)"), part("(-1/d)"));
+    let text = format!("1 - s*d*({} - {})", part("((u - 1)/d)"), part("(-1/d)"));
     expression(&text, &[e, d, a, b], 0.0, 1.0)
 }
 

@@ -196,7 +196,7 @@ fn a_pair_of_slip_cycles_between_two_signs_is_found() {
     // e (1 - a cos(k) g(k r)) pi r^2 with g(x) = 2 J1(x)/x, which falls from 1 to -0.1323 at x = 5.136 and is
     // -0.0013 again at x = 7. With a level between these there are two cycles below the belt line.
     let (e, a) = (0.01, 1.5);
-    let law = Expression::new("1 - e*(u - a*sin(k*u)/k)", 1.0).unwrap();
+    let law = Expression::new("1 - s*(u - a*sin(k*u)/k)", 1.0).unwrap();
     // 2 J1(x)/x as the mean of cos(x cos t) with weight 2 sin^2 t; the trapezoidal rule is exact to
     // round-off.
     let g = |x: f64| {
@@ -204,7 +204,7 @@ fn a_pair_of_slip_cycles_between_two_signs_is_found() {
         terms.sum::<f64>() / 32.0
     };
     let names: Vec<&str> = law.parameters().iter().map(|parameter| parameter.name).collect();
-    assert_eq!(names, ["e", "a", "k"]);
+    assert_eq!(names, ["s", "a", "k"]);
     let mut random = Random(5);
     for _ in 0..40 {
         let (k, level) = (7.0 + 0.4 * random.unit(), -0.12 + 0.1 * random.unit());

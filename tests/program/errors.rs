@@ -13,7 +13,7 @@ use crate::command::Scratch;
 const OF_DROP: f64 = 0.035_876_191_808_776;
 const ADDS: [(f64, f64); 2] = [(1e-4, 3.6e-4), (1e-9, 1e-8)];
 
-/// A law so steep that rounding hides what its orbits do in it, at V = 0.2 and j = 0.1.
+/// A law so steep that no engine follows an orbit through its fall, at V = 0.2 and j = 0.1.
 const TOO_STEEP: [&str; 14] = [
     "probe",
     "--law",
@@ -23,7 +23,7 @@ const TOO_STEEP: [&str; 14] = [
     "--mu",
     "0.9",
     "--vs",
-    "1e-14",
+    "1e-100",
     "--eta",
     "0",
     "--V",
@@ -52,11 +52,11 @@ fn told(text: &str) -> [f64; 2] {
 fn a_map_has_the_errors_of_its_critical_dampings() {
     let scratch = Scratch::new();
     let job = "[friction]\nlaw = \"exponential\"\n[grid]\nepsilon = 1.0\nmu = 0.9\neta = 0.0\n\
-               vs = [1e-14, 1e-9, 1e-4]\nV = 0.2\nc = [0.02, 0.05]\n\
+               vs = [1e-100, 1e-9, 1e-4]\nV = 0.2\nc = [0.02, 0.05]\n\
                [methods]\nrun = [\"symmetric\", \"simulation\"]\n\
                [output]\npath = \"map.h5\"\nfields = [\"verdict\", \"critical_c\"]\n";
     scratch.file("job.toml", job);
-    let run = scratch.run(&["run", "job.toml", "--quiet"]).ends_with(0).out;
+    let run = scratch.run(&["run", "job.toml", "--quiet"]).ends_with(1).out;
     assert!(run.contains("withheld in 1 of 3 columns, since its error is more than 1 % of it"), "{run}");
     let map = MapFile::open(&scratch.path().join("map.h5")).unwrap();
     let cells = [0..1, 0..1, 0..3, 0..1, 0..1, 0..2];
@@ -117,7 +117,7 @@ fn a_point_has_the_error_of_its_critical_damping() {
 #[test]
 fn a_table_of_points_has_the_errors_of_its_critical_dampings() {
     let scratch = Scratch::new();
-    scratch.file("points.csv", "mu,vs,V\n0.5,1e-9,1\n0.9,1e-14,0.2\n");
+    scratch.file("points.csv", "mu,vs,V\n0.5,1e-9,1\n0.9,1e-100,0.2\n");
     let shared = ["--law", "exponential", "--epsilon", "1", "--eta", "0", "--c", "0.03"];
     let table = ["probe", "--points", "points.csv", "--out", "answers.csv", "--quiet"];
     scratch.run(&[&table[..], &shared].concat()).ends_with(0);
@@ -145,7 +145,7 @@ fn machine(speed: f64, vs: f64) -> String {
 fn a_machine_has_the_errors_of_its_limits() {
     let scratch = Scratch::new();
     scratch.file("steep.toml", machine(0.2, 1e-9));
-    scratch.file("too_steep.toml", machine(0.2, 1e-14));
+    scratch.file("too_steep.toml", machine(0.2, 1e-100));
 
     let found = json(&scratch, &["machine", "steep.toml"]);
     let number = |key: &str| found[key].as_f64().unwrap();
@@ -154,7 +154,10 @@ fn a_machine_has_the_errors_of_its_limits() {
     assert!((value - OF_DROP).abs() <= error + 5.0 * ADDS[1].1, "{value} {error}");
     let text = scratch.run(&["probe", "--machine", "steep.toml"]).ends_with(0).out;
     let [shown, shown_error] = told(text.lines().find(|line| line.contains("critical damping ")).unwrap());
-    assert!((shown - value).abs() <= shown_error && (shown - OF_DROP).abs() <= 1.1 * shown_error, "{text}");
+    assert!(
+        (shown - value).abs() <= shown_error && (shown - OF_DROP).abs() <= shown_error + 5.0 * ADDS[1].1,
+        "{text}"
+    );
     let probed = &json(&scratch, &["probe", "--machine", "steep.toml"])["machine"];
     assert_eq!([&probed["critical_damping"], &probed["critical_damping_error"]], [value, error]);
     // Stick-slip below V = lambda(zeta) j, by the closed form of the drop at zeta = 0.01.
@@ -187,7 +190,8 @@ fn a_machine_has_the_errors_of_its_limits() {
     assert!(found["may_stick_slip_below_damping_error"].as_f64().unwrap() > 0.01 * OF_DROP, "{found}");
     assert_eq!(found["limits"]["may_stick_slip_below_damping"]["status"], "not_determined");
     let text = scratch.run(&["probe", "--machine", "too_steep.toml"]).ends_with(0).out;
-    assert!(text.contains("critical damping        not told: its error, "), "{text}");
+    let line = text.lines().find(|line| line.trim_start().starts_with("critical damping  ")).unwrap();
+    assert!(line.contains(" not told: its error, "), "{text}");
     let page = scratch.run(&["machine", "too_steep.toml"]).ends_with(0).out;
     assert!(
         page.contains("not determined: its error, ") && page.contains(" is more than 1 % of it"),
@@ -215,7 +219,6 @@ fn the_page_of_a_machine_has_no_digits_that_are_not_known() {
             "{of}"
         );
     }
-    assert!(page.contains("not known: its error, "), "{page}");
     // Where it is known to more digits than are printed, they are printed alone.
     scratch.file("mild.toml", machine(0.2, 0.05));
     let page = scratch.run(&["machine", "mild.toml"]).ends_with(0).out;

@@ -313,8 +313,8 @@ fn bad_requests_are_refused_in_words() {
     refused("/api/law", formula("(".repeat(4000)), "");
     refused("/api/law", formula(format!("1{}", " + u".repeat(1000))), "operations");
     refused("/api/law", formula("1+".repeat(3000)), "4096 characters");
-    refused("/api/law", json!({ "name": "table", "table": "0,1\n1,x\n", "file": "a.csv" }), "a.csv:2");
-    refused("/api/law", json!({ "name": "table", "table": "" }), "only 0 data");
+    refused("/api/law", json!({ "name": "table", "table": "0,1\n1,2\n2,x\n", "file": "a.csv" }), "a.csv:3");
+    refused("/api/law", json!({ "name": "table", "table": "" }), "no row has two numbers");
     for (body, status) in [
         (&b"{"[..], 400),
         (b"[]", 400),
@@ -569,7 +569,10 @@ fn any_quantity_of_a_machine_is_an_axis() {
     ] {
         let mut asked = machine(x, y);
         asked["law"] = law.clone();
-        asked["y"]["to"] = (0.5 * asked["y"]["to"].as_f64().unwrap()).into();
+        // Room for the curve of the critical damping in the picture.
+        if y != "damping" {
+            asked["y"]["to"] = (0.5 * asked["y"]["to"].as_f64().unwrap()).into();
+        }
         asked["x"]["to"] = (0.5 * asked["x"]["to"].as_f64().unwrap()).into();
         let (status, bytes) = server.post("/api/plane", asked.to_string().as_bytes());
         assert_eq!(status, 200, "{x} {y} {}", String::from_utf8_lossy(&bytes));
@@ -590,32 +593,39 @@ fn any_quantity_of_a_machine_is_an_axis() {
         assert!(point["machine"]["sensitivities"].as_array().unwrap().len() > 2, "{point}");
         let (status, curves) = server.ask("/api/curves", &asked);
         assert_eq!(status, 200, "{curves}");
-        let has_curves = !curves["curves"].as_array().unwrap().is_empty();
-        assert_eq!(has_curves, [x, y].contains(&"damping"), "{x} {y}");
+        // Every plane has curves; on the grazing curve the damping is the critical one of that machine.
+        let curves = curves["curves"].as_array().unwrap();
+        assert!(!curves.is_empty(), "{x} {y}");
+        let grazing = curves.iter().find(|curve| curve["name"] == "grazing_sliding");
+        assert!(grazing.is_some() || y != "damping", "{x} {y}");
+        if let Some(grazing) = grazing {
+            let points = grazing["points"].as_array().unwrap();
+            let middle = &points[points.len() / 2];
+            let mut there = asked.clone();
+            (there["at"][x], there["at"][y]) = (middle[0].clone(), middle[1].clone());
+            let found = &server.ask("/api/point", &there).1["machine"]["critical_damping"];
+            let (found, damping) = (found.as_f64().unwrap(), there["at"]["damping"].as_f64().unwrap());
+            assert!((found / damping - 1.0).abs() < 1e-5, "{x} {y}: {found} {damping}");
+        }
         // The critical damping over the mass bends near 0; its curve has more points there.
         if x == "mass" && y == "damping" {
-            let grazing =
-                curves["curves"].as_array().unwrap().iter().find(|curve| curve["name"] == "grazing_sliding");
             let number = |of: &str| grazing.unwrap()[of].as_array().unwrap().len();
-            assert!(number("points") > 36 && number("errors") == number("points"), "{curves}");
+            assert!(number("points") > 36 && number("errors") == number("points"), "{grazing:?}");
             // The errors of the critical dampings, as shares of the picture.
             let errors = grazing.unwrap()["errors"].as_array().unwrap();
             let most = errors.iter().filter_map(Value::as_f64).fold(0.0, f64::max);
             assert!(most > 0.0 && most < 1e-6, "{most}");
         }
     }
-    // The exported map has the axes belt speed and damping.
-    for law in [&formula, &table] {
-        let mut asked = machine("belt_speed", "damping");
+    // The exported map has the axes of the picture.
+    for (law, x, most) in
+        [(&formula, "belt_speed", 0.25), (&table, "belt_speed", 0.25), (&formula, "mass", 4.0)]
+    {
+        let mut asked = machine(x, "damping");
         (asked["law"], asked["show"]) = (law.clone(), "regime".into());
-        asked["x"]["to"] = 0.25.into();
+        asked["x"]["to"] = most.into();
         assert_map_is_the_picture(&server, &scratch, &asked);
     }
-    let (status, answer) = server.ask("/api/texts", &machine("mass", "damping"));
-    assert!(
-        status == 422 && answer["problem"].as_str().unwrap().contains("belt speed and damping"),
-        "{answer}"
-    );
     for (key, value, words) in [
         ("mass", json!(-1.0), "mass is -1"),
         ("kinetic_friction", json!(0.5), "from 0 to static_friction"),

@@ -159,8 +159,8 @@ fn messages_name_the_intended_key() {
     scratch.run(&["run", "eps.toml"]).refuses(&["nearest valid key is `epsilon`"]);
     scratch.file("wide.toml", "\u{feff}x".encode_utf16().flat_map(u16::to_le_bytes).collect::<Vec<u8>>());
     scratch.run(&["run", "wide.toml"]).refuses(&["UTF-16", "save it as UTF-8"]);
-    let formula = ["probe", "--phi", "1 - 0.1*v", "--epsilon", "1", "--V", "1", "--c", "0"];
-    scratch.run(&formula).refuses(&["--set v", "the slip speed is called u"]);
+    let formula = ["probe", "--phi", "1 - 0.1*x", "--epsilon", "1", "--V", "1", "--c", "0"];
+    scratch.run(&formula).refuses(&["--set x", "the slip speed is called u"]);
     let point = ["--epsilon", "0.1", "--alpha", "0.3", "--beta", "0.1", "--gamma", "2", "--c", "0.5"];
     scratch.run(&[&["probe", "--v", "1"], &point[..]].concat()).ends_with(0);
     scratch.run(&["probe", "--machine", "map.toml"]).refuses(&["map.toml", "`machine` is missing"]);

@@ -192,7 +192,7 @@ type Case<'a> = (&'a str, &'a str, i32, &'a dyn Fn(&File));
 fn maps_of_other_programs_are_refused() {
     let scratch = scratch();
     let cases: [Case; 17] = [
-        ("a newer layout", "its layout has number [4]", 2, &|file| integers(file, "schema", &[4])),
+        ("a newer layout", "its layout has number [5]", 2, &|file| integers(file, "schema", &[5])),
         ("no layout", "no integer attribute schema", 2, &|file| file.delete_attr("schema").unwrap()),
         ("an unknown law", "does not know its friction law", 2, &|file| text(file, "law", "\u{1b}[2Jboo")),
         ("an unknown field", "does not know its field", 2, &|file| text(file, "fields", "verdict <b>")),

@@ -57,7 +57,7 @@ fn a_paper_that_inputs_the_report_compiles() {
     // On pages of one column, which is narrower than the figures.
     paper.push_str("\\onecolumn\\typeout{the figures}\n");
     for name in &figures {
-        paper.push_str(&format!("\\noindent\\includegraphics{{report/figures/{name}}}\\clearpage\n"));
+        paper.push_str(&format!("\\noindent\\includegraphics{{report/figures/{name}.pdf}}\\clearpage\n"));
     }
     paper.push_str("\\end{document}\n");
     scratch.file("paper.tex", paper);

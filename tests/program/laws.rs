@@ -131,9 +131,9 @@ fn probe_asks_any_law() {
     with(&["--law", "expression"]).refuses(&["needs --phi"]);
 }
 
-/// At large slip speeds this law gains energy without bound, so that no crossing cycle can be followed.
+/// At large slip speeds this law gains energy without bound: orbits that reach them are left out.
 #[test]
-fn cycles_of_one_kind_are_told_where_those_of_another_are_unknown() {
+fn cycles_are_told_where_friction_pushes_farther_out() {
     let scratch = Scratch::new();
     let law =
         ["--phi=1 - 1.4*u*exp(-u/1.5) + 0.2*sin(7.4*u) - 0.16*u", "--epsilon=1", "--V=1.67", "--c=0.09"];
@@ -142,8 +142,9 @@ fn cycles_of_one_kind_are_told_where_those_of_another_are_unknown() {
     let stable: Vec<bool> =
         cycles["slip"].as_array().unwrap().iter().map(|cycle| cycle["stable"].as_bool().unwrap()).collect();
     assert_eq!(stable, [false, true, false], "{cycles}");
-    assert!(cycles["stick_slip"].is_object() && cycles["crossing"].is_null(), "{cycles}");
-    assert_eq!(cycles["reason"], "crossing cycles: the step budget ran out");
+    assert!(cycles["stick_slip"].is_object() && cycles["crossing"] == serde_json::json!([]), "{cycles}");
+    let reason = cycles["reason"].as_str().unwrap();
+    assert!(reason.starts_with("friction is negative from u = 1."), "{reason}");
 }
 
 #[test]
@@ -221,8 +222,6 @@ fn standard_errors_of_a_table_are_read_whole_or_refused() {
     for header in ["u,mu,std_err", "u,mu,SEM", "u,mu,se", "u,mu,standard error", "u,mu,sd of the mean"] {
         probe(&format!("{header}\n0,1,0.01\n0.1,0.9,0.01\n0.5,0.8,0.02\n1,0.8,0.01\n")).ends_with(0);
     }
-    probe("0,1,0.01\n0.1,0.9\n0.5,0.8,0.02\n1,0.8,0.01\n").refuses(&["pad.csv:2", "standard errors"]);
-    probe("0,1,0.01\n0.1,0.9,-0.1\n0.5,0.8,0.02\n1,0.8,0.01\n").refuses(&["pad.csv:2", "-0.1"]);
 }
 
 /// Rows of one slip speed are the table of their means, whose standard errors are those of their scatter.
@@ -237,9 +236,10 @@ fn rows_of_one_slip_speed_are_averaged() {
     // Squares about the means: 2 (0.01)^2 at 0.1 and 2 (0.02)^2 at 0.5; five rows more than speeds.
     let repeated = "u,mu\n0,1\n0,1\n0.1,0.91\n0.1,0.9\n0.1,0.89\n0.5,0.82\n0.5,0.78\n0.5,0.8\n1,0.8\n";
     let sd = (1e-3_f64 / 5.0).sqrt();
-    let means: String = [(0.0, 1.0, 2.0), (0.1, 0.9, 3.0), (0.5, 0.8, 3.0), (1.0, 0.8, 1.0_f64)]
+    let rows: String = [(0.0, 1.0, 2.0), (0.1, 0.9, 3.0), (0.5, 0.8, 3.0), (1.0, 0.8, 1.0_f64)]
         .map(|(u, mu, count)| format!("{u},{mu},{}\n", sd / count.sqrt()))
         .concat();
+    let means = format!("u,mu,se\n{rows}");
     let [one, other] = [repeated, &means].map(|rows| {
         let answer: serde_json::Value = serde_json::from_str(&probe(rows).ends_with(0).out).unwrap();
         let of = &answer["sensitivity"]["standard_error"]["value"];
@@ -247,45 +247,30 @@ fn rows_of_one_slip_speed_are_averaged() {
     });
     // Means are rounded to the last digit.
     assert!(one > 0.0 && (one / other - 1.0).abs() < 1e-9, "{one} {other}");
-    probe("0,1,0.01\n0.1,0.9,0.01\n0.1,0.91,0.01\n0.5,0.8,0.02\n").refuses(&[
-        "pad.csv:3",
-        "the row before",
-        "average the rows of one slip speed into one",
-    ]);
     // The force of the spring while it sticks.
     probe("# a ramp\n0,0.2\n0,0.6\n0,1\n0.1,0.9\n0.5,0.8\n").refuses(&[
         "pad.csv:2",
         "slip speed 0 goes from 0.2 to 1",
         "breaks loose",
     ]);
-    probe("0,1\n0.1,0.9\n0.5,0.8\n0.1,0.91\n").refuses(&["pad.csv:4", "0.1 follows 0.5", "sort the rows"]);
 }
 
+/// What is unusual in a table is told in one line, and the answer is that of the plain table.
 #[test]
-fn tables_as_spreadsheets_write_them_are_named() {
+fn tables_as_spreadsheets_write_them_are_read() {
     let scratch = Scratch::new();
     let probe = |bytes: &[u8]| {
         scratch.file("pad.csv", bytes);
-        scratch.run(&["probe", "--table", "pad.csv", "--epsilon", "1", "--V", "0.2", "--c", "0.1"])
+        scratch
+            .run(&["probe", "--table", "pad.csv", "--epsilon", "1", "--V", "0.2", "--c", "0.1"])
+            .ends_with(0)
     };
-    let text = "u,mu\n0,1\n0.1,0.9\n0.5,0.8\n1,0.8\n";
-    for (mark, bytes_of) in
-        [([0xff, 0xfe], u16::to_le_bytes as fn(u16) -> [u8; 2]), ([0xfe, 0xff], u16::to_be_bytes)]
-    {
-        let wide: Vec<u8> = mark.into_iter().chain(text.encode_utf16().flat_map(bytes_of)).collect();
-        probe(&wide).refuses(&["pad.csv is written in UTF-16", "save it as UTF-8"]);
-    }
-    let remedy = "write decimals with a point";
-    probe(b"u;mu\n0;1\n0,1;0,9\n0,5;0,8\n1;0,8\n").refuses(&["pad.csv:1", "`u;mu`", remedy]);
-    probe(b"\"0\",\"1\"\n\"0,1\",\"0,9\"\n\"0,5\",\"0,8\"\n").refuses(&["pad.csv:2", remedy]);
-    probe(b"0,1,0.1,7\n0.5,0.8,0.1,7\n4,0.8,0.1,7\n").refuses(&[
-        "pad.csv:1",
-        "more than three columns of numbers",
-        "standard error",
-    ]);
-    probe(b"# speeds\r\n\r\n0,1\r\n\r\n0.5,x\r\n4,0.8\r\n").refuses(&["pad.csv:5"]);
-    // A byte order mark of UTF-8 before the first number is not part of it.
-    probe(format!("\u{feff}{}", text.trim_start_matches("u,mu\n")).as_bytes()).ends_with(0);
+    let plain = probe(b"u,mu\n0,1\n0.1,0.9\n0.5,0.8\n1,0.8\n");
+    let odd = probe(b"Rig 7\r\nu;mu;n\r\n0,5;0,8;3\r\n0;1;3\r\n0,1;0,9;3\r\n1;0,8;3\r\n");
+    assert!(odd.out == plain.out && plain.err.is_empty(), "{}", plain.err);
+    let told =
+        "read: pad.csv: separated by semicolons; decimal commas; `n` not used; rows sorted by slip speed\n";
+    assert_eq!(odd.err, told);
 }
 
 /// The friction oscillates by 6e-6, and the orbit passes two hundred periods in a turn: with a tolerance of

@@ -5,8 +5,8 @@ use std::f64::consts::TAU;
 use crate::command::Scratch;
 use serde_json::Value;
 use slipmap::friction::Law;
-use slipmap::machine::{Dimension, MOTION_ATTRIBUTE, Machine, Motion, SI_ATTRIBUTE, Units};
-use slipmap::store::{MapFile, Value as Attribute};
+use slipmap::machine::{Dimension, Machine, Motion, Units};
+use slipmap::store::MapFile;
 
 /// An example configuration as distributed.
 fn example(name: &str) -> String {
@@ -33,23 +33,18 @@ fn examples_are_mapped_checked_and_probed_in_si_units() {
         scratch.run(&["run", "machine.toml", "--set", "output.path=map.h5"]).ends_with(0);
         scratch.run(&["check", "map.h5"]).ends_with(0);
         let map = MapFile::open(&scratch.path().join("map.h5")).unwrap();
-        assert_eq!(map.grid().shape()[4..], [speeds, dampings], "{name}");
+        assert_eq!(map.grid().shape(), [speeds, dampings], "{name}");
 
-        // The map records its machine, and the units convert back to the requested numbers.
-        let Some(Attribute::Reals(numbers)) = map.attributes().get(SI_ATTRIBUTE) else { panic!("{name}") };
-        assert_eq!(map.text(MOTION_ATTRIBUTE), Some(motion.name()));
-        let law = map.grid().law().clone();
-        let machine = Machine::from_array(motion, law, numbers.as_slice().try_into().unwrap());
-        let units = machine.units();
+        // The map records its machine, and its axes are the requested numbers.
+        let machine = map.grid().machine().unwrap().clone();
+        assert_eq!(machine.motion, motion);
         let config: toml_edit::DocumentMut = example(name).parse().unwrap();
         let axis = |key: &str| config["machine"][key].as_inline_table().unwrap();
-        for (key, unit, values) in [
-            ("belt_speed", units.velocity, &map.grid().axes()[4].values),
-            ("damping", units.damping, &map.grid().axes()[5].values),
-        ] {
+        for (key, values) in
+            [("belt_speed", &map.grid().axes()[0].values), ("damping", &map.grid().axes()[1].values)]
+        {
             for (end, value) in [("from", values[0]), ("to", *values.last().unwrap())] {
-                // One division and one multiplication.
-                close(value * unit, axis(key).get(end).unwrap().as_float().unwrap(), 2.0 * f64::EPSILON);
+                assert_eq!(value, axis(key).get(end).unwrap().as_float().unwrap());
             }
         }
 
@@ -85,13 +80,24 @@ fn examples_are_mapped_checked_and_probed_in_si_units() {
         assert!(travel > 0.0 && travel <= 2.0 * number(&answer, "amplitude"), "{name}: {answer}");
 
         // Curves of the map's plane, with the points written beside the figure.
-        let plot =
-            ["plot", "map.h5", "--x", "V", "--y", "c", "--variable", "regime", "--curves", "--out", "p.svg"];
+        let plot = [
+            "plot",
+            "map.h5",
+            "--x",
+            "belt_speed",
+            "--y",
+            "damping",
+            "--variable",
+            "regime",
+            "--curves",
+            "--out",
+            "p.svg",
+        ];
         scratch.run(&plot).ends_with(0);
         let figure = scratch.read("p.svg");
         for words in [
             "grazing",
-            &format!("belt speed, {}", motion.unit(Dimension::Velocity)),
+            &format!("{}, {}", motion.words("belt_speed"), motion.unit(Dimension::Velocity)),
             &format!("damping, {}", motion.unit(Dimension::Damping)),
         ] {
             assert!(figure.contains(words), "{name}: no {words}");
@@ -99,17 +105,13 @@ fn examples_are_mapped_checked_and_probed_in_si_units() {
         let mut met = 0;
         for row in rows(&scratch.read("p.csv")).iter().filter(|row| row["curve"] == "grazing_sliding") {
             let number = |key: &str| row[key].parse::<f64>().unwrap();
-            let units = machine.units();
             let speed = number(&format!("belt_speed [{}]", motion.unit(Dimension::Velocity)));
             let damping = number(&format!("damping [{}]", motion.unit(Dimension::Damping)));
-            let own = machine.model().unwrap().point;
-            let law = map.grid().law();
-            let [speed, damping] = [speed / units.velocity, damping / units.damping];
-            let point = law.point(own.epsilon(), own.law().as_slice(), speed, damping).unwrap();
-            let root = slipmap::simulate::critical_damping(&map.grid().law().column(&point), 1e-10).unwrap();
+            let model = machine.with("belt_speed", speed).unwrap().model().unwrap();
+            let root = slipmap::simulate::critical_damping(&model.column(), 1e-10).unwrap();
             // c* changes by at most a hundred from side to side, and is located to 1e-10.
             assert!(number("error") < 1e-9);
-            assert!((root.c - point.damping()).abs() < 1e-7, "{row:?} {root:?}");
+            assert!((root.c - damping / model.si.units.damping).abs() < 1e-7, "{row:?} {root:?}");
             met += 1;
         }
         assert!(met > 20, "{name}: {met}");
@@ -134,12 +136,13 @@ fn the_drill_string_is_the_published_one() {
     // The torque on the bit of the source that the file names, at W_ob = 50 kN, and its static torque,
     // 0.12446 W_ob.
     let published = |u: f64| 0.155575 * (0.5 + (0.8 - 0.5) * (-0.9 * u).exp()) * 50_000.0;
-    assert_eq!([number("mass"), number("stiffness")], [471.9698, 861.5336]);
+    assert_eq!([number("mass"), number("stiffness"), number("radius")], [471.9698, 861.5336, 0.155575]);
+    assert_eq!(config["machine"]["normal_force"].as_str(), Some("50 kN"));
     let numbers = [
         number("mass"),
         number("stiffness"),
         172.3067 + 50.0,
-        number("normal_force"),
+        number("radius") * 50_000.0,
         number("static_friction"),
         number("kinetic_friction"),
         number("stribeck_velocity"),
@@ -250,13 +253,9 @@ fn bad_machines_are_refused_with_their_place() {
         scratch.run(&["run", "bad.toml"])
     };
     with("mass = 2.0", "mass = -2.0").refuses(&["bad.toml:4:8", "mass must be greater than 0", "kg"]);
-    with("mass = 2.0", "mass = \"2 kg\"").refuses(&["bad.toml:4:8", "\"2 kg\""]);
+    with("mass = 2.0", "mass = \"2 m\"").refuses(&["bad.toml:4:8", "\"2 m\"", "no unit of mass"]);
     with("mass = 2.0\n", "").refuses(&["bad.toml", "`mass` is missing", "SI units"]);
     with("mass", "mas").refuses(&["bad.toml:4:1", "`mas`", "`mass`"]);
-    with("damping = 4.0", "damping_ratio = 0.02")
-        .refuses(&["unknown key `damping_ratio`", "damping = 2 * damping_ratio * sqrt(stiffness * mass)"]);
-    with("stiffness = 800.0", "frequency = 80.0")
-        .refuses(&["unknown key `frequency`", "stiffness = mass * (2 * pi * frequency)^2"]);
     with("kinetic_friction = 0.3", "kinetic_friction = 0.5")
         .refuses(&["bad.toml:8:20", "kinetic_friction must be from 0 to static_friction"]);
     with("[0.1, 0.2]", "[0.2, 0.1]").refuses(&["bad.toml:10:14", "0.1 follows 0.2", "sort"]);
@@ -292,6 +291,33 @@ fn bad_machines_are_refused_with_their_place() {
     scratch.file("grid.toml", "[grid]\nepsilon = 1.0\n");
     scratch.run(&["probe", "--machine", "grid.toml"]).refuses(&["grid.toml", "[machine]"]);
     assert_eq!(scratch.names(), ["bad.toml", "good.toml", "grid.toml"]);
+}
+
+/// Two machines on one page: the answers of each, beside each other.
+#[test]
+fn two_machines_share_a_page() {
+    let scratch = Scratch::new();
+    scratch.file("before.toml", example("brake_pad"));
+    scratch.file("after.toml", example("brake_pad").replace("mass = 2.0", "mass = 3.0"));
+    let set = ["--set", "belt_speed=0.2", "--set", "damping=180"];
+    let run = |more: &[&str]| scratch.run(&[&["machine"], more, &set].concat()).ends_with(0).out;
+    let json = |more: &[&str]| serde_json::from_str::<Value>(&run(more)).unwrap();
+    let both = json(&["before.toml", "after.toml", "--json"]);
+    assert_eq!(both, Value::from(vec![json(&["before.toml", "--json"]), json(&["after.toml", "--json"])]));
+    assert_ne!(both[0], both[1]);
+    let text = run(&["before.toml", "after.toml", "--out", "both.html"]);
+    let row = |name: &str| text.lines().find(|line| line.trim_start().starts_with(name)).unwrap().to_owned();
+    assert!(row("mass").contains("2 kg") && row("mass").contains("3 kg"), "{text}");
+    let digits = |at: usize| format!("{:.1}", both[at]["may_stick_slip_below_damping"].as_f64().unwrap());
+    assert!(row("may stick-slip below damping").contains(&digits(0)), "{text}");
+    assert!(row("may stick-slip below damping").contains(&digits(1)), "{text}");
+    let html = scratch.read("both.html");
+    assert!(
+        html.matches("<svg").count() == 4 && html.contains(": before.toml") && html.contains(": after.toml")
+    );
+    // The kick and its impulse.
+    let number = |key: &str| both[1][key].as_f64().unwrap();
+    close(number("kick_forward_impulse"), 3.0 * number("kick_forward"), 1e-12);
 }
 
 #[test]
@@ -385,7 +411,7 @@ fn a_machine_is_plotted_in_its_units() {
         "--set",
         "machine.damping=[100.0]",
         "--set",
-        "output.fields=['verdict', 'critical_c', 'cycle', 'basin']",
+        "output.fields=['verdict', 'critical_damping', 'cycle', 'basin']",
         "--set",
         "curves.planes=[]",
     ];
@@ -395,18 +421,18 @@ fn a_machine_is_plotted_in_its_units() {
         "plot",
         "map.h5",
         "--x",
-        "V",
+        "belt_speed",
         "--y",
-        "c",
+        "damping",
         "--variable",
-        "critical_c_simulation",
+        "critical_damping_simulation",
         "--out",
         "a.svg",
         "--data",
         "a.csv",
     ];
     let run = scratch.run(&plot).ends_with(0);
-    assert!(run.err.contains("c has one node"), "{}", run.err);
+    assert!(run.err.contains("damping has one node"), "{}", run.err);
     let figure = scratch.read("a.svg");
     assert!(figure.contains("belt speed, m/s") && figure.contains("simulation, N s/m"));
     let table = rows(&scratch.read("a.csv"));
@@ -417,26 +443,11 @@ fn a_machine_is_plotted_in_its_units() {
         let answer: Value =
             serde_json::from_str(&scratch.run(&[&probe[..], &[&speed]].concat()).ends_with(0).out).unwrap();
         close(
-            row["critical_c_simulation [N s/m]"].parse().unwrap(),
+            row["critical_damping_simulation [N s/m]"].parse().unwrap(),
             answer["machine"]["critical_damping"].as_f64().unwrap(),
             1e-6,
         );
     }
-    let plot = [
-        "plot",
-        "map.h5",
-        "--x",
-        "V",
-        "--variable",
-        "cycle_amplitude_x1,cycle_period",
-        "--out",
-        "b.svg",
-        "--data",
-        "b.csv",
-        "--dimensionless",
-    ];
-    scratch.run(&plot).ends_with(0);
-    assert!(scratch.read("b.csv").starts_with("variable,V,value"), "{}", scratch.read("b.csv"));
     // The bifurcation diagram over any range, and an orbit, both in SI units.
     let plot = [
         "plot",
@@ -527,18 +538,21 @@ fn the_command_for_a_failed_cell_of_a_machine_asks_about_it() {
                 [curves]\nplanes = [{ x = \"belt_speed\", y = \"damping\" }]\n";
     scratch.file("pad.toml", text);
     let run = scratch.run(&["run", "pad.toml"]);
-    assert!(run.out.contains("curves over V and c"), "{}", run.out);
+    assert!(run.out.contains("curves over belt_speed and damping"), "{}", run.out);
     let command =
         run.out.lines().find_map(|line| line.split_once("simulation: slipmap ")).map(|found| found.1);
     let command =
         command.unwrap_or_else(|| panic!("no command in\n{}\n{}", run.out, run.err)).replace('\'', "");
-    assert!(command.starts_with("probe --machine pad.toml --set belt_speed=0.599"), "{command}");
+    assert!(
+        command.starts_with("probe --machine pad.toml --set damping=0 --set belt_speed=0.599"),
+        "{command}"
+    );
     let answer = scratch.run(&command.split(' ').collect::<Vec<_>>()).out;
     assert!(answer.contains("the orbit leaves the data"), "{answer}");
     // The command contains the values that the run overrode.
     let set = ["--set", "machine.normal_force=950", "--set", "output.path='set.h5'"];
     let run = scratch.run(&[&["run", "pad.toml"], &set[..]].concat());
-    let command = "probe --machine 'pad.toml' --set normal_force=950 --set belt_speed=0.599";
+    let command = "probe --machine 'pad.toml' --set damping=0 --set normal_force=950 --set belt_speed=0.599";
     assert!(run.out.contains(command), "{}", run.out);
     // The known part of an undetermined regime is printed.
     assert!(answer.contains("whether other cycles attract is not determined"), "{answer}");
@@ -576,7 +590,7 @@ fn an_engineer_is_told_how_far_to_measure() {
 #[test]
 fn a_page_of_data_that_end_early_says_what_is_known() {
     let scratch = Scratch::new();
-    scratch.file("early.csv", "0,450,3\n0.02,390,3\n0.05,350,3\n0.1,320,3\n0.2,300,3\n");
+    scratch.file("early.csv", "v,F,se\n0,450,3\n0.02,390,3\n0.05,350,3\n0.1,320,3\n0.2,300,3\n");
     scratch.file(
         "early.toml",
         "[machine]\nmass = 2\nstiffness = 2e5\nbelt_speed = 0.1\ndamping = 50\n\
@@ -604,7 +618,7 @@ fn the_standard_error_of_a_machine_is_told_alike() {
     let scratch = Scratch::new();
     scratch.file(
         "pad.csv",
-        "0,0.43,0.004\n0.02,0.39,0.004\n0.1,0.33,0.004\n0.3,0.28,0.004\n0.6,0.26,0.004\n1.2,0.26,0.004\n",
+        "u,mu,se\n0,0.43,0.004\n0.02,0.39,0.004\n0.1,0.33,0.004\n0.3,0.28,0.004\n0.6,0.26,0.004\n1.2,0.26,0.004\n",
     );
     let text = "[machine]\nmass = 2\nstiffness = 5e5\nnormal_force = 1000\nbelt_speed = 0.15\ndamping = 30\n\
                 [friction]\nlaw = \"table\"\nfile = \"pad.csv\"\n";

@@ -141,11 +141,14 @@ fn negative_friction_is_told_with_its_line() {
 /// and gives no digits of a kick.
 #[test]
 fn data_may_leave_open_what_the_machine_does() {
-    let exact = machine(FALLS);
-    assert!(page(&exact, &[])["regimes_left_open_by_data"].is_null());
-    let speeds = [0.0, 0.01, 0.02, 0.035, 0.05, 0.07, 0.1, 0.14, 0.2, 0.28, 0.4, 0.6, 0.8, 1.0];
-    let row = |u: f64| format!("{u},{},0.0005\n", 0.27 + 0.16 * (-u / 0.07).exp() + 0.01 * u);
-    let scratch = machine(&speeds.map(row).concat());
+    let exact = page(&machine(FALLS), &[]);
+    assert_eq!(exact["standard_errors_from"], "curve");
+    let speeds = [
+        0.0, 0.01, 0.02, 0.035, 0.05, 0.06, 0.07, 0.08, 0.09, 0.1, 0.11, 0.12, 0.13, 0.16, 0.2, 0.28, 0.4,
+        0.6, 0.8, 1.0,
+    ];
+    let row = |u: f64| format!("{u},{},0.0001\n", 0.27 + 0.16 * (-u / 0.07).exp() + 0.01 * u);
+    let scratch = machine(&format!("speed,friction,se\n{}", speeds.map(row).concat()));
     let at = |damping: f64| {
         let set = format!("damping={damping}");
         let more = ["--set", &set, "--draws", "1000"];
@@ -182,23 +185,23 @@ fn data_may_leave_open_what_the_machine_does() {
         assert!(!kick.chars().any(|c| c.is_ascii_digit()), "{kick}");
     }
     // Where the data decide for two attractors, the kick has an error and the digits that it leaves.
-    let (bistable, text) = at(0.5 * (hopf + number("may_stick_slip_below_damping")));
+    let (bistable, text) = at(0.15 * hopf + 0.85 * number("may_stick_slip_below_damping"));
     assert_eq!(bistable["regimes_left_open_by_data"], json!([]), "{bistable}");
     let relative = bistable["kick_relative_standard_error"].as_f64().unwrap();
     assert!(relative > 1e-3 && relative < 1.0, "{relative}");
     let kick = text.lines().find(|line| line.contains("kick that starts it")).unwrap();
-    assert!(kick.matches(" ± ").count() == 2, "{kick}");
+    assert!(kick.matches(" ± ").count() == 4, "{kick}");
 }
 
 /// Scatter is told on the page and in JSON, and its size makes standard errors where the data have none.
 #[test]
 fn scatter_is_told_on_the_page() {
     let row = |i: u32| {
-        let u = 0.02 * f64::from(i);
+        let u = 0.06 * f64::from(i);
         let mu = 0.28 + 0.15 * (-u / 0.1).exp() + if i.is_multiple_of(2) { 0.004 } else { -0.004 };
         format!("{u},{mu}\n")
     };
-    let scratch = machine(&(0..60).map(row).collect::<String>());
+    let scratch = machine(&(0..20).map(row).collect::<String>());
     let answer = page(&scratch, &[]);
     let warnings = answer["warnings"].as_array().unwrap();
     assert!(warnings[0].as_str().unwrap().contains("into at most 20 speeds"), "{warnings:?}");

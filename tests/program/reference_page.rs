@@ -58,6 +58,8 @@ fn every_key_is_documented_and_no_other() {
             "grid" => wanted.extend(
                 ["exponential", "lorentzian", "coulomb"].iter().flat_map(|law| keys_of(section, law)),
             ),
+            // The quantities of all built-in laws.
+            "machine" => wanted.extend(keys_of(section, "exponential")),
             // A section is not a key.
             "" => wanted.retain(|key| !sections.contains(key)),
             _ => {}

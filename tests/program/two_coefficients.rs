@@ -128,14 +128,76 @@ fn a_drop_is_the_same_however_it_is_written() {
     refused(&["--table", "two.csv", "--static", "0.6"], &["two.csv:2", "twice"]);
     refused(&["--phi", "0.35", "--static", "0.3"], &["begins at 0.35", "at rest is 0.3"]);
     refused(&["--phi", "0.35"], &["phi(0) is 0.35", "static = 0.35", "more if it drops"]);
-    // A drop that is not asked for is not left out without a word.
-    scratch.file("points.csv", "drop,V,c\n0.3,0.5,0.01\n");
-    let points =
-        ["probe", "--phi", "1 + 0*u", "--epsilon", "1", "--points", "points.csv", "--out", "out.csv"];
-    scratch.run(&points).refuses(&["points.csv:1", "`drop`", "--drop"]);
-    let job = "[friction]\nlaw = \"exponential\"\n[grid]\nepsilon = 1.0\nmu = 0.8\nvs = 0.5\neta = 0.0\ndrop = 0.1\nV = 0.2\nc = 0.1\n";
-    scratch.file("job.toml", job);
-    scratch.run(&["explore", "--no-browser", "job.toml"]).refuses(&["no axis `drop`", "static"]);
+    refused(
+        &["--law", "coulomb", "--static", "0.5", "--drop", "0.3", "--eta", "0"],
+        &["1 already", "--drop"],
+    );
+    // A column of a table of points is an axis of the law.
+    scratch.file("points.csv", "drop,exponent,V,c\n0.3,2,0.5,0.01\n0,1,0.5,0.01\n");
+    let law = ["probe", "--law", "exponential", "--epsilon", "1", "--mu", "0.8", "--vs", "0.5", "--eta", "0"];
+    let table = ["--points", "points.csv", "--out", "out.csv"];
+    scratch.run(&[&law[..], &table].concat()).ends_with(0);
+    let written = scratch.read("out.csv");
+    let mut rows = csv::Reader::from_reader(written.as_bytes());
+    let header = rows.headers().unwrap().clone();
+    let column = header.iter().position(|name| name == "critical_c").unwrap();
+    for (row, more) in rows.records().zip([&["--drop", "0.3", "--exponent", "2"][..], &[]]) {
+        let alone = json(&scratch, &[&law[..], more, &point[2..]].concat());
+        near(&alone["critical_c"]["value"], row.unwrap()[column].parse().unwrap(), 1e-15);
+    }
+    let formula = ["probe", "--phi", "0.35", "--static", "0.5", "--epsilon", "1"];
+    scratch.run(&[&formula[..], &table].concat()).refuses(&["points.csv:1", "`drop`", "static"]);
+}
+
+/// Laws that rise from 0 at rest have none; with the rest at the peak they are the law beyond it.
+#[test]
+fn a_smoothed_law_rests_at_its_peak() {
+    let scratch = Scratch::new();
+    let probe = |phi: &str, more: &[&str]| {
+        let line = ["probe", "--phi", phi, "--epsilon", "1"];
+        [&line[..], more].concat().into_iter().map(str::to_owned).collect::<Vec<_>>()
+    };
+    let ask = |line: &[String]| json(&scratch, &line.iter().map(String::as_str).collect::<Vec<_>>());
+    let point = ["--V", "0.5", "--c", "0.1"];
+    let rest = [&point[..], &["--rest", "peak"]].concat();
+    // A ramp that vanishes leaves the law itself: its width shifts c* at first order.
+    let smooth = ask(&probe("tanh(u/1e-3)*(0.6 + 0.4*exp(-u/0.5))", &rest));
+    let plain = ask(&probe("0.6 + 0.4*exp(-u/0.5)", &point));
+    near(&smooth["critical_c"]["value"], plain["critical_c"]["value"].as_f64().unwrap(), 1e-2);
+    assert_eq!(smooth["regime"], plain["regime"]);
+    // Bilbao's bow: 0.001 kg, 1,000 N/m, 0.5 N, 0.1 m/s, so that the velocity is in units of 0.5 m/s. The least
+    // velocity, beside that of a classical Runge-Kutta method in SI units.
+    let bow = ask(&probe(
+        "sqrt(200)*(0.5*u)*exp(-100*(0.5*u)^2 + 1/2)",
+        &["--V", "0.2", "--c", "0.01", "--rest", "peak"],
+    ));
+    near(&bow["attracting_cycle"]["x2"]["from"], -0.590695097 / 0.5, 1e-6);
+    let refused = |line: Vec<String>, parts: &[&str]| {
+        scratch.run(&line.iter().map(String::as_str).collect::<Vec<_>>()).refuses(parts);
+    };
+    refused(probe("tanh(u/0.01)", &point), &["vanishes at rest", "viscous contact", "--rest peak"]);
+    refused(probe("tanh(u/0.01)", &rest), &["does not rise from rest to a peak", "coulomb"]);
+    refused(probe("1 - 0.1*u", &rest), &["does not rise from rest to a peak", "leave out rest"]);
+    scratch.file("ramp.csv", "u,phi\n0,0\n0.01,0.5\n1,0.35\n10,0.35\n");
+    scratch.file("flat.csv", "u,phi\n0,0.5\n0.01,0.5\n1,0.35\n10,0.35\n");
+    let table = ["probe", "--epsilon", "1", "--V", "0.5", "--c", "0.1", "--table"];
+    scratch.run(&[&table[..], &["ramp.csv"]].concat()).refuses(&["ramp.csv:2", "vanishes at rest"]);
+    let [at_peak, flat] = [&["ramp.csv", "--rest", "peak"][..], &["flat.csv", "--static", "0.5"]]
+        .map(|more| json(&scratch, &[&table[..], more].concat()));
+    assert_eq!(at_peak["critical_c"], flat["critical_c"]);
+    let job = |more: &str| {
+        format!(
+            "[friction]\nlaw = \"expression\"\nphi = \"tanh(30*u)*(0.6 + 0.4*exp(-u))\"\n{more}\n\
+             [grid]\nepsilon = 1.0\nV = 0.5\nc = [0.1, 0.2]\n[output]\npath = \"peak.h5\"\n"
+        )
+    };
+    scratch.file("job.toml", job(""));
+    scratch.run(&["run", "job.toml"]).refuses(&["vanishes at rest", "rest = \"peak\""]);
+    scratch.file("job.toml", job("rest = \"peak\"\nstatic = 0.5"));
+    scratch.run(&["run", "job.toml"]).refuses(&["written twice"]);
+    scratch.file("job.toml", job("rest = \"peak\""));
+    scratch.run(&["run", "job.toml", "--quiet"]).ends_with(0);
+    scratch.run(&["check", "peak.h5"]).ends_with(0);
 }
 
 /// A map over the drop has the dampings and regimes of its points, and ends where there is none.

@@ -33,6 +33,6 @@ pub const TEST: Test = Test {
 };
 
 fn claim(column: &Column) -> Claim {
-    let Ok(first_order) = column.curve.first_order(column.belt_speed) else { return Claim::NOTHING };
+    let Ok(first_order) = column.first_order() else { return Claim::NOTHING };
     Claim { present_below: first_order.weakening_range.lo, ..Claim::NOTHING }
 }

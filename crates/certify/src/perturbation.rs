@@ -34,7 +34,7 @@ pub const TEST: Test = Test {
 };
 
 fn claim(column: &Column) -> Claim {
-    let Ok(first_order) = column.curve.first_order(column.belt_speed) else { return Claim::NOTHING };
+    let Ok(first_order) = column.first_order() else { return Claim::NOTHING };
     let edge = first_order.mean_weakening;
     Claim { present_below: edge, absent_above: edge, ..Claim::NOTHING }
 }

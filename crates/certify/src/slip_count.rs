@@ -366,7 +366,7 @@ mod tests {
     use slipmap_simulate::arc::{SlipTurn, turn};
 
     fn oscillators() -> Vec<Oscillator> {
-        let wavy = Law::Expression(Expression::new("1 - e*(u - a*sin(k*u)/k)", 1.0).unwrap());
+        let wavy = Law::Expression(Expression::new("1 - s*(u - a*sin(k*u)/k)", 1.0).unwrap());
         let at = |law: Law, parameters: &[f64], viscous, belt_speed| Oscillator {
             curve: law.curve(1.0, &LawParameters::new(parameters)),
             viscous,

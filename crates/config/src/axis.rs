@@ -8,21 +8,33 @@ const MOST_POINTS: i64 = 1_000_000;
 
 pub(super) const RANGE_KEYS: [&str; 4] = ["from", "to", "points", "spacing"];
 
+/// Reads a number, as [`Node::number`] or with a unit.
+pub(super) type Number<'a> = &'a dyn Fn(&Node) -> Result<f64, ConfigError>;
+
 pub(super) fn nodes(node: &Node) -> Result<Vec<f64>, ConfigError> {
     match node.shape() {
-        Shape::Number(value) => Ok(vec![value]),
+        Shape::Text => Err(node.wrong_kind(NODES)),
+        _ => nodes_by(node, &|node: &Node| node.number()),
+    }
+}
+
+/// What the nodes of an axis are.
+const NODES: &str = "a number, a list of numbers, or { from = 0.0, to = 1.0, points = 11 }";
+
+/// The nodes of an axis whose numbers `number` reads.
+pub(super) fn nodes_by(node: &Node, number: Number) -> Result<Vec<f64>, ConfigError> {
+    match node.shape() {
+        Shape::Number | Shape::Text => Ok(vec![number(node)?]),
         Shape::List(elements) if elements.is_empty() => {
             Err(node.error("the axis has no values", "give it at least one number"))
         }
-        Shape::List(elements) => elements.iter().map(Node::number).collect(),
+        Shape::List(elements) => elements.iter().map(number).collect(),
         Shape::Table(range) => {
             refuse_step(&range)?;
             super::refuse_unknown_keys(&range, &RANGE_KEYS)?;
-            nodes_of_range(node, &range)
+            nodes_of_range(node, &range, number)
         }
-        Shape::Other => {
-            Err(node.wrong_kind("a number, a list of numbers, or { from = 0.0, to = 1.0, points = 11 }"))
-        }
+        Shape::Other => Err(node.wrong_kind(NODES)),
     }
 }
 
@@ -41,14 +53,14 @@ fn refuse_step(range: &Section) -> Result<(), ConfigError> {
 }
 
 /// Reads `{ from, to, points, spacing }`; other keys are the caller's.
-pub(super) fn nodes_of_range(node: &Node, range: &Section) -> Result<Vec<f64>, ConfigError> {
+pub(super) fn nodes_of_range(node: &Node, range: &Section, number: Number) -> Result<Vec<f64>, ConfigError> {
     let required = |key: &str| {
         range.get(key).ok_or_else(|| {
             range.missing(key, "a range is written { from = 0.0, to = 1.0, points = 11 }".into())
         })
     };
     let (from_node, to_node, points_node) = (required("from")?, required("to")?, required("points")?);
-    let (from, to) = (from_node.number()?, to_node.number()?);
+    let (from, to) = (number(&from_node)?, number(&to_node)?);
     for (end, value) in [(&from_node, from), (&to_node, to)] {
         if !value.is_finite() {
             return Err(end.error("the ends of a range must be finite", "write a number"));

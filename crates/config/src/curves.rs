@@ -10,8 +10,8 @@ const PLANE_KEYS: [&str; 3] = ["x", "y", "at"];
 
 const EXAMPLE: &str = "{ x = \"V\", y = \"c\" }";
 
-/// Reads the planes; the axes of a machine may also be given by the names of its quantities.
-pub(super) fn read(section: &Section, grid: &Grid, of_machine: bool) -> Result<Vec<Plane>, ConfigError> {
+/// Reads the planes.
+pub(super) fn read(section: &Section, grid: &Grid) -> Result<Vec<Plane>, ConfigError> {
     let Some(node) = section.get("planes") else {
         return match section.is_present() {
             true => {
@@ -30,7 +30,7 @@ pub(super) fn read(section: &Section, grid: &Grid, of_machine: bool) -> Result<V
         let Shape::Table(table) = element.shape() else {
             return Err(element.wrong_kind(&format!("a plane such as {EXAMPLE}")));
         };
-        let plane = plane(&table, grid, of_machine)?;
+        let plane = plane(&table, grid)?;
         if planes.iter().any(|other| *other == plane || *other == plane.turned()) {
             return Err(element.error("this plane is named twice", "take out the repetition"));
         }
@@ -39,13 +39,15 @@ pub(super) fn read(section: &Section, grid: &Grid, of_machine: bool) -> Result<V
     Ok(planes)
 }
 
-fn plane(table: &Section, grid: &Grid, of_machine: bool) -> Result<Plane, ConfigError> {
+fn plane(table: &Section, grid: &Grid) -> Result<Plane, ConfigError> {
     refuse_unknown_keys(table, &PLANE_KEYS)?;
     let axes = grid.axes();
-    let mut names: Vec<_> = Grid::axis_names(grid.law()).into_iter().zip(0..).collect();
-    if of_machine {
-        names.extend([("belt_speed", axes.len() - 2), ("damping", axes.len() - 1)]);
-    }
+    let known = match grid.machine() {
+        Some(machine) => machine.quantities().into_iter().map(|(name, _)| name).collect(),
+        None => Grid::axis_names(grid.law()),
+    };
+    let place = |name: &'static str| Some((name, axes.iter().position(|axis| axis.name == name)?));
+    let names: Vec<(&str, usize)> = known.into_iter().filter_map(place).collect();
     let shown = |key: &str| {
         let node =
             table.get(key).ok_or_else(|| table.missing(key, format!("a plane is written {EXAMPLE}")))?;
@@ -64,7 +66,7 @@ fn plane(table: &Section, grid: &Grid, of_machine: bool) -> Result<Plane, Config
     let at = table.section("at")?;
     for key in at.keys() {
         let known: Vec<&str> = names.iter().map(|(name, _)| *name).collect();
-        let Some(axis) = known.iter().position(|name| *name == key) else {
+        let Some(&(_, axis)) = names.iter().find(|(name, _)| *name == key) else {
             return Err(at.unknown(&key, nearest("axis", &key, &known)));
         };
         if axis == x || axis == y {

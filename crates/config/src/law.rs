@@ -1,19 +1,16 @@
 //! The friction law of a configuration.
 
-use std::io::Read as _;
 use std::path::Path;
 
-use super::points::SEPARATE;
-use super::source::{ConfigError, Node, Section, decimal_comma, is_utf_16};
-use super::units::{Match, Wanted, bracketed, compare, conversion, in_words};
-use super::{choice, nearest};
-use slipmap_map::machine::{Dimension, Motion};
+use super::measured::{Level, Measured, OfMachine};
+use super::source::{ConfigError, Node, Section};
+use super::{choice, fitted, nearest};
+use slipmap_map::machine::{Friction, Motion};
 use slipmap_map::map::{AxisRole, Grid, unravel};
-use slipmap_model::friction::readings::means;
-use slipmap_model::friction::{Expression, ExpressionError, Law, Table};
+use slipmap_model::friction::{Expression, ExpressionError, Law};
 use slipmap_model::point::MAX_LAW_PARAMETERS;
 
-pub(super) const KEYS: [&str; 6] = ["law", "phi", "static", "file", "quantity", "small"];
+pub(super) const KEYS: [&str; 8] = ["law", "phi", "static", "rest", "file", "quantity", "small", fitted::KEY];
 
 /// The units of a law's numbers.
 #[derive(Clone, Copy, PartialEq)]
@@ -40,6 +37,7 @@ pub(super) fn read(section: &Section, folder: &Path, about: About) -> Result<Law
         (_, Some(node)) => static_level(&node).map(Some),
     };
     let built_in = |name: &str| Law::BUILT_IN.into_iter().find(|law| law.name() == name);
+    let at_peak = rests_at_peak(section, about)?;
     let node = section.get("law");
     let name = node.as_ref().map_or(Ok(Law::Stribeck.name()), Node::text)?;
     let law = match (name, built_in(name)) {
@@ -57,7 +55,11 @@ pub(super) fn read(section: &Section, folder: &Path, about: About) -> Result<Law
                 Some(level) => Expression::with_static(phi.text()?, level),
                 None => Expression::new(phi.text()?, 1.0),
             };
-            Law::Expression(law.map_err(|error| at_formula(&phi, &error))?)
+            let law = law.map_err(|error| at_formula(&phi, &error))?;
+            match at_peak {
+                true => Law::Function(law.with_rest_at_peak().map_err(|error| at_formula(&phi, &error))?),
+                false => Law::Expression(law),
+            }
         }
         ("table", None) => {
             let remedy = match about {
@@ -71,14 +73,17 @@ pub(super) fn read(section: &Section, folder: &Path, about: About) -> Result<Law
             let path = folder.join(file.text()?);
             let machine = match about {
                 About::Oscillator => None,
-                About::Machine(motion) => Some(OfMachine { motion, forces: holds_forces(section)? }),
+                About::Machine(motion) => {
+                    Some(OfMachine { motion: Some(motion), forces: quantity(section)? })
+                }
             };
             let level = match (level()?, about) {
                 (Some(level), _) => Level::Given(level),
+                (None, _) if at_peak => Level::Peak,
                 (None, About::Machine(_)) => Level::First,
                 (None, About::Oscillator) => Level::One,
             };
-            let table = table_of(&path, level, machine);
+            let table = Measured::read(&path, machine).and_then(|measured| measured.table(level));
             Law::Table(table.map_err(|(problem, remedy)| file.error(&problem, remedy))?)
         }
         (_, None) => {
@@ -88,16 +93,20 @@ pub(super) fn read(section: &Section, folder: &Path, about: About) -> Result<Law
         }
     };
     if let (About::Oscillator, Some(node)) = (about, section.get("quantity")) {
-        let problem = "only the table of a machine holds coefficients or forces";
+        let problem = "only the friction of a machine is a coefficient or a force";
         return Err(node.error(problem, "leave it out: phi is friction in units of that at rest"));
     }
+    fitted::check(section, &law)?;
+    let of_formula = law.name() == "expression";
     for (key, of) in [("phi", "expression"), ("file", "table"), ("quantity", "table")] {
-        if let (true, Some(node)) = (law.name() != of, section.get(key)) {
+        let belongs = name == of || key == "quantity" && of_formula;
+        if let (false, Some(node)) = (belongs, section.get(key)) {
             let problem = format!("the law `{}` has no {key}", law.name());
             return Err(node.error(&problem, format!("leave it out, or set law = \"{of}\"")));
         }
     }
-    if let (Some(law), Some(node)) = (built_in(law.name()), section.get("static")) {
+    let rest = section.get("static").or_else(|| section.get("rest"));
+    if let (Some(law), Some(node)) = (built_in(law.name()), rest) {
         let problem = format!("friction at rest is 1 already in the law `{}`", law.name());
         return Err(
             node.error(&problem, "leave it out; where friction drops as slip begins, write [grid] drop")
@@ -109,6 +118,26 @@ pub(super) fn read(section: &Section, folder: &Path, about: About) -> Result<Law
         Some(node) => {
             let remedy = "write small = \"eps\" to read the law as 1 + eps F(u), or leave it out";
             Err(node.error("the small parameter of a law can be eps only", remedy))
+        }
+    }
+}
+
+/// Whether `rest = "peak"` is there: the law beyond its first peak, with the peak as friction at rest.
+fn rests_at_peak(section: &Section, about: About) -> Result<bool, ConfigError> {
+    let Some(node) = section.get("rest") else { return Ok(false) };
+    if node.text()? != "peak" {
+        return Err(node.error("rest can be peak only", "write the friction at rest as static"));
+    }
+    if section.get("static").is_some() {
+        return Err(
+            node.error("friction at rest is written twice: here, and as static", "leave one of them out")
+        );
+    }
+    match about {
+        About::Oscillator => Ok(true),
+        About::Machine(_) => {
+            let remedy = "write the peak as the friction at rest: static, with the law of slip beyond it";
+            Err(node.error("the friction of a machine has no rest at a peak", remedy))
         }
     }
 }
@@ -128,10 +157,18 @@ pub(super) fn with_axes(law: Law, friction: &Section, axes: &Section) -> Result<
     Err(node.error(&problem, "write some of them as numbers, or the drop as static in [friction]"))
 }
 
-/// Whether the table of a machine holds forces instead of coefficients.
-pub(super) fn holds_forces(section: &Section) -> Result<bool, ConfigError> {
+/// Whether the friction of a machine is said to be a force or a coefficient.
+fn quantity(section: &Section) -> Result<Option<bool>, ConfigError> {
     let quantities = [("coefficient", false), ("force", true)];
-    section.get_or("quantity", false, |node| choice(node, &quantities, "quantity"))
+    section.get("quantity").map(|node| choice(&node, &quantities, "quantity")).transpose()
+}
+
+/// Whether the law of a machine holds forces instead of coefficients.
+pub(super) fn holds_forces(section: &Section, law: &Law) -> Result<bool, ConfigError> {
+    match law.as_written() {
+        Law::Table(table) => Ok(table.source().forces),
+        _ => Ok(quantity(section)? == Some(true)),
+    }
 }
 
 fn static_level(node: &Node) -> Result<f64, ConfigError> {
@@ -168,282 +205,6 @@ pub fn point_into(text: &str, error: &ExpressionError) -> String {
     format!("{}\n    {before}{quoted}{after}\n    {indent}{}", error.problem, "^".repeat(to - error.from))
 }
 
-/// Largest ratio of two readings at rest that are averaged. While it sticks, the friction is what the spring
-/// pulls: a record of that is no friction law.
-const WIDEST_AT_REST: f64 = 2.0;
-
-/// Largest size in bytes of the file of a measured law.
-const LONGEST_TABLE: u64 = 16 << 20;
-
-/// Reads a measured law: two columns, slip speed and friction, and optionally a third with the standard
-/// errors of the friction; with or without a header. Rows of one slip speed without standard errors are
-/// averaged.
-///
-/// # Errors
-/// The problem with its line, and a remedy.
-pub fn read_table(path: &Path, static_level: Option<f64>) -> Result<Table, (String, String)> {
-    table_of(path, static_level.map_or(Level::One, Level::Given), None)
-}
-
-/// The friction at rest of a table.
-#[derive(Clone, Copy, Debug)]
-pub enum Level {
-    /// 1, or the larger of two rows at slip speed 0.
-    One,
-    /// That of the first row, or the larger of two rows at slip speed 0.
-    First,
-    /// A given one, at least that of the first row.
-    Given(f64),
-}
-
-/// What the table of a machine holds, in SI units.
-#[derive(Clone, Copy, Debug)]
-pub struct OfMachine {
-    /// Whether the machine moves along a line or turns.
-    pub motion: Motion,
-    /// Whether it holds forces (of a rotation torques) instead of coefficients.
-    pub forces: bool,
-}
-
-/// Reads a measured law as [`read_table`] does.
-fn table_of(path: &Path, level: Level, machine: Option<OfMachine>) -> Result<Table, (String, String)> {
-    let name = path.display();
-    let fail = |problem: String, remedy: &str| Err((problem, remedy.to_owned()));
-    let mut bytes = Vec::new();
-    // The length is limited because some files never end.
-    let read =
-        std::fs::File::open(path).and_then(|open| open.take(LONGEST_TABLE + 1).read_to_end(&mut bytes));
-    if let Err(error) = read {
-        return fail(format!("{name} cannot be read: {error}"), "check the path");
-    }
-    if is_utf_16(&bytes) {
-        return fail(format!("{name} is written in UTF-16"), "save it as UTF-8");
-    }
-    let Ok(text) = String::from_utf8(bytes) else {
-        return fail(format!("{name} cannot be read: it is not text in UTF-8"), "name a CSV file");
-    };
-    if text.len() as u64 > LONGEST_TABLE {
-        let problem = format!("{name} is longer than {} MiB, and no measured friction", LONGEST_TABLE >> 20);
-        return fail(problem, "name a CSV file with the columns slip speed and friction");
-    }
-    table_of_text(&name.to_string(), &text, level, machine)
-}
-
-/// Reads a measured law as [`read_table`] does, from the text of a file of this `name`. Two rows at slip speed
-/// 0, where no other speed is repeated, are the two coefficients: the larger one is the friction at rest, and
-/// friction in slip begins at the smaller one. Other repeated rows are readings, and averaged. The header of
-/// the table of a machine must name no units but those in which it is read.
-pub fn table_of_text(
-    name: &str,
-    text: &str,
-    level: Level,
-    machine: Option<OfMachine>,
-) -> Result<Table, (String, String)> {
-    let fail = |problem: String, remedy: &str| Err((problem, remedy.to_owned()));
-    let text = text.trim_start_matches('\u{feff}');
-    let mut reader = csv::ReaderBuilder::new()
-        .has_headers(false)
-        .comment(Some(b'#'))
-        .trim(csv::Trim::All)
-        .flexible(true)
-        .from_reader(text.as_bytes());
-    let is_skipped = |line: &str| line.trim_matches(['\r', '\n']).is_empty() || line.starts_with('#');
-    let (mut data, mut errors) = (Vec::new(), Vec::new());
-    let (mut lines, mut headers) = (Vec::new(), Vec::new());
-    for record in reader.records() {
-        let Ok(record) = record else {
-            return fail(format!("{name} is not a CSV file"), "write two columns separated by commas");
-        };
-        // The reader's position is before the empty lines and comments that precede the record.
-        let before =
-            text.get(..record.position().map_or(0, |place| place.byte() as usize)).unwrap_or_default();
-        let skipped = text[before.len()..].split_inclusive('\n').take_while(|line| is_skipped(line)).count();
-        let line = before.matches('\n').count() + skipped + 1;
-        let numbers: Vec<Option<f64>> = record.iter().map(|field| field.parse().ok()).collect();
-        match numbers.as_slice() {
-            // It is ambiguous which column is the friction.
-            [Some(_), Some(_), Some(_), more @ ..] if more.iter().any(Option::is_some) => {
-                let problem = format!("{name}:{line}: there are more than three columns of numbers");
-                return fail(
-                    problem,
-                    "leave slip speed, friction and, if it is known, the standard error of the friction",
-                );
-            }
-            // Text in a third column is not a standard error.
-            [Some(u), Some(phi)] | [Some(u), Some(phi), None, ..] if errors.is_empty() => {
-                data.push((*u, *phi));
-                lines.push(line);
-            }
-            [Some(u), Some(phi), Some(error), ..] if errors.len() == data.len() => {
-                data.push((*u, *phi));
-                errors.push(*error);
-                lines.push(line);
-            }
-            [Some(_), Some(_), ..] => {
-                let problem =
-                    format!("{name}:{line}: the third column holds standard errors, but not in every row");
-                return fail(problem, "give one in every row, in the units of the friction, or none");
-            }
-            [None, None, ..] if data.is_empty() => headers.push((line, record)),
-            _ => {
-                let row: Vec<&str> = record.iter().collect();
-                let problem = format!("{name}:{line}: `{}` is not a pair of numbers", row.join(","));
-                let foreign =
-                    row.iter().any(|field| field.contains([';', '\t']) || decimal_comma(field).is_some());
-                let remedy =
-                    if foreign { SEPARATE } else { "write slip speed and friction, separated by a comma" };
-                return fail(problem, remedy);
-            }
-        }
-    }
-    if let Some(machine) = machine {
-        let columns = if errors.is_empty() { 2 } else { 3 };
-        for (line, header) in &headers {
-            let checked = header.iter().take(columns).enumerate();
-            for (column, field) in checked {
-                check_unit(field, column, machine)
-                    .map_err(|(problem, remedy)| (format!("{name}:{line}: {problem}"), remedy))?;
-            }
-        }
-    }
-    let read = data.len();
-    let mut level = level;
-    let repeated = data.windows(2).filter(|rows| rows[0].0 == rows[1].0).count();
-    if let ([(first, one), (second, other), ..], 1) = (&data[..], repeated)
-        && *first == 0.0
-        && *second == 0.0
-        && one != other
-    {
-        if let Level::Given(_) = level {
-            let problem =
-                format!("{name}:{}: friction at rest is written twice: here, and as static", lines[0]);
-            return fail(problem, "leave out static, or the larger of the two rows at slip speed 0");
-        }
-        let held = if one > other { 0 } else { 1 };
-        level = Level::Given(data[held].1);
-        data.remove(held);
-        lines.remove(held);
-        if !errors.is_empty() {
-            errors.remove(held);
-        }
-    }
-    if errors.is_empty() {
-        let at_rest = || data.iter().take_while(|(u, _)| *u == 0.0).map(|(_, friction)| *friction);
-        let [least, most] = [f64::min, f64::max].map(|of| at_rest().reduce(of).unwrap_or(0.0));
-        if least < most && most > WIDEST_AT_REST * least {
-            let line = lines.first().map_or(1, |line| *line);
-            let problem = format!("{name}:{line}: the friction at slip speed 0 goes from {least} to {most}");
-            return fail(problem, "write the one at which it breaks loose, in one row");
-        }
-        if let Some(means) = means(&data) {
-            lines = means.first.into_iter().map(|row| lines[row]).collect();
-            (data, errors) = (means.data, means.standard_errors.unwrap_or_default());
-        }
-    } else {
-        let third = headers.iter().filter_map(|(line, header)| Some((line, header.get(2)?)));
-        if let Some((line, field)) = third.into_iter().find(|(_, field)| is_deviation(field)) {
-            let problem = format!(
-                "{name}:{line}: the header calls the third column `{field}`, a standard deviation, but standard errors \
-                 are read"
-            );
-            return fail(
-                problem,
-                "divide it by the square root of the number of readings in each row, and call it `se`; if each row is \
-                 one reading, call it `se`",
-            );
-        }
-    }
-    let first = data.first().map_or(1.0, |(_, friction): &(f64, f64)| *friction);
-    if !(first > 0.0) && !matches!(level, Level::One) {
-        let line = lines.first().map_or(1, |line| *line);
-        let problem = format!("{name}:{line}: the friction at rest is {first}");
-        return fail(problem, "begin with the friction at slip speed 0, greater than 0");
-    }
-    let table = match level {
-        Level::One => Table::new(name, &data, 1.0),
-        Level::First => Table::new(name, &data, first),
-        Level::Given(level) => Table::with_static(name, &data, level),
-    };
-    let table = table
-        .and_then(|table| if errors.is_empty() { Ok(table) } else { table.with_standard_errors(&errors) })
-        .map(|table| table.with_rows(&lines, read));
-    table.map_err(|error| {
-        let line = error.row.and_then(|row| lines.get(row)).map_or(String::new(), |line| format!(":{line}"));
-        (format!("{name}{line}: {}", error.problem), error.remedy)
-    })
-}
-
-/// Whether the header of the third column says that it holds standard deviations, not standard errors.
-fn is_deviation(field: &str) -> bool {
-    let text = field.to_lowercase();
-    let is_word = |of: &[&str]| text.split(|c: char| !c.is_alphanumeric()).any(|word| of.contains(&word));
-    let is_error = text.contains("err") || text.contains("mean") || is_word(&["se", "sem"]);
-    !is_error && (text.contains("deviation") || is_word(&["sd", "std", "stdev", "stddev"]))
-}
-
-/// Refuses a field of the header of a machine's table that names another unit than that of its column.
-fn check_unit(field: &str, column: usize, machine: OfMachine) -> Result<(), (String, String)> {
-    let OfMachine { motion, forces } = machine;
-    let (what, wanted) = match (column, forces) {
-        (0, _) => ("slip speeds", Wanted::Si(motion, Dimension::Velocity)),
-        (1, true) => ("the friction", Wanted::Si(motion, Dimension::Force)),
-        (1, false) => ("the friction", Wanted::Number),
-        (_, true) => ("the standard errors", Wanted::Si(motion, Dimension::Force)),
-        (_, false) => ("the standard errors", Wanted::Number),
-    };
-    let said = match bracketed(field) {
-        Some((before, inside)) if is_remark(field, before, inside) => in_words(before, wanted),
-        Some((_, inside)) => Some(inside.to_owned()),
-        None => in_words(field, wanted),
-    };
-    let Some(unit) = said else { return Ok(()) };
-    let read = match wanted {
-        Wanted::Si(..) => format!("are read in {}", wanted.name()),
-        Wanted::Number => "are read as coefficients, without a unit".to_owned(),
-    };
-    let read = if what == "the friction" { read.replacen("are", "is", 1) } else { read };
-    let is = if what == "the friction" { "is" } else { "are" };
-    let remedy = match compare(&unit, wanted) {
-        Match::Same => return Ok(()),
-        Match::Factor(factor) => {
-            let conversion = conversion(&unit, factor, wanted);
-            format!("{what} {read}, and {conversion}; multiply them by that, or correct the header")
-        }
-        Match::Other if column > 0 && forces => {
-            format!(
-                "{what} {read}; correct the header, or leave out quantity = \"force\" if it is a coefficient"
-            )
-        }
-        Match::Other if column > 0 => {
-            let force = motion.unit(Dimension::Force);
-            format!("{what} {read}; correct the header, or write quantity = \"force\" if it is in {force}")
-        }
-        Match::Other => format!("{what} {read}; convert them, or correct the header"),
-        Match::Unknown => {
-            let remedy = format!("{what} {read}; convert them, or correct the header");
-            return Err((
-                format!("the header says `{field}`, and `{unit}` is no unit that is known"),
-                remedy,
-            ));
-        }
-    };
-    Err((format!("the header says that {what} {is} in {unit}"), remedy))
-}
-
-/// Whether the text in brackets is not a unit but a remark, as in `speed (relative)`, or the variable of a
-/// function, as in `mu(v)`.
-fn is_remark(field: &str, before: &str, inside: &str) -> bool {
-    let round = field.trim_end().ends_with(')');
-    let is_known = !matches!(compare(inside, Wanted::Number), Match::Unknown);
-    let words = || inside.split_whitespace();
-    let is_prose = inside.chars().all(|c| c.is_alphabetic() || c == ' ')
-        && words().any(|word| word.chars().count() > 3)
-        && !words().any(|word| word == "per");
-    let is_variable =
-        inside.chars().count() == 1 && field.trim_end().len() == before.len() + inside.len() + 2;
-    round && !is_known && (is_prose || is_variable)
-}
-
 /// Refuses symbols in a formula for which no axis gives a value.
 pub(super) fn check_symbols(law: &Law, friction: &Section, grid: &Section) -> Result<(), ConfigError> {
     let (Law::Expression(law), Some(phi)) = (law.as_written(), friction.get("phi")) else { return Ok(()) };
@@ -455,7 +216,7 @@ pub(super) fn check_symbols(law: &Law, friction: &Section, grid: &Section) -> Re
                 to,
                 problem: format!("unknown symbol `{}`: no axis gives it a value", parameter.name),
                 remedy: format!(
-                    "if it is a parameter, write {} = 1.0 (or a range) in [grid]; the variables are u and eps",
+                    "if it is a parameter, write {} = 1.0 (or a range) in [grid]; the variables are u (or v) and eps",
                     parameter.name
                 ),
             };
@@ -478,8 +239,20 @@ pub(super) fn check_range(friction: &Section, grid: &Grid) -> Result<(), ConfigE
             for i in 0..checked {
                 // Evenly from the first column to the last.
                 let column = if checked > 1 { i * (columns - 1) / (checked - 1) } else { 0 };
-                let point = grid.point(&unravel(column * grid.dampings().len(), &shape));
-                law.check(point.epsilon, &point.law, fastest).map_err(|error| at_formula(&phi, &error))?;
+                let values = grid.values(&unravel(column * grid.dampings().len(), &shape));
+                let checked = match grid.machine_at(&values).map(|machine| machine.friction) {
+                    // Divided by its value at rest.
+                    Some(friction @ Friction::Formula(_, parameters)) => {
+                        Expression::with_static(law.text(), friction.at_rest())
+                            .and_then(|law| law.check(1.0, &parameters, fastest))
+                    }
+                    Some(_) => Ok(()),
+                    None => {
+                        let point = grid.point(&unravel(column * grid.dampings().len(), &shape));
+                        law.check(point.epsilon, &point.law, fastest)
+                    }
+                };
+                checked.map_err(|error| at_formula(&phi, &error))?;
             }
             Ok(())
         }

@@ -7,7 +7,9 @@
 //! phi = "mu + (1 - mu)*exp(-u/vs)"     # of law = "expression": u, eps, and names that become axes
 //! file = "measured.csv"                # of law = "table": slip speed and friction; seen from this file
 //! static = 1.0                         # friction at rest of these two, which divides them, at least that in slip at u -> 0
-//! quantity = "coefficient"             # default; or force: what the table of a machine holds
+//! rest = "peak"                        # of these two: friction at rest is the first peak, for laws that rise from 0
+//! quantity = "coefficient"             # default; or force: what the table or the formula of a machine is
+//! fit = { F_k = 700.0, covariance = [[25.0]] } # values of the names in phi with their covariance: `slipmap fit`
 //! small = "eps"                        # reads the law as 1 + eps F(u), so that `perturbation` answers for any law
 //! [grid]                               # every axis of the law; a number, a list, or a range
 //! epsilon = [0.01, 0.1]
@@ -15,10 +17,11 @@
 //! gamma = { from = 0.1, to = 10.0, points = 32, spacing = "log" }
 //! # beta, V and c likewise
 //! [machine]                            # instead of [grid]: SI units, see [`slipmap_map::machine`]
-//! mass = { value = 2.0, sd = 0.1 }     # also stiffness, normal_force; any of them may be uncertain, { min, max } too;
-//! belt_speed = { from = 0.05, to = 1.0, points = 40 } # belt_speed and damping may be lists or ranges;
-//! damping = [2.0, 5.0, 10.0]           # static_friction, kinetic_friction, stribeck_velocity and strengthening
-//!                                      # (default 0) of the first three laws; the names in a formula
+//! mass = { value = 2.0, sd = 0.1 }     # also stiffness, normal_force, damping; static_friction, kinetic_friction,
+//! belt_speed = { from = 0.05, to = 1.0, points = 40 } # stribeck_velocity and strengthening (default 0) of the
+//! damping = [2.0, 5.0, 10.0]           # built-in laws; the names in a formula; each of them a number, a list, a
+//!                                      # range or uncertain, { min, max } too; "20 rpm" for a number in another
+//!                                      # unit
 //! [methods]
 //! run = ["perturbation", "simulation"] # default: all but smoothed, stick_band, fixed_step, event_step
 //! [naive]                              # choices of these four, see [`NaiveKnobs`]
@@ -42,7 +45,8 @@
 //! [output]
 //! path = "results/name.h5"             # default: results/<name of the file>.h5
 //! fields = ["verdict"]                 # default; also: margin, critical_c, regime, landing, cycle, basin,
-//!                                      # epsilon_limit
+//!                                      # epsilon_limit, sensitivity; of a machine critical_damping for critical_c,
+//!                                      # and that and regime by default
 //! compression = 4                      # default
 //! [work_precision]                     # for `slipmap work-precision` alone
 //! cells = 1024                         # default
@@ -56,8 +60,10 @@
 
 mod axis;
 mod curves;
+mod fitted;
 mod law;
 mod machine;
+mod measured;
 mod points;
 mod source;
 mod units;
@@ -65,18 +71,18 @@ mod units;
 use std::path::{Path, PathBuf};
 
 pub use axis::range_nodes;
-pub use law::{Level, OfMachine, table_of_text};
-pub use law::{point_into, read_table};
-pub use machine::keys as machine_keys;
+pub use law::point_into;
+
 pub use machine::{MachineJob, check_names, load_machine};
+pub use measured::{Level, Measured, OfMachine, Reading, read_table, words_of};
 pub use points::PointTable;
 pub use points::point_of;
 pub use source::ConfigError;
 pub use source::decimal_comma;
 use source::{Node, Section, Source};
+pub use units::has_unit;
 
 use slipmap_certify::validated;
-use slipmap_map::machine::Machine;
 use slipmap_map::map::{
     DEFAULT_AUDIT_CELLS, DEFAULT_COMPRESSION, DEFAULT_PROOF_BOXES, DEFAULT_TOLERANCE, Engine, Field, Grid,
     GridError, MOST_AUDIT_CELLS, Method, Plan, TOLERANCES,
@@ -92,10 +98,10 @@ pub struct Job {
     pub plan: Plan,
     /// Title of the map.
     pub title: String,
-    /// The machine of the grid, at its first belt speed and damping.
-    pub machine: Option<Machine>,
     /// The uncertain quantities.
     pub uncertain: Vec<Uncertain>,
+    /// What units in the file are in SI: "1 rpm is 0.10472 rad/s".
+    pub conversions: Vec<String>,
     /// The configuration file.
     pub config_file: PathBuf,
     /// The text of the configuration, overrides applied.
@@ -158,7 +164,10 @@ impl Job {
             false => law::About::Oscillator,
         };
         let law = law::read(&friction, folder, about)?;
-        let law = if alone { law } else { law::with_axes(law, &friction, &axes)? };
+        let law = match alone {
+            true => machine::with_exponent(law, &machine),
+            false => law::with_axes(law, &friction, &axes)?,
+        };
         if !alone {
             law::check_symbols(&law, &friction, &axes)?;
         }
@@ -167,13 +176,15 @@ impl Job {
         let stem = file.file_stem().map_or_else(|| "map".into(), |stem| stem.to_string_lossy().into_owned());
         let title = root.get_or("title", stem.clone(), |node| Ok(line(node)?.to_owned()))?;
 
-        let (grid, machine, uncertain) = if alone {
+        let (grid, uncertain, conversions) = if alone {
             let job = machine::read(&machine, &friction, &law)?;
-            (machine::grid(&machine, &job)?, Some(job.machine), job.uncertain)
+            let grid = machine::grid(&machine, &job)?;
+            law::check_range(&friction, &grid)?;
+            (grid, job.uncertain, job.conversions)
         } else {
             let grid = grid(&axes, &law)?;
             law::check_range(&friction, &grid)?;
-            (grid, None, Vec::new())
+            (grid, Vec::new(), Vec::new())
         };
 
         let methods = root.section("methods")?.get_or("run", Method::usual().collect(), |node| {
@@ -217,10 +228,12 @@ impl Job {
         let output = root.section("output")?;
         let path = output.get_or("path", Path::new("results").join(format!("{stem}.h5")), output_path)?;
         let simulated = methods.contains(&Method::Simulation);
-        let fields = output.get_or("fields", Vec::new(), |node| fields(node, simulated))?;
+        // A machine's map shows what it does.
+        let usual = if alone && simulated { vec![Field::CriticalC, Field::Regime] } else { Vec::new() };
+        let fields = output.get_or("fields", usual, |node| fields(node, simulated, alone))?;
         let compression = output.get_or("compression", DEFAULT_COMPRESSION, |node| node.integer(0, 9))?;
 
-        let planes = curves::read(&root.section("curves")?, &grid, alone)?;
+        let planes = curves::read(&root.section("curves")?, &grid)?;
         let work_precision = work_precision(&root.section("work_precision")?)?;
 
         let plan = Plan::builder(grid)
@@ -238,8 +251,8 @@ impl Job {
         Ok(Job {
             plan,
             title,
-            machine,
             uncertain,
+            conversions,
             config_file: source.file.clone(),
             config_text: source.text(),
             output: path,
@@ -385,8 +398,10 @@ fn grid_error(error: &GridError, names: &[&str], nodes: &[(Vec<f64>, Node)]) -> 
                 false => report(at, &format!("{next} follows {previous}"), "sort the list: axes increase"),
             }
         }
-        // One list was made per axis of the law.
-        GridError::AxisCount { .. } => unreachable!("{error}"),
+        // One list was made per axis of the law, which is none of a machine.
+        GridError::AxisCount { .. } | GridError::NoQuantity(_) | GridError::Machine { .. } => {
+            unreachable!("{error}")
+        }
         GridError::TooLarge => {
             let sizes: Vec<String> =
                 names.iter().zip(nodes).map(|(name, (v, _))| format!("{name} {}", v.len())).collect();
@@ -488,8 +503,8 @@ fn output_path(node: &Node) -> Result<PathBuf, ConfigError> {
     Ok(path.to_owned())
 }
 
-fn fields(node: &Node, simulated: bool) -> Result<Vec<Field>, ConfigError> {
-    let chosen = choices(node, &Field::ALL.map(|field| (field.name(), field)), "field")?;
+fn fields(node: &Node, simulated: bool, of_machine: bool) -> Result<Vec<Field>, ConfigError> {
+    let chosen = choices(node, &Field::ALL.map(|field| (field.name_for(of_machine), field)), "field")?;
     let needs_flow = chosen.iter().find(|field| field.needs_flow());
     if let (false, Some(field)) = (simulated, needs_flow) {
         return Err(node.error(

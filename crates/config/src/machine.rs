@@ -1,73 +1,61 @@
 //! The machine of a configuration, in SI units; replaces `[grid]`.
 
+use std::cell::RefCell;
+use std::fmt::Debug;
 use std::path::Path;
 
 use super::law::{About, at_formula};
 use super::source::{ConfigError, Node, Section, Shape, Source};
-use super::{axis, choice, law, nearest, refuse_unknown_keys};
+use super::units::{Match, Wanted, compare, conversion, converted, with_unit};
+use super::{axis, choice, fitted, law, nearest, refuse_unknown_keys};
 use slipmap_map::machine::{
-    Coefficients, Dimension, Friction, INERTIA, MASS, Machine, Model, Motion, requirement,
+    AREA, BELT_SPEED, Coefficients, DAMPING, DAMPING_RATIO, Dimension, FREQUENCY, Friction, Given, INERTIA,
+    MASS, Machine, Motion, NORMAL_FORCE, PRESSURE, RADIUS, requirement, unit,
 };
 use slipmap_map::map::Grid;
 use slipmap_map::risk::{Spread, Uncertain};
 use slipmap_model::friction::{Expression, ExpressionError, Law, Table};
 use slipmap_model::point::LawParameters;
 
-/// A machine with the belt speeds and damping coefficients of a grid.
+/// A machine, of which any quantities may vary.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MachineJob {
-    /// The machine at the first belt speed and damping.
+    /// The machine at the first value of every quantity.
     pub machine: Machine,
-    /// Whether its law is read as 1 + eps F(u).
-    pub(crate) small: bool,
-    /// Belt speeds, m/s.
-    pub belt_speeds: Vec<f64>,
-    /// Damping coefficients, N s/m.
-    pub dampings: Vec<f64>,
+    /// The quantities with several values: increasing, in SI units.
+    pub varied: Vec<(&'static str, Vec<f64>)>,
     /// The uncertain quantities and their distributions.
     pub uncertain: Vec<Uncertain>,
+    /// What units in the file are in SI: "1 rpm is 0.10472 rad/s".
+    pub conversions: Vec<String>,
     /// The title of its page.
     pub title: Option<String>,
 }
 
-impl MachineJob {
-    /// The dimensionless oscillator of `machine`, with its law read as 1 + eps F(u) if `small` is set.
-    ///
-    /// `None` where [`Machine::model`] returns `None`.
-    pub fn model_of(&self, machine: &Machine) -> Option<Model> {
-        let Model { law, point, si } = machine.model()?;
-        Some(Model { law: if self.small { law.read_as_small() } else { law }, point, si })
-    }
+/// The keys of `[machine]` under `law`: the motion and the quantities, if those that `is_given` stand in place of
+/// others.
+pub fn keys(law: &Law, is_given: impl Fn(&str) -> bool) -> Vec<&'static str> {
+    std::iter::once("motion").chain(Machine::names(law, is_given)).collect()
 }
 
-/// The keys of `[machine]` before those of its friction.
-const BEFORE: [&str; 5] = ["motion", "mass", "stiffness", "damping", "normal_force"];
-/// The keys of `[machine]` after those of its friction.
-const AFTER: &str = "belt_speed";
-
-/// The keys of `[machine]` under `law`: the motion and the quantities.
-pub fn keys(law: &Law) -> Vec<&'static str> {
-    let mut keys = BEFORE.to_vec();
-    match law.as_written() {
-        Law::Expression(formula) => keys.extend(formula.parameters().iter().map(|parameter| parameter.name)),
-        Law::Table(_) => {}
-        law => keys.extend(Coefficients::names(law)),
-    }
-    keys.push(AFTER);
-    keys
-}
-
-/// The keys of [`keys`], and `inertia`, the other name of the mass.
+/// All keys that `[machine]` may have: those of [`keys`], what may stand in their place, and `inertia`, the other name
+/// of the mass.
 pub(super) fn known_keys(law: &Law) -> Vec<&'static str> {
-    keys(law).into_iter().chain([INERTIA]).collect()
+    let keys = keys(&law.clone().with_exponent(), |_| false).into_iter();
+    keys.chain(Given::NAMES).chain([INERTIA]).collect()
+}
+
+/// The law with the parameter `exponent`, if the machine has it.
+pub(super) fn with_exponent(law: Law, section: &Section) -> Law {
+    if section.get(Coefficients::EXPONENT).is_some() { law.with_exponent() } else { law }
 }
 
 /// Refuses a formula that uses the name of a quantity of the machine.
 pub fn check_names(formula: &Expression) -> Result<(), ExpressionError> {
     let mut names = formula.parameters().iter().map(|parameter| parameter.name);
-    let Some(name) = names.find(|name| BEFORE.contains(name) || [AFTER, INERTIA].contains(name)) else {
-        return Ok(());
-    };
+    let machine = known_keys(&Law::Coulomb);
+    let is_taken = |name: &&str| machine.contains(name) && !Coefficients::NAMES.contains(name);
+    let Some(name) = names.find(is_taken) else { return Ok(()) };
     let (from, to) = formula.place_of(name).unwrap_or_default();
     let problem = format!("`{name}` is a quantity of the machine");
     let remedy = "give the parameter of the friction another name".to_owned();
@@ -77,11 +65,9 @@ pub fn check_names(formula: &Expression) -> Result<(), ExpressionError> {
 /// The remedy for an unknown key of `[machine]`.
 pub(super) fn remedy(key: &str, law: &Law) -> String {
     match key {
-        // A tap test measures the damping ratio.
-        "damping_ratio" => {
-            "write damping = 2 * damping_ratio * sqrt(stiffness * mass), a number in N s/m".into()
+        Coefficients::EXPONENT => {
+            format!("leave it out, or set law = \"exponential\": the law `{}` has no exponent", law.name())
         }
-        "frequency" => "write stiffness = mass * (2 * pi * frequency)^2, a number in N/m".into(),
         key if Coefficients::NAMES.contains(&key) => {
             let laws = Law::BUILT_IN.iter().filter(|law| Coefficients::names(law).any(|name| name == key));
             let laws: Vec<&str> = laws.map(Law::name).collect();
@@ -92,7 +78,35 @@ pub(super) fn remedy(key: &str, law: &Law) -> String {
                 law.name()
             )
         }
-        key => nearest("key", key, &keys(law)),
+        key => nearest("key", key, &known_keys(law)),
+    }
+}
+
+/// Refuses quantities that exclude each other.
+fn check_places(section: &Section, motion: Motion, forces: bool) -> Result<(), ConfigError> {
+    let both =
+        |first: &str, second: &str| section.get(first).is_some().then(|| section.get(second)).flatten();
+    let of_mass = |name: &str| section.get(name).or_else(|| section.get(INERTIA));
+    if let (Some(_), Some(node)) = (of_mass(MASS), both("stiffness", FREQUENCY)) {
+        let problem = "the mass and the stiffness have a frequency already";
+        return Err(node.error(problem, "leave one of the three out"));
+    }
+    for (one, other) in [("damping", DAMPING_RATIO), (NORMAL_FORCE, PRESSURE), (NORMAL_FORCE, AREA)] {
+        if let Some(node) = both(one, other) {
+            let problem = format!("{other} stands in place of {one}, which is there, too");
+            return Err(node.error(&problem, "leave one of them out"));
+        }
+    }
+    if let (Motion::Translation, Some(node)) = (motion, section.get(RADIUS)) {
+        let remedy = "leave it out, or write motion = \"rotation\"";
+        return Err(node.error("only the friction of what rotates has a radius", remedy));
+    }
+    let others = [PRESSURE, AREA, RADIUS].into_iter().find_map(|name| section.get(name));
+    match others.filter(|_| forces) {
+        Some(node) => {
+            Err(node.error("friction that is a force already has one normal force", "leave this out"))
+        }
+        None => Ok(()),
     }
 }
 
@@ -111,15 +125,21 @@ fn key_of_mass(section: &Section, motion: Motion) -> Result<&'static str, Config
     }
 }
 
+/// Whether a quantity is written, the mass perhaps by its other name.
+fn is_given(section: &Section, name: &str) -> bool {
+    section.get(name).is_some() || name == MASS && section.get(INERTIA).is_some()
+}
+
 /// Refuses a machine that lacks keys, naming all of them at once.
 fn check_complete(section: &Section, law: &Law, forces: bool) -> Result<(), ConfigError> {
     let optional = |key: &str| match key {
         "motion" | "strengthening" => true,
-        "normal_force" => forces,
+        NORMAL_FORCE => forces,
         MASS => section.get(INERTIA).is_some(),
         _ => false,
     };
-    let missing = keys(law).into_iter().filter(|key| !optional(key) && section.get(key).is_none());
+    let keys = keys(law, |name| is_given(section, name)).into_iter();
+    let missing = keys.filter(|key| !optional(key) && section.get(key).is_none());
     let missing: Vec<&str> = missing.collect();
     let Some((first, others)) = missing.split_first() else { return Ok(()) };
     let also = match others {
@@ -132,23 +152,26 @@ fn check_complete(section: &Section, law: &Law, forces: bool) -> Result<(), Conf
 }
 
 /// Reads an uncertain quantity, { value = 2.0, sd = 0.1 } or { min = 1.8, max = 2.2 }: its nominal value and
-/// its spread; `None` for anything else.
-fn uncertain(node: &Node) -> Result<Option<(f64, Spread)>, ConfigError> {
+/// its spread; `None` for anything else. What a fit gives is { value = 2.0, joint = [..] }.
+fn uncertain(node: &Node, read: axis::Number) -> Result<Option<(f64, Spread)>, ConfigError> {
     let Shape::Table(table) = node.shape() else { return Ok(None) };
     let keys = table.keys();
     let has = |key: &str| keys.iter().any(|other| other == key);
+    if let (Some(value), Some(row)) = (table.get("value"), table.get(fitted::JOINT)) {
+        return Ok(Some((value.number()?, Spread::Joint { row: fitted::row(&row)? })));
+    }
     if !["value", "sd", "min", "max"].into_iter().any(has) || axis::RANGE_KEYS.into_iter().any(has) {
         return Ok(None);
     }
     let number = |key: &str| {
         let remedy = "write { value = 2.0, sd = 0.1 } or { min = 1.8, max = 2.2 }";
-        table.get(key).ok_or_else(|| table.missing(key, remedy.into()))?.number()
+        read(&table.get(key).ok_or_else(|| table.missing(key, remedy.into()))?)
     };
     if has("value") || has("sd") {
         refuse_unknown_keys(&table, &["value", "sd"])?;
         let value = number("value")?;
         number("sd")?;
-        return Ok(normal(&table)?.map(|spread| (value, spread)));
+        return Ok(normal(&table, read)?.map(|spread| (value, spread)));
     }
     refuse_unknown_keys(&table, &["min", "max"])?;
     let (min, max) = (number("min")?, number("max")?);
@@ -159,34 +182,42 @@ fn uncertain(node: &Node) -> Result<Option<(f64, Spread)>, ConfigError> {
 }
 
 /// The normal spread of a table with the key `sd`; `None` without it.
-fn normal(table: &Section) -> Result<Option<Spread>, ConfigError> {
+fn normal(table: &Section, read: axis::Number) -> Result<Option<Spread>, ConfigError> {
     let Some(node) = table.get("sd") else { return Ok(None) };
-    let sd = node.number()?;
+    let sd = read(&node)?;
     match sd.is_finite() && sd >= 0.0 {
         true => Ok(Some(Spread::Normal { sd })),
         false => Err(node.error("the standard deviation must be at least 0", "choose another sd")),
     }
 }
 
-/// Reads the law and the machine of `file`, with `values` instead of the values in the file. A quantity
-/// with a standard deviation keeps it around its new value. The file is validated as for a run.
+/// Reads the law and the machine of `file`, with `values` instead of the values in the file: numbers in SI units, or
+/// texts with another unit. A quantity with a standard deviation keeps it around its new value. The file is validated as
+/// for a run.
 ///
 /// # Errors
 /// The first error, with its place, its value and a remedy.
-pub fn load_machine(file: &Path, values: &[(String, f64)]) -> Result<MachineJob, ConfigError> {
+pub fn load_machine<V: Debug>(file: &Path, values: &[(String, V)]) -> Result<MachineJob, ConfigError> {
     let written = Source::load(file, &[])?;
     let written = written.root().section("machine")?;
     let sd_of = |name: &str| match written.get(name)?.shape() {
-        Shape::Table(table) => table.get("sd")?.number().ok(),
+        Shape::Table(table) => {
+            let node = table.get("sd")?;
+            node.number()
+                .map(|sd| format!("{sd:?}"))
+                .or_else(|_| node.text().map(|sd| format!("{sd:?}")))
+                .ok()
+        }
         _ => None,
     };
     // The mass is set under the key that the file uses.
     let names = [MASS, INERTIA];
     let in_file = names.into_iter().find(|name| written.get(name).is_some());
-    let set = |(name, value): &(String, f64)| {
+    // Numbers and texts are written in TOML as in Rust.
+    let set = |(name, value): &(String, V)| {
         let name = in_file.filter(|_| names.contains(&name.as_str())).unwrap_or(name);
         match sd_of(name) {
-            Some(sd) => format!("machine.{name}={{ value = {value:?}, sd = {sd:?} }}"),
+            Some(sd) => format!("machine.{name}={{ value = {value:?}, sd = {sd} }}"),
             None => format!("machine.{name}={value:?}"),
         }
     };
@@ -202,7 +233,7 @@ pub fn load_machine(file: &Path, values: &[(String, f64)]) -> Result<MachineJob,
     }
     let friction = root.section("friction")?;
     let about = About::Machine(motion_of(&section)?);
-    let law = law::read(&friction, file.parent().unwrap_or(Path::new("")), about)?;
+    let law = with_exponent(law::read(&friction, file.parent().unwrap_or(Path::new("")), about)?, &section);
     let known = known_keys(&law);
     if let Some(key) = section.keys().iter().find(|key| !known.contains(&key.as_str())) {
         return Err(section.unknown(key, remedy(key, &law)));
@@ -227,38 +258,60 @@ pub(super) fn motion_of(section: &Section) -> Result<Motion, ConfigError> {
 
 /// Reads `[machine]`; `law` is in SI units.
 pub(super) fn read(section: &Section, friction: &Section, law: &Law) -> Result<MachineJob, ConfigError> {
-    let forces = law::holds_forces(friction)?;
-    check_complete(section, law, forces)?;
-    let mut reader = Reader { section, uncertain: Vec::new() };
-    let belt_speeds = reader.many(AFTER)?;
-    let dampings = reader.many("damping")?;
+    let forces = law::holds_forces(friction, law)?;
     let motion = motion_of(section)?;
-    let mass = reader.number_that(key_of_mass(section, motion)?, MASS, |mass| requirement(MASS, mass))?;
-    // Measured forces belong to the normal force of the measurement, or to an unknown one.
-    let normal_force = match section.get("normal_force") {
-        None => 1.0,
-        Some(_) => reader.number("normal_force")?,
-    };
-    let fastest = 2.0 * belt_speeds.last().copied().unwrap_or(0.0);
-    let known = match law.as_written() {
-        Law::Expression(formula) => reader.formula(friction, formula, fastest)?,
-        Law::Table(table) => {
-            let unit = if forces { normal_force } else { 1.0 };
-            measured(friction, table, unit, fastest, motion)?
+    check_places(section, motion, forces)?;
+    if let (Law::Expression(formula), Some(phi)) = (law.as_written(), friction.get("phi")) {
+        check_names(formula).map_err(|error| at_formula(&phi, &error))?;
+    }
+    check_complete(section, law, forces)?;
+    if let Some(node) = section.get(NORMAL_FORCE).filter(|_| forces) {
+        if matches!(law.as_written(), Law::Expression(_)) {
+            return Err(node.error("the formula is a force already", "leave normal_force out"));
         }
-        law => Friction::Coefficients(law.clone(), reader.coefficients(law)?),
+        if axis::nodes_by(&node, &|_| Ok(0.0)).is_ok_and(|nodes| nodes.len() > 1) {
+            let problem = "measured forces belong to one normal force, that of the measurement";
+            return Err(node.error(problem, "divide the data by it, and leave quantity = \"force\" out"));
+        }
+    }
+    let mut names = Machine::names(law, |name| is_given(section, name));
+    // In the order of the random numbers of what is uncertain.
+    names.sort_by_key(|name| match *name {
+        BELT_SPEED => 0,
+        DAMPING | DAMPING_RATIO => 1,
+        MASS => 2,
+        "stiffness" => 4,
+        _ => 3,
+    });
+    let mass = key_of_mass(section, motion)?;
+    let (varied, uncertain, conversions) = (Vec::new(), Vec::new(), RefCell::default());
+    let mut reader = Reader { section, motion, law, conversions, varied, uncertain };
+    let mut values = Vec::new();
+    for name in names {
+        let key = if name == MASS { mass } else { name };
+        if section.get(key).is_some() {
+            values.push((name, reader.number_that(key, name)?));
+        }
+    }
+    let Reader { varied, uncertain, conversions, .. } = reader;
+    let known = |name: &str| values.iter().find(|(known, _)| *known == name).map(|(_, value)| *value);
+    let largest = |name: &str| {
+        let several = varied.iter().find(|(known, _)| *known == name);
+        several.and_then(|(_, values)| values.last().copied()).or_else(|| known(name))
     };
-    let machine = Machine {
-        motion,
-        mass,
-        stiffness: reader.number("stiffness")?,
-        damping: dampings[0],
-        normal_force,
-        normal_force_is_known: section.get("normal_force").is_some(),
-        friction: known,
-        belt_speed: belt_speeds[0],
+    let value = |name: &str| known(name).or_else(|| (name == "strengthening").then_some(0.0));
+    let fastest = 2.0 * largest(BELT_SPEED).unwrap_or(f64::NAN);
+    check_friction(section, friction, law, value, largest, fastest)?;
+    let law = match law.as_written() {
+        // Measured forces belong to the normal force of the measurement, or to an unknown one.
+        Law::Table(table) => {
+            let unit = if forces { known(NORMAL_FORCE).unwrap_or(1.0) } else { 1.0 };
+            let table = Law::Table(measured(friction, table, unit, fastest, motion)?);
+            if law.is_read_as_small() { table.read_as_small() } else { table }
+        }
+        _ => law.clone(),
     };
-    let uncertain = reader.uncertain;
+    let machine = Machine::new(motion, &law, value).ok_or_else(|| section.missing(MASS, String::new()))?;
     if machine.model().is_none() {
         let node = friction.get("phi").or_else(|| friction.get("file"));
         let (problem, remedy) = (
@@ -270,12 +323,18 @@ pub(super) fn read(section: &Section, friction: &Section, law: &Law) -> Result<M
             |node| node.error(problem, remedy),
         ));
     }
-    Ok(MachineJob { machine, small: law.is_read_as_small(), belt_speeds, dampings, uncertain, title: None })
+    Ok(MachineJob { machine, varied, uncertain, conversions: conversions.into_inner(), title: None })
 }
 
 /// Reads numbers of `[machine]`.
 struct Reader<'a> {
     section: &'a Section<'a>,
+    motion: Motion,
+    law: &'a Law,
+    /// What units in the file are in SI.
+    conversions: RefCell<Vec<String>>,
+    /// The quantities with several values.
+    varied: Vec<(&'static str, Vec<f64>)>,
     /// The uncertain quantities found.
     uncertain: Vec<Uncertain>,
 }
@@ -286,97 +345,120 @@ impl<'a> Reader<'a> {
         self.section.get(key).ok_or_else(|| self.section.missing(key, how.into()))
     }
 
-    /// Reads a quantity that may be uncertain; returns its nominal value.
-    fn number(&mut self, key: &'static str) -> Result<f64, ConfigError> {
-        self.number_that(key, key, |value| requirement(key, value))
-    }
-
-    /// Reads the number of `quantity`, which may be uncertain, from the entry `key`; returns the nominal one.
-    fn number_that(
-        &mut self,
-        key: &'static str,
-        quantity: &'static str,
-        requirement: impl Fn(f64) -> (bool, &'static str),
-    ) -> Result<f64, ConfigError> {
-        let node = self.node(key)?;
-        let (value, spread) = match uncertain(&node)? {
-            Some((value, spread)) => (value, Some((quantity, spread))),
-            None => (node.number()?, None),
+    /// Reads `quantity` from the entry `key`: a number, a list, a range, or an uncertain number; returns the first
+    /// or nominal one. A range may have a standard deviation, which applies to each of its values.
+    fn number_that(&mut self, key: &'static str, quantity: &'static str) -> Result<f64, ConfigError> {
+        let is_of_formula = self.is_of_formula(quantity);
+        let requirement = |value| match is_of_formula {
+            true => (true, "a number"),
+            false => requirement(quantity, value),
         };
-        check(&node, key, value, requirement(value))?;
-        self.uncertain.extend(spread);
-        Ok(value)
-    }
-
-    /// Reads increasing numbers, or one uncertain number. A range of belt speeds may have a standard
-    /// deviation, which applies to each belt speed.
-    fn many(&mut self, key: &'static str) -> Result<Vec<f64>, ConfigError> {
         let node = self.node(key)?;
-        if uncertain(&node)?.is_some() {
-            return Ok(vec![self.number(key)?]);
-        }
-        let values = match node.shape() {
-            Shape::Table(range) if range.get("sd").is_some() => {
-                if key != AFTER {
+        let read = |node: &Node| self.in_si(node, quantity);
+        let (values, spread) = match (uncertain(&node, &read)?, node.shape()) {
+            (Some((value, spread)), _) => (vec![value], Some(spread)),
+            (None, Shape::Table(range)) if range.get("sd").is_some() => {
+                if [DAMPING, DAMPING_RATIO].contains(&quantity) {
                     let remedy = "leave sd out, or write one value: { value = 50.0, sd = 5.0 }";
                     return Err(node.error("a range of these has no standard deviation", remedy));
                 }
                 let known: Vec<&str> = axis::RANGE_KEYS.into_iter().chain(["sd"]).collect();
                 refuse_unknown_keys(&range, &known)?;
-                let (values, spread) = (axis::nodes_of_range(&node, &range)?, normal(&range)?);
-                self.uncertain.extend(spread.map(|spread| (key, spread)));
-                values
+                (axis::nodes_of_range(&node, &range, &read)?, normal(&range, &read)?)
             }
-            _ => axis::nodes(&node)?,
+            (None, _) => (axis::nodes_by(&node, &read)?, None),
         };
         for &value in &values {
-            check(&node, key, value, requirement(key, value))?;
+            check(&node, key, value, requirement(value))?;
         }
-        match values.windows(2).find(|pair| pair[0] >= pair[1]) {
-            Some(pair) => Err(node
-                .error(&format!("{} follows {}", pair[1], pair[0]), "sort the values, without repetition")),
-            None => Ok(values),
+        if let Some(pair) = values.windows(2).find(|pair| pair[0] >= pair[1]) {
+            return Err(node
+                .error(&format!("{} follows {}", pair[1], pair[0]), "sort the values, without repetition"));
         }
+        self.uncertain.extend(spread.map(|spread| (quantity, spread)));
+        let first = values[0];
+        if values.len() > 1 {
+            self.varied.push((quantity, values));
+        }
+        Ok(first)
     }
 
-    fn coefficients(&mut self, law: &Law) -> Result<Coefficients, ConfigError> {
-        let has_velocity = Coefficients::names(law).any(|name| name == "stribeck_velocity");
-        let static_friction = self.number("static_friction")?;
-        let kinetic = |value| ((0.0..=static_friction).contains(&value), Coefficients::KINETIC);
-        Ok(Coefficients {
-            static_friction,
-            kinetic_friction: self.number_that("kinetic_friction", "kinetic_friction", kinetic)?,
-            stribeck_velocity: if has_velocity { self.number("stribeck_velocity")? } else { 1.0 },
-            strengthening: match self.section.get("strengthening") {
-                None => 0.0,
-                Some(_) => self.number("strengthening")?,
-            },
-        })
+    /// Whether this is the name of a formula's parameter.
+    fn is_of_formula(&self, quantity: &str) -> bool {
+        let is_formula = matches!(self.law.as_written(), Law::Expression(_));
+        is_formula && self.law.parameters().iter().any(|parameter| parameter.name == quantity)
     }
 
-    /// Reads the values of a formula's names and checks that it is legal on slip speeds up to `fastest`.
-    fn formula(
-        &mut self,
-        friction: &Section,
-        formula: &Expression,
-        fastest: f64,
-    ) -> Result<Friction, ConfigError> {
-        let Some(phi) = friction.get("phi") else { return Err(friction.missing("phi", String::new())) };
-        check_names(formula).map_err(|error| at_formula(&phi, &error))?;
-        let mut values = Vec::new();
-        for parameter in formula.parameters() {
-            values.push(self.number_that(parameter.name, parameter.name, |_| (true, "a number"))?);
+    /// Reads a number in SI units, or a text with a number and its unit.
+    fn in_si(&self, node: &Node, quantity: &str) -> Result<f64, ConfigError> {
+        let at_radius = self.section.get(RADIUS).is_some();
+        let wanted = match unit(quantity, self.motion, self.law, at_radius) {
+            _ if self.is_of_formula(quantity) => None,
+            "" => Some(Wanted::Number),
+            unit => Some(Wanted::In(unit)),
+        };
+        let written = node.text().ok().and_then(with_unit);
+        let (Some(wanted), Some((number, unit))) = (wanted, written) else { return node.number() };
+        let si = if wanted.name().is_empty() { "1" } else { wanted.name() };
+        match compare(unit, wanted) {
+            Match::Same => Ok(number),
+            Match::Factor(factor) => {
+                let told = conversion(unit, factor, wanted);
+                let mut all = self.conversions.borrow_mut();
+                if !all.contains(&told) {
+                    all.push(told);
+                }
+                Ok(converted(number, factor))
+            }
+            Match::Other => {
+                let force = Wanted::Si(Motion::Translation, Dimension::Force);
+                let is_force = quantity == NORMAL_FORCE && compare(unit, force) != Match::Other;
+                let radius =
+                    if is_force { "; with radius = .. it is a force, not times the arm" } else { "" };
+                Err(node.error(
+                    &format!("{unit} is no unit of {}", quantity.replace('_', " ")),
+                    format!("write it in {si}, or in a unit of the same kind{radius}"),
+                ))
+            }
+            Match::Unknown => {
+                Err(node.error(&format!("the unit {unit} is not known"), format!("write the number in {si}")))
+            }
         }
-        let known = Friction::Formula(formula.clone(), LawParameters::new(&values));
-        let rest = known.at_rest();
-        if !known.is_legal_at_rest() {
-            let problem = format!("the coefficient of friction at rest, u = 0, is {rest}");
-            return Err(phi.error(&problem, "write a formula that is greater than 0 there"));
-        }
-        let divided = Expression::with_static(formula.text(), rest);
-        let checked = divided.and_then(|law| law.check(1.0, &LawParameters::new(&values), fastest));
-        checked.map(|()| known).map_err(|error| at_formula(&phi, &error))
     }
+}
+
+/// Refuses kinetic friction that no static friction of the machine exceeds, and a formula that is illegal on slip speeds up
+/// to `fastest`.
+fn check_friction(
+    section: &Section,
+    friction: &Section,
+    law: &Law,
+    value: impl Fn(&str) -> Option<f64>,
+    largest: impl Fn(&str) -> Option<f64>,
+    fastest: f64,
+) -> Result<(), ConfigError> {
+    let Law::Expression(formula) = law.as_written() else {
+        let (kinetic, most) = (section.get("kinetic_friction"), largest("static_friction"));
+        return match (kinetic, value("kinetic_friction"), most) {
+            (Some(node), Some(least), Some(most)) if !(0.0..=most).contains(&least) => {
+                check(&node, "kinetic_friction", least, (false, Coefficients::KINETIC))
+            }
+            _ => Ok(()),
+        };
+    };
+    let Some(phi) = friction.get("phi") else { return Err(friction.missing("phi", String::new())) };
+    let values: Vec<f64> =
+        formula.parameters().iter().filter_map(|parameter| value(parameter.name)).collect();
+    let parameters = LawParameters::new(&values);
+    let known = Friction::Formula(formula.clone(), parameters);
+    let rest = known.at_rest();
+    if !known.is_legal_at_rest() {
+        let problem = format!("the coefficient of friction at rest, u = 0, is {rest}");
+        return Err(phi.error(&problem, "write a formula that is greater than 0 there"));
+    }
+    let divided = Expression::with_static(formula.text(), rest);
+    let checked = divided.and_then(|law| law.check(1.0, &parameters, fastest));
+    checked.map_err(|error| at_formula(&phi, &error))
 }
 
 /// Measured friction, divided by `unit` to give coefficients; it must cover slip speeds up to `fastest`.
@@ -386,7 +468,7 @@ fn measured(
     unit: f64,
     fastest: f64,
     motion: Motion,
-) -> Result<Friction, ConfigError> {
+) -> Result<Table, ConfigError> {
     let Some(file) = friction.get("file") else { return Err(friction.missing("file", String::new())) };
     if table.fastest() < fastest {
         let velocity = motion.unit(Dimension::Velocity);
@@ -397,15 +479,7 @@ fn measured(
         );
         return Err(file.error(&problem, "measure farther, or choose lower belt speeds"));
     }
-    let data: Vec<(f64, f64)> = table.data().map(|(u, friction)| (u, friction / unit)).collect();
-    let coefficients =
-        Table::with_static(table.origin(), &data, table.static_level() / unit).and_then(|of| {
-            let errors: Option<Vec<f64>> =
-                table.standard_errors().map(|errors| errors.iter().map(|error| error / unit).collect());
-            errors.map_or(Ok(of.clone()), |errors| of.with_standard_errors(&errors))
-        });
-    let coefficients = coefficients.map(|of| of.with_rows(table.lines(), table.readings()));
-    coefficients.map(Friction::Measured).map_err(|error| file.error(&error.problem, error.remedy))
+    table.in_units(1.0, unit).map_err(|error| file.error(&error.problem, error.remedy))
 }
 
 fn check(node: &Node, key: &str, value: f64, (legal, wanted): (bool, &str)) -> Result<(), ConfigError> {
@@ -418,17 +492,14 @@ fn check(node: &Node, key: &str, value: f64, (legal, wanted): (bool, &str)) -> R
     }
 }
 
+/// The grid of a machine.
 pub(super) fn grid(section: &Section, job: &MachineJob) -> Result<Grid, ConfigError> {
-    let failed = |problem: String| {
-        section.missing("belt_speed", format!("in dimensionless terms, {problem}; check the units"))
-    };
-    let Some(Model { law, point, si }) = job.model_of(&job.machine) else {
-        return Err(failed("the friction leaves the numbers".into()));
-    };
-    let scaled = |values: &[f64], unit: f64| values.iter().map(|value| value / unit).collect::<Vec<f64>>();
-    let mut nodes = vec![vec![1.0]];
-    nodes.extend(point.law.as_slice().iter().map(|value| vec![*value]));
-    nodes.push(scaled(&job.belt_speeds, si.units.velocity));
-    nodes.push(scaled(&job.dampings, si.units.damping));
-    Grid::new(law, nodes).map_err(|error| failed(error.to_string()))
+    Grid::of_machine(&job.machine, &job.varied).map_err(|error| {
+        let name = job.varied.first().map_or(BELT_SPEED, |(name, _)| name);
+        let remedy = "check the units and the values";
+        section.get(name).map_or_else(
+            || section.missing(name, format!("{error}; {remedy}")),
+            |node| node.error(&error.to_string(), remedy),
+        )
+    })
 }

@@ -1,4 +1,5 @@
-//! Tables of points: CSV files with one column for every axis of a law; other columns are kept.
+//! Tables of points: CSV files with one column for every axis of a law. Other columns are kept if they hold text,
+//! if they number the rows, or if their names begin with `#`.
 
 use std::fs::File;
 use std::io::{self, BufReader, Read};
@@ -9,14 +10,17 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use csv::{ByteRecord, ReaderBuilder};
 
 use super::source::{ConfigError, decimal_comma};
-use super::units::{Match, Wanted, bracketed, compare, conversion};
-use slipmap_map::machine::{Coefficients, Dimension, INERTIA, MASS, Motion};
+use super::units::{Match, Wanted, bracketed, compare, conversion, converted};
+use slipmap_map::machine::{DAMPING_RATIO, Friction, INERTIA, MASS, Machine};
 use slipmap_map::map::{Grid, GridError};
 use slipmap_model::friction::Law;
-use slipmap_model::point::Point;
+use slipmap_model::point::{MAX_LAW_PARAMETERS, Point};
 
 /// Number of rows handed out at a time: keeps all cores busy and fits into memory.
 const BATCH: usize = 8192;
+
+/// Names of columns that number the rows.
+const NUMBERED: [&str; 5] = ["id", "no", "nr", "row", "index"];
 
 /// Largest number of bytes of rows held at a time.
 const HELD: u64 = 1 << 26;
@@ -34,59 +38,68 @@ pub struct PointTable {
     pub header: ByteRecord,
     /// Names of the parameters or quantities, and the column of each.
     columns: Vec<(&'static str, usize)>,
+    /// Of the columns in another unit than SI, the factor to it; and what these units are in SI.
+    factors: Vec<(&'static str, f64)>,
+    conversions: Vec<String>,
     /// The parameters that all rows share.
     shared: Vec<(String, f64)>,
     parsed: Arc<AtomicU64>,
     /// Whether lines end as on Windows.
     carriage_returns: Arc<AtomicBool>,
+    /// Whether the first row has been looked at for numbers that nobody reads.
+    is_checked: bool,
 }
 
 impl PointTable {
-    /// Opens the table at `path` (`-`: standard input), and finds the columns of the axes of `law` by its
-    /// header.
+    /// Opens the table at `path` (`-`: standard input), where all rows share the values `shared` of some axes, and
+    /// finds the columns of the other axes of `law` by its header. Returns the law, too: with the parameters
+    /// `exponent` and `drop` where there are such columns.
     ///
     /// # Errors
-    /// The file cannot be read, or a column is missing or occurs twice.
-    pub fn open(path: &Path, law: &Law) -> Result<Self, ConfigError> {
-        Self::with_shared(path, law, &[])
-    }
-
-    /// Opens a table as [`PointTable::open`] does, where all rows share the values `shared` of some axes.
-    ///
-    /// # Errors
-    /// As those of [`PointTable::open`]; or a shared axis has a column too.
-    pub fn with_shared(path: &Path, law: &Law, shared: &[(String, f64)]) -> Result<Self, ConfigError> {
-        let is_shared = |name: &str| shared.iter().any(|(given, _)| given == name);
-        let names: Vec<&str> = Grid::axis_names(law).into_iter().filter(|name| !is_shared(name)).collect();
-        let table = Self::with_columns(path, &names, None)?;
-        table.refuse_columns_of(shared)?;
-        // Other columns are carried along; this one would change the friction.
-        if !Grid::axis_names(law).contains(&"drop")
-            && table.header.iter().any(|field| field_text(field) == "drop")
-        {
-            let problem =
-                format!("the column `drop` is there, and the law `{}` is asked for without it", law.name());
-            let remedy = "give the drop of all rows by --drop, or rename the column";
-            return Err(ConfigError::new(format!("{}:1", table.name), problem, remedy));
+    /// The file cannot be read, a column is missing or occurs twice, or a shared axis has a column too.
+    pub fn open(path: &Path, law: &Law, shared: &[(String, f64)]) -> Result<(Self, Law), ConfigError> {
+        let table = Self::with_header(path)?;
+        table.refuse_columns_of(shared.iter().map(|(name, _)| name.as_str()))?;
+        let has = |name: &str| table.header.iter().any(|field| base(&field_text(field)) == name);
+        let mut law = law.clone();
+        if has("exponent") {
+            law = law.with_exponent();
         }
-        Ok(Self { shared: shared.to_vec(), ..table })
+        if has("drop") && !Grid::axis_names(&law).contains(&"drop") {
+            if law.may_drop() || law.parameters().len() >= MAX_LAW_PARAMETERS {
+                let problem =
+                    "the column `drop` is there, and the law has a drop already, or no room for one";
+                let remedy = "leave out the static friction, a parameter, or the column";
+                return Err(ConfigError::new(format!("{}:1", table.name), problem, remedy));
+            }
+            law = law.with_drop();
+        }
+        let is_shared = |name: &str| shared.iter().any(|(given, _)| given == name);
+        let names: Vec<&str> = Grid::axis_names(&law).into_iter().filter(|name| !is_shared(name)).collect();
+        let columns = find_axes(&table.name, &table.header, &names, None)?.0;
+        Ok((Self { columns, shared: shared.to_vec(), ..table }, law))
     }
 
     /// Opens a table of machines. Its header must name at least one of the `quantities`; quantities `given`
     /// elsewhere must have no column. A name may be followed by its unit, as in the tables that the program
-    /// writes: `damping [N s/m]`.
+    /// writes: `damping [N s/m]`, `belt_speed [rpm]`; it is converted to SI.
     ///
     /// # Errors
-    /// The file cannot be read, has no such column, has one of them twice or in another unit, or has a column
-    /// of a given quantity.
+    /// The file cannot be read, has no such column, has one of them twice or in the unit of another quantity, or has a
+    /// column of a given quantity.
     pub fn of_machines(
         path: &Path,
         quantities: &[&'static str],
-        motion: Motion,
-        given: &[(String, f64)],
+        machine: &Machine,
+        given: &[String],
     ) -> Result<Self, ConfigError> {
-        let table = Self::with_columns(path, quantities, Some(motion))?;
-        table.refuse_columns_of(given)?;
+        let table = Self::with_header(path)?;
+        let (columns, converted) = find_axes(&table.name, &table.header, quantities, Some(machine))?;
+        let factors = converted.iter().map(|(name, factor, _)| (*name, *factor)).collect();
+        let mut conversions: Vec<String> = converted.into_iter().map(|(.., told)| told).collect();
+        conversions.dedup();
+        let table = Self { columns, factors, conversions, ..table };
+        table.refuse_columns_of(given.iter().map(String::as_str))?;
         if table.has(MASS) && table.has(INERTIA) {
             let problem = "the columns `mass` and `inertia` are the same quantity";
             return Err(ConfigError::new(format!("{}:1", table.name), problem, "take one of them out"));
@@ -95,12 +108,12 @@ impl PointTable {
     }
 
     /// Refuses columns of quantities that are given for all rows.
-    fn refuse_columns_of(&self, given: &[(String, f64)]) -> Result<(), ConfigError> {
+    fn refuse_columns_of<'b>(&self, mut given: impl Iterator<Item = &'b str>) -> Result<(), ConfigError> {
         let header: Vec<String> = self.header.iter().map(field_text).collect();
         let named = |name: &str| header.iter().any(|field| field == name || base(field) == name);
         let same = |name: &'static str, other: &str| [MASS, INERTIA].contains(&other).then_some(name);
-        let column = given.iter().find_map(|(name, _)| {
-            let names = [Some(name.as_str()), same(MASS, name), same(INERTIA, name)];
+        let column = given.find_map(|name| {
+            let names = [Some(name), same(MASS, name), same(INERTIA, name)];
             names.into_iter().flatten().find(|name| named(name)).map(|column| (name, column))
         });
         let Some((name, column)) = column else { return Ok(()) };
@@ -109,11 +122,8 @@ impl PointTable {
         Err(ConfigError::new(format!("{}:1", self.name), problem, "leave one of them out"))
     }
 
-    fn with_columns(
-        path: &Path,
-        names: &[&'static str],
-        machine: Option<Motion>,
-    ) -> Result<Self, ConfigError> {
+    /// Opens a table and reads its header.
+    fn with_header(path: &Path) -> Result<Self, ConfigError> {
         let (name, source): (String, Box<dyn Read + Send + Sync>) = if path == Path::new("-") {
             ("standard input".into(), Box::new(io::stdin()))
         } else {
@@ -144,8 +154,21 @@ impl PointTable {
         if let Some(first) = header.get(0).and_then(|first| first.strip_prefix("\u{feff}".as_bytes())) {
             header = std::iter::once(first).chain(header.iter().skip(1)).collect();
         }
-        let columns = find_axes(&name, &header, names, machine)?;
-        Ok(Self { name, reader, header, columns, shared: Vec::new(), parsed, carriage_returns })
+        let (columns, shared) = (Vec::new(), Vec::new());
+        let (factors, conversions) = (Vec::new(), Vec::new());
+        let is_checked = false;
+        Ok(Self {
+            name,
+            reader,
+            header,
+            columns,
+            factors,
+            conversions,
+            shared,
+            parsed,
+            carriage_returns,
+            is_checked,
+        })
     }
 
     /// Returns whether the table has a column of this parameter or quantity.
@@ -177,9 +200,33 @@ impl PointTable {
             position.set_line(line);
             row.set_position(Some(position));
             self.parsed.store(self.reader.position().byte(), Ordering::Relaxed);
+            if !std::mem::replace(&mut self.is_checked, true) {
+                self.refuse_unread(&row)?;
+            }
             rows.push(row);
         }
         Ok(rows)
+    }
+
+    /// Refuses a column of numbers that is not read: its numbers would not be those of the answers.
+    fn refuse_unread(&self, row: &ByteRecord) -> Result<(), ConfigError> {
+        let is_read = |position: usize| self.columns.iter().any(|(_, read)| *read == position);
+        let mut unread = (0..self.header.len()).filter(|position| !is_read(*position));
+        let is_number = |position: &usize| {
+            let name = field_text(self.header.get(*position).unwrap_or_default());
+            !name.starts_with('#')
+                && !NUMBERED.contains(&name.as_str())
+                && field_text(row.get(*position).unwrap_or_default()).parse::<f64>().is_ok()
+        };
+        let Some(position) = unread.find(is_number) else { return Ok(()) };
+        let name = field_text(self.header.get(position).unwrap_or_default());
+        let known: Vec<&str> = self.columns.iter().map(|(name, _)| *name).collect();
+        let problem = format!("column {}: the numbers of `{name}` are not read", position + 1);
+        let remedy = format!(
+            "what is read is {}; to keep the column unread, call it `#{name}`, else rename it or take it out",
+            known.join(", ")
+        );
+        Err(ConfigError::new(format!("{}:1", self.name), problem, remedy))
     }
 
     /// The point of `law` in a row.
@@ -208,11 +255,18 @@ impl PointTable {
         })
     }
 
-    /// The numbers of a row by the names of their columns.
+    /// What the units of its columns are in SI: "1 rpm is 0.10472 rad/s".
+    pub fn conversions(&self) -> &[String] {
+        &self.conversions
+    }
+
+    /// The numbers of a row by the names of their columns, of a machine in SI units.
     pub fn values(&self, row: &ByteRecord) -> Result<Vec<(&'static str, f64)>, ConfigError> {
         let number = |&(name, _): &(&'static str, usize)| {
             let text = self.text(row, name);
-            text.parse().map(|value| (name, value)).map_err(|_| {
+            let factor =
+                self.factors.iter().find(|(known, _)| *known == name).map_or(1.0, |(_, factor)| *factor);
+            text.parse().map(|value| (name, converted(value, factor))).map_err(|_| {
                 let problem = format!("column {name}: `{}` is not a number", text);
                 let remedy = decimal_comma(&text).unwrap_or("write a number such as 0.5 or 1e-3".into());
                 ConfigError::new(self.place(row), problem, remedy)
@@ -266,8 +320,8 @@ fn find_axes(
     name: &str,
     header: &ByteRecord,
     names: &[&'static str],
-    machine: Option<Motion>,
-) -> Result<Vec<(&'static str, usize)>, ConfigError> {
+    machine: Option<&Machine>,
+) -> Result<(Vec<Place>, Vec<Converted>), ConfigError> {
     let all = machine.is_none();
     let header: Vec<String> = header.iter().map(field_text).collect();
     let bad = |problem: String, remedy: String| Err(ConfigError::new(format!("{name}:1"), problem, remedy));
@@ -283,6 +337,7 @@ fn find_axes(
         ),
     };
     let mut columns = Vec::with_capacity(names.len());
+    let mut converted = Vec::new();
     for axis in names {
         let mut found = (0..header.len()).filter(|&i| header[i] == *axis || base(&header[i]) == *axis);
         match found.next() {
@@ -295,10 +350,13 @@ fn find_axes(
                 return bad(format!("the column `{axis}` is there twice"), "take one of them out".into());
             }
             Some(position) => {
-                if let Some((_, unit)) = bracketed(&header[position])
-                    && let Err((problem, remedy)) = check_unit(axis, unit, machine)
-                {
-                    return bad(format!("column {}: {problem}", position + 1), remedy);
+                if let Some((_, unit)) = bracketed(&header[position]) {
+                    match factor_of(axis, unit, machine) {
+                        Ok(found) => converted.extend(found),
+                        Err((problem, remedy)) => {
+                            return bad(format!("column {}: {problem}", position + 1), remedy);
+                        }
+                    }
                 }
                 columns.push((*axis, position));
             }
@@ -309,47 +367,61 @@ fn find_axes(
         let remedy = format!("the nearest column that is read is `{meant}`; rename it, or take it out");
         return bad(problem, remedy);
     }
-    if let (Some(motion), Some((position, meant))) = (machine, lengthened(&header, names)) {
+    if let (Some(machine), Some((position, meant))) = (machine, lengthened(&header, names)) {
         let problem = format!("column {}: unknown name `{}`", position + 1, header[position]);
-        let unit =
-            Dimension::of_quantity(meant).map_or(String::new(), |of| format!(" [{}]", motion.unit(of)));
-        let remedy =
-            format!("if it is the {}, write `{meant}{unit}`; else give it another name", motion.words(meant));
+        let unit = match unit_of(machine, meant) {
+            "" => String::new(),
+            unit => format!(" [{unit}]"),
+        };
+        let words = machine.words(if meant == INERTIA { MASS } else { meant });
+        let remedy = format!("if it is the {words}, write `{meant}{unit}`; else give it another name");
         return bad(problem, remedy);
     }
     if columns.is_empty() {
         return bad("no column is a quantity of the machine".into(), remedy);
     }
-    Ok(columns)
+    Ok((columns, converted))
 }
 
-/// Refuses a unit in a header that is not the one in which the column is read.
-fn check_unit(name: &str, unit: &str, machine: Option<Motion>) -> Result<(), (String, String)> {
-    let dimension = Dimension::of_quantity(name);
-    let wanted = match (machine, dimension) {
-        (None, _) => Wanted::Number,
-        (Some(motion), Some(dimension)) => Wanted::Si(motion, dimension),
-        (Some(_), None) if Coefficients::NAMES.contains(&name) && name != "strengthening" => Wanted::Number,
+/// The name of a parameter or quantity, and the position of its column.
+type Place = (&'static str, usize);
+
+/// A column in another unit than SI: its name, the factor to SI, and words for that.
+type Converted = (&'static str, f64, String);
+
+fn unit_of(machine: &Machine, name: &str) -> &'static str {
+    machine.unit(if name == INERTIA { MASS } else { name })
+}
+
+/// The factor from the unit in a header to that in which the column is read; `None` if they are the same.
+///
+/// # Errors
+/// The unit is not known, or that of another quantity: the problem and a remedy.
+fn factor_of(
+    name: &'static str,
+    unit: &str,
+    machine: Option<&Machine>,
+) -> Result<Option<Converted>, (String, String)> {
+    let wanted = match machine.map(|machine| (machine, unit_of(machine, name))) {
+        None => Wanted::Number,
         // A name in a formula is in whatever units the formula has.
-        (Some(_), None) => {
+        Some((machine, "")) if matches!(machine.friction, Friction::Formula(..)) && name != DAMPING_RATIO => {
             let problem = format!("the unit of `{name}` is not known here, and the header says `{unit}`");
             return Err((problem, format!("write `{name}` alone, in the units of the configuration")));
         }
+        Some((_, "")) => Wanted::Number,
+        Some((_, unit)) => Wanted::In(unit),
     };
     let read = match wanted {
         Wanted::Number => format!("{name} is a number without a unit"),
-        Wanted::Si(..) => format!("{name} is read in {}", wanted.name()),
+        Wanted::Si(..) | Wanted::In(_) => format!("{name} is read in {}", wanted.name()),
     };
     match compare(unit, wanted) {
-        Match::Same => Ok(()),
-        Match::Factor(factor) => {
-            let remedy = format!(
-                "{}; multiply the column by that, and correct the header",
-                conversion(unit, factor, wanted)
-            );
-            Err((format!("{read}, and the header says `{unit}`"), remedy))
+        Match::Same => Ok(None),
+        Match::Factor(factor) if machine.is_some() => {
+            Ok(Some((name, factor, conversion(unit, factor, wanted))))
         }
-        Match::Other | Match::Unknown => Err((
+        Match::Factor(_) | Match::Other | Match::Unknown => Err((
             format!("{read}, and the header says `{unit}`"),
             "convert the column, or correct the header".into(),
         )),

@@ -64,6 +64,7 @@ impl Source {
         for argument in sets {
             source.set(argument)?;
         }
+        super::fitted::insert(source.effective.as_table_mut());
         Ok(source)
     }
 
@@ -284,9 +285,10 @@ pub(super) struct Node<'a> {
 
 /// Kind of a value, for callers that accept several kinds.
 pub(super) enum Shape<'a> {
-    Number(f64),
+    Number,
     List(Vec<Node<'a>>),
     Table(Section<'a>),
+    Text,
     /// Anything else.
     Other,
 }
@@ -294,15 +296,22 @@ pub(super) enum Shape<'a> {
 impl<'a> Node<'a> {
     /// The value, by kind.
     pub(super) fn shape(&self) -> Shape<'a> {
-        if let Some(number) = self.entry.as_value().and_then(as_number) {
-            Shape::Number(number)
+        if self.entry.as_value().and_then(as_number).is_some() {
+            Shape::Number
         } else if let Some(array) = self.entry.as_array() {
             Shape::List(self.elements(array))
         } else if let Some(table) = self.entry.as_table() {
             Shape::Table(Section { source: self.source, path: self.path.clone(), table: Some(table) })
+        } else if self.entry.as_value().is_some_and(Value::is_str) {
+            Shape::Text
         } else {
             Shape::Other
         }
+    }
+
+    /// The entry as a table of the document.
+    pub(super) fn entries(&self) -> Option<&'a dyn TableLike> {
+        self.entry.as_table()
     }
 
     /// The value as a number, whole or not.

@@ -25,7 +25,7 @@ impl Unit {
 }
 
 /// Units with a name of their own: their names, their size in SI and their exponents.
-const NAMED: [(&[&str], f64, Exponents); 22] = [
+const NAMED: [(&[&str], f64, Exponents); 25] = [
     (&["m", "metre", "metres", "meter", "meters"], 1.0, [0, 1, 0, 0]),
     (&["s", "sec", "second", "seconds"], 1.0, [0, 0, 1, 0]),
     (&["g", "gram", "grams"], 1e-3, [1, 0, 0, 0]),
@@ -46,13 +46,16 @@ const NAMED: [(&[&str], f64, Exponents); 22] = [
     (&["lb", "lbm", "lbs"], 0.453_592_37, [1, 0, 0, 0]),
     (&["lbf"], 4.448_221_615_260_5, [1, 1, -2, 0]),
     (&["kgf", "kp"], 9.80665, [1, 1, -2, 0]),
-    (&["Hz"], 1.0, [0, 0, -1, 0]),
+    (&["Hz", "hertz"], 1.0, [0, 0, -1, 0]),
+    (&["Pa", "pascal", "pascals"], 1.0, [1, -1, -2, 0]),
+    (&["bar"], 1e5, [1, -1, -2, 0]),
+    (&["psi"], 6_894.757_293_168_36, [1, -1, -2, 0]),
     // A damping of rotations, not newton-milliseconds.
     (&["Nms"], 1.0, [1, 2, -1, 0]),
 ];
 
 /// The units that may have prefixes.
-const PREFIXED: [&str; 5] = ["m", "s", "g", "N", "rad"];
+const PREFIXED: [&str; 7] = ["m", "s", "g", "N", "rad", "Hz", "Pa"];
 const PREFIXES: [(&str, f64); 10] = [
     ("da", 10.0),
     ("n", 1e-9),
@@ -178,6 +181,8 @@ fn factor(rest: &mut &str) -> Option<Unit> {
 pub(super) enum Wanted {
     /// SI, of a machine with this motion.
     Si(Motion, Dimension),
+    /// The SI unit with this name.
+    In(&'static str),
     /// A pure number.
     Number,
 }
@@ -187,13 +192,14 @@ impl Wanted {
     pub(super) fn name(self) -> &'static str {
         match self {
             Wanted::Si(motion, dimension) => motion.unit(dimension),
+            Wanted::In(unit) => unit,
             Wanted::Number => "",
         }
     }
 
     fn unit(self) -> Unit {
         match self {
-            Wanted::Si(..) => read(self.name()).unwrap_or(NONE),
+            Wanted::Si(..) | Wanted::In(_) => read(self.name()).unwrap_or(NONE),
             Wanted::Number => NONE,
         }
     }
@@ -217,15 +223,16 @@ pub(super) fn compare(text: &str, wanted: Wanted) -> Match {
     let wanted_unit = wanted.unit();
     // Rotary speeds in 1/min are turns per minute.
     let minute = Unit { factor: 1.0 / 60.0, exponents: [0, 0, -1, 0] };
-    let turns = matches!(wanted, Wanted::Si(Motion::Rotation, Dimension::Velocity));
+    let turns = wanted.name() == Motion::Rotation.unit(Dimension::Velocity);
     let Some(mut unit) = read(text) else { return Match::Unknown };
     if turns && unit == minute {
         unit = Unit { factor: std::f64::consts::TAU / 60.0, exponents: [0, 0, -1, 1] };
     }
     // The radian may be left out, as in a stiffness in N m; not in speeds: 1/s may mean turns per second.
     let without_angle = |[mass, length, time, _]: Exponents| [mass, length, time];
+    let is_force = wanted_unit.exponents[0] != 0;
     let same = match wanted {
-        Wanted::Si(_, Dimension::Velocity | Dimension::Length) => unit.exponents == wanted_unit.exponents,
+        Wanted::Si(..) | Wanted::In(_) if !is_force => unit.exponents == wanted_unit.exponents,
         _ => {
             without_angle(unit.exponents) == without_angle(wanted_unit.exponents)
                 && [0, wanted_unit.exponents[3]].contains(&unit.exponents[3])
@@ -236,6 +243,34 @@ pub(super) fn compare(text: &str, wanted: Wanted) -> Match {
         false => Match::Other,
         true if (ratio - 1.0).abs() < 1e-9 => Match::Same,
         true => Match::Factor(ratio),
+    }
+}
+
+/// A number and the unit after it, as people write them: `20 rpm`, `10mm/s`, `35 %`. `None` without a number or
+/// without a unit.
+pub(super) fn with_unit(text: &str) -> Option<(f64, &str)> {
+    let text = text.trim();
+    if text.parse::<f64>().is_ok() {
+        return None;
+    }
+    let ends = text.char_indices().map(|(at, _)| at).rev().filter(|&at| at > 0);
+    let (at, number) = ends.filter_map(|at| Some((at, text[..at].trim_end().parse::<f64>().ok()?))).next()?;
+    number.is_finite().then(|| (number, text[at..].trim_start()))
+}
+
+/// Whether a text is a number with a unit after it.
+pub fn has_unit(text: &str) -> bool {
+    with_unit(text)
+        .is_some_and(|(_, unit)| unit.starts_with(|c: char| c.is_alphabetic() || ['°', '%'].contains(&c)))
+}
+
+/// A number in units of `factor`, rounded once where the factor is one over a whole number, as of mm/s.
+pub(super) fn converted(number: f64, factor: f64) -> f64 {
+    let parts = (1.0 / factor).round();
+    if factor < 1.0 && (parts * factor - 1.0).abs() < 4.0 * f64::EPSILON {
+        number / parts
+    } else {
+        number * factor
     }
 }
 
@@ -318,6 +353,17 @@ mod tests {
         assert_eq!(compare("1/s", turning), Match::Other);
         assert_eq!(compare("%", Wanted::Number), Match::Factor(0.01));
         assert_eq!(compare("-", Wanted::Number), Match::Same);
+    }
+
+    #[test]
+    fn numbers_have_units_after_them() {
+        for (text, number, unit) in
+            [("20 rpm", 20.0, "rpm"), ("1e3N", 1e3, "N"), (" -0.5 mm/s ", -0.5, "mm/s"), ("35 %", 35.0, "%")]
+        {
+            assert_eq!(with_unit(text), Some((number, unit)));
+        }
+        assert_eq!(with_unit("rpm").or(with_unit("20")).or(with_unit("")), None);
+        assert_eq!([converted(35.0, 0.01), converted(3.0, 1e3), converted(7.0, 1e-3)], [0.35, 3e3, 0.007]);
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 use serde_json::{Value, json};
 
+use super::place::with_all;
 use slipmap_figure::scene::Fill;
 use slipmap_figure::style;
 use slipmap_map::map::{Grid, Method, Quantity};
@@ -67,6 +68,9 @@ fn range_of(law: &Law, axis: &str) -> (f64, f64, f64) {
         "gamma" => (0.0, 8.0, 2.0),
         "mu" if !matches!(law.as_written(), Law::Table(_)) => (0.0, 1.0, 0.5),
         "vs" => (0.0, 2.0, 0.5),
+        "exponent" => (1.0, 4.0, 1.0),
+        "drop" if *law.as_written() == Law::Coulomb => (0.0, 1.0, 0.3),
+        "drop" => (0.0, 1.0, 0.0),
         "eta" => (0.0, 0.5, 0.0),
         "V" => (0.0, 3.0, 1.0),
         "c" if stribeck => (0.0, 4.0, 0.5),
@@ -76,8 +80,9 @@ fn range_of(law: &Law, axis: &str) -> (f64, f64, f64) {
     }
 }
 
-/// The axes of a law, with the ranges of their sliders.
+/// The axes of a law and those that it may have besides, with the ranges of their sliders.
 pub(super) fn axes(law: &Law) -> Value {
+    let law = &with_all(law.clone(), |_| true);
     let grid_names = Grid::axis_names(law);
     let parameter = |name: &str| law.parameters().iter().find(|parameter| parameter.name == name);
     let fastest = match law.as_written() {

@@ -4,12 +4,11 @@ use std::fmt::Write as _;
 
 use serde_json::{Value, json};
 
-use super::machine::{is_shared, law_of};
 use super::plane::{PlaneRequest, Slice};
 use super::refusal::Refusal;
 use super::show::Show;
-use slipmap_map::machine::Machine;
-use slipmap_map::map::{self, Field, Grid, Method};
+use slipmap_map::machine::{DAMPING, DAMPING_RATIO, Machine};
+use slipmap_map::map::{self, Field, Method};
 use slipmap_model::friction::Law;
 use slipmap_numbers::text::exact;
 
@@ -47,12 +46,12 @@ impl<'a> Range<'a> {
 /// The contents of an exported configuration.
 struct Description<'a> {
     law: &'a Law,
-    held: Vec<(&'static str, f64)>,
+    held: Vec<(&'a str, f64)>,
     /// Those of the two axes, of a machine in SI units.
     ranges: [Range<'a>; 2],
     methods: Vec<Method>,
     field: Option<Field>,
-    /// The machine whose belt speed and damping the two axes are.
+    /// The machine of which the two axes are quantities.
     machine: Option<Machine>,
 }
 
@@ -84,7 +83,8 @@ impl Description<'_> {
         match &self.machine {
             Some(machine) => {
                 let _ = writeln!(text, "\n[machine]\nmotion = {}", quoted(machine.motion.name()));
-                let held = machine.quantities().into_iter().filter(|(name, _)| !is_shared(name));
+                let is_shown = |name: &str| self.ranges.iter().any(|range| range.name == name);
+                let held = machine.quantities().into_iter().filter(|(name, _)| !is_shown(name));
                 write_axes(&mut text, held, &self.ranges);
             }
             None => {
@@ -93,7 +93,8 @@ impl Description<'_> {
             }
         }
         let _ = writeln!(text, "\n[methods]\nrun = [{}]", self.quoted_methods());
-        let fields = list([Field::Verdict].into_iter().chain(self.further_field()).map(Field::name));
+        let name = |field: Field| field.name_for(self.machine.is_some());
+        let fields = list([Field::Verdict].into_iter().chain(self.further_field()).map(name));
         let _ = writeln!(text, "\n[output]\npath = \"{MAP}\"\nfields = [{fields}]");
         text
     }
@@ -109,7 +110,7 @@ impl Description<'_> {
 
     /// The law as written in a configuration: for a machine, in SI units.
     fn law_as_written(&self) -> Law {
-        self.machine.as_ref().map_or_else(|| self.law.clone(), |machine| law_of(&machine.friction))
+        self.machine.as_ref().map_or_else(|| self.law.clone(), Machine::law)
     }
 
     /// The commands that compute the map of the configuration and draw it; a map has no variable of a
@@ -118,9 +119,9 @@ impl Description<'_> {
         let Show::Variable(variable) = show else {
             return format!("slipmap run {CONFIG}\nslipmap report {MAP}\n");
         };
-        let is_damping = |range: &&Range| matches!(range.name, "c" | "damping");
+        let is_damping = |range: &&Range| matches!(range.name, "c" | DAMPING | DAMPING_RATIO);
         // Critical dampings are drawn over the other axis alone.
-        let shown: Vec<&str> = match variable.starts_with("critical_c_") {
+        let shown: Vec<&str> = match Field::is_critical(variable) {
             true => self.ranges.iter().filter(|range| !is_damping(range)).map(|range| range.name).collect(),
             false => self.ranges.iter().map(|range| range.name).collect(),
         };
@@ -153,22 +154,17 @@ fn float(value: f64) -> String {
 impl PlaneRequest {
     fn description<'a>(&'a self, slice: &'a Slice) -> Result<(Description<'a>, Show), Refusal> {
         let axes = slice.grid.axes();
-        let (show, methods, field) = self.show()?;
+        let (show, methods, field) = self.show(&slice.grid)?;
         let held = axes.iter().enumerate().filter(|(axis, _)| *axis != slice.x && *axis != slice.y);
         let range = |axis: usize, log: bool| Range::of(&axes[axis].name, &axes[axis].values, log);
         let [x_log, y_log] = self.logarithmic();
-        let names = Grid::axis_names(slice.grid.law());
         let machine = self.place.machine()?;
-        let ranges = match machine {
-            None => [range(slice.x, x_log), range(slice.y, y_log)],
-            Some(_) => {
-                let [(x, across), (y, up)] = self.sides_of_cells()?;
-                [Range::of(x, &across, x_log), Range::of(y, &up, y_log)]
-            }
-        };
+        let ranges = [range(slice.x, x_log), range(slice.y, y_log)];
+        // Those of a machine are written with it.
+        let held = held.filter(|_| machine.is_none());
         let description = Description {
             law: slice.grid.law(),
-            held: held.map(|(position, axis)| (names[position], axis.values[0])).collect(),
+            held: held.map(|(_, axis)| (axis.name.as_str(), axis.values[0])).collect(),
             ranges,
             methods,
             field,
@@ -184,8 +180,14 @@ impl PlaneRequest {
         let (law, point) = self.place.point()?;
         let command = match &description.machine {
             Some(machine) => {
-                let (speed, damping) = (exact(machine.belt_speed), exact(machine.damping));
-                format!("slipmap probe --machine {CONFIG} --set belt_speed={speed} --set damping={damping}")
+                let sets = [slice.x, slice.y].map(|axis| &slice.grid.axes()[axis].name);
+                let value = |name: &str| {
+                    let known = machine.quantities().into_iter().find(|(known, _)| *known == name);
+                    known.map_or(f64::NAN, |(_, value)| value)
+                };
+                let sets: String =
+                    sets.iter().map(|name| format!(" --set {name}={}", exact(value(name)))).collect();
+                format!("slipmap probe --machine {CONFIG}{sets}")
             }
             None => slipmap_map::probe::command_line(&law, &point, map::DEFAULT_TOLERANCE),
         };

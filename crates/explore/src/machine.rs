@@ -5,19 +5,12 @@ use std::collections::BTreeMap;
 use serde_json::{Value, json};
 
 use super::refusal::Refusal;
-use slipmap_map::machine::{Coefficients, Dimension, Friction, Machine, Motion, requirement};
+use slipmap_map::machine::{
+    AREA, BELT_SPEED, Coefficients, DAMPING, DAMPING_RATIO, FREQUENCY, Friction, Machine, Model, Motion,
+    NORMAL_FORCE, PRESSURE, RADIUS, requirement, unit,
+};
 use slipmap_map::map::Grid;
-use slipmap_model::friction::{Expression, Law, Strengthening, Table};
-use slipmap_model::point::LawParameters;
-
-/// The quantities that are axes of a map.
-pub(super) const BELT_SPEED: &str = "belt_speed";
-pub(super) const DAMPING: &str = "damping";
-
-/// Whether machines that differ in this quantity share their units and their dimensionless law.
-pub(super) fn is_shared(name: &str) -> bool {
-    [BELT_SPEED, DAMPING].contains(&name)
-}
+use slipmap_model::friction::{Expression, Law, Table};
 
 pub(super) fn motion_of(name: &str) -> Result<Motion, Refusal> {
     let found = Motion::ALL.into_iter().find(|motion| motion.name() == name);
@@ -32,41 +25,41 @@ pub(super) fn check_names(law: &Law) -> Result<(), Refusal> {
     }
 }
 
-/// The machine with these values of its quantities. Its law is in SI units; its friction must be legal up to
-/// twice the belt speed.
-pub(super) fn machine(law: &Law, motion: Motion, at: &BTreeMap<String, f64>) -> Result<Machine, Refusal> {
+/// The machine with these values of its quantities, of which those `given` stand in place of others. Its law is in SI
+/// units; its friction must be legal up to twice the belt speed.
+pub(super) fn machine(
+    law: &Law,
+    motion: Motion,
+    given: &[String],
+    at: &BTreeMap<String, f64>,
+) -> Result<Machine, Refusal> {
     check_names(law)?;
-    let value = |name: &str| {
-        let missing =
-            || Refusal::malformed(format!("a machine of the law `{}` also needs {name}", law.name()));
-        at.get(name).copied().ok_or_else(missing)
+    let names = Machine::names(law, is_given(given));
+    let value = |name: &str| at.get(name).copied().filter(|_| names.contains(&name));
+    let lacks = || {
+        let name = names.iter().find(|name| value(name).is_none()).copied().unwrap_or_default();
+        Refusal::malformed(format!("a machine of the law `{}` also needs {name}", law.name()))
     };
-    let friction = match law.as_written() {
-        Law::Expression(formula) => {
-            let values = formula.parameters().iter().map(|parameter| value(parameter.name));
-            Friction::Formula(formula.clone(), LawParameters::new(&values.collect::<Result<Vec<f64>, _>>()?))
-        }
-        Law::Table(table) => Friction::Measured(table.clone()),
-        _ => {
-            let known: Vec<&str> = Coefficients::names(law).collect();
-            let number = |name| if known.contains(&name) { value(name) } else { Ok(1.0) };
-            let [rest, kinetic, velocity, rise] = Coefficients::NAMES.map(number);
-            let numbers = [rest?, kinetic?, velocity?, rise?];
-            Friction::Coefficients(law.as_written().clone(), Coefficients::from_array(numbers))
-        }
-    };
-    let machine = Machine {
-        motion,
-        mass: value("mass")?,
-        stiffness: value("stiffness")?,
-        damping: value(DAMPING)?,
-        normal_force: value("normal_force")?,
-        normal_force_is_known: true,
-        friction,
-        belt_speed: value(BELT_SPEED)?,
-    };
+    let machine = Machine::new(motion, law, value).filter(|it| it.normal_force_is_known).ok_or_else(lacks)?;
     check(&machine)?;
     Ok(machine)
+}
+
+/// Whether a quantity is one of those that stand in place of others.
+fn is_given(given: &[String]) -> impl Fn(&str) -> bool {
+    |name| given.iter().any(|it| it == name)
+}
+
+/// The law of a machine as the page sends it, with the quantities that stand in place of others.
+pub(super) fn law_json(machine: &Machine) -> Value {
+    let mut law = super::place::law_json(&machine.law());
+    let names: Vec<&str> = machine.quantities().into_iter().map(|(name, _)| name).collect();
+    let usual = Machine::names(&machine.law(), |_| false);
+    let mut given: Vec<&str> = names.iter().filter(|name| !usual.contains(name)).copied().collect();
+    // A frequency stands for the mass where the stiffness is given.
+    given.extend(["stiffness", Coefficients::EXPONENT].into_iter().filter(|name| names.contains(name)));
+    law["axes"] = given.into();
+    law
 }
 
 fn check(machine: &Machine) -> Result<(), Refusal> {
@@ -93,28 +86,6 @@ fn check(machine: &Machine) -> Result<(), Refusal> {
     }
 }
 
-/// The law of a machine's friction in SI units.
-pub(super) fn law_of(friction: &Friction) -> Law {
-    match friction {
-        Friction::Coefficients(law, _) => law.clone(),
-        Friction::Formula(formula, _) => Law::Expression(formula.clone()),
-        Friction::Measured(table) => Law::Table(table.clone()),
-    }
-}
-
-/// The unit of a quantity; the units of the names in a formula are not known.
-fn unit(name: &str, motion: Motion, law: &Law) -> &'static str {
-    match name {
-        "strengthening" => match (law.built_in().map(|law| law.strengthening), motion) {
-            (Some(Strengthening::Quadratic), Motion::Translation) => "s²/m²",
-            (Some(Strengthening::Quadratic), Motion::Rotation) => "s²/rad²",
-            (Some(Strengthening::Linear) | None, Motion::Translation) => "s/m",
-            (Some(Strengthening::Linear) | None, Motion::Rotation) => "s/rad",
-        },
-        _ => Dimension::of_quantity(name).map_or("", |dimension| motion.unit(dimension)),
-    }
-}
-
 /// The default value of a quantity; the defaults describe a brake pad.
 fn usual(name: &str, law: &Law) -> f64 {
     let table = match law.as_written() {
@@ -125,7 +96,13 @@ fn usual(name: &str, law: &Law) -> f64 {
         "mass" => 2.0,
         "stiffness" => 5.05e5,
         DAMPING => 60.0,
-        "normal_force" => 1000.0,
+        NORMAL_FORCE => 1000.0,
+        FREQUENCY => 80.0,
+        DAMPING_RATIO => 0.03,
+        PRESSURE => 1e6,
+        AREA => 1e-3,
+        RADIUS => 0.1,
+        Coefficients::EXPONENT => 1.0,
         "static_friction" => 0.4,
         "kinetic_friction" => 0.25,
         "strengthening" => 0.0,
@@ -136,7 +113,7 @@ fn usual(name: &str, law: &Law) -> f64 {
 }
 
 /// The axes of a machine under a law in SI units, in the format of the axes of a law.
-pub(super) fn axes(law: &Law, motion: Motion) -> Value {
+pub(super) fn axes(law: &Law, motion: Motion, given: &[String]) -> Value {
     let fastest = match law.as_written() {
         Law::Table(table) => Some(0.5 * table.fastest()),
         _ => None,
@@ -144,21 +121,27 @@ pub(super) fn axes(law: &Law, motion: Motion) -> Value {
     let one = |name: &'static str| {
         let words = name.replace('_', " ").replace("stribeck", "Stribeck");
         let value = usual(name, law);
-        let known = law.parameters().iter().all(|parameter| parameter.name != name);
+        let is_formula = matches!(law.as_written(), Law::Expression(_));
+        let known = !is_formula || law.parameters().iter().all(|parameter| parameter.name != name);
         json!({
             "name": name,
             "symbol": words,
             "words": words,
-            "unit": unit(name, motion, law),
-            "least": known.then_some(0.0),
+            "unit": unit(name, motion, law, is_given(given)(RADIUS)),
+            "least": known.then_some(if name == Coefficients::EXPONENT { 1.0 } else { 0.0 }),
             "most": if name == BELT_SPEED { fastest } else { None },
-            "open": !requirement(name, 0.0).0,
+            "open": name != Coefficients::EXPONENT && !requirement(name, 0.0).0,
             "from": 0.0,
-            "to": if value > 0.0 { 2.0 * value } else { 0.1 },
+            // Not above friction at rest.
+            "to": match name {
+                "kinetic_friction" => usual("static_friction", law),
+                _ if value > 0.0 => 2.0 * value,
+                _ => 0.1,
+            },
             "value": value,
         })
     };
-    slipmap_config::machine_keys(law).into_iter().filter(|key| *key != "motion").map(one).collect()
+    Machine::names(law, is_given(given)).into_iter().map(one).collect()
 }
 
 /// The quantities of a machine by name.
@@ -167,11 +150,10 @@ pub(super) fn at_json(machine: &Machine) -> Value {
 }
 
 /// The dimensionless law of a machine, and the values of its axes.
-pub(super) fn dimensionless(machine: &Machine, small: bool) -> Result<(Law, Vec<f64>), Refusal> {
+pub(super) fn dimensionless(machine: &Machine) -> Result<(Law, Vec<f64>), Refusal> {
     let overflow =
         || Refusal::bad_input("the friction leaves the numbers in dimensionless terms", "check the units");
-    let model = machine.model().ok_or_else(overflow)?;
-    let law = if small { model.law.read_as_small() } else { model.law };
-    let values = Grid::coordinates(&law, &model.point).into_iter().map(|(_, value)| value).collect();
+    let Model { law, point, .. } = machine.model().ok_or_else(overflow)?;
+    let values = Grid::coordinates(&law, &point).into_iter().map(|(_, value)| value).collect();
     Ok((law, values))
 }

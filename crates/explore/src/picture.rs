@@ -5,21 +5,19 @@ use std::sync::atomic::AtomicBool;
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
-use rayon::prelude::*;
 use serde_json::json;
 
 use super::catalogue::kinds_json;
-use super::machine::is_shared;
-use super::plane::{Part, PlaneRequest, Slice};
+use super::plane::{PlaneRequest, Slice};
 use super::refusal::Refusal;
 use super::show::Show;
 use slipmap_format::{MapFile, Pick};
 use slipmap_map::dataset::{Cells, Schema, Variable};
 use slipmap_map::map::{
-    Account, ComputeError, Control, Field, Method, Plan, Queue, Sink, TileData, Verdict, compute_tiles,
+    Account, ComputeError, Control, Field, Grid, Method, Plan, Queue, Sink, TileData, Verdict, compute_tiles,
 };
+use slipmap_report::Label;
 use slipmap_report::figure::palette::{self, Kind};
-use slipmap_report::{Label, UnitSystem};
 
 /// Number of cells of a tile, after each of which a superseded request may stop: many if c is an axis, since
 /// a column's answer costs little more than one cell of it. Tiles that are interpolated have the usual size.
@@ -32,15 +30,8 @@ impl PlaneRequest {
     /// computed.
     pub(super) fn picture(&self, map: Option<&MapFile>, stop: &AtomicBool) -> Result<Vec<u8>, Refusal> {
         let started = Instant::now();
-        let (show, methods, field) = self.show()?;
-        let is_map = [&self.x, &self.y].iter().all(|side| is_shared(&side.axis));
-        if let Some(machine) = self.place.machine()?.filter(|_| !is_map) {
-            let (slices, size) = self.machines(&machine)?;
-            let (cells, kinds) = computed_each(&slices, size, &show, &methods, field, stop)?;
-            let label = show.label(&UnitSystem::of_machine(machine.si()));
-            return Ok(written(size, label.as_ref(), cells, kinds, started));
-        }
         let slice = self.cells()?;
+        let (show, methods, field) = self.show(&slice.grid)?;
         let stored = map.filter(|_| self.stored).map_or(Ok(None), |map| stored(map, &slice, &show))?;
         let (mut cells, kinds) = match stored {
             Some(cells) => (cells, show.kinds(&methods).map(with_nothing)),
@@ -137,44 +128,6 @@ fn computed(
     Ok((sink.cells.into_inner().unwrap_or_else(PoisonError::into_inner), kinds))
 }
 
-/// The cells of a picture of this size, assembled from slices at their places.
-fn computed_each(
-    slices: &[Part],
-    [width, height]: [usize; 2],
-    show: &Show,
-    methods: &[Method],
-    field: Option<Field>,
-    stop: &AtomicBool,
-) -> Result<(Values, Option<Vec<Kind>>), Refusal> {
-    // The threads work on different slices.
-    let control = Control { stop, threads: Some(1), ..Control::default() };
-    let found: Vec<_> = slices
-        .par_iter()
-        .map(|(slice, corner)| {
-            let (mut cells, kinds) = computed(slice, show, methods.to_vec(), field, &control)?;
-            cells.convert(show.label(&slice.units).as_ref());
-            let axes = slice.grid.axes();
-            Ok((*corner, axes[slice.x].values.len(), cells, kinds))
-        })
-        .collect::<Result<_, Refusal>>()?;
-    let mut kinds = show.kinds(methods);
-    let mut all = Values::none(kinds.is_some(), width * height);
-    for ([column, row], across, cells, of_slice) in found {
-        kinds = of_slice;
-        let place = |cell: usize| (row + cell / across) * width + column + cell % across;
-        match (&mut all, cells) {
-            (Values::Codes(all), Values::Codes(cells)) => {
-                cells.into_iter().enumerate().for_each(|(cell, code)| all[place(cell)] = code);
-            }
-            (Values::Reals(all), Values::Reals(cells)) => {
-                cells.into_iter().enumerate().for_each(|(cell, real)| all[place(cell)] = real);
-            }
-            _ => unreachable!("slices of one picture show the same"),
-        }
-    }
-    Ok((all, kinds))
-}
-
 /// The code of cells beyond a map, which no variable uses.
 const NOT_STORED: i8 = i8::MIN;
 
@@ -185,12 +138,18 @@ fn with_nothing(mut kinds: Vec<Kind>) -> Vec<Kind> {
     kinds
 }
 
+/// Whether a plane lies in the space of a map: the same law, and for a machine the same axes and other quantities.
+fn is_of(map: &Grid, plane: &Grid) -> bool {
+    let names = |grid: &Grid| grid.axes().iter().map(|axis| axis.name.clone()).collect::<Vec<_>>();
+    map.law() == plane.law() && names(map) == names(plane) && map.fixed() == plane.fixed()
+}
+
 /// The cells of a picture as stored in a map: those of the nearest nodes, none beyond its ends. `None` if the
 /// map is of another law or does not have the quantity.
 fn stored(map: &MapFile, slice: &Slice, show: &Show) -> Result<Option<Values>, Refusal> {
     let Slice { grid, x, y, .. } = slice;
     let Show::Variable(name) = show else { return Ok(None) };
-    if map.grid().law() != grid.law() || !map.has(name) || name.starts_with("critical_c_") {
+    if !is_of(map.grid(), grid) || !map.has(name) || Field::is_critical(name) {
         return Ok(None);
     }
     let axes = map.grid().axes();

@@ -8,11 +8,11 @@ use serde_json::{Value, json};
 
 use super::machine;
 use super::refusal::Refusal;
-use slipmap_config::{Level, OfMachine, point_of, table_of_text};
-use slipmap_map::machine::{Machine, Motion};
+use slipmap_config::{Level, Measured, OfMachine, point_of};
+use slipmap_map::machine::{Coefficients, Machine, Motion};
 use slipmap_map::map::Grid;
 use slipmap_model::friction::{Expression, Law};
-use slipmap_model::point::Point;
+use slipmap_model::point::{MAX_LAW_PARAMETERS, Point};
 
 /// Largest number of characters of a formula.
 const LONGEST_FORMULA: usize = 4096;
@@ -34,6 +34,9 @@ pub(super) struct LawText {
     static_level: Option<f64>,
     /// Whether it is read as 1 + eps F(u).
     pub(super) small: bool,
+    /// Those of the parameters `exponent` and `drop` that a map of the law has; of a machine the quantities that stand
+    /// in place of others, and the exponent.
+    pub(super) axes: Vec<String>,
 }
 
 impl LawText {
@@ -65,7 +68,8 @@ impl LawText {
                     None if machine.is_some() => Level::First,
                     None => Level::One,
                 };
-                let table = table_of_text(file, &self.table, level, machine);
+                let table = Measured::of_bytes(file, self.table.as_bytes(), machine)
+                    .and_then(|read| read.table(level));
                 Law::Table(table.map_err(|(problem, remedy)| Refusal::bad_input(problem, remedy))?)
             }
             (name, None) => {
@@ -79,10 +83,14 @@ impl LawText {
 
     /// The law of a machine: coefficients of friction, whatever they are at slip speed 0.
     pub(super) fn in_si_units(&self, motion: Motion) -> Result<Law, Refusal> {
-        let plain = Self { static_level: None, small: false, ..self.clone() };
-        let law = plain.law_of(Some(OfMachine { motion, forces: false }))?;
+        let plain = Self { static_level: None, ..self.clone() };
+        let law = plain.law_of(Some(OfMachine { motion: Some(motion), forces: Some(false) }))?;
         machine::check_names(&law)?;
-        Ok(law)
+        Ok(if plain.axes.iter().any(|name| name == Coefficients::EXPONENT) {
+            law.with_exponent()
+        } else {
+            law
+        })
     }
 }
 
@@ -102,18 +110,23 @@ impl Place {
     pub(super) fn machine(&self) -> Result<Option<Machine>, Refusal> {
         let Some(motion) = &self.motion else { return Ok(None) };
         let motion = machine::motion_of(motion)?;
-        machine::machine(&self.law.in_si_units(motion)?, motion, &self.at).map(Some)
+        machine::machine(&self.law.in_si_units(motion)?, motion, &self.law.axes, &self.at).map(Some)
     }
 
-    /// The dimensionless law and the values of its axes in their order, each legal.
-    pub(super) fn read(&self) -> Result<(Law, Vec<f64>), Refusal> {
+    /// The dimensionless law and the values of its axes in their order, each legal. It has the parameters
+    /// `exponent` and `drop` if they are `wanted` as axes, or are not what a law without them has.
+    pub(super) fn read(&self, wanted: &[&str]) -> Result<(Law, Vec<f64>), Refusal> {
         if let Some(machine) = self.machine()? {
-            let (law, values) = machine::dimensionless(&machine, self.law.small)?;
+            let (law, values) = machine::dimensionless(&machine)?;
             // Units that are far too large or small give numbers that are illegal for every law.
             point_of(&law, &values)?;
             return Ok((law, values));
         }
-        let law = self.law.law()?;
+        let differs = |name: &str, from: f64| self.at.get(name).is_some_and(|value| *value != from);
+        let law = with_all(self.law.law()?, |name| {
+            let is_axis = self.law.axes.iter().any(|axis| axis == name) || wanted.contains(&name);
+            is_axis || differs(name, if name == "drop" { 0.0 } else { 1.0 })
+        });
         let value = |name: &&str| {
             let missing = || Refusal::malformed(format!("the law `{}` also needs {name}", law.name()));
             self.at.get(*name).copied().ok_or_else(missing)
@@ -125,7 +138,7 @@ impl Place {
 
     /// The law and the point, at which the law is legal.
     pub(super) fn point(&self) -> Result<(Law, Point), Refusal> {
-        let (law, values) = self.read()?;
+        let (law, values) = self.read(&[])?;
         let point = point_of(&law, &values)?;
         // The law of a machine has been checked in SI units.
         if self.motion.is_none() {
@@ -133,6 +146,13 @@ impl Place {
         }
         Ok((law, point))
     }
+}
+
+/// The law with the parameters `exponent` and `drop`, each if it is `wanted` and the law may have it.
+pub(super) fn with_all(law: Law, wanted: impl Fn(&str) -> bool) -> Law {
+    let law = if wanted("exponent") { law.with_exponent() } else { law };
+    let may_drop = law.may_drop() || law.parameters().len() >= MAX_LAW_PARAMETERS;
+    if wanted("drop") && !may_drop { law.with_drop() } else { law }
 }
 
 /// The values of a point by the names of the law's axes.
@@ -177,6 +197,8 @@ pub(super) fn law_json(law: &Law) -> Value {
         }
         _ => {}
     }
+    let axes = ["exponent", "drop"];
+    object["axes"] = law.parameters().iter().map(|of| of.name).filter(|name| axes.contains(name)).collect();
     if law.is_read_as_small() {
         object["small"] = true.into();
     }

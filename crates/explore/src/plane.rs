@@ -1,16 +1,13 @@
 //! Planes of parameter space: the contents of a request, and the grids of its cells.
 
-use rayon::prelude::*;
 use serde::Deserialize;
 
-use super::machine::{BELT_SPEED, dimensionless, is_shared};
 use super::place::{Place, check_law};
 use super::refusal::Refusal;
 use super::show::Show;
 use super::tabs::Turn;
 use slipmap_certify::Guarantee;
 use slipmap_config::range_nodes;
-use slipmap_map::machine::Machine;
 use slipmap_map::map::{Field, Grid, Method};
 use slipmap_model::friction::Law;
 use slipmap_report::UnitSystem;
@@ -89,9 +86,6 @@ impl Side {
 /// A side of a picture and its nodes.
 pub(super) type Nodes<'a> = (&'a Side, Vec<f64>);
 
-/// A part of a picture, and its place there: first column and row.
-pub(super) type Part = (Slice, [usize; 2]);
-
 /// A plane of a grid.
 pub(super) struct Slice {
     pub(super) grid: Grid,
@@ -121,22 +115,21 @@ impl PlaneRequest {
         }
     }
 
-    /// The grid with the values from `nodes_of` on both axes; for a machine these are belt speed and damping.
+    /// The grid with the values from `nodes_of` on both axes.
     pub(super) fn slice(
         &self,
         nodes_of: impl Fn(&Side) -> Result<Vec<f64>, Refusal>,
     ) -> Result<Slice, Refusal> {
         let sides = self.sides(nodes_of)?;
         if let Some(machine) = self.place.machine()? {
-            if !sides.iter().all(|(side, _)| is_shared(&side.axis)) {
-                return Err(Refusal::bad_input(
-                    "a map of a machine has the axes belt speed and damping",
-                    "show these two to take them along",
-                ));
-            }
-            return self.of_machine(&machine, &[&sides[0], &sides[1]]);
+            let varied: Vec<(&str, Vec<f64>)> =
+                sides.into_iter().map(|(side, nodes)| (side.axis.as_str(), nodes)).collect();
+            let grid = Grid::of_machine(&machine, &varied)?;
+            let place = |side: &Side| grid.axes().iter().position(|axis| axis.name == side.axis).unwrap_or(0);
+            let (x, y) = (place(&self.x), place(&self.y));
+            return Ok(Slice { units: UnitSystem::of_grid(&grid), grid, x, y });
         }
-        let (law, values) = self.place.read()?;
+        let (law, values) = self.place.read(&[&self.x.axis, &self.y.axis])?;
         let names = Grid::axis_names(&law);
         let position = |side: &Side| {
             let found = names.iter().position(|name| *name == side.axis);
@@ -153,65 +146,9 @@ impl PlaneRequest {
         Ok(Slice { grid, x, y, units: UnitSystem::default() })
     }
 
-    /// The dimensionless grid of a machine with these nodes, in SI units, of its belt speed, its damping, or
-    /// both.
-    pub(super) fn of_machine(&self, machine: &Machine, sides: &[&Nodes]) -> Result<Slice, Refusal> {
-        let (law, values) = dimensionless(machine, self.place.law.small)?;
-        let units = machine.units();
-        let mut nodes: Vec<Vec<f64>> = values.into_iter().map(|value| vec![value]).collect();
-        let last = nodes.len() - 1;
-        // A direction without a given side shows an axis of one node: epsilon beside a given side.
-        let mut places = [0, usize::from(sides.is_empty())];
-        for (side, values) in sides {
-            let (position, unit) = match side.axis.as_str() {
-                BELT_SPEED => (last - 1, units.velocity),
-                _ => (last, units.damping),
-            };
-            nodes[position] = values.iter().map(|value| value / unit).collect();
-            places[usize::from(std::ptr::eq(*side, &self.y))] = position;
-        }
-        let units = UnitSystem::of_machine(machine.si());
-        Ok(Slice { grid: Grid::new(law, nodes)?, x: places[0], y: places[1], units })
-    }
-
-    /// The legal machines of a plane, each with its place: first column and row.
-    ///
-    /// Belt speeds and dampings share a law. Any other quantity changes the units, so that each of its values
-    /// has a grid of its own.
-    pub(super) fn machines(&self, machine: &Machine) -> Result<(Vec<Part>, [usize; 2]), Refusal> {
-        let sides = self.sides(Side::nodes)?;
-        let known: Vec<&str> = machine.quantities().into_iter().map(|(name, _)| name).collect();
-        if let Some((side, _)) = sides.iter().find(|(side, _)| !known.contains(&side.axis.as_str())) {
-            return Err(Refusal::malformed(format!("the machine has no quantity {}", side.axis)));
-        }
-        let size = [sides[0].1.len(), sides[1].1.len()];
-        let (shared, varied): (Vec<&Nodes>, Vec<&Nodes>) =
-            sides.iter().partition(|(side, _)| is_shared(&side.axis));
-        let counts: Vec<usize> = varied.iter().map(|(_, nodes)| nodes.len()).collect();
-        let slice = |number: usize| {
-            let mut machine = machine.clone();
-            let (mut rest, mut corner) = (number, [0, 0]);
-            for ((side, nodes), count) in varied.iter().zip(&counts) {
-                machine = machine.with(&side.axis, nodes[rest % count])?;
-                corner[usize::from(std::ptr::eq(*side, &self.y))] = rest % count;
-                rest /= count;
-            }
-            if !machine.is_legal() {
-                return None;
-            }
-            Some((self.of_machine(&machine, &shared).ok()?, corner))
-        };
-        Ok(((0..counts.iter().product()).into_par_iter().filter_map(slice).collect(), size))
-    }
-
     /// The grid of the picture.
     pub(super) fn cells(&self) -> Result<Slice, Refusal> {
         self.slice(Side::nodes)
-    }
-
-    /// Both axes with the values at the middle of the cells.
-    pub(super) fn sides_of_cells(&self) -> Result<[(&str, Vec<f64>); 2], Refusal> {
-        Ok(self.sides(Side::nodes)?.map(|(side, nodes)| (side.axis.as_str(), nodes)))
     }
 
     /// Whether the axes across and up are logarithmic.
@@ -220,7 +157,7 @@ impl PlaneRequest {
     }
 
     /// The quantity shown, its methods, and its field in a map.
-    pub(super) fn show(&self) -> Result<(Show, Vec<Method>, Option<Field>), Refusal> {
+    pub(super) fn show(&self, grid: &Grid) -> Result<(Show, Vec<Method>, Option<Field>), Refusal> {
         let unknown =
             || Refusal::bad_input(format!("there is nothing called `{}`", self.show), "reload the page");
         let method = |name: &str| Method::by_name(name).ok_or_else(unknown);
@@ -239,7 +176,11 @@ impl PlaneRequest {
             return Err(unknown());
         }
         let method = method.unwrap_or(Method::Simulation);
-        Ok((Show::Variable(self.show.clone()), vec![method], Some(field)))
+        let name = match field {
+            Field::CriticalC => format!("{}{}", Field::critical_of(grid)[0], method.name()),
+            _ => self.show.clone(),
+        };
+        Ok((Show::Variable(name), vec![method], Some(field)))
     }
 }
 

@@ -198,7 +198,7 @@ async fn law(JsonBody(request): JsonBody<LawRequest>) -> Reply {
         Some(motion) => {
             let motion = machine::motion_of(motion)?;
             let law = request.law.in_si_units(motion)?;
-            let axes = machine::axes(&law, motion);
+            let axes = machine::axes(&law, motion, &request.law.axes);
             (law, axes)
         }
     };

@@ -8,8 +8,8 @@ use hdf5::types::{FloatSize, TypeDescriptor};
 use hdf5::{Attribute, Dataset, ObjectReference1};
 
 use slipmap_certify::Guarantee;
-use slipmap_map::dataset::auxiliary::{AUXILIARY, axes_of};
-use slipmap_map::dataset::{Content, Fingerprint, Value, Variable, attributes, fingerprint, hex};
+use slipmap_map::dataset::auxiliary::{self, axes_of};
+use slipmap_map::dataset::{Content, Fingerprint, Value, Variable, attributes, fingerprint, hex, si_name};
 
 use super::curves;
 use super::error::StoreError;
@@ -136,7 +136,7 @@ fn check_contents(map: &MapFile, ties: bool, cells: bool, report: &mut CheckRepo
     if let Err(unfit) = check_curves(map, report) {
         report.note(Some(curves::GROUP), None, unfit.to_string());
     }
-    for name in auxiliary(map) {
+    for name in beside(map) {
         if let Err(unfit) = check_auxiliary(map, name, ties, report) {
             report.note(Some(name), None, unfit.to_string());
         }
@@ -192,9 +192,10 @@ fn check_root(map: &MapFile, report: &mut CheckReport) {
     match map.file.member_names() {
         Ok(names) => {
             let schema = &map.schema;
+            let beside = auxiliary::names(&schema.grid);
             for name in names {
                 let axis = schema.dimensions().contains(&name.as_str());
-                let known = axis || map.has(&name) || AUXILIARY.contains(&name.as_str());
+                let known = axis || map.has(&name) || beside.contains(&name.as_str());
                 if !known && name != curves::GROUP {
                     report.note(Some(&name), None, "does not belong to the map");
                 }
@@ -204,19 +205,19 @@ fn check_root(map: &MapFile, report: &mut CheckReport) {
     }
 }
 
-fn auxiliary(map: &MapFile) -> impl Iterator<Item = &'static str> {
-    AUXILIARY.into_iter().filter(|name| map.file.link_exists(name))
+fn beside(map: &MapFile) -> impl Iterator<Item = &'static str> {
+    auxiliary::names(map.grid()).into_iter().filter(|name| map.file.link_exists(name))
 }
 
 /// Checks an auxiliary variable.
 fn check_auxiliary(map: &MapFile, name: &str, ties: bool, report: &mut CheckReport) -> Result<(), Unfit> {
     let dataset = map.file.dataset(name)?;
-    let axes = axes_of(name, map.grid()).unwrap_or_default();
+    let axes = axes_of(name, map.grid());
     let shape: Vec<usize> = axes.iter().map(|&axis| map.grid().shape()[axis]).collect();
     trust::auxiliary(&dataset, name, &shape, map.place())?;
     let digest = fingerprint::of_one_tile(&fingerprint::reals(&dataset.read_raw::<f64>()?));
     expect(&dataset, name, "sha256", &digest, report);
-    if ties {
+    if ties && !shape.is_empty() {
         check_ties(name, shape.len(), &dataset, report);
     }
     Ok(())
@@ -267,7 +268,7 @@ fn check_axis(map: &MapFile, position: usize, ties: bool, report: &mut CheckRepo
     }
     expect(&dataset, &axis.name, "CLASS", &"DIMENSION_SCALE".into(), report);
     expect(&dataset, &axis.name, "NAME", &axis.name.as_str().into(), report);
-    expect(&dataset, &axis.name, "units", &"1".into(), report);
+    expect(&dataset, &axis.name, "units", &si_name(axis.unit).into(), report);
     let digest = fingerprint::of_one_tile(&fingerprint::reals(&axis.values));
     expect(&dataset, &axis.name, "sha256", &digest, report);
     if ties { check_uses(map, position, &dataset, report) } else { Ok(()) }
@@ -322,7 +323,7 @@ fn check_ties(name: &str, rank: usize, dataset: &Dataset, report: &mut CheckRepo
 /// Checks that a dimension lists exactly the variables that have it.
 fn check_uses(map: &MapFile, position: usize, scale: &Dataset, report: &mut CheckReport) -> hdf5::Result<()> {
     let mut expected = Vec::new();
-    let all = map.schema.positions(auxiliary(map));
+    let all = map.schema.positions(beside(map));
     for (name, axes) in all.iter().filter(|(name, _)| map.file.link_exists(name)) {
         let Some(dimension) = axes.iter().position(|axis| *axis == position) else { continue };
         let reference: ObjectReference1 = map.file.reference(name)?;

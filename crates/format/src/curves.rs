@@ -3,7 +3,7 @@
 use hdf5::types::TypeDescriptor;
 use hdf5::{Dataset, File, Group, H5Type};
 
-use slipmap_map::dataset::{Value, fingerprint};
+use slipmap_map::dataset::{Value, fingerprint, si_name};
 use slipmap_map::map::{Axis, CURVE_COLUMNS, Grid, Plane, PlaneCurve, PlaneCurves, PlanePoint};
 use slipmap_simulate::bifurcation::Bifurcation;
 
@@ -51,7 +51,8 @@ pub(super) fn write(file: &File, grid: &Grid, planes: &[PlaneCurves]) -> hdf5::R
             _ => axis.values[plane.held[position]],
         });
         let long_name = format!("value at which {} is held, NaN in the plane", axis.name);
-        columns.push(Series::new(PLANE, &held(axis), &long_name, Reals(values.collect())));
+        let series = Series::new(PLANE, &held(axis), &long_name, Reals(values.collect()));
+        columns.push(series.in_unit(&si_name(axis.unit)));
     }
     if planes.iter().any(|curves| curves.points() > 0) {
         columns.extend(points(axes, planes));
@@ -87,7 +88,8 @@ fn points(axes: &[Axis], planes: &[PlaneCurves]) -> Vec<Series> {
         Series::new(POINT, "branch", "number of the connected curve in its plane and kind", Integers(branch)),
     ];
     for (axis, values) in axes.iter().zip(values) {
-        columns.push(Series::new(POINT, &axis.name, &axis.long_name, Reals(values)));
+        let series = Series::new(POINT, &axis.name, &axis.long_name, Reals(values));
+        columns.push(series.in_unit(&si_name(axis.unit)));
     }
     let long_name = "estimate of the distance from the curve, in sides of the plane, which is logarithmic along axes of \
                      equal ratios";

@@ -35,7 +35,7 @@ const SHARDS: &str = "shards";
 const LONGEST_HEADER: u64 = 1 << 26;
 
 /// Number of bytes of frames that are read at once.
-const WINDOW: u64 = 1 << 26;
+const WINDOW: u64 = 1 << 24;
 
 /// Largest number of runs that the history of a map lists.
 const LISTED_RUNS: usize = 20;

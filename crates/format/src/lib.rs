@@ -27,12 +27,12 @@
 //!
 //! # Machines
 //!
-//! The map of a machine has its belt speeds and dampings in SI units as auxiliary coordinates,
-//! `belt_speed_si` along V and `damping_si` along c. The CF attribute `coordinates` of every variable lists
-//! them; xarray finds them by it. Variables with a physical dimension have the attributes `si_factor` and
-//! `si_units`: their numbers times the factor are in that unit. The file has the attributes `machine_si`, the
-//! machine's numbers (`Machine::to_array`), `machine_units`, the units of time, length, velocity, force and
-//! damping, and `machine_motion`, translation or rotation.
+//! The map of a machine has all numbers in SI units, by the attribute `units`. Its axes are the quantities that
+//! vary, under their names in configurations and in their order there, then `belt_speed` and `damping`, which are
+//! axes in any case. The other quantities are scalars; the CF attribute `coordinates` of every variable lists them,
+//! and xarray makes coordinates of them. Critical dampings are `critical_damping_METHOD`, with the errors
+//! `critical_damping_error_simulation`. `stick_slip_probability`, over all axes, is there if quantities are uncertain.
+//! The file has the attribute `machine_motion`, translation or rotation; its `law_definition` is in SI units.
 //!
 //! # Curves
 //!

@@ -9,9 +9,10 @@ use std::path::{Path, PathBuf};
 use hdf5::{Dataset, File, SliceOrIndex};
 use ndarray::ArrayD;
 
-use slipmap_map::dataset::auxiliary::{AUXILIARY, axes_of};
+use slipmap_map::dataset::auxiliary::PROBABILITY;
 use slipmap_map::dataset::{MethodInfo, SCHEMA, Schema, Value};
-use slipmap_map::map::{Field, Grid, PlaneCurves, Tile};
+use slipmap_map::machine::{MOTION_ATTRIBUTE, Machine, Motion};
+use slipmap_map::map::{Field, Grid, Method, PlaneCurves, Tile};
 use slipmap_model::friction::Law;
 
 use super::error::StoreError;
@@ -117,10 +118,20 @@ impl MapFile {
         self.variables().any(|name| name == variable)
     }
 
-    /// Whether the map has this auxiliary variable.
+    /// Name of the variable with a method's critical dampings.
+    pub fn critical(&self, method: &str) -> String {
+        format!("{}{method}", Field::critical_of(self.grid())[0])
+    }
+
+    /// Name of the variable with the errors of those of the simulation.
+    pub fn critical_error(&self) -> String {
+        format!("{}{}", Field::critical_of(self.grid())[1], Method::Simulation.name())
+    }
+
+    /// Whether the map of a machine has the probability of stick-slip.
     #[must_use]
-    pub fn has_auxiliary(&self, name: &str) -> bool {
-        AUXILIARY.contains(&name) && self.file.link_exists(name)
+    pub fn has_probability(&self) -> bool {
+        self.grid().machine().is_some() && self.file.link_exists(PROBABILITY)
     }
 
     /// Attributes of the file, by name.
@@ -191,21 +202,16 @@ impl MapFile {
         self.slice(variable, at)
     }
 
-    /// Reads real numbers on a slice, as [`MapFile::code_slice`], also those of an auxiliary variable: the
-    /// picks along axes that such a variable does not have are ignored.
+    /// Reads real numbers on a slice, as [`MapFile::code_slice`], also those of the probability of stick-slip.
     ///
     /// # Errors
     /// As [`MapFile::codes`].
     pub fn real_slice(&self, variable: &str, at: &[Pick]) -> Result<ArrayD<f64>, StoreError> {
-        let own = axes_of(variable, self.grid()).filter(|_| self.has_auxiliary(variable));
-        match own {
-            Some(axes) if at.len() == self.grid().axes().len() => {
-                let dataset = self.file.dataset(variable).map_err(|error| self.failed(variable, &error))?;
-                let at: Vec<Pick> = axes.into_iter().map(|axis| at[axis]).collect();
-                self.slice_of(&dataset, variable, &at)
-            }
-            _ => self.slice(variable, at),
+        if variable == PROBABILITY && self.has_probability() {
+            let dataset = self.file.dataset(variable).map_err(|error| self.failed(variable, &error))?;
+            return self.slice_of(&dataset, variable, at);
         }
+        self.slice(variable, at)
     }
 
     /// The tiles of the map, in the order of the file.
@@ -347,14 +353,36 @@ fn read_schema(
     let definition = text("law_definition").unwrap_or_default();
     let law = Law::from_definition(law, definition)
         .ok_or_else(|| not_a_map(format!("this version of slipmap does not know its friction law {law}")))?;
-    let mut nodes = Vec::new();
-    for name in Grid::axis_names(&law) {
-        nodes.push(
-            read_axis(file, name, FilePlace { path, length, by_parts: false })
-                .map_err(|unfit| StoreError::unfit(format!("read the axis {name} of"), path, unfit))?,
-        );
-    }
-    let grid = Grid::new(law, nodes).map_err(|error| not_a_map(error.to_string()))?;
+    let place = FilePlace { path, length, by_parts: false };
+    let axis = |name: &str| {
+        read_axis(file, name, place)
+            .map_err(|unfit| StoreError::unfit(format!("read the axis {name} of"), path, unfit))
+    };
+    let grid = match attributes.get(MOTION_ATTRIBUTE) {
+        None => {
+            let nodes = Grid::axis_names(&law).into_iter().map(axis).collect::<Result<_, _>>()?;
+            Grid::new(law, nodes)
+        }
+        Some(motion) => {
+            let motion = Motion::ALL.into_iter().find(|it| *motion == Value::from(it.name()));
+            let motion = motion.ok_or_else(|| not_a_map("its machine has no known motion".into()))?;
+            let (mut varied, mut first) = (Vec::new(), BTreeMap::new());
+            for name in Machine::names(&law, |name| file.link_exists(name))
+                .into_iter()
+                .filter(|name| file.link_exists(name))
+            {
+                let values = axis(name)?;
+                first.extend(values.first().map(|value| (name, *value)));
+                if is_axis(file, name) {
+                    varied.push((name, values));
+                }
+            }
+            let machine = Machine::new(motion, &law, |name| first.get(name).copied());
+            let machine = machine.ok_or_else(|| not_a_map("its machine lacks quantities".into()))?;
+            Grid::of_machine(&machine, &varied)
+        }
+    };
+    let grid = grid.map_err(|error| not_a_map(error.to_string()))?;
     let tile_shape: Vec<usize> = match attributes.get("tile_shape") {
         Some(Value::Integers(lengths)) => {
             lengths.iter().filter_map(|&len| usize::try_from(len).ok()).collect()
@@ -369,7 +397,8 @@ fn read_schema(
     }
     let mut fields = Vec::new();
     for name in text("fields")?.split_whitespace() {
-        let known = Field::ALL.into_iter().find(|field| field.name() == name);
+        let of_machine = grid.machine().is_some();
+        let known = Field::ALL.into_iter().find(|field| field.name_for(of_machine) == name);
         let known = known.ok_or_else(|| not_a_map(format!("this version does not know its field {name}")))?;
         if !fields.contains(&known) {
             fields.push(known);
@@ -384,8 +413,18 @@ fn read_schema(
     Ok(Schema::new(grid, tile_shape, methods, fields))
 }
 
+/// Whether a dataset is an axis, not a single number.
+fn is_axis(file: &File, name: &str) -> bool {
+    file.dataset(name).is_ok_and(|dataset| dataset.ndim() > 0)
+}
+
+/// Reads the nodes of an axis, or the number of a quantity that does not vary.
 fn read_axis(file: &File, name: &str, place: FilePlace) -> Result<Vec<f64>, Unfit> {
     let axis = file.dataset(name)?;
+    if axis.ndim() == 0 {
+        trust::auxiliary(&axis, name, &[], place)?;
+        return Ok(vec![axis.read_scalar()?]);
+    }
     trust::axis(&axis, name, place)?;
     Ok(axis.read_raw()?)
 }

@@ -30,13 +30,21 @@ pub struct Series {
     dimension: &'static str,
     name: String,
     long_name: String,
+    units: String,
     contents: Contents,
 }
 
 impl Series {
     /// A column along `dimension`.
     pub fn new(dimension: &'static str, name: &str, long_name: &str, contents: Contents) -> Self {
-        Self { dimension, name: name.into(), long_name: long_name.into(), contents }
+        let units = if name.starts_with("seconds") { "s" } else { "1" }.into();
+        Self { dimension, name: name.into(), long_name: long_name.into(), units, contents }
+    }
+
+    /// The column with its numbers in this unit.
+    #[must_use]
+    pub fn in_unit(self, units: &str) -> Self {
+        Self { units: units.into(), ..self }
     }
 
     fn len(&self) -> usize {
@@ -95,7 +103,7 @@ pub(super) fn write_tables(group: &Group, columns: &[Series]) -> hdf5::Result<()
         let length = along.first().map_or(0, |series| series.len());
         let numbers: Vec<f64> = (1..=length).map(|number| number as f64).collect();
         let scale = create(group, dimension, &numbers)?;
-        describe_scale(&scale, dimension, &format!("number of the {dimension}"), &numbers)?;
+        describe_scale(&scale, dimension, &format!("number of the {dimension}"), "1", &numbers)?;
         let reference: ObjectReference1 = group.reference(dimension)?;
         let mut uses = Vec::with_capacity(along.len());
         for series in along {
@@ -118,12 +126,13 @@ pub(super) fn describe_scale(
     dataset: &Dataset,
     name: &str,
     long_name: &str,
+    units: &str,
     values: &[f64],
 ) -> hdf5::Result<()> {
     sys::write_text(dataset, "CLASS", "DIMENSION_SCALE", Ending::Zero)?;
     sys::write_text(dataset, "NAME", name, Ending::Zero)?;
     value::write(dataset, "long_name", &long_name.into())?;
-    value::write(dataset, "units", &"1".into())?;
+    value::write(dataset, "units", &units.into())?;
     value::write(dataset, "sha256", &fingerprint::of_one_tile(&fingerprint::reals(values)))
 }
 
@@ -155,8 +164,7 @@ fn write_series(group: &Group, series: &Series) -> hdf5::Result<Dataset> {
         }
     };
     value::write(&dataset, "long_name", &series.long_name.as_str().into())?;
-    let units = if series.name.starts_with("seconds") { "s" } else { "1" };
-    value::write(&dataset, "units", &units.into())?;
+    value::write(&dataset, "units", &series.units.as_str().into())?;
     value::write(&dataset, "sha256", &fingerprint::of_one_tile(&digest))?;
     Ok(dataset)
 }

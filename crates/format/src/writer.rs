@@ -10,7 +10,7 @@ use tempfile::TempPath;
 
 use crate::files::Existing;
 use slipmap_map::dataset::{
-    Auxiliary, Outcome, Schema, Value, Variable, attributes, auxiliary, fingerprint, hex,
+    Auxiliary, Outcome, Schema, Value, Variable, attributes, auxiliary, fingerprint, hex, si_name,
 };
 use slipmap_map::map::{Axis, Plan};
 
@@ -100,12 +100,6 @@ impl MapWriter {
         let failed = |error: hdf5::Error| StoreError::hdf5("finish", &output, &error);
         create_auxiliary(&file, schema, &outcome.auxiliary).map_err(failed)?;
         for ((dataset, variable), written) in datasets.iter().zip(&schema.variables).zip(written) {
-            if let Some(si) = &outcome.si {
-                let rank = variable.rank(schema.grid.axes().len());
-                for (name, value) in auxiliary::attributes_of(&variable.name, rank, &schema.grid, si) {
-                    value::write(dataset, name, &value).map_err(failed)?;
-                }
-            }
             close_variable(dataset, variable, written).map_err(failed)?;
         }
         list_uses(&file, schema, &outcome.auxiliary).map_err(failed)?;
@@ -200,19 +194,22 @@ fn list_uses(file: &File, schema: &Schema, auxiliary: &[Auxiliary]) -> hdf5::Res
 
 fn create_auxiliary(file: &File, schema: &Schema, auxiliary: &[Auxiliary]) -> hdf5::Result<()> {
     for Auxiliary { name, values, attributes } in auxiliary {
-        let positions = auxiliary::axes_of(name, &schema.grid).unwrap_or_default();
+        let positions = auxiliary::axes_of(name, &schema.grid);
         let axes = || positions.iter().map(|position| &schema.grid.axes()[*position]);
         let shape: Vec<usize> = axes().map(|axis| axis.values.len()).collect();
-        let dataset = file
-            .new_dataset_builder()
-            .empty::<f64>()
-            .shape(shape)
+        let builder = file.new_dataset_builder().empty::<f64>();
+        let builder = if shape.is_empty() { builder.shape(()) } else { builder.shape(shape) };
+        let dataset = builder
             .obj_track_times(false)
             .attr_creation_order(AttrCreationOrder::Indexed)
             .attr_phase_change(ATTRIBUTES_IN_HEADER.max_compact, ATTRIBUTES_IN_HEADER.min_dense)
             .create(*name)?;
-        dataset.write_raw(values)?;
-        name_dimensions(file, &dataset, axes())?;
+        if positions.is_empty() {
+            values.iter().try_for_each(|value| dataset.write_scalar(value))?;
+        } else {
+            dataset.write_raw(values)?;
+            name_dimensions(file, &dataset, axes())?;
+        }
         for (name, value) in attributes {
             value::write(&dataset, name, value)?;
         }
@@ -230,7 +227,7 @@ fn create_scale(file: &File, axis: &Axis) -> hdf5::Result<()> {
         .attr_creation_order(AttrCreationOrder::Indexed)
         .attr_phase_change(ATTRIBUTES_IN_HEADER.max_compact, ATTRIBUTES_IN_HEADER.min_dense)
         .create(axis.name.as_str())?;
-    describe_scale(&dataset, &axis.name, &axis.long_name, &axis.values)
+    describe_scale(&dataset, &axis.name, &axis.long_name, &si_name(axis.unit), &axis.values)
 }
 
 fn create_variable(

@@ -2,19 +2,22 @@
 //! it stick-slips or may stick-slip, the motion, the sensitivities, and the verdicts of rigorous tests.
 
 mod data_errors;
+mod intervals;
 
-use crate::behaviour::{Behaviour, Limit, behaviour, belt_speeds, is_positive, last_between};
+use crate::behaviour::{Behaviour, Limit, behaviour, is_positive};
 use crate::machine::{Dimension, Friction, Machine, Model};
 use crate::map::{self, LongRun, Regime, Verdict};
+use crate::risk::Uncertain;
 pub use data_errors::{DampingLimit, ErrorsFrom, LeftOpen, StandardErrors};
+pub use intervals::{End, Intervals, Statement};
 use slipmap_certify::slip_count::{count_slip_cycles, proves_absence};
 use slipmap_certify::{Guarantee, TESTS, validated};
 use slipmap_model::filippov::{HopfRate, Oscillator, Stability};
-use slipmap_model::friction::{Column, Law, ONE_SLIP_CYCLE};
-use slipmap_model::point::Point;
+use slipmap_model::friction::Column;
 use slipmap_numbers::text::{is_known, rounded, short};
 use slipmap_simulate::backbone::Backbone;
-use slipmap_simulate::crossing::crossing_cycles;
+use slipmap_simulate::crossing::crossing_cycles_among;
+use slipmap_simulate::far_loops::FarLoops;
 use slipmap_simulate::slip_cycle::{Kick, Unknown, slip_cycles};
 use slipmap_simulate::{Failure, Fate, Flow, critical_damping, flow, sensitivity};
 
@@ -70,6 +73,10 @@ pub struct Assessment {
     pub machine: Machine,
     /// The behaviour at the working point.
     pub behaviour: Behaviour,
+    /// The belt speeds at which each of [`Statement::ALL`] holds, at the working damping.
+    pub speeds: [Intervals; Statement::ALL.len()],
+    /// The dampings at which each of [`Statement::ALL`] holds, at the working speed.
+    pub dampings: [Intervals; Statement::ALL.len()],
     /// Belt speed below which it stick-slips from every initial state, at the working damping.
     pub always_below_speed: Limit,
     /// Damping below which it stick-slips from every initial state, at the working speed.
@@ -89,6 +96,9 @@ pub struct Assessment {
     pub period: Option<f64>,
     /// Half the range of velocities of the attracting motion, m/s.
     pub velocity_amplitude: Option<f64>,
+    /// Severity of the attracting motion: (largest - smallest) / (2 mean) of the slip speed, which is the speed of
+    /// a bit that turns in rock at rest. Its mean is the belt speed.
+    pub severity: Option<f64>,
     /// Kicks, m/s, of steady slip onto the outermost unstable slip cycle; slightly larger ones start the
     /// motion.
     pub kick: Option<Kick>,
@@ -131,6 +141,12 @@ impl Assessment {
         }
     }
 
+    /// The kick as impulses, N s: what a hammer or the loss of a load gives to the mass.
+    pub fn kick_impulse(&self) -> Option<Kick> {
+        let mass = self.machine.mass;
+        self.kick.map(|kick| Kick { forward: mass * kick.forward, backward: mass * kick.backward })
+    }
+
     /// The working damping divided by the critical damping: above 1 no orbit that has left the belt returns.
     pub fn safety_margin(&self) -> Option<f64> {
         self.behaviour.critical_damping.filter(|d| *d > 0.0).map(|critical| self.machine.damping / critical)
@@ -140,45 +156,8 @@ impl Assessment {
 /// Relative distance up to which two limits are taken as equal.
 const SAME: f64 = 1e-6;
 
-/// Relative distance below a known upper limit at which the regime is computed.
-const NEAR: f64 = 1e-6;
-
 /// Relative distance beyond a limit at which the regime must be known; closer to a fold it may be unknown.
 const BEYOND: f64 = 1e-3;
-
-/// The end, at most `high`, of the range from `low` in which the stick-slip cycle is the only attractor: a
-/// bracket where the regime is unknown between its values.
-fn end(low: f64, high: f64, regime: impl Fn(f64) -> Regime) -> Limit {
-    let only = |value: f64| match regime(value) {
-        Regime::StickSlip => Some(true),
-        Regime::Failed | Regime::Neutral => None,
-        _ => Some(false),
-    };
-    let inside = high * (1.0 - NEAR);
-    match regime(inside) {
-        // Where steady slip hardly repels, it is neutral already next to the limit.
-        Regime::StickSlip | Regime::Neutral => Limit::Below(high),
-        // The statement fails at `high`, where steady slip is no longer unstable or nothing sticks.
-        Regime::Failed => Limit::within(last_between(low, high, only)),
-        _ => Limit::within(last_between(low, inside, only)),
-    }
-}
-
-/// The damping c below which the stick-slip cycle is the only attractor. This requires that steady slip is
-/// unstable, that the orbit from the exit point returns, and that no slip cycle exists: eps c lies below the
-/// whole backbone. So these dampings are an interval from 0, provided that there are no crossing cycles at 0.
-fn always_below_damping(of: impl Fn(f64) -> Regime, hopf: f64, critical: f64) -> Limit {
-    let high = hopf.min(critical);
-    // At a Hopf damping of 0 steady slip attracts at every larger one.
-    if high <= 0.0 {
-        return Limit::NoneUpTo(0.0);
-    }
-    match of(0.0) {
-        Regime::StickSlip => end(0.0, high, of),
-        Regime::Failed | Regime::Neutral => Limit::NotDetermined,
-        _ => Limit::NoneUpTo(0.0),
-    }
-}
 
 /// The damping c above which steady slip is the only attractor: the largest of the backbone, on which every
 /// slip cycle lies and, without a drop, the grazing orbit; with a drop c* is above its end.
@@ -236,47 +215,20 @@ fn undetermined(oscillator: &Oscillator, flow: &Flow, beyond_data: Option<&Strin
     if let Err(why) = slip_cycles(oscillator, TOLERANCE) {
         reasons.push(format!("slip cycles: {}", why_unknown(why, beyond_data)));
     }
-    if let Err(why) = crossing_cycles(oscillator, TOLERANCE) {
+    let far = FarLoops::where_friction_resists(&oscillator.curve, oscillator.belt_speed);
+    if let Err(why) = crossing_cycles_among(oscillator, &far, TOLERANCE) {
         reasons.push(format!("crossing cycles: {}", why_unknown(why, beyond_data)));
     }
     Undetermined { sticks, stability: oscillator.stability(), reasons }
 }
 
-/// Number of belt speeds per factor of ten at which the regime is computed.
-const REGIMES_PER_DECADE: i32 = 16;
-
-/// The belt speed V below which the stick-slip cycle is the only attractor.
-fn always_below_speed(law: &Law, point: &Point) -> Limit {
-    let of = |belt_speed: f64| regime_at(law, &Point { belt_speed, ..*point });
-    let column = law.column(point);
-    let mut low = None;
-    for speed in belt_speeds(&column.curve, REGIMES_PER_DECADE) {
-        match (of(speed), low) {
-            (Regime::StickSlip, _) => low = Some(speed),
-            (Regime::Failed | Regime::Neutral, None) => return Limit::NotDetermined,
-            (Regime::Failed | Regime::Neutral, Some(low)) => return Limit::AtLeast(low),
-            (_, None) => return Limit::NoneUpTo(speed),
-            (_, Some(low)) => {
-                // Steady slip may become stable between the two speeds.
-                let unstable = |speed: f64| column.curve.weakening(speed) > column.epsilon * point.damping;
-                let high = match unstable(speed) {
-                    true => speed,
-                    false => last_between(low, speed, |speed| Some(unstable(speed)))[1],
-                };
-                return end(low, high, of);
-            }
-        }
-    }
-    low.map_or(Limit::NotDetermined, Limit::AtLeast)
-}
-
-fn regime_at(law: &Law, point: &Point) -> Regime {
-    let oscillator = Oscillator::new(law, point);
-    map::regime(&oscillator, &flow(&oscillator, TOLERANCE))
-}
-
 /// Assesses a machine; `None` as in [`Machine::model`].
 pub fn assess(machine: &Machine) -> Option<Assessment> {
+    assess_fitted(machine, &[])
+}
+
+/// Assesses a machine whose friction may be a fit: its covariance is among the `uncertain` quantities.
+pub fn assess_fitted(machine: &Machine, uncertain: &[Uncertain]) -> Option<Assessment> {
     let model = machine.model()?;
     let Model { law, point, si } = &model;
     let units = si.units;
@@ -318,19 +270,33 @@ pub fn assess(machine: &Machine) -> Option<Assessment> {
         .then(|| slip_cycles(&oscillator, TOLERANCE).err())
         .flatten()
         .map(|why| format!("slip cycles: {}", why_unknown(why, beyond_data.as_ref())));
+    let known = behaviour.critical_belt_speed.value().map(|speed| speed / units.velocity);
+    let speeds = intervals::of_speeds(law, point, units.velocity, known);
+    let folds = backbone.iter().flat_map(|backbone| backbone.turning_points()).map(|turn| turn.viscous);
+    let changes: Vec<f64> =
+        folds.map(|viscous| viscous / point.epsilon).chain([hopf / point.epsilon, critical]).collect();
+    let dampings = intervals::of_dampings(&column, units.damping, &changes, |oscillator, flow| {
+        attractors.regime_of(oscillator, flow)
+    });
     Some(Assessment {
         machine: machine.clone(),
-        always_below_speed: always_below_speed(law, point).times(units.velocity),
-        always_below_damping: always_below_damping(regime, hopf / point.epsilon, critical)
-            .times(units.damping),
+        always_below_speed: speeds[Statement::AlwaysSticks as usize].lowest(),
+        always_below_damping: match hopf > 0.0 {
+            true => dampings[Statement::AlwaysSticks as usize].lowest(),
+            // Steady slip attracts at every damping above 0.
+            false => Limit::NoneUpTo(0.0),
+        },
+        speeds,
+        dampings,
         hopf_damping: hopf / point.epsilon * units.damping,
         vibrates_below_damping: vibrates_below.map(|damping| damping * units.damping),
         slip_cycles_unknown,
-        standard_errors: StandardErrors::of(machine, basin.as_ref().zip(backbone)),
+        standard_errors: StandardErrors::of(machine, uncertain, &behaviour, basin.as_ref().zip(backbone)),
         undetermined: matches!(behaviour.regime, Regime::Failed | Regime::Neutral)
             .then(|| undetermined(&oscillator, &flow, beyond_data.as_ref())),
         period: cycle.map(|cycle| cycle.period * units.time),
         velocity_amplitude: cycle.map(|c| 0.5 * (c.velocity.hi - c.velocity.lo) * units.velocity),
+        severity: cycle.map(|cycle| 0.5 * (cycle.velocity.hi - cycle.velocity.lo) / column.belt_speed),
         fragile: basin
             .and_then(|basin| basin.fragile_time)
             .map(|lasts| [column.curve.drop() / column.belt_speed, lasts].map(|time| time * units.time)),
@@ -341,7 +307,7 @@ pub fn assess(machine: &Machine) -> Option<Assessment> {
         sensitivities: sensitivities(machine),
         influence: influence(&model).unwrap_or_default(),
         proofs,
-        conjecture: column.curve.weakening_is_convex().then_some(ONE_SLIP_CYCLE),
+        conjecture: column.curve.conjecture(),
         behaviour,
     })
 }
@@ -358,6 +324,11 @@ const LARGEST_ERROR: f64 = 0.01;
 /// The error is that of the critical dampings over the step, and the difference of the differences on either
 /// side: far more than the error of the central one where the critical damping is smooth, and its own at a corner.
 pub fn sensitivities(machine: &Machine) -> Vec<Sensitivity> {
+    sensitivities_to(machine, |_| true)
+}
+
+/// As [`sensitivities`], with respect to those quantities that are `wanted`.
+pub(crate) fn sensitivities_to(machine: &Machine, wanted: impl Fn(&str) -> bool) -> Vec<Sensitivity> {
     let critical = |machine: &Machine, accuracy: f64| -> Option<[f64; 2]> {
         let model = machine.model()?;
         let column = model.column();
@@ -383,7 +354,9 @@ pub fn sensitivities(machine: &Machine) -> Vec<Sensitivity> {
         ACCURACIES_AND_STEPS.into_iter().zip(here).find_map(by)
     };
     let quantities = machine.quantities().into_iter();
-    quantities.filter(|(name, value)| *name != "damping" && *value != 0.0).filter_map(derivative).collect()
+    let quantities =
+        quantities.filter(|(name, value)| *name != machine.damping_name() && *value != 0.0 && wanted(name));
+    quantities.filter_map(derivative).collect()
 }
 
 /// Number of equal parts of the range of slip speeds.
@@ -403,9 +376,14 @@ fn influence(model: &Model) -> Option<Vec<Influence>> {
 mod tests {
     use super::*;
     use crate::machine::{Friction, example};
-    use slipmap_model::friction::{Expression, Table};
-    use slipmap_model::point::LawParameters;
+    use slipmap_model::friction::{Expression, Law, Table};
+    use slipmap_model::point::{LawParameters, Point};
     use slipmap_numbers::random::Random;
+
+    fn regime_at(law: &Law, point: &Point) -> Regime {
+        let oscillator = Oscillator::new(law, point);
+        map::regime(&oscillator, &flow(&oscillator, TOLERANCE))
+    }
 
     fn machine(law: &Law) -> Machine {
         example(law.clone()).with("strengthening", 0.0).unwrap()
@@ -599,6 +577,67 @@ mod tests {
         let found = undetermined(&oscillator, &flow(&oscillator, TOLERANCE), None);
         assert_eq!(found.sticks, Some(true), "{found:?}");
         assert!(found.reasons.iter().any(|why| why.starts_with("slip cycles: ")), "{found:?}");
+    }
+
+    /// Friction that rises at first, falls, and rises again with a viscous part.
+    fn stribeck_curve() -> Machine {
+        let law = Expression::new("0.1 + 0.05*exp(-(u/0.005)^2) + 0.5*u*exp(-u/1e-4) + 0.4*u", 1.0).unwrap();
+        let friction = Friction::Formula(law, LawParameters::new(&[]));
+        let [mass, stiffness, normal_force, belt_speed, damping] = [20.0, 1e6, 200.0, 0.002, 30.0];
+        let like = example(Law::Stribeck);
+        Machine { friction, mass, stiffness, normal_force, belt_speed, damping, ..like }
+    }
+
+    /// The intervals against the regimes at values of their own.
+    #[test]
+    fn intervals_hold_inside_and_not_outside() {
+        let mut windows = 0;
+        for machine in [machine(&Law::Exponential), stribeck_curve()] {
+            let all = assess(&machine).unwrap();
+            for (name, intervals) in [("belt_speed", &all.speeds), ("damping", &all.dampings)] {
+                let within = |of: &Intervals, value: f64| {
+                    let inside = |ends: &[End; 2]| ends[0].value() <= value && value <= ends[1].value();
+                    of.holds.iter().any(inside)
+                };
+                let [least, most] = intervals[0].tried.map(|end| end.max(1e-3 * machine.damping));
+                for i in 0..40 {
+                    let value = least * (most / least).powf((f64::from(i) + 0.5) / 40.0);
+                    let model = machine.with(name, value).unwrap().model().unwrap();
+                    let regime = regime_at(&model.law, &model.point);
+                    let attractors = regime.attractors();
+                    let truth = [
+                        regime == Regime::StickSlip,
+                        attractors.stick_slip,
+                        attractors.slip,
+                        attractors.crossing,
+                    ];
+                    assert_eq!(intervals.each_ref().map(|of| within(of, value)), truth, "{name} {value}");
+                }
+                let starts = intervals.iter().flat_map(|of| &of.holds).filter_map(|ends| ends[0].located());
+                windows += starts.filter(|[value, error]| *error < 1e-6 * value).count();
+            }
+        }
+        // Of the Stribeck curve all three begin at speeds above 0, and slip cycles at a damping above 0.
+        assert!(windows >= 4, "{windows}");
+    }
+
+    /// Two ends of closed form: v_s ln(N (mu_s - mu_k) / (v_s d)) where steady slip becomes stable, and of two
+    /// coefficients lambda (mu_s - mu_k) N / sqrt(k m), with lambda at the damping ratio 0.05 to 15 digits.
+    #[test]
+    fn ends_of_intervals_have_their_errors() {
+        let near = |[value, error]: [f64; 2], expected: f64| {
+            assert!((value - expected).abs() <= error && error <= 1e-6 * value, "{value} {error} {expected}");
+        };
+        let end = |all: &Assessment, statement: Statement| {
+            all.speeds[statement as usize].holds.last().unwrap()[1].located().unwrap()
+        };
+        let falls = assess(&machine(&Law::Exponential)).unwrap();
+        // N (mus - muk) / (v_s d) is 50 * 0.1 / (0.25 * 4).
+        near(end(&falls, Statement::AlwaysSticks), 0.25 * 5_f64.ln());
+        let coulomb = assess(&machine(&Law::Coulomb)).unwrap();
+        // sqrt(k m) = 40 N s/m: the damping ratio of 4 N s/m is 0.05.
+        near(end(&coulomb, Statement::MayStick), 1.098_092_624_115_87 * 50.0 * 0.1 / 40.0);
+        assert!(coulomb.speeds[Statement::AlwaysSticks as usize].holds.is_empty());
     }
 
     #[test]

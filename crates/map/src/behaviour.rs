@@ -2,7 +2,7 @@
 
 use crate::machine::Model;
 use crate::map::{Regime, regime};
-use slipmap_model::filippov::{HopfRate, Oscillator};
+use slipmap_model::filippov::{Eigenvalues, HopfRate, Oscillator};
 use slipmap_model::friction::{Column, Curve, Law, NOTHING};
 use slipmap_model::point::Point;
 use slipmap_simulate::crossing::stick_slip_cycle;
@@ -26,7 +26,7 @@ pub enum Limit {
 }
 
 /// Relative width of a bracket of a limit that is told as one number: four digits are printed.
-const SAME: f64 = 1e-5;
+pub(crate) const SAME: f64 = 1e-5;
 
 impl Limit {
     /// The limit; `None` unless it was found.
@@ -81,6 +81,8 @@ pub struct Behaviour {
     pub regime: Regime,
     /// Slip and stick time of the stick-slip cycle, s.
     pub slip_and_stick_time: Option<[f64; 2]>,
+    /// Time in which small disturbances of steady slip grow by the factor e, s; `None` unless it is unstable.
+    pub growth_time: Option<f64>,
     /// Half the distance between the extremes of x, m, on the stick-slip cycle, or else on the largest stable
     /// slip cycle.
     pub amplitude: Option<f64>,
@@ -158,10 +160,19 @@ pub(crate) fn belt_speeds(curve: &Curve, per_decade: i32) -> Vec<f64> {
 
 /// By bisection, two values between `low`, where `holds` is true, and `high`, where it is false: it is true at
 /// the first, false at the second, and unknown between them unless they nearly agree.
-pub(crate) fn last_between(mut low: f64, mut high: f64, holds: impl Fn(f64) -> Option<bool>) -> [f64; 2] {
+pub(crate) fn last_between(low: f64, high: f64, holds: impl Fn(f64) -> Option<bool>) -> [f64; 2] {
+    last_within(1e-12, [low, high], holds)
+}
+
+/// As [`last_between`], to within this relative width.
+pub(crate) fn last_within(
+    width: f64,
+    [mut low, mut high]: [f64; 2],
+    holds: impl Fn(f64) -> Option<bool>,
+) -> [f64; 2] {
     /// Number of bisections for each end of a range in which it is unknown.
     const ROUNDS: u32 = 12;
-    while high - low > 1e-12 * high {
+    while high - low > width * high {
         let middle = 0.5 * (low + high);
         if middle <= low || middle >= high {
             break;
@@ -233,6 +244,19 @@ pub(crate) fn needed_slip_speed(law: &Law, point: &Point) -> Option<f64> {
     (fastest > table.fastest()).then_some(ROOM * fastest)
 }
 
+/// The time in which small disturbances of steady slip grow by the factor e: 1 / Re(lambda) of the fastest
+/// growing part, which almost all disturbances have. `None` where they decay, and where the divergence is not
+/// distinguishable from 0.
+///
+/// A disturbance of velocity a reaches the belt speed V after about ln(V / a) such times (theory, "Any friction law").
+pub fn growth_time(oscillator: &Oscillator) -> Option<f64> {
+    let rate = match oscillator.eigenvalues() {
+        Eigenvalues::Complex { re, .. } => re,
+        Eigenvalues::Real { fast, .. } => fast,
+    };
+    (rate > 0.0).then(|| rate.recip())
+}
+
 /// Returns whether a critical damping c* is positive and distinguishable from 0.
 pub(crate) fn is_positive(column: &Column, critical: f64) -> bool {
     critical > 0.0 && column.epsilon * critical > HopfRate::new(&column.curve, column.belt_speed).rounding()
@@ -272,6 +296,7 @@ pub fn behaviour(model: &Model, tolerance: f64) -> Behaviour {
         critical_damping_ratio: critical.map(|root| 0.5 * root.c),
         regime: regime(&oscillator, &flow),
         slip_and_stick_time: times,
+        growth_time: growth_time(&oscillator).map(|time| time * units.time),
         amplitude,
         needed_slip_speed: match flow.fate {
             Fate::Failed(_) => needed_slip_speed(law, point).map(|speed| speed * units.velocity),

@@ -23,11 +23,13 @@
 
 mod doubts;
 mod friction;
+mod given;
 
 pub use doubts::{negative, scatter};
 pub use friction::{Coefficients, Friction};
+pub use given::{AREA, DAMPING_RATIO, FREQUENCY, Given, PRESSURE, RADIUS};
 
-use slipmap_model::friction::{Column, Law};
+use slipmap_model::friction::{Column, Law, Strengthening};
 use slipmap_model::point::Point;
 use slipmap_numbers::named;
 
@@ -54,6 +56,7 @@ impl Motion {
             Dimension::Damping => ["N s/m", "N m s/rad"],
             Dimension::Mass => ["kg", "kg m²"],
             Dimension::Stiffness => ["N/m", "N m/rad"],
+            Dimension::Impulse => ["N s", "N m s"],
         };
         match self {
             Motion::Translation => translation,
@@ -85,17 +88,18 @@ pub enum Dimension {
     Damping,
     Mass,
     Stiffness,
+    Impulse,
 }
 
 impl Dimension {
     /// The dimension of a quantity of a machine; `None` for a coefficient, and for a name in a formula.
     pub fn of_quantity(name: &str) -> Option<Self> {
         match name {
-            "mass" | INERTIA => Some(Dimension::Mass),
-            "stiffness" => Some(Dimension::Stiffness),
-            "damping" => Some(Dimension::Damping),
-            "normal_force" => Some(Dimension::Force),
-            "stribeck_velocity" | AFTER => Some(Dimension::Velocity),
+            MASS | INERTIA => Some(Dimension::Mass),
+            STIFFNESS => Some(Dimension::Stiffness),
+            DAMPING => Some(Dimension::Damping),
+            NORMAL_FORCE => Some(Dimension::Force),
+            "stribeck_velocity" | BELT_SPEED => Some(Dimension::Velocity),
             _ => None,
         }
     }
@@ -104,10 +108,10 @@ impl Dimension {
 /// Whether a quantity of a machine may have a finite value, by its sign; and what it must be.
 pub fn requirement(quantity: &str, value: f64) -> (bool, &'static str) {
     match quantity {
-        "mass" | "stiffness" | "normal_force" | "static_friction" | "stribeck_velocity" | AFTER => {
-            (value > 0.0, "greater than 0")
-        }
-        "damping" | "strengthening" => (value >= 0.0, "at least 0"),
+        MASS | STIFFNESS | NORMAL_FORCE | "static_friction" | "stribeck_velocity" | BELT_SPEED
+        | FREQUENCY | PRESSURE | AREA | RADIUS => (value > 0.0, "greater than 0"),
+        DAMPING | DAMPING_RATIO | "strengthening" => (value >= 0.0, "at least 0"),
+        Coefficients::EXPONENT => ((1.0..=100.0).contains(&value), "from 1 to 100"),
         _ => (true, "a number"),
     }
 }
@@ -129,8 +133,12 @@ pub struct Machine {
     pub normal_force_is_known: bool,
     /// The coefficient of friction.
     pub friction: Friction,
+    /// Whether its law is read as 1 + eps F(u).
+    pub small: bool,
     /// v > 0, m/s.
     pub belt_speed: f64,
+    /// What was given in place of the mass, the stiffness, the damping or the normal force.
+    pub given: Given,
 }
 
 /// The dimensionless oscillator of a machine, with the units that convert its numbers to SI.
@@ -161,6 +169,9 @@ pub struct Units {
 }
 
 impl Units {
+    /// Those of SI: numbers in SI units stay as they are.
+    pub const SI: Self = Self { time: 1.0, length: 1.0, velocity: 1.0, force: 1.0, damping: 1.0 };
+
     /// The units of a mass (kg) on a spring of this stiffness (N/m) with this static friction force (N).
     pub fn of(mass: f64, stiffness: f64, force: f64) -> Self {
         let damping = (stiffness * mass).sqrt();
@@ -183,17 +194,8 @@ impl Units {
             Dimension::Damping => self.damping,
             Dimension::Mass => self.damping * self.time,
             Dimension::Stiffness => self.damping / self.time,
+            Dimension::Impulse => self.force * self.time,
         }
-    }
-
-    /// The units in the order in which maps store them.
-    pub fn from_array([time, length, velocity, force, damping]: [f64; 5]) -> Self {
-        Self { time, length, velocity, force, damping }
-    }
-
-    /// The units as stored in maps: time, length, velocity, force, damping.
-    pub(crate) fn to_array(self) -> [f64; 5] {
-        [self.time, self.length, self.velocity, self.force, self.damping]
     }
 }
 
@@ -218,69 +220,125 @@ impl SiUnits {
     }
 }
 
-/// Name of the attribute in which a map keeps the units of its machine, as [`Units::to_array`].
-#[doc(hidden)]
-pub const UNITS_ATTRIBUTE: &str = "machine_units";
-/// Name of the attribute in which a map keeps its machine, if its friction is given by coefficients, as
-/// [`Machine::to_array`].
-#[doc(hidden)]
-pub const SI_ATTRIBUTE: &str = "machine_si";
 /// Name of the attribute in which a map keeps the motion of its machine, as [`Motion::name`].
 #[doc(hidden)]
 pub const MOTION_ATTRIBUTE: &str = "machine_motion";
 
 /// The name of the mass as a key of configurations and as a column of tables.
 pub const MASS: &str = "mass";
-
-/// Names of the quantities listed before and after those of the friction.
-const BEFORE: [&str; 4] = ["mass", "stiffness", "damping", "normal_force"];
-const AFTER: &str = "belt_speed";
+const STIFFNESS: &str = "stiffness";
+/// The name of the normal force, as that of the mass.
+pub const NORMAL_FORCE: &str = "normal_force";
+/// The name of the belt speed as a key of configurations and as an axis of maps.
+pub const BELT_SPEED: &str = "belt_speed";
+/// The name of the damping, as that of the belt speed.
+pub const DAMPING: &str = "damping";
 /// The other name of the mass, for a machine that rotates.
 pub const INERTIA: &str = "inertia";
 
 impl Machine {
-    /// The array of mass, stiffness, damping, normal force, the four coefficients of friction, and belt
-    /// speed; `None` if the friction is not given by coefficients.
-    pub(crate) fn to_array(&self) -> Option<[f64; 9]> {
-        let Friction::Coefficients(_, coefficients) = &self.friction else { return None };
-        let [rest, kinetic, velocity, strengthening] = coefficients.to_array();
-        let Self { mass, stiffness, damping, normal_force, belt_speed, .. } = *self;
-        Some([mass, stiffness, damping, normal_force, rest, kinetic, velocity, strengthening, belt_speed])
+    /// Names of the quantities of a machine under a law, in their order, if those that `is_given` stand in place of
+    /// others.
+    pub fn names(law: &Law, is_given: impl Fn(&str) -> bool) -> Vec<&'static str> {
+        let mut names = given::own_names(is_given);
+        match law.as_written() {
+            Law::Expression(formula) => {
+                names.extend(formula.parameters().iter().map(|parameter| parameter.name));
+            }
+            Law::Table(_) => {}
+            law => names.extend(Coefficients::names(law)),
+        }
+        names.push(BELT_SPEED);
+        names
     }
 
-    /// The machine of an array as of `Machine::to_array`, under one of the laws with coefficients.
+    /// The machine of a law in SI units with these values of its quantities; those of [`Given::NAMES`] stand in place
+    /// of others where they are there. The normal force may be absent, then the friction is a force. `None` where
+    /// another value is.
+    pub fn new(motion: Motion, law: &Law, value: impl Fn(&str) -> Option<f64>) -> Option<Self> {
+        let is_given = |name: &str| value(name).is_some();
+        let known = Self::names(law, is_given);
+        if known.iter().any(|name| *name != NORMAL_FORCE && !is_given(name)) {
+            return None;
+        }
+        // What is not given follows.
+        let own = |name: &str| value(name).filter(|_| known.contains(&name)).unwrap_or(1.0);
+        let mut machine = Self {
+            motion,
+            mass: own(MASS),
+            stiffness: own(STIFFNESS),
+            damping: own(DAMPING),
+            normal_force: own(NORMAL_FORCE),
+            normal_force_is_known: is_given(NORMAL_FORCE) || is_given(PRESSURE),
+            friction: Friction::new(law, &value)?,
+            small: law.is_read_as_small(),
+            belt_speed: own(BELT_SPEED),
+            given: Given::new(|name| value(name).filter(|_| known.contains(&name))),
+        };
+        machine.follow();
+        Some(machine)
+    }
+
+    /// The machine with these numbers: mass, stiffness, damping, normal force, the four coefficients of friction
+    /// of one of the laws with coefficients, and belt speed.
     #[must_use]
     pub fn from_array(motion: Motion, law: Law, numbers: [f64; 9]) -> Self {
         let [mass, stiffness, damping, normal_force, rest, kinetic, velocity, strengthening, belt_speed] =
             numbers;
-        let coefficients = Coefficients::from_array([rest, kinetic, velocity, strengthening]);
+        let coefficients = Coefficients::from_array([rest, kinetic, velocity, strengthening, 1.0]);
         let friction = Friction::Coefficients(law, coefficients);
-        let normal_force_is_known = true;
-        Self { motion, mass, stiffness, damping, normal_force, normal_force_is_known, friction, belt_speed }
+        let (normal_force_is_known, small) = (true, false);
+        Self {
+            motion,
+            mass,
+            stiffness,
+            damping,
+            normal_force,
+            normal_force_is_known,
+            friction,
+            small,
+            belt_speed,
+            given: Given::default(),
+        }
     }
 
-    /// All numbers of the machine, with their names in configurations.
+    /// The law of its friction in SI units, as its quantities give it.
+    pub fn law(&self) -> Law {
+        let law = match &self.friction {
+            Friction::Coefficients(law, _) => law.clone(),
+            Friction::Formula(formula, _) => Law::Expression(formula.clone()),
+            Friction::Measured(table) => Law::Table(table.clone()),
+        };
+        if self.small { law.read_as_small() } else { law }
+    }
+
+    /// All numbers of the machine that it is given by, with their names in configurations.
     pub fn quantities(&self) -> Vec<(&'static str, f64)> {
-        let before = BEFORE.into_iter().zip([self.mass, self.stiffness, self.damping, self.normal_force]);
-        before.chain(self.friction.quantities()).chain([(AFTER, self.belt_speed)]).collect()
+        let own = given::own_names(|name| self.is_given(name));
+        let own = own.into_iter().filter_map(|name| Some((name, self.value(name)?)));
+        own.chain(self.friction.quantities()).chain([(BELT_SPEED, self.belt_speed)]).collect()
     }
 
     /// The machine with another value of one of its quantities; `None` if it has no such quantity.
     pub fn with(&self, name: &str, value: f64) -> Option<Machine> {
         let mut machine = self.clone();
-        match name {
-            "mass" | INERTIA => machine.mass = value,
-            "stiffness" => machine.stiffness = value,
-            "damping" => machine.damping = value,
-            "normal_force" => machine.normal_force = value,
-            AFTER => machine.belt_speed = value,
-            _ => {
-                let names = self.friction.quantities();
-                let position = names.iter().position(|(known, _)| *known == name)?;
-                machine.friction.set(position, value);
-            }
+        machine.set(name, value).then_some(machine)
+    }
+
+    /// Sets one of its quantities, and what follows from it; returns whether it has it.
+    pub fn set(&mut self, name: &str, value: f64) -> bool {
+        if self.set_own(if name == INERTIA { MASS } else { name }, value) {
+            return true;
         }
-        Some(machine)
+        let names = self.friction.quantities();
+        let Some(position) = names.iter().position(|(known, _)| *known == name) else { return false };
+        self.friction.set(position, value);
+        true
+    }
+
+    /// The SI unit of one of its quantities; empty for a pure number, and for a name in a formula.
+    pub fn unit(&self, quantity: &str) -> &'static str {
+        unit(quantity, self.motion, &self.law(), self.given.has_radius())
     }
 
     /// The words for one of its quantities. Names in a formula stay as they are written.
@@ -289,7 +347,7 @@ impl Machine {
             Friction::Formula(formula, _) if formula.parameters().iter().any(|of| of.name == quantity) => {
                 quantity.to_owned()
             }
-            _ => self.motion.words(quantity).replace("stribeck", "Stribeck"),
+            _ => self.words_of_own(quantity).replace("stribeck", "Stribeck"),
         }
     }
 
@@ -347,7 +405,25 @@ impl Machine {
             belt_speed: self.belt_speed / si.units.velocity,
             damping: self.damping / si.units.damping,
         };
+        let law = if self.small { law.read_as_small() } else { law };
         Some(Model { law, point, si })
+    }
+}
+
+/// The SI unit of a quantity of a machine under a law, whose normal force is perhaps that at a radius; empty for a
+/// pure number, and for a name in a formula.
+pub fn unit(quantity: &str, motion: Motion, law: &Law, at_radius: bool) -> &'static str {
+    match quantity {
+        NORMAL_FORCE if at_radius => Motion::Translation.unit(Dimension::Force),
+        "strengthening" => match (law.built_in().map(|law| law.strengthening), motion) {
+            (Some(Strengthening::Quadratic), Motion::Translation) => "s²/m²",
+            (Some(Strengthening::Quadratic), Motion::Rotation) => "s²/rad²",
+            (Some(Strengthening::Linear) | None, Motion::Translation) => "s/m",
+            (Some(Strengthening::Linear) | None, Motion::Rotation) => "s/rad",
+        },
+        _ => given::unit(quantity)
+            .or_else(|| Some(motion.unit(Dimension::of_quantity(quantity)?)))
+            .unwrap_or_default(),
     }
 }
 
@@ -361,7 +437,10 @@ impl Model {
 
 #[cfg(test)]
 pub(crate) fn example(law: Law) -> Machine {
-    Machine::from_array(Motion::Translation, law, [2.0, 800.0, 4.0, 50.0, 0.4, 0.3, 0.25, 0.02, 0.1])
+    // Two coefficients have no Stribeck velocity.
+    let stribeck_velocity = if law == Law::Coulomb { 1.0 } else { 0.25 };
+    let values = [2.0, 800.0, 4.0, 50.0, 0.4, 0.3, stribeck_velocity, 0.02, 0.1];
+    Machine::from_array(Motion::Translation, law, values)
 }
 
 #[cfg(test)]
@@ -431,8 +510,9 @@ mod tests {
     fn there_and_back() {
         for law in Law::BUILT_IN {
             let machine = example(law.clone());
-            let numbers = machine.to_array().unwrap();
-            assert_eq!(Machine::from_array(machine.motion, law, numbers), machine);
+            let value = |name: &str| machine.quantities().into_iter().find(|(known, _)| *known == name);
+            let again = Machine::new(machine.motion, &machine.law(), |name| Some(value(name)?.1));
+            assert_eq!(again.unwrap().quantities(), machine.quantities());
             for (name, value) in machine.quantities() {
                 assert_eq!(machine.with(name, value).unwrap(), machine);
                 assert_ne!(machine.with(name, 2.0 * value).unwrap(), machine);

@@ -6,8 +6,8 @@
 //! probability is the share of such draws, and the nominal damping for a given probability is a quantile of
 //! the critical damping less the deviation of the damping. Both have 95 % confidence limits for the sampling.
 //!
-//! Friction that was measured with standard errors is uncertain too. The errors of its data are independent
-//! and normal. The critical damping of a draw is taken as normal around that of the data as measured, with
+//! Friction that was measured with standard errors is uncertain too, and so is friction that was fitted. The errors
+//! of data are independent and normal, those of a fit normal with its covariance. The critical damping of a draw is taken as normal around that of the data as measured, with
 //! its standard deviation over random data (`Risk::standard_error`). Each draw has such a deviation.
 
 mod surface;
@@ -19,7 +19,8 @@ use rayon::prelude::*;
 use crate::machine::Machine;
 use slipmap_numbers::random::Random;
 use surface::{Groups, Searches, has_standard_errors};
-pub use surface::{WithError, standard_error, uncertain_critical_damping};
+pub(crate) use surface::{Joint, Moved, joint};
+pub use surface::{WithError, uncertain_critical_damping};
 
 /// Distribution of an uncertain quantity.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,7 +38,16 @@ pub enum Spread {
         /// The larger one.
         max: f64,
     },
+    /// Normal, and correlated with the other quantities that have such a spread: the deviation is the sum of these
+    /// numbers, each times a normal number that these quantities share.
+    Joint {
+        /// The row of the quantity in the Cholesky factor of the covariance; zeros after it.
+        row: [f64; MOST_JOINT],
+    },
 }
+
+/// Largest number of quantities whose errors are correlated.
+pub const MOST_JOINT: usize = 6;
 
 impl Spread {
     /// Its standard deviation.
@@ -45,6 +55,7 @@ impl Spread {
         match *self {
             Spread::Normal { sd } => sd,
             Spread::Uniform { min, max } => (max - min) / 12f64.sqrt(),
+            Spread::Joint { row } => row.iter().map(|part| part * part).sum::<f64>().sqrt(),
         }
     }
 }
@@ -126,7 +137,7 @@ pub enum NoRisk {
 struct Draw {
     /// The machine, with the nominal damping.
     machine: Machine,
-    /// Deviation of its damping, N s/m. Whether it is legal depends on the nominal damping.
+    /// Deviation of its damping, as it is given. Whether it is legal depends on the nominal damping.
     of_damping: f64,
     /// Number of illegal machines that were drawn before it.
     redrawn: usize,
@@ -141,9 +152,11 @@ fn draw(machine: &Machine, uncertain: &[Uncertain], random: &mut Random) -> Opti
             let value = match spread {
                 Spread::Normal { sd } => nominal + sd * random.normal(),
                 Spread::Uniform { min, max } => min + (max - min) * random.unit(),
+                // The critical damping has their deviation.
+                Spread::Joint { .. } => continue,
             };
             match *name {
-                "damping" => of_damping = value - nominal,
+                name if name == machine.damping_name() => of_damping = value - nominal,
                 name => drawn = drawn.with(name, value)?,
             }
         }
@@ -159,17 +172,23 @@ fn value_of(machine: &Machine, name: &str) -> f64 {
     machine.quantities().into_iter().find(|(known, _)| *known == name).map_or(f64::NAN, |(_, value)| value)
 }
 
+/// The damping of a machine as it is given, in N s/m or as a ratio.
+fn given_damping(machine: &Machine) -> f64 {
+    value_of(machine, machine.damping_name())
+}
+
 /// Returns whether a machine is uncertain: it has uncertain quantities, or measured friction with standard
 /// errors.
 pub fn is_uncertain(machine: &Machine, uncertain: &[Uncertain]) -> bool {
     !uncertain.is_empty() || has_standard_errors(machine)
 }
 
-/// For each draw the nominal damping above which it does not stick-slip, given the deviation of its damping.
+/// For each draw the nominal damping, as it is given, above which it does not stick-slip, given the deviation of its
+/// damping.
 struct Needed {
     /// The draws, sorted by that damping.
     draws: Vec<NeededDraw>,
-    /// The largest `legal_from` of the draws: at this nominal damping, N s/m, and above all draws are legal.
+    /// The largest `legal_from` of the draws: at this nominal damping and above all draws are legal.
     all_legal_from: f64,
     failed: usize,
     redrawn: usize,
@@ -185,25 +204,25 @@ struct NeededDraw {
 /// A part of the draws.
 struct Drawn<'a> {
     groups: Groups<'a>,
-    /// Deviations of the damping, N s/m, and of the measured friction, in standard deviations, of each draw.
-    deviations: Vec<[f64; 2]>,
+    /// Deviations of the damping, as it is given, and of the measured friction, in standard deviations, of each draw;
+    /// and the damping in N s/m where that given is 1.
+    deviations: Vec<[f64; 3]>,
     redrawn: usize,
 }
 
 impl<'a> Drawn<'a> {
     fn none(machine: &'a Machine, uncertain: &[Uncertain]) -> Self {
-        let names: Vec<&str> = uncertain.iter().map(|(name, _)| *name).collect();
-        Self { groups: Groups::new(machine, &names), deviations: Vec::new(), redrawn: 0 }
+        Self { groups: Groups::new(machine, uncertain), deviations: Vec::new(), redrawn: 0 }
     }
 
     fn draw(mut self, uncertain: &[Uncertain], draws: usize, mut random: Random) -> Result<Self, NoRisk> {
         let machine = self.groups.nominal;
-        let measured = has_standard_errors(machine);
+        let measured = self.groups.has_errors();
         for _ in 0..draws {
             let drawn = draw(machine, uncertain, &mut random).ok_or(NoRisk::Illegal)?;
             self.groups.push(&drawn.machine);
             let of_friction = if measured { random.normal() } else { 0.0 };
-            self.deviations.push([drawn.of_damping, of_friction]);
+            self.deviations.push([drawn.of_damping, of_friction, drawn.machine.si_damping()]);
             self.redrawn += drawn.redrawn;
         }
         Ok(self)
@@ -235,8 +254,8 @@ impl Needed {
         }
         let Some(found) = all.groups.critical_dampings(budget) else { return Ok(None) };
         let needed = found.dampings.iter().zip(&found.deviations).zip(&all.deviations);
-        let needed = needed.map(|((critical, spread), [of_damping, of_friction])| NeededDraw {
-            damping: critical + spread * of_friction - of_damping,
+        let needed = needed.map(|((critical, spread), [of_damping, of_friction, unit])| NeededDraw {
+            damping: (critical + spread * of_friction) / unit - of_damping,
             legal_from: -of_damping,
         });
         let mut needed: Vec<NeededDraw> = needed.filter(|draw| !draw.damping.is_nan()).collect();
@@ -247,7 +266,7 @@ impl Needed {
         }
         let all_legal_from = needed.iter().map(|draw| draw.legal_from).fold(f64::NEG_INFINITY, f64::max);
         let needed = Self { draws: needed, all_legal_from, failed, redrawn: all.redrawn, error: found.error };
-        match needed.legal_of(&needed.draws, machine.damping) {
+        match needed.legal_of(&needed.draws, given_damping(machine)) {
             0 => Err(NoRisk::Illegal),
             legal => Ok(Some(Self { redrawn: needed.redrawn + needed.draws.len() - legal, ..needed })),
         }
@@ -291,8 +310,7 @@ impl Needed {
 
 /// The default number of draws: as many as take some seconds.
 fn usual_draws(machine: &Machine, uncertain: &[Uncertain]) -> usize {
-    let names: Vec<&str> = uncertain.iter().map(|(name, _)| *name).collect();
-    if Groups::new(machine, &names).can_be_interpolated(&names) { 1_000_000 } else { 10_000 }
+    if Groups::new(machine, uncertain).can_be_interpolated(uncertain) { 1_000_000 } else { 10_000 }
 }
 
 /// The draws by default: fewer than [`usual_draws`] where the critical dampings cannot be interpolated within a
@@ -326,16 +344,20 @@ pub fn risk(
         Some(draws) => (unbounded(machine, uncertain, draws)?, false),
         None => usual(machine, uncertain, Drawn::none(machine, uncertain).groups.affordable())?,
     };
-    let rare_by =
-        rare.iter().map(|&probability| RareBy { probability, damping: needed.quantile(probability) });
+    let (damping, unit) = (given_damping(machine), machine.si_damping());
+    let in_si =
+        |found: Estimate| Estimate { value: found.value * unit, limits: found.limits.map(|it| it * unit) };
+    let rare_by = rare
+        .iter()
+        .map(|&probability| RareBy { probability, damping: needed.quantile(probability).map(in_si) });
     Ok(Risk {
-        draws: needed.legal_of(&needed.draws, machine.damping),
+        draws: needed.legal_of(&needed.draws, damping),
         failed: needed.failed,
         redrawn: needed.redrawn,
         fewer,
         critical_damping_error: needed.error,
-        standard_error: machine.model().as_ref().and_then(standard_error),
-        probability: needed.probability(machine.damping),
+        standard_error: uncertain_critical_damping(machine, uncertain).map(|of| of.standard_error),
+        probability: needed.probability(damping),
         rare_by: rare_by.collect(),
     })
 }
@@ -343,33 +365,35 @@ pub fn risk(
 /// The probability that a machine may stick-slip, over a map.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Probabilities {
-    /// Probabilities, row-major over belt speeds (slower) and dampings; NaN where no draw has an answer.
+    /// Probabilities, row-major over machines (slower) and dampings; NaN where no draw has an answer.
     pub values: Vec<f64>,
-    /// Number of draws, over all belt speeds, whose critical damping was not found; they are left out.
+    /// Number of draws, over all machines, whose critical damping was not found; they are left out.
     pub failed: usize,
     /// Number of illegal machines that were drawn, see [`Risk::redrawn`].
     pub redrawn: usize,
 }
 
-/// The probability that a machine may stick-slip, over belt speeds (slower) and dampings, in SI units. Every
-/// belt speed has `draws` draws, from the same random numbers. Ends with an error once `stop` is true.
+/// The probability that each of some machines may stick-slip, over dampings as they are given. Every machine has
+/// `draws` draws, from the same random numbers. What is no machine has none. Ends with an error once `stop` is true.
 ///
 /// # Errors
 /// [`NoRisk`].
 pub fn probabilities(
-    machine: &Machine,
+    machines: impl Iterator<Item = Machine>,
     uncertain: &[Uncertain],
-    belt_speeds: &[f64],
     dampings: &[f64],
     draws: usize,
     stop: &AtomicBool,
 ) -> Result<Probabilities, NoRisk> {
     let mut all = Probabilities { values: Vec::new(), failed: 0, redrawn: 0 };
-    for &belt_speed in belt_speeds {
+    for machine in machines {
         if stop.load(Ordering::Relaxed) {
             return Err(NoRisk::Interrupted);
         }
-        let machine = machine.with("belt_speed", belt_speed).ok_or(NoRisk::Illegal)?;
+        if !machine.is_legal() {
+            all.values.extend(dampings.iter().map(|_| f64::NAN));
+            continue;
+        }
         match unbounded(&machine, uncertain, draws) {
             Ok(needed) => {
                 all.values.extend(dampings.iter().map(|&damping| needed.probability(damping).value));

@@ -7,7 +7,7 @@
 /// A step meets a corner if it ends this close to it: `WIDTH` in the variable of integration, `ROUNDING`
 /// relative to the speeds whose difference is the slip speed. D is wrong by its change of slope times the
 /// distance, for the time that the orbit takes for it: the effect is of second order in `WIDTH`.
-const WIDTH: f64 = 1e-9;
+pub const WIDTH: f64 = 1e-9;
 const ROUNDING: f64 = 1e-13;
 
 /// The shortest step to a corner, in units of the time scale of the flow: over a shorter one the change of D

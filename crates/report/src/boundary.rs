@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::{ReportError, SIMULATION, check};
 use slipmap_certify::Claim;
 use slipmap_format::MapFile;
-use slipmap_map::map::{Control, Field, Grid, Method, unravel};
+use slipmap_map::map::{Control, Grid, Method, unravel};
 use slipmap_model::friction::Column;
 use slipmap_simulate::critical::{CriticalDamping, critical_dampings};
 
@@ -69,7 +69,7 @@ pub(crate) struct Worst {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct BoundaryError {
     pub(crate) sizes: Sizes,
-    /// Sizes of the errors in those columns that have both boundaries at every eps, for the fit.
+    /// Sizes of the errors in those columns that have both boundaries at every eps, for the order.
     pub(crate) common: Sizes,
     /// The error of largest absolute value.
     pub(crate) worst: Option<Worst>,
@@ -82,17 +82,14 @@ pub(crate) struct BoundaryError {
     pub(crate) only_method: u64,
 }
 
-/// The order p of an error that falls like eps^p.
+/// The order p of an error that falls like eps^p, between two neighbouring eps: the local exponent. A line through
+/// all medians would mix eps at which the next term of the error matters with those at which it does not.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Order {
-    /// p, by least squares of the logarithms of the medians.
+    /// The two eps, the smaller first.
+    pub epsilons: [f64; 2],
+    /// p, from the medians at the two.
     pub order: f64,
-    /// Half width of its 95 % confidence interval; `None` if the fit has only two eps.
-    pub half_width: Option<f64>,
-    /// Number of eps in the fit.
-    pub(crate) points: usize,
-    /// The order between the two smallest eps alone.
-    pub smallest: f64,
 }
 
 /// One method's boundary.
@@ -101,8 +98,9 @@ pub struct MethodBoundary {
     /// The method.
     pub method: String,
     pub(crate) errors: Vec<BoundaryError>,
-    /// The fitted order; `None` if fewer than two eps have a median above the error of the exact boundary.
-    pub order: Option<Order>,
+    /// The order between neighbouring eps, from the smallest on; none if fewer than two eps have a median above the
+    /// error of the exact boundary.
+    pub orders: Vec<Order>,
 }
 
 /// Every method's boundary.
@@ -127,10 +125,10 @@ enum Source {
 impl Boundaries {
     /// Reads or computes the boundaries in every column, block by block.
     pub(super) fn read(map: &MapFile, control: &Control) -> Result<Self, ReportError> {
-        let epsilons = map.grid().axes()[0].values.len();
-        let exact = format!("critical_c_{SIMULATION}");
+        let epsilons = map.grid().epsilons().len();
+        let exact = map.critical(SIMULATION);
         let stored = map.has(&exact);
-        let errors = format!("{}{SIMULATION}", Field::CRITICAL_ERROR);
+        let errors = map.critical_error();
         let mut boundaries = Self {
             methods: Vec::new(),
             unknown: Vec::new(),
@@ -139,7 +137,7 @@ impl Boundaries {
         };
         let mut sources = Vec::new();
         for method in map.methods().iter().filter(|method| method.name != SIMULATION) {
-            let variable = format!("critical_c_{}", method.name);
+            let variable = map.critical(&method.name);
             let source = match Method::by_name(&method.name) {
                 // These methods give verdicts, not critical dampings.
                 Some(Method::Naive(..)) => continue,
@@ -152,7 +150,11 @@ impl Boundaries {
             };
             sources.push(source);
             let errors = vec![BoundaryError::default(); epsilons];
-            boundaries.methods.push(MethodBoundary { method: method.name.clone(), errors, order: None });
+            boundaries.methods.push(MethodBoundary {
+                method: method.name.clone(),
+                errors,
+                orders: Vec::new(),
+            });
         }
         for ranges in blocks(map) {
             check(control)?;
@@ -160,7 +162,7 @@ impl Boundaries {
             let (exact, resolution) = if stored {
                 (columns.stored(map, &exact)?, columns.stored(map, &errors)?)
             } else {
-                let found = columns.compute(|columns| {
+                let found = columns.compute([f64::NAN; 2], |columns| {
                     let known = |root: Result<CriticalDamping, _>| {
                         let known = root.and_then(CriticalDamping::known);
                         known.map_or([f64::NAN; 2], |root| [root.c, root.error])
@@ -175,16 +177,16 @@ impl Boundaries {
             for (source, method) in sources.iter().zip(&mut boundaries.methods) {
                 let edges = match source {
                     Source::Stored(variable) => columns.stored(map, variable)?,
-                    Source::Claim(claim) => columns.compute(|columns| {
+                    Source::Claim(claim) => columns.compute(f64::NAN, |columns| {
                         columns.iter().map(|column| claim(column).edge().unwrap_or(f64::NAN)).collect()
                     }),
                 };
                 method.add(&columns, &edges, &exact, &resolution);
             }
         }
-        let axis = &map.grid().axes()[0].values;
+        let axis = map.grid().epsilons();
         for method in &mut boundaries.methods {
-            method.order = order(axis, &method.errors, &boundaries.exact_error);
+            method.orders = orders(axis, &method.errors, &boundaries.exact_error);
         }
         Ok(boundaries)
     }
@@ -194,7 +196,9 @@ impl Boundaries {
 fn blocks(map: &MapFile) -> impl Iterator<Item = Vec<Range<usize>>> {
     let grid = map.grid();
     let mut shape = map.tile_shape().to_vec();
-    shape[0] = grid.axes()[0].values.len();
+    if let Some(axis) = grid.epsilon_axis() {
+        shape[axis] = grid.axes()[axis].values.len();
+    }
     if let (Some(tile), Some(len)) = (shape.last_mut(), grid.shape().last()) {
         *tile = *len;
     }
@@ -218,7 +222,7 @@ impl Block<'_> {
 
     /// Number of columns at one eps.
     fn layer(&self) -> usize {
-        self.ranges[1..].iter().map(ExactSizeIterator::len).product()
+        self.len() / self.grid.epsilons().len()
     }
 
     /// Grid index of the column with this position, on each axis but that of c.
@@ -231,20 +235,19 @@ impl Block<'_> {
         Ok(map.reals(variable, &self.ranges)?.iter().copied().collect())
     }
 
-    /// Computes a number for each column, in parallel.
-    fn compute<T: Clone + Send>(&self, of: impl Fn(&[Column]) -> Vec<T> + Sync) -> Vec<T> {
+    /// Computes a number for each column, in parallel; `none` at nodes without one.
+    fn compute<T: Copy + Send + Sync>(&self, none: T, of: impl Fn(&[Column]) -> Vec<T> + Sync) -> Vec<T> {
         let starts: Vec<usize> = (0..self.len()).step_by(BATCH).collect();
         let parts: Vec<Vec<T>> = starts
             .into_par_iter()
             .map(|start| {
-                let columns: Vec<Column> = (start..(start + BATCH).min(self.len()))
-                    .map(|position| {
-                        let mut index = self.index(position);
-                        index.push(0);
-                        self.grid.column(&index)
-                    })
+                let columns: Vec<Option<Column>> = (start..(start + BATCH).min(self.len()))
+                    .map(|position| self.grid.column(&[self.index(position), vec![0]].concat()).ok())
                     .collect();
-                of(&columns)
+                let known: Vec<bool> = columns.iter().map(Option::is_some).collect();
+                let mut found = of(&columns.into_iter().flatten().collect::<Vec<_>>()).into_iter();
+                let of_column = |known: bool| if known { found.next().unwrap_or(none) } else { none };
+                known.into_iter().map(of_column).collect()
             })
             .collect();
         parts.concat()
@@ -290,46 +293,22 @@ impl MethodBoundary {
     }
 }
 
-/// Fits the order of the medians in eps, without medians below the error of the exact boundary.
-fn order(epsilons: &[f64], errors: &[BoundaryError], exact_error: &[Sizes]) -> Option<Order> {
-    let points: Vec<(f64, f64)> = epsilons
+/// The orders of the medians in eps, without medians below the error of the exact boundary.
+fn orders(epsilons: &[f64], errors: &[BoundaryError], exact_error: &[Sizes]) -> Vec<Order> {
+    let medians: Vec<(f64, f64)> = epsilons
         .iter()
         .zip(errors)
         .zip(exact_error)
         .filter_map(|((epsilon, errors), exact)| {
             let median = errors.common.quantile(0.5)?;
-            (median > exact.quantile(0.5)?).then(|| (epsilon.ln(), median.ln()))
+            (median > exact.quantile(0.5)?).then_some((*epsilon, median))
         })
         .collect();
-    fit(&points)
-}
-
-/// Least squares of y = a + p x; points by increasing x.
-fn fit(points: &[(f64, f64)]) -> Option<Order> {
-    let n = points.len();
-    if n < 2 {
-        return None;
-    }
-    let mean = |of: fn(&(f64, f64)) -> f64| points.iter().map(of).sum::<f64>() / n as f64;
-    let (mean_x, mean_y) = (mean(|p| p.0), mean(|p| p.1));
-    let sxx: f64 = points.iter().map(|(x, _)| (x - mean_x) * (x - mean_x)).sum();
-    let sxy: f64 = points.iter().map(|(x, y)| (x - mean_x) * (y - mean_y)).sum();
-    let order = sxy / sxx;
-    let half_width = (n > 2).then(|| {
-        let residual =
-            points.iter().map(|(x, y)| y - mean_y - order * (x - mean_x)).map(|r| r * r).sum::<f64>();
-        student(n - 2) * (residual / (n - 2) as f64 / sxx).sqrt()
-    });
-    let smallest = (points[1].1 - points[0].1) / (points[1].0 - points[0].0);
-    Some(Order { order, half_width, points: n, smallest })
-}
-
-/// The 97.5 % quantile of Student's distribution; between tabulated degrees of freedom, the larger quantile.
-fn student(degrees: usize) -> f64 {
-    const DEGREES: [usize; 14] = [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 15, 20, 30, 120];
-    const QUANTILES: [f64; 14] =
-        [12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228, 2.131, 2.086, 2.042, 1.980];
-    QUANTILES[DEGREES.iter().rposition(|known| *known <= degrees).unwrap_or(0)]
+    let order = |pair: &[(f64, f64)]| {
+        let [(from, low), (to, high)] = [pair[0], pair[1]];
+        Order { epsilons: [from, to], order: (high / low).ln() / (to / from).ln() }
+    };
+    medians.windows(2).map(order).collect()
 }
 
 #[cfg(test)]
@@ -352,25 +331,5 @@ mod tests {
         let mut zero = Sizes::default();
         zero.add(0.0);
         assert_eq!(zero.quantile(0.5), Some(0.0));
-    }
-
-    #[test]
-    fn a_power_is_found_exactly_and_noise_widens_the_interval() {
-        let power = |noise: f64| -> Vec<(f64, f64)> {
-            (0..4)
-                .map(|i| {
-                    let epsilon = 0.5_f64.powi(4 - i);
-                    (epsilon.ln(), (3.0 * epsilon * epsilon).ln() + noise * f64::from(i % 2))
-                })
-                .collect()
-        };
-        let exact = fit(&power(0.0)).unwrap();
-        // Logarithms of size 3 carry errors of a few 1e-16.
-        assert!((exact.order - 2.0).abs() < 1e-14 && exact.half_width.unwrap() < 1e-13);
-        let noisy = fit(&power(0.3)).unwrap();
-        assert!((noisy.order - 2.0).abs() <= noisy.half_width.unwrap());
-        let two = fit(&power(0.0)[..2]).unwrap();
-        assert!(two.half_width.is_none() && (two.smallest - 2.0).abs() < 1e-14);
-        assert!(fit(&power(0.0)[..1]).is_none());
     }
 }

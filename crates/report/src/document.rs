@@ -116,7 +116,7 @@ pub(super) fn latex(map: &MapFile, summary: &[(Rich, Rich)], tables: &[Table], f
     text.push_str("\\clearpage\n");
     for figure in figures {
         text.push_str(&format!(
-            "\\begin{{figure}}\n\\centering\n\\includegraphics{{figures/{0}}}\n\\caption{{{1}}}\n\
+            "\\begin{{figure}}\n\\centering\n\\includegraphics{{figures/{0}.pdf}}\n\\caption{{{1}}}\n\
              \\label{{fig:slipmap-{0}}}\n\\end{{figure}}\n\\clearpage\n",
             figure.name,
             figure.caption.latex()

@@ -10,6 +10,7 @@
 mod boundary;
 mod document;
 pub mod figure;
+mod fit_figure;
 mod machine_page;
 pub mod proved;
 mod stale;
@@ -26,6 +27,7 @@ use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 
 pub use boundary::{Boundaries, MethodBoundary};
+pub use fit_figure::FitFigure;
 pub use machine_page::{MachinePage, Subject};
 pub use slipmap_figure::csv::{csv_text, is_formula};
 pub use slipmap_figure::text::{Rich, rich};

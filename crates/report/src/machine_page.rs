@@ -2,10 +2,12 @@
 
 mod answer;
 mod figures;
+mod intervals;
 mod lines;
 
 use super::document;
 use super::figure::Scene;
+use super::units::join;
 use figures::FIGURE;
 pub(super) use lines::percent;
 use lines::{Line, Section};
@@ -74,8 +76,19 @@ impl<'a> MachinePage<'a> {
         }
     }
 
+    /// Draws pages beside each other.
+    pub fn scene(pages: &[Self]) -> Scene {
+        let drawn: Vec<Scene> = pages.iter().map(Self::drawn).collect();
+        let height = drawn.iter().map(|page| page.height).fold(0.0, f64::max);
+        let mut scene = Scene::new(PAGE.0 * pages.len() as f64, height);
+        for (i, page) in drawn.iter().enumerate() {
+            scene.place((PAGE.0 * i as f64, 0.0), page);
+        }
+        scene
+    }
+
     /// Draws the page: A4, or longer if the text does not fit.
-    pub fn scene(&self) -> Scene {
+    fn drawn(&self) -> Scene {
         let mut scene = Scene::new(PAGE.0, PAGE.1);
         let mut y = MARGIN - TITLE + 3.0;
         for line in paragraph(&self.title, TITLE, WIDTH, MOST_LINES) {
@@ -111,13 +124,33 @@ impl<'a> MachinePage<'a> {
         scene
     }
 
-    /// The title of the page, with its subject.
-    pub fn caption(&self) -> Rich {
-        rich("Assessment of a machine: ").then(self.title.clone())
+    /// The title of the pages, with their subjects.
+    pub fn caption(pages: &[Self]) -> Rich {
+        let begins = if pages.len() > 1 { "Assessment of machines: " } else { "Assessment of a machine: " };
+        rich(begins).then(join(pages.iter().map(|page| page.title.clone())))
     }
 
-    /// The page as self-contained HTML.
-    pub fn html(&self) -> String {
+    /// Pages beside each other as self-contained HTML.
+    pub fn html(pages: &[Self]) -> String {
+        let title = join(pages.iter().map(|page| page.title.clone()));
+        let bodies = pages.iter().enumerate().map(|(i, page)| page.body(i + 1));
+        match pages {
+            [_] => document::page(&title, &bodies.collect::<String>()),
+            several => {
+                let of = |(page, body): (&Self, String)| {
+                    let heading = page.title.html();
+                    format!("<section style=\"flex: 1 1 30em\">\n<h1>{heading}</h1>\n{body}</section>\n")
+                };
+                let beside: String = several.iter().zip(bodies).map(of).collect();
+                let body =
+                    format!("<div style=\"display: flex; flex-wrap: wrap; gap: 2em\">\n{beside}</div>\n");
+                document::page(&title, &body)
+            }
+        }
+    }
+
+    /// The body of the HTML of the page of this number.
+    fn body(&self, number: usize) -> String {
         let texts = std::iter::once(&self.answer).chain(&self.warnings);
         let mut body: String = texts.map(|text| format!("<p>{}</p>\n", text.html())).collect();
         for (heading, lines) in &self.sections {
@@ -140,11 +173,11 @@ impl<'a> MachinePage<'a> {
             ),
         ];
         for (name, figure, words) in figures {
-            let svg = figure.svg(name, &rich(words));
+            let svg = figure.svg(&format!("{name}-{number}"), &rich(words));
             body.push_str(&format!("<figure>\n{svg}<figcaption>{words}</figcaption>\n</figure>\n"));
         }
         body.push_str(&format!("<p class=\"note\">{}</p>\n", self.source.html()));
-        document::page(&self.title, &body)
+        body
     }
 }
 
@@ -255,7 +288,11 @@ mod tests {
             sticking.starts_with("Stick-slips from every start at 0.06 m/s and 1000 N s/m ("),
             "{sticking}"
         );
-        assert!(sticking.contains(" mm); more than 14") && sticking.contains(" ends stick-slip, more than "));
+        assert!(
+            sticking.contains(" mm); a disturbance of steady slip grows by the factor e in 0.0")
+                && sticking.contains("; more than 14")
+                && sticking.contains(" ends stick-slip, more than ")
+        );
         let lines = paragraph(&in_words(&assess(&machine(1000.0)).unwrap()), TEXT, WIDTH, MOST_LINES);
         let widest = lines.iter().map(|line| text_width(line, TEXT)).fold(0.0, f64::max);
         assert!(lines.len() == 2 && widest <= WIDTH + TEXT, "{widest}: {lines:?}");
@@ -342,7 +379,9 @@ mod tests {
             let text = text_of(sections(&all, &[], None));
             assert!(text.contains(&format!("coefficient of friction: {words}")), "{text}");
             let page = MachinePage::new(&all, &Subject { title: "", uncertain: &[], risk: None, source: "" });
-            assert!(page.scene().svg("page", &page.caption()).contains("Coefficient of friction"));
+            assert!(
+                MachinePage::scene(&[page]).svg("page", &rich("page")).contains("Coefficient of friction")
+            );
         }
     }
 
@@ -394,7 +433,8 @@ mod tests {
         let (title, source) = ("a long title ".repeat(20), "source ".repeat(90));
         let subject = Subject { title: &title, uncertain: &[], risk: None, source: &source };
         let page = MachinePage::new(&all, &subject);
-        let scene = page.scene();
+        let pages = [page];
+        let scene = MachinePage::scene(&pages);
         let svg = scene.svg("page", &rich("page"));
         let svg = roxmltree::Document::parse(&svg).unwrap();
         let mut texts = 0;
@@ -414,7 +454,7 @@ mod tests {
             }
         }
         assert!(texts > 40, "{texts}");
-        assert!(page.html().contains(&" + 0*u".repeat(60)));
+        assert!(MachinePage::html(&pages).contains(&" + 0*u".repeat(60)));
     }
 
     #[test]

@@ -16,10 +16,9 @@ pub(super) fn listed(folder: &Path) -> BTreeSet<String> {
     for kind in ["figures/", "tables/"] {
         for (at, _) in text.match_indices(kind) {
             let rest = &text[at + kind.len()..];
-            let end = rest
-                .find(|c: char| !(c.is_ascii_alphanumeric() || c == '-' || c == '_'))
-                .unwrap_or(rest.len());
-            let name = &rest[..end];
+            let end =
+                rest.find(|c: char| !(c.is_ascii_alphanumeric() || "-_.".contains(c))).unwrap_or(rest.len());
+            let name = rest[..end].trim_end_matches(".pdf");
             if !name.is_empty() {
                 names.insert(format!("{kind}{name}"));
             }
@@ -56,7 +55,7 @@ mod tests {
             write(name, "");
         }
         let rest = "\\input{tables/t}";
-        let listing = "\\includegraphics{figures/slice-a-c} \\input{tables/b_d} ../figures/../mine";
+        let listing = "\\includegraphics{figures/slice-a-c.pdf} \\input{tables/b_d} ../figures/../mine";
         write("report.tex", &format!("{rest} {listing}"));
         let before = listed(folder.path());
         write("report.tex", rest);

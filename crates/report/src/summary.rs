@@ -19,10 +19,10 @@ const TOLERANCE: f64 = 1e-9;
 fn probabilities(view: &View) -> Option<(f64, f64)> {
     let map = view.map;
     let axes = map.grid().axes().len();
-    let (all, first) = ([axes - 2, axes - 1], vec![0; axes]);
+    let all: Vec<usize> = (0..axes).collect();
     let values = map
-        .has_auxiliary(PROBABILITY)
-        .then(|| map.real_slice(PROBABILITY, &picks(map, &all, &first, axes)).ok());
+        .has_probability()
+        .then(|| map.real_slice(PROBABILITY, &picks(map, &all, &vec![0; axes], axes)).ok());
     let values = values.flatten()?;
     let known = || values.iter().copied().filter(|value| value.is_finite());
     let (least, most) = (known().fold(f64::INFINITY, f64::min), known().fold(f64::NEG_INFINITY, f64::max));
@@ -62,7 +62,7 @@ pub(super) fn summary(view: &View, report: &Report) -> Vec<(Rich, Rich)> {
             true => percent(least),
             false => format!("{} to {}", percent(least), percent(most)),
         };
-        let words = format!("{range} % over the belt speeds and dampings, {PROBABILITY} in the map");
+        let words = format!("{range} % over the map, {PROBABILITY} in it");
         line("probability that it may stick-slip, by the uncertain quantities", Rich::foreign(&words));
     }
     let cells = count(map.grid().cells() as u64);

@@ -113,6 +113,25 @@ impl Table {
         }
     }
 
+    /// Keeps the rows of these methods and eps, of all where a list is empty. One eps moves from its column to the
+    /// caption.
+    pub(crate) fn keep(&mut self, methods: &[String], epsilons: &[f64]) {
+        let column = |key: &str| self.columns.iter().position(|column| column.key == key);
+        if let Some(at) = column("method").filter(|_| !methods.is_empty()) {
+            self.rows.retain(|row| methods.iter().any(|method| row[at] == Cell::Words(method.clone())));
+        }
+        let Some(at) = column("epsilon").filter(|_| !epsilons.is_empty()) else { return };
+        self.rows.retain(|row| epsilons.iter().any(|epsilon| row[at] == Cell::Real(*epsilon)));
+        if let [epsilon] = epsilons {
+            self.columns.remove(at);
+            self.rows.iter_mut().for_each(|row| drop(row.remove(at)));
+            self.caption = std::mem::take(&mut self.caption)
+                .then(rich(" At {epsilon} = "))
+                .then(Rich::number(*epsilon, 4))
+                .then(".");
+        }
+    }
+
     /// Returns whether a column holds numbers.
     fn is_numeric(&self, column: usize) -> bool {
         self.rows.iter().any(|row| matches!(row[column], Cell::Count(_) | Cell::Real(_)))
@@ -311,5 +330,30 @@ mod tests {
             "method,cells,share,error\na_b,1234567,12.345,-1.5e-7\nc|d,0,,0.25\n",
             "CSV holds numbers in full"
         );
+    }
+
+    /// Six eps and eight methods: two parts, cut between two eps, with one label.
+    #[test]
+    fn a_tall_table_has_parts_and_rows_can_be_chosen() {
+        let mut table = table();
+        table.columns.insert(0, Column::new("epsilon", "{epsilon}", Show::Trimmed(4)));
+        table.rows = (0..48_u32)
+            .map(|row| {
+                let (epsilon, method) = (0.1 * f64::from(row / 8 + 1), format!("m{}", row % 8));
+                vec![Cell::Real(epsilon), Cell::Words(method), Cell::Count(1), Cell::Real(1.0), Cell::Missing]
+            })
+            .collect();
+        let latex = table.latex();
+        let parts: Vec<&str> = latex.split("\\end{table").collect();
+        let rows = |part: &str| part.lines().filter(|line| line.contains(" & m")).count();
+        assert_eq!((rows(parts[0]), rows(parts[1]), parts.len()), (40, 8, 3), "{latex}");
+        assert_eq!(latex.matches("\\label{").count(), 1);
+
+        table.keep(&["m3".into(), "m5".into()], &[0.1, 0.2]);
+        assert_eq!((table.rows.len(), table.columns.len()), (4, 5));
+        table.keep(&[], &[0.2]);
+        let left: Vec<&Cell> = table.rows.iter().map(|row| &row[0]).collect();
+        assert_eq!(left, [&Cell::Words("m3".into()), &Cell::Words("m5".into())]);
+        assert!(table.caption.plain().ends_with("= 0.2."), "{:?}", table.caption);
     }
 }

@@ -28,7 +28,7 @@ pub fn all(view: &View, report: &Report) -> Vec<Table> {
     tables.push(agreement(map, report));
     tables.push(boundary(view, report));
     // One eps gives no order.
-    tables.extend((epsilons(map).len() > 1).then(|| order(map, report)));
+    tables.extend((epsilons(map).len() > 1).then(|| order(report)));
     tables.extend([cost(map), failures(map, report), methods(map), axes(view), provenance(map)]);
     tables
 }
@@ -49,7 +49,7 @@ fn words(text: &str) -> Cell {
 }
 
 fn epsilons(map: &MapFile) -> &[f64] {
-    &map.grid().axes()[0].values
+    map.grid().epsilons()
 }
 
 /// Number of significant digits of eps.

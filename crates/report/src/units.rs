@@ -1,15 +1,14 @@
 //! The units in which the numbers of a map are shown: those of its machine, or none.
 
-use slipmap_model::friction::Law;
 use std::sync::OnceLock;
 
 use slipmap_figure::text::{Piece, Rich, rich};
-use slipmap_format::{MapFile, Value};
+use slipmap_format::MapFile;
 use slipmap_map::dataset::auxiliary::PROBABILITY;
 use slipmap_map::machine::{
-    Coefficients, Dimension, MOTION_ATTRIBUTE, Model, Motion, SI_ATTRIBUTE, SiUnits, UNITS_ATTRIBUTE, Units,
+    Coefficients, DAMPING_RATIO, Dimension, Friction, Machine, Model, SiUnits, Units,
 };
-use slipmap_map::map::{Axis, AxisRole, Field, Quantity, dimension};
+use slipmap_map::map::{Axis, Field, Grid, Quantity, dimension};
 
 /// A map and the units in which its numbers are shown.
 #[derive(Clone, Debug)]
@@ -25,12 +24,7 @@ impl<'a> View<'a> {
     /// The map in the SI units of its machine, or dimensionless if it has none.
     #[must_use]
     pub fn new(map: &'a MapFile) -> Self {
-        Self { map, units: UnitSystem { machine: units_of(map) }, informative: OnceLock::new() }
-    }
-
-    /// The map in dimensionless numbers, even if it is about a machine.
-    pub fn dimensionless(map: &'a MapFile) -> Self {
-        Self { map, units: UnitSystem::default(), informative: OnceLock::new() }
+        Self { map, units: UnitSystem::of_grid(map.grid()), informative: OnceLock::new() }
     }
 
     /// The name of an axis with its unit.
@@ -38,31 +32,32 @@ impl<'a> View<'a> {
         self.units.axis(axis)
     }
 
-    /// "ε = 0.1, β = 0.5": the value of every axis at the nodes `index`, except those in `shown`. For a
-    /// machine, words for its friction replace eps and the law's parameters with a single node.
+    /// "ε = 0.1, β = 0.5": the value of every axis at the nodes `index`, except those in `shown`. For a machine
+    /// also words for its friction.
     pub fn held(&self, index: &[usize], shown: &[usize]) -> Rich {
         let axes = self.map.grid().axes();
-        let mut parts = Vec::new();
-        for (i, axis) in axes.iter().enumerate().filter(|(i, _)| !shown.contains(i)) {
-            let constant =
-                matches!(axis.role, AxisRole::Epsilon | AxisRole::Law(_)) && axis.values.len() == 1;
-            if self.units.machine.is_none() || !constant {
-                parts.push(self.axis(axis).equals(axis.values[index[i]]));
-            }
-        }
-        if let Some(si) = &self.units.machine {
-            parts.extend(friction_words(self.map, si));
+        let held = axes.iter().enumerate().filter(|(i, _)| !shown.contains(i));
+        let mut parts: Vec<Rich> =
+            held.map(|(i, axis)| self.axis(axis).equals(axis.values[index[i]])).collect();
+        if let Some(machine) = self.map.grid().machine() {
+            parts.extend(friction_words(self.map, machine));
         }
         join(parts)
+    }
+
+    /// The units of dimensionless numbers at these nodes.
+    pub(crate) fn units_at(&self, index: &[usize]) -> UnitSystem {
+        let grid = self.map.grid();
+        UnitSystem { machine: grid.si(&grid.values(index)), ..UnitSystem::of_grid(grid) }
     }
 
     /// The oscillator of the map's machine at the middle node of every axis, the upper one of two: the first
     /// damping is often 0, and an undamped machine is of little interest. `None` for a dimensionless map.
     pub(crate) fn model(&self) -> Option<Model> {
-        let si = self.units.machine?;
         let grid = self.map.grid();
         let middle: Vec<usize> = grid.axes().iter().map(|axis| axis.values.len() / 2).collect();
-        Some(Model { law: grid.law().clone(), point: grid.point(&middle), si })
+        let (law, point, si) = grid.place(&grid.values(&middle))?;
+        Some(Model { law, point, si: si? })
     }
 }
 
@@ -76,51 +71,24 @@ pub fn join(parts: impl IntoIterator<Item = Rich>) -> Rich {
     text
 }
 
-/// The description of a machine's friction.
-fn friction_words(map: &MapFile, si: &SiUnits) -> Vec<Rich> {
-    let Some(numbers) = machine_numbers(map) else {
-        return vec![match map.grid().law().as_written() {
-            Law::Table(table) => rich("friction of ").then(Rich::foreign(table.origin())),
-            Law::Expression(_) => rich("friction by formula"),
-            law => rich("friction by ").then(Rich::foreign(law.name())),
-        }];
-    };
-    let [_, _, _, _, rest, kinetic, width, strengthening, _] = numbers;
-    let of = Coefficients::from_array([rest, kinetic, width, strengthening]);
-    let velocity = si.unit(Dimension::Velocity);
-    let number = |name: &str, value: f64, unit: &str| rich(name).then(Rich::number(value, 4)).with_unit(unit);
-    let mut words = vec![
-        number("friction at rest ", of.static_friction, ""),
-        number("kinetic ", of.kinetic_friction, ""),
-    ];
-    if Coefficients::names(map.grid().law()).any(|name| name == "stribeck_velocity") {
-        words.push(number("Stribeck velocity ", of.stribeck_velocity, velocity));
+/// The description of the part of a machine's friction that does not vary.
+fn friction_words(map: &MapFile, machine: &Machine) -> Vec<Rich> {
+    let fixed = map.grid().fixed();
+    match &machine.friction {
+        Friction::Measured(table) => vec![rich("friction of ").then(Rich::foreign(table.origin()))],
+        Friction::Formula(..) => vec![rich("friction by formula")],
+        Friction::Coefficients(..) => fixed
+            .iter()
+            .filter(|(name, value)| {
+                Coefficients::NAMES.contains(name) && (*name != "strengthening" || *value > 0.0)
+            })
+            .map(|(name, value)| {
+                let words = machine.words(name).replace("static friction", "friction at rest");
+                let words = words.replace("kinetic friction", "kinetic");
+                rich(&words).then(" ").then(Rich::number(*value, 4)).with_unit(machine.unit(name))
+            })
+            .collect(),
     }
-    if of.strengthening > 0.0 {
-        words.push(number("strengthening ", of.strengthening, ""));
-    }
-    words
-}
-
-/// The numbers of a machine whose friction is given by coefficients.
-fn machine_numbers(map: &MapFile) -> Option<[f64; 9]> {
-    let Some(Value::Reals(numbers)) = map.attributes().get(SI_ATTRIBUTE) else { return None };
-    numbers.as_slice().try_into().ok()
-}
-
-/// The units of the machine that a map is about; `None` for a map in dimensionless terms.
-fn units_of(map: &MapFile) -> Option<SiUnits> {
-    let name = map.text(MOTION_ATTRIBUTE)?;
-    let motion = Motion::ALL.into_iter().find(|motion| motion.name() == name)?;
-    let units = match map.attributes().get(UNITS_ATTRIBUTE) {
-        Some(Value::Reals(numbers)) => Units::from_array(numbers.as_slice().try_into().ok()?),
-        // Maps of versions before 0.2.
-        _ => {
-            let [mass, stiffness, _, force, rest, ..] = machine_numbers(map)?;
-            Units::of(mass, stiffness, rest * force)
-        }
-    };
-    Some(SiUnits { motion, units })
 }
 
 /// Dimensionless numbers, or the SI units of a machine.
@@ -128,6 +96,8 @@ fn units_of(map: &MapFile) -> Option<SiUnits> {
 pub struct UnitSystem {
     /// The units, if they are those of a machine.
     pub(crate) machine: Option<SiUnits>,
+    /// Whether dampings are ratios, which have no unit.
+    has_ratio: bool,
 }
 
 /// Name and unit of a quantity, and the factor that converts dimensionless numbers to the unit.
@@ -145,7 +115,13 @@ pub struct Label {
 
 impl UnitSystem {
     pub fn of_machine(si: SiUnits) -> Self {
-        Self { machine: Some(si) }
+        Self { machine: Some(si), has_ratio: false }
+    }
+
+    /// The units of the numbers of a map: those of a machine's are in SI units already.
+    pub fn of_grid(grid: &Grid) -> Self {
+        let machine = grid.machine().map(|machine| SiUnits { motion: machine.motion, units: Units::SI });
+        Self { machine, has_ratio: grid.machine().is_some_and(|of| of.damping_name() == DAMPING_RATIO) }
     }
 
     /// The label of a quantity of this dimension; `symbol` is its name in dimensionless numbers.
@@ -163,23 +139,18 @@ impl UnitSystem {
 
     /// The name of an axis with its unit.
     pub(crate) fn axis(&self, axis: &Axis) -> Label {
-        let dimension = dimension::of_axis(axis.role);
-        let (words, key) = match axis.role {
-            AxisRole::BeltSpeed => ("belt speed", "belt_speed"),
-            AxisRole::Damping => ("damping", "damping"),
-            AxisRole::Epsilon | AxisRole::Law(_) => (axis.name.as_str(), axis.name.as_str()),
+        let name = match self.machine {
+            Some(_) => Rich::foreign(&axis.long_name),
+            None => Rich::symbol(&axis.name),
         };
-        let symbol = Rich::symbol(&axis.name);
-        match self.machine {
-            Some(_) if dimension.is_some() => self.quantity(words, symbol, key, dimension),
-            _ => Label { name: symbol, key: axis.name.clone(), unit: "", factor: 1.0 },
-        }
+        Label { name, key: axis.name.clone(), unit: axis.unit, factor: 1.0 }
     }
 
     /// The name of a variable of a map with its unit.
     pub fn variable(&self, name: &str) -> Label {
         let words = variable_words(name);
-        let dimension = dimension::of_variable(name);
+        let is_pure = |dimension: &Dimension| self.has_ratio && *dimension == Dimension::Damping;
+        let dimension = dimension::of_variable(name).filter(|dimension| !is_pure(dimension));
         Label { name: words.clone(), ..self.quantity("", words, name, dimension) }
     }
 
@@ -240,11 +211,15 @@ impl Label {
 
 /// Variables that a map has for each method: the beginning of their names, what they are, and the word before
 /// the method.
-const OF_METHODS: [(&str, &str, &str); 5] = [
+const OF_METHODS: [(&str, &str, &str); 9] = [
     ("verdict_", "verdict", " of "),
     ("margin_", "margin", " of "),
-    (Field::CRITICAL_ERROR, "error of the critical damping", " of "),
-    ("critical_c_", "critical damping", " of "),
+    (Field::CRITICAL_ERROR[0], "error of the critical damping", " of "),
+    (Field::CRITICAL_ERROR[1], "error of the critical damping ratio", " of "),
+    (Field::CRITICAL_ERROR[2], "error of the critical damping", " of "),
+    (Field::CRITICAL[0], "critical damping", " of "),
+    (Field::CRITICAL[1], "critical damping ratio", " of "),
+    (Field::CRITICAL[2], "critical damping", " of "),
     ("epsilon_limit_", "largest {epsilon} of agreement", ", "),
 ];
 

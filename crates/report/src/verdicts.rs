@@ -3,11 +3,11 @@
 
 use std::ops::Range;
 
-use ndarray::{ArrayViewD, Axis as Dim, Slice};
+use ndarray::{ArrayD, ArrayViewD, Axis as Dim, Slice};
 
 use super::{ReportError, SIMULATION, check};
 use slipmap_format::MapFile;
-use slipmap_map::map::{Control, Tile, Verdict};
+use slipmap_map::map::{AxisRole, Control, Grid, Tile, Verdict};
 
 /// Numbers of cells by pairs of verdicts, the simulation's and a method's.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -89,10 +89,10 @@ impl Verdicts {
     /// nodes again.
     pub(super) fn read(map: &MapFile, control: &Control) -> Result<Self, ReportError> {
         let axes = map.grid().axes();
-        let epsilons = axes[0].values.len();
+        let epsilons = map.grid().epsilons().len();
         let methods = map.methods();
         let simulation = methods.iter().position(|method| method.name == SIMULATION);
-        let extents = axes[1..].iter().filter(|axis| axis.values.len() > 1);
+        let extents = axes.iter().filter(|axis| axis.role != AxisRole::Epsilon && axis.values.len() > 1);
         let mut verdicts = Self {
             simulation,
             confusion: vec![vec![Confusion::default(); epsilons]; methods.len()],
@@ -125,9 +125,11 @@ impl Verdicts {
                     &own
                 }
             };
-            for (layer, epsilon) in tile.ranges[0].clone().enumerate() {
-                let codes = codes.index_axis(Dim(0), layer);
-                let simulated = simulated.as_ref().map(|codes| codes.index_axis(Dim(0), layer));
+            // Without an axis of eps there is one layer.
+            let layers = map.grid().epsilon_axis().map_or(0..1, |axis| tile.ranges[axis].clone());
+            for (layer, epsilon) in layers.enumerate() {
+                let codes = layer_of(map.grid(), codes, layer);
+                let simulated = simulated.as_ref().map(|codes| layer_of(map.grid(), codes, layer));
                 let reference = simulated.as_ref().map(|codes| boxes.cells_only(codes));
                 let found = confusion(&boxes.cells_only(&codes), reference.as_ref());
                 self.confusion[method][epsilon].add(&found);
@@ -140,6 +142,14 @@ impl Verdicts {
             }
         }
         Ok(())
+    }
+}
+
+/// The codes at one eps; all of them for a machine.
+fn layer_of<'a>(grid: &Grid, codes: &'a ArrayD<i8>, layer: usize) -> ArrayViewD<'a, i8> {
+    match grid.epsilon_axis() {
+        Some(axis) => codes.index_axis(Dim(axis), layer),
+        None => codes.view(),
     }
 }
 
@@ -175,15 +185,16 @@ impl Boxes {
     fn of(map: &MapFile, tile: &Tile) -> Self {
         let axes = map.grid().axes();
         let mut nodes = tile.ranges.clone();
-        let mut lengths = Vec::with_capacity(axes.len() - 1);
-        for (axis, range) in axes.iter().zip(&mut nodes).skip(1) {
+        let mut lengths = Vec::with_capacity(axes.len());
+        for (axis, range) in axes.iter().zip(&mut nodes).filter(|(axis, _)| axis.role != AxisRole::Epsilon) {
             range.end = (range.end + 1).min(axis.values.len());
             lengths.push(
                 (axis.values.len() > 1)
                     .then(|| axis.values[range.clone()].windows(2).map(|pair| pair[1] - pair[0]).collect()),
             );
         }
-        Self { nodes, cells: tile.ranges[1..].iter().map(ExactSizeIterator::len).collect(), lengths }
+        let cells = axes.iter().zip(&tile.ranges).filter(|(axis, _)| axis.role != AxisRole::Epsilon);
+        Self { nodes, cells: cells.map(|(_, range)| range.len()).collect(), lengths }
     }
 
     /// The part of an array over the corners that belongs to the tile.

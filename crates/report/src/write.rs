@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
 
-use super::figure::{Figure, Scene, Width};
+use super::figure::{ChoiceError, Figure, Scene, Width, nearest_node};
 use super::table::Table;
 use super::units::View;
 use super::{Report, ReportError, document, figure, stale, summary, tables};
@@ -16,7 +16,7 @@ use slipmap_format::StoreError;
 use slipmap_format::files::{Existing, create_folders, folder_of, publish_file, temporary_in};
 
 /// Options of a report.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct ReportOptions {
     /// Behaviour if there is a report already.
     pub existing: Existing,
@@ -24,6 +24,10 @@ pub struct ReportOptions {
     pub data: bool,
     /// Width of the figures.
     pub width: Width,
+    /// The methods in the tables; all if empty.
+    pub methods: Vec<String>,
+    /// The eps in the tables, each the nearest of the map; all if empty.
+    pub epsilons: Vec<f64>,
 }
 
 /// Writes the report of a map into `folder`. Files are made in a folder beside it first, so that an error
@@ -31,14 +35,23 @@ pub struct ReportOptions {
 /// tables of the earlier report that this one does not have; other files stay.
 ///
 /// # Errors
-/// [`ReportError::Exists`], or why something could not be drawn or written.
+/// [`ReportError::Exists`], [`ReportError::Choice`] for a method or eps that the map does not have, or why something
+/// could not be drawn or written.
 pub fn write(
     view: &View,
     report: &Report,
     folder: &Path,
     options: &ReportOptions,
 ) -> Result<(), ReportError> {
-    let tables = tables::all(view, report);
+    let mut tables = tables::all(view, report);
+    let known = || view.map.methods().iter().map(|method| method.name.as_str());
+    if let Some(name) = options.methods.iter().find(|name| known().all(|known| known != *name)) {
+        return Err(ChoiceError::unknown("method", name, known()).into());
+    }
+    let node =
+        |epsilon: &f64| nearest_node(view, 0, *epsilon).map(|node| view.map.grid().axes()[0].values[node]);
+    let epsilons = options.epsilons.iter().map(node).collect::<Result<Vec<_>, _>>()?;
+    tables.iter_mut().for_each(|table| table.keep(&options.methods, &epsilons));
     let figures = figure::all(view, report, options.width)?;
     let mut files = files(view, &summary::summary(view, report), &tables, &figures)?;
     if options.data {

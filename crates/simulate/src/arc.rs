@@ -160,7 +160,7 @@ impl<'a> Walk<'a> {
     ) -> Self {
         let tolerance = tolerance.max(1e-14);
         let curve = &oscillator.curve;
-        let weakening = work.compiles.then(|| curve.compiled(4.0 * oscillator.belt_speed));
+        let weakening = (curve.cost() > 1).then(|| curve.compiled(4.0 * oscillator.belt_speed));
         // An error e of the divergence changes x2'' by e x2': e per unit of time, in units of x2'.
         let weakening = weakening.filter(|form| form.error(0.0, form.reach()).bound() <= tolerance / TAU);
         let mut walk = Self {

@@ -127,7 +127,7 @@ impl Backbone {
     /// # Errors
     /// [`Failure`] of an orbit.
     pub fn of_curve(curve: &Curve, belt_speed: f64, tolerance: f64) -> Result<Self, Failure> {
-        Self::within(curve, belt_speed, tolerance, &Work::of_backbone(curve))
+        Self::within(curve, belt_speed, tolerance, &Work::of_question(curve))
     }
 
     /// [`Backbone::of_curve`] within a budget of work. If that ends, a less accurate one, within a second
@@ -192,7 +192,7 @@ impl Backbone {
     /// # Errors
     /// [`Failure`] of an orbit.
     pub fn coarsest(curve: &Curve, belt_speed: f64, tolerance: f64) -> Result<Self, Failure> {
-        Self::with_intervals(curve, belt_speed, tolerance, SIZES[0], &Work::of_backbone(curve))
+        Self::with_intervals(curve, belt_speed, tolerance, SIZES[0], &Work::of_question(curve))
     }
 
     /// The backbone through a number of nodes, one more than `intervals`, a power of two.
@@ -216,7 +216,7 @@ impl Backbone {
     /// # Errors
     /// [`Failure`] of an orbit.
     pub fn refined(&self, curve: &Curve, tolerance: f64) -> Result<Option<Self>, Failure> {
-        self.refined_within(curve, tolerance, &Work::of_backbone(curve))
+        self.refined_within(curve, tolerance, &Work::of_question(curve))
     }
 
     fn refined_within(&self, curve: &Curve, tolerance: f64, work: &Work) -> Result<Option<Self>, Failure> {

@@ -154,13 +154,16 @@ fn turn_by_steps(oscillator: &Oscillator, start: Start, tolerance: f64) -> Resul
     let Start { radius, angle, excess } = start;
     let mut rhs = 0;
     let mut state = [0.0; 3];
-    let (mut theta, mut h) = (angle, FIRST_STEP);
+    let mut theta = angle;
     let mut error = 0.0;
     // Length of the step that follows one shortened to end at a stop.
     let mut beyond_stop = 0.0_f64;
     let fastest = radius.max(oscillator.belt_speed);
     let weakening = &*oscillator.curve.compiled(2.0 * (oscillator.belt_speed + fastest));
     let stops = oscillator.curve.stops(fastest);
+    // The first step ends within the law's first piece: longer ones pass over a narrow fall next to rest.
+    let within_first = (2.0 * weakening.breaks()[1] / radius).sqrt();
+    let mut h = FIRST_STEP.min(within_first);
     let mut field =
         Polar { oscillator, radius, weakening, from: 0.0, h, slowest: f64::INFINITY, steepest: 0.0 };
     for _ in 0..STEP_BUDGET {

@@ -6,11 +6,10 @@
 use std::cell::Cell;
 use std::f64::consts::TAU;
 
-use super::closed_orbit::{self, newton_by_turns};
 use super::closing::{Amplitude, closing_dampings};
+use super::halves::{Sought, closing_dampings_by_halves};
 use super::polar::{Closing, Turn};
 use super::return_map::{UNRESOLVED, decisive_turn};
-use super::work::Work;
 use super::{Fate, Landing, exit_orbit, flow};
 use slipmap_model::filippov::{HopfRate, Oscillator};
 use slipmap_model::friction::Column;
@@ -76,13 +75,31 @@ pub fn critical_dampings(
     columns: &[Column],
     tolerance: f64,
 ) -> Vec<Result<CriticalDamping, NoCriticalDamping>> {
-    if columns.iter().any(|column| column.curve.drop() > 0.0) {
-        return columns.iter().map(|column| with_or_without_drop(column, tolerance)).collect();
+    let is_stribeck = |column: &Column| column.curve.stribeck().is_some();
+    let mut found: Vec<Result<Closing, u64>> = vec![Err(0); columns.len()];
+    let mut by_halves: Vec<(usize, Sought)> = Vec::new();
+    let mut smooth: Vec<(usize, Amplitude)> = Vec::new();
+    for (number, column) in columns.iter().enumerate() {
+        match if is_stribeck(column) { None } else { sought_by_halves(column) } {
+            Some(sought) => by_halves.push((number, sought)),
+            None => {
+                smooth.push((number, Amplitude::new(&column.curve, column.belt_speed, column.belt_speed)))
+            }
+        }
     }
-    let orbits: Vec<Amplitude> = (columns.iter())
-        .map(|Column { curve, belt_speed, .. }| Amplitude::new(curve, *belt_speed, *belt_speed))
-        .collect();
-    let found = closing_dampings(&orbits, tolerance, None);
+    let (numbers, orbits): (Vec<usize>, Vec<Amplitude>) = smooth.into_iter().unzip();
+    for (number, closing) in numbers.into_iter().zip(closing_dampings(&orbits, tolerance, None)) {
+        found[number] = closing;
+        // The turns of Stribeck's law fail where it is steep.
+        let column = &columns[number];
+        if closing.is_err() && is_stribeck(column) {
+            by_halves.extend(sought_by_halves(column).map(|sought| (number, sought)));
+        }
+    }
+    let (numbers, sought): (Vec<usize>, Vec<Sought>) = by_halves.into_iter().unzip();
+    for (number, closing) in numbers.into_iter().zip(closing_dampings_by_halves(&sought, tolerance)) {
+        found[number] = closing;
+    }
     let answer = |(column, found): (&Column, Result<Closing, u64>)| match found {
         Ok(Closing { viscous, error, rhs, .. }) => {
             Ok(CriticalDamping { c: viscous / column.epsilon, error: error / column.epsilon, rhs })
@@ -92,31 +109,10 @@ pub fn critical_dampings(
     columns.iter().zip(found).map(answer).collect()
 }
 
-fn with_or_without_drop(column: &Column, tolerance: f64) -> Result<CriticalDamping, NoCriticalDamping> {
-    match column.curve.drop() > 0.0 {
-        true => {
-            by_turns_from_exit(column, tolerance).or_else(|rhs| search(column, tolerance, rhs, Wanted::Legal))
-        }
-        false => critical_damping(column, tolerance),
-    }
-}
-
-/// The critical damping of a column with a drop j: by Newton's method on turns from (V, -j), within bounds;
-/// `Err` with the number of evaluations where the polar form does not apply.
-fn by_turns_from_exit(column: &Column, tolerance: f64) -> Result<CriticalDamping, u64> {
-    let Column { curve, epsilon, belt_speed } = column;
-    let bounds = bounds(column).map(|c| c * epsilon);
-    let start = energy_balance(column);
-    let range = curve.even_weakening_range(*belt_speed);
-    let size = range.lo.abs().max(range.hi.abs()).max(start.abs());
-    if !(size.is_finite() && bounds.iter().all(|bound| bound.is_finite())) {
-        return Err(0);
-    }
-    let accuracy = (0.1 * tolerance * size).max(1e-16);
-    let oscillator = Oscillator { curve: curve.clone(), viscous: start, belt_speed: *belt_speed };
-    let work = Work::of_question(curve);
-    let found = newton_by_turns(oscillator, bounds, [accuracy, size], &work, closed_orbit::turn_from_exit)?;
-    Ok(CriticalDamping { c: found.viscous / epsilon, error: found.error / epsilon, rhs: found.rhs })
+fn sought_by_halves(column: &Column) -> Option<Sought<'_>> {
+    let Column { curve, epsilon, belt_speed, .. } = column;
+    let bounds = || search_bounds(column).map(|c| c * epsilon);
+    Sought::from_exit(curve, *belt_speed, || energy_balance(column), bounds)
 }
 
 /// eps c* by the balance of energy on the grazing circle, with what the drop supplies: to first order in the
@@ -124,9 +120,10 @@ fn by_turns_from_exit(column: &Column, tolerance: f64) -> Result<CriticalDamping
 fn energy_balance(column: &Column) -> f64 {
     let Column { curve, belt_speed, .. } = column;
     let mean = curve.mean_weakening(*belt_speed);
-    let of_drop = (curve.drop() / belt_speed).powi(2).ln_1p() / TAU;
-    // Twice the damping ratio is below 2: an orbit that is damped critically does not return.
-    mean + of_drop.min(1.9)
+    let of = |drop: f64| (drop / belt_speed).powi(2).ln_1p() / TAU;
+    // A law that falls steeply acts as one that drops. Twice the damping ratio is below 2: an orbit that is damped
+    // critically does not return.
+    (mean + of(curve.drop()).min(1.9)).max(of(1.0 - curve.phi(*belt_speed)).min(1.9))
 }
 
 /// The critical damping of one column, see [`critical_dampings`].
@@ -202,6 +199,22 @@ fn bounds(column: &Column) -> [f64; 2] {
     let pad = 1e-6 * width + 1e-12 * (range.hi.abs() + range.lo.abs()) / column.epsilon;
     [range.lo / column.epsilon - pad, range.hi / column.epsilon + pad]
 }
+
+/// Two dampings between which c* is sought: [`bounds`], or where nothing proves any, such as of laws given as
+/// functions, some that lie far around the balance of energy.
+fn search_bounds(column: &Column) -> [f64; 2] {
+    let [low, high] = bounds(column);
+    let balance = energy_balance(column);
+    let far = WIDE * (1.0 + balance.abs());
+    [
+        if low.is_finite() { low } else { (balance - far) / column.epsilon },
+        if high.is_finite() { high } else { (balance + far) / column.epsilon },
+    ]
+}
+
+/// Distance of the bounds of a search from the balance of energy where nothing proves bounds: of twice the damping
+/// ratio, and relative.
+const WIDE: f64 = 4.0;
 
 /// The critical dampings that a search has to locate; of others it finds the sign.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -291,7 +304,10 @@ fn search(
         return Err(NoCriticalDamping::NoVerdict);
     }
     // Bounds that differ by rounding alone are the answer, as for flat friction.
-    let [low, mut high] = bounds(column);
+    let [low, mut high] = search_bounds(column);
+    if !(low.is_finite() && high.is_finite()) {
+        return Err(NoCriticalDamping::NoVerdict);
+    }
     if column.epsilon * (high - low) <= HopfRate::new(&column.curve, column.belt_speed).rounding() {
         return Ok(CriticalDamping { c: 0.5 * (low + high), error: 0.5 * (high - low), rhs });
     }

@@ -125,7 +125,7 @@ fn loop_with_extent(
 /// line, it is 2 (2 - j) plus the distance beyond the exit point at which the orbit crosses again; below that
 /// the orbit sticks. The orbit follows the compiled law.
 pub fn reach(oscillator: &Oscillator, beyond_exit: f64, tolerance: f64) -> Result<f64, Failure> {
-    let work = Work::of_backbone(&oscillator.curve);
+    let work = Work::of_question(&oscillator.curve);
     Ok(match passage(oscillator, beyond_exit, tolerance, &work, |_, _, _| ())? {
         Passage { up: None, .. } => 0.0,
         Passage { up: Some(up), down: None } => up.w,
@@ -136,7 +136,7 @@ pub fn reach(oscillator: &Oscillator, beyond_exit: f64, tolerance: f64) -> Resul
 /// The speed x2' with which the orbit from the exit point comes back to the belt line, less that at which it
 /// would land at the far end of the segment where friction at rest holds; `None` if it does not come back.
 pub(super) fn beyond_landing(oscillator: &Oscillator, tolerance: f64) -> Result<Option<f64>, Failure> {
-    let work = Work::of_backbone(&oscillator.curve);
+    let work = Work::of_question(&oscillator.curve);
     let passage = passage(oscillator, 0.0, tolerance, &work, |_, _, _| ())?;
     Ok(passage.up.map(|up| up.w - oscillator.fastest_sticking()))
 }
@@ -305,8 +305,7 @@ pub fn some_cross_for_ever(oscillator: &Oscillator, far: &FarLoops) -> Result<bo
         return Ok(true);
     }
     let unit = oscillator.belt_speed.max(1.0);
-    // Only directions are required. The compiled law gives them in a tenth of the time.
-    let work = Work::of_backbone(&oscillator.curve);
+    let work = Work::of_question(&oscillator.curve);
     let search = Search::new(oscillator, far, DIRECTION_TOLERANCE, &work);
     // From outside: loops are nested, so that none between a loop and the next leads outward.
     let is_settled = settled_from < f64::INFINITY;
@@ -338,7 +337,18 @@ pub fn some_cross_for_ever(oscillator: &Oscillator, far: &FarLoops) -> Result<bo
 /// # Errors
 /// [`Unknown`].
 pub fn crossing_cycles(oscillator: &Oscillator, tolerance: f64) -> Result<Vec<Cycle>, Unknown> {
-    let far = FarLoops::new(&oscillator.curve, oscillator.belt_speed);
+    crossing_cycles_among(oscillator, &FarLoops::new(&oscillator.curve, oscillator.belt_speed), tolerance)
+}
+
+/// As [`crossing_cycles`], of the loops that `far` does not leave out.
+///
+/// # Errors
+/// [`Unknown`].
+pub fn crossing_cycles_among(
+    oscillator: &Oscillator,
+    far: &FarLoops,
+    tolerance: f64,
+) -> Result<Vec<Cycle>, Unknown> {
     let settled_from = far.inward_from(oscillator.viscous);
     if settled_from == 0.0 || contracts(oscillator, settled_from) {
         return Ok(Vec::new());
@@ -350,7 +360,7 @@ pub fn crossing_cycles(oscillator: &Oscillator, tolerance: f64) -> Result<Vec<Cy
     let unit = oscillator.belt_speed.max(1.0);
     let farthest = if known_from < f64::INFINITY { known_from } else { unit * 10_f64.powi(LAST_DECADE) };
     let work = Work::of_question(&oscillator.curve);
-    let search = Search::new(oscillator, &far, tolerance, &work);
+    let search = Search::new(oscillator, far, tolerance, &work);
     // Inward from the first place at which the direction of all larger loops is known. A loop that does not
     // cross again excludes all cycles inside it.
     let place = |i: i32| unit * 10_f64.powf(f64::from(i) / f64::from(PER_DECADE));
@@ -367,9 +377,11 @@ pub fn crossing_cycles(oscillator: &Oscillator, tolerance: f64) -> Result<Vec<Cy
         }
     }
     // Beyond the outermost of these loops others change by less than their error, if they are followed at all.
-    // Of a law that is known up to a slip speed only, cycles that leave it are not asked for.
+    // Of a law that is known up to a slip speed only, and of friction that is left out where it pushes, cycles that
+    // leave it are not asked for.
+    let is_cut = oscillator.curve.fastest() < f64::INFINITY || far.is_cut_short();
     let leads_on = || nodes.first().is_some_and(|node| node.outward == (settled_from < f64::INFINITY));
-    if known_from == f64::INFINITY || oscillator.curve.fastest() == f64::INFINITY && leads_on() {
+    if known_from == f64::INFINITY || !is_cut && leads_on() {
         return Err(Unknown::FarOut);
     }
     if nodes.last().is_some_and(|last| last.growth.is_some()) {

@@ -36,7 +36,10 @@ const FARTHEST: f64 = 1e10;
 pub struct FarLoops<'a> {
     curve: &'a Curve,
     belt_speed: f64,
-    /// The distance from which on loops lead inward at every damping, if friction never pushes.
+    /// The slip speed from which on friction pushes, where loops that reach it are left out.
+    left_out_from: Option<f64>,
+    /// The distance from which on loops lead inward at every damping, if friction pushes nowhere or is left out
+    /// where it does.
     settled: Option<f64>,
     /// Ranges of phi on intervals of slip speed, partly sampled, where friction may push.
     intervals: Vec<([f64; 2], Range)>,
@@ -57,12 +60,32 @@ impl<'a> FarLoops<'a> {
     pub fn new(curve: &'a Curve, belt_speed: f64) -> Self {
         let unit = belt_speed.max(1.0);
         let never = curve.never_pushes(unit);
-        let settled = never.then(|| settled(curve, belt_speed));
+        let settled = never.then(|| settled(curve, belt_speed, curve.fastest()));
         let intervals = if never { Vec::new() } else { curve.friction_by_intervals(unit) };
-        Self { curve, belt_speed, settled, intervals }
+        Self { curve, belt_speed, left_out_from: None, settled, intervals }
     }
 
-    /// Returns whether friction may push at some slip speeds.
+    /// As [`Self::new`] for the loops that stay at slip speeds below the first at which friction pushes. Few machines
+    /// have friction that does: mostly a formula was fitted at lower speeds.
+    pub fn where_friction_resists(curve: &'a Curve, belt_speed: f64) -> Self {
+        let left_out_from = curve.pushes_from(belt_speed.max(1.0));
+        let known = left_out_from.map_or(curve.fastest(), |from| from.min(curve.fastest()));
+        let settled = Some(settled(curve, belt_speed, known));
+        Self { curve, belt_speed, left_out_from, settled, intervals: Vec::new() }
+    }
+
+    /// The slip speed from which on friction pushes, if loops that reach it are left out.
+    pub fn left_out_from(&self) -> Option<f64> {
+        self.left_out_from
+    }
+
+    /// Whether loops may lead outward that are followed only as long as they do not reach friction that pushes.
+    pub fn is_cut_short(&self) -> bool {
+        let largest = |from| farthest(from, self.belt_speed);
+        self.left_out_from.is_some_and(|from| self.settled.is_some_and(|settled| settled >= largest(from)))
+    }
+
+    /// Returns whether friction may push at some slip speeds of the loops.
     pub(super) fn may_push(&self) -> bool {
         self.settled.is_none()
     }
@@ -84,7 +107,7 @@ impl<'a> FarLoops<'a> {
             false => self.least(&psi, |parts| self.inward(parts)),
         };
         let bound = if bound <= FARTHEST * self.belt_speed.max(1.0) { bound } else { f64::INFINITY };
-        bound.min(farthest(self.curve, self.belt_speed))
+        bound.min(farthest(self.curve.fastest(), self.belt_speed))
     }
 
     /// The distance y beyond the exit point from which on orbits come back farther out, or not at all;
@@ -146,11 +169,10 @@ impl<'a> FarLoops<'a> {
     }
 }
 
-/// Largest distance beyond the exit point from which orbits stay below the slip speed up to which a law is
-/// known.
-fn farthest(curve: &Curve, belt_speed: f64) -> f64 {
+/// Largest distance beyond the exit point from which orbits stay below the slip speed `fastest`.
+fn farthest(fastest: f64, belt_speed: f64) -> f64 {
     // From y beyond the exit point orbits stay within about hypot(y, V) + 2 of the lower centre.
-    let radius = curve.fastest() - belt_speed - 2.0;
+    let radius = fastest - belt_speed - 2.0;
     if radius == f64::INFINITY {
         f64::INFINITY
     } else if radius > belt_speed {
@@ -187,19 +209,19 @@ fn without_pushing(highest: f64, belt_speed: f64) -> f64 {
 /// in slip would be exhausted.
 ///
 /// Loops from less than y stay at slip speeds up to V + hypot(y, V) + 6 (W + d), by the same energy; W of
-/// these slip speeds alone may give a smaller y.
-fn settled(curve: &Curve, belt_speed: f64) -> f64 {
+/// these slip speeds alone may give a smaller y. Of the loops that stay below the slip speed `known` the statement holds
+/// if friction pushes nowhere below it.
+fn settled(curve: &Curve, belt_speed: f64, known: f64) -> f64 {
     let onset = 1.0 - curve.drop();
-    let (of_rest, known) = (belt_speed, curve.fastest() / onset);
+    let farthest = farthest(known, belt_speed);
+    let known = known / onset;
     let belt_speed = belt_speed / onset;
     let friction = |fastest: f64, pieces| {
         let Range { lo, hi } = curve.friction_range(fastest * onset, pieces);
         Range { lo: lo / onset, hi: hi / onset }
     };
     let highest = |pieces| friction(belt_speed.min(known), pieces).hi.max(1.0);
-    let bound = |pieces| {
-        without_pushing(highest(pieces), belt_speed).min((farthest(curve, of_rest) + curve.drop()) / onset)
-    };
+    let bound = |pieces| without_pushing(highest(pieces), belt_speed).min((farthest + curve.drop()) / onset);
     let mut settled = bound(Pieces::One);
     if settled == f64::INFINITY {
         settled = bound(Pieces::Octaves);
@@ -251,9 +273,9 @@ mod tests {
     /// Laws with a step or a dip; some of them push for ever, some nowhere.
     fn law(random: &mut Random) -> (Law, Vec<f64>) {
         let phi = [
-            "1-a*u/(u+b)-d*(tanh((u-e)/w)+tanh(e/w))/2",
-            "1-a*(1-exp(-u/b))-d*exp(-((u-e)/w)^2)",
-            "1-a*tanh(u/b)-d*u/(u+e)+w*0",
+            "1-a*u/(u+b)-d*(tanh((u-s)/w)+tanh(s/w))/2",
+            "1-a*(1-exp(-u/b))-d*exp(-((u-s)/w)^2)",
+            "1-a*tanh(u/b)-d*u/(u+s)+w*0",
         ];
         let log = |random: &mut Random, lo: f64, hi: f64| lo * (hi / lo).powf(random.unit());
         let e = log(random, 0.1, 50.0);

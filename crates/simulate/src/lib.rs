@@ -19,6 +19,7 @@ mod elements;
 pub mod exit_orbit;
 pub mod far_loops;
 pub mod folds;
+mod halves;
 mod lower_set;
 pub mod margins;
 pub mod naive;
@@ -36,6 +37,7 @@ pub use critical::{located_critical_damping, sticks_from};
 pub use neighbours::{Neighbour, crossing_separates, separates};
 pub use neighbours::{TIGHT, outermost_repelling};
 pub use return_map::flow;
+pub use work::QUESTION;
 
 pub use slipmap_model::flow::{Failure, Fate, Flow, Landing};
 pub use slipmap_model::friction::Range;

@@ -64,6 +64,39 @@ pub(super) fn exp<const HALVINGS: u32>(x: f64) -> f64 {
     1.0 + expm1
 }
 
+/// exp(x) for x <= 0 by its Taylor series to degree 13 at the remainder of x by ln 2; to a few units in the last place, and
+/// not below the normal numbers.
+#[inline(always)]
+pub(super) fn exp_falling(x: f64) -> f64 {
+    // ln 2 as a sum of two numbers, of which the first has zeros at its end.
+    const LN_2: [f64; 2] = [0.693_147_180_369_123_8, 1.908_214_929_270_587_7e-10];
+    // A number of this size has no fraction; its last bits are those of the exponent.
+    const WHOLE: f64 = 6_755_399_441_055_744.0 + 1023.0;
+    let x = if x > -708.0 { x } else { -708.0 };
+    let shifted = x.mul_add(std::f64::consts::LOG2_E, WHOLE);
+    let whole = shifted - WHOLE;
+    let rest = whole.mul_add(-LN_2[1], whole.mul_add(-LN_2[0], x));
+    let mut sum = 1.0 / 6_227_020_800.0;
+    for inverse_factorial in [
+        1.0 / 479_001_600.0,
+        1.0 / 39_916_800.0,
+        1.0 / 3_628_800.0,
+        1.0 / 362_880.0,
+        1.0 / 40_320.0,
+        1.0 / 5_040.0,
+        1.0 / 720.0,
+        1.0 / 120.0,
+        1.0 / 24.0,
+        1.0 / 6.0,
+        0.5,
+        1.0,
+        1.0,
+    ] {
+        sum = rest.mul_add(sum, inverse_factorial);
+    }
+    sum * f64::from_bits(shifted.to_bits() << 52)
+}
+
 /// Number of orbits integrated together: two AVX2 registers or one AVX-512 register.
 pub(super) const LANES: usize = 8;
 

@@ -169,13 +169,13 @@ fn at(column: &Column, critical: CriticalDamping) -> Result<Sensitivity, NoSensi
 fn standard_errors(column: &Column, orbit: &[Sample], by_data: &[Estimate]) -> Option<[Estimate; 2]> {
     let (table, epsilon) = (column.curve.table()?, column.epsilon);
     let errors = table.standard_errors()?;
-    let points: Vec<(f64, f64)> = orbit.iter().map(|&Sample { slip, weight }| (slip, weight)).collect();
+    let points = points(orbit);
     let of_rate: Vec<f64> = by_data.iter().map(|by| by.value * epsilon).collect();
     // Of a drop, the start of the orbit moves with the first datum, too: to first order.
     let found = match column.curve.drop() > 0.0 {
         true => {
             let squares = of_rate.iter().zip(errors).map(|(by, error)| (by * error).powi(2));
-            [(squares.sum::<f64>().sqrt(), 0.0); 2]
+            [(squares.sum::<f64>().sqrt().hypot(table.error_of_curve(&points)), 0.0); 2]
         }
         false => table.standard_errors_of_sum(&points, &of_rate)?,
     };
@@ -194,12 +194,14 @@ fn standard_errors(column: &Column, orbit: &[Sample], by_data: &[Estimate]) -> O
 /// which is `c`. To first order in the standard errors of the table's data, at a fixed unit of friction;
 /// `None` without them, and where the orbit cannot be followed.
 pub fn standard_error_of_closing(column: &Column, c: f64, radius: f64) -> Option<f64> {
-    let errors = column.curve.table()?.standard_errors()?;
+    let table = column.curve.table()?;
+    let errors = table.standard_errors()?;
     let work = Work::of_question(&column.curve);
     let orbit = orbit_from(column, c, [radius, 0.0], TOLERANCES[1], &[], &work).ok()?;
     let by_data = means(column, c, &orbit.samples, None).by_data;
     let squares = by_data.iter().zip(errors).map(|(by, error)| (by.value * error).powi(2));
-    Some(squares.sum::<f64>().sqrt())
+    let of_curve = table.error_of_curve(&points(&orbit.samples)) / column.epsilon;
+    Some(squares.sum::<f64>().sqrt().hypot(of_curve))
 }
 
 /// The weight of the friction's slope for the critical damping, on `parts` equal ranges of slip speeds from 0
@@ -226,6 +228,11 @@ pub fn influence(column: &Column, parts: usize) -> Result<Vec<Influence>, NoSens
 fn legal_critical_damping(column: &Column) -> Result<CriticalDamping, NoSensitivity> {
     let critical = critical_damping(column, CRITICAL)?.known()?;
     if critical.c < 0.0 { Err(NoSensitivity::Negative) } else { Ok(critical) }
+}
+
+/// The slip speeds of an orbit with their weights.
+fn points(orbit: &[Sample]) -> Vec<(f64, f64)> {
+    orbit.iter().map(|&Sample { slip, weight }| (slip, weight)).collect()
 }
 
 /// A point of the rule of quadrature.
@@ -340,7 +347,7 @@ struct Means {
 
 /// The derivatives; `total`, the integral of W, of the orbit from the exit point.
 fn means(column: &Column, c: f64, orbit: &[Sample], total: Option<f64>) -> Means {
-    let Column { curve, epsilon, belt_speed } = column;
+    let Column { curve, epsilon, belt_speed, .. } = column;
     let weakening = curve.compiled((4.0 * belt_speed).max(1.01 * fastest(orbit)));
     let mut terms = vec![Term::default(); 2];
     terms[0].add(-c);

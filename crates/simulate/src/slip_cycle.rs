@@ -92,7 +92,7 @@ pub fn slip_cycles(oscillator: &Oscillator, tolerance: f64) -> Result<Vec<Cycle>
         Stability::Repels => false,
     };
     let belt_speed = oscillator.belt_speed;
-    let work = Work::of_backbone(&oscillator.curve);
+    let work = Work::of_question(&oscillator.curve);
     let backbone = Backbone::within(&oscillator.curve, belt_speed, BACKBONE_TOLERANCE, &work)?;
     let returns = outward(belt_speed, &turn_within(oscillator, belt_speed, tolerance, &work)?);
     let cycles = backbone.cycles(oscillator.viscous, stable, returns).ok_or(Unknown::TooClose)?;

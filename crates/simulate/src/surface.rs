@@ -79,7 +79,7 @@ impl Extent {
 fn oscillators_like(groups: &ScaledGroups) -> Column {
     let belt_speed = groups.k / groups.a;
     let law = LawParameters::new(&[0.0, groups.b / belt_speed, groups.a]);
-    Column { curve: Law::Stribeck.curve(1.0, &law), epsilon: 1.0, belt_speed }
+    Column { curve: Law::Stribeck.curve(1.0, &law), epsilon: 1.0, belt_speed, unit: 1.0 }
 }
 
 /// C* at the groups (A, k, b), for any C, and an estimate of its error; `None` outside the tabulated boxes.

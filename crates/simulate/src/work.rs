@@ -11,7 +11,7 @@ use slipmap_model::friction::Curve;
 
 /// Largest number of evaluations of the right-hand side of the Stribeck law, see [`Curve::cost`]: half a
 /// second of one orbit. The backbones and cycles of moderate parameters take a tenth of it.
-const QUESTION: u64 = 7_000_000;
+pub const QUESTION: u64 = 7_000_000;
 
 /// Largest number of evaluations for the fate of one orbit, in the same unit. A turn takes about 20 to 200
 /// steps of a dozen; that of a formula which oscillates on a fast belt takes up to some ten thousand. An
@@ -27,14 +27,12 @@ pub(super) struct Work {
     done: Cell<u64>,
     /// Cost of an evaluation of the law itself.
     cost: u64,
-    /// Whether orbits follow the compiled law, whose digits depend on earlier compilations.
-    pub(super) compiles: bool,
 }
 
 impl Work {
     /// The whole budget for oscillators with this law.
     pub(super) fn of_question(curve: &Curve) -> Self {
-        Self { left: Cell::new(QUESTION), done: Cell::new(0), cost: curve.cost(), compiles: false }
+        Self { left: Cell::new(QUESTION), done: Cell::new(0), cost: curve.cost() }
     }
 
     /// The whole budget for one orbit.
@@ -42,11 +40,6 @@ impl Work {
         let work = Self::of_question(curve);
         work.left.set(ORBIT.max(FEWEST * work.cost));
         work
-    }
-
-    /// The whole budget for a computation that uses a backbone, which compiles the law.
-    pub(super) fn of_backbone(curve: &Curve) -> Self {
-        Self { compiles: curve.cost() > 1, ..Self::of_question(curve) }
     }
 
     /// Notes evaluations, whether or not the budget holds them.

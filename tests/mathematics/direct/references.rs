@@ -132,8 +132,8 @@ fn thin_layers_of_friction_that_is_even_in_the_slip_speed_are_resolved() {
 /// Long steps once went past narrow steps and dips of formulas without a sample in them, in both engines.
 #[test]
 fn narrow_features_of_formulas_are_not_passed() {
-    let step = "1-a*u/(u+b)+d*(tanh((u-e)/w)+tanh(e/w))";
-    let dip = "1-a*u/(u+b)+d*(exp(-((u-e)/w)^2)-exp(-(e/w)^2))";
+    let step = "1-a*u/(u+b)+d*(tanh((u-p)/w)+tanh(p/w))";
+    let dip = "1-a*u/(u+b)+d*(exp(-((u-p)/w)^2)-exp(-(p/w)^2))";
     let mut random = Random(55);
     let law = [0.30135194653846287, 0.13165127963643292, -0.05091184669065055, 4.562735948812542];
     let deep = [0.7987842186731005, 0.08242952218788625, -0.12453712627731364, 3.685191679745314];

@@ -64,7 +64,7 @@ fn store_map(folder: &Path, plan: &Plan, title: &str) -> MapFile {
     let writer = PartialMap::begin(&path, plan, &provenance, store::Existing::Refuse).unwrap();
     let control = Control { threads: Some(1), ..Control::default() };
     let summary = map::run(plan, &writer, &control).unwrap();
-    writer.finish(&Outcome::of(plan, &summary, None)).unwrap();
+    writer.finish(&Outcome::of(plan, &summary)).unwrap();
     MapFile::open(&path).unwrap()
 }
 

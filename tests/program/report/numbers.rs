@@ -155,7 +155,7 @@ fn boundary_errors_and_orders_are_those_of_the_columns() {
     for (map, stored) in [(&bare, false), (&*SMALL, true)] {
         let report = gather(map);
         assert_eq!(report.boundaries.stored, stored);
-        let (table, orders) = (tables::boundary(&View::new(map), &report), tables::order(map, &report));
+        let (table, orders) = (tables::boundary(&View::new(map), &report), tables::order(&report));
         let axes = map.grid().axes();
         let shape: Vec<usize> = axes[1..5].iter().map(|axis| axis.values.len()).collect();
         for method in map.methods().iter().map(|method| method.name.as_str()) {
@@ -172,7 +172,7 @@ fn boundary_errors_and_orders_are_those_of_the_columns() {
                         .into_iter()
                         .map(|index| {
                             let at = [&[e], index.as_slice(), &[0]].concat();
-                            let column = map.grid().column(&at);
+                            let column = map.grid().column(&at).unwrap();
                             let exact = critical_damping(&column, 1e-12).ok().and_then(|root| legal(root.c));
                             let range = column.curve.weakening_range(0.0, column.belt_speed);
                             let size = range.lo.abs().max(range.hi.abs()) / column.epsilon;
@@ -245,40 +245,23 @@ fn boundary_errors_and_orders_are_those_of_the_columns() {
                     medians.push((epsilon.ln(), common[common.len().div_ceil(2) - 1].ln()));
                 }
             }
-            let found = orders.rows.iter().find(|row| row[0] == Cell::Words(method.into())).unwrap();
+            let found: Vec<_> =
+                orders.rows.iter().filter(|row| row[0] == Cell::Words(method.into())).collect();
             // Distances below the error of c* itself (those of the proved bounds) have no order.
             if medians.len() < 2 || medians.iter().all(|(_, error)| error.exp() < 1e-9) {
-                assert_eq!(found[1], Cell::Missing);
+                assert!(found.len() == 1 && found[0][3] == Cell::Missing, "{found:?}");
                 continue;
             }
-            // The slope from the normal equations in another form. Each median is off by half a bin at most,
-            // which changes the slope by at most that times sum |x - mean| / sum (x - mean)^2.
-            let n = medians.len() as f64;
-            let (sx, sy) = medians.iter().fold((0.0, 0.0), |(sx, sy), (x, y)| (sx + x, sy + y));
-            let sxy: f64 = medians.iter().map(|(x, y)| x * y).sum();
-            let sxx: f64 = medians.iter().map(|(x, _)| x * x).sum();
-            let slope = (n * sxy - sx * sy) / (n * sxx - sx * sx);
-            let spread: f64 = medians.iter().map(|(x, _)| (x - sx / n).abs()).sum();
-            let Cell::Real(order) = found[1] else { panic!("{found:?}") };
-            assert!(
-                (order - slope).abs() <= 1.5 * BIN * spread / (sxx - sx * sx / n),
-                "{method}: {order} {slope}"
-            );
-            assert_eq!(found[4], Cell::Count(medians.len() as u64));
-            // The half width from the residuals; medians off by half a bin move it by at most t/sqrt(sxx)
-            // times that, the norm of n residuals growing by at most sqrt(n/(n - 2)) of a bin.
-            let centred = sxx - sx * sx / n;
-            let residual: f64 =
-                medians.iter().map(|(x, y)| (y - sy / n - slope * (x - sx / n)).powi(2)).sum::<f64>();
-            // Student's t for 95 % and n - 2 degrees of freedom.
-            let t = [f64::NAN, f64::NAN, f64::NAN, 12.706, 4.303][medians.len()];
-            match &found[2] {
-                Cell::Real(half_width) => {
-                    let expected = t * (residual / (n - 2.0) / centred).sqrt();
-                    let slack = 1.5 * BIN * t * (n / (n - 2.0) / centred).sqrt();
-                    assert!((half_width - expected).abs() <= slack, "{method}: {half_width} {expected}");
-                }
-                other => assert!(medians.len() == 2 && *other == Cell::Missing, "{found:?}"),
+            assert_eq!(found.len(), medians.len() - 1);
+            for (row, pair) in found.iter().zip(medians.windows(2)) {
+                let step = pair[1].0 - pair[0].0;
+                let Cell::Real(order) = row[3] else { panic!("{row:?}") };
+                // Each of the two medians is off by half a bin at most.
+                let slack = 3.0 * BIN / step;
+                assert!(
+                    (order - (pair[1].1 - pair[0].1) / step).abs() <= slack,
+                    "{method}: {row:?} {pair:?}"
+                );
             }
         }
     }
@@ -288,17 +271,19 @@ fn boundary_errors_and_orders_are_those_of_the_columns() {
 fn orders_in_epsilon_are_those_of_the_theory() {
     // c* - c(perturbation) is O(eps), c* - c(instability) O(eps^2), c* - c(harmonic balance) O(eps^4).
     let folder = tempfile::tempdir().unwrap();
-    let epsilons = [0.01, 0.02, 0.04];
+    // Below these eps the error of c* is a large part of its distance from harmonic balance.
+    let epsilons = [0.04, 0.06, 0.08];
     let nodes: [&[f64]; 6] = [&epsilons, &[0.1, 0.4], &[0.05], &[1.0, 2.0], &[0.8, 1.2], &[0.0, 1.0]];
     let plan = plan(nodes, &["perturbation", "instability", "harmonic_balance"], &[Field::Verdict]);
     let report = gather(&store_map(folder.path(), &plan, "Orders"));
     for (method, expected) in report.boundaries.methods.iter().zip([1.0, 2.0, 4.0]) {
-        let order = method.order.unwrap();
-        // The next term of the series is smaller by a factor of about k = eps gamma V <= 0.1, and it changes
-        // the slope over the fitted octaves by less than that.
-        assert!((order.order - expected).abs() < 0.1 * expected.max(1.0), "{}: {order:?}", method.method);
-        assert!((order.smallest - expected).abs() < 0.1 * expected.max(1.0), "{}: {order:?}", method.method);
-        assert!(order.half_width.is_some());
+        assert_eq!(method.orders.len(), 2);
+        for order in &method.orders {
+            // The next term of the series is smaller by a factor of about k = eps gamma V <= 2.4 eps, and it
+            // changes the slope over an octave by less than that.
+            let k = 2.4 * order.epsilons[1];
+            assert!((order.order - expected).abs() < k * expected, "{}: {order:?}", method.method);
+        }
     }
 }
 

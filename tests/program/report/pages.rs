@@ -118,7 +118,13 @@ fn hostile_texts_stay_texts() {
     let nodes: [&[f64]; 6] = [&[0.1], &[0.3], &[0.1], &[1.0, 2.0], &[1.0], &[0.0, 0.5]];
     let map = store_map(folder.path(), &plan(nodes, &["symmetric", "simulation"], &[Field::Verdict]), title);
     let out = folder.path().join("out");
-    let options = ReportOptions { existing: Existing::Refuse, data: true, width: Width::TwoColumns };
+    let options = ReportOptions {
+        existing: Existing::Refuse,
+        data: true,
+        width: Width::TwoColumns,
+        methods: Vec::new(),
+        epsilons: Vec::new(),
+    };
     write(&View::new(&map), &gather(&map), &out, &options).unwrap();
     let read = |name: &str| std::fs::read_to_string(out.join(name)).unwrap();
     let html = read("report.html");
@@ -141,7 +147,7 @@ fn hostile_texts_stay_texts() {
 
 /// A plot over a plane.
 fn over_plane<'a>(x: &'a str, y: &'a str, at: &'a [At], variables: &'a [String]) -> Plot<'a> {
-    Plot { x, y: Some(y), at, variables, panels: None, curves: false, width: Width::OneColumn }
+    Plot { x, y: Some(y), at, variables, panels: None, curves: false, marks: None, width: Width::OneColumn }
 }
 
 #[test]
@@ -255,6 +261,7 @@ fn one_axis_plots_draw_what_the_map_stores() {
         variables: &variables,
         panels: Some(&panels),
         curves: false,
+        marks: None,
         width: Width::TwoColumns,
     };
     let plotted = figure::plot(&view, &plot).unwrap();
@@ -379,12 +386,13 @@ fn the_commands_write_everything_or_nothing() {
     );
     // The LaTeX document includes every table and every figure.
     let document = scratch.read("map-report/report.tex");
+    // Tables without their ending, figures with it.
     let included = |command: &str, ending: &str| {
         let names = document.split(command).skip(1).filter_map(|rest| rest.split('}').next());
-        names.filter(|name| scratch.path().join(format!("map-report/{name}.{ending}")).is_file()).count()
+        names.filter(|name| scratch.path().join(format!("map-report/{name}{ending}")).is_file()).count()
     };
-    assert_eq!(included("\\input{", "tex"), made("tables", "tex"));
-    assert_eq!(included("\\includegraphics{", "pdf"), made("figures", "pdf"));
+    assert_eq!(included("\\input{", ".tex"), made("tables", "tex"));
+    assert_eq!(included("\\includegraphics{", ""), made("figures", "pdf"));
     scratch.run(&["report", "map.h5"]).refuses(&["map-report", "exists already", "--overwrite"]);
     scratch.file("map-report/mine.txt", "kept");
     scratch.run(&["report", "map.h5", "--overwrite"]).ends_with(0);

@@ -38,7 +38,18 @@ fn cells_without_an_answer_are_drawn_named_and_counted() {
     }
     let figure = |name: &str| scratch.read(&format!("report/figures/{name}.svg"));
     assert!(figure("deciders").contains(">failed<"), "a legend");
-    let plot = ["plot", "pad.h5", "--x", "V", "--y", "c", "--variable", "regime", "--out", "regime.svg"];
+    let plot = [
+        "plot",
+        "pad.h5",
+        "--x",
+        "belt_speed",
+        "--y",
+        "damping",
+        "--variable",
+        "regime",
+        "--out",
+        "regime.svg",
+    ];
     scratch.run(&plot).ends_with(0);
     assert!(
         scratch.read("regime.svg").contains(&format!("Failed, in black: {regimes} of the 132 cells drawn"))
@@ -53,7 +64,7 @@ fn a_colour_of_the_deciders_means_one_thing() {
     scratch.run(&["report", "pad.h5", "--out", "report", "--quiet"]).ends_with(0);
     let figure = |name: &str| scratch.read(&format!("report/figures/{name}.svg"));
     let plain = "fill=\"#0072b2\"";
-    assert!(figure("slice-V-c-1").contains(plain) && !figure("deciders").contains(plain));
+    assert!(figure("slice-belt_speed-damping").contains(plain) && !figure("deciders").contains(plain));
 }
 
 #[test]

@@ -127,14 +127,15 @@ impl Enclosed {
             0.0 => Interval::ZERO,
             drop => Interval::new(drop.next_down(), drop.next_up().min(1.0)),
         };
-        let (epsilon, belt_speed) = (Interval::of(column.epsilon), Interval::of(column.belt_speed));
-        let rate = epsilon * Interval::of(parts.gamma);
+        // That of the law; dampings may be in another unit.
+        let (own, belt_speed) = (Interval::of(parts.epsilon), Interval::of(column.belt_speed));
+        let rate = own * Interval::of(parts.gamma);
         let groups = Groups {
             a: (rate * drop).at_least_zero(),
             k: (rate * belt_speed).at_least_zero(),
-            b: (epsilon * Interval::of(parts.beta) * belt_speed).at_least_zero(),
+            b: (own * Interval::of(parts.beta) * belt_speed).at_least_zero(),
         };
-        Some(Self { groups, epsilon, belt_speed })
+        Some(Self { groups, epsilon: Interval::of(column.epsilon), belt_speed })
     }
 
     /// The critical damping C* = eps c*, enclosed.

@@ -8,7 +8,7 @@ import { paint } from "./paint.js";
 import { Plane } from "./plane.js";
 import { Point } from "./point.js";
 import { get, picture, post } from "./server.js";
-import { complete, label, place, read, write } from "./state.js";
+import { complete, is_damping, label, place, read, write } from "./state.js";
 
 // Milliseconds without movement after which a change counts as finished.
 const REST = 160;
@@ -151,7 +151,7 @@ function choose_theme() {
 // The state for the file that was given to the command.
 function state_of(start) {
   // The two axes with most nodes; among equal numbers in the order of `usual`. The damping is vertical.
-  const usual = ["c", "damping", "V", "belt_speed", "gamma"];
+  const usual = ["c", "damping", "damping_ratio", "V", "belt_speed", "gamma"];
   const rank = ({ name }) => (usual.includes(name) ? usual.indexOf(name) : usual.length);
   const several = start.axes.filter(({ nodes }) => nodes > 1).sort((a, b) => b.nodes - a.nodes || rank(a) - rank(b));
   const shown = several.slice(0, 2).map(({ name }) => name);
@@ -159,12 +159,13 @@ function state_of(start) {
     const axis = start.axes.find((it) => it.name === name);
     return axis ? { axis: name, from: axis.from, to: axis.to, log: axis.log } : null;
   };
-  const y = ["c", "damping"].find((name) => shown.includes(name)) ?? shown.at(-1);
+  const y = shown.find(is_damping) ?? shown.at(-1);
   const x = shown.find((name) => name !== y);
   const at = { ...start.at, ...Object.fromEntries(start.axes.map(({ name, value }) => [name, value])) };
   const ranges = Object.fromEntries(start.axes.filter(({ nodes }) => nodes > 1).map(({ name, from, to }) => [name, [from, to]]));
   // The critical damping must be seen, too.
-  if (start.most_damping) ranges.damping ??= [0, start.most_damping];
+  const damping = start.axes.find(({ name }) => is_damping(name)).name;
+  if (start.most_damping) ranges[damping] ??= [0, start.most_damping];
   const stored = Boolean(start.variables);
   const show = !stored || start.variables.includes("regime") ? "regime" : start.variables.find((name) => name.startsWith("verdict_"));
   return { law: start.law, x: side(x), y: side(y), at, ranges, show, stored, motion: start.motion, pinned: start.pinned };

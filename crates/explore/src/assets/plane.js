@@ -8,7 +8,7 @@ import { draw, rectangle } from "./overlay.js";
 import { paint } from "./paint.js";
 import { Scale } from "./scale.js";
 import { picture as ask, post } from "./server.js";
-import { label, place } from "./state.js";
+import { is_damping, label, place } from "./state.js";
 
 // Rows of pictures while something is dragged, and time limit of one such picture in seconds.
 const QUICK = [12, 16, 24, 32, 48, 64, 96, 128, 192, 256];
@@ -109,7 +109,7 @@ export class Plane {
   }
 
   is_damping(side) {
-    return ["c", "damping"].includes(this.state[side].axis);
+    return is_damping(this.state[side].axis);
   }
 
   // Relative cost of a picture: a column of all dampings costs little more than one of its cells.

@@ -1,6 +1,6 @@
 // The whole state of the page, and its link.
 //
-// A link is a list of `key=value`: `law`, `x` and `y` (name, from, to, and "log"), `show`,
+// A link is a list of `key=value`: `law`, `axes` (what it has besides the usual axes), `x` and `y` (name, from, to, and "log"), `show`,
 // `p.NAME` the value of a parameter or, with `motion`, of a quantity of a machine in SI units, `r.NAME` the ends of
 // its slider, `pin=1` if a point is pinned. Unknown keys are ignored, and missing keys take their defaults,
 // so that links can be written by hand.
@@ -11,6 +11,7 @@ export function write(state) {
   for (const key of ["phi", "table", "file"]) if (state.law[key]) link.set(key, state.law[key]);
   if (state.law.static) link.set("static", state.law.static);
   if (state.law.small) link.set("small", "1");
+  if (state.law.axes?.length) link.set("axes", state.law.axes.join(","));
   for (const side of ["x", "y"]) {
     const { axis, from, to, log } = state[side];
     link.set(side, [axis, from, to, ...(log ? ["log"] : [])].join(","));
@@ -39,6 +40,7 @@ export function read(fragment) {
   for (const key of ["phi", "table", "file"]) if (link.has(key)) law[key] = link.get(key);
   if (number(link.get("static")) !== null) law.static = number(link.get("static"));
   if (link.get("small") === "1") law.small = true;
+  if (link.has("axes")) law.axes = link.get("axes").split(",");
   const side = (key) => {
     const [axis, from, to, log] = (link.get(key) ?? "").split(",");
     const ends = [number(from ?? null), number(to ?? null)];
@@ -57,6 +59,9 @@ export function read(fragment) {
   return { law, x: side("x"), y: side("y"), show: link.get("show"), curves: link.get("curves") !== "0", stored: link.get("stored") === "1", at, ranges, motion: link.get("motion"), pinned: link.get("pin") === "1" };
 }
 
+// Whether an axis is that of the damping.
+export const is_damping = (name) => ["c", "damping", "damping_ratio"].includes(name);
+
 // The state of a law with these axes: the values in `wanted`, and defaults for the rest.
 export function complete(wanted, axes) {
   const names = axes.map((axis) => axis.name);
@@ -73,7 +78,7 @@ export function complete(wanted, axes) {
     const [from, to] = ranges[usual];
     return { axis: usual, from, to, log: false };
   };
-  const y = side(wanted.y, wanted.motion ? "damping" : "c");
+  const y = side(wanted.y, names.find(is_damping));
   const free = names.filter((name) => name !== y.axis && name !== "epsilon");
   const usual = ["gamma", "V", "belt_speed"].find((name) => free.includes(name)) ?? free[0];
   let x = side(wanted.x, usual);

@@ -1,16 +1,22 @@
 //! What the errors of measured friction do to the answers: the standard errors of the limits, and the
 //! behaviours between which the data cannot decide.
 
-use super::{Assessment, SAME};
-use crate::machine::{Friction, Machine, Model, scatter};
-use crate::map::{Attractors, BasinBoundary, Regime};
-use crate::risk::{WithError, uncertain_critical_damping};
+use super::{Assessment, SAME, TOLERANCE};
+use crate::behaviour::{Behaviour, Limit};
+use crate::machine::{Friction, Machine, Model};
+use crate::map::{Attractors, BasinBoundary, Regime, long_run};
+use crate::risk::{Joint, Moved, Uncertain, WithError, joint, uncertain_critical_damping};
+use slipmap_model::filippov::Oscillator;
 use slipmap_model::friction::Column;
 use slipmap_simulate::backbone::Backbone;
+use slipmap_simulate::flow;
 use slipmap_simulate::sensitivity::standard_error_of_closing;
 
 /// Number of standard errors within which a limit leaves open on which side of it the machine is.
 const NEAR: f64 = 2.0;
+/// Number of changes from falling to rising friction, or back, from which rows without standard errors scatter: a curve
+/// that falls and rises once has one.
+const FEWEST_TURNS: usize = 2;
 /// Relative step of the slope of the backbone.
 const STEP: f64 = 1e-3;
 
@@ -22,6 +28,10 @@ pub enum ErrorsFrom {
     Data,
     /// The scatter of the rows: the data have none.
     Scatter,
+    /// What the curve between the rows could be: the data have no errors and do not scatter.
+    Curve,
+    /// The covariance of a fit.
+    Fit,
 }
 
 /// Standard errors that follow from those of the data of measured friction. Dampings are in N s/m.
@@ -31,6 +41,8 @@ pub struct StandardErrors {
     pub from: ErrorsFrom,
     /// The critical damping, which may be negative here; `None` where it has no derivatives.
     pub critical_damping: Option<WithError>,
+    /// The belt speed below which it may stick-slip, m/s; `None` where there is none or its error is unknown.
+    pub critical_belt_speed: Option<WithError>,
     /// The damping below which steady slip is unstable.
     pub hopf_damping: WithError,
     /// Relative standard error of the kick, to first order; `None` where there is no kick, or it is unknown.
@@ -40,7 +52,16 @@ pub struct StandardErrors {
 impl StandardErrors {
     /// The standard errors of a machine; `None` for friction of which no errors are known.
     /// `kick` is the boundary that a kick leads to, if there is one, and the backbone.
-    pub(super) fn of(machine: &Machine, kick: Option<(&BasinBoundary, &Backbone)>) -> Option<Self> {
+    pub(super) fn of(
+        machine: &Machine,
+        uncertain: &[Uncertain],
+        behaviour: &Behaviour,
+        kick: Option<(&BasinBoundary, &Backbone)>,
+    ) -> Option<Self> {
+        let fit = joint(uncertain);
+        if !fit.is_empty() {
+            return Self::of_fit(machine, uncertain, &fit, behaviour);
+        }
         let (machine, from) = with_errors(machine)?;
         let model = machine.model()?;
         let Model { point, si, .. } = &model;
@@ -52,8 +73,61 @@ impl StandardErrors {
             standard_error: column.curve.table()?.standard_error_of_weakening(column.belt_speed)? * per_rate,
         };
         let kick = kick.and_then(|(basin, backbone)| error_of_kick(&column, point.damping, basin, backbone));
-        Some(Self { from, critical_damping: uncertain_critical_damping(&model), hopf_damping: hopf, kick })
+        Some(Self {
+            from,
+            critical_damping: uncertain_critical_damping(&machine, &[]),
+            critical_belt_speed: error_of_belt_speed(&machine, &[], behaviour),
+            hopf_damping: hopf,
+            kick,
+        })
     }
+
+    /// The standard errors by the covariance of a fit: from differences over a standard deviation of each of its
+    /// independent errors.
+    fn of_fit(
+        machine: &Machine,
+        uncertain: &[Uncertain],
+        fit: &Joint,
+        behaviour: &Behaviour,
+    ) -> Option<Self> {
+        let moved = Moved::of(machine, fit)?;
+        let hopf = |machine: &Machine| {
+            let Model { point, si, .. } = &machine.model()?;
+            Some(
+                machine.model()?.column().curve.weakening(point.belt_speed) * si.units.damping
+                    / point.epsilon,
+            )
+        };
+        let kick = |machine: &Machine| {
+            let Model { law, point, si } = machine.model()?;
+            let oscillator = Oscillator::new(&law, &point);
+            let basin = long_run(&oscillator, &flow(&oscillator, TOLERANCE), TOLERANCE).basin?;
+            Some(basin.kick.forward * si.units.velocity)
+        };
+        Some(Self {
+            from: ErrorsFrom::Fit,
+            critical_damping: uncertain_critical_damping(machine, uncertain),
+            critical_belt_speed: error_of_belt_speed(machine, uncertain, behaviour),
+            hopf_damping: WithError { value: hopf(machine)?, standard_error: moved.error(hopf)? },
+            kick: kick(machine).and_then(|here| Some(moved.error(kick)? / here)),
+        })
+    }
+}
+
+/// The belt speed below which a machine may stick-slip, with the standard error that follows from that of the critical
+/// damping there, divided by its slope.
+fn error_of_belt_speed(
+    machine: &Machine,
+    uncertain: &[Uncertain],
+    behaviour: &Behaviour,
+) -> Option<WithError> {
+    let Limit::Below(value) = behaviour.critical_belt_speed else { return None };
+    let at =
+        |factor: f64| uncertain_critical_damping(&machine.with("belt_speed", factor * value)?, uncertain);
+    let [below, above] = [at(1.0 - STEP)?.value, at(1.0 + STEP)?.value];
+    let slope = (above - below) / (2.0 * STEP * value);
+    let standard_error = at(1.0)?.standard_error / slope.abs();
+    standard_error.is_finite().then_some(WithError { value, standard_error })
 }
 
 /// The machine with the standard errors of its friction, and where they come from.
@@ -62,10 +136,13 @@ fn with_errors(machine: &Machine) -> Option<(Machine, ErrorsFrom)> {
     if table.standard_errors().is_some() {
         return Some((machine.clone(), ErrorsFrom::Data));
     }
-    scatter(table)?;
-    let errors = vec![table.scatter(); table.data().count()];
-    let friction = Friction::Measured(table.with_standard_errors(&errors).ok()?);
-    Some((Machine { friction, ..machine.clone() }, ErrorsFrom::Scatter))
+    let scatters = table.turns() >= FEWEST_TURNS;
+    let (error, from) = match scatters {
+        true => (table.scatter(), ErrorsFrom::Scatter),
+        false => (0.0, ErrorsFrom::Curve),
+    };
+    let table = table.with_standard_errors(&vec![error; table.data().count()]).ok()?;
+    Some((Machine { friction: Friction::Measured(table.with_error_of_curve()), ..machine.clone() }, from))
 }
 
 /// The relative standard error of the amplitude of the slip cycle that the kick leads to. The cycle lies
@@ -164,13 +241,10 @@ fn possible(found: Regime, hopf: bool, critical: bool) -> Vec<Regime> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{TOLERANCE, assess};
+    use super::super::assess;
     use super::*;
     use crate::machine::example;
-    use crate::map::long_run;
-    use slipmap_model::filippov::Oscillator;
     use slipmap_model::friction::{Law, Table};
-    use slipmap_simulate::flow;
 
     const DATA: [(f64, f64); 7] =
         [(0.0, 0.42), (0.03, 0.37), (0.07, 0.33), (0.15, 0.3), (0.3, 0.285), (0.6, 0.28), (1.2, 0.285)];

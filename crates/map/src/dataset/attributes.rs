@@ -2,7 +2,7 @@
 
 use sha2::{Digest, Sha256};
 
-use crate::machine::{MOTION_ATTRIBUTE, Machine, SI_ATTRIBUTE, SiUnits, UNITS_ATTRIBUTE};
+use crate::machine::MOTION_ATTRIBUTE;
 use crate::map::{Method, Plan, PlaneCurves, Summary};
 
 use super::{Auxiliary, SCHEMA, Value, auxiliary, hex};
@@ -33,16 +33,14 @@ pub struct Outcome {
     pub attributes: Vec<(String, Value)>,
     /// The curves of codimension one.
     pub curves: Vec<PlaneCurves>,
-    /// The SI units of the map's machine; `None` without a machine.
-    pub si: Option<SiUnits>,
-    /// The auxiliary variables.
+    /// The variables beside those of the cells.
     pub auxiliary: Vec<Auxiliary>,
 }
 
 impl Outcome {
-    /// The outcome of the run of `plan` from its `summary`; `machine` is that of the map, if there is one.
+    /// The outcome of the run of `plan` from its `summary`.
     #[must_use]
-    pub fn of(plan: &Plan, summary: &Summary, machine: Option<&Machine>) -> Self {
+    pub fn of(plan: &Plan, summary: &Summary) -> Self {
         let account = &summary.account;
         let mut attributes: Vec<(String, Value)> = Vec::new();
         let mut add = |name: &str, value: Value| attributes.push((name.to_owned(), value));
@@ -71,20 +69,7 @@ impl Outcome {
             add("proved_boxes", integer(volumes.tiles));
             add("proved_seconds", proved.seconds.into());
         }
-        if let Some(machine) = machine {
-            if let Some(numbers) = machine.to_array() {
-                add(SI_ATTRIBUTE, Value::Reals(numbers.to_vec()));
-            }
-            add(MOTION_ATTRIBUTE, machine.motion.name().into());
-            add(UNITS_ATTRIBUTE, Value::Reals(machine.units().to_array().to_vec()));
-        }
-        let si = machine.map(Machine::si);
-        Self {
-            attributes,
-            curves: summary.curves.clone(),
-            auxiliary: si.iter().flat_map(|si| auxiliary::coordinates(&plan.grid, si)).collect(),
-            si,
-        }
+        Self { attributes, curves: summary.curves.clone(), auxiliary: auxiliary::fixed(&plan.grid) }
     }
 }
 
@@ -152,18 +137,20 @@ pub fn plan_digest(plan: &Plan, git: &str) -> String {
 /// The root attributes known before the run.
 #[must_use]
 pub fn opening(plan: &Plan, provenance: &Provenance) -> Vec<(String, Value)> {
-    let of_maps: Vec<(&str, Value)> = vec![
+    let machine = plan.grid.machine();
+    let mut of_maps: Vec<(&str, Value)> = vec![
         ("schema", SCHEMA.into()),
         ("law", plan.grid.law().name().into()),
         ("law_definition", plan.grid.law().definition().into()),
         ("methods", words(plan.methods.iter().map(Method::name))),
-        ("fields", words(plan.fields.iter().map(|field| field.name()))),
+        ("fields", words(plan.fields.iter().map(|field| field.name_for(machine.is_some())))),
         ("engine", plan.engine.name().into()),
         ("tolerance", plan.tolerance.into()),
         ("tile_shape", Value::Integers(plan.tile_shape.iter().map(|&len| len as i64).collect())),
         ("compression", integer(plan.compression)),
         (PLAN, plan_digest(plan, &provenance.git).into()),
     ];
+    of_maps.extend(machine.map(|machine| (MOTION_ATTRIBUTE, machine.motion.name().into())));
     let attributes = origin(provenance).into_iter().chain(of_maps);
     attributes.map(|(name, value)| (name.to_owned(), value)).collect()
 }

@@ -1,13 +1,14 @@
-//! Auxiliary variables of a machine's map: its axes, and quantities along them, in SI units.
+//! Variables of a machine's map beside those of its cells: the quantities that do not vary, and the probability
+//! of stick-slip. Each is stored in one piece.
 
 use super::Value;
-use crate::machine::SiUnits;
-use crate::map::{AxisRole, Grid, dimension};
+use super::schema::si_name;
+use crate::map::Grid;
 
-/// A variable along some of the axes, stored in one piece.
+/// A variable that is stored in one piece.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Auxiliary {
-    /// Its name, one of [`AUXILIARY`].
+    /// Its name, one of [`names`].
     pub name: &'static str,
     /// Its values, row-major along its axes.
     pub values: Vec<f64>,
@@ -15,102 +16,44 @@ pub struct Auxiliary {
     pub attributes: Vec<(&'static str, Value)>,
 }
 
-/// Name, axis and description of the auxiliary coordinate variables of the CF conventions: axes in SI units.
-const COORDINATES: [(&str, AxisRole, &str); 2] = [
-    ("belt_speed_si", AxisRole::BeltSpeed, "belt speed"),
-    ("damping_si", AxisRole::Damping, "damping coefficient"),
-];
-
-/// Name of the variable with the probability that a machine with uncertain quantities may stick-slip, over
-/// belt speed and damping.
+/// Name of the variable with the probability that a machine with uncertain quantities may stick-slip, over all
+/// axes.
 pub const PROBABILITY: &str = "stick_slip_probability";
 
-/// The names of all auxiliary variables.
-pub const AUXILIARY: [&str; 3] = [COORDINATES[0].0, COORDINATES[1].0, PROBABILITY];
-
-/// Positions of the axes of an auxiliary variable; `None` if there is no such variable.
-pub fn axes_of(name: &str, grid: &Grid) -> Option<Vec<usize>> {
-    let roles = match name {
-        PROBABILITY => vec![AxisRole::BeltSpeed, AxisRole::Damping],
-        _ => vec![COORDINATES.iter().find(|(known, ..)| *known == name)?.1],
-    };
-    let position = |role: AxisRole| grid.axes().iter().position(|axis| axis.role == role);
-    roles.into_iter().map(position).collect()
+/// The names of all such variables that a map of this grid may have.
+pub fn names(grid: &Grid) -> Vec<&'static str> {
+    let fixed = grid.fixed().into_iter().map(|(name, _)| name);
+    fixed.chain(grid.machine().map(|_| PROBABILITY)).collect()
 }
 
-/// The variable with the probability that a machine may stick-slip, row-major along belt speed and damping,
-/// from a number of draws at each belt speed.
+/// Positions of the axes of such a variable.
+pub fn axes_of(name: &str, grid: &Grid) -> Vec<usize> {
+    let count = if name == PROBABILITY { grid.axes().len() } else { 0 };
+    (0..count).collect()
+}
+
+/// The variable with the probability that a machine may stick-slip, row-major along all axes, from a number of
+/// draws for each damping's column.
 pub fn probability(values: Vec<f64>, draws: usize) -> Auxiliary {
-    let coordinates: Vec<&str> = COORDINATES.iter().map(|(name, ..)| *name).collect();
     Auxiliary {
         name: PROBABILITY,
         values,
         attributes: vec![
             ("long_name", "probability that the machine may stick-slip".into()),
             ("units", "1".into()),
-            ("coordinates", coordinates.join(" ").into()),
             ("draws", Value::Integers(vec![i64::try_from(draws).unwrap_or(i64::MAX)])),
             ("standard_error_at_most", (0.5 / (draws as f64).sqrt()).into()),
         ],
     }
 }
 
-/// The number x that a user gave in SI units, from the product (x / unit) * unit, which may differ from x by
-/// two units in the last place: the number with the fewest digits within that distance.
-fn as_given(product: f64) -> f64 {
-    let [up, down] = [f64::next_up, f64::next_down].map(|step| [step(product), step(step(product))]);
-    let near = [product, up[0], down[0], up[1], down[1]];
-    let digits = |x: &f64| format!("{x:e}").len();
-    near.into_iter().min_by_key(digits).unwrap_or(product)
-}
-
-/// Belt speeds and dampings of a machine's map in SI units.
-pub fn coordinates(grid: &Grid, si: &SiUnits) -> Vec<Auxiliary> {
-    let along = |(name, role, words): (&'static str, AxisRole, &str)| {
-        let axis = grid.axes().iter().find(|axis| axis.role == role)?;
-        let dimension = dimension::of_axis(role)?;
-        Some(Auxiliary {
-            name,
-            values: axis.values.iter().map(|value| as_given(value * si.factor(dimension))).collect(),
-            attributes: vec![("long_name", words.into()), ("units", si.unit(dimension).into())],
-        })
+/// The quantities of a machine that do not vary: scalar coordinates, by the CF conventions.
+pub fn fixed(grid: &Grid) -> Vec<Auxiliary> {
+    let one = |(name, value): (&'static str, f64)| {
+        let machine = grid.machine()?;
+        let attributes =
+            vec![("long_name", machine.words(name).into()), ("units", si_name(machine.unit(name)).into())];
+        Some(Auxiliary { name, values: vec![value], attributes })
     };
-    COORDINATES.into_iter().filter_map(along).collect()
-}
-
-/// The SI attributes of a variable over the first `rank` axes of the grid: its auxiliary coordinates, by the
-/// CF conventions, and, if it has a physical dimension, its SI unit and the factor from its numbers to it.
-pub fn attributes_of(name: &str, rank: usize, grid: &Grid, si: &SiUnits) -> Vec<(&'static str, Value)> {
-    let has = |coordinate: &&str| axes_of(coordinate, grid).is_some_and(|axes| axes[0] < rank);
-    let coordinates: Vec<&str> = COORDINATES.iter().map(|(name, ..)| *name).filter(has).collect();
-    let mut attributes = vec![("coordinates", coordinates.join(" ").into())];
-    if let Some(dimension) = dimension::of_variable(name) {
-        attributes.push(("si_factor", si.factor(dimension).into()));
-        attributes.push(("si_units", si.unit(dimension).into()));
-    }
-    attributes
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use slipmap_numbers::random::Random;
-
-    /// Of random decimals and units.
-    #[test]
-    fn numbers_in_si_units_are_those_that_were_given() {
-        let mut random = Random(5);
-        let mut differ = 0;
-        for _ in 0..20_000 {
-            let given = (random.unit() * 1e6).round() / 1e5;
-            let unit = 0.01 + random.unit();
-            let product = given / unit * unit;
-            differ += u32::from(product != given);
-            assert_eq!(as_given(product), given);
-        }
-        assert!(differ > 1000, "{differ}");
-        for kept in [0.0, 1.0 / 3.0, f64::MIN_POSITIVE, 1e300] {
-            assert!((as_given(kept) - kept).abs() <= 2.0 * f64::EPSILON * kept, "{kept}");
-        }
-    }
+    grid.fixed().into_iter().filter_map(one).collect()
 }

@@ -11,7 +11,7 @@ pub use attributes::{Outcome, Provenance};
 pub use auxiliary::Auxiliary;
 pub use fingerprint::Fingerprint;
 pub use schema::{Cells, MethodInfo, Schema, Variable};
-pub use schema::{Content, SCHEMA};
+pub use schema::{Content, SCHEMA, si_name};
 pub use value::Value;
 
 /// Lower-case hexadecimal digits.

@@ -1,14 +1,16 @@
 //! The layout of a map file: one description for writing, reading and checking maps.
 
-use crate::map::{Field, Grid, Method, Plan, Quantity, Regime, Runs, TileData, Verdict};
-use slipmap_model::friction::{Law, ONE_SLIP_CYCLE};
+use crate::machine::Dimension;
+use crate::map::dimension::of_variable;
+use crate::map::{Axis, Field, Grid, Method, Plan, Quantity, Regime, Runs, TileData, Verdict};
+use slipmap_model::friction::Law;
 
 use super::Value;
-use super::auxiliary::axes_of;
+use super::auxiliary::{self, axes_of};
 
 /// Version of the layout of map files, the only one that is read. Version 2 added curves of codimension one,
-/// version 3 the errors of critical dampings.
-pub const SCHEMA: i64 = 3;
+/// version 3 the errors of critical dampings, version 4 the axes of machines.
+pub const SCHEMA: i64 = 4;
 
 /// Description of a method in a map.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -151,20 +153,20 @@ impl Schema {
                 Field::Verdict => per_method(&mut variables, &methods, "verdict", Content::Verdict),
                 Field::Margin => per_method(&mut variables, &methods, "margin", Content::Margin),
                 Field::CriticalC => {
-                    per_method(&mut variables, &methods, "critical_c", Content::CriticalC);
-                    add_errors(&mut variables, &methods);
+                    let [name, errors] = Field::critical_of(&grid);
+                    per_method(&mut variables, &methods, name.trim_end_matches('_'), Content::CriticalC);
+                    add_errors(&mut variables, &methods, errors);
                 }
                 Field::Regime => {
                     let words = "long-run behaviour according to the simulated flow";
                     let mut regime = plain("regime", words, Content::Regime);
-                    if grid.column(&vec![0; grid.axes().len()]).curve.weakening_is_convex() {
-                        regime.attributes.push(("conjecture", ONE_SLIP_CYCLE.into()));
+                    if let Some(words) = grid.some_column().curve.conjecture() {
+                        regime.attributes.push(("conjecture", words.into()));
                     }
                     variables.push(regime);
                 }
                 field => {
-                    let parameters = grid.law().parameters().len();
-                    for quantity in Quantity::of(field, methods.len(), parameters) {
+                    for quantity in Quantity::of(field, methods.len(), grid.axes().len() - 1) {
                         let content = Content::Quantity(quantities);
                         variables.push(of_quantity(quantity, &methods, &grid, content));
                         quantities += 1;
@@ -172,6 +174,7 @@ impl Schema {
                 }
             }
         }
+        variables.iter_mut().for_each(|variable| describe_in_si(variable, &grid));
         Self { grid, tile_shape, methods, fields, variables }
     }
 
@@ -184,7 +187,7 @@ impl Schema {
     pub fn positions(&self, auxiliary: impl Iterator<Item = &'static str>) -> Vec<(&str, Vec<usize>)> {
         let axes = self.grid.axes().len();
         let own = self.variables.iter().map(|v| (v.name.as_str(), (0..v.rank(axes)).collect()));
-        own.chain(auxiliary.filter_map(|name| Some((name, axes_of(name, &self.grid)?)))).collect()
+        own.chain(auxiliary.map(|name| (name, axes_of(name, &self.grid)))).collect()
     }
 
     /// Number of tiles.
@@ -269,7 +272,7 @@ fn per_method(
 
 /// Says of each critical damping what its error is, and adds the variable with the errors of the simulation,
 /// the only method whose critical damping is approximate.
-fn add_errors(variables: &mut Vec<Variable>, methods: &[MethodInfo]) {
+fn add_errors(variables: &mut Vec<Variable>, methods: &[MethodInfo], prefix: &str) {
     let mut errors = None;
     for variable in variables.iter_mut() {
         let Content::CriticalC(position) = variable.content else { continue };
@@ -280,8 +283,8 @@ fn add_errors(variables: &mut Vec<Variable>, methods: &[MethodInfo]) {
             variable.attributes.push(("comment", exact.into()));
             continue;
         }
-        let of = format!("{}{name}", Field::CRITICAL_ERROR);
-        let comment = "NaN where no damping c >= 0 is critical or none was found (no error), and where the error \
+        let of = format!("{prefix}{name}");
+        let comment = "NaN where no damping >= 0 is critical or none was found (no error), and where the error \
                        is more than 1 % of it and 1e-9";
         variable.attributes.push(("comment", comment.into()));
         variable.attributes.push(("ancillary_variables", of.as_str().into()));
@@ -300,12 +303,45 @@ fn of_quantity(quantity: Quantity, methods: &[MethodInfo], grid: &Grid, content:
             plain(&name, &format!("{}: {long_name}", quantity.long_name()), content)
         }
         Quantity::CriticalDerivative(axis) => {
-            let axis = Grid::axis_names(grid.law())[axis];
+            let axis = &grid.axes()[axis].name;
             let name = format!("{}{axis}", quantity.name());
             plain(&name, &format!("{} {axis}", quantity.long_name()), content)
         }
         _ => plain(quantity.name(), quantity.long_name(), content),
     }
+}
+
+/// The name of an SI unit as readers of the CF conventions know it; 1 for a pure number.
+pub fn si_name(unit: &str) -> String {
+    if unit.is_empty() { "1".into() } else { unit.replace('²', "2") }
+}
+
+/// Gives a variable of a machine's map its SI unit, and names the quantities that do not vary as its coordinates.
+fn describe_in_si(variable: &mut Variable, grid: &Grid) {
+    let Some(machine) = grid.machine() else { return };
+    let unit = match (variable.content, of_variable(&variable.name)) {
+        (_, Some(Dimension::Damping)) => si_name(machine.unit(machine.damping_name())),
+        (_, Some(dimension)) => si_name(machine.motion.unit(dimension)),
+        (Content::Quantity(_), None) => {
+            // The derivative by an axis has the unit of the damping over that of the axis.
+            let by = variable.name.strip_prefix(Quantity::CriticalDerivative(0).name());
+            let axis = by.and_then(|name| grid.axes().iter().find(|axis| axis.name == name));
+            let damping = si_name(machine.unit(machine.damping_name()));
+            match axis {
+                Some(Axis { unit: "", .. }) => damping,
+                Some(axis) => format!("({damping})/({})", si_name(axis.unit)),
+                None => si_name(""),
+            }
+        }
+        _ => si_name(""),
+    };
+    for (name, value) in &mut variable.attributes {
+        if *name == "units" {
+            *value = unit.as_str().into();
+        }
+    }
+    let fixed = auxiliary::names(grid).into_iter().filter(|name| *name != auxiliary::PROBABILITY);
+    variable.attributes.push(("coordinates", fixed.collect::<Vec<_>>().join(" ").into()));
 }
 
 /// A variable with the attributes that all variables have.

@@ -83,8 +83,12 @@ pub fn negative(table: &Table) -> Option<String> {
         1 => ", and in one more row".to_owned(),
         more => format!(", and in {more} more rows"),
     };
-    let place =
-        table.lines().get(row).map_or_else(|| format!(", row {}", row + 1), |line| format!(":{line}"));
+    let place = table
+        .source()
+        .lines
+        .get(row)
+        .filter(|line| **line > 0)
+        .map_or_else(|| format!(", row {}", row + 1), |line| format!(":{line}"));
     Some(format!(
         "{}{place}: the friction is negative, {friction} at slip speed {u}{also}: it would push the mass on; check the \
          sign, and the zero of the measurement",
@@ -106,7 +110,7 @@ pub fn scatter(table: &Table) -> Option<(usize, usize)> {
 mod tests {
     use super::*;
     use crate::machine::example;
-    use slipmap_model::friction::Law;
+    use slipmap_model::friction::{Law, Source};
 
     /// Once its advice is followed the warning of scatter is silent, even if the means still scatter.
     #[test]
@@ -144,7 +148,9 @@ mod tests {
             Table::new("pad.csv", &data, 0.4).unwrap()
         };
         let of = |table: Table| Machine { friction: Friction::Measured(table), ..machine.clone() }.doubts();
-        let said = of(negative.with_rows(&[2, 5, 6, 7], 4)).join("; ");
+        let said =
+            of(negative.with_source(Source { lines: vec![2, 5, 6, 7], readings: 4, ..Source::default() }))
+                .join("; ");
         assert!(
             said.starts_with(
                 "pad.csv:5: the friction is negative, -0.1 at slip speed 0.2, and in one more row: "

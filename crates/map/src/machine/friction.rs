@@ -16,29 +16,44 @@ pub struct Coefficients {
     /// Strengthening of the coefficient of friction at high speed, >= 0: per m/s or per (m/s)^2, by the law's
     /// [`Strengthening`](slipmap_model::friction::Strengthening).
     pub strengthening: f64,
+    /// Exponent of the fall, from 1 to 100; of use in the exponential law that has it.
+    pub exponent: f64,
 }
 
 impl Coefficients {
     /// Their names, in the order of the fields.
-    pub const NAMES: [&str; 4] =
-        ["static_friction", "kinetic_friction", "stribeck_velocity", "strengthening"];
+    pub const NAMES: [&str; 5] =
+        ["static_friction", "kinetic_friction", "stribeck_velocity", "strengthening", Self::EXPONENT];
+    /// The name of the exponent, here and as a parameter of the law.
+    pub const EXPONENT: &str = "exponent";
 
     /// The names of those that a law has.
     pub fn names(law: &Law) -> impl Iterator<Item = &'static str> {
         let is_coulomb = *law.as_written() == Law::Coulomb;
-        Self::NAMES.into_iter().filter(move |name| !(is_coulomb && *name == "stribeck_velocity"))
+        let has_exponent = law.parameters().iter().any(|parameter| parameter.name == Self::EXPONENT);
+        Self::NAMES.into_iter().filter(move |name| match *name {
+            "stribeck_velocity" => !is_coulomb,
+            Self::EXPONENT => has_exponent,
+            _ => true,
+        })
     }
 
     /// The numbers in the order of the fields.
-    pub(crate) fn to_array(self) -> [f64; 4] {
-        [self.static_friction, self.kinetic_friction, self.stribeck_velocity, self.strengthening]
+    pub(crate) fn to_array(self) -> [f64; 5] {
+        [
+            self.static_friction,
+            self.kinetic_friction,
+            self.stribeck_velocity,
+            self.strengthening,
+            self.exponent,
+        ]
     }
 
     /// The coefficients of an array as of `Coefficients::to_array`.
     pub fn from_array(
-        [static_friction, kinetic_friction, stribeck_velocity, strengthening]: [f64; 4],
+        [static_friction, kinetic_friction, stribeck_velocity, strengthening, exponent]: [f64; 5],
     ) -> Self {
-        Self { static_friction, kinetic_friction, stribeck_velocity, strengthening }
+        Self { static_friction, kinetic_friction, stribeck_velocity, strengthening, exponent }
     }
 
     /// What the kinetic friction must be.
@@ -61,6 +76,25 @@ pub enum Friction {
 }
 
 impl Friction {
+    /// The friction of a law in SI units with these values of its quantities; `None` where one is absent.
+    pub(super) fn new(law: &Law, value: impl Fn(&str) -> Option<f64>) -> Option<Self> {
+        Some(match law.as_written() {
+            Law::Expression(formula) => {
+                let values = formula.parameters().iter().map(|parameter| value(parameter.name));
+                let values = values.collect::<Option<Vec<f64>>>()?;
+                Friction::Formula(formula.clone(), LawParameters::new(&values))
+            }
+            Law::Table(table) => Friction::Measured(table.clone()),
+            law => {
+                let known: Vec<&str> = Coefficients::names(law).collect();
+                let number = |name| if known.contains(&name) { value(name) } else { Some(1.0) };
+                let [rest, kinetic, velocity, rise, exponent] = Coefficients::NAMES.map(number);
+                let numbers = [rest?, kinetic?, velocity?, rise?, exponent?];
+                Friction::Coefficients(law.clone(), Coefficients::from_array(numbers))
+            }
+        })
+    }
+
     /// Name of the law in configurations.
     pub fn law_name(&self) -> &'static str {
         match self {
@@ -92,7 +126,7 @@ impl Friction {
                     kinetic: coefficients.kinetic_friction / coefficients.static_friction,
                     width: coefficients.stribeck_velocity,
                     strengthening: coefficients.strengthening / coefficients.static_friction,
-                    exponent: 1.0,
+                    exponent: coefficients.exponent,
                 };
                 let parameters = (law.built_in()?.parameters_of)(&of, velocity);
                 Some((law.clone(), parameters))
@@ -102,7 +136,7 @@ impl Friction {
                 Some((Law::Expression(formula), *parameters))
             }
             Friction::Measured(table) => {
-                Some((Law::Table(table.in_units(velocity).ok()?), LawParameters::new(&[])))
+                Some((Law::Table(table.in_units(velocity, 1.0).ok()?), LawParameters::new(&[])))
             }
         }
     }

@@ -1,6 +1,6 @@
 //! Statistics of tiles: cells counted, processor seconds, audit results.
 
-use super::{Audit, Contradictions, LISTED, Paths, Plan, Runs, TileData, Verdict};
+use super::{Audit, Contradictions, Grid, LISTED, Paths, Plan, Runs, TileData, Verdict};
 use slipmap_numbers::named_sums;
 
 /// A cell on which a method failed.
@@ -76,6 +76,8 @@ impl MethodAccount {
 pub struct Account {
     /// Number of cells computed.
     pub cells: u64,
+    /// Number of them at nodes without a column, see [`Grid::gap`](super::Grid::gap).
+    pub blank: u64,
     /// One entry per method of the plan.
     pub methods: Vec<MethodAccount>,
     /// Number of cells that each path of `simulation` decided.
@@ -88,6 +90,9 @@ pub struct Account {
     pub contradictions: Contradictions,
     /// Values of fields that could not be computed.
     pub unknown: Unknown,
+    /// The least slip speed from which on the friction of a column pushes, where its regimes leave out orbits that
+    /// reach it.
+    pub left_out_from: Option<f64>,
     /// Processor seconds of the stages that belong to no method.
     pub stages: Stages,
     /// The first failed cells, at most ten, in the order of tiles.
@@ -123,6 +128,7 @@ impl Account {
     /// Adds another account.
     pub fn add(&mut self, other: Account) {
         self.cells += other.cells;
+        self.blank += other.blank;
         for (sum, method) in self.methods.iter_mut().zip(other.methods) {
             sum.seconds += method.seconds;
             sum.counts.iter_mut().zip(method.counts).for_each(|(total, count)| *total += count);
@@ -134,6 +140,8 @@ impl Account {
         self.unknown.regimes += other.unknown.regimes;
         self.unknown.critical += other.unknown.critical;
         self.unknown.inaccurate += other.unknown.inaccurate;
+        let from = [self.left_out_from, other.left_out_from].into_iter().flatten();
+        self.left_out_from = from.reduce(f64::min);
         self.stages.add(&other.stages);
         if !other.failed.is_empty() {
             self.failed.extend(other.failed);
@@ -149,7 +157,7 @@ pub(super) fn count(verdicts: &Runs<Verdict>) -> [u64; 5] {
 }
 
 /// The first failed cells of a tile, at most ten, method by method.
-pub(super) fn failed_cells(data: &TileData) -> Vec<FailedCell> {
+pub(super) fn failed_cells(grid: &Grid, data: &TileData) -> Vec<FailedCell> {
     let failed = data.methods.iter().enumerate().flat_map(|(method, cells)| {
         let runs = cells.verdicts.iter().filter(|(verdict, _)| *verdict == Verdict::Failed);
         let index = |cell| data.tile.cell_index(cell);
@@ -159,13 +167,14 @@ pub(super) fn failed_cells(data: &TileData) -> Vec<FailedCell> {
             method,
         })
     });
-    failed.take(LISTED).collect()
+    let has_column = |cell: &FailedCell| grid.gap().is_none() || grid.column(&cell.index).is_ok();
+    failed.filter(has_column).take(LISTED).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::map::{Grid, Method, MethodCells, Tile};
+    use crate::map::{Method, MethodCells, Tile};
     use slipmap_model::friction::Law;
 
     fn tile_data(tile: Tile, failed: &[usize]) -> TileData {
@@ -195,7 +204,7 @@ mod tests {
         // Tiles come in any order; the failed cells are listed in the grid's order.
         for (number, failed) in [(last, &[2][..]), (0, &[1, 7])] {
             let data = tile_data(plan.grid.tile(&plan.tile_shape, number), failed);
-            sum.add(Account { failed: failed_cells(&data), ..Account::none(&plan) });
+            sum.add(Account { failed: failed_cells(&plan.grid, &data), ..Account::none(&plan) });
         }
         let places: Vec<Vec<usize>> = sum.failed.into_iter().map(|cell| cell.index).collect();
         assert_eq!(places, [[0, 0, 0, 0, 0, 1], [0, 0, 0, 1, 0, 3], [1, 0, 0, 2, 0, 2]]);
@@ -207,7 +216,7 @@ mod tests {
         let grid = Grid::new(Law::Stribeck, nodes.to_vec()).unwrap();
         let plan = simulated(grid, vec![1, 1, 1, 1, 1, 32]);
         let data = tile_data(plan.grid.tile(&plan.tile_shape, 0), &(0..32).collect::<Vec<_>>());
-        let found = failed_cells(&data);
+        let found = failed_cells(&plan.grid, &data);
         assert_eq!(found.len(), LISTED);
         assert_eq!(found[9].index, [0, 0, 0, 0, 0, 9]);
     }

@@ -11,7 +11,6 @@ use std::collections::HashMap;
 use super::contradictions::excludes_errors;
 use super::{Grid, Plan, Runs, Tile, Verdict};
 use slipmap_certify::Guarantee;
-use slipmap_model::filippov::Oscillator;
 use slipmap_numbers::random::Random;
 use slipmap_simulate::{Fate, Flow};
 
@@ -145,7 +144,7 @@ impl Draws {
 /// error is an estimate: where the engine contradicts a verdict, it is run again with a smaller tolerance.
 fn audit_cell(plan: &Plan, index: &[usize], verdicts: impl Iterator<Item = Verdict>) -> Audit {
     let mut audit = Audit { cells: 1, ..Audit::default() };
-    let oscillator = Oscillator::new(plan.grid.law(), &plan.grid.point(index));
+    let Ok(oscillator) = plan.grid.oscillator(index) else { return Audit::default() };
     let first = slipmap_witness::flow(&oscillator, plan.tolerance);
     let second = OnceCell::new();
     for (method, (of, stored)) in plan.methods.iter().zip(verdicts).enumerate() {

@@ -7,8 +7,9 @@ use super::end::End;
 use super::verdict::Attractors;
 use slipmap_model::filippov::{HopfRate, Oscillator, Stability};
 use slipmap_model::friction::{Column, Curve, Range};
+use slipmap_numbers::text::rounded;
 use slipmap_simulate::backbone::{Backbone, CycleRange, InterpolatedBackbone};
-use slipmap_simulate::crossing::{crossing_cycles, some_cross_for_ever, stick_slip_cycle};
+use slipmap_simulate::crossing::{crossing_cycles_among, some_cross_for_ever, stick_slip_cycle};
 use slipmap_simulate::far_loops::FarLoops;
 use slipmap_simulate::slip_cycle::{BACKBONE_TOLERANCE, Kick, kick_onto, kick_onto_grazing, locate};
 use slipmap_simulate::{CriticalDamping, located_critical_damping};
@@ -137,8 +138,12 @@ impl<'a> Behaviour<'a> {
         if !returns || self.curve.drop() == 0.0 {
             return Some(returns);
         }
-        let column =
-            || Column { curve: self.curve.without_drop(), epsilon: 1.0, belt_speed: self.belt_speed };
+        let column = || Column {
+            curve: self.curve.without_drop(),
+            epsilon: 1.0,
+            belt_speed: self.belt_speed,
+            unit: 1.0,
+        };
         let grazing = self.grazing.get_or_init(|| located_critical_damping(&column(), GRAZING).ok());
         let CriticalDamping { c, error, .. } = (*grazing)?;
         ((c - viscous).abs() > error).then_some(viscous < c)
@@ -254,13 +259,22 @@ impl<'a> Behaviour<'a> {
         if viscous >= self.none_cross_from.get() {
             return Some(false);
         }
-        let far = self.far.get_or_init(|| FarLoops::new(self.curve, self.belt_speed));
         let oscillator = Oscillator { curve: self.curve.clone(), viscous, belt_speed: self.belt_speed };
-        let some = some_cross_for_ever(&oscillator, far).ok()?;
+        let some = some_cross_for_ever(&oscillator, self.far()).ok()?;
         if !some {
             self.none_cross_from.set(viscous);
         }
         Some(some)
+    }
+
+    /// Where loops lead that stay at slip speeds at which friction resists.
+    fn far(&self) -> &FarLoops<'a> {
+        self.far.get_or_init(|| FarLoops::where_friction_resists(self.curve, self.belt_speed))
+    }
+
+    /// The slip speed from which on friction pushes, if the regime says nothing of orbits that reach it.
+    pub(super) fn left_out_from(&self) -> Option<f64> {
+        self.far.get()?.left_out_from()
     }
 
     /// The attracting cycle: the cycle that the orbit from the exit point reaches, or else the largest
@@ -274,7 +288,10 @@ impl<'a> Behaviour<'a> {
         let end = End::of(flow);
         match end {
             End::Sticks => stick_slip_cycle(oscillator, flow, tolerance).ok()?,
-            End::Crosses => crossing_cycles(oscillator, tolerance).ok()?.into_iter().find(Cycle::is_stable),
+            End::Crosses => {
+                let cycles = crossing_cycles_among(oscillator, self.far(), tolerance).ok()?;
+                cycles.into_iter().find(Cycle::is_stable)
+            }
             End::Inward => {
                 let cycle =
                     self.slip_cycles(oscillator.viscous, end)?.into_iter().rfind(|cycle| cycle.is_stable)?;
@@ -339,6 +356,12 @@ pub struct LongRun {
 /// The long-run behaviour of a point, from one backbone; `flow` is that of its orbit from the exit point.
 pub fn long_run(oscillator: &Oscillator, flow: &Flow, tolerance: f64) -> LongRun {
     Behaviour::new(&oscillator.curve, oscillator.belt_speed).long_run(oscillator, flow, tolerance)
+}
+
+/// The words for orbits that are left out: friction pushes from the slip speed `from` on.
+#[must_use]
+pub fn left_out(from: f64) -> String {
+    format!("friction is negative from u = {}: crossing cycles that reach it are left out", rounded(from, 4))
 }
 
 /// The regime of a point; `flow` is the answer for its orbit from the exit point.

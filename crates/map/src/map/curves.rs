@@ -13,7 +13,6 @@ use rayon::prelude::*;
 use super::grid::Extent;
 use super::{AxisRole, Grid};
 use slipmap_model::filippov::Oscillator;
-use slipmap_model::point::Point;
 use slipmap_simulate::backbone::{Backbone, TurningPoint};
 use slipmap_simulate::bifurcation::Bifurcation;
 use slipmap_simulate::continuation::{Branch, CurvePoint, zero_curves};
@@ -96,7 +95,7 @@ impl PlaneCurves {
         let of_kind = |&bifurcation: &Bifurcation| {
             let test = |place: [f64; 2]| match stop.load(Ordering::Relaxed) {
                 true => None,
-                false => bifurcation.test(&frame.oscillator(place), TOLERANCE),
+                false => bifurcation.test(&frame.oscillator(place)?, TOLERANCE),
             };
             let curve = |branch: Branch| PlaneCurve {
                 bifurcation,
@@ -172,16 +171,16 @@ impl<'a> Frame<'a> {
         Self { grid, plane, sides }
     }
 
-    fn oscillator(&self, place: [f64; 2]) -> Oscillator {
-        Oscillator::new(self.grid.law(), &self.at(place))
+    fn oscillator(&self, place: [f64; 2]) -> Option<Oscillator> {
+        self.grid.oscillator_of(&self.at(place)).ok()
     }
 
-    fn at(&self, place: [f64; 2]) -> Point {
-        let mut point = self.grid.point(&self.plane.held);
+    fn at(&self, place: [f64; 2]) -> Vec<f64> {
+        let mut values = self.grid.values(&self.plane.held);
         for ((axis, side), share) in [self.plane.x, self.plane.y].into_iter().zip(self.sides).zip(place) {
-            self.grid.axes()[axis].role.set(&mut point, side.value(share));
+            values[axis] = side.value(share);
         }
-        point
+        values
     }
 
     /// The position, 0 or 1, of the damping among the two axes; `None` if it is neither.
@@ -193,7 +192,7 @@ impl<'a> Frame<'a> {
     fn extremes(&self, damping_axis: usize, share: f64) -> Option<Vec<Extreme>> {
         let mut place = [share; 2];
         place[damping_axis] = 0.0;
-        let column = self.grid.law().column(&self.at(place));
+        let column = self.grid.column_of(&self.at(place)).ok()?;
         if column.curve.weakening_is_convex() {
             return None;
         }

@@ -1,18 +1,7 @@
-//! The physical dimension of the axes and variables of a map, for the conversion of dimensionless numbers to
-//! a machine's SI units.
+//! The physical dimension of the variables of a map, for a machine's SI units.
 
-use super::{AxisRole, Quantity};
+use super::{Field, Quantity};
 use crate::machine::Dimension;
-
-/// The dimension of an axis; `None` for eps and for the parameters of friction laws. Those are pure numbers
-/// or, in laws given by formula, have the formula's units.
-pub fn of_axis(role: AxisRole) -> Option<Dimension> {
-    match role {
-        AxisRole::BeltSpeed => Some(Dimension::Velocity),
-        AxisRole::Damping => Some(Dimension::Damping),
-        AxisRole::Epsilon | AxisRole::Law(_) => None,
-    }
-}
 
 /// The dimension of a variable by its name in the map; `None` for pure numbers and codes. Margins of
 /// closed-form tests are distances in the damping; `margin_simulation` is the scaled grazing margin m / V, a
@@ -20,7 +9,7 @@ pub fn of_axis(role: AxisRole) -> Option<Dimension> {
 pub fn of_variable(name: &str) -> Option<Dimension> {
     match name {
         "margin_simulation" => None,
-        _ if name.starts_with("critical_c_") || name.starts_with("margin_") => Some(Dimension::Damping),
+        _ if Field::is_critical(name) || name.starts_with("margin_") => Some(Dimension::Damping),
         _ => Quantity::by_name(name).and_then(|quantity| quantity.about().dimension),
     }
 }
@@ -37,6 +26,7 @@ mod tests {
         assert_eq!(of_variable("margin_simulation"), None);
         assert_eq!(of_variable("critical_c_symmetric"), Some(Dimension::Damping));
         assert_eq!(of_variable("critical_c_error_simulation"), Some(Dimension::Damping));
+        assert_eq!(of_variable("critical_damping_symmetric"), Some(Dimension::Damping));
         assert_eq!(of_variable("verdict_symmetric"), None);
         assert_eq!(of_variable("regime"), None);
     }

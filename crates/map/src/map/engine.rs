@@ -214,7 +214,7 @@ fn work<S: Sink>(
             method.counts = count(&cells.verdicts);
         }
         account.contradictions = contradictions(&data);
-        account.failed = failed_cells(&data);
+        account.failed = failed_cells(&plan.grid, &data);
     });
     account.stages.pack = packing + counting;
     Ok((packed?, account))
@@ -224,8 +224,18 @@ fn work<S: Sink>(
 /// derives from the verdicts.
 fn compute_tile(plan: &Plan, draws: &Draws, tile: &Tile) -> (TileData, Account) {
     let mut account = Account { cells: tile.cells() as u64, ..Account::default() };
-    let (all, taken): (Vec<Column>, f64) = timed(|| plan.grid.columns(tile).collect());
+    let (found, taken): (Vec<Option<Column>>, f64) = timed(|| plan.grid.columns(tile).collect());
     account.stages.columns = taken;
+    // Nodes without a column are computed as another one, and then made blank.
+    let blank: Vec<usize> = (0..found.len()).filter(|at| found[*at].is_none()).collect();
+    let other = || found.iter().flatten().next().cloned().unwrap_or_else(|| plan.grid.some_column());
+    let all = match blank.is_empty() {
+        true => found.into_iter().flatten().collect(),
+        false => {
+            let other = other();
+            found.into_iter().map(|column| column.unwrap_or_else(|| other.clone())).collect::<Vec<_>>()
+        }
+    };
     let columns = Columns::new(&all);
     let cs = &plan.grid.dampings()[tile.damping_range()];
     let axes = plan.grid.coordinates_of(tile);
@@ -282,13 +292,19 @@ fn compute_tile(plan: &Plan, draws: &Draws, tile: &Tile) -> (TileData, Account) 
         });
         account.stages.fields += taken;
         let (described, taken) = timed(|| describe(plan, tile, &columns, &simulated.ends, &known));
+        account.left_out_from = described.left_out_from;
         account.stages.regime = described.regime_seconds;
         account.stages.fields += taken - described.regime_seconds;
         (data.regime, data.quantities) = (described.regimes, described.quantities);
     }
+    data.blank_out(&blank);
+    account.blank = (blank.len() * cs.len()) as u64;
     let verdicts: Vec<&Runs<Verdict>> = data.methods.iter().map(|cells| &cells.verdicts).collect();
     (account.audit, account.stages.audit) = timed(|| draws.audit(plan, tile, &verdicts));
     account.unknown.regimes = data.regime.count(|regime| regime == Regime::Failed);
+    if !data.regime.is_empty() {
+        account.unknown.regimes -= account.blank;
+    }
     (data, account)
 }
 

@@ -1,7 +1,7 @@
 //! The fields that a map can store, named as in configurations, and the quantities that they consist of.
 
-use super::Method;
-use crate::machine::Dimension;
+use super::{Grid, Method};
+use crate::machine::{DAMPING_RATIO, Dimension, Machine};
 use slipmap_numbers::named;
 
 named! {
@@ -12,7 +12,8 @@ named! {
         Verdict => "verdict",
         /// `margin_METHOD`.
         Margin => "margin",
-        /// `critical_c_METHOD` and `critical_c_error_simulation`, without the damping axis.
+        /// `critical_c_METHOD` and `critical_c_error_simulation`, without the damping axis; of a machine
+        /// `critical_damping_METHOD` and its errors.
         CriticalC => "critical_c",
         /// `regime`.
         Regime => "regime",
@@ -22,6 +23,8 @@ named! {
         Cycle => "cycle",
         /// The outermost unstable slip cycle, and the kicks of steady slip onto it.
         Basin => "basin",
+        /// The e-folding time of unstable steady slip.
+        Growth => "growth",
         /// `epsilon_limit_METHOD`.
         EpsilonLimit => "epsilon_limit",
         /// `dc_dAXIS`.
@@ -30,8 +33,35 @@ named! {
 }
 
 impl Field {
-    /// What the name of a method follows in that of the variable with the errors of its critical dampings.
-    pub const CRITICAL_ERROR: &str = "critical_c_error_";
+    /// What the name of a method follows in that of the variable with its critical dampings: c, or a machine's as
+    /// they are given, as a ratio or in SI units.
+    pub const CRITICAL: [&str; 3] = ["critical_c_", "critical_damping_ratio_", "critical_damping_"];
+    /// The same for their errors.
+    pub const CRITICAL_ERROR: [&str; 3] =
+        ["critical_c_error_", "critical_damping_ratio_error_", "critical_damping_error_"];
+
+    /// Those of [`Field::CRITICAL`] and [`Field::CRITICAL_ERROR`] in the maps of a grid.
+    pub fn critical_of(grid: &Grid) -> [&'static str; 2] {
+        let kind = match grid.machine().map(Machine::damping_name) {
+            None => 0,
+            Some(DAMPING_RATIO) => 1,
+            Some(_) => 2,
+        };
+        [Self::CRITICAL[kind], Self::CRITICAL_ERROR[kind]]
+    }
+
+    /// Its name in configurations and maps of a grid in dimensionless numbers, or of a machine.
+    pub fn name_for(self, is_machine: bool) -> &'static str {
+        match (self, is_machine) {
+            (Field::CriticalC, true) => "critical_damping",
+            (field, _) => field.name(),
+        }
+    }
+
+    /// Whether a variable holds critical dampings or their errors: it has no damping axis.
+    pub fn is_critical(variable: &str) -> bool {
+        Self::CRITICAL.iter().any(|prefix| variable.starts_with(prefix))
+    }
 
     /// Returns whether the field is computed from the simulated flow, whichever methods the plan has.
     pub fn needs_flow(self) -> bool {
@@ -40,15 +70,17 @@ impl Field {
 
     /// The field to which a variable of a map belongs by its name, and the method in the name.
     pub fn of_variable(variable: &str) -> Option<(Self, Option<Method>)> {
-        if let Some(method) = variable.strip_prefix(Self::CRITICAL_ERROR) {
+        let after = |prefix: &&str| variable.strip_prefix(*prefix);
+        if let Some(method) = Self::CRITICAL_ERROR.iter().chain(&Self::CRITICAL).find_map(after) {
             return Some((Field::CriticalC, Some(Method::by_name(method)?)));
         }
         Field::ALL.into_iter().find_map(|field| {
             let is_one = match field {
-                Field::Verdict | Field::Margin | Field::CriticalC | Field::EpsilonLimit => {
+                Field::Verdict | Field::Margin | Field::EpsilonLimit => {
                     let method = variable.strip_prefix(field.name())?.strip_prefix('_')?;
                     return Some((field, Some(Method::by_name(method)?)));
                 }
+                Field::CriticalC => false,
                 Field::Regime => variable == field.name(),
                 Field::Sensitivity => variable.starts_with(Quantity::CriticalDerivative(0).name()),
                 _ => Quantity::of(field, 0, 0).iter().any(|quantity| quantity.name() == variable),
@@ -100,6 +132,8 @@ pub enum Quantity {
     KickForward,
     /// The sudden change of velocity against the belt's motion that does so, as a positive number.
     KickBackward,
+    /// Time in which small disturbances of unstable steady slip grow by the factor e.
+    GrowthTime,
     /// Limit in eps of the method at this position in the plan.
     EpsilonLimit(usize),
     /// Derivative of the critical damping with respect to the axis at this position.
@@ -107,8 +141,8 @@ pub enum Quantity {
 }
 
 impl Quantity {
-    /// The quantities of a field, for a plan with `methods` methods and a law with `parameters` parameters.
-    pub(crate) fn of(field: Field, methods: usize, parameters: usize) -> Vec<Quantity> {
+    /// The quantities of a field, for a plan with `methods` methods and a grid of `axes` axes besides the damping.
+    pub(crate) fn of(field: Field, methods: usize, axes: usize) -> Vec<Quantity> {
         use Quantity::*;
         match field {
             Field::Verdict | Field::Margin | Field::CriticalC | Field::Regime => Vec::new(),
@@ -117,9 +151,9 @@ impl Quantity {
                 vec![SlipCycles, CyclePeriod, CycleAmplitudeX1, CycleAmplitudeX2, CycleMultiplier]
             }
             Field::Basin => vec![BoundaryVelocity, BoundaryMultiplier, KickForward, KickBackward],
+            Field::Growth => vec![GrowthTime],
             Field::EpsilonLimit => (0..methods).map(EpsilonLimit).collect(),
-            // With respect to eps, each parameter and V.
-            Field::Sensitivity => (0..parameters + 2).map(CriticalDerivative).collect(),
+            Field::Sensitivity => (0..axes).map(CriticalDerivative).collect(),
         }
     }
 
@@ -212,6 +246,12 @@ impl Quantity {
                 "kick against the belt",
                 Some(Velocity),
                 "smallest kick against the belt's motion from steady slip beyond the outermost unstable slip cycle",
+            ),
+            GrowthTime => about(
+                "growth_time",
+                "growth time of unstable steady slip",
+                Some(Time),
+                "time in which small disturbances of steady slip grow by the factor e, where it is unstable",
             ),
             EpsilonLimit(_) => about(
                 "epsilon_limit",

@@ -1,23 +1,35 @@
 //! The grid of a map and its division into tiles.
+//!
+//! A grid has the axes of a friction law in dimensionless numbers, or those quantities of a machine in SI units
+//! that vary. Either way a node of all axes but the damping is a [`Column`]: a law in dimensionless form, V, and
+//! the factor from its dampings to those of the oscillator. All else sees columns.
 
-use std::ops::Range;
+mod source;
+mod tile;
 
+pub use tile::{Tile, unravel};
+
+use crate::machine::{BELT_SPEED as SPEED, Machine, Model, SiUnits, requirement};
+use slipmap_model::filippov::Oscillator;
 use slipmap_model::friction::domain::{BELT_SPEED, DAMPING, EPSILON};
 use slipmap_model::friction::{Column, Law, Parameter};
 use slipmap_model::point::{LawParameters, MAX_LAW_PARAMETERS, Point};
-use slipmap_numbers::spacing::{is_linear, is_logarithmic};
+use slipmap_numbers::spacing::is_logarithmic;
 
 /// The parameter that an axis varies. A map's dimensions are, slowest first: eps, the law's parameters in the
-/// law's order, V, c. The damping c is fastest because verdicts are step functions along it.
+/// law's order, V, c; of a machine the quantities that vary, the belt speed, the damping. The damping is fastest
+/// because verdicts are step functions along it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AxisRole {
     /// eps.
     Epsilon,
     /// The parameter at this position in the law's list.
     Law(usize),
-    /// The belt speed V.
+    /// Another quantity of a machine, of the axis's name.
+    Quantity,
+    /// The belt speed V, or a machine's.
     BeltSpeed,
-    /// The damping c.
+    /// The damping c, or a machine's.
     Damping,
 }
 
@@ -25,24 +37,23 @@ impl AxisRole {
     /// The value of this parameter at a point.
     ///
     /// # Panics
-    /// If the point's law does not have this parameter.
+    /// If the point's law does not have this parameter, and for quantities of a machine.
     pub fn of(self, point: &Point) -> f64 {
         match self {
             AxisRole::Epsilon => point.epsilon,
             AxisRole::Law(position) => point.law.as_slice()[position],
+            AxisRole::Quantity => unreachable!("a point has dimensionless parameters"),
             AxisRole::BeltSpeed => point.belt_speed,
             AxisRole::Damping => point.damping,
         }
     }
 
     /// Sets this parameter of a point.
-    ///
-    /// # Panics
-    /// As [`AxisRole::of`].
-    pub fn set(self, point: &mut Point, value: f64) {
+    fn set(self, point: &mut Point, value: f64) {
         match self {
             AxisRole::Epsilon => point.epsilon = value,
             AxisRole::Law(position) => point.law.set(position, value),
+            AxisRole::Quantity => unreachable!("a point has dimensionless parameters"),
             AxisRole::BeltSpeed => point.belt_speed = value,
             AxisRole::Damping => point.damping = value,
         }
@@ -56,6 +67,8 @@ pub struct Axis {
     pub name: String,
     /// One phrase for a figure's axis.
     pub long_name: String,
+    /// Its unit; empty for pure numbers.
+    pub unit: &'static str,
     /// The parameter that the axis varies.
     pub role: AxisRole,
     /// The nodes, finite and strictly increasing.
@@ -157,6 +170,17 @@ pub enum GridError {
         /// The domain in words.
         domain: String,
     },
+    /// A machine has no such quantity.
+    #[error("the machine has no quantity {0}")]
+    NoQuantity(String),
+    /// A machine of the grid is not one.
+    #[error("at {at} {why}")]
+    Machine {
+        /// The values of its quantities.
+        at: String,
+        /// What is wrong there.
+        why: String,
+    },
     /// The number of cells overflows.
     #[error("the grid has more cells than can be counted")]
     TooLarge,
@@ -182,11 +206,26 @@ fn axes_of(law: &Law) -> impl Iterator<Item = (AxisRole, &Parameter)> {
         .chain([(AxisRole::BeltSpeed, &BELT_SPEED), (AxisRole::Damping, &DAMPING)])
 }
 
-/// The grid of a map: a friction law and one axis for each parameter (six axes for the Stribeck law).
+/// The grid of a map: a friction law and one axis for each parameter (six axes for the Stribeck law), or a
+/// machine and an axis for each of its quantities that varies.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Grid {
+    /// That of a machine is in SI units.
     law: Law,
+    /// The machine at the first node of every axis.
+    machine: Option<Box<Machine>>,
     axes: Vec<Axis>,
+    /// What is wrong with a machine at some nodes, if there are such nodes.
+    gap: Option<Gap>,
+}
+
+/// Nodes at which a machine is none, because its quantities exclude each other.
+#[derive(Clone, Debug, PartialEq)]
+struct Gap {
+    /// Where one of them is, and why.
+    why: String,
+    /// The index of a node without such a fault.
+    legal: Vec<usize>,
 }
 
 impl Grid {
@@ -215,6 +254,7 @@ impl Grid {
             AxisRole::BeltSpeed => &BELT_SPEED,
             AxisRole::Damping => &DAMPING,
             AxisRole::Law(i) => &law.parameters()[i],
+            AxisRole::Quantity => return Ok(()),
         };
         if parameter.admits(value) {
             return Ok(());
@@ -233,32 +273,180 @@ impl Grid {
         }
         let mut axes = Vec::with_capacity(nodes.len());
         for ((role, &Parameter { name, long_name, .. }), values) in axes_of(&law).zip(nodes) {
-            if values.is_empty() {
-                return Err(GridError::Empty { axis: name.into() });
-            }
-            for &value in &values {
-                Self::check_value(&law, role, name, value)?;
-            }
-            if let Some(pair) = values.windows(2).find(|pair| pair[0] >= pair[1]) {
-                return Err(GridError::NotIncreasing { axis: name.into(), previous: pair[0], next: pair[1] });
-            }
-            axes.push(Axis { name: name.into(), long_name: long_name.into(), role, values });
+            check_nodes(name, &values, |value| Self::check_value(&law, role, name, value))?;
+            axes.push(Axis { name: name.into(), long_name: long_name.into(), unit: "", role, values });
         }
-        let grid = Self { law, axes };
-        let cells = grid.shape().iter().try_fold(1usize, |n, &len| n.checked_mul(len));
-        match cells {
-            Some(_) => Ok(grid),
-            None => Err(GridError::TooLarge),
+        Self { law, machine: None, axes, gap: None }.counted()
+    }
+
+    /// The grid of a machine in which these quantities vary; belt speed and damping are axes in any case. The
+    /// axes are in the order of [`Machine::quantities`], but the damping is the last. Nodes at which the quantities
+    /// exclude each other have no column.
+    ///
+    /// # Errors
+    /// A [`GridError`], also if no node has a column.
+    pub fn of_machine(machine: &Machine, varied: &[(&str, Vec<f64>)]) -> Result<Self, GridError> {
+        let quantities = machine.quantities();
+        if let Some((name, _)) = varied.iter().find(|(name, _)| quantities.iter().all(|(it, _)| it != name)) {
+            return Err(GridError::NoQuantity((*name).into()));
+        }
+        let law = machine.law();
+        let is_named = |name: &str| law.parameters().iter().any(|parameter| parameter.name == name);
+        let mut first = machine.clone();
+        let mut axes = Vec::new();
+        for (name, value) in quantities {
+            let role = match name {
+                SPEED => AxisRole::BeltSpeed,
+                name if name == machine.damping_name() => AxisRole::Damping,
+                _ => AxisRole::Quantity,
+            };
+            let values = match varied.iter().find(|(known, _)| *known == name) {
+                Some((_, values)) => values.clone(),
+                None if role == AxisRole::Quantity => continue,
+                None => vec![value],
+            };
+            let is_of_formula = matches!(law.as_written(), Law::Expression(_)) && is_named(name);
+            let check = |value: f64| match (value.is_finite(), requirement(name, value)) {
+                (false, _) => Err(GridError::NotFinite { axis: name.into(), value }),
+                (true, (legal, wanted)) if !(legal || is_of_formula) => {
+                    Err(GridError::OutOfDomain { axis: name.into(), value, domain: wanted.into() })
+                }
+                _ => Ok(()),
+            };
+            check_nodes(name, &values, check)?;
+            first.set(name, values[0]);
+            let (long_name, unit) = (machine.words(name), machine.unit(name));
+            axes.push(Axis { name: name.into(), long_name, unit, role, values });
+        }
+        axes.sort_by_key(|axis| axis.role == AxisRole::Damping);
+        let mut grid = Self { law, machine: Some(Box::new(first)), axes, gap: None }.counted()?;
+        grid.gap = grid.find_gap()?;
+        Ok(grid)
+    }
+
+    /// A fault at an end of any axis, or at a node of a formula's parameters. Between these the conditions on the
+    /// quantities hold where they hold at the ends.
+    ///
+    /// # Errors
+    /// There is a fault at every node.
+    fn find_gap(&self) -> Result<Option<Gap>, GridError> {
+        let is_formula = matches!(self.law.as_written(), Law::Expression(_));
+        let of_formula =
+            |axis: &Axis| is_formula && self.law.parameters().iter().any(|it| it.name == axis.name);
+        let outer = &self.axes[..self.axes.len() - 1];
+        let nodes: Vec<Vec<usize>> = outer
+            .iter()
+            .map(|axis| match axis.values.len() {
+                count if of_formula(axis) => (0..count).collect(),
+                1 => vec![0],
+                count => vec![0, count - 1],
+            })
+            .collect();
+        let shape: Vec<usize> = nodes.iter().map(Vec::len).collect();
+        let count = shape.iter().product();
+        let ends = (0..count)
+            .map(|number| unravel(number, &shape).iter().zip(&nodes).map(|(&at, nodes)| nodes[at]).collect());
+        let all_shape: Vec<usize> = outer.iter().map(|axis| axis.values.len()).collect();
+        let (mut fault, mut legal) = (None, None);
+        // The other nodes only where no end is legal.
+        let all = ends.chain((0..self.column_count()).map(|number| unravel(number, &all_shape)));
+        for (seen, outer) in all.enumerate() {
+            if seen >= count && (fault.is_none() || legal.is_some()) {
+                break;
+            }
+            let index: Vec<usize> = [outer, vec![0]].concat();
+            match self.column(&index) {
+                Ok(_) => legal = legal.or(Some(index)),
+                Err(why) => fault = fault.or(Some((index, why))),
+            }
+        }
+        let Some((index, why)) = fault else { return Ok(None) };
+        let values = self.values(&index);
+        let varies = |(axis, _): &(&Axis, &f64)| axis.values.len() > 1;
+        let at: Vec<String> = (self.axes.iter().zip(&values).filter(varies))
+            .map(|(axis, value)| format!("{} = {value}", axis.name))
+            .collect();
+        let at = if at.is_empty() { "the machine's numbers".into() } else { at.join(", ") };
+        let error = GridError::Machine { at, why };
+        match legal {
+            Some(legal) => Ok(Some(Gap { why: error.to_string(), legal })),
+            None => Err(error),
         }
     }
 
-    /// The friction law.
+    /// What is wrong with the machine at some nodes; `None` if every node has a column.
+    pub fn gap(&self) -> Option<&str> {
+        self.gap.as_ref().map(|gap| gap.why.as_str())
+    }
+
+    /// A column that the grid has: the first, if all nodes have one.
+    pub(crate) fn some_column(&self) -> Column {
+        let index = self.gap.as_ref().map_or_else(|| vec![0; self.axes.len()], |gap| gap.legal.clone());
+        self.column(&index).unwrap_or_else(|why| unreachable!("{why}"))
+    }
+
+    /// The grid, if its cells can be counted.
+    fn counted(self) -> Result<Self, GridError> {
+        let cells = self.shape().iter().try_fold(1usize, |n, &len| n.checked_mul(len));
+        cells.map(|_| self).ok_or(GridError::TooLarge)
+    }
+
+    /// The same grid with other legal nodes, one list for each axis.
+    ///
+    /// # Errors
+    /// A [`GridError`].
+    pub fn with_nodes(&self, nodes: Vec<Vec<f64>>) -> Result<Self, GridError> {
+        let Some(machine) = &self.machine else { return Self::new(self.law.clone(), nodes) };
+        let names = self.axes.iter().map(|axis| axis.name.as_str());
+        Self::of_machine(machine, &names.zip(nodes).collect::<Vec<_>>())
+    }
+
+    /// The friction law; that of a machine is in SI units.
     #[must_use]
     pub fn law(&self) -> &Law {
         &self.law
     }
 
-    /// The axes, slowest first; the last is c.
+    /// The machine at the first node of every axis; `None` for a grid in dimensionless numbers.
+    #[must_use]
+    pub fn machine(&self) -> Option<&Machine> {
+        self.machine.as_deref()
+    }
+
+    /// The quantities of the machine that do not vary: those without an axis.
+    pub fn fixed(&self) -> Vec<(&'static str, f64)> {
+        let quantities = self.machine.iter().flat_map(|machine| machine.quantities());
+        quantities.filter(|(name, _)| self.axes.iter().all(|axis| axis.name != *name)).collect()
+    }
+
+    /// Position of the axis eps; a machine has none.
+    #[must_use]
+    pub fn epsilon_axis(&self) -> Option<usize> {
+        self.axes.iter().position(|axis| axis.role == AxisRole::Epsilon)
+    }
+
+    /// The nodes of eps; 1 alone for a machine.
+    #[must_use]
+    pub fn epsilons(&self) -> &[f64] {
+        self.epsilon_axis().map_or(&[1.0], |axis| &self.axes[axis].values)
+    }
+
+    /// An index with another node of eps; the same index for a machine.
+    #[must_use]
+    pub fn at_epsilon(&self, index: &[usize], node: usize) -> Vec<usize> {
+        let mut index = index.to_vec();
+        if let Some(axis) = self.epsilon_axis() {
+            index[axis] = node;
+        }
+        index
+    }
+
+    /// Whether columns that differ in eps alone, along the slowest axis, have the same law.
+    pub(crate) fn shares_laws(&self) -> bool {
+        self.machine.is_none() && !self.law.depends_on_epsilon()
+    }
+
+    /// The axes, slowest first; the last is the damping.
     #[must_use]
     pub fn axes(&self) -> &[Axis] {
         &self.axes
@@ -286,180 +474,133 @@ impl Grid {
         self.axes.last().map_or(&[], |axis| &axis.values)
     }
 
-    /// The point at the given index on each axis.
+    /// The values at the given index on each axis.
+    #[must_use]
+    pub fn values(&self, index: &[usize]) -> Vec<f64> {
+        self.axes.iter().zip(index).map(|(axis, &i)| axis.values[i]).collect()
+    }
+
+    /// The law in dimensionless form, the point and the units at these values of the axes, which need not be
+    /// nodes; units only of a machine. `None` if they are not those of a machine.
+    pub fn place(&self, values: &[f64]) -> Option<(Law, Point, Option<SiUnits>)> {
+        let Some(machine) = &self.machine else {
+            return Some((self.law.clone(), self.assemble(values), None));
+        };
+        let mut machine = machine.clone();
+        self.set(&mut machine, values);
+        let Model { law, point, si } = machine.model()?;
+        Some((law, point, Some(si)))
+    }
+
+    /// The units of the dimensionless numbers at these values of the axes; `None` if they have none.
+    pub fn si(&self, values: &[f64]) -> Option<SiUnits> {
+        self.machine_at(values).map(|machine| machine.si())
+    }
+
+    /// The point at the given index on each axis, in dimensionless numbers.
+    ///
+    /// # Panics
+    /// If the numbers of a machine leave the range of numbers there.
     #[must_use]
     pub fn point(&self, index: &[usize]) -> Point {
-        self.assemble(self.axes.iter().zip(index).map(|(axis, &i)| axis.values[i]))
+        self.point_of(&self.values(index))
     }
 
-    /// The point with the given value on each axis, which need not be a node.
+    /// The point at these values of the axes, which need not be nodes, in dimensionless numbers.
+    ///
+    /// # Panics
+    /// As [`Grid::point`].
+    #[must_use]
     pub fn point_of(&self, values: &[f64]) -> Point {
-        self.assemble(values.iter().copied())
+        self.place(values).unwrap_or_else(|| panic!("the friction leaves the numbers at {values:?}")).1
     }
 
-    fn assemble(&self, values: impl Iterator<Item = f64>) -> Point {
+    /// The machine at these values of the axes.
+    pub fn machine_at(&self, values: &[f64]) -> Option<Machine> {
+        let mut machine = self.machine.as_deref()?.clone();
+        self.set(&mut machine, values);
+        Some(machine)
+    }
+
+    fn set(&self, machine: &mut Machine, values: &[f64]) {
+        self.axes.iter().zip(values).for_each(|(axis, &value)| {
+            machine.set(&axis.name, value);
+        });
+    }
+
+    fn assemble(&self, values: &[f64]) -> Point {
         let law = LawParameters::new(&[0.0; MAX_LAW_PARAMETERS][..self.axes.len() - 3]);
         let mut point = Point { epsilon: 0.0, law, belt_speed: 0.0, damping: 0.0 };
-        self.axes.iter().zip(values).for_each(|(axis, value)| axis.role.set(&mut point, value));
+        self.axes.iter().zip(values).for_each(|(axis, &value)| axis.role.set(&mut point, value));
         point
     }
 
-    /// The column at the given index on each axis (the last, that of c, is ignored).
-    #[must_use]
-    pub fn column(&self, index: &[usize]) -> Column {
-        self.law.column(&self.point(index))
+    /// The column at the given index on each axis (the last, that of the damping, is ignored).
+    ///
+    /// # Errors
+    /// As of [`Grid::column_of`].
+    pub fn column(&self, index: &[usize]) -> Result<Column, String> {
+        self.column_of(&self.values(index))
     }
 
-    /// The columns of a tile, in row-major order.
-    pub(crate) fn columns<'a>(&'a self, tile: &'a Tile) -> impl Iterator<Item = Column> + 'a {
-        let mut index: Vec<usize> = tile.ranges.iter().map(|range| range.start).collect();
-        let mut point = self.point(&index);
-        (0..tile.columns()).map(move |_| {
-            let column = self.law.column(&point);
-            // Increments the index, beginning with the fastest axis other than c.
-            let outer = self.axes.len().saturating_sub(1);
-            for axis in (0..outer).rev() {
-                index[axis] += 1;
-                let ended = index[axis] == tile.ranges[axis].end;
-                if ended {
-                    index[axis] = tile.ranges[axis].start;
-                }
-                self.axes[axis].role.set(&mut point, self.axes[axis].values[index[axis]]);
-                if !ended {
-                    break;
-                }
-            }
-            column
-        })
-    }
-
-    /// The nodes of a tile along each axis other than c, as coordinates in which equal ratios are equal
-    /// steps: the logarithms of nodes that have equal ratios.
-    pub(crate) fn coordinates_of(&self, tile: &Tile) -> Vec<Vec<f64>> {
-        let of_axis = |(axis, range): (&Axis, &Range<usize>)| {
-            let values = &axis.values[range.clone()];
-            let is_logarithmic = values[0] > 0.0 && !is_linear(values) && is_logarithmic(values);
-            if is_logarithmic { values.iter().map(|value| value.ln()).collect() } else { values.to_vec() }
-        };
-        self.axes.iter().zip(&tile.ranges).take(tile.ranges.len() - 1).map(of_axis).collect()
-    }
-
-    /// Shape of a tile of at most `target_cells` cells, which contains as many whole axes as fit, the fastest
-    /// first. The chunks of the map file have the same shape, so that one tile fills one chunk.
-    #[must_use]
-    pub fn tile_shape(&self, target_cells: usize) -> Vec<usize> {
-        let mut room = target_cells.max(1);
-        let mut shape: Vec<usize> = self
-            .shape()
-            .iter()
-            .rev()
-            .map(|&len| {
-                let taken = len.min(room);
-                room = if taken == len { room / len } else { 1 };
-                taken
-            })
-            .collect();
-        shape.reverse();
-        shape
-    }
-
-    /// Shape of a tile of at most `target_cells` cells with sides as equal as possible, for interpolation
-    /// along all axes. The side of eps, the slowest axis, is cut last if the law does not contain eps:
-    /// columns that differ only in eps then share their cycles.
-    #[must_use]
-    pub(crate) fn even_tile_shape(&self, target_cells: usize) -> Vec<usize> {
-        let mut shape = self.shape();
-        let shared = !self.law.depends_on_epsilon();
-        while shape.iter().map(|&side| side as f64).product::<f64>() > target_cells.max(1) as f64 {
-            let (last, others) = shape.split_at_mut(usize::from(shared));
-            let longest = others.iter_mut().max().filter(|side| **side > 1).or(last.first_mut());
-            longest.into_iter().for_each(|side| *side = side.div_ceil(2));
+    /// The column at these values of the axes, which need not be nodes.
+    ///
+    /// # Errors
+    /// Why there is none: the value that is not legal.
+    pub fn column_of(&self, values: &[f64]) -> Result<Column, String> {
+        if self.machine.is_some() {
+            return self.machine_column(values);
         }
-        shape
+        let point = self.assemble(values);
+        self.law.check(&point).map_err(|error| error.to_string())?;
+        Ok(self.law.column(&point))
     }
 
-    /// Number of tiles of the given shape that cover the grid.
-    #[must_use]
-    pub fn tile_count(&self, tile_shape: &[usize]) -> usize {
-        self.shape().iter().zip(tile_shape).map(|(&len, &tile)| len.div_ceil(tile)).product()
-    }
-
-    /// The tile with a given number, 0 <= number < [`Grid::tile_count`].
-    #[must_use]
-    pub fn tile(&self, tile_shape: &[usize], number: usize) -> Tile {
-        let shape = self.shape();
-        let counts: Vec<usize> =
-            shape.iter().zip(tile_shape).map(|(&len, &tile)| len.div_ceil(tile)).collect();
-        let place = unravel(number, &counts);
-        let ranges = shape.iter().zip(tile_shape).zip(place);
-        let ranges = ranges.map(|((&len, &tile), at)| at * tile..((at + 1) * tile).min(len));
-        Tile { number, ranges: ranges.collect() }
-    }
-}
-
-/// The index, slowest axis first, of the element with this number in a row-major array of this shape.
-pub fn unravel(number: usize, shape: &[usize]) -> Vec<usize> {
-    let mut index = vec![0; shape.len()];
-    let mut rest = number;
-    for (at, &length) in index.iter_mut().zip(shape).rev() {
-        *at = rest % length;
-        rest /= length;
-    }
-    index
-}
-
-/// A box of cells: one range of indices per axis.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Tile {
-    /// Its number, row-major over the grid of tiles.
-    pub number: usize,
-    /// Index ranges, slowest axis first; clipped to the grid.
-    pub ranges: Vec<Range<usize>>,
-}
-
-impl Tile {
-    /// Number of cells on each axis.
-    pub(crate) fn shape(&self) -> Vec<usize> {
-        self.ranges.iter().map(ExactSizeIterator::len).collect()
-    }
-
-    /// Number of cells.
-    #[must_use]
-    pub fn cells(&self) -> usize {
-        self.ranges.iter().map(ExactSizeIterator::len).product()
-    }
-
-    /// Number of columns, whole or partial.
-    pub(crate) fn columns(&self) -> usize {
-        let outer = self.ranges.len() - 1;
-        self.ranges[..outer].iter().map(ExactSizeIterator::len).product()
-    }
-
-    /// Positions of the columns, in an order in which columns that differ only in eps are neighbours.
-    pub(crate) fn columns_by_epsilon(&self) -> impl Iterator<Item = usize> + use<> {
-        // eps is the slowest axis.
-        let epsilons = self.ranges[0].len();
-        let others = self.columns() / epsilons.max(1);
-        (0..others).flat_map(move |other| (0..epsilons).map(move |epsilon| epsilon * others + other))
-    }
-
-    pub(crate) fn damping_range(&self) -> Range<usize> {
-        self.ranges.last().cloned().unwrap_or(0..0)
-    }
-
-    /// Grid index of the tile's column with position `column` (row-major), at the tile's first damping.
-    pub(crate) fn column_index(&self, column: usize) -> Vec<usize> {
-        let mut lengths = self.shape();
-        if let Some(dampings) = lengths.last_mut() {
-            *dampings = 1;
+    fn machine_column(&self, values: &[f64]) -> Result<Column, String> {
+        let machine = self.machine_at(values).ok_or("there is no machine")?;
+        if let Some((name, value, wanted)) = machine.illegal() {
+            return Err(format!("{name} is {value}; it must be {wanted}"));
         }
-        let place = unravel(column, &lengths);
-        self.ranges.iter().zip(place).map(|(range, at)| range.start + at).collect()
+        if !machine.friction.is_legal_at_rest() {
+            return Err(format!(
+                "the friction at rest is {}; it must be greater than 0",
+                machine.friction.at_rest()
+            ));
+        }
+        let model = machine.model().ok_or("the friction leaves the numbers in dimensionless terms")?;
+        model.law.check(&model.point).map_err(|error| error.to_string())?;
+        Ok(model.column().in_unit(machine.damping_unit()))
     }
 
-    /// Grid index of the tile's cell with position `cell` (row-major).
-    pub(crate) fn cell_index(&self, cell: usize) -> Vec<usize> {
-        let place = unravel(cell, &self.shape());
-        self.ranges.iter().zip(place).map(|(range, at)| range.start + at).collect()
+    /// The oscillator of the cell at the given index on each axis.
+    ///
+    /// # Errors
+    /// As of [`Grid::column_of`].
+    pub fn oscillator(&self, index: &[usize]) -> Result<Oscillator, String> {
+        self.oscillator_of(&self.values(index))
+    }
+
+    /// The oscillator at these values of the axes, which need not be nodes.
+    ///
+    /// # Errors
+    /// As of [`Grid::column_of`].
+    pub fn oscillator_of(&self, values: &[f64]) -> Result<Oscillator, String> {
+        Ok(Oscillator::in_column(&self.column_of(values)?, values.last().copied().unwrap_or(0.0)))
+    }
+}
+
+/// Refuses nodes that are not finite, strictly increasing and as `check` wants them.
+fn check_nodes(
+    name: &str,
+    values: &[f64],
+    check: impl Fn(f64) -> Result<(), GridError>,
+) -> Result<(), GridError> {
+    if values.is_empty() {
+        return Err(GridError::Empty { axis: name.into() });
+    }
+    values.iter().try_for_each(|&value| check(value))?;
+    match values.windows(2).find(|pair| pair[0] >= pair[1]) {
+        Some(pair) => Err(GridError::NotIncreasing { axis: name.into(), previous: pair[0], next: pair[1] }),
+        None => Ok(()),
     }
 }

@@ -108,13 +108,14 @@ impl Interpolated {
             }
             found.nodes = (intervals > 0).then(|| BackboneNodes::new(intervals));
         }
-        // This distance grows with the belt speed, except for a table that ends early, and falls with the
-        // damping.
+        // This distance grows with the belt speed, except for a table that ends early and for friction that is left
+        // out where it pushes, and falls with the damping.
         if plan.stores(Field::Regime) && first.curve.fastest() == f64::INFINITY {
             let farthest = |group: &[Column]| {
                 let fastest = group.iter().map(|column| column.belt_speed).fold(0.0, f64::max);
                 let least = group.iter().map(|column| column.epsilon * cs[0]).fold(f64::INFINITY, f64::min);
-                FarLoops::new(&group[0].curve, fastest).inward_from(least)
+                let far = FarLoops::where_friction_resists(&group[0].curve, fastest);
+                if far.is_cut_short() { f64::INFINITY } else { far.inward_from(least) }
             };
             let groups = columns.chunk_by(|one, other| one.curve == other.curve);
             found.settled_from = groups.map(farthest).fold(0.0, f64::max);
@@ -320,9 +321,7 @@ impl TileColumns<'_> {
     fn node(&self, coordinates: &[f64], found: &mut Interpolated) -> Node {
         let mut coordinates = coordinates.to_vec();
         coordinates.push(self.cs[0]);
-        let point = self.grid.point_of(&coordinates);
-        self.grid.law().check(&point).ok()?;
-        self.values_of(&self.grid.law().column(&point), found)
+        self.values_of(&self.grid.column_of(&coordinates).ok()?, found)
     }
 
     fn values_of(&self, column: &Column, found: &mut Interpolated) -> Node {
@@ -351,7 +350,7 @@ impl TileColumns<'_> {
     /// contains eps.
     fn means(&self) -> &[f64] {
         self.means.get_or_init(|| {
-            let shares = if self.grid.law().depends_on_epsilon() { 1 } else { self.shape[0] };
+            let shares = if self.grid.shares_laws() { self.shape[0] } else { 1 };
             let own = &self.columns[..self.columns.len() / shares];
             own.iter().map(mean).collect::<Vec<_>>().repeat(shares)
         })

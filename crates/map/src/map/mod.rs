@@ -29,7 +29,7 @@ mod verdict;
 pub use account::{Account, FailedCell, MethodAccount, Stages, Unknown};
 pub use audit::{Audit, Disagreement};
 pub use behaviour::{BasinBoundary, Behaviour, LongRun, long_run};
-pub use behaviour::{regime, slip_cycle_count};
+pub use behaviour::{left_out, regime, slip_cycle_count};
 pub use contradictions::{Contradiction, Contradictions};
 pub use curves::{CURVE_COLUMNS, curves_of};
 pub use curves::{Plane, PlaneCurve, PlaneCurves, PlanePoint};

@@ -1,9 +1,10 @@
 //! A validated description of a computation.
 
-use super::{Axis, Field, Grid, Method, Plane, Quantity, tiles};
+use super::{Axis, AxisRole, Field, Grid, Method, Plane, Quantity, limits, tiles};
 use slipmap_certify::validated;
 use slipmap_model::friction::{Column, Curve};
 use slipmap_numbers::named;
+use slipmap_simulate::QUESTION;
 
 /// Largest number of dampings for which columns are interpolated: with more, each column serves many cells.
 const MOST_DAMPINGS_INTERPOLATED: usize = 2;
@@ -47,6 +48,10 @@ pub struct Plan {
     /// Level of deflate.
     pub compression: u8,
 }
+
+/// Numbers of budgets that the search of a critical damping and the backbones of a column may take.
+const CRITICAL: u128 = 5;
+const BACKBONES: u128 = 12;
 
 /// Default bound on the error of the scaled grazing margin.
 pub const DEFAULT_TOLERANCE: f64 = 1e-9;
@@ -177,8 +182,7 @@ impl PlanBuilder {
         // Without the simulation there is nothing to audit.
         let simulated = plan.methods.contains(&Method::Simulation);
         plan.audit_cells = if simulated { plan.audit_cells.min(plan.grid.cells()) } else { 0 };
-        let proves = plan.grid.law().is_enclosed_over_boxes()
-            && plan.methods.contains(&Method::Test(&validated::TEST));
+        let proves = plan.has_box() && plan.methods.contains(&Method::Test(&validated::TEST));
         plan.proof_boxes = if proves { plan.proof_boxes } else { 0 };
         if let Some(plane) = plan.planes.iter().find(|plane| !lies_in(plane, plan.grid.axes())) {
             return Err(PlanError::Plane(plane.clone()));
@@ -197,8 +201,7 @@ impl PlanBuilder {
                 // Columns that differ only in eps share their cycles unless the law contains eps, so one tile
                 // contains them.
                 let whole_columns = cells / plan.grid.dampings().len().max(1);
-                let together =
-                    if plan.grid.law().depends_on_epsilon() { 1 } else { shape[0].min(whole_columns).max(1) };
+                let together = if plan.grid.shares_laws() { shape[0].min(whole_columns).max(1) } else { 1 };
                 let mut tile = plan.grid.tile_shape(cells / together);
                 tile[0] = tile[0].max(together);
                 tile
@@ -247,7 +250,7 @@ impl Plan {
         {
             return false;
         }
-        let Column { curve, .. } = self.first_column();
+        let Column { curve, .. } = self.grid.some_column();
         curve.stribeck().is_none() && (self.interpolates_backbones(&curve) || !self.stores(Field::CriticalC))
     }
 
@@ -260,7 +263,7 @@ impl Plan {
     fn interpolates_margins(&self) -> bool {
         let has_margins = self.methods.contains(&Method::Simulation)
             && (self.engine == Engine::ReturnMap || self.stores(Field::Margin));
-        let Column { curve, belt_speed, .. } = self.first_column();
+        let Column { curve, belt_speed, .. } = self.grid.some_column();
         let has_others = |method: &Method| matches!(method, Method::Naive(..)) || is_validated(method);
         has_margins
             && self.engine != Engine::Direct
@@ -269,8 +272,11 @@ impl Plan {
             && curve.is_analytic(belt_speed)
     }
 
-    fn first_column(&self) -> Column {
-        self.grid.column(&vec![0; self.grid.axes().len()])
+    /// Whether the axes span a box of a law's parameters of which points between the nodes can be proved. Of a
+    /// machine that is so where belt speed and damping alone vary.
+    pub fn has_box(&self) -> bool {
+        let varies = |axis: &Axis| axis.role == AxisRole::Quantity && axis.values.len() > 1;
+        self.grid.law().is_enclosed_over_boxes() && !self.grid.axes().iter().any(varies)
     }
 
     /// A plan for every cell of `grid`, with the defaults of configurations.
@@ -340,7 +346,30 @@ impl Plan {
     }
 
     fn quantities_of(&self, field: Field) -> Vec<Quantity> {
-        Quantity::of(field, self.methods.len(), self.grid.law().parameters().len())
+        Quantity::of(field, self.methods.len(), self.grid.axes().len() - 1)
+    }
+
+    /// Bound of the right-hand sides of the cells, in units of those of the Stribeck law: each search has a budget, of
+    /// at most one question. Most searches take a thousandth of it.
+    pub fn most_work(&self) -> u128 {
+        let stored = |field, questions: u128| if self.stores(field) { questions } else { 0 };
+        let limits = self.methods.len() as u128 * u128::from(limits::WORK.div_ceil(QUESTION));
+        // The critical damping by turns, by halves and by single orbits, whose search may take two budgets and an orbit;
+        // as much again of a curve without its drop; coarse and fine backbones, with a second attempt each.
+        let of_column = 2 * CRITICAL + stored(Field::Sensitivity, CRITICAL) + 2 * BACKBONES;
+        // The orbit from the exit point in two accuracies, by its turn and its landing, as often as a field asks for it.
+        let orbit = 2 * self.methods.len() as u128;
+        let of_cell = orbit
+            + stored(Field::Regime, 2)
+            + stored(Field::Landing, 2)
+            + stored(Field::Cycle, 4)
+            + stored(Field::Basin, 4)
+            + stored(Field::EpsilonLimit, 2 * limits);
+        // Tiles that part the dampings of a column ask for it once each.
+        let dampings = self.grid.dampings().len();
+        let parts = dampings.div_ceil(self.tile_shape.last().copied().unwrap_or(dampings).max(1)) as u128;
+        let columns = self.grid.column_count() as u128;
+        u128::from(QUESTION) * (columns * parts * of_column + self.grid.cells() as u128 * of_cell)
     }
 
     /// Size of the map in bytes before compression.

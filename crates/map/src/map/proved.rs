@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-use super::Plan;
+use super::{Axis, Grid, Plan};
 use slipmap_certify::validated::boxes::{BoxProof, Budget, ParameterBox};
 use slipmap_certify::validated::law_boxes::LawProof;
 use slipmap_certify::validated::surface::Surface;
@@ -41,6 +41,19 @@ pub fn boxes_to_try(plan: &Plan) -> usize {
     }
 }
 
+/// The law in dimensionless form, and the ranges of eps, its parameters, V and c.
+fn parameters(plan: &Plan) -> Option<(Law, Vec<[f64; 2]>)> {
+    let ends = |last: bool| {
+        let end = |axis: &Axis| axis.values[if last { axis.values.len() - 1 } else { 0 }];
+        plan.grid.place(&plan.grid.axes().iter().map(end).collect::<Vec<_>>())
+    };
+    let (law, first, _) = ends(false)?;
+    let (_, last, _) = ends(true)?;
+    let [first, last] = [first, last].map(|point| Grid::coordinates(&law, &point));
+    let ranges = first.into_iter().zip(last).map(|((_, from), (_, to))| [from, to]);
+    Some((law.clone(), ranges.collect()))
+}
+
 /// Computes the proofs that the plan requests with `threads` threads (all cores if `None`); stops early if
 /// `stop` is set. `None` if the plan requests no proofs, or if the threads cannot be started. The proofs do
 /// not depend on the number of threads.
@@ -51,9 +64,8 @@ pub fn prove(plan: &Plan, threads: Option<usize>, stop: &AtomicBool) -> Option<P
     let pool = super::pool(threads).ok()?;
     let start = Instant::now();
     let go_on = || !stop.load(Ordering::Relaxed);
-    let ranges = plan.grid.axes().iter().map(|axis| [axis.values[0], axis.values[axis.values.len() - 1]]);
-    let ranges: Vec<[f64; 2]> = ranges.collect();
-    let (volumes, proof) = match (plan.grid.law().as_written(), ranges.as_slice()) {
+    let (law, ranges) = parameters(plan)?;
+    let (volumes, proof) = match (law.as_written(), ranges.as_slice()) {
         (Law::Stribeck, &[epsilon, alpha, beta, gamma, belt_speed, damping]) => {
             let parameters = ParameterBox { epsilon, alpha, beta, gamma, belt_speed, damping };
             let Budget { tiles, parts } = Budget::of_boxes(plan.proof_boxes);

@@ -8,10 +8,15 @@ use super::end::End;
 use super::interpolation::Interpolated;
 use super::limits::Ray;
 use super::{Field, Plan, Quantity, Regime, Runs, Tile};
+use crate::assessment::sensitivities_to;
+use crate::behaviour::growth_time;
 use crate::clock::timed;
+use crate::machine::SiUnits;
 use slipmap_model::filippov::Oscillator;
 use slipmap_model::friction::Column;
+use slipmap_model::friction::Law;
 use slipmap_model::point::Point;
+use slipmap_simulate::critical::{critical_damping, known_or_nan};
 use slipmap_simulate::sensitivity::sensitivity;
 use slipmap_simulate::{Cycle, Fate, Landing, Range, flow};
 
@@ -22,6 +27,8 @@ pub(super) struct Described {
     pub(super) regimes: Runs<Regime>,
     /// Processor seconds that the regimes took.
     pub(super) regime_seconds: f64,
+    /// See [`super::Account::left_out_from`].
+    pub(super) left_out_from: Option<f64>,
     /// In the order of [`Plan::quantities`], for all cells each.
     pub(super) quantities: Vec<Vec<f64>>,
 }
@@ -48,7 +55,7 @@ pub(super) fn describe(
     let mut regimes = vec![Regime::Failed; if stores_regimes { tile.cells() } else { 0 }];
     let mut limits = Limits { plan, known: HashMap::new() };
     let mut behaviours = Behaviours::default();
-    for number in tile.columns_by_epsilon() {
+    for number in tile.columns_by_epsilon(&plan.grid) {
         let column = &columns[number];
         let behaviour = behaviours.of(column);
         let cells = number * cs.len()..(number + 1) * cs.len();
@@ -63,34 +70,68 @@ pub(super) fn describe(
                 }
             });
             described.regime_seconds += taken;
+            let from = [described.left_out_from, behaviour.left_out_from()].into_iter().flatten();
+            described.left_out_from = from.reduce(f64::min);
         }
         if quantities.is_empty() {
             continue;
         }
-        let start = plan.grid.point(&tile.column_index(number));
-        let derivatives = plan.stores(Field::Sensitivity).then(|| sensitivity(column).ok()).flatten();
-        let derivatives: Vec<f64> = derivatives
-            .iter()
-            .flat_map(|found| found.named(plan.grid.law()))
-            .map(|(_, by)| by.value)
-            .collect();
+        let mut values = plan.grid.values(&tile.column_index(number));
+        let Some((law, start, si)) = plan.grid.place(&values) else { continue };
+        let derivatives = derivatives(plan, &values, column);
         for (position, &c) in cells.zip(cs) {
-            let point = Point { damping: c, ..start };
+            if let Some(damping) = values.last_mut() {
+                *damping = c;
+            }
             let cell = Description::of(plan, behaviour, &Oscillator::in_column(column, c), ends[position]);
-            let limits = plan.stores(Field::EpsilonLimit).then(|| limits.at(&point));
+            let limits = plan.stores(Field::EpsilonLimit).then(|| {
+                // In dimensionless numbers.
+                limits.at(&law, &Point { damping: c / column.unit, ..start })
+            });
             for (values, quantity) in described.quantities.iter_mut().zip(&quantities) {
                 values[position] = match quantity {
                     Quantity::EpsilonLimit(method) => {
                         limits.as_ref().map_or(f64::NAN, |limits| limits[*method])
                     }
                     Quantity::CriticalDerivative(axis) => derivatives.get(*axis).copied().unwrap_or(f64::NAN),
-                    other => cell.value(*other),
+                    other => cell.value(*other) * factor(*other, si.as_ref()),
                 };
             }
         }
     }
     described.regimes = regimes.into_iter().collect();
     described
+}
+
+/// The factor from the dimensionless number of a quantity to the map's: to SI units for a machine.
+fn factor(quantity: Quantity, si: Option<&SiUnits>) -> f64 {
+    let dimension = quantity.about().dimension;
+    si.zip(dimension).map_or(1.0, |(si, dimension)| si.factor(dimension))
+}
+
+/// The derivatives of the critical damping of a column by each axis but the damping; empty if they are unknown
+/// or not stored. `values` are those of the axes.
+fn derivatives(plan: &Plan, values: &[f64], column: &Column) -> Vec<f64> {
+    if !plan.stores(Field::Sensitivity) {
+        return Vec::new();
+    }
+    let Some(machine) = plan.grid.machine_at(values) else {
+        let found = sensitivity(column).ok();
+        let named = found.iter().flat_map(|found| found.named(plan.grid.law()));
+        return named.map(|(_, by)| by.value).collect();
+    };
+    let names = plan.grid.axes().iter().map(|axis| axis.name.as_str());
+    let names: Vec<&str> = names.take(plan.grid.axes().len() - 1).collect();
+    let found = sensitivities_to(&machine, |name| names.contains(&name));
+    let critical = known_or_nan(critical_damping(column, plan.tolerance));
+    let by = |(name, value): (&&str, &f64)| {
+        let found = found.iter().find(|found| found.quantity == *name);
+        // They are logarithmic, of the damping in N s/m, of which that given is a power.
+        let power =
+            machine.with(name, 2.0 * value).map_or(0.0, |it| (it.si_damping() / machine.si_damping()).log2());
+        found.map_or(f64::NAN, |found| (found.critical_damping - power) * critical / value)
+    };
+    names.iter().zip(values).map(by).collect()
 }
 
 /// Properties of the orbits of one cell.
@@ -104,6 +145,8 @@ pub struct Description {
     pub cycle: Option<Cycle>,
     /// The edge of its basin.
     pub boundary: Option<BasinBoundary>,
+    /// See [`growth_time`].
+    pub growth_time: Option<f64>,
 }
 
 impl Description {
@@ -125,6 +168,7 @@ impl Description {
                 .filter(|_| cycle)
                 .and_then(|flow| behaviour.attracting_cycle(oscillator, &flow, plan.tolerance)),
             boundary: basin.then(|| behaviour.basin_boundary(oscillator, end, plan.tolerance)).flatten(),
+            growth_time: growth_time(oscillator),
         }
     }
 
@@ -150,6 +194,7 @@ impl Description {
             }
             Quantity::KickForward => boundary.map(|boundary| boundary.kick.forward),
             Quantity::KickBackward => boundary.map(|boundary| boundary.kick.backward),
+            Quantity::GrowthTime => self.growth_time,
             Quantity::EpsilonLimit(_) | Quantity::CriticalDerivative(_) => None,
         };
         value.unwrap_or(f64::NAN)
@@ -164,11 +209,13 @@ struct Limits<'a> {
 }
 
 impl Limits<'_> {
-    fn at(&mut self, point: &Point) -> &[f64] {
+    fn at(&mut self, law: &Law, point: &Point) -> &[f64] {
         let plan = self.plan;
-        let rest = point.law.as_slice().iter().chain([&point.belt_speed, &point.damping]);
+        // Each machine has a law of its own.
+        let machine = plan.grid.machine().map_or(0.0, |_| 1.0 + self.known.len() as f64);
+        let rest = point.law.as_slice().iter().chain([&point.belt_speed, &point.damping, &machine]);
         self.known.entry(rest.map(|value| value.to_bits()).collect()).or_insert_with(|| {
-            let ray = Ray::new(plan.grid.law(), point, plan.tolerance);
+            let ray = Ray::new(law, point, plan.tolerance);
             plan.methods.iter().map(|method| ray.limit(*method).value()).collect()
         })
     }

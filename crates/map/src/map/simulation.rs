@@ -12,6 +12,7 @@ use slipmap_certify::{Claim, Columns, Decision, landing};
 use slipmap_model::filippov::Oscillator;
 use slipmap_model::friction::Column;
 use slipmap_numbers::named_sums;
+use slipmap_simulate::far_loops::FarLoops;
 use slipmap_simulate::{
     CriticalDamping, NoCriticalDamping,
     critical::critical_dampings,
@@ -317,6 +318,7 @@ fn column_by_root(
         false => landing::sticks_from(column, critical - error),
     };
     let sticking = cs.partition_point(|&c| c < sticks_from).min(returning);
+    let sticking = if sticking > 0 && none_crosses_for_ever(column) { 0 } else { sticking };
     by_order(column, &cs[..sticking], tolerance, done);
     done.ends.extend(std::iter::repeat_n(End::Sticks, returning - sticking));
     for &c in &cs[returning..inward] {
@@ -327,6 +329,12 @@ fn column_by_root(
     done.ends.extend(std::iter::repeat_n(End::Inward, cs.len() - inward));
     done.paths.return_map += (inward - returning) as u64;
     (returning - sticking + cs.len() - inward) as u64
+}
+
+/// Whether no orbit of a column crosses the belt line for ever, by the bounds of its friction (theory, "Any friction law").
+fn none_crosses_for_ever(column: &Column) -> bool {
+    let Column { curve, belt_speed, .. } = column;
+    curve.is_proved_to_resist() && FarLoops::new(curve, *belt_speed).inward_from(0.0) == 0.0
 }
 
 /// Labels cells by the order of fates along the column: computes the orbits of the first and the last cell,

@@ -35,3 +35,33 @@ pub struct TileData {
     /// tile's shape.
     pub quantities: Vec<Vec<f64>>,
 }
+
+impl TileData {
+    /// Takes back what was computed in the columns at these positions.
+    pub(super) fn blank_out(&mut self, columns: &[usize]) {
+        let width = self.tile.damping_range().len();
+        if columns.is_empty() || width == 0 {
+            return;
+        }
+        let is_blank = |cell: usize| columns.binary_search(&(cell / width)).is_ok();
+        for MethodCells { verdicts, margins, critical, critical_errors, .. } in &mut self.methods {
+            *verdicts = without(verdicts, is_blank, Verdict::Failed);
+            blank_cells(margins, is_blank);
+            for of_columns in [critical, critical_errors] {
+                blank_cells(of_columns, |column| is_blank(column * width));
+            }
+        }
+        self.regime = without(&self.regime, is_blank, Regime::Failed);
+        self.quantities.iter_mut().for_each(|cells| blank_cells(cells, is_blank));
+    }
+}
+
+/// The values with `other` in blank cells.
+fn without<T: Copy + PartialEq>(values: &Runs<T>, is_blank: impl Fn(usize) -> bool, other: T) -> Runs<T> {
+    values.values().enumerate().map(|(cell, value)| if is_blank(cell) { other } else { value }).collect()
+}
+
+fn blank_cells(cells: &mut [f64], is_blank: impl Fn(usize) -> bool) {
+    let blank = cells.iter_mut().enumerate().filter(|(cell, _)| is_blank(*cell));
+    blank.for_each(|(_, value)| *value = f64::NAN);
+}

@@ -7,10 +7,11 @@ use slipmap_certify::slip_count::{SlipCount, count_slip_cycles};
 use slipmap_certify::validated::any_law;
 use slipmap_certify::{Claim, Decision, Guarantee};
 use slipmap_model::filippov::{HopfRate, Oscillator};
-use slipmap_model::friction::{Column, Law, ONE_SLIP_CYCLE};
+use slipmap_model::friction::{Column, Law};
 use slipmap_model::point::Point;
 use slipmap_numbers::text::{rounded, short, signed};
-use slipmap_simulate::crossing::{crossing_cycles, stick_slip_cycle};
+use slipmap_simulate::crossing::{crossing_cycles_among, stick_slip_cycle};
+use slipmap_simulate::far_loops::FarLoops;
 use slipmap_simulate::naive::NaiveVerdict;
 use slipmap_simulate::sensitivity::{NoSensitivity, Sensitivity, sensitivity};
 use slipmap_simulate::slip_cycle::{Unknown, none_proved, slip_cycles};
@@ -61,6 +62,9 @@ pub struct Answer {
     /// The edge of its basin; `None` where it attracts from every start.
     pub basin: Option<BasinBoundary>,
 }
+
+/// eps c that no answer distinguishes from 0.
+const NO_DAMPING: f64 = 1e-9;
 
 impl Answer {
     /// Computes the answers of `methods`.
@@ -114,14 +118,17 @@ impl Answer {
     /// is proved.
     pub fn conjecture(&self, counted: Option<u32>) -> Option<&'static str> {
         let is_known = !matches!(self.regime, Regime::Failed | Regime::Neutral);
-        let is_assumed = is_known && counted.is_none() && self.oscillator.curve.weakening_is_convex();
-        (is_assumed && !none_proved(&self.oscillator)).then_some(ONE_SLIP_CYCLE)
+        let is_open = is_known && counted.is_none() && !none_proved(&self.oscillator);
+        self.oscillator.curve.conjecture().filter(|_| is_open)
     }
 
-    /// The size up to which c* is not distinguishable from 0.
-    pub fn rounding_of_critical(&self) -> f64 {
+    /// Whether c* is 0 up to rounding errors that do not matter.
+    pub fn critical_is_zero(&self) -> bool {
         let Oscillator { curve, belt_speed, .. } = &self.oscillator;
-        HopfRate::new(curve, *belt_speed).rounding() / self.point.epsilon
+        let rounding = HopfRate::new(curve, *belt_speed).rounding().min(NO_DAMPING);
+        self.critical.is_ok_and(|CriticalDamping { c, error, .. }| {
+            self.point.epsilon * c.abs() <= rounding && self.point.epsilon * error <= NO_DAMPING
+        })
     }
 
     /// For each method the eps up to which its verdict equals that of the flow, with the other parameters
@@ -151,9 +158,18 @@ impl Answer {
         stick_slip_cycle(&self.oscillator, &self.flow, self.tolerance)
     }
 
-    /// The cycles that cross the belt line and never stick.
+    /// The cycles that cross the belt line and never stick, at slip speeds at which friction resists.
     pub fn crossing_cycles(&self) -> Result<Vec<Cycle>, Unknown> {
-        crossing_cycles(&self.oscillator, self.tolerance)
+        crossing_cycles_among(&self.oscillator, &self.far_loops(), self.tolerance)
+    }
+
+    fn far_loops(&self) -> FarLoops<'_> {
+        FarLoops::where_friction_resists(&self.oscillator.curve, self.oscillator.belt_speed)
+    }
+
+    /// Which crossing cycles are left out, if there may be some.
+    pub fn left_out(&self) -> Option<String> {
+        self.far_loops().left_out_from().map(map::left_out)
     }
 
     /// The reason why cycles are unknown; where their orbits leave the data of a measured law, how far those
@@ -198,7 +214,7 @@ fn why_inapplicable(method: Method, claim: &Claim, column: &Column) -> Option<St
         );
     }
     match method.guarantee() {
-        Guarantee::Asymptotic => column.curve.first_order(column.belt_speed).err().map(|why| why.to_string()),
+        Guarantee::Asymptotic => column.first_order().err().map(|why| why.to_string()),
         Guarantee::Validated => any_law::prove(column).obstacle.map(|obstacle| obstacle.to_string()),
         Guarantee::FiniteEpsilon => (!column.curve.is_enclosed(2.0 * column.belt_speed))
             .then(|| "the friction law has no proved bounds at all slip speeds up to 2 V".into()),

@@ -13,7 +13,7 @@ use result::{
 };
 pub use result::{MachineResult, Probe};
 
-use crate::behaviour::Behaviour;
+use crate::behaviour::{Behaviour, growth_time};
 use crate::machine::Machine;
 use crate::map::{self, Grid, Regime};
 use slipmap_certify::slip_count::SlipCount;
@@ -152,6 +152,7 @@ impl Equilibrium {
                     [Complex { re: slow, im: 0.0 }, Complex { re: fast, im: 0.0 }]
                 }
             },
+            growth_time: growth_time(oscillator),
         }
     }
 }
@@ -175,7 +176,7 @@ impl Cycles {
         let reasons = reasons
             .into_iter()
             .filter_map(|(which, why)| Some(format!("{which}: {}", answer.why_unknown(why?))));
-        let reasons: Vec<String> = reasons.collect();
+        let reasons: Vec<String> = reasons.chain(answer.left_out()).collect();
         let fate = match answer.flow.fate {
             // The orbit spirals to an attractor that is not known.
             Fate::SpiralsInward if slip.is_err() => Fate::TooCloseToCall,
@@ -233,6 +234,7 @@ impl MachineResult {
             regime: behaviour.regime.name(),
             slip_time,
             stick_time,
+            growth_time: behaviour.growth_time,
             amplitude: behaviour.amplitude,
             needed_slip_speed: behaviour.needed_slip_speed,
             units: machine.units(),

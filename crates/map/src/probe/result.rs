@@ -150,6 +150,8 @@ result! {
         #[serde(rename = "type")]
         pub(crate) kind: &'static str,
         pub(crate) eigenvalues: [Complex; 2],
+        /// See [`crate::behaviour::growth_time`].
+        pub(crate) growth_time: Option<f64>,
     }
 
     pub(crate) struct Complex {
@@ -265,6 +267,8 @@ result! {
         pub(crate) slip_time: Option<f64>,
         /// Stick time of the stick-slip cycle, s.
         pub(crate) stick_time: Option<f64>,
+        /// Time in which disturbances of unstable steady slip grow by the factor e, s.
+        pub(crate) growth_time: Option<f64>,
         /// Half the distance between the extremes of x of the attracting cycle, m.
         pub(crate) amplitude: Option<f64>,
         /// See [`crate::behaviour::Behaviour::needed_slip_speed`].

@@ -12,7 +12,7 @@
 //! | --- | --- | --- |
 //! | `stribeck` | N (mu_s - mu_k) / (v_s sqrt(k m)) | A, v / v_s, strengthening v_s^2 / (mu_s - mu_k) |
 //! | `coulomb` | - | V / j alone; the damping falls by N strengthening |
-//! | `exponential`, `lorentzian` | the same | A, v / v_s; the damping falls by N strengthening |
+//! | `exponential`, `lorentzian` | the same | A, v / v_s, an exponent that varies; the damping falls by N strengthening |
 //! | formula, data | N / sqrt(k m) | A, v, and the formula's parameters that vary |
 //!
 //! y is smooth. It is computed at Chebyshev nodes of the box that contains the machines, and interpolated. A
@@ -32,7 +32,8 @@ use rayon::prelude::*;
 use slipmap_model::friction::Law;
 use slipmap_model::friction::{Column, Strengthening};
 
-use crate::machine::{Friction, Machine, Model};
+use super::{MOST_JOINT, Spread, Uncertain};
+use crate::machine::{AREA, BELT_SPEED, Coefficients, FREQUENCY, Friction, Machine, Model, PRESSURE, RADIUS};
 use slipmap_numbers::chebyshev::{Side, Tensor};
 use slipmap_simulate::critical::{critical_damping, critical_dampings, known_or_nan};
 use slipmap_simulate::sensitivity::sensitivity_of_any_sign;
@@ -69,7 +70,9 @@ const WITH_DERIVATIVES: u64 = 3;
 /// Machines, represented by the groups on which y depends.
 pub(super) struct Groups<'a> {
     pub(super) nominal: &'a Machine,
-    /// Positions, among the formula's quantities, of its parameters that vary.
+    /// Quantities with the errors of a fit.
+    joint: Joint,
+    /// Positions, among the quantities of the friction, of a formula's parameters, or of the exponent, that vary.
     varied: Vec<usize>,
     /// Number of groups of each machine.
     size: usize,
@@ -132,18 +135,77 @@ pub struct WithError {
 }
 
 /// The critical damping of a machine, which may be negative, and its standard error, in SI units, by the
-/// standard errors of its measured friction. `None` if the friction has none, or the critical damping has no
-/// derivatives.
-pub fn uncertain_critical_damping(model: &Model) -> Option<WithError> {
-    let [c, deviation] = of_measured(model);
+/// standard errors of its measured friction or by the covariance of a fit among the `uncertain` quantities. `None`
+/// if the friction has neither, or the critical damping has no derivatives.
+pub fn uncertain_critical_damping(machine: &Machine, uncertain: &[Uncertain]) -> Option<WithError> {
+    let joint = joint(uncertain);
+    let model = machine.model()?;
     let unit = model.si.units.damping;
-    (deviation >= 0.0 && model.column().curve.table()?.standard_errors().is_some())
-        .then_some(WithError { value: c * unit, standard_error: deviation * unit })
+    let [value, standard_error] = match (has_standard_errors(machine), joint.is_empty()) {
+        (true, _) => of_measured(&model).map(|c| c * unit),
+        (false, false) => of_fitted(machine, &joint),
+        (false, true) => return None,
+    };
+    (standard_error >= 0.0).then_some(WithError { value, standard_error })
 }
 
-/// The standard error alone, see [`uncertain_critical_damping`].
-pub fn standard_error(model: &Model) -> Option<f64> {
-    uncertain_critical_damping(model).map(|critical| critical.standard_error)
+/// Quantities with correlated errors, each with its row of the Cholesky factor.
+pub(crate) type Joint = Vec<(&'static str, [f64; MOST_JOINT])>;
+
+/// The quantities whose errors are correlated.
+pub(crate) fn joint(uncertain: &[Uncertain]) -> Joint {
+    let row = |&(name, spread): &Uncertain| match spread {
+        Spread::Joint { row } => Some((name, row)),
+        Spread::Normal { .. } | Spread::Uniform { .. } => None,
+    };
+    uncertain.iter().filter_map(row).collect()
+}
+
+/// Machines whose quantities are moved along each independent error.
+pub(crate) struct Moved {
+    /// By which share of its standard deviation.
+    share: f64,
+    /// The machines moved forward and backward.
+    ends: Vec<[Machine; 2]>,
+}
+
+/// Shares of a standard deviation that are tried: wide errors reach machines that are none.
+const SHARES: [f64; 4] = [1.0, 0.25, 0.0625, 0.015_625];
+
+impl Moved {
+    /// The machines moved as far as they are legal; `None` where that is nowhere.
+    pub(crate) fn of(machine: &Machine, joint: &Joint) -> Option<Self> {
+        let directions: Vec<usize> =
+            (0..joint.len()).filter(|&k| joint.iter().any(|(_, row)| row[k] != 0.0)).collect();
+        let moved = |k: usize, by: f64| {
+            joint.iter().try_fold(machine.clone(), |machine, (name, row)| {
+                let value = machine.quantities().into_iter().find(|(known, _)| known == name)?.1;
+                machine.with(name, value + by * row[k]).filter(Machine::is_legal)
+            })
+        };
+        SHARES.into_iter().find_map(|share| {
+            let ends = directions.iter().map(|&k| Some([moved(k, share)?, moved(k, -share)?]));
+            Some(Self { share, ends: ends.collect::<Option<_>>()? })
+        })
+    }
+
+    /// The standard error of a number of the machine; `None` where it is unknown of one of them.
+    pub(crate) fn error(&self, of: impl Fn(&Machine) -> Option<f64>) -> Option<f64> {
+        let half = |[after, before]: &[Machine; 2]| Some(0.5 * (of(after)? - of(before)?) / self.share);
+        let halves = self.ends.iter().map(half).collect::<Option<Vec<f64>>>()?;
+        Some(halves.iter().map(|half| half * half).sum::<f64>().sqrt())
+    }
+}
+
+/// The critical damping of a machine with fitted friction, and its standard deviation by the covariance of the fit,
+/// from differences over a standard deviation; both in SI units, NaN where unknown.
+fn of_fitted(machine: &Machine, joint: &Joint) -> Pair {
+    let critical = |machine: &Machine| {
+        let model = machine.model()?;
+        Some(known_or_nan(critical_damping(&model.column(), TOLERANCE)) * model.si.units.damping)
+    };
+    let error = Moved::of(machine, joint).and_then(|moved| moved.error(critical));
+    [critical(machine), error].map(|value| value.unwrap_or(f64::NAN))
 }
 
 /// The critical damping of a machine with measured friction, and its standard deviation by the standard
@@ -165,26 +227,33 @@ fn of_measured(model: &Model) -> Pair {
 
 impl<'a> Groups<'a> {
     /// An empty collection of machines that differ from `nominal` only in the quantities `uncertain`.
-    pub(super) fn new(nominal: &'a Machine, uncertain: &[&str]) -> Self {
-        let varied: Vec<usize> = match &nominal.friction {
-            Friction::Formula(..) => {
-                let names = nominal.friction.quantities().into_iter().enumerate();
-                names.filter(|(_, (name, _))| uncertain.contains(name)).map(|(i, _)| i).collect()
-            }
-            _ => Vec::new(),
+    pub(super) fn new(nominal: &'a Machine, uncertain: &[Uncertain]) -> Self {
+        let (joint, uncertain) = (joint(uncertain), varying(uncertain));
+        let is_group = |name: &str| match &nominal.friction {
+            Friction::Formula(..) => true,
+            _ => name == Coefficients::EXPONENT,
         };
+        let names = nominal.friction.quantities().into_iter().enumerate();
+        let varied = names.filter(|(_, (name, _))| is_group(name) && uncertain.contains(name));
+        let varied: Vec<usize> = varied.map(|(i, _)| i).collect();
         let size = 2 + varied.len() + usize::from(strengthening(nominal) == Some(Strengthening::Quadratic));
-        Self { nominal, varied, size, values: Vec::new(), scales: Vec::new() }
+        Self { nominal, joint, varied, size, values: Vec::new(), scales: Vec::new() }
+    }
+
+    /// Whether the friction has errors of its own: those of data, or of a fit.
+    pub(super) fn has_errors(&self) -> bool {
+        has_standard_errors(self.nominal) || !self.joint.is_empty()
     }
 
     /// Returns whether so few groups vary with the `uncertain` quantities that y can be interpolated. If not,
     /// each machine has its own search.
-    pub(super) fn can_be_interpolated(&self, uncertain: &[&str]) -> bool {
+    pub(super) fn can_be_interpolated(&self, uncertain: &[Uncertain]) -> bool {
+        let uncertain = varying(uncertain);
         let any = |names: &[&str]| usize::from(names.iter().any(|name| uncertain.contains(name)));
+        let forces = ["mass", "stiffness", "normal_force", FREQUENCY, PRESSURE, AREA, RADIUS];
         match &self.nominal.friction {
             Friction::Formula(..) => {
-                let wide =
-                    any(&["mass", "stiffness", "normal_force"]) + any(&["belt_speed"]) + self.varied.len();
+                let wide = any(&forces) + any(&[BELT_SPEED]) + self.varied.len();
                 wide < NODES.len()
             }
             Friction::Coefficients(..) | Friction::Measured(_) => true,
@@ -195,7 +264,8 @@ impl<'a> Groups<'a> {
     pub(super) fn affordable(&self) -> usize {
         let Some(column) = self.nominal.model().map(|model| model.column()) else { return 0 };
         let rhs = critical_damping(&column, TOLERANCE).map_or(FAILURE, |root| root.rhs);
-        let orbits = if has_standard_errors(self.nominal) { WITH_DERIVATIVES } else { 1 };
+        let of_data = if has_standard_errors(self.nominal) { WITH_DERIVATIVES } else { 1 };
+        let orbits = of_data + 2 * self.joint.len() as u64;
         (WORK / (orbits * rhs.max(1) * column.curve.cost())) as usize
     }
 
@@ -214,6 +284,7 @@ impl<'a> Groups<'a> {
                 let width = of.stribeck_velocity;
                 let a = force * fall / width;
                 self.values.extend([a.ln(), (speed / width).ln()]);
+                self.values.extend(self.varied.iter().map(|_| of.exponent));
                 match strengthening(machine) {
                     Some(Strengthening::Quadratic) => {
                         self.values.push(of.strengthening * width * width / fall);
@@ -260,7 +331,15 @@ impl<'a> Groups<'a> {
             Friction::Coefficients(_, of) => {
                 let fall = of.static_friction - of.kinetic_friction;
                 let width = of.stribeck_velocity;
-                of.strengthening = groups.get(2).map_or(0.0, |b| b * fall / (width * width));
+                // The quadratic law has no exponent.
+                match groups.get(2) {
+                    Some(&exponent) if !self.varied.is_empty() => {
+                        (of.exponent, of.strengthening) = (exponent, 0.0)
+                    }
+                    strengthening => {
+                        of.strengthening = strengthening.map_or(0.0, |b| b * fall / (width * width))
+                    }
+                }
                 machine.normal_force = a * width * root / fall;
                 machine.belt_speed = speed * width;
             }
@@ -302,6 +381,15 @@ impl<'a> Groups<'a> {
             let of_one = |groups: &&[f64]| {
                 self.model_with(groups)
                     .map_or([f64::NAN; 2], |(model, scale)| of_measured(&model).map(|x| x * scale))
+            };
+            return groups.par_iter().map(of_one).collect();
+        }
+        if !self.joint.is_empty() {
+            let of_one = |groups: &&[f64]| {
+                self.machine_with(groups).map_or([f64::NAN; 2], |machine| {
+                    let factor = (machine.stiffness * machine.mass).sqrt() * groups[0].exp();
+                    of_fitted(&machine, &self.joint).map(|x| x / factor)
+                })
             };
             return groups.par_iter().map(of_one).collect();
         }
@@ -392,7 +480,7 @@ impl<'a> Groups<'a> {
             tested.par_iter().any(misses).then(|| means.roughest())
         });
         let Some(axis) = rough else {
-            let measured = has_standard_errors(self.nominal);
+            let measured = self.has_errors();
             let values =
                 |point: &[f64]| [surfaces[0].at(point), if measured { surfaces[1].at(point) } else { 0.0 }];
             let placed =
@@ -436,6 +524,12 @@ impl<'a> Groups<'a> {
 /// Returns whether the friction was measured with standard errors.
 pub(super) fn has_standard_errors(machine: &Machine) -> bool {
     matches!(&machine.friction, Friction::Measured(table) if table.standard_errors().is_some())
+}
+
+/// The names of the quantities that draws change.
+fn varying(uncertain: &[Uncertain]) -> Vec<&'static str> {
+    let is_drawn = |(_, spread): &&Uncertain| !matches!(spread, Spread::Joint { .. });
+    uncertain.iter().filter(is_drawn).map(|(name, _)| *name).collect()
 }
 
 /// How the friction rises at high slip speed; `None` for formulas and data.

@@ -87,9 +87,8 @@ fn uncertain_machines() -> Vec<(Machine, Vec<Uncertain>)> {
 #[test]
 fn interpolated_critical_dampings_are_those_of_each_machine() {
     for (machine, uncertain) in uncertain_machines() {
-        let names: Vec<&str> = uncertain.iter().map(|(name, _)| *name).collect();
         let mut random = Random(11);
-        let mut groups = Groups::new(&machine, &names);
+        let mut groups = Groups::new(&machine, &uncertain);
         let drawn: Vec<Machine> =
             (0..12_000).map(|_| draw(&machine, &uncertain, &mut random).unwrap().machine).collect();
         drawn.iter().for_each(|machine| groups.push(machine));
@@ -115,7 +114,7 @@ fn critical_dampings_are_not_interpolated_over_a_narrow_feature() {
     let uncertain =
         [("normal_force", Spread::Normal { sd: 12.0 }), ("muk", Spread::Uniform { min: 0.25, max: 0.35 })];
     let mut random = Random(11);
-    let mut groups = Groups::new(&machine, &["normal_force", "muk"]);
+    let mut groups = Groups::new(&machine, &uncertain);
     let drawn: Vec<Machine> =
         (0..4_000).map(|_| draw(&machine, &uncertain, &mut random).unwrap().machine).collect();
     drawn.iter().for_each(|machine| groups.push(machine));
@@ -323,14 +322,14 @@ fn interpolated_standard_errors_are_those_of_each_machine() {
         ("normal_force", Spread::Normal { sd: 12.0 }),
         ("belt_speed", Spread::Uniform { min: 0.05, max: 0.4 }),
     ];
-    let mut groups = Groups::new(&machine, &["normal_force", "belt_speed"]);
+    let mut groups = Groups::new(&machine, &uncertain);
     let mut random = Random(11);
     let drawn: Vec<Machine> =
         (0..500).map(|_| draw(&machine, &uncertain, &mut random).unwrap().machine).collect();
     drawn.iter().for_each(|machine| groups.push(machine));
     let found = groups.critical_dampings(&Searches::new(usize::MAX)).unwrap();
     for (machine, deviation) in drawn.iter().zip(&found.deviations).step_by(97) {
-        let exact = standard_error(&machine.model().unwrap()).unwrap();
+        let exact = uncertain_critical_damping(machine, &[]).unwrap().standard_error;
         // To a few times the accuracy at the samples of a box.
         assert!((deviation / exact - 1.0).abs() < 0.05, "{deviation} {exact}");
     }
@@ -366,7 +365,8 @@ fn a_map_of_probabilities_has_each_of_its_points() {
     let uncertain = [("normal_force", Spread::Normal { sd: 10.0 })];
     let (speeds, dampings) = ([0.1, 0.3], [0.0, 2.0, 4.0]);
     let stop = AtomicBool::new(false);
-    let map = probabilities(&machine, &uncertain, &speeds, &dampings, 3000, &stop).unwrap().values;
+    let machines = speeds.iter().map(|&speed| machine.with("belt_speed", speed).unwrap());
+    let map = probabilities(machines, &uncertain, &dampings, 3000, &stop).unwrap().values;
     for (i, speed) in speeds.into_iter().enumerate() {
         for (j, damping) in dampings.into_iter().enumerate() {
             let here = machine.with("belt_speed", speed).unwrap().with("damping", damping).unwrap();

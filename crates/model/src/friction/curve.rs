@@ -4,6 +4,7 @@ use std::borrow::Cow;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use super::built_in::ClosedForm;
+use super::exponential::ExponentialFall;
 use super::form::Form;
 use super::{
     FirstOrder, Gradient, Lorentzian, NoFirstOrder, Range, Stribeck, Table, Weakening, mean, weakening,
@@ -88,6 +89,8 @@ const HALVED: f64 = 0.6;
 const FASTEST: f64 = 1e60;
 /// Friction above this counts as not negative: less than rounding makes of it.
 pub const NOTHING: f64 = -1e-12;
+/// Relative accuracy of the slip speed from which on friction pushes.
+const RESOLVED: f64 = 1e-6;
 
 /// The smallest range that contains all `ranges`.
 fn hull(ranges: impl Iterator<Item = Range>) -> Range {
@@ -232,10 +235,35 @@ impl Curve {
     /// Returns whether friction never pushes: whether phi >= 0 at all slip speeds, up to [`Curve::fastest`],
     /// by bounds or, where they leave it open, by [`Curve::friction_by_intervals`], which are partly samples.
     pub fn never_pushes(&self, unit: f64) -> bool {
-        if !self.is_sampled() && self.friction_range(self.fastest().min(FASTEST), Pieces::One).lo >= NOTHING {
-            return true;
+        self.is_proved_to_resist()
+            || self.friction_by_intervals(unit).iter().all(|(_, range)| range.lo >= NOTHING)
+    }
+
+    /// Whether friction is proved to push at no slip speed by its bounds on all of them at once.
+    pub fn is_proved_to_resist(&self) -> bool {
+        !self.is_sampled() && self.friction_range(self.fastest().min(FASTEST), Pieces::One).lo >= NOTHING
+    }
+
+    /// The slip speed from which on friction pushes for the first time, by samples where the ranges of
+    /// [`Curve::friction_by_intervals`] leave it open; `None` where none is found.
+    pub fn pushes_from(&self, unit: f64) -> Option<f64> {
+        if self.is_proved_to_resist() {
+            return None;
         }
-        self.friction_by_intervals(unit).iter().all(|(_, range)| range.lo >= NOTHING)
+        let resists = |u: f64| self.phi(u) >= NOTHING;
+        let open = self.friction_by_intervals(unit).into_iter().filter(|(_, range)| range.lo < NOTHING);
+        for ([from, to], _) in open {
+            let place = |i: u32| (to - from).mul_add(f64::from(i) / f64::from(SAMPLES), from);
+            if let Some(first) = (0..=SAMPLES).find(|i| !resists(place(*i))) {
+                let (mut low, mut high) = (place(first.saturating_sub(1)), place(first));
+                while high - low > RESOLVED * high {
+                    let middle = 0.5 * (low + high);
+                    *(if resists(middle) { &mut low } else { &mut high }) = middle;
+                }
+                return Some(high);
+            }
+        }
+        None
     }
 
     /// Ranges of phi on intervals of slip speed, with the ends of each, from 0 up to [`Curve::fastest`]. They
@@ -491,6 +519,12 @@ impl Curve {
         Cow::Owned(stops)
     }
 
+    /// Returns whether the law's weakening rate is evaluated by a closed form of its own.
+    #[must_use]
+    pub fn has_closed_form(&self) -> bool {
+        self.form.closed().is_some()
+    }
+
     /// Returns whether the law has features only at rest and at its corners: closed forms, but for uncommon
     /// exponents, and tables.
     pub fn has_known_features(&self) -> bool {
@@ -529,6 +563,18 @@ impl Curve {
         }
     }
 
+    /// The weakening rate of the exponential law, and that of friction that does not fall, with or without a drop; `None`
+    /// for other laws.
+    pub fn exponential_fall(&self) -> Option<ExponentialFall> {
+        match &self.form {
+            Form::Exponential(law) => law.fall(),
+            Form::Coulomb(law) => {
+                Some(ExponentialFall { steepest: 0.0, rate: 0.0, rise: -law.weakening(0.0) })
+            }
+            _ => None,
+        }
+    }
+
     /// Returns whether the weakening rate is proved to be nonincreasing and convex in the slip speed, the
     /// continuation to u < 0 included.
     ///
@@ -539,6 +585,12 @@ impl Curve {
     #[must_use]
     pub fn weakening_is_convex(&self) -> bool {
         self.form.closed().is_some_and(ClosedForm::weakening_is_convex)
+    }
+
+    /// What regimes assume of the law without proof, if anything: the slip motion of Coulomb's law is linear.
+    pub fn conjecture(&self) -> Option<&'static str> {
+        let is_assumed = self.weakening_is_convex() && !matches!(self.form, Form::Coulomb(_));
+        is_assumed.then_some(ONE_SLIP_CYCLE)
     }
 }
 
@@ -564,6 +616,26 @@ impl Column {
     pub fn compiled(&self) -> Arc<Weakening> {
         self.curve.compiled(4.0 * self.belt_speed)
     }
+
+    /// The law to first order in eps, in units of c: its slopes compare with a damping c.
+    ///
+    /// # Errors
+    /// As [`Curve::first_order`].
+    pub fn first_order(&self) -> Result<FirstOrder, NoFirstOrder> {
+        let FirstOrder { mean_weakening, weakening_range: Range { lo, hi } } =
+            self.curve.first_order(self.belt_speed)?;
+        let unit = self.unit;
+        Ok(FirstOrder {
+            mean_weakening: mean_weakening * unit,
+            weakening_range: Range { lo: lo * unit, hi: hi * unit },
+        })
+    }
+
+    /// The column with its dampings in another unit: `unit` is what c = 1 is in it.
+    #[must_use]
+    pub fn in_unit(self, unit: f64) -> Self {
+        Self { epsilon: self.epsilon / unit, unit: self.unit * unit, ..self }
+    }
 }
 
 /// All parameters except the damping: the unit of work of a map. Verdicts along a column change at most
@@ -572,8 +644,10 @@ impl Column {
 pub struct Column {
     /// The friction curve.
     pub curve: Curve,
-    /// eps > 0.
+    /// The viscous damping of the oscillator at damping 1: eps > 0 if dampings are c.
     pub epsilon: f64,
     /// Belt speed V > 0.
     pub belt_speed: f64,
+    /// What c = 1 is in the unit of the dampings: 1 if they are c, sqrt(k m) if they are a machine's.
+    pub unit: f64,
 }

@@ -50,9 +50,9 @@ pub(super) const PARAMETERS: [Parameter; 3] = [
     Parameter { name: "eta", long_name: "viscous strengthening of friction", min: 0.0, max: f64::INFINITY },
 ];
 
-/// Least vs with an exponent of its own: the fall then lies apart from rest, and engines pass over one much narrower
-/// beside belt speeds of order one.
-const LEAST_WIDTH: f64 = 1e-4;
+/// Least vs with an exponent of its own: the fall then lies apart from rest, and engines pass over one narrower than
+/// 1e-10 of the range of slip speeds.
+const LEAST_WIDTH: f64 = 1e-7;
 
 /// delta. Below 1 friction would fall infinitely fast as slip begins.
 pub(super) const EXPONENT: Parameter =
@@ -86,7 +86,24 @@ pub(super) fn parameters_of(friction: &Fall, velocity: f64) -> LawParameters {
 /// -ln of the smallest normal number, 708.4, with an allowance for rounding.
 const FALLEN: f64 = 750.0;
 
+/// A weakening rate that falls exponentially, `steepest exp(-rate u) - rise`, for vectorised engines.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ExponentialFall {
+    /// Its part that falls, at rest.
+    pub steepest: f64,
+    /// 1 / vs.
+    pub rate: f64,
+    /// The rise of friction with the slip speed.
+    pub rise: f64,
+}
+
 impl Exponential {
+    /// `None` for another exponent than 1.
+    pub(super) fn fall(&self) -> Option<ExponentialFall> {
+        let fall = ExponentialFall { steepest: self.drop * self.rate, rate: self.rate, rise: self.eta };
+        (self.exponent == 1.0).then_some(fall)
+    }
+
     pub(super) fn new(parameters: &LawParameters) -> Self {
         let (mu, vs, eta, exponent, is_stretched) = match *parameters.as_slice() {
             [mu, vs, eta] => (mu, vs, eta, 1.0, false),

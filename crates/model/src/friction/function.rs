@@ -19,10 +19,20 @@ const STATIC_SLACK: f64 = 1e-12;
 const LARGEST_GAP: f64 = 1e-9;
 /// A piece is short enough if the sum of its last two |coefficients| is at most this times the largest |phi|.
 const SHARPNESS: f64 = 64.0 * f64::EPSILON;
+/// Largest difference at other samples, in units of the largest |phi|: rounding of the function, and of its argument.
+const LARGEST_MISS: f64 = 4.0 * SHARPNESS;
 /// Largest number of pieces, and of bisections of a piece. A piece that is too long after these is accepted,
 /// and the error includes it.
 const MOST_PIECES: usize = 512;
 const MOST_HALVINGS: u32 = 40;
+
+/// Number of samples on each piece, besides those of its polynomial, that test it: multiples of the golden ratio, which
+/// fall on new places as pieces are halved. A dip is seen where one of them falls into it.
+const TESTS: u32 = 24;
+const GOLDEN: f64 = 0.618_033_988_749_894_9;
+/// Number of samples on a piece that ends at rest, each at half the slip speed of the one before: friction may fall next
+/// to rest faster than anywhere else.
+const NEXT_TO_REST: i32 = 40;
 
 /// Reason why a function is not a friction law.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -91,9 +101,9 @@ impl Function {
         fastest: f64,
         corners: &[f64],
     ) -> Result<Self, FunctionError> {
-        let error = |problem: String, remedy: &str| Err(FunctionError { problem, remedy: remedy.into() });
+        let error_of = |problem: String, remedy: &str| Err(FunctionError { problem, remedy: remedy.into() });
         if !(fastest > 0.0 && fastest.is_finite()) {
-            return error(
+            return error_of(
                 format!("the largest slip speed is {fastest}"),
                 "choose one greater than 0: at least twice the largest belt speed, better four times",
             );
@@ -103,14 +113,20 @@ impl Function {
         ends.push(fastest);
         if ends.windows(2).any(|pair| !(pair[0] < pair[1])) {
             let remedy = "give growing slip speeds greater than 0 and below the largest";
-            return error(format!("the corners {corners:?} do not lie between 0 and {fastest}"), remedy);
+            return error_of(format!("the corners {corners:?} do not lie between 0 and {fastest}"), remedy);
         }
         let at_rest = phi(0.0);
         if !((at_rest - 1.0).abs() <= STATIC_SLACK) {
-            return error(
-                format!("phi(0) is {at_rest}, not 1"),
-                "friction is in units of the static one: divide the function by its value at slip speed 0",
-            );
+            let remedy = match at_rest {
+                0.0 => {
+                    "friction vanishes at rest, a viscous contact: give that of the peak up to the peak, divided by it"
+                }
+                _ => {
+                    "divide the function by its value at slip speed 0, if friction falls from there; if it drops from 1, add \
+                     the drop to the function and give it as the parameter drop (with_drop)"
+                }
+            };
+            return error_of(format!("phi(0) is {at_rest}, not 1"), remedy);
         }
         let mut bad = None;
         let mut checked = |u: f64| {
@@ -122,14 +138,23 @@ impl Function {
         };
         let fitted = Fitted::new(&mut checked, &ends);
         if let Some((u, value)) = bad {
-            return error(
+            return error_of(
                 format!("the friction at slip speed {u} is {value}"),
                 "make it a finite number at all slip speeds up to the largest",
             );
         }
         let Fitted { ends, coefficients, error } = fitted;
         let (origin, corners) = (origin.to_owned(), corners.to_vec());
-        Ok(Self(Arc::new(Pieces { origin, ends, corners, coefficients, error })))
+        let law = Self(Arc::new(Pieces { origin, ends, corners, coefficients, error }));
+        let onset = law.phi(0.0);
+        if (onset - 1.0).abs() > STATIC_SLACK {
+            return error_of(
+                format!("the friction at slip speed 0 is 1, and just above it is {onset}"),
+                "make it continuous there; if it drops as slip begins, add the drop to the function and give it as the \
+                 parameter drop (with_drop)",
+            );
+        }
+        Ok(law)
     }
 
     /// The function's name.
@@ -273,16 +298,25 @@ impl Fitted {
             let last = halvings >= MOST_HALVINGS
                 || !(a < middle && middle < b)
                 || fitted.coefficients.len() + waiting.len() >= MOST_PIECES;
-            if !(tail <= SHARPNESS * size) && !last {
+            // The error of an interpolant is largest between the points, and unknown where the function is not as smooth
+            // as its values at these.
+            let between = POINTS.windows(2).map(|pair| middle + half * 0.5 * (pair[0] + pair[1]));
+            let spread = (1..=TESTS).map(|k| a + (b - a) * (f64::from(k) * GOLDEN).fract());
+            let next = (1..=if a == 0.0 { NEXT_TO_REST } else { 0 }).map(|k| b * 2f64.powi(-k));
+            let miss = |u: f64| (sum(&coefficients, (u - middle) / half) - phi(u)).abs();
+            let is_sharp = tail <= SHARPNESS * size;
+            let missed = match is_sharp || last {
+                true => between.chain(spread).chain(next).map(miss).fold(tail, f64::max),
+                false => tail,
+            };
+            if !(last || is_sharp && missed <= LARGEST_MISS * size) {
                 waiting.extend([(middle, b, halvings + 1), (a, middle, halvings + 1)]);
                 continue;
             }
-            // The error of an interpolant is largest between the points; by Markov's inequality the slope of
-            // a polynomial of degree n is at most n^2 / half times its largest value.
-            let between = POINTS.windows(2).map(|pair| 0.5 * (pair[0] + pair[1]));
-            let miss = between.map(|x| (sum(&coefficients, x) - phi(middle + half * x)).abs());
-            let miss = miss.fold(tail, f64::max) + 4.0 * f64::EPSILON * size;
+            // By Markov's inequality the slope of a polynomial of degree n is at most n^2 / half times its largest
+            // value.
             let degree = (COUNT - 1) as f64;
+            let miss = missed + 4.0 * f64::EPSILON * size;
             fitted.error = fitted.error.max(degree * degree / half * miss);
             fitted.coefficients.push(coefficients);
             fitted.ends.push(b);
@@ -309,6 +343,27 @@ mod tests {
             assert!((law.weakening(u) - 0.5 * (-u).exp()).abs() <= law.error(), "{u}");
         }
         assert!(law.phi(8.1).is_nan() && law.weakening(8.1).is_nan());
+    }
+
+    /// A fall within 1e-7 of the range and a dip as wide as 1e-3 of it are found; a jump at rest is refused, and one
+    /// elsewhere is in the error.
+    #[test]
+    fn narrow_falls_and_dips_are_found() {
+        let fall = |u: f64| 0.6 + 0.4 * (-u / 1e-6).exp();
+        let law = Function::new("falls", fall, 8.0, &[]).unwrap();
+        let dip = |u: f64| 1.0 - 0.2 * (-((u - 3.3) / 8e-3).powi(2)).exp();
+        let dips = Function::new("dips", dip, 8.0, &[]).unwrap();
+        for i in 0..=400 {
+            let u = 1e-8 * 1.05f64.powi(i);
+            assert!((law.phi(u) - fall(u)).abs() < 1e-12, "{u}");
+            let u = 3.28 + 1e-4 * f64::from(i);
+            assert!((dips.phi(u) - dip(u)).abs() < 1e-12, "{u}");
+        }
+        assert!(law.error() < 1e-2 && dips.error() < 1e-8, "{} {}", law.error(), dips.error());
+        let drops = Function::new("drops", |u| if u > 0.0 { 0.7 } else { 1.0 }, 8.0, &[]).unwrap_err();
+        assert!(drops.problem.contains("just above it is 0.69999"), "{drops}");
+        let jumps = Function::new("jumps", |u| if u > 1.3 { 0.7 } else { 1.0 }, 8.0, &[]).unwrap();
+        assert!(jumps.error() > 1.0, "{}", jumps.error());
     }
 
     #[test]

@@ -17,6 +17,7 @@ mod form;
 mod function;
 mod lorentzian;
 mod mean;
+mod peak;
 pub mod readings;
 mod stribeck;
 mod table;
@@ -27,7 +28,7 @@ pub use coulomb::Coulomb;
 pub use curve::{Column, Curve, NOTHING, ONE_SLIP_CYCLE, Pieces, Ranges};
 pub use custom::{Custom, CustomLaw, CustomLawError};
 pub use domain::PointError;
-pub use exponential::Exponential;
+pub use exponential::{Exponential, ExponentialFall};
 pub use expression::ExpressionCurve;
 pub use expression::{Expression, ExpressionError};
 pub use family::Slope;
@@ -35,7 +36,7 @@ pub use function::{Function, FunctionError};
 pub use lorentzian::Lorentzian;
 pub use slipmap_numbers::Range;
 pub use stribeck::Stribeck;
-pub use table::{Table, TableError};
+pub use table::{Source, Table, TableError};
 pub use weakening::{Accuracy, Weakening};
 pub use weakening::{COUNT, Polynomial, ProvedPiece};
 
@@ -463,6 +464,7 @@ impl Law {
             curve: self.curve(point.epsilon, &point.law),
             epsilon: point.epsilon,
             belt_speed: point.belt_speed,
+            unit: 1.0,
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Repeated readings at one slip speed, averaged.
+//! Readings averaged: those at one slip speed, and many that scatter.
 
 /// The means of the readings at each slip speed.
 #[derive(Clone, Debug, PartialEq)]
@@ -35,6 +35,139 @@ pub fn means(readings: &[(f64, f64)]) -> Option<Means> {
     let standard_errors =
         (variance > 0.0).then(|| counts.iter().map(|count| (variance / count).sqrt()).collect());
     (repeated > 0).then_some(Means { data, standard_errors, first })
+}
+
+/// An estimate of the friction at one slip speed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Knot {
+    /// The slip speed.
+    pub speed: f64,
+    /// The friction there.
+    pub friction: f64,
+    /// Its standard error.
+    pub error: f64,
+}
+
+/// Least number of readings of a segment.
+const FEWEST: usize = 8;
+/// Mean square of the two terms of higher order, in units of the variance of the readings, above which a segment is
+/// not straight: about one straight segment in a hundred has more by chance.
+const BENT: f64 = 5.0;
+
+/// Divides readings, sorted by slip speed, into segments in which the friction is a straight line within their
+/// scatter, and gives each by the values of that line at two slip speeds, whose errors are independent: with the
+/// mean m of the speeds, their variance s^2 and n readings of variance v, the values at m - a and m + b have the
+/// covariance (1 - a b / s^2) v / n, which vanishes for a b = s^2. The fastest reading is the last such speed.
+///
+/// Readings of a record over time are not independent where they follow one another: those of each of its
+/// `passages`, whose numbers are given, count as one. Also returns the standard deviation of the readings in the
+/// slowest segment.
+pub fn segments(readings: &[(f64, f64)], passages: Option<&Vec<usize>>) -> (Vec<Knot>, f64) {
+    let mut segments = Vec::new();
+    divide(readings, 0, passages.map(Vec::as_slice), &mut segments);
+    let spread = segments.first().map_or(0.0, |segment| segment.variance.sqrt());
+    let last = segments.len() - 1;
+    let mut knots: Vec<Knot> = Vec::new();
+    for (i, Segment { mean, s2, level, slope, variance, independent, fastest }) in
+        segments.into_iter().enumerate()
+    {
+        let after = if i == last { fastest - mean } else { s2.sqrt() };
+        if !(s2 > 0.0) {
+            let error = (variance / independent).sqrt();
+            knots.push(Knot { speed: mean, friction: level, error });
+            continue;
+        }
+        knots.extend([-s2 / after, after].map(|from| Knot {
+            speed: mean + from,
+            friction: level + slope * from,
+            error: (variance / independent * (1.0 + from * from / s2)).sqrt(),
+        }));
+    }
+    // Knots of neighbouring segments of uneven readings may overlap.
+    knots.sort_by(|one, other| one.speed.total_cmp(&other.speed));
+    knots.dedup_by(|next, one| next.speed <= one.speed);
+    knots.retain(|knot| knot.speed > 0.0);
+    (knots, spread)
+}
+
+/// Readings on a straight line.
+struct Segment {
+    /// Mean and variance of the slip speeds.
+    mean: f64,
+    s2: f64,
+    /// Friction at the mean, and the slope.
+    level: f64,
+    slope: f64,
+    /// Variance of the readings about the line.
+    variance: f64,
+    /// Number of independent readings.
+    independent: f64,
+    fastest: f64,
+}
+
+/// Appends the segments of the readings, the first of which has the position `from` among all.
+fn divide(readings: &[(f64, f64)], from: usize, passages: Option<&[usize]>, segments: &mut Vec<Segment>) {
+    let n = readings.len();
+    let count = n as f64;
+    let independent = passages.map_or(count, |passages| different(&passages[from..from + n]));
+    let (low, high) = (readings[0].0, readings[n - 1].0);
+    let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
+    // Polynomials of degree 0 to 3, orthogonal on the slip speeds; sums of the products with the friction.
+    let mut basis: Vec<Vec<f64>> = Vec::new();
+    let mut residual: Vec<f64> = readings.iter().map(|reading| reading.1).collect();
+    let mut squares = [0.0; 4];
+    let mut line = [0.0; 2];
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    let degree = if half > 0.0 && n > 4 { 3 } else { 0 };
+    let mut about_line = f64::NAN;
+    for k in 0..=degree {
+        let mut next: Vec<f64> =
+            readings.iter().map(|(u, _)| ((u - middle) / half.max(f64::MIN_POSITIVE)).powi(k)).collect();
+        for known in &basis {
+            let share = dot(&next, known) / dot(known, known);
+            next.iter_mut().zip(known).for_each(|(next, known)| *next -= share * known);
+        }
+        let norm = dot(&next, &next);
+        if !(norm > 1e-9) {
+            break;
+        }
+        let coefficient = dot(&residual, &next) / norm;
+        residual.iter_mut().zip(&next).for_each(|(rest, next)| *rest -= coefficient * next);
+        squares[k as usize] = coefficient * coefficient * norm;
+        if let Some(line) = line.get_mut(k as usize) {
+            *line = coefficient;
+            about_line = dot(&residual, &residual);
+        }
+        basis.push(next);
+    }
+    let rest = dot(&residual, &residual) / (count - basis.len() as f64).max(1.0);
+    let is_bent = 0.5 * (squares[2] + squares[3]) * independent > BENT * rest * count;
+    let by_speed = readings.partition_point(|reading| reading.0 < middle);
+    // Between two readings of one speed there is no segment.
+    let by_count = readings.partition_point(|reading| reading.0 < readings[n / 2].0);
+    let cut = [by_speed, by_count].into_iter().find(|cut| FEWEST.min(n) <= *cut && cut + FEWEST <= n);
+    if let (true, Some(cut)) = (is_bent, cut) {
+        divide(&readings[..cut], from, passages, segments);
+        divide(&readings[cut..], from + cut, passages, segments);
+        return;
+    }
+    let mean = readings.iter().map(|reading| reading.0).sum::<f64>() / count;
+    let s2 = if degree > 0 {
+        readings.iter().map(|reading| (reading.0 - mean).powi(2)).sum::<f64>() / count
+    } else {
+        0.0
+    };
+    let variance = about_line / (count - 2.0).max(1.0);
+    let slope = if s2 > 0.0 { line[1] / half } else { 0.0 };
+    segments.push(Segment { mean, s2, level: line[0], slope, variance, independent, fastest: high });
+}
+
+/// The number of different numbers.
+fn different(numbers: &[usize]) -> f64 {
+    let mut numbers = numbers.to_vec();
+    numbers.sort_unstable();
+    numbers.dedup();
+    numbers.len() as f64
 }
 
 #[cfg(test)]

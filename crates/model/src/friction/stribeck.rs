@@ -57,6 +57,7 @@ pub struct Stribeck {
 /// Parameters of the law, exact except for one rounding.
 #[derive(Clone, Copy, Debug)]
 pub struct Parts {
+    pub epsilon: f64,
     pub beta: f64,
     pub gamma: f64,
     /// 1 - alpha, rounded to the nearest f64.
@@ -99,7 +100,7 @@ impl Stribeck {
 
     /// The parameters as given, for interval arithmetic.
     pub fn parts(&self) -> Parts {
-        Parts { beta: self.beta, gamma: self.gamma, drop: self.drop }
+        Parts { epsilon: self.epsilon, beta: self.beta, gamma: self.gamma, drop: self.drop }
     }
 
     /// The scaled groups at belt speed V and damping force rate C = eps c.

@@ -7,10 +7,13 @@
 use std::sync::{Arc, LazyLock};
 
 use super::Range;
+use super::peak::{NO_REST, REST_AT_PEAK};
 use slipmap_numbers::interval::Interval;
 use slipmap_numbers::jet::{Jet, Real as _};
 use slipmap_numbers::random::Random;
 
+/// Median of the absolute values of normal numbers.
+const MEDIAN_SIZE: f64 = 0.674_489_750_196_081_7;
 /// Tolerance of phi(0) = 1: measured values are rounded.
 const STATIC_SLACK: f64 = 1e-9;
 
@@ -57,10 +60,22 @@ struct Cubics {
     slope: Vec<f64>,
     /// Standard errors of the friction, in the units of `friction`.
     errors: Option<Vec<f64>>,
-    /// The line of each datum in its file; empty for data that are not from a file.
-    lines: Vec<usize>,
+    /// Whether answers have the error of the curve between the rows, see [`Table::with_error_of_curve`].
+    curve_errs: bool,
+    source: Source,
+}
+
+/// What is known of the file of measured data.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Source {
+    /// The line of each datum; 0 for a mean of many, empty for data that are not from a file.
+    pub lines: Vec<usize>,
     /// Number of readings of which the data are means; the number of data where none are.
-    readings: usize,
+    pub readings: usize,
+    /// What has been understood of the file, in one line; `None` if it is as the documentation has it.
+    pub told: Option<String>,
+    /// Whether the friction is a force.
+    pub forces: bool,
 }
 
 /// phi on one piece as phi_0 + t (s_0 + t (c_2 + t c_3)), t = u - u_0.
@@ -131,8 +146,10 @@ impl Table {
             }
             if row > 0 && u == data[row - 1].0 {
                 let problem = format!("the slip speed {u} is that of the row before");
-                let remedy =
-                    "average the rows of one slip speed into one, with the standard error of their mean";
+                let remedy = match u {
+                    0.0 => "leave the friction of slip there, and give that at rest as static",
+                    _ => "average the rows of one slip speed into one, with the standard error of their mean",
+                };
                 return error(Some(row), problem, remedy);
             }
             if row > 0 && u < data[row - 1].0 {
@@ -143,6 +160,9 @@ impl Table {
         if data[0].0 != 0.0 {
             let problem = format!("the first slip speed is {}, not 0", data[0].0);
             return error(Some(0), problem, "begin with the static friction, at slip speed 0");
+        }
+        if data[0].1 == 0.0 {
+            return error(Some(0), NO_REST.to_owned(), REST_AT_PEAK);
         }
         let phi: Vec<f64> = data.iter().map(|(_, phi)| phi / static_level).collect();
         if may_drop && !(phi[0] > 0.0 && phi[0] <= 1.0 + STATIC_SLACK) {
@@ -173,24 +193,19 @@ impl Table {
             phi,
             slope,
             errors: None,
-            lines: Vec::new(),
-            readings: data.len(),
+            curve_errs: false,
+            source: Source { readings: data.len(), ..Source::default() },
         })))
     }
 
-    /// The same table with the line of each datum in its file, and the number of readings there.
-    pub fn with_rows(&self, lines: &[usize], readings: usize) -> Self {
-        Self(Arc::new(Cubics { lines: lines.to_vec(), readings, ..Cubics::clone(&self.0) }))
+    /// The same table with what is known of its file.
+    pub fn with_source(&self, source: Source) -> Self {
+        Self(Arc::new(Cubics { source, ..Cubics::clone(&self.0) }))
     }
 
-    /// The lines of the data in their file; empty for data that are not from a file.
-    pub fn lines(&self) -> &[usize] {
-        &self.0.lines
-    }
-
-    /// The number of readings of which the data are means; the number of data where none are.
-    pub fn readings(&self) -> usize {
-        self.0.readings
+    /// What is known of its file.
+    pub fn source(&self) -> &Source {
+        &self.0.source
     }
 
     /// The same table with the standard error of each friction value, in the units of the friction.
@@ -210,17 +225,21 @@ impl Table {
                 "write a finite number that is at least 0, in the units of the friction",
             );
         }
-        Ok(Self(Arc::new(Cubics { errors: Some(errors.to_vec()), ..Cubics::clone(&self.0) })))
+        let errors = Some(errors.to_vec());
+        Ok(Self(Arc::new(Cubics { errors, ..Cubics::clone(&self.0) })))
     }
 
-    /// The same law with its slip speeds in units of `unit` > 0.
+    /// The same law with its slip speeds and its friction in units of `speed` and `friction` > 0.
     ///
     /// # Errors
     /// [`TableError`] if two slip speeds become equal, or one overflows.
-    pub fn in_units(&self, unit: f64) -> Result<Self, TableError> {
-        let data: Vec<(f64, f64)> = self.data().map(|(u, friction)| (u / unit, friction)).collect();
-        let table = Self::of_data(self.origin(), &data, self.static_level(), self.0.may_drop)?;
-        self.standard_errors().map_or(Ok(table.clone()), |errors| table.with_standard_errors(errors))
+    pub fn in_units(&self, speed: f64, friction: f64) -> Result<Self, TableError> {
+        let data: Vec<(f64, f64)> = self.data().map(|(u, level)| (u / speed, level / friction)).collect();
+        let table = Self::of_data(self.origin(), &data, self.static_level() / friction, self.0.may_drop)?;
+        let scaled = |errors: &Vec<f64>| errors.iter().map(|error| error / friction).collect();
+        let Cubics { errors, curve_errs, source, .. } = &*self.0;
+        let (errors, source) = (errors.as_ref().map(scaled), source.clone());
+        Ok(Self(Arc::new(Cubics { errors, curve_errs: *curve_errs, source, ..Cubics::clone(&table.0) })))
     }
 
     /// Standard errors of the friction as given, one for each datum.
@@ -256,11 +275,12 @@ impl Table {
         let mut by_data = vec![0.0; self.0.u.len()];
         let (first, by) = self.weakening_by_data(u);
         by_data[first..].iter_mut().zip(by).for_each(|(sum, by)| *sum = by);
-        self.standard_errors_of_sum(&[(u, 1.0)], &by_data).map(|[(value, _), _]| value)
+        let [(of_data, _), _] = self.standard_errors_of_data(&[(u, 1.0)], &by_data)?;
+        Some(of_data.hypot(self.error_of_slope(u)))
     }
 
-    /// Standard errors of the sum of -phi' times a weight over `points`, pairs of slip speed and weight, each
-    /// with its sampling error: with the unit of friction held fixed, and with the first datum as the unit;
+    /// Standard errors of the sum of -phi' times a weight over `points`, pairs of slip speed and weight, by the errors
+    /// of the data and by that of the curve between them, each with its sampling error: with the unit of friction held fixed, and with the first datum as the unit;
     /// `None` without standard errors of the data. `by_data` are the derivatives of the sum by the data, with
     /// the unit held fixed.
     ///
@@ -268,9 +288,18 @@ impl Table {
     /// equal data do within their errors. So the variance is that of random data, with the variance to first
     /// order as control variate.
     pub fn standard_errors_of_sum(&self, points: &[(f64, f64)], by_data: &[f64]) -> Option<[(f64, f64); 2]> {
+        let of_curve = self.error_of_curve(points);
+        let of_data = self.standard_errors_of_data(points, by_data)?;
+        Some(of_data.map(|(value, sampling)| (value.hypot(of_curve), sampling)))
+    }
+
+    fn standard_errors_of_data(&self, points: &[(f64, f64)], by_data: &[f64]) -> Option<[(f64, f64); 2]> {
         const DRAWS: u32 = 4096;
-        let Cubics { u: knots, friction, static_level, errors, .. } = &*self.0;
-        let errors = errors.as_ref()?;
+        let Cubics { u: knots, friction, static_level, .. } = &*self.0;
+        let errors = self.0.errors.as_ref()?;
+        if errors.iter().all(|error| *error == 0.0) {
+            return Some([(0.0, 0.0); 2]);
+        }
         // On each piece -phi' is linear in the secant and in the slopes at the ends.
         let mut by_secant = vec![0.0; knots.len()];
         let mut by_slope = vec![0.0; knots.len()];
@@ -366,18 +395,19 @@ impl Table {
 
     /// The standard deviation of the friction about the straight line through the rows before and after,
     /// which is that of independent errors where the curve hardly bends between rows (Gasser, Sroka and
-    /// Jennen-Steinmetz, Biometrika 73, 1986). In the units of the friction.
+    /// Jennen-Steinmetz, Biometrika 73, 1986); by the median, since it may bend at some. In the units of the friction.
     pub fn scatter(&self) -> f64 {
         let Cubics { u, friction, .. } = &*self.0;
-        let square = |i: usize| {
+        let size = |i: usize| {
             let after = (u[i] - u[i - 1]) / (u[i + 1] - u[i - 1]);
             let before = 1.0 - after;
             let miss = before * friction[i - 1] + after * friction[i + 1] - friction[i];
-            miss * miss / (before * before + after * after + 1.0)
+            miss.abs() / (before * before + after * after + 1.0).sqrt()
         };
-        let inner = 1..self.pieces();
-        let count = inner.len() as f64;
-        (inner.map(square).sum::<f64>() / count).sqrt()
+        let mut sizes: Vec<f64> = (1..self.pieces()).map(size).collect();
+        sizes.sort_by(f64::total_cmp);
+        let count = sizes.len();
+        0.5 * (sizes[(count - 1) / 2] + sizes[count / 2]) / MEDIAN_SIZE
     }
 
     /// The largest slip speed for which the law is known.
@@ -575,5 +605,6 @@ static GAUSS: LazyLock<[(f64, f64); 16]> = LazyLock::new(|| {
     })
 });
 
+mod between;
 #[cfg(test)]
 mod tests;

@@ -5,6 +5,7 @@ use ndarray::Array2;
 use super::super::units::Label;
 use super::bifurcations::{self, boundary};
 use super::palette::{self, Kind};
+use super::plot::Marks;
 use super::slice::Slice;
 use super::verdict_panels::{EXACT, cell_columns, draw_exact};
 use slipmap_figure::axis::{AXIS, SMALL_TEXT, Scale, TEXT, extremes, text_width_of};
@@ -12,7 +13,7 @@ use slipmap_figure::data::{Data, Values};
 use slipmap_figure::legend::{Legend, Sample};
 use slipmap_figure::panels::{Panel, Panels};
 use slipmap_figure::region::outlines;
-use slipmap_figure::scene::{Anchor, Fill, Hatch, Rect, Scene, Width};
+use slipmap_figure::scene::{Anchor, Fill, Hatch, Marker, Rect, Scene, Width};
 use slipmap_figure::style;
 use slipmap_figure::text::{Rich, rich};
 use slipmap_map::map::PlaneCurves;
@@ -36,6 +37,8 @@ pub struct Area<'a> {
     pub curves: Option<PlaneCurves>,
     /// Whether the exact boundary of the stick-slip region is drawn if there are no curves.
     pub exact: bool,
+    /// Points of other origin.
+    pub marks: Option<&'a Marks>,
     pub title: Rich,
 }
 
@@ -186,6 +189,14 @@ fn draw_area(scene: &mut Scene, panel: &Panel, area: &Area, colours: Option<Colo
     }
     if let Some(curves) = &area.curves {
         bifurcations::draw(scene, panel, curves, legend);
+    }
+    if let Some((name, points)) = area.marks {
+        let places = points.iter().map(|[x, y]| panel.place(*x, *y));
+        for place in places.filter(|place| panel.rect.contains(*place)) {
+            scene.marker(Marker::Circle, place, 4.6, style::WHITE, true);
+            scene.marker(Marker::Circle, place, 3.2, style::VERMILION, true);
+        }
+        legend.add(Sample::Mark(Marker::Circle, style::VERMILION, true), Rich::foreign(name));
     }
 }
 

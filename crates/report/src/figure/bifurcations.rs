@@ -14,7 +14,6 @@ use slipmap_figure::scene::{Place, Scene, Stroke};
 use slipmap_figure::style;
 use slipmap_figure::text::rich;
 use slipmap_map::map::{PlaneCurve, PlaneCurves};
-use slipmap_model::filippov::Oscillator;
 use slipmap_simulate::bifurcation::Bifurcation;
 use slipmap_simulate::flow;
 
@@ -45,8 +44,9 @@ fn mean_work(slice: &Slice) -> u64 {
     let compiles = law_axes.contains(&slice.x) || law_axes.contains(&slice.y);
     let at = |i: usize| (i as f64 + 0.5) / SAMPLE as f64;
     let work = |n: usize| {
-        let point = slice.point(x.value(at(n / SAMPLE)), y.value(at(n % SAMPLE)));
-        let oscillator = Oscillator::new(slice.law(), &point);
+        let Some(oscillator) = slice.oscillator(x.value(at(n / SAMPLE)), y.value(at(n % SAMPLE))) else {
+            return 0;
+        };
         let compiling = if compiles { oscillator.curve.compiling_work(oscillator.belt_speed) } else { 0 };
         let orbit = flow(&oscillator, TOLERANCE).rhs.saturating_mul(oscillator.curve.cost());
         orbit.saturating_add(compiling) / (SAMPLE * SAMPLE) as u64

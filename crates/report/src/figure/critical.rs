@@ -1,6 +1,5 @@
 //! Critical damping of every method against belt speed.
 
-use super::super::SIMULATION;
 use super::super::units::{Label, View};
 use super::curves::Budget;
 use super::slice::{Slice, equals};
@@ -12,7 +11,6 @@ use slipmap_figure::legend::{Legend, Sample};
 use slipmap_figure::panels::Panels;
 use slipmap_figure::scene::{Scene, Width};
 use slipmap_figure::text::rich;
-use slipmap_map::map::Field;
 
 /// If a map has only one V, the range of V shown, as a factor up and down.
 const SPREAD: f64 = 10.0;
@@ -32,9 +30,8 @@ pub(crate) fn critical(view: &View, width: Width) -> Option<Figure> {
     let index = view.informative_nodes();
     let curves_over = |values: &[f64]| -> (Vec<curves::Boundaries>, Vec<Vec<f64>>) {
         let of = |&epsilon: &usize| {
-            let mut index = index.clone();
-            index[0] = epsilon;
-            curves::by_method(map, &curves::columns(map, &index, v, values), &budget)
+            let index = map.grid().at_epsilon(&index, epsilon);
+            curves::by_method(map, &curves::columns(map, &index, v, values), values.len(), &budget)
         };
         epsilons.iter().map(of).unzip()
     };
@@ -76,7 +73,7 @@ pub(crate) fn critical(view: &View, width: Width) -> Option<Figure> {
             }
         }
         if view.units.machine.is_none() {
-            panel.title(&mut scene, &equals("epsilon", axes[0].values[epsilons[i]]));
+            panel.title(&mut scene, &equals("epsilon", map.grid().epsilons()[epsilons[i]]));
         }
     }
     frames.axes(&mut scene, &x_label.text(), &y_name);
@@ -92,17 +89,17 @@ pub(crate) fn critical(view: &View, width: Width) -> Option<Figure> {
     let shown: Vec<f64> = values.iter().map(|value| value * x_label.factor).collect();
     let count = panels.len();
     if count > 1 {
-        let each = epsilons.iter().flat_map(|&e| std::iter::repeat_n(axes[0].values[e], shown.len()));
+        let each = epsilons.iter().flat_map(|&e| std::iter::repeat_n(map.grid().epsilons()[e], shown.len()));
         data = data.reals("epsilon", each.collect());
     }
     data = data.reals(x_label.header(), shown.repeat(count));
     let methods: Vec<&String> = panels.iter().flatten().map(|(name, _)| name).take(panels[0].len()).collect();
     for (position, name) in methods.into_iter().enumerate() {
-        let label = Label { key: format!("critical_c_{name}"), ..y_label.clone() };
+        let label = Label { key: map.critical(name), ..y_label.clone() };
         let numbers = panels.iter().flat_map(|panel| &panel[position].1).map(|c| c * label.factor);
         data = data.reals(label.header(), numbers.collect());
     }
-    let label = Label { key: format!("{}{SIMULATION}", Field::CRITICAL_ERROR), ..y_label.clone() };
+    let label = Label { key: map.critical_error(), ..y_label.clone() };
     data = data.reals(label.header(), errors.concat().iter().map(|error| error * label.factor).collect());
     Some(Figure { name: "critical-damping".into(), caption, scene, data })
 }

@@ -21,7 +21,8 @@ pub(crate) fn curve_planes(view: &View, width: Width) -> Result<Vec<Figure>, Rep
         let (x, y) = (&axes[plane.x].name, &axes[plane.y].name);
         let variables: Vec<String> = map.has("regime").then(|| "regime".to_owned()).into_iter().collect();
         let variables = &variables[..];
-        let wanted = Plot { x, y: Some(y), at: &at, variables, panels: None, curves: false, width };
+        let wanted =
+            Plot { x, y: Some(y), at: &at, variables, panels: None, curves: false, marks: None, width };
         let name = format!("curves-{x}-{y}");
         // Several planes may differ only in the values of the fixed axes.
         let others = figures.iter().filter(|figure| figure.name.starts_with(&name)).count();

@@ -46,15 +46,16 @@ pub(super) fn cut(scale: Scale, samples: &[f64], most: impl Fn(usize) -> f64) ->
     }
 }
 
-/// The columns of a map's law in which `axis` takes the given values and the others are fixed at nodes.
+/// The columns of a map's law in which `axis` takes the given values and the others are fixed at nodes, up to the first
+/// value without a column.
 pub(super) fn columns(map: &MapFile, index: &[usize], axis: usize, values: &[f64]) -> Vec<Column> {
     let grid = map.grid();
-    let mut point = grid.point(index);
+    let mut at = grid.values(index);
     let mut column = |&value: &f64| {
-        grid.axes()[axis].role.set(&mut point, value);
-        grid.law().column(&point)
+        at[axis] = value;
+        grid.column_of(&at).ok()
     };
-    values.iter().map(&mut column).collect()
+    values.iter().map_while(&mut column).collect()
 }
 
 /// Work left for the curves of one figure, so that a figure takes bounded time for every map. Curves end
@@ -123,7 +124,12 @@ pub(super) type Boundaries = Vec<(String, Vec<f64>)>;
 
 /// The boundary of each method of a map that this program knows, the simulation last, then the errors of that;
 /// NaN where there is none, and where the budget is spent.
-pub(super) fn by_method(map: &MapFile, columns: &[Column], budget: &Budget) -> (Boundaries, Vec<f64>) {
+pub(super) fn by_method(
+    map: &MapFile,
+    columns: &[Column],
+    values: usize,
+    budget: &Budget,
+) -> (Boundaries, Vec<f64>) {
     let simulated = budget.solve(columns);
     let solved = &columns[..simulated.len()];
     let tests = map.methods().iter().filter_map(|method| match Method::by_name(&method.name)? {
@@ -136,8 +142,8 @@ pub(super) fn by_method(map: &MapFile, columns: &[Column], budget: &Budget) -> (
     let mut curves: Boundaries = tests.collect();
     let [exact, mut errors] = [0, 1].map(|of| simulated.iter().map(|found| found[of]).collect::<Vec<f64>>());
     curves.push((super::super::SIMULATION.into(), exact));
-    curves.iter_mut().for_each(|(_, curve)| curve.resize(columns.len(), f64::NAN));
-    errors.resize(columns.len(), f64::NAN);
+    curves.iter_mut().for_each(|(_, curve)| curve.resize(values, f64::NAN));
+    errors.resize(values, f64::NAN);
     (curves, errors)
 }
 

@@ -7,7 +7,7 @@ use super::super::{Report, ReportError, SIMULATION};
 use super::bifurcations::boundary;
 use super::slice::Slice;
 use super::verdict_panels::{
-    EXACT, FEWEST_NODES, cell_columns, chosen_epsilons, draw_exact, failed_words, main_plane, method_title,
+    EXACT, FEWEST_NODES, cell_columns, draw_exact, failed_words, main_plane, method_title, panel_epsilons,
 };
 use super::{Figure, palette, slice::equals};
 use slipmap_figure::data::Data;
@@ -36,7 +36,7 @@ pub(crate) fn deciders(view: &View, report: &Report, width: Width) -> Result<Opt
         return Ok(None);
     }
     let index = view.informative_nodes();
-    let epsilons = if x == 0 { vec![index[0]] } else { chosen_epsilons(map) };
+    let epsilons = panel_epsilons(map, &index, &[x]);
     let area = |name: &str| (palette::method_area(name), method_title(name));
     let mut kinds: Vec<(Fill, Rich)> = tests.iter().map(|&m| area(&methods[m].name)).collect();
     kinds.push((palette::method_area(SIMULATION), rich("simulation only")));
@@ -47,8 +47,7 @@ pub(crate) fn deciders(view: &View, report: &Report, width: Width) -> Result<Opt
     // cells[panel][x, y]: position in `kinds`.
     let mut slices = Vec::new();
     for &epsilon in &epsilons {
-        let mut index = index.clone();
-        index[0] = epsilon;
+        let index = map.grid().at_epsilon(&index, epsilon);
         let slice = Slice::new(view, x, y, index);
         let codes = tests
             .iter()
@@ -83,7 +82,7 @@ pub(crate) fn deciders(view: &View, report: &Report, width: Width) -> Result<Opt
         }
         draw_exact(&mut scene, curves, panel);
         if slices.len() > 1 {
-            panel.title(&mut scene, &equals("epsilon", map.grid().axes()[0].values[slice.index[0]]));
+            panel.title(&mut scene, &equals("epsilon", slice.epsilon()));
         }
     }
     panels.axes(&mut scene, &x_name, &y_name);
@@ -108,8 +107,7 @@ pub(crate) fn deciders(view: &View, report: &Report, width: Width) -> Result<Opt
     if let [(slice, ..), ..] = &slices[..] {
         let [columns, rows] = slice.nodes().map(|nodes| nodes.len());
         let cells = columns * rows;
-        let epsilon = |slice: &Slice| map.grid().axes()[0].values[slice.index[0]];
-        let each = slices.iter().flat_map(|(slice, ..)| std::iter::repeat_n(epsilon(slice), cells));
+        let each = slices.iter().flat_map(|(slice, ..)| std::iter::repeat_n(slice.epsilon(), cells));
         if slices.len() > 1 {
             data = data.reals("epsilon", each.collect());
         }

@@ -18,9 +18,9 @@ use slipmap_figure::style;
 use slipmap_figure::style::LineStyle;
 use slipmap_figure::text::{Rich, rich};
 use slipmap_map::machine::Dimension;
-use slipmap_map::map::Grid;
 use slipmap_model::filippov::{Oscillator, Stability};
-use slipmap_simulate::crossing::{crossing_cycles, stick_slip_cycle};
+use slipmap_simulate::crossing::{crossing_cycles_among, stick_slip_cycle};
+use slipmap_simulate::far_loops::FarLoops;
 use slipmap_simulate::slip_cycle::slip_cycles;
 use slipmap_simulate::{Fate, Range, TIGHT, flow};
 
@@ -70,7 +70,7 @@ impl Kind {
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct State {
     attracts: bool,
-    /// Half the range of x1.
+    /// Half the range of x1, or of a machine in SI units.
     amplitude: f64,
 }
 
@@ -78,8 +78,9 @@ struct State {
 /// [`Kind::ALL`]; `None` for a kind that could not be determined there.
 type Found = [Option<Vec<State>>; 4];
 
-fn find(oscillator: &Oscillator) -> Found {
-    let state = |attracts: bool, x1: Range| State { attracts, amplitude: 0.5 * (x1.hi - x1.lo) };
+/// Finds the states; `length` is the unit of the amplitudes.
+fn find(oscillator: &Oscillator, length: f64) -> Found {
+    let state = |attracts: bool, x1: Range| State { attracts, amplitude: 0.5 * (x1.hi - x1.lo) * length };
     let equilibrium = match oscillator.stability() {
         Stability::Neutral => None,
         stability => Some(vec![State { attracts: stability == Stability::Attracts, amplitude: 0.0 }]),
@@ -90,7 +91,8 @@ fn find(oscillator: &Oscillator) -> Found {
         Fate::TooCloseToCall | Fate::Failed(_) => None,
         _ => stick_slip_cycle(oscillator, &flow, TOLERANCE).ok(),
     };
-    let crossing = crossing_cycles(oscillator, TOLERANCE).ok();
+    let far = FarLoops::where_friction_resists(&oscillator.curve, oscillator.belt_speed);
+    let crossing = crossing_cycles_among(oscillator, &far, TOLERANCE).ok();
     [
         equilibrium,
         slip.map(|all| all.iter().map(|cycle| state(cycle.is_stable(), cycle.displacement)).collect()),
@@ -168,7 +170,11 @@ pub fn diagram(view: &View, plot: &DiagramPlot) -> Result<Plotted, ReportError> 
     let scale = match plot.range {
         Some((from, to)) => {
             let (from, to) = (from / label.factor, to / label.factor);
-            let legal = |end: f64| Grid::check_value(grid.law(), axes[x].role, &axes[x].name, end).is_ok();
+            let legal = |end: f64| {
+                let mut values = grid.values(&index);
+                values[x] = end;
+                grid.oscillator_of(&values).is_ok()
+            };
             if !(legal(from) && legal(to) && from < to) {
                 return Err(ChoiceError::NoRange(label.header()).into());
             }
@@ -180,9 +186,11 @@ pub fn diagram(view: &View, plot: &DiagramPlot) -> Result<Plotted, ReportError> 
         None => Scale::of_nodes(nodes),
     };
     let find_at = |unit: f64| -> (f64, Found) {
-        let (value, mut point) = (scale.value(unit), grid.point(&index));
-        axes[x].role.set(&mut point, value);
-        (value, find(&Oscillator::new(grid.law(), &point)))
+        let (value, mut values) = (scale.value(unit), grid.values(&index));
+        values[x] = value;
+        let length = grid.si(&values).map_or(1.0, |si| si.factor(Dimension::Length));
+        let unknown = [const { None }; 4];
+        (value, grid.oscillator_of(&values).map_or(unknown, |oscillator| find(&oscillator, length)))
     };
     let units: Vec<f64> = (0..VALUES).map(|i| i as f64 / (VALUES - 1) as f64).collect();
     let coarse: Vec<(f64, Found)> = units.par_iter().map(|unit| find_at(*unit)).collect();

@@ -34,7 +34,7 @@ fn scale(report: &Report, epsilons: usize) -> Option<Scale> {
 /// The figure; `None` if no method has a boundary error to show.
 pub(crate) fn errors(view: &View, report: &Report, width: Width) -> Option<Figure> {
     let axes = view.map.grid().axes();
-    let epsilons = &axes[0].values;
+    let epsilons = view.map.grid().epsilons();
     let label = view.axis(&axes[axes.len() - 1]);
     let scale = scale(report, epsilons.len())?.in_unit(label.factor);
     let one = epsilons.len() == 1;
@@ -55,9 +55,8 @@ pub(crate) fn errors(view: &View, report: &Report, width: Width) -> Option<Figur
              worst.",
         ),
         false => rich(
-            ". Marks: median over the columns; bars: up to the error that 95 % of them do not exceed. {p}: the exponent of \
-             the line through the medians, error ~ {epsilon}^{p}, with its 95 % confidence interval if more than two \
-             {epsilon} are in the fit.",
+            ". Marks: median over the columns; dashes: the error that 95 % of them do not exceed. {p}: the exponent \
+             between the two smallest {epsilon}, error ~ {epsilon}^{p}.",
         ),
     });
     let cells = report
@@ -85,27 +84,21 @@ fn lines(scene: &mut Scene, report: &Report, epsilons: &[f64], y: Scale, label: 
     let panels = Panels::new(scene.width, 1, 1, width.select(0.85, 0.5), x, y);
     let panel = panels.panels[0];
     let mut legend = Legend::default();
-    let methods = &report.boundaries.methods;
-    for (m, method) in methods.iter().enumerate() {
+    for method in &report.boundaries.methods {
         let style = palette::method(&method.method);
-        // Bars of different methods stand side by side.
-        let aside = 2.4 * (m as f64 - 0.5 * (methods.len() - 1) as f64);
         let mut places = Vec::new();
-        let mut bars = Vec::new();
+        let mut high_places = Vec::new();
         for (e, &epsilon) in epsilons.iter().enumerate() {
             if let Some((median, high, _)) = drawn(method, e) {
-                let (x, y) = panel.place(epsilon, median);
-                places.push((x + aside, y));
-                bars.push(((x + aside, y), (x + aside, panel.place(epsilon, high).1)));
+                places.push(panel.place(epsilon, median));
+                high_places.push(panel.place(epsilon, high));
             }
         }
         if places.is_empty() {
             continue;
         }
-        for (from, to) in bars {
-            let stroke = Stroke::solid(style.stroke.color, 0.8);
-            scene.line(&[from, to], &stroke);
-            scene.line(&[(to.0 - 1.6, to.1), (to.0 + 1.6, to.1)], &stroke);
+        for (x, y) in high_places {
+            scene.line(&[(x - 4.0, y), (x + 4.0, y)], &Stroke::solid(style.stroke.color, 1.2));
         }
         scene.line(&places, &style.stroke);
         for place in &places {
@@ -123,14 +116,10 @@ fn error_of(damping: &Label) -> Rich {
     Label { name: rich("error of the critical damping"), ..damping.clone() }.text()
 }
 
-/// ", p = 2.01 ± 0.02".
+/// ", p = 2.01".
 fn order(method: &MethodBoundary) -> Rich {
-    let Some(order) = method.order else { return Rich::default() };
-    let text = rich(", {p} = ").then(Rich::foreign(&format!("{:.2}", order.order).replace('-', "−")));
-    match order.half_width {
-        Some(half_width) => text.then(Rich::foreign(&format!(" ± {half_width:.2}"))),
-        None => text,
-    }
+    let Some(order) = method.orders.first() else { return Rich::default() };
+    rich(", {p} = ").then(Rich::foreign(&format!("{:.2}", order.order).replace('-', "−")))
 }
 
 /// One row per method.

@@ -21,7 +21,7 @@ pub use diagram::{DiagramPlot, diagram};
 pub use orbit::{OrbitPlot, orbit_figure};
 pub use plot::{Plot, plot};
 pub use slice::ChoiceError;
-pub(super) use slice::picks;
+pub(super) use slice::{nearest_node, picks};
 pub use slipmap_figure::data::Data;
 pub use slipmap_figure::scene::{Scene, Width};
 

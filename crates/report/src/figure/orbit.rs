@@ -122,5 +122,11 @@ pub fn orbit_figure(plot: &OrbitPlot) -> OrbitFigure {
         .then(": ")
         .then(rich(portrait.words()))
         .then("; (b), (c) position and velocity of the same orbit against time.");
-    OrbitFigure { scene, caption, data: orbit_data(&portrait.orbit.samples, plot.units), portrait: panel }
+    // A bit that turns in rock at rest, or a slide on its guide, moves with this velocity itself.
+    let slip =
+        plot.units.quantity("slip velocity", Rich::default(), "slip_velocity", Some(Dimension::Velocity));
+    let samples = &portrait.orbit.samples;
+    let slips = samples.iter().map(|s| (oscillator.belt_speed - s.x2) * slip.factor).collect();
+    let data = orbit_data(samples, plot.units).reals(slip.header(), slips);
+    OrbitFigure { scene, caption, data, portrait: panel }
 }

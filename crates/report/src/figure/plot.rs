@@ -44,9 +44,14 @@ pub struct Plot<'a> {
     /// Whether to find the curves of codimension one if the map does not store them; those that it stores are
     /// drawn in any case.
     pub curves: bool,
+    /// Points of other origin, marked over a plane: in the units of its axes, with their name.
+    pub marks: Option<&'a Marks>,
     /// Width of the figure.
     pub width: Width,
 }
+
+/// Points with a name for the legend.
+pub type Marks = (String, Vec<[f64; 2]>);
 
 /// A plot.
 #[derive(Clone, Debug)]
@@ -106,19 +111,20 @@ pub(crate) fn probability(view: &View, width: Width) -> Result<Option<Figure>, R
     let axes = view.map.grid().axes();
     let [speed, damping] = [axes.len() - 2, axes.len() - 1];
     let has_nodes = |axis: usize| axes[axis].values.len() > 1;
-    if !view.map.has_auxiliary(PROBABILITY) || !(has_nodes(speed) || has_nodes(damping)) {
+    if !view.map.has_probability() || !(has_nodes(speed) || has_nodes(damping)) {
         return Ok(None);
     }
     let variables = [PROBABILITY.to_owned()];
     let (x, y) = (&axes[speed].name, Some(axes[damping].name.as_str()));
-    let wanted = Plot { x, y, at: &[], variables: &variables, panels: None, curves: false, width };
+    let wanted =
+        Plot { x, y, at: &[], variables: &variables, panels: None, curves: false, marks: None, width };
     figure(view, "probability".into(), &wanted).map(Some)
 }
 
 /// The requested variables, or the default one.
 fn variables<'a>(map: &'a MapFile, requested: &'a [String]) -> Result<Vec<&'a str>, ChoiceError> {
     let default = format!("verdict_{SIMULATION}");
-    let probability = [PROBABILITY].into_iter().filter(|name| map.has_auxiliary(name));
+    let probability = map.has_probability().then_some(PROBABILITY);
     let names: Vec<&str> = map.variables().chain(probability).collect();
     if let Some(name) = requested.iter().find(|name| !names.contains(&name.as_str())) {
         return Err(match Field::of_variable(name) {
@@ -173,7 +179,7 @@ fn over_plane(view: &View, plot: &Plot, x: usize, y: usize) -> Result<Plotted, R
     let (panel_axis, nodes) = choose(view, plot.panels, &mut shown)?;
     let axes = map.grid().axes();
     // Critical dampings do not depend on the damping.
-    let no_damping = variable.starts_with("critical_c_");
+    let no_damping = Field::is_critical(variable);
     shown.extend(no_damping.then_some(axes.len() - 1));
     let held: Vec<Held> = held
         .into_iter()
@@ -198,7 +204,7 @@ fn over_plane(view: &View, plot: &Plot, x: usize, y: usize) -> Result<Plotted, R
         let curves = stored(map, &plane)
             .or_else(|| plot.curves.then(|| PlaneCurves::of(map.grid(), plane, &AtomicBool::new(false))));
         let exact = variable.starts_with("verdict_");
-        areas.push(Area { slice, layer, errors, curves, exact, title });
+        areas.push(Area { slice, layer, errors, curves, exact, marks: plot.marks, title });
     }
     let first = &areas[0];
     let at = view.held(&first.slice.index, &shown);
@@ -289,7 +295,7 @@ fn over_axis(view: &View, plot: &Plot, x: usize) -> Result<Plotted, ReportError>
         return Err(ChoiceError::NothingToDraw(axes[x].name.clone()).into());
     }
     let names = variables(map, plot.variables)?;
-    let without_damping = names.iter().all(|name| name.starts_with("critical_c_"));
+    let without_damping = names.iter().all(|name| Field::is_critical(name));
     // The axes with several values, each with a curve or a panel.
     let several: Vec<&At> = plot.at.iter().filter(|(_, values)| values.len() != 1).collect();
     if let [_, (second, _), ..] = several[..] {
@@ -401,7 +407,7 @@ impl Context<'_> {
     /// The nodes to read along the axis.
     fn picks(&self, line: &Line) -> Result<Vec<Pick>, ChoiceError> {
         let axes = self.view.map.grid().axes();
-        let rank = axes.len() - usize::from(line.variable.starts_with("critical_c_"));
+        let rank = axes.len() - usize::from(Field::is_critical(line.variable));
         if self.x >= rank {
             let (variable, axis) = (line.variable.to_owned(), axes[self.x].name.clone());
             return Err(ChoiceError::NotAlong { variable, axis });

@@ -1,6 +1,6 @@
 //! Phase portraits along one column of a map.
 
-use super::super::units::{Label, View};
+use super::super::units::{Label, UnitSystem, View};
 use super::curves::Budget;
 use super::portrait::{Portrait, equal_scales, orbit_data};
 use super::{Figure, curves};
@@ -25,14 +25,15 @@ pub(crate) fn portraits(view: &View, width: Width) -> Option<Figure> {
     let mut index = view.informative_nodes();
     // The largest eps that has a cycle, since orbits differ most there.
     let budget = Budget::of_figure();
-    let root = |index: &[usize]| curves::exact(&[grid.column(index)], &budget)[0];
-    for epsilon in (0..axes[0].values.len()).rev() {
-        index[0] = epsilon;
+    let root =
+        |index: &[usize]| grid.column(index).map_or(f64::NAN, |column| curves::exact(&[column], &budget)[0]);
+    for epsilon in (0..grid.epsilons().len()).rev() {
+        index = grid.at_epsilon(&index, epsilon);
         if root(&index) > 0.0 {
             break;
         }
     }
-    let column = grid.column(&index);
+    let column = grid.column(&index).ok()?;
     let critical = root(&index);
     if !(critical > 0.0) {
         return None;
@@ -46,7 +47,7 @@ pub(crate) fn portraits(view: &View, width: Width) -> Option<Figure> {
     let belt = axes.len() - 2;
     let held_index = index.clone();
     index[belt] = axes[belt].values.len() - 1;
-    let fast = grid.column(&index);
+    let fast = grid.column(&index).ok()?;
     let slowest = grid.dampings()[0];
     let crosses =
         |c: f64| matches!(flow(&Oscillator::in_column(&fast, c), TOLERANCE).fate, Fate::CrossesForever);
@@ -63,7 +64,8 @@ pub(crate) fn portraits(view: &View, width: Width) -> Option<Figure> {
         .fold([f64::INFINITY, f64::NEG_INFINITY, f64::INFINITY, f64::NEG_INFINITY], |a, b| {
             [a[0].min(b[0]), a[1].max(b[1]), a[2].min(b[2]), a[3].max(b[3])]
         });
-    let (x1, x2) = (view.units.x1(), view.units.x2());
+    let units = view.units_at(&held_index);
+    let (x1, x2) = (units.x1(), units.x2());
     let (belt_label, damping) = (view.axis(&axes[belt]), view.axis(&axes[belt + 1]));
     let held = view.held(&held_index, &[belt + 1]);
     let mut scene = Scene::new(width.points(), 0.0);
@@ -106,16 +108,16 @@ pub(crate) fn portraits(view: &View, width: Width) -> Option<Figure> {
         let fast = rich(if number == 3 { "on the fastest belt of the map, " } else { "" });
         caption = caption.then(separator).then(letter(number)).then(fast).then(rich(portrait.words()));
     }
-    let data = data(&drawn, &damping, view);
+    let data = data(&drawn, &damping, &units);
     Some(Figure { name: "portraits".into(), caption: caption.then("."), scene, data })
 }
 
 /// The orbits from the exit point.
-fn data(drawn: &[(f64, Portrait)], damping: &Label, view: &View) -> Data {
+fn data(drawn: &[(f64, Portrait)], damping: &Label, units: &UnitSystem) -> Data {
     let orbits = drawn.iter().map(|(c, portrait)| (c * damping.factor, &portrait.orbit.samples));
     let dampings = orbits.clone().flat_map(|(c, samples)| std::iter::repeat_n(c, samples.len()));
     let samples: Vec<State> = orbits.flat_map(|(_, samples)| samples).copied().collect();
-    Data::default().reals(damping.header(), dampings.collect()).join(orbit_data(&samples, &view.units))
+    Data::default().reals(damping.header(), dampings.collect()).join(orbit_data(&samples, units))
 }
 
 /// Rounded to three digits, for titles.

@@ -2,15 +2,14 @@
 
 use ndarray::{Array2, ArrayD, Ix2};
 
-use super::super::ReportError;
 use super::super::units::{Label, View};
+use super::super::{ReportError, SIMULATION};
 use slipmap_figure::axis::Scale;
 use slipmap_figure::region::cell_edges;
 use slipmap_figure::text::{Rich, rich};
 use slipmap_format::{MapFile, Pick};
 use slipmap_map::map::{Axis, Field, Plane};
-use slipmap_model::friction::Law;
-use slipmap_model::point::Point;
+use slipmap_model::filippov::Oscillator;
 use slipmap_simulate::critical::critical_dampings;
 
 /// Reason why a slice cannot be drawn.
@@ -21,7 +20,7 @@ pub enum ChoiceError {
         "the map has no {kind} `{name}`; the nearest is `{nearest}`, and there are: {available}; choose one of these"
     )]
     Unknown {
-        /// "axis" or "variable".
+        /// "axis", "variable" or "method".
         kind: &'static str,
         /// The requested name.
         name: String,
@@ -112,7 +111,7 @@ pub enum ChoiceError {
 
 impl ChoiceError {
     /// The error for a name that is not among the available ones.
-    pub(super) fn unknown<'a>(
+    pub(crate) fn unknown<'a>(
         kind: &'static str,
         name: &str,
         available: impl Iterator<Item = &'a str>,
@@ -153,8 +152,10 @@ impl<'a> Slice<'a> {
         Self { view, x, y, index }
     }
 
-    pub(crate) fn law(&self) -> &Law {
-        self.view.map.grid().law()
+    /// The eps of the slice.
+    pub(crate) fn epsilon(&self) -> f64 {
+        let grid = self.view.map.grid();
+        grid.epsilon_axis().map_or(1.0, |axis| grid.axes()[axis].values[self.index[axis]])
     }
 
     /// Its axes, across and up.
@@ -173,13 +174,16 @@ impl<'a> Slice<'a> {
         })
     }
 
-    /// The point of the slice with these coordinates, which need not be nodes.
-    pub(crate) fn point(&self, x: f64, y: f64) -> Point {
-        let mut point = self.view.map.grid().point(&self.index);
-        for (axis, value) in self.axes().into_iter().zip([x, y]) {
-            axis.role.set(&mut point, value.clamp(axis.values[0], axis.values[axis.values.len() - 1]));
+    /// The oscillator of the slice with these coordinates, which need not be nodes.
+    /// `None` where there is none.
+    pub(crate) fn oscillator(&self, x: f64, y: f64) -> Option<Oscillator> {
+        let grid = self.view.map.grid();
+        let mut values = grid.values(&self.index);
+        for (axis, value) in [(self.x, x), (self.y, y)] {
+            let nodes = &grid.axes()[axis].values;
+            values[axis] = value.clamp(nodes[0], nodes[nodes.len() - 1]);
         }
-        point
+        grid.oscillator_of(&values).ok()
     }
 
     /// The drawn nodes of each axis.
@@ -215,7 +219,7 @@ impl<'a> Slice<'a> {
     /// Real numbers over the drawn nodes of the slice, `[x, y]`.
     pub fn reals(&self, variable: &str) -> Result<Array2<f64>, ReportError> {
         let axes = self.view.map.grid().axes().len();
-        let rank = if variable.starts_with("critical_c_") { axes - 1 } else { axes };
+        let rank = axes - usize::from(Field::is_critical(variable));
         Ok(self.turned(self.view.map.real_slice(variable, &self.selection(variable, rank)?)?))
     }
 
@@ -251,23 +255,22 @@ impl<'a> Slice<'a> {
 
     /// "β = 0.5": every fixed axis but eps, for figures with a panel for each eps.
     pub(crate) fn held_but_epsilon(&self) -> Rich {
-        self.view.held(&self.index, &[self.x, self.y, 0])
+        let epsilon = self.view.map.grid().epsilon_axis();
+        self.view.held(&self.index, &[self.x, self.y, epsilon.unwrap_or(self.x)])
     }
 }
 
 /// The variable of a map that holds the errors of this one.
 pub(crate) fn errors_of(map: &MapFile, variable: &str) -> Option<String> {
-    let method = variable.strip_prefix("critical_c_")?;
-    let name = format!("{}{method}", Field::CRITICAL_ERROR);
-    map.has(&name).then_some(name)
+    let name = map.critical_error();
+    (variable == map.critical(SIMULATION) && map.has(&name)).then_some(name)
 }
 
-/// The position of the axis of this name. A machine's axes are also found by their names in configurations.
+/// The position of the axis of this name.
 pub(crate) fn find_axis(view: &View, name: &str) -> Result<usize, ChoiceError> {
     let axes = view.map.grid().axes();
-    let labels: Vec<Label> = axes.iter().map(|axis| view.axis(axis)).collect();
     let names = axes.iter().map(|axis| axis.name.as_str());
-    let position = axes.iter().zip(&labels).position(|(axis, label)| axis.name == name || label.key == name);
+    let position = axes.iter().position(|axis| axis.name == name);
     position.ok_or_else(|| ChoiceError::unknown("axis", name, names))
 }
 
@@ -289,7 +292,7 @@ pub(crate) fn hold(
         index[position] = nearest_node(view, position, *value)?;
         wanted[position] = Some(*value);
     }
-    // A user cannot choose a machine's friction.
+    // Of a machine with one belt speed or damping that is no choice.
     let constant = |position: usize| {
         view.units.machine.is_some() && axes[position].values.len() == 1 && wanted[position].is_none()
     };
@@ -366,6 +369,9 @@ impl View<'_> {
     }
 }
 
+/// Largest number of axes along which an informative column is searched.
+const MOST_VARIED: usize = 4;
+
 /// Nodes of a map for an informative figure: the middle ones if a cycle exists in their column, else those of
 /// the most similar column with a cycle among first, middle and last nodes of every axis. Columns with V at
 /// its middle come first, then those with fewest axes changed, then those of largest critical damping.
@@ -373,7 +379,10 @@ fn informative_nodes(map: &MapFile) -> Vec<usize> {
     let axes = map.grid().axes();
     let middle = middle(axes);
     let mut candidates = vec![middle.clone()];
-    for axis in 1..axes.len() - 1 {
+    let first = map.grid().epsilon_axis().map_or(0, |axis| axis + 1);
+    // Few candidates, however many quantities of a machine vary.
+    let varied = (first..axes.len() - 1).rev().filter(|&axis| axes[axis].values.len() > 1).take(MOST_VARIED);
+    for axis in varied {
         let mut nodes = vec![0, middle[axis], axes[axis].values.len() - 1];
         nodes.dedup();
         candidates = candidates
@@ -387,7 +396,9 @@ fn informative_nodes(map: &MapFile) -> Vec<usize> {
             })
             .collect();
     }
-    let columns: Vec<_> = candidates.iter().map(|candidate| map.grid().column(candidate)).collect();
+    candidates.retain(|candidate| map.grid().column(candidate).is_ok());
+    let columns: Vec<_> =
+        candidates.iter().filter_map(|candidate| map.grid().column(candidate).ok()).collect();
     let roots = critical_dampings(&columns, 1e-6);
     let positive = candidates.into_iter().zip(roots).filter_map(|(candidate, root)| {
         let root = root.ok().filter(|root| root.c > 0.0)?;

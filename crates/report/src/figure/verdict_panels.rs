@@ -88,9 +88,11 @@ pub(crate) fn main_plane(map: &MapFile) -> (usize, usize) {
     let c = axes.len() - 1;
     let mut others: Vec<usize> = (0..c).collect();
     // The longest first; among equally long ones the fastest, which is V, then the law's last parameter.
-    others.sort_by_key(|&axis| (std::cmp::Reverse((axes[axis].values.len(), axis.min(1))), c - axis));
-    let longest =
-        others.iter().copied().find(|&axis| axis > 0 || axes[0].values.len() > 1).unwrap_or(others[0]);
+    let epsilon = map.grid().epsilon_axis();
+    let is_epsilon = |axis: usize| epsilon == Some(axis);
+    others.sort_by_key(|&axis| (std::cmp::Reverse((axes[axis].values.len(), !is_epsilon(axis))), c - axis));
+    let longest = others.iter().copied().find(|&axis| !is_epsilon(axis) || axes[axis].values.len() > 1);
+    let longest = longest.unwrap_or(others[0]);
     let second = others.iter().copied().find(|&axis| axis != longest).unwrap_or(c);
     let nodes = |axis: usize| axes[axis].values.len();
     if nodes(c) >= FEWEST_NODES || nodes(c) > 1 && nodes(second) < FEWEST_NODES {
@@ -101,11 +103,20 @@ pub(crate) fn main_plane(map: &MapFile) -> (usize, usize) {
 
 /// The eps at which slices are drawn: all, or evenly selected ones.
 pub(crate) fn chosen_epsilons(map: &MapFile) -> Vec<usize> {
-    let count = map.grid().axes()[0].values.len();
+    let count = map.grid().epsilons().len();
     if count <= MOST_EPSILONS {
         return (0..count).collect();
     }
     (0..MOST_EPSILONS).map(|i| i * (count - 1) / (MOST_EPSILONS - 1)).collect()
+}
+
+/// The eps of the panels of a figure: [`chosen_epsilons`], or that of `index` alone if eps is among the axes
+/// `shown`.
+pub(crate) fn panel_epsilons(map: &MapFile, index: &[usize], shown: &[usize]) -> Vec<usize> {
+    match map.grid().epsilon_axis() {
+        Some(axis) if shown.contains(&axis) => vec![index[axis]],
+        _ => chosen_epsilons(map),
+    }
 }
 
 pub(crate) fn verdict_panels(view: &View, width: Width) -> Result<Vec<Figure>, ReportError> {
@@ -121,32 +132,58 @@ pub(crate) fn verdict_panels(view: &View, width: Width) -> Result<Vec<Figure>, R
     }
     let mut planes = vec![(x, y, index.clone())];
     // A second plane, across the law's parameters and V at fixed c.
-    let mut others: Vec<usize> = (1..c).filter(|&axis| nodes(axis) >= FEWEST_NODES && axis != x).collect();
+    let epsilon = map.grid().epsilon_axis();
+    let is_other = |&axis: &usize| Some(axis) != epsilon && nodes(axis) >= FEWEST_NODES && axis != x;
+    let mut others: Vec<usize> = (0..c).filter(is_other).collect();
     others.sort_by_key(|&axis| std::cmp::Reverse(nodes(axis)));
-    if let (Some(&second), true) = (others.first(), y == c && x > 0) {
+    if let (Some(&second), true) = (others.first(), y == c && Some(x) != epsilon) {
         let mut index = index;
         index[c] = informative_damping(map, &index);
         planes.push((x.min(second), x.max(second), index));
     }
-    let mut figures = Vec::new();
+    let mut slices = Vec::new();
     for (x, y, index) in planes {
-        let epsilons = if x == 0 { vec![0] } else { chosen_epsilons(map) };
-        for epsilon in epsilons {
-            let mut index = index.clone();
-            index[0] = epsilon;
-            figures.push(figure(&Slice::new(view, x, y, index), width)?);
+        let epsilons = panel_epsilons(map, &map.grid().at_epsilon(&index, 0), &[x]);
+        slices.extend(
+            epsilons
+                .into_iter()
+                .map(|epsilon| Slice::new(view, x, y, map.grid().at_epsilon(&index, epsilon))),
+        );
+    }
+    // A plane that has no cycle anywhere is drawn only if there is no other.
+    if map.methods().iter().any(|method| method.name == SIMULATION) {
+        let codes = slices.iter().map(|slice| slice.codes(&format!("verdict_{SIMULATION}")));
+        let codes = codes.collect::<Result<Vec<_>, _>>()?;
+        let may_have_one = |codes: &Array2<i8>| codes.iter().any(|code| *code != Verdict::Absent.code());
+        if codes.iter().any(may_have_one) {
+            let mut kept = codes.iter().map(may_have_one);
+            slices.retain(|_| kept.next() == Some(true));
+        } else {
+            slices.truncate(1);
         }
     }
-    Ok(figures)
+    slices.iter().map(|slice| figure(slice, width)).collect()
 }
 
 /// The node of c for a plane of fixed c: near half of the critical damping in its middle.
 fn informative_damping(map: &MapFile, index: &[usize]) -> usize {
     let axes = map.grid().axes();
-    match critical_damping(&map.grid().column(index), 1e-6) {
-        Ok(root) if root.c > 0.0 => axes[axes.len() - 1].nearest(0.5 * root.c),
-        Ok(_) | Err(_) => 0,
+    let root = map.grid().column(index).ok().and_then(|column| critical_damping(&column, 1e-6).ok());
+    let positive = root.filter(|root| root.c > 0.0);
+    positive.map_or(0, |root| axes[axes.len() - 1].nearest(0.5 * root.c))
+}
+
+/// The end of the name of a slice, "-epsilon-0.1", with as few digits as tell the nodes apart; empty if there is one.
+fn epsilon_name(axis: &Axis, node: usize) -> String {
+    if axis.values.len() == 1 {
+        return String::new();
     }
+    let rounded = |value: f64, digits: usize| format!("{value:.digits$e}").parse().unwrap_or(value);
+    let apart = |digits: &usize| {
+        axis.values.windows(2).all(|pair| rounded(pair[0], *digits) < rounded(pair[1], *digits))
+    };
+    let digits = (3..16).find(apart).unwrap_or(16);
+    format!("-epsilon-{}", rounded(axis.values[node], digits))
 }
 
 /// Verdicts of every method over one axis, with rows for the nodes of the `other` one, which has too few for
@@ -164,11 +201,11 @@ fn over_one_axis(
     }
     let variables: Vec<String> =
         map.methods().iter().map(|method| format!("verdict_{}", method.name)).collect();
-    let epsilons = if other == 0 || over == 0 { vec![index[0]] } else { chosen_epsilons(map) };
+    let epsilons = panel_epsilons(map, index, &[other, over]);
     let figure = |&epsilon: &usize| {
+        let index = map.grid().at_epsilon(index, epsilon);
         let at = |(i, axis): (usize, &Axis)| {
             let nodes = match i {
-                0 if other != 0 => vec![axis.values[epsilon]],
                 _ if i == other => axis.values.clone(),
                 _ => vec![axis.values[index[i]]],
             };
@@ -176,10 +213,10 @@ fn over_one_axis(
         };
         let at: Vec<At> = axes.iter().enumerate().filter(|(i, _)| *i != over).map(at).collect();
         let (x, variables) = (&axes[over].name, &variables[..]);
-        let wanted = Plot { x, y: None, at: &at, variables, panels: None, curves: false, width };
-        let name = match epsilons.len() {
-            1 => format!("slice-{x}"),
-            _ => format!("slice-{x}-{}", epsilon + 1),
+        let wanted = Plot { x, y: None, at: &at, variables, panels: None, curves: false, marks: None, width };
+        let name = match other == 0 || over == 0 {
+            true => format!("slice-{x}"),
+            false => format!("slice-{x}{}", epsilon_name(&axes[0], epsilon)),
         };
         plot::figure(view, name, &wanted)
     };
@@ -189,7 +226,7 @@ fn over_one_axis(
 /// The stored damping up to which a method claims the cycle, over the nodes of a slice with c as the vertical
 /// axis: (x, c).
 fn stored_edge(slice: &Slice, method: &str) -> Result<Vec<(f64, f64)>, ReportError> {
-    let (map, variable) = (slice.view.map, format!("critical_c_{method}"));
+    let (map, variable) = (slice.view.map, slice.view.map.critical(method));
     let damping = map.grid().axes().len() - 1;
     if slice.y != damping || !map.has(&variable) {
         return Ok(Vec::new());
@@ -273,9 +310,9 @@ fn figure(slice: &Slice, width: Width) -> Result<Figure, ReportError> {
         legend.add(Sample::Line(OWN_EDGE), rich("the method's own critical damping"));
     }
     legend.below(&mut scene, panels.panels[0].rect.x, panels.bottom);
-    let epsilon = match slice.x {
-        0 => String::new(),
-        _ => format!("-{}", slice.index[0] + 1),
+    let epsilon = match map.grid().epsilon_axis() {
+        Some(axis) if axis != slice.x => epsilon_name(&map.grid().axes()[axis], slice.index[axis]),
+        _ => String::new(),
     };
     let label = |axis| slice.view.axis(axis);
     let mut data = cell_columns(slice, 1);

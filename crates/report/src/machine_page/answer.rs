@@ -11,7 +11,7 @@ use slipmap_map::risk::Risk;
 pub(super) fn in_words(all: &Assessment) -> Rich {
     let (machine, does) = (&all.machine, &all.behaviour);
     let unit = |dimension| machine.motion.unit(dimension);
-    let limit = |damping: f64| damping_limit(all, damping, 3);
+    let limit = |damping: f64| damping_limit(all, damping, 3, unit(Dimension::Damping));
     let place = quantity(machine.belt_speed, unit(Dimension::Velocity)).then(" and ");
     let place = place.then(quantity(machine.damping, unit(Dimension::Damping)));
     let vibrates = |regime: Regime| {
@@ -22,7 +22,8 @@ pub(super) fn in_words(all: &Assessment) -> Rich {
         Some(open) => (undecided(all, place, &open), open.regimes.iter().any(|regime| vibrates(*regime))),
         None => {
             let does_what = capital(&does_what(all));
-            (rich(&does_what).then(" at ").then(place).then(vibration(all)), vibrates(does.regime))
+            let does_what = rich(&does_what).then(" at ").then(place).then(vibration(all));
+            (does_what.then(growth(all)), vibrates(does.regime))
         }
     };
     let vibrates = vibrates || sticks(all) == Some(true);
@@ -142,6 +143,15 @@ fn attracts(regime: Regime) -> String {
         [first @ .., last] if several => format!("{} or {last}, depending on the start,", first.join(", ")),
         _ => does.concat(),
     }
+}
+
+/// "; a disturbance of steady slip grows by the factor e in 0.02 s": how long it may take to begin.
+fn growth(all: &Assessment) -> Rich {
+    all.behaviour.growth_time.map_or_else(Rich::default, |time| {
+        rich("; a disturbance of steady slip grows by the factor e in ")
+            .then(Rich::number(time, 2))
+            .with_unit("s")
+    })
 }
 
 /// " (75 Hz, 0.41 mm)": frequency and amplitude of the attracting cycle.

@@ -14,7 +14,7 @@ use slipmap_figure::region::{cell_edges, outlines};
 use slipmap_figure::scene::{Fill, Marker, Rect, Scene, Stroke};
 use slipmap_figure::style;
 use slipmap_figure::text::{Rich, rich};
-use slipmap_map::assessment::Assessment;
+use slipmap_map::assessment::{Assessment, Statement};
 use slipmap_map::machine::{Dimension, Friction, Model};
 use slipmap_map::map::{
     self, Account, Control, Field, Grid, Method, Plan, Plane, PlaneCurve, PlaneCurves, PlanePoint, Regime,
@@ -24,8 +24,10 @@ use slipmap_model::point::Point;
 use slipmap_simulate::bifurcation::Bifurcation;
 use slipmap_simulate::critical::{critical_dampings, known_or_nan};
 
-/// Number of nodes of the regime figure along each axis.
-const NODES: usize = 41;
+/// Number of belt speeds of the regime figure.
+const NODES: usize = 51;
+/// Number of its dampings, which cost little: a column of them is decided at once.
+const DAMPINGS: usize = 121;
 /// Accuracy of its cells.
 const TOLERANCE: f64 = 1e-8;
 /// Width of a figure on the page, in points.
@@ -70,53 +72,136 @@ fn regimes_over(grid: &Grid) -> Option<Vec<Vec<i8>>> {
     Some(columns.into_iter().map(|(_, codes)| codes).collect())
 }
 
-/// The Hopf damping and the critical damping over belt speeds. This is fast for every law; continuation in
-/// the plane is not.
-fn limits(grid: &Grid, point: &Point, speeds: &[f64]) -> Vec<PlaneCurve> {
-    let columns: Vec<Column> =
-        speeds.iter().map(|&belt_speed| grid.law().column(&Point { belt_speed, ..*point })).collect();
-    let hopf = columns.iter().map(|column| column.curve.weakening(column.belt_speed) / column.epsilon);
-    let grazing = critical_dampings(&columns, TOLERANCE).into_iter().map(known_or_nan);
-    let curve = |bifurcation, dampings: Vec<f64>| {
-        let all = speeds.iter().zip(dampings).filter(|(_, damping)| damping.is_finite());
-        let points = all.map(|(&x, y)| PlanePoint { x, y, error: TOLERANCE }).collect();
-        PlaneCurve { bifurcation, points }
-    };
-    vec![curve(Bifurcation::Hopf, hopf.collect()), curve(Bifurcation::GrazingSliding, grazing.collect())]
+/// The belt speed at a share of the axis: the belt does not stand still.
+fn speed_at(x: Scale, share: f64) -> f64 {
+    x.value(share).max(3e-4 * x.to)
 }
 
-/// The fastest belt speed of the regime figure, in SI units: somewhat beyond the machine's and the critical one.
-/// Orbits reach slip speeds of twice the belt speed and somewhat more, so beyond half the end of measured data
-/// they would fail.
-fn fastest_shown(all: &Assessment) -> f64 {
-    let machine = &all.machine;
-    let must = all.behaviour.critical_belt_speed.value().unwrap_or(0.0).max(machine.belt_speed);
-    let end = match &machine.friction {
-        Friction::Measured(table) => 0.47 * table.fastest(),
-        Friction::Coefficients(..) | Friction::Formula(..) => f64::INFINITY,
+/// Largest distance of a curve from its chord, as a share of the side of the panel.
+const STRAIGHT: f64 = 1e-3;
+/// Largest number of times that a chord is halved.
+const HALVINGS: u32 = 8;
+
+/// A curve in the panel: `dampings` of many belt speeds at once, NaN where there is none, at `NODES` speeds and at
+/// more where the curve leaves its chord or ends.
+fn curve(panel: &Panel, bifurcation: Bifurcation, dampings: impl Fn(&[f64]) -> Vec<f64>) -> PlaneCurve {
+    let Panel { x, y, .. } = panel;
+    // Shares of the sides. Beyond the panel a curve need not be smooth.
+    let height = |damping: &f64| match damping.is_nan() {
+        true => f64::NAN,
+        false => y.unit(damping.max(0.5 * y.from.max(f64::MIN_POSITIVE))).clamp(-1.0, 2.0),
     };
-    (1.4 * must).min(end.max(must))
+    let at = |shares: &[f64]| {
+        let speeds: Vec<f64> = shares.iter().map(|share| speed_at(*x, *share)).collect();
+        let dampings = dampings(&speeds);
+        let points = speeds.into_iter().zip(dampings).zip(shares);
+        points.map(|((speed, damping), share)| [*share, speed, damping]).collect::<Vec<_>>()
+    };
+    let nodes: Vec<f64> = (0..NODES).map(|i| i as f64 / (NODES - 1) as f64).collect();
+    let mut points = at(&nodes);
+    let mut bent: Vec<[[f64; 3]; 2]> = points.windows(2).map(|pair| [pair[0], pair[1]]).collect();
+    for _ in 0..HALVINGS {
+        let middles: Vec<f64> = bent.iter().map(|[one, other]| 0.5 * (one[0] + other[0])).collect();
+        let mut next = Vec::new();
+        for ([one, other], middle) in bent.into_iter().zip(at(&middles)) {
+            points.push(middle);
+            let [left, here, right] = [one, middle, other].map(|point| height(&point[2]));
+            let leaves = (here - 0.5 * (left + right)).abs() > STRAIGHT;
+            let ends = left.is_nan() != right.is_nan() || left.is_nan() != here.is_nan();
+            let beyond = |of: fn(&f64) -> bool| [left, here, right].iter().all(of);
+            if (leaves || ends) && !beyond(|height| *height > 1.0) && !beyond(|height| *height < 0.0) {
+                next.extend([[one, middle], [middle, other]]);
+            }
+        }
+        bent = next;
+    }
+    points.sort_by(|one, other| one[0].total_cmp(&other[0]));
+    let known = points.into_iter().filter(|[.., damping]| damping.is_finite());
+    let points = known.map(|[_, speed, damping]| PlanePoint {
+        x: speed,
+        y: damping.max(0.5 * y.from),
+        error: TOLERANCE,
+    });
+    PlaneCurve { bifurcation, points: points.collect() }
+}
+
+/// The Hopf damping and the critical damping over belt speeds. This is fast for every law; continuation in
+/// the plane is not.
+fn limits(grid: &Grid, point: &Point, panel: &Panel) -> Vec<PlaneCurve> {
+    let columns = |speeds: &[f64]| -> Vec<Column> {
+        speeds.iter().map(|&belt_speed| grid.law().column(&Point { belt_speed, ..*point })).collect()
+    };
+    let hopf = |speeds: &[f64]| {
+        let columns = columns(speeds);
+        columns.iter().map(|column| column.curve.weakening(column.belt_speed) / column.epsilon).collect()
+    };
+    let grazing = |speeds: &[f64]| {
+        critical_dampings(&columns(speeds), TOLERANCE).into_iter().map(known_or_nan).collect()
+    };
+    vec![curve(panel, Bifurcation::Hopf, hopf), curve(panel, Bifurcation::GrazingSliding, grazing)]
+}
+
+/// Ratio of two values of a quantity from which on an axis that must show both is logarithmic.
+const DECADES: f64 = 8.0;
+
+/// The range of an axis that shows some values, with room beside them: from 0, or logarithmic where they differ by
+/// more than [`DECADES`] and none is 0.
+fn range(shown: &[f64], room: f64) -> Scale {
+    let (least, most) = extremes(shown.iter().copied());
+    match least > 0.0 && most > DECADES * least {
+        true => Scale::logarithmic(least / (2.0 * room), most * room),
+        false => Scale::linear(0.0, most * room),
+    }
+}
+
+/// The ends of the intervals of belt speed in which it always and in which it may stick-slip, in SI units.
+fn ends_of_speeds(all: &Assessment) -> Vec<f64> {
+    let stick_slip = [Statement::AlwaysSticks, Statement::MayStick].map(|of| &all.speeds[of as usize].holds);
+    let ends = stick_slip.into_iter().flatten().flatten();
+    ends.filter_map(|end| Some(end.located()?[0])).collect()
+}
+
+/// The belt speeds of the regime figure, in SI units: those of the machine and of its limits. Orbits reach slip
+/// speeds of twice the belt speed and somewhat more, so beyond half the end of measured data they would fail.
+fn speeds_shown(all: &Assessment) -> Scale {
+    let machine = &all.machine;
+    let mut shown = ends_of_speeds(all);
+    shown.push(machine.belt_speed);
+    let scale = range(&shown, 1.4);
+    match &machine.friction {
+        Friction::Measured(table) => {
+            let end = scale.to.min((0.47 * table.fastest()).max(machine.belt_speed));
+            Scale { to: end, ..scale }
+        }
+        Friction::Coefficients(..) | Friction::Formula(..) => scale,
+    }
+}
+
+/// Its dampings, in SI units: that of the machine, and its limits at the machine's speed.
+fn dampings_shown(all: &Assessment) -> Scale {
+    let (machine, does) = (&all.machine, &all.behaviour);
+    let limits = [does.critical_damping, all.vibrates_below_damping, Some(all.hopf_damping)];
+    let mut shown: Vec<f64> = limits.into_iter().flatten().filter(|limit| *limit > 0.0).collect();
+    shown.push(machine.damping);
+    if extremes(shown.iter().copied()).1 <= 0.0 {
+        shown = vec![1e-3 * machine.units().damping];
+    }
+    range(&shown, 1.6)
 }
 
 /// The regimes around the working point, with the curves between them, in a panel of height `height`.
 pub(super) fn regimes(all: &Assessment, height: f64) -> Scene {
     let machine = &all.machine;
     let units = machine.units();
-    let does = &all.behaviour;
-    let speed = fastest_shown(all);
-    let damping =
-        does.critical_damping.unwrap_or(machine.damping).max(machine.damping).max(1e-3 * units.damping) * 1.6;
-    let nodes = |to: f64, least: f64| -> Vec<f64> {
-        (0..NODES).map(|i| (i as f64 / (NODES - 1) as f64 * to).max(least)).collect()
-    };
-    let speeds = nodes(speed / units.velocity, 0.02 * speed / units.velocity / NODES as f64);
-    let dampings = nodes(damping / units.damping, 0.0);
     let system = UnitSystem::of_machine(machine.si());
     let velocity =
         system.quantity(&machine.motion.words(BELT_SPEED), Rich::default(), "", Some(Dimension::Velocity));
     let friction = system.quantity("damping", Rich::default(), "", Some(Dimension::Damping));
-    let x = Scale::linear(speeds[0], speeds[NODES - 1]).in_unit(velocity.factor);
-    let y = Scale::linear(0.0, dampings[NODES - 1]).in_unit(friction.factor);
+    let in_units = |scale: Scale, unit: f64| {
+        Scale { from: scale.from / unit, to: scale.to / unit, ..scale }.in_unit(unit)
+    };
+    let x = in_units(speeds_shown(all), units.velocity);
+    let y = in_units(dampings_shown(all), units.damping);
     let mut scene = Scene::new(FIGURE, 0.0);
     let labels = Panel::y_labels_width(y, height);
     let left = left_margin(labels);
@@ -129,6 +214,9 @@ pub(super) fn regimes(all: &Assessment, height: f64) -> Scene {
     panel.title(&mut scene, &Rich::foreign(&format!("Regimes{of_curve}; diamond: working point")));
     let mut legend = Legend::default();
     let Some(Model { law, point, .. }) = machine.model() else { return scene };
+    let nodes = |number: usize| (0..number).map(move |i| i as f64 / (number - 1) as f64);
+    let speeds: Vec<f64> = nodes(NODES).map(|share| speed_at(x, share)).collect();
+    let dampings: Vec<f64> = nodes(DAMPINGS).map(|share| y.value(share)).collect();
     let mut axes = vec![vec![1.0]];
     axes.extend(point.law.as_slice().iter().map(|value| vec![*value]));
     axes.extend([speeds.clone(), dampings.clone()]);
@@ -146,7 +234,7 @@ pub(super) fn regimes(all: &Assessment, height: f64) -> Scene {
     if let Some(grid) = grid {
         let last = grid.axes().len() - 1;
         let plane = Plane::new(last - 1, last, vec![0; last + 1]);
-        let curves = PlaneCurves { plane, curves: limits(&grid, &point, &speeds) };
+        let curves = PlaneCurves { plane, curves: limits(&grid, &point, &panel) };
         bifurcations::draw(&mut scene, &panel, &curves, &mut legend);
     }
     let here = panel.place(machine.belt_speed / units.velocity, machine.damping / units.damping);
@@ -255,8 +343,55 @@ mod tests {
     use super::*;
     use crate::machine_page::tests::example;
     use slipmap_map::assessment::assess;
-    use slipmap_map::machine::Machine;
+    use slipmap_map::machine::{Machine, Motion};
     use slipmap_model::friction::{Law, Table};
+
+    /// The curves at speeds of their own, over decades of both quantities and where damping falls steeply.
+    #[test]
+    fn curves_follow_the_critical_and_the_hopf_damping() {
+        let stiff = [0.4, 3e5, 20.0, 200.0, 0.6, 0.35, 0.05, 0.0, 0.01];
+        for machine in [
+            Machine::from_array(Motion::Translation, Law::Exponential, stiff),
+            example(Law::Stribeck).with("belt_speed", 0.01).unwrap(),
+        ] {
+            let all = assess(&machine).unwrap();
+            let (model, units) = (machine.model().unwrap(), machine.units());
+            let rect = Rect { x: 0.0, y: 0.0, w: 1.0, h: 1.0 };
+            let in_units =
+                |scale: Scale, unit: f64| Scale { from: scale.from / unit, to: scale.to / unit, ..scale };
+            let x = in_units(speeds_shown(&all), units.velocity);
+            let y = in_units(dampings_shown(&all), units.damping);
+            let here = [x.unit(model.point.belt_speed), y.unit(model.point.damping)];
+            assert!(here.iter().all(|share| (0.03..0.97).contains(share)), "the working point: {here:?}");
+            let values = model.point.law.as_slice().iter().map(|value| vec![*value]);
+            let axes = std::iter::once(vec![1.0]).chain(values).chain([vec![1.0], vec![0.0]]).collect();
+            let grid = Grid::new(model.law.clone(), axes).unwrap();
+            let mut met = 0;
+            for curve in limits(&grid, &model.point, &Panel { rect, x, y }) {
+                for i in 0..100 {
+                    let speed = speed_at(x, (f64::from(i) + 0.37) / 100.0);
+                    let column = model.law.column(&Point { belt_speed: speed, ..model.point });
+                    let truth = match curve.bifurcation {
+                        Bifurcation::Hopf => column.curve.weakening(speed),
+                        _ => known_or_nan(critical_dampings(&[column], 1e-10)[0]),
+                    };
+                    let share = y.unit(truth.max(1e-9));
+                    let beside =
+                        curve.points.windows(2).find(|pair| pair[0].x <= speed && speed <= pair[1].x);
+                    if !(0.0..=1.0).contains(&share) {
+                        continue;
+                    }
+                    let [a, b] = beside.map(|pair| [pair[0], pair[1]]).unwrap();
+                    let along = (x.unit(speed) - x.unit(a.x)) / (x.unit(b.x) - x.unit(a.x));
+                    let drawn = y.unit(a.y) * (1.0 - along) + y.unit(b.y) * along;
+                    // Halved where the middle of a chord is farther away; elsewhere a parabola may be a third off.
+                    assert!((drawn - share).abs() < 2.0 * STRAIGHT, "{speed}: {drawn} {share}");
+                    met += 1;
+                }
+            }
+            assert!(met > 80, "{met}");
+        }
+    }
 
     #[test]
     fn the_regimes_end_where_the_data_do() {
@@ -272,10 +407,10 @@ mod tests {
         let all = of(1.2);
         let critical = all.behaviour.critical_belt_speed.value().unwrap();
         assert!(critical > 0.43 && critical < 0.5, "else the data do not end the picture: {critical}");
-        assert!((fastest_shown(&all) - 0.47 * 1.2).abs() < 1e-9);
+        assert!((speeds_shown(&all).to - 0.47 * 1.2).abs() < 1e-9);
         // Without data the picture goes on beyond the critical speed.
         let all = assess(&example(Law::Exponential)).unwrap();
         let critical = all.behaviour.critical_belt_speed.value().unwrap();
-        assert!((fastest_shown(&all) / critical - 1.4).abs() < 1e-9);
+        assert!((speeds_shown(&all).to / critical - 1.4).abs() < 1e-9);
     }
 }

@@ -2,14 +2,15 @@
 
 use super::super::figure::palette;
 use super::super::units::join;
+use super::intervals;
 use slipmap_figure::text::{Rich, rich};
 pub use slipmap_map::assessment::{Assessment, ErrorsFrom, NeededKick, Undetermined};
-use slipmap_map::behaviour::Limit;
 use slipmap_map::machine::{Coefficients, Dimension, Friction, Machine, Motion};
 use slipmap_map::risk::{Estimate, Risk, Spread, Uncertain, WithError, is_uncertain};
 use slipmap_model::filippov::Stability;
 use slipmap_model::friction::Table;
 use slipmap_numbers::text::{digits_within, rounded};
+use slipmap_simulate::slip_cycle::Kick;
 
 /// A question and its answer.
 pub(crate) type Line = (Rich, Rich);
@@ -32,7 +33,7 @@ pub(super) fn with_error(of: WithError, unit: &str) -> Rich {
 
 /// Numbers of digits of what depends on the slope of the friction and on its mean over the motion in a way
 /// that is not known: those of the damping below which steady slip is unstable, and of the critical damping.
-fn digits_of_data(all: &Assessment) -> [usize; 2] {
+pub(super) fn digits_of_data(all: &Assessment) -> [usize; 2] {
     let errors = all.standard_errors;
     let limits =
         [errors.map(|errors| errors.hopf_damping), errors.and_then(|errors| errors.critical_damping)];
@@ -43,8 +44,7 @@ fn digits_of_data(all: &Assessment) -> [usize; 2] {
 
 /// A limit of the damping, with its standard error where that is known; the critical damping else with its
 /// numerical error, where that reaches the digits.
-pub(super) fn damping_limit(all: &Assessment, damping: f64, digits: usize) -> Rich {
-    let unit = all.machine.motion.unit(Dimension::Damping);
+pub(super) fn damping_limit(all: &Assessment, damping: f64, digits: usize, unit: &str) -> Rich {
     let numerical = all.numerical_error_of(damping);
     match all.standard_error_of(damping) {
         Some(standard_error) if standard_error >= numerical => {
@@ -82,6 +82,9 @@ fn with_spread(name: &str, value: f64, unit: &str, uncertain: &[Uncertain]) -> R
     match uncertain.iter().find(|(known, _)| *known == name) {
         None => text,
         Some((_, Spread::Normal { sd })) => text.then(" ± ").then(Rich::number(*sd, 3)).then(" (sd)"),
+        Some((_, spread @ Spread::Joint { .. })) => {
+            text.then(" ± ").then(Rich::number(spread.sd(), 3)).then(" (of the fit)")
+        }
         Some((_, Spread::Uniform { min, max })) => {
             let ends = Rich::number(*min, 4).then(" to ").then(Rich::number(*max, 4));
             text.then(", ").then(ends).then(" (uniform)")
@@ -132,9 +135,10 @@ fn given_friction(machine: &Machine, uncertain: &[Uncertain]) -> Vec<Line> {
             lines
         }
         Friction::Formula(formula, parameters) => {
-            let mut lines = vec![line("coefficient of friction", Rich::foreign(formula.text()))];
+            let name = machine.words_of_friction();
+            let mut lines = vec![line(name, Rich::foreign(formula.text()))];
             if formula.may_drop() {
-                lines.push(line("coefficient of friction at rest", Rich::number(formula.static_level(), 4)));
+                lines.push(line(&format!("{name} at rest"), Rich::number(formula.static_level(), 4)));
             }
             let named = formula.parameters().iter().zip(parameters.as_slice());
             let values = named.map(|(of, value)| {
@@ -156,7 +160,7 @@ fn given_friction(machine: &Machine, uncertain: &[Uncertain]) -> Vec<Line> {
 /// "pad.csv, 11 rows without standard errors", "pad.csv, 11 rows, standard errors (third column) 0.001 to
 /// 0.008", "pad.csv, 33 rows averaged at 11 slip speeds, standard errors (by their scatter) 0.002".
 fn table_in_words(table: &Table) -> Rich {
-    let (rows, readings) = (table.data().count(), table.readings());
+    let (rows, readings) = (table.data().count(), table.source().readings);
     let averaged = readings > rows;
     let count = if averaged {
         format!("{readings} rows averaged at {rows} slip speeds")
@@ -178,16 +182,14 @@ fn table_in_words(table: &Table) -> Rich {
 /// The limits of belt speed and damping.
 fn limits(all: &Assessment) -> Vec<Line> {
     let (machine, does) = (&all.machine, &all.behaviour);
-    let unit = |dimension| machine.motion.unit(dimension);
-    use Dimension::{Damping, Velocity};
-    let speed = machine.motion.words("belt_speed");
+    let unit = machine.motion.unit(Dimension::Damping);
     let [of_slope, of_mean] = digits_of_data(all);
-    let of_damping = |damping: f64| damping_limit(all, damping, of_slope);
+    let of_damping = |damping: f64| damping_limit(all, damping, of_slope, unit);
     let errors = all.standard_errors;
     let none = |limit: Option<WithError>| match limit {
         // Errors that may make it positive.
         Some(limit) if limit.value + 2.0 * limit.standard_error > 0.0 => {
-            rich("none by the curve through the data: ").then(with_error(limit, unit(Damping)))
+            rich("none by the curve through the data: ").then(with_error(limit, unit))
         }
         _ => rich("none: it needs no damping"),
     };
@@ -202,42 +204,15 @@ fn limits(all: &Assessment) -> Vec<Line> {
         }
         _ if does.critical_damping_is_known => none(errors.and_then(|errors| errors.critical_damping)),
         (None, Some(error)) => {
-            let error = Rich::number(error, 2).with_unit(unit(Damping));
+            let error = Rich::number(error, 2).with_unit(unit);
             rich("not determined: its error, ").then(error).then(", is more than 1 % of it")
         }
         _ => rich("not determined"),
     };
-    let below = |limit: Limit, none: &str, dimension: Dimension, digits: usize| {
-        let of = |value: f64| Rich::number(value, digits).with_unit(unit(dimension));
-        match limit {
-            Limit::Below(value) if dimension == Damping => of_damping(value),
-            Limit::Below(value) => of(value),
-            Limit::AtLeast(value) => rich("at least ").then(of(value)),
-            Limit::Between(low, high) => rich("between ")
-                .then(Rich::number(low, digits))
-                .then(" and ")
-                .then(of(high))
-                .then(", not known closer"),
-            Limit::NoneUpTo(value) => rich(none).then(of(value)),
-            Limit::NotDetermined => rich("not determined"),
-        }
-    };
-    // The search for these begins with the smallest values.
-    const NOT_EVEN: &str = "none: not even at ";
     let mut limits = regime_lines(all);
+    limits.extend(intervals::of_speeds(all));
+    limits.extend(intervals::of_dampings(all));
     limits.extend([
-        line(
-            &format!("always stick-slips below {speed}"),
-            below(all.always_below_speed, NOT_EVEN, Velocity, of_slope),
-        ),
-        line(
-            &format!("may stick-slip below {speed}"),
-            below(does.critical_belt_speed, "none up to ", Velocity, of_mean),
-        ),
-        line(
-            "always stick-slips below damping",
-            below(all.always_below_damping, NOT_EVEN, Damping, of_slope),
-        ),
         line("may stick-slip below damping", critical),
         line(
             "steady slip is unstable below damping",
@@ -258,16 +233,45 @@ fn limits(all: &Assessment) -> Vec<Line> {
     ]);
     if let Some(errors) = errors {
         let by = match errors.from {
-            ErrorsFrom::Data => "the standard errors of the data",
+            ErrorsFrom::Data => "the standard errors of the data and the curve between the rows",
+            ErrorsFrom::Fit => "the covariance of the fit",
+            ErrorsFrom::Curve => "what the curve between the rows could be",
             ErrorsFrom::Scatter => "the scatter of the rows, which have no standard errors",
         };
         let words = format!("standard error by {by}; not known of the other limits");
         limits.push(line("after ±", Rich::foreign(&words)));
     }
+    limits.extend(unmeasured(all));
     if let Some(margin) = all.safety_margin() {
         limits.push(line("damping over critical damping", Rich::number(margin, of_mean)));
     }
     limits
+}
+
+/// Share of the weight of the friction's slope that may lie between two rows of a table.
+const LARGEST_GAP: f64 = 0.4;
+
+/// The slip speeds between two rows of measured friction on which the critical damping depends most, where more of
+/// the weight lies between them than a curve through the rows can be trusted with.
+fn unmeasured(all: &Assessment) -> Option<Line> {
+    let Friction::Measured(table) = &all.machine.friction else { return None };
+    let half = all.influence.first()?.slip_speed;
+    let rows: Vec<f64> = table.data().map(|(speed, _)| speed).collect();
+    let share = |ends: &[f64]| -> f64 {
+        let inside =
+            |middle: f64| (ends[1].min(middle + half) - ends[0].max(middle - half)).max(0.0) / (2.0 * half);
+        all.influence.iter().map(|part| part.share * inside(part.slip_speed)).sum()
+    };
+    let (ends, share) =
+        rows.windows(2).map(|ends| (ends, share(ends))).max_by(|one, other| one.1.total_cmp(&other.1))?;
+    let unit = all.machine.motion.unit(Dimension::Velocity);
+    let words = format!(
+        "{} and {} {unit}: {:.0} % of the weight of the friction's slope lies between these rows",
+        rounded(ends[0], 3),
+        rounded(ends[1], 3),
+        100.0 * share
+    );
+    (share > LARGEST_GAP).then(|| line("measure between", Rich::foreign(&words)))
 }
 
 /// "not determined", with the reason if it is not that of the whole regime.
@@ -283,7 +287,7 @@ fn motion(all: &Assessment) -> Vec<Line> {
     let of = |value: f64, dimension: Dimension| {
         Rich::number(value, digits).with_unit(all.machine.motion.unit(dimension))
     };
-    use Dimension::{Length, Time, Velocity};
+    use Dimension::{Impulse, Length, Time, Velocity};
     let mut motion = vec![line("undamped natural frequency", quantity(does.natural_frequency, "Hz"))];
     if let Some(period) = all.period {
         let frequency = rich(" (").then(Rich::number(1.0 / period, digits)).then(" Hz)");
@@ -298,6 +302,16 @@ fn motion(all: &Assessment) -> Vec<Line> {
     if let Some(amplitude) = all.velocity_amplitude {
         motion.push(line("velocity amplitude", of(amplitude, Velocity)));
     }
+    if let Some(severity) = all.severity {
+        motion.push(line(
+            "severity: (largest − smallest) / (2 mean) slip speed",
+            Rich::number(severity, digits),
+        ));
+    }
+    if let Some(time) = does.growth_time {
+        let slope = Rich::number(time, digits_of_data(all)[0]).with_unit("s");
+        motion.push(line("a disturbance of steady slip grows by the factor e in", slope));
+    }
     let with_belt = match all.machine.motion {
         Motion::Translation => "kick that starts it: with the belt, against it",
         Motion::Rotation => "kick that starts it: with the rotation, against it",
@@ -308,15 +322,21 @@ fn motion(all: &Assessment) -> Vec<Line> {
             kick(rich("the data leave open whether one is needed, and how large it is"))
         }
         NeededKick::Kick(kick) => {
-            let unit = all.machine.motion.unit(Velocity);
             let relative = all.standard_errors.and_then(|errors| errors.kick);
-            let of = |value: f64| match (relative, &all.machine.friction) {
-                (Some(error), _) => with_error(WithError { value, standard_error: error * value }, unit),
-                // The errors of the data are not known, but they are seldom below a per cent.
-                (None, Friction::Measured(_)) => Rich::number(value, 2).with_unit(unit),
-                (None, _) => quantity(value, unit),
+            let of = |value: f64, dimension: Dimension| {
+                let unit = all.machine.motion.unit(dimension);
+                match (relative, &all.machine.friction) {
+                    (Some(error), _) => with_error(WithError { value, standard_error: error * value }, unit),
+                    // The errors of the data are not known, but they are seldom below a per cent.
+                    (None, Friction::Measured(_)) => Rich::number(value, 2).with_unit(unit),
+                    (None, _) => quantity(value, unit),
+                }
             };
-            line(with_belt, of(kick.forward).then(", ").then(of(kick.backward)))
+            let both = |kick: Kick, dimension: Dimension| {
+                of(kick.forward, dimension).then(", ").then(of(kick.backward, dimension))
+            };
+            let impulse = both(all.kick_impulse().unwrap_or(kick), Impulse);
+            line(with_belt, both(kick, Velocity).then("; as impulses ").then(impulse))
         }
         NeededKick::NotNeeded => kick(rich("none is needed")),
         NeededKick::None => kick(rich("no kick of steady slip does")),

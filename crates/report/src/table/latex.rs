@@ -6,6 +6,8 @@
 use super::{Cell, Decimal, LONGEST_WORD, Style, Table, decimal};
 use slipmap_figure::text::{Piece, Rich, latex};
 
+/// Most rows of a part of a table: with heading, caption and notes they fill a page of an article.
+const MOST_ROWS: usize = 42;
 /// A power of ten takes as much room as this many characters.
 const POWER: usize = 6;
 /// Longest words that are kept on one line.
@@ -76,12 +78,11 @@ impl Table {
         let layout = if fit(&columns, &ONE_COLUMN).1 { ONE_COLUMN } else { BOTH_COLUMNS };
         let share = fit(&columns, &layout).0;
         let Layout { environment, font, line, gap, character } = layout;
-        let mut text = format!(
-            "% Needs \\usepackage{{booktabs}} and \\usepackage{{siunitx}}.\n\\begin{{{environment}}}\n\\centering\n\\{font}\n\\setlength{{\\tabcolsep}}{{{gap}pt}}\n\
-             \\setlength{{\\belowcaptionskip}}{{4pt}}\n\\emergencystretch=2em\n\\caption{{{}}}\n\\label{{tab:slipmap-{}}}\n\\begin{{tabular}}{{",
-            self.caption.latex(),
-            self.name
+        let begin = format!(
+            "\\begin{{{environment}}}\n\\centering\n\\{font}\n\\setlength{{\\tabcolsep}}{{{gap}pt}}\n\
+             \\setlength{{\\belowcaptionskip}}{{4pt}}\n\\emergencystretch=2em\n"
         );
+        let mut head = String::from("\\begin{tabular}{");
         // Characters of the longest word that is not broken, by column.
         let longest = |of: &Width| match share {
             Some(share) if of.breaks => ((share * line / character) as usize).min(LONGEST_WORD),
@@ -90,16 +91,16 @@ impl Table {
         for of in &columns {
             match share {
                 // The gaps on both sides are part of the line, too.
-                Some(share) if of.breaks => text.push_str(&format!(
+                Some(share) if of.breaks => head.push_str(&format!(
                     ">{{\\raggedright\\arraybackslash}}p{{\\dimexpr{share:.3}\\linewidth-2\\tabcolsep\\relax}}"
                 )),
-                _ => text.push_str(&of.kind),
+                _ => head.push_str(&of.kind),
             }
         }
-        text.push_str("}\n\\toprule\n");
+        head.push_str("}\n\\toprule\n");
         let headings: Vec<String> = columns.iter().map(stacked).collect();
-        text.push_str(&format!("{} \\\\\n\\midrule\n", headings.join(" & ")));
-        for row in &self.rows {
+        head.push_str(&format!("{} \\\\\n\\midrule\n", headings.join(" & ")));
+        let line_of = |row: &Vec<Cell>| {
             let cells: Vec<String> = row
                 .iter()
                 .zip(&styles)
@@ -117,13 +118,26 @@ impl Table {
                     },
                 })
                 .collect();
-            text.push_str(&format!("{} \\\\\n", cells.join(" & ")));
+            format!("{} \\\\\n", cells.join(" & "))
+        };
+        let notes = self
+            .notes
+            .iter()
+            .map(|note| format!("\\par\\smallskip{{\\footnotesize {}\\par}}\n", note.latex()));
+        let notes: String = notes.collect();
+        let parts = parts(&self.rows);
+        let mut text = String::from("% Needs \\usepackage{booktabs} and \\usepackage{siunitx}.\n");
+        for (number, rows) in parts.iter().enumerate() {
+            let caption = match number {
+                0 => format!("\\caption{{{}}}\n\\label{{tab:slipmap-{}}}\n", self.caption.latex(), self.name),
+                _ => "\\addtocounter{table}{-1}\n\\caption{(continued)}\n".to_owned(),
+            };
+            let rows: String = rows.iter().map(line_of).collect();
+            let notes = if number + 1 == parts.len() { notes.as_str() } else { "" };
+            text.push_str(&format!(
+                "{begin}{caption}{head}{rows}\\bottomrule\n\\end{{tabular}}\n{notes}\\end{{{environment}}}\n"
+            ));
         }
-        text.push_str("\\bottomrule\n\\end{tabular}\n");
-        for note in &self.notes {
-            text.push_str(&format!("\\par\\smallskip{{\\footnotesize {}\\par}}\n", note.latex()));
-        }
-        text.push_str(&format!("\\end{{{environment}}}\n"));
         text
     }
 
@@ -157,6 +171,20 @@ impl Table {
         };
         Width { kind, cells, breaks: false, heading: lines_of(heading, cells) }
     }
+}
+
+/// The rows of each part of a table, none taller than a page; cut where the first cell changes, if it does.
+fn parts(rows: &[Vec<Cell>]) -> Vec<&[Vec<Cell>]> {
+    let (mut parts, mut rest) = (Vec::new(), rows);
+    while rest.len() > MOST_ROWS {
+        let changes = |row: &usize| rest[*row][0] != rest[row - 1][0];
+        let cut = (1..=MOST_ROWS).rev().find(changes).unwrap_or(MOST_ROWS);
+        let (part, after) = rest.split_at(cut);
+        parts.push(part);
+        rest = after;
+    }
+    parts.push(rest);
+    parts
 }
 
 /// A heading in lines of at most `width` characters, but for longer words. What follows the last comma, a

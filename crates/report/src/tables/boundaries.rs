@@ -1,12 +1,11 @@
 //! Tables of the error of each method's boundary in c, and of its order in eps.
 
 use super::super::Report;
-use super::super::boundary::{MethodBoundary, Order};
+use super::super::boundary::Order;
 use super::super::table::{Cell, Column, ColumnOf, Show, Table};
 use super::super::units::{Label, View};
 use super::{EPSILON_DIGITS, column_of, epsilons, in_unit, percent, words};
 use slipmap_figure::text::{Rich, rich};
-use slipmap_format::MapFile;
 
 /// Error of each method's boundary in c.
 #[must_use]
@@ -80,29 +79,27 @@ fn unknown(report: &Report) -> Option<Rich> {
     })
 }
 
-/// The order in eps of the boundary's error.
+/// The order in eps of the boundary's error, between neighbouring eps.
 #[must_use]
-pub fn order(map: &MapFile, report: &Report) -> Table {
-    let epsilons = epsilons(map).len();
-    let note = match epsilons {
-        1 => "The map has one {epsilon}: no order can be fitted.",
-        2 => "The map has two {epsilon}: an order, but no confidence interval.",
-        _ => {
-            "Least squares of the logarithm of the median error on the logarithm of {epsilon}, over the columns that \
-             have both boundaries at every {epsilon}; ± is half the 95 % confidence interval. Medians below the error \
-             of {c^*} itself are left out; without two others there is no order."
-        }
-    };
-    let (caption, digits) =
-        (rich("Order {p} of the boundary's error in {c}, which falls like {epsilon^p}."), Show::Decimals(2));
-    let smallest = "{p} at the two smallest {epsilon}";
-    let points = |order: Option<Order>| Cell::Count(order.map_or(0, |order| order.points as u64));
-    let columns: [ColumnOf<MethodBoundary>; 5] = [
-        ("method", "method", Show::AsIs, &|of| words(&of.method)),
-        ("order", "{p}", digits, &|of| of.order.map(|order| order.order).into()),
-        ("order_error", "±", digits, &|of| of.order.and_then(|order| order.half_width).into()),
-        ("order_smallest", smallest, digits, &|of| of.order.map(|order| order.smallest).into()),
-        ("epsilons", "{epsilon} in the fit", Show::AsIs, &|of| points(of.order)),
+pub fn order(report: &Report) -> Table {
+    let note = "From the median errors at two neighbouring {epsilon}, over the columns that have both boundaries at every \
+                {epsilon}. Medians below the error of {c^*} itself are left out; a method without two others has no \
+                order.";
+    let caption = rich("Order {p} of the boundary's error in {c}, which falls like {epsilon^p}.");
+    let rows: Vec<(&str, Option<Order>)> = report
+        .boundaries
+        .methods
+        .iter()
+        .flat_map(|of| {
+            let none = of.orders.is_empty().then_some((of.method.as_str(), None));
+            of.orders.iter().map(|order| (of.method.as_str(), Some(*order))).chain(none)
+        })
+        .collect();
+    let columns: [ColumnOf<(&str, Option<Order>)>; 4] = [
+        ("method", "method", Show::AsIs, &|(method, _)| words(method)),
+        ("epsilon_from", "{epsilon} from", EPSILON_DIGITS, &|(_, of)| of.map(|of| of.epsilons[0]).into()),
+        ("epsilon_to", "to", EPSILON_DIGITS, &|(_, of)| of.map(|of| of.epsilons[1]).into()),
+        ("order", "{p}", Show::Decimals(2), &|(_, of)| of.map(|of| of.order).into()),
     ];
-    Table { notes: vec![rich(note)], ..Table::of("order", caption, &report.boundaries.methods, &columns) }
+    Table { notes: vec![rich(note)], ..Table::of("order", caption, &rows, &columns) }
 }

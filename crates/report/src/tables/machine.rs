@@ -27,11 +27,14 @@ pub(super) fn machine(view: &View) -> Option<Table> {
     let shown = speeds.len().min(ROWS);
     let rows = (0..shown).map(|i| {
         let belt_speed = speeds[if shown > 1 { i * (speeds.len() - 1) / (shown - 1) } else { 0 }];
-        let here = Model { point: Point { belt_speed, ..model.point }, ..model.clone() };
+        let here = Model {
+            point: Point { belt_speed: belt_speed / units.velocity, ..model.point },
+            ..model.clone()
+        };
         let does: Behaviour = behaviour(&here, TOLERANCE);
         let [slip, stick] = does.slip_and_stick_time.map_or([None; 2], |times| times.map(Some));
         vec![
-            Cell::Real(belt_speed * units.velocity),
+            Cell::Real(belt_speed),
             does.critical_damping.into(),
             does.critical_damping_error.into(),
             does.critical_damping_ratio.into(),

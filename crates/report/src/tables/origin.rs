@@ -33,6 +33,19 @@ pub fn cost(map: &MapFile) -> Table {
         let text = format!("Cells that the simulation decided by each of its paths: {}.", paths.join(", "));
         notes.push(Rich::foreign(&text));
     }
+    let by = |paths: &[&str]| -> f64 {
+        paths.iter().filter_map(|path| map.number(&format!("cells_by_{path}"))).sum::<f64>() * 100.0
+            / cells as f64
+    };
+    let theorem = by(&["certificate"]);
+    let compared = by(&["universal_surface", "interpolation", "critical_surface", "order"]);
+    if theorem + compared > 0.0 {
+        notes.push(rich(&format!(
+            "What the simulation owes to theorems: {theorem:.1} % of its verdicts are those of `symmetric`, so that to agree \
+             with it is no evidence there; {compared:.1} % compare {{c}} with the critical damping of the column or stand between two of equal fate, which \
+             Theorem 1 allows. With `--set simulation.engine=direct` every cell is integrated."
+        )));
+    }
     let columns: [ColumnOf<MethodInfo>; 4] = [
         ("method", "method", Show::AsIs, &|method| words(&method.name)),
         ("cells", "cells", Show::AsIs, &|_| Cell::Count(cells)),

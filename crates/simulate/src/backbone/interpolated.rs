@@ -80,7 +80,7 @@ impl<'a> InterpolatedBackbone<'a> {
     /// features of the law between the nodes, and the number of evaluations of the right-hand side; `None` where
     /// an orbit fails, or the nodes miss a feature of the law.
     pub fn values(column: &Column, tolerance: f64, intervals: usize) -> Option<(Vec<f64>, [f64; 2], u64)> {
-        let work = Work::of_backbone(&column.curve);
+        let work = Work::of_question(&column.curve);
         let backbone =
             Backbone::with_intervals(&column.curve, column.belt_speed, tolerance, intervals, &work).ok()?;
         let Backbone { mut panels, node_error, rhs, hidden, size, .. } = backbone;

@@ -6,7 +6,7 @@ use slipmap_numbers::gauss::MOST;
 /// sin(z) and cos(z) for |z| <= pi / 4, by the Taylor series up to z^17 / 17! and z^16 / 16!, of which
 /// Horner's rule takes the coefficients 1 / n! from the last one to the first.
 #[inline(always)]
-pub(super) fn sin_cos(z: f64) -> [f64; 2] {
+pub(crate) fn sin_cos(z: f64) -> [f64; 2] {
     let y = z * z;
     let mut sin = 1.0 / 355_687_428_096_000.0;
     for term in [

@@ -50,8 +50,8 @@ pub(crate) fn draw(grid: &Grid, count: usize, near: f64) -> Vec<Cell> {
             let values = axes.iter().enumerate();
             let values: Vec<f64> =
                 values.map(|(dimension, axis)| axis.extent().value(share(i, dimension))).collect();
+            let Ok(column) = grid.column_of(&values) else { return Vec::new() };
             let point = grid.point_of(&values);
-            let column = grid.law().column(&point);
             let critical = critical_damping(&column, TOLERANCE).ok().map(|root| root.c);
             let offset = near * (2.0 * share(i, axes.len()) - 1.0);
             let beside = critical

@@ -1,4 +1,4 @@
-//! A friction law given as text, such as `mu + (1 - mu)*exp(-u/vs)`: phi in the slip speed u, in eps, and in
+//! A friction law given as text, such as `mu + (1 - mu)*exp(-u/vs)`: phi in the slip speed u or v, in eps, and in
 //! any other names, which become parameters of the law and axes of maps.
 //!
 //! The crate `winnow` parses the text to a tape of operations, which is evaluated on Taylor series
@@ -19,6 +19,7 @@ mod parse;
 use std::collections::HashSet;
 use std::sync::{Arc, Mutex, PoisonError};
 
+use super::peak::{NO_REST, REST_AT_PEAK};
 use super::{Gradient, NoFirstOrder, Parameter};
 use crate::point::{LawParameters, MAX_LAW_PARAMETERS};
 use parse::{DEEPEST, Function, Op, Place, Tape, is_integer};
@@ -32,6 +33,10 @@ const MOST_OPERATIONS: usize = 500;
 
 /// What friction at the onset of slip has to be, in words.
 const ONSET: &str = "friction in slip begins above 0 and at most at the friction at rest";
+
+/// What to write for friction without a finite slope, in words.
+const STEEP: &str = "if friction falls at once as slip begins, write that fall as a drop, with static above the formula at \
+                     u = 0; for the rest use an exponent of at least 1";
 
 /// Tolerance of phi(0) = 1: formulas have rounding errors.
 const STATIC_SLACK: f64 = 1e-12;
@@ -161,8 +166,8 @@ impl Expression {
         Ok(Self(Arc::new(Compiled { text: text.to_owned(), static_level, may_drop, tape, parameters })))
     }
 
-    /// The law with its slip speed in units of `unit`, divided by `static_level`. In the text, every u is
-    /// replaced by (unit*u).
+    /// The law with its slip speed in units of `unit`, divided by `static_level`. In the text, every u or v
+    /// is replaced by (unit*u).
     ///
     /// # Errors
     /// [`ExpressionError`] if the replacement makes the formula too long.
@@ -173,7 +178,7 @@ impl Expression {
         while !rest.is_empty() {
             let word = &rest[..rest.find(|letter| !is_part(letter)).unwrap_or(rest.len())];
             match word {
-                "u" => text.push_str(&format!("({unit:?}*u)")),
+                "u" | "v" => text.push_str(&format!("({unit:?}*{word})")),
                 word => text.push_str(word),
             }
             rest = &rest[word.len()..];
@@ -477,7 +482,13 @@ impl ExpressionCurve {
                 "friction in slip begins at {value}{}, and friction at rest is {static_level}",
                 self.at_parameters()
             );
-            return whole(problem, format!("{ONSET}; static is at least that of slip at u -> 0"));
+            return match phi_0.abs() <= STATIC_SLACK {
+                true => whole(NO_REST.into(), REST_AT_PEAK.into()),
+                false => whole(problem, format!("{ONSET}; static is at least that of slip at u -> 0")),
+            };
+        }
+        if !*may_drop && phi_0.abs() <= STATIC_SLACK {
+            return whole(format!("phi(0) is 0{}: {NO_REST}", self.at_parameters()), REST_AT_PEAK.into());
         }
         if !*may_drop && !((phi_0 - 1.0).abs() <= STATIC_SLACK) {
             return whole(
@@ -533,12 +544,9 @@ impl ExpressionCurve {
             ),
             Op::Call(Function::Abs) => (
                 format!("`{part}` has a kink at {at}, where D would jump"),
-                "smooth it, for example as sqrt(x^2 + d^2), or give the law as a table",
+                "give the law as a table with a row at the kink; a formula that smooths it is another law",
             ),
-            Op::Call(Function::Sqrt) => (
-                format!("`{part}` has no finite derivative at {at}"),
-                "keep its argument positive, for example by adding a small constant",
-            ),
+            Op::Call(Function::Sqrt) => (format!("`{part}` has no finite derivative at {at}"), STEEP),
             Op::Call(Function::Ln | Function::Log10) => {
                 (format!("`{part}` is not defined at {at}"), "keep its argument positive")
             }
@@ -546,7 +554,7 @@ impl ExpressionCurve {
                 format!(
                     "the base `{part}` of a power is negative at {at}, or 0 with an exponent below 1: no finite slope"
                 ),
-                "use an exponent of at least 1, or shift the base: (x + d)^p - d^p with a small constant d",
+                STEEP,
             ),
             Op::Call(Function::Tan) => (format!("`{part}` has a pole at {at}"), "keep away from it"),
             _ => (format!("`{part}` overflows at {at}"), "scale the formula"),

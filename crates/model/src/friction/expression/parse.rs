@@ -2,8 +2,10 @@
 //! `winnow`.
 //!
 //! The grammar is the usual one: `+ - * / ^`, parentheses, functions, numbers such as 1.5e-3; powers bind
-//! tighter than signs (-u^2 is -(u^2)) and to the right. An operation is appended to the tape as soon as its
+//! tighter than signs (-u^2 is -(u^2)) and to the right; e^x is exp(x). The slip speed is u or v. An operation is appended to the tape as soon as its
 //! operands are on the tape. Errors contain their place in the text.
+
+use std::f64::consts::E;
 
 use winnow::combinator::{Infix, Prefix, alt, expression, opt, preceded};
 use winnow::error::ParserError;
@@ -118,6 +120,8 @@ struct State {
     waiting: usize,
     /// Places of the signs and parentheses around the text that is being parsed.
     around: Vec<usize>,
+    /// The name of the slip speed, where the text has one already.
+    slip: Option<String>,
 }
 
 /// Reason why a parser stops.
@@ -148,7 +152,7 @@ impl ParserError<Input<'_>> for Stop {
 pub(super) fn parse(text: &str) -> Result<Tape, ExpressionError> {
     let letters: Vec<char> = text.chars().collect();
     let tape = Tape { ops: Vec::new(), places: Vec::new(), parameters: Vec::new() };
-    let state = State { tape, waiting: 0, around: Vec::new() };
+    let state = State { tape, waiting: 0, around: Vec::new(), slip: None };
     let mut input = Stateful { input: LocatingSlice::new(letters.as_slice()), state };
     match sum(&mut input).and_then(|_| end(&mut input)) {
         Ok(()) => Ok(input.state.tape),
@@ -243,7 +247,9 @@ fn name(input: &mut Input, name: String, place: Place) -> Result<Place, Stop> {
         let Some(function) = function else {
             let known: Vec<_> = Function::names().collect();
             let remedy = match name.as_str() {
-                "max" | "min" => "it has a kink, where D would jump: give the law as a table".to_owned(),
+                "max" | "min" => {
+                    "it has a kink, where D would jump: give the law as a table with a row there".to_owned()
+                }
                 _ => format!("the functions are {}; products need a *", known.join(", ")),
             };
             return wrong(place, format!("there is no function `{name}`"), &remedy);
@@ -269,7 +275,14 @@ fn name(input: &mut Input, name: String, place: Place) -> Result<Place, Stop> {
         return Ok(whole);
     }
     let op = match name.as_str() {
-        "u" => Op::Slip,
+        "u" | "v" => {
+            if *input.state.slip.get_or_insert(name.clone()) != name {
+                let problem = "u and v are both names of the slip speed".into();
+                return wrong(place, problem, "write u everywhere, and give a parameter another name");
+            }
+            Op::Slip
+        }
+        "e" => Op::Number(E),
         "eps" | "epsilon" => Op::Epsilon,
         "pi" => Op::Number(std::f64::consts::PI),
         "V" | "c" => {
@@ -374,11 +387,19 @@ pub(super) fn is_integer(exponent: f64) -> bool {
 }
 
 /// Appends an operation of two values; returns its place in the text. Errors of a quotient are reported at
-/// its denominator, those of a power at its base.
+/// its denominator, those of a power at its base. A power of e is an exponential function.
 fn join(input: &mut Input, op: Op, left: Place, right: Place) -> Place {
     input.state.waiting -= 1;
     let whole = Place { from: left.from, to: right.to };
     let ops = &mut input.state.tape.ops;
+    let is_base = |(op, place): (&Op, &Place)| *op == Op::Number(E) && *place == left;
+    let base = ops.iter().zip(&input.state.tape.places).position(is_base).filter(|_| op == Op::Power);
+    if let Some(base) = base {
+        ops.remove(base);
+        input.state.tape.places.remove(base);
+        push(input, Op::Call(Function::Exp), whole);
+        return whole;
+    }
     let (exponent, length) = match ops[..] {
         [.., Op::Number(x)] => (Some(x), 1),
         [.., Op::Number(x), Op::Negate] => (Some(-x), 2),

@@ -35,6 +35,9 @@ fn reads_formulas_as_on_paper() {
         ("sin(pi/2) + cos(0) + tan(0) + sinh(0) + cosh(0)", 3.0),
         ("eps*10 + epsilon*10", 2.0),
         ("(((u)))", 3.0),
+        ("v^2 + abs(v)*sign(v)", 12.0),
+        ("e^(u - 1)^1*e^-2 + -e**0*(e)^1/e", 0.0),
+        ("log10(u/3) + asinh(0)", 0.0),
     ] {
         // One rounding in the functions.
         assert!((value(text, 3.0) - expected).abs() <= 4.0 * f64::EPSILON * expected.abs(), "{text}");
@@ -72,9 +75,12 @@ fn errors_of_syntax_name_their_place() {
         ("1 + #", (4, 5), "`#` is not known"),
         ("1.2.3", (0, 5), "not a number"),
         ("1 + V", (4, 5), "not part of a friction law"),
+        ("1 - v*u", (6, 7), "both names of the slip speed"),
+        ("1 - 0,1*u", (5, 6), "decimals a point"),
+        ("max(0.5, 1 - u)", (0, 3), "no function `max`"),
         ("exp + 1", (0, 3), "needs its argument"),
         ("1 * / 2", (4, 5), "a value is expected"),
-        ("a+b+d+e+f+g+h+i+j", (16, 17), "one parameter more"),
+        ("a+b+d+k+f+g+h+i+j", (16, 17), "one parameter more"),
     ] {
         let error = Expression::new(text, 1.0).unwrap_err();
         assert_eq!((error.from, error.to), place, "{text}: {error}");
@@ -113,6 +119,7 @@ fn hostile_nesting_is_refused_on_a_small_stack() {
 fn errors_are_found_with_their_place() {
     for (text, parameters, place, words) in [
         ("0.5 + exp(-u)", &[][..], (0, 13), "phi(0) is 1.5, not 1"),
+        ("tanh(20*u)", &[], (0, 10), "phi(0) is 0: friction vanishes at rest"),
         ("1 - 0.1*u/(u - a)", &[0.7], (10, 17), "vanishes at u = 0.7"),
         ("tanh(u)/u", &[], (8, 9), "vanishes at u = 0"),
         ("1 - 0.1*abs(u - 1)", &[], (8, 18), "kink at u = 1"),

@@ -140,3 +140,24 @@ fn bad_data_are_refused_with_their_row() {
     assert!(error.remedy.contains("static = 0.4"), "{error}");
     assert!(Table::new("good", &[(0.0, 0.4), (1.0, 0.3), (2.0, 0.2)], 0.4).is_ok());
 }
+
+/// A straight line leaves nothing open. Through (0, 1), (1, 0), (2, -0.5), (3, -0.75), with slopes -1, -0.5 and -0.25,
+/// the curve between the second and the third row leaves with the slope -1 for a third of the piece, where the edges
+/// meet, and arrives with -0.25; from rest to the second row it may have the slope -0.5.
+#[test]
+fn the_curve_between_rows_has_an_error() {
+    let table = |data: &[(f64, f64)]| Table::new("rows", data, data[0].1).unwrap().with_error_of_curve();
+    let line = [(0.0, 1.0), (1.0, 0.9), (2.0, 0.8), (3.0, 0.7)];
+    assert!(table(&line).error_of_curve(&[(0.5, 1.0), (1.2, 2.0), (2.5, 1.0)]) < 1e-15);
+    let bent = table(&[(0.0, 1.0), (1.0, 0.0), (2.0, -0.5), (3.0, -0.75)]);
+    for (u, weight, range) in [(0.5, 1.0, 0.5), (1.3, 2.0, -1.0), (1.4, 2.0, 0.5), (2.5, 1.0, -0.25)] {
+        let found = bent.error_of_curve(&[(u, weight)]);
+        assert!((found - f64::abs(range) / 12f64.sqrt()).abs() < 1e-15, "{u}: {found}");
+    }
+    // What the slope gains before the edges meet it loses after: equal weights over the piece leave nothing open.
+    let all: Vec<(f64, f64)> = (0..300).map(|i| (1.0 + (f64::from(i) + 0.5) / 300.0, 1.0 / 300.0)).collect();
+    assert!(bent.error_of_curve(&all) < 1e-14);
+    let exact = bent.with_standard_errors(&[0.0; 4]).unwrap();
+    let slope = exact.standard_error_of_weakening(1.5).unwrap();
+    assert!((slope - 0.75 / 12f64.sqrt()).abs() < 1e-15, "{slope}");
+}

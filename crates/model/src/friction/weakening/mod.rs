@@ -359,6 +359,19 @@ impl Weakening {
         Self { pieces, ..self }
     }
 
+    /// The integral over slip speeds in [`lo`, `hi`], up to the reach, of the distance of the polynomials from the law: a bound
+    /// where each piece has one, else an estimate.
+    #[must_use]
+    pub fn integrated_error(&self, lo: f64, hi: f64) -> f64 {
+        let [lo, hi] = [lo, hi].map(|u| u.clamp(0.0, self.reach()));
+        let of = |i: usize| {
+            let Piece { error, estimate, .. } = self.pieces[i];
+            let width = self.breaks[i + 1].min(hi) - self.breaks[i].max(lo);
+            width.max(0.0) * if error.is_finite() { error } else { estimate }
+        };
+        self.pieces_between(lo, hi).map(of).sum()
+    }
+
     /// The distance of the polynomials from the law for slip speeds in [`lo`, `hi`], up to the reach.
     ///
     /// Next to rest a power of the slip speed that is not whole has a distance which does not fall to the rounding

@@ -1,0 +1,119 @@
+//! A fitted law in `[friction]`: the values of the names in its formula, with their covariance, become quantities of
+//! `[machine]` whose errors are correlated.
+
+use toml_edit::{Array, InlineTable, Item, Table, TableLike, Value};
+
+use super::source::{ConfigError, Node, Section, Shape};
+use slipmap_map::risk::MOST_JOINT;
+use slipmap_model::friction::Law;
+
+/// Key of the fit in `[friction]`, and of the covariance in it.
+pub(super) const KEY: &str = "fit";
+const COVARIANCE: &str = "covariance";
+/// Key of a quantity of `[machine]`: its row in the Cholesky factor of the covariance.
+pub(super) const JOINT: &str = "joint";
+
+/// Writes the values of a fit into `[machine]`, except for those that are there. A fit that is no fit is left to
+/// [`check`].
+pub(super) fn insert(document: &mut Table) {
+    let found = document.get("friction").and_then(|friction| friction.as_table_like()?.get(KEY));
+    let found = found.and_then(Item::as_table_like).and_then(read);
+    let machine = document.get_mut("machine").and_then(Item::as_table_like_mut);
+    let (Some((names, values, factor)), Some(machine)) = (found, machine) else { return };
+    for ((name, value), row) in names.iter().zip(values).zip(factor) {
+        if machine.contains_key(name) {
+            continue;
+        }
+        let entry: InlineTable =
+            [("value", Value::from(value)), (JOINT, Value::from(row.into_iter().collect::<Array>()))]
+                .into_iter()
+                .collect();
+        machine.insert(name, Item::Value(entry.into()));
+    }
+}
+
+type Fit = (Vec<String>, Vec<f64>, Vec<Vec<f64>>);
+
+/// The names, values and Cholesky factor of a fit; `None` if it is none.
+fn read(fit: &dyn TableLike) -> Option<Fit> {
+    let number = |value: &Value| value.as_float().or_else(|| value.as_integer().map(|whole| whole as f64));
+    let entries: Vec<(&str, &Item)> = fit.iter().filter(|(key, _)| *key != COVARIANCE).collect();
+    let names = entries.iter().map(|(name, _)| (*name).to_owned()).collect();
+    let values = entries.iter().map(|(_, item)| number(item.as_value()?)).collect::<Option<Vec<f64>>>()?;
+    let rows = fit.get(COVARIANCE)?.as_array()?.iter();
+    let rows = rows.map(|row| row.as_array()?.iter().map(number).collect::<Option<Vec<f64>>>());
+    Some((names, values, factor(&rows.collect::<Option<Vec<_>>>()?)?))
+}
+
+/// The Cholesky factor of a covariance; `None` if it is none.
+fn factor(covariance: &[Vec<f64>]) -> Option<Vec<Vec<f64>>> {
+    let n = covariance.len();
+    let is_symmetric =
+        |i: usize, j: usize| (covariance[i][j] - covariance[j][i]).abs() <= 1e-9 * covariance[i][j].abs();
+    if n > MOST_JOINT || covariance.iter().any(|row| row.len() != n) {
+        return None;
+    }
+    let mut factor = vec![vec![0.0; n]; n];
+    for i in 0..n {
+        for j in 0..=i {
+            let known: f64 = (0..j).map(|k| factor[i][k] * factor[j][k]).sum();
+            let rest = covariance[i][j] - known;
+            if !is_symmetric(i, j) || i == j && !(rest >= 0.0) {
+                return None;
+            }
+            factor[i][j] = match (i == j, factor[j][j] > 0.0) {
+                (true, _) => rest.sqrt(),
+                (false, true) => rest / factor[j][j],
+                // A parameter without an error has no covariances.
+                (false, false) => 0.0,
+            };
+        }
+    }
+    factor.iter().flatten().all(|value| value.is_finite()).then_some(factor)
+}
+
+/// Refuses a fit whose values are not those of the law's names, or whose covariance is none.
+pub(super) fn check(friction: &Section, law: &Law) -> Result<(), ConfigError> {
+    let Some(node) = friction.get(KEY) else { return Ok(()) };
+    let Law::Expression(formula) = law.as_written() else {
+        return Err(node.error("only a formula has a fit", "leave it out, or set law = \"expression\""));
+    };
+    let Shape::Table(fit) = node.shape() else {
+        return Err(node.error("this is not a table", "take it as `slipmap fit` writes it"));
+    };
+    let names: Vec<&str> = formula.parameters().iter().map(|parameter| parameter.name).collect();
+    let known: Vec<&str> = names.iter().copied().chain([COVARIANCE]).collect();
+    super::refuse_unknown_keys(&fit, &known)?;
+    let Some(covariance) = fit.get(COVARIANCE) else {
+        return Err(fit.missing(COVARIANCE, "take it as `slipmap fit` writes it".into()));
+    };
+    for key in fit.keys().iter().filter(|key| *key != COVARIANCE) {
+        if let Some(node) = fit.get(key) {
+            node.number()?;
+        }
+    }
+    let count = fit.keys().len() - 1;
+    match node.entries().and_then(read) {
+        Some((.., factor)) if factor.len() == count => Ok(()),
+        _ => {
+            let problem = format!("this is no covariance of {count} parameters");
+            let remedy =
+                format!("write {count} rows of {count} numbers, symmetric, with variances of at least 0");
+            Err(covariance.error(&problem, remedy))
+        }
+    }
+}
+
+/// The row of a quantity in the Cholesky factor.
+pub(super) fn row(node: &Node) -> Result<[f64; MOST_JOINT], ConfigError> {
+    let wrong = || node.error("this is no row of a covariance", "leave it to the key fit of [friction]");
+    let Shape::List(parts) = node.shape() else { return Err(wrong()) };
+    let mut row = [0.0; MOST_JOINT];
+    if parts.len() > MOST_JOINT {
+        return Err(wrong());
+    }
+    for (place, part) in row.iter_mut().zip(parts) {
+        *place = part.number()?;
+    }
+    Ok(row)
+}

@@ -1,0 +1,295 @@
+//! The rows of measured data: both directions of slip folded, phases of rest reduced to the friction at which they
+//! end, and the rest sorted by slip speed.
+
+use super::columns::{self, Columns, Header};
+use super::text::{self, Decimal, Fields, Line};
+use super::{Measured, OfMachine, Reading, Refused};
+use slipmap_numbers::text::rounded;
+
+/// Share of the largest speed within which negative speeds with friction of the same sign are noise about rest.
+const NOISE: f64 = 0.03;
+/// Least number of times that the speeds of a record over time turn, and the least share of the largest speed of
+/// a turn.
+const TURNS: usize = 2;
+const OF_A_TURN: f64 = 0.2;
+/// Least number of rows of a record over time.
+const FEWEST_IN_RECORD: usize = 60;
+/// Number of lines named in a message.
+const NAMED: usize = 3;
+/// Words of a row that gives the friction at rest.
+const AT_REST: [&str; 8] =
+    ["static", "rest", "at rest", "breakaway", "stiction", "mu_s", "haften", "static friction"];
+
+/// A row as written: the speed has its sign.
+#[derive(Clone, Copy)]
+struct Row {
+    speed: f64,
+    friction: f64,
+    error: f64,
+    line: usize,
+    passage: usize,
+}
+
+pub(super) fn read(name: &str, bytes: &[u8], machine: Option<OfMachine>) -> Result<Measured, Refused> {
+    let (decoded, encoding) = text::decode(bytes)?;
+    let Fields { lines, decimal, said: form } = text::fields(&decoded)?;
+    let (header, numeric, first) = layout(&lines, decimal)?;
+    let columns = columns::find(header.as_ref(), &numeric, machine)?;
+    let mut said: Vec<String> =
+        encoding.into_iter().chain(form).chain(columns.said.iter().cloned()).collect();
+    let (mut rows, left_out) = numbers(&lines[first..], &columns, decimal)?;
+    if !left_out.is_empty() {
+        let which: Vec<String> = left_out.iter().take(NAMED).map(usize::to_string).collect();
+        let more = if left_out.len() > NAMED { ", .." } else { "" };
+        let (rows, lines) = if left_out.len() == 1 { ("row", "line") } else { ("rows", "lines") };
+        said.push(format!(
+            "{} {rows} without numbers left out ({lines} {}{more})",
+            left_out.len(),
+            which.join(", ")
+        ));
+    }
+    let several = sweeps(&mut rows);
+    let is_record = columns.time.is_some() || several;
+    let (folded, noise) = fold(rows, &mut said)?;
+    let (at_rest, mut in_slip) = part(folded, is_record, noise, &mut said)?;
+    if in_slip.windows(2).any(|rows| rows[0].speed > rows[1].speed) {
+        if !is_record {
+            said.push("rows sorted by slip speed".into());
+        }
+        // Rows of one speed stay in their order.
+        in_slip.sort_by(|one, other| one.speed.total_cmp(&other.speed));
+    }
+    Ok(Measured {
+        name: name.to_owned(),
+        at_rest,
+        in_slip,
+        has_errors: columns.error.is_some(),
+        is_record,
+        forces: columns.forces,
+        motion: columns.motion,
+        said,
+    })
+}
+
+/// The header, the columns that hold numbers, and the position of the first row of data.
+fn layout(lines: &[Line], decimal: Decimal) -> Result<(Option<Header>, Vec<usize>, usize), Refused> {
+    let is_number = |field: &String| text::number(field, decimal).is_some_and(f64::is_finite);
+    let is_data = |line: &Line| line.fields.iter().filter(|field| is_number(field)).count() >= 2;
+    let Some(first) = lines.iter().position(is_data) else {
+        return Err(Refused::whole(
+            "no row has two numbers",
+            "write slip speed and friction, separated by a comma",
+        ));
+    };
+    let rows = &lines[first..];
+    let width = rows.iter().map(|line| line.fields.len()).max().unwrap_or(0);
+    // A column of numbers has them in more than half of the rows, but for a standard error, which may lack some.
+    let numeric = |column: usize| {
+        let filled =
+            rows.iter().filter_map(|line| line.fields.get(column)).filter(|field| !text::is_missing(field));
+        let (count, numbers) =
+            filled.fold((0, 0), |(count, of), field| (count + 1, of + usize::from(is_number(field))));
+        2 * numbers > count
+    };
+    let numeric: Vec<usize> = (0..width).filter(|&column| numeric(column)).collect();
+    // A row such as `static;0.42` may be above the data, and the units may be in a line of their own.
+    let above = lines[..first].iter().filter(|line| line.fields.len() >= 2 && !is_rest(&line.fields[0]));
+    let above: Vec<&Line> = above.filter(|line| !line.fields.iter().any(is_number)).collect();
+    let joined = |names: &Line, units: &Line| {
+        let pairs = names.fields.iter().zip(&units.fields);
+        pairs
+            .map(|(name, unit)| match unit.trim_matches(['[', ']', '(', ')']) {
+                "" => name.clone(),
+                unit => format!("{name} [{unit}]"),
+            })
+            .collect()
+    };
+    let header = match above.as_slice() {
+        [.., names, units] if names.fields.len() == units.fields.len() && are_units(units) => {
+            Some((names.number, joined(names, units)))
+        }
+        [.., names] => Some((names.number, names.fields.clone())),
+        [] => None,
+    };
+    let start = lines.iter().position(|line| is_rest(&line.fields[0])).map_or(first, |row| row.min(first));
+    Ok((header, numeric, start))
+}
+
+/// Whether a line below the names holds their units.
+fn are_units(line: &Line) -> bool {
+    use super::super::units::{Match, Wanted, compare};
+    let is_unit = |field: &String| {
+        let unit = field.trim_matches(['[', ']', '(', ')']);
+        unit.is_empty() || !matches!(compare(unit, Wanted::Number), Match::Unknown)
+    };
+    line.fields.iter().all(is_unit)
+}
+
+/// Whether the first field of a row says that it gives the friction at rest.
+fn is_rest(field: &str) -> bool {
+    AT_REST.contains(&field.trim().to_lowercase().as_str())
+}
+
+/// The rows as numbers, and the lines of those without.
+fn numbers(lines: &[Line], columns: &Columns, decimal: Decimal) -> Result<(Vec<Row>, Vec<usize>), Refused> {
+    let (mut rows, mut left_out) = (Vec::new(), Vec::new());
+    let [of_speed, of_friction] = columns.factors;
+    for line in lines {
+        let field = |column: usize| line.fields.get(column).map_or("", String::as_str);
+        let value = |column: usize| text::number(field(column), decimal).filter(|value| !value.is_nan());
+        let refuse = |problem: String, remedy: &str| {
+            Err(Refused { line: Some(line.number), problem, remedy: remedy.to_owned() })
+        };
+        let rest = line.fields.iter().any(|field| is_rest(field));
+        let speed = if rest { Some(0.0) } else { value(columns.speed) };
+        // The friction of a row `static;0.42` follows the word, wherever the columns are.
+        let after = || line.fields.iter().find_map(|field| text::number(field, decimal));
+        let friction = value(columns.friction).or_else(|| if rest { after() } else { None });
+        let (Some(speed), Some(friction)) = (speed, friction) else {
+            let is_missing = |column: usize| text::is_missing(field(column));
+            if is_missing(columns.speed) || is_missing(columns.friction) {
+                left_out.push(line.number);
+                continue;
+            }
+            let row = line.fields.join(",");
+            return refuse(
+                format!("`{row}` is not a pair of numbers"),
+                "write slip speed and friction, or take it out",
+            );
+        };
+        if !(speed.is_finite() && friction.is_finite()) {
+            return refuse("a datum is not finite".into(), "correct or remove this row");
+        }
+        let error = match columns.error {
+            None => f64::NAN,
+            Some(column) => match value(column) {
+                Some(error) if error >= 0.0 && error.is_finite() => error * of_friction,
+                Some(error) => {
+                    return refuse(
+                        format!("the standard error {error} is not a valid error bar"),
+                        "write a finite number that is at least 0, in the units of the friction",
+                    );
+                }
+                None => {
+                    return refuse(
+                        "this row has no standard error, and others have".into(),
+                        "give one in every row, in the units of the friction, or none",
+                    );
+                }
+            },
+        };
+        let (speed, friction) = (speed * of_speed, friction * of_friction);
+        rows.push(Row { speed, friction, error, line: line.number, passage: 0 });
+    }
+    if rows.len() < 3 {
+        return Err(Refused::whole(&format!("there are only {} data", rows.len()), "give at least three"));
+    }
+    Ok((rows, left_out))
+}
+
+/// Numbers the sweeps of the speed up and down; returns whether there are several, as in a record over time or a
+/// ramp that is repeated.
+fn sweeps(rows: &mut [Row]) -> bool {
+    let largest = rows.iter().map(|row| row.speed.abs()).fold(0.0, f64::max);
+    let (mut turns, mut rises, mut extreme) = (0, true, 0.0);
+    let long = rows.len() >= FEWEST_IN_RECORD;
+    for row in rows {
+        let speed = row.speed.abs();
+        let further = if rises { speed - extreme } else { extreme - speed };
+        if further > 0.0 {
+            extreme = speed;
+        } else if -further > OF_A_TURN * largest {
+            (turns, rises, extreme) = (turns + 1, !rises, speed);
+        }
+        row.passage = turns;
+    }
+    turns >= TURNS && long
+}
+
+/// Both directions of slip as one, and the largest speed that is noise about rest.
+fn fold(rows: Vec<Row>, said: &mut Vec<String>) -> Result<(Vec<Row>, f64), Refused> {
+    let largest = rows.iter().map(|row| row.speed.abs()).fold(0.0, f64::max);
+    let slowest = rows.iter().map(|row| -row.speed).fold(0.0, f64::max);
+    let forward: Vec<&Row> = rows.iter().filter(|row| row.speed > 0.0).collect();
+    let backward: Vec<&Row> = rows.iter().filter(|row| row.speed < 0.0).collect();
+    if backward.is_empty() {
+        return Ok((rows, 0.0));
+    }
+    let negative = |rows: &[&Row]| rows.iter().filter(|row| row.friction < 0.0).count();
+    let mostly = |rows: &[&Row]| 2 * negative(rows) > rows.len();
+    if !forward.is_empty() && slowest <= NOISE * largest && mostly(&forward) == mostly(&backward) {
+        let at_rest = |row: Row| Row { speed: if row.speed < 0.0 { 0.0 } else { row.speed }, ..row };
+        said.push(format!("speeds down to -{} taken as noise about rest", rounded(slowest, 3)));
+        return Ok((rows.into_iter().map(at_rest).collect(), slowest));
+    }
+    // Friction against slip is positive; a coefficient may be written without a direction.
+    let sign = |mostly_negative: bool| if mostly_negative { -1.0 } else { 1.0 };
+    let signs = [sign(mostly(&forward)), sign(mostly(&backward))];
+    let means = [&forward, &backward]
+        .map(|rows| rows.iter().map(|row| row.friction.abs()).sum::<f64>() / rows.len() as f64);
+    said.push(match forward.is_empty() {
+        true => "slip is negative in all rows: taken as the direction of slip".into(),
+        false => format!(
+            "both directions of slip folded into one: backward friction is on average {} % of that forward",
+            rounded(100.0 * means[1] / means[0], 3)
+        ),
+    });
+    let folded = rows.into_iter().map(|row| {
+        let sign = match row.speed {
+            speed if speed > 0.0 => signs[0],
+            speed if speed < 0.0 => signs[1],
+            // At rest the sign may be that of either direction.
+            _ => sign(row.friction < 0.0),
+        };
+        Row { speed: row.speed.abs(), friction: sign * row.friction, ..row }
+    });
+    Ok((folded.collect(), 0.0))
+}
+
+/// The readings at rest and those in slip, in the order of the file.
+fn part(
+    rows: Vec<Row>,
+    is_record: bool,
+    noise: f64,
+    said: &mut Vec<String>,
+) -> Result<(Vec<Reading>, Vec<Reading>), Refused> {
+    let reading = |row: &Row| Reading {
+        speed: row.speed,
+        friction: row.friction,
+        error: row.error,
+        line: row.line,
+        passage: row.passage,
+    };
+    if !is_record {
+        let (at_rest, in_slip): (Vec<Row>, Vec<Row>) = rows.into_iter().partition(|row| row.speed == 0.0);
+        return Ok((at_rest.iter().map(reading).collect(), in_slip.iter().map(reading).collect()));
+    }
+    // While it sticks the friction is what pulls; it breaks loose at the largest, but for a phase that goes on at the
+    // end of the record.
+    let (mut at_rest, mut in_slip): (Vec<Reading>, Vec<Reading>) = (Vec::new(), Vec::new());
+    let last = rows.last().map_or(0, |row| row.line);
+    for phase in rows.chunk_by(|one, next| (one.speed <= noise) == (next.speed <= noise)) {
+        match phase[0].speed <= noise {
+            false => in_slip.extend(phase.iter().map(reading)),
+            true if phase[phase.len() - 1].line == last => {}
+            true => {
+                let largest = phase.iter().max_by(|one, other| one.friction.total_cmp(&other.friction));
+                at_rest.extend(largest.map(|row| Reading { speed: 0.0, ..reading(row) }));
+            }
+        }
+    }
+    said.push(match at_rest.len() {
+        0 => "a record over time that never rests".into(),
+        1 => "a record over time: the friction at rest is the largest of its phase of rest".into(),
+        phases => format!(
+            "a record over time: the friction at rest is the mean of the largest of {phases} phases of rest"
+        ),
+    });
+    if in_slip.len() < 3 {
+        return Err(Refused::whole(
+            "hardly any row is in slip",
+            "give at least three with a slip speed above 0",
+        ));
+    }
+    Ok((at_rest, in_slip))
+}

@@ -1,0 +1,239 @@
+//! Measured friction as a law: repeated and scattered readings averaged, and the friction at rest.
+
+use super::{Measured, Reading};
+use slipmap_model::friction::readings::{Knot, means, segments};
+use slipmap_model::friction::{Source, Table};
+
+/// The friction at rest of a table.
+#[derive(Clone, Copy, Debug)]
+pub enum Level {
+    /// 1, or the larger of two rows at slip speed 0.
+    One,
+    /// That of the rows at rest, or the larger of two.
+    First,
+    /// A given one, at least that of friction in slip.
+    Given(f64),
+    /// That of the first peak, also at lower slip speeds.
+    Peak,
+}
+
+/// Largest ratio of two readings at rest that are averaged. While it sticks, the friction is what the spring
+/// pulls: a record of that is no friction law.
+const WIDEST_AT_REST: f64 = 2.0;
+/// Number of rows from which those that scatter are averaged, and the share of them at
+/// which the friction turns that is scatter. With independent errors alone, two thirds of the rows have a turn.
+const FEWEST_SCATTERED: usize = 40;
+const SHARE_OF_TURNS: f64 = 0.25;
+
+type Told = (String, String);
+
+/// The rows of a law: slip speeds, friction, standard errors and lines.
+#[derive(Default)]
+struct Rows {
+    data: Vec<(f64, f64)>,
+    errors: Vec<f64>,
+    lines: Vec<usize>,
+}
+
+impl Rows {
+    fn push(&mut self, speed: f64, friction: f64, error: f64, line: usize) {
+        self.data.push((speed, friction));
+        self.errors.push(error);
+        self.lines.push(line);
+    }
+}
+
+impl Measured {
+    /// The law that goes through the readings, or through their means: those of one slip speed are averaged, and
+    /// so are many that scatter. Two rows at rest, where no other speed is repeated, are the two coefficients: the
+    /// larger one is the friction at rest, and friction in slip begins at the smaller one. Without a row at rest
+    /// friction in slip begins on the line through the slowest ones.
+    ///
+    /// # Errors
+    /// The problem with its line, and a remedy.
+    pub fn table(&self, level: Level) -> Result<Table, Told> {
+        let mut said = self.said.clone();
+        let (level, onset) = self.rest(level)?;
+        let mut rows = self.averaged(&onset, &mut said);
+        let mut level = level;
+        if onset.is_empty() && !matches!(level, Level::Peak) {
+            self.continue_to_rest(&mut rows, &mut level, &mut said)?;
+        }
+        let place = |row: Option<usize>| {
+            let line = row.and_then(|row| rows.lines.get(row)).filter(|line| **line > 0);
+            line.map_or_else(|| self.name.clone(), |line| format!("{}:{line}", self.name))
+        };
+        let first = rows.data[0].1;
+        if !(first > 0.0) && matches!(level, Level::First | Level::Given(_)) {
+            let problem = format!("{}: the friction at rest is {first}", place(Some(0)));
+            let remedy = "begin with the friction at rest, greater than 0; of a smoothed law that of the peak, and the \
+                          rows beyond";
+            return Err((problem, remedy.into()));
+        }
+        let has_errors = rows.errors.iter().all(|error| !error.is_nan());
+        let table = match level {
+            Level::One => Table::new(&self.name, &rows.data, 1.0),
+            Level::First => Table::new(&self.name, &rows.data, first),
+            Level::Given(level) => Table::with_static(&self.name, &rows.data, level),
+            Level::Peak => Table::with_rest_at_peak(&self.name, &rows.data),
+        };
+        let (mut errors, mut lines) = (rows.errors.clone(), rows.lines.clone());
+        if let (Level::Peak, Ok(table)) = (level, &table) {
+            // The rows below the peak are one row.
+            let left_out = rows.data.len() - table.data().count();
+            errors.drain(..left_out);
+            lines.drain(..left_out);
+        }
+        let source = Source {
+            lines,
+            readings: self.at_rest.len() + self.in_slip.len() - usize::from(onset.len() < self.at_rest.len()),
+            told: (!said.is_empty()).then(|| format!("{}: {}", self.name, said.join("; "))),
+            forces: self.forces == Some(true),
+        };
+        table
+            .and_then(|table| if has_errors { table.with_standard_errors(&errors) } else { Ok(table) })
+            .map(|table| table.with_error_of_curve().with_source(source))
+            .map_err(|error| (format!("{}: {}", place(error.row), error.problem), error.remedy))
+    }
+
+    /// The friction at rest, and the readings at slip speed 0 at which friction in slip begins.
+    fn rest(&self, level: Level) -> Result<(Level, Vec<Reading>), Told> {
+        let mut onset = self.at_rest.clone();
+        let repeated = self.in_slip.windows(2).any(|rows| rows[0].speed == rows[1].speed);
+        if let [one, other] = onset[..]
+            && one.friction != other.friction
+            && !repeated
+            && !self.is_record
+            && !matches!(level, Level::Peak)
+        {
+            if let Level::Given(_) = level {
+                let problem = format!(
+                    "{}:{}: friction at rest is written twice: here, and as static",
+                    self.name, one.line
+                );
+                let remedy = "leave out static, or the larger of the two rows at slip speed 0";
+                return Err((problem, remedy.into()));
+            }
+            let held = usize::from(one.friction < other.friction);
+            let level = onset.remove(held).friction;
+            return Ok((Level::Given(level), onset));
+        }
+        let [least, most] = [f64::min, f64::max]
+            .map(|of| onset.iter().map(|reading| reading.friction).reduce(of).unwrap_or(0.0));
+        if least < most && most > WIDEST_AT_REST * least {
+            let problem = format!(
+                "{}:{}: the friction at slip speed 0 goes from {least} to {most}",
+                self.name, onset[0].line
+            );
+            return Err((problem, "write the one at which it breaks loose, and below it that at which slip begins, if it is less".into()));
+        }
+        Ok((level, onset))
+    }
+
+    /// The rows of the law, with NaN for unknown standard errors.
+    fn averaged(&self, onset: &[Reading], said: &mut Vec<String>) -> Rows {
+        let mut rows = Rows::default();
+        let in_slip: Vec<(f64, f64)> = self.in_slip.iter().map(|row| (row.speed, row.friction)).collect();
+        if self.is_record || scatters(&in_slip) {
+            let (knots, spread) = self.segments();
+            if let [first, ..] = onset {
+                let all: Vec<(f64, f64)> = onset.iter().map(|row| (0.0, row.friction)).collect();
+                let mean = all.iter().map(|(_, friction)| friction).sum::<f64>() / all.len() as f64;
+                let own = means(&all).and_then(|means| means.standard_errors).map(|errors| errors[0]);
+                rows.push(0.0, mean, own.unwrap_or(spread), first.line);
+            }
+            for Knot { speed, friction, error } in &knots {
+                rows.push(*speed, *friction, *error, 0);
+            }
+            said.push(format!(
+                "{} readings in slip reduced to {} slip speeds with standard errors",
+                in_slip.len(),
+                knots.len()
+            ));
+            return rows;
+        }
+        let all: Vec<Reading> = onset.iter().chain(&self.in_slip).copied().collect();
+        if self.has_errors {
+            for same in all.chunk_by(|one, next| one.speed == next.speed) {
+                let (friction, error) = weighted(same);
+                rows.push(same[0].speed, friction, error, same[0].line);
+            }
+            return rows;
+        }
+        let data: Vec<(f64, f64)> = all.iter().map(|row| (row.speed, row.friction)).collect();
+        match means(&data) {
+            None => all.iter().for_each(|row| rows.push(row.speed, row.friction, f64::NAN, row.line)),
+            Some(means) => {
+                for (row, (speed, friction)) in means.data.into_iter().enumerate() {
+                    let error = means.standard_errors.as_ref().map_or(f64::NAN, |errors| errors[row]);
+                    rows.push(speed, friction, error, all[means.first[row]].line);
+                }
+            }
+        }
+        rows
+    }
+
+    /// The readings in slip as those of segments, and the standard deviation of one of the slowest.
+    pub(super) fn segments(&self) -> (Vec<Knot>, f64) {
+        let in_slip: Vec<(f64, f64)> = self.in_slip.iter().map(|row| (row.speed, row.friction)).collect();
+        let passages: Vec<usize> = self.in_slip.iter().map(|row| row.passage).collect();
+        segments(&in_slip, self.is_record.then_some(&passages))
+    }
+
+    /// Without a row at rest friction in slip begins on the line through the two slowest ones.
+    fn continue_to_rest(
+        &self,
+        rows: &mut Rows,
+        level: &mut Level,
+        said: &mut Vec<String>,
+    ) -> Result<(), Told> {
+        let [(near, one), (far, other), ..] = rows.data[..] else {
+            return Err((
+                format!("{}: there are only {} slip speeds", self.name, rows.data.len()),
+                "give at least three".into(),
+            ));
+        };
+        if let Level::One = level {
+            let line = rows.lines[0];
+            let problem = format!("{}:{line}: the first slip speed is {near}, not 0", self.name);
+            let remedy = "begin with the friction at rest, at slip speed 0, or write it with the key static";
+            return Err((problem, remedy.into()));
+        }
+        let share = near / (far - near);
+        let mut friction = one + share * (one - other);
+        if let Level::Given(level) = level {
+            friction = friction.min(*level);
+        }
+        let error = ((1.0 + share) * rows.errors[0]).hypot(share * rows.errors[1]);
+        said.push(format!(
+            "no row at rest: friction in slip begins at {}, on the line through the two slowest",
+            slipmap_numbers::text::rounded(friction, 4)
+        ));
+        rows.data.insert(0, (0.0, friction));
+        rows.errors.insert(0, error);
+        rows.lines.insert(0, rows.lines[0]);
+        Ok(())
+    }
+}
+
+/// The mean of readings with standard errors, weighted by these, and its error.
+fn weighted(same: &[Reading]) -> (f64, f64) {
+    if let [one] = same {
+        return (one.friction, one.error);
+    }
+    if same.iter().any(|row| row.error == 0.0) {
+        let exact: Vec<&Reading> = same.iter().filter(|row| row.error == 0.0).collect();
+        return (exact.iter().map(|row| row.friction).sum::<f64>() / exact.len() as f64, 0.0);
+    }
+    let weights = || same.iter().map(|row| row.error.powi(-2));
+    let total: f64 = weights().sum();
+    let mean = same.iter().zip(weights()).map(|(row, weight)| weight * row.friction).sum::<f64>() / total;
+    (mean, total.powf(-0.5))
+}
+
+/// Whether readings are many and go up and down from one to the next.
+fn scatters(readings: &[(f64, f64)]) -> bool {
+    let steps: Vec<f64> = readings.windows(2).map(|pair| pair[1].1 - pair[0].1).collect();
+    let turns = steps.windows(2).filter(|steps| steps[0] * steps[1] < 0.0).count();
+    readings.len() >= FEWEST_SCATTERED && turns as f64 >= SHARE_OF_TURNS * readings.len() as f64
+}

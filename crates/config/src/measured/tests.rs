@@ -1,0 +1,230 @@
+//! Files as rigs and spreadsheets write them.
+
+use super::*;
+use slipmap_model::friction::Table;
+
+/// What a file is.
+enum Outcome {
+    /// A law with these rows, of which the friction is a force if the flag is set; and words of what is told.
+    Read(&'static [(f64, f64)], bool, &'static [&'static str]),
+    /// Refused with these words in the problem and the remedy.
+    Refused(&'static [&'static str]),
+}
+use Outcome::{Read, Refused};
+
+const MACHINE: OfMachine = OfMachine { motion: Some(Motion::Translation), forces: None };
+const THREE: &[(f64, f64)] = &[(0.0, 0.4), (0.1, 0.35), (0.5, 0.3)];
+const NEWTONS: &[(f64, f64)] = &[(0.0, 400.0), (0.1, 350.0), (0.5, 300.0)];
+
+fn law(bytes: &[u8], machine: OfMachine) -> Result<Table, (String, String)> {
+    Measured::of_bytes("pad.csv", bytes, Some(machine))?.table(Level::First)
+}
+
+fn wide(text: &str, mark: bool, bytes_of: fn(u16) -> [u8; 2]) -> Vec<u8> {
+    mark.then_some(0xfeff).into_iter().chain(text.encode_utf16()).flat_map(bytes_of).collect()
+}
+
+#[test]
+fn ugly_files_are_read_or_refused_with_their_line() {
+    let plain = "v,mu\n0,0.4\n0.1,0.35\n0.5,0.3\n";
+    let text = |text: &str| text.as_bytes().to_vec();
+    let latin = |text: &str| text.chars().map(|c| u8::try_from(u32::from(c)).unwrap()).collect::<Vec<u8>>();
+    let files: Vec<(&str, Vec<u8>, Outcome)> = vec![
+        ("plain", text(plain), Read(THREE, false, &[])),
+        ("no header", text("0,0.4\n0.1,0.35\n0.5,0.3"), Read(THREE, false, &[])),
+        ("semicolons", text("v;mu\n0;0.4\n0.1;0.35\n0.5;0.3"), Read(THREE, false, &["semicolons"])),
+        ("decimal commas", text("v;mu\n0;0,4\n0,1;0,35\n0,5;0,3"), Read(THREE, false, &["decimal commas"])),
+        (
+            "quoted commas",
+            text("\"0\",\"0,4\"\n\"0,1\",\"0,35\"\n\"0,5\",\"0,3\""),
+            Read(THREE, false, &["commas"]),
+        ),
+        ("tabs", text("v\tmu\n0\t0,4\n0,1\t0,35\n0,5\t0,3"), Read(THREE, false, &["tabs", "decimal commas"])),
+        ("spaces", text("  0   0.4\n  0.1 0.35\n  0.5 0.3"), Read(THREE, false, &["spaces"])),
+        ("bars", text("v|mu\n0|0.4\n0.1|0.35\n0.5|0.3"), Read(THREE, false, &["bars"])),
+        ("mark of UTF-8", text(&format!("\u{feff}{plain}")), Read(THREE, false, &[])),
+        ("UTF-16", wide(plain, true, u16::to_le_bytes), Read(THREE, false, &["UTF-16LE"])),
+        ("UTF-16, big end first", wide(plain, true, u16::to_be_bytes), Read(THREE, false, &["UTF-16BE"])),
+        ("UTF-16 without mark", wide(plain, false, u16::to_le_bytes), Read(THREE, false, &["UTF-16LE"])),
+        ("Latin-1", latin("v [m/s];µ [-]\n0;0,4\n0,1;0,35\n0,5;0,3"), Read(THREE, false, &["windows-1252"])),
+        ("Windows", text(&plain.replace('\n', "\r\n")), Read(THREE, false, &[])),
+        ("old Macintosh", text(&plain.replace('\n', "\r")), Read(THREE, false, &[])),
+        ("mm/s", text("v [mm/s],mu\n0,0.4\n100,0.35\n500,0.3"), Read(THREE, false, &["slip speeds in mm/s"])),
+        ("kN", text("v [m/s],F [kN]\n0,0.4\n0.1,0.35\n0.5,0.3"), Read(NEWTONS, true, &["friction in kN"])),
+        ("per cent", text("v,mu [%]\n0,40\n0.1,35\n0.5,30"), Read(THREE, false, &["friction in %"])),
+        (
+            "units in a line of their own",
+            text("v;F\n[mm/s];[kN]\n0;0,4\n100;0,35\n500;0,3"),
+            Read(NEWTONS, true, &["mm/s", "kN"]),
+        ),
+        (
+            "titles",
+            text("Rig 7, pad B\nMeasured on a Tuesday\n\nspeed (mm/s),force (N)\n0,400\n100,350\n500,300"),
+            Read(NEWTONS, true, &["mm/s"]),
+        ),
+        ("empty columns", text("v,mu,,\n0,0.4,,\n0.1,0.35,,\n0.5,0.3,,"), Read(THREE, false, &[])),
+        ("remarks", text("v,mu,remark\n0,0.4,cold\n0.1,0.35,\n0.5,0.3,warm"), Read(THREE, false, &[])),
+        (
+            "temperature",
+            text("v [m/s],mu,T [°C]\n0,0.4,20\n0.1,0.35,21\n0.5,0.3,22"),
+            Read(THREE, false, &["`T [°C]` not used"]),
+        ),
+        (
+            "other order",
+            text("mu,n,v\n0.4,3,0\n0.35,3,0.1\n0.3,3,0.5"),
+            Read(THREE, false, &["slip speed in column 3, friction in column 1", "`n` not used"]),
+        ),
+        (
+            "normal force beside",
+            text("v [m/s],F_n [N],F_t [N]\n0,1000,400\n0.1,1000,350\n0.5,1000,300"),
+            Read(NEWTONS, true, &["`F_n [N]` not used"]),
+        ),
+        ("downward", text("v,mu\n0.5,0.3\n0.1,0.35\n0,0.4"), Read(THREE, false, &["sorted"])),
+        (
+            "negative speeds",
+            text("v,F [N]\n0,-400\n-0.1,-350\n-0.5,-300"),
+            Read(NEWTONS, true, &["slip is negative in all rows"]),
+        ),
+        (
+            "both directions",
+            text("v,F [N]\n-0.5,-310\n-0.1,-360\n0,400\n0.1,340\n0.5,290"),
+            Read(NEWTONS, true, &["both directions", "106 %"]),
+        ),
+        ("a static row", text("v,mu\nstatic,0.4\n0.1,0.35\n0.5,0.3"), Read(THREE, false, &[])),
+        (
+            "readings of breakaway",
+            text("v,mu\n0,0.41\n0,0.4\n0,0.39\n0.1,0.35\n0.5,0.3"),
+            Read(THREE, false, &[]),
+        ),
+        (
+            "no row at rest",
+            text("v,mu\n0.1,0.38\n0.2,0.36\n0.5,0.3"),
+            Read(
+                &[(0.0, 0.4), (0.1, 0.38), (0.2, 0.36), (0.5, 0.3)],
+                false,
+                &["no row at rest", "begins at 0.4"],
+            ),
+        ),
+        (
+            "gaps",
+            text("v,mu\n0,0.4\n0.1,0.35\n0.2,NaN\n0.3,\n0.5,0.3"),
+            Read(THREE, false, &["2 rows without numbers left out (lines 4, 5)"]),
+        ),
+        (
+            "thousands",
+            text("v [mm/s];F [N]\n0;1.400,5\n100;1.350,5\n1.500;1.300,5"),
+            Read(&[(0.0, 1400.5), (0.1, 1350.5), (1.5, 1300.5)], true, &["decimal commas"]),
+        ),
+        ("minus signs", text("v,mu\n0,0.4\n−0.1,0.35\n−0.5,0.3"), Read(THREE, false, &["negative"])),
+        (
+            "thousands or decimals",
+            text("v;F [N]\n0;1,400\n1;1,350\n2;1,300"),
+            Refused(&["pad.csv:2: `1,400`", "thousands or decimals", "write 1400 or 1.400"]),
+        ),
+        (
+            "two decimal signs",
+            text("v;mu\n0;0.4\n0,1;0,35\n0,5;0,3"),
+            Refused(&["pad.csv:3", "`0.4` in line 2 has a decimal point"]),
+        ),
+        (
+            "commas for both",
+            text("v,mu\n0,0,0,4\n0,1,0,3\n0,5,0,3"),
+            Refused(&["pad.csv:1", "twice as many", "decimal commas"]),
+        ),
+        (
+            "three columns",
+            text("0,0.4,0.01\n0.1,0.35,0.01\n0.5,0.3,0.01"),
+            Refused(&["pad.csv", "three columns", "speed,friction,se", "time,speed,friction"]),
+        ),
+        ("four columns", text("0,0.4,1,2\n0.1,0.35,1,2\n0.5,0.3,1,2"), Refused(&["4 columns", "name them"])),
+        (
+            "two speeds",
+            text("v1 speed,v2 speed,mu\n0,0,0.4\n1,1,0.3\n2,2,0.3"),
+            Refused(&["pad.csv:1", "both be the slip speed"]),
+        ),
+        (
+            "furlongs",
+            text("v [furlongs/week],mu\n0,0.4\n1,0.3\n2,0.3"),
+            Refused(&["pad.csv:1", "no unit that is known"]),
+        ),
+        ("rotation", text("rpm,mu\n0,0.4\n1,0.3\n2,0.3"), Refused(&["pad.csv:1", "in rpm", "read in m/s"])),
+        (
+            "standard deviations",
+            text("v,mu,sd\n0,0.4,0.01\n1,0.3,0.01\n2,0.3,0.01"),
+            Refused(&["pad.csv:1", "standard deviation", "square root"]),
+        ),
+        (
+            "errors in some rows",
+            text("v,mu,se\n0,0.4,0.01\n1,0.3,\n2,0.3,0.01"),
+            Refused(&["pad.csv:3", "no standard error", "in every row"]),
+        ),
+        (
+            "a negative error",
+            text("v,mu,se\n0,0.4,0.01\n1,0.3,-1\n2,0.3,0.01"),
+            Refused(&["pad.csv:3", "-1 is not a valid"]),
+        ),
+        (
+            "words",
+            text("v,mu\n0,0.4\n0.1,x\n0.5,0.3\n1,0.3\n2,0.3"),
+            Refused(&["pad.csv:3", "`0.1,x` is not a pair"]),
+        ),
+        (
+            "the force while it sticks",
+            text("v,F [N]\n0,20\n0,60\n0,100\n0.1,90\n0.5,80"),
+            Refused(&["pad.csv:2", "goes from 20 to 100", "breaks loose"]),
+        ),
+        ("too few", text("v,mu\n0,0.4\n1,0.3"), Refused(&["only 2 data", "at least three"])),
+        ("one column", text("0.4\n0.35\n0.3"), Refused(&["pad.csv", "no row has two numbers"])),
+        ("a workbook", b"PK\x03\x04 and more".to_vec(), Refused(&["spreadsheet", "save it as CSV"])),
+        ("no text", vec![0, 1, 2, 255, 254, 0, 7], Refused(&["not a text"])),
+        ("empty", Vec::new(), Refused(&["no row has two numbers"])),
+    ];
+    assert!(files.len() >= 40);
+    for (name, bytes, outcome) in files {
+        let found = law(&bytes, MACHINE);
+        match (outcome, found) {
+            (Read(rows, forces, words), Ok(table)) => {
+                let data: Vec<(f64, f64)> = table.data().collect();
+                let near = |a: f64, b: f64| (a - b).abs() <= 1e-12 * b.abs().max(1e-3);
+                let same = data.iter().zip(rows).all(|(a, b)| near(a.0, b.0) && near(a.1, b.1));
+                assert!(same && data.len() == rows.len(), "{name}: {data:?}");
+                assert_eq!(table.source().forces, forces, "{name}");
+                let told = table.source().told.clone().unwrap_or_default();
+                assert!(words.iter().all(|word| told.contains(word)), "{name}: {told}");
+                assert!(!words.is_empty() || told.is_empty(), "{name}: {told}");
+            }
+            (Refused(words), Err((problem, remedy))) => {
+                let told = format!("{problem}\n{remedy}");
+                assert!(words.iter().all(|word| told.contains(word)), "{name}: {told}");
+            }
+            (_, found) => panic!("{name}: {found:?}"),
+        }
+    }
+}
+
+/// The speed of a record goes up and down, with a phase of rest each time in which the force rises to 50.
+#[test]
+fn a_record_over_time_is_reduced() {
+    let friction = |u: f64| 30.0 + 20.0 * (-u / 0.2).exp();
+    let mut record = "t [s],v [m/s],F [N]\n".to_owned();
+    let mut random = slipmap_numbers::random::Random(3);
+    for row in 0..2000 {
+        let phase = f64::from(row % 400) / 400.0;
+        let speed = (2.0 * (1.0 - (2.0 * phase - 1.0).abs()) - 0.2).max(0.0);
+        let force = if speed > 0.0 {
+            friction(speed) + 0.5 * random.normal()
+        } else {
+            50.0 * (phase + 0.1).fract() / 0.15
+        };
+        record.push_str(&format!("{},{speed},{force}\n", 1e-3 * f64::from(row)));
+    }
+    let table = law(record.as_bytes(), MACHINE).unwrap();
+    let told = table.source().told.clone().unwrap();
+    assert!(told.contains("phases of rest") && told.contains("reduced to"), "{told}");
+    let errors = table.standard_errors().unwrap();
+    let rows: Vec<(f64, f64)> = table.data().collect();
+    assert!(rows[0].0 == 0.0 && (rows[0].1 / 50.0 - 1.0).abs() < 0.01 && rows.len() < 40, "{rows:?}");
+    for (row, error) in rows.iter().zip(errors).skip(1) {
+        assert!((row.1 - friction(row.0)).abs() < 5.0 * error && *error < 0.5, "{row:?} {error}");
+    }
+}

@@ -1,0 +1,192 @@
+//! Measured data as text: the encoding, the separator of columns, the decimal sign, the fields.
+
+use encoding_rs::{Encoding, UTF_16BE, UTF_16LE, WINDOWS_1252};
+
+use super::Refused;
+
+/// The fields of one line.
+pub(super) struct Line {
+    /// Its number in the file, from 1.
+    pub(super) number: usize,
+    pub(super) fields: Vec<String>,
+}
+
+/// A file as fields.
+pub(super) struct Fields {
+    /// The lines that are neither empty nor comments.
+    pub(super) lines: Vec<Line>,
+    pub(super) decimal: Decimal,
+    /// What is unusual in it: "separated by semicolons".
+    pub(super) said: Vec<String>,
+}
+
+/// The sign before the decimals; the other one separates thousands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Decimal {
+    Point,
+    Comma,
+}
+
+/// The text of a file, and the encoding if it is not UTF-8.
+pub(super) fn decode(bytes: &[u8]) -> Result<(String, Option<String>), Refused> {
+    let refuse = |problem: &str, remedy: &str| Err(Refused::whole(problem, remedy));
+    if bytes.starts_with(b"PK\x03\x04") || bytes.starts_with(b"\xd0\xcf\x11\xe0") {
+        return refuse("this is the file of a spreadsheet program, not a table in text", "save it as CSV");
+    }
+    // In UTF-16 every second byte of numbers is zero.
+    let zeros = |from: usize| bytes.iter().skip(from).step_by(2).take(500).filter(|byte| **byte == 0).count();
+    let [even, odd] = [zeros(0), zeros(1)];
+    let encoding = match Encoding::for_bom(bytes) {
+        Some((encoding, _)) => encoding,
+        None if odd > 0 && odd > 4 * even => UTF_16LE,
+        None if even > 0 && even > 4 * odd => UTF_16BE,
+        None => match std::str::from_utf8(bytes) {
+            Ok(text) if !text.contains('\0') => return Ok((text.to_owned(), None)),
+            Ok(_) => return refuse("this is not a text", "name a CSV file"),
+            Err(_) => WINDOWS_1252,
+        },
+    };
+    let (text, encoding, failed) = encoding.decode(bytes);
+    let is_odd = |c: char| c.is_control() && !c.is_whitespace();
+    if failed || text.contains(is_odd) {
+        return refuse("this is not a text", "name a CSV file");
+    }
+    let said = (encoding != encoding_rs::UTF_8).then(|| encoding.name().to_owned());
+    Ok((text.into_owned(), said))
+}
+
+/// The separators that are tried, in this order, with their names.
+const SEPARATORS: [(char, &str); 5] = [
+    ('\t', "separated by tabs"),
+    (';', "separated by semicolons"),
+    ('|', "separated by bars"),
+    (' ', "separated by spaces"),
+    (',', ""),
+];
+
+/// Whether a field looks like a number, with any decimal sign.
+fn looks_like_a_number(field: &str) -> bool {
+    let field = field.trim();
+    let is_part = |c: char| c.is_ascii_digit() || "+-−.,eE".contains(c);
+    field.starts_with(|c: char| c.is_ascii_digit() || "+-−.".contains(c))
+        && field.ends_with(|c: char| c.is_ascii_digit() || c == '.')
+        && field.chars().all(is_part)
+}
+
+/// The fields of a line.
+fn split(line: &str, separator: char) -> Vec<String> {
+    if separator == ' ' {
+        return line.split_whitespace().map(str::to_owned).collect();
+    }
+    let mut reader = csv::ReaderBuilder::new()
+        .has_headers(false)
+        .delimiter(separator as u8)
+        .trim(csv::Trim::All)
+        .buffer_capacity(line.len().max(16))
+        .from_reader(line.as_bytes());
+    let mut record = csv::StringRecord::new();
+    match reader.read_record(&mut record) {
+        Ok(_) => record.iter().map(str::to_owned).collect(),
+        Err(_) => vec![line.to_owned()],
+    }
+}
+
+/// Number of lines by which the separator is chosen.
+const TRIED: usize = 500;
+
+/// Divides a text into fields. The separator is the first one by which about as many lines begin with numbers as
+/// by any other.
+pub(super) fn fields(text: &str) -> Result<Fields, Refused> {
+    let text = text.trim_start_matches('\u{feff}').replace("\r\n", "\n").replace('\r', "\n");
+    let is_data = |line: &str| !line.trim().is_empty() && !line.starts_with(['#', '%']);
+    let lines = || text.split('\n').enumerate().filter(|(_, line)| is_data(line));
+    let score = |separator: char| {
+        let of = lines().take(TRIED).map(|(_, line)| split(line, separator));
+        of.filter(|fields| {
+            let first = if separator == ' ' { 2 } else { fields.len() };
+            fields.iter().take(first).filter(|field| looks_like_a_number(field)).count() >= 2
+        })
+        .count()
+    };
+    let scores = SEPARATORS.map(|(separator, _)| score(separator));
+    let best = scores.into_iter().max().unwrap_or(0);
+    let chosen = SEPARATORS.iter().zip(scores).find(|(_, score)| *score > 0 && 2 * score >= best);
+    let Some((&(separator, words), _)) = chosen else {
+        let problem = "no row has two numbers";
+        return Err(Refused::whole(problem, "write slip speed and friction, separated by a comma"));
+    };
+    let lines: Vec<Line> =
+        lines().map(|(i, line)| Line { number: i + 1, fields: split(line, separator) }).collect();
+    let (decimal, sign) = decimal(&lines)?;
+    let said = [words, sign].into_iter().filter(|words| !words.is_empty()).map(str::to_owned).collect();
+    Ok(Fields { lines, decimal, said })
+}
+
+/// Whether `sign` in a number may separate thousands: 1,234 or 12,345,678.
+fn may_be_thousands(number: &str, sign: char) -> bool {
+    let mut groups = number.trim_start_matches(['+', '-', '−']).split(sign);
+    let first = groups.next().unwrap_or_default();
+    (1..=3).contains(&first.len()) && !first.starts_with('0') && groups.all(|group| group.len() == 3)
+}
+
+/// The decimal sign of a file, and the words for an unusual one.
+fn decimal(lines: &[Line]) -> Result<(Decimal, &'static str), Refused> {
+    // The first number that has each sign before its decimals, and that may have it between thousands.
+    let (mut decimals, mut thousands) = ([None, None], [None, None]);
+    for line in lines {
+        for field in line.fields.iter().filter(|field| looks_like_a_number(field)) {
+            let found = (line.number, field.as_str());
+            match (field.rfind('.'), field.rfind(',')) {
+                (None, None) => {}
+                (Some(point), Some(comma)) => {
+                    decimals[usize::from(comma > point)].get_or_insert(found);
+                }
+                (point, _) => {
+                    let (of, sign) = if point.is_some() { (0, '.') } else { (1, ',') };
+                    let kind = if may_be_thousands(field, sign) { &mut thousands } else { &mut decimals };
+                    kind[of].get_or_insert(found);
+                }
+            }
+        }
+    }
+    let refuse = |(line, number): (usize, &str), problem: String, remedy: String| {
+        Err(Refused { line: Some(line), problem: format!("`{number}`: {problem}"), remedy })
+    };
+    match (decimals, thousands) {
+        ([Some((line, point)), Some(comma)], _) => refuse(
+            comma,
+            format!("a decimal comma, and `{point}` in line {line} has a decimal point"),
+            "write all decimals with a point, or all with a comma".into(),
+        ),
+        ([None, Some(_)], _) => Ok((Decimal::Comma, "decimal commas")),
+        ([None, None], [point, Some((line, number))]) => {
+            let [without, with] = ["", "."].map(|sign| number.replace(',', sign));
+            let also = point.map_or(String::new(), |(_, other)| format!(", beside `{other}`"));
+            refuse(
+                (line, number),
+                format!("the comma may separate thousands or decimals{also}"),
+                format!("write {without} or {with}"),
+            )
+        }
+        _ => Ok((Decimal::Point, "")),
+    }
+}
+
+/// The number in a field; `None` for other texts.
+pub(super) fn number(field: &str, decimal: Decimal) -> Option<f64> {
+    let plain = field.trim().replace('−', "-");
+    let plain = match decimal {
+        Decimal::Point if may_be_thousands(plain.split('.').next().unwrap_or_default(), ',') => {
+            plain.replace(',', "")
+        }
+        Decimal::Point => plain,
+        Decimal::Comma => plain.replace('.', "").replace(',', "."),
+    };
+    plain.parse().ok()
+}
+
+/// Whether a field says that there is no number.
+pub(super) fn is_missing(field: &str) -> bool {
+    let words = ["", "-", "--", "na", "n/a", "#n/a", "nan", "null", "none"];
+    words.contains(&field.trim().to_lowercase().as_str())
+}

@@ -1,0 +1,365 @@
+//! Least-squares fits of friction laws to measured friction.
+//!
+//! Every law is
+//!
+//! ```text
+//! F(u) = F_k + (F_o - F_k) g(u / v_s) + B u
+//! ```
+//!
+//! with one of the shapes g of [`Shape`], with or without the viscous part, and with or without a drop: readings at
+//! rest are F_o without a drop, else the friction at rest of its own. The parameters are those of least squares, by
+//! the algorithm of Levenberg and Marquardt as in MINPACK (More, LNM 630, 1978), from the best of some starts. Laws
+//! are compared by Akaike's criterion for small samples (Hurvich and Tsai, Biometrika 76, 1989).
+//!
+//! Errors are those to first order: the inverse of the matrix of normal equations, times the variance of the
+//! residuals. Where the readings have standard errors, the variance is at least 1 in units of these; where they have
+//! none, it comes from the residuals, and two standard errors are made those of 95 % by Student's distribution.
+//!
+//! Which law it is, is not known either. The variance of each is larger by what the others say: by the mean square of
+//! the differences of their slopes, with Akaike's weights, in units of the mean variance of the slope (Buckland, Burnham
+//! and Augustin, Biometrics 53, 1997). Slopes, because they are what makes a machine vibrate.
+
+mod model;
+
+pub use model::{Drop, Form, Shape, Viscous};
+
+use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
+use model::FALL;
+use nalgebra::{DMatrix, DVector, Dyn, Owned};
+
+/// A reading of friction in slip.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reading {
+    /// Slip speed, at least 0.
+    pub speed: f64,
+    /// Friction.
+    pub friction: f64,
+    /// Standard error; NaN where unknown. Either all readings have one, greater than 0, or none.
+    pub error: f64,
+}
+
+/// A law fitted to readings.
+#[derive(Clone, Debug)]
+pub struct Fit {
+    /// The law.
+    pub form: Form,
+    /// The values of its parameters, in the order of [`Form::names`].
+    pub values: Vec<f64>,
+    /// Their covariance.
+    pub covariance: DMatrix<f64>,
+    /// The friction at rest with its standard error; `None` without a drop.
+    pub at_rest: Option<[f64; 2]>,
+    /// Akaike's criterion for small samples; only differences between fits of the same readings mean anything.
+    pub aicc: f64,
+    /// Root mean square of the residuals in slip, in units of the friction.
+    pub residual: f64,
+    /// The sum of the squares of the residuals in units of the standard errors, divided by the degrees of freedom;
+    /// `None` for readings without standard errors.
+    pub reduced: Option<f64>,
+    /// Readings less friction, in the order of the readings in slip.
+    pub residuals: Vec<f64>,
+    /// Number of changes of sign of the residuals less that of independent ones, in standard deviations: far below 0
+    /// where the law does not follow the readings.
+    pub runs: f64,
+}
+
+/// Reason why there is no fit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NoFit {
+    /// There are too few readings at different slip speeds.
+    TooFew,
+    /// No law that falls, or has two coefficients, follows from the readings.
+    None,
+}
+
+/// Number of slip speeds over which friction falls that are tried as starts, over the range of the readings.
+const STARTS: i32 = 12;
+/// Least drop as slip begins, in units of its standard error: that of the friction at rest is no parameter of the fit,
+/// so a smaller one would be taken for sure.
+const SURE_DROP: f64 = 4.0;
+/// Relative step of slopes.
+const STEP: f64 = 1e-3;
+/// Number of slip speeds at which laws are compared.
+const COMPARED: i32 = 40;
+/// Least number of readings at rest whose own scatter is their error.
+const FEWEST_AT_REST: usize = 3;
+
+/// Fits every law to the readings, and sorts them by Akaike's criterion, the best one first.
+///
+/// # Errors
+/// [`NoFit`].
+pub fn fits(in_slip: &[Reading], at_rest: &[Reading]) -> Result<Vec<Fit>, NoFit> {
+    let mut speeds: Vec<f64> = in_slip.iter().map(|reading| reading.speed).collect();
+    speeds.sort_by(f64::total_cmp);
+    speeds.dedup();
+    if speeds.len() < 3 {
+        return Err(NoFit::TooFew);
+    }
+    let forms = Form::all().filter(|form| form.drop == Drop::None || !at_rest.is_empty());
+    let mut fits: Vec<Fit> = forms.filter_map(|form| fit(form, in_slip, at_rest)).collect();
+    fits.sort_by(|one, other| one.aicc.total_cmp(&other.aicc));
+    if fits.is_empty() {
+        return Err(NoFit::None);
+    }
+    let (slowest, fastest) =
+        (speeds.iter().copied().find(|speed| *speed > 0.0).unwrap_or(0.0), speeds[speeds.len() - 1]);
+    let widening: Vec<f64> = fits.iter().map(|fit| fit.by_other_laws(&fits, [slowest, fastest])).collect();
+    fits.iter_mut().zip(widening).for_each(|(fit, factor)| fit.covariance *= factor);
+    Ok(fits)
+}
+
+/// Fits one law; `None` where it has as many parameters as there are readings, or none that are legal.
+pub fn fit(form: Form, in_slip: &[Reading], at_rest: &[Reading]) -> Option<Fit> {
+    let known = in_slip.iter().chain(at_rest).all(|reading| reading.error > 0.0);
+    let mut readings: Vec<Reading> = in_slip.to_vec();
+    // Breakaway scatters more than slip does: readings at rest are one, with its own error.
+    let rest = mean(at_rest, known);
+    if form.drop == Drop::None {
+        readings.extend(rest);
+    }
+    let (n, p) = (readings.len(), form.names().len());
+    if n < p + 2 {
+        return None;
+    }
+    let mut weights: Vec<f64> = match known {
+        true => readings.iter().map(|reading| 1.0 / reading.error).collect(),
+        false => vec![1.0; n],
+    };
+    let mut problem = Problem::start(form, &readings, weights.clone())?.minimised()?;
+    if let (false, Some(rest), Drop::None) = (known, rest, form.drop)
+        && rest.error > 0.0
+    {
+        // The weight of the reading at rest follows from the scatter in slip.
+        let squares = problem.residuals.iter().take(in_slip.len()).map(|residual| residual * residual);
+        let scatter = (squares.sum::<f64>() / (in_slip.len() - p.min(in_slip.len() - 1)) as f64).sqrt();
+        if let Some(last) = weights.last_mut() {
+            *last = scatter / rest.error;
+        }
+        problem = Problem::start(form, &readings, weights)?.minimised()?;
+    }
+    let squares: f64 = problem.residuals.norm_squared();
+    let freedom = (n - p) as f64;
+    let jacobian = problem.natural_jacobian();
+    let inverse = (jacobian.transpose() * &jacobian).try_inverse()?;
+    let reduced = squares / freedom;
+    let variance = if known { reduced.max(1.0) } else { reduced * widening(freedom) };
+    let values = form.values(&problem.parameters);
+    let covariance = inverse * variance;
+    let legal = form.is_legal(&values) && covariance.iter().all(|value| value.is_finite());
+    // The error of a drop is that of the friction at rest, which no parameter of the law has.
+    let at_rest = match form.drop {
+        Drop::None => None,
+        Drop::Free => {
+            let rest = rest?;
+            let spread = if rest.error > 0.0 { rest.error } else { (squares / freedom).sqrt() };
+            Some([rest.friction, spread])
+        }
+    };
+    let drops = at_rest.is_none_or(|[level, error]| {
+        let onset = covariance[(0, 0)];
+        level - form.friction(&values, 0.0) > SURE_DROP * (error * error + onset).sqrt()
+    });
+    let parameters = (p + usize::from(at_rest.is_some())) as f64;
+    let count = (n + usize::from(at_rest.is_some())) as f64;
+    let likelihood = if known { squares } else { count * (squares / count).ln() };
+    // The variance is a parameter, too, where it is not known.
+    let k = parameters + if known { 0.0 } else { 1.0 };
+    let correction = 2.0 * k * (k + 1.0) / (count - k - 1.0);
+    let aicc = if count > k + 1.0 { likelihood + 2.0 * k + correction } else { f64::INFINITY };
+    let residuals: Vec<f64> =
+        in_slip.iter().map(|reading| reading.friction - form.friction(&values, reading.speed)).collect();
+    let residual = (residuals.iter().map(|r| r * r).sum::<f64>() / residuals.len() as f64).sqrt();
+    (legal && drops && aicc.is_finite()).then(|| Fit {
+        form,
+        values,
+        covariance,
+        at_rest,
+        aicc,
+        residual,
+        reduced: known.then_some(reduced),
+        runs: runs(&residuals),
+        residuals,
+    })
+}
+
+impl Fit {
+    /// The friction at a slip speed.
+    pub fn friction(&self, speed: f64) -> f64 {
+        self.form.friction(&self.values, speed)
+    }
+
+    /// The standard error of the friction at a slip speed.
+    pub fn error(&self, speed: f64) -> f64 {
+        let gradient = DVector::from_vec(self.form.gradient(&self.values, speed));
+        gradient.dot(&(&self.covariance * &gradient)).max(0.0).sqrt()
+    }
+
+    /// The slope of the friction at a slip speed, with its standard error.
+    fn slope(&self, speed: f64) -> [f64; 2] {
+        let ends = [speed * (1.0 - STEP), speed * (1.0 + STEP)];
+        let difference = |of: &dyn Fn(f64) -> f64| (of(ends[1]) - of(ends[0])) / (ends[1] - ends[0]);
+        let [before, after] = ends.map(|speed| DVector::from_vec(self.form.gradient(&self.values, speed)));
+        let gradient = (after - before) / (ends[1] - ends[0]);
+        let variance = gradient.dot(&(&self.covariance * &gradient)).max(0.0);
+        [difference(&|speed| self.friction(speed)), variance.sqrt()]
+    }
+
+    /// The factor of the variance by what other laws say of the slope, by the logarithm of the speed, between two slip
+    /// speeds.
+    fn by_other_laws(&self, fits: &[Fit], [slowest, fastest]: [f64; 2]) -> f64 {
+        let weights: Vec<f64> = fits.iter().map(|fit| (0.5 * (fits[0].aicc - fit.aicc)).exp()).collect();
+        let total: f64 = weights.iter().sum();
+        let (mut between, mut within) = (0.0, 0.0);
+        for i in 0..COMPARED {
+            let speed = slowest * (fastest / slowest).powf(f64::from(i) / f64::from(COMPARED - 1));
+            let [slope, error] = self.slope(speed);
+            let others = fits.iter().zip(&weights);
+            let squares = others.map(|(fit, weight)| weight * (fit.slope(speed)[0] - slope).powi(2));
+            between += speed * speed * squares.sum::<f64>() / total;
+            within += (speed * error).powi(2);
+        }
+        if between.is_finite() && within > 0.0 { 1.0 + between / within } else { 1.0 }
+    }
+
+    /// The standard errors of the parameters.
+    pub fn errors(&self) -> Vec<f64> {
+        self.covariance.diagonal().iter().map(|variance| variance.sqrt()).collect()
+    }
+
+    /// The correlation of two parameters.
+    pub fn correlation(&self, one: usize, other: usize) -> f64 {
+        let errors = self.errors();
+        self.covariance[(one, other)] / (errors[one] * errors[other])
+    }
+}
+
+/// The readings at rest as one, with the error of their mean; NaN where it is unknown.
+fn mean(at_rest: &[Reading], known: bool) -> Option<Reading> {
+    let count = at_rest.len() as f64;
+    if at_rest.is_empty() {
+        return None;
+    }
+    if known {
+        let weights = || at_rest.iter().map(|reading| reading.error.powi(-2));
+        let total: f64 = weights().sum();
+        let sum: f64 = at_rest.iter().zip(weights()).map(|(reading, weight)| weight * reading.friction).sum();
+        return Some(Reading { speed: 0.0, friction: sum / total, error: total.powf(-0.5) });
+    }
+    let friction = at_rest.iter().map(|reading| reading.friction).sum::<f64>() / count;
+    let squares: f64 = at_rest.iter().map(|reading| (reading.friction - friction).powi(2)).sum();
+    let own = at_rest.len() >= FEWEST_AT_REST;
+    let error = if own { (squares / (count - 1.0) / count).sqrt() } else { f64::NAN };
+    Some(Reading { speed: 0.0, friction, error })
+}
+
+/// The square of the 97.5 % quantile of Student's distribution, in units of that of the normal one: the expansion of
+/// Cornish and Fisher, with an error below a per cent from three degrees of freedom.
+fn widening(freedom: f64) -> f64 {
+    let z: f64 = 1.959_963_984_540_054;
+    let z2 = z * z;
+    let first = (z2 + 1.0) / 4.0;
+    let second = ((5.0 * z2 + 16.0) * z2 + 3.0) / 96.0;
+    let third = (((3.0 * z2 + 19.0) * z2 + 17.0) * z2 - 15.0) / 384.0;
+    (1.0 + first / freedom + second / freedom.powi(2) + third / freedom.powi(3)).powi(2)
+}
+
+/// The number of runs of residuals of one sign, in standard deviations from that of independent ones (Wald and
+/// Wolfowitz, Ann. Math. Stat. 11, 1940).
+fn runs(residuals: &[f64]) -> f64 {
+    let signs: Vec<bool> = residuals.iter().filter(|residual| **residual != 0.0).map(|r| *r > 0.0).collect();
+    let (n, above) = (signs.len() as f64, signs.iter().filter(|sign| **sign).count() as f64);
+    let runs = 1.0 + signs.windows(2).filter(|pair| pair[0] != pair[1]).count() as f64;
+    let pairs = 2.0 * above * (n - above);
+    let variance = pairs * (pairs - n) / (n * n * (n - 1.0));
+    if variance > 0.0 { (runs - 1.0 - pairs / n) / variance.sqrt() } else { 0.0 }
+}
+
+/// The least-squares problem of a law, in the parameters of [`Point`].
+struct Problem<'a> {
+    form: Form,
+    readings: &'a [Reading],
+    weights: Vec<f64>,
+    parameters: DVector<f64>,
+    residuals: DVector<f64>,
+}
+
+impl<'a> Problem<'a> {
+    /// The best of some starts: for a given fall of friction the law is linear in all else.
+    fn start(form: Form, readings: &'a [Reading], weights: Vec<f64>) -> Option<Self> {
+        let fastest = readings.iter().map(|reading| reading.speed).fold(0.0, f64::max);
+        let slowest =
+            readings.iter().map(|reading| reading.speed).filter(|speed| *speed > 0.0).fold(fastest, f64::min);
+        let range = (fastest / (0.3 * slowest)).ln();
+        let log = |i: i32| (0.3 * slowest).ln() + range * f64::from(i) / f64::from(STARTS - 1);
+        let count = if form.shape == Shape::None { 1 } else { STARTS };
+        let starts = (0..count).filter_map(|i| {
+            let linear = form.linear(log(i));
+            let matrix = DMatrix::from_fn(readings.len(), linear.len(), |row, column| {
+                weights[row] * linear[column](readings[row].speed)
+            });
+            let target = DVector::from_fn(readings.len(), |row, _| weights[row] * readings[row].friction);
+            let solved = matrix.clone().svd(true, true).solve(&target, 1e-12).ok()?;
+            let squares = (matrix * &solved - target).norm_squared();
+            Some((squares, form.parameters(&solved, log(i))))
+        });
+        let best = starts.min_by(|one, other| one.0.total_cmp(&other.0))?.1;
+        let residuals = DVector::zeros(readings.len());
+        let mut problem = Self { form, readings, weights, parameters: best.clone(), residuals };
+        problem.set_params(&best);
+        Some(problem)
+    }
+
+    /// The problem at its minimum; `None` where it was not reached.
+    fn minimised(self) -> Option<Self> {
+        let (problem, report) = LevenbergMarquardt::new().with_patience(200).minimize(self);
+        (report.termination.was_successful() && problem.residuals.iter().all(|r| r.is_finite()))
+            .then_some(problem)
+    }
+
+    /// The derivatives of the weighted residuals by the parameters of the law, in natural units.
+    fn natural_jacobian(&self) -> DMatrix<f64> {
+        let values = self.form.values(&self.parameters);
+        let rows = self.readings.iter().zip(&self.weights).map(|(reading, weight)| {
+            let gradient = self.form.gradient(&values, reading.speed);
+            DVector::from_vec(gradient) * *weight
+        });
+        let rows: Vec<DVector<f64>> = rows.collect();
+        DMatrix::from_fn(rows.len(), values.len(), |row, column| rows[row][column])
+    }
+}
+
+impl LeastSquaresProblem<f64, Dyn, Dyn> for Problem<'_> {
+    type ResidualStorage = Owned<f64, Dyn>;
+    type JacobianStorage = Owned<f64, Dyn, Dyn>;
+    type ParameterStorage = Owned<f64, Dyn>;
+
+    fn set_params(&mut self, parameters: &DVector<f64>) {
+        self.parameters = parameters.clone();
+        let values = self.form.values(parameters);
+        let miss = self.readings.iter().zip(&self.weights).map(|(reading, weight)| {
+            weight * (self.form.friction(&values, reading.speed) - reading.friction)
+        });
+        self.residuals = DVector::from_vec(miss.collect());
+    }
+
+    fn params(&self) -> DVector<f64> {
+        self.parameters.clone()
+    }
+
+    fn residuals(&self) -> Option<DVector<f64>> {
+        Some(self.residuals.clone())
+    }
+
+    fn jacobian(&self) -> Option<DMatrix<f64>> {
+        let mut jacobian = self.natural_jacobian();
+        if self.form.shape != Shape::None {
+            // The fall is a logarithm.
+            let fall = self.parameters[FALL].exp();
+            jacobian.column_mut(FALL).scale_mut(fall);
+        }
+        Some(jacobian)
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,202 @@
+//! The laws that are fitted.
+
+use nalgebra::DVector;
+
+/// How friction falls: g(x) with x = u / v_s.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shape {
+    /// It does not: friction in slip is F_k + B u.
+    None,
+    /// exp(-x), as in the law `exponential`.
+    Exponential,
+    /// exp(-x^2).
+    Gaussian,
+    /// exp(-x^delta).
+    Stretched,
+    /// 1 / (1 + x^2), as in the law `lorentzian`.
+    Lorentzian,
+    /// 1 / (1 + x), as in the law `stribeck`.
+    Hyperbolic,
+}
+
+/// Whether friction rises in proportion to the slip speed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Viscous {
+    /// B = 0.
+    None,
+    /// B is fitted.
+    Free,
+}
+
+/// Whether friction at rest is above that at the onset of slip.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Drop {
+    /// Friction in slip begins at the friction at rest.
+    None,
+    /// It begins anywhere below.
+    Free,
+}
+
+/// A law with free parameters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Form {
+    /// How friction falls.
+    pub shape: Shape,
+    /// Whether it rises again.
+    pub viscous: Viscous,
+    /// Whether it drops as slip begins.
+    pub drop: Drop,
+}
+
+/// Parameters in which the fit is made: those of the law, with the logarithm of v_s.
+pub(crate) type Point = DVector<f64>;
+
+/// Position of v_s, after F_o and F_k; delta follows it, and B is the last.
+pub(crate) const FALL: usize = 2;
+
+impl Form {
+    /// All laws.
+    pub fn all() -> impl Iterator<Item = Form> {
+        use Shape::{Exponential, Gaussian, Hyperbolic, Lorentzian, None, Stretched};
+        let shapes = [None, Exponential, Gaussian, Stretched, Lorentzian, Hyperbolic];
+        let rises = [Viscous::None, Viscous::Free];
+        let all = shapes.into_iter().flat_map(move |shape| {
+            rises.into_iter().flat_map(move |viscous| {
+                [Drop::None, Drop::Free].into_iter().map(move |drop| Form { shape, viscous, drop })
+            })
+        });
+        // Without a fall or a drop there is no friction that can excite anything.
+        all.filter(|form| form.shape != None || form.drop == Drop::Free)
+    }
+
+    /// The names of the parameters: friction at the onset of slip and far out, the speed of the fall, its exponent,
+    /// and the viscous part.
+    pub fn names(self) -> Vec<&'static str> {
+        let mut names = match self.shape {
+            Shape::None => vec!["F_k"],
+            Shape::Stretched => vec!["F_s", "F_k", "v_s", "delta"],
+            _ => vec!["F_s", "F_k", "v_s"],
+        };
+        if self.viscous == Viscous::Free {
+            names.push("B");
+        }
+        names
+    }
+
+    /// The law as a formula in the slip speed u.
+    pub fn formula(self) -> String {
+        let fall = match self.shape {
+            Shape::None => "",
+            Shape::Exponential => " + (F_s - F_k)*exp(-u/v_s)",
+            Shape::Gaussian => " + (F_s - F_k)*exp(-(u/v_s)^2)",
+            Shape::Stretched => " + (F_s - F_k)*exp(-(u/v_s)^delta)",
+            Shape::Lorentzian => " + (F_s - F_k)/(1 + (u/v_s)^2)",
+            Shape::Hyperbolic => " + (F_s - F_k)/(1 + u/v_s)",
+        };
+        let rise = if self.viscous == Viscous::Free { " + B*u" } else { "" };
+        format!("F_k{fall}{rise}")
+    }
+
+    /// g, and its derivatives by the logarithm of v_s and by delta.
+    fn fall(self, x: f64, delta: f64) -> [f64; 3] {
+        match self.shape {
+            Shape::None => [0.0; 3],
+            Shape::Exponential => [(-x).exp(), x * (-x).exp(), 0.0],
+            Shape::Gaussian => [(-x * x).exp(), 2.0 * x * x * (-x * x).exp(), 0.0],
+            Shape::Stretched => {
+                let power = x.powf(delta);
+                let value = (-power).exp();
+                let by_delta = if x > 0.0 { -power * x.ln() * value } else { 0.0 };
+                [value, delta * power * value, by_delta]
+            }
+            Shape::Lorentzian => {
+                let value = 1.0 / (1.0 + x * x);
+                [value, 2.0 * x * x * value * value, 0.0]
+            }
+            Shape::Hyperbolic => {
+                let value = 1.0 / (1.0 + x);
+                [value, x * value * value, 0.0]
+            }
+        }
+    }
+
+    /// The values of the parameters at a point.
+    pub(crate) fn values(self, point: &Point) -> Vec<f64> {
+        let mut values: Vec<f64> = point.iter().copied().collect();
+        if self.shape != Shape::None {
+            values[FALL] = values[FALL].exp();
+        }
+        values
+    }
+
+    /// The friction at a slip speed.
+    pub fn friction(self, values: &[f64], speed: f64) -> f64 {
+        let rise = if self.viscous == Viscous::Free { values[values.len() - 1] * speed } else { 0.0 };
+        match self.shape {
+            Shape::None => values[0] + rise,
+            _ => {
+                let [fall, ..] = self.fall(speed / values[FALL], self.delta(values));
+                values[1] + (values[0] - values[1]) * fall + rise
+            }
+        }
+    }
+
+    fn delta(self, values: &[f64]) -> f64 {
+        if self.shape == Shape::Stretched { values[FALL + 1] } else { 1.0 }
+    }
+
+    /// The derivatives of the friction by the parameters.
+    pub(crate) fn gradient(self, values: &[f64], speed: f64) -> Vec<f64> {
+        let mut gradient = match self.shape {
+            Shape::None => vec![1.0],
+            shape => {
+                let [fall, by_log, by_delta] = self.fall(speed / values[FALL], self.delta(values));
+                let height = values[0] - values[1];
+                let mut of = vec![fall, 1.0 - fall, height * by_log / values[FALL]];
+                if shape == Shape::Stretched {
+                    of.push(height * by_delta);
+                }
+                of
+            }
+        };
+        if self.viscous == Viscous::Free {
+            gradient.push(speed);
+        }
+        gradient
+    }
+
+    /// The functions of the slip speed of which friction is a sum, for a fall with this logarithm of v_s.
+    pub(crate) fn linear(self, log: f64) -> Vec<Box<dyn Fn(f64) -> f64>> {
+        let mut functions: Vec<Box<dyn Fn(f64) -> f64>> = vec![Box::new(|_| 1.0)];
+        if self.shape != Shape::None {
+            functions.push(Box::new(move |speed| self.fall(speed / log.exp(), START_DELTA)[0]));
+        }
+        if self.viscous == Viscous::Free {
+            functions.push(Box::new(|speed| speed));
+        }
+        functions
+    }
+
+    /// The parameters of a sum of the functions of [`Form::linear`].
+    pub(crate) fn parameters(self, linear: &DVector<f64>, log: f64) -> Point {
+        let mut point = match self.shape {
+            Shape::None => vec![linear[0]],
+            Shape::Stretched => vec![linear[0] + linear[1], linear[0], log, START_DELTA],
+            _ => vec![linear[0] + linear[1], linear[0], log],
+        };
+        if self.viscous == Viscous::Free {
+            point.push(linear[linear.len() - 1]);
+        }
+        DVector::from_vec(point)
+    }
+
+    /// Whether the values are those of a friction law.
+    pub(crate) fn is_legal(self, values: &[f64]) -> bool {
+        let falls = self.shape == Shape::None
+            || values[0] > values[1] && values[1] >= 0.0 && values[FALL] > 0.0 && self.delta(values) >= 1.0;
+        values[0] > 0.0 && falls && values.iter().all(|value| value.is_finite())
+    }
+}
+
+/// The exponent at which a fit begins.
+const START_DELTA: f64 = 1.3;

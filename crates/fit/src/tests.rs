@@ -1,0 +1,121 @@
+//! Fits of readings of known laws.
+
+use super::*;
+use slipmap_numbers::random::Random;
+
+fn form(shape: Shape, drop: Drop) -> Form {
+    Form { shape, viscous: Viscous::Free, drop }
+}
+
+/// True values of the parameters, in the order of the names.
+fn truth(shape: Shape) -> Vec<f64> {
+    match shape {
+        Shape::Stretched => vec![1200.0, 700.0, 0.05, 1.5, 20.0],
+        _ => vec![1200.0, 700.0, 0.05, 20.0],
+    }
+}
+
+fn readings(form: Form, count: i32, noise: f64, error: f64, random: &mut Random) -> Vec<Reading> {
+    let values = truth(form.shape);
+    (1..=count)
+        .map(|i| {
+            let speed = 3.0 * (f64::from(i) / f64::from(count)).powi(3);
+            Reading { speed, friction: form.friction(&values, speed) + noise * random.normal(), error }
+        })
+        .collect()
+}
+
+/// Readings without noise have the parameters of their law, and no other law is as good.
+#[test]
+fn exact_readings_are_those_of_their_law() {
+    for shape in [Shape::Exponential, Shape::Gaussian, Shape::Stretched, Shape::Lorentzian, Shape::Hyperbolic]
+    {
+        let form = form(shape, Drop::None);
+        let data = readings(form, 40, 0.0, 1.0, &mut Random(1));
+        let found = fits(&data, &[]).unwrap();
+        let best = found.iter().find(|fit| fit.form == form).unwrap();
+        for (value, expected) in best.values.iter().zip(truth(shape)) {
+            assert!((value / expected - 1.0).abs() < 1e-6, "{shape:?}: {:?}", best.values);
+        }
+        assert!(found[0].form.shape == shape || found[0].form.shape == Shape::Stretched, "{:?}", found[0]);
+    }
+}
+
+/// The derivatives by the parameters are those of differences.
+#[test]
+fn gradients_are_differences() {
+    for form in Form::all() {
+        let values: Vec<f64> = match form.names().len() {
+            1 => vec![700.0],
+            2 => vec![700.0, 20.0],
+            _ => truth(form.shape)[..form.names().len()].to_vec(),
+        };
+        for speed in [0.0, 0.01, 0.07, 1.0] {
+            let gradient = form.gradient(&values, speed);
+            for (i, found) in gradient.iter().enumerate() {
+                let step = 1e-6 * values[i];
+                let at = |by: f64| {
+                    let mut moved = values.clone();
+                    moved[i] += by;
+                    form.friction(&moved, speed)
+                };
+                let expected = (at(step) - at(-step)) / (2.0 * step);
+                // Rounding of the friction divided by the step.
+                assert!(
+                    (found - expected).abs() <= 1e-6 * expected.abs() + 1e-9 * 1200.0 / step,
+                    "{form:?} {i}"
+                );
+            }
+        }
+    }
+}
+
+/// The stated errors are those of repeated measurements: the mean square of the deviations in units of the errors is
+/// 1 within four standard deviations of such a mean.
+#[test]
+fn errors_are_those_of_repeated_measurements() {
+    let form = form(Shape::Exponential, Drop::None);
+    let mut random = Random(7);
+    for (noise, error) in [(10.0, 10.0), (10.0, f64::NAN)] {
+        const REPEATED: i32 = 400;
+        let mut squares = [0.0; 4];
+        for _ in 0..REPEATED {
+            let data = readings(form, 40, noise, error, &mut random);
+            let fit = fit(form, &data, &[]).unwrap();
+            let deviations = fit.values.iter().zip(truth(form.shape)).zip(fit.errors());
+            for (sum, ((value, expected), error)) in squares.iter_mut().zip(deviations) {
+                *sum += ((value - expected) / error).powi(2) / f64::from(REPEATED);
+            }
+        }
+        // The variance is at least 1 in units of the errors, and Student's distribution widens it.
+        let wide = if error > 0.0 { 1.1 } else { widening(36.0) };
+        let sampling = 4.0 * (2.0 / f64::from(REPEATED)).sqrt();
+        for square in squares {
+            assert!((square * wide - 1.0).abs() < sampling + 0.05, "{squares:?} {wide}");
+        }
+    }
+}
+
+/// With a drop the readings at rest are a friction of their own.
+#[test]
+fn a_drop_is_found() {
+    let form = form(Shape::Exponential, Drop::Free);
+    let mut random = Random(5);
+    let data = readings(form, 60, 5.0, f64::NAN, &mut random);
+    let rest: Vec<Reading> = (0..6)
+        .map(|_| Reading { speed: 0.0, friction: 1500.0 + 20.0 * random.normal(), error: f64::NAN })
+        .collect();
+    let best = &fits(&data, &rest).unwrap()[0];
+    let [level, error] = best.at_rest.unwrap();
+    assert!((level - 1500.0).abs() < 4.0 * error && error < 20.0, "{level} {error}");
+    assert!((best.values[0] - 1200.0).abs() < 4.0 * best.errors()[0], "{best:?}");
+}
+
+/// The quantiles of Student's distribution, from tables.
+#[test]
+fn two_standard_errors_are_those_of_student() {
+    for (freedom, quantile) in [(3.0, 3.182_446), (10.0, 2.228_139), (30.0, 2.042_272)] {
+        let found = widening(freedom).sqrt() * 1.959_964;
+        assert!((found / quantile - 1.0).abs() < 0.01, "{freedom}: {found}");
+    }
+}

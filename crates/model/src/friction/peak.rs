@@ -1,0 +1,117 @@
+//! Smoothed laws, such as `tanh(30*u)*(0.6 + 0.4*exp(-u))`: friction rises from 0 to a first peak, instead of holding at
+//! rest. As written they have no rest: the rise is a viscous contact. Read with the rest at the peak, friction is that of
+//! the peak from rest up to it, and beyond it the law as written: friction in steady slip beyond the peak stays the same.
+
+use std::convert::Infallible;
+
+use super::expression::{Expression, ExpressionError};
+use super::function::Function;
+use super::table::{Table, TableError};
+use crate::point::LawParameters;
+use slipmap_numbers::roots::{Bracket, falling_root};
+
+/// What a law that vanishes at rest means, and what to write, in words.
+pub(super) const NO_REST: &str = "friction vanishes at rest: the mass never sticks, and the rise of a smoothed law is a viscous \
+                                  contact";
+pub(super) const REST_AT_PEAK: &str = "write rest = \"peak\" (or --rest peak) for the law beyond its first peak, with the peak as \
+                                       friction at rest; or write the law without its smoothing";
+
+/// Slip speeds between which a peak is looked for, and their number per factor of two.
+const OCTAVES: std::ops::Range<i32> = -40..20;
+const PER_OCTAVE: i32 = 32;
+/// The law is sampled up to this slip speed.
+const FASTEST: f64 = 1e3;
+
+impl Expression {
+    /// The law with its rest at its first peak, as a function that is sampled once.
+    ///
+    /// # Errors
+    /// [`ExpressionError`] if the formula has parameters or eps, or no peak.
+    pub fn with_rest_at_peak(&self) -> Result<Function, ExpressionError> {
+        let error = |problem: String, remedy: &str| ExpressionError {
+            from: 0,
+            to: self.text().chars().count(),
+            problem,
+            remedy: remedy.to_owned(),
+        };
+        if !self.parameters().is_empty() || self.depends_on_epsilon() {
+            return Err(error(
+                "a law with its rest at the peak has no parameters and no eps".into(),
+                "write numbers for them, or divide the law beyond the peak by hand",
+            ));
+        }
+        let curve = self.curve(1.0, &LawParameters::new(&[]));
+        let slope = |u: f64| -curve.weakening(u);
+        let speed = |i: i32| 2_f64.powf(f64::from(i) / f64::from(PER_OCTAVE));
+        let mut ends =
+            (PER_OCTAVE * OCTAVES.start..PER_OCTAVE * OCTAVES.end).map(|i| [speed(i), speed(i + 1)]);
+        let around = ends.find(|[lo, hi]| slope(*lo) > 0.0 && slope(*hi) < 0.0);
+        let Some([lo, hi]) = around.filter(|_| slope(speed(PER_OCTAVE * OCTAVES.start)) > 0.0) else {
+            return Err(error(
+                "the friction does not rise from rest to a peak".into(),
+                "leave out rest; friction that only rises has no stick-slip, and smoothed two coefficients are the law coulomb",
+            ));
+        };
+        let bracket = Bracket { low: (lo, slope(lo)), high: (hi, slope(hi)) };
+        let found: Result<_, Infallible> = falling_root(bracket, 0.0, |u| Ok(slope(u)));
+        let Ok((peak, _)) = found;
+        let level = curve.phi(peak);
+        // Octaves, so that samples do not pass over a fall next to the peak.
+        let doubled = |u: &f64| Some(2.0 * u).filter(|u| *u < FASTEST);
+        let corners: Vec<f64> = std::iter::successors(Some(peak), doubled).collect();
+        let origin = self.text().replace('\n', " ");
+        let function = Function::new(&origin, |u| curve.phi(u.max(peak)) / level, FASTEST, &corners);
+        function.map_err(|problem| error(problem.problem, &problem.remedy))
+    }
+}
+
+impl Table {
+    /// The table with its rest at its first peak: friction from rest up to it is that of the peak.
+    ///
+    /// # Errors
+    /// [`TableError`] if friction does not rise from the first row to a peak.
+    pub fn with_rest_at_peak(origin: &str, data: &[(f64, f64)]) -> Result<Self, TableError> {
+        let peak = data.windows(2).position(|pair| pair[1].1 < pair[0].1).filter(|peak| *peak > 0);
+        let Some(peak) = peak else {
+            return Err(TableError {
+                row: None,
+                problem: "the friction does not rise from rest to a peak".into(),
+                remedy: "leave out rest".into(),
+            });
+        };
+        let rest = std::iter::once((0.0, data[peak].1));
+        let rows: Vec<(f64, f64)> = rest.chain(data[peak..].iter().copied()).collect();
+        Self::new(origin, &rows, data[peak].1)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Law;
+    use super::*;
+
+    /// A bow's law, whose peak is 1 at u = 1/sqrt(200).
+    #[test]
+    fn friction_is_that_of_the_peak_up_to_it_and_as_written_beyond() {
+        let law = Expression::new("sqrt(200)*u*exp(-100*u^2 + 1/2)", 1.0).unwrap();
+        let function = law.with_rest_at_peak().unwrap();
+        assert!(function.error() < 1e-9, "{}", function.error());
+        let peak = 200_f64.sqrt().recip();
+        let curve = Law::Function(function).curve(1.0, &LawParameters::new(&[]));
+        assert!((curve.corners()[0] - peak).abs() < 1e-9);
+        for (u, phi) in [
+            (0.0, 1.0),
+            (0.5 * peak, 1.0),
+            (2.0 * peak, 2.0 * (-1.5_f64).exp()),
+            (3.0 * peak, 3.0 * (-4.0_f64).exp()),
+        ] {
+            assert!((curve.phi(u) - phi).abs() < 1e-12, "{u}");
+        }
+        for (text, words) in
+            [("tanh(u)", "to a peak"), ("1 - u/9", "to a peak"), ("a*u*exp(-u)", "no parameters")]
+        {
+            let error = Expression::new(text, 1.0).unwrap().with_rest_at_peak().unwrap_err();
+            assert!(error.problem.contains(words), "{text}: {error}");
+        }
+    }
+}

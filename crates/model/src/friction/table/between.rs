@@ -1,0 +1,74 @@
+//! What the curve between the rows of a table could be.
+//!
+//! Between two rows a curve that bends one way lies between their chord and the two chords next to it, continued until
+//! they meet: it leaves with the slope of the piece before and arrives with that of the piece after. How the answer
+//! changes from one edge of this triangle to the other is the range that the rows leave open. The interpolant lies
+//! somewhere within, and the curve is taken to be anywhere in it, one piece independent of the next: the standard
+//! deviation is that of a uniform distribution. Where a curve bends both ways between two rows, what it gains in one
+//! half it loses in the other, and the range is taken as empty.
+//!
+//! For exact rows of five laws, even, growing and random, from a tenth of
+//! the speed over which friction falls to four times it, the true critical damping was within two such errors in 95
+//! of 100. The miss of each row by the curve through the others was tried as well: it covered 92, and was five times
+//! too large where rows follow one another in geometric progression.
+
+use std::sync::Arc;
+
+use super::{Cubics, Table};
+
+impl Table {
+    /// The same table, whose answers have the error of the curve between the rows beside those of the data.
+    #[must_use]
+    pub fn with_error_of_curve(&self) -> Self {
+        Self(Arc::new(Cubics { curve_errs: true, ..Cubics::clone(&self.0) }))
+    }
+
+    /// The standard error of the sum of -phi' times a weight over `points`, pairs of slip speed and weight, by what the
+    /// curve between the rows could be; 0 without [`Table::with_error_of_curve`].
+    pub fn error_of_curve(&self, points: &[(f64, f64)]) -> f64 {
+        if !self.0.curve_errs {
+            return 0.0;
+        }
+        let mut ranges = vec![0.0; self.pieces()];
+        for &(u, weight) in points {
+            let piece = self.piece_at(u);
+            ranges[piece] += weight * (self.edge(piece, u) - self.secant(piece));
+        }
+        (ranges.iter().map(|range| range * range).sum::<f64>() / 12.0).sqrt()
+    }
+
+    /// The standard error of -phi' at `u` by what the curve between the rows could be: the slope is anywhere from those
+    /// of the pieces before and after to that of the chord.
+    pub(super) fn error_of_slope(&self, u: f64) -> f64 {
+        if !self.0.curve_errs {
+            return 0.0;
+        }
+        let piece = self.piece_at(u);
+        let near = piece.saturating_sub(1)..(piece + 2).min(self.pieces());
+        let secants = near.map(|piece| self.secant(piece));
+        let [least, most] = secants.fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], secant| {
+            [least.min(secant), most.max(secant)]
+        });
+        (most - least) / 12f64.sqrt()
+    }
+
+    fn secant(&self, piece: usize) -> f64 {
+        let Cubics { u, phi, .. } = &*self.0;
+        (phi[piece + 1] - phi[piece]) / (u[piece + 1] - u[piece])
+    }
+
+    /// The slope of the other edge of the triangle: that of the piece before as far as the point where the two edges
+    /// meet, and beyond that of the piece after.
+    fn edge(&self, piece: usize, u: f64) -> f64 {
+        let here = self.secant(piece);
+        let before = piece.checked_sub(1).map(|before| self.secant(before));
+        let after = (piece + 1 < self.pieces()).then(|| self.secant(piece + 1));
+        let (Some(before), Some(after)) = (before, after) else { return before.or(after).unwrap_or(here) };
+        let meet = (here - after) / (before - after);
+        if !(meet > 0.0 && meet < 1.0) {
+            return here;
+        }
+        let ends = &self.0.u[piece..];
+        if u < ends[0] + meet * (ends[1] - ends[0]) { before } else { after }
+    }
+}

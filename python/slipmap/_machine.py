@@ -1,0 +1,402 @@
+"""Machines in SI units."""
+
+from __future__ import annotations
+
+import functools
+import html
+import json
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol, TypeAlias, runtime_checkable
+
+import numpy as np
+
+from . import _core
+from ._broadcast import Numbers, Output, elementwise
+from ._law import Law, _scalar
+from ._point import Point
+from ._probe import Probe
+from ._progress import Progress, told
+
+
+@runtime_checkable
+class Quantity(Protocol):
+    """A number with a unit, such as one of pint."""
+
+    @property
+    def magnitude(self) -> Any: ...
+    def to(self, unit: str) -> Any: ...
+
+
+# A number in SI units or with its own, or one of the configuration's tables for what is uncertain.
+Given: TypeAlias = float | Quantity | Mapping[str, float | Quantity]
+
+
+@dataclass(frozen=True)
+class Units:
+    """The units of the dimensionless oscillator, in SI (of a rotation: rad for m, N m for N)."""
+
+    time: float
+    """s"""
+    length: float
+    """m"""
+    velocity: float
+    """m/s"""
+    force: float
+    """N"""
+    damping: float
+    """N s/m, of c = 1 at epsilon = 1"""
+
+
+# Units of quantities: of a translation, of a rotation. Those of other names are not known.
+_UNITS = {
+    "mass": ("kg", "kg*m**2"),
+    "stiffness": ("N/m", "N*m/rad"),
+    "damping": ("N*s/m", "N*m*s/rad"),
+    "normal_force": ("N", "N*m"),
+    "belt_speed": ("m/s", "rad/s"),
+    "static_friction": ("dimensionless", "dimensionless"),
+    "kinetic_friction": ("dimensionless", "dimensionless"),
+    "stribeck_velocity": ("m/s", "rad/s"),
+    "frequency": ("Hz", "Hz"),
+    "damping_ratio": ("dimensionless", "dimensionless"),
+    "pressure": ("Pa", "Pa"),
+    "area": ("m**2", "m**2"),
+    "radius": ("m", "m"),
+    "exponent": ("dimensionless", "dimensionless"),
+}
+
+# The quantities of machines besides those of their friction.
+_OF_ALL = (
+    "mass", "stiffness", "frequency", "damping", "damping_ratio", "normal_force", "pressure", "area", "radius", "belt_speed",
+)
+
+
+class Machine:
+    """A mass on a spring, pressed onto a moving belt, in SI units.
+
+    ``m x'' + d x' + k x = -sign(x' - v) N mu(|x' - v|)``
+
+    Parameters
+    ----------
+    belt_speed : float or quantity
+        v in m/s, greater than 0; rad/s.
+    mass : float or quantity
+        m in kg; of a rotation the moment of inertia, kg m^2. In place of it or of the stiffness ``frequency``, Hz.
+    stiffness : float or quantity
+        k in N/m; N m/rad.
+    damping : float or quantity
+        d in N s/m, at least 0; N m s/rad. In place of it ``damping_ratio``, d/(2 sqrt(k m)).
+    normal_force : float or quantity, optional
+        N in newton; times its lever arm, N m, of a rotation, but N with a ``radius``, m, at which it presses. In place of it
+        ``pressure``, Pa, and ``area``, m^2. Left out where `friction` is the force itself.
+    friction : Law, optional
+        mu as a function of the slip speed in m/s (rad/s): one of the laws ``Law.stribeck()`` (the default),
+        ``Law.exponential()``, ``Law.lorentzian()`` and ``Law.coulomb()``, whose coefficients are then among the quantities;
+        a formula, ``Law.expression("0.3 + 0.1*exp(-u/0.05)")``; or measurements, ``Law.table(u, mu)``.
+    motion : {"translation", "rotation"}
+        How it moves, which names its units.
+    **quantities : float or quantity
+        Those named above that stand in place of others. Of a built-in law ``static_friction``, ``kinetic_friction``,
+        ``stribeck_velocity`` (m/s; rad/s) and, if it is not 0, ``strengthening``: the rise of the coefficient at high speed, per
+        (m/s)^2 in the law `stribeck`, per m/s in others; of the exponential law, if it is not 1, ``exponent``. Of a formula
+        the names in it that it does not hold.
+
+    Raises
+    ------
+    ValueError
+        If a quantity is outside its domain; the message names it.
+    TypeError
+        If one is missing or unknown.
+
+    Notes
+    -----
+    Quantities of pint are converted. What is uncertain is written as in a configuration, ``{"value": 2.0, "sd": 0.1}`` or
+    ``{"min": 1.8, "max": 2.2}``, also with units; see :meth:`risk`.
+
+    Examples
+    --------
+    >>> import slipmap
+    >>> pad = slipmap.Machine(mass=2.0, stiffness=800.0, damping=4.0, normal_force=50.0, static_friction=0.4,
+    ...                       kinetic_friction=0.3, stribeck_velocity=0.25, strengthening=0.02, belt_speed=0.1)
+    >>> pad.units.velocity
+    0.5
+    >>> round(pad.probe().machine.critical_belt_speed, 3)
+    0.351
+    >>> measured = slipmap.Law.table([0.0, 0.1, 0.3, 0.6, 1.0], [0.40, 0.36, 0.33, 0.32, 0.32])
+    >>> own = slipmap.Machine(mass=2.0, stiffness=800.0, damping=4.0, normal_force=50.0, belt_speed=0.1, friction=measured)
+    >>> own.critical_damping(belt_speed=[0.1, 0.2]).round(1)
+    array([14.5,  8.8])
+    """
+
+    __slots__ = ("_core", "_friction")
+
+    def __init__(
+        self,
+        *,
+        belt_speed: Given,
+        mass: Given | None = None,
+        stiffness: Given | None = None,
+        damping: Given | None = None,
+        normal_force: Given | None = None,
+        friction: Law | None = None,
+        motion: str = "translation",
+        **quantities: Given,
+    ):
+        given = {
+            "mass": mass,
+            "stiffness": stiffness,
+            "damping": damping,
+            "normal_force": normal_force,
+            "belt_speed": belt_speed,
+            **quantities,
+        }
+        self._set(Law.stribeck() if friction is None else friction, motion, given, {}, {})
+
+    def _set(
+        self, law: Law, motion: str, given: Mapping[str, Any], values: dict[str, float], spreads: dict[str, list[float]]
+    ) -> None:
+        """Makes the machine of these numbers and spreads, with what is given in their place."""
+        held = {name: value for name, value in law.parameters.items() if value is not None}
+        if law.name in ("expression", "table"):
+            given = {**{name: value for name, value in held.items() if name not in values}, **given}
+        else:
+            # The parameters of a built-in law follow from the coefficients.
+            if any(item != ("eta", 0.0) for item in held.items()):
+                raise TypeError(f"friction: leave out {next(iter(held))}; the parameters of this law follow from the coefficients")
+            law = Law(law._law, {})
+            values.setdefault("strengthening", 0.0)
+        for name, value in given.items():
+            if value is None:
+                values.pop(name, None)
+                continue
+            values[name], spread = _read(name, value, _unit(name, motion, "radius" in given or "radius" in values))
+            if spread is not None:
+                spreads[name] = spread
+            elif len(spreads.get(name, ())) == 2:
+                # A number in place of a range.
+                del spreads[name]
+        self._friction, self._core = law, _core.Machine(law._law, motion, values, list(spreads.items()))
+
+    @classmethod
+    def from_toml(cls, config: str | os.PathLike[str], **changes: float) -> Machine:
+        """The machine of a configuration file, with other values of some quantities.
+
+        Parameters
+        ----------
+        config : str or path
+            The file (TOML), with a table ``[machine]``.
+        **changes : float
+            Quantities in SI units in place of those of the file.
+
+        Raises
+        ------
+        ValueError
+            With the program's message: file, line, key, value and remedy.
+        """
+        core = _core.Machine.from_toml(os.path.expanduser(config), list(changes.items()))
+        return cls._again(Law(core.friction, {}), core.motion, dict(core.quantities), dict(core.uncertain))
+
+    @classmethod
+    def _again(cls, law: Law, motion: str, values: dict[str, float], spreads: dict[str, list[float]]) -> Machine:
+        machine = cls.__new__(cls)
+        machine._set(law, motion, {}, values, spreads)
+        return machine
+
+    @property
+    def quantities(self) -> dict[str, float]:
+        """All its numbers, in SI units; of an uncertain quantity that in the middle."""
+        return dict(self._core.quantities)
+
+    @property
+    def uncertain(self) -> dict[str, dict[str, float]]:
+        """The uncertain quantities, each with ``sd``, or ``min`` and ``max``."""
+        return {name: _told(spread) for name, spread in self._core.uncertain}
+
+    @property
+    def friction(self) -> Law:
+        """The coefficient of friction, of the slip speed in SI units."""
+        return self._friction
+
+    @property
+    def motion(self) -> str:
+        """"translation" or "rotation"."""
+        return self._core.motion
+
+    @property
+    def doubts(self) -> list[str]:
+        """Numbers that suggest other units, in words."""
+        return self._core.doubts
+
+    def __getitem__(self, quantity: str) -> float:
+        return self.quantities[quantity]
+
+    def _ipython_key_completions_(self) -> list[str]:
+        return list(self.quantities)
+
+    @property
+    def units(self) -> Units:
+        """The units of the dimensionless oscillator."""
+        return Units(*self._core.point()[2])
+
+    def point(self) -> Point:
+        """The dimensionless point of the machine, at epsilon = 1."""
+        core, values, _ = self._core.point()
+        law = Law(core, {})
+        return Point(law, **dict(zip(law.axes, values, strict=True)))
+
+    def probe(self, *, tolerance: float = 1e-9) -> Probe:
+        """Every answer about the machine, with those in SI units in its field ``machine``."""
+        return Probe.from_json(self._core.probe(tolerance))
+
+    def critical_damping(
+        self,
+        *,
+        return_error: bool = False,
+        tolerance: float = 1e-9,
+        threads: int | None = None,
+        progress: Progress = False,
+        **quantities: Numbers | Quantity,
+    ) -> Any:
+        """The critical damping coefficient, N s/m, where some quantities have other values.
+
+        Parameters
+        ----------
+        return_error, tolerance, threads, progress
+            As in :func:`critical_c`.
+        **quantities : array_like
+            Quantities of the machine, in SI units or with those of pint, which broadcast as in :func:`critical_c`.
+
+        Returns
+        -------
+        damping : ndarray, scalar, DataArray, Series or dask array
+            Below it the mass comes back to the belt. Negative and NaN as in :func:`critical_c`.
+        error : like `damping`
+            Estimate of its absolute error; only if `return_error`.
+        """
+        names = list(quantities) or ["belt_speed"]
+
+        def kernel(arrays: list[np.ndarray]) -> tuple[np.ndarray, ...]:
+            bar = told(progress, max(array.size for array in arrays), "values")
+            values, errors = self._core.critical_damping(names, arrays, tolerance, threads, bar)
+            return (values, errors) if return_error else (values,)
+
+        units = {"units": "N s/m" if self.motion == "translation" else "N m s/rad"}
+        outputs = [
+            Output("critical_damping", np.float64, "critical damping", units),
+            Output("critical_damping_error", np.float64, "error estimate of the critical damping", units),
+        ]
+        held = self.quantities
+        values = {name: _magnitude(name, value, _unit(name, self.motion, "radius" in held)) for name, value in quantities.items()}
+        results = elementwise(kernel, values or {"belt_speed": self["belt_speed"]}, outputs[: 1 + return_error])
+        return results if return_error else results[0]
+
+    def risk(self, *, draws: int | None = None, rare: Sequence[float] = (0.1, 0.01, 0.001)) -> dict[str, Any]:
+        """The probability that the machine may stick-slip, given what is uncertain, and the dampings that make it rare.
+
+        Parameters
+        ----------
+        draws : int, optional
+            Draws of the uncertain quantities; by default 1000000, or as many as take some seconds.
+        rare : sequence of float
+            Probabilities for which the damping is sought.
+
+        Returns
+        -------
+        dict
+            ``probability`` (its ``value`` and 95 % ``limits``), ``rare_by`` (for each probability the ``damping``), the
+            ``standard_error`` of the critical damping that measured friction makes, and how many ``draws`` there were.
+
+        Examples
+        --------
+        >>> import slipmap
+        >>> pad = slipmap.Machine(mass=2.0, stiffness=800.0, damping={"value": 10.0, "sd": 1.0}, normal_force=50.0,
+        ...                       static_friction=0.4, kinetic_friction=0.3, stribeck_velocity=0.25, belt_speed=0.1)
+        >>> 0.0 < pad.risk(draws=1000)["probability"]["value"] < 1.0
+        True
+        """
+        found: dict[str, Any] = json.loads(self._core.risk(draws, list(rare)))
+        return found
+
+    def replace(self, **changes: Any) -> Machine:
+        """The machine with other quantities, friction or motion; an uncertain one keeps its ``sd`` around its new value."""
+        values, spreads = self.quantities, dict(self._core.uncertain)
+        law, motion = changes.pop("friction", self.friction), changes.pop("motion", self.motion)
+        if law != self.friction:
+            # Numbers of the old law are none of the new one.
+            values = {name: value for name, value in values.items() if name in _OF_ALL}
+            spreads = {name: spread for name, spread in spreads.items() if name in _OF_ALL}
+        machine = Machine.__new__(Machine)
+        machine._set(law, motion, changes, values, spreads)
+        return machine
+
+    def _key(self) -> tuple[Any, ...]:
+        core = self._core
+        spreads = tuple((name, tuple(spread)) for name, spread in core.uncertain)
+        return (self._friction, core.motion, tuple(core.quantities), spreads)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Machine) and self._key() == other._key()
+
+    def __hash__(self) -> int:
+        return hash(self._key())
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        core = self._core
+        return (functools.partial(Machine._again, self._friction, core.motion, dict(core.quantities), dict(core.uncertain)), ())
+
+    def __repr__(self) -> str:
+        values = ", ".join(f"{name}={value!r}" for name, value in self.quantities.items())
+        return f"Machine({values}, friction={self.friction!r}, motion={self.motion!r})"
+
+    def _repr_html_(self) -> str:
+        spreads = {name: " to ".join(f"{value:g}" for value in spread.values()) for name, spread in self.uncertain.items()}
+        rows = "".join(
+            f"<tr><td>{html.escape(name.replace('_', ' '))}</td><td>{value:g}</td>"
+            f"<td>{html.escape((_unit(name, self.motion, 'radius' in self.quantities) or '').replace('dimensionless', ''))}</td>"
+            f"<td>{'&plusmn; ' if 'sd' in self.uncertain.get(name, {}) else ''}{html.escape(spreads.get(name, ''))}</td></tr>"
+            for name, value in self.quantities.items()
+        )
+        doubts = "".join(f"<p>{html.escape(doubt)}</p>" for doubt in self.doubts)
+        law, units = self.point().law, self.units
+        curve = law._curve(units.velocity, units.force / self.quantities.get("normal_force", 1.0))
+        return f"<p>Machine, {self.motion}; friction: {html.escape(repr(self.friction))}</p><table>{rows}</table>{curve}{doubts}"
+
+
+def _read(name: str, given: Any, unit: str | None) -> tuple[float, list[float] | None]:
+    """The number of a quantity in SI units, and its spread: a standard deviation, or both ends of a range."""
+    if not isinstance(given, Mapping):
+        return _si(name, given, unit), None
+    parts = {key: _si(f"{name}: {key}", value, unit) for key, value in given.items()}
+    if set(parts) == {"value", "sd"} and parts["sd"] >= 0.0:
+        return parts["value"], [parts["sd"]]
+    if set(parts) == {"min", "max"} and parts["min"] <= parts["max"]:
+        return 0.5 * (parts["min"] + parts["max"]), [parts["min"], parts["max"]]
+    raise ValueError(f'{name} = {dict(given)}: write {{"value": 2.0, "sd": 0.1}} or {{"min": 1.8, "max": 2.2}}')
+
+
+def _told(spread: list[float]) -> dict[str, float]:
+    """A spread in words; what is correlated with others is a row of numbers."""
+    return {"min": spread[0], "max": spread[1]} if len(spread) == 2 else {"sd": float(np.hypot.reduce(spread))}
+
+
+def _si(name: str, value: Any, unit: str | None) -> float:
+    return _scalar(name, _magnitude(name, value, unit))
+
+
+def _magnitude(name: str, value: Any, unit: str | None) -> Any:
+    """Numbers in SI units; pint's quantities are converted."""
+    if unit is None or not isinstance(value, Quantity):
+        return value
+    try:
+        return value.to(unit).magnitude
+    except Exception as error:
+        raise ValueError(f"{name}: {error}") from None
+
+
+def _unit(name: str, motion: str, at_radius: bool) -> str | None:
+    """The unit of a quantity; a normal force at a radius is a force, also of what rotates."""
+    if name == "normal_force" and at_radius:
+        return "N"
+    return _UNITS[name][motion == "rotation"] if name in _UNITS else None

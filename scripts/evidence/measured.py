@@ -1,0 +1,15 @@
+"""How often true answers lie within the 95 % intervals that are stated for measured friction.
+
+    scripts/study measured [CASES=300] [PAGES=20]
+
+Synthetic measurements of five laws, as `crates/config/src/measured/coverage.rs` has them, with fixed seeds: the critical dampings of CASES
+fits and as many tables, a second each, and the critical belt speeds and kicks of PAGES, which take several seconds each.
+"""
+
+import os
+import subprocess
+import sys
+
+cases, pages = [*sys.argv[1:], "300", "20"][:2] if len(sys.argv) != 2 else [sys.argv[1], "20"]
+command = "cargo test --release --locked -p slipmap-config --lib measured::coverage::coverage -- --ignored --nocapture"
+sys.exit(subprocess.run(command.split(), env={**os.environ, "SLIPMAP_CASES": cases, "SLIPMAP_PAGES": pages}).returncode)

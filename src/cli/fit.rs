@@ -1,0 +1,216 @@
+//! `slipmap fit`: a friction law from measured friction.
+
+use std::io::{self, Write as _};
+use std::path::PathBuf;
+
+use clap::Args;
+use serde_json::{Value, json};
+
+use super::output::{Align, Table, print_json};
+use super::replace::refuse_existing;
+use super::report::{existing, failure};
+use super::{Ended, Failure, say};
+use slipmap_config::{Measured, OfMachine, words_of};
+use slipmap_fit::{Fit, NoFit, fits};
+use slipmap_numbers::text::{rounded, with_error};
+use slipmap_report::{FitFigure, rich, write_figure, write_file};
+
+/// Fit friction laws to measured friction.
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Examples:
+  slipmap fit brake.csv
+  slipmap fit brake.csv --out friction.toml --figure fit.pdf
+  cat friction.toml machine.toml > brake.toml && slipmap machine brake.toml
+
+The laws F_k + (F_s - F_k) g(u/v_s) + B u with g exponential, gaussian, stretched (exp(-(u/v_s)^delta)), lorentzian or
+hyperbolic, and two coefficients, with and without the viscous part B and, if there are readings at rest, a drop as slip
+begins. The best law by Akaike's criterion is written as a table [friction]; [machine] beside it needs neither a normal
+force nor coefficients if the data are forces, and its answers carry the covariance of the fit.")]
+pub(super) struct Arguments {
+    /// Measured friction: slip speed and friction, perhaps their standard error or the time, with units in the header
+    #[arg(value_name = "DATA.csv")]
+    data: PathBuf,
+    /// Write the law as a table [friction] of a configuration
+    #[arg(long, value_name = "FILE.toml")]
+    out: Option<PathBuf>,
+    /// Draw the readings and the law with a band of two standard errors; .pdf, .svg or .png
+    #[arg(long, value_name = "FILE")]
+    figure: Option<PathBuf>,
+    /// Take this law instead of the best one, by its name in the table of laws
+    #[arg(long, value_name = "NAME")]
+    law: Option<String>,
+    /// What the friction is where the header has no unit
+    #[arg(long, value_name = "coefficient|force", value_parser = ["coefficient", "force"])]
+    quantity: Option<String>,
+    /// Print JSON instead of text
+    #[arg(long)]
+    json: bool,
+    /// Replace the files if they exist
+    #[arg(long)]
+    overwrite: bool,
+}
+
+/// Difference of Akaike's criterion up to which another law is about as good.
+const AS_GOOD: f64 = 4.0;
+/// Number of standard deviations by which residuals of one sign follow one another more than by chance.
+const SYSTEMATIC: f64 = -3.0;
+/// Number of points of the drawn law.
+const POINTS: usize = 400;
+
+pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
+    for (flag, path) in [("--out", &arguments.out), ("--figure", &arguments.figure)] {
+        if let Some(path) = path {
+            refuse_existing(flag, path, arguments.overwrite)?;
+        }
+    }
+    let forces = arguments.quantity.as_ref().map(|quantity| quantity == "force");
+    let bad = |(problem, remedy): (String, String)| Failure::bad_input(problem, remedy);
+    let measured = Measured::read(&arguments.data, Some(OfMachine { motion: None, forces })).map_err(bad)?;
+    let [in_slip, at_rest] = measured.readings().map_err(bad)?;
+    if let Some(told) = measured.told() {
+        say(&format!("read: {told}"));
+    }
+    let found = fits(&in_slip, &at_rest).map_err(|why| {
+        let (problem, remedy) = match why {
+            NoFit::TooFew => ("there are too few slip speeds", "give at least five"),
+            NoFit::None => {
+                ("no law that falls as slip begins follows from the readings", "measure nearer to rest")
+            }
+        };
+        Failure::bad_input(format!("{}: {problem}", measured.name), remedy)
+    })?;
+    let chosen = match &arguments.law {
+        None => &found[0],
+        Some(name) => {
+            let names: Vec<String> = found.iter().map(|fit| words_of(fit.form)).collect();
+            let position = names.iter().position(|known| known == name).ok_or_else(|| {
+                Failure::bad_input(
+                    format!("--law {name}: there is no such fit"),
+                    format!("choose from: {}", names.join("; ")),
+                )
+            })?;
+            &found[position]
+        }
+    };
+    let existing = existing(arguments.overwrite);
+    if let Some(path) = &arguments.out {
+        write_file(measured.to_toml(chosen).as_bytes(), path, existing).map_err(failure)?;
+    }
+    if let Some(path) = &arguments.figure {
+        write_figure(&figure(&measured, chosen).scene(), &rich("a fit of friction"), path, existing)
+            .map_err(failure)?;
+    }
+    if arguments.json {
+        print_json(&to_json(&measured, chosen, &found))?;
+        return Ok(Ended::Fine);
+    }
+    print(&measured, chosen, &found)?;
+    Ok(Ended::Fine)
+}
+
+fn print(measured: &Measured, chosen: &Fit, found: &[Fit]) -> io::Result<()> {
+    let mut out = io::stdout().lock();
+    let (slip, rest) = (measured.in_slip.len(), measured.at_rest.len());
+    writeln!(out, "{}: {slip} readings in slip, {rest} at rest\n", measured.name)?;
+    let (unit, best) = (measured.friction_unit(), found[0].aicc);
+    let residual = format!("residual{}", bracket(unit));
+    let columns =
+        [("law", Align::Left), ("AICc less the best", Align::Right), (residual.as_str(), Align::Right)];
+    let mut table = Table::new(&columns);
+    for fit in found {
+        table.row([words_of(fit.form), format!("{:.1}", fit.aicc - best), rounded(fit.residual, 3)]);
+    }
+    table.write(&mut out)?;
+    let as_good = found.iter().filter(|fit| fit.aicc - best <= AS_GOOD).count() - 1;
+    if as_good > 0 {
+        let (laws, are) = if as_good == 1 { ("law", "is") } else { ("laws", "are") };
+        writeln!(
+            out,
+            "\n{as_good} more {laws} {are} about as good: take each in turn with --law, and compare the answers"
+        )?;
+    }
+    writeln!(out, "\n{}: {}", words_of(chosen.form), measured.named(&chosen.form.formula()))?;
+    let names = chosen.form.names();
+    let mut headings = vec![(String::new(), Align::Left), ("value".into(), Align::Right)];
+    headings.extend(
+        names
+            .iter()
+            .skip(1)
+            .enumerate()
+            .map(|(i, _)| (if i == 0 { "correlation".to_owned() } else { String::new() }, Align::Right)),
+    );
+    let headings: Vec<(&str, Align)> = headings.iter().map(|(name, align)| (name.as_str(), *align)).collect();
+    let mut table = Table::new(&headings);
+    for (i, (name, error)) in names.iter().zip(chosen.errors()).enumerate() {
+        let value = with_error(chosen.values[i], error);
+        let cells = [format!("{}{}", measured.named(name), bracket(&measured.unit_of(name))), value];
+        table.row(cells.into_iter().chain((0..i).map(|j| format!("{:.2}", chosen.correlation(i, j)))));
+    }
+    if let Some([level, error]) = chosen.at_rest {
+        table.row([format!("at rest{}", bracket(unit)), with_error(level, error)]);
+    }
+    table.write(&mut out)?;
+    if let Some(reduced) = chosen.reduced {
+        writeln!(out, "\nresiduals: {} times the standard errors", rounded(reduced.sqrt(), 2))?;
+    }
+    if chosen.runs < SYSTEMATIC {
+        writeln!(
+            out,
+            "\nThe residuals of one sign follow one another: the law does not follow the readings. Take law = \"table\", or \
+             fit the slip speeds that matter."
+        )?;
+    }
+    Ok(())
+}
+
+fn bracket(unit: &str) -> String {
+    if unit.is_empty() { String::new() } else { format!(" [{unit}]") }
+}
+
+fn figure(measured: &Measured, fit: &Fit) -> FitFigure {
+    let fastest = measured.in_slip.last().map_or(1.0, |row| row.speed);
+    // Friction falls next to rest: points are dense there.
+    let speed = |i: usize| fastest * (i as f64 / POINTS as f64).powi(2);
+    let readings = measured.at_rest.iter().chain(&measured.in_slip);
+    FitFigure {
+        title: format!("{}: {}", words_of(fit.form), measured.named(&fit.form.formula())),
+        speed: format!("slip speed, {}", measured.speed_unit()),
+        friction: format!("friction{}", bracket(measured.friction_unit())),
+        readings: readings.map(|row| [row.speed, row.friction, row.error]).collect(),
+        law: (0..=POINTS).map(speed).map(|u| [u, fit.friction(u), fit.error(u)]).collect(),
+    }
+}
+
+fn to_json(measured: &Measured, chosen: &Fit, found: &[Fit]) -> Value {
+    let one = |fit: &Fit| {
+        let names: Vec<String> = fit.form.names().into_iter().map(|name| measured.named(name)).collect();
+        let rows: Vec<Vec<f64>> =
+            (0..names.len()).map(|row| fit.covariance.row(row).iter().copied().collect()).collect();
+        json!({
+            "law": words_of(fit.form),
+            "formula": measured.named(&fit.form.formula()),
+            "aicc": fit.aicc,
+            "residual": fit.residual,
+            "reduced_chi_squared": fit.reduced,
+            "names": names,
+            "values": fit.values,
+            "standard_errors": fit.errors(),
+            "covariance": rows,
+            "static": fit.at_rest.map(|[level, _]| level),
+            "static_standard_error": fit.at_rest.map(|[_, error]| error),
+        })
+    };
+    json!({
+        "data": measured.name,
+        "read": measured.said,
+        "quantity": if measured.holds_forces() { "force" } else { "coefficient" },
+        "speed_unit": measured.speed_unit(),
+        "friction_unit": measured.friction_unit(),
+        "fastest": measured.in_slip.last().map(|row| row.speed),
+        "fit": one(chosen),
+        "fits": found.iter().map(one).collect::<Vec<_>>(),
+        "residuals": chosen.residuals,
+        "residual_runs": chosen.runs,
+    })
+}

@@ -1,0 +1,303 @@
+//! Maps over the quantities of a machine, and their cells one by one.
+
+use std::f64::consts::PI;
+
+use crate::command::Scratch;
+use slipmap::config::load_machine;
+use slipmap::map::{Method, Regime, Verdict, unravel};
+use slipmap::probe::Answer;
+use slipmap::store::{MapFile, Pick};
+
+/// A machine under the law `law`; `more` replaces or adds quantities, and leaves those out that it has as "".
+fn text(friction: &str, more: &[(&str, &str)]) -> String {
+    let usual = [
+        ("mass", "2.0"),
+        ("stiffness", "800.0"),
+        ("normal_force", "50.0"),
+        ("belt_speed", "0.1"),
+        ("damping", "[0.0, 2.0, 6.0, 12.0]"),
+    ];
+    let mut text = format!("[friction]\n{friction}\n[machine]\n");
+    let is_given = |name: &str| more.iter().any(|(known, _)| *known == name);
+    let all = usual.iter().filter(|(name, _)| !is_given(name)).chain(more);
+    for (name, value) in all.filter(|(_, value)| !value.is_empty()) {
+        text += &format!("{name} = {value}\n");
+    }
+    text + "[output]\npath = \"map.h5\"\n"
+}
+
+const EXPONENTIAL: [(&str, &str); 3] =
+    [("static_friction", "0.4"), ("kinetic_friction", "0.3"), ("stribeck_velocity", "0.25")];
+
+#[test]
+fn cells_of_a_map_over_any_quantities_are_those_of_probe() {
+    let range =
+        |from: f64, to: f64, points: u32| format!("{{ from = {from:?}, to = {to:?}, points = {points} }}");
+    let with = |varied: &[(&'static str, String)]| -> Vec<(&'static str, String)> {
+        let kept = EXPONENTIAL.iter().filter(|(name, _)| varied.iter().all(|(known, _)| known != name));
+        kept.map(|(name, value)| (*name, (*value).to_owned())).chain(varied.to_vec()).collect()
+    };
+    let formula = "law = \"expression\"\nphi = \"muk + (0.4 - muk)*exp(-u/vs)\"";
+    type Quantities = Vec<(&'static str, String)>;
+    let cases: [(&str, Quantities, &[&str]); 7] = [
+        (
+            "law = \"exponential\"",
+            with(&[("normal_force", range(20.0, 80.0, 5)), ("belt_speed", range(0.05, 0.4, 6))]),
+            &["normal_force", "belt_speed", "damping"],
+        ),
+        (
+            "law = \"stribeck\"",
+            with(&[("stiffness", range(200.0, 3000.0, 5)), ("belt_speed", range(0.05, 0.4, 6))]),
+            &["stiffness", "belt_speed", "damping"],
+        ),
+        (
+            "law = \"exponential\"",
+            with(&[("static_friction", range(0.3, 0.6, 5)), ("normal_force", range(20.0, 80.0, 5))]),
+            &["normal_force", "static_friction", "belt_speed", "damping"],
+        ),
+        (
+            "law = \"stribeck\"",
+            with(&[
+                ("mass", "[1.0, 3.0]".into()),
+                ("stiffness", "[400.0, 900.0]".into()),
+                ("normal_force", "[30.0, 60.0]".into()),
+                ("kinetic_friction", "[0.1, 0.3]".into()),
+                ("belt_speed", "[0.1, 0.3]".into()),
+            ]),
+            &["mass", "stiffness", "normal_force", "kinetic_friction", "belt_speed", "damping"],
+        ),
+        (
+            formula,
+            vec![
+                ("muk", "[0.2, 0.3]".into()),
+                ("vs", "0.25".into()),
+                ("normal_force", "[30.0, 60.0]".into()),
+                ("belt_speed", "[0.1, 0.3]".into()),
+            ],
+            &["normal_force", "muk", "belt_speed", "damping"],
+        ),
+        (
+            "law = \"exponential\"",
+            with(&[
+                ("motion", "\"rotation\"".into()),
+                ("stiffness", String::new()),
+                ("normal_force", String::new()),
+                ("damping", String::new()),
+                ("frequency", "[2.0, 4.0]".into()),
+                ("pressure", "[1e5, 3e5]".into()),
+                ("area", "2e-3".into()),
+                ("radius", "0.1".into()),
+                ("exponent", "[1.0, 1.5]".into()),
+                ("damping_ratio", "[0.0, 0.02, 0.1, 0.3]".into()),
+                ("belt_speed", "[0.1, 0.3]".into()),
+            ]),
+            &["frequency", "pressure", "exponent", "belt_speed", "damping_ratio"],
+        ),
+        // At half of the nodes kinetic friction exceeds that at rest.
+        (
+            "law = \"stribeck\"",
+            with(&[
+                ("static_friction", "[0.2, 0.4]".into()),
+                ("kinetic_friction", "[0.1, 0.3]".into()),
+                ("belt_speed", "[0.1, 0.2, 0.4]".into()),
+            ]),
+            &["static_friction", "kinetic_friction", "belt_speed", "damping"],
+        ),
+    ];
+    for (friction, quantities, axes) in cases {
+        let scratch = Scratch::new();
+        let quantities: Vec<(&str, &str)> =
+            quantities.iter().map(|(name, value)| (*name, value.as_str())).collect();
+        scratch.file("machine.toml", text(friction, &quantities));
+        let told = scratch.run(&["run", "machine.toml", "--quiet"]).ends_with(0).out;
+        scratch.run(&["check", "map.h5"]).ends_with(0);
+        let map = MapFile::open(&scratch.path().join("map.h5")).unwrap();
+        let grid = map.grid();
+        assert_eq!(grid.axes().iter().map(|axis| axis.name.as_str()).collect::<Vec<_>>(), axes);
+        let all = vec![Pick::Every(1); axes.len()];
+        let verdicts = map.code_slice("verdict_simulation", &all).unwrap();
+        let regimes = map.code_slice("regime", &all).unwrap();
+        let last = axes.last().unwrap();
+        let critical = map.real_slice(&format!("critical_{last}_simulation"), &all[1..]).unwrap();
+        let errors = map.real_slice(&format!("critical_{last}_error_simulation"), &all[1..]).unwrap();
+        let shape = grid.shape();
+        let mut seen = std::collections::BTreeSet::new();
+        let mut blank = 0;
+        for cell in 0..grid.cells() {
+            let index = unravel(cell, &shape);
+            let set =
+                grid.axes().iter().zip(grid.values(&index)).map(|(axis, value)| (axis.name.clone(), value));
+            let column = &index[..index.len() - 1];
+            let Ok(job) = load_machine(&scratch.path().join("machine.toml"), &set.collect::<Vec<_>>()) else {
+                // A node without a machine is blank.
+                assert_eq!(
+                    (verdicts[&index[..]], regimes[&index[..]]),
+                    (Verdict::Failed.code(), Regime::Failed.code())
+                );
+                assert!(critical[column].is_nan() && errors[column].is_nan());
+                blank += 1;
+                continue;
+            };
+            let model = job.machine.model().unwrap();
+            let answer = Answer::of(&model.law, &model.point, 1e-9, [Method::Simulation].into_iter());
+            let verdict = answer.methods[0].verdict;
+            assert_eq!(verdicts[&index[..]], verdict.code(), "{job:?}");
+            assert_eq!(regimes[&index[..]], answer.regime.code(), "{job:?}");
+            seen.insert(verdict.code());
+            let root = answer.critical.unwrap();
+            let unit = job.machine.damping_unit();
+            let (value, error) = (critical[column], errors[column]);
+            // Both have errors of their own.
+            assert!((value - root.c * unit).abs() <= error + root.error * unit, "{value} {root:?}");
+        }
+        assert!(seen.len() > 1, "the map has one verdict alone");
+        let cells = grid.cells();
+        let words =
+            format!("no machine in {blank} of {cells} cells, which are blank: at static_friction = 0.2");
+        assert_eq!(told.contains(&words), blank > 0, "{told}");
+        assert_eq!(blank, if axes.contains(&"kinetic_friction") && axes.len() == 4 { cells / 4 } else { 0 });
+        if blank > 0 {
+            scratch.run(&["report", "map.h5", "--out", "report"]).ends_with(0);
+        }
+    }
+}
+
+/// The same machine as people have its numbers, and in SI units.
+#[test]
+fn inputs_are_in_the_units_that_people_have() {
+    let scratch = Scratch::new();
+    let coefficients =
+        "static_friction = \"40 %\"\nkinetic_friction = 0.25\nstribeck_velocity = \"10 rpm\"\nexponent = 2";
+    let people = format!(
+        "[friction]\nlaw = \"exponential\"\n[machine]\nmotion = \"rotation\"\ninertia = \"4000 kg cm^2\"\n\
+         frequency = \"600 1/min\"\ndamping_ratio = \"2 %\"\npressure = \"20 bar\"\narea = \"5 cm2\"\n\
+         radius = \"100 mm\"\n{coefficients}\nbelt_speed = {{ from = \"20 rpm\", to = \"60 rpm\", points = 3 }}\n\
+         [output]\npath = \"map.h5\"\n"
+    );
+    scratch.file("people.toml", &people);
+    let job = load_machine::<f64>(&scratch.path().join("people.toml"), &[]).unwrap();
+    // 20 bar on 5 cm^2 are 1 kN, at 100 mm.
+    let (mass, stiffness) = (0.4, 0.4 * (20.0 * PI).powi(2));
+    let damping = 0.04 * f64::sqrt(mass * stiffness);
+    let machine = &job.machine;
+    let close = |a: f64, b: f64| assert!((a / b - 1.0).abs() < 8.0 * f64::EPSILON, "{a} {b}");
+    close(machine.mass, mass);
+    close(machine.stiffness, stiffness);
+    close(machine.damping, damping);
+    close(machine.normal_force, 100.0);
+    assert_eq!(job.varied, [("belt_speed", vec![PI * 2.0 / 3.0, PI * 4.0 / 3.0, PI * 2.0])]);
+    assert!(job.conversions.contains(&"1 rpm is 0.10472 rad/s".to_owned()), "{:?}", job.conversions);
+    // The map, the point, the row of a table and the page.
+    scratch.run(&["run", "people.toml", "--quiet"]).ends_with(0);
+    let map = MapFile::open(&scratch.path().join("map.h5")).unwrap();
+    let ratio = map.real_slice("critical_damping_ratio_simulation", &[Pick::Node(1)]).unwrap()[[]];
+    let point = ["probe", "--machine", "people.toml", "--json", "--set", "belt_speed=40 rpm"];
+    let told: serde_json::Value = serde_json::from_str(&scratch.run(&point).ends_with(0).out).unwrap();
+    let critical = told["machine"]["critical_damping"].as_f64().unwrap();
+    assert!(
+        (told["machine"]["critical_damping_ratio"].as_f64().unwrap() - ratio).abs() < 1e-9 * ratio,
+        "{told}"
+    );
+    assert!(ratio > 0.02 && (critical * 0.02 / damping / ratio - 1.0).abs() < 1e-9);
+    scratch.file("rows.csv", "belt_speed [rpm],pressure [MPa],damping_ratio\n40,2,0.02\n");
+    let table = ["probe", "--machine", "people.toml", "--points", "rows.csv", "--out", "out.csv", "--quiet"];
+    let run = scratch.run(&table).ends_with(0);
+    assert!(run.err.contains("1 MPa is 1e6 Pa") || run.err.contains("1 MPa is 1000000 Pa"), "{}", run.err);
+    let rows = scratch.read("out.csv");
+    let [head, row] = [0, 1].map(|line| rows.lines().nth(line).unwrap().split(',').collect::<Vec<_>>());
+    let position = head.iter().position(|name| *name == "critical_damping [N m s/rad]").unwrap();
+    assert!((row[position].parse::<f64>().unwrap() / critical - 1.0).abs() < 1e-9, "{rows}");
+    scratch.run(&["machine", "people.toml", "--set", "belt_speed=40 rpm"]).ends_with(0);
+
+    for (from, to, words) in [
+        ("frequency", "stiffness = 1e3\nfrequency", "the mass and the stiffness have a frequency already"),
+        ("damping_ratio", "damping = 1.0\ndamping_ratio", "damping_ratio stands in place of damping"),
+        ("area = \"5 cm2\"", "", "area"),
+        (
+            "motion = \"rotation\"\ninertia = \"4000 kg cm^2\"",
+            "mass = 1.0",
+            "only the friction of what rotates",
+        ),
+        (
+            "pressure = \"20 bar\"\narea = \"5 cm2\"\nradius = \"100 mm\"",
+            "normal_force = \"50 kN\"",
+            "with radius = .. it is a force",
+        ),
+        ("\"40 %\"", "\"40 N\"", "N is no unit of static friction"),
+    ] {
+        assert!(people.contains(from), "{from}");
+        scratch.file("wrong.toml", people.replacen(from, to, 1));
+        let run = scratch.run(&["run", "wrong.toml", "--dry-run"]).ends_with(2);
+        assert!(run.err.contains(words), "{}", run.err);
+    }
+}
+
+/// Four published thresholds of the drill string, by weight on bit, and the Hopf bifurcation of steady drilling.
+#[test]
+fn the_drill_string_starts_to_stick_at_its_thresholds() {
+    let scratch = Scratch::new();
+    let config = std::fs::read_to_string(format!("{}/configs/drill_string.toml", env!("CARGO_MANIFEST_DIR")));
+    scratch.file("drill.toml", config.unwrap());
+    let damping = 222.3067;
+    for (weight, sticks, hopf) in [
+        (20e3, 17.45903, 14.1061),
+        (30e3, 24.83689, 18.4082),
+        (50e3, 36.42244, 23.8283),
+        (80e3, 50.33051, 28.8151),
+    ] {
+        let column = |rpm: f64| {
+            let values = [
+                ("normal_force".to_owned(), weight),
+                ("belt_speed".to_owned(), rpm * PI / 30.0),
+                ("damping".to_owned(), damping),
+            ];
+            let machine = load_machine(&scratch.path().join("drill.toml"), &values).unwrap().machine;
+            let model = machine.model().unwrap();
+            model.column().in_unit(model.si.units.damping)
+        };
+        // The thresholds have seven digits, those of the Hopf bifurcation six.
+        let critical = |rpm: f64| slipmap::simulate::critical_damping(&column(rpm), 1e-11).unwrap().c;
+        assert!(critical(sticks - 1e-5) > damping && critical(sticks + 1e-5) < damping, "{weight}");
+        let unstable = |rpm: f64| {
+            let column = column(rpm);
+            column.curve.weakening(column.belt_speed) > column.epsilon * damping
+        };
+        assert!(unstable(hopf - 1e-4) && !unstable(hopf + 1e-4), "{weight}");
+    }
+}
+
+/// Units, scalars and coordinates, as readers of NetCDF see them.
+#[test]
+fn the_file_has_its_axes_in_si_units() {
+    let scratch = Scratch::new();
+    let mut quantities = EXPONENTIAL.to_vec();
+    quantities.push(("normal_force", "[20.0, 50.0]"));
+    scratch.file("machine.toml", text("law = \"exponential\"", &quantities));
+    scratch.run(&["run", "machine.toml", "--quiet"]).ends_with(0);
+    let file = hdf5::File::open(scratch.path().join("map.h5")).unwrap();
+    let attribute = |variable: &str, name: &str| {
+        let attribute = file.dataset(variable).unwrap().attr(name).unwrap();
+        attribute.read_scalar::<hdf5::types::FixedUnicode<256>>().unwrap().to_string()
+    };
+    for (name, unit) in [
+        ("normal_force", "N"),
+        ("belt_speed", "m/s"),
+        ("damping", "N s/m"),
+        ("mass", "kg"),
+        ("static_friction", "1"),
+        ("critical_damping_simulation", "N s/m"),
+        ("critical_damping_error_simulation", "N s/m"),
+        ("regime", "1"),
+    ] {
+        assert_eq!(attribute(name, "units"), unit, "{name}");
+    }
+    assert_eq!(file.dataset("mass").unwrap().ndim(), 0);
+    let fixed = "mass stiffness static_friction kinetic_friction stribeck_velocity strengthening";
+    assert_eq!(attribute("critical_damping_simulation", "coordinates"), fixed);
+    // The drawing, and the report, of another plane than belt speed and damping.
+    let plot =
+        ["plot", "map.h5", "--x", "normal_force", "--y", "damping", "--variable", "regime", "--curves"];
+    scratch.run(&[&plot[..], &["--out", "p.svg"]].concat()).ends_with(0);
+    assert!(scratch.read("p.svg").contains("normal force, N"));
+    scratch.run(&["report", "map.h5", "--out", "report"]).ends_with(0);
+}
