@@ -45,7 +45,7 @@ fn a_fit_carries_its_errors_to_the_page() {
     assert!(scratch.read("fit.svg").contains("friction [N]"));
     scratch.file("rig.toml", format!("{MACHINE}{}", scratch.read("law.toml")));
     for (speed, expected) in CRITICAL {
-        let page = json(&scratch, &["machine", "rig.toml", "--set", speed, "--draws", "2000", "--json"]);
+        let page = json(&scratch, &["machine", "rig.toml", "--set", speed, "--draws", "100", "--json"]);
         let of = |key: &str| page[key].as_f64().unwrap_or_else(|| panic!("{key}: {page}"));
         let error = of("may_stick_slip_below_damping_standard_error");
         let value = of("may_stick_slip_below_damping");
@@ -54,10 +54,10 @@ fn a_fit_carries_its_errors_to_the_page() {
         assert!(of("may_stick_slip_below_belt_speed_standard_error") > 0.0);
         assert_eq!(page["risk"]["critical_damping_standard_error"].as_f64(), Some(error));
     }
-    let words = scratch.run(&["machine", "rig.toml", "--draws", "2000"]).ends_with(0).out;
+    let words = scratch.run(&["machine", "rig.toml", "--draws", "100"]).ends_with(0).out;
     assert!(words.contains("friction force") && words.contains("the covariance of the fit"), "{words}");
     // A value of its own takes the place of the fitted one.
-    let own = ["machine", "rig.toml", "--set", "F_k=650", "--draws", "2000", "--json"];
+    let own = ["machine", "rig.toml", "--set", "F_k=650", "--draws", "100", "--json"];
     assert_eq!(json(&scratch, &own)["machine"]["F_k"].as_f64(), Some(650.0));
     let law = scratch.read("law.toml");
     scratch.file("bad.toml", format!("{MACHINE}{}", law.replace("covariance = [", "covariance = [[1.0],")));
@@ -77,11 +77,11 @@ fn rows_far_apart_leave_the_curve_open() {
     scratch.file("even.csv", format!("v [m/s],F [N],se [N]\n{rows}"));
     scratch.file("even.toml", format!("{MACHINE}[friction]\nlaw = \"table\"\nfile = \"even.csv\"\n"));
     let (speed, expected) = CRITICAL[0];
-    let page = json(&scratch, &["machine", "even.toml", "--set", speed, "--draws", "2000", "--json"]);
+    let page = json(&scratch, &["machine", "even.toml", "--set", speed, "--draws", "100", "--json"]);
     let of = |key: &str| page[key].as_f64().unwrap();
     let (value, error) =
         (of("may_stick_slip_below_damping"), of("may_stick_slip_below_damping_standard_error"));
     assert!((value - expected).abs() < 2.0 * error, "{value} {error}");
-    let words = scratch.run(&["machine", "even.toml", "--set", speed, "--draws", "2000"]).ends_with(0).out;
+    let words = scratch.run(&["machine", "even.toml", "--set", speed, "--draws", "100"]).ends_with(0).out;
     assert!(words.contains("measure between") && words.contains("0 and 0.1 m/s"), "{words}");
 }

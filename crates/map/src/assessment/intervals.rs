@@ -114,8 +114,14 @@ pub struct Intervals {
 
 impl Intervals {
     /// The intervals of a statement that is judged at increasing values, at least two; `known` holds limits that
-    /// may be among the ends: an end that agrees with one within its error is that one.
-    fn between(judged: &[(f64, Option<bool>)], known: &[f64], holds: impl Fn(f64) -> Option<bool>) -> Self {
+    /// may be among the ends: an end that agrees with one within its error is that one. Others are located to the
+    /// relative `width`.
+    fn between(
+        judged: &[(f64, Option<bool>)],
+        known: &[f64],
+        width: f64,
+        holds: impl Fn(f64) -> Option<bool>,
+    ) -> Self {
         let (first, last) = (judged[0], judged[judged.len() - 1]);
         let mut found = Self { holds: Vec::new(), unknown: Vec::new(), tried: [first.0, last.0] };
         let mut begun = End::Tried(first.0);
@@ -126,7 +132,7 @@ impl Intervals {
             }
             let [low, high] = match (before, after) {
                 (Some(before), Some(_)) => beside(known, [low, high], |at| Some(holds(at)? == before))
-                    .unwrap_or_else(|| last_within(CLOSE, [low, high], |at| Some(holds(at)? == before))),
+                    .unwrap_or_else(|| last_within(width, [low, high], |at| Some(holds(at)? == before))),
                 (Some(_), None) => [last_within(ROUGH, [low, high], |at| Some(holds(at) == before))[0]; 2],
                 (None, _) => [last_within(ROUGH, [low, high], |at| Some(holds(at) != after))[1]; 2],
             };
@@ -208,9 +214,10 @@ fn at([low, high]: [f64; 2], known: &[f64]) -> End {
     End::At { value: nearest.copied().unwrap_or(middle), error: error + NEAR * middle }
 }
 
-/// Relative width to which a change is located.
+/// Relative width to which a change of stability or of stick-slip is located.
 const CLOSE: f64 = 1e-7;
-/// Relative width to which the end of what is known is.
+/// Relative width to which the end of what is known is; a change that takes all attractors to see is located to
+/// [`SAME`].
 const ROUGH: f64 = 1e-3;
 /// Relative width of a bracket in which a change counts as located: as for the critical damping, 1 %.
 const LOCATED: f64 = 0.01;
@@ -248,7 +255,7 @@ pub(super) fn of_speeds(
     };
     let of = |holds: &(dyn Fn(f64) -> Option<bool> + Sync)| {
         let judged: Vec<_> = speeds.par_iter().map(|speed| (*speed, holds(*speed))).collect();
-        Intervals::between(&judged, critical.as_slice(), holds)
+        Intervals::between(&judged, critical.as_slice(), CLOSE, holds)
     };
     let [steady, stick_slip] = [of(&repels), of(&sticks)];
     let known: Vec<f64> = [&steady, &stick_slip].into_iter().flat_map(Intervals::ends).collect();
@@ -325,6 +332,6 @@ fn each(
     Statement::ALL.map(|statement| {
         let of_one: Vec<_> = judged.iter().map(|(value, all)| (*value, all[position])).collect();
         position += 1;
-        Intervals::between(&of_one, known, |value| holds(statement, value)).times(unit)
+        Intervals::between(&of_one, known, SAME, |value| holds(statement, value)).times(unit)
     })
 }
