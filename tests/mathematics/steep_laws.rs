@@ -5,7 +5,7 @@ use crate::reference;
 use slipmap::filippov::Oscillator;
 use slipmap::friction::{Column, Expression, Law};
 use slipmap::map::{Engine, Verdict, decide};
-use slipmap::simulate::{Fate, critical_damping};
+use slipmap::simulate::{Fate, critical_damping, flow};
 use slipmap::witness;
 
 /// The next largest x2 of the oscillator without friction's fall, x2'' + c x2' + x2 = 0, from the exit point
@@ -189,5 +189,21 @@ fn verdicts_of_steep_laws_agree_with_their_critical_damping() {
         let cs = [0.9 * truth, 1.1 * truth];
         let verdicts = decide(&[column], &cs, Engine::Auto, 1e-9);
         assert_eq!(verdicts, [Verdict::Present, Verdict::Absent], "{vs}");
+    }
+}
+
+/// A fall with an exponent lies apart from rest: first steps once passed over it, and its cycle was not seen. The
+/// critical damping is that of a drop of 0.1 at V = 0.2, or more by less than 0.006.
+#[test]
+fn narrow_falls_apart_from_rest_are_not_passed_over() {
+    let law = Law::Exponential.with_exponent();
+    let critical = of_drop(0.2, 0.1);
+    for vs in [1e-7, 1e-6, 1e-5, 1e-4] {
+        for exponent in [2.0, 3.0, 10.0] {
+            let column = law.column(&law.point(1.0, &[0.9, vs, 0.0, exponent], 0.2, 0.0).unwrap());
+            let fate = |c: f64| flow(&Oscillator::in_column(&column, c), 1e-9).fate;
+            assert!(matches!(fate(0.5 * critical), Fate::Sticks(_)), "{vs} {exponent}");
+            assert_eq!(fate(critical + 0.02), Fate::SpiralsInward, "{vs} {exponent}");
+        }
     }
 }
