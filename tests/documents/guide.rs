@@ -216,7 +216,7 @@ fn anchors(text: &str) -> Vec<String> {
 #[test]
 fn every_relative_link_resolves() {
     let mut documents = pages();
-    for name in ["CONTRIBUTING.md", "SECURITY.md", "CHANGELOG.md", "results/README.md"] {
+    for name in ["CONTRIBUTING.md", "SECURITY.md", "CHANGELOG.md", "results/README.md", "fuzz/README.md"] {
         documents.push(name.into());
     }
     let mut wrong = Vec::new();

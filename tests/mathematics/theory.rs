@@ -116,9 +116,10 @@ fn anchor(title: &str) -> String {
 
 /// Every text in which the theory may be cited, with its path.
 fn citing_texts() -> Vec<(PathBuf, String)> {
-    let mut folders: Vec<PathBuf> = ["src", "crates", "tests", "scripts", "benches", "docs", "python"]
-        .map(|folder| root().join(folder))
-        .into();
+    let mut folders: Vec<PathBuf> =
+        ["src", "crates", "tests", "scripts", "benches", "fuzz/fuzz_targets", "docs", "python"]
+            .map(|folder| root().join(folder))
+            .into();
     let mut texts = vec![(root().join("README.md"), read(&root().join("README.md")))];
     while let Some(folder) = folders.pop() {
         for entry in fs::read_dir(&folder).into_iter().flatten().flatten() {
