@@ -231,7 +231,7 @@ fn laws_with_a_narrow_feature() -> Vec<(Law, [f64; 2])> {
     laws
 }
 
-/// The first map has been wrong in two of its cells.
+/// The maps of `scripts/study outliers` in small; the first has been wrong in two of its cells.
 #[test]
 fn cells_of_laws_with_a_narrow_feature_are_those_of_their_own_columns() {
     let rows = [

@@ -265,7 +265,7 @@ fn maps_that_lie_behind_a_right_seal_are_refused() {
     fs::rename(scratch.path().join("map.h5"), scratch.path().join("good.h5")).unwrap();
     let shape = [2, 2, 2, 4, 2, 8];
     let cases: [Case; 8] = [
-        // This library does not write two filters that deflate.
+        // Two filters that deflate are made by scripts/study hostile: this library does not write them.
         ("a filter of another program", "is packed by [Fletcher32]", 1, &|file| {
             file.unlink("regime").unwrap();
             let plain = file.new_dataset::<i8>().shape(shape).chunk([1, 1, 1, 1, 1, 8]);
