@@ -176,7 +176,10 @@ fn figure(measured: &Measured, fit: &Fit) -> FitFigure {
     FitFigure {
         title: format!("{}: {}", words_of(fit.form), measured.named(&fit.form.formula())),
         speed: format!("slip speed, {}", measured.speed_unit()),
-        friction: format!("friction{}", bracket(measured.friction_unit())),
+        friction: match measured.friction_unit() {
+            "" => "friction".to_owned(),
+            unit => format!("friction, {unit}"),
+        },
         readings: readings.map(|row| [row.speed, row.friction, row.error]).collect(),
         law: (0..=POINTS).map(speed).map(|u| [u, fit.friction(u), fit.error(u)]).collect(),
     }
