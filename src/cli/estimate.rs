@@ -18,7 +18,6 @@ use slipmap_map::clock::process_time;
 use slipmap_map::dataset::Schema;
 use slipmap_map::map::{self, Control, Grid, Plan, Shard};
 use slipmap_map::risk::Chances;
-use slipmap_map::risk::Chances;
 use slipmap_numbers::text::short;
 use slipmap_simulate::continuation::MOST_POINTS;
 
