@@ -367,7 +367,7 @@ class Machine:
         ...                       kinetic_friction=0.3, stribeck_velocity=0.25, belt_speed=0.1)
         >>> page = pad.page(title="A pad")
         >>> round(page.answers["may_stick_slip_below_belt_speed"], 3), page.answers["kick_status"]
-        (0.352, 'not_needed')
+        (0.422, 'not_needed')
         """
         document, answers = self._core.page(title, draws, list(rare))
         return Page(document, json.loads(answers))
