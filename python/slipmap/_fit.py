@@ -62,5 +62,6 @@ class Fit:
 
     def _repr_html_(self) -> str:
         read = "".join(f"<p>{html.escape(phrase)}</p>" for phrase in self.answer.read)
-        tables = "".join(table.to_html(float_format="{:.4g}".format) for table in (self.parameters, self.table))
-        return f"{read}{self.law._repr_html_()}{tables}"
+        law = f"<p><b>{html.escape(self.name)}</b>: {html.escape(self.answer.fit.formula)}</p>{self.law._curve()}"
+        tables = (self.parameters, self.table.drop(columns="formula"))
+        return read + law + "".join(table.to_html(float_format="{:.4g}".format, index_names=False) for table in tables)

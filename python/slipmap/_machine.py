@@ -7,7 +7,7 @@ import html
 import json
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Protocol, TypeAlias, runtime_checkable
 
 import numpy as np
@@ -55,9 +55,9 @@ class Units:
 class Page:
     """The page of a machine; see :meth:`Machine.page`."""
 
-    html: str
+    html: str = field(repr=False)
     """A document that needs no other file."""
-    answers: dict[str, Any]
+    answers: dict[str, Any] = field(repr=False)
     """What ``slipmap machine --json`` prints."""
 
     def _repr_html_(self) -> str:

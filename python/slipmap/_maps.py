@@ -199,10 +199,6 @@ def _dataset(found: _core.Map) -> xr.Dataset:
         coords[name] = (name, values, _closed(dict(attributes), values, None))
     names = [name for name, *_ in found.axes]
     variables: dict[str, Any] = {}
-    for name, attributes, values in found.pieces:
-        piece = (names[: values.ndim], values, _closed(dict(attributes), np.atleast_1d(values), None))
-        # Single numbers are coordinates, by the CF conventions.
-        (variables if values.ndim else coords)[name] = piece
     for name, attributes, values in found.variables:
         own = dict(attributes)
         # As a reader of the file has it: the coordinates themselves say so.
@@ -210,6 +206,10 @@ def _dataset(found: _core.Map) -> xr.Dataset:
         if "flag_values" in own:
             own["flag_counts"] = np.array([int((values == code).sum()) for code in own["flag_values"]], dtype=np.int64)
         variables[name] = (names[: values.ndim], values, _closed(own, values, tile))
+    for name, attributes, values in found.pieces:
+        piece = (names[: values.ndim], values, _closed(dict(attributes), np.atleast_1d(values), None))
+        # Single numbers are coordinates, by the CF conventions.
+        (variables if values.ndim else coords)[name] = piece
     data = xr.Dataset(variables, coords, attrs=dict(found.attributes))
     if found.curves is not None:
         data.encoding["curves"] = _curves(found.curves)

@@ -252,3 +252,21 @@ def test_a_saved_map_is_opened_again(tmp_path, monkeypatch):
 def test_a_map_shows_its_progress(capsys):
     slipmap.map({"epsilon": 0.1, "V": 1.0, "c": [0.1, 0.2]}, law=slipmap.Law.stribeck(0.4, 0.2, 2.0), progress=True)
     assert "2" in capsys.readouterr().err
+
+
+def test_the_map_of_an_uncertain_machine_has_its_probability(program, tmp_path):
+    config = tmp_path / "pad.toml"
+    config.write_text(
+        "[machine]\nmass = 2.0\nstiffness = 5.05e5\nnormal_force = { value = 1000.0, sd = 50.0 }\nstatic_friction = 0.4\n"
+        "kinetic_friction = 0.25\nstribeck_velocity = 0.05\nbelt_speed = [0.05, 0.1, 0.2]\ndamping = [100.0, 400.0, 900.0]\n"
+        f'[output]\npath = "{tmp_path / "pad.h5"}"\n[audit]\ncells = 2\n'
+    )
+    program("run", config, "--quiet")
+    own = slipmap.run(config)
+    with slipmap.open_map(tmp_path / "pad.h5") as data:
+        same(own, data)
+    assert set(np.unique(own.stick_slip_probability)) > {0.0, 1.0}
+    # The coefficients that do not vary are coordinates of a single number.
+    assert float(own.static_friction) == 0.4
+    ax = own.slipmap.plot("stick_slip_probability", x="belt_speed")
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("belt_speed", "damping")
