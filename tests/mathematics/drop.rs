@@ -7,12 +7,10 @@ use slipmap::certify::validated::any_law;
 use slipmap::certify::{Decision, Guarantee, TESTS, symmetric, validated};
 use slipmap::filippov::Oscillator;
 use slipmap::friction::{Column, Curve, Expression, Law, Table};
-use slipmap::point::LawParameters;
 use slipmap::simulate::crossing::{Loop, crossing_loop};
 use slipmap::simulate::{Fate, critical_damping, flow};
 use slipmap::witness::{self, Ending, Phase, Start, trace};
 
-use crate::reference;
 use crate::sample::{Random, Sampling};
 
 fn column(law: &Law, parameters: &[f64], belt_speed: f64) -> Column {
@@ -431,59 +429,4 @@ fn absence_by_the_even_part_takes_more_damping_with_a_drop() {
         assert!(critical.c < with.absent_above, "{critical:?} {with:?}");
         seen += u32::from(critical.c > without.absent_above);
     }
-}
-
-/// A row of `drop_dampings.csv`.
-#[derive(serde::Deserialize)]
-struct ReferenceDrop {
-    kind: String,
-    law: String,
-    #[serde(rename = "static")]
-    level: f64,
-    #[serde(rename = "V")]
-    belt_speed: f64,
-    critical: f64,
-}
-
-/// Two hundred random laws with a drop compared with independent 128-bit arithmetic.
-#[test]
-fn critical_dampings_with_a_drop_are_those_of_the_reference() {
-    let mut seen = [0; 3];
-    for row in reference::rows::<ReferenceDrop>("drop_dampings.csv") {
-        let (law, parameters) = match row.kind.as_str() {
-            "coulomb" => {
-                let numbers = row.law.split(' ').map(|number| number.parse().unwrap());
-                seen[0] += 1;
-                (Law::Coulomb, LawParameters::new(&numbers.collect::<Vec<f64>>()))
-            }
-            "formula" => {
-                seen[1] += 1;
-                (formula(&row.law, row.level), LawParameters::new(&[]))
-            }
-            _ => {
-                let pair = |pair: &str| {
-                    let (u, phi) = pair.split_once(':').unwrap();
-                    (u.parse().unwrap(), phi.parse().unwrap())
-                };
-                let data: Vec<(f64, f64)> = row.law.split(';').map(pair).collect();
-                seen[2] += 1;
-                (Law::Table(Table::with_static("random", &data, row.level).unwrap()), LawParameters::new(&[]))
-            }
-        };
-        let column = column(&law, parameters.as_slice(), row.belt_speed);
-        let found = critical_damping(&column, 1e-13).unwrap();
-        let missed = (found.c - row.critical).abs();
-        assert!(
-            missed <= 1e-11 * row.critical && missed <= found.error + 1e-15,
-            "{} {found:?} {}",
-            row.law,
-            row.critical
-        );
-        for test in TESTS.iter().filter(|test| test.guarantee == Guarantee::FiniteEpsilon) {
-            let claim = (test.claim)(&column);
-            let holds = claim.present_below <= row.critical && claim.absent_above >= row.critical;
-            assert!(holds, "{} of {}: {claim:?} {}", test.name, row.law, row.critical);
-        }
-    }
-    assert_eq!(seen, [50, 100, 50]);
 }

@@ -354,64 +354,66 @@ fn the_stick_slip_cycle_of_leine_and_others() {
     assert!(greatest <= x1 + 1e-9 && x1 - greatest <= 0.2 * 0.05, "{greatest} {x1}");
 }
 
-/// A row of `law_dampings.csv`.
+/// A row of `law_dampings.csv` or of `drop_dampings.csv`.
 #[derive(serde::Deserialize)]
 struct ReferenceLaw {
     kind: String,
     law: String,
+    /// Friction at rest where it drops as slip begins.
+    #[serde(rename = "static")]
+    level: Option<f64>,
     #[serde(rename = "V")]
     belt_speed: f64,
     critical: f64,
 }
 
-/// Three hundred random formulas and tables compared with independent 128-bit arithmetic.
-#[test]
-fn critical_dampings_of_random_laws_are_those_of_the_reference() {
-    let mut seen = [0, 0];
-    for row in reference::rows::<ReferenceLaw>("law_dampings.csv") {
-        let law = match row.kind.as_str() {
-            "formula" => Law::Expression(Expression::new(&row.law, 1.0).unwrap()),
+impl ReferenceLaw {
+    /// The law, and the parameters of one built in.
+    fn law(&self) -> (Law, Vec<f64>) {
+        let level = self.level.unwrap_or(1.0);
+        let number = |text: &str| text.parse::<f64>().unwrap();
+        match self.kind.as_str() {
+            "coulomb" => (Law::Coulomb, self.law.split(' ').map(number).collect()),
+            "formula" => (Law::Expression(Expression::with_static(&self.law, level).unwrap()), vec![]),
             _ => {
                 let pair = |pair: &str| {
                     let (u, phi) = pair.split_once(':').unwrap();
-                    (u.parse().unwrap(), phi.parse().unwrap())
+                    (number(u), number(phi))
                 };
-                let data: Vec<(f64, f64)> = row.law.split(';').map(pair).collect();
-                Law::Table(Table::new("random", &data, 1.0).unwrap())
+                let data: Vec<(f64, f64)> = self.law.split(';').map(pair).collect();
+                (Law::Table(Table::with_static("random", &data, level).unwrap()), vec![])
             }
-        };
-        let point = law.point(1.0, &[], row.belt_speed, 0.0).unwrap();
-        let column = law.column(&point);
-        let found = critical_damping(&column, 1e-13).unwrap();
-        let missed = (found.c - row.critical).abs();
-        assert!(
-            missed <= 1e-11 * row.critical,
-            "{} at V = {}: {found:?} {}",
-            row.law,
-            row.belt_speed,
-            row.critical
-        );
-        // Every theorem is on the right side of it, or leaves it in its undecided gap.
-        for test in TESTS.iter().filter(|test| test.guarantee == Guarantee::FiniteEpsilon) {
-            let claim = (test.claim)(&column);
-            assert!(
-                claim.present_below <= row.critical,
-                "{} of {}: {claim:?} {}",
-                test.name,
-                row.law,
-                row.critical
-            );
-            assert!(
-                claim.absent_above >= row.critical,
-                "{} of {}: {claim:?} {}",
-                test.name,
-                row.law,
-                row.critical
-            );
         }
-        seen[usize::from(row.kind == "table")] += 1;
     }
-    assert_eq!(seen, [200, 100]);
+}
+
+/// Five hundred random laws, two hundred of them with a drop, compared with independent 128-bit arithmetic.
+#[test]
+fn critical_dampings_of_random_laws_are_those_of_the_reference() {
+    for (file, counts) in [("law_dampings.csv", [0, 200, 100]), ("drop_dampings.csv", [50, 100, 50])] {
+        let mut seen = [0; 3];
+        for row in reference::rows::<ReferenceLaw>(file) {
+            let (law, parameters) = row.law();
+            let column = law.column(&law.point(1.0, &parameters, row.belt_speed, 0.0).unwrap());
+            let found = critical_damping(&column, 1e-13).unwrap();
+            let missed = (found.c - row.critical).abs();
+            assert!(
+                missed <= 1e-11 * row.critical && missed <= found.error + 1e-15,
+                "{} at V = {}: {found:?} {}",
+                row.law,
+                row.belt_speed,
+                row.critical
+            );
+            // Every theorem is on the right side of it, or leaves it in its undecided gap.
+            for test in TESTS.iter().filter(|test| test.guarantee == Guarantee::FiniteEpsilon) {
+                let claim = (test.claim)(&column);
+                let holds = claim.present_below <= row.critical && claim.absent_above >= row.critical;
+                assert!(holds, "{} of {}: {claim:?} {}", test.name, row.law, row.critical);
+            }
+            seen[["coulomb", "formula", "table"].iter().position(|kind| *kind == row.kind).unwrap()] += 1;
+        }
+        assert_eq!(seen, counts, "{file}");
+    }
 }
 
 /// The method `validated` on laws other than Stribeck's: the critical damping of the simulation is inside,

@@ -95,11 +95,13 @@ impl Case {
             Some([level, _]) => Expression::with_static(&fit.form.formula(), level),
         };
         let formula = formula.unwrap();
-        let factor = fit.covariance.clone().cholesky().unwrap().l();
+        let rows: Vec<Vec<f64>> =
+            fit.covariance.row_iter().map(|row| row.iter().copied().collect()).collect();
+        let factor = crate::fitted::factor(&rows).unwrap();
         let names = formula.parameters().iter().map(|parameter| parameter.name);
         let uncertain = names.map(|name| {
             let row = fit.form.names().iter().position(|known| *known == name).unwrap();
-            let row = std::array::from_fn(|k| if k < factor.ncols() { factor[(row, k)] } else { 0.0 });
+            let row = std::array::from_fn(|k| factor[row].get(k).copied().unwrap_or(0.0));
             (name, Spread::Joint { row })
         });
         let uncertain = uncertain.collect();
