@@ -269,9 +269,9 @@ class Law:
 
         Examples
         --------
-        >>> import os, slipmap, tempfile
-        >>> path = os.path.join(tempfile.mkdtemp(), "pad.csv")
-        >>> _ = open(path, "w").write("speed [mm/s];mu\\n0;0,40\\n50;0,31\\n100;0,28\\n200;0,26\\n")
+        >>> import pathlib, slipmap, tempfile
+        >>> path = pathlib.Path(tempfile.mkdtemp(), "pad.csv")
+        >>> _ = path.write_text("speed [mm/s];mu\\n0;0,40\\n50;0,31\\n100;0,28\\n200;0,26\\n")
         >>> round(float(slipmap.Law.from_csv(path).phi(0.1)), 12)
         0.7
         """

@@ -268,12 +268,12 @@ impl Machine {
             }
             Some(machine)
         };
-        for i in 0..len {
-            if let Some((name, value, wanted)) = machine_at(i).as_ref().and_then(engine::Machine::illegal) {
-                return Err(PyValueError::new_err(format!(
-                    "{name} (element {i}) = {value}: must be {wanted}"
-                )));
-            }
+        let illegal = in_tasks(py, len, threads, None, |mut task| {
+            let first = task.find_map(|i| Some((i, machine_at(i).as_ref()?.illegal()?)));
+            first.into_iter().collect()
+        })?;
+        if let Some((i, (name, value, wanted))) = illegal.first() {
+            return Err(PyValueError::new_err(format!("{name} (element {i}) = {value}: must be {wanted}")));
         }
         let found = in_tasks(py, len, threads, progress.as_ref(), |task| {
             let models: Vec<Option<Model>> = task.map(|i| machine_at(i)?.model()).collect();

@@ -254,19 +254,24 @@ def test_a_map_shows_its_progress(capsys):
     assert "2" in capsys.readouterr().err
 
 
-def test_the_map_of_an_uncertain_machine_has_its_probability(program, tmp_path):
+def test_the_map_of_an_uncertain_machine_has_its_probability(tmp_path):
     config = tmp_path / "pad.toml"
     config.write_text(
-        "[machine]\nmass = 2.0\nstiffness = 5.05e5\nnormal_force = { value = 1000.0, sd = 50.0 }\nstatic_friction = 0.4\n"
-        "kinetic_friction = 0.25\nstribeck_velocity = 0.05\nbelt_speed = [0.05, 0.1, 0.2]\ndamping = [100.0, 400.0, 900.0]\n"
-        f'[output]\npath = "{tmp_path / "pad.h5"}"\n[audit]\ncells = 2\n'
+        "[machine]\nmass = 2.0\nstiffness = 5.05e5\nnormal_force = 1000.0\nbelt_speed = [0.05, 0.1]\n"
+        'damping = [100.0, 1240.0, 2000.0]\n[friction]\nlaw = "expression"\nphi = "low + fall*exp(-u/0.05)"\n'
+        "fit = { low = 0.25, fall = 0.15, covariance = [[4e-6, -3e-6], [-3e-6, 4e-6]] }\n"
     )
-    program("run", config, "--quiet")
-    own = slipmap.run(config)
-    with slipmap.open_map(tmp_path / "pad.h5") as data:
-        same(own, data)
-    assert set(np.unique(own.stick_slip_probability)) > {0.0, 1.0}
-    # The coefficients that do not vary are coordinates of a single number.
-    assert float(own.static_friction) == 0.4
+    own = slipmap.run(config, set={"audit.cells": 0})
+    assert own.stick_slip_probability.dims == ("belt_speed", "damping")
+    # The critical damping is normal, to first order in the errors of the fit.
+    here = slipmap.Machine.from_toml(config, belt_speed=0.05, damping=1240.0)
+    sd = here.risk(draws=100).critical_damping_standard_error
+    expected = 0.5 + 0.5 * math.erf((here.critical_damping() - 1240.0) / sd / math.sqrt(2.0))
+    chances = own.stick_slip_probability.values
+    # Of 500000 draws: four standard errors.
+    assert abs(chances[0, 1] - expected) < 4.0 * 0.5 / math.sqrt(500_000)
+    assert chances[0].tolist()[::2] == [1.0, 0.0]
+    # What does not vary is a coordinate of a single number.
+    assert float(own.normal_force) == 1000.0
     ax = own.slipmap.plot("stick_slip_probability", x="belt_speed")
     assert (ax.get_xlabel(), ax.get_ylabel()) == ("belt_speed", "damping")
