@@ -434,7 +434,7 @@ impl<'a> Chances<'a> {
         Some(Self { grid, uncertain, draws: (DRAWS_OF_MAP / grid.column_count()).max(FEWEST_OF_COLUMN) })
     }
 
-    /// Computes them on `threads` threads; see [`probabilities`].
+    /// Computes them on `threads` threads, all machines from the same random numbers. Ends with an error once `stop` is true.
     ///
     /// # Errors
     /// [`NoRisk`].
