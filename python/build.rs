@@ -1,5 +1,8 @@
 //! Writes `slipmap/_results.py`: the classes of answers, from the structs whose JSON `slipmap --json` prints.
 
+// What it does not know ends the build.
+#![allow(clippy::expect_used)]
+
 use std::fmt::Write as _;
 use std::path::Path;
 
