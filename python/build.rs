@@ -42,6 +42,7 @@ fn main() {
         }
     }
     let path = root.join("slipmap/_results.py");
+    println!("cargo:rerun-if-changed={}", path.display());
     if std::fs::read_to_string(&path).is_ok_and(|written| written == text) {
         return;
     }
