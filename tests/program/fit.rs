@@ -42,7 +42,7 @@ fn a_fit_carries_its_errors_to_the_page() {
         let [value, error] = [values, errors].map(|of| of[i].as_f64().unwrap());
         assert!((value - expected).abs() < 3.0 * error && error < 0.1 * expected, "{i}: {value} {error}");
     }
-    assert!(scratch.read("fit.svg").contains("friction [N]"));
+    assert!(scratch.read("fit.svg").contains("friction, N"));
     scratch.file("rig.toml", format!("{MACHINE}{}", scratch.read("law.toml")));
     let within = |speed: usize, value: f64, error: f64| {
         let expected = CRITICAL[speed].1;
