@@ -24,7 +24,7 @@ use slipmap_model::point::Point;
 use slipmap_numbers::named;
 use slipmap_numbers::roots::{Bracket, falling_root};
 use slipmap_simulate::backbone::Backbone;
-use slipmap_simulate::{Fate, Flow, flow};
+use slipmap_simulate::{Fate, Flow, exceeds, flow};
 pub(crate) use tried::last_between;
 use tried::{belt_speeds, last_within};
 
@@ -239,10 +239,12 @@ impl Intervals {
         }
     }
 
-    /// The limit of the highest interval. Values beyond it at which nothing is known count neither way.
+    /// The limit of the highest interval; at least its end where something is unknown beyond it.
     pub(crate) fn highest(&self) -> Limit {
         match self.holds.last() {
-            Some([_, End::At { value, error }]) => Limit::located(*value, *error),
+            Some([_, End::At { value, error }]) if self.unknown.iter().all(|[_, high]| high < value) => {
+                Limit::located(*value, *error)
+            }
             Some([_, end]) => match self.unknown.iter().find(|[low, _]| *low == end.value()) {
                 Some([low, high]) if *high < self.tried[1] => Limit::Between(*low, *high),
                 _ => Limit::AtLeast(end.value()),
@@ -333,6 +335,11 @@ const ASIDE: f64 = 1e-3;
 pub(crate) fn of_stick_slip(law: &Law, point: &Point) -> Intervals {
     let speeds = Speeds { law, point, regimes: Mutex::default() };
     let sticks = |speed: f64| {
+        let column = law.column(&Point { belt_speed: speed, ..*point });
+        // Bounds may know that an orbit never returns which cannot be followed.
+        if exceeds(&column, point.damping, TOLERANCE) == Ok(false) {
+            return Some(false);
+        }
         let oscillator = speeds.at(speed);
         Statement::MayStick.holds(&oscillator, &flow(&oscillator, TOLERANCE), || Regime::Failed)
     };
@@ -555,9 +562,9 @@ mod tests {
         // Unknown around the limit.
         let gap = highest(&|speed| (!(0.5..=2.0).contains(&speed)).then_some(speed < 1.0));
         assert!(matches!(gap, Limit::Between(low, high) if low < 0.5 && low > 0.4 && high > 2.0), "{gap:?}");
-        // Unknown above the limit.
+        // Above a limit it is unknown whether there is a higher one.
         let above = highest(&|speed| (!(2.0..3.0).contains(&speed)).then_some(speed < 1.0));
-        assert!(matches!(above, Limit::Below(at) if (at - 1.0).abs() < 2.0 * CLOSE.width), "{above:?}");
+        assert!(matches!(above, Limit::AtLeast(at) if (at - 1.0).abs() < 2.0 * CLOSE.width), "{above:?}");
         let data = [0.0, 0.05, 0.1, 0.2, 0.5, 1.2].map(|u| (u, 0.3 + 0.2 * u));
         let friction = Friction::Measured(Table::new("rises", &data, 0.3).unwrap());
         let machine = Machine { friction, belt_speed: 0.2, ..example(Law::Stribeck) };
