@@ -118,7 +118,7 @@ const TRIES: usize = 1000;
 /// Largest number of iterations for a nominal damping, since the set of legal draws depends on it.
 const MOST_ROUNDS: usize = 100;
 /// 97.5 % quantile of the normal distribution.
-const NORMAL: f64 = 1.959_963_984_540_054;
+pub(crate) const NORMAL: f64 = 1.959_963_984_540_054;
 
 /// An uncertain quantity of a machine: its name and its distribution.
 pub type Uncertain = (&'static str, Spread);

@@ -36,7 +36,7 @@ pub use curves::{Plane, PlaneCurve, PlaneCurves, PlanePoint};
 pub use engine::{ComputeError, Control, Queue, Summary, compute_tiles};
 pub use field::{Field, Quantity};
 pub use grid::unravel;
-pub use grid::{Axis, AxisRole, Grid, GridError, Tile};
+pub use grid::{Axis, AxisRole, Grid, GridError, Shown, Tile};
 pub use method::Method;
 pub use plan::{
     DEFAULT_AUDIT_CELLS, DEFAULT_COMPRESSION, DEFAULT_PROOF_BOXES, DEFAULT_TOLERANCE, MOST_AUDIT_CELLS,
