@@ -11,6 +11,7 @@ use slipmap::simulate::crossing::{Loop, crossing_loop};
 use slipmap::simulate::{Fate, critical_damping, flow};
 use slipmap::witness::{self, Ending, Phase, Start, trace};
 
+use crate::runge_kutta::step;
 use crate::sample::{Random, Sampling};
 
 fn column(law: &Law, parameters: &[f64], belt_speed: f64) -> Column {
@@ -108,18 +109,10 @@ fn a_law_that_drops_and_falls_is_that_of_the_table() {
 /// -g. By the Lienard form and the classical Runge-Kutta method.
 fn backward_turn(curve: &Curve, belt_speed: f64, c: f64, steps: u32) -> f64 {
     let rate = |[v, w]: [f64; 2]| [-w, v - (curve.weakening((belt_speed - v).max(0.0)) - c) * w];
-    let step = |x: [f64; 2], h: f64| {
-        let along = |k: [f64; 2], h: f64| [x[0] + h * k[0], x[1] + h * k[1]];
-        let a = rate(x);
-        let b = rate(along(a, 0.5 * h));
-        let d = rate(along(b, 0.5 * h));
-        let e = rate(along(d, h));
-        std::array::from_fn(|i| x[i] + h / 6.0 * (a[i] + 2.0 * b[i] + 2.0 * d[i] + e[i]))
-    };
     let h = TAU / f64::from(steps);
-    let mut state = step([belt_speed, 0.0], h);
+    let mut state = step(&rate, [belt_speed, 0.0], h);
     for _ in 0..2 * steps {
-        let next: [f64; 2] = step(state, h);
+        let next = step(&rate, state, h);
         if next[0] >= belt_speed {
             break;
         }
@@ -127,7 +120,7 @@ fn backward_turn(curve: &Curve, belt_speed: f64, c: f64, steps: u32) -> f64 {
     }
     // Newton's method for the time to the line.
     for _ in 0..6 {
-        state = step(state, (belt_speed - state[0]) / -state[1]);
+        state = step(&rate, state, (belt_speed - state[0]) / -state[1]);
     }
     -state[1]
 }

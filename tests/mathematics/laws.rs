@@ -2,6 +2,7 @@
 //! compared with the simulated flow, and the engines with each other.
 
 use crate::reference;
+use crate::runge_kutta::step;
 use crate::sample::{Random, Sampling};
 use slipmap::certify::validated::{self, any_law};
 use slipmap::certify::{Decision, Guarantee, TESTS};
@@ -332,20 +333,17 @@ fn the_stick_slip_cycle_of_leine_and_others() {
     // The turning point by the classical Runge-Kutta method from the exit point (1, 0.2) to x2 = 0: with
     // steps of 1e-4 its error is far below the last digit; the step that passes the turning point is bisected
     // until it vanishes.
-    let rate = |x1: f64, x2: f64| (x2, 1.0 / (1.0 + 3.0 * (0.2 - x2)) - x1);
-    let (mut x1, mut x2, mut h) = (1.0, 0.2, 1e-4);
+    let rate = |[x1, x2]: [f64; 2]| [x2, 1.0 / (1.0 + 3.0 * (0.2 - x2)) - x1];
+    let (mut state, mut h) = ([1.0, 0.2], 1e-4);
     while h > 1e-12 {
-        let (a, b) = rate(x1, x2);
-        let (c, d) = rate(x1 + 0.5 * h * a, x2 + 0.5 * h * b);
-        let (e, f) = rate(x1 + 0.5 * h * c, x2 + 0.5 * h * d);
-        let (g, i) = rate(x1 + h * e, x2 + h * f);
-        let next = (x1 + h / 6.0 * (a + 2.0 * (c + e) + g), x2 + h / 6.0 * (b + 2.0 * (d + f) + i));
-        if next.1 < 0.0 {
+        let next = step(&rate, state, h);
+        if next[1] < 0.0 {
             h *= 0.5;
         } else {
-            (x1, x2) = next;
+            state = next;
         }
     }
+    let [x1, _] = state;
     let greatest =
         trace(&oscillator, Start::ExitPoint, 1e-12, 20.0).samples.iter().map(|s| s.x1).fold(0.0, f64::max);
     // Their last digit is truncated.
