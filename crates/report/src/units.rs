@@ -2,6 +2,7 @@
 
 use std::sync::OnceLock;
 
+pub use slipmap_figure::text::join;
 use slipmap_figure::text::{Piece, Rich, rich};
 use slipmap_format::MapFile;
 use slipmap_map::dataset::auxiliary::PROBABILITY;
@@ -59,16 +60,6 @@ impl<'a> View<'a> {
         let (law, point, si) = grid.place(&grid.values(&middle))?;
         Some(Model { law, point, si: si? })
     }
-}
-
-/// Joins parts by commas, without those that are empty.
-pub fn join(parts: impl IntoIterator<Item = Rich>) -> Rich {
-    let mut text = Rich::default();
-    for part in parts.into_iter().filter(|part| !part.pieces.is_empty()) {
-        let separator = rich(if text.pieces.is_empty() { "" } else { ", " });
-        text = text.then(separator).then(part);
-    }
-    text
 }
 
 /// The description of the part of a machine's friction that does not vary.

@@ -4,9 +4,7 @@ use slipmap_model::friction::Column;
 use std::convert::Infallible;
 use std::sync::{Mutex, PoisonError};
 
-use super::super::figure::bifurcations;
-use super::super::figure::palette;
-use super::super::units::UnitSystem;
+use crate::{curves, palette};
 use slipmap_figure::axis::{SMALL_TEXT, Scale, extremes};
 use slipmap_figure::legend::{Legend, Sample};
 use slipmap_figure::panels::{BOTTOM_MARGIN, Labels, Panel, TITLE_MARGIN, left_margin};
@@ -193,10 +191,10 @@ fn dampings_shown(all: &Assessment) -> Scale {
 pub(super) fn regimes(all: &Assessment, height: f64) -> Scene {
     let machine = &all.machine;
     let units = machine.units();
-    let system = UnitSystem::of_machine(machine.si());
-    let velocity =
-        system.quantity(&machine.motion.words(BELT_SPEED), Rich::default(), "", Some(Dimension::Velocity));
-    let friction = system.quantity("damping", Rich::default(), "", Some(Dimension::Damping));
+    let label =
+        |words: &str, dimension| Rich::foreign(&format!("{words}, {}", machine.motion.unit(dimension)));
+    let velocity = label(&machine.motion.words(BELT_SPEED), Dimension::Velocity);
+    let friction = label("damping", Dimension::Damping);
     let in_units = |scale: Scale, unit: f64| {
         Scale { from: scale.from / unit, to: scale.to / unit, ..scale }.in_unit(unit)
     };
@@ -234,13 +232,13 @@ pub(super) fn regimes(all: &Assessment, height: f64) -> Scene {
     if let Some(grid) = grid {
         let last = grid.axes().len() - 1;
         let plane = Plane::new(last - 1, last, vec![0; last + 1]);
-        let curves = PlaneCurves { plane, curves: limits(&grid, &point, &panel) };
-        bifurcations::draw(&mut scene, &panel, &curves, &mut legend);
+        let limits = PlaneCurves { plane, curves: limits(&grid, &point, &panel) };
+        curves::draw(&mut scene, &panel, &limits, &mut legend);
     }
     let here = panel.place(machine.belt_speed / units.velocity, machine.damping / units.damping);
     scene.marker(Marker::Diamond, here, 8.0, style::WHITE, true);
     scene.marker(Marker::Diamond, here, 6.0, style::VERMILION, true);
-    panel.named_axes(&mut scene, &velocity.text(), &friction.text(), labels);
+    panel.named_axes(&mut scene, &velocity, &friction, labels);
     legend.below(&mut scene, panel.rect.x, panel.rect.y + panel.rect.h + BOTTOM_MARGIN);
     scene
 }
