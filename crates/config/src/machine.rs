@@ -26,8 +26,8 @@ pub struct MachineJob {
     pub varied: Vec<(&'static str, Vec<f64>)>,
     /// The uncertain quantities and their distributions.
     pub uncertain: Vec<Uncertain>,
-    /// The units of the file that are not SI, by quantity.
-    units: Vec<(&'static str, Shown)>,
+    /// The units of the file, by quantity, the first of each; `None` is the SI unit.
+    units: Vec<(&'static str, Option<Shown>)>,
     /// What units in the file are in SI: "1 rpm is 0.10472 rad/s".
     pub conversions: Vec<String>,
     /// The title of its page.
@@ -341,8 +341,8 @@ struct Reader<'a> {
     section: &'a Section<'a>,
     motion: Motion,
     law: &'a Law,
-    /// The units of the file that are not SI, by quantity, the first of each.
-    units: RefCell<Vec<(&'static str, Shown)>>,
+    /// The units of the file, by quantity, the first of each; `None` is the SI unit.
+    units: RefCell<Vec<(&'static str, Option<Shown>)>>,
     /// What they are in SI.
     conversions: RefCell<Vec<String>>,
     /// The quantities with several values.
@@ -410,20 +410,29 @@ impl<'a> Reader<'a> {
             unit => Some(Wanted::In(unit)),
         };
         let written = node.text().ok().and_then(with_unit);
-        let (Some(wanted), Some((number, unit))) = (wanted, written) else { return node.number() };
+        let note = |shown: Option<Shown>| {
+            let mut units = self.units.borrow_mut();
+            if units.iter().all(|(known, _)| *known != quantity) {
+                units.push((quantity, shown));
+            }
+        };
+        let (Some(wanted), Some((number, unit))) = (wanted, written) else {
+            note(None);
+            return node.number();
+        };
         let si = if wanted.name().is_empty() { "1" } else { wanted.name() };
         match compare(unit, wanted) {
-            Match::Same => Ok(number),
+            Match::Same => {
+                note(None);
+                Ok(number)
+            }
             Match::Factor(factor) => {
                 let told = conversion(unit, factor, wanted);
                 let mut all = self.conversions.borrow_mut();
                 if !all.contains(&told) {
                     all.push(told);
                 }
-                let mut units = self.units.borrow_mut();
-                if units.iter().all(|(known, _)| *known != quantity) {
-                    units.push((quantity, Shown { unit: unit.into(), size: factor }));
-                }
+                note(Some(Shown { unit: unit.into(), size: factor }));
                 Ok(converted(number, factor))
             }
             Match::Other => {
@@ -510,7 +519,7 @@ fn check(node: &Node, key: &str, value: f64, (legal, wanted): (bool, &str)) -> R
 
 /// The grid of a machine.
 pub(super) fn grid(section: &Section, job: &MachineJob) -> Result<Grid, ConfigError> {
-    let unit = |name: &str| job.units.iter().find(|(known, _)| *known == name).map(|(_, unit)| unit.clone());
+    let unit = |name: &str| job.units.iter().find(|(known, _)| *known == name)?.1.clone();
     let grid = Grid::of_machine(&job.machine, &job.varied);
     grid.map(|grid| grid.shown_in(unit)).map_err(|error| {
         let name = job.varied.first().map_or(BELT_SPEED, |(name, _)| name);

@@ -239,19 +239,14 @@ impl Intervals {
         }
     }
 
-    /// The limit of the highest interval.
+    /// The limit of the highest interval. Values beyond it at which nothing is known count neither way.
     pub(crate) fn highest(&self) -> Limit {
-        let unknown_above = |at: f64| self.unknown.iter().filter(move |[_, high]| *high > at);
         match self.holds.last() {
-            Some([_, end]) if unknown_above(end.value()).count() > 1 => Limit::AtLeast(end.value()),
-            Some([_, End::At { value, error }]) if unknown_above(*value).count() == 0 => {
-                Limit::located(*value, *error)
-            }
-            Some([_, End::Open(end)]) => match self.unknown.last() {
-                Some([low, high]) if low == end && *high < self.tried[1] => Limit::Between(*low, *high),
-                _ => Limit::AtLeast(*end),
+            Some([_, End::At { value, error }]) => Limit::located(*value, *error),
+            Some([_, end]) => match self.unknown.iter().find(|[low, _]| *low == end.value()) {
+                Some([low, high]) if *high < self.tried[1] => Limit::Between(*low, *high),
+                _ => Limit::AtLeast(end.value()),
             },
-            Some([_, end]) => Limit::AtLeast(end.value()),
             None => match self.unknown.first() {
                 None => Limit::NoneUpTo(self.tried[1]),
                 Some([low, _]) if *low == self.tried[0] => Limit::NotDetermined,
@@ -560,9 +555,9 @@ mod tests {
         // Unknown around the limit.
         let gap = highest(&|speed| (!(0.5..=2.0).contains(&speed)).then_some(speed < 1.0));
         assert!(matches!(gap, Limit::Between(low, high) if low < 0.5 && low > 0.4 && high > 2.0), "{gap:?}");
-        // Above a limit it is unknown whether there is a higher one.
+        // Unknown above the limit.
         let above = highest(&|speed| (!(2.0..3.0).contains(&speed)).then_some(speed < 1.0));
-        assert!(matches!(above, Limit::AtLeast(at) if (at - 1.0).abs() < 2.0 * CLOSE.width), "{above:?}");
+        assert!(matches!(above, Limit::Below(at) if (at - 1.0).abs() < 2.0 * CLOSE.width), "{above:?}");
         let data = [0.0, 0.05, 0.1, 0.2, 0.5, 1.2].map(|u| (u, 0.3 + 0.2 * u));
         let friction = Friction::Measured(Table::new("rises", &data, 0.3).unwrap());
         let machine = Machine { friction, belt_speed: 0.2, ..example(Law::Stribeck) };

@@ -2,6 +2,7 @@
 
 use slipmap_model::friction::Column;
 use std::convert::Infallible;
+use std::sync::atomic::AtomicBool;
 use std::sync::{Mutex, PoisonError};
 
 use crate::{curves, palette};
@@ -123,7 +124,7 @@ fn curve(panel: &Panel, bifurcation: Bifurcation, dampings: impl Fn(&[f64]) -> V
     PlaneCurve { bifurcation, points: points.collect() }
 }
 
-/// The Hopf damping and the critical damping over belt speeds. This is fast for every law; continuation in
+/// The Hopf damping and the critical damping over belt speeds. This is fast for every law, also where continuation in
 /// the plane is not.
 fn limits(grid: &Grid, point: &Point, panel: &Panel) -> Vec<PlaneCurve> {
     let columns = |speeds: &[f64]| -> Vec<Column> {
@@ -232,8 +233,15 @@ pub(super) fn regimes(all: &Assessment, height: f64) -> Scene {
     if let Some(grid) = grid {
         let last = grid.axes().len() - 1;
         let plane = Plane::new(last - 1, last, vec![0; last + 1]);
-        let limits = PlaneCurves { plane, curves: limits(&grid, &point, &panel) };
-        curves::draw(&mut scene, &panel, &limits, &mut legend);
+        let mut lines = limits(&grid, &point, &panel);
+        // Many backbones, which take long where the law has corners.
+        if grid.law().curve(1.0, &point.law).corners().is_empty() {
+            let kinds = [Bifurcation::Crossing, Bifurcation::Fold];
+            let others = PlaneCurves::of_kinds(&kinds, &grid, plane.clone(), &AtomicBool::new(false));
+            lines.extend(others.curves);
+        }
+        let lines = PlaneCurves { plane, curves: lines };
+        curves::draw(&mut scene, &panel, &lines, &mut legend);
     }
     let here = panel.place(machine.belt_speed / units.velocity, machine.damping / units.damping);
     scene.marker(Marker::Diamond, here, 8.0, style::WHITE, true);
