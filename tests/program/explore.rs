@@ -614,9 +614,7 @@ fn any_quantity_of_a_machine_is_an_axis() {
         }
     }
     // The exported map has the axes of the picture.
-    for (law, x, most) in
-        [(&formula, "belt_speed", 0.25), (&table, "belt_speed", 0.25), (&formula, "mass", 4.0)]
-    {
+    for (law, x, most) in [(&table, "belt_speed", 0.25), (&formula, "mass", 4.0)] {
         let mut asked = machine(x, "damping");
         (asked["law"], asked["show"]) = (law.clone(), "regime".into());
         asked["x"]["to"] = most.into();
