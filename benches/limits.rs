@@ -7,7 +7,7 @@
 //! ```
 //! Kernels: `return_map`, `critical_damping`, `universal_surface`, `symmetric`, `instability`, `direct`.
 
-mod common;
+#![allow(clippy::expect_used)] // a bench whose points are wrong stops
 
 use std::hint::black_box;
 use std::process::ExitCode;
@@ -22,8 +22,10 @@ use slipmap::simulate::critical::critical_dampings;
 use slipmap::simulate::return_map::{Turn, turns};
 use slipmap::simulate::surface;
 use slipmap::witness;
+use slipmap_numbers::random::Random;
 
-use common::{TOLERANCE, columns, groups, points};
+/// The tolerance of maps.
+const TOLERANCE: f64 = 1e-9;
 
 /// Number of independent chains of one operation: enough to hide its latency.
 const CHAINS: usize = 10;
@@ -71,6 +73,28 @@ struct Cells {
     points: Vec<Point>,
     columns: Vec<Column>,
     groups: Vec<ScaledGroups>,
+}
+
+/// Random cells of the box for which speeds are stated: eps = 0.05, alpha in [0, 1], beta in [0, 0.5], gamma
+/// in [0, 4], c in [0, 1], V in [0.2, 1.5].
+fn cells(count: usize) -> Cells {
+    let mut random = Random(20_260_414);
+    let mut cells = Cells { points: Vec::new(), columns: Vec::new(), groups: Vec::new() };
+    for _ in 0..count {
+        let law = [random.unit(), 0.5 * random.unit(), 4.0 * random.unit()];
+        let (damping, belt_speed) = (random.unit(), 0.2 + 1.3 * random.unit());
+        let point = Law::Stribeck.point(0.05, &law, belt_speed, damping).expect("a legal point");
+        let [alpha, beta, gamma] = law;
+        cells.groups.push(ScaledGroups {
+            a: point.epsilon() * gamma * (1.0 - alpha),
+            k: point.epsilon() * gamma * point.belt_speed(),
+            b: point.epsilon() * beta * point.belt_speed(),
+            c: point.epsilon() * point.damping(),
+        });
+        cells.columns.push(Law::Stribeck.column(&point));
+        cells.points.push(point);
+    }
+    cells
 }
 
 /// The answers of a kernel for all cells: number of right-hand sides, and a number per cell to check.
@@ -165,24 +189,19 @@ fn run(arguments: &[String]) -> Result<(), String> {
     };
     let kernel = KERNELS.iter().find(|(other, _)| *other == name).ok_or("no such kernel")?.1;
     let count: usize = count.parse().map_err(|_| usage)?;
-    let points = points(count);
-    let cells = Cells { columns: columns(&points), groups: groups(&points), points };
+    let all = cells(count);
     // Tables are computed on first use, with the first cells.
-    let few = Cells {
-        points: cells.points[..count.min(256)].to_vec(),
-        columns: cells.columns[..count.min(256)].to_vec(),
-        groups: cells.groups[..count.min(256)].to_vec(),
-    };
+    let few = cells(count.min(256));
     check(name, &few, &kernel(&few).1);
     if what == "count" {
-        black_box(kernel(&cells));
+        black_box(kernel(&all));
         return Ok(());
     }
     let mut best = f64::INFINITY;
     let mut rhs = 0;
     for _ in 0..15 {
         let start = ThreadTime::now();
-        rhs = black_box(kernel(black_box(&cells))).0;
+        rhs = black_box(kernel(black_box(&all))).0;
         best = best.min(start.elapsed().as_secs_f64());
     }
     println!("{best:e} {rhs}");

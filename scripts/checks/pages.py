@@ -4,8 +4,8 @@
     scripts/checks/pages.py PAGE.html [--most-pages N] [--pictures FOLDER]
 
 Debian's chromium shows the page at 420 and at 1200 pixels and prints it to A4. It fails if anything but tables and listings
-is wider than the window, if a printed page holds columns of single letters (words that were broken to fit), or if there are more
-pages than N. FOLDER receives what was seen. Exit code 0 if all holds.
+is wider than the window, if the page asks for anything from elsewhere, if a printed page holds columns of single letters (words
+that were broken to fit), or if there are more pages than N. FOLDER receives what was seen. Exit code 0 if all holds.
 """
 
 import argparse
@@ -54,6 +54,8 @@ def main():
     arguments = parser.parse_args()
     page = arguments.page.resolve()
     failures = []
+    if re.search(r'(?:src|href)\s*=(?!"#)|url\((?!#)|@import|<script', page.read_text()):
+        failures.append("the page asks for things from elsewhere")
     with tempfile.TemporaryDirectory() as folder:
         for width in WIDTHS:
             beyond = overflow(folder, page, width)

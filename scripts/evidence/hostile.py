@@ -111,9 +111,9 @@ class Server:
         self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
         self.port = int(self.process.stdout.readline().strip().rstrip("/").rsplit(":", 1)[1])
 
-    def ask(self, phi, number):
+    def ask(self, phi):
         """Status of the answer about a point of a formula; None where there is none."""
-        request = {"turn": {"tab": "tab", "number": number}, "law": {"name": "expression", "phi": phi},
+        request = {"law": {"name": "expression", "phi": phi},
                    "at": {"epsilon": 1.0, "V": 1.0, "c": 0.05}}
         connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=60)
         try:
@@ -137,7 +137,7 @@ def formulas(trial, rng, count):
         if i % 5 == 0:
             Path(trial.folder, "formula.toml").write_text(FORMULA_MAP.format(text))
             trial.run("run", text, ["run", "formula.toml", "--quiet", "--overwrite"], wrong)
-        status = server.ask(text, i + 1)
+        status = server.ask(text)
         trial.ends["explore", status] = trial.ends.get(("explore", status), 0) + 1
         if status not in (200, 422, 503) or (status == 200 and wrong):
             trial.problem(f"explore answers {status}: {text}")

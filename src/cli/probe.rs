@@ -307,7 +307,7 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
         ("guarantee", Left),
         ("equation", Left),
     ]);
-    let limits = answer.limits();
+    let limits = answer.limits_of_tests();
     for (method, limit) in answer.methods.iter().zip(&limits) {
         table.row([
             method.method.name().into(),
@@ -584,7 +584,7 @@ fn unknown_limits(answer: &Answer, limits: &[Limit]) -> Vec<(Unknown, String)> {
         let names: Vec<&str> = methods.map(|(answer, _)| answer.method.name()).collect();
         (!names.is_empty()).then(|| (why, names.join(", ")))
     };
-    [Unknown::NoFlow, Unknown::GivenUp].into_iter().filter_map(of).collect()
+    [Unknown::NoFlow, Unknown::GivenUp, Unknown::NotSought].into_iter().filter_map(of).collect()
 }
 
 #[cfg(test)]

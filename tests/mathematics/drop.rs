@@ -7,12 +7,11 @@ use slipmap::certify::validated::any_law;
 use slipmap::certify::{Decision, Guarantee, TESTS, symmetric, validated};
 use slipmap::filippov::Oscillator;
 use slipmap::friction::{Column, Curve, Expression, Law, Table};
-use slipmap::point::LawParameters;
 use slipmap::simulate::crossing::{Loop, crossing_loop};
 use slipmap::simulate::{Fate, critical_damping, flow};
 use slipmap::witness::{self, Ending, Phase, Start, trace};
 
-use crate::reference;
+use crate::runge_kutta::step;
 use crate::sample::{Random, Sampling};
 
 fn column(law: &Law, parameters: &[f64], belt_speed: f64) -> Column {
@@ -110,18 +109,10 @@ fn a_law_that_drops_and_falls_is_that_of_the_table() {
 /// -g. By the Lienard form and the classical Runge-Kutta method.
 fn backward_turn(curve: &Curve, belt_speed: f64, c: f64, steps: u32) -> f64 {
     let rate = |[v, w]: [f64; 2]| [-w, v - (curve.weakening((belt_speed - v).max(0.0)) - c) * w];
-    let step = |x: [f64; 2], h: f64| {
-        let along = |k: [f64; 2], h: f64| [x[0] + h * k[0], x[1] + h * k[1]];
-        let a = rate(x);
-        let b = rate(along(a, 0.5 * h));
-        let d = rate(along(b, 0.5 * h));
-        let e = rate(along(d, h));
-        std::array::from_fn(|i| x[i] + h / 6.0 * (a[i] + 2.0 * b[i] + 2.0 * d[i] + e[i]))
-    };
     let h = TAU / f64::from(steps);
-    let mut state = step([belt_speed, 0.0], h);
+    let mut state = step(&rate, [belt_speed, 0.0], h);
     for _ in 0..2 * steps {
-        let next: [f64; 2] = step(state, h);
+        let next = step(&rate, state, h);
         if next[0] >= belt_speed {
             break;
         }
@@ -129,7 +120,7 @@ fn backward_turn(curve: &Curve, belt_speed: f64, c: f64, steps: u32) -> f64 {
     }
     // Newton's method for the time to the line.
     for _ in 0..6 {
-        state = step(state, (belt_speed - state[0]) / -state[1]);
+        state = step(&rate, state, (belt_speed - state[0]) / -state[1]);
     }
     -state[1]
 }
@@ -431,59 +422,4 @@ fn absence_by_the_even_part_takes_more_damping_with_a_drop() {
         assert!(critical.c < with.absent_above, "{critical:?} {with:?}");
         seen += u32::from(critical.c > without.absent_above);
     }
-}
-
-/// A row of `drop_dampings.csv`.
-#[derive(serde::Deserialize)]
-struct ReferenceDrop {
-    kind: String,
-    law: String,
-    #[serde(rename = "static")]
-    level: f64,
-    #[serde(rename = "V")]
-    belt_speed: f64,
-    critical: f64,
-}
-
-/// Two hundred random laws with a drop compared with independent 128-bit arithmetic.
-#[test]
-fn critical_dampings_with_a_drop_are_those_of_the_reference() {
-    let mut seen = [0; 3];
-    for row in reference::rows::<ReferenceDrop>("drop_dampings.csv") {
-        let (law, parameters) = match row.kind.as_str() {
-            "coulomb" => {
-                let numbers = row.law.split(' ').map(|number| number.parse().unwrap());
-                seen[0] += 1;
-                (Law::Coulomb, LawParameters::new(&numbers.collect::<Vec<f64>>()))
-            }
-            "formula" => {
-                seen[1] += 1;
-                (formula(&row.law, row.level), LawParameters::new(&[]))
-            }
-            _ => {
-                let pair = |pair: &str| {
-                    let (u, phi) = pair.split_once(':').unwrap();
-                    (u.parse().unwrap(), phi.parse().unwrap())
-                };
-                let data: Vec<(f64, f64)> = row.law.split(';').map(pair).collect();
-                seen[2] += 1;
-                (Law::Table(Table::with_static("random", &data, row.level).unwrap()), LawParameters::new(&[]))
-            }
-        };
-        let column = column(&law, parameters.as_slice(), row.belt_speed);
-        let found = critical_damping(&column, 1e-13).unwrap();
-        let missed = (found.c - row.critical).abs();
-        assert!(
-            missed <= 1e-11 * row.critical && missed <= found.error + 1e-15,
-            "{} {found:?} {}",
-            row.law,
-            row.critical
-        );
-        for test in TESTS.iter().filter(|test| test.guarantee == Guarantee::FiniteEpsilon) {
-            let claim = (test.claim)(&column);
-            let holds = claim.present_below <= row.critical && claim.absent_above >= row.critical;
-            assert!(holds, "{} of {}: {claim:?} {}", test.name, row.law, row.critical);
-        }
-    }
-    assert_eq!(seen, [50, 100, 50]);
 }

@@ -3,6 +3,7 @@
 
 use std::f64::consts::TAU;
 
+use crate::runge_kutta::follow;
 use slipmap::certify::{self, Decision};
 use slipmap::filippov::Oscillator;
 use slipmap::friction::{Column, Law};
@@ -159,22 +160,12 @@ fn overshoot() {
 /// m / V by the polar form with classical Runge-Kutta steps, without checking that the angle is monotone in
 /// time.
 fn margin_without_a_check_of_the_angle(oscillator: &Oscillator) -> f64 {
-    let slope = |theta: f64, r: f64| {
+    let slope = |theta: f64, [r]: [f64; 1]| {
         let (sin, cos) = theta.sin_cos();
         let d = oscillator.divergence(oscillator.belt_speed * (1.0 - r * cos));
-        r * d * sin * sin / (1.0 + d * sin * cos)
+        [r * d * sin * sin / (1.0 + d * sin * cos)]
     };
-    let steps = 20_000;
-    let h = TAU / f64::from(steps);
-    let mut r = 1.0;
-    for i in 0..steps {
-        let theta = h * f64::from(i);
-        let k1 = slope(theta, r);
-        let k2 = slope(theta + 0.5 * h, r + 0.5 * h * k1);
-        let k3 = slope(theta + 0.5 * h, r + 0.5 * h * k2);
-        let k4 = slope(theta + h, r + h * k3);
-        r += h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4);
-    }
+    let [r] = follow(&slope, (0.0, TAU), [1.0], 20_000);
     r - 1.0
 }
 

@@ -1,38 +1,20 @@
 //! The Lienard form, the scalar form and the half maps of the slip flow (theory, "Two forms of the slip
 //! flow"), compared with the direct engine's traces, which do not use them.
 
+use crate::runge_kutta::follow;
 use crate::sample::{Random, Sample, Sampling};
 use slipmap::filippov::Side;
 use slipmap::witness::{Phase, Start, trace};
 use std::f64::consts::TAU;
 
-/// The classical Runge-Kutta method with `steps` steps from `from` to `to`.
-fn runge_kutta(
-    steps: u32,
-    (from, to): (f64, f64),
-    start: [f64; 2],
-    slope: impl Fn(f64, [f64; 2]) -> [f64; 2],
-) -> [f64; 2] {
-    let h = (to - from) / f64::from(steps);
-    (0..steps).fold(start, |z, i| {
-        let t = from + f64::from(i) * h;
-        let along = |k: [f64; 2], h: f64| [z[0] + h * k[0], z[1] + h * k[1]];
-        let k1 = slope(t, z);
-        let k2 = slope(t + 0.5 * h, along(k1, 0.5 * h));
-        let k3 = slope(t + 0.5 * h, along(k2, 0.5 * h));
-        let k4 = slope(t + h, along(k3, h));
-        [0, 1].map(|i| z[i] + h / 6.0 * (k1[i] + 2.0 * (k2[i] + k3[i]) + k4[i]))
-    })
-}
-
-/// The result of [`runge_kutta`] and a bound on its error: the difference of two step sizes, of which the
+/// The result of the classical Runge-Kutta method and a bound on its error: the difference of two step sizes, of which the
 /// finer has a sixteenth.
 fn integrate(
     range: (f64, f64),
     start: [f64; 2],
     slope: impl Fn(f64, [f64; 2]) -> [f64; 2],
 ) -> ([f64; 2], f64) {
-    let [coarse, fine] = [20, 40].map(|steps| runge_kutta(steps, range, start, &slope));
+    let [coarse, fine] = [20, 40].map(|steps| follow(&slope, range, start, steps));
     (fine, (fine[0] - coarse[0]).abs().max((fine[1] - coarse[1]).abs()))
 }
 
@@ -161,12 +143,12 @@ fn the_odd_part_of_the_divergence_closes_the_orbit() {
         if (0..=20).any(|i| odd(0.05 * f64::from(i) * belt_speed).abs() >= 1.0) {
             continue;
         }
-        let slope = |th: f64, [r, _]: [f64; 2]| {
+        let slope = |th: f64, [r]: [f64; 1]| {
             let (sin, cos) = th.sin_cos();
             let d = odd(r * cos);
-            [d * r * sin * sin / (1.0 + d * sin * cos), 0.0]
+            [d * r * sin * sin / (1.0 + d * sin * cos)]
         };
-        let [coarse, fine] = [4000, 8000].map(|n| runge_kutta(n, (0.0, TAU), [belt_speed, 0.0], slope)[0]);
+        let [coarse, fine] = [4000, 8000].map(|n| follow(&slope, (0.0, TAU), [belt_speed], n)[0]);
         // 8000 steps of a few roundings each.
         let bound = (coarse - fine).abs() + 8000.0 * f64::EPSILON * belt_speed;
         assert!((fine - belt_speed).abs() <= bound, "{oscillator:?}: {fine} {bound:e}");

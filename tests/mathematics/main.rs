@@ -35,6 +35,7 @@ mod reference;
 mod reference_data;
 mod regimes;
 mod return_map;
+mod runge_kutta;
 mod sample;
 mod sensitivity;
 mod slip_count;

@@ -3,6 +3,7 @@
 
 use std::f64::consts::PI;
 
+use crate::runge_kutta;
 use crate::sample::{Random, Sampling};
 use slipmap::certify::slip_count::count_slip_cycles;
 use slipmap::filippov::Oscillator;
@@ -235,13 +236,7 @@ fn reversed(curve: impl Fn(f64) -> f64, [viscous, belt_speed]: [f64; 2], step: f
     let mut here = [rest, 0.95 * belt_speed];
     let (mut time, mut passes) = (0.0, Vec::new());
     while passes.len() < 24 {
-        let along = |k: [f64; 2], share: f64| [here[0] + share * step * k[0], here[1] + share * step * k[1]];
-        let k1 = slope(here);
-        let k2 = slope(along(k1, 0.5));
-        let k3 = slope(along(k2, 0.5));
-        let k4 = slope(along(k3, 1.0));
-        let next: [f64; 2] =
-            std::array::from_fn(|i| here[i] + step / 6.0 * (k1[i] + 2.0 * (k2[i] + k3[i]) + k4[i]));
+        let next = runge_kutta::step(&slope, here, step);
         let [from, to] = [here[0] - rest, next[0] - rest];
         if from * to < 0.0 {
             let share = from / (from - to);

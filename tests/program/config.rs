@@ -375,7 +375,7 @@ fn planes_of_curves() {
 #[test]
 fn messages_quote_the_beginning_of_long_texts_only() {
     let scratch = Scratch::new();
-    let long = "words and ".repeat(40_000);
+    let long = "words and ".repeat(4_000);
     let of_pad = "[machine]\nmotion = \"translation\"\nmass = 2.0\nstiffness = 5e5\nnormal_force = 1000.0\n\
                   belt_speed = 0.1\ndamping = 50.0\n";
     let coefficients = format!(

@@ -20,6 +20,8 @@ beta = 0.0
 gamma = { from = 0.1, to = 0.9, points = 3 }
 V = { from = 5.0, to = 60.0, points = 12 }
 c = { from = 0.0, to = 0.05, points = 11 }
+[methods]
+run = [\"symmetric\", \"simulation\"]
 [curves]
 planes = [
     { x = \"V\", y = \"c\", at = { epsilon = 1.0, gamma = 0.1 } },

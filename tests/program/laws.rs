@@ -31,6 +31,8 @@ fn every_law_makes_a_map_that_is_checked_drawn_and_reported() {
             text.push('\n');
             text
         });
+    let few = "[methods]\nrun = [\"symmetric\", \"simulation\"]\n";
+    let table_grid = format!("{few}{table_grid}");
     for (law, friction, grid) in [
         ("exponential", "[friction]\nlaw = \"exponential\"\n", GRID),
         ("lorentzian", "[friction]\nlaw = \"lorentzian\"\n", GRID),
@@ -181,7 +183,9 @@ fn a_law_without_eps_is_read_as_small_on_request() {
     let scratch = Scratch::new();
     let friction = "[friction]\nlaw = \"exponential\"\n";
     scratch.file("plain.toml", format!("{friction}{GRID}"));
-    scratch.file("small.toml", format!("{friction}small = \"eps\"\n{}", GRID.replace("map.h5", "small.h5")));
+    let few = "[methods]\nrun = [\"perturbation\", \"simulation\"]\n";
+    let small = format!("{friction}small = \"eps\"\n{few}{}", GRID.replace("map.h5", "small.h5"));
+    scratch.file("small.toml", small);
     for job in ["plain.toml", "small.toml"] {
         scratch.run(&["run", job]).ends_with(0);
     }
@@ -206,9 +210,11 @@ fn a_law_without_eps_is_read_as_small_on_request() {
 #[test]
 fn standard_errors_of_a_table_are_read_whole_or_refused() {
     let scratch = Scratch::new();
+    let grid = "[grid]\nepsilon = 1\nV = 0.2\nc = 0.1\n";
+    scratch.file("job.toml", format!("[friction]\nlaw = \"table\"\nfile = \"pad.csv\"\n{grid}"));
     let probe = |rows: &str| {
         scratch.file("pad.csv", rows);
-        scratch.run(&["probe", "--table", "pad.csv", "--epsilon", "1", "--V", "0.2", "--c", "0.1"])
+        scratch.run(&["run", "job.toml", "--dry-run"])
     };
     probe("u,mu,sigma\n0,1,0.01\n0.1,0.9,0.01\n0.5,0.8,0.02\n1,0.8,0.01\n").ends_with(0);
     probe("u,mu,remark\n0,1,at rest\n0.1,0.9,\n0.5,0.8,warm\n1,0.8,\n").ends_with(0);

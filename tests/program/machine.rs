@@ -216,14 +216,15 @@ fn what_rotates_has_an_inertia() {
     assert!(named.contains("\nmass = "));
     scratch.file("mass.toml", &named);
     scratch.file("inertia.toml", named.replace("\nmass = ", "\ninertia = "));
-    let at = ["--set", "belt_speed=5", "--set", "damping=50", "--json"];
+    let at = ["--set", "belt_speed=5", "--set", "damping=1000", "--json"];
     let probe =
         |file: &str, more: &[&str]| scratch.run(&[&["probe", "--machine", file], &at[..], more].concat());
     let answer = |file: &str, more: &[&str]| probe(file, more).ends_with(0).out;
     assert_eq!(answer("inertia.toml", &[]), answer("mass.toml", &[]));
-    for file in ["mass.toml", "inertia.toml"] {
-        assert_eq!(answer(file, &["--set", "inertia=300"]), answer("mass.toml", &["--set", "mass=300"]));
-    }
+    assert_eq!(
+        answer("mass.toml", &["--set", "inertia=300"]),
+        answer("inertia.toml", &["--set", "mass=300"])
+    );
     scratch.file("mass.csv", "mass\n300\n400\n");
     scratch.file("inertia.csv", "inertia\n300\n400\n");
     scratch.file("both.csv", "inertia,mass\n300,300\n");
@@ -335,7 +336,6 @@ fn a_page_assesses_a_machine() {
     assert!(
         number("always_stick_slips_below_damping") < 180.0 && 180.0 < number("may_stick_slip_below_damping")
     );
-    assert!(number("kick_forward") > 0.0 && number("kick_backward") > 0.0);
     let probe =
         ["probe", "--machine", "brake.toml", "--set", "belt_speed=0.2", "--set", "damping=180", "--json"];
     let probed: Value = serde_json::from_str(&scratch.run(&probe).ends_with(0).out).unwrap();
@@ -344,6 +344,11 @@ fn a_page_assesses_a_machine() {
         probed["machine"]["critical_damping"].as_f64().unwrap(),
         1e-9,
     );
+    for way in ["forward", "backward"] {
+        let kick = probed["basin_boundary"]["kick"][way].as_f64().unwrap();
+        let unit = probed["machine"]["units"]["velocity"].as_f64().unwrap();
+        close(number(&format!("kick_{way}")), kick * unit, 1e-12);
+    }
     // The page shows what `probe` proves.
     let proved = answer["proofs"].as_array().unwrap().iter().find(|proof| proof["test"] == "validated");
     assert_eq!(proved.unwrap()["verdict"], probed["methods"]["validated"]["verdict"]);
@@ -493,39 +498,6 @@ fn a_machine_is_plotted_in_its_units() {
     let fastest = orbit.iter().map(|row| row["x2 [m/s]"].parse::<f64>().unwrap()).fold(0.0, f64::max);
     close(fastest, 0.2, 1e-9);
     assert!(orbit.iter().any(|row| row["phase"] == "stick"));
-}
-
-/// Steady slip inside an unstable slip cycle inside a stable one: no orbit sticks; a kick starts vibration.
-#[test]
-fn a_page_tells_the_kick_onto_every_basin_boundary() {
-    let scratch = Scratch::new();
-    let wavy = "\
-[machine]
-mass = 1.0
-stiffness = 1.0
-normal_force = 1.0
-belt_speed = 1.6725777145060758
-damping = 0.2
-[friction]
-law = \"expression\"
-phi = \"1 - 1.4011736523425116*u*exp(-u/1.51636226761672) + 0.19596387877*sin(7.376007337*u) - 0.05998217920725249*u\"
-";
-    scratch.file("wavy.toml", wavy);
-    let json = |arguments: &[&str]| -> Value {
-        serde_json::from_str(&scratch.run(&[arguments, &["--json"]].concat()).ends_with(0).out).unwrap()
-    };
-    let probed = json(&["probe", "--machine", "wavy.toml"]);
-    assert_eq!(probed["regime"], "pure_slip_and_equilibrium");
-    let boundary = &probed["basin_boundary"];
-    assert_eq!(boundary["cycle"], probed["cycles"]["slip"][0]);
-    assert_eq!(boundary["cycle"]["separates"], serde_json::json!(["equilibrium", "slip_cycle"]));
-    let kick = |key: &str| boundary["kick"][key].as_f64().unwrap();
-    // The units of this machine are 1.
-    let page = json(&["machine", "wavy.toml"]);
-    assert_eq!(
-        [page["kick_forward"].as_f64(), page["kick_backward"].as_f64()],
-        [Some(kick("forward")), Some(kick("backward"))]
-    );
 }
 
 /// The command for a cell of a machine probes that machine: its table and its quantities are in SI units.

@@ -21,7 +21,6 @@ fn machines(scratch: &Scratch) -> Vec<String> {
         format!("{START}[friction]\nlaw = \"expression\"\nphi = \"0.3\"\n"),
         coefficients("stribeck", 0.3, 0.05),
         coefficients("exponential", 0.2, 5e-4),
-        coefficients("exponential", 0.2, 5e-5),
         coefficients("lorentzian", 0.2, 0.05),
     ]
 }
@@ -68,7 +67,7 @@ fn probe_and_machine_agree_without_damping() {
             assert!(words.contains("c* = 0 within rounding") || sticks, "{words}");
         }
     }
-    assert_eq!(neutral, 5);
+    assert_eq!(neutral, 4);
 }
 
 #[test]
@@ -108,9 +107,9 @@ fn a_centre_is_not_called_unstable() {
 fn regimes_that_rest_on_a_conjecture_say_so() {
     let scratch = Scratch::new();
     let all = machines(&scratch);
-    for (text, assumes) in [(&all[3], true), (&all[5], false)] {
+    for (text, assumes) in [(&all[3], true), (&all[4], false)] {
         scratch.file("m.toml", text);
-        let page = scratch.run(&["machine", "m.toml", "--out", "m.html", "--overwrite"]).ends_with(0).out;
+        let page = scratch.run(&["machine", "m.toml"]).ends_with(0).out;
         assert_eq!(page.contains("regimes and limits assume"), assumes, "{page}");
         let speed = "machine.belt_speed={from = 0.05, to = 0.1, points = 2}";
         let mut run = vec!["run", "m.toml", "--quiet", "--overwrite"];

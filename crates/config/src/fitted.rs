@@ -46,7 +46,7 @@ fn read(fit: &dyn TableLike) -> Option<Fit> {
 }
 
 /// The Cholesky factor of a covariance; `None` if it is none.
-fn factor(covariance: &[Vec<f64>]) -> Option<Vec<Vec<f64>>> {
+pub(super) fn factor(covariance: &[Vec<f64>]) -> Option<Vec<Vec<f64>>> {
     let n = covariance.len();
     let is_symmetric =
         |i: usize, j: usize| (covariance[i][j] - covariance[j][i]).abs() <= 1e-9 * covariance[i][j].abs();

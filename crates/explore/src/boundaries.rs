@@ -30,7 +30,7 @@ impl PlaneRequest {
         let plane = Plane::new(*x, *y, vec![0; grid.axes().len()]);
         let found = PlaneCurves::of_kinds(&kinds, grid, plane, stop);
         match stop.load(Ordering::Relaxed) {
-            true => Err(Refusal::overtaken()),
+            true => Err(Refusal::stopped()),
             false => Ok(curves_json(&found.curves)),
         }
     }

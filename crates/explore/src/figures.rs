@@ -142,7 +142,7 @@ fn reaching_the_belt(
         .into_par_iter()
         .map(|i| {
             if stop.load(Ordering::Relaxed) {
-                return Err(Refusal::overtaken());
+                return Err(Refusal::stopped());
             }
             let oscillator = Oscillator::new(law, &Point { damping: at(i), ..*point });
             Ok((at(i), largest_velocities(&oscillator)))

@@ -24,7 +24,6 @@ mod refusal;
 mod server;
 mod show;
 mod start;
-mod tabs;
 
 pub use server::serve;
 pub use start::Start;

@@ -120,7 +120,7 @@ fn computed(
     let queue = Queue::new(vec![false; plan.tile_count()]);
     match compute_tiles(&plan, &sink, control, &|| queue.take()) {
         Ok(_) => {}
-        Err(ComputeError::Interrupted) => return Err(Refusal::overtaken()),
+        Err(ComputeError::Interrupted) => return Err(Refusal::stopped()),
         Err(ComputeError::Threads(why)) => return Err(Refusal::broken(why)),
         Err(ComputeError::Sink(never)) => match never {},
     }

@@ -5,7 +5,6 @@ use serde::Deserialize;
 use super::place::{Place, check_law};
 use super::refusal::Refusal;
 use super::show::Show;
-use super::tabs::Turn;
 use slipmap_certify::Guarantee;
 use slipmap_config::range_nodes;
 use slipmap_map::map::{Field, Grid, Method};
@@ -30,7 +29,6 @@ pub(super) struct Side {
 
 #[derive(Clone, Debug, Deserialize)]
 pub(super) struct PlaneRequest {
-    pub(super) turn: Turn,
     #[serde(flatten)]
     pub(super) place: Place,
     pub(super) x: Side,

@@ -8,7 +8,6 @@ use serde_json::{Value, json};
 use super::figures;
 use super::place::Place;
 use super::refusal::Refusal;
-use super::tabs::Turn;
 use slipmap_map::assessment::sensitivities;
 use slipmap_map::behaviour::behaviour;
 use slipmap_map::map::{DEFAULT_TOLERANCE, Method};
@@ -18,7 +17,6 @@ use slipmap_simulate::CriticalDamping;
 
 #[derive(Clone, Debug, Deserialize)]
 pub(super) struct PointRequest {
-    pub(super) turn: Turn,
     #[serde(flatten)]
     place: Place,
     #[serde(default)]
@@ -33,15 +31,6 @@ fn to_json(value: &impl serde::Serialize) -> Result<Value, Refusal> {
 }
 
 impl PointRequest {
-    /// A figure supersedes earlier figures of the same kind only.
-    pub(super) fn topic(&self) -> &'static str {
-        match self.figure.as_str() {
-            "orbit" => "orbit",
-            "friction" => "friction",
-            _ => "backbone",
-        }
-    }
-
     /// The answers of the default methods, for a moving pointer.
     pub(super) fn glance(&self) -> Result<Value, Refusal> {
         let (law, point) = self.place.point()?;

@@ -54,10 +54,9 @@ impl Refusal {
         Self::new(StatusCode::REQUEST_TIMEOUT, "the request did not arrive in time", "try again")
     }
 
-    /// A newer request of the same tab has superseded this one.
-    pub(super) fn overtaken() -> Self {
-        // Not an error, which browsers would show on the console.
-        Self::new(StatusCode::NO_CONTENT, "a newer request took the place of this one", "")
+    /// Nobody waits for the answer any more.
+    pub(super) fn stopped() -> Self {
+        Self::new(StatusCode::SERVICE_UNAVAILABLE, "the request was given up", "try again")
     }
 
     /// The request exceeded its time limit.
@@ -96,9 +95,6 @@ impl From<PlanError> for Refusal {
 
 impl IntoResponse for Refusal {
     fn into_response(self) -> Response {
-        match self.status {
-            StatusCode::NO_CONTENT => self.status.into_response(),
-            status => (status, Json(self)).into_response(),
-        }
+        (self.status, Json(self)).into_response()
     }
 }

@@ -25,7 +25,6 @@ use super::guard::{Names, protect};
 use super::plane::PlaneRequest;
 use super::point::PointRequest;
 use super::refusal::Refusal;
-use super::tabs::{Tabs, Ticket};
 use super::{Start, assets, catalogue, machine, place};
 
 /// Largest number of connections at a time; more wait.
@@ -45,7 +44,6 @@ const ENDING: Duration = Duration::from_millis(500);
 
 /// State shared by all requests.
 struct Shared {
-    tabs: Tabs,
     pictures: Arc<Semaphore>,
     points: Arc<Semaphore>,
     start: Start,
@@ -64,14 +62,12 @@ pub fn serve(listener: TcpListener, start: Start, stop: &AtomicBool) -> io::Resu
     let port = listener.local_addr()?.port();
     listener.set_nonblocking(true)?;
     let shared = Arc::new(Shared {
-        tabs: Tabs::default(),
         pictures: Arc::new(Semaphore::new(PICTURES)),
         points: Arc::new(Semaphore::new(POINTS)),
         start,
     });
-    let router = routes(Arc::clone(&shared))
-        .layer(from_fn(answered))
-        .layer(from_fn_with_state(Names::of_port(port), protect));
+    let router =
+        routes(shared).layer(from_fn(answered)).layer(from_fn_with_state(Names::of_port(port), protect));
     let mut runtime = tokio::runtime::Builder::new_current_thread();
     runtime.enable_io().enable_time().max_blocking_threads(PICTURES + POINTS);
     let runtime = runtime.build()?;
@@ -83,7 +79,6 @@ pub fn serve(listener: TcpListener, start: Start, stop: &AtomicBool) -> io::Resu
         }
         Ok(())
     });
-    shared.tabs.stop_all();
     runtime.shutdown_timeout(ENDING);
     ended
 }
@@ -146,27 +141,33 @@ fn failed(error: &JoinError) -> Refusal {
     Refusal::broken(format!("the computation failed: {error}"))
 }
 
-/// Runs the work of a request on its own thread until it is superseded, within the time limit. Work that
+/// Tells work to stop once nobody waits for its answer: the page has closed the connection, or time is up.
+#[derive(Default)]
+struct Ticket(Arc<AtomicBool>);
+
+impl Drop for Ticket {
+    fn drop(&mut self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+}
+
+/// Runs the work of a request on its own thread as long as it is waited for, within the time limit. Work that
 /// cannot stop at once keeps its permit, so that a lane never runs more work than it has permits.
 async fn carry_out<T: Send + 'static>(
     lane: &Arc<Semaphore>,
-    ticket: Ticket,
     work: impl FnOnce(&AtomicBool) -> Result<T, Refusal> + Send + 'static,
 ) -> Result<T, Refusal> {
-    let answer = tokio::time::timeout(LONGEST_WORK, to_the_end(lane, ticket, work)).await;
+    let answer = tokio::time::timeout(LONGEST_WORK, to_the_end(lane, work)).await;
     answer.unwrap_or_else(|_| Err(Refusal::out_of_time(LONGEST_WORK.as_secs())))
 }
 
 async fn to_the_end<T: Send + 'static>(
     lane: &Arc<Semaphore>,
-    ticket: Ticket,
     work: impl FnOnce(&AtomicBool) -> Result<T, Refusal> + Send + 'static,
 ) -> Result<T, Refusal> {
     let place = Arc::clone(lane).acquire_owned().await;
-    if ticket.is_overtaken() {
-        return Err(Refusal::overtaken());
-    }
-    let stop = Arc::clone(ticket.stop());
+    let ticket = Ticket::default();
+    let stop = Arc::clone(&ticket.0);
     let done = tokio::task::spawn_blocking(move || {
         let _place = place;
         work(&stop)
@@ -215,16 +216,14 @@ async fn plane(
     State(shared): OfPage,
     JsonBody(request): JsonBody<PlaneRequest>,
 ) -> Result<Response, Refusal> {
-    let ticket = shared.tabs.take(&request.turn, "plane")?;
     let all = Arc::clone(&shared);
     let work = move |stop: &AtomicBool| request.picture(all.start.map(), stop);
-    let picture = carry_out(&shared.pictures, ticket, work).await?;
+    let picture = carry_out(&shared.pictures, work).await?;
     Ok(([(CONTENT_TYPE, "application/octet-stream")], picture).into_response())
 }
 
 async fn curves(State(shared): OfPage, JsonBody(request): JsonBody<PlaneRequest>) -> Reply {
-    let ticket = shared.tabs.take(&request.turn, "curves")?;
-    match carry_out(&shared.pictures, ticket, move |stop| request.boundaries(stop)).await {
+    match carry_out(&shared.pictures, move |stop| request.boundaries(stop)).await {
         // The picture is shown without curves.
         Err(refusal) if refusal.is_out_of_time() => Ok(Json(json!({ "curves": [], "given_up": true }))),
         answer => answer.map(Json),
@@ -232,23 +231,19 @@ async fn curves(State(shared): OfPage, JsonBody(request): JsonBody<PlaneRequest>
 }
 
 async fn glance(State(shared): OfPage, JsonBody(request): JsonBody<PointRequest>) -> Reply {
-    let ticket = shared.tabs.take(&request.turn, "glance")?;
-    carry_out(&shared.points, ticket, move |_| request.glance()).await.map(Json)
+    carry_out(&shared.points, move |_| request.glance()).await.map(Json)
 }
 
 async fn point(State(shared): OfPage, JsonBody(request): JsonBody<PointRequest>) -> Reply {
-    let ticket = shared.tabs.take(&request.turn, "point")?;
-    carry_out(&shared.points, ticket, move |_| request.probe()).await.map(Json)
+    carry_out(&shared.points, move |_| request.probe()).await.map(Json)
 }
 
 async fn figure(State(shared): OfPage, JsonBody(request): JsonBody<PointRequest>) -> Reply {
-    let ticket = shared.tabs.take(&request.turn, request.topic())?;
-    carry_out(&shared.points, ticket, move |stop| request.figure(stop)).await.map(Json)
+    carry_out(&shared.points, move |stop| request.figure(stop)).await.map(Json)
 }
 
 async fn texts(State(shared): OfPage, JsonBody(request): JsonBody<PlaneRequest>) -> Reply {
-    let ticket = shared.tabs.take(&request.turn, "texts")?;
-    carry_out(&shared.points, ticket, move |_| request.texts()).await.map(Json)
+    carry_out(&shared.points, move |_| request.texts()).await.map(Json)
 }
 
 #[cfg(test)]
@@ -265,10 +260,8 @@ mod tests {
             let port = listener.local_addr().unwrap().port();
             let at_once = move || async move { if port > 0 { panic!("at once") } else { "never" } };
             let in_a_lane = || async {
-                let turn = serde_json::from_value(json!({ "tab": "tab", "number": 1 })).unwrap();
-                let ticket = Tabs::default().take(&turn, "point").unwrap();
                 let work = |_: &AtomicBool| -> Result<&str, Refusal> { panic!("in a lane") };
-                carry_out(&Arc::new(Semaphore::new(1)), ticket, work).await
+                carry_out(&Arc::new(Semaphore::new(1)), work).await
             };
             let router = Router::new()
                 .route("/at-once", get(at_once))
@@ -303,8 +296,6 @@ mod tests {
         let (end, ended) = channel();
         runtime.block_on(async {
             let lane = Arc::new(Semaphore::new(1));
-            let turn = serde_json::from_value(json!({ "tab": "tab", "number": 1 })).unwrap();
-            let ticket = Tabs::default().take(&turn, "point").unwrap();
             let of_client = Arc::clone(&lane);
             let client = tokio::spawn(async move {
                 let work = move |_: &AtomicBool| {
@@ -312,7 +303,7 @@ mod tests {
                     ended.recv().unwrap();
                     Ok(())
                 };
-                carry_out(&of_client, ticket, work).await
+                carry_out(&of_client, work).await
             });
             tokio::task::spawn_blocking(move || begun.recv().unwrap()).await.unwrap();
             client.abort();

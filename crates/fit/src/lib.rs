@@ -77,6 +77,9 @@ const STARTS: i32 = 12;
 /// Least drop as slip begins, in units of its standard error: that of the friction at rest is no parameter of the fit,
 /// so a smaller one would be taken for sure.
 const SURE_DROP: f64 = 4.0;
+/// Least part of a parameter's effect that no others have, of its whole effect on the readings: below it, their
+/// covariance has no digits.
+const LEAST_PIVOT: f64 = 1e-6;
 /// Relative step of slopes.
 const STEP: f64 = 1e-3;
 /// Number of slip speeds at which laws are compared.
@@ -106,6 +109,25 @@ pub fn fits(in_slip: &[Reading], at_rest: &[Reading]) -> Result<Vec<Fit>, NoFit>
     let widening: Vec<f64> = fits.iter().map(|fit| fit.by_other_laws(&fits, [slowest, fastest])).collect();
     fits.iter_mut().zip(widening).for_each(|(fit, factor)| fit.covariance *= factor);
     Ok(fits)
+}
+
+/// (JᵀJ)⁻¹, symmetric and positive definite, from the triangular factor of the Jacobian with columns of unit length:
+/// JᵀJ itself would square the condition, and its inverse could have negative variances. `None` where the readings do
+/// not tell the parameters apart.
+fn inverse_of_normal_equations(mut jacobian: DMatrix<f64>) -> Option<DMatrix<f64>> {
+    let lengths: Vec<f64> = jacobian.column_iter().map(|column| column.norm()).collect();
+    for (mut column, length) in jacobian.column_iter_mut().zip(&lengths) {
+        column.unscale_mut(*length);
+    }
+    let factor = jacobian.qr().r();
+    let count = lengths.len();
+    if factor.diagonal().iter().any(|pivot| !(pivot.abs() >= LEAST_PIVOT)) {
+        return None;
+    }
+    let inverse = factor.solve_upper_triangular(&DMatrix::identity(count, count))?;
+    // Each pair once, so that the matrix is symmetric to the last bit.
+    let entry = |i: usize, j: usize| inverse.row(i).dot(&inverse.row(j)) / (lengths[i] * lengths[j]);
+    Some(DMatrix::from_fn(count, count, |i, j| entry(i.min(j), i.max(j))))
 }
 
 /// Fits one law; `None` where it has as many parameters as there are readings, or none that are legal.
@@ -139,8 +161,7 @@ pub fn fit(form: Form, in_slip: &[Reading], at_rest: &[Reading]) -> Option<Fit> 
     }
     let squares: f64 = problem.residuals.norm_squared();
     let freedom = (n - p) as f64;
-    let jacobian = problem.natural_jacobian();
-    let inverse = (jacobian.transpose() * &jacobian).try_inverse()?;
+    let inverse = inverse_of_normal_equations(problem.natural_jacobian())?;
     let reduced = squares / freedom;
     let variance = if known { reduced.max(1.0) } else { reduced * widening(freedom) };
     let values = form.values(&problem.parameters);

@@ -119,3 +119,25 @@ fn two_standard_errors_are_those_of_student() {
         assert!((found / quantile - 1.0).abs() < 0.01, "{freedom}: {found}");
     }
 }
+
+/// Readings that say little of where friction falls still give covariances: positive, or no fit.
+#[test]
+fn covariances_are_positive_definite() {
+    let mut random = Random(11);
+    for form in Form::all().filter(|form| form.shape != Shape::None) {
+        for from in [0.0, 0.1, 0.3, 0.5, 0.8] {
+            let values = &truth(form.shape)[..form.names().len()];
+            let reading = |i: i32| {
+                let speed = from + 0.02 * f64::from(i);
+                let friction = form.friction(values, speed) + 5.0 * random.normal();
+                Reading { speed, friction, error: f64::NAN }
+            };
+            let data: Vec<Reading> = (0..40).map(reading).collect();
+            for fit in fits(&data, &[]).unwrap_or_default() {
+                let covariance = &fit.covariance;
+                assert_eq!(*covariance, covariance.transpose(), "{:?}", fit.form);
+                assert!(covariance.clone().cholesky().is_some(), "{:?} {covariance}", fit.form);
+            }
+        }
+    }
+}

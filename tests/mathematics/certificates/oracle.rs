@@ -1,6 +1,7 @@
 //! v' = w, w' = -v + D(|v - V|) w on both sides of the belt line, by the classical Runge-Kutta method.
 
 use super::{Stribeck, TAU};
+use crate::runge_kutta;
 
 /// The fate of the orbit from the exit point (V, 0).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,12 +25,8 @@ pub struct Turn {
 pub const STEPS_PER_TURN: u32 = 2000;
 
 fn step(p: &Stribeck, (v, w): (f64, f64), h: f64) -> (f64, f64) {
-    let f = |v: f64, w: f64| (w, -v + p.divergence((v - p.v).abs()) * w);
-    let (a, b) = f(v, w);
-    let (c, d) = f(v + 0.5 * h * a, w + 0.5 * h * b);
-    let (e, g) = f(v + 0.5 * h * c, w + 0.5 * h * d);
-    let (i, j) = f(v + h * e, w + h * g);
-    (v + h / 6.0 * (a + 2.0 * c + 2.0 * e + i), w + h / 6.0 * (b + 2.0 * d + 2.0 * g + j))
+    let rate = |[v, w]: [f64; 2]| [w, -v + p.divergence((v - p.v).abs()) * w];
+    runge_kutta::step(&rate, [v, w], h).into()
 }
 
 /// The state where `done` becomes true within one step.

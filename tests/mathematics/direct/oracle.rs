@@ -1,6 +1,7 @@
 //! Slow references for the direct engine, which share only D(u) with it: the scalar polar form and the
 //! Liénard form of the flow, by the classical Runge-Kutta method with tiny fixed steps.
 
+use crate::runge_kutta::{change, step};
 use slipmap::filippov::Oscillator;
 
 /// A number with a bound on its error.
@@ -25,20 +26,16 @@ pub fn polar_margin(oscillator: &Oscillator) -> Option<Known> {
 
 fn polar_turn(oscillator: &Oscillator, steps: u32) -> f64 {
     // q = r/V - 1 at the angle th.
-    let slope = |angle: f64, q: f64| {
+    let slope = |angle: f64, [q]: [f64; 1]| {
         let (sin, cos) = angle.sin_cos();
         let d = oscillator.divergence(oscillator.belt_speed * (1.0 - (1.0 + q) * cos));
-        if d.abs() < 2.0 { d * (1.0 + q) * sin * sin / (1.0 + d * sin * cos) } else { f64::NAN }
+        [if d.abs() < 2.0 { d * (1.0 + q) * sin * sin / (1.0 + d * sin * cos) } else { f64::NAN }]
     };
     let h = std::f64::consts::TAU / f64::from(steps);
     let (mut q, mut carry) = (0.0_f64, 0.0_f64);
-    for step in 0..steps {
-        let angle = f64::from(step) * h;
-        let k1 = slope(angle, q);
-        let k2 = slope(angle + 0.5 * h, q + 0.5 * h * k1);
-        let k3 = slope(angle + 0.5 * h, q + 0.5 * h * k2);
-        let k4 = slope(angle + h, q + h * k3);
-        let add = h / 6.0 * (k1 + 2.0 * (k2 + k3) + k4) + carry;
+    for i in 0..steps {
+        let [change] = change(&slope, f64::from(i) * h, [q], h);
+        let add = change + carry;
         let sum = q + add;
         carry = add - (sum - q);
         q = sum;
@@ -87,14 +84,14 @@ fn lienard_flow(divergence: &impl Fn(f64) -> f64, belt_speed: f64, turn: f64) ->
     let mut state = [belt_speed, 0.0];
     let mut time = 0.0;
     let landing = loop {
-        let next = runge_kutta(&below, state, h);
+        let next = step(&below, state, h);
         let turns = state[1] > 0.0 && next[1] <= 0.0;
-        let top = if turns { bisect(h, |t| runge_kutta(&below, state, t)[1] > 0.0) } else { h };
-        let highest = runge_kutta(&below, state, top)[0];
+        let top = if turns { bisect(h, |t| step(&below, state, t)[1] > 0.0) } else { h };
+        let highest = step(&below, state, top)[0];
         if highest >= belt_speed && state[1] > 0.0 {
-            let tau = bisect(top, |t| runge_kutta(&below, state, t)[0] < belt_speed);
+            let tau = bisect(top, |t| step(&below, state, t)[0] < belt_speed);
             time += tau;
-            break runge_kutta(&below, state, tau)[1];
+            break step(&below, state, tau)[1];
         }
         if turns {
             return (Outcome::Short, [highest / belt_speed - 1.0, time + top]);
@@ -110,27 +107,18 @@ fn lienard_flow(divergence: &impl Fn(f64) -> f64, belt_speed: f64, turn: f64) ->
     }
     let mut state = [belt_speed, landing - 2.0];
     loop {
-        let next = runge_kutta(&above, state, h);
+        let next = step(&above, state, h);
         if next[0] < belt_speed {
-            let top = bisect(h, |t| runge_kutta(&above, state, t)[1] > 0.0);
-            let rest = runge_kutta(&above, state, top);
-            let tau = bisect(h - top, |t| runge_kutta(&above, rest, t)[0] > belt_speed);
-            let w = runge_kutta(&above, rest, tau)[1];
+            let top = bisect(h, |t| step(&above, state, t)[1] > 0.0);
+            let rest = step(&above, state, top);
+            let tau = bisect(h - top, |t| step(&above, rest, t)[0] > belt_speed);
+            let w = step(&above, rest, tau)[1];
             let kind = if w > -2.0 { Outcome::SticksFromAbove } else { Outcome::Crosses };
             return (kind, [w, time + top + tau]);
         }
         state = next;
         time += h;
     }
-}
-
-fn runge_kutta(field: &impl Fn([f64; 2]) -> [f64; 2], z: [f64; 2], h: f64) -> [f64; 2] {
-    let along = |k: [f64; 2], t: f64| field([z[0] + t * k[0], z[1] + t * k[1]]);
-    let k1 = field(z);
-    let k2 = along(k1, 0.5 * h);
-    let k3 = along(k2, 0.5 * h);
-    let k4 = along(k3, h);
-    [0, 1].map(|i| z[i] + h / 6.0 * (k1[i] + 2.0 * (k2[i] + k3[i]) + k4[i]))
 }
 
 /// The largest t in [0, end] up to which `holds`, if it holds up to some t and no farther.

@@ -119,21 +119,3 @@ fn the_work_of_reference_flows_is_known() {
     let counted = cases.map(|(_, point, _)| [1e-9, 1e-12].map(|tol| flow(&oscillator(point), tol).rhs));
     assert_eq!(counted, cases.map(|(_, _, expected)| expected));
 }
-
-/// The cost of a flow over random points:
-/// `cargo test --release --test mathematics direct:: -- --ignored --nocapture`.
-#[test]
-#[ignore = "a measurement, not a test"]
-fn cost_per_flow() {
-    let mut random = Random(41);
-    let oscillators: Vec<_> = (0..5000).map(|_| oscillator(anywhere(&mut random))).collect();
-    for tolerance in [1e-6, 1e-9, 1e-12, 1e-13] {
-        let start = std::time::Instant::now();
-        let mut work: Vec<u64> = oscillators.iter().map(|o| flow(o, tolerance).rhs).collect();
-        let each = start.elapsed().as_secs_f64() * 1e6 / work.len() as f64;
-        let mean = work.iter().sum::<u64>() as f64 / work.len() as f64;
-        work.sort_unstable();
-        let median = work[work.len() / 2];
-        println!("{tolerance:e}: {each:.1} us, right-hand sides: median {median}, mean {mean:.0}");
-    }
-}

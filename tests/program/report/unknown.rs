@@ -37,7 +37,11 @@ fn cells_without_an_answer_are_drawn_named_and_counted() {
         assert!(page.contains(&words), "no {words} in\n{page}");
     }
     let figure = |name: &str| scratch.read(&format!("report/figures/{name}.svg"));
-    assert!(figure("deciders").contains(">failed<"), "a legend");
+    let deciders = figure("deciders");
+    assert!(deciders.contains(">failed<"), "a legend");
+    // The plain blue of cycles is no colour of a test.
+    let plain = "fill=\"#0072b2\"";
+    assert!(figure("slice-belt_speed-damping").contains(plain) && !deciders.contains(plain));
     let plot = [
         "plot",
         "pad.h5",
@@ -54,17 +58,6 @@ fn cells_without_an_answer_are_drawn_named_and_counted() {
     assert!(
         scratch.read("regime.svg").contains(&format!("Failed, in black: {regimes} of the 132 cells drawn"))
     );
-}
-
-/// The plain blue of cycles is no colour of a test.
-#[test]
-fn a_colour_of_the_deciders_means_one_thing() {
-    let scratch = early();
-    scratch.run(&["run", "pad.toml", "--quiet"]);
-    scratch.run(&["report", "pad.h5", "--out", "report", "--quiet"]).ends_with(0);
-    let figure = |name: &str| scratch.read(&format!("report/figures/{name}.svg"));
-    let plain = "fill=\"#0072b2\"";
-    assert!(figure("slice-belt_speed-damping").contains(plain) && !figure("deciders").contains(plain));
 }
 
 #[test]

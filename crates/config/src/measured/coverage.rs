@@ -5,6 +5,7 @@
 //! with readings at rest or standard errors. The answers are those of the best fit, or of the curve through the rows.
 
 use super::{Level, Measured, OfMachine};
+use rayon::prelude::*;
 use slipmap_map::assessment::{Assessment, assess, assess_fitted};
 use slipmap_map::behaviour::Limit;
 use slipmap_map::machine::{Friction, Given, Machine, Motion};
@@ -94,11 +95,13 @@ impl Case {
             Some([level, _]) => Expression::with_static(&fit.form.formula(), level),
         };
         let formula = formula.unwrap();
-        let factor = fit.covariance.clone().cholesky().unwrap().l();
+        let rows: Vec<Vec<f64>> =
+            fit.covariance.row_iter().map(|row| row.iter().copied().collect()).collect();
+        let factor = crate::fitted::factor(&rows).unwrap();
         let names = formula.parameters().iter().map(|parameter| parameter.name);
         let uncertain = names.map(|name| {
             let row = fit.form.names().iter().position(|known| *known == name).unwrap();
-            let row = std::array::from_fn(|k| if k < factor.ncols() { factor[(row, k)] } else { 0.0 });
+            let row = std::array::from_fn(|k| factor[row].get(k).copied().unwrap_or(0.0));
             (name, Spread::Joint { row })
         });
         let uncertain = uncertain.collect();
@@ -201,20 +204,25 @@ fn coverage() {
     let number = |name: &str| std::env::var(name).ok().and_then(|text| text.parse().ok()).unwrap_or(0_u64);
     let (cases, pages) = (number("SLIPMAP_CASES"), number("SLIPMAP_PAGES"));
     for (what, name) in [(As::Fit, "fits"), (As::Table, "tables")] {
-        let mut counts: [Count; 3] = Default::default();
-        for number in 0..cases.max(pages) {
+        let of_case = |number| {
             let case = Case::new(number, 4000.0);
-            let mut distances = Vec::new();
+            let mut answers = Vec::new();
             if number < cases {
                 let (expected, stated) = case.critical(what);
-                distances.push(counts[0].count(expected, stated));
+                answers.push((0, expected, stated));
             }
             if number < pages {
-                for (count, (expected, stated)) in counts[1..].iter_mut().zip(case.of_page(what)) {
-                    distances.extend(expected.map(|expected| count.count(expected, stated)));
-                }
+                let of_page = (1..).zip(case.of_page(what));
+                answers.extend(of_page.filter_map(|(k, (expected, stated))| Some((k, expected?, stated))));
             }
-            println!("{name} {number}: {}: {distances:.2?}", case.words);
+            (number, case.words, answers)
+        };
+        let mut counts: [Count; 3] = Default::default();
+        let all: Vec<_> = (0..cases.max(pages)).into_par_iter().map(of_case).collect();
+        for (number, words, answers) in all {
+            let count = |(k, expected, stated): (usize, f64, _)| counts[k].count(expected, stated);
+            let distances: Vec<f64> = answers.into_iter().map(count).collect();
+            println!("{name} {number}: {words}: {distances:.2?}");
         }
         for (of, Count { within, outside, withheld }) in
             ["critical damping", "critical belt speed", "kick"].into_iter().zip(counts)

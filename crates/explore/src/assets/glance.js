@@ -39,7 +39,7 @@ export class Glance {
     setTimeout(async () => {
       if (turn !== this.turn) return;
       try {
-        const found = await post("/api/glance", place({ ...state, at }));
+        const found = await post("/api/glance", place({ ...state, at }), "glance");
         if (turn !== this.turn) return;
         const rows = found.methods.map(([name, verdict]) =>
           element("tr", {}, element("td", {}, name.replaceAll("_", " ")), element("td", {}, element("span", { class: `say ${verdict}` }, verdict))));

@@ -70,7 +70,7 @@ export class Leave {
 
   async tell() {
     try {
-      const { command, commands, toml, python, table } = await post("/api/texts", this.body());
+      const { command, commands, toml, python, table } = await post("/api/texts", this.body(), "texts");
       const block = (title, text) => element("section", {},
         element("div", { class: "title" }, element("h3", {}, title), this.copier(() => text, `Copy: ${title}`)),
         element("pre", { tabindex: "0", "aria-label": title }, text));

@@ -101,7 +101,7 @@ async function thumbnail(canvas, wanted, axes) {
   // Formulas take longer.
   const fine = wanted.law.name === "expression" || state.show.includes("stick_band") ? 1 : 2;
   const points = { x: { ...state.x, points: 36 * fine }, y: { ...state.y, points: 22 * fine } };
-  const found = await picture({ ...place(state), ...points, show: state.show }, crypto.randomUUID());
+  const found = await picture({ ...place(state), ...points, show: state.show });
   Object.assign(canvas, { width: 288, height: 180 });
   paint(canvas, { ...found, show: state.show }, this.catalogue);
 }

@@ -222,7 +222,7 @@ export class Plane {
     try {
       const sides = { x: { ...x, points: width }, y: { ...y, points: height } };
       if (side) [sides[side].from, sides[side].to] = part.map((unit) => this.scales[side].value(unit));
-      const picture = await ask({ ...place(this.state), ...sides, show, stored });
+      const picture = await ask({ ...place(this.state), ...sides, show, stored }, "plane");
       this.app.complain(null);
       this.cost.set(kind, picture.seconds / work);
       return Object.assign(picture, { x: { ...x }, y: { ...y }, show, key });
@@ -254,7 +254,7 @@ export class Plane {
     // Folds take longer, and come last.
     for (const folds of [false, true]) {
       try {
-        const found = await post("/api/curves", { ...body, folds });
+        const found = await post("/api/curves", { ...body, folds }, "curves");
         if (turn !== this.changes) return;
         all = [...all, ...found.curves];
       } catch (problem) {

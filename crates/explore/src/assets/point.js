@@ -137,7 +137,7 @@ export class Point {
     const turn = this.turn;
     const box = this.figures.get(figure);
     try {
-      const drawn = await post("/api/figure", { ...place(this.state), figure, start: figure === "orbit" ? this.start : null });
+      const drawn = await post("/api/figure", { ...place(this.state), figure, start: figure === "orbit" ? this.start : null }, figure);
       if (turn !== this.turn) return;
       this.show(box, drawing(drawn.svg));
       if (drawn.panel) this.panel = drawn.panel;
@@ -162,7 +162,7 @@ export class Point {
   async tell() {
     const turn = this.turn;
     try {
-      const probe = await post("/api/point", place(this.state));
+      const probe = await post("/api/point", place(this.state), "point");
       if (turn !== this.turn) return;
       this.probe = probe;
       this.show(this.regime, element("b", {}, probe.regime.replaceAll("_", " ")));

@@ -1,26 +1,27 @@
-// Requests to the program behind the page. Each contains its tab and its number, so that the program can drop
-// superseded requests.
+// Requests to the program behind the page. A request about a topic ends the one before it, whose connection is closed: the program
+// then stops computing.
 
-const tab = crypto.randomUUID();
-let number = 0;
+const running = new Map();
 let lost = false;
 
 // An answer that is a refusal: the problem, the remedy, and the place in a formula.
 export class Problem extends Error {
-  constructor({ problem, remedy, place }, status) {
+  constructor({ problem, remedy, place, overtaken = false }, status) {
     super(remedy ? `${problem}\n${remedy}` : problem);
-    Object.assign(this, { problem, remedy, place, overtaken: status === 204, late: status === 503 });
+    Object.assign(this, { problem, remedy, place, overtaken, late: status === 503 });
   }
 }
 
 // The program does not answer any more; it may come back.
 export class Gone extends Error {}
 
-async function send(path, options) {
-  let response;
+async function send(path, read, options = {}) {
+  let response, answer;
   try {
     response = await fetch(path, options);
+    answer = await (response.ok ? read(response) : response.json());
   } catch {
+    if (options.signal?.aborted) throw new Problem({ problem: "a newer request took the place of this one", overtaken: true });
     if (!lost) {
       lost = true;
       dispatchEvent(new Event("server-gone"));
@@ -28,10 +29,8 @@ async function send(path, options) {
     }
     throw new Gone("the program does not answer");
   }
-  if (response.status === 204) throw new Problem({ problem: "a newer request took the place of this one" }, 204);
-  if (response.ok) return response;
-  const refusal = await response.json().catch(() => ({ problem: `the program answered ${response.status}`, remedy: "" }));
-  throw new Problem(refusal, response.status);
+  if (!response.ok) throw new Problem(answer, response.status);
+  return answer;
 }
 
 // Polls until the program answers again.
@@ -45,18 +44,22 @@ async function look() {
   }
 }
 
-function ask(path, body, name = tab) {
-  number += 1;
-  const text = JSON.stringify({ ...body, turn: { tab: name, number } });
-  return send(path, { method: "POST", headers: { "content-type": "application/json" }, body: text });
+function ask(path, read, body, topic) {
+  const stop = new AbortController();
+  if (topic) {
+    running.get(topic)?.abort();
+    running.set(topic, stop);
+  }
+  return send(path, read, { method: "POST", headers: { "content-type": "application/json" }, body: JSON.stringify(body), signal: stop.signal });
 }
 
-export const get = (path) => send(path).then((response) => response.json());
-export const post = (path, body) => ask(path, body).then((response) => response.json());
+const json = (response) => response.json();
+export const get = (path) => send(path, json);
+export const post = (path, body, topic) => ask(path, json, body, topic);
 
 // A picture: its description with the cells, codes or numbers, line by line from the lowest.
-export async function picture(body, name) {
-  const bytes = await (await ask("/api/plane", body, name)).arrayBuffer();
+export async function picture(body, topic) {
+  const bytes = await ask("/api/plane", (response) => response.arrayBuffer(), body, topic);
   const all = new Uint8Array(bytes);
   const end = all.indexOf(10);
   const head = JSON.parse(new TextDecoder().decode(all.subarray(0, end)));

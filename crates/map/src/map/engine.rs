@@ -278,8 +278,11 @@ fn compute_tile(plan: &Plan, draws: &Draws, tile: &Tile) -> (TileData, Account) 
     if let Some(Simulated { paths, rhs, without_critical, critical, .. }) = &simulated {
         account.paths = *paths;
         account.rhs += rhs;
-        account.unknown.critical = *without_critical;
-        if plan.stores(Field::CriticalC) {
+        // A column may lie in several tiles.
+        if tile.damping_range().start == 0 {
+            account.unknown.critical = *without_critical;
+        }
+        if plan.stores(Field::CriticalC) && tile.damping_range().start == 0 {
             let withheld = critical.iter().flatten().filter(|found| found.known().is_err());
             account.unknown.inaccurate = withheld.count() as u64;
         }

@@ -72,6 +72,9 @@ pub enum Unknown {
     /// The budget `WORK` was spent before the limit was found.
     #[error("its search was given up, since it takes too much work")]
     GivenUp,
+    /// Of a point, only closed-form tests have one: the others would take most of the time.
+    #[error("at a point it is sought for closed-form tests alone; a map and a table of points can have it")]
+    NotSought,
 }
 
 /// The range of eps, from 0 up, in which a method's verdict equals that of the simulated flow.
