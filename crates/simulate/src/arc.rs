@@ -329,8 +329,8 @@ impl<'a> Walk<'a> {
         }
         let change = most.min(LARGEST_RATIO * slip.max(self.onset) - slip);
         // To second order, since the rate vanishes where an orbit without a drop leaves the line.
-        let acceleration = (from.v - from.divergence * from.w).abs();
-        2.0 * change / (rate + (rate * rate + 2.0 * acceleration * change).sqrt())
+        let by_acceleration = (2.0 * from.slope().abs()).sqrt() * change.sqrt();
+        2.0 * change / (rate + rate.hypot(by_acceleration))
     }
 
     /// Takes one step, and returns the state at its beginning. The direction of (v, w) turns at the rate 1 +
