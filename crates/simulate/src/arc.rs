@@ -299,8 +299,8 @@ impl<'a> Walk<'a> {
         let local = [error[0] + of_v, error[1] + of_w];
         let across = match self.oscillator.curve.corners().is_empty() {
             true => from.across(local).max(to.across(local)),
-            // The estimates miss what a corner next to an end of the step adds.
-            false => local[0].hypot(local[1]) * from.pace().max(to.pace()),
+            // Next to a corner the estimates are too small, among 240 random laws by up to a half.
+            false => 2.0 * local[0].hypot(local[1]) * from.pace().max(to.pace()),
         };
         to.spread = from.spread * (growth - from.growth).exp() + across;
         (to, error[0].hypot(error[1]))

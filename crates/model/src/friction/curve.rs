@@ -513,7 +513,7 @@ impl Curve {
         }
     }
 
-    /// Whether friction changes within the rounding errors of slip speeds by more than [`HIDDEN`] of the friction at rest,
+    /// Whether friction changes within the rounding errors of slip speeds by more than a thousandth of the friction at rest,
     /// or of its change up to the belt speed: no orbit in double precision shows it.
     pub fn is_hidden_by_rounding(&self, belt_speed: f64) -> bool {
         let change = |u: f64| (self.phi(0.0) - self.phi(u)).abs();
