@@ -184,7 +184,7 @@ pub mod map {
     //! let nodes = [vec![0.1], vec![0.4], vec![0.2], vec![2.0], vec![1.0], vec![0.0, 0.3, 0.9]];
     //! let plan = Plan::builder(Grid::new(Law::Stribeck, nodes.to_vec())?).build()?;
     //! let summary = map::run(&plan, &Nowhere, &Control::default())?;
-    //! let simulation = summary.methods.last().expect("it is among the usual methods");
+    //! let simulation = summary.account.methods.last().expect("it is among the usual methods");
     //! assert_eq!(simulation.cells_with(Verdict::Present), 2);
     //! # Ok::<(), Box<dyn std::error::Error>>(())
     //! ```

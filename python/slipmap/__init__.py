@@ -18,8 +18,9 @@ from ._codes import METHODS, Method, Regime, Verdict
 from ._core import __version__
 from ._elementwise import critical_c, regime, verdicts
 from ._files import MapError, open_map
+from ._fit import Fit
 from ._law import Law
-from ._machine import Machine, Units
+from ._machine import Machine, Page, Units
 from ._maps import map, run
 from ._orbits import curves, orbit, phase_portrait
 from ._point import Point, probe
@@ -28,11 +29,13 @@ from ._sensitivity import influence, sensitivity, standard_error
 
 __all__ = [
     "METHODS",
+    "Fit",
     "Law",
     "Machine",
     "MapAccessor",
     "MapError",
     "Method",
+    "Page",
     "Point",
     "Probe",
     "Regime",

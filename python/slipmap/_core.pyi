@@ -22,7 +22,9 @@ __all__ = [
     "config_cells",
     "critical_c",
     "curves",
+    "fit",
     "influence",
+    "measured",
     "orbit",
     "probe",
     "regime",
@@ -100,6 +102,7 @@ class Machine:
     def point(self) -> tuple[Law, list[float], list[float]]: ...
     def probe(self, tolerance: float) -> str: ...
     def risk(self, draws: int | None, rare: list[float]) -> str: ...
+    def page(self, title: str, draws: int | None, rare: list[float]) -> tuple[str, str]: ...
     def critical_damping(
         self,
         names: list[str],
@@ -133,16 +136,19 @@ def curves(
     law: Law, nodes: list[list[float]], x: int, y: int, threads: int | None
 ) -> list[tuple[str, _Reals, _Reals, _Reals]]: ...
 
+def measured(
+    name: str, rows: bytes, static_level: float | None, at_peak: bool, forces: bool | None
+) -> tuple[Law, bool]: ...
+def fit(name: str, rows: bytes, law: str | None, forces: bool | None) -> tuple[Law, str, str]: ...
+
 _Attributes = dict[str, Any]
-_Curve = tuple[str, int, list[float], list[float], list[float]]
-_Plane = tuple[int, int, list[int], list[_Curve]]
 
 @final
 class Map:
     @property
     def axes(self) -> list[tuple[str, _Attributes, _Reals]]: ...
     @property
-    def fixed(self) -> list[tuple[str, _Attributes, float]]: ...
+    def pieces(self) -> list[tuple[str, _Attributes, NDArray[Any]]]: ...
     @property
     def variables(self) -> list[tuple[str, _Attributes, NDArray[Any]]]: ...
     @property
@@ -150,7 +156,7 @@ class Map:
     @property
     def tile_shape(self) -> list[int]: ...
     @property
-    def curves(self) -> list[_Plane] | None: ...
+    def curves(self) -> list[tuple[str, str, _Attributes, NDArray[Any]]] | None: ...
 
 def compute_map(
     law: Law,

@@ -49,9 +49,9 @@ def open_map(
 
     Examples
     --------
-    >>> import os, slipmap, tempfile
-    >>> path = os.path.join(tempfile.mkdtemp(), "notes.txt")
-    >>> _ = open(path, "w").write("no map")
+    >>> import pathlib, slipmap, tempfile
+    >>> path = pathlib.Path(tempfile.mkdtemp(), "notes.txt")
+    >>> _ = path.write_text("no map")
     >>> slipmap.open_map(path)
     Traceback (most recent call last):
         ...

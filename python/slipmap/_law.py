@@ -3,22 +3,29 @@
 from __future__ import annotations
 
 import html
-from collections.abc import Callable, Mapping
+import json
+import os
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, overload
 
 import numpy as np
+import pandas as pd
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
 from ._broadcast import Numbers, flat
+from ._decode import decode
+from ._fit import Fit
+from ._results import Fitted
 
 
 class Law:
     r"""A friction law: the friction force phi(u) at slip speed u >= 0, in units of the static force.
 
     Made by one of the class methods :meth:`stribeck`, :meth:`exponential`, :meth:`lorentzian`, :meth:`coulomb`,
-    :meth:`expression`, :meth:`table` and :meth:`from_function`. A law may hold values of its parameters; the
+    :meth:`expression`, :meth:`table`, :meth:`from_csv`, :meth:`from_dataframe` and :meth:`from_function`, or the law of
+    a :meth:`fit`. A law may hold values of its parameters; the
     others are given at each call.
 
     Notes
@@ -38,11 +45,20 @@ class Law:
     0.803265
     """
 
-    __slots__ = ("_law", "_values")
+    __slots__ = ("_forces", "_joint", "_law", "_values")
 
-    def __init__(self, law: _core.Law, values: Mapping[str, Numbers | None]):
-        """Not to be called by users: the class methods make laws."""
-        self._law = law
+    def __init__(
+        self,
+        law: _core.Law,
+        values: Mapping[str, Numbers | None],
+        joint: Mapping[str, Sequence[float]] = {},
+        forces: bool = False,
+    ):
+        """Not to be called by users: the class methods make laws.
+
+        `joint` has rows of the Cholesky factor of the covariance of some values; `forces` is true of measured forces.
+        """
+        self._law, self._joint, self._forces = law, dict(joint), forces
         known = [name for name, *_ in law.parameters]
         for name in values:
             if name not in known:
@@ -230,6 +246,117 @@ class Law:
         level = None if static is None else float(static)
         return cls(_core.Law.table(speeds, levels, errors, level, at_peak, origin), {})
 
+    @classmethod
+    def from_csv(
+        cls, path: str | os.PathLike[str], *, static: float | None = None, rest: str | None = None, quantity: str | None = None
+    ) -> Law:
+        """A measured law from a file as rigs and spreadsheets write it, for a :class:`slipmap.Machine`: in SI units.
+
+        Parameters
+        ----------
+        path : str or path
+            The file: slip speed and friction, perhaps its standard error or the time, in any order, encoding and units,
+            which the header names. Readings of one speed, many that scatter and records over time are averaged.
+        static, rest
+            As in :meth:`table`.
+        quantity : {"coefficient", "force"}, optional
+            What the friction is where the header has no unit.
+
+        Raises
+        ------
+        ValueError
+            If the data have two meanings or none; the message names the line and the remedy.
+
+        Examples
+        --------
+        >>> import pathlib, slipmap, tempfile
+        >>> path = pathlib.Path(tempfile.mkdtemp(), "pad.csv")
+        >>> _ = path.write_text("speed [mm/s];mu\\n0;0,40\\n50;0,31\\n100;0,28\\n200;0,26\\n")
+        >>> round(float(slipmap.Law.from_csv(path).phi(0.1)), 12)
+        0.7
+        """
+        return cls._measured(*_file(path), static, rest, quantity)
+
+    @classmethod
+    def from_dataframe(
+        cls, data: pd.DataFrame, *, static: float | None = None, rest: str | None = None, quantity: str | None = None
+    ) -> Law:
+        """A measured law from the columns of a DataFrame, which :meth:`from_csv` would read from a file.
+
+        Examples
+        --------
+        >>> import pandas as pd, slipmap
+        >>> data = pd.DataFrame({"speed": [0.0, 0.05, 0.1, 0.2], "mu": [0.40, 0.31, 0.28, 0.26]})
+        >>> round(float(slipmap.Law.from_dataframe(data).phi(0.1)), 12)
+        0.7
+        """
+        return cls._measured(*_columns(data), static, rest, quantity)
+
+    @classmethod
+    def _measured(cls, name: str, rows: bytes, static: float | None, rest: str | None, quantity: str | None) -> Law:
+        level = None if static is None else float(static)
+        law, forces = _core.measured(name, rows, level, _is_at_peak(rest, static), _is_force(quantity))
+        return cls(law, {}, forces=forces)
+
+    @classmethod
+    def fit(
+        cls,
+        data: str | os.PathLike[str] | pd.DataFrame | ArrayLike,
+        friction: ArrayLike | None = None,
+        stderr: ArrayLike | None = None,
+        *,
+        law: str | None = None,
+        quantity: str | None = None,
+    ) -> Fit:
+        """Fits laws to measured friction, for a :class:`slipmap.Machine`, as ``slipmap fit`` does.
+
+        Parameters
+        ----------
+        data : str, path, DataFrame or array_like
+            A file or a DataFrame, read as by :meth:`from_csv`; or slip speeds.
+        friction, stderr : array_like
+            Friction at these slip speeds and, optionally, its standard error.
+        law : str, optional
+            Which law to take in place of the best one, by its name in the table of laws.
+        quantity : {"coefficient", "force"}, optional
+            What the friction is where the header has no unit.
+
+        Returns
+        -------
+        Fit
+            Its ``law`` carries the covariance of its parameters into the answers of machines.
+
+        Raises
+        ------
+        ValueError
+            If the data have two meanings or none, or no law follows from them.
+
+        Examples
+        --------
+        >>> import numpy as np, slipmap
+        >>> u = np.linspace(0.0, 0.4, 41)
+        >>> noise = 0.002 * np.random.default_rng(1).standard_normal(41)
+        >>> fit = slipmap.Law.fit(u, 0.25 + 0.15 * np.exp(-u / 0.05) + noise)
+        >>> fit.name
+        'exponential'
+        >>> bool(abs(fit.parameters.value["v_s"] - 0.05) < 2.0 * fit.parameters.standard_error["v_s"])
+        True
+        """
+        if friction is not None:
+            u, level = _vector("data", np.asarray(data)), _vector("friction", friction)
+            if len(u) != len(level):
+                raise ValueError(f"friction: {len(level)} values at {len(u)} slip speeds")
+            errors = {} if stderr is None else {"se": np.broadcast_to(np.asarray(stderr, dtype=float), u.shape)}
+            source = _columns(pd.DataFrame({"slip speed": u, "friction": level, **errors}))
+        else:
+            source = _columns(data) if isinstance(data, pd.DataFrame) else _file(data)
+        core, answer, toml = _core.fit(*source, law, _is_force(quantity))
+        found = decode(Fitted, json.loads(answer))
+        best = found.fit
+        rows = np.linalg.cholesky(np.array(best.covariance))
+        values, joint = dict(zip(best.names, best.values, strict=True)), dict(zip(best.names, rows.tolist(), strict=True))
+        return Fit(cls(core, values, joint, found.quantity == "force"), found, toml)
+
     def with_drop(self, drop: Numbers | None = None) -> Law:
         """The same law with friction in slip less by the parameter `drop`; friction at rest stays 1.
 
@@ -245,7 +372,7 @@ class Law:
         >>> round(float(law.phi(0.0)), 12)
         0.8
         """
-        return type(self)(self._law.with_drop(), {**self._values, "drop": drop})
+        return self._changed(self._law.with_drop(), {**self._values, "drop": drop})
 
     @classmethod
     def from_function(
@@ -319,6 +446,14 @@ class Law:
         """The law's own parameters, with the values that it holds; ``None`` for those given at each call."""
         return {name: self._values.get(name) for name, *_ in self._law.parameters}
 
+    @property
+    def covariance(self) -> pd.DataFrame | None:
+        """The covariance of the parameters of a fitted law; ``None`` for other laws."""
+        if not self._joint:
+            return None
+        rows, names = np.array(list(self._joint.values())), list(self._joint)
+        return pd.DataFrame(rows @ rows.T, names, names)
+
     def replace(self, **parameters: Numbers) -> Law:
         """The law with other values of some parameters.
 
@@ -328,7 +463,7 @@ class Law:
         >>> slipmap.Law.exponential(mu=0.5, vs=1.0).replace(eta=0.1)
         Law.exponential(mu=0.5, vs=1.0, eta=0.1)
         """
-        return Law(self._law, {**self._values, **parameters})
+        return self._changed(self._law, {**self._values, **parameters})
 
     def read_as_small(self) -> Law:
         """The same law, read as 1 + epsilon F(u) with F = (phi - 1) / epsilon at the given epsilon.
@@ -345,7 +480,12 @@ class Law:
         >>> slipmap.probe(point).methods["perturbation"].verdict
         'present'
         """
-        return Law(self._law.read_as_small(), self._values)
+        return self._changed(self._law.read_as_small(), self._values)
+
+    def _changed(self, law: _core.Law, values: Mapping[str, Numbers | None]) -> Law:
+        """The law with other values; what is not changed keeps its errors."""
+        joint = {name: row for name, row in self._joint.items() if values.get(name) is self._values[name]}
+        return Law(law, values, joint, self._forces)
 
     @overload
     def phi(self, u: float, *, epsilon: float = 1.0, **parameters: float) -> float: ...
@@ -438,7 +578,7 @@ class Law:
 
     def _key(self) -> tuple[Any, ...]:
         values = tuple((name, np.asarray(value).tobytes()) for name, value in self._values.items())
-        return (self.name, self._law.definition, values)
+        return (self.name, self._law.definition, values, tuple(map(tuple, self._joint.values())), self._forces)
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Law) and self._key() == other._key()
@@ -447,7 +587,7 @@ class Law:
         return hash(self._key())
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return (Law, (self._law, self._values))
+        return (Law, (self._law, self._values, self._joint, self._forces))
 
 
 def _is_at_peak(rest: str | None, static: float | None) -> bool:
@@ -456,6 +596,26 @@ def _is_at_peak(rest: str | None, static: float | None) -> bool:
     if rest is not None and static is not None:
         raise ValueError("friction at rest is given twice, by `rest` and by `static`")
     return rest is not None
+
+
+def _is_force(quantity: str | None) -> bool | None:
+    if quantity not in (None, "coefficient", "force"):
+        raise ValueError(f'quantity = {quantity!r}: it can be "coefficient" or "force"')
+    return None if quantity is None else quantity == "force"
+
+
+def _file(path: Any) -> tuple[str, bytes]:
+    """Name and bytes of a file."""
+    if not isinstance(path, (str, os.PathLike)):
+        raise TypeError("a file, a DataFrame, or slip speeds and friction are needed")
+    name = os.path.expanduser(os.fspath(path))
+    with open(name, "rb") as file:
+        return name, file.read()
+
+
+def _columns(data: pd.DataFrame) -> tuple[str, bytes]:
+    """The file that a DataFrame would be."""
+    return "the data", data.to_csv(index=False).encode()
 
 
 def _unknown(name: str, law: _core.Law) -> str:

@@ -7,17 +7,19 @@ import html
 import json
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Protocol, TypeAlias, runtime_checkable
 
 import numpy as np
 
 from . import _core
 from ._broadcast import Numbers, Output, elementwise
+from ._decode import decode
 from ._law import Law, _scalar
 from ._point import Point
 from ._probe import Probe
 from ._progress import Progress, told
+from ._results import Risk
 
 
 @runtime_checkable
@@ -49,6 +51,20 @@ class Units:
     """N s/m, of c = 1 at epsilon = 1"""
 
 
+@dataclass(frozen=True)
+class Page:
+    """The page of a machine; see :meth:`Machine.page`."""
+
+    html: str = field(repr=False)
+    """A document that needs no other file."""
+    answers: dict[str, Any] = field(repr=False)
+    """What ``slipmap machine --json`` prints."""
+
+    def _repr_html_(self) -> str:
+        # In a frame, so that its style is its own.
+        return f'<iframe srcdoc="{html.escape(self.html)}" style="width: 100%; height: 60em; border: 0"></iframe>'
+
+
 # Units of quantities: of a translation, of a rotation. Those of other names are not known.
 _UNITS = {
     "mass": ("kg", "kg*m**2"),
@@ -66,6 +82,9 @@ _UNITS = {
     "radius": ("m", "m"),
     "exponent": ("dimensionless", "dimensionless"),
 }
+
+# Numbers in a row of correlated errors.
+_MOST_JOINT = 6
 
 # The quantities of machines besides those of their friction.
 _OF_ALL = (
@@ -94,7 +113,8 @@ class Machine:
     friction : Law, optional
         mu as a function of the slip speed in m/s (rad/s): one of the laws ``Law.stribeck()`` (the default),
         ``Law.exponential()``, ``Law.lorentzian()`` and ``Law.coulomb()``, whose coefficients are then among the quantities;
-        a formula, ``Law.expression("0.3 + 0.1*exp(-u/0.05)")``; or measurements, ``Law.table(u, mu)``.
+        a formula, ``Law.expression("0.3 + 0.1*exp(-u/0.05)")``; measurements, ``Law.table(u, mu)`` or ``Law.from_csv(..)``;
+        or the law of a fit, ``Law.fit(..).law``, whose values are quantities with correlated errors.
     motion : {"translation", "rotation"}
         How it moves, which names its units.
     **quantities : float or quantity
@@ -159,8 +179,13 @@ class Machine:
     ) -> None:
         """Makes the machine of these numbers and spreads, with what is given in their place."""
         held = {name: value for name, value in law.parameters.items() if value is not None}
+        if law._forces and any(name in values or given.get(name) is not None for name in ("normal_force", "pressure")):
+            raise ValueError("the measured friction is a force already: leave the normal force out")
         if law.name in ("expression", "table"):
-            given = {**{name: value for name, value in held.items() if name not in values}, **given}
+            own = {name: value for name, value in held.items() if name not in values and name not in given}
+            given = {**own, **given}
+            joint = {name: row for name, row in law._joint.items() if name in own}
+            spreads.update({name: [*row, *[0.0] * (_MOST_JOINT - len(row))] for name, row in joint.items()})
         else:
             # The parameters of a built-in law follow from the coefficients.
             if any(item != ("eta", 0.0) for item in held.items()):
@@ -292,7 +317,7 @@ class Machine:
         results = elementwise(kernel, values or {"belt_speed": self["belt_speed"]}, outputs[: 1 + return_error])
         return results if return_error else results[0]
 
-    def risk(self, *, draws: int | None = None, rare: Sequence[float] = (0.1, 0.01, 0.001)) -> dict[str, Any]:
+    def risk(self, *, draws: int | None = None, rare: Sequence[float] = (0.1, 0.01, 0.001)) -> Risk:
         """The probability that the machine may stick-slip, given what is uncertain, and the dampings that make it rare.
 
         Parameters
@@ -304,20 +329,48 @@ class Machine:
 
         Returns
         -------
-        dict
-            ``probability`` (its ``value`` and 95 % ``limits``), ``rare_by`` (for each probability the ``damping``), the
-            ``standard_error`` of the critical damping that measured friction makes, and how many ``draws`` there were.
+        Risk
+            ``probability`` (its ``value`` and 95 % ``limits_95``), ``rare_by`` (for each probability the ``damping``), the
+            ``critical_damping_standard_error`` that measured friction makes, and how many ``draws`` there were.
 
         Examples
         --------
         >>> import slipmap
         >>> pad = slipmap.Machine(mass=2.0, stiffness=800.0, damping={"value": 10.0, "sd": 1.0}, normal_force=50.0,
         ...                       static_friction=0.4, kinetic_friction=0.3, stribeck_velocity=0.25, belt_speed=0.1)
-        >>> 0.0 < pad.risk(draws=1000)["probability"]["value"] < 1.0
+        >>> 0.0 < pad.risk(draws=1000).probability.value < 1.0
         True
         """
-        found: dict[str, Any] = json.loads(self._core.risk(draws, list(rare)))
-        return found
+        return decode(Risk, json.loads(self._core.risk(draws, list(rare))))
+
+    def page(
+        self, *, title: str = "Machine", draws: int | None = None, rare: Sequence[float] = (0.1, 0.01, 0.001)
+    ) -> Page:
+        """The engineer's page of the machine: limits of speed and damping, motion, kick, sensitivities, proofs and risk.
+
+        Parameters
+        ----------
+        title : str
+            Its title.
+        draws, rare
+            As in :meth:`risk`.
+
+        Returns
+        -------
+        Page
+            Shown as HTML in a notebook; ``answers`` has its numbers.
+
+        Examples
+        --------
+        >>> import slipmap
+        >>> pad = slipmap.Machine(mass=2.0, stiffness=800.0, damping=4.0, normal_force=50.0, static_friction=0.4,
+        ...                       kinetic_friction=0.3, stribeck_velocity=0.25, belt_speed=0.1)
+        >>> page = pad.page(title="A pad")
+        >>> round(page.answers["may_stick_slip_below_belt_speed"], 3), page.answers["kick_status"]
+        (0.422, 'not_needed')
+        """
+        document, answers = self._core.page(title, draws, list(rare))
+        return Page(document, json.loads(answers))
 
     def replace(self, **changes: Any) -> Machine:
         """The machine with other quantities, friction or motion; an uncertain one keeps its ``sd`` around its new value."""

@@ -197,10 +197,8 @@ def _dataset(found: _core.Map) -> xr.Dataset:
     coords: dict[str, Any] = {}
     for name, attributes, values in found.axes:
         coords[name] = (name, values, _closed(dict(attributes), values, None))
-    for name, attributes, value in found.fixed:
-        coords[name] = ((), value, _closed(dict(attributes), np.array([value]), None))
     names = [name for name, *_ in found.axes]
-    variables = {}
+    variables: dict[str, Any] = {}
     for name, attributes, values in found.variables:
         own = dict(attributes)
         # As a reader of the file has it: the coordinates themselves say so.
@@ -208,9 +206,13 @@ def _dataset(found: _core.Map) -> xr.Dataset:
         if "flag_values" in own:
             own["flag_counts"] = np.array([int((values == code).sum()) for code in own["flag_values"]], dtype=np.int64)
         variables[name] = (names[: values.ndim], values, _closed(own, values, tile))
+    for name, attributes, values in found.pieces:
+        piece = (names[: values.ndim], values, _closed(dict(attributes), np.atleast_1d(values), None))
+        # Single numbers are coordinates, by the CF conventions.
+        (variables if values.ndim else coords)[name] = piece
     data = xr.Dataset(variables, coords, attrs=dict(found.attributes))
     if found.curves is not None:
-        data.encoding["curves"] = _curves(found)
+        data.encoding["curves"] = _curves(found.curves)
     return data
 
 
@@ -220,54 +222,9 @@ def _closed(attributes: dict[str, Any], values: np.ndarray, tile: Sequence[int] 
     return attributes
 
 
-def _curves(found: _core.Map) -> xr.Dataset:
+def _curves(columns: list[tuple[str, str, dict[str, Any], np.ndarray]]) -> xr.Dataset:
     """The curves as the two tables of the file's group: along ``plane`` and along ``point``."""
-    planes = found.curves or []
-    axes = [(name, attributes, values) for name, attributes, values in found.axes]
-    columns: dict[str, tuple[str, np.ndarray, dict[str, Any]]] = {}
-
-    def reals(dimension: str, name: str, long_name: str, values: Any, units: str = "1") -> None:
-        columns[name] = (dimension, np.array(values, dtype=float), {"long_name": long_name, "units": units})
-
-    def integers(dimension: str, name: str, long_name: str, values: Any) -> None:
-        columns[name] = (dimension, np.array(values, dtype=np.int32), {"long_name": long_name, "units": "1"})
-
-    def words(dimension: str, name: str, long_name: str, values: list[str]) -> None:
-        meanings = list(dict.fromkeys(values))
-        flags = np.arange(len(meanings), dtype=np.int8)
-        attributes = {
-            # A single number is a scalar, as readers of the file have it.
-            "flag_values": flags[0] if len(flags) == 1 else flags,
-            "flag_meanings": " ".join(meanings),
-            "long_name": long_name,
-            "units": "1",
-        }
-        columns[name] = (dimension, np.array([meanings.index(it) for it in values], dtype=np.int8), attributes)
-
-    words("plane", "plane_x", "first axis of the plane", [axes[x][0] for x, *_ in planes])
-    words("plane", "plane_y", "second axis of the plane", [axes[y][0] for _, y, *_ in planes])
-    for i, (name, own, values) in enumerate(axes):
-        held = [np.nan if i in (x, y) else values[nodes[i]] for x, y, nodes, _ in planes]
-        reals("plane", f"held_{name}", f"value at which {name} is held, NaN in the plane", held, own["units"])
-    lines = [(n, plane, line) for n, plane in enumerate(planes, 1) for line in plane[3]]
-    if any(len(line[2]) for *_, line in lines):
-        lengths = [len(line[2]) for *_, line in lines]
-        integers("point", "plane_number", "number of the plane", np.repeat([n for n, *_ in lines], lengths))
-        kinds = [kind for (*_, (kind, *_)), length in zip(lines, lengths, strict=True) for _ in range(length)]
-        words("point", "curve", "what happens on the curve", kinds)
-        long_name = "number of the connected curve in its plane and kind"
-        integers("point", "branch", long_name, np.repeat([line[1] for *_, line in lines], lengths))
-        for i, (name, own, values) in enumerate(axes):
-            parts = []
-            for _, (x, y, nodes, _), line in lines:
-                parts.append(line[2] if i == x else line[3] if i == y else np.full(len(line[2]), values[nodes[i]]))
-            reals("point", name, own["long_name"], np.concatenate(parts), own["units"])
-        long_name = (
-            "estimate of the distance from the curve, in sides of the plane, which is logarithmic along axes of "
-            "equal ratios"
-        )
-        reals("point", "error", long_name, np.concatenate([line[4] for *_, line in lines]))
-    data = xr.Dataset(columns)
+    data = xr.Dataset({name: (dimension, values, attributes) for dimension, name, attributes, values in columns})
     for dimension in data.sizes:
         numbers = np.arange(1.0, data.sizes[dimension] + 1)
         data = data.assign_coords({dimension: (dimension, numbers, {"long_name": f"number of the {dimension}", "units": "1"})})

@@ -102,7 +102,7 @@ def phase_portrait(point: Point, *, max_time: float = 40.0 * math.pi, tolerance:
     cycle = answer.basin_boundary.cycle if answer.basin_boundary else None
     if cycle is not None:
         # Where x2 is largest, x2' = 0: the spring balances friction and damping.
-        top = cycle.x2.high
+        top = cycle.x2.hi
         friction = float(point.law.phi(speed - top, epsilon=point["epsilon"]))
         starts["unstable_cycle"] = (friction - point["epsilon"] * point["c"] * top, top)
         lengths["unstable_cycle"] = cycle.period

@@ -5,249 +5,15 @@ from __future__ import annotations
 import html
 import json
 import math
-import types
-import typing
-from dataclasses import dataclass, is_dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
-
-@dataclass(frozen=True)
-class Range:
-    """The range of a coordinate."""
-
-    low: float
-    high: float
+from . import _results
+from ._decode import decode
 
 
-@dataclass(frozen=True)
-class State:
-    """A state: position and velocity."""
-
-    x1: float
-    x2: float
-
-
-@dataclass(frozen=True)
-class Landing:
-    """Where and when an orbit from the exit point sticks."""
-
-    x1: float
-    """x1 at which the mass begins to stick."""
-    slip_time: float
-    stick_time: float
-    period: float
-    crossings: int | None
-    """Crossings of the belt line before the mass sticks; None where it lands within its error of the end of the stick
-    segment, after 0 or 1."""
-
-
-@dataclass(frozen=True)
-class MethodAnswer:
-    """What one method says of a point."""
-
-    verdict: str
-    """"present", "absent", "undecided" or "failed"."""
-    margin: float | None
-    """Signed distance in c to the edge of presence, or m / V of the simulation; None where it is no finite
-    number."""
-    critical_c: float | None
-    """The edge of presence in c; None where there is none at c >= 0, or none that is known to 1 %."""
-    guarantee: str
-    equation: str
-    reason: str | None
-    """Why the verdict is neither presence nor absence."""
-    epsilon_limit: float | None
-    """Up to which epsilon the verdict equals the simulated one; inf: as far as was looked; None: not
-    known."""
-    epsilon_limit_reason: str | None = None
-    """Why `epsilon_limit` is not known."""
-    critical_c_error: float | None = None
-    """Estimate of the absolute error of `critical_c`; None for methods whose edge is exact to rounding."""
-
-
-@dataclass(frozen=True)
-class Flow:
-    """The orbit from the exit point by one engine."""
-
-    fate: str
-    verdict: str
-    margin: float | None
-    """Scaled grazing margin m / V."""
-    margin_error: float | None
-    rhs: int
-    """Evaluations of the right-hand side."""
-    landing: Landing | None
-    reason: str | None
-
-
-@dataclass(frozen=True)
-class Flows:
-    """The orbit from the exit point by both engines."""
-
-    return_map: Flow
-    direct: Flow
-
-
-@dataclass(frozen=True)
-class CriticalDamping:
-    """The critical damping of a column."""
-
-    value: float | None
-    """c*; negative where no legal damping is small enough for a cycle; None where it is not known to 1 %."""
-    error: float | None
-    """Estimate of the absolute error, also of a c* that is not known to 1 %."""
-    rhs: int | None
-    reason: str | None
-
-
-@dataclass(frozen=True)
-class Estimate:
-    """A number and an estimate of its absolute error; `value` is None where that is more than 1 % of it."""
-
-    value: float | None
-    error: float
-
-
-@dataclass(frozen=True)
-class Sensitivity:
-    """Derivatives of the critical damping; `reason` says why if there are none."""
-
-    derivatives: dict[str, Estimate]
-    """By each parameter but the damping."""
-    standard_error: Estimate | None
-    """The standard error of the critical damping that the standard errors of a table make."""
-    reason: str | None
-
-
-@dataclass(frozen=True)
-class Equilibrium:
-    """The state of steady slip."""
-
-    x1: float
-    x2: float
-    divergence: float
-    type: str
-    eigenvalues: tuple[complex, ...]
-    growth_time: float | None = None
-    """Time in which small disturbances grow by the factor e, where it is unstable."""
-
-
-@dataclass(frozen=True)
-class SlidingSegment:
-    """Where the mass can stick: from_x1 < x1 < to_x1 on the line x2."""
-
-    from_x1: float
-    to_x1: float
-    x2: float
-
-
-@dataclass(frozen=True)
-class BistableBand:
-    """The dampings between which steady slip and stick-slip both attract."""
-
-    from_c: float
-    to_c: float
-    error: float
-
-
-@dataclass(frozen=True)
-class Cycle:
-    """A cycle."""
-
-    period: float
-    x1: Range
-    x2: Range
-    multiplier: float
-    """Floquet multiplier; 0 if it sticks."""
-    stable: bool = True
-    beyond_exit: float | None = None
-    """Of a cycle that crosses the belt line: x1 at which it crosses downward, less that of the exit point."""
-    separates: tuple[str, ...] | None = None
-    """Of a cycle that repels: what orbits just inside it and just outside it tend to."""
-
-
-@dataclass(frozen=True)
-class Kick:
-    """Sudden changes of velocity that carry steady slip onto the outermost unstable slip cycle."""
-
-    forward: float
-    backward: float
-
-
-@dataclass(frozen=True)
-class BasinBoundary:
-    """The edge of a basin, and the kicks of steady slip onto it."""
-
-    separates: tuple[str, ...]
-    """What orbits just inside it and just outside it tend to."""
-    cycle: Cycle | None
-    """The outermost unstable slip cycle; None where the edge is the grazing orbit, which a drop of friction makes one."""
-    kick: Kick
-
-
-@dataclass(frozen=True)
-class SlipCount:
-    """What is proved of the number of slip cycles."""
-
-    proved: int | None
-    at_least: int
-    at_most: int | None
-    open: tuple[Range, ...]
-    """Maxima of x2 between which nothing is proved."""
-
-
-@dataclass(frozen=True)
-class Cycles:
-    """All cycles of a point. None for those of a kind that could not be followed; `reason` says why."""
-
-    stick_slip: Cycle | None = None
-    slip: tuple[Cycle, ...] | None = ()
-    slip_count: SlipCount | None = None
-    crossing: tuple[Cycle, ...] | None = ()
-    reason: str | None = None
-
-
-@dataclass(frozen=True)
-class MachineUnits:
-    """The units of the dimensionless oscillator, in SI."""
-
-    time: float
-    length: float
-    velocity: float
-    force: float
-
-
-@dataclass(frozen=True)
-class MachineAnswer:
-    """What a machine does, in SI units (of a rotation: rad for m, N m for N)."""
-
-    motion: str
-    belt_speed: float
-    damping: float
-    critical_belt_speed: float | None
-    """The belt speed above which the mass does not come back to the belt, m/s."""
-    critical_damping: float | None
-    """The damping coefficient above which the same holds, N s/m; None where none is known to 1 %."""
-    critical_damping_ratio: float | None
-    damping_ratio: float
-    natural_frequency: float
-    """Hz"""
-    regime: str
-    slip_time: float | None
-    stick_time: float | None
-    amplitude: float | None
-    """Half the distance between the extremes of x, m."""
-    needed_slip_speed: float | None
-    """Slip speed up to which measured friction should be known, m/s, where the orbit leaves the data."""
-    units: MachineUnits
-    critical_damping_error: float | None = None
-    """Estimate of the absolute error of the critical damping, N s/m, also of one that is not known to 1 %."""
-    growth_time: float | None = None
-    """Time in which small disturbances of unstable steady slip grow by the factor e, s."""
-
-
-@dataclass(frozen=True)
-class Probe:
+@dataclass(frozen=True, kw_only=True)
+class Probe(_results.Probe):
     """Every answer about one point: what ``slipmap probe --json`` prints, typed.
 
     Examples
@@ -260,32 +26,13 @@ class Probe:
     'exponential'
     """
 
-    law: str
-    point: dict[str, float]
-    tolerance: float
-    methods: dict[str, MethodAnswer]
-    flow: Flows
-    critical_c: CriticalDamping
-    regime: str
-    equilibrium: Equilibrium
-    sliding_segment: SlidingSegment
-    exit_point: State
-    landing: Landing | None
-    bistable_band: BistableBand | None
-    attracting_cycle: Cycle | None
-    basin_boundary: BasinBoundary | None
-    cycles: Cycles
-    machine: MachineAnswer | None = None
-    sensitivity: Sensitivity | None = None
-    regime_conjecture: str | None = None
-    """What the regime assumes without proof."""
-    _data: dict[str, Any] | None = None
+    _data: dict[str, Any] = field(repr=False)
 
     @classmethod
     def from_json(cls, text: str) -> Probe:
         """The answer that `text`, the output of ``slipmap probe --json``, tells."""
         data = json.loads(text)
-        return typing.cast(Probe, _build(cls, {**data, "_data": data}))
+        return decode(cls, {**data, "_data": data})
 
     def to_dict(self) -> dict[str, Any]:
         """The answer as ``slipmap probe --json`` prints it."""
@@ -356,7 +103,7 @@ def _digits(value: float, last: int) -> int:
     return 1 if value == 0.0 else math.floor(math.log10(abs(value))) - last + 1
 
 
-def _edge(answer: MethodAnswer) -> str | None:
+def _edge(answer: _results.MethodResult) -> str | None:
     if answer.critical_c is None or answer.critical_c_error is None:
         return None if answer.critical_c is None else _short(answer.critical_c)
     return _with_error(answer.critical_c, answer.critical_c_error)
@@ -366,26 +113,3 @@ def _short(value: Any) -> str:
     if value is None:
         return "–"
     return f"{value:.6g}" if isinstance(value, float) else str(value)
-
-
-def _build(kind: Any, data: Any) -> Any:
-    """The value of type `kind` that the JSON `data` tells."""
-    if data is None or kind is Any:
-        return data
-    origin, arguments = typing.get_origin(kind), typing.get_args(kind)
-    if origin in (typing.Union, types.UnionType):
-        return _build(next(it for it in arguments if it is not type(None)), data)
-    if origin is tuple:
-        return tuple(_build(arguments[0], entry) for entry in data)
-    if origin is dict:
-        return {name: _build(arguments[1], entry) for name, entry in data.items()}
-    if kind is complex:
-        return complex(data["re"], data["im"])
-    if kind is Range:
-        return Range(data["from"], data["to"])
-    if is_dataclass(kind):
-        hints = typing.get_type_hints(kind)
-        # Strict: what the program tells and a class lacks is an error.
-        return kind(**{name: _build(hints[name], entry) for name, entry in data.items()})  # type: ignore[operator]
-    # JSON has no infinity: limits beyond all epsilon examined are the text "inf".
-    return float(data) if kind is float else data

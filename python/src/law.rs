@@ -70,7 +70,7 @@ impl Law {
             let below = data.len() - law.data().count();
             law = law.with_standard_errors(&errors.as_array().to_vec()[below..]).map_err(told)?;
         }
-        Ok(Self { law: Family::Table(law) })
+        Ok(Self { law: Family::Table(law.with_error_of_curve()) })
     }
 
     /// Whether the law is a table with standard errors.
@@ -140,7 +140,14 @@ impl Law {
     #[staticmethod]
     fn from_definition(name: &str, definition: &str) -> PyResult<Self> {
         let law = Family::from_definition(name, definition);
-        Ok(Self { law: law.ok_or_else(|| PyValueError::new_err(format!("this defines no law `{name}`")))? })
+        let law = law.ok_or_else(|| PyValueError::new_err(format!("this defines no law `{name}`")))?;
+        // As the constructor makes it: a definition has the data alone.
+        let Family::Table(table) = law.as_written() else { return Ok(Self { law }) };
+        let mut table = Family::Table(table.with_error_of_curve());
+        if !law.parameters().is_empty() {
+            table = table.with_drop();
+        }
+        Ok(Self { law: if law.is_read_as_small() { table.read_as_small() } else { table } })
     }
 
     /// How to make the law again, for pickle.
@@ -204,7 +211,7 @@ impl Law {
     }
 }
 
-fn check_static_level(level: f64) -> PyResult<()> {
+pub(crate) fn check_static_level(level: f64) -> PyResult<()> {
     if level > 0.0 && level.is_finite() {
         return Ok(());
     }

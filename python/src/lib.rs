@@ -9,6 +9,7 @@ mod curves;
 mod law;
 mod machine;
 mod map;
+mod measured;
 mod orbit;
 mod point;
 mod sensitivity;
@@ -43,5 +44,7 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(map::compute_map, module)?)?;
     module.add_function(wrap_pyfunction!(map::config_cells, module)?)?;
     module.add_function(wrap_pyfunction!(map::run_config, module)?)?;
+    module.add_function(wrap_pyfunction!(measured::measured, module)?)?;
+    module.add_function(wrap_pyfunction!(measured::fit, module)?)?;
     Ok(())
 }

@@ -4,17 +4,19 @@ use std::collections::HashMap;
 use std::path::Path;
 
 use numpy::{PyArray1, PyReadonlyArray1};
-use pyo3::exceptions::{PyRuntimeError, PyTypeError, PyValueError};
+use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
+use slipmap::assessment::assess_fitted;
 use slipmap::behaviour::behaviour;
 use slipmap::config::{check_names, load_machine};
-use slipmap::friction::{Column, Law as Family};
+use slipmap::friction::{Column, Expression, Law as Family};
 use slipmap::machine::{self as engine, Coefficients, Model, Motion, NORMAL_FORCE};
 use slipmap::map::Method;
 use slipmap::probe::{Answer, MachineResult, Probe};
-use slipmap::risk::{Spread, Uncertain, is_uncertain, risk};
+use slipmap::risk::{NoRisk, Spread, Uncertain, is_uncertain, risk};
 use slipmap::simulate::critical::critical_dampings;
 use slipmap::witness;
+use slipmap_page::{MachinePage, Subject, to_json};
 
 use crate::columns::{columns_of, in_tasks};
 use crate::law::{Law, check_law};
@@ -81,9 +83,14 @@ impl Machine {
         })?;
         check_friction(&law.law)?;
         let value = |name: &str| quantities.get(name).copied();
-        let law = match value(Coefficients::EXPONENT) {
-            Some(_) => law.law.clone().with_exponent(),
-            None => law.law.clone(),
+        let law = match (value(Coefficients::EXPONENT), law.law.as_written()) {
+            (Some(_), _) => law.law.clone().with_exponent(),
+            // A fit is in units of its own value at rest; the formula of a machine is the coefficient itself.
+            (None, Family::Expression(formula)) if !formula.may_drop() && formula.static_level() != 1.0 => {
+                let formula = Expression::new(formula.text(), 1.0);
+                Family::Expression(formula.map_err(|error| PyValueError::new_err(error.problem))?)
+            }
+            (None, _) => law.law.clone(),
         };
         let names = engine::Machine::names(&law, |name| value(name).is_some());
         let missing = names.iter().find(|name| **name != NORMAL_FORCE && value(name).is_none());
@@ -199,8 +206,35 @@ impl Machine {
         }
         let found = run(py, None, None, |_| risk(&self.machine, &self.uncertain, draws, &rare))?;
         let found = found.map_err(|why| PyValueError::new_err(why.to_string()))?;
-        serde_json::to_string(&found)
-            .map_err(|error| PyRuntimeError::new_err(format!("cannot form the JSON: {error}")))
+        json(&found)
+    }
+
+    /// The page: as HTML, and what `slipmap machine --json` prints.
+    fn page(
+        &self,
+        py: Python<'_>,
+        title: &str,
+        draws: Option<usize>,
+        rare: Vec<f64>,
+    ) -> PyResult<(String, String)> {
+        self.model()?;
+        let source = concat!("slipmap ", env!("CARGO_PKG_VERSION"));
+        let made = run(py, None, None, |_| {
+            let all =
+                assess_fitted(&self.machine, &self.uncertain).ok_or("the friction leaves the numbers")?;
+            let uncertain = is_uncertain(&self.machine, &self.uncertain);
+            let found = uncertain.then(|| risk(&self.machine, &self.uncertain, draws, &rare));
+            let risk = match found.transpose() {
+                Ok(found) => found,
+                // The rest of the page does not depend on it.
+                Err(NoRisk::NoneFound) => None,
+                Err(why) => return Err(why.to_string()),
+            };
+            let subject = Subject { title, uncertain: &self.uncertain, risk: risk.as_ref(), source };
+            let html = MachinePage::html(&[MachinePage::new(&all, &subject)]);
+            Ok((html, to_json(&all, risk.as_ref()).to_string()))
+        })?;
+        made.map_err(PyValueError::new_err)
     }
 
     /// Critical damping coefficients and the estimates of their errors, as `critical_c` gives them, where the quantities
@@ -234,12 +268,12 @@ impl Machine {
             }
             Some(machine)
         };
-        for i in 0..len {
-            if let Some((name, value, wanted)) = machine_at(i).as_ref().and_then(engine::Machine::illegal) {
-                return Err(PyValueError::new_err(format!(
-                    "{name} (element {i}) = {value}: must be {wanted}"
-                )));
-            }
+        let illegal = in_tasks(py, len, threads, None, |mut task| {
+            let first = task.find_map(|i| Some((i, machine_at(i).as_ref()?.illegal()?)));
+            first.into_iter().collect()
+        })?;
+        if let Some((i, (name, value, wanted))) = illegal.first() {
+            return Err(PyValueError::new_err(format!("{name} (element {i}) = {value}: must be {wanted}")));
         }
         let found = in_tasks(py, len, threads, progress.as_ref(), |task| {
             let models: Vec<Option<Model>> = task.map(|i| machine_at(i)?.model()).collect();

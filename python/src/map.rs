@@ -11,9 +11,10 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use slipmap::config::Job;
 use slipmap::dataset::attributes::{self, Outcome};
-use slipmap::dataset::{Auxiliary, Provenance, Schema, Value, si_name};
+use slipmap::dataset::{Auxiliary, Provenance, Schema, Series, Stored, Value, auxiliary, curves, si_name};
 use slipmap::friction::Law as Family;
 use slipmap::map::{Account, ComputeError, Control, Engine, Field, Grid, Plan, PlaneCurves, Sink, TileData};
+use slipmap::risk::{Chances, Uncertain};
 
 use crate::columns::method;
 use crate::law::Law;
@@ -111,15 +112,16 @@ pub(crate) struct Map {
     cells: Vec<Cells>,
     attributes: Vec<(String, Value)>,
     curves: Vec<PlaneCurves>,
-    /// The quantities of a machine that do not vary.
-    fixed: Vec<Auxiliary>,
+    /// What is stored in one piece: the quantities of a machine that do not vary, the probability of stick-slip.
+    pieces: Vec<Auxiliary>,
 }
 
 fn attribute<'py>(py: Python<'py>, value: &Value) -> PyResult<Bound<'py, PyAny>> {
     Ok(match value {
         Value::Text(text) => text.into_pyobject(py)?.into_any(),
-        Value::Codes(codes) => PyArray1::from_slice(py, codes).into_any(),
         // A single number is a scalar, as readers of the file have it.
+        Value::Codes(codes) if codes.len() == 1 => PyArray1::from_slice(py, codes).get_item(0)?,
+        Value::Codes(codes) => PyArray1::from_slice(py, codes).into_any(),
         Value::Integers(numbers) if numbers.len() == 1 => PyArray1::from_slice(py, numbers).get_item(0)?,
         Value::Integers(numbers) => PyArray1::from_slice(py, numbers).into_any(),
         Value::Reals(numbers) if numbers.len() == 1 => PyArray1::from_slice(py, numbers).get_item(0)?,
@@ -140,9 +142,7 @@ fn attribute_dict<'py, 'a>(
     Ok(dict)
 }
 
-/// Axes of a plane, the nodes at which the others are held, and its curves: kind, branch, points and their
-/// errors.
-type PlaneOf = (usize, usize, Vec<usize>, Vec<(&'static str, usize, Vec<f64>, Vec<f64>, Vec<f64>)>);
+type Column<'py> = (&'static str, String, Bound<'py, PyDict>, Bound<'py, PyAny>);
 
 #[pymethods]
 impl Map {
@@ -161,14 +161,23 @@ impl Map {
         self.schema.grid.axes().iter().map(axis).collect()
     }
 
-    /// Name, attributes and value of every quantity of a machine that does not vary.
+    /// Name, attributes and values of what is stored in one piece: single numbers, or cells.
     #[getter]
-    fn fixed<'py>(&self, py: Python<'py>) -> PyResult<Vec<(&'static str, Bound<'py, PyDict>, f64)>> {
+    fn pieces<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> PyResult<Vec<(&'static str, Bound<'py, PyDict>, Bound<'py, PyAny>)>> {
+        let grid = &self.schema.grid;
         let one = |of: &Auxiliary| {
             let attributes = of.attributes.iter().map(|(name, value)| (*name, value));
-            Ok((of.name, attribute_dict(py, attributes)?, of.values[0]))
+            let shape: Vec<usize> = auxiliary::axes_of(of.name, grid)
+                .into_iter()
+                .map(|axis| grid.axes()[axis].values.len())
+                .collect();
+            let values = PyArray1::from_slice(py, &of.values).reshape(shape)?.into_any();
+            Ok((of.name, attribute_dict(py, attributes)?, values))
         };
-        self.fixed.iter().map(one).collect()
+        self.pieces.iter().map(one).collect()
     }
 
     /// Name, attributes and cells of every variable.
@@ -201,18 +210,21 @@ impl Map {
         self.schema.tile_shape.clone()
     }
 
-    /// The curves of codimension one in each plane; `None` where none were asked for.
+    /// Dimension, name, attributes and numbers of every column of the tables of curves; `None` where none were asked for.
     #[getter]
-    fn curves(&self) -> Option<Vec<PlaneOf>> {
-        let plane = |curves: &PlaneCurves| {
-            let lines = curves.numbered().map(|(branch, line)| {
-                let column = |of: fn(&slipmap::map::PlanePoint) -> f64| line.points.iter().map(of).collect();
-                let (x, y, error) = (column(|it| it.x), column(|it| it.y), column(|it| it.error));
-                (line.bifurcation.name(), branch, x, y, error)
-            });
-            (curves.plane.x, curves.plane.y, curves.plane.held.clone(), lines.collect())
+    fn curves<'py>(&self, py: Python<'py>) -> PyResult<Option<Vec<Column<'py>>>> {
+        let one = |series: &Series| {
+            let (stored, attributes) = series.stored();
+            let values = match stored {
+                Stored::Reals(values) => PyArray1::from_slice(py, values).into_any(),
+                Stored::Integers(values) => PyArray1::from_slice(py, values).into_any(),
+                Stored::Codes(codes) => PyArray1::from_vec(py, codes).into_any(),
+            };
+            let attributes = attribute_dict(py, attributes.iter().map(|(name, value)| (*name, value)))?;
+            Ok((series.dimension, series.name.clone(), attributes, values))
         };
-        (!self.curves.is_empty()).then(|| self.curves.iter().map(plane).collect())
+        let columns = || curves::columns(&self.schema.grid, &self.curves);
+        (!self.curves.is_empty()).then(|| columns().iter().map(one).collect()).transpose()
     }
 }
 
@@ -220,6 +232,7 @@ impl Map {
 fn compute(
     py: Python<'_>,
     plan: &Plan,
+    uncertain: &[Uncertain],
     provenance: &Provenance,
     threads: Option<usize>,
     progress: Option<Py<PyAny>>,
@@ -229,9 +242,15 @@ fn compute(
     let summary = run(py, Some(1), progress.as_ref(), |steering| {
         let on_cells = |cells| steering.advance(cells);
         let control = Control { threads, on_cells: &on_cells, stop: &steering.stop, ..Control::default() };
-        slipmap::map::run(plan, &memory, &control)
+        let summary = slipmap::map::run(plan, &memory, &control)?;
+        let chances = Chances::of(plan.grid(), uncertain);
+        let probability = chances.and_then(|chances| {
+            let found = chances.probabilities(threads, &steering.stop).ok()?;
+            Some(auxiliary::probability(found.values, chances.draws))
+        });
+        Ok((summary, probability))
     })?;
-    let summary = summary.map_err(|error| match error {
+    let (summary, probability) = summary.map_err(|error| match error {
         ComputeError::Interrupted => PyKeyboardInterrupt::new_err("the map was interrupted"),
         ComputeError::Threads(why) => PyRuntimeError::new_err(why),
         ComputeError::Sink(never) => match never {},
@@ -243,8 +262,9 @@ fn compute(
     all.push(("history".to_owned(), attributes::history(provenance).into()));
     let outcome = Outcome::of(plan, &summary);
     all.extend(attributes::closing(&outcome));
-    let (curves, fixed) = (outcome.curves, outcome.auxiliary);
-    Ok(Map { schema, cells: cells.collect(), attributes: all, curves, fixed })
+    let (curves, mut pieces) = (outcome.curves, outcome.auxiliary);
+    pieces.extend(probability);
+    Ok(Map { schema, cells: cells.collect(), attributes: all, curves, pieces })
 }
 
 /// The map of a grid.
@@ -287,7 +307,7 @@ pub(crate) fn compute_map(
     }
     let plan = builder.build().map_err(problem)?;
     let provenance = Provenance { command_line: "slipmap.map".into(), ..Provenance::default() };
-    compute(py, &plan, &provenance, threads, progress)
+    compute(py, &plan, &[], &provenance, threads, progress)
 }
 
 fn load(path: &str, sets: &[String]) -> PyResult<Job> {
@@ -317,5 +337,5 @@ pub(crate) fn run_config(
         command_line: "slipmap.run".into(),
         git: slipmap::GIT.into(),
     };
-    compute(py, &job.plan, &provenance, threads, progress)
+    compute(py, &job.plan, &job.uncertain, &provenance, threads, progress)
 }

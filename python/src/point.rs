@@ -23,9 +23,9 @@ pub(crate) fn probe(py: Python<'_>, law: &Law, values: Vec<f64>, tolerance: f64)
     json(&probe)
 }
 
-/// The answer as JSON.
-pub(crate) fn json(probe: &Probe) -> PyResult<String> {
-    serde_json::to_string(probe)
+/// An answer as JSON.
+pub(crate) fn json(answer: &impl serde::Serialize) -> PyResult<String> {
+    serde_json::to_string(answer)
         .map_err(|error| PyRuntimeError::new_err(format!("cannot form the JSON: {error}")))
 }
 

@@ -252,3 +252,26 @@ def test_a_saved_map_is_opened_again(tmp_path, monkeypatch):
 def test_a_map_shows_its_progress(capsys):
     slipmap.map({"epsilon": 0.1, "V": 1.0, "c": [0.1, 0.2]}, law=slipmap.Law.stribeck(0.4, 0.2, 2.0), progress=True)
     assert "2" in capsys.readouterr().err
+
+
+def test_the_map_of_an_uncertain_machine_has_its_probability(tmp_path):
+    config = tmp_path / "pad.toml"
+    config.write_text(
+        "[machine]\nmass = 2.0\nstiffness = 5.05e5\nnormal_force = 1000.0\nbelt_speed = [0.05, 0.1]\n"
+        'damping = [100.0, 1240.0, 2000.0]\n[friction]\nlaw = "expression"\nphi = "low + fall*exp(-u/0.05)"\n'
+        "fit = { low = 0.25, fall = 0.15, covariance = [[4e-6, -3e-6], [-3e-6, 4e-6]] }\n"
+    )
+    own = slipmap.run(config, set={"audit.cells": 0})
+    assert own.stick_slip_probability.dims == ("belt_speed", "damping")
+    # The critical damping is normal, to first order in the errors of the fit.
+    here = slipmap.Machine.from_toml(config, belt_speed=0.05, damping=1240.0)
+    sd = here.risk(draws=100).critical_damping_standard_error
+    expected = 0.5 + 0.5 * math.erf((here.critical_damping() - 1240.0) / sd / math.sqrt(2.0))
+    chances = own.stick_slip_probability.values
+    # Of 500000 draws: four standard errors.
+    assert abs(chances[0, 1] - expected) < 4.0 * 0.5 / math.sqrt(500_000)
+    assert chances[0].tolist()[::2] == [1.0, 0.0]
+    # What does not vary is a coordinate of a single number.
+    assert float(own.normal_force) == 1000.0
+    ax = own.slipmap.plot("stick_slip_probability", x="belt_speed")
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("belt_speed", "damping")

@@ -98,10 +98,10 @@ def test_the_risk_of_a_machine_is_that_of_the_program(program, tmp_path):
     config.write_text("[machine]\n" + "\n".join(f"{name} = {value}" for name, value in values.items()))
     expected = json.loads(program("machine", config, "--draws", "2000", "--json"))["risk"]
     risk = slipmap.Machine.from_toml(config).risk(draws=2000)
-    assert risk["probability"]["value"] == expected["probability"]["value"]
-    assert [it["damping"]["value"] for it in risk["rare_by"][:2]] == [it["damping"]["value"] for it in expected["rare_by"][:2]]
+    assert risk.probability.value == expected["probability"]["value"]
+    assert [it.damping.value for it in risk.rare_by[:2]] == [it["damping"]["value"] for it in expected["rare_by"][:2]]
     # Other draws of the same distributions, whose order is another: the shares differ by four standard errors at most.
-    share = machine.risk(draws=2000)["probability"]["value"]
+    share = machine.risk(draws=2000).probability.value
     assert abs(share - expected["probability"]["value"]) <= 4.0 * np.sqrt(2.0 * max(share * (1.0 - share), 1e-4) / 2000)
     assert machine.replace(damping=90.0).uncertain == machine.uncertain
     with pytest.raises(ValueError, match="nothing of the machine is uncertain"):
@@ -118,7 +118,7 @@ def test_the_correlated_errors_of_a_fit_stay_with_a_machine(program, tmp_path):
     machine = slipmap.Machine.from_toml(config)
     assert 0.0 < expected < 1.0 and machine.uncertain["low"]["sd"] == 0.002
     for own in (machine, pickle.loads(pickle.dumps(machine)), machine.replace(damping=900.0).replace(damping=1230.0)):
-        assert own == machine and own.risk(draws=2000)["probability"]["value"] == expected
+        assert own == machine and own.risk(draws=2000).probability.value == expected
 
 
 def test_a_machine_takes_quantities_of_pint():
@@ -180,7 +180,7 @@ def test_orbits_meet_the_numbers_of_the_answer():
     sticking = orbit.where(orbit.phase == 0, drop=True)
     assert (sticking.x2 == 1.0).all()
     assert np.isclose(float(sticking.x1[0]), answer.landing.x1, atol=1e-6)
-    assert float(orbit.x1.max()) <= answer.attracting_cycle.x1.high + 1e-6
+    assert float(orbit.x1.max()) <= answer.attracting_cycle.x1.hi + 1e-6
     portrait = slipmap.phase_portrait(point, max_time=30.0)
     assert {"exit", "inner", "outer"} <= set(portrait.orbit.values)
     assert float(portrait.exit_x1) == answer.exit_point.x1

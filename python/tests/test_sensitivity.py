@@ -57,14 +57,16 @@ def test_the_standard_error_of_data_is_that_of_drawn_tables():
     u = np.array([0.0, 0.1, 0.25, 0.5, 1.0, 2.0, 4.0])
     friction = 0.4 * (0.6 + 0.4 * np.exp(-u / 0.5))
     law = slipmap.Law.table(u, friction, 0.0005)
-    error = slipmap.standard_error(law, V=0.8, epsilon=1.0)
+    # The curve between the data has an error, too, also where they are exact.
+    of_curve = slipmap.standard_error(slipmap.Law.table(u, friction, 0.0), V=0.8, epsilon=1.0)
+    error = math.sqrt(slipmap.standard_error(law, V=0.8, epsilon=1.0) ** 2 - of_curve**2)
     random = np.random.default_rng(3)
     drawn = [
         slipmap.critical_c(slipmap.Law.table(u, friction + 0.0005 * random.standard_normal(u.size)), V=0.8, epsilon=1.0)
         for _ in range(60)
     ]
     # The spread of 60 draws has a relative standard error of 1 / sqrt(120): four of them.
-    assert abs(np.std(drawn) / error - 1.0) < 4.0 / math.sqrt(120.0)
+    assert abs(np.std(drawn) / error - 1.0) < 4.0 / math.sqrt(120.0) and of_curve > 0.0
     with pytest.raises(TypeError, match="standard errors"):
         slipmap.standard_error(slipmap.Law.table(u, friction), V=0.8, epsilon=1.0)
     with pytest.raises(ValueError, match="row 1"):

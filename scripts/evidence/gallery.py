@@ -130,14 +130,14 @@ def slider_hopf(force):
 
 
 def pictures():
-    """(configuration, axes across and up, words for the known points, and these points)"""
-    yield "drill_string_weight", "belt_speed", "normal_force", "computed by others", [(s * RPM, w) for w, s in DRILL.items()]
-    bars = [k * 1e5 for k in range(1, 7)]
-    yield "brake_pressure", "belt_speed", "pressure", "Hopf line by hand", [(brake_hopf(p)[0], p) for p in bars]
+    """(configuration, axes across and up, words for the known points, and these points in the configuration's units)"""
+    yield "drill_string_weight", "belt_speed", "normal_force", "computed by others", [(s, w / 1e3) for w, s in DRILL.items()]
+    bars = range(1, 7)
+    yield "brake_pressure", "belt_speed", "pressure", "Hopf line by hand", [(brake_hopf(1e5 * p)[0] / RPM, p) for p in bars]
     speeds = [0.04 * k for k in range(1, 7)]
     yield "bow_force", "belt_speed", "normal_force", "fall of rosin by hand", [(v, rosin_force(v)) for v in speeds]
     stiffnesses = [10 ** (4.5 + 0.5 * k) for k in range(7)]
-    yield "stage_stiffness", "stiffness", "belt_speed", "lambda for small damping", [(k, stage_speed(k)) for k in stiffnesses]
+    yield "stage_stiffness", "stiffness", "belt_speed", "lambda for small damping", [(k, 1e3 * stage_speed(k)) for k in stiffnesses]
     yield "hopf_normal_force", "normal_force", "belt_speed", "published at 6 N", [(6.0, slider_hopf(6.0))]
     ratios = [10 ** (-2.75 + 0.25 * k) for k in range(10)]
     asymptote = [(zeta, 1 / math.sqrt(4 * math.pi * zeta)) for zeta in ratios]

@@ -31,6 +31,13 @@ def python(law, epsilon, V):
     return time.perf_counter() - start
 
 
+def machine(pad, count):
+    speeds = np.linspace(0.02, 0.4, count)
+    start = time.perf_counter()
+    pad.critical_damping(belt_speed=speeds)
+    return time.perf_counter() - start
+
+
 def ratios(pairs):
     """Median, least and greatest of the ratios of pairs, first over second."""
     each = [first / second for first, second in pairs]
@@ -48,18 +55,24 @@ def main(program, out):
         pairs = [(engine(program, name, count), python(law, epsilon, V)) for _ in range(PASSES)]
         best = min(second for _, second in pairs)
         rows.append((f"{name}: one call from Python over the engine itself, rates", count, best, ratios(pairs)))
-    if hasattr(slipmap.Law, "from_function"):
-        built_in, epsilon, count = laws["exponential"]
-        V = np.linspace(0.3, 1.9, count)
-        own = slipmap.Law.from_function(lambda u: 0.5 + 0.5 * math.exp(-u), fastest=16.0)
-        pairs = [(python(own, epsilon, V), python(built_in, epsilon, V)) for _ in range(PASSES)]
-        best = min(first for first, _ in pairs)
-        rows.append(("exponential as a Python function over the built-in law, times", count, best, ratios(pairs)))
+    pad = slipmap.Machine(mass=2.0, stiffness=5.05e5, damping=20.0, normal_force=1000.0, static_friction=0.4,
+                          kinetic_friction=0.25, stribeck_velocity=0.05, belt_speed=0.1)
+    count = 1_000_000
+    # Each takes minutes.
+    pairs = [(engine(program, "pad", count), machine(pad, count)) for _ in range(3)]
+    best = min(second for _, second in pairs)
+    rows.append(("a brake pad: one call of its machine over the engine itself, rates", count, best, ratios(pairs)))
+    built_in, epsilon, count = laws["exponential"]
+    V = np.linspace(0.3, 1.9, count)
+    own = slipmap.Law.from_function(lambda u: 0.5 + 0.5 * math.exp(-u), fastest=16.0)
+    pairs = [(python(own, epsilon, V), python(built_in, epsilon, V)) for _ in range(PASSES)]
+    best = min(first for first, _ in pairs)
+    rows.append(("exponential as a Python function over the built-in law, times", count, best, ratios(pairs)))
     text = [
         f"# Rates of the Python package, {datetime.date.today()}",
         "",
         f"`scripts/study python_rate`, slipmap {slipmap.__version__}, NumPy {np.__version__}, {os.cpu_count()} cores; "
-        f"{PASSES} pairs of passes in turn, load of the machine {os.getloadavg()[0]:.1f}.",
+        f"{PASSES} pairs of passes in turn (3 of the pad), load of the machine {os.getloadavg()[0]:.1f}.",
         "",
         "| what | columns | seconds, best | ratio: median (range) |",
         "| --- | --: | --: | --: |",

@@ -127,34 +127,6 @@ def write_rate(path, folder):
     return seconds
 
 
-def chart(rows, path):
-    import matplotlib
-
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
-
-    plt.rcParams.update({"font.size": 8, "lines.linewidth": 1.2, "lines.markersize": 4})
-    figure, axes = plt.subplots(figsize=(3.31, 2.9))  # one column
-    two = [row for row in rows if row[1] == 2]
-    n = [row[0] for row in two]
-    series = [
-        ("whole map, 2 threads", [float(row[4]) for row in two], "o-", "#000000"),
-        ("simulation alone, thread-seconds", [float(row[8]) for row in two], "s--", "#0072b2"),
-    ]
-    for name, values, style, color in series:
-        axes.loglog(n, values, style, color=color, label=name)
-    for power, style, anchor in [(5, ":", series[0][1][-1]), (4, "-.", series[1][1][-1])]:
-        guide = [anchor * (x / n[-1]) ** power for x in n]
-        axes.loglog(n, guide, style, color="0.5", linewidth=0.8, label=f"$n^{power}$")
-    axes.set_xticks(n, [str(x) for x in n])
-    axes.minorticks_off()
-    axes.set_xlabel("nodes per axis $n$ ($n^5$ cells)")
-    axes.set_ylabel("seconds")
-    axes.legend(frameon=False)
-    figure.tight_layout(pad=0.3)
-    figure.savefig(path, dpi=300)
-
-
 def main():
     slipmap, *sizes = sys.argv[1:]
     sizes = [int(n) for n in sizes] or [16, 24, 32, 48, 64]
@@ -175,13 +147,12 @@ def main():
         writer = csv.writer(file)
         writer.writerow(COLUMNS)
         writer.writerows(rows)
-    chart(rows, out.with_suffix(".png"))
     with open(out.with_name(out.name.replace("scaling-", "scaling-stages-")), "w", newline="") as file:
         writer = csv.writer(file)
         writer.writerow(["stage", *(f"nanoseconds_per_cell_n_{n}" for n, _ in table)])
         for stage, *_ in table[-1][1]:
             writer.writerow([stage, *(f"{1e9 * dict(stages)[stage]:.3f}" for _, stages in table)])
-    print(f"written: {out.relative_to(ROOT)} and .png")
+    print(f"written: {out.relative_to(ROOT)}")
 
 
 if __name__ == "__main__":

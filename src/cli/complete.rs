@@ -7,14 +7,15 @@ use std::time::Instant;
 
 use indicatif::ProgressBar;
 
-use super::chances::Chances;
+use super::chances::notes_on_draws;
 use super::summary::{self, RunReport};
 use super::{Ended, Failure, GIT, progress, proof, say};
 use slipmap_config::Job;
 use slipmap_format::{Journals, Outcome, StoreError};
 use slipmap_map::clock::process_time;
+use slipmap_map::dataset::auxiliary;
 use slipmap_map::map::{self, Account, ComputeError, Control, Earlier, Summary};
-use slipmap_map::risk::NoRisk;
+use slipmap_map::risk::{Chances, NoRisk};
 
 /// Options of a command that makes a map.
 pub(super) struct Asked {
@@ -65,10 +66,16 @@ pub(super) fn compute(
     }
     let mut outcome = Outcome::of(&job.plan, &summary);
     let mut probability_seconds = 0.0;
-    if let Some(chances) = Chances::of(job) {
+    if let Some(chances) = Chances::of(job.plan.grid(), &job.uncertain) {
         let processor = process_time();
-        match chances.variable(asked.threads, stop) {
-            Ok(variable) => outcome.auxiliary.push(variable),
+        match chances.probabilities(asked.threads, stop) {
+            Ok(found) => {
+                let draws = chances.draws * job.plan.grid().column_count();
+                for note in notes_on_draws(draws, found.failed, found.redrawn) {
+                    say(&format!("note: {note}"));
+                }
+                outcome.auxiliary.push(auxiliary::probability(found.values, chances.draws));
+            }
             Err(NoRisk::Interrupted) => return Err(stopped(&ComputeError::Interrupted)),
             Err(why) => say(&format!("note: {why}; the map has no probability")),
         }

@@ -8,7 +8,6 @@ use std::time::{Duration, Instant};
 
 use serde_json::json;
 
-use super::chances::Chances;
 use super::output::{self, Align, Table, bytes, count, duration, number_of, object};
 use super::preflight::{Preflight, peak, sizes};
 use super::threads::cores;
@@ -18,6 +17,7 @@ use slipmap_format::LengthSink;
 use slipmap_map::clock::process_time;
 use slipmap_map::dataset::Schema;
 use slipmap_map::map::{self, Control, Grid, Plan, Shard};
+use slipmap_map::risk::Chances;
 use slipmap_numbers::text::short;
 use slipmap_simulate::continuation::MOST_POINTS;
 
@@ -60,7 +60,7 @@ fn budgets(job: &Job) -> Vec<(&'static str, String)> {
     if plan.proof_boxes > 0 {
         budgets.push(("proof", format!("at most {}", number_of(map::boxes_to_try(plan), "box"))));
     }
-    if let Some(chances) = Chances::of(job) {
+    if let Some(chances) = Chances::of(job.plan.grid(), &job.uncertain) {
         let draws = number_of(chances.draws, "draw");
         budgets.push(("probability", format!("of stick-slip, {draws} in each column")));
     }

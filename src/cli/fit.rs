@@ -4,14 +4,13 @@ use std::io::{self, Write as _};
 use std::path::PathBuf;
 
 use clap::Args;
-use serde_json::{Value, json};
 
 use super::output::{Align, Table, print_json};
 use super::replace::refuse_existing;
 use super::report::{existing, failure};
 use super::{Ended, Failure, say};
 use slipmap_config::{Measured, OfMachine, words_of};
-use slipmap_fit::{Fit, NoFit, fits};
+use slipmap_fit::Fit;
 use slipmap_numbers::text::{rounded, with_error};
 use slipmap_report::{FitFigure, rich, write_figure, write_file};
 
@@ -67,32 +66,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     let forces = arguments.quantity.as_ref().map(|quantity| quantity == "force");
     let bad = |(problem, remedy): (String, String)| Failure::bad_input(problem, remedy);
     let measured = Measured::read(&arguments.data, Some(OfMachine { motion: None, forces })).map_err(bad)?;
-    let [in_slip, at_rest] = measured.readings().map_err(bad)?;
     if let Some(told) = measured.told() {
         say(&format!("read: {told}"));
     }
-    let found = fits(&in_slip, &at_rest).map_err(|why| {
-        let (problem, remedy) = match why {
-            NoFit::TooFew => ("there are too few slip speeds", "give at least five"),
-            NoFit::None => {
-                ("no law that falls as slip begins follows from the readings", "measure nearer to rest")
-            }
-        };
-        Failure::bad_input(format!("{}: {problem}", measured.name), remedy)
-    })?;
-    let chosen = match &arguments.law {
-        None => &found[0],
-        Some(name) => {
-            let names: Vec<String> = found.iter().map(|fit| words_of(fit.form)).collect();
-            let position = names.iter().position(|known| known == name).ok_or_else(|| {
-                Failure::bad_input(
-                    format!("--law {name}: there is no such fit"),
-                    format!("choose from: {}", names.join("; ")),
-                )
-            })?;
-            &found[position]
-        }
-    };
+    let fits = measured.fits(arguments.law.as_deref()).map_err(bad)?;
+    let (chosen, found) = (fits.chosen(), &fits.all);
     let existing = existing(arguments.overwrite);
     if let Some(path) = &arguments.out {
         write_file(measured.to_toml(chosen).as_bytes(), path, existing).map_err(failure)?;
@@ -102,10 +80,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
             .map_err(failure)?;
     }
     if arguments.json {
-        print_json(&to_json(&measured, chosen, &found))?;
+        print_json(&measured.fitted(&fits))?;
         return Ok(Ended::Fine);
     }
-    print(&measured, chosen, &found)?;
+    print(&measured, chosen, found)?;
     Ok(Ended::Fine)
 }
 
@@ -176,41 +154,11 @@ fn figure(measured: &Measured, fit: &Fit) -> FitFigure {
     FitFigure {
         title: format!("{}: {}", words_of(fit.form), measured.named(&fit.form.formula())),
         speed: format!("slip speed, {}", measured.speed_unit()),
-        friction: format!("friction{}", bracket(measured.friction_unit())),
+        friction: match measured.friction_unit() {
+            "" => "friction".to_owned(),
+            unit => format!("friction, {unit}"),
+        },
         readings: readings.map(|row| [row.speed, row.friction, row.error]).collect(),
         law: (0..=POINTS).map(speed).map(|u| [u, fit.friction(u), fit.error(u)]).collect(),
     }
-}
-
-fn to_json(measured: &Measured, chosen: &Fit, found: &[Fit]) -> Value {
-    let one = |fit: &Fit| {
-        let names: Vec<String> = fit.form.names().into_iter().map(|name| measured.named(name)).collect();
-        let rows: Vec<Vec<f64>> =
-            (0..names.len()).map(|row| fit.covariance.row(row).iter().copied().collect()).collect();
-        json!({
-            "law": words_of(fit.form),
-            "formula": measured.named(&fit.form.formula()),
-            "aicc": fit.aicc,
-            "residual": fit.residual,
-            "reduced_chi_squared": fit.reduced,
-            "names": names,
-            "values": fit.values,
-            "standard_errors": fit.errors(),
-            "covariance": rows,
-            "static": fit.at_rest.map(|[level, _]| level),
-            "static_standard_error": fit.at_rest.map(|[_, error]| error),
-        })
-    };
-    json!({
-        "data": measured.name,
-        "read": measured.said,
-        "quantity": if measured.holds_forces() { "force" } else { "coefficient" },
-        "speed_unit": measured.speed_unit(),
-        "friction_unit": measured.friction_unit(),
-        "fastest": measured.in_slip.last().map(|row| row.speed),
-        "fit": one(chosen),
-        "fits": found.iter().map(one).collect::<Vec<_>>(),
-        "residuals": chosen.residuals,
-        "residual_runs": chosen.runs,
-    })
 }

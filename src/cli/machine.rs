@@ -5,22 +5,19 @@ use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 use clap::Args;
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use super::chances::notes_on_draws;
-use super::output::{Align, Table, object, print_json};
+use super::output::{Align, Table, print_json};
 use super::point::{Setting, parse_setting};
 use super::probe_machine;
 use super::replace::refuse_existing;
 use super::report::{existing, failure};
 use super::{Ended, Failure};
 use slipmap_config::MachineJob;
-use slipmap_map::assessment::{
-    Assessment, DampingLimit, Intervals, NeededKick, StandardErrors, Statement, assess_fitted,
-};
-use slipmap_map::behaviour::Limit;
-use slipmap_map::risk::{Estimate, NoRisk, Risk, is_uncertain, risk};
-use slipmap_report::{MachinePage, Subject, write_figure, write_file};
+use slipmap_map::assessment::{Assessment, assess_fitted};
+use slipmap_map::risk::{NoRisk, Risk, is_uncertain, risk};
+use slipmap_report::{MachinePage, Subject, to_json, write_figure, write_file};
 
 /// Assess a machine at its working point, in SI units.
 #[derive(Debug, Args)]
@@ -199,155 +196,4 @@ fn source(config: &Path, arguments: &Arguments) -> String {
     let file = config.file_name().unwrap_or_default().to_string_lossy();
     let sets: String = arguments.set.iter().map(|(name, value)| format!(" --set {name}={value}")).collect();
     format!("slipmap {}, {day}: {file}{sets}", env!("CARGO_PKG_VERSION"))
-}
-
-/// A limit with its status: what its value means.
-fn limit(limit: Limit) -> Value {
-    let (status, value) = match limit {
-        Limit::Below(value) => ("limit", Some(value)),
-        Limit::Between(low, high) => return json!({ "status": "between", "value": [low, high] }),
-        Limit::AtLeast(value) => ("at_least", Some(value)),
-        Limit::NoneUpTo(value) => ("none", Some(value)),
-        Limit::NotDetermined => ("not_determined", None),
-    };
-    json!({ "status": status, "value": value })
-}
-
-/// Where each statement holds. An end that is not known, or that is one of what was tried, is null; the numbers
-/// of `known` are those between which the statement holds.
-fn intervals(of: &[Intervals]) -> Value {
-    let each = Statement::ALL.into_iter().zip(of).map(|(statement, of)| {
-        let intervals = of.holds.iter().map(|ends| {
-            let [from, to] = ends.map(|end| end.located());
-            json!({
-                "from": from.map(|[value, _]| value),
-                "from_error": from.map(|[_, error]| error),
-                "to": to.map(|[value, _]| value),
-                "to_error": to.map(|[_, error]| error),
-                "known": ends.map(|end| end.value()),
-            })
-        });
-        let intervals: Vec<Value> = intervals.collect();
-        (
-            statement.name().to_owned(),
-            json!({ "intervals": intervals, "not_known": of.unknown, "tried": of.tried }),
-        )
-    });
-    Value::Object(each.collect())
-}
-
-/// A limit of the damping that is `None` where it is unknown; none is needed where it is not positive.
-fn of_damping(limit: Option<f64>) -> Limit {
-    match limit {
-        Some(damping) if damping > 0.0 => Limit::Below(damping),
-        Some(_) => Limit::NoneUpTo(0.0),
-        None => Limit::NotDetermined,
-    }
-}
-
-/// The name of a limit of the damping in `limits`.
-fn key_of(limit: DampingLimit) -> &'static str {
-    match limit {
-        DampingLimit::Hopf => "steady_slip_unstable_below_damping",
-        DampingLimit::Critical => "may_stick_slip_below_damping",
-    }
-}
-
-fn kick_status(all: &Assessment) -> &'static str {
-    match all.needed_kick() {
-        NeededKick::Kick(_) => "kick",
-        NeededKick::NotNeeded => "not_needed",
-        NeededKick::None => "none",
-        NeededKick::NotDetermined => "not_determined",
-    }
-}
-
-fn to_json(all: &Assessment, risk: Option<&Risk>) -> Value {
-    let (machine, does) = (&all.machine, &all.behaviour);
-    let [slip, stick] = does.slip_and_stick_time.map_or([None; 2], |times| times.map(Some));
-    let error = |of: fn(StandardErrors) -> Option<f64>| all.standard_errors.and_then(of);
-    let (open, impulse) = (all.left_open(), all.kick_impulse());
-    let estimate = |estimate: &Estimate| json!({ "value": estimate.value, "limits_95": estimate.limits });
-    let risk = risk.map(|risk| {
-        json!({
-            "draws": risk.draws,
-            "failed": risk.failed,
-            "redrawn": risk.redrawn,
-            "fewer_than_usual": risk.fewer,
-            "critical_damping_error": risk.critical_damping_error,
-            "critical_damping_standard_error": risk.standard_error,
-            "probability": estimate(&risk.probability),
-            "rare_by": risk.rare_by.iter().map(|rare| json!({
-                "probability": rare.probability,
-                "damping": rare.damping.as_ref().map(estimate),
-            })).collect::<Vec<_>>(),
-        })
-    });
-    let motion = json!({
-        "needed_slip_speed": does.needed_slip_speed,
-        "natural_frequency": does.natural_frequency,
-        "period": all.period,
-        "slip_time": slip,
-        "stick_time": stick,
-        "amplitude": does.amplitude,
-        "velocity_amplitude": all.velocity_amplitude,
-        "severity": all.severity,
-        "growth_time": does.growth_time,
-        "fragile_from_before_end_of_stick_seconds": all.fragile.map(|[before, _]| before),
-        "fragile_for_seconds": all.fragile.map(|[_, lasts]| lasts),
-        "kick_status": kick_status(all),
-        "kick_forward": all.kick.map(|kick| kick.forward),
-        "kick_backward": all.kick.map(|kick| kick.backward),
-        "kick_forward_impulse": impulse.map(|kick| kick.forward),
-        "kick_backward_impulse": impulse.map(|kick| kick.backward),
-        "kick_relative_standard_error": error(|errors| errors.kick),
-    });
-    let mut page = json!({
-        "law": machine.friction.law_name(),
-        "motion": machine.motion.name(),
-        "machine": object(machine.quantities()),
-        "regime": does.regime.name(),
-        "regime_conjecture": all.conjecture,
-        "regimes_left_open_by_data": open.as_ref().map(|open| {
-            let names = open.regimes.iter().map(|regime| regime.name());
-            if open.limits.is_empty() { Vec::new() } else { names.collect() }
-        }),
-        "damping_within_two_standard_errors_of": open.map(|open| {
-            open.limits.iter().map(|(limit, _)| key_of(*limit)).collect::<Vec<_>>()
-        }),
-        "standard_errors_from": all.standard_errors.map(|errors| errors.from),
-        "warnings": machine.doubts(),
-        "always_stick_slips_below_belt_speed": all.always_below_speed.value(),
-        "may_stick_slip_below_belt_speed": does.critical_belt_speed.value(),
-        "always_stick_slips_below_damping": all.always_below_damping.value(),
-        "may_stick_slip_below_damping": does.critical_damping,
-        "may_stick_slip_below_damping_error": does.critical_damping_error,
-        "may_stick_slip_below_damping_standard_error": error(|errors| errors.critical_damping.map(|of| of.standard_error)),
-        "steady_slip_unstable_below_damping": all.hopf_damping,
-        "steady_slip_unstable_below_damping_standard_error": error(|errors| Some(errors.hopf_damping.standard_error)),
-        "vibrates_below_damping": all.vibrates_below_damping,
-        "may_stick_slip_below_belt_speed_standard_error": error(|errors| errors.critical_belt_speed.map(|of| of.standard_error)),
-        "limits": {
-            "always_stick_slips_below_belt_speed": limit(all.always_below_speed),
-            "may_stick_slip_below_belt_speed": limit(does.critical_belt_speed),
-            "always_stick_slips_below_damping": limit(all.always_below_damping),
-            "may_stick_slip_below_damping": limit(match does.critical_damping {
-                None if does.critical_damping_is_known => Limit::NoneUpTo(0.0),
-                critical => of_damping(critical),
-            }),
-            "steady_slip_unstable_below_damping": limit(of_damping(Some(all.hopf_damping))),
-            "vibrates_below_damping": limit(of_damping(all.vibrates_below_damping)),
-        },
-        "belt_speeds": intervals(&all.speeds),
-        "dampings": intervals(&all.dampings),
-        "damping_over_critical": all.safety_margin(),
-        "sensitivities": all.sensitivities,
-        "influence": all.influence,
-        "proofs": all.proofs,
-        "risk": risk,
-    });
-    if let (Some(page), Value::Object(motion)) = (page.as_object_mut(), motion) {
-        page.extend(motion);
-    }
-    page
 }

@@ -39,7 +39,7 @@ impl RunReport<'_> {
     /// Number of failed cells, over all methods.
     fn failed(&self) -> u64 {
         let blank = self.summary.account.blank;
-        self.summary.methods.iter().map(|method| method.cells_with(Verdict::Failed) - blank).sum()
+        self.summary.account.methods.iter().map(|method| method.cells_with(Verdict::Failed) - blank).sum()
     }
 
     /// Processor seconds that belong to no method, by stage.
@@ -98,17 +98,17 @@ pub(super) fn print(report: &RunReport, out: &mut dyn Write) -> Result<(), Failu
     }
     columns.extend([("processor s", Right), ("cells/processor s", Right)]);
     let mut table = Table::new(&columns);
-    for method in &summary.methods {
-        let mut row = vec![method.method.name().to_owned()];
+    for (method, found) in job.plan.methods.iter().zip(&account.methods) {
+        let mut row = vec![method.name().to_owned()];
         for verdict in shown {
-            let cells = method.cells_with(verdict);
-            row.extend([count(cells), percent(cells, method.cells)]);
+            let cells = found.cells_with(verdict);
+            row.extend([count(cells), percent(cells, account.cells)]);
         }
-        row.extend([short3(method.seconds), short3(rate(method.cells, method.seconds))]);
+        row.extend([short3(found.seconds), short3(rate(account.cells, found.seconds))]);
         table.row(row);
     }
     // Time that belongs to no method, and the total.
-    let methods: f64 = summary.methods.iter().map(|method| method.seconds).sum();
+    let methods: f64 = account.methods.iter().map(|method| method.seconds).sum();
     let stages = report.stages();
     let all = methods + stages.iter().map(|(_, seconds)| seconds).sum::<f64>();
     for (stage, seconds) in stages.into_iter().filter(|(_, seconds)| *seconds > 0.0).chain([("all", all)]) {
@@ -315,10 +315,10 @@ fn peak_memory() -> Option<u64> {
 pub(super) fn json(report: &RunReport) -> Result<(), Failure> {
     let RunReport { job, summary, resumed_tiles, .. } = report;
     let account = &summary.account;
-    let methods = object(summary.methods.iter().map(|method| {
-        let verdicts = Verdict::ALL.map(|verdict| (verdict.name(), json!(method.cells_with(verdict))));
-        let cost = [("cells", json!(method.cells)), ("seconds", json!(method.seconds))];
-        (method.method.name(), object(cost.into_iter().chain(verdicts)))
+    let methods = object(job.plan.methods.iter().zip(&account.methods).map(|(method, found)| {
+        let verdicts = Verdict::ALL.map(|verdict| (verdict.name(), json!(found.cells_with(verdict))));
+        let cost = [("cells", json!(account.cells)), ("seconds", json!(found.seconds))];
+        (method.name(), object(cost.into_iter().chain(verdicts)))
     }));
     output::print_json(&json!({
         "title": job.title,
@@ -408,8 +408,7 @@ fn short3(x: f64) -> String {
 mod tests {
     use super::*;
     use slipmap_map::map::{
-        Account, Audit, Contradiction, Contradictions, Disagreement, FailedCell, Method, MethodSummary,
-        Unknown,
+        Account, Audit, Contradiction, Contradictions, Disagreement, FailedCell, MethodAccount, Unknown,
     };
     use slipmap_model::friction::Law;
     use slipmap_simulate::{Failure as Breakdown, Fate};
@@ -424,12 +423,12 @@ mod tests {
 
     fn summary(failed: u64, disagreements: Vec<Disagreement>) -> Summary {
         let counts = Verdict::ALL.map(|verdict| if verdict == Verdict::Failed { failed } else { 0 });
+        let methods = vec![MethodAccount { seconds: 1.0, counts }];
         let audit = Audit { cells: 2, checked: 2, agreed: 1, disagreements, ..Audit::default() };
         Summary {
             seconds: 1.0,
             threads: 1,
-            methods: vec![MethodSummary { method: Method::Simulation, cells: 2, seconds: 1.0, counts }],
-            account: Account { cells: 2, audit, ..Account::default() },
+            account: Account { cells: 2, methods, audit, ..Account::default() },
             proved: None,
             curves: Vec::new(),
             curves_seconds: 0.0,

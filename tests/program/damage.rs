@@ -74,7 +74,7 @@ fn a_heap_that_was_made_to_crash_the_library_is_not_read() {
     let heap = whole.windows(4).position(|part| part == b"GCOL").expect("lists of dimensions lie in a heap");
     // The length of the heap, and that of its first object: the library checks neither.
     for place in [heap + 8, heap + 24] {
-        for length in [0_u64, 9, 1 << 20, 1 << 40, u64::MAX] {
+        for length in [0_u64, 9, 1 << 40] {
             let mut bytes = whole.clone();
             bytes[place..place + 8].copy_from_slice(&length.to_le_bytes());
             scratch.file("map.h5", bytes);

@@ -614,23 +614,11 @@ fn any_quantity_of_a_machine_is_an_axis() {
         }
     }
     // The exported map has the axes of the picture.
-    for (law, x, most) in
-        [(&formula, "belt_speed", 0.25), (&table, "belt_speed", 0.25), (&formula, "mass", 4.0)]
-    {
+    for (law, x, most) in [(&table, "belt_speed", 0.25), (&formula, "mass", 4.0)] {
         let mut asked = machine(x, "damping");
         (asked["law"], asked["show"]) = (law.clone(), "regime".into());
         asked["x"]["to"] = most.into();
         assert_map_is_the_picture(&server, &scratch, &asked);
-    }
-    for (key, value, words) in [
-        ("mass", json!(-1.0), "mass is -1"),
-        ("kinetic_friction", json!(0.5), "from 0 to static_friction"),
-        ("belt_speed", json!(0.0), "greater than 0"),
-    ] {
-        let mut asked = machine("belt_speed", "damping");
-        asked["at"][key] = value;
-        let (status, answer) = server.ask("/api/plane", &asked);
-        assert!(status == 422 && answer.to_string().contains(words), "{status} {answer}");
     }
     let (status, answer) =
         server.ask("/api/law", &json!({ "name": "expression", "phi": "mass*exp(-u)", "motion": "rotation" }));

@@ -189,13 +189,11 @@ fn the_first_signal_ends_a_command_that_waits_for_a_pipe() {
         assert!(made.success());
     }
     let point = ["--epsilon", "0.1", "--V", "1", "--c", "0.1"];
-    let commands: [&[&str]; 6] = [
+    let commands: [&[&str]; 4] = [
         &["run", "pipe.toml"],
-        &["failures", "pipe.toml"],
         &["probe", "--points", "pipe.csv", "--out", "answers.csv"],
         &[&["probe", "--table", "pipe.csv"], &point[..]].concat(),
         &["check", "--proof", "pipe.json"],
-        &["probe", "--machine", "pipe.toml"],
     ];
     for arguments in commands {
         let mut command = scratch.command(arguments);

@@ -497,21 +497,6 @@ fn cells_of_tables_are_no_formulas() {
     assert!(lines[2].starts_with("'=1,0.1,0.3,0.1,2,-0,1,"), "{}", lines[2]);
 }
 
-#[test]
-fn a_dry_run_estimates_for_any_machine() {
-    let scratch = Scratch::new();
-    scratch.file("job.toml", JOB);
-    let threads = 64 * std::thread::available_parallelism().unwrap().get();
-    let many = threads.to_string();
-    scratch.run(&["run", "job.toml", "--threads", &many]).refuses(&["--threads", "--dry-run estimates"]);
-    let run = scratch.run(&["run", "job.toml", "--threads", &many, "--dry-run", "--json"]).ends_with(0);
-    let told: serde_json::Value = serde_json::from_str(&run.out).unwrap();
-    assert_eq!(told["threads"], threads);
-    let run = scratch.run(&["run", "job.toml", "--threads", &many, "--dry-run"]).ends_with(0);
-    assert!(run.out.contains(" cores for the cells"), "{}", run.out);
-    assert_eq!(scratch.names(), ["job.toml"]);
-}
-
 /// Words that browsers, LaTeX, spreadsheets or terminals would execute.
 const COMMANDS: &str = "</title></text><script>alert(1)</script><img src=x onerror=alert(1)> \\input{/etc/passwd} \\write18{rm} \
      $\\alpha$ %|`e` =cmd|' /C calc'!A0 \u{1b}[2J\u{7}\u{8}\u{9b}31m\r\n\

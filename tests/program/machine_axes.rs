@@ -191,6 +191,13 @@ fn inputs_are_in_the_units_that_people_have() {
     scratch.run(&["run", "people.toml", "--quiet"]).ends_with(0);
     let map = MapFile::open(&scratch.path().join("map.h5")).unwrap();
     let ratio = map.real_slice("critical_damping_ratio_simulation", &[Pick::Node(1)]).unwrap()[[]];
+    let name = "critical_damping_ratio_simulation";
+    let plot =
+        ["plot", "map.h5", "--x", "belt_speed", "--variable", name, "--out", "c.svg", "--data", "c.csv"];
+    scratch.run(&plot).ends_with(0);
+    let drawn = scratch.read("c.csv");
+    let speeds: Vec<&str> = drawn.lines().map(|line| line.split(',').next().unwrap()).collect();
+    assert_eq!(speeds, ["belt_speed [rpm]", "20.0", "40.0", "60.0"], "{drawn}");
     let point = ["probe", "--machine", "people.toml", "--json", "--set", "belt_speed=40 rpm"];
     let told: serde_json::Value = serde_json::from_str(&scratch.run(&point).ends_with(0).out).unwrap();
     let critical = told["machine"]["critical_damping"].as_f64().unwrap();

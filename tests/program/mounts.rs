@@ -91,7 +91,7 @@ fn begun(scratch: &Scratch, arguments: &[&str]) -> Child {
     let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     let start = Instant::now();
     // Read without the server, which may be dead later.
-    while journal_bytes(&scratch.path().join("disk")) < 200_000 {
+    while journal_bytes(&scratch.path().join("disk")) < 100_000 {
         assert!(start.elapsed() < Duration::from_secs(100), "no tiles were ever finished");
         std::thread::sleep(Duration::from_millis(2));
     }

@@ -333,6 +333,20 @@ fn a_dry_run_estimates_the_size_and_writes_nothing() {
 }
 
 #[test]
+fn a_dry_run_estimates_for_any_machine() {
+    let scratch = scratch();
+    let threads = 64 * std::thread::available_parallelism().unwrap().get();
+    let many = threads.to_string();
+    scratch.run(&["run", "small.toml", "--threads", &many]).refuses(&["--threads", "--dry-run estimates"]);
+    let run = scratch.run(&["run", "small.toml", "--threads", &many, "--dry-run", "--json"]).ends_with(0);
+    let told = parse(&run);
+    assert_eq!(told["threads"], threads);
+    let run = scratch.run(&["run", "small.toml", "--threads", &many, "--dry-run"]).ends_with(0);
+    assert!(run.out.contains(" cores for the cells"), "{}", run.out);
+    assert_eq!(scratch.names(), ["small.toml"]);
+}
+
+#[test]
 fn methods_can_be_left_out() {
     let scratch = scratch();
     let sets =

@@ -8,13 +8,12 @@ use std::time::Duration;
 use serde_json::Value;
 
 use crate::command::{Run, Scratch, journal_bytes, journals, random};
-use crate::map_equal::{assert_same, scratch};
+use crate::map_equal::{REFERENCE, assert_same, scratch};
 
 /// The map of one process, under another name.
 fn reference(scratch: &Scratch) -> std::path::PathBuf {
-    scratch.run(&["run", "job.toml"]).ends_with(0);
     let path = scratch.path().join("reference.h5");
-    fs::rename(scratch.path().join("map.h5"), &path).unwrap();
+    fs::copy(&*REFERENCE, &path).unwrap();
     path
 }
 
@@ -48,7 +47,7 @@ fn status(scratch: &Scratch) -> Value {
 fn any_number_of_shards_makes_the_map_of_one_process() {
     let scratch = scratch();
     let reference = reference(&scratch);
-    for of in [2, 7, 64] {
+    for of in [2, 41] {
         let mut before = None;
         for number in 1..=of {
             let next = shard(&scratch, number, of);
@@ -156,7 +155,7 @@ fn a_time_limit_ends_a_shard_with_a_code_of_its_own() {
     let scratch = scratch();
     let reference = reference(&scratch);
     // Until all is done: at every limit something is kept.
-    let limited = ["run", "job.toml", "--shard", "1/1", "--threads", "1", "--time-limit", "150ms"];
+    let limited = ["run", "job.toml", "--shard", "1/1", "--threads", "1", "--time-limit", "400ms"];
     let mut before = 0;
     loop {
         let run = scratch.run(&limited);
@@ -168,7 +167,7 @@ fn a_time_limit_ends_a_shard_with_a_code_of_its_own() {
         let bytes = journal_bytes(scratch.path());
         assert!(bytes >= before);
         if bytes > before {
-            let way = "to continue: slipmap run job.toml --shard 1/1 --threads 1 --time-limit 150ms";
+            let way = "to continue: slipmap run job.toml --shard 1/1 --threads 1 --time-limit 400ms";
             assert!(run.err.contains(way), "{}", run.err);
         }
         before = bytes;
@@ -193,7 +192,7 @@ fn a_full_disk_in_a_merge_loses_nothing() {
     let reference = reference(&scratch);
     finishes(shard(&scratch, 1, 1));
     let length = fs::metadata(&reference).unwrap().len();
-    for part in 1..=4 {
+    for part in [1, 4] {
         // In blocks of 512 bytes.
         let limit = (length / 512) * part / 5;
         let script = "trap '' XFSZ; ulimit -f $1; exec \"$0\" merge job.toml";

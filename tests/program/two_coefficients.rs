@@ -63,17 +63,19 @@ fn the_exponent_of_the_fall_is_a_parameter() {
     };
     let named =
         |more: &[&str]| json(&scratch, &[&["probe", "--law", "exponential"], &point[..], more].concat());
-    for exponent in ["1.5", "2", "3"] {
+    let mut dampings = vec![named(&["--exponent", "1"])["critical_c"]["value"].clone()];
+    for exponent in ["1.5", "3"] {
         let (named, formula) = (named(&["--exponent", exponent]), formula(exponent));
         assert_eq!(named["regime"], formula["regime"]);
         near(&named["critical_c"]["value"], formula["critical_c"]["value"].as_f64().unwrap(), 1e-10);
+        dampings.push(named["critical_c"]["value"].clone());
     }
-    assert_eq!(named(&["--exponent", "1"])["critical_c"]["value"], named(&[])["critical_c"]["value"]);
+    assert_eq!(dampings[0], named(&[])["critical_c"]["value"]);
     let refused = [&["probe", "--law", "exponential"], &point[..], &["--exponent", "0.5"]].concat();
     scratch.run(&refused).refuses(&["exponent must be between 1 and 100", "drop"]);
     scratch.file(
         "map.toml",
-        "[friction]\nlaw = \"exponential\"\n[grid]\nepsilon = 1.0\nmu = 0.6\nvs = 0.3\neta = 0.02\nexponent = [1.0, 1.5, 2.0]\n\
+        "[friction]\nlaw = \"exponential\"\n[grid]\nepsilon = 1.0\nmu = 0.6\nvs = 0.3\neta = 0.02\nexponent = [1.0, 1.5, 3.0]\n\
          V = 0.5\nc = [0.05, 0.1]\n[output]\npath = \"map.h5\"\nfields = [\"critical_c\"]",
     );
     scratch.run(&["run", "map.toml", "--quiet"]).ends_with(0);
@@ -81,9 +83,9 @@ fn the_exponent_of_the_fall_is_a_parameter() {
     let grid = map.grid();
     assert_eq!(grid.law(), &Law::Stretched);
     assert_eq!(grid.axes()[4].name, "exponent");
-    for (i, exponent) in ["1", "1.5", "2"].iter().enumerate() {
+    for (i, damping) in dampings.iter().enumerate() {
         let stored = map.reals("critical_c_simulation", &[0..1, 0..1, 0..1, 0..1, i..i + 1, 0..1]).unwrap();
-        near(&named(&["--exponent", exponent])["critical_c"]["value"], stored[[0; 6]], 1e-6);
+        near(damping, stored[[0; 6]], 1e-6);
     }
 }
 

@@ -12,7 +12,7 @@ use slipmap_map::machine::{
     AREA, BELT_SPEED, Coefficients, DAMPING, DAMPING_RATIO, Dimension, FREQUENCY, Friction, Given, INERTIA,
     MASS, Machine, Motion, NORMAL_FORCE, PRESSURE, RADIUS, requirement, unit,
 };
-use slipmap_map::map::Grid;
+use slipmap_map::map::{Grid, Shown};
 use slipmap_map::risk::{Spread, Uncertain};
 use slipmap_model::friction::{Expression, ExpressionError, Law, Table};
 use slipmap_model::point::LawParameters;
@@ -26,6 +26,8 @@ pub struct MachineJob {
     pub varied: Vec<(&'static str, Vec<f64>)>,
     /// The uncertain quantities and their distributions.
     pub uncertain: Vec<Uncertain>,
+    /// The units of the file, by quantity, the first of each; `None` is the SI unit.
+    units: Vec<(&'static str, Option<Shown>)>,
     /// What units in the file are in SI: "1 rpm is 0.10472 rad/s".
     pub conversions: Vec<String>,
     /// The title of its page.
@@ -284,8 +286,15 @@ pub(super) fn read(section: &Section, friction: &Section, law: &Law) -> Result<M
         _ => 3,
     });
     let mass = key_of_mass(section, motion)?;
-    let (varied, uncertain, conversions) = (Vec::new(), Vec::new(), RefCell::default());
-    let mut reader = Reader { section, motion, law, conversions, varied, uncertain };
+    let mut reader = Reader {
+        section,
+        motion,
+        law,
+        units: RefCell::default(),
+        conversions: RefCell::default(),
+        varied: Vec::new(),
+        uncertain: Vec::new(),
+    };
     let mut values = Vec::new();
     for name in names {
         let key = if name == MASS { mass } else { name };
@@ -293,7 +302,7 @@ pub(super) fn read(section: &Section, friction: &Section, law: &Law) -> Result<M
             values.push((name, reader.number_that(key, name)?));
         }
     }
-    let Reader { varied, uncertain, conversions, .. } = reader;
+    let Reader { varied, uncertain, units, conversions, .. } = reader;
     let known = |name: &str| values.iter().find(|(known, _)| *known == name).map(|(_, value)| *value);
     let largest = |name: &str| {
         let several = varied.iter().find(|(known, _)| *known == name);
@@ -323,7 +332,8 @@ pub(super) fn read(section: &Section, friction: &Section, law: &Law) -> Result<M
             |node| node.error(problem, remedy),
         ));
     }
-    Ok(MachineJob { machine, varied, uncertain, conversions: conversions.into_inner(), title: None })
+    let (units, conversions) = (units.into_inner(), conversions.into_inner());
+    Ok(MachineJob { machine, varied, uncertain, units, conversions, title: None })
 }
 
 /// Reads numbers of `[machine]`.
@@ -331,7 +341,9 @@ struct Reader<'a> {
     section: &'a Section<'a>,
     motion: Motion,
     law: &'a Law,
-    /// What units in the file are in SI.
+    /// The units of the file, by quantity, the first of each; `None` is the SI unit.
+    units: RefCell<Vec<(&'static str, Option<Shown>)>>,
+    /// What they are in SI.
     conversions: RefCell<Vec<String>>,
     /// The quantities with several values.
     varied: Vec<(&'static str, Vec<f64>)>,
@@ -390,7 +402,7 @@ impl<'a> Reader<'a> {
     }
 
     /// Reads a number in SI units, or a text with a number and its unit.
-    fn in_si(&self, node: &Node, quantity: &str) -> Result<f64, ConfigError> {
+    fn in_si(&self, node: &Node, quantity: &'static str) -> Result<f64, ConfigError> {
         let at_radius = self.section.get(RADIUS).is_some();
         let wanted = match unit(quantity, self.motion, self.law, at_radius) {
             _ if self.is_of_formula(quantity) => None,
@@ -398,16 +410,29 @@ impl<'a> Reader<'a> {
             unit => Some(Wanted::In(unit)),
         };
         let written = node.text().ok().and_then(with_unit);
-        let (Some(wanted), Some((number, unit))) = (wanted, written) else { return node.number() };
+        let note = |shown: Option<Shown>| {
+            let mut units = self.units.borrow_mut();
+            if units.iter().all(|(known, _)| *known != quantity) {
+                units.push((quantity, shown));
+            }
+        };
+        let (Some(wanted), Some((number, unit))) = (wanted, written) else {
+            note(None);
+            return node.number();
+        };
         let si = if wanted.name().is_empty() { "1" } else { wanted.name() };
         match compare(unit, wanted) {
-            Match::Same => Ok(number),
+            Match::Same => {
+                note(None);
+                Ok(number)
+            }
             Match::Factor(factor) => {
                 let told = conversion(unit, factor, wanted);
                 let mut all = self.conversions.borrow_mut();
                 if !all.contains(&told) {
                     all.push(told);
                 }
+                note(Some(Shown { unit: unit.into(), size: factor }));
                 Ok(converted(number, factor))
             }
             Match::Other => {
@@ -494,7 +519,9 @@ fn check(node: &Node, key: &str, value: f64, (legal, wanted): (bool, &str)) -> R
 
 /// The grid of a machine.
 pub(super) fn grid(section: &Section, job: &MachineJob) -> Result<Grid, ConfigError> {
-    Grid::of_machine(&job.machine, &job.varied).map_err(|error| {
+    let unit = |name: &str| job.units.iter().find(|(known, _)| *known == name)?.1.clone();
+    let grid = Grid::of_machine(&job.machine, &job.varied);
+    grid.map(|grid| grid.shown_in(unit)).map_err(|error| {
         let name = job.varied.first().map_or(BELT_SPEED, |(name, _)| name);
         let remedy = "check the units and the values";
         section.get(name).map_or_else(

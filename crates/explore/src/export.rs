@@ -29,7 +29,7 @@ fn list<'a>(texts: impl IntoIterator<Item = &'a str>) -> String {
 
 /// The range of an axis.
 #[derive(Clone, Copy)]
-struct Range<'a> {
+struct AxisRange<'a> {
     name: &'a str,
     from: f64,
     to: f64,
@@ -37,7 +37,7 @@ struct Range<'a> {
     log: bool,
 }
 
-impl<'a> Range<'a> {
+impl<'a> AxisRange<'a> {
     fn of(name: &'a str, nodes: &[f64], log: bool) -> Self {
         Self { name, from: nodes[0], to: nodes[nodes.len() - 1], points: nodes.len(), log }
     }
@@ -48,7 +48,7 @@ struct Description<'a> {
     law: &'a Law,
     held: Vec<(&'a str, f64)>,
     /// Those of the two axes, of a machine in SI units.
-    ranges: [Range<'a>; 2],
+    ranges: [AxisRange<'a>; 2],
     methods: Vec<Method>,
     field: Option<Field>,
     /// The machine of which the two axes are quantities.
@@ -119,7 +119,7 @@ impl Description<'_> {
         let Show::Variable(variable) = show else {
             return format!("slipmap run {CONFIG}\nslipmap report {MAP}\n");
         };
-        let is_damping = |range: &&Range| matches!(range.name, "c" | DAMPING | DAMPING_RATIO);
+        let is_damping = |range: &&AxisRange| matches!(range.name, "c" | DAMPING | DAMPING_RATIO);
         // Critical dampings are drawn over the other axis alone.
         let shown: Vec<&str> = match Field::is_critical(variable) {
             true => self.ranges.iter().filter(|range| !is_damping(range)).map(|range| range.name).collect(),
@@ -135,11 +135,11 @@ impl Description<'_> {
 }
 
 /// Writes the axes of a configuration: values, then ranges.
-fn write_axes<'a>(text: &mut String, held: impl Iterator<Item = (&'a str, f64)>, ranges: &[Range]) {
+fn write_axes<'a>(text: &mut String, held: impl Iterator<Item = (&'a str, f64)>, ranges: &[AxisRange]) {
     for (name, value) in held {
         let _ = writeln!(text, "{name} = {}", float(value));
     }
-    for Range { name, from, to, points, log } in ranges {
+    for AxisRange { name, from, to, points, log } in ranges {
         let spacing = if *log { ", spacing = \"log\"" } else { "" };
         let (from, to) = (float(*from), float(*to));
         let _ = writeln!(text, "{name} = {{ from = {from}, to = {to}, points = {points}{spacing} }}");
@@ -156,7 +156,7 @@ impl PlaneRequest {
         let axes = slice.grid.axes();
         let (show, methods, field) = self.show(&slice.grid)?;
         let held = axes.iter().enumerate().filter(|(axis, _)| *axis != slice.x && *axis != slice.y);
-        let range = |axis: usize, log: bool| Range::of(&axes[axis].name, &axes[axis].values, log);
+        let range = |axis: usize, log: bool| AxisRange::of(&axes[axis].name, &axes[axis].values, log);
         let [x_log, y_log] = self.logarithmic();
         let machine = self.place.machine()?;
         let ranges = [range(slice.x, x_log), range(slice.y, y_log)];

@@ -46,23 +46,23 @@ impl PlaneRequest {
 }
 
 /// The cells of a picture.
-enum Values {
+enum CellValues {
     Codes(Vec<i8>),
     Reals(Vec<f32>),
 }
 
-impl Values {
+impl CellValues {
     /// The cells of a picture in which nothing is computed yet.
     fn none(is_codes: bool, cells: usize) -> Self {
         match is_codes {
-            true => Values::Codes(vec![Verdict::NotComputed.code(); cells]),
-            false => Values::Reals(vec![f32::NAN; cells]),
+            true => CellValues::Codes(vec![Verdict::NotComputed.code(); cells]),
+            false => CellValues::Reals(vec![f32::NAN; cells]),
         }
     }
 
     /// Converts dimensionless numbers to the unit of the label.
     fn convert(&mut self, label: Option<&Label>) {
-        if let (Values::Reals(reals), Some(label)) = (self, label)
+        if let (CellValues::Reals(reals), Some(label)) = (self, label)
             && label.factor != 1.0
         {
             reals.iter_mut().for_each(|real| *real = (f64::from(*real) * label.factor) as f32);
@@ -74,7 +74,7 @@ impl Values {
 fn written(
     [width, height]: [usize; 2],
     label: Option<&Label>,
-    cells: Values,
+    cells: CellValues,
     kinds: Option<Vec<Kind>>,
     started: Instant,
 ) -> Vec<u8> {
@@ -93,8 +93,8 @@ fn written(
     }
     bytes.push(b'\n');
     match cells {
-        Values::Codes(codes) => bytes.extend(codes.iter().map(|code| code.to_le_bytes()[0])),
-        Values::Reals(reals) => bytes.extend(reals.iter().flat_map(|real| real.to_le_bytes())),
+        CellValues::Codes(codes) => bytes.extend(codes.iter().map(|code| code.to_le_bytes()[0])),
+        CellValues::Reals(reals) => bytes.extend(reals.iter().flat_map(|real| real.to_le_bytes())),
     }
     bytes
 }
@@ -106,7 +106,7 @@ fn computed(
     methods: Vec<Method>,
     field: Option<Field>,
     control: &Control,
-) -> Result<(Values, Option<Vec<Kind>>), Refusal> {
+) -> Result<(CellValues, Option<Vec<Kind>>), Refusal> {
     let Slice { grid, x, y, .. } = slice;
     let with_columns = grid.axes().len() - 1 == *x.max(y);
     let plan = Plan::builder(grid.clone()).methods(methods).fields(field).audit_cells(0).build()?;
@@ -146,7 +146,7 @@ fn is_of(map: &Grid, plane: &Grid) -> bool {
 
 /// The cells of a picture as stored in a map: those of the nearest nodes, none beyond its ends. `None` if the
 /// map is of another law or does not have the quantity.
-fn stored(map: &MapFile, slice: &Slice, show: &Show) -> Result<Option<Values>, Refusal> {
+fn stored(map: &MapFile, slice: &Slice, show: &Show) -> Result<Option<CellValues>, Refusal> {
     let Slice { grid, x, y, .. } = slice;
     let Show::Variable(name) = show else { return Ok(None) };
     if !is_of(map.grid(), grid) || !map.has(name) || Field::is_critical(name) {
@@ -180,11 +180,11 @@ fn stored(map: &MapFile, slice: &Slice, show: &Show) -> Result<Option<Values>, R
     if show.kinds(&[]).is_some() {
         let cells = map.code_slice(name, &picks).map_err(failed)?;
         let code = |place: Option<(usize, usize)>| place.map_or(NOT_STORED, |(i, j)| cells[&at(i, j)[..]]);
-        return Ok(Some(Values::Codes(places().map(code).collect())));
+        return Ok(Some(CellValues::Codes(places().map(code).collect())));
     }
     let cells = map.real_slice(name, &picks).map_err(failed)?;
     let number = |place: Option<(usize, usize)>| place.map_or(f32::NAN, |(i, j)| cells[&at(i, j)[..]] as f32);
-    Ok(Some(Values::Reals(places().map(number).collect())))
+    Ok(Some(CellValues::Reals(places().map(number).collect())))
 }
 
 /// Receives tiles into a picture.
@@ -196,7 +196,7 @@ struct Picture<'a> {
     x: usize,
     y: usize,
     width: usize,
-    cells: Mutex<Values>,
+    cells: Mutex<CellValues>,
 }
 
 impl<'a> Picture<'a> {
@@ -213,7 +213,7 @@ impl<'a> Picture<'a> {
             Show::Difference(_) | Show::Decider => None,
         };
         let is_codes = variable.as_ref().is_none_or(|variable| variable.codes().is_some());
-        let cells = Mutex::new(Values::none(is_codes, width * height));
+        let cells = Mutex::new(CellValues::none(is_codes, width * height));
         Ok(Self { show, methods: plan.methods().to_vec(), variable, x, y, width, cells })
     }
 
@@ -253,13 +253,13 @@ impl Sink for Picture<'_> {
         };
         let mut cells = self.cells.lock().unwrap_or_else(PoisonError::into_inner);
         match (&mut *cells, found) {
-            (Values::Reals(all), Some(Cells::Reals(reals))) => {
+            (CellValues::Reals(all), Some(Cells::Reals(reals))) => {
                 // A critical damping does not vary along c: `each` cells share one number.
                 let each = data.tile.cells() / reals.len().max(1);
                 self.scatter(data, |cell, place| all[place] = reals[cell / each] as f32);
             }
-            (Values::Codes(all), _) => self.scatter(data, |cell, place| all[place] = codes[cell]),
-            (Values::Reals(_), _) => unreachable!("numbers are numbers"),
+            (CellValues::Codes(all), _) => self.scatter(data, |cell, place| all[place] = codes[cell]),
+            (CellValues::Reals(_), _) => unreachable!("numbers are numbers"),
         }
         Ok(())
     }

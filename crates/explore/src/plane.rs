@@ -18,7 +18,7 @@ const MOST_CELLS: usize = 1 << 22;
 
 /// One axis of a picture: cells of equal width, linear or logarithmic, between two ends.
 #[derive(Clone, Debug, Deserialize)]
-pub(super) struct Side {
+pub(super) struct AxisRequest {
     pub(super) axis: String,
     from: f64,
     pub(super) to: f64,
@@ -31,8 +31,8 @@ pub(super) struct Side {
 pub(super) struct PlaneRequest {
     #[serde(flatten)]
     pub(super) place: Place,
-    pub(super) x: Side,
-    pub(super) y: Side,
+    pub(super) x: AxisRequest,
+    pub(super) y: AxisRequest,
     /// Name of a variable of a map, `decider`, or `difference:METHOD:METHOD`.
     #[serde(default)]
     show: String,
@@ -47,7 +47,7 @@ pub(super) struct PlaneRequest {
     pub(super) stored: bool,
 }
 
-impl Side {
+impl AxisRequest {
     /// The values at the middle of the cells. They lie inside the ends, which may themselves be illegal (V =
     /// 0).
     pub(super) fn nodes(&self) -> Result<Vec<f64>, Refusal> {
@@ -56,7 +56,7 @@ impl Side {
 
     /// `points` values; the first and the last lie a share `half` of the axis inside its ends.
     pub(super) fn between(&self, points: usize, half: f64) -> Result<Vec<f64>, Refusal> {
-        let Side { from, to, log, .. } = *self;
+        let AxisRequest { from, to, log, .. } = *self;
         let bad = |problem: String, remedy: &str| Err(Refusal::bad_input(problem, remedy));
         if !(2..=MOST_POINTS).contains(&points) {
             return bad(format!("{points} cells along {}", self.axis), "ask for 2 to 4096");
@@ -82,7 +82,7 @@ impl Side {
 }
 
 /// A side of a picture and its nodes.
-pub(super) type Nodes<'a> = (&'a Side, Vec<f64>);
+pub(super) type Nodes<'a> = (&'a AxisRequest, Vec<f64>);
 
 /// A plane of a grid.
 pub(super) struct Slice {
@@ -98,7 +98,7 @@ impl PlaneRequest {
     /// Both sides with their nodes, across and up.
     pub(super) fn sides(
         &self,
-        nodes_of: impl Fn(&Side) -> Result<Vec<f64>, Refusal>,
+        nodes_of: impl Fn(&AxisRequest) -> Result<Vec<f64>, Refusal>,
     ) -> Result<[Nodes<'_>; 2], Refusal> {
         if self.x.axis == self.y.axis {
             return Err(Refusal::bad_input(
@@ -116,20 +116,21 @@ impl PlaneRequest {
     /// The grid with the values from `nodes_of` on both axes.
     pub(super) fn slice(
         &self,
-        nodes_of: impl Fn(&Side) -> Result<Vec<f64>, Refusal>,
+        nodes_of: impl Fn(&AxisRequest) -> Result<Vec<f64>, Refusal>,
     ) -> Result<Slice, Refusal> {
         let sides = self.sides(nodes_of)?;
         if let Some(machine) = self.place.machine()? {
             let varied: Vec<(&str, Vec<f64>)> =
                 sides.into_iter().map(|(side, nodes)| (side.axis.as_str(), nodes)).collect();
             let grid = Grid::of_machine(&machine, &varied)?;
-            let place = |side: &Side| grid.axes().iter().position(|axis| axis.name == side.axis).unwrap_or(0);
+            let place =
+                |side: &AxisRequest| grid.axes().iter().position(|axis| axis.name == side.axis).unwrap_or(0);
             let (x, y) = (place(&self.x), place(&self.y));
             return Ok(Slice { units: UnitSystem::of_grid(&grid), grid, x, y });
         }
         let (law, values) = self.place.read(&[&self.x.axis, &self.y.axis])?;
         let names = Grid::axis_names(&law);
-        let position = |side: &Side| {
+        let position = |side: &AxisRequest| {
             let found = names.iter().position(|name| *name == side.axis);
             let unknown =
                 || Refusal::malformed(format!("the law `{}` has no axis {}", law.name(), side.axis));
@@ -146,7 +147,7 @@ impl PlaneRequest {
 
     /// The grid of the picture.
     pub(super) fn cells(&self) -> Result<Slice, Refusal> {
-        self.slice(Side::nodes)
+        self.slice(AxisRequest::nodes)
     }
 
     /// Whether the axes across and up are logarithmic.

@@ -1,7 +1,7 @@
 //! Drawing: scenes with axes, panels and legends, texts with mathematical symbols, and the files that they become
 //! (SVG, PDF, PNG, CSV). It knows nothing of friction.
 
-// Only the program and its tests use this crate.
+// Only the program and the Python package use this crate.
 #![allow(missing_docs)]
 
 pub mod axis;
@@ -12,6 +12,7 @@ pub mod lines;
 pub mod panels;
 pub mod paragraph;
 pub mod region;
+#[cfg(feature = "files")]
 pub mod render;
 pub mod scene;
 pub mod strips;

@@ -125,6 +125,16 @@ pub fn rich(template: &str) -> Rich {
 }
 
 /// Only words written in the program are parsed as templates, see [`rich`].
+/// Joins parts by commas, without those that are empty.
+pub fn join(parts: impl IntoIterator<Item = Rich>) -> Rich {
+    let mut text = Rich::default();
+    for part in parts.into_iter().filter(|part| !part.pieces.is_empty()) {
+        let separator = rich(if text.pieces.is_empty() { "" } else { ", " });
+        text = text.then(separator).then(part);
+    }
+    text
+}
+
 impl From<&'static str> for Rich {
     fn from(template: &'static str) -> Self {
         rich(template)

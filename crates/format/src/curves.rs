@@ -3,25 +3,17 @@
 use hdf5::types::TypeDescriptor;
 use hdf5::{Dataset, File, Group, H5Type};
 
-use slipmap_map::dataset::{Value, fingerprint, si_name};
+use slipmap_map::dataset::curves::{PLANE, POINT, columns, held};
+use slipmap_map::dataset::{Value, fingerprint};
 use slipmap_map::map::{Axis, CURVE_COLUMNS, Grid, Plane, PlaneCurve, PlaneCurves, PlanePoint};
 use slipmap_simulate::bifurcation::Bifurcation;
 
 use super::create::group_of_tables;
-use super::records::Contents::{Integers, Reals, Words};
-use super::records::{Series, write_tables};
+use super::records::write_tables;
 use super::trust::{self, FilePlace, Unfit};
 use super::value;
 
 pub(super) const GROUP: &str = "curves";
-
-const PLANE: &str = "plane";
-const POINT: &str = "point";
-
-/// Name of the column with the values at which an axis is held fixed.
-fn held(axis: &Axis) -> String {
-    format!("held_{}", axis.name)
-}
 
 /// Names of all columns and dimensions that the group may have.
 pub(super) fn names(grid: &Grid) -> Vec<String> {
@@ -37,64 +29,7 @@ pub(super) fn write(file: &File, grid: &Grid, planes: &[PlaneCurves]) -> hdf5::R
     }
     let group = group_of_tables(file, GROUP)?;
     value::write(&group, "long_name", &"curves of codimension one, by continuation".into())?;
-    let axes = grid.axes();
-    let word = |position: fn(&Plane) -> usize| -> Vec<String> {
-        planes.iter().map(|curves| axes[position(&curves.plane)].name.clone()).collect()
-    };
-    let mut columns = vec![
-        Series::new(PLANE, "plane_x", "first axis of the plane", Words(word(|plane| plane.x))),
-        Series::new(PLANE, "plane_y", "second axis of the plane", Words(word(|plane| plane.y))),
-    ];
-    for (position, axis) in axes.iter().enumerate() {
-        let values = planes.iter().map(|PlaneCurves { plane, .. }| match position {
-            shown if shown == plane.x || shown == plane.y => f64::NAN,
-            _ => axis.values[plane.held[position]],
-        });
-        let long_name = format!("value at which {} is held, NaN in the plane", axis.name);
-        let series = Series::new(PLANE, &held(axis), &long_name, Reals(values.collect()));
-        columns.push(series.in_unit(&si_name(axis.unit)));
-    }
-    if planes.iter().any(|curves| curves.points() > 0) {
-        columns.extend(points(axes, planes));
-    }
-    write_tables(&group, &columns)
-}
-
-/// Columns along the dimension `point`.
-fn points(axes: &[Axis], planes: &[PlaneCurves]) -> Vec<Series> {
-    let (mut number, mut curve, mut branch, mut error) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-    let mut values = vec![Vec::new(); axes.len()];
-    for (plane_number, curves) in (1..).zip(planes) {
-        let plane = &curves.plane;
-        for (branch_number, line) in curves.numbered() {
-            for point in &line.points {
-                number.push(plane_number);
-                curve.push(line.bifurcation.name().to_owned());
-                branch.push(i32::try_from(branch_number).unwrap_or(i32::MAX));
-                error.push(point.error);
-                for (position, column) in values.iter_mut().enumerate() {
-                    column.push(match position {
-                        x if x == plane.x => point.x,
-                        y if y == plane.y => point.y,
-                        _ => axes[position].values[plane.held[position]],
-                    });
-                }
-            }
-        }
-    }
-    let mut columns = vec![
-        Series::new(POINT, "plane_number", "number of the plane", Integers(number)),
-        Series::new(POINT, "curve", "what happens on the curve", Words(curve)),
-        Series::new(POINT, "branch", "number of the connected curve in its plane and kind", Integers(branch)),
-    ];
-    for (axis, values) in axes.iter().zip(values) {
-        let series = Series::new(POINT, &axis.name, &axis.long_name, Reals(values));
-        columns.push(series.in_unit(&si_name(axis.unit)));
-    }
-    let long_name = "estimate of the distance from the curve, in sides of the plane, which is logarithmic along axes of \
-                     equal ratios";
-    columns.push(Series::new(POINT, "error", long_name, Reals(error)));
-    columns
+    write_tables(&group, &columns(grid, planes))
 }
 
 /// Reads the group, if the map has one. The length of the file bounds how much is read.

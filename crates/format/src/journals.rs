@@ -42,7 +42,7 @@ const LISTED_RUNS: usize = 20;
 
 /// The contents of a tile's frame: the tile, the seconds from the start of the process to its end, its account.
 #[derive(Serialize, Deserialize)]
-pub(super) struct Contents<Tile, Of> {
+pub(super) struct TileRecord<Tile, Of> {
     pub(super) tile: Tile,
     pub(super) seconds: f64,
     pub(super) account: Of,
@@ -68,7 +68,7 @@ pub(super) struct Run {
 
 /// A place of a tile: the number of its journal, from 1, and the frame's position and length there.
 #[derive(Clone, Copy, Debug)]
-struct Place {
+struct FramePlace {
     journal: NonZeroU32,
     length: u32,
     at: u64,
@@ -83,7 +83,7 @@ pub struct Journals {
     schema: Schema,
     longest: u64,
     files: Vec<PathBuf>,
-    places: Vec<Option<Place>>,
+    places: Vec<Option<FramePlace>>,
     pub(super) existing: Existing,
     history: Vec<String>,
     /// The sum of the accounts of the tiles.
@@ -196,8 +196,8 @@ impl Journals {
     }
 
     /// The contents of a tile's frame; `None` for other bytes.
-    fn read(&self, tile: usize, bytes: &[u8]) -> Option<Contents<PackedTile, Account>> {
-        let contents: Contents<PackedTile, Account> = from_bytes(bytes)?;
+    fn read(&self, tile: usize, bytes: &[u8]) -> Option<TileRecord<PackedTile, Account>> {
+        let contents: TileRecord<PackedTile, Account> = from_bytes(bytes)?;
         let fits = contents.tile.number == tile
             && contents.tile.fits(&self.schema)
             && contents.account.fits(&self.plan);
@@ -209,7 +209,7 @@ impl Journals {
         let journal = u32::try_from(self.files.len()).ok().and_then(NonZeroU32::new);
         // A frame has at most `longest` bytes, and there are fewer files than numbers for them.
         if let (Some(journal), Ok(length)) = (journal, u32::try_from(frame.length)) {
-            self.places[frame.tile as usize] = Some(Place { journal, length, at: frame.at });
+            self.places[frame.tile as usize] = Some(FramePlace { journal, length, at: frame.at });
         }
     }
 
@@ -304,12 +304,12 @@ impl Journals {
     /// frames.
     fn window(&self, first: usize) -> Result<Vec<PackedTile>, StoreError> {
         let mut bytes = 0;
-        let within = |(_, place): &(usize, Place)| {
+        let within = |(_, place): &(usize, FramePlace)| {
             bytes += u64::from(place.length);
             bytes <= WINDOW || bytes == u64::from(place.length)
         };
         let places = self.places.iter().enumerate().skip(first);
-        let mut wanted: Vec<(usize, Place)> =
+        let mut wanted: Vec<(usize, FramePlace)> =
             places.map_while(|(tile, place)| Some((tile, (*place)?))).take_while(within).collect();
         wanted.sort_by_key(|(_, place)| (place.journal, place.at));
         let mut tiles = Vec::with_capacity(wanted.len());
@@ -318,7 +318,7 @@ impl Journals {
             let path = &self.files[of_journal[0].1.journal.get() as usize - 1];
             let failed = |source| StoreError::io("read", path, source);
             let mut reader = Reader::open(path, self.longest).map_err(failed)?;
-            for &(tile, Place { length, at, .. }) in of_journal {
+            for &(tile, FramePlace { length, at, .. }) in of_journal {
                 let frame = Frame { tile: tile as u64, at, length: length.into() };
                 let contents = reader.contents(frame, &mut buffer).map_err(failed)?;
                 let contents = contents.and_then(|bytes| self.read(tile, bytes));

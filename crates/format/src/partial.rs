@@ -11,7 +11,7 @@ use slipmap_map::map::{Account, Plan, Shard, Sink, TileData};
 use super::codec::to_bytes;
 use super::error::StoreError;
 use super::journal::{Frame, Journal};
-use super::journals::{Contents, Journals, Run, any_tile, header, remove_parts};
+use super::journals::{Journals, Run, TileRecord, any_tile, header, remove_parts};
 use super::pack::{PackedTile, Packer};
 
 /// An unfinished map: the tiles that earlier and other runs have left, and those of this process.
@@ -150,7 +150,7 @@ impl Sink for PartialMap {
 
     fn write(&self, tile: PackedTile, account: &Account) -> Result<(), StoreError> {
         let seconds = self.started.elapsed().as_secs_f64();
-        let contents = to_bytes(&Contents { tile: &tile, seconds, account });
+        let contents = to_bytes(&TileRecord { tile: &tile, seconds, account });
         let mut own = self.own();
         let frame = own.journal.append(tile.number as u64, &contents)?;
         own.tiles.push(frame);

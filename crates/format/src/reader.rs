@@ -12,12 +12,13 @@ use ndarray::ArrayD;
 use slipmap_map::dataset::auxiliary::PROBABILITY;
 use slipmap_map::dataset::{MethodInfo, SCHEMA, Schema, Value};
 use slipmap_map::machine::{MOTION_ATTRIBUTE, Machine, Motion};
-use slipmap_map::map::{Field, Grid, Method, PlaneCurves, Tile};
+use slipmap_map::map::{Field, Grid, Method, PlaneCurves, Shown, Tile};
 use slipmap_model::friction::Law;
 
 use super::error::StoreError;
 use super::trust::{self, FilePlace, Unfit};
 use super::value;
+use super::writer::SHOWN;
 
 /// First bytes of an HDF5 file, and so of every map.
 pub const SIGNATURE: [u8; 8] = *b"\x89HDF\r\n\x1a\n";
@@ -379,7 +380,7 @@ fn read_schema(
             }
             let machine = Machine::new(motion, &law, |name| first.get(name).copied());
             let machine = machine.ok_or_else(|| not_a_map("its machine lacks quantities".into()))?;
-            Grid::of_machine(&machine, &varied)
+            Grid::of_machine(&machine, &varied).map(|grid| grid.shown_in(|name| shown(file, name)))
         }
     };
     let grid = grid.map_err(|error| not_a_map(error.to_string()))?;
@@ -427,6 +428,17 @@ fn read_axis(file: &File, name: &str, place: FilePlace) -> Result<Vec<f64>, Unfi
     }
     trust::axis(&axis, name, place)?;
     Ok(axis.read_raw()?)
+}
+
+/// The unit in which an axis is shown; `None` for the SI unit.
+fn shown(file: &File, name: &str) -> Option<Shown> {
+    let axis = file.dataset(name).ok()?;
+    let [Some(Value::Text(unit)), Some(Value::Reals(size))] =
+        SHOWN.map(|name| value::read(&axis, name).ok()?)
+    else {
+        return None;
+    };
+    Some(Shown { unit, size: *size.first().filter(|size| **size > 0.0)? })
 }
 
 /// Reads the description of a method from the file, not from the table of methods, because a map may be older

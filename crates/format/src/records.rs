@@ -6,55 +6,13 @@ use std::path::Path;
 use hdf5::types::VarLenArray;
 use hdf5::{Dataset, File, Group, ObjectReference1};
 
-use slipmap_map::dataset::{Provenance, Value, attributes, fingerprint};
+pub use slipmap_map::dataset::{Contents, Series};
+use slipmap_map::dataset::{Provenance, Stored, Value, attributes, fingerprint};
 
 use super::create::create_file;
 use super::error::StoreError;
 use super::sys::{self, Ending, ScaleUse};
 use super::value;
-
-/// The numbers or words of a series.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Contents {
-    /// Real numbers; NaN for missing values.
-    Reals(Vec<f64>),
-    /// Whole numbers.
-    Integers(Vec<i32>),
-    /// Words, stored as their positions in `flag_meanings`.
-    Words(Vec<String>),
-}
-
-/// One column of a table.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Series {
-    dimension: &'static str,
-    name: String,
-    long_name: String,
-    units: String,
-    contents: Contents,
-}
-
-impl Series {
-    /// A column along `dimension`.
-    pub fn new(dimension: &'static str, name: &str, long_name: &str, contents: Contents) -> Self {
-        let units = if name.starts_with("seconds") { "s" } else { "1" }.into();
-        Self { dimension, name: name.into(), long_name: long_name.into(), units, contents }
-    }
-
-    /// The column with its numbers in this unit.
-    #[must_use]
-    pub fn in_unit(self, units: &str) -> Self {
-        Self { units: units.into(), ..self }
-    }
-
-    fn len(&self) -> usize {
-        match &self.contents {
-            Contents::Reals(values) => values.len(),
-            Contents::Integers(values) => values.len(),
-            Contents::Words(values) => values.len(),
-        }
-    }
-}
 
 /// Tables and their provenance. All columns along one dimension have the same length.
 #[derive(Clone, Debug, Default)]
@@ -100,7 +58,7 @@ pub(super) fn write_tables(group: &Group, columns: &[Series]) -> hdf5::Result<()
     }
     for dimension in dimensions {
         let along: Vec<&Series> = columns.iter().filter(|series| series.dimension == dimension).collect();
-        let length = along.first().map_or(0, |series| series.len());
+        let length = along.first().map_or(0, |series| series.rows());
         let numbers: Vec<f64> = (1..=length).map(|number| number as f64).collect();
         let scale = create(group, dimension, &numbers)?;
         describe_scale(&scale, dimension, &format!("number of the {dimension}"), "1", &numbers)?;
@@ -137,34 +95,15 @@ pub(super) fn describe_scale(
 }
 
 fn write_series(group: &Group, series: &Series) -> hdf5::Result<Dataset> {
-    let (dataset, digest) = match &series.contents {
-        Contents::Reals(values) => (create(group, &series.name, values)?, fingerprint::reals(values)),
-        Contents::Integers(values) => (create(group, &series.name, values)?, fingerprint::integers(values)),
-        Contents::Words(words) => {
-            let mut meanings: Vec<&String> = Vec::new();
-            let codes: Vec<i8> = words
-                .iter()
-                .map(|word| {
-                    let known = meanings.iter().position(|meaning| *meaning == word);
-                    let code = known.unwrap_or_else(|| {
-                        meanings.push(word);
-                        meanings.len() - 1
-                    });
-                    i8::try_from(code).unwrap_or(i8::MAX)
-                })
-                .collect();
-            let dataset = create(group, &series.name, &codes)?;
-            let flags = (0..meanings.len()).map(|code| i8::try_from(code).unwrap_or(i8::MAX)).collect();
-            value::write(&dataset, "flag_values", &Value::Codes(flags))?;
-            // `flag_meanings` separates meanings by blanks, so each must be one word.
-            let meanings: Vec<String> =
-                meanings.iter().map(|word| word.split_whitespace().collect::<Vec<_>>().join("_")).collect();
-            value::write(&dataset, "flag_meanings", &meanings.join(" ").into())?;
-            (dataset, fingerprint::codes(&codes))
-        }
+    let (stored, attributes) = series.stored();
+    let (dataset, digest) = match &stored {
+        Stored::Reals(values) => (create(group, &series.name, values)?, fingerprint::reals(values)),
+        Stored::Integers(values) => (create(group, &series.name, values)?, fingerprint::integers(values)),
+        Stored::Codes(codes) => (create(group, &series.name, codes)?, fingerprint::codes(codes)),
     };
-    value::write(&dataset, "long_name", &series.long_name.as_str().into())?;
-    value::write(&dataset, "units", &series.units.as_str().into())?;
+    for (name, value) in attributes {
+        value::write(&dataset, name, &value)?;
+    }
     value::write(&dataset, "sha256", &fingerprint::of_one_tile(&digest))?;
     Ok(dataset)
 }

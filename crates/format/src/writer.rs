@@ -12,7 +12,7 @@ use crate::files::Existing;
 use slipmap_map::dataset::{
     Auxiliary, Outcome, Schema, Value, Variable, attributes, auxiliary, fingerprint, hex, si_name,
 };
-use slipmap_map::map::{Axis, Plan};
+use slipmap_map::map::{Axis, Plan, Shown};
 
 use super::create::{ATTRIBUTES_IN_HEADER, create_file};
 use super::curves;
@@ -219,6 +219,9 @@ fn create_auxiliary(file: &File, schema: &Schema, auxiliary: &[Auxiliary]) -> hd
 }
 
 /// Creates the coordinate variable of an axis, which is also a dimension (HDF5 dimension scale).
+/// The attributes of an axis that tell the unit in which it is shown, and the size of that in SI.
+pub(super) const SHOWN: [&str; 2] = ["shown_units", "shown_units_in_si"];
+
 fn create_scale(file: &File, axis: &Axis) -> hdf5::Result<()> {
     let dataset = file
         .new_dataset_builder()
@@ -227,7 +230,10 @@ fn create_scale(file: &File, axis: &Axis) -> hdf5::Result<()> {
         .attr_creation_order(AttrCreationOrder::Indexed)
         .attr_phase_change(ATTRIBUTES_IN_HEADER.max_compact, ATTRIBUTES_IN_HEADER.min_dense)
         .create(axis.name.as_str())?;
-    describe_scale(&dataset, &axis.name, &axis.long_name, &si_name(axis.unit), &axis.values)
+    describe_scale(&dataset, &axis.name, &axis.long_name, &si_name(axis.unit), &axis.values)?;
+    let Some(Shown { unit, size }) = &axis.shown else { return Ok(()) };
+    value::write(&dataset, SHOWN[0], &unit.as_str().into())?;
+    value::write(&dataset, SHOWN[1], &(*size).into())
 }
 
 fn create_variable(

@@ -2,14 +2,14 @@
 //! it stick-slips or may stick-slip, the motion, the sensitivities, and the verdicts of rigorous tests.
 
 mod data_errors;
-mod intervals;
 
-use crate::behaviour::{Behaviour, Limit, behaviour, is_positive};
+use crate::behaviour::{self, Behaviour, is_positive};
+use crate::intervals::{self, Limit, TOLERANCE};
+pub use crate::intervals::{End, Intervals, Statement};
 use crate::machine::{Dimension, Friction, Machine, Model};
 use crate::map::{self, LongRun, Regime, Verdict};
 use crate::risk::Uncertain;
-pub use data_errors::{DampingLimit, ErrorsFrom, LeftOpen, StandardErrors};
-pub use intervals::{End, Intervals, Statement};
+pub use data_errors::{DampingLimit, ErrorsFrom, LeftOpen, StandardErrors, with_errors};
 use slipmap_certify::slip_count::{count_slip_cycles, proves_absence};
 use slipmap_certify::{Guarantee, TESTS, validated};
 use slipmap_model::filippov::{HopfRate, Oscillator, Stability};
@@ -18,11 +18,8 @@ use slipmap_numbers::text::{is_known, rounded, short};
 use slipmap_simulate::backbone::Backbone;
 use slipmap_simulate::crossing::crossing_cycles_among;
 use slipmap_simulate::far_loops::FarLoops;
-use slipmap_simulate::slip_cycle::{Kick, Unknown, slip_cycles};
+use slipmap_simulate::slip_cycle::{Kick, Unknown};
 use slipmap_simulate::{Failure, Fate, Flow, critical_damping, flow, sensitivity};
-
-/// Tolerance of the scaled grazing margin.
-const TOLERANCE: f64 = 1e-9;
 
 /// The sensitivity of the critical damping to a quantity of the machine.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
@@ -200,7 +197,12 @@ fn why_unknown(why: Unknown, beyond_data: Option<&String>) -> String {
 }
 
 /// The known properties of a working point. `beyond_data`, if any, is the reason why its orbits fail.
-fn undetermined(oscillator: &Oscillator, flow: &Flow, beyond_data: Option<&String>) -> Undetermined {
+fn undetermined(
+    oscillator: &Oscillator,
+    flow: &Flow,
+    attractors: &map::Behaviour,
+    beyond_data: Option<&String>,
+) -> Undetermined {
     let mut reasons = Vec::new();
     let sticks = match flow.fate {
         Fate::Sticks(_) => Some(true),
@@ -212,7 +214,7 @@ fn undetermined(oscillator: &Oscillator, flow: &Flow, beyond_data: Option<&Strin
             None
         }
     };
-    if let Err(why) = slip_cycles(oscillator, TOLERANCE) {
+    if let Some(why) = attractors.slip_cycles_unknown(oscillator, flow) {
         reasons.push(format!("slip cycles: {}", why_unknown(why, beyond_data)));
     }
     let far = FarLoops::where_friction_resists(&oscillator.curve, oscillator.belt_speed);
@@ -232,7 +234,7 @@ pub fn assess_fitted(machine: &Machine, uncertain: &[Uncertain]) -> Option<Asses
     let model = machine.model()?;
     let Model { law, point, si } = &model;
     let units = si.units;
-    let behaviour = behaviour(&model, TOLERANCE);
+    let (behaviour, stick_slip) = behaviour::with_speeds(&model, TOLERANCE);
     let column = model.column();
     let oscillator = Oscillator::new(law, point);
     let flow = flow(&oscillator, TOLERANCE);
@@ -267,11 +269,10 @@ pub fn assess_fitted(machine: &Machine, uncertain: &[Uncertain]) -> Option<Asses
     let beyond_data = beyond_data(machine, &behaviour);
     let is_missing = vibrates_below.is_none() || !has_kick;
     let slip_cycles_unknown = is_missing
-        .then(|| slip_cycles(&oscillator, TOLERANCE).err())
+        .then(|| attractors.slip_cycles_unknown(&oscillator, &flow))
         .flatten()
         .map(|why| format!("slip cycles: {}", why_unknown(why, beyond_data.as_ref())));
-    let known = behaviour.critical_belt_speed.value().map(|speed| speed / units.velocity);
-    let speeds = intervals::of_speeds(law, point, units.velocity, known);
+    let speeds = intervals::of_speeds(law, point, units.velocity, stick_slip);
     let folds = backbone.iter().flat_map(|backbone| backbone.turning_points()).map(|turn| turn.viscous);
     let changes: Vec<f64> =
         folds.map(|viscous| viscous / point.epsilon).chain([hopf / point.epsilon, critical]).collect();
@@ -293,7 +294,7 @@ pub fn assess_fitted(machine: &Machine, uncertain: &[Uncertain]) -> Option<Asses
         slip_cycles_unknown,
         standard_errors: StandardErrors::of(machine, uncertain, &behaviour, basin.as_ref().zip(backbone)),
         undetermined: matches!(behaviour.regime, Regime::Failed | Regime::Neutral)
-            .then(|| undetermined(&oscillator, &flow, beyond_data.as_ref())),
+            .then(|| undetermined(&oscillator, &flow, &attractors, beyond_data.as_ref())),
         period: cycle.map(|cycle| cycle.period * units.time),
         velocity_amplitude: cycle.map(|c| 0.5 * (c.velocity.hi - c.velocity.lo) * units.velocity),
         severity: cycle.map(|cycle| 0.5 * (cycle.velocity.hi - cycle.velocity.lo) / column.belt_speed),
@@ -379,6 +380,7 @@ mod tests {
     use slipmap_model::friction::{Expression, Law, Table};
     use slipmap_model::point::{LawParameters, Point};
     use slipmap_numbers::random::Random;
+    use slipmap_simulate::slip_cycle::slip_cycles;
 
     fn regime_at(law: &Law, point: &Point) -> Regime {
         let oscillator = Oscillator::new(law, point);
@@ -574,7 +576,8 @@ mod tests {
         };
         let Model { law, point, .. } = machine.model().unwrap();
         let oscillator = Oscillator::new(&law, &point);
-        let found = undetermined(&oscillator, &flow(&oscillator, TOLERANCE), None);
+        let attractors = map::Behaviour::new(&oscillator.curve, oscillator.belt_speed);
+        let found = undetermined(&oscillator, &flow(&oscillator, TOLERANCE), &attractors, None);
         assert_eq!(found.sticks, Some(true), "{found:?}");
         assert!(found.reasons.iter().any(|why| why.starts_with("slip cycles: ")), "{found:?}");
     }
@@ -614,7 +617,7 @@ mod tests {
                     assert_eq!(intervals.each_ref().map(|of| within(of, value)), truth, "{name} {value}");
                 }
                 let starts = intervals.iter().flat_map(|of| &of.holds).filter_map(|ends| ends[0].located());
-                windows += starts.filter(|[value, error]| *error < 1e-6 * value).count();
+                windows += starts.filter(|[value, error]| *error < 5e-6 * value).count();
             }
         }
         // Of the Stribeck curve all three begin at speeds above 0, and slip cycles at a damping above 0.
@@ -626,7 +629,7 @@ mod tests {
     #[test]
     fn ends_of_intervals_have_their_errors() {
         let near = |[value, error]: [f64; 2], expected: f64| {
-            assert!((value - expected).abs() <= error && error <= 1e-6 * value, "{value} {error} {expected}");
+            assert!((value - expected).abs() <= error && error <= 5e-6 * value, "{value} {error} {expected}");
         };
         let end = |all: &Assessment, statement: Statement| {
             all.speeds[statement as usize].holds.last().unwrap()[1].located().unwrap()

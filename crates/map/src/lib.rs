@@ -5,6 +5,7 @@ pub mod assessment;
 pub mod behaviour;
 pub mod clock;
 pub mod dataset;
+mod intervals;
 pub mod machine;
 pub mod map;
 pub mod probe;

@@ -17,6 +17,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use rayon::prelude::*;
 
 use crate::machine::Machine;
+use crate::map::{Grid, pool, unravel};
 use slipmap_numbers::random::Random;
 use surface::{Groups, Searches, has_standard_errors};
 pub(crate) use surface::{Joint, Moved, joint};
@@ -66,6 +67,7 @@ pub struct Estimate {
     /// The estimate.
     pub value: f64,
     /// Smallest and largest legal value.
+    #[serde(rename = "limits_95")]
     pub limits: [f64; 2],
 }
 
@@ -90,11 +92,13 @@ pub struct Risk {
     pub redrawn: usize,
     /// Whether there are fewer draws than usual, since each needs a search of its own: the critical damping
     /// is too rough to be interpolated between them.
+    #[serde(rename = "fewer_than_usual")]
     pub fewer: bool,
     /// Largest error of the critical dampings found, N s/m (for a rotation N m s/rad).
     pub critical_damping_error: f64,
     /// Standard error of the critical damping of the machine as given, N s/m (for a rotation N m s/rad), due
     /// to those of its measured friction, which the draws include. `None` for friction without them.
+    #[serde(rename = "critical_damping_standard_error")]
     pub standard_error: Option<f64>,
     /// The probability that the machine may stick-slip.
     pub probability: Estimate,
@@ -114,7 +118,7 @@ const TRIES: usize = 1000;
 /// Largest number of iterations for a nominal damping, since the set of legal draws depends on it.
 const MOST_ROUNDS: usize = 100;
 /// 97.5 % quantile of the normal distribution.
-const NORMAL: f64 = 1.959_963_984_540_054;
+pub(crate) const NORMAL: f64 = 1.959_963_984_540_054;
 
 /// An uncertain quantity of a machine: its name and its distribution.
 pub type Uncertain = (&'static str, Spread);
@@ -378,7 +382,7 @@ pub struct Probabilities {
 ///
 /// # Errors
 /// [`NoRisk`].
-pub fn probabilities(
+fn probabilities(
     machines: impl Iterator<Item = Machine>,
     uncertain: &[Uncertain],
     dampings: &[f64],
@@ -408,6 +412,45 @@ pub fn probabilities(
         }
     }
     Ok(all)
+}
+
+/// Number of draws for a whole map.
+const DRAWS_OF_MAP: usize = 1_000_000;
+/// Least number of draws in each of its columns: the standard error of a probability is then at most 0.005.
+const FEWEST_OF_COLUMN: usize = 10_000;
+
+/// The probability of stick-slip in each cell of a map.
+pub struct Chances<'a> {
+    grid: &'a Grid,
+    uncertain: &'a [Uncertain],
+    /// Number of draws in each column.
+    pub draws: usize,
+}
+
+impl<'a> Chances<'a> {
+    /// `None` for a grid without a machine or without uncertain quantities.
+    pub fn of(grid: &'a Grid, uncertain: &'a [Uncertain]) -> Option<Self> {
+        grid.machine().filter(|machine| is_uncertain(machine, uncertain))?;
+        Some(Self { grid, uncertain, draws: (DRAWS_OF_MAP / grid.column_count()).max(FEWEST_OF_COLUMN) })
+    }
+
+    /// Computes them on `threads` threads, all machines from the same random numbers. Ends with an error once `stop` is true.
+    ///
+    /// # Errors
+    /// [`NoRisk`].
+    pub fn probabilities(&self, threads: Option<usize>, stop: &AtomicBool) -> Result<Probabilities, NoRisk> {
+        let Self { grid, uncertain, draws } = *self;
+        let (shape, dampings) = (grid.shape(), grid.dampings());
+        let machine =
+            |column: usize| grid.machine_at(&grid.values(&unravel(column * dampings.len(), &shape)));
+        let machines = (0..grid.column_count()).filter_map(machine);
+        let find = || probabilities(machines, uncertain, dampings, draws, stop);
+        // If no pool can be created, the global pool is used.
+        match pool(threads) {
+            Ok(pool) => pool.install(find),
+            Err(_) => find(),
+        }
+    }
 }
 
 /// A share with the limits of Wilson's score interval.

@@ -5,6 +5,7 @@ use super::table::Table;
 use super::units::View;
 use slipmap_figure::text::Rich;
 use slipmap_format::MapFile;
+use slipmap_page::html::page;
 
 /// The title of the map, or else the name of its file without extension.
 fn title(map: &MapFile) -> Rich {
@@ -27,8 +28,6 @@ fn heading(table: &Table) -> &'static str {
         _ => "Provenance",
     }
 }
-
-const STYLE: &str = include_str!("document.css");
 
 /// Identifier of an element for links: "slice-gamma-c".
 fn anchor(kind: &str, name: &str) -> String {
@@ -83,17 +82,6 @@ pub(super) fn html(view: &View, summary: &[(Rich, Rich)], tables: &[Table], figu
         ));
     }
     page(&title, &text)
-}
-
-/// A self-contained HTML page with its title as heading.
-pub(super) fn page(title: &Rich, body: &str) -> String {
-    format!(
-        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
-         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-         <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'\">\n\
-         <title>{0}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<h1>{0}</h1>\n{body}</body>\n</html>\n",
-        title.html()
-    )
 }
 
 /// A LaTeX document with the summary that includes every table and figure, as an example of their use.

@@ -34,7 +34,9 @@ impl FitFigure {
         let (least, most) = extremes(of_readings.chain(of_law));
         let room = 0.05 * (most - least);
         let fastest = self.law.iter().map(|[speed, ..]| *speed).fold(0.0, f64::max);
-        let (x, y) = (Scale::linear(0.0, fastest), Scale::linear(least - room, most + room));
+        // Readings at rest and at the last speed are seen whole.
+        let (x, y) =
+            (Scale::linear(-0.02 * fastest, 1.02 * fastest), Scale::linear(least - room, most + room));
         let labels = Panel::y_labels_width(y, HEIGHT);
         let left = left_margin(labels);
         let rect = Rect { x: left, y: TITLE_MARGIN, w: WIDTH - left - RIGHT_MARGIN, h: HEIGHT };

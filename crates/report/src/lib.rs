@@ -11,7 +11,6 @@ mod boundary;
 mod document;
 pub mod figure;
 mod fit_figure;
-mod machine_page;
 pub mod proved;
 mod stale;
 mod summary;
@@ -28,7 +27,6 @@ use std::sync::atomic::Ordering;
 
 pub use boundary::{Boundaries, MethodBoundary};
 pub use fit_figure::FitFigure;
-pub use machine_page::{MachinePage, Subject};
 pub use slipmap_figure::csv::{csv_text, is_formula};
 pub use slipmap_figure::text::{Rich, rich};
 pub use table::{Cell, Table};
@@ -41,6 +39,7 @@ pub use write::{write_figure, write_file};
 pub use slipmap_format::files::Existing;
 use slipmap_format::{MapFile, StoreError};
 use slipmap_map::map::Control;
+pub use slipmap_page::{MachinePage, Subject, to_json};
 pub use slipmap_study::benchmark::StudyError;
 
 /// Name of the method with which all others are compared.

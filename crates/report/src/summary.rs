@@ -1,7 +1,6 @@
 //! The summary on the first screen of a report.
 
 use super::figure::picks;
-use super::machine_page::percent;
 use super::tables::undetermined_regimes;
 use super::units::{View, join};
 use super::{Report, SIMULATION};
@@ -11,6 +10,7 @@ use slipmap_map::dataset::auxiliary::PROBABILITY;
 use slipmap_map::machine::Dimension;
 use slipmap_map::map::Verdict;
 use slipmap_numbers::text::count;
+use slipmap_page::percent;
 
 /// Bound on the error of the scaled grazing margin for a machine.
 const TOLERANCE: f64 = 1e-9;

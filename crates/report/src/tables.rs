@@ -67,7 +67,7 @@ pub fn volume(view: &View, report: &Report) -> Table {
     let long = map.grid().axes()[1..].iter().filter(|axis| axis.values.len() > 1);
     let labels: Vec<Label> = long.map(|axis| view.axis(axis)).collect();
     let factor: f64 = labels.iter().map(|label| label.factor).product();
-    let units: Vec<&str> = labels.iter().map(|label| label.unit).filter(|unit| !unit.is_empty()).collect();
+    let units: Vec<&str> = labels.iter().map(|label| &*label.unit).filter(|unit| !unit.is_empty()).collect();
     let unit = if units.is_empty() { String::new() } else { format!(", {}", units.join(" × ")) };
     let key = |name: &str| match units.is_empty() {
         true => name.to_owned(),

@@ -1,14 +1,16 @@
 //! The units in which the numbers of a map are shown: those of its machine, or none.
 
+use std::borrow::Cow;
 use std::sync::OnceLock;
 
+pub use slipmap_figure::text::join;
 use slipmap_figure::text::{Piece, Rich, rich};
 use slipmap_format::MapFile;
 use slipmap_map::dataset::auxiliary::PROBABILITY;
 use slipmap_map::machine::{
     Coefficients, DAMPING_RATIO, Dimension, Friction, Machine, Model, SiUnits, Units,
 };
-use slipmap_map::map::{Axis, Field, Grid, Quantity, dimension};
+use slipmap_map::map::{Axis, Field, Grid, Quantity, Shown, dimension};
 
 /// A map and the units in which its numbers are shown.
 #[derive(Clone, Debug)]
@@ -61,16 +63,6 @@ impl<'a> View<'a> {
     }
 }
 
-/// Joins parts by commas, without those that are empty.
-pub fn join(parts: impl IntoIterator<Item = Rich>) -> Rich {
-    let mut text = Rich::default();
-    for part in parts.into_iter().filter(|part| !part.pieces.is_empty()) {
-        let separator = rich(if text.pieces.is_empty() { "" } else { ", " });
-        text = text.then(separator).then(part);
-    }
-    text
-}
-
 /// The description of the part of a machine's friction that does not vary.
 fn friction_words(map: &MapFile, machine: &Machine) -> Vec<Rich> {
     let fixed = map.grid().fixed();
@@ -108,8 +100,8 @@ pub struct Label {
     /// The name in CSV headers, without the unit.
     pub key: String,
     /// The unit; empty for pure numbers.
-    pub unit: &'static str,
-    /// Factor by which dimensionless numbers are multiplied.
+    pub unit: Cow<'static, str>,
+    /// Factor by which dimensionless numbers, or those in SI, are multiplied.
     pub factor: f64,
 }
 
@@ -130,20 +122,24 @@ impl UnitSystem {
             (Some(si), Some(dimension)) => Label {
                 name: rich(words),
                 key: key.into(),
-                unit: si.unit(dimension),
+                unit: si.unit(dimension).into(),
                 factor: si.factor(dimension),
             },
-            _ => Label { name: symbol, key: key.into(), unit: "", factor: 1.0 },
+            _ => Label { name: symbol, key: key.into(), unit: "".into(), factor: 1.0 },
         }
     }
 
-    /// The name of an axis with its unit.
+    /// The name of an axis with the unit in which it is shown.
     pub(crate) fn axis(&self, axis: &Axis) -> Label {
         let name = match self.machine {
             Some(_) => Rich::foreign(&axis.long_name),
             None => Rich::symbol(&axis.name),
         };
-        Label { name, key: axis.name.clone(), unit: axis.unit, factor: 1.0 }
+        let (unit, factor) = match &axis.shown {
+            Some(Shown { unit, size }) => (unit.clone().into(), size.recip()),
+            None => (axis.unit.into(), 1.0),
+        };
+        Label { name, key: axis.name.clone(), unit, factor }
     }
 
     /// The name of a variable of a map with its unit.
@@ -173,7 +169,7 @@ impl Label {
     /// "damping, N s/m": for axes and headings.
     pub fn text(&self) -> Rich {
         let mut text = self.name.clone();
-        match (self.unit, text.pieces.last_mut()) {
+        match (&*self.unit, text.pieces.last_mut()) {
             ("", _) => text,
             // One piece of text, so that it can be searched in a figure.
             (unit, Some(Piece::Words(words))) => {
@@ -186,7 +182,7 @@ impl Label {
 
     /// "damping [N s/m]": for headers of CSV files.
     pub(crate) fn header(&self) -> String {
-        match self.unit {
+        match &*self.unit {
             "" => self.key.clone(),
             unit => format!("{} [{unit}]", self.key),
         }
@@ -205,7 +201,7 @@ impl Label {
             [first, .., last] => name.then(" from ").then(number(*first)).then(" to ").then(number(*last)),
             _ => name.then(" = ").then(number(nodes[0])),
         };
-        text.with_unit(self.unit)
+        text.with_unit(&self.unit)
     }
 }
 

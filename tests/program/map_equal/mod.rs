@@ -2,20 +2,21 @@
 //! the map of these tests.
 
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
 
 use hdf5::types::{IntSize, TypeDescriptor};
 
 use crate::command::Scratch;
 
-/// A map of 40 tiles across the boundary of existence, with an audit; a quarter of a second of work or two.
+/// A map of 40 tiles across the boundary of existence, with an audit; a fifth of a second of work or two.
 pub const JOB: &str = "\
 title = \"stopped and resumed, or shared\"
 [grid]
 epsilon = [0.05, 0.2]
 alpha = { from = 0.0, to = 0.8, points = 20 }
 beta = [0.0, 0.2]
-gamma = { from = 0.5, to = 8.0, points = 16, spacing = \"log\" }
+gamma = { from = 0.5, to = 8.0, points = 8, spacing = \"log\" }
 V = [0.5, 2.0]
 c = { from = 0.0, to = 3.0, points = 32 }
 [curves]
@@ -26,6 +27,18 @@ cells = 50
 path = \"map.h5\"
 fields = [\"verdict\", \"margin\", \"critical_c\", \"regime\"]
 ";
+
+/// The map of [`JOB`] by one process that nothing stops, for many tests.
+pub static REFERENCE: LazyLock<PathBuf> = LazyLock::new(|| {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("reference");
+    let _ = std::fs::remove_dir_all(&folder);
+    std::fs::create_dir_all(&folder).unwrap();
+    let scratch = scratch();
+    scratch.run(&["run", "job.toml", "--threads", "2"]).ends_with(0);
+    let path = folder.join("map.h5");
+    std::fs::copy(scratch.path().join("map.h5"), &path).unwrap();
+    path
+});
 
 /// A folder with the configuration [`JOB`].
 pub fn scratch() -> Scratch {

@@ -10,7 +10,7 @@ const ANGLES: usize = 512;
 const PARTS: [usize; 3] = [4, 8, 2];
 
 /// A cell of the box.
-struct Part {
+struct Cell {
     a: Ball,
     k: Ball,
     b: Ball,
@@ -21,7 +21,7 @@ struct Part {
 /// Lower bound of H for |t| <= `tube` over all angles and the whole box; `None` if it is not positive, or if
 /// the curve is not a barrier.
 pub(super) fn least(tile: &Tile, tube: f64) -> Option<f64> {
-    let parts = parts(tile);
+    let cells = cells(tile);
     // Sizes of r0' and r0'': sums of |coefficients| times orders.
     let sums = |power: i32| -> f64 {
         let rows = tile.cosines.iter().zip(&tile.sines).enumerate();
@@ -52,14 +52,14 @@ pub(super) fn least(tile: &Tile, tube: f64) -> Option<f64> {
         let (r_off, slope_off) = (first * (half + 1e-10), second * (half + 1e-10));
         let around = |middle: f64| Ball::new(middle, half + 1e-10);
         let (cos, product, square) = (around(cos), around(sin * cos), around(sin * sin));
-        for part in &parts {
+        for cell in &cells {
             let sum = |values: &[f64], off: f64| {
-                let terms = values.iter().zip(&part.weights);
+                let terms = values.iter().zip(&cell.weights);
                 terms.fold(Ball::new(0.0, off), |sum, (value, weight)| sum + *weight * *value)
             };
             let (r0, slope) = (sum(&r, r_off) + Ball::exact(1.0), sum(&slope, slope_off));
             let damping = sum(&tile.viscous, tube);
-            let here = growth(part, r0, slope, damping, tube, [cos, product, square])?;
+            let here = growth(cell, r0, slope, damping, tube, [cos, product, square])?;
             // Written so that NaN is kept.
             least = if here >= least { least } else { here };
         }
@@ -69,7 +69,7 @@ pub(super) fn least(tile: &Tile, tube: f64) -> Option<f64> {
 
 /// The lower bound of H in one cell.
 fn growth(
-    part: &Part,
+    cell: &Cell,
     r0: Ball,
     slope: Ball,
     damping: Ball,
@@ -77,7 +77,7 @@ fn growth(
     [cos, product, square]: [Ball; 3],
 ) -> Option<f64> {
     let one = Ball::exact(1.0);
-    let Part { a, k, b, .. } = *part;
+    let Cell { a, k, b, .. } = *cell;
     let sigma = product * -0.5;
     let sigma_slope = square - Ball::exact(0.5);
     let t = Ball::new(0.0, tube);
@@ -102,7 +102,7 @@ fn growth(
     Some((main + rest).least())
 }
 
-fn parts(tile: &Tile) -> Vec<Part> {
+fn cells(tile: &Tile) -> Vec<Cell> {
     let ranges = tile.domain.ranges();
     let cells = [0, 1, 2].map(|axis| if ranges[axis][0] == ranges[axis][1] { 1 } else { PARTS[axis] });
     let all = cells.iter().product::<usize>();
@@ -117,7 +117,7 @@ fn parts(tile: &Tile) -> Vec<Part> {
                 (middle + half * x, modes(x))
             });
             let [(a, in_a), (k, in_k), (b, in_b)] = axes;
-            Part { a, k, b, weights: products([&in_a, &in_k, &in_b]) }
+            Cell { a, k, b, weights: products([&in_a, &in_k, &in_b]) }
         })
         .collect()
 }

@@ -185,8 +185,8 @@ impl BoxProof {
         let share = volumes::share(&ranges, &self.ranges);
         let lands = volumes::sticks_from(Divergence::Groups(groups), epsilon, belt_speed, self.damping);
         let frame = Frame::new(&ranges);
-        let [least, most] =
-            [Side::Least, Side::Most].map(|side| Bound::new(&self.surface, &groups, &frame, side));
+        let [least, most] = [Extreme::Least, Extreme::Most]
+            .map(|extreme| PartBound::new(&self.surface, &groups, &frame, extreme));
         let decided = volumes::decided(share, self.damping, lands, [&least, &most]);
         let [present, absent] = decided.map(Interval::of);
         let undecided = (share - (present + absent)).hi.max(0.0);
@@ -200,7 +200,7 @@ impl BoxProof {
     }
 
     /// The axis along which a cut gains most.
-    fn best_cut(&self, ranges: &Ranges, least: &Bound, lands: Option<f64>) -> Option<usize> {
+    fn best_cut(&self, ranges: &Ranges, least: &PartBound, lands: Option<f64>) -> Option<usize> {
         let wide = || (0..AXES).filter(|&axis| ranges[axis][0] < ranges[axis][1]);
         let extent =
             |axis: usize| (ranges[axis][1] - ranges[axis][0]) / (self.ranges[axis][1] - self.ranges[axis][0]);
@@ -227,16 +227,16 @@ impl BoxProof {
     }
 }
 
-/// Side of a bound of C*.
+/// Whether a bound of C* is a lower or an upper one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Side {
+enum Extreme {
     Least,
     Most,
 }
 
 /// A lower or an upper bound of the critical damping c* over a part.
-struct Bound {
-    side: Side,
+struct PartBound {
+    extreme: Extreme,
     /// The bound by the pieces of the surface that the part meets: the expansion of the first of them.
     expansion: Expansion,
     /// The number to be added to the expansion.
@@ -251,12 +251,12 @@ struct Bound {
     range: Interval,
 }
 
-impl Bound {
-    fn new(surface: &Surface, groups: &Groups, frame: &Frame, side: Side) -> Self {
+impl PartBound {
+    fn new(surface: &Surface, groups: &Groups, frame: &Frame, extreme: Extreme) -> Self {
         let by_even_part = || {
-            frame.damping(match side {
-                Side::Least => &Function::EvenLeast,
-                Side::Most => &Function::EvenMost,
+            frame.damping(match extreme {
+                Extreme::Least => &Function::EvenLeast,
+                Extreme::Most => &Function::EvenMost,
             })
         };
         let epsilon = frame.epsilon();
@@ -271,7 +271,7 @@ impl Bound {
         });
         let Some((expansion, mut error, mut narrowest)) = pieces.next() else {
             return Self {
-                side,
+                extreme,
                 expansion: by_even_part(),
                 error: Interval::ZERO,
                 difference: 0.0,
@@ -294,21 +294,21 @@ impl Bound {
         let middle = |x: Interval| Interval::of(0.5 * (x.lo + x.hi));
         let gap = even_part_bounds(&Groups { a: middle(groups.a), k: middle(groups.k), b: middle(groups.b) });
         let even = (gap.hi - gap.lo < (error * epsilon).size()).then(by_even_part);
-        Self { side, expansion, error, difference, even, narrowest, range }
+        Self { extreme, expansion, error, difference, even, narrowest, range }
     }
 
     /// The better of the two bounds.
     fn best(&self, of: impl Fn(&Expansion, Interval) -> Interval) -> Interval {
         let by_surface = of(&self.expansion, self.error);
         let by_even_part = self.even.as_ref().map_or(by_surface, |even| of(even, Interval::ZERO));
-        Interval::of(match self.side {
-            Side::Least => by_surface.lo.max(by_even_part.lo),
-            Side::Most => by_surface.hi.min(by_even_part.hi),
+        Interval::of(match self.extreme {
+            Extreme::Least => by_surface.lo.max(by_even_part.lo),
+            Extreme::Most => by_surface.hi.min(by_even_part.hi),
         })
     }
 }
 
-impl volumes::Bound for Bound {
+impl volumes::Bound for PartBound {
     fn mean_cut(&self, range: [f64; 2]) -> Interval {
         self.best(|f, error| mean_cut(f, error, self.range, range))
     }

@@ -98,7 +98,7 @@ impl LawProof {
         let Some(tile) = Tile::prove(&self.law, &ranges) else {
             return Part { ranges, tile: None, decided: [0.0; 2], undecided: share.hi.min(1.0) };
         };
-        let bound = |sign: f64| Bound {
+        let bound = |sign: f64| LinearBound {
             epsilon: ranges[0],
             viscous: Interval::of(tile.viscous) + Interval::of(sign * tile.radius),
             slopes: tile.slopes.clone(),
@@ -132,7 +132,7 @@ impl LawProof {
 
 /// A bound of C*, linear in coordinates from -1 to 1, over a range of eps, the first of them.
 #[derive(Clone)]
-struct Bound {
+struct LinearBound {
     epsilon: [f64; 2],
     viscous: Interval,
     slopes: Vec<f64>,
@@ -140,7 +140,7 @@ struct Bound {
     depth: u32,
 }
 
-impl Bound {
+impl LinearBound {
     /// The range of C* / eps.
     fn range(&self) -> Interval {
         let spread = self.slopes.iter().fold(Interval::ZERO, |sum, slope| sum + Interval::of(slope.abs())).hi;
@@ -175,7 +175,7 @@ impl Bound {
     }
 }
 
-impl volumes::Bound for Bound {
+impl volumes::Bound for LinearBound {
     fn mean_cut(&self, [lo, hi]: [f64; 2]) -> Interval {
         let range = self.range();
         if range.hi <= lo {

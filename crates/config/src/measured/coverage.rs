@@ -59,7 +59,7 @@ impl Case {
         let (belt_speed, mass) = (FALL * between(0.5, 8.0), between(0.4, 10.0));
         let (rows, noise) = (between(15.0, most_rows) as usize, REST * between(0.005, 0.05));
         let text = format!("{far} + {}*{} + {rise}*u", REST - far, formula.replace('W', &FALL.to_string()));
-        let friction = Friction::Formula(Expression::new(&text, REST).unwrap(), LawParameters::new(&[]));
+        let friction = Friction::Formula(Expression::new(&text, 1.0).unwrap(), LawParameters::new(&[]));
         let mut machine = machine(friction, mass, belt_speed, 0.0);
         let model = machine.model().unwrap();
         let reach = influence(&model.column(), 2).unwrap()[1].to * model.si.units.velocity;

@@ -3,11 +3,134 @@
 use std::fmt::Write as _;
 
 use super::Measured;
-use slipmap_fit::{Fit, Form, Reading};
+use slipmap_fit::{Fit, Form, NoFit, Reading, fits};
 use slipmap_map::machine::{Dimension, Motion};
 use slipmap_numbers::text::{rounded, short};
 
+/// A law fitted to measured friction, in SI units.
+#[derive(Clone, Debug, serde::Serialize)]
+pub struct FittedLaw {
+    /// Its name in the table of laws.
+    law: String,
+    /// Friction as a formula in the slip speed u.
+    formula: String,
+    /// Akaike's criterion for small samples: only differences between laws fitted to the same readings mean anything.
+    aicc: f64,
+    /// Root mean square of the residuals in slip.
+    residual: f64,
+    /// The sum of the squares of the residuals in units of the standard errors, divided by the degrees of freedom;
+    /// `None` for readings without standard errors.
+    reduced_chi_squared: Option<f64>,
+    /// The parameters.
+    names: Vec<String>,
+    values: Vec<f64>,
+    standard_errors: Vec<f64>,
+    covariance: Vec<Vec<f64>>,
+    /// Friction at rest, where it drops as slip begins.
+    #[serde(rename = "static")]
+    at_rest: Option<f64>,
+    static_standard_error: Option<f64>,
+}
+
+/// Laws fitted to measured friction: what `slipmap fit --json` prints.
+#[derive(Clone, Debug, serde::Serialize)]
+pub struct Fitted {
+    /// The file.
+    data: String,
+    /// What has been understood of it, one phrase each.
+    read: Vec<String>,
+    /// "force" (of a rotation a torque) or "coefficient".
+    quantity: &'static str,
+    speed_unit: &'static str,
+    /// Empty for a coefficient.
+    friction_unit: &'static str,
+    /// Largest slip speed of the readings.
+    fastest: Option<f64>,
+    /// The best law, or the one that was asked for.
+    fit: FittedLaw,
+    /// All laws, the best one first.
+    fits: Vec<FittedLaw>,
+    /// Slip speeds of the residuals: those of the readings, of a record over time those of its means.
+    slip_speeds: Vec<f64>,
+    /// Readings less the law.
+    residuals: Vec<f64>,
+    /// Number of changes of sign of the residuals less that of independent ones, in standard deviations: far below 0 where
+    /// the law does not follow the readings.
+    residual_runs: f64,
+}
+
+/// The fits to measured friction.
+#[derive(Clone, Debug)]
+pub struct Fits {
+    /// All laws, the best one first.
+    pub all: Vec<Fit>,
+    chosen: usize,
+    slip_speeds: Vec<f64>,
+}
+
+impl Fits {
+    /// The best fit, or the one that was asked for.
+    pub fn chosen(&self) -> &Fit {
+        &self.all[self.chosen]
+    }
+}
+
 impl Measured {
+    /// Fits all laws; `law` is the name of the one that is asked for in place of the best one.
+    ///
+    /// # Errors
+    /// The problem with its line, and a remedy.
+    pub fn fits(&self, law: Option<&str>) -> Result<Fits, (String, String)> {
+        let [in_slip, at_rest] = self.readings()?;
+        let all = fits(&in_slip, &at_rest).map_err(|why| {
+            let (problem, remedy) = match why {
+                NoFit::TooFew => ("there are too few slip speeds", "give at least five"),
+                NoFit::None => {
+                    ("no law that falls as slip begins follows from the readings", "measure nearer to rest")
+                }
+            };
+            (format!("{}: {problem}", self.name), remedy.to_owned())
+        })?;
+        let names: Vec<String> = all.iter().map(|fit| words_of(fit.form)).collect();
+        let position = law.map_or(Some(0), |law| names.iter().position(|name| name == law));
+        let chosen = position.ok_or_else(|| {
+            let problem = format!("there is no such fit: {}", law.unwrap_or_default());
+            (problem, format!("choose from: {}", names.join("; ")))
+        })?;
+        Ok(Fits { all, chosen, slip_speeds: in_slip.iter().map(|reading| reading.speed).collect() })
+    }
+
+    /// The fits as they are told to programs.
+    pub fn fitted(&self, fits: &Fits) -> Fitted {
+        let law = |fit: &Fit| FittedLaw {
+            law: words_of(fit.form),
+            formula: self.named(&fit.form.formula()),
+            aicc: fit.aicc,
+            residual: fit.residual,
+            reduced_chi_squared: fit.reduced,
+            names: fit.form.names().into_iter().map(|name| self.named(name)).collect(),
+            values: fit.values.clone(),
+            standard_errors: fit.errors(),
+            covariance: fit.covariance.row_iter().map(|row| row.iter().copied().collect()).collect(),
+            at_rest: fit.at_rest.map(|[level, _]| level),
+            static_standard_error: fit.at_rest.map(|[_, error]| error),
+        };
+        let chosen = fits.chosen();
+        Fitted {
+            data: self.name.clone(),
+            read: self.said.clone(),
+            quantity: if self.holds_forces() { "force" } else { "coefficient" },
+            speed_unit: self.speed_unit(),
+            friction_unit: self.friction_unit(),
+            fastest: self.in_slip.last().map(|row| row.speed),
+            fit: law(chosen),
+            fits: fits.all.iter().map(law).collect(),
+            slip_speeds: fits.slip_speeds.clone(),
+            residuals: chosen.residuals.clone(),
+            residual_runs: chosen.runs,
+        }
+    }
+
     /// The readings for a fit, in slip and at rest: those of a record over time, which are not independent, as the
     /// means of its segments.
     ///

@@ -225,13 +225,12 @@ fn fold(rows: Vec<Row>, said: &mut Vec<String>) -> Result<(Vec<Row>, f64), Refus
     // Friction against slip is positive; a coefficient may be written without a direction.
     let sign = |mostly_negative: bool| if mostly_negative { -1.0 } else { 1.0 };
     let signs = [sign(mostly(&forward)), sign(mostly(&backward))];
-    let means = [&forward, &backward]
-        .map(|rows| rows.iter().map(|row| row.friction.abs()).sum::<f64>() / rows.len() as f64);
-    said.push(match forward.is_empty() {
-        true => "slip is negative in all rows: taken as the direction of slip".into(),
-        false => format!(
+    said.push(match (forward.is_empty(), backward_over_forward(forward, &backward)) {
+        (true, _) => "slip is negative in all rows: taken as the direction of slip".into(),
+        (false, None) => "both directions of slip folded into one: they have no slip speeds in common".into(),
+        (false, Some(ratio)) => format!(
             "both directions of slip folded into one: backward friction is on average {} % of that forward",
-            rounded(100.0 * means[1] / means[0], 3)
+            rounded(100.0 * ratio, 3)
         ),
     });
     let folded = rows.into_iter().map(|row| {
@@ -244,6 +243,22 @@ fn fold(rows: Vec<Row>, said: &mut Vec<String>) -> Result<(Vec<Row>, f64), Refus
         Row { speed: row.speed.abs(), friction: sign * row.friction, ..row }
     });
     Ok((folded.collect(), 0.0))
+}
+
+/// The mean friction of backward slip over that of forward slip at the same slip speeds, between the rows of which it
+/// is interpolated; `None` where they have none in common.
+fn backward_over_forward(mut forward: Vec<&Row>, backward: &[&Row]) -> Option<f64> {
+    forward.sort_by(|one, other| one.speed.total_cmp(&other.speed));
+    let at = |speed: f64| {
+        let above = forward.partition_point(|row| row.speed < speed);
+        let (high, low) = (forward.get(above)?, forward.get(above.saturating_sub(1))?);
+        let share = if high.speed > low.speed { (speed - low.speed) / (high.speed - low.speed) } else { 1.0 };
+        let friction = low.friction.abs() + share * (high.friction.abs() - low.friction.abs());
+        (low.speed <= speed).then_some(friction)
+    };
+    let pairs = backward.iter().filter_map(|row| Some([row.friction.abs(), at(-row.speed)?]));
+    let [back, ahead] = pairs.fold([0.0; 2], |sums, pair| [sums[0] + pair[0], sums[1] + pair[1]]);
+    (ahead > 0.0).then(|| back / ahead)
 }
 
 /// The readings at rest and those in slip, in the order of the file.

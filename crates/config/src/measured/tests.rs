@@ -90,6 +90,11 @@ fn ugly_files_are_read_or_refused_with_their_line() {
             text("v,F [N]\n-0.5,-310\n-0.1,-360\n0,400\n0.1,340\n0.5,290"),
             Read(NEWTONS, true, &["both directions", "106 %"]),
         ),
+        (
+            "directions at other speeds",
+            text("v,F [N]\n-0.25,-350\n0,400\n0.1,380\n0.3,340"),
+            Read(&[(0.0, 400.0), (0.1, 380.0), (0.25, 350.0), (0.3, 340.0)], true, &["100 %"]),
+        ),
         ("a static row", text("v,mu\nstatic,0.4\n0.1,0.35\n0.5,0.3"), Read(THREE, false, &[])),
         (
             "readings of breakaway",

@@ -2,12 +2,13 @@
 //! behaviours between which the data cannot decide.
 
 use super::{Assessment, SAME, TOLERANCE};
-use crate::behaviour::{Behaviour, Limit};
+use crate::behaviour::Behaviour;
+use crate::intervals::{Limit, last_between};
 use crate::machine::{Friction, Machine, Model};
 use crate::map::{Attractors, BasinBoundary, Regime, long_run};
-use crate::risk::{Joint, Moved, Uncertain, WithError, joint, uncertain_critical_damping};
+use crate::risk::{Joint, Moved, NORMAL, Uncertain, WithError, joint, uncertain_critical_damping};
 use slipmap_model::filippov::Oscillator;
-use slipmap_model::friction::Column;
+use slipmap_model::friction::{Column, Table};
 use slipmap_simulate::backbone::Backbone;
 use slipmap_simulate::flow;
 use slipmap_simulate::sensitivity::standard_error_of_closing;
@@ -17,8 +18,10 @@ const NEAR: f64 = 2.0;
 /// Number of changes from falling to rising friction, or back, from which rows without standard errors scatter: a curve
 /// that falls and rises once has one.
 const FEWEST_TURNS: usize = 2;
-/// Relative step of the slope of the backbone.
+/// Relative step of the slope of the critical damping.
 const STEP: f64 = 1e-3;
+/// Number of amplitudes between that of a cycle and the least and the largest at which the backbone is compared.
+const PLACES: u32 = 400;
 
 /// Where standard errors of measured friction come from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
@@ -62,7 +65,9 @@ impl StandardErrors {
         if !fit.is_empty() {
             return Self::of_fit(machine, uncertain, &fit, behaviour);
         }
-        let (machine, from) = with_errors(machine)?;
+        let Friction::Measured(table) = &machine.friction else { return None };
+        let (table, from) = with_errors(table)?;
+        let machine = Machine { friction: Friction::Measured(table), ..machine.clone() };
         let model = machine.model()?;
         let Model { point, si, .. } = &model;
         let column = model.column();
@@ -130,11 +135,11 @@ fn error_of_belt_speed(
     standard_error.is_finite().then_some(WithError { value, standard_error })
 }
 
-/// The machine with the standard errors of its friction, and where they come from.
-fn with_errors(machine: &Machine) -> Option<(Machine, ErrorsFrom)> {
-    let Friction::Measured(table) = &machine.friction else { return None };
+/// A table with the standard errors of its data, and where they come from: those that it has, or else the scatter of
+/// its rows, and what the curve between them could be.
+pub fn with_errors(table: &Table) -> Option<(Table, ErrorsFrom)> {
     if table.standard_errors().is_some() {
-        return Some((machine.clone(), ErrorsFrom::Data));
+        return Some((table.clone(), ErrorsFrom::Data));
     }
     let scatters = table.turns() >= FEWEST_TURNS;
     let (error, from) = match scatters {
@@ -142,18 +147,27 @@ fn with_errors(machine: &Machine) -> Option<(Machine, ErrorsFrom)> {
         false => (0.0, ErrorsFrom::Curve),
     };
     let table = table.with_standard_errors(&vec![error; table.data().count()]).ok()?;
-    Some((Machine { friction: Friction::Measured(table.with_error_of_curve()), ..machine.clone() }, from))
+    Some((table.with_error_of_curve(), from))
 }
 
-/// The relative standard error of the amplitude of the slip cycle that the kick leads to. The cycle lies
-/// where the backbone takes the value of the damping, so that an error of the backbone there, divided by its
-/// slope, is one of the amplitude.
+/// The relative standard error of the amplitude of the slip cycle that the kick leads to. The cycle lies where the
+/// backbone takes the value of the damping, so the amplitudes at which that of the data is within its 95 % limits of
+/// this value are those of the true cycle, with the same probability. The slope of the backbone at one amplitude says
+/// less: of data that scatter it bends within these limits. The farther end of the range counts.
 fn error_of_kick(column: &Column, damping: f64, basin: &BasinBoundary, backbone: &Backbone) -> Option<f64> {
     // The grazing orbit is no slip cycle, and its errors are not known.
     let radius = basin.cycle?.velocity.hi;
-    let error = column.epsilon * standard_error_of_closing(column, damping, radius)?;
-    let [below, above] = [1.0 - STEP, 1.0 + STEP].map(|factor| backbone.viscous(radius * factor));
-    let relative = error * 2.0 * STEP / (above - below).abs();
+    let error = NORMAL * column.epsilon * standard_error_of_closing(column, damping, radius)?;
+    let here = backbone.viscous(radius);
+    let farthest = |end: f64| {
+        let at = |i: u32| radius + (end - radius) * f64::from(i) / f64::from(PLACES);
+        let is_within = |amplitude: f64| (backbone.viscous(amplitude) - here).abs() <= error;
+        let Some(beyond) = (1..=PLACES).find(|i| !is_within(at(*i))) else { return (end - radius).abs() };
+        let distance = |i: u32| (at(i) - radius).abs();
+        let towards = (end - radius).signum();
+        last_between(distance(beyond - 1), distance(beyond), |it| Some(is_within(radius + towards * it)))[0]
+    };
+    let relative = farthest(0.0).max(farthest(column.belt_speed)) / (NORMAL * radius);
     relative.is_finite().then_some(relative)
 }
 
@@ -244,14 +258,17 @@ mod tests {
     use super::super::assess;
     use super::*;
     use crate::machine::example;
-    use slipmap_model::friction::{Law, Table};
+    use slipmap_model::friction::Law;
 
     const DATA: [(f64, f64); 7] =
         [(0.0, 0.42), (0.03, 0.37), (0.07, 0.33), (0.15, 0.3), (0.3, 0.285), (0.6, 0.28), (1.2, 0.285)];
 
+    /// So small that their effects are proportional to them.
+    const ERROR: f64 = 1e-5;
+
     fn machine(data: &[(f64, f64)], damping: f64) -> Machine {
         let table = Table::new("a pad", data, data[0].1).unwrap();
-        let friction = Friction::Measured(table.with_standard_errors(&[0.001; 7]).unwrap());
+        let friction = Friction::Measured(table.with_standard_errors(&[ERROR; 7]).unwrap());
         let [mass, stiffness, normal_force, belt_speed] = [1.8, 4.2e5, 900.0, 0.1];
         let like = example(Law::Stribeck);
         Machine { friction, mass, stiffness, normal_force, belt_speed, damping, ..like }
@@ -271,11 +288,11 @@ mod tests {
         };
         let here = basin(&DATA);
         assert!((here[1] / all.kick.unwrap().forward - 1.0).abs() < 1e-9);
-        const SHARE: f64 = 0.02;
+        const SHARE: f64 = 2.0;
         let squares = (0..DATA.len()).map(|row| {
             let moved = |by: f64| {
                 let mut data = DATA;
-                data[row].1 += by * SHARE * 0.001;
+                data[row].1 += by * SHARE * ERROR;
                 basin(&data)
             };
             let [after, before] = [moved(1.0), moved(-1.0)];

@@ -46,8 +46,8 @@ impl Outcome {
         let mut add = |name: &str, value: Value| attributes.push((name.to_owned(), value));
         add("threads", integer(summary.threads));
         add("wall_seconds", summary.seconds.into());
-        for method in &summary.methods {
-            add(&format!("seconds_{}", method.method.name()), method.seconds.into());
+        for (method, found) in plan.methods.iter().zip(&account.methods) {
+            add(&format!("seconds_{}", method.name()), found.seconds.into());
         }
         if plan.audit_cells > 0 {
             add("audit_cells", integer(account.audit.cells));

@@ -3,8 +3,10 @@
 
 pub mod attributes;
 pub mod auxiliary;
+pub mod curves;
 pub mod fingerprint;
 mod schema;
+mod series;
 mod value;
 
 pub use attributes::{Outcome, Provenance};
@@ -12,6 +14,7 @@ pub use auxiliary::Auxiliary;
 pub use fingerprint::Fingerprint;
 pub use schema::{Cells, MethodInfo, Schema, Variable};
 pub use schema::{Content, SCHEMA, si_name};
+pub use series::{Contents, Series, Stored};
 pub use value::Value;
 
 /// Lower-case hexadecimal digits.

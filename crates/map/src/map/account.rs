@@ -18,9 +18,9 @@ pub struct FailedCell {
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct MethodAccount {
     /// Processor seconds.
-    pub(crate) seconds: f64,
+    pub seconds: f64,
     /// Number of cells with each verdict, in the order of [`Verdict::ALL`].
-    pub(crate) counts: [u64; 5],
+    pub counts: [u64; 5],
 }
 
 named_sums! {

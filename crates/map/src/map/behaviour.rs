@@ -11,13 +11,15 @@ use slipmap_numbers::text::rounded;
 use slipmap_simulate::backbone::{Backbone, CycleRange, InterpolatedBackbone};
 use slipmap_simulate::crossing::{crossing_cycles_among, some_cross_for_ever, stick_slip_cycle};
 use slipmap_simulate::far_loops::FarLoops;
-use slipmap_simulate::slip_cycle::{BACKBONE_TOLERANCE, Kick, kick_onto, kick_onto_grazing, locate};
+use slipmap_simulate::slip_cycle::{BACKBONE_TOLERANCE, Kick, Unknown, kick_onto, kick_onto_grazing, locate};
 use slipmap_simulate::{CriticalDamping, located_critical_damping};
 use slipmap_simulate::{Cycle, Failure, Flow, Neighbour, TIGHT, outermost_repelling};
 
 /// Tolerance, in units of the weakening rate, of the coarse backbones that are tried first where only the
 /// number of cycles is needed: few dampings of a column lie that close to an extreme of the backbone.
 pub(super) const COARSE: f64 = 1e-5;
+/// Least error, relative to the largest |C|, of a coarse backbone that is far above [`COARSE`].
+const ROUGH: f64 = 1e-3;
 /// Tolerance of C(V) of a curve with a drop.
 const GRAZING: f64 = 1e-11;
 
@@ -114,11 +116,35 @@ impl<'a> Behaviour<'a> {
     /// As [`Self::slip_cycles`], between any bounds: for the number and the stability of the cycles.
     pub(super) fn count(&self, viscous: f64, end: End) -> Option<Vec<CycleRange>> {
         self.cycles(viscous, end, |ends| match self.coarse(viscous, ends) {
+            Ok(None) if self.is_rough() => {
+                self.coarse.borrow().last()?.as_ref().ok()?.cycles(viscous, ends.stable, ends.returns)
+            }
             Ok(None) => self.read_fine(viscous, ends),
             Ok(cycles) => cycles,
             // Where a coarse backbone fails, a fine one does.
             Err(_) => None,
         })
+    }
+
+    /// Whether the last coarse backbone is that of a law with corners, and its error far above the tolerance: that of
+    /// scattered data. A fine one takes twice as long and has about the same error.
+    fn is_rough(&self) -> bool {
+        let coarse = self.coarse.borrow();
+        let Some(Ok(last)) = coarse.last() else { return false };
+        let size = last.turning_points().iter().map(|turn| turn.viscous.abs()).fold(0.0, f64::max);
+        !self.curve.corners().is_empty() && last.error > ROUGH * size
+    }
+
+    /// The reason why the slip cycles are unknown, where they are.
+    pub(crate) fn slip_cycles_unknown(&self, oscillator: &Oscillator, flow: &Flow) -> Option<Unknown> {
+        if self.slip_cycles(oscillator.viscous, End::of(flow)).is_some() {
+            return None;
+        }
+        match (oscillator.stability(), self.fine.get(), self.coarse.borrow().last()) {
+            (Stability::Neutral, ..) => Some(Unknown::Neutral),
+            (_, Some(Err(failed)), _) | (_, _, Some(Err(failed))) => Some((*failed).into()),
+            _ => Some(Unknown::TooClose),
+        }
     }
 
     /// Whether the equilibrium attracts at eps c = `viscous`; `None` where it is neutral. Where friction is

@@ -39,27 +39,6 @@ impl Default for Control<'_> {
     }
 }
 
-/// Results of one method.
-#[derive(Clone, Debug, PartialEq)]
-pub struct MethodSummary {
-    /// The method.
-    pub method: Method,
-    /// Number of cells computed.
-    pub cells: u64,
-    /// Processor seconds.
-    pub seconds: f64,
-    /// Number of cells with each verdict, in the order of [`Verdict::ALL`].
-    pub counts: [u64; 5],
-}
-
-impl MethodSummary {
-    /// Number of cells with one verdict.
-    #[must_use]
-    pub fn cells_with(&self, verdict: Verdict) -> u64 {
-        MethodAccount { seconds: self.seconds, counts: self.counts }.cells_with(verdict)
-    }
-}
-
 /// The result of a run, without the cells themselves.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Summary {
@@ -67,8 +46,6 @@ pub struct Summary {
     pub seconds: f64,
     /// Number of worker threads.
     pub threads: usize,
-    /// One entry per method of the plan.
-    pub methods: Vec<MethodSummary>,
     /// The sum of the accounts of all tiles, with the disagreements of the audit in the order of the grid.
     pub account: Account,
     /// The proofs between the nodes, if the plan requests them; see [`super::prove`].
@@ -81,13 +58,9 @@ pub struct Summary {
 
 impl Summary {
     /// The summary of a run; `account` is the sum of the accounts of its tiles.
-    pub(crate) fn new(plan: &Plan, mut account: Account, threads: usize, seconds: f64) -> Self {
+    pub(crate) fn new(mut account: Account, threads: usize, seconds: f64) -> Self {
         account.audit.sort();
-        let cells = account.cells;
-        let of =
-            |(&method, &MethodAccount { seconds, counts })| MethodSummary { method, cells, seconds, counts };
-        let methods = plan.methods.iter().zip(&account.methods).map(of).collect();
-        Self { seconds, threads, methods, account, proved: None, curves: Vec::new(), curves_seconds: 0.0 }
+        Self { seconds, threads, account, proved: None, curves: Vec::new(), curves_seconds: 0.0 }
     }
 }
 

@@ -67,12 +67,23 @@ pub struct Axis {
     pub name: String,
     /// One phrase for a figure's axis.
     pub long_name: String,
-    /// Its unit; empty for pure numbers.
+    /// Its unit in SI; empty for pure numbers.
     pub unit: &'static str,
+    /// The unit in which it is shown; `None` for the SI unit.
+    pub shown: Option<Shown>,
     /// The parameter that the axis varies.
     pub role: AxisRole,
     /// The nodes, finite and strictly increasing.
     pub values: Vec<f64>,
+}
+
+/// A unit in which numbers are shown.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Shown {
+    /// Its name, as the configuration has it.
+    pub unit: String,
+    /// Its size in SI.
+    pub size: f64,
 }
 
 impl Axis {
@@ -274,7 +285,14 @@ impl Grid {
         let mut axes = Vec::with_capacity(nodes.len());
         for ((role, &Parameter { name, long_name, .. }), values) in axes_of(&law).zip(nodes) {
             check_nodes(name, &values, |value| Self::check_value(&law, role, name, value))?;
-            axes.push(Axis { name: name.into(), long_name: long_name.into(), unit: "", role, values });
+            axes.push(Axis {
+                name: name.into(),
+                long_name: long_name.into(),
+                unit: "",
+                shown: None,
+                role,
+                values,
+            });
         }
         Self { law, machine: None, axes, gap: None }.counted()
     }
@@ -316,7 +334,7 @@ impl Grid {
             check_nodes(name, &values, check)?;
             first.set(name, values[0]);
             let (long_name, unit) = (machine.words(name), machine.unit(name));
-            axes.push(Axis { name: name.into(), long_name, unit, role, values });
+            axes.push(Axis { name: name.into(), long_name, unit, shown: None, role, values });
         }
         axes.sort_by_key(|axis| axis.role == AxisRole::Damping);
         let mut grid = Self { law, machine: Some(Box::new(first)), axes, gap: None }.counted()?;
@@ -398,7 +416,15 @@ impl Grid {
     pub fn with_nodes(&self, nodes: Vec<Vec<f64>>) -> Result<Self, GridError> {
         let Some(machine) = &self.machine else { return Self::new(self.law.clone(), nodes) };
         let names = self.axes.iter().map(|axis| axis.name.as_str());
-        Self::of_machine(machine, &names.zip(nodes).collect::<Vec<_>>())
+        let same = Self::of_machine(machine, &names.zip(nodes).collect::<Vec<_>>())?;
+        Ok(same.shown_in(|name| self.axes.iter().find(|axis| axis.name == name)?.shown.clone()))
+    }
+
+    /// The grid with the units in which its axes are shown.
+    #[must_use]
+    pub fn shown_in(mut self, unit: impl Fn(&str) -> Option<Shown>) -> Self {
+        self.axes.iter_mut().for_each(|axis| axis.shown = unit(&axis.name));
+        self
     }
 
     /// The friction law; that of a machine is in SI units.

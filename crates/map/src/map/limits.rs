@@ -72,8 +72,8 @@ pub enum Unknown {
     /// The budget `WORK` was spent before the limit was found.
     #[error("its search was given up, since it takes too much work")]
     GivenUp,
-    /// Of a point, only closed-form tests have one: the others would take most of the time.
-    #[error("at a point it is sought for closed-form tests alone; a map and a table of points can have it")]
+    /// Of a point, only closed-form tests are asked for theirs: the others would take most of the time.
+    #[error("only maps and tables of points have it")]
     NotSought,
 }
 

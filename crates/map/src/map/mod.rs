@@ -33,10 +33,10 @@ pub use behaviour::{left_out, regime, slip_cycle_count};
 pub use contradictions::{Contradiction, Contradictions};
 pub use curves::{CURVE_COLUMNS, curves_of};
 pub use curves::{Plane, PlaneCurve, PlaneCurves, PlanePoint};
-pub use engine::{ComputeError, Control, MethodSummary, Queue, Summary, compute_tiles};
+pub use engine::{ComputeError, Control, Queue, Summary, compute_tiles};
 pub use field::{Field, Quantity};
 pub use grid::unravel;
-pub use grid::{Axis, AxisRole, Grid, GridError, Tile};
+pub use grid::{Axis, AxisRole, Grid, GridError, Shown, Tile};
 pub use method::Method;
 pub use plan::{
     DEFAULT_AUDIT_CELLS, DEFAULT_COMPRESSION, DEFAULT_PROOF_BOXES, DEFAULT_TOLERANCE, MOST_AUDIT_CELLS,

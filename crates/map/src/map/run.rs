@@ -50,7 +50,7 @@ pub fn run_with<E: std::error::Error>(
     let rest = (process_time() - processor).as_secs_f64() - account.processor_seconds();
     account.stages.other += rest.max(0.0);
     account.add(earlier.account);
-    let mut summary = Summary::new(plan, account, threads, earlier.seconds + start.elapsed().as_secs_f64());
+    let mut summary = Summary::new(account, threads, earlier.seconds + start.elapsed().as_secs_f64());
     if !plan.planes.is_empty() {
         let (start, processor) = (Instant::now(), process_time());
         let curves = curves_of(&plan.grid, &plan.planes, control.threads, control.on_plane, control.stop);

@@ -23,7 +23,7 @@ result! {
     /// All answers about one point; `slipmap probe --json` prints its serialised form.
     pub struct Probe {
         pub(crate) law: &'static str,
-        /// The point: each axis of the law with its value, in the order of [`crate::map::Grid::axis_names`].
+        /// Each axis of the law with its value, in the order of a map's dimensions.
         #[serde(serialize_with = "as_map")]
         pub(crate) point: Vec<(&'static str, f64)>,
         /// Requested bound on the error of the scaled grazing margin m / V of the simulation.
@@ -36,7 +36,7 @@ result! {
         pub(crate) sensitivity: SensitivityResult,
         /// Name of the long-run behaviour.
         pub(crate) regime: &'static str,
-        /// What the regime assumes without proof, as [`slipmap_model::friction::ONE_SLIP_CYCLE`].
+        /// What the regime assumes without proof.
         #[serde(skip_serializing_if = "Option::is_none")]
         pub(crate) regime_conjecture: Option<&'static str>,
         /// The state of steady slip.
@@ -61,7 +61,7 @@ result! {
     pub(crate) struct MethodResult {
         /// "present", "absent", "undecided" or "failed".
         pub(crate) verdict: &'static str,
-        /// As in a map, see [`super::MethodAnswer::margin`].
+        /// Signed distance in c to the edge of presence, or m / V of the simulation; NaN where it is no finite number.
         pub(crate) margin: f64,
         /// The edge of presence in c; `None` where there is none at c >= 0, or none that is known to 1 %.
         pub(crate) critical_c: Option<f64>,
@@ -72,7 +72,7 @@ result! {
         pub(crate) equation: Cow<'static, str>,
         /// Reason why the verdict is neither presence nor absence.
         pub(crate) reason: Option<String>,
-        /// Largest eps up to which the verdict equals the simulated one.
+        /// Largest epsilon up to which the verdict equals the simulated one; infinite as far as was looked.
         pub(crate) epsilon_limit: Limit,
         /// Reason why that limit is not known.
         pub(crate) epsilon_limit_reason: Option<String>,
@@ -93,7 +93,7 @@ result! {
         pub(crate) verdict: &'static str,
         /// The scaled grazing margin m / V; NaN where the flow has none.
         pub(crate) margin: f64,
-        /// Estimate of the absolute error of `margin`.
+        /// Estimate of the absolute error of `margin`; NaN where there is none.
         pub(crate) margin_error: f64,
         /// Evaluations of the right-hand side.
         pub(crate) rhs: u64,
@@ -130,8 +130,7 @@ result! {
 
     /// Derivatives of the critical damping.
     pub(crate) struct SensitivityResult {
-        /// By each axis but the damping, in the order of [`crate::map::Grid::axis_names`]; empty if they are
-        /// unknown.
+        /// By each axis but the damping, in the order of a map's dimensions; empty if they are unknown.
         #[serde(serialize_with = "as_map")]
         pub(crate) derivatives: Vec<(&'static str, Estimate)>,
         /// The standard error of the critical damping, of a table with standard errors.
@@ -150,7 +149,7 @@ result! {
         #[serde(rename = "type")]
         pub(crate) kind: &'static str,
         pub(crate) eigenvalues: [Complex; 2],
-        /// See [`crate::behaviour::growth_time`].
+        /// Time in which small disturbances grow by the factor e, where it is unstable.
         pub(crate) growth_time: Option<f64>,
     }
 
@@ -249,11 +248,11 @@ result! {
         pub(crate) belt_speed: f64,
         /// Damping coefficient, N s/m.
         pub(crate) damping: f64,
-        /// See [`crate::behaviour::Behaviour::critical_belt_speed`].
+        /// Belt speed above which the mass does not come back to the belt, m/s.
         pub(crate) critical_belt_speed: Option<f64>,
-        /// See [`crate::behaviour::Behaviour::critical_damping`].
+        /// Damping coefficient above which the same holds, N s/m; `None` where none is known to 1 %.
         pub(crate) critical_damping: Option<f64>,
-        /// See [`crate::behaviour::Behaviour::critical_damping_error`].
+        /// Estimate of its absolute error, N s/m, also of one that is not known to 1 %.
         pub(crate) critical_damping_error: Option<f64>,
         /// The critical damping as a damping ratio.
         pub(crate) critical_damping_ratio: Option<f64>,
@@ -271,7 +270,7 @@ result! {
         pub(crate) growth_time: Option<f64>,
         /// Half the distance between the extremes of x of the attracting cycle, m.
         pub(crate) amplitude: Option<f64>,
-        /// See [`crate::behaviour::Behaviour::needed_slip_speed`].
+        /// Slip speed up to which measured friction should be known, m/s, where the orbit leaves the data.
         pub(crate) needed_slip_speed: Option<f64>,
         /// The units of the dimensionless oscillator.
         pub(crate) units: Units,

@@ -143,7 +143,7 @@ pub fn draw(areas: &[Area], heading: &Rich, label: &Label, signed: bool, width: 
     } else if let Some(colours) = colours {
         let swatch = Sample::Color(style::sequential(0.5));
         let value = Rich::number(colours.scale.from * label.factor, 4);
-        legend.add(swatch, rich("everywhere ").then(value).with_unit(label.unit));
+        legend.add(swatch, rich("everywhere ").then(value).with_unit(&label.unit));
     }
     legend.below(&mut scene, rect.x, panels.bottom);
     scene

@@ -1,4 +1,4 @@
-//! Curves of codimension one in the plane of a slice: as a table, and drawn.
+//! Curves of codimension one in the plane of a slice.
 
 use std::sync::atomic::AtomicBool;
 
@@ -6,14 +6,10 @@ use rayon::prelude::*;
 
 use super::super::units::View;
 use super::slice::Slice;
-use super::verdict_panels::{EXACT, HALO};
 use slipmap_figure::data::Data;
-use slipmap_figure::legend::{Legend, Sample};
-use slipmap_figure::panels::Panel;
-use slipmap_figure::scene::{Place, Scene, Stroke};
-use slipmap_figure::style;
-use slipmap_figure::text::rich;
-use slipmap_map::map::{PlaneCurve, PlaneCurves};
+use slipmap_map::map::PlaneCurves;
+pub use slipmap_page::curves::line_style;
+pub(crate) use slipmap_page::curves::{draw, places};
 use slipmap_simulate::bifurcation::Bifurcation;
 use slipmap_simulate::flow;
 
@@ -54,12 +50,6 @@ fn mean_work(slice: &Slice) -> u64 {
     (0..SAMPLE * SAMPLE).into_par_iter().map(work).reduce(|| 0, u64::saturating_add)
 }
 
-/// The places of curves in a panel of their plane.
-pub(crate) fn places(curves: &PlaneCurves, panel: &Panel) -> Vec<Vec<Place>> {
-    let line = |curve: &PlaneCurve| curve.points.iter().map(|p| panel.place(p.x, p.y)).collect();
-    curves.curves.iter().map(line).collect()
-}
-
 /// All points as a table: the curve, the number of its branch from 1, the values of both axes, and the error,
 /// a distance in sides of the plotted rectangle.
 pub fn data(view: &View, curves: &PlaneCurves) -> Data {
@@ -75,52 +65,4 @@ pub fn data(view: &View, curves: &PlaneCurves) -> Data {
         .reals(x.header(), points().map(|(.., point)| point.x * x.factor).collect())
         .reals(y.header(), points().map(|(.., point)| point.y * y.factor).collect())
         .reals("error", points().map(|(.., point)| point.error).collect())
-}
-
-/// The drawing order: a fold on a Hopf curve shows in the gaps between the dashes of the Hopf curve.
-const ORDER: [Bifurcation; 5] = [
-    Bifurcation::Fold,
-    Bifurcation::GrazingSliding,
-    Bifurcation::Landing,
-    Bifurcation::Crossing,
-    Bifurcation::Hopf,
-];
-
-/// Draws curves into the panel of their plane. The legend names the visible ones.
-pub(crate) fn draw(scene: &mut Scene, panel: &Panel, curves: &PlaneCurves, legend: &mut Legend) {
-    let places = |bifurcation: Bifurcation| {
-        let of_kind = curves.curves.iter().filter(move |curve| curve.bifurcation == bifurcation);
-        of_kind.map(|curve| curve.points.iter().map(|p| panel.place(p.x, p.y)).collect::<Vec<Place>>())
-    };
-    scene.clipped(panel.rect, |scene| {
-        // The white halos of all curves come first, so that no halo covers a curve.
-        for bifurcation in ORDER {
-            places(bifurcation).for_each(|line| scene.line(&line, &HALO));
-        }
-        for bifurcation in ORDER {
-            places(bifurcation).for_each(|line| scene.line(&line, &line_style(bifurcation).0));
-        }
-    });
-    for bifurcation in ORDER {
-        if places(bifurcation).any(|line| line.iter().filter(|p| panel.rect.contains(**p)).count() > 1) {
-            let (stroke, words) = line_style(bifurcation);
-            legend.add(Sample::Line(stroke), rich(words));
-        }
-    }
-}
-
-/// Line style and legend text of the curve of a bifurcation. Lines differ in their dashes, in colours visible
-/// on every area.
-pub fn line_style(bifurcation: Bifurcation) -> (Stroke, &'static str) {
-    match bifurcation {
-        Bifurcation::Hopf => (Stroke { color: style::BLACK, width: 1.0, dash: &[5.0, 2.0] }, "Hopf curve"),
-        Bifurcation::GrazingSliding => (EXACT, "grazing curve"),
-        Bifurcation::Landing => {
-            (Stroke { color: style::VERMILION, width: 1.2, dash: &[1.4, 1.4] }, "landing curve")
-        }
-        Bifurcation::Crossing => {
-            (Stroke { color: style::BLUE, width: 1.2, dash: &[3.0, 1.4] }, "crossing curve")
-        }
-        Bifurcation::Fold => (Stroke::solid(style::WINE, 1.2), "fold curve"),
-    }
 }

@@ -55,7 +55,7 @@ pub(crate) fn critical(view: &View, width: Width) -> Option<Figure> {
     let y = Scale::linear(0.0, most * 1.04);
     let (x_label, y_label) = (view.axis(&axes[v]), view.axis(&axes[c]));
     let (x, y) = (x.in_unit(x_label.factor), y.in_unit(y_label.factor));
-    let y_name = match y_label.unit {
+    let y_name = match &*y_label.unit {
         "" => rich("critical damping {c}"),
         _ => rich("critical ").then(y_label.text()),
     };

@@ -9,7 +9,6 @@ pub(crate) mod deciders;
 pub mod diagram;
 pub(crate) mod errors;
 pub(crate) mod orbit;
-pub mod palette;
 pub mod plot;
 pub(crate) mod portrait;
 pub(crate) mod portraits;
@@ -24,6 +23,7 @@ pub use slice::ChoiceError;
 pub(super) use slice::{nearest_node, picks};
 pub use slipmap_figure::data::Data;
 pub use slipmap_figure::scene::{Scene, Width};
+pub use slipmap_page::palette;
 
 use rayon::prelude::*;
 

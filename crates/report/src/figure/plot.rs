@@ -427,7 +427,7 @@ impl Context<'_> {
         let unit = |line: &Line| -> Cow<str> {
             let label = self.view.units.variable(line.variable);
             let pure = || kind_of_variable(line.variable).map_or(label.key.into(), Cow::Borrowed);
-            if label.unit.is_empty() { pure() } else { label.unit.into() }
+            if label.unit.is_empty() { pure() } else { label.unit }
         };
         for line in lines {
             let values = map.real_slice(line.variable, &self.picks(line)?)?;
@@ -440,7 +440,7 @@ impl Context<'_> {
             let position = position.unwrap_or_else(|| {
                 // Several variables of one unit, or of one kind.
                 let of_all = kind_of_variable(line.variable).filter(|_| label.unit.is_empty());
-                let of_all = of_all.map_or(Rich::foreign(label.unit), rich);
+                let of_all = of_all.map_or(Rich::foreign(&label.unit), rich);
                 let chart = Chart {
                     name: if several { of_all } else { label.text() },
                     title: self.titles[line.panel].clone(),

@@ -20,6 +20,7 @@ use slipmap_figure::text::{Rich, rich};
 use slipmap_format::MapFile;
 use slipmap_map::map::{Axis, PlaneCurves, Verdict};
 use slipmap_numbers::text::count;
+pub(super) use slipmap_page::curves::{EXACT, HALO};
 use slipmap_simulate::critical_damping;
 
 /// Fewest nodes of both axes of an area. Two nodes would fill half of it each, as if what lies between had
@@ -31,8 +32,6 @@ const MOST_EPSILONS: usize = 4;
 
 /// The exact boundary: black on a white halo, so that it is visible on dark areas. Wrong cells, which may be
 /// a thin band beside it, are drawn over the halo.
-pub(super) const EXACT: Stroke = Stroke::solid(style::BLACK, 1.0);
-pub(super) const HALO: Stroke = Stroke::solid(style::WHITE, 2.4);
 /// The critical damping of the method whose panel it is.
 const OWN_EDGE: Stroke = Stroke { color: style::BLACK, width: 1.0, dash: &[2.0, 1.6] };
 

@@ -115,7 +115,10 @@ pub(crate) fn methods(map: &MapFile) -> Table {
 #[must_use]
 pub fn axes(view: &View) -> Table {
     let end = |axis: &Axis, node: usize| Cell::Real(axis.values[node] * view.axis(axis).factor);
-    let unit = |axis: &Axis| Some(view.axis(axis).unit).filter(|unit| !unit.is_empty()).unwrap_or("1");
+    let unit = |axis: &Axis| match view.axis(axis).unit {
+        none if none.is_empty() => words("1"),
+        unit => words(&unit),
+    };
     let spacing = |axis: &Axis| match axis.values.len() {
         1 => "one value",
         _ if is_linear(&axis.values) => "equal steps",
@@ -128,7 +131,7 @@ pub fn axes(view: &View) -> Table {
         ("nodes", "nodes", Show::AsIs, &|axis| Cell::Count(axis.values.len() as u64)),
         ("from", "from", Show::Trimmed(6), &|axis| end(axis, 0)),
         ("to", "to", Show::Trimmed(6), &|axis| end(axis, axis.values.len() - 1)),
-        ("unit", "unit", Show::AsIs, &|axis| words(unit(axis))),
+        ("unit", "unit", Show::AsIs, &|axis| unit(axis)),
         ("spacing", "spacing", Show::AsIs, &|axis| words(spacing(axis))),
     ];
     Table::of("axes", rich("The axes of the map, slowest first."), view.map.grid().axes(), &columns)

@@ -1,9 +1,8 @@
 //! The lines of the page: questions and answers, section by section.
 
-use super::super::figure::palette;
-use super::super::units::join;
 use super::intervals;
-use slipmap_figure::text::{Rich, rich};
+use crate::palette;
+use slipmap_figure::text::{Rich, join, rich};
 pub use slipmap_map::assessment::{Assessment, ErrorsFrom, NeededKick, Undetermined};
 use slipmap_map::machine::{Coefficients, Dimension, Friction, Machine, Motion};
 use slipmap_map::risk::{Estimate, Risk, Spread, Uncertain, WithError, is_uncertain};
@@ -475,7 +474,7 @@ fn risk_lines(all: &Assessment, risk: &Risk) -> Vec<Line> {
 
 /// A share in per cent, to two decimals. A share that is not 0 or 1 but would be printed so is given as
 /// "< 0.01" or "> 99.99".
-pub(crate) fn percent(share: f64) -> String {
+pub fn percent(share: f64) -> String {
     match 100.0 * share {
         0.0 => "0".into(),
         100.0 => "100".into(),

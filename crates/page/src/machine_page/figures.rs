@@ -2,11 +2,10 @@
 
 use slipmap_model::friction::Column;
 use std::convert::Infallible;
+use std::sync::atomic::AtomicBool;
 use std::sync::{Mutex, PoisonError};
 
-use super::super::figure::bifurcations;
-use super::super::figure::palette;
-use super::super::units::UnitSystem;
+use crate::{curves, palette};
 use slipmap_figure::axis::{SMALL_TEXT, Scale, extremes};
 use slipmap_figure::legend::{Legend, Sample};
 use slipmap_figure::panels::{BOTTOM_MARGIN, Labels, Panel, TITLE_MARGIN, left_margin};
@@ -125,7 +124,7 @@ fn curve(panel: &Panel, bifurcation: Bifurcation, dampings: impl Fn(&[f64]) -> V
     PlaneCurve { bifurcation, points: points.collect() }
 }
 
-/// The Hopf damping and the critical damping over belt speeds. This is fast for every law; continuation in
+/// The Hopf damping and the critical damping over belt speeds. This is fast for every law, also where continuation in
 /// the plane is not.
 fn limits(grid: &Grid, point: &Point, panel: &Panel) -> Vec<PlaneCurve> {
     let columns = |speeds: &[f64]| -> Vec<Column> {
@@ -193,10 +192,10 @@ fn dampings_shown(all: &Assessment) -> Scale {
 pub(super) fn regimes(all: &Assessment, height: f64) -> Scene {
     let machine = &all.machine;
     let units = machine.units();
-    let system = UnitSystem::of_machine(machine.si());
-    let velocity =
-        system.quantity(&machine.motion.words(BELT_SPEED), Rich::default(), "", Some(Dimension::Velocity));
-    let friction = system.quantity("damping", Rich::default(), "", Some(Dimension::Damping));
+    let label =
+        |words: &str, dimension| Rich::foreign(&format!("{words}, {}", machine.motion.unit(dimension)));
+    let velocity = label(&machine.motion.words(BELT_SPEED), Dimension::Velocity);
+    let friction = label("damping", Dimension::Damping);
     let in_units = |scale: Scale, unit: f64| {
         Scale { from: scale.from / unit, to: scale.to / unit, ..scale }.in_unit(unit)
     };
@@ -234,13 +233,20 @@ pub(super) fn regimes(all: &Assessment, height: f64) -> Scene {
     if let Some(grid) = grid {
         let last = grid.axes().len() - 1;
         let plane = Plane::new(last - 1, last, vec![0; last + 1]);
-        let curves = PlaneCurves { plane, curves: limits(&grid, &point, &panel) };
-        bifurcations::draw(&mut scene, &panel, &curves, &mut legend);
+        let mut lines = limits(&grid, &point, &panel);
+        // Many backbones, which take long where the law has corners.
+        if grid.law().curve(1.0, &point.law).corners().is_empty() {
+            let kinds = [Bifurcation::Crossing, Bifurcation::Fold];
+            let others = PlaneCurves::of_kinds(&kinds, &grid, plane.clone(), &AtomicBool::new(false));
+            lines.extend(others.curves);
+        }
+        let lines = PlaneCurves { plane, curves: lines };
+        curves::draw(&mut scene, &panel, &lines, &mut legend);
     }
     let here = panel.place(machine.belt_speed / units.velocity, machine.damping / units.damping);
     scene.marker(Marker::Diamond, here, 8.0, style::WHITE, true);
     scene.marker(Marker::Diamond, here, 6.0, style::VERMILION, true);
-    panel.named_axes(&mut scene, &velocity.text(), &friction.text(), labels);
+    panel.named_axes(&mut scene, &velocity, &friction, labels);
     legend.below(&mut scene, panel.rect.x, panel.rect.y + panel.rect.h + BOTTOM_MARGIN);
     scene
 }

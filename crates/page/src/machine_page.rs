@@ -5,16 +5,14 @@ mod figures;
 mod intervals;
 mod lines;
 
-use super::document;
-use super::figure::Scene;
-use super::units::join;
+use super::html;
 use figures::FIGURE;
-pub(super) use lines::percent;
+pub use lines::percent;
 use lines::{Line, Section};
 use slipmap_figure::axis::{AXIS, SMALL_TEXT, TEXT};
 use slipmap_figure::paragraph::paragraph;
-use slipmap_figure::scene::{Anchor, text_width};
-use slipmap_figure::text::{Rich, rich};
+use slipmap_figure::scene::{Anchor, Scene, text_width};
+use slipmap_figure::text::{Rich, join, rich};
 use slipmap_map::assessment::Assessment;
 use slipmap_map::risk::{Risk, Uncertain};
 
@@ -135,7 +133,7 @@ impl<'a> MachinePage<'a> {
         let title = join(pages.iter().map(|page| page.title.clone()));
         let bodies = pages.iter().enumerate().map(|(i, page)| page.body(i + 1));
         match pages {
-            [_] => document::page(&title, &bodies.collect::<String>()),
+            [_] => html::page(&title, &bodies.collect::<String>()),
             several => {
                 let of = |(page, body): (&Self, String)| {
                     let heading = page.title.html();
@@ -144,7 +142,7 @@ impl<'a> MachinePage<'a> {
                 let beside: String = several.iter().zip(bodies).map(of).collect();
                 let body =
                     format!("<div style=\"display: flex; flex-wrap: wrap; gap: 2em\">\n{beside}</div>\n");
-                document::page(&title, &body)
+                html::page(&title, &body)
             }
         }
     }

@@ -10,7 +10,7 @@ use slipmap_map::map::{Method, Regime, Verdict};
 
 /// The style of a method. Those without one here have the style of a number, their place among all methods;
 /// methods that this program does not know share one.
-pub(crate) fn method(name: &str) -> LineStyle {
+pub fn method(name: &str) -> LineStyle {
     match name {
         "simulation" => style(BLACK, 1.3, &[], Marker::Circle),
         "perturbation" => style(VERMILION, 1.2, &[5.0, 2.0], Marker::Square),
@@ -54,7 +54,7 @@ pub struct Kind {
     pub words: Cow<'static, str>,
 }
 
-pub(crate) fn verdict(verdict: Verdict) -> Kind {
+pub fn verdict(verdict: Verdict) -> Kind {
     let (fill, words) = match verdict {
         Verdict::Present => (PRESENT, "cycle exists"),
         Verdict::Absent => (ABSENT, "no cycle"),
@@ -65,7 +65,7 @@ pub(crate) fn verdict(verdict: Verdict) -> Kind {
     Kind { code: verdict.code(), name: verdict.name(), fill, words: words.into() }
 }
 
-pub(crate) fn regime(regime: Regime) -> Kind {
+pub fn regime(regime: Regime) -> Kind {
     use Hatch::*;
     use Regime::*;
     let hatched = Fill::hatched;

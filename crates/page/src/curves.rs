@@ -1,0 +1,67 @@
+//! Curves of codimension one, drawn.
+
+use slipmap_figure::legend::{Legend, Sample};
+use slipmap_figure::panels::Panel;
+use slipmap_figure::scene::{Place, Scene, Stroke};
+use slipmap_figure::style;
+use slipmap_figure::text::rich;
+use slipmap_map::map::{PlaneCurve, PlaneCurves};
+use slipmap_simulate::bifurcation::Bifurcation;
+
+/// The exact boundary, and the halo that it has.
+pub const EXACT: Stroke = Stroke::solid(style::BLACK, 1.0);
+pub const HALO: Stroke = Stroke::solid(style::WHITE, 2.4);
+
+/// The places of curves in a panel of their plane.
+pub fn places(curves: &PlaneCurves, panel: &Panel) -> Vec<Vec<Place>> {
+    let line = |curve: &PlaneCurve| curve.points.iter().map(|p| panel.place(p.x, p.y)).collect();
+    curves.curves.iter().map(line).collect()
+}
+
+/// The drawing order: a fold on a Hopf curve shows in the gaps between the dashes of the Hopf curve.
+const ORDER: [Bifurcation; 5] = [
+    Bifurcation::Fold,
+    Bifurcation::GrazingSliding,
+    Bifurcation::Landing,
+    Bifurcation::Crossing,
+    Bifurcation::Hopf,
+];
+
+/// Draws curves into the panel of their plane. The legend names the visible ones.
+pub fn draw(scene: &mut Scene, panel: &Panel, curves: &PlaneCurves, legend: &mut Legend) {
+    let places = |bifurcation: Bifurcation| {
+        let of_kind = curves.curves.iter().filter(move |curve| curve.bifurcation == bifurcation);
+        of_kind.map(|curve| curve.points.iter().map(|p| panel.place(p.x, p.y)).collect::<Vec<Place>>())
+    };
+    scene.clipped(panel.rect, |scene| {
+        // The white halos of all curves come first, so that no halo covers a curve.
+        for bifurcation in ORDER {
+            places(bifurcation).for_each(|line| scene.line(&line, &HALO));
+        }
+        for bifurcation in ORDER {
+            places(bifurcation).for_each(|line| scene.line(&line, &line_style(bifurcation).0));
+        }
+    });
+    for bifurcation in ORDER {
+        if places(bifurcation).any(|line| line.iter().filter(|p| panel.rect.contains(**p)).count() > 1) {
+            let (stroke, words) = line_style(bifurcation);
+            legend.add(Sample::Line(stroke), rich(words));
+        }
+    }
+}
+
+/// Line style and legend text of the curve of a bifurcation. Lines differ in their dashes, in colours visible
+/// on every area.
+pub fn line_style(bifurcation: Bifurcation) -> (Stroke, &'static str) {
+    match bifurcation {
+        Bifurcation::Hopf => (Stroke { color: style::BLACK, width: 1.0, dash: &[5.0, 2.0] }, "Hopf curve"),
+        Bifurcation::GrazingSliding => (EXACT, "grazing curve"),
+        Bifurcation::Landing => {
+            (Stroke { color: style::VERMILION, width: 1.2, dash: &[1.4, 1.4] }, "landing curve")
+        }
+        Bifurcation::Crossing => {
+            (Stroke { color: style::BLUE, width: 1.2, dash: &[3.0, 1.4] }, "crossing curve")
+        }
+        Bifurcation::Fold => (Stroke::solid(style::WINE, 1.2), "fold curve"),
+    }
+}

@@ -1,0 +1,61 @@
+//! Measured friction: a law through its rows, and one fitted to them.
+
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use slipmap::config::{Level, Measured, OfMachine};
+use slipmap::friction::{Expression, Law as Family};
+
+use crate::law::{Law, check_static_level};
+use crate::point::json;
+
+fn told((problem, remedy): (String, String)) -> PyErr {
+    PyValueError::new_err(format!("{problem}\n  help: {remedy}"))
+}
+
+fn read(name: &str, rows: &[u8], forces: Option<bool>) -> PyResult<Measured> {
+    Measured::of_bytes(name, rows, Some(OfMachine { motion: None, forces })).map_err(told)
+}
+
+/// The law through the rows of a file, in SI units, and whether they are forces.
+#[pyfunction]
+pub(crate) fn measured(
+    name: &str,
+    rows: &[u8],
+    static_level: Option<f64>,
+    at_peak: bool,
+    forces: Option<bool>,
+) -> PyResult<(Law, bool)> {
+    static_level.map_or(Ok(()), check_static_level)?;
+    let level = match static_level {
+        Some(level) => Level::Given(level),
+        None if at_peak => Level::Peak,
+        None => Level::First,
+    };
+    let measured = read(name, rows, forces)?;
+    let law = Family::Table(measured.table(level).map_err(told)?);
+    Ok((Law { law }, measured.holds_forces()))
+}
+
+/// The law fitted to the rows of a file, what `slipmap fit --json` prints of it, and the table `[friction]` of a
+/// configuration.
+#[pyfunction]
+pub(crate) fn fit(
+    py: Python<'_>,
+    name: &str,
+    rows: &[u8],
+    law: Option<&str>,
+    forces: Option<bool>,
+) -> PyResult<(Law, String, String)> {
+    let measured = read(name, rows, forces)?;
+    let fits = py.detach(|| measured.fits(law)).map_err(told)?;
+    let chosen = fits.chosen();
+    let formula = measured.named(&chosen.form.formula());
+    // Without a drop, friction at rest is that at the onset of slip.
+    let law = match chosen.at_rest {
+        Some([level, _]) => Expression::with_static(&formula, level),
+        None => Expression::new(&formula, chosen.friction(0.0)),
+    };
+    let law = law.map_err(|error| PyValueError::new_err(error.problem))?;
+    let law = Law { law: Family::Expression(law) };
+    Ok((law, json(&measured.fitted(&fits))?, measured.to_toml(chosen)))
+}
