@@ -266,6 +266,17 @@ impl Real for Interval {
     }
 
     #[inline]
+    fn is_below(&self, x: f64) -> bool {
+        self.hi < x
+    }
+
+    fn at_most_exp(self, exponent: Self) -> Self {
+        let most = exponent.exp().hi;
+        // NaN counts as unknown.
+        Self { lo: self.lo.max(-most), hi: self.hi.min(most) }
+    }
+
+    #[inline]
     fn ln(self) -> Self {
         if self.lo > 0.0 { self.increasing(f64::ln) } else { Self::ENTIRE }
     }

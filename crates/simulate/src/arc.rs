@@ -29,9 +29,11 @@ use slipmap_model::friction::Weakening;
 const SHORTEST_STEP: f64 = 1e-14;
 /// Number of roundings of the slip speed in a step.
 const ROUNDED_SLIPS: f64 = 8.0;
-/// Largest share of the change of D up to the belt line that may lie in the nearer half: for a straight line it is
-/// a half.
-const EVEN: f64 = 0.75;
+/// Largest ratio of the slip speeds, from [`Curve::onset`](slipmap_model::friction::Curve::onset) on, at the ends of a
+/// step away from the belt line.
+const LARGEST_RATIO: f64 = 4.0;
+/// Rounding error of a slip speed on the way back to the line, in units of V.
+const ROUNDED: f64 = 16.0 * f64::EPSILON;
 /// Distance from the equilibrium, in units of V, at which an orbit rests: turns of a nearly critical node
 /// take the state below the smallest number.
 const AT_REST: f64 = 1e-200;
@@ -59,9 +61,19 @@ pub(super) struct State {
 }
 
 impl State {
+    /// w'.
+    fn slope(&self) -> f64 {
+        self.divergence.mul_add(self.w, -self.v)
+    }
+
     /// |(v', w')|.
     fn pace(&self) -> f64 {
-        self.w.hypot(self.divergence.mul_add(self.w, -self.v))
+        self.w.hypot(self.slope())
+    }
+
+    /// Bound of |error x velocity| for errors of v and w.
+    fn across(&self, [of_v, of_w]: [f64; 2]) -> f64 {
+        of_v * self.slope().abs() + of_w * self.w.abs()
     }
 }
 
@@ -102,9 +114,11 @@ pub enum SlipTurn {
 pub(super) struct Walk<'a> {
     oscillator: &'a Oscillator,
     side: Side,
-    /// The value of x2 from which states are measured: 0, or V where the orbit starts next to the line, whose slip
-    /// speeds then have all their digits.
+    /// The value of x2 from which states are measured: 0, or V nearer to the line, so that slip speeds and states near
+    /// the equilibrium have all their digits.
     origin: f64,
+    /// See [`Curve::onset`](slipmap_model::friction::Curve::onset).
+    onset: f64,
     /// 1, or -1 where time runs backward.
     direction: f64,
     /// The law's compiled polynomials, where they are faster and their error is below that of the orbit.
@@ -118,6 +132,11 @@ pub(super) struct Walk<'a> {
     /// Distance from the equilibrium at which the orbit may have come to rest.
     rest: f64,
     work: &'a Work,
+}
+
+/// 0, or V where x2 is nearer to the belt speed.
+fn nearest_origin(v: f64, belt_speed: f64) -> f64 {
+    if v > 0.5 * belt_speed { belt_speed } else { 0.0 }
 }
 
 /// The field in the state [v - origin, w, growth].
@@ -163,27 +182,26 @@ impl<'a> Walk<'a> {
         let weakening = (curve.cost() > 1).then(|| curve.compiled(4.0 * oscillator.belt_speed));
         // An error e of the divergence changes x2'' by e x2': e per unit of time, in units of x2'.
         let weakening = weakening.filter(|form| form.error(0.0, form.reach()).bound() <= tolerance / TAU);
+        let origin = nearest_origin(v, oscillator.belt_speed);
         let mut walk = Self {
             oscillator,
             side,
-            origin: 0.0,
+            origin,
+            onset: curve.onset(oscillator.belt_speed),
             direction: 1.0,
             weakening,
             stops: curve.stops(scale.max(oscillator.belt_speed)),
             allowed: tolerance * scale / TAU,
-            here: State { v, w, growth: 0.0, time: 0.0, x: v, divergence: 0.0, spread: 0.0 },
+            here: State { v, w, growth: 0.0, time: 0.0, x: v - origin, divergence: 0.0, spread: 0.0 },
             rest: 0.0,
-            // Near the belt line the friction law may change on a scale much smaller than V; steps grow from
-            // a size that resolves it.
             next_step: 1e-3 * oscillator.belt_speed / (v.abs() + w.abs()),
             work,
         };
-        walk.here.divergence = walk.divergence(v);
+        walk.here.divergence = walk.divergence(walk.here.x);
         walk
     }
 
-    /// The orbit that starts on the belt line with x2' = `w`, and is measured from there; with errors as in
-    /// [`Walk::new`] in units of V.
+    /// The orbit that starts on the belt line with x2' = `w`, with errors as in [`Walk::new`] in units of V.
     pub(super) fn from_line(
         oscillator: &'a Oscillator,
         side: Side,
@@ -192,10 +210,7 @@ impl<'a> Walk<'a> {
         work: &'a Work,
     ) -> Self {
         let belt_speed = oscillator.belt_speed;
-        let mut walk = Self::new(oscillator, side, [belt_speed, w], tolerance, belt_speed, work);
-        walk.origin = belt_speed;
-        walk.here.x = 0.0;
-        walk
+        Self::new(oscillator, side, [belt_speed, w], tolerance, belt_speed, work)
     }
 
     /// The walk backward in time.
@@ -217,7 +232,7 @@ impl<'a> Walk<'a> {
 
     /// x2 - V at x2 = origin + `x`.
     fn beyond(&self, x: f64) -> f64 {
-        x - (self.oscillator.belt_speed - self.origin)
+        x - self.origin_of_slips()
     }
 
     /// D at x2 = origin + `x`, with the sign of the direction of time. Beyond the belt line it is constant; as
@@ -241,15 +256,21 @@ impl<'a> Walk<'a> {
     /// to the belt line, since the slip speed is rounded as V is: over a step that moves w by as much as D
     /// changes.
     fn allowed_in(&self, from: &State, to: &State) -> f64 {
-        (self.allowed * (to.time - from.time)).max(self.rounding(from, to))
+        let [of_v, of_w] = self.rounding(from, to);
+        (self.allowed * (to.time - from.time)).max(of_v + of_w)
     }
 
-    /// The rounding error of a step between two states. Slip speeds are rounded as the states are.
-    fn rounding(&self, from: &State, to: &State) -> f64 {
+    /// The rounding errors of v and w in a step between two states. Slip speeds are rounded as the states are.
+    fn rounding(&self, from: &State, to: &State) -> [f64; 2] {
         let size = if self.origin == 0.0 { self.oscillator.belt_speed } else { from.x.abs().max(to.x.abs()) };
         let steep = (to.divergence - from.divergence).abs() * size;
         let of_origin = self.origin * (to.time - from.time);
-        0.5 * f64::EPSILON * (from.x.abs() + from.w.abs() + of_origin + ROUNDED_SLIPS * steep)
+        [from.x.abs(), from.w.abs() + of_origin + ROUNDED_SLIPS * steep].map(|size| 0.5 * f64::EPSILON * size)
+    }
+
+    /// The speed whose rounding slip speeds have.
+    fn origin_of_slips(&self) -> f64 {
+        self.oscillator.belt_speed - self.origin
     }
 
     /// Replaces the slip speeds at which steps end, which by default include the law's corners.
@@ -272,12 +293,17 @@ impl<'a> Walk<'a> {
         let step = Step { h, from: [from.x, from.w, from.growth], field: Lienard(self) };
         let ([x, w, growth], error) = pulp::Arch::new().dispatch(step);
         self.work.count(STAGES as u64 + 1);
-        let error = error[0].hypot(error[1]);
         let (v, time, divergence) = (self.origin + x, from.time + h, self.divergence(x));
         let mut to = State { v, w, growth, time, x, divergence, spread: 0.0 };
-        let local = error + self.rounding(from, &to);
-        to.spread = from.spread * (growth - from.growth).exp() + local * from.pace().max(to.pace());
-        (to, error)
+        let [of_v, of_w] = self.rounding(from, &to);
+        let local = [error[0] + of_v, error[1] + of_w];
+        let across = match self.oscillator.curve.corners().is_empty() {
+            true => from.across(local).max(to.across(local)),
+            // Next to a corner the estimates are too small, among 240 random laws by up to a half.
+            false => 2.0 * local[0].hypot(local[1]) * from.pace().max(to.pace()),
+        };
+        to.spread = from.spread * (growth - from.growth).exp() + across;
+        (to, error[0].hypot(error[1]))
     }
 
     /// The slip speed at a state.
@@ -288,36 +314,37 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// The longest step that resolves the law: it changes the slip speed by at most the slip speed or V,
-    /// whichever is greater, and by half of that on the way to the belt line. Larger steps of orbits far out
-    /// would miss features of the law near the line.
+    /// The longest step that resolves the law. It changes the slip speed by at most the slip speed or V, whichever is
+    /// greater: larger steps of orbits far out would miss features of the law. Where the law has an onset the slip
+    /// speed grows to [`LARGEST_RATIO`] times that before, and falls to half of it on the way to the line: a step past
+    /// a law that is steep at the line alone would have no stage there.
     fn longest_resolving(&self, from: &State) -> f64 {
         let End { slip, rate } = self.slip(from);
-        let change = match self.origin == 0.0 || rate >= 0.0 || self.is_even_to_the_line(from) {
-            true => slip.max(self.oscillator.belt_speed),
-            false => slip,
-        };
-        (if rate < 0.0 { 0.5 } else { 1.0 }) * change / rate.abs()
-    }
-
-    /// Whether D does not change much more next to the belt line than between here and there. A law may be
-    /// steep at the line alone, where a step to it would have no stage: then steps halve the distance.
-    fn is_even_to_the_line(&self, from: &State) -> bool {
-        let at_line = self.divergence(self.oscillator.belt_speed - self.origin);
-        let half_way = self.divergence(from.x - 0.5 * self.beyond(from.x));
-        self.work.count(2);
-        let [whole, half] = [from.divergence, half_way].map(|d| (at_line - d).abs());
-        half <= EVEN * whole + 16.0 * f64::EPSILON * (at_line.abs() + self.oscillator.viscous.abs())
+        let most = slip.max(self.oscillator.belt_speed);
+        if rate < 0.0 {
+            // On the way back slip speeds are rounded as V is.
+            let least = self.onset.max(ROUNDED * self.oscillator.belt_speed);
+            let change = if slip > LARGEST_RATIO * least { slip } else { most };
+            return 0.5 * change / -rate;
+        }
+        let change = most.min(LARGEST_RATIO * slip.max(self.onset) - slip);
+        // To second order, since the rate vanishes where an orbit without a drop leaves the line.
+        let by_acceleration = (2.0 * from.slope().abs()).sqrt() * change.sqrt();
+        2.0 * change / (rate + rate.hypot(by_acceleration))
     }
 
     /// Takes one step, and returns the state at its beginning. The direction of (v, w) turns at the rate 1 +
     /// D sin cos <= 1 + |D|/2; steps are short enough that x2' changes its sign at most once.
     pub(super) fn advance(&mut self) -> Result<State, Failure> {
+        let (v, belt_speed) = (self.here.v, self.oscillator.belt_speed);
+        if self.origin != nearest_origin(v, belt_speed) {
+            self.origin = nearest_origin(v, belt_speed);
+            self.here.x = v - self.origin;
+        }
         let from = self.here;
         let scale = 1.0 / (1.0 + 0.5 * from.divergence.abs());
-        // A law may have no slope at rest: halves of the way to the line would not end.
-        let resolving = self.longest_resolving(&from).max(10.0 * SHORTEST_STEP * scale);
-        let mut h = self.next_step.min(scale).min(resolving);
+        let scale = scale.min(self.longest_resolving(&from));
+        let mut h = self.next_step.min(scale);
         // Length of the step that follows one shortened to end at a narrow feature.
         let mut beyond_stop = 0.0;
         let mut failure = Failure::StepUnderflow;
@@ -338,7 +365,7 @@ impl<'a> Walk<'a> {
             let ends = [self.slip(&from), self.slip(&to)];
             let least = corners::LEAST_STEP * scale;
             if h > least
-                && let Some(shorter) = corners::shortened(&self.stops, self.oscillator.belt_speed, ends, h)
+                && let Some(shorter) = corners::shortened(&self.stops, self.origin_of_slips(), ends, h)
             {
                 // After a corner the error of a step does not predict that of the next.
                 if self.oscillator.curve.corners().is_empty() {

@@ -161,9 +161,14 @@ fn turn_by_steps(oscillator: &Oscillator, start: Start, tolerance: f64) -> Resul
     let fastest = radius.max(oscillator.belt_speed);
     let weakening = &*oscillator.curve.compiled(2.0 * (oscillator.belt_speed + fastest));
     let stops = oscillator.curve.stops(fastest);
-    // The first step ends within the law's first piece: longer ones pass over a narrow fall next to rest.
-    let within_first = (2.0 * weakening.breaks()[1] / radius).sqrt();
-    let mut h = FIRST_STEP.min(within_first);
+    // Steps at most double the angle from the belt line, and halve that to it: longer ones pass over a narrow fall next
+    // to rest.
+    let within_onset = (2.0 * oscillator.curve.onset(oscillator.belt_speed) / radius).sqrt();
+    let longest = |theta: f64| {
+        let to_line = if TAU - theta > 2.0 * within_onset { 0.5 * (TAU - theta) } else { LONGEST_STEP };
+        to_line.min(within_onset + theta).min(LONGEST_STEP)
+    };
+    let mut h = FIRST_STEP.min(longest(angle));
     let mut field =
         Polar { oscillator, radius, weakening, from: 0.0, h, slowest: f64::INFINITY, steepest: 0.0 };
     for _ in 0..STEP_BUDGET {
@@ -229,7 +234,7 @@ fn turn_by_steps(oscillator: &Oscillator, start: Start, tolerance: f64) -> Resul
             return Ok(Lap { margin, error, by_damping, rhs });
         }
         let grown = if local > 0.0 { 0.9 * (allowed / local).powf(1.0 / 7.0) } else { 5.0 };
-        h = (width * grown.clamp(0.2, 5.0)).max(beyond_stop).min(LONGEST_STEP);
+        h = (width * grown.clamp(0.2, 5.0)).max(beyond_stop).min(longest(theta));
         beyond_stop = 0.0;
     }
     Err(rhs)

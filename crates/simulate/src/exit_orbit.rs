@@ -134,7 +134,7 @@ fn first_turn(
     margin: &mut [f64; 2],
 ) -> Result<FirstTurn, Failure> {
     let belt_speed = oscillator.belt_speed;
-    let mut walk = leaving(oscillator, tolerance, work);
+    let mut walk = leaving(oscillator, tolerance, work)?;
     let end = walk.lower_arc(patience(work));
     margin[1] = walk.here.spread / (belt_speed * belt_speed);
     Ok(match end? {
@@ -193,7 +193,7 @@ fn landing(
     work: &Work,
 ) -> Result<Option<LandingSpeed>, Failure> {
     let belt_speed = oscillator.belt_speed;
-    let end = leaving(oscillator, tolerance, work).lower_arc(patience(work))?;
+    let end = leaving(oscillator, tolerance, work)?.lower_arc(patience(work))?;
     let (angle, divergence) = ((margin * (2.0 + margin)).sqrt(), oscillator.divergence(0.0));
     let is_near = margin * (1.0 + divergence * divergence) < NEXT_TO_GRAZING;
     Ok(match end {
@@ -214,10 +214,13 @@ impl LandingSpeed {
     }
 }
 
-/// The orbit from the exit point.
-fn leaving<'a>(oscillator: &'a Oscillator, tolerance: f64, work: &'a Work) -> Walk<'a> {
-    Walk::from_line(oscillator, Side::Below, -oscillator.drop(), tolerance, work)
-        .resting_at(tolerance * oscillator.belt_speed)
+/// The orbit from the exit point, where rounding shows the friction that it meets.
+fn leaving<'a>(oscillator: &'a Oscillator, tolerance: f64, work: &'a Work) -> Result<Walk<'a>, Failure> {
+    if oscillator.curve.is_hidden_by_rounding(oscillator.belt_speed) {
+        return Err(Failure::StepUnderflow);
+    }
+    let walk = Walk::from_line(oscillator, Side::Below, -oscillator.drop(), tolerance, work);
+    Ok(walk.resting_at(tolerance * oscillator.belt_speed))
 }
 
 /// The fate of the orbit that arrives at the belt line.

@@ -38,18 +38,22 @@ use super::elements::sin_cos;
 use super::polar::{Closing, LANES, exp_falling};
 use super::work::Work;
 use slipmap_model::corners::{self, End};
-use slipmap_model::friction::{Curve, ExponentialFall, Weakening};
+use slipmap_model::friction::{Curve, ExponentialFall, Range, Weakening};
 
-/// Rate of the polar angle by the law, from which on the halves are followed, and the octaves of slip speeds below the
-/// belt's at which the law is looked at.
+/// Rate of the polar angle by the law, from which on the halves are followed.
 const STEEP: f64 = 0.6;
-const OCTAVES: i32 = 50;
+/// Share of that rate which is more than it, where sin and cos are those of a small angle.
+const CERTAINLY: f64 = 1.5;
 /// Least dth/dt in the half where x2 < 0.
 const SLOWEST_TURN: f64 = 0.05;
 /// Largest relative error of W where a half starts late, and the ratio of the slip speeds at which such a place is
 /// sought.
 const BALANCED: f64 = 0.1;
 const SAMPLES_RATIO: f64 = 0.84;
+/// Largest such ratio. Smaller ratios of the brakings at two such places, and a smaller effect of braking between them,
+/// tell nothing new.
+const FINEST_RATIO: f64 = 0.9999;
+const BRAKED: f64 = 2.0;
 /// Longest step in the polar angle.
 const LONGEST_STEP: f64 = 0.5;
 /// Longest step in q, in units of q.
@@ -99,6 +103,15 @@ impl Rate<'_> {
             Rate::Polynomials(weakening) => weakening.at(u),
         }
     }
+
+    /// Bounds over slip speeds; of an exponential fall its values at the ends.
+    fn range(&self, lo: f64, hi: f64) -> Range {
+        match self {
+            Rate::Exponential(_) => Range { lo: self.at(hi), hi: self.at(lo) },
+            Rate::Law(curve) => curve.weakening_range(lo, hi),
+            Rate::Polynomials(weakening) => weakening.range(lo, hi),
+        }
+    }
 }
 
 /// An orbit that is to close.
@@ -120,11 +133,26 @@ struct Orbit<'a> {
 /// `None` where the law is not too steep.
 fn layer(curve: &Curve, belt_speed: f64, radius: f64) -> Option<f64> {
     let least = belt_speed - radius;
-    let mut places = (1..=OCTAVES).rev().map(|octave| radius * 0.5_f64.powi(octave));
-    places.find(|beyond| {
+    let size = |range: Range| range.hi.abs().max(range.lo.abs());
+    // Where a rate this large is too steep, if it is so from `from` on.
+    let steep_from = |from: f64, rate: f64| {
+        let beyond = from.max(0.5 * radius * (CERTAINLY * STEEP / rate).powi(2));
         let v = radius - beyond;
         let sin_cos = (beyond * (radius + v)).sqrt() * v / (radius * radius);
-        curve.weakening(least + beyond).abs() * sin_cos > STEEP
+        (v > 0.0 && rate * sin_cos > STEEP).then_some(beyond)
+    };
+    if curve.has_closed_form() {
+        let first = steep_from(0.0, size(curve.weakening_range(least, belt_speed)))?;
+        let octaves = std::iter::successors(Some(first), |beyond| Some(2.0 * beyond));
+        let mut octaves = octaves.take_while(|beyond| *beyond < radius);
+        return octaves.find_map(|beyond| {
+            let range = curve.weakening_range(least + beyond, least + 2.0 * beyond);
+            steep_from(beyond, size(range)).filter(|from| *from < 2.0 * beyond)
+        });
+    }
+    let weakening = curve.compiled(4.0 * belt_speed);
+    weakening.sizes().find_map(|([from, to], rate)| {
+        steep_from((from - least).max(0.0), rate).filter(|beyond| *beyond < to - least)
     })
 }
 
@@ -163,22 +191,32 @@ impl Half<'_> {
         let of_drop = if speed > 0.0 { speed / (2.0 * radius).sqrt() } else { f64::INFINITY };
         let step = FIRST_STEP * layer.sqrt().min(of_drop);
         let immediate = Start { q: 0.0, h: 0.5 * speed * speed, by_damping: 0.0, error: 0.0, step };
-        if speed > 0.0 || braking(least + layer) <= 0.0 {
-            return (immediate, 1);
+        // The most braking between two places.
+        let most = |from: f64, to: f64| {
+            let Range { lo, hi } = rate.range(least + from, least + to);
+            if sign > 0.0 { viscous - lo } else { hi - viscous }
+        };
+        if speed > 0.0 || most(layer.min(0.5 * radius), 0.5 * radius) <= BRAKED {
+            return (immediate, 2);
         }
         // W by the balance of braking and spring, from the middle towards the start, and its change by u.
         let (mut beyond, mut forgotten) = (0.5 * radius, 0.0);
         let (mut farther, mut before) = (f64::INFINITY, 0.0_f64);
-        let mut rhs = 1;
+        let (mut rhs, mut ratio, mut width) = (0, SAMPLES_RATIO, 0.0);
+        // Whether a step would forget much more than the braking `here` at its beginning tells.
+        let is_hidden = |from: f64, to: f64, here: f64| {
+            let most = most(from, to);
+            let forgotten = most * most / (radius - from) * (to - from);
+            most > BRAKED * here && forgotten > BRAKED && most.is_finite()
+        };
         while beyond > layer {
             let here = braking(least + beyond);
             rhs += 1;
             let speed = if here > 0.0 { (radius - beyond) / here } else { f64::INFINITY };
             let stiffness = (radius - beyond) / (speed * speed);
-            let width = beyond * (1.0 / SAMPLES_RATIO - 1.0);
             // Both fall exponentially where the law does.
-            let ratio = stiffness / before;
-            let mean = if ratio > 2.0 { (stiffness - before) / ratio.ln() } else { stiffness.min(before) };
+            let rise = stiffness / before;
+            let mean = if rise > 2.0 { (stiffness - before) / rise.ln() } else { stiffness.min(before) };
             forgotten += mean * width;
             let off = (farther - speed).abs() / (width * here);
             let error = speed * speed * off;
@@ -188,7 +226,14 @@ impl Half<'_> {
                 return (Start { q, h, by_damping, error, step: 0.5 / (stiffness * q) }, rhs);
             }
             (farther, before) = (speed, stiffness);
-            beyond *= SAMPLES_RATIO;
+            // Steps are short where a law begins to brake, or would be passed over.
+            ratio = (ratio * ratio).max(SAMPLES_RATIO);
+            let is_known = matches!(rate, Rate::Exponential(_));
+            while !is_known && ratio < FINEST_RATIO && is_hidden(ratio * beyond, beyond, here) {
+                ratio = ratio.sqrt();
+            }
+            width = beyond * (1.0 - ratio);
+            beyond *= ratio;
         }
         (immediate, rhs)
     }
@@ -395,7 +440,9 @@ impl<'a> Together<'a> {
                     slip: places.slip[lane],
                     rate: places.square[lane].max(0.0).sqrt() * places.time[lane],
                 });
-                if let Some(shorter) = corners::shortened(half.orbit.stops, half.orbit.belt_speed, ends, h) {
+                if let Some(shorter) =
+                    corners::shortened(half.orbit.stops, half.orbit.belt_speed - half.orbit.radius, ends, h)
+                {
                     self.beyond_stop[lane] = self.beyond_stop[lane].max(h);
                     self.width[lane] = shorter.max(least);
                     continue;
@@ -525,7 +572,7 @@ impl<'a> Sought<'a> {
         bounds: impl FnOnce() -> [f64; 2],
     ) -> Option<Self> {
         let layer = layer(curve, belt_speed, belt_speed);
-        if layer.is_none() && curve.drop() == 0.0 {
+        if layer.is_none() && curve.drop() == 0.0 || curve.is_hidden_by_rounding(belt_speed) {
             return None;
         }
         Some(Self { curve, belt_speed, radius: belt_speed, layer, start: start(), bounds: bounds() })

@@ -59,6 +59,9 @@ pub(super) fn turn_of(oscillator: &Oscillator, tolerance: f64) -> Turn {
     if let Some(law) = curve.stribeck() {
         return turns(&[law.scaled(*belt_speed, *viscous)], tolerance)[0];
     }
+    if curve.is_hidden_by_rounding(*belt_speed) {
+        return Turn::HandOver { rhs: 0 };
+    }
     let lap = match oscillator.drop() > 0.0 {
         true => closed_orbit::turn_from_exit(oscillator, tolerance),
         false => closed_orbit::turn(oscillator, *belt_speed, tolerance),

@@ -15,7 +15,8 @@
 //!
 //! **Next to the belt line.** A law may be steep there and flat elsewhere. A step that goes past the steep
 //! part may have no stage in it, and its error estimate is meaningless. Steps between the line and places far
-//! from it therefore at most double, or halve, the distance from the line, from [`Slip::reach`] on.
+//! from it therefore at most double, or halve, the distance from the line, from [`Slip::reach`] or from the onset of
+//! the law on ([`slipmap_model::friction::Curve::onset`]).
 
 use super::dop853::{self, Compensated, ROUNDING_AMPLIFICATION};
 use super::orbit::{Contact, Event, Motion, Overshoot, Rest, State};
@@ -48,8 +49,10 @@ const SHORTEST_STEP: f64 = 1e-14;
 /// correction is still applied, to second order, which leaves its cube: 1e-18.
 const EVENT_WINDOW: f64 = 1e-6;
 
-/// Largest ratio of the distances from the belt line, if they exceed [`Slip::reach`], of the ends of a step.
+/// Largest ratio of the distances from the belt line, if they exceed [`Slip::onset`], of the ends of a step.
 const LARGEST_RATIO: f64 = 2.0;
+/// Rounding error of that distance on the way back to the line, in units of V.
+const ROUNDED: f64 = 16.0 * f64::EPSILON;
 
 /// The largest tolerance that takes effect: the geometry of a turn must be resolved in any case.
 const LOOSEST: f64 = 1e-3;
@@ -74,6 +77,8 @@ pub(super) struct Slip<'a> {
     pub(super) side: Side,
     /// Largest distance beyond the belt line at which a field is evaluated.
     reach: f64,
+    /// The distance from the line up to which steps resolve the law.
+    onset: f64,
     /// The sum of the local errors of x2 allowed in one turn, in units of V, in [0, 1e-3].
     pub(super) tolerance: f64,
     /// The largest angle by which a step may turn, radians.
@@ -100,12 +105,14 @@ impl<'a> Slip<'a> {
     /// Without a drop the start is a tangency, x2 - V = x2' = 0, and both are set, not computed; x2'' = -V there,
     /// so the orbit moves away below the line. With the drop j, x2' = -j.
     pub(super) fn from_exit(oscillator: &'a Oscillator, tolerance: f64) -> Self {
+        let reach = continuation_reach(oscillator);
         let mut slip = Self {
             oscillator,
             exit_x1: oscillator.exit_x1(),
             stops: oscillator.curve.stops(oscillator.belt_speed),
             side: Side::Below,
-            reach: continuation_reach(oscillator),
+            reach,
+            onset: reach.min(oscillator.curve.onset(oscillator.belt_speed)),
             tolerance: if tolerance > 0.0 { tolerance.min(LOOSEST) } else { 0.0 },
             longest_turn: 1.0,
             here: State { offset: [Compensated::default(); 2], w: 0.0, divergence: 0.0, time: 0.0 },
@@ -338,7 +345,9 @@ impl<'a> Slip<'a> {
         let rounding_rate = ROUNDING_AMPLIFICATION * 0.5 * f64::EPSILON * self.magnitude(left);
         // A turn lasts about 2 pi, so that its local errors add up to the tolerance.
         let allowed_rate = (self.tolerance * self.oscillator.belt_speed / TAU).max(rounding_rate);
-        let longest = (self.longest_turn * scale).min(self.longest_resolving(left));
+        let resolving = self.longest_resolving(left);
+        let longest = (self.longest_turn * scale).min(resolving);
+        let scale = scale.min(resolving);
         let mut h = self.next_step.min(longest).min(end_time - left.time);
         let mut failure = Failure::StepUnderflow;
         let mut at_stop = false;
@@ -360,7 +369,7 @@ impl<'a> Slip<'a> {
                 [left, &right].map(|state| End { slip: self.depth(state), rate: self.outward_speed(state) });
             let least = corners::LEAST_STEP * scale;
             if h > least
-                && let Some(shorter) = corners::shortened(&self.stops, self.oscillator.belt_speed, ends, h)
+                && let Some(shorter) = corners::shortened(&self.stops, 0.0, ends, h)
             {
                 h = shorter.max(least);
                 // After a corner the error of a step does not predict that of the next.
@@ -396,8 +405,8 @@ impl<'a> Slip<'a> {
         let depth = self.depth(left);
         let (speed, curvature) = (self.outward_speed(left), self.outward() * self.jerk(left));
         let (change, speed, curvature) = if speed >= 0.0 {
-            (LARGEST_RATIO * depth.max(self.reach) - depth, speed, curvature)
-        } else if depth > LARGEST_RATIO * self.reach {
+            (LARGEST_RATIO * depth.max(self.onset) - depth, speed, curvature)
+        } else if depth > LARGEST_RATIO * self.onset.max(ROUNDED * self.oscillator.belt_speed) {
             (depth - depth / LARGEST_RATIO, -speed, -curvature)
         } else {
             return f64::INFINITY;

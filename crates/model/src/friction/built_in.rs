@@ -4,6 +4,9 @@ use super::family::Series;
 use super::{FirstOrder, Gradient, Parameter, Range};
 use crate::point::LawParameters;
 
+/// [`super::Curve::onset`] in units of the slip speed over which a law falls.
+pub(super) const ONSET: f64 = 0.125;
+
 /// A built-in law, defined in its own file.
 pub struct BuiltIn {
     /// Name in configurations.
@@ -72,6 +75,9 @@ pub(super) trait ClosedForm {
     fn has_known_features(&self) -> bool {
         true
     }
+
+    /// See [`super::Curve::onset`].
+    fn onset(&self) -> f64;
 
     /// Bounds of phi on [0, hi]; `None` if they come from the formula in interval arithmetic.
     fn friction_range(&self, _hi: f64) -> Option<Range> {

@@ -76,6 +76,10 @@ impl ClosedForm for Coulomb {
         -self.eta
     }
 
+    fn onset(&self) -> f64 {
+        f64::INFINITY
+    }
+
     fn weakening_is_convex(&self) -> bool {
         true
     }

@@ -89,6 +89,8 @@ const HALVED: f64 = 0.6;
 const FASTEST: f64 = 1e60;
 /// Friction above this counts as not negative: less than rounding makes of it.
 pub const NOTHING: f64 = -1e-12;
+/// See [`Curve::is_hidden_by_rounding`].
+const HIDDEN: f64 = 1e-3;
 /// Relative accuracy of the slip speed from which on friction pushes.
 const RESOLVED: f64 = 1e-6;
 
@@ -498,6 +500,24 @@ impl Curve {
     #[must_use]
     pub fn corners(&self) -> &[f64] {
         self.form.corners()
+    }
+
+    /// A slip speed up to which the law has no feature that is narrower: that over which a closed form falls, and the
+    /// length of the first piece of a compiled law. Integrators that leave the belt line, or come back to it, change the
+    /// slip speed by no more than a factor in a step from there on, so that they pass over no fall next to rest,
+    /// however narrow it is.
+    pub fn onset(&self, belt_speed: f64) -> f64 {
+        match self.form.closed() {
+            Some(law) => law.onset(),
+            None => self.compiled(4.0 * belt_speed).breaks()[1],
+        }
+    }
+
+    /// Whether friction changes within the rounding errors of slip speeds by more than a thousandth of the friction at rest,
+    /// or of its change up to the belt speed: no orbit in double precision shows it.
+    pub fn is_hidden_by_rounding(&self, belt_speed: f64) -> bool {
+        let change = |u: f64| (self.phi(0.0) - self.phi(u)).abs();
+        change(2.0 * f64::EPSILON * belt_speed) > HIDDEN * change(belt_speed).min(1.0) - NOTHING
     }
 
     /// Slip speeds, increasing, at which integrators end their steps: the corners, 0 where a formula does not

@@ -5,7 +5,7 @@
 //! Above 1 the law starts flat, and the weakening rate rises to its maximum at u = vs ((delta - 1) / delta)^(1 /
 //! delta). Between 1 and 2 its slope has no bound at rest, where it is (u / vs)^(delta - 1) to leading order.
 
-use super::built_in::{BuiltIn, ClosedForm, Fall, Strengthening};
+use super::built_in::{BuiltIn, ClosedForm, Fall, ONSET, Strengthening};
 use super::expression::power;
 use super::family::Series;
 use super::{Gradient, Parameter, Range, mean};
@@ -30,7 +30,7 @@ pub(super) const LAW: BuiltIn = BuiltIn {
 /// The law with the exponent as a parameter.
 pub(super) const STRETCHED: BuiltIn = BuiltIn {
     formula: "φ(u) = μ + (1 − μ) exp(−(u / vs)^δ) + η u",
-    parameters: &[PARAMETERS[0], Parameter { min: LEAST_WIDTH, ..PARAMETERS[1] }, PARAMETERS[2], EXPONENT],
+    parameters: &[PARAMETERS[0], PARAMETERS[1], PARAMETERS[2], EXPONENT],
     phi_at: |u, _, parameters| {
         let &[mu, vs, eta, exponent] = parameters else { return None };
         Some(falling_from_one((-power(u / vs, exponent)).exp(), u, mu, eta))
@@ -49,10 +49,6 @@ pub(super) const PARAMETERS: [Parameter; 3] = [
     Parameter { name: "vs", long_name: "Stribeck velocity", min: f64::MIN_POSITIVE, max: f64::INFINITY },
     Parameter { name: "eta", long_name: "viscous strengthening of friction", min: 0.0, max: f64::INFINITY },
 ];
-
-/// Least vs with an exponent of its own: the fall then lies apart from rest, and engines pass over one narrower than
-/// 1e-10 of the range of slip speeds.
-const LEAST_WIDTH: f64 = 1e-7;
 
 /// delta. Below 1 friction would fall infinitely fast as slip begins.
 pub(super) const EXPONENT: Parameter =
@@ -215,6 +211,10 @@ impl ClosedForm for Exponential {
         if self.has_known_features() { 2 } else { 4 }
     }
 
+    fn onset(&self) -> f64 {
+        ONSET * self.rate.recip()
+    }
+
     fn weakening_is_convex(&self) -> bool {
         self.exponent == 1.0
     }
@@ -242,15 +242,6 @@ mod tests {
 
     fn law(vs: f64, exponent: f64) -> Exponential {
         Exponential::new(&LawParameters::new(&[0.4, vs, 0.02, exponent]))
-    }
-
-    /// Engines pass over a fall that lies apart from rest and is much narrower.
-    #[test]
-    fn a_narrow_fall_is_legal_at_rest_alone() {
-        let narrow = [0.4, 0.5 * LEAST_WIDTH, 0.0];
-        assert!(Law::Exponential.point(1.0, &narrow, 0.3, 0.0).is_ok());
-        let stretched = |vs: f64| Law::Stretched.point(1.0, &[0.4, vs, 0.0, 2.0], 0.3, 0.0);
-        assert!(stretched(narrow[1]).is_err() && stretched(LEAST_WIDTH).is_ok());
     }
 
     #[test]

@@ -4,7 +4,7 @@
 //! It starts flat: the weakening rate rises from -eta at rest to its maximum at u = vs / sqrt(3) and falls
 //! from there. Around that maximum stable slip cycles arise.
 
-use super::built_in::{BuiltIn, ClosedForm, Strengthening};
+use super::built_in::{BuiltIn, ClosedForm, ONSET, Strengthening};
 use super::exponential::{PARAMETERS, falling_from_one, parameters_of};
 use super::family::Series;
 use super::{Gradient, Range, mean};
@@ -89,6 +89,10 @@ impl ClosedForm for Lorentzian {
             epsilon: 0.0,
             parameters: LawParameters::new(&[-2.0 * self.rate * (x / q) / q, by_vs, -1.0]),
         }
+    }
+
+    fn onset(&self) -> f64 {
+        ONSET * self.rate.recip()
     }
 
     fn mean_weakening(&self, belt_speed: f64) -> f64 {

@@ -143,6 +143,10 @@ impl ClosedForm for Stribeck {
         2.0 * a / (q * (1.0 + k + q)) - 2.0 * b
     }
 
+    fn onset(&self) -> f64 {
+        self.rate.recip()
+    }
+
     fn weakening_is_convex(&self) -> bool {
         true
     }

@@ -329,6 +329,14 @@ impl Weakening {
         self.pieces[self.piece_of(u)].slope_at(u)
     }
 
+    /// The ends of each piece, with a bound of |w| on it; by its coefficients where nothing is proved.
+    pub fn sizes(&self) -> impl Iterator<Item = ([f64; 2], f64)> {
+        self.breaks.windows(2).zip(&self.pieces).map(|(ends, Piece { range, c, .. })| {
+            let size = range.lo.abs().max(range.hi.abs());
+            ([ends[0], ends[1]], if size.is_finite() { size } else { c.iter().map(|c| c.abs()).sum() })
+        })
+    }
+
     /// The pieces that meet [`lo`, `hi`], 0 <= lo <= hi <= reach.
     fn pieces_between(&self, lo: f64, hi: f64) -> std::ops::RangeInclusive<usize> {
         self.piece_of(lo)..=self.piece_of(hi)
