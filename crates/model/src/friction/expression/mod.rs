@@ -538,6 +538,9 @@ impl ExpressionCurve {
         let where_ = if b == 0.0 { "u = 0".to_owned() } else { format!("u = {:.6}", 0.5 * (a + b)) };
         let at = format!("{where_}{}", self.at_parameters());
         let (problem, remedy) = match tape.ops[number] {
+            Op::PowerInteger(exponent) if exponent > 0 => {
+                (format!("the power {exponent} of `{part}` overflows at {at}"), "scale the formula")
+            }
             Op::Divide | Op::PowerInteger(_) => (
                 format!("division by zero: `{part}` vanishes at {at}"),
                 "write the law without that pole, in a form that also holds in the limit",
