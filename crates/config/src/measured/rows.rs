@@ -12,6 +12,8 @@ const NOISE: f64 = 0.03;
 /// a turn.
 const TURNS: usize = 2;
 const OF_A_TURN: f64 = 0.2;
+/// Least number of rows between two turns of a record, on average: of rows without order every third turns.
+const ROWS_OF_A_SWEEP: usize = 8;
 /// Least number of rows of a record over time.
 const FEWEST_IN_RECORD: usize = 60;
 /// Number of lines named in a message.
@@ -187,12 +189,12 @@ fn numbers(lines: &[Line], columns: &Columns, decimal: Decimal) -> Result<(Vec<R
     Ok((rows, left_out))
 }
 
-/// Numbers the sweeps of the speed up and down; returns whether there are several, as in a record over time or a
-/// ramp that is repeated.
+/// Numbers the sweeps of the speed up and down; returns whether there are several of many rows each, as in a record
+/// over time or a ramp that is repeated.
 fn sweeps(rows: &mut [Row]) -> bool {
     let largest = rows.iter().map(|row| row.speed.abs()).fold(0.0, f64::max);
     let (mut turns, mut rises, mut extreme) = (0, true, 0.0);
-    let long = rows.len() >= FEWEST_IN_RECORD;
+    let count = rows.len();
     for row in rows {
         let speed = row.speed.abs();
         let further = if rises { speed - extreme } else { extreme - speed };
@@ -203,7 +205,7 @@ fn sweeps(rows: &mut [Row]) -> bool {
         }
         row.passage = turns;
     }
-    turns >= TURNS && long
+    turns >= TURNS && count >= FEWEST_IN_RECORD.max(ROWS_OF_A_SWEEP * turns)
 }
 
 /// Both directions of slip as one, and the largest speed that is noise about rest.

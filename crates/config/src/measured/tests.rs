@@ -207,6 +207,29 @@ fn ugly_files_are_read_or_refused_with_their_line() {
     }
 }
 
+/// Rows in any order are the readings that they are in order of their speeds, and no record over time.
+#[test]
+fn the_order_of_rows_says_nothing() {
+    let row = |i: usize| {
+        let speed = 0.3 * (i as f64 / 150.0).powi(3);
+        format!("{speed},{}\n", 300.0 + 100.0 / (1.0 + 20.0 * speed))
+    };
+    let of = |order: &dyn Fn(usize) -> usize| {
+        let rows: String = (0..150).map(|i| row(order(i))).collect();
+        Measured::of_bytes("rig.csv", format!("v,F [N]\n{rows}").as_bytes(), Some(MACHINE)).unwrap()
+    };
+    // 59 and 150 have no common divisor.
+    let (sorted, shuffled) = (of(&|i| i), of(&|i| 59 * i % 150));
+    assert!(!shuffled.is_record, "{:?}", shuffled.said);
+    let pairs = |measured: &Measured| {
+        measured
+            .readings()
+            .unwrap()
+            .map(|rows| rows.iter().map(|it| [it.speed, it.friction]).collect::<Vec<_>>())
+    };
+    assert_eq!(pairs(&shuffled), pairs(&sorted));
+}
+
 /// The speed of a record goes up and down, with a phase of rest each time in which the force rises to 50.
 #[test]
 fn a_record_over_time_is_reduced() {

@@ -131,7 +131,12 @@ fn errors_are_found_with_their_place() {
         ("1 + 0.1*u*ln(2 - u)", &[], (10, 19), "not defined at u = 2"),
         ("1 - 0.1*tan(u)", &[], (8, 14), "pole at u = 1.57"),
         ("1 - 0.1*(u - 1)^-2 + 0.1", &[], (8, 15), "vanishes at u = 1"),
-        ("0.9 + 0.1*exp(-(u/1e-12)^40)", &[], (15, 24), "the power 40 of `(u/1e-12)` overflows at u = 0.0000"),
+        (
+            "0.9 + 0.1*exp(-(u/1e-12)^40)",
+            &[],
+            (15, 24),
+            "the power 40 of `(u/1e-12)` overflows at u = 0.0000",
+        ),
         // 1 in double precision only, or with bounds too wide to say so.
         ("0.5+0.5*exp(-u)-0.9*((1e16+1)-1e16)", &[], (0, 35), "1 only up to rounding"),
         ("(1e16+1)-1e16+0.5+0.5*exp(-u)-0", &[], (0, 31), "1 only up to rounding"),
