@@ -138,7 +138,10 @@ fn a_server_that_dies_during_a_run_costs_no_finished_tile() {
     assert!(summary["resumed_tiles"].as_u64() > Some(0), "{summary}");
     drop(server);
     assert_same(&scratch.path().join("disk/map.h5"), &scratch.path().join("reference.h5"));
-    assert_eq!(fs::read_dir(scratch.path().join("disk")).unwrap().count(), 1);
+    // A server killed at once may not have learnt yet that a file that it was to remove is closed: it renames those.
+    let left = fs::read_dir(scratch.path().join("disk")).unwrap().map(|entry| entry.unwrap().file_name());
+    let left: Vec<_> = left.filter(|name| !name.to_string_lossy().starts_with(".fuse_hidden")).collect();
+    assert_eq!(left, ["map.h5"]);
 }
 
 #[test]
