@@ -572,9 +572,7 @@ impl<'a> Sought<'a> {
         bounds: impl FnOnce() -> [f64; 2],
     ) -> Option<Self> {
         let layer = layer(curve, belt_speed, belt_speed);
-        // Halves count slip speeds from the belt line, where closed forms keep all digits.
-        let is_hidden = !curve.has_closed_form() && curve.is_hidden_by_rounding(belt_speed);
-        if layer.is_none() && curve.drop() == 0.0 || is_hidden {
+        if layer.is_none() && curve.drop() == 0.0 || curve.is_hidden_by_rounding(belt_speed) {
             return None;
         }
         Some(Self { curve, belt_speed, radius: belt_speed, layer, start: start(), bounds: bounds() })
