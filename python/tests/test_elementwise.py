@@ -62,7 +62,7 @@ def test_nan_in_nan_out():
 
 
 def test_steep_laws_meet_their_limit_within_their_errors():
-    arguments = {"V": [1.0, 0.2], "mu": [0.5, 0.9], "vs": [1e-9, 1e-14], "epsilon": 1.0}
+    arguments = {"V": [1.0, 0.2], "mu": [0.5, 0.9], "vs": [1e-9, 1e-13], "epsilon": 1.0}
     c, error = slipmap.critical_c(slipmap.Law.exponential(eta=0.0), **arguments, return_error=True)
     # The limit of steep laws depends on V / (1 - mu) alone.
     limit = 0.035876191808776
