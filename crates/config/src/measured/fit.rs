@@ -85,9 +85,10 @@ impl Measured {
         let all = fits(&in_slip, &at_rest).map_err(|why| {
             let (problem, remedy) = match why {
                 NoFit::TooFew => ("there are too few slip speeds", "give at least five"),
-                NoFit::None => {
-                    ("no law that falls as slip begins follows from the readings", "measure nearer to rest")
-                }
+                NoFit::None => (
+                    "no law that falls as slip begins follows from the readings",
+                    "measure nearer to rest, or take the readings as they are: law = \"table\"",
+                ),
             };
             (format!("{}: {problem}", self.name), remedy.to_owned())
         })?;
