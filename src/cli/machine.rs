@@ -134,6 +134,7 @@ impl Machine {
         let subject = Subject {
             title: &self.title,
             uncertain: &self.job.uncertain,
+            units: &self.job.units,
             risk: self.risk.as_ref(),
             source: &self.source,
         };

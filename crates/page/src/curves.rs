@@ -10,7 +10,7 @@ use slipmap_simulate::bifurcation::Bifurcation;
 
 /// The exact boundary, and the halo that it has.
 pub const EXACT: Stroke = Stroke::solid(style::BLACK, 1.0);
-pub const HALO: Stroke = Stroke::solid(style::WHITE, 2.4);
+pub const HALO: Stroke = Stroke::solid(style::WHITE, 1.8);
 
 /// The places of curves in a panel of their plane.
 pub fn places(curves: &PlaneCurves, panel: &Panel) -> Vec<Vec<Place>> {
@@ -27,16 +27,25 @@ const ORDER: [Bifurcation; 5] = [
     Bifurcation::Hopf,
 ];
 
-/// Draws curves into the panel of their plane. The legend names the visible ones.
-pub fn draw(scene: &mut Scene, panel: &Panel, curves: &PlaneCurves, legend: &mut Legend) {
+/// Draws curves into the panel of their plane. The legend names the visible ones. `over_numbers`: over colours, where
+/// black curves have halos too; over regimes they are visible without, and a halo would hide a thin strip between two.
+pub fn draw(
+    scene: &mut Scene,
+    panel: &Panel,
+    curves: &PlaneCurves,
+    legend: &mut Legend,
+    over_numbers: bool,
+) {
     let places = |bifurcation: Bifurcation| {
         let of_kind = curves.curves.iter().filter(move |curve| curve.bifurcation == bifurcation);
         of_kind.map(|curve| curve.points.iter().map(|p| panel.place(p.x, p.y)).collect::<Vec<Place>>())
     };
     scene.clipped(panel.rect, |scene| {
         // The white halos of all curves come first, so that no halo covers a curve.
-        for bifurcation in ORDER {
-            places(bifurcation).for_each(|line| scene.line(&line, &HALO));
+        let has_halo =
+            |kind: &&Bifurcation| over_numbers || line_style(**kind).0.color != style::BLACK;
+        for bifurcation in ORDER.iter().filter(has_halo) {
+            places(*bifurcation).for_each(|line| scene.line(&line, &HALO));
         }
         for bifurcation in ORDER {
             places(bifurcation).for_each(|line| scene.line(&line, &line_style(bifurcation).0));

@@ -1,7 +1,7 @@
 //! The summary on the first screen of a report.
 
 use super::figure::picks;
-use super::tables::undetermined_regimes;
+use super::tables::{friction, undetermined_regimes};
 use super::units::{View, join};
 use super::{Report, SIMULATION};
 use slipmap_figure::text::{Rich, rich};
@@ -66,7 +66,7 @@ pub(super) fn summary(view: &View, report: &Report) -> Vec<(Rich, Rich)> {
         line("probability that it may stick-slip, by the uncertain quantities", Rich::foreign(&words));
     }
     let cells = count(map.grid().cells() as u64);
-    line("friction law", Rich::foreign(map.grid().law().name()));
+    line("friction law", Rich::foreign(map.grid().law().name()).then(": ").then(friction(view)));
     let extents = axes
         .iter()
         .filter(|axis| axis.values.len() > 1)
@@ -101,10 +101,14 @@ pub(super) fn summary(view: &View, report: &Report) -> Vec<(Rich, Rich)> {
             .sum();
         let decided = total(number, Verdict::Present) + total(number, Verdict::Absent);
         let percent = 100.0 * decided as f64 / map.grid().cells() as f64;
+        let claims = |what: String| match decided {
+            0 => Rich::foreign(&format!("{name} no claims")),
+            _ => Rich::foreign(&what),
+        };
         if matches!(method.guarantee.as_str(), "finite_epsilon" | "validated") {
-            proved.push(Rich::foreign(&format!("{name} {percent:.1} %")));
+            proved.push(claims(format!("{name} {percent:.1} %")));
         } else if verdicts.simulation.is_some() {
-            wrong.push(Rich::foreign(&format!("{name} {}", count(mistakes))));
+            wrong.push(claims(format!("{name} {}", count(mistakes))));
         }
     }
     if !proved.is_empty() {
