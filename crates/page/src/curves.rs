@@ -74,3 +74,27 @@ pub fn line_style(bifurcation: Bifurcation) -> (Stroke, &'static str) {
         Bifurcation::Fold => (Stroke::solid(style::WINE, 1.2), "fold curve"),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use slipmap_figure::axis::Scale;
+    use slipmap_figure::scene::Rect;
+    use slipmap_map::map::{Plane, PlanePoint};
+
+    #[test]
+    fn no_halo_of_a_black_curve_hides_a_strip_of_regimes() {
+        let rect = Rect { x: 0.0, y: 0.0, w: 100.0, h: 100.0 };
+        let panel = Panel { rect, x: Scale::linear(0.0, 1.0), y: Scale::linear(0.0, 1.0) };
+        let halos = |bifurcation: Bifurcation, over_numbers: bool| {
+            let points = [0.1, 0.9].map(|x| PlanePoint { x, y: x, error: 0.0 }).into();
+            let plane = Plane::new(0, 1, vec![0, 0]);
+            let curves = PlaneCurves { plane, curves: vec![PlaneCurve { bifurcation, points }] };
+            let (mut scene, mut legend) = (Scene::new(100.0, 100.0), Legend::default());
+            draw(&mut scene, &panel, &curves, &mut legend, over_numbers);
+            scene.svg("curves", &rich("curves")).matches(&format!("stroke=\"{}\"", style::WHITE)).count()
+        };
+        assert_eq!([false, true].map(|numbers| halos(Bifurcation::Hopf, numbers)), [0, 1]);
+        assert_eq!(halos(Bifurcation::Crossing, false), 1);
+    }
+}

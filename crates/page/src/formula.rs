@@ -227,6 +227,37 @@ fn join(operator: char, left: Part, right: Part) -> Part {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use slipmap_map::machine::Motion;
+    use slipmap_model::point::LawParameters;
+
+    /// The formulas are those of the laws, and of machines.
+    #[test]
+    fn formulas_are_those_of_the_laws() {
+        let values = [("mu_s", 0.4), ("mu_k", 0.25), ("v_s", 0.02), ("eta", 0.3), ("delta", 1.5)];
+        for law in Law::BUILT_IN.into_iter().chain([Law::Stretched]) {
+            let parameters = &[0.3, 0.2, 0.7, 1.5][..law.parameters().len()];
+            let point = LawParameters::new(parameters);
+            let (own, built_in) = (law.curve(0.1, &point), law.built_in().unwrap());
+            let formula = Law::Expression(Expression::new(built_in.formula, 1.0).unwrap());
+            let named = |name: &str| law.parameters().iter().position(|it| it.name == name).unwrap();
+            let named = formula.parameters().iter().map(|it| parameters[named(it.name)]);
+            let written = formula.curve(0.1, &LawParameters::new(&named.collect::<Vec<f64>>()));
+
+            let numbers = [2.0, 800.0, 4.0, 50.0, 0.4, 0.25, 0.02, 0.3, 0.1];
+            let mut machine = Machine::from_array(Motion::Translation, law.clone(), numbers);
+            machine.set("exponent", 1.5);
+            let model = machine.model().unwrap();
+            let of_machine = Law::Expression(Expression::new(built_in.of_coefficients, 1.0).unwrap());
+            let named = |name: &str| values.iter().find(|(known, _)| *known == name).unwrap().1;
+            let named = of_machine.parameters().iter().map(|it| named(it.name));
+            let in_si = of_machine.curve(1.0, &LawParameters::new(&named.collect::<Vec<f64>>()));
+            for u in [0.01, 0.1, 0.5] {
+                assert!((own.phi(u) - written.phi(u)).abs() < 1e-14, "{law:?}");
+                let friction = 0.4 * model.column().curve.phi(u / model.si.units.velocity);
+                assert!((friction - in_si.phi(u)).abs() < 1e-14, "{law:?}: {friction}");
+            }
+        }
+    }
 
     #[test]
     fn formulas_are_set_with_the_parentheses_that_they_need() {

@@ -435,11 +435,17 @@ mod tests {
         let friction = Friction::Formula(law, LawParameters::new(&[]));
         let all = assess(&Machine { friction, ..example(Law::Stribeck) }).unwrap();
         let (title, source) = ("a long title ".repeat(20), "source ".repeat(90));
-        let subject = Subject { title: &title, uncertain: &[], risk: None, source: &source };
+        let shown = slipmap_map::map::Shown { unit: "km/h".into(), size: 1.0 / 3.6 };
+        let units = [("belt_speed", Some(shown))];
+        let subject = Subject { title: &title, uncertain: &[], units: &units, risk: None, source: &source };
         let page = MachinePage::new(&all, &subject);
         let pages = [page];
         let scene = MachinePage::scene(&pages);
         let svg = scene.svg("page", &rich("page"));
+        // Of 0.1 m/s, in text and figures.
+        for words in [" at 0.36 km/h", ">0.36 km/h<", ">belt speed, km/h<", ">slip speed, km/h<"] {
+            assert!(svg.contains(words), "{words}");
+        }
         let svg = roxmltree::Document::parse(&svg).unwrap();
         let mut texts = 0;
         for text in svg.descendants().filter(|node| node.has_tag_name("text")) {

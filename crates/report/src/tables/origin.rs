@@ -30,7 +30,13 @@ pub fn cost(map: &MapFile) -> Table {
         })
         .collect();
     if !paths.is_empty() {
-        let text = format!("Cells that the simulation decided by each of its paths: {}.", paths.join(", "));
+        let text = format!(
+            "Cells that the simulation decided by each of its paths: {}. Certificate: a theorem. Universal surface, critical \
+             surface, interpolation: the critical damping of the column, from a table over three scaled numbers, from its \
+             own search, or interpolated between columns. Order: between two cells of equal fate. Return map, direct: \
+             an orbit.",
+            paths.join(", ")
+        );
         notes.push(Rich::foreign(&text));
     }
     let by = |paths: &[&str]| -> f64 {
