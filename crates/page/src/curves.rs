@@ -29,21 +29,14 @@ const ORDER: [Bifurcation; 5] = [
 
 /// Draws curves into the panel of their plane. The legend names the visible ones. `over_numbers`: over colours, where
 /// black curves have halos too; over regimes they are visible without, and a halo would hide a thin strip between two.
-pub fn draw(
-    scene: &mut Scene,
-    panel: &Panel,
-    curves: &PlaneCurves,
-    legend: &mut Legend,
-    over_numbers: bool,
-) {
+pub fn draw(scene: &mut Scene, panel: &Panel, curves: &PlaneCurves, legend: &mut Legend, over_numbers: bool) {
     let places = |bifurcation: Bifurcation| {
         let of_kind = curves.curves.iter().filter(move |curve| curve.bifurcation == bifurcation);
         of_kind.map(|curve| curve.points.iter().map(|p| panel.place(p.x, p.y)).collect::<Vec<Place>>())
     };
     scene.clipped(panel.rect, |scene| {
         // The white halos of all curves come first, so that no halo covers a curve.
-        let has_halo =
-            |kind: &&Bifurcation| over_numbers || line_style(**kind).0.color != style::BLACK;
+        let has_halo = |kind: &&Bifurcation| over_numbers || line_style(**kind).0.color != style::BLACK;
         for bifurcation in ORDER.iter().filter(has_halo) {
             places(*bifurcation).for_each(|line| scene.line(&line, &HALO));
         }

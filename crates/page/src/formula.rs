@@ -46,6 +46,8 @@ pub fn symbol(coefficient: &str) -> &str {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Bound {
     Sum,
+    /// A product that begins with a minus.
+    Negative,
     Product,
     Power,
     Atom,
@@ -70,8 +72,9 @@ fn set(name: &str, text: &str) -> Option<Formula> {
             Step::Name(name) => named(name),
             Step::Negate => {
                 let of = within(stack.pop()?, Bound::Product);
-                let [plain, latex] = [("−", of.plain), ("-", of.latex)].map(|(sign, of)| format!("{sign}{of}"));
-                part(Bound::Sum, plain, format!("<mo>−</mo>{}", of.html), latex)
+                let [plain, latex] =
+                    [("−", of.plain), ("-", of.latex)].map(|(sign, of)| format!("{sign}{of}"));
+                part(Bound::Negative, plain, format!("<mo>−</mo>{}", of.html), latex)
             }
             Step::PowerInteger(exponent) => {
                 let plain = exponent.to_string().chars().map(raised).collect();
@@ -183,6 +186,7 @@ fn join(operator: char, left: Part, right: Part) -> Part {
         true => of.set.plain.clone(),
         false => format!("({})", of.set.plain),
     };
+    let bound = if left.bound == Bound::Negative { Bound::Negative } else { Bound::Product };
     match operator {
         '^' => {
             let exponent = match right.bound {
@@ -192,19 +196,20 @@ fn join(operator: char, left: Part, right: Part) -> Part {
             power(left, exponent, right.set)
         }
         '/' => {
-            let text = format!("{} / {}", plain(&left, Bound::Product), plain(&right, Bound::Power));
-            let html = format!("<mfrac><mrow>{}</mrow><mrow>{}</mrow></mfrac>", left.set.html, right.set.html);
-            part(Bound::Product, text, html, format!(r"\frac{{{}}}{{{}}}", left.set.latex, right.set.latex))
+            let text = format!("{} / {}", plain(&left, Bound::Negative), plain(&right, Bound::Power));
+            let html =
+                format!("<mfrac><mrow>{}</mrow><mrow>{}</mrow></mfrac>", left.set.html, right.set.html);
+            part(bound, text, html, format!(r"\frac{{{}}}{{{}}}", left.set.latex, right.set.latex))
         }
         '*' => {
-            let [left, right] = [left, right].map(|of| within(of, Bound::Product));
+            let (left, right) = (within(left, Bound::Negative), within(right, Bound::Product));
             let [plain, html, latex] = match begins_with_digit {
                 true => [" · ", "<mo>·</mo>", r" \cdot "],
                 false => [" ", "<mo>\u{2062}</mo>", r"\, "],
             };
             let both = |left: &str, sign: &str, right: &str| format!("{left}{sign}{right}");
             part(
-                Bound::Product,
+                bound,
                 both(&left.plain, plain, &right.plain),
                 both(&left.html, html, &right.html),
                 both(&left.latex, latex, &right.latex),
@@ -272,6 +277,8 @@ mod tests {
             ("mu - (1 + mu)", "μ − (1 + μ)"),
             ("mu/(vs*u)", "μ / (vs u)"),
             ("exp(-(u/v_s)^delta)", "exp(−(u / vs)^δ)"),
+            ("1 - -u/vs", "1 − (−u / vs)"),
+            ("-u*mu + (mu + 1)*u", "−u μ + (μ + 1) u"),
             ("1e-7*2*u", "1 × 10⁻⁷ · 2 u"),
             ("(-u)^2 + u^(1 + mu)", "(−u)² + u^(1 + μ)"),
             ("sqrt(abs(u - 1))^3", "sqrt(|u − 1|)³"),

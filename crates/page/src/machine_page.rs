@@ -9,7 +9,6 @@ mod units;
 use super::html;
 use figures::FIGURE;
 pub use lines::percent;
-pub use units::Written;
 use lines::{Line, Section};
 use slipmap_figure::axis::{AXIS, SMALL_TEXT, TEXT};
 use slipmap_figure::paragraph::paragraph;
@@ -17,6 +16,7 @@ use slipmap_figure::scene::{Anchor, Scene, text_width};
 use slipmap_figure::text::{Rich, join, rich};
 use slipmap_map::assessment::Assessment;
 use slipmap_map::risk::{Risk, Uncertain};
+pub use units::Written;
 
 /// Size of the page: A4, in points.
 const PAGE: (f64, f64) = (595.0, 842.0);
@@ -382,7 +382,10 @@ mod tests {
             let all = assess(&Machine { friction, ..example(Law::Stribeck) }).unwrap();
             let text = text_of(sections(&all, &[], &[], None));
             assert!(text.contains(&format!("coefficient of friction: {words}")), "{text}");
-            let page = MachinePage::new(&all, &Subject { title: "", uncertain: &[], risk: None, source: "" });
+            let page = MachinePage::new(
+                &all,
+                &Subject { title: "", uncertain: &[], units: &[], risk: None, source: "" },
+            );
             assert!(
                 MachinePage::scene(&[page]).svg("page", &rich("page")).contains("Coefficient of friction")
             );

@@ -190,9 +190,7 @@ pub fn agreement(map: &MapFile, report: &Report) -> Table {
         let simulated = counts.simulation(Verdict::Present) + counts.simulation(Verdict::Absent);
         compared(counts.total() - simulated)
     };
-    let decided = |counts: &Confusion| {
-        percent(claims(counts) as f64, counts.total() as f64).into()
-    };
+    let decided = |counts: &Confusion| percent(claims(counts) as f64, counts.total() as f64).into();
     let cells = |counts: &Confusion, verdict| Cell::Count(counts.method(verdict));
     let failed = |counts: &Confusion| {
         Cell::Count(counts.method(Verdict::Failed) + counts.method(Verdict::NotComputed))

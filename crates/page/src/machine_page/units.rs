@@ -17,7 +17,8 @@ pub(super) struct Unit {
 impl Unit {
     /// The unit of a quantity of this dimension.
     pub(super) fn of(machine: &Machine, written: &Written, quantity: &str, dimension: Dimension) -> Self {
-        let shown = written.iter().find(|(known, _)| *known == quantity).and_then(|(_, shown)| shown.as_ref());
+        let shown =
+            written.iter().find(|(known, _)| *known == quantity).and_then(|(_, shown)| shown.as_ref());
         match shown {
             Some(Shown { unit, size }) => Self { name: unit.clone(), size: *size },
             None => Self { name: machine.motion.unit(dimension).to_owned(), size: 1.0 },

@@ -105,7 +105,12 @@ pub(super) fn law(view: &View) -> Table {
     }
     let rest = |at: &[f64]| machine.map_or(Some(1.0), |_| Some(grid.machine_at(at)?.friction.at_rest()));
     let onset = |at: &[f64]| Some(rest(at)? * (1.0 - grid.column_of(at).ok()?.curve.drop()));
-    let at = |speed: &str| rich(if machine.is_none() { "{phi}" } else if force == "1" { "{mu}" } else { "{F}" }).then(speed);
+    let name = match machine {
+        None => "phi",
+        Some(_) if force == "1" => "mu",
+        Some(_) => "F",
+    };
+    let at = |speed: &'static str| Rich::symbol(name).then(speed);
     row("friction at rest", at("(0)"), range(over_corners(grid, rest)), force);
     row("friction as slip begins", at("(0+)"), range(over_corners(grid, onset)), force);
     let drop = over_corners(grid, |at| Some(rest(at)? - onset(at)?));
