@@ -303,6 +303,8 @@ pub fn latex(words: &str) -> String {
             '≥' => text.push_str(r"\ensuremath{\ge}"),
             '≤' => text.push_str(r"\ensuremath{\le}"),
             '±' => text.push_str(r"\ensuremath{\pm}"),
+            '²' => text.push_str(r"\ensuremath{^{2}}"),
+            '·' => text.push_str(r"\ensuremath{\cdot}"),
             '–' => text.push_str("--"),
             c if c.is_control() => text.push(' '),
             c if c.is_ascii() || ('\u{c0}'..'\u{180}').contains(&c) => text.push(c),

@@ -38,21 +38,24 @@ pub(super) fn summary(view: &View, report: &Report) -> Vec<(Rich, Rich)> {
     if let Some(model) = view.model() {
         let (point, si) = (&model.point, &model.si);
         let quantity = |value: f64, dimension| Rich::number(value, 4).with_unit(si.unit(dimension));
-        let speed = quantity(point.belt_speed * si.units.velocity, Dimension::Velocity);
+        // In the units of the axes, as the figures are.
+        let speed_axis = view.axis(&axes[axes.len() - 2]);
+        let in_axis = |si: f64| Rich::number(si * speed_axis.factor, 4).with_unit(&speed_axis.unit);
+        let speed = in_axis(point.belt_speed * si.units.velocity);
         let damping = quantity(point.damping * si.units.damping, Dimension::Damping);
+        let at_speed = rich(" at ").then(speed_axis.name.clone()).then(" ").then(speed.clone());
         let does = behaviour(&model, TOLERANCE);
         if let Some(critical) = does.critical_damping {
             let error = does.critical_damping_error.unwrap_or(0.0);
             let value = Rich::with_error(critical, error, 4).with_unit(si.unit(Dimension::Damping));
-            let value = value.then(" at belt speed ");
-            line("critical damping", value.then(speed.clone()));
+            line("critical damping", value.then(at_speed.clone()));
         }
         if let Some(critical) = does.critical_belt_speed.value() {
-            let value = quantity(critical, Dimension::Velocity).then(" at damping ");
-            line("critical belt speed", value.then(damping.clone()));
+            let value = in_axis(critical).then(" at damping ");
+            line(&format!("critical {}", speed_axis.name.plain()), value.then(damping.clone()));
         }
         if let Some(amplitude) = does.amplitude {
-            let at = rich(" at belt speed ").then(speed).then(" and damping ").then(damping);
+            let at = at_speed.then(" and damping ").then(damping);
             line("amplitude", quantity(amplitude, Dimension::Length).then(at));
         }
         line("natural frequency", Rich::number(does.natural_frequency, 4).then(" Hz"));

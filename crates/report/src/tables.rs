@@ -73,6 +73,7 @@ pub fn volume(view: &View, report: &Report) -> Table {
     // A volume over axes with units is told as a share of the box.
     let is_share = view.units.machine.is_some();
     let factor = if is_share { 100.0 / verdicts.box_volume } else { 1.0 };
+    let one_damping = map.grid().dampings().len() == 1;
     let mut rows = Vec::new();
     for (e, &epsilon) in epsilons(map).iter().enumerate() {
         let reference = verdicts.simulation.map(|method| verdicts.volumes[method][e]);
@@ -91,11 +92,11 @@ pub fn volume(view: &View, report: &Report) -> Table {
                 Cell::Real(epsilon),
                 words(&method.name),
                 Cell::Real(volume.claimed * factor),
-                Cell::Real(volume.error_in_c * factor),
+                if one_damping { Cell::Missing } else { Cell::Real(volume.error_in_c * factor) },
                 Cell::Real(volume.error * factor),
                 percent(volume.claimed, verdicts.box_volume).into(),
                 relative.and_then(|reference| percent(volume.claimed, reference.claimed)).into(),
-                relative_error.filter(|_| method.name != SIMULATION).into(),
+                relative_error.filter(|_| method.name != SIMULATION && !one_damping).into(),
                 relative.and_then(|reference| percent(volume.confirmed, reference.claimed)).into(),
             ]);
         }

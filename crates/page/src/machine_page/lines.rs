@@ -75,7 +75,7 @@ pub(super) fn sections(
         }
         None => {}
     }
-    sections.push(("Motion", motion(all)));
+    sections.push(("Motion", motion(all, written)));
     sections.push(("Critical damping changes with", sensitivities(all, uncertain)));
     sections.push(("What is proved and what is computed", proved(all)));
     sections
@@ -287,11 +287,17 @@ fn not_determined(all: &Assessment) -> Rich {
 }
 
 /// Frequencies, times, amplitudes and kicks at the working point.
-fn motion(all: &Assessment) -> Vec<Line> {
+fn motion(all: &Assessment, written: &Written) -> Vec<Line> {
     let does = &all.behaviour;
     let [_, digits] = digits_of_data(all);
+    // Velocities in the unit of the belt speed.
+    let unit = |dimension: Dimension| match dimension {
+        Dimension::Velocity => Unit::of(&all.machine, written, "belt_speed", dimension),
+        _ => Unit { name: all.machine.motion.unit(dimension).to_owned(), size: 1.0 },
+    };
     let of = |value: f64, dimension: Dimension| {
-        Rich::number(value, digits).with_unit(all.machine.motion.unit(dimension))
+        let Unit { name, size } = unit(dimension);
+        Rich::number(value / size, digits).with_unit(&name)
     };
     use Dimension::{Impulse, Length, Time, Velocity};
     let mut motion = vec![line("undamped natural frequency", quantity(does.natural_frequency, "Hz"))];
@@ -330,12 +336,13 @@ fn motion(all: &Assessment) -> Vec<Line> {
         NeededKick::Kick(kick) => {
             let relative = all.standard_errors.and_then(|errors| errors.kick);
             let of = |value: f64, dimension: Dimension| {
-                let unit = all.machine.motion.unit(dimension);
+                let Unit { name: unit, size } = unit(dimension);
+                let value = value / size;
                 match (relative, &all.machine.friction) {
-                    (Some(error), _) => with_error(WithError { value, standard_error: error * value }, unit),
+                    (Some(error), _) => with_error(WithError { value, standard_error: error * value }, &unit),
                     // The errors of the data are not known, but they are seldom below a per cent.
-                    (None, Friction::Measured(_)) => Rich::number(value, 2).with_unit(unit),
-                    (None, _) => quantity(value, unit),
+                    (None, Friction::Measured(_)) => Rich::number(value, 2).with_unit(&unit),
+                    (None, _) => quantity(value, &unit),
                 }
             };
             let both = |kick: Kick, dimension: Dimension| {

@@ -3,7 +3,7 @@
 use super::super::table::{Cell, Column, Show, Table};
 use super::super::units::View;
 use super::words;
-use slipmap_figure::text::{Formula, Rich, rich};
+use slipmap_figure::text::{Rich, rich};
 use slipmap_map::machine::Coefficients;
 use slipmap_map::map::Grid;
 use slipmap_model::friction::{Law, Table as Data};
@@ -21,9 +21,9 @@ pub(crate) fn friction(view: &View) -> Rich {
     };
     match (set, grid.law().as_written()) {
         (Some(set), _) if set.plain.chars().count() <= LONGEST => Rich::formula(set),
-        (Some(Formula { plain, .. }), _) => Rich::foreign(&plain),
-        (None, Law::Table(table)) => of_rows(table),
-        (None, _) => rich("a function of a program, which was sampled"),
+        (_, Law::Expression(formula)) => Rich::foreign(formula.text()),
+        (_, Law::Table(table)) => of_rows(table),
+        _ => rich("a function of a program, which was sampled"),
     }
 }
 
