@@ -214,7 +214,7 @@ fn check_auxiliary(map: &MapFile, name: &str, ties: bool, report: &mut CheckRepo
     let dataset = map.file.dataset(name)?;
     let axes = axes_of(name, map.grid());
     let shape: Vec<usize> = axes.iter().map(|&axis| map.grid().shape()[axis]).collect();
-    trust::auxiliary(&dataset, name, &shape, map.place())?;
+    trust::auxiliary(&dataset, name, &shape, map.facts())?;
     let digest = fingerprint::of_one_tile(&fingerprint::reals(&dataset.read_raw::<f64>()?));
     expect(&dataset, name, "sha256", &digest, report);
     if ties && !shape.is_empty() {
@@ -225,7 +225,7 @@ fn check_auxiliary(map: &MapFile, name: &str, ties: bool, report: &mut CheckRepo
 
 /// Checks the curves of codimension one, if there are any.
 fn check_curves(map: &MapFile, report: &mut CheckReport) -> Result<(), Unfit> {
-    curves::read(&map.file, map.grid(), map.place())?;
+    curves::read(&map.file, map.grid(), map.facts())?;
     if !map.file.link_exists(curves::GROUP) {
         return Ok(());
     }
@@ -238,7 +238,7 @@ fn check_curves(map: &MapFile, report: &mut CheckReport) -> Result<(), Unfit> {
             continue;
         }
         let dataset = group.dataset(&column)?;
-        if let Err(unfit) = trust::own_numbers(&dataset, &name, map.place()) {
+        if let Err(unfit) = trust::own_numbers(&dataset, &name, map.facts()) {
             report.note(Some(&name), None, unfit.to_string());
         } else if trust::bytes(&dataset)? > map.length || !trust::stores(&dataset)? {
             report.note(Some(&name), None, "declares more numbers than the file holds");
@@ -353,7 +353,7 @@ fn check_uses(map: &MapFile, position: usize, scale: &Dataset, report: &mut Chec
 fn check_cells(map: &MapFile, variable: &Variable, dataset: &Dataset, report: &mut CheckReport) {
     let schema = &map.schema;
     let name = Some(variable.name.as_str());
-    match trust::variable(dataset, schema, variable, map.place()) {
+    match trust::variable(dataset, schema, variable, map.facts()) {
         Ok(()) => {}
         Err(Unfit::Foreign(why)) => return report.note(name, None, format!("is not read: {why}")),
         Err(unfit) => return report.note(name, None, unfit.to_string()),

@@ -58,10 +58,10 @@ impl MapFile {
         map.sealed = seal != Seal::Missing;
         for variable in &map.schema.variables {
             let dataset = map.dataset(&variable.name)?;
-            trust::variable(&dataset, &map.schema, variable, map.place())
+            trust::variable(&dataset, &map.schema, variable, map.facts())
                 .map_err(|unfit| StoreError::unfit(format!("read {} in", variable.name), path, unfit))?;
         }
-        map.curves = curves::read(&map.file, &map.schema.grid, map.place())
+        map.curves = curves::read(&map.file, &map.schema.grid, map.facts())
             .map_err(|unfit| StoreError::unfit(format!("read {} in", curves::GROUP), path, unfit))?;
         let report = match (map.sealed, map.by_parts) {
             (true, false) => return Ok(map),
