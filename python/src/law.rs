@@ -213,7 +213,7 @@ impl Law {
     fn formula(&self) -> Option<String> {
         match self.law.as_written() {
             Family::Expression(law) => Some(format!("\u{3c6}(u) = {}", law.text())),
-            law => law.built_in().map(|law| law.formula.to_owned()),
+            law => slipmap_page::formula::of_law(law).map(|formula| formula.plain),
         }
     }
 

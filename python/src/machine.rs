@@ -253,7 +253,8 @@ impl Machine {
                 Err(NoRisk::NoneFound) => None,
                 Err(why) => return Err(why.to_string()),
             };
-            let subject = Subject { title, uncertain: &self.uncertain, risk: risk.as_ref(), source };
+            let subject =
+                Subject { title, uncertain: &self.uncertain, units: &[], risk: risk.as_ref(), source };
             let html = MachinePage::html(&[MachinePage::new(&all, &subject)]);
             Ok((html, to_json(&all, risk.as_ref()).to_string()))
         })?;

@@ -307,4 +307,21 @@ fn the_file_has_its_axes_in_si_units() {
     scratch.run(&[&plot[..], &["--out", "p.svg"]].concat()).ends_with(0);
     assert!(scratch.read("p.svg").contains("normal force, N"));
     scratch.run(&["report", "map.h5", "--out", "report"]).ends_with(0);
+    assert!(scratch.read("report/figures/regimes.svg").contains(">stick-slip<"));
+    let has = |table: &str, line: &str| {
+        let text = scratch.read(&format!("report/tables/{table}.csv"));
+        assert!(text.contains(line), "{line}: {text}");
+    };
+    // The law, what is held, and volumes as shares.
+    has("law", "\"friction in slip, at slip speed u\",,μ(u) = μk + (μs − μk) exp(−u / vs) + η u,1\n");
+    has("law", "static friction,μs,0.4,1\n");
+    has("law", "friction at rest,μ(0),0.4,1\n");
+    has("law", "\"drop, the difference of these\",,0,1\n");
+    has("axes", "mass,mass,1,2.0,2.0,kg,one value\n");
+    has("volume", "method,share,share_error_in_c,share_error,percent_of_simulation");
+    assert!(
+        scratch.read("report/report.tex").contains(
+            r"\mu(u) = \mu_{k} + \left(\mu_{s} - \mu_{k}\right)\, \exp\left(\frac{-u}{v_{s}}\right)"
+        )
+    );
 }

@@ -188,7 +188,8 @@ fn draw_area(scene: &mut Scene, panel: &Panel, area: &Area, colours: Option<Colo
         }
     }
     if let Some(curves) = &area.curves {
-        bifurcations::draw(scene, panel, curves, legend);
+        let over_numbers = matches!(area.layer, Layer::Reals(_));
+        bifurcations::draw(scene, panel, curves, legend, over_numbers);
     }
     if let Some((name, points)) = area.marks {
         let places = points.iter().map(|[x, y]| panel.place(*x, *y));
