@@ -265,7 +265,7 @@ impl Machine {
     /// of these names have other values; and the first element without one, with the reason. The errors are the standard
     /// errors by measured or fitted friction, where these are asked for and larger than those of the computation.
     #[pyo3(signature = (names, arrays, tolerance, by_friction, threads=None, progress=None))]
-    #[allow(clippy::too_many_arguments)]
+    #[allow(clippy::too_many_arguments)] // as in map.rs
     fn critical_damping<'py>(
         &self,
         py: Python<'py>,
