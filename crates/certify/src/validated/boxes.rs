@@ -452,9 +452,9 @@ mod tests {
             ..parameters()
         };
         for (belt_speed, beta) in
-            [([0.1, 2.5], [0.2, 0.2]), ([0.1, 2.5], [0.0, 0.0]), ([0.5, 0.5], [0.1, 0.3])]
+            [([0.5, 1.0], [0.2, 0.2]), ([0.1, 2.5], [0.0, 0.0]), ([0.5, 0.5], [0.1, 0.3])]
         {
-            let found = volumes(&ParameterBox { belt_speed, beta, damping: [0.0, 2.0], ..one }, 4, 4096);
+            let found = volumes(&ParameterBox { belt_speed, beta, damping: [0.0, 2.0], ..one }, 8, 1024);
             assert!(found.undecided < 3e-3, "{found:?}");
         }
     }

@@ -83,7 +83,10 @@ impl Colours {
         let size = most.max(-least);
         let (from, to) = if two_sided { (-size, size) } else { (least, most) };
         // For a constant the scale has length zero.
-        (least <= most).then_some(Self { scale: Scale { from, to, log: false, shown: factor }, two_sided })
+        (least <= most).then(|| {
+            let scale = Scale { from, to, ..Scale::linear(0.0, 1.0) }.in_unit(factor);
+            Self { scale, two_sided }
+        })
     }
 
     /// Returns whether all numbers are equal.

@@ -18,7 +18,9 @@ pub fn cost(map: &MapFile) -> Table {
     let rate = |method: &MethodInfo| {
         seconds(method).filter(|seconds| *seconds > 0.0).map(|seconds| cells as f64 / seconds)
     };
-    let mut notes = vec![rich("Seconds are summed over all threads; packing and auditing are not in them.")];
+    let mut notes = vec![rich(
+        "Seconds of the verdicts, summed over all threads; fields, curves, proofs over boxes, packing and auditing are not in them.",
+    )];
     let paths: Vec<String> = map
         .attributes()
         .iter()
