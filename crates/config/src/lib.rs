@@ -80,7 +80,7 @@ pub use points::point_of;
 pub use source::ConfigError;
 pub use source::decimal_comma;
 use source::{Node, Section, Source};
-pub use units::has_unit;
+pub use units::{has_unit, number_in};
 
 use slipmap_certify::validated;
 use slipmap_map::map::{
