@@ -20,7 +20,8 @@ use slipmap_report::{FitFigure, rich, write_figure, write_file};
 Examples:
   slipmap fit brake.csv
   slipmap fit brake.csv --out friction.toml --figure fit.pdf
-  cat friction.toml machine.toml > brake.toml && slipmap machine brake.toml
+
+Put friction.toml in the place of [friction] in machine.toml, whose coefficients of friction then go.
 
 The laws F_k + (F_s - F_k) g(u/v_s) + B u with g exponential, gaussian, stretched (exp(-(u/v_s)^delta)), lorentzian or
 hyperbolic, and two coefficients, with and without the viscous part B and, if there are readings at rest, a drop as slip

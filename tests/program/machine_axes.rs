@@ -215,6 +215,13 @@ fn inputs_are_in_the_units_that_people_have() {
     let position = head.iter().position(|name| *name == "critical_damping [N m s/rad]").unwrap();
     assert!((row[position].parse::<f64>().unwrap() / critical - 1.0).abs() < 1e-9, "{rows}");
     scratch.run(&["machine", "people.toml", "--set", "belt_speed=40 rpm"]).ends_with(0);
+    // Marks are in the units of the figure: one in it, and its sample in the legend.
+    let plane = ["run", "people.toml", "--quiet", "--set", "machine.damping_ratio=[\"2 %\", \"4 %\"]"];
+    scratch.run(&[&plane[..], &["--set", "output.path=plane.h5"]].concat()).ends_with(0);
+    scratch.file("marks.csv", "speed,ratio\n40,3\n");
+    let plot = ["plot", "plane.h5", "--x", "belt_speed", "--y", "damping_ratio", "--mark", "marks.csv"];
+    scratch.run(&[&plot[..], &["--out", "marks.svg"]].concat()).ends_with(0);
+    assert_eq!(scratch.read("marks.svg").matches("fill=\"#d55e00\"").count(), 2);
 
     for (from, to, words) in [
         ("frequency", "stiffness = 1e3\nfrequency", "the mass and the stiffness have a frequency already"),

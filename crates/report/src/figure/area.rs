@@ -195,7 +195,9 @@ fn draw_area(scene: &mut Scene, panel: &Panel, area: &Area, colours: Option<Colo
         bifurcations::draw(scene, panel, curves, legend, over_numbers);
     }
     if let Some((name, points)) = area.marks {
-        let places = points.iter().map(|[x, y]| panel.place(*x, *y));
+        // From the units of the figure to those of the map.
+        let [across, up] = area.slice.axes().map(|axis| area.slice.view.axis(axis).factor);
+        let places = points.iter().map(|[x, y]| panel.place(x / across, y / up));
         for place in places.filter(|place| panel.rect.contains(*place)) {
             scene.marker(Marker::Circle, place, 4.6, style::WHITE, true);
             scene.marker(Marker::Circle, place, 3.2, style::VERMILION, true);
