@@ -108,7 +108,8 @@ impl Machine {
     fn of(config: &Path, arguments: &Arguments) -> Result<Self, Failure> {
         let job = probe_machine::load(config, &arguments.set)?;
         let leaves = || Failure::bad_input("the friction leaves the numbers", "check the units");
-        let all = assess_fitted(&job.machine, &job.uncertain).ok_or_else(leaves)?;
+        let mut all = assess_fitted(&job.machine, &job.uncertain).ok_or_else(leaves)?;
+        all.shown.clone_from(&job.shown);
         let risk = match is_uncertain(&job.machine, &job.uncertain) {
             false => None,
             true => {

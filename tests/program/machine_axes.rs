@@ -214,7 +214,13 @@ fn inputs_are_in_the_units_that_people_have() {
     let [head, row] = [0, 1].map(|line| rows.lines().nth(line).unwrap().split(',').collect::<Vec<_>>());
     let position = head.iter().position(|name| *name == "critical_damping [N m s/rad]").unwrap();
     assert!((row[position].parse::<f64>().unwrap() / critical - 1.0).abs() < 1e-9, "{rows}");
-    scratch.run(&["machine", "people.toml", "--set", "belt_speed=40 rpm"]).ends_with(0);
+    // Answers are in the unit of the file, and a number without a unit is told to be in SI units.
+    let page = scratch.run(&["machine", "people.toml", "--set", "belt_speed=40 rpm"]).ends_with(0);
+    assert!(page.out.contains("at 40 rpm and "), "{}", page.out);
+    assert!(!page.err.contains("for rpm write"), "{}", page.err);
+    let bare = scratch.run(&["probe", "--machine", "people.toml", "--set", "belt_speed=4"]).ends_with(0);
+    let told = "belt_speed = 4 is in rad/s; for rpm write --set 'machine.belt_speed=4 rpm'";
+    assert!(bare.err.contains(told), "{}", bare.err);
 
     for (from, to, words) in [
         ("frequency", "stiffness = 1e3\nfrequency", "the mass and the stiffness have a frequency already"),

@@ -26,8 +26,8 @@ pub struct MachineJob {
     pub varied: Vec<(&'static str, Vec<f64>)>,
     /// The uncertain quantities and their distributions.
     pub uncertain: Vec<Uncertain>,
-    /// The units of the file, by quantity, the first of each; `None` is the SI unit.
-    units: Vec<(&'static str, Option<Shown>)>,
+    /// The units of the file other than those of SI, by quantity, the first of each.
+    pub shown: Vec<(&'static str, Shown)>,
     /// What units in the file are in SI: "1 rpm is 0.10472 rad/s".
     pub conversions: Vec<String>,
     /// The title of its page.
@@ -332,8 +332,8 @@ pub(super) fn read(section: &Section, friction: &Section, law: &Law) -> Result<M
             |node| node.error(problem, remedy),
         ));
     }
-    let (units, conversions) = (units.into_inner(), conversions.into_inner());
-    Ok(MachineJob { machine, varied, uncertain, units, conversions, title: None })
+    let shown = units.into_inner().into_iter().filter_map(|(name, shown)| Some((name, shown?))).collect();
+    Ok(MachineJob { machine, varied, uncertain, shown, conversions: conversions.into_inner(), title: None })
 }
 
 /// Reads numbers of `[machine]`.
@@ -389,10 +389,28 @@ impl<'a> Reader<'a> {
         }
         self.uncertain.extend(spread.map(|spread| (quantity, spread)));
         let first = values[0];
+        self.tell_bare(key, quantity, first);
         if values.len() > 1 {
             self.varied.push((quantity, values));
         }
         Ok(first)
+    }
+
+    /// Tells that a number without a unit is in SI units where the file has another unit, in place of which it was set.
+    fn tell_bare(&self, key: &'static str, quantity: &'static str, value: f64) {
+        let si = unit(quantity, self.motion, self.law, self.section.get(RADIUS).is_some());
+        let is_bare = self.units.borrow().iter().any(|(known, shown)| *known == quantity && shown.is_none());
+        let other = |text: &str| {
+            with_unit(text).is_some_and(|(_, unit)| matches!(compare(unit, Wanted::In(si)), Match::Factor(_)))
+        };
+        let in_file = self.section.text_in_file(key, other).and_then(with_unit);
+        if let Some((_, unit)) =
+            in_file.filter(|_| is_bare && !self.is_of_formula(quantity) && !si.is_empty())
+        {
+            let told =
+                format!("{key} = {value} is in {si}; for {unit} write --set 'machine.{key}={value} {unit}'");
+            self.conversions.borrow_mut().push(told);
+        }
     }
 
     /// Whether this is the name of a formula's parameter.
@@ -519,7 +537,7 @@ fn check(node: &Node, key: &str, value: f64, (legal, wanted): (bool, &str)) -> R
 
 /// The grid of a machine.
 pub(super) fn grid(section: &Section, job: &MachineJob) -> Result<Grid, ConfigError> {
-    let unit = |name: &str| job.units.iter().find(|(known, _)| *known == name)?.1.clone();
+    let unit = |name: &str| Some(job.shown.iter().find(|(known, _)| *known == name)?.1.clone());
     let grid = Grid::of_machine(&job.machine, &job.varied);
     grid.map(|grid| grid.shown_in(unit)).map_err(|error| {
         let name = job.varied.first().map_or(BELT_SPEED, |(name, _)| name);

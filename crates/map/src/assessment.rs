@@ -7,7 +7,7 @@ use crate::behaviour::{self, Behaviour, is_positive};
 use crate::intervals::{self, Limit, TOLERANCE};
 pub use crate::intervals::{End, Intervals, Statement};
 use crate::machine::{Dimension, Friction, Machine, Model};
-use crate::map::{self, LongRun, Regime, Verdict};
+use crate::map::{self, LongRun, Regime, Shown, Verdict};
 use crate::risk::Uncertain;
 pub use data_errors::{DampingLimit, ErrorsFrom, LeftOpen, StandardErrors, with_errors};
 use slipmap_certify::slip_count::{count_slip_cycles, proves_absence};
@@ -19,7 +19,7 @@ use slipmap_simulate::backbone::Backbone;
 use slipmap_simulate::crossing::crossing_cycles_among;
 use slipmap_simulate::far_loops::FarLoops;
 use slipmap_simulate::slip_cycle::{Kick, Unknown};
-use slipmap_simulate::{Failure, Fate, Flow, critical_damping, flow, sensitivity};
+use slipmap_simulate::{Failure, Fate, Flow, critical_damping, flow, sensitivity, sticks_from};
 
 /// The sensitivity of the critical damping to a quantity of the machine.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
@@ -111,6 +111,8 @@ pub struct Assessment {
     pub proofs: Vec<Proof>,
     /// What regimes and limits assume without proof.
     pub conjecture: Option<&'static str>,
+    /// Units other than those of SI in which a page shows quantities, each by its name.
+    pub shown: Vec<(&'static str, Shown)>,
 }
 
 /// The kick of steady slip that starts the motion.
@@ -142,6 +144,18 @@ impl Assessment {
     pub fn kick_impulse(&self) -> Option<Kick> {
         let mass = self.machine.mass;
         self.kick.map(|kick| Kick { forward: mass * kick.forward, backward: mass * kick.backward })
+    }
+
+    /// The damping above which it stick-slips from no start: the end of the highest interval in which it may. That is the
+    /// critical damping, unless at every damping below that orbits cross the belt line for ever.
+    pub fn may_stick_below_damping(&self) -> Limit {
+        let intervals = &self.dampings[Statement::MayStick as usize];
+        match (self.behaviour.critical_damping, intervals.holds.last()) {
+            (None, _) if self.behaviour.critical_damping_is_known => Limit::NoneUpTo(0.0),
+            (None, _) => Limit::NotDetermined,
+            (Some(_), Some([_, End::At { value, .. }])) => Limit::Below(*value),
+            (Some(_), _) => intervals.highest(),
+        }
     }
 
     /// The working damping divided by the critical damping: above 1 no orbit that has left the belt returns.
@@ -274,8 +288,11 @@ pub fn assess_fitted(machine: &Machine, uncertain: &[Uncertain]) -> Option<Asses
         .map(|why| format!("slip cycles: {}", why_unknown(why, beyond_data.as_ref())));
     let speeds = intervals::of_speeds(law, point, units.velocity, stick_slip);
     let folds = backbone.iter().flat_map(|backbone| backbone.turning_points()).map(|turn| turn.viscous);
-    let changes: Vec<f64> =
-        folds.map(|viscous| viscous / point.epsilon).chain([hopf / point.epsilon, critical]).collect();
+    // On fast belts the orbit from the exit point crosses for ever below a damping, which may be next to c*.
+    let lands = is_positive(&column, critical) && critical.is_finite();
+    let lands = lands.then(|| sticks_from(&column, [0.0, critical], TOLERANCE));
+    let changes = folds.map(|viscous| viscous / point.epsilon).chain([hopf / point.epsilon, critical]);
+    let changes: Vec<f64> = changes.chain(lands).collect();
     let dampings = intervals::of_dampings(&column, units.damping, &changes, |oscillator, flow| {
         attractors.regime_of(oscillator, flow)
     });
@@ -309,6 +326,7 @@ pub fn assess_fitted(machine: &Machine, uncertain: &[Uncertain]) -> Option<Asses
         influence: influence(&model).unwrap_or_default(),
         proofs,
         conjecture: column.curve.conjecture(),
+        shown: Vec::new(),
         behaviour,
     })
 }
@@ -641,6 +659,30 @@ mod tests {
         // sqrt(k m) = 40 N s/m: the damping ratio of 4 N s/m is 0.05.
         near(end(&coulomb, Statement::MayStick), 1.098_092_624_115_87 * 50.0 * 0.1 / 40.0);
         assert!(coulomb.speeds[Statement::AlwaysSticks as usize].holds.is_empty());
+    }
+
+    /// On a fast belt orbits cross the belt line for ever but at dampings in a narrow window below the critical one.
+    #[test]
+    fn what_overtakes_the_belt_for_ever_does_not_stick_slip() {
+        let like = machine(&Law::Exponential).with("kinetic_friction", 0.1).unwrap();
+        let fast = like.with("stribeck_velocity", 25.0).unwrap().with("belt_speed", 75.0).unwrap();
+        let all = assess(&fast.with("damping", 0.02).unwrap()).unwrap();
+        let critical = all.behaviour.critical_damping.unwrap();
+        let [[from, to]] = all.dampings[Statement::MayStick as usize].holds[..] else {
+            panic!("{:?}", all.dampings)
+        };
+        let ([from, _], [to, error]) = (from.located().unwrap(), to.located().unwrap());
+        assert!(
+            0.9 * critical < from && from < to && (to - critical).abs() <= error,
+            "{from} {to} {critical}"
+        );
+        let sticks = |damping: f64| {
+            let model = fast.with("damping", damping).unwrap().model().unwrap();
+            regime_at(&model.law, &model.point).attractors().stick_slip
+        };
+        let dampings = [0.02, 0.9999 * from, 1.0001 * from, 0.9999 * to, 1.0001 * to];
+        assert_eq!(dampings.map(sticks), [false, false, true, true, false]);
+        assert_eq!(all.may_stick_below_damping(), Limit::Below(to));
     }
 
     #[test]
