@@ -19,7 +19,7 @@ use slipmap_map::assessment::{Assessment, assess_fitted};
 use slipmap_map::risk::{NoRisk, Risk, is_uncertain, risk};
 use slipmap_report::{MachinePage, Subject, to_json, write_figure, write_file};
 
-/// Assess a machine at its working point, in SI units.
+/// Assess a machine at its working point, on one page.
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Examples:
@@ -108,8 +108,7 @@ impl Machine {
     fn of(config: &Path, arguments: &Arguments) -> Result<Self, Failure> {
         let job = probe_machine::load(config, &arguments.set)?;
         let leaves = || Failure::bad_input("the friction leaves the numbers", "check the units");
-        let mut all = assess_fitted(&job.machine, &job.uncertain).ok_or_else(leaves)?;
-        all.shown.clone_from(&job.shown);
+        let all = assess_fitted(&job.machine, &job.uncertain).ok_or_else(leaves)?;
         let risk = match is_uncertain(&job.machine, &job.uncertain) {
             false => None,
             true => {
@@ -135,6 +134,7 @@ impl Machine {
         let subject = Subject {
             title: &self.title,
             uncertain: &self.job.uncertain,
+            units: &self.job.units,
             risk: self.risk.as_ref(),
             source: &self.source,
         };

@@ -237,7 +237,7 @@ fn probe_point(
     } else {
         let mut out = io::stdout().lock();
         if let Some((job, behaviour, errors)) = &behaviour {
-            let (errors, shown) = (errors.as_ref(), job.shown.as_slice());
+            let (errors, shown) = (errors.as_ref(), job.units.as_slice());
             super::probe_machine::write(&mut out, &job.machine, behaviour, errors, shown)?;
             writeln!(out, "\nThe same machine in dimensionless terms")?;
         }

@@ -65,8 +65,9 @@ pub(super) fn check_single(
             several.iter().map(|(name, values)| each(name, values)).collect::<Vec<_>>().join(separator)
         };
         let counts = join(&|name, values| format!("{name} has {} values", values.len()), ", ");
-        let first = |name: &str, values: &[f64]| match job.shown.iter().find(|(known, _)| *known == name) {
-            Some((_, Shown { unit, size })) => format!("--set '{name}={} {unit}'", short(values[0] / size)),
+        let shown = |name: &str| job.units.iter().find(|(known, _)| *known == name)?.1.as_ref();
+        let first = |name: &str, values: &[f64]| match shown(name) {
+            Some(Shown { unit, size }) => format!("--set '{name}={} {unit}'", short(values[0] / size)),
             None => format!("--set {name}={}", short(values[0])),
         };
         let sets = join(&first, " ");
@@ -103,16 +104,16 @@ pub(super) fn write(
     machine: &Machine,
     behaviour: &Behaviour,
     errors: Option<&StandardErrors>,
-    shown: &[(&'static str, Shown)],
+    units: &[(&'static str, Option<Shown>)],
 ) -> io::Result<()> {
-    let in_si = !shown.iter().any(|(name, _)| ["belt_speed", "damping"].contains(name));
+    let written = |name: &str| units.iter().find(|(known, _)| *known == name)?.1.clone();
+    let in_si = ["belt_speed", "damping"].iter().all(|name| written(name).is_none());
     writeln!(out, "The machine{}", if in_si { ", in SI units" } else { "" })?;
     let (units, motion) = (machine.units(), machine.motion);
     let mut table = Table::new(&[("", Align::Left), ("", Align::Left)]);
     // In the units of the file.
     let unit_of = |name: &str, dimension: Dimension| {
-        let written = shown.iter().find(|(known, _)| *known == name).map(|(_, shown)| shown.clone());
-        written.unwrap_or_else(|| Shown { unit: motion.unit(dimension).into(), size: 1.0 })
+        written(name).unwrap_or_else(|| Shown { unit: motion.unit(dimension).into(), size: 1.0 })
     };
     let Shown { unit: velocity, size: of_velocity } = unit_of("belt_speed", Dimension::Velocity);
     let Shown { unit: damping_unit, size: of_damping } = unit_of("damping", Dimension::Damping);

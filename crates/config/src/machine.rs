@@ -26,8 +26,8 @@ pub struct MachineJob {
     pub varied: Vec<(&'static str, Vec<f64>)>,
     /// The uncertain quantities and their distributions.
     pub uncertain: Vec<Uncertain>,
-    /// The units of the file other than those of SI, by quantity, the first of each.
-    pub shown: Vec<(&'static str, Shown)>,
+    /// The units of the file, by quantity, the first of each; `None` is the SI unit.
+    pub units: Vec<(&'static str, Option<Shown>)>,
     /// What units in the file are in SI: "1 rpm is 0.10472 rad/s".
     pub conversions: Vec<String>,
     /// The title of its page.
@@ -332,8 +332,8 @@ pub(super) fn read(section: &Section, friction: &Section, law: &Law) -> Result<M
             |node| node.error(problem, remedy),
         ));
     }
-    let shown = units.into_inner().into_iter().filter_map(|(name, shown)| Some((name, shown?))).collect();
-    Ok(MachineJob { machine, varied, uncertain, shown, conversions: conversions.into_inner(), title: None })
+    let (units, conversions) = (units.into_inner(), conversions.into_inner());
+    Ok(MachineJob { machine, varied, uncertain, units, conversions, title: None })
 }
 
 /// Reads numbers of `[machine]`.
@@ -537,7 +537,7 @@ fn check(node: &Node, key: &str, value: f64, (legal, wanted): (bool, &str)) -> R
 
 /// The grid of a machine.
 pub(super) fn grid(section: &Section, job: &MachineJob) -> Result<Grid, ConfigError> {
-    let unit = |name: &str| Some(job.shown.iter().find(|(known, _)| *known == name)?.1.clone());
+    let unit = |name: &str| job.units.iter().find(|(known, _)| *known == name)?.1.clone();
     let grid = Grid::of_machine(&job.machine, &job.varied);
     grid.map(|grid| grid.shown_in(unit)).map_err(|error| {
         let name = job.varied.first().map_or(BELT_SPEED, |(name, _)| name);

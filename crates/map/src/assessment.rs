@@ -8,7 +8,7 @@ use crate::behaviour::{self, Behaviour, is_positive};
 use crate::intervals::{self, Limit, TOLERANCE};
 pub use crate::intervals::{End, Intervals, Statement};
 use crate::machine::{Dimension, Friction, Machine, Model};
-use crate::map::{self, LongRun, Regime, Shown, Verdict};
+use crate::map::{self, LongRun, Regime, Verdict};
 use crate::risk::Uncertain;
 pub use data_errors::{DampingLimit, ErrorsFrom, LeftOpen, StandardErrors, with_errors};
 use sensitivities::influence;
@@ -94,8 +94,6 @@ pub struct Assessment {
     pub proofs: Vec<Proof>,
     /// What regimes and limits assume without proof.
     pub conjecture: Option<&'static str>,
-    /// Units other than those of SI in which a page shows quantities, each by its name.
-    pub shown: Vec<(&'static str, Shown)>,
 }
 
 /// The kick of steady slip that starts the motion.
@@ -309,7 +307,6 @@ pub fn assess_fitted(machine: &Machine, uncertain: &[Uncertain]) -> Option<Asses
         influence: influence(&model).unwrap_or_default(),
         proofs,
         conjecture: column.curve.conjecture(),
-        shown: Vec::new(),
         behaviour,
     })
 }

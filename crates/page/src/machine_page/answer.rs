@@ -1,6 +1,7 @@
 //! The answer of the page in a sentence.
 
-use super::lines::{Unit, damping_limit, percent, quantity, with_error};
+use super::lines::{damping_limit, percent, quantity, with_error};
+use super::units::{Unit, Written};
 use slipmap_figure::text::{Rich, rich};
 pub use slipmap_map::assessment::{Assessment, DampingLimit, LeftOpen, Undetermined};
 use slipmap_map::machine::Motion;
@@ -8,13 +9,13 @@ use slipmap_map::map::{Attractors, Regime};
 use slipmap_map::risk::{Risk, WithError};
 
 /// The behaviour at the working point, and the damping above which the vibration ends.
-pub(super) fn in_words(all: &Assessment) -> Rich {
+pub(super) fn in_words(all: &Assessment, written: &Written) -> Rich {
     let (machine, does) = (&all.machine, &all.behaviour);
-    let limit = |damping: f64| damping_limit(all, damping, 3, Unit::of(all, "damping"));
-    let place = quantity(machine.belt_speed, Unit::of(all, "belt_speed")).then(" and ");
-    let place = place.then(quantity(machine.damping, Unit::of(all, "damping")));
+    let limit = |damping: f64| damping_limit(all, damping, 3, Unit::of(&all.machine, written, "damping"));
+    let place = quantity(machine.belt_speed, Unit::of(&all.machine, written, "belt_speed")).then(" and ");
+    let place = place.then(quantity(machine.damping, Unit::of(&all.machine, written, "damping")));
     let (sentence, regimes) = match all.left_open().filter(|open| !open.limits.is_empty()) {
-        Some(open) => (undecided(all, place, &open), open.regimes),
+        Some(open) => (undecided(all, written, place, &open), open.regimes),
         None => {
             let does_what = capital(&does_what(all));
             let does_what = rich(&does_what).then(" at ").then(place).then(vibration(all));
@@ -49,7 +50,7 @@ pub(super) fn in_words(all: &Assessment) -> Rich {
 }
 
 /// The probability of stick-slip from the spreads of the inputs and the errors of the friction; may be empty.
-pub(super) fn uncertainty(all: &Assessment, risk: Option<&Risk>) -> Rich {
+pub(super) fn uncertainty(all: &Assessment, written: &Written, risk: Option<&Risk>) -> Rich {
     let Some(risk) = risk else { return Rich::default() };
     let share = match (risk.failed, risk.probability.limits.map(percent)) {
         (0, _) => format!("of {} %", percent(risk.probability.value)),
@@ -68,7 +69,7 @@ pub(super) fn uncertainty(all: &Assessment, risk: Option<&Risk>) -> Rich {
         // Without damping the probability is smaller still.
         Some((_, damping)) if damping.value == 0.0 => probability.then("."),
         Some((share, damping)) => {
-            let damping = Unit::of(all, "damping").number(damping.value, 3);
+            let damping = Unit::of(&all.machine, written, "damping").number(damping.value, 3);
             let share = Rich::number(100.0 * share, 2);
             probability.then("; above ").then(damping).then(" it is below ").then(share).then(" %.")
         }
@@ -83,8 +84,13 @@ fn sticks(all: &Assessment) -> Option<bool> {
 
 /// "At 0.2 m/s and 180 N s/m the data leave open what it does: it ...; or it ... The damping lies within two
 /// standard errors of 171 ± 20 N s/m, below which steady slip is unstable".
-fn undecided(all: &Assessment, place: Rich, LeftOpen { limits, regimes, .. }: &LeftOpen) -> Rich {
-    let unit = Unit::of(all, "damping");
+fn undecided(
+    all: &Assessment,
+    written: &Written,
+    place: Rich,
+    LeftOpen { limits, regimes, .. }: &LeftOpen,
+) -> Rich {
+    let unit = Unit::of(&all.machine, written, "damping");
     let mut sentence = match all.behaviour.regime {
         Regime::Failed | Regime::Neutral => {
             rich(&capital(&does_what(all))).then(" at ").then(place).then(". ")

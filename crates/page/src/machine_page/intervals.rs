@@ -1,6 +1,7 @@
 //! The lines of the page about the intervals of belt speed and damping in which the machine behaves in one way.
 
-use super::lines::{Line, Unit, digits_of_data, with_error};
+use super::lines::{Line, digits_of_data, with_error};
+use super::units::{Unit, Written};
 use slipmap_figure::text::{Rich, rich};
 use slipmap_map::assessment::{Assessment, End, Intervals, Statement};
 
@@ -13,11 +14,11 @@ struct Varied<'a> {
 }
 
 /// The belt speeds at which each statement holds.
-pub(super) fn of_speeds(all: &Assessment) -> Vec<Line> {
+pub(super) fn of_speeds(all: &Assessment, written: &Written) -> Vec<Line> {
     let motion = all.machine.motion;
     let [of_slope, of_mean] = digits_of_data(all);
     let of_data = all.standard_errors.and_then(|errors| errors.critical_belt_speed);
-    let unit = Unit::of(all, "belt_speed");
+    let unit = Unit::of(&all.machine, written, "belt_speed");
     let lines = Statement::ALL.into_iter().zip(&all.speeds).filter_map(|(statement, intervals)| {
         let digits = if statement == Statement::AlwaysSticks { of_slope } else { of_mean };
         let located = |value: f64, error: f64| match of_data {
@@ -40,9 +41,9 @@ pub(super) fn sticks_from_the_least(all: &Assessment) -> bool {
 
 /// The dampings at which each statement holds; but for those at which it may stick-slip where the critical damping tells
 /// them in a line of its own.
-pub(super) fn of_dampings(all: &Assessment) -> Vec<Line> {
+pub(super) fn of_dampings(all: &Assessment, written: &Written) -> Vec<Line> {
     let [of_slope, _] = digits_of_data(all);
-    let unit = Unit::of(all, "damping");
+    let unit = Unit::of(&all.machine, written, "damping");
     let located = |value: f64, error: f64| {
         let numerical = all.numerical_error_of(value).max(error);
         all.standard_error_of(value)

@@ -1,11 +1,11 @@
 //! The lines of the page: questions and answers, section by section.
 
 use super::intervals;
+use super::units::{Unit, Written};
 use crate::palette;
 use slipmap_figure::text::{Rich, join, rich};
 pub use slipmap_map::assessment::{Assessment, NeededKick, Undetermined};
 use slipmap_map::machine::{Coefficients, Dimension, Friction, Motion};
-use slipmap_map::map::Shown;
 use slipmap_map::risk::{Estimate, Risk, Spread, Uncertain, WithError, is_uncertain};
 use slipmap_model::filippov::Stability;
 use slipmap_model::friction::Table;
@@ -17,41 +17,6 @@ pub(crate) type Line = (Rich, Rich);
 
 /// A heading and its lines.
 pub(crate) type Section = (&'static str, Vec<Line>);
-
-/// A unit in which a number in SI units is shown: its name and its size in SI.
-#[derive(Clone, Copy)]
-pub(super) struct Unit<'a> {
-    pub(super) name: &'a str,
-    pub(super) size: f64,
-}
-
-/// The SI unit of this name.
-impl<'a> From<&'a str> for Unit<'a> {
-    fn from(name: &'a str) -> Self {
-        Self { name, size: 1.0 }
-    }
-}
-
-impl<'a> Unit<'a> {
-    /// The unit in which a quantity of the machine was written.
-    pub(super) fn of(all: &'a Assessment, quantity: &str) -> Self {
-        let written = all.shown.iter().find(|(known, _)| *known == quantity);
-        written.map_or_else(
-            || all.machine.unit(quantity).into(),
-            |(_, Shown { unit, size })| Self { name: unit, size: *size },
-        )
-    }
-
-    /// The same unit where its name is written later.
-    pub(super) fn unnamed(self) -> Self {
-        Self { name: "", ..self }
-    }
-
-    /// A number in SI units, to `digits` digits.
-    pub(super) fn number(self, value: f64, digits: usize) -> Rich {
-        Rich::number(value / self.size, digits).with_unit(self.name)
-    }
-}
 
 pub(super) fn quantity<'a>(value: f64, unit: impl Into<Unit<'a>>) -> Rich {
     unit.into().number(value, 4)
@@ -89,19 +54,24 @@ fn line(name: &str, value: Rich) -> Line {
 }
 
 /// All sections of the page.
-pub(super) fn sections(all: &Assessment, uncertain: &[Uncertain], risk: Option<&Risk>) -> Vec<Section> {
-    let mut sections = vec![("Machine", given(all, uncertain)), ("Limits", limits(all))];
+pub(super) fn sections(
+    all: &Assessment,
+    written: &Written,
+    uncertain: &[Uncertain],
+    risk: Option<&Risk>,
+) -> Vec<Section> {
+    let mut sections = vec![("Machine", given(all, written, uncertain)), ("Limits", limits(all, written))];
     const UNCERTAIN: &str = "Uncertain quantities";
     match risk {
-        Some(risk) => sections.push((UNCERTAIN, risk_lines(all, risk))),
+        Some(risk) => sections.push((UNCERTAIN, risk_lines(all, written, risk))),
         None if is_uncertain(&all.machine, uncertain) => {
             let why = rich("not determined: no critical damping was found for any draw");
             sections.push((UNCERTAIN, vec![line("probability that it may stick-slip", why)]));
         }
         None => {}
     }
-    sections.push(("Motion", motion(all)));
-    sections.push(("Critical damping changes with", sensitivities(all, uncertain)));
+    sections.push(("Motion", motion(all, written)));
+    sections.push(("Critical damping changes with", sensitivities(all, written, uncertain)));
     sections.push(("What is proved and what is computed", proved(all)));
     sections
 }
@@ -124,33 +94,36 @@ fn with_spread(name: &str, value: f64, unit: Unit, uncertain: &[Uncertain]) -> R
 }
 
 /// The machine as it was given.
-fn given(all: &Assessment, uncertain: &[Uncertain]) -> Vec<Line> {
+fn given(all: &Assessment, written: &Written, uncertain: &[Uncertain]) -> Vec<Line> {
     let machine = &all.machine;
-    let of = |name: &str, value: f64| with_spread(name, value, Unit::of(all, name), uncertain);
+    let of =
+        |name: &str, value: f64| with_spread(name, value, Unit::of(&all.machine, written, name), uncertain);
     let named = |name: &str, value: f64| line(&machine.motion.words(name), of(name, value));
     let mut given = vec![named("mass", machine.mass), named("stiffness", machine.stiffness)];
     if machine.normal_force_is_known {
         // With a radius the force is written, and the torque is shown.
         let is_written = machine.quantities().contains(&("normal_force", machine.normal_force));
         let unit = match is_written {
-            true => Unit::of(all, "normal_force"),
+            true => Unit::of(&all.machine, written, "normal_force"),
             false => machine.motion.unit(Dimension::Force).into(),
         };
         let force = with_spread("normal_force", machine.normal_force, unit, uncertain);
         given.push(line(&machine.motion.words("normal_force"), force));
     }
-    given.extend(given_friction(all, uncertain));
+    given.extend(given_friction(all, written, uncertain));
     given.push(named("belt_speed", machine.belt_speed));
     let ratio = rich(" (damping ratio ").then(Rich::number(all.behaviour.damping_ratio, 3)).then(")");
     given.push(line("damping", of("damping", machine.damping).then(ratio)));
     given
 }
 
-fn given_friction(all: &Assessment, uncertain: &[Uncertain]) -> Vec<Line> {
+fn given_friction(all: &Assessment, written: &Written, uncertain: &[Uncertain]) -> Vec<Line> {
     let machine = &all.machine;
     match &machine.friction {
         Friction::Coefficients(law, of) => {
-            let number = |name: &str, value: f64| with_spread(name, value, Unit::of(all, name), uncertain);
+            let number = |name: &str, value: f64| {
+                with_spread(name, value, Unit::of(&all.machine, written, name), uncertain)
+            };
             let rest = number("static_friction", of.static_friction);
             let kinetic = number("kinetic_friction", of.kinetic_friction);
             let width = number("stribeck_velocity", of.stribeck_velocity);
@@ -223,9 +196,9 @@ fn table_in_words(table: &Table) -> Rich {
 }
 
 /// The limits of belt speed and damping.
-fn limits(all: &Assessment) -> Vec<Line> {
+fn limits(all: &Assessment, written: &Written) -> Vec<Line> {
     let does = &all.behaviour;
-    let unit = Unit::of(all, "damping");
+    let unit = Unit::of(&all.machine, written, "damping");
     let [of_slope, of_mean] = digits_of_data(all);
     let of_damping = |damping: f64| damping_limit(all, damping, of_slope, unit);
     let errors = all.standard_errors;
@@ -254,8 +227,8 @@ fn limits(all: &Assessment) -> Vec<Line> {
         _ => rich("not determined"),
     };
     let mut limits = regime_lines(all);
-    limits.extend(intervals::of_speeds(all));
-    limits.extend(intervals::of_dampings(all));
+    limits.extend(intervals::of_speeds(all, written));
+    limits.extend(intervals::of_dampings(all, written));
     if intervals::sticks_from_the_least(all) {
         limits.push(line("may stick-slip below damping", critical));
     }
@@ -321,12 +294,15 @@ fn not_determined(all: &Assessment) -> Rich {
 }
 
 /// Frequencies, times, amplitudes and kicks at the working point.
-fn motion(all: &Assessment) -> Vec<Line> {
+fn motion(all: &Assessment, written: &Written) -> Vec<Line> {
     let does = &all.behaviour;
     let [_, digits] = digits_of_data(all);
-    let of = |value: f64, dimension: Dimension| {
-        Rich::number(value, digits).with_unit(all.machine.motion.unit(dimension))
+    // Velocities in the unit of the belt speed.
+    let unit = |dimension: Dimension| match dimension {
+        Dimension::Velocity => Unit::of(&all.machine, written, "belt_speed"),
+        _ => all.machine.motion.unit(dimension).into(),
     };
+    let of = |value: f64, dimension: Dimension| unit(dimension).number(value, digits);
     use Dimension::{Impulse, Length, Time, Velocity};
     let mut motion = vec![line("undamped natural frequency", quantity(does.natural_frequency, "Hz"))];
     if let Some(period) = all.period {
@@ -364,11 +340,11 @@ fn motion(all: &Assessment) -> Vec<Line> {
         NeededKick::Kick(kick) => {
             let relative = all.standard_errors.and_then(|errors| errors.kick);
             let of = |value: f64, dimension: Dimension| {
-                let unit = all.machine.motion.unit(dimension);
+                let unit = unit(dimension);
                 match (relative, &all.machine.friction) {
                     (Some(error), _) => with_error(value, error * value, 4, unit),
                     // The errors of the data are not known, but they are seldom below a per cent.
-                    (None, Friction::Measured(_)) => Rich::number(value, 2).with_unit(unit),
+                    (None, Friction::Measured(_)) => unit.number(value, 2),
                     (None, _) => quantity(value, unit),
                 }
             };
@@ -394,7 +370,7 @@ fn motion(all: &Assessment) -> Vec<Line> {
 const LEAST_SENSITIVITY: f64 = 1e-3;
 
 /// By how much the critical damping changes with each quantity, and how much of its uncertainty comes from each.
-fn sensitivities(all: &Assessment, uncertain: &[Uncertain]) -> Vec<Line> {
+fn sensitivities(all: &Assessment, written: &Written, uncertain: &[Uncertain]) -> Vec<Line> {
     let machine = &all.machine;
     if all.sensitivities.is_empty() {
         let words = match all.behaviour.critical_damping {
@@ -425,7 +401,7 @@ fn sensitivities(all: &Assessment, uncertain: &[Uncertain]) -> Vec<Line> {
         let moved = sd.zip(value).zip(all.behaviour.critical_damping);
         let moved = moved.map(|((sd, value), critical)| (of.critical_damping * critical * sd / value).abs());
         let by_spread = moved.filter(|moved| *moved > 0.0).map_or_else(Rich::default, |moved| {
-            rich("; by its spread ± ").then(Unit::of(all, "damping").number(moved, 2))
+            rich("; by its spread ± ").then(Unit::of(&all.machine, written, "damping").number(moved, 2))
         });
         (Rich::foreign(&name), per_cent.then(by_spread))
     });
@@ -482,8 +458,8 @@ pub(super) fn regime_lines(all: &Assessment) -> Vec<Line> {
 }
 
 /// The probability of stick-slip, and the dampings for given probabilities.
-fn risk_lines(all: &Assessment, risk: &Risk) -> Vec<Line> {
-    let unit = Unit::of(all, "damping");
+fn risk_lines(all: &Assessment, written: &Written, risk: &Risk) -> Vec<Line> {
+    let unit = Unit::of(&all.machine, written, "damping");
     let limits = |estimate: &Estimate| {
         let [low, high] = estimate.limits.map(|limit| unit.unnamed().number(limit, 4));
         let value = unit.unnamed().number(estimate.value, 4);
