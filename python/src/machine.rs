@@ -6,7 +6,7 @@ use std::path::Path;
 use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use slipmap::assessment::{assess_fitted, with_errors};
+use slipmap::assessment::{StandardErrors, assess_fitted, with_errors};
 use slipmap::behaviour::behaviour;
 use slipmap::config::{check_names, load_machine};
 use slipmap::friction::{Column, Expression, Law as Family};
@@ -214,7 +214,9 @@ impl Machine {
             let answer = Answer::of(&model.law, &model.point, tolerance, Method::all());
             let direct = witness::flow(&answer.oscillator, tolerance);
             let mut probe = Probe::new(&answer, &direct);
-            probe.machine = Some(MachineResult::new(&self.machine, &behaviour(&model, tolerance)));
+            let behaviour = behaviour(&model, tolerance);
+            let errors = StandardErrors::of_dampings(&self.machine, &self.uncertain);
+            probe.machine = Some(MachineResult::new(&self.machine, &behaviour, errors.as_ref()));
             probe
         })?;
         json(&probe)

@@ -126,7 +126,7 @@ def test_what_is_no_measured_friction_is_told(tmp_path):
         slipmap.Law.fit(tmp_path / "few.csv")
     with pytest.raises(ValueError, match="no column is the"):
         slipmap.Law.from_dataframe(pd.DataFrame({"time": [0.0, 1.0], "temperature": [1.0, 2.0]}))
-    with pytest.raises(ValueError, match="there is no such fit: cubic"):
+    with pytest.raises(ValueError, match="there is no such law: cubic"):
         slipmap.Law.fit(np.linspace(0.0, 1.0, 9), np.exp(-np.linspace(0.0, 1.0, 9)), law="cubic")
     with pytest.raises(TypeError, match="a file, a DataFrame"):
         slipmap.Law.fit([0.0, 1.0])

@@ -214,7 +214,6 @@ fn inputs_are_in_the_units_that_people_have() {
     let [head, row] = [0, 1].map(|line| rows.lines().nth(line).unwrap().split(',').collect::<Vec<_>>());
     let position = head.iter().position(|name| *name == "critical_damping [N m s/rad]").unwrap();
     assert!((row[position].parse::<f64>().unwrap() / critical - 1.0).abs() < 1e-9, "{rows}");
-    scratch.run(&["machine", "people.toml", "--set", "belt_speed=40 rpm"]).ends_with(0);
     // Marks are in the units of the figure: one in it, and its sample in the legend.
     let plane = ["run", "people.toml", "--quiet", "--set", "machine.damping_ratio=[\"2 %\", \"4 %\"]"];
     scratch.run(&[&plane[..], &["--set", "output.path=plane.h5"]].concat()).ends_with(0);
@@ -222,6 +221,13 @@ fn inputs_are_in_the_units_that_people_have() {
     let plot = ["plot", "plane.h5", "--x", "belt_speed", "--y", "damping_ratio", "--mark", "marks.csv"];
     scratch.run(&[&plot[..], &["--out", "marks.svg"]].concat()).ends_with(0);
     assert_eq!(scratch.read("marks.svg").matches("fill=\"#d55e00\"").count(), 2);
+    // Answers are in the unit of the file, and a number without a unit is told to be in SI units.
+    let page = scratch.run(&["machine", "people.toml", "--set", "belt_speed=40 rpm"]).ends_with(0);
+    assert!(page.out.contains("at 40 rpm and "), "{}", page.out);
+    assert!(!page.err.contains("for rpm write"), "{}", page.err);
+    let bare = scratch.run(&["probe", "--machine", "people.toml", "--set", "belt_speed=4"]).ends_with(0);
+    let told = "belt_speed = 4 is in rad/s; for rpm write --set 'machine.belt_speed=4 rpm'";
+    assert!(bare.err.contains(told), "{}", bare.err);
 
     for (from, to, words) in [
         ("frequency", "stiffness = 1e3\nfrequency", "the mass and the stiffness have a frequency already"),

@@ -74,7 +74,9 @@ pub use axis::range_nodes;
 pub use law::point_into;
 
 pub use machine::{MachineJob, check_names, load_machine};
-pub use measured::{Fits, Fitted, FittedLaw, Level, Measured, OfMachine, Reading, read_table, words_of};
+pub use measured::{
+    Fits, Fitted, FittedLaw, Level, Measured, OfMachine, Reading, law_of, read_table, words_of,
+};
 pub use points::PointTable;
 pub use points::point_of;
 pub use source::ConfigError;

@@ -2,13 +2,15 @@
 //! probability to a given value.
 //!
 //! Every draw of the uncertain quantities has its own critical damping, by a root search or interpolated
-//! between searches. The machine may stick-slip (for some initial state) if its damping is below it. So the
-//! probability is the share of such draws, and the nominal damping for a given probability is a quantile of
-//! the critical damping less the deviation of the damping. Both have 95 % confidence limits for the sampling.
+//! between searches, and on fast belts another one, below which its orbits cross the belt line for ever. The machine may
+//! stick-slip (for some initial state) if its damping is between the two. So the probability is the share of such draws.
+//! The nominal damping for a given probability is the one above which it is below: a quantile of the critical damping
+//! less the deviation of the damping, or on fast belts less than that. Both have 95 % confidence limits for the sampling.
 //!
 //! Friction that was measured with standard errors is uncertain too, and so is friction that was fitted. The errors
 //! of data are independent and normal, those of a fit normal with its covariance. The critical damping of a draw is taken as normal around that of the data as measured, with
-//! its standard deviation over random data (`Risk::standard_error`). Each draw has such a deviation.
+//! its standard deviation over random data (`Risk::standard_error`). Each draw has such a deviation, which moves the lower
+//! damping as much: to first order only, and an orbit that leaves the data is taken to stick below the critical damping.
 
 mod surface;
 
@@ -20,7 +22,7 @@ use crate::machine::Machine;
 use crate::map::{Grid, pool, unravel};
 use slipmap_numbers::random::Random;
 use surface::{Groups, Searches, has_standard_errors};
-pub(crate) use surface::{Joint, Moved, joint};
+pub(crate) use surface::{Moved, joint};
 pub use surface::{WithError, uncertain_critical_damping};
 
 /// Distribution of an uncertain quantity.
@@ -194,6 +196,8 @@ struct Needed {
     draws: Vec<NeededDraw>,
     /// The largest `legal_from` of the draws: at this nominal damping and above all draws are legal.
     all_legal_from: f64,
+    /// Whether orbits of some cross the belt line for ever.
+    some_cross: bool,
     failed: usize,
     redrawn: usize,
     error: f64,
@@ -202,6 +206,8 @@ struct Needed {
 #[derive(Clone, Copy, Debug)]
 struct NeededDraw {
     damping: f64,
+    /// The nominal damping below which its orbits cross the belt line for ever.
+    sticks_from: f64,
     legal_from: f64,
 }
 
@@ -257,10 +263,15 @@ impl Needed {
             all.redrawn += chunk.redrawn;
         }
         let Some(found) = all.groups.critical_dampings(budget) else { return Ok(None) };
-        let needed = found.dampings.iter().zip(&found.deviations).zip(&all.deviations);
-        let needed = needed.map(|((critical, spread), [of_damping, of_friction, unit])| NeededDraw {
-            damping: (critical + spread * of_friction) / unit - of_damping,
-            legal_from: -of_damping,
+        let ends = found.dampings.iter().zip(&found.sticks_from);
+        let needed = ends.zip(&found.deviations).zip(&all.deviations);
+        let needed = needed.map(|(((critical, from), spread), [of_damping, of_friction, unit])| {
+            let nominal = |damping: f64| (damping + spread * of_friction) / unit - of_damping;
+            NeededDraw {
+                damping: nominal(*critical),
+                sticks_from: nominal(*from).max(f64::NEG_INFINITY),
+                legal_from: -of_damping,
+            }
         });
         let mut needed: Vec<NeededDraw> = needed.filter(|draw| !draw.damping.is_nan()).collect();
         needed.sort_unstable_by(|one, other| one.damping.total_cmp(&other.damping));
@@ -269,7 +280,15 @@ impl Needed {
             return Err(NoRisk::NoneFound);
         }
         let all_legal_from = needed.iter().map(|draw| draw.legal_from).fold(f64::NEG_INFINITY, f64::max);
-        let needed = Self { draws: needed, all_legal_from, failed, redrawn: all.redrawn, error: found.error };
+        let some_cross = needed.iter().any(|draw| draw.sticks_from > f64::NEG_INFINITY);
+        let needed = Self {
+            draws: needed,
+            all_legal_from,
+            some_cross,
+            failed,
+            redrawn: all.redrawn,
+            error: found.error,
+        };
         match needed.legal_of(&needed.draws, given_damping(machine)) {
             0 => Err(NoRisk::Illegal),
             legal => Ok(Some(Self { redrawn: needed.redrawn + needed.draws.len() - legal, ..needed })),
@@ -288,19 +307,43 @@ impl Needed {
     /// whose critical damping is known; the limits hold whatever the critical dampings of the others are.
     fn probability(&self, damping: f64) -> Estimate {
         let more = &self.draws[self.draws.partition_point(|draw| draw.damping <= damping)..];
-        let (count, of) = (self.legal_of(more, damping), self.legal_of(&self.draws, damping));
+        let crosses = |draw: &&NeededDraw| draw.legal_from <= damping && damping < draw.sticks_from;
+        let count = self.legal_of(more, damping) - more.iter().filter(crosses).count();
+        let of = self.legal_of(&self.draws, damping);
         let [none, all] = [count, count + self.failed].map(|count| share(count, of + self.failed).limits);
         Estimate { limits: [none[0], all[1]], ..share(count, of) }
     }
 
-    /// The nominal damping at which the machine may stick-slip with this probability.
+    /// For each number of legal draws, from all of them down to one, the largest nominal damping at which as many may
+    /// stick-slip; 0 where as many never do.
+    fn largest_for_each(&self, legal: &[NeededDraw]) -> Vec<f64> {
+        if !self.some_cross {
+            return legal.iter().map(|draw| draw.damping).collect();
+        }
+        let ends = legal.iter().flat_map(|draw| [(draw.damping, 1), (draw.sticks_from, -1)]);
+        let mut ends: Vec<(f64, i64)> = ends.collect();
+        ends.sort_unstable_by(|one, other| other.0.total_cmp(&one.0).then(one.1.cmp(&other.1)));
+        let (mut count, mut most, mut found) = (0, 0, Vec::new());
+        for (damping, change) in ends {
+            count += change;
+            if count > most {
+                most = count;
+                found.push(damping);
+            }
+        }
+        found.resize(legal.len(), 0.0);
+        found.reverse();
+        found
+    }
+
+    /// The nominal damping above which the machine may stick-slip with less than this probability.
     fn quantile(&self, probability: f64) -> Option<Estimate> {
         // The set of legal draws depends on the damping, so it is found by iteration.
         let mut damping = f64::INFINITY;
         let mut found = None;
         for _ in 0..MOST_ROUNDS {
-            let legal = self.draws.iter().filter(|draw| draw.legal_from <= damping);
-            let dampings: Vec<f64> = legal.map(|draw| draw.damping).collect();
+            let legal = self.draws.iter().filter(|draw| draw.legal_from <= damping).copied();
+            let dampings = self.largest_for_each(&legal.collect::<Vec<_>>());
             found = quantile(&dampings, self.failed, probability);
             let next = found.as_ref().map_or(damping, |found| found.value);
             if next == damping || next >= self.all_legal_from {

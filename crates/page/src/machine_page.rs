@@ -71,7 +71,11 @@ impl<'a> MachinePage<'a> {
     pub fn new(all: &'a Assessment, subject: &Subject<'a>) -> Self {
         Self {
             sections: lines::sections(all, subject.units, subject.uncertain, subject.risk),
-            answer: answer::in_words(all, subject.units).then(answer::uncertainty(all, subject.risk)),
+            answer: answer::in_words(all, subject.units).then(answer::uncertainty(
+                all,
+                subject.units,
+                subject.risk,
+            )),
             warnings: all.machine.doubts().iter().map(|doubt| warning(doubt)).collect(),
             all,
             units: subject.units,
@@ -337,6 +341,21 @@ mod tests {
         }
     }
 
+    /// Orbits of a fast belt cross the belt line for ever: what the page says of stick-slip is about a window of dampings.
+    #[test]
+    fn what_overtakes_the_belt_is_not_told_to_stick_slip_below_a_damping() {
+        let machine = example(Law::Exponential).with("kinetic_friction", 0.1).unwrap();
+        let machine = machine.with("stribeck_velocity", 25.0).unwrap().with("strengthening", 0.0).unwrap();
+        let machine = machine.with("belt_speed", 75.0).unwrap().with("damping", 0.02).unwrap();
+        let all = assess(&machine).unwrap();
+        let (text, headline) = (text_of(sections(&all, &[], &[], None)), in_words(&all, &[]).plain());
+        assert!(text.contains("may stick-slip at dampings: 0.0"), "{text}");
+        assert!(!text.contains("may stick-slip below damping"), "{text}");
+        assert!(
+            headline.starts_with("Overtakes the belt at every turn, ") && !headline.contains("stick-slip")
+        );
+    }
+
     fn text_of(sections: Vec<Section>) -> String {
         let lines = sections.into_iter().flat_map(|(_, lines)| lines);
         lines.map(|(name, value)| format!("{}: {}\n", name.plain(), value.plain())).collect()
@@ -410,10 +429,12 @@ mod tests {
         let all = assess(&machine).unwrap();
         let text = text_of(sections(&all, &[], &[], Some(&risk)));
         for share in [10, 1] {
-            let line = format!("damping at which that probability is {share} %: none: it needs no damping\n");
+            let line = format!(
+                "damping above which that probability is below {share} %: none: it needs no damping\n"
+            );
             assert!(text.contains(&line), "{text}");
         }
-        assert!(uncertainty(&all, Some(&risk)).plain().ends_with(" with a probability of 0 %."));
+        assert!(uncertainty(&all, &[], Some(&risk)).plain().ends_with(" with a probability of 0 %."));
     }
 
     #[test]

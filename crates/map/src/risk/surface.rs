@@ -22,6 +22,9 @@
 //! mean weakening rate, which is y to first order, is compared at many more machines. The guarantee is
 //! numerical; [`Found::error`] is the largest error at the samples.
 //!
+//! Where some orbits may cross the belt line for ever, so does the one from the exit point below another damping, which is
+//! above 0 on fast belts only ([`Found::sticks_from`]). It scales as y, and is interpolated from the same nodes.
+//!
 //! Standard errors of measured friction make y uncertain. The standard deviation of y is another function of
 //! the same groups (theory, "Any friction law"). The same orbits give y and its deviation, which is
 //! interpolated from the same nodes.
@@ -29,20 +32,23 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rayon::prelude::*;
-use slipmap_model::friction::Law;
-use slipmap_model::friction::{Column, Strengthening};
+use slipmap_model::filippov::Oscillator;
+use slipmap_model::friction::{Column, Law, Strengthening};
 
 use super::{MOST_JOINT, Spread, Uncertain};
 use crate::machine::{AREA, BELT_SPEED, Coefficients, FREQUENCY, Friction, Machine, Model, PRESSURE, RADIUS};
 use slipmap_numbers::chebyshev::{Side, Tensor};
 use slipmap_simulate::critical::{critical_damping, critical_dampings, known_or_nan};
+use slipmap_simulate::far_loops::FarLoops;
 use slipmap_simulate::sensitivity::sensitivity_of_any_sign;
+use slipmap_simulate::{Fate, flow};
 
 /// Tolerance of the root search for a critical damping.
 const TOLERANCE: f64 = 1e-9;
 /// Largest errors at the samples, in units of the size of the values: of the interpolated y, far below any
-/// tolerance of a machine, and of its standard deviation, which is an error itself.
-const ACCURACIES: Pair = [1e-6, 1e-2];
+/// tolerance of a machine, of its standard deviation, which is an error itself, and of the damping from which on orbits
+/// stick.
+const ACCURACIES: Values = [1e-6, 1e-2, 1e-3];
 /// Largest error of y at the samples in units of its standard deviation, if that is larger: surfaces of rough
 /// measured friction have kinks that are far smaller than its standard error.
 const ACCURACY_IN_DEVIATIONS: f64 = 3e-3;
@@ -66,6 +72,10 @@ const WORK: u64 = 1_000_000_000;
 const FAILURE: u64 = 100_000;
 /// Work of a search with the derivatives by all data, in units of that of the search alone.
 const WITH_DERIVATIVES: u64 = 3;
+/// Number of machines of which it is tried whether orbits may cross for ever, and of bisections for the damping from which
+/// on they stick.
+const TRIED: usize = 64;
+const HALVINGS: u32 = 20;
 
 /// Machines, represented by the groups on which y depends.
 pub(super) struct Groups<'a> {
@@ -80,6 +90,8 @@ pub(super) struct Groups<'a> {
     values: Vec<f64>,
     /// Factor and summand that convert y to the critical damping in SI units.
     scales: Vec<[f64; 2]>,
+    /// Whether orbits of some of them may cross the belt line for ever.
+    may_cross: bool,
 }
 
 /// The critical dampings that were found.
@@ -91,6 +103,9 @@ pub(super) struct Found {
     /// Their standard deviations due to the standard errors of measured friction, in SI units; NaN where
     /// unknown, 0 for friction without standard errors.
     pub(super) deviations: Vec<f64>,
+    /// The dampings, in SI units, below which the orbit from the exit point crosses the belt line for ever; -infinity
+    /// where it does at no legal one.
+    pub(super) sticks_from: Vec<f64>,
 }
 
 /// The searches that are left. Whether they suffice depends on their number alone, not on the threads.
@@ -117,11 +132,14 @@ impl Searches {
 
 /// y of one machine, and its standard deviation.
 type Pair = [f64; 2];
+/// The same, and the damping from which on the orbit from the exit point sticks, in the units of y; -infinity where none
+/// is sought.
+type Values = [f64; 3];
 
 /// A machine with its values, and the largest error of y at the samples of its box.
 struct Placed {
     machine: usize,
-    values: Pair,
+    values: Values,
     error: f64,
 }
 
@@ -225,6 +243,24 @@ fn of_measured(model: &Model) -> Pair {
     }
 }
 
+/// The damping c of a column below which the orbit from the exit point crosses the belt line for ever, `critical` being
+/// c*: bisected from there to 0 and as far beyond. Where the orbit leaves the data it is taken to stick.
+fn sticks_from(column: &Column, critical: f64) -> f64 {
+    let crosses = |c: f64| {
+        let fate = flow(&Oscillator::in_column(column, c), TOLERANCE).fate;
+        matches!(fate, Fate::CrossesForever)
+    };
+    let (mut low, mut high) = (critical - 2.0 * critical.abs(), critical);
+    if !crosses(low) {
+        return low;
+    }
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (low + high);
+        *(if crosses(middle) { &mut low } else { &mut high }) = middle;
+    }
+    high
+}
+
 impl<'a> Groups<'a> {
     /// An empty collection of machines that differ from `nominal` only in the quantities `uncertain`.
     pub(super) fn new(nominal: &'a Machine, uncertain: &[Uncertain]) -> Self {
@@ -237,7 +273,7 @@ impl<'a> Groups<'a> {
         let varied = names.filter(|(_, (name, _))| is_group(name) && uncertain.contains(name));
         let varied: Vec<usize> = varied.map(|(i, _)| i).collect();
         let size = 2 + varied.len() + usize::from(strengthening(nominal) == Some(Strengthening::Quadratic));
-        Self { nominal, joint, varied, size, values: Vec::new(), scales: Vec::new() }
+        Self { nominal, joint, varied, size, values: Vec::new(), scales: Vec::new(), may_cross: false }
     }
 
     /// Whether the friction has errors of its own: those of data, or of a fit.
@@ -375,8 +411,35 @@ impl<'a> Groups<'a> {
         })
     }
 
-    /// y and its standard deviation at these groups, by a root search for each; NaN if the search failed.
-    fn searched(&self, groups: &[&[f64]]) -> Vec<Pair> {
+    /// y, its standard deviation and the damping from which on orbits stick, by searches for each of these groups; NaN
+    /// if the search failed.
+    fn searched(&self, groups: &[&[f64]]) -> Vec<Values> {
+        let pairs = self.searched_pairs(groups);
+        let of_one = |(groups, [y, deviation]): (&&[f64], Pair)| {
+            let sticks_from = match self.may_cross {
+                true => self
+                    .model_with(groups)
+                    .map_or(f64::NAN, |(model, scale)| scale * sticks_from(&model.column(), y / scale)),
+                false => f64::NEG_INFINITY,
+            };
+            [y, deviation, sticks_from]
+        };
+        groups.par_iter().zip(pairs).map(of_one).collect()
+    }
+
+    /// Whether some orbit of one of the machines may cross the belt line for ever, as far as a part of them tell.
+    fn some_may_cross(&self) -> bool {
+        let tried = (0..self.scales.len()).step_by(self.scales.len().div_ceil(TRIED).max(1));
+        let may = |machine: usize| {
+            self.model_with(self.of(machine)).is_some_and(|(model, _)| {
+                let column = model.column();
+                FarLoops::where_friction_resists(&column.curve, column.belt_speed).inward_from(0.0) > 0.0
+            })
+        };
+        tried.into_iter().any(may)
+    }
+
+    fn searched_pairs(&self, groups: &[&[f64]]) -> Vec<Pair> {
         if has_standard_errors(self.nominal) {
             let of_one = |groups: &&[f64]| {
                 self.model_with(groups)
@@ -406,21 +469,24 @@ impl<'a> Groups<'a> {
     }
 
     /// y and its standard deviation for these machines, each by a root search.
-    fn exact(&self, machines: &[usize]) -> Vec<Pair> {
+    fn exact(&self, machines: &[usize]) -> Vec<Values> {
         self.searched(&machines.iter().map(|&machine| self.of(machine)).collect::<Vec<_>>())
     }
 
     /// The critical damping of every machine; `None` where the budget does not suffice.
-    pub(super) fn critical_dampings(&self, budget: &Searches) -> Option<Found> {
+    pub(super) fn critical_dampings(&mut self, budget: &Searches) -> Option<Found> {
+        self.may_cross = self.some_may_cross();
         let all: Vec<usize> = (0..self.scales.len()).collect();
         let (mut known, mut unknown): (Vec<usize>, Vec<usize>) =
             all.into_iter().partition(|&machine| self.of(machine).iter().all(|group| group.is_finite()));
         let mut dampings = vec![f64::NAN; self.scales.len()];
         let mut deviations = vec![0.0; self.scales.len()];
+        let mut sticks_from = vec![f64::NEG_INFINITY; self.scales.len()];
         let mut largest = 0.0_f64;
-        for Placed { machine, values: [y, deviation], error } in self.boxed(&mut known, budget)? {
+        for Placed { machine, values: [y, deviation, from], error } in self.boxed(&mut known, budget)? {
             let [factor, shift] = self.scales[machine];
             dampings[machine] = factor * y + shift;
+            sticks_from[machine] = factor * from + shift;
             deviations[machine] = if deviation < 0.0 { 0.0 } else { factor * deviation };
             largest = largest.max((factor * error).abs());
         }
@@ -429,7 +495,7 @@ impl<'a> Groups<'a> {
         for machine in unknown {
             dampings[machine] = self.scales[machine][1].min(0.0);
         }
-        Some(Found { dampings, error: largest, deviations })
+        Some(Found { dampings, error: largest, deviations, sticks_from })
     }
 
     /// The values of these machines, interpolated over their box, over its parts, or by a search for each;
@@ -453,20 +519,21 @@ impl<'a> Groups<'a> {
         let values = self.searched(&all);
         let (at_nodes, at_samples) = values.split_at(nodes);
         let surfaces =
-            [0, 1].map(|of| Tensor::through(&sides, at_nodes.iter().map(|pair| pair[of]).collect()));
-        let errors = [0, 1].map(|of| {
+            [0, 1, 2].map(|of| Tensor::through(&sides, at_nodes.iter().map(|values| values[of]).collect()));
+        let errors = [0, 1, 2].map(|of| {
             let missed = samples.iter().zip(at_samples);
             let missed = missed.map(|(&m, exact)| (surfaces[of].at(self.of(m)) - exact[of]).abs());
             missed.fold(0.0, |most: f64, miss| if miss.is_nan() { f64::INFINITY } else { most.max(miss) })
         });
-        let enough = [0, 1].map(|of| ACCURACIES[of] * surfaces[of].size());
-        let enough = [enough[0].max(ACCURACY_IN_DEVIATIONS * surfaces[1].size()), enough[1]];
-        let rough = (0..2).find(|&of| {
-            let unknown = values.iter().all(|pair| pair[of].is_nan());
+        let enough = [0, 1, 2].map(|of| ACCURACIES[of] * surfaces[of].size());
+        let enough = [enough[0].max(ACCURACY_IN_DEVIATIONS * surfaces[1].size()), enough[1], enough[2]];
+        let tested = if self.may_cross { 3 } else { 2 };
+        let rough = (0..tested).find(|&of| {
+            let unknown = values.iter().all(|values| values[of].is_nan());
             // A node without an answer makes the size NaN, so such a box is cut too.
             !unknown && !(errors[of] <= enough[of])
         });
-        let found_none = values.iter().all(|pair| pair[0].is_nan());
+        let found_none = values.iter().all(|values| values[0].is_nan());
         let rough = rough.map(|of| surfaces[of].roughest()).or_else(|| {
             if found_none {
                 return None;
@@ -481,8 +548,11 @@ impl<'a> Groups<'a> {
         });
         let Some(axis) = rough else {
             let measured = self.has_errors();
-            let values =
-                |point: &[f64]| [surfaces[0].at(point), if measured { surfaces[1].at(point) } else { 0.0 }];
+            let values = |point: &[f64]| {
+                let deviation = if measured { surfaces[1].at(point) } else { 0.0 };
+                let from = if self.may_cross { surfaces[2].at(point) } else { f64::NEG_INFINITY };
+                [surfaces[0].at(point), deviation, from]
+            };
             let placed =
                 |&machine: &usize| Placed { machine, values: values(self.of(machine)), error: errors[0] };
             return Some(machines.iter().map(placed).collect());

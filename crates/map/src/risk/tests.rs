@@ -1,10 +1,11 @@
 //! Tests of probabilities against separate counts and draws.
 
 use super::*;
-use crate::machine::{Friction, example};
+use crate::machine::{Friction, Model, example};
+use slipmap_model::filippov::Oscillator;
 use slipmap_model::friction::{Expression, Law, Table};
 use slipmap_model::point::LawParameters;
-use slipmap_simulate::critical_damping;
+use slipmap_simulate::{Fate, critical_damping, flow};
 
 /// The critical damping in SI units, by a root search for this machine alone.
 fn critical(machine: &Machine) -> f64 {
@@ -38,6 +39,36 @@ fn an_uncertain_damping_alone_has_a_known_probability() {
     assert!((damping.value - exact).abs() < 0.4 * critical * error(0.05), "{damping:?} {exact}");
     assert!(damping.limits[0] < damping.value && damping.value < damping.limits[1], "{damping:?}");
     assert!((found.failed, found.draws) == (0, 20_000));
+}
+
+/// On a fast belt orbits cross for ever below other dampings: a draw stick-slips between the two, as its own orbit does.
+#[test]
+fn draws_that_overtake_the_belt_for_ever_do_not_stick_slip() {
+    let like = machine(Law::Exponential).with("kinetic_friction", 0.1).unwrap();
+    let fast = like.with("stribeck_velocity", 25.0).unwrap().with("belt_speed", 75.0).unwrap();
+    let critical = critical(&fast);
+    let fast = fast.with("damping", 0.9 * critical).unwrap();
+    let uncertain =
+        [("damping", Spread::Normal { sd: 0.1 * critical }), ("belt_speed", Spread::Normal { sd: 3.0 })];
+    let found = risk(&fast, &uncertain, Some(CHUNK), &[]).unwrap();
+    let mut random = Random(0x5115_ca9e);
+    let mut sticks = || {
+        let Draw { machine, of_damping, .. } = draw(&fast, &uncertain, &mut random).unwrap();
+        let machine = machine.with("damping", fast.damping + of_damping).unwrap();
+        let Model { law, point, .. } = machine.model().unwrap();
+        matches!(flow(&Oscillator::new(&law, &point), 1e-9).fate, Fate::Sticks(_))
+    };
+    let count = (0..CHUNK).filter(|_| sticks()).count();
+    let by_risk = found.probability.value * CHUNK as f64;
+    // The lower damping is interpolated to a thousandth of the critical one, that is a hundredth of its deviation.
+    assert!((by_risk - count as f64).abs() < 0.01 * CHUNK as f64, "{by_risk} {count}");
+    assert!(count > CHUNK / 10 && count < CHUNK / 2, "{count}");
+    // The damping for half of that probability has it.
+    let share = found.probability.value;
+    let found = risk(&fast, &uncertain, Some(CHUNK), &[0.5 * share]).unwrap();
+    let rare = found.rare_by[0].damping.unwrap().value;
+    let above = risk(&fast.with("damping", rare).unwrap(), &uncertain, Some(CHUNK), &[]).unwrap();
+    assert!((above.probability.value - 0.5 * share).abs() < 2.0 / CHUNK as f64, "{rare} {above:?}");
 }
 
 #[test]
@@ -296,8 +327,13 @@ fn illegal_draws_and_failed_ones_are_counted_apart() {
 #[test]
 fn limits_hold_whatever_draws_without_an_answer_do() {
     let needed = |failed| Needed {
+        some_cross: false,
         draws: (1..=1000)
-            .map(|i| NeededDraw { damping: f64::from(i), legal_from: f64::NEG_INFINITY })
+            .map(|i| NeededDraw {
+                damping: f64::from(i),
+                sticks_from: f64::NEG_INFINITY,
+                legal_from: f64::NEG_INFINITY,
+            })
             .collect(),
         all_legal_from: f64::NEG_INFINITY,
         failed,

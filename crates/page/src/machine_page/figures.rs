@@ -194,8 +194,8 @@ pub(super) fn regimes(all: &Assessment, written: &Written, height: f64) -> Scene
     let machine = &all.machine;
     let units = machine.units();
     let label = |words: &str, shown: &Unit| Rich::foreign(&format!("{words}, {}", shown.name));
-    let speed = Unit::of(machine, written, BELT_SPEED, Dimension::Velocity);
-    let damping = Unit::of(machine, written, "damping", Dimension::Damping);
+    let speed = Unit::of(machine, written, BELT_SPEED);
+    let damping = Unit::of(machine, written, "damping");
     let in_units = |scale: Scale, unit: f64, shown: &Unit| {
         Scale { from: scale.from / unit, to: scale.to / unit, ..scale }.in_unit(unit / shown.size)
     };
@@ -275,7 +275,7 @@ pub(super) fn friction(all: &Assessment, written: &Written, height: f64) -> Scen
         Some(first) => first.slip_speed * 2.0 * weights.len() as f64,
         None => 2.0 * machine.belt_speed,
     };
-    let speed_unit = Unit::of(machine, written, BELT_SPEED, Dimension::Velocity);
+    let speed_unit = Unit::of(machine, written, BELT_SPEED);
     let x = Scale::linear(0.0, fastest).in_unit(speed_unit.size.recip());
     let (curve, rest) = (model.column().curve, machine.friction.at_rest());
     let end = table.map_or(fastest, |table| table.fastest().min(fastest));
