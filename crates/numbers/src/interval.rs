@@ -156,7 +156,9 @@ impl Interval {
     /// Without the numbers below 0 that outward rounding added, if what is enclosed is at least 0.
     #[inline]
     fn above_zero_if(self, nonnegative: bool) -> Self {
-        if nonnegative && self.is_bounded() { self.at_least_zero() } else { self }
+        // Rounding moves an end that is at least 0 below it by this much at most; others are those of the whole line.
+        let is_rounding = nonnegative & (self.lo >= -f64::MIN_POSITIVE);
+        Self { lo: if is_rounding { max(self.lo, 0.0) } else { self.lo }, ..self }
     }
 
     /// Upper bound of e^x for a number x, without the platform's exponential: e^x <= (1 - x/64)^-64 for
@@ -225,14 +227,19 @@ impl Mul for Interval {
             // A product with zero is exact, and frequent: derivatives of terms that do not depend on u.
             return Self::ZERO;
         }
+        if self.lo >= 0.0 && other.lo >= 0.0 {
+            let product = Self::outwards(self.lo * other.lo, self.hi * other.hi).above_zero_if(true);
+            if product.is_bounded() {
+                return product;
+            }
+        }
         let [a, b, c, d] = [self.lo * other.lo, self.lo * other.hi, self.hi * other.lo, self.hi * other.hi];
         // Zero times infinity is NaN, which min and max would ignore; where infinities of both signs cancel
         // here, the product is the whole line too.
         if (a + b + c + d).is_nan() {
             return Self::ENTIRE;
         }
-        let product = Self::outwards(min(min(a, b), min(c, d)), max(max(a, b), max(c, d)));
-        product.above_zero_if(self.lo >= 0.0 && other.lo >= 0.0)
+        Self::outwards(min(min(a, b), min(c, d)), max(max(a, b), max(c, d)))
     }
 }
 
