@@ -325,8 +325,7 @@ struct Closeness {
 const CLOSE: Closeness = Closeness { width: 1e-7, rough: 1e-3, rounds: 12, farther: &FARTHER };
 /// Changes that take all attractors to see: the less of them are known, the longer each takes.
 const DEAR: Closeness = Closeness { width: SAME, rough: 0.35, rounds: 1, farther: &FARTHER };
-/// The same of measured friction, which is seldom known to a hundredth.
-const DEAR_OF_DATA: Closeness = Closeness { width: 1e-3, farther: &FARTHER_OF_DATA, ..DEAR };
+const DEAR_OF_DATA: Closeness = Closeness { farther: &FARTHER_OF_DATA, ..DEAR };
 /// Relative width of a bracket in which a change counts as located: as for the critical damping, 1 %.
 const LOCATED: f64 = 0.01;
 /// Relative error of a change beside that of the bisection: that of orbits with [`TOLERANCE`].
