@@ -7,7 +7,7 @@ use std::cell::Cell;
 use std::f64::consts::TAU;
 
 use super::closing::{Amplitude, closing_dampings};
-use super::halves::{Sought, closing_dampings_by_halves};
+use super::halves::{Sought, WIDE, closing_dampings_by_halves};
 use super::polar::{Closing, Turn};
 use super::return_map::{UNRESOLVED, decisive_turn};
 use super::{Fate, Landing, exit_orbit, flow};
@@ -211,10 +211,6 @@ fn search_bounds(column: &Column) -> [f64; 2] {
         if high.is_finite() { high } else { (balance + far) / column.epsilon },
     ]
 }
-
-/// Distance of the bounds of a search from the balance of energy where nothing proves bounds: of twice the damping
-/// ratio, and relative.
-const WIDE: f64 = 4.0;
 
 /// The critical dampings that a search has to locate; of others it finds the sign.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -524,11 +524,18 @@ impl Curve {
     /// continue the law below, and the speeds of `Weakening::narrow` on orbits with velocities up to `fastest`,
     /// but at least 1, the velocity that the static friction gives to an orbit however slow the belt is.
     pub fn stops(&self, fastest: f64) -> Cow<'_, [f64]> {
+        if self.has_known_features() {
+            return Cow::Borrowed(self.corners());
+        }
+        self.stops_of(&self.compiled(4.0 * fastest.max(1.0)))
+    }
+
+    /// As [`Curve::stops`], up to the reach of the law in compiled form.
+    pub fn stops_of(&self, compiled: &Weakening) -> Cow<'_, [f64]> {
         let corners = self.corners();
         if self.has_known_features() {
             return Cow::Borrowed(corners);
         }
-        let compiled = self.compiled(4.0 * fastest.max(1.0));
         let at_rest = if self.formula(0.0).is_none() || compiled.is_continued() { &[][..] } else { &[0.0] };
         if compiled.narrow().is_empty() && at_rest.is_empty() {
             return Cow::Borrowed(corners);
