@@ -175,7 +175,7 @@ fn regimes_have_a_crossing_cycle_where_some_loop_leads_outward() {
         // The farthest cycle lies within 4 / (pi c), which is less than 1300.
         let outward = (-12..=13).any(|i| {
             let y = belt_speed.max(1.0) * 10_f64.powf(f64::from(i) / 4.0);
-            matches!(crossing_loop(&oscillator, y, 1e-8), Ok(Loop::Crosses { beyond_exit, .. }) if beyond_exit > y)
+            matches!(crossing_loop(&oscillator, y, 1e-8), Ok(Loop::Crosses(beyond_exit)) if beyond_exit > y)
         });
         if regime == Regime::Failed {
             // Where orbits grow without bound slip cycles may have no answer.

@@ -203,6 +203,9 @@ impl<const N: usize> Real for Points<N> {
     }
 }
 
+/// Size of an enclosed argument from which on the hyperbolic tangent is enclosed by what it lacks to 1.
+const SATURATED: f64 = 3.0;
+
 /// The first N Taylor coefficients of a function: f, f', f''/2, ...
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Jet<T, const N: usize>(pub [T; N]);
@@ -416,6 +419,17 @@ impl<T: Real, const N: usize> Real for Jet<T, N> {
     }
 
     fn tanh(self) -> Self {
+        // Next to 1 and -1 enclosures of 1 - tanh^2 do not show how small it is.
+        let next_to_one = |x: Self| {
+            let fading = (x * Self::constant(-2.0)).exp();
+            Self::constant(1.0) - (fading + fading) / (Self::constant(1.0) + fading)
+        };
+        if self.0[0].is_below(-SATURATED) {
+            return -next_to_one(-self);
+        }
+        if (-self.0[0]).is_below(-SATURATED) {
+            return next_to_one(self);
+        }
         // tanh' = 1 - tanh^2.
         self.integrate(self.0[0].tanh(), |tanh, k| {
             let one = if k == 0 { T::constant(1.0) } else { T::constant(0.0) };
@@ -517,6 +531,16 @@ mod tests {
         let x = Jet::<Interval, 14>::variable(Interval::new(0.5, 0.6), 0.05) * Jet::constant(1e9);
         for faded in [(-x).exp(), (-(x.powi(6))).exp()] {
             assert!(faded.0.iter().all(|c| c.size() < 1e-300 && c.lo <= 0.0 && c.hi > 0.0), "{faded:?}");
+        }
+        for (tanh, limit) in [(x.tanh(), 1.0), ((-x).tanh(), -1.0)] {
+            assert!(tanh.0[0].lo <= limit && limit <= tanh.0[0].hi && tanh.0[0].hi - tanh.0[0].lo < 1e-15);
+            assert!(tanh.0[1..].iter().all(|c| c.size() < 1e-300 && c.lo <= 0.0 && c.hi >= 0.0), "{tanh:?}");
+        }
+        // The series is that of the recursion where that is narrow.
+        let x = Jet::<Interval, 6>::variable(Interval::of(3.5), 1.0);
+        let exact = Jet::<f64, 6>::variable(3.5, 1.0).tanh();
+        for (c, exact) in x.tanh().0.iter().zip(exact.0) {
+            assert!((c.lo - exact).abs() < 1e-14 && (c.hi - exact).abs() < 1e-14, "{c:?} {exact}");
         }
     }
 

@@ -89,8 +89,11 @@ const HALVED: f64 = 0.6;
 const FASTEST: f64 = 1e60;
 /// Friction above this counts as not negative: less than rounding makes of it.
 pub const NOTHING: f64 = -1e-12;
-/// See [`Curve::is_hidden_by_rounding`].
+/// See [`Curve::is_hidden_by_rounding`]: c* of such a law is about as uncertain as its friction, of which a thousandth is
+/// well within the 1 % to which a critical damping is told.
 const HIDDEN: f64 = 1e-3;
+/// Change of friction that is rounding error alone.
+const ROUNDED: f64 = 1e-12;
 /// Relative accuracy of the slip speed from which on friction pushes.
 const RESOLVED: f64 = 1e-6;
 
@@ -517,7 +520,7 @@ impl Curve {
     /// or of its change up to the belt speed: no orbit in double precision shows it.
     pub fn is_hidden_by_rounding(&self, belt_speed: f64) -> bool {
         let change = |u: f64| (self.phi(0.0) - self.phi(u)).abs();
-        change(2.0 * f64::EPSILON * belt_speed) > HIDDEN * change(belt_speed).min(1.0) - NOTHING
+        change(2.0 * f64::EPSILON * belt_speed) > HIDDEN * change(belt_speed).min(1.0) + ROUNDED
     }
 
     /// Slip speeds, increasing, at which integrators end their steps: the corners, 0 where a formula does not

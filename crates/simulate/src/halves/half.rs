@@ -4,14 +4,16 @@ use slipmap_model::friction::{Curve, ExponentialFall, Range, Weakening};
 
 /// Rate of the polar angle by the law, from which on the halves are followed.
 const STEEP: f64 = 0.6;
-/// Share of that rate which is more than it, where sin and cos are those of a small angle.
+/// Share of that rate which is more than it, where sin and cos are those of a small angle: sin cos is less than the angle,
+/// by at most a third at the angles of layers that are steep.
 const CERTAINLY: f64 = 1.5;
 /// Largest relative error of W where a half starts late, and the ratio of the slip speeds at which such a place is
 /// sought.
 const BALANCED: f64 = 0.1;
 const SAMPLES_RATIO: f64 = 0.84;
 /// Largest such ratio. Smaller ratios of the brakings at two such places, and a smaller effect of braking between them,
-/// tell nothing new.
+/// tell nothing new: a half that is braked by exp(-2) at most forgets its start no sooner than it is followed anyway. Both
+/// by choice: `no_engine_passes_over_a_narrow_fall` holds with them.
 const FINEST_RATIO: f64 = 0.9999;
 const BRAKED: f64 = 2.0;
 /// First step, in units of the width of the layer in q.

@@ -287,3 +287,30 @@ pub(super) fn closing_dampings_by_halves(sought: &[Sought], tolerance: f64) -> V
     }
     answers
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::critical_damping;
+    use slipmap_model::friction::{Expression, Law};
+
+    /// A fall that rounds off at rest tends to a drop as it becomes narrow. Next to rest x2'' = -x2 and friction falls as
+    /// u^2 / w^2: the time until it falls, and the error, are of the order w^(2/3).
+    #[test]
+    fn narrow_falls_that_are_round_at_rest_have_a_critical_damping() {
+        let coulomb = Law::Coulomb.column(&Law::Coulomb.point(1.0, &[0.3, 0.0], 1.0, 0.0).unwrap());
+        let drop = critical_damping(&coulomb, 1e-12).unwrap().c;
+        let law = Law::Expression(Expression::new("1 - 0.3*tanh(u/w)^2", 1.0).unwrap());
+        let excess = |width: f64| {
+            let column = law.column(&law.point(1.0, &[width], 1.0, 0.0).unwrap());
+            let found = critical_damping(&column, 1e-9).unwrap();
+            assert!(found.error < 1e-7, "{width}: {found:?}");
+            found.c - drop
+        };
+        // An orbit by arcs gave 0.028750799 +- 1.2e-8.
+        assert!((excess(1e-2) + drop - 0.028_750_799).abs() < 1.2e-8);
+        for width in [1e-4, 1e-6, 1e-8, 1e-10] {
+            let off = excess(width) / width.powf(2.0 / 3.0);
+            assert!((0.25..0.3).contains(&off), "{width}: {off}");
+        }
+    }
+}
