@@ -152,12 +152,12 @@ impl<'a> Search<'a> {
     fn new(sought: &Sought<'a>, law: &'a Law<'a>, tolerance: f64) -> Self {
         let Sought { curve, belt_speed, radius, drop, layer, start, bounds } = *sought;
         // Errors are in units of C, or of the weakening rate where that is moderate.
-        let size = match layer {
-            None => [belt_speed - radius, belt_speed, belt_speed + radius]
+        let size = match layer.is_none() && drop == 0.0 {
+            true => [belt_speed - radius, belt_speed, belt_speed + radius]
                 .map(|u| curve.weakening(u).abs())
                 .into_iter()
                 .fold(start.abs(), f64::max),
-            Some(_) => start.abs().max(1e-3 * curve.weakening(belt_speed).abs()),
+            false => start.abs().max(1e-3 * curve.weakening(belt_speed).abs()),
         }
         .max(f64::MIN_POSITIVE);
         let aim = 0.5 * tolerance.min(COARSEST) * size;
