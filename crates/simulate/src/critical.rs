@@ -104,9 +104,17 @@ pub fn critical_dampings(
         Ok(Closing { viscous, error, rhs, .. }) => {
             Ok(CriticalDamping { c: viscous / column.epsilon, error: error / column.epsilon, rhs })
         }
+        Err(rhs) if column.curve.is_hidden_by_rounding(column.belt_speed) => Ok(hidden(column, rhs)),
         Err(rhs) => search(column, tolerance, rhs, Wanted::Legal),
     };
     columns.iter().zip(found).map(answer).collect()
+}
+
+/// What is known of a fall that rounding hides from all orbits: the balance of energy, and that no orbit returns that is
+/// damped critically.
+fn hidden(column: &Column, rhs: u64) -> CriticalDamping {
+    let balance = energy_balance(column);
+    CriticalDamping { c: balance / column.epsilon, error: (2.0 + balance.abs()) / column.epsilon, rhs }
 }
 
 fn sought_by_halves(column: &Column) -> Option<Sought<'_>> {
