@@ -60,13 +60,10 @@ need_python() {
     python="$root/target/venv/bin/python"
 }
 
-# The package of python/, built for tests (profile dev of its Cargo.toml: half the time of a release build), in
-# the same environment.
-need_package() {
-    need_python
-    local venv="$root/target/venv"
-    (cd "$root/python" && PATH="$venv/bin:$PATH" VIRTUAL_ENV="$venv" \
-        CARGO_TARGET_DIR="${CARGO_TARGET_DIR:-$root/target}" maturin develop --locked --quiet)
+# All that tests run: the crates, their tests, and the compiled part of the Python package, for any Python. One build, since
+# cargo compiles what the parts share anew for each set of parts that is asked for.
+build_for_tests() {
+    (cd "$root" && PYO3_NO_PYTHON=1 PYO3_BUILD_EXTENSION_MODULE=1 cargo build --locked --workspace --all-targets)
 }
 
 # pdflatex with what the LaTeX of reports uses (siunitx is in texlive-science): 120 MB to fetch, a minute or

@@ -3,6 +3,9 @@
 //! The Python part broadcasts, names and documents; this extension takes and returns flat arrays. Every long
 //! function releases the GIL, uses all cores, and can be interrupted by Ctrl-C.
 
+// Signatures name the types of Python.
+#![allow(clippy::type_complexity)]
+
 mod backbone;
 mod columns;
 mod curves;

@@ -2,7 +2,7 @@
 
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use slipmap::config::{Level, Measured, OfMachine};
+use slipmap::config::{Level, Measured, OfMachine, law_of};
 use slipmap::friction::{Expression, Law as Family};
 
 use crate::law::{Law, check_static_level};
@@ -47,6 +47,7 @@ pub(crate) fn fit(
     forces: Option<bool>,
 ) -> PyResult<(Law, String, String)> {
     let measured = read(name, rows, forces)?;
+    let law = law.map(law_of).transpose().map_err(told)?;
     let fits = py.detach(|| measured.fits(law)).map_err(told)?;
     let chosen = fits.chosen();
     let formula = measured.named(&chosen.form.formula());

@@ -65,8 +65,21 @@ class Session:
     def __init__(self, browser, arguments):
         self.browser, self.arguments = browser, arguments
         self.program = str(Path(arguments.slipmap).resolve())
-        self.server = Server(self.program)
+        self.servers = [Server(self.program)]
         self.complaints = []
+
+    @property
+    def server(self):
+        """The one of which pages are opened."""
+        return self.servers[-1]
+
+    def serve(self, *arguments, port=0):
+        """Opens pages of another server until the test ends."""
+        self.servers.append(Server(self.program, *arguments, port=port))
+
+    def end_others(self):
+        while len(self.servers) > 1:
+            self.servers.pop().kill()
 
     def open(self, link="", width=1280, height=860, dark=False, touch=False):
         """A page with this link in a window of its own."""
@@ -411,14 +424,13 @@ def a_refused_number_says_why(session):
 
 
 def the_page_survives_its_program(session):
-    server = Server(session.program)
-    session.server, usual = server, session.server
+    session.serve()
     page = session.open(STRIBECK)
     settle(page)
-    server.kill()
+    session.server.kill()
     page.get_by_label("belt speed (V): value").fill("2")
     expect(page.locator("#notice")).to_contain_text("has ended")
-    session.server = Server(session.program, port=server.port)
+    session.serve(port=session.server.port)
     expect(page.locator("#notice")).to_be_hidden()
     settle(page)
     again = session.open(page.evaluate("location.hash"))
@@ -428,7 +440,6 @@ def the_page_survives_its_program(session):
     again.context.close()
     took = session.server.end()
     assert took < 2, f"Ctrl-C took {took:.1f} s"
-    session.server = usual
     # The requests to the dead program are the point of this test: one under way when it died is reset, or gets an
     # empty answer, later ones are refused.
     ended = ("ERR_CONNECTION_REFUSED", "ERR_CONNECTION_RESET", "ERR_EMPTY_RESPONSE", "Failed to fetch")
@@ -511,8 +522,7 @@ def everything_can_be_taken_along(session):
 
 def a_machine_is_in_si_units(session):
     config = Path(__file__).parents[2] / "configs" / "brake_pad.toml"
-    server = Server(session.program, str(config))
-    session.server, usual = server, session.server
+    session.serve(str(config))
     page = session.open()
     settle(page)
     expect(page.locator("#overlay")).to_contain_text("belt speed, m/s")
@@ -572,8 +582,6 @@ def a_machine_is_in_si_units(session):
     settle(page)
     assert "p.mass" in state(page) and "p.V" not in state(page), state(page)
     page.context.close()
-    server.end()
-    session.server = usual
 
 
 def a_working_point_is_pinned(session):
@@ -581,8 +589,7 @@ def a_working_point_is_pinned(session):
         config = Path(folder) / "one.toml"
         config.write_text('[friction]\nlaw = "exponential"\n[machine]\nmass = 2.0\nstiffness = 5e5\nnormal_force = 1000.0\nstatic_friction = 0.4\n'
                           'kinetic_friction = 0.25\nstribeck_velocity = 0.05\nbelt_speed = 0.15\ndamping = 30.0\n')
-        server = Server(session.program, str(config))
-        session.server, usual = server, session.server
+        session.serve(str(config))
         page = session.open()
         settle(page)
         probe = json.loads(session.probe("--machine", str(config), "--json"))["machine"]
@@ -591,8 +598,6 @@ def a_working_point_is_pinned(session):
         assert said["pin"] == "1" and 1.1 < most / max(probe["critical_damping"], 30.0) < 1.3, said
         expect(page.locator("#answer")).to_contain_text(probe["regime"].replace("_", " "))
         page.context.close()
-        server.end()
-        session.server = usual
 
 
 def a_wrapping_legend_does_not_begin_anew(session):
@@ -605,8 +610,7 @@ def a_wrapping_legend_does_not_begin_anew(session):
         config.write_text('[friction]\nlaw = "table"\nfile = "torque.csv"\nquantity = "force"\n[machine]\nmotion = "rotation"\n'
                           'mass = 472\nstiffness = 861.5\nbelt_speed = { from = 1, to = 10, points = 28 }\n'
                           'damping = { from = 0, to = 400, points = 21 }\n')
-        server = Server(session.program, str(config))
-        session.server, usual = server, session.server
+        session.serve(str(config))
         page = session.open(height=800)
         # On a busy machine parts of the page that come late move the plane once or twice.
         for _ in range(5):
@@ -616,8 +620,6 @@ def a_wrapping_legend_does_not_begin_anew(session):
                 break
         assert is_settled
         page.context.close()
-        server.end()
-        session.server = usual
 
 
 def a_map_shows_its_cells(session):
@@ -626,8 +628,7 @@ def a_map_shows_its_cells(session):
         config.write_text('title = "Two belts"\n[grid]\nepsilon = 1.0\nalpha = 0.3\nbeta = 0.0\ngamma = { from = 0.5, to = 4.0, points = 8 }\n'
                           'V = 1.0\nc = { from = 0.0, to = 2.0, points = 9 }\n[output]\npath = "map.h5"\nfields = ["regime"]\n')
         subprocess.run([session.program, "run", config, "--quiet"], check=True, capture_output=True, cwd=folder)
-        server = Server(session.program, str(Path(folder) / "map.h5"))
-        session.server, usual = server, session.server
+        session.serve(str(Path(folder) / "map.h5"))
         page = session.open()
         settle(page)
         checkbox = page.get_by_label("cells as stored in Two belts")
@@ -636,8 +637,6 @@ def a_map_shows_its_cells(session):
         checkbox.uncheck()
         wait(page, "(before) => document.getElementById('cells').toDataURL() !== before", before)
         page.context.close()
-        server.end()
-        session.server = usual
 
 
 def nobody_is_shut_out(session):
@@ -710,6 +709,7 @@ def main():
                 failures += 1
                 session.complaints.clear()
                 print(f"FAILED {test.__name__}: {error}", flush=True)
+            session.end_others()
         browser.close()
         session.server.end()
     return 1 if failures else 0

@@ -17,7 +17,7 @@ import tempfile
 import time
 from pathlib import Path
 
-import h5py
+from measure import fingerprints
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -149,12 +149,6 @@ def slurm(folder):
             daemon.wait()
 
 
-def contents(path):
-    """Every variable with its fingerprint."""
-    with h5py.File(path) as file:
-        return {name: (data[()].tobytes(), data.attrs.get("sha256")) for name, data in file.items() if isinstance(data, h5py.Dataset)}
-
-
 def main():
     program, names = Path(sys.argv[1]).resolve(), sys.argv[2:]
     with tempfile.TemporaryDirectory() as scratch:
@@ -170,11 +164,11 @@ def main():
             start = time.monotonic()
             if expected is None:
                 run(["slipmap", "run", "map.toml", "--quiet"], folder, stdout=subprocess.DEVNULL)
-                expected = contents(folder / "map.h5")
+                expected = fingerprints(folder / "map.h5")
                 print(f"one process: {time.monotonic() - start:.1f} s, {len(expected)} variables")
                 continue
             what = globals()[name](folder)
-            assert contents(folder / "map.h5") == expected, f"{name}: another map"
+            assert fingerprints(folder / "map.h5") == expected, f"{name}: another map"
             assert not list(folder.glob("map.h5.part*")), f"{name}: journals are left"
             print(f"{name}: {time.monotonic() - start:.1f} s, {what}; the map equals that of one process", flush=True)
 

@@ -22,7 +22,7 @@ import tempfile
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-import h5py
+from measure import fingerprints
 
 MAP = """
 [grid]
@@ -169,11 +169,6 @@ def image(log, rng, forgetful):
                 forced_tiles += at <= len(bytes_)
             forced_tiles -= 1  # the header
     return {name: bytes(files.get(number, b"")) for name, number in names.items()}, max(forced_tiles, 0)
-
-
-def fingerprints(path):
-    with h5py.File(path) as file:
-        return {name: bytes(data.attrs["sha256"]) for name, data in file.items()}
 
 
 def judge(program, folder, log, expected, seed):

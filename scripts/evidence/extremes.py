@@ -8,10 +8,11 @@ Each command must end within ten seconds of processor time and 1 GiB, or give th
 import os
 import random
 import resource
-import subprocess
 import sys
 import tempfile
 from pathlib import Path
+
+from measure import ended
 
 SECONDS = 10.0
 MEMORY = 1 << 30
@@ -78,13 +79,8 @@ def run(program, arguments, folder):
         # Twice the allowed time: a command that takes longer is stopped, and reported.
         resource.setrlimit(resource.RLIMIT_CPU, (int(2 * SECONDS), int(2 * SECONDS) + 1))
 
-    process = subprocess.Popen(
-        [program, *arguments], cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, preexec_fn=limits
-    )
-    said = process.stdout.read().decode(errors="replace")
-    _, status, usage = os.wait4(process.pid, 0)
-    process.returncode = os.waitstatus_to_exitcode(status)
-    return process.returncode, said, usage.ru_utime + usage.ru_stime, usage.ru_maxrss * 1024
+    ran = ended([program, *arguments], folder, before=limits)
+    return ran.code, ran.said, ran.processor, ran.memory
 
 
 def main():

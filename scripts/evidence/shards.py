@@ -12,37 +12,19 @@ import subprocess
 import sys
 import tempfile
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-import h5py
-
-CONFIG = """
-title = "n^5 cells at one epsilon"
-[grid]
-epsilon = 0.05
-alpha = {{ from = 0.0, to = 1.0, points = {a} }}
-beta = {{ from = 0.0, to = 0.5, points = {n} }}
-gamma = {{ from = 0.0, to = 4.0, points = {n} }}
-V = {{ from = 0.2, to = 1.5, points = {n} }}
-c = {{ from = 0.0, to = 1.0, points = {n} }}
-[audit]
-cells = 1000
-[output]
-path = "map.h5"
-fields = ["verdict"]
-"""
+from measure import FIVE_AXES, done, fingerprints
 
 
 def measured(folder, *commands):
     """Runs commands at once; elapsed and processor seconds, and the largest memory of one in MB."""
     start = time.monotonic()
-    children = [subprocess.Popen(command, cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) for command in commands]
-    peak, processor = 0, 0.0
-    for child in children:
-        _, status, usage = os.wait4(child.pid, 0)
-        assert status == 0, f"{child.args}: {status}"
-        peak, processor = max(peak, usage.ru_maxrss), processor + usage.ru_utime + usage.ru_stime
-    return time.monotonic() - start, processor, peak / 1024
+    with ThreadPoolExecutor(len(commands)) as pool:
+        all_of = list(pool.map(lambda command: done(command, folder), commands))
+    wall = time.monotonic() - start
+    return wall, sum(ran.processor for ran in all_of), max(ran.memory for ran in all_of) / (1 << 20)
 
 
 def shards(program, folder, of):
@@ -50,11 +32,6 @@ def shards(program, folder, of):
     loop = 'for k in $(seq "$1" 2 "$2"); do "$0" run job.toml --shard "$k/$2" --threads 1 --quiet || exit 1; done'
     workers = [["sh", "-c", loop, program, str(first), str(of)] for first in (1, 2)[: of]]
     return measured(folder, *workers)
-
-
-def fingerprints(path):
-    with h5py.File(path) as file:
-        return {name: bytes(data.attrs["sha256"]) for name, data in file.items()}
 
 
 def size(paths):
@@ -78,7 +55,7 @@ def copying(folder):
 
 
 def small(program, folder, n):
-    (folder / "job.toml").write_text(CONFIG.format(a=n, n=n))
+    (folder / "job.toml").write_text(FIVE_AXES.format(a=n, n=n))
     whole, whole_processor, peak = measured(folder, [program, "run", "job.toml", "--threads", "2", "--quiet"])
     expected = fingerprints(folder / "map.h5")
     print(f"{n}^5 cells, one process of two threads: {whole:.1f} s, {whole_processor:.1f} s of processor, {peak:.0f} MB of memory, {size([folder / 'map.h5']):.1f} MB\n")
@@ -98,7 +75,7 @@ def small(program, folder, n):
 
 def large(program, folder, cells):
     n = 100
-    (folder / "job.toml").write_text(CONFIG.format(a=round(cells / n**4), n=n))
+    (folder / "job.toml").write_text(FIVE_AXES.format(a=round(cells / n**4), n=n))
     print(f"{round(cells / n**4) * n**4:,} cells in eight shards, two at a time\n\n| step | s | processor, s | memory, MB |\n| --- | --- | --- | --- |")
 
     def step(name, found):

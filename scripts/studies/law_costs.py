@@ -9,15 +9,12 @@ Laws that fall steeply: `machines`.
 """
 
 import argparse
-import csv
 import datetime
 import math
-import os
-import subprocess
-import sys
 import tempfile
-import time
 from pathlib import Path
+
+from measure import done, table
 
 ROOT = Path(__file__).resolve().parents[2]
 COLUMNS = ["law", "columns", "cells", "threads", "processor_seconds", "wall_seconds", "ratio"]
@@ -42,18 +39,11 @@ def laws(n):
 
 
 def measure(program, folder, threads):
-    best = None
-    for _ in range(RUNS):
-        before, start = os.times(), time.perf_counter()
-        run = ["run", "job.toml", "--overwrite", "--quiet", "--threads", str(threads)]
-        subprocess.run([program, *run], cwd=folder, check=True)
-        wall, after = time.perf_counter() - start, os.times()
-        spent = after.children_user + after.children_system - before.children_user - before.children_system
-        best = min(best or (math.inf, 0), (spent, wall))
-    return best
+    run = [program, "run", "job.toml", "--overwrite", "--quiet", "--threads", str(threads)]
+    return min((done(run, folder) for _ in range(RUNS)), key=lambda it: it.processor)
 
 
-def table(path):
+def friction(path):
     with open(path, "w") as out:
         for i in range(60):
             u = 0.15 * i
@@ -62,17 +52,18 @@ def table(path):
 
 def rows(program, n, dampings, threads):
     base = None
-    for name, friction, grid, belts in laws(n):
+    for name, law, grid, belts in laws(n):
         with tempfile.TemporaryDirectory() as folder:
-            table(Path(folder) / "table.csv")
+            friction(Path(folder) / "table.csv")
             job = (
-                f"[friction]\n{friction}\n[grid]\n{grid}V = {axis(0.1, 2.0, belts)}\nc = {axis(0.0, 1.0, dampings)}\n"
+                f"[friction]\n{law}\n[grid]\n{grid}V = {axis(0.1, 2.0, belts)}\nc = {axis(0.0, 1.0, dampings)}\n"
                 '[audit]\ncells = 0\n[output]\npath = "map.h5"\nfields = ["critical_c", "regime"]\n'
             )
             (Path(folder) / "job.toml").write_text(job)
-            spent, wall = measure(program, folder, threads)
+            least = measure(program, folder, threads)
+        spent = least.processor
         base = base or spent
-        yield [name, n**3, n**3 * dampings, threads, f"{spent:.3f}", f"{wall:.3f}", f"{spent / base:.2f}"]
+        yield [name, n**3, n**3 * dampings, threads, f"{spent:.3f}", f"{least.wall:.3f}", f"{spent / base:.2f}"]
 
 
 def main():
@@ -82,20 +73,10 @@ def main():
     parser.add_argument("--large", action="store_true")
     args = parser.parse_args()
     sizes = [(8, 20, 1)] + ([(20, 50, 2)] if args.large else [])
-    path = ROOT / "results" / f"law_costs-{args.date}.csv"
-    with open(path, "w", newline="") as out:
-        targets = (out, sys.stdout)
-        writers = [csv.writer(target, lineterminator="\n") for target in targets]
-
-        def write(row):
-            for writer, target in zip(writers, targets):
-                writer.writerow(row)
-                target.flush()
-
-        write(COLUMNS)
-        for size in sizes:
-            for row in rows(args.program, *size):
-                write(row)
+    add = table(ROOT / "results" / f"law_costs-{args.date}.csv", COLUMNS)
+    for size in sizes:
+        for row in rows(args.program, *size):
+            add(row)
 
 
 if __name__ == "__main__":

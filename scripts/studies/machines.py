@@ -13,14 +13,12 @@ Writes results/machines-DATE.csv: what was measured, its value, the goal, and wh
 """
 
 import argparse
-import csv
 import datetime
-import os
-import subprocess
 import sys
 import tempfile
-import time
 from pathlib import Path
+
+from measure import done, ended, table
 
 ROOT = Path(__file__).resolve().parents[2]
 WIDTHS = [1.0, 0.1, 0.03, 1e-2, 1e-3, 1e-4, 1e-6]
@@ -86,15 +84,9 @@ run = ["simulation"]
 
 
 def run(program, job, arguments=()):
-    """Processor and wall seconds of a run, and what it said."""
     with tempfile.TemporaryDirectory() as folder:
         (Path(folder) / "job.toml").write_text(job)
-        command = [program, "run", "job.toml", *arguments]
-        before, start = os.times(), time.perf_counter()
-        said = subprocess.run(command, cwd=folder, check=True, capture_output=True, text=True)
-        wall, after = time.perf_counter() - start, os.times()
-        spent = after.children_user + after.children_system - before.children_user - before.children_system
-        return spent, wall, said.stdout + said.stderr
+        return done([program, "run", "job.toml", *arguments], folder)
 
 
 def steep(program):
@@ -111,8 +103,8 @@ def steep(program):
                 f"V = {{ from = 0.1, to = 1.0, points = {COLUMNS} }}\nc = 1.95\n"
                 '[methods]\nrun = ["simulation"]\n[audit]\ncells = 0\n[output]\npath = "map.h5"\nfields = ["critical_c"]\n'
             )
-            spent, _, _ = run(program, job, ["--quiet", "--threads", "1", "--set", "simulation.tolerance=1e-9"])
-            found.append(1e6 * spent / COLUMNS)
+            ran = run(program, job, ["--quiet", "--threads", "1", "--set", "simulation.tolerance=1e-9"])
+            found.append(1e6 * ran.processor / COLUMNS)
             yield f"critical damping, {name}, vs = {vs:g}", found[-1], "microseconds each", 100, "at most"
         yield f"critical damping, {name}: slowest over fastest vs", max(found) / min(found), "", 6, "at most"
 
@@ -121,29 +113,26 @@ def seconds_of(program, name):
     configuration = next(ROOT.glob(f"configs/**/{name}.toml"))
     with tempfile.TemporaryDirectory() as folder:
         command = [program, "run", str(configuration), "--quiet", "--set", f'output.path="{folder}/map.h5"']
-        before = os.times()
-        subprocess.run(command, cwd=ROOT, check=True, capture_output=True)
-        after = os.times()
-        return after.children_user + after.children_system - before.children_user - before.children_system
+        return done(command, ROOT).processor
 
 
 def measured(program, extremes):
     yield from steep(program)
     job = FALLING + '[output]\npath = "map.h5"\nfields = ["verdict", "regime", "cycle"]\n'
-    spent, _, said = run(program, job)
-    yield "a formula that falls without end, regime and cycle", 1023 / spent, "cells per second", 10_000, "at least"
-    unknown = [line for line in said.splitlines() if line.startswith("regime: not determined")]
+    falling = run(program, job)
+    yield "a formula that falls without end, regime and cycle", 1023 / falling.processor, "cells per second", 10_000, "at least"
+    unknown = [line for line in falling.said.splitlines() if line.startswith("regime: not determined")]
     count = float(unknown[0].split(" in ")[1].split(" of ")[0].replace(",", "")) if unknown else 0.0
     yield "the same: cells without a regime", count, "cells", 0, "at most"
     for name, machine in MACHINES.items():
         job = machine + '[output]\npath = "map.h5"\nfields = ["verdict", "critical_damping", "regime"]\n[audit]\ncells = 0\n'
-        _, wall, _ = run(program, job, ["--quiet", "--threads", "2"])
+        wall = run(program, job, ["--quiet", "--threads", "2"]).wall
         yield f"{name}, 100 x 100 of belt speed and normal force", wall, "s on two threads", 2, "at most"
     for name in ["quickstart", "brake_pad", "drill_string", "two_coefficients"]:
         yield f"configuration {name} with its curves", seconds_of(program, name), "s", 5, "at most"
     if extremes:
         script = ROOT / "scripts" / "evidence" / "extremes.py"
-        said = subprocess.run([sys.executable, script, program, str(extremes)], capture_output=True, text=True).stdout
+        said = ended([sys.executable, script, program, str(extremes)]).said
         slowest = max(float(line.split("at most ")[1].split(" s")[0]) for line in said.splitlines() if " at most " in line)
         yield f"slowest command of {extremes:,} extreme configurations", slowest, "s", 10, "at most"
 
@@ -154,16 +143,10 @@ def main():
     parser.add_argument("--date", default=datetime.date.today().isoformat())
     parser.add_argument("--extremes", type=int, default=1300)
     args = parser.parse_args()
-    with open(ROOT / "results" / f"machines-{args.date}.csv", "w", newline="") as out:
-        writers = [csv.writer(target, lineterminator="\n") for target in (out, sys.stdout)]
-        for row in [["what", "value", "unit", "goal", "met"]]:
-            [writer.writerow(row) for writer in writers]
-        for what, value, unit, goal, side in measured(args.program, args.extremes):
-            met = value <= goal if side == "at most" else value >= goal
-            for writer in writers:
-                writer.writerow([what, f"{value:.3g}", unit, f"{side} {goal:,}", "yes" if met else "no"])
-            out.flush()
-            sys.stdout.flush()
+    add = table(ROOT / "results" / f"machines-{args.date}.csv", ["what", "value", "unit", "goal", "met"])
+    for what, value, unit, goal, side in measured(args.program, args.extremes):
+        met = value <= goal if side == "at most" else value >= goal
+        add([what, f"{value:.3g}", unit, f"{side} {goal:,}", "yes" if met else "no"])
 
 
 if __name__ == "__main__":

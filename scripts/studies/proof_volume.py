@@ -9,11 +9,11 @@ the two halves of a box are tried together.
 
 import csv
 import json
-import resource
-import subprocess
 import sys
 import tempfile
 from pathlib import Path
+
+from measure import done
 
 ROOT = Path(__file__).resolve().parents[2]
 BOXES = [1, 2, 4, 8, 16, 32]
@@ -29,14 +29,11 @@ def main():
             sets = {"validated.boxes": boxes, "validated.proof": f'"{folder}/p.json"', "output.path": f'"{folder}/m.h5"'}
             command = [program, "run", ROOT / "configs/validated.toml", "--json", "--overwrite", "--quiet"]
             command += [part for key, value in sets.items() for part in ("--set", f"{key}={value}")]
-            before = resource.getrusage(resource.RUSAGE_CHILDREN)
-            run = subprocess.run(command, check=True, capture_output=True, text=True)
-            after = resource.getrusage(resource.RUSAGE_CHILDREN)
             # Processor time of the whole run, independent of other load; its cells take a tenth of a second.
-            seconds = after.ru_utime - before.ru_utime
-            proved = json.loads(run.stdout)["proved"]
+            ran = done(command, messages=None)
+            proved = json.loads(ran.said)["proved"]
             known = {name: proved[name] for name in names if name in proved}
-            table.writerow({**known, "processor_seconds": round(seconds, 2)})
+            table.writerow({**known, "processor_seconds": round(ran.processor, 2)})
             sys.stdout.flush()
 
 

@@ -17,63 +17,35 @@ import hashlib
 import json
 import os
 import shutil
-import subprocess
 import sys
 import tempfile
 import time
 from pathlib import Path
 
-import h5py
+from measure import FIVE_AXES, done, fingerprints
 
 ROOT = Path(__file__).resolve().parents[2]
-CONFIG = """
-title = "n^5 cells at one epsilon"
-[friction]
-law = "stribeck"
-[grid]
-epsilon = 0.05
-alpha = {{ from = 0.0, to = 1.0, points = {n} }}
-beta = {{ from = 0.0, to = 0.5, points = {n} }}
-gamma = {{ from = 0.0, to = 4.0, points = {n} }}
-V = {{ from = 0.2, to = 1.5, points = {n} }}
-c = {{ from = 0.0, to = 1.0, points = {n} }}
-[output]
-path = "{path}"
-fields = ["verdict"]
-"""
 COLUMNS = [
     "n", "threads", "cells", "columns", "wall_seconds", "processor_seconds", "peak_MiB", "file_MB",
     "simulation_thread_seconds", "rhs", "audit_contradicted", "variables_equal_to_one_thread",
 ]  # fmt: skip
 
 
-def fingerprints(path):
-    with h5py.File(path) as file:
-        return {name: bytes(dataset.attrs["sha256"]) for name, dataset in file.items()}
-
-
 def make_map(slipmap, folder, n, threads):
     """A row of the table but its last column, and the fingerprints of the map."""
-    config, path = Path(folder) / "scaling.toml", Path(folder) / "scaling.h5"
-    config.write_text(CONFIG.format(n=n, path=path))
-    start = time.monotonic()
-    run = subprocess.Popen(
-        [slipmap, "run", config, "--json", "--quiet", "--overwrite", "--threads", str(threads)],
-        stdout=subprocess.PIPE, text=True,
-    )  # fmt: skip
-    summary = json.loads(run.stdout.read())
-    _, status, used = os.wait4(run.pid, 0)
-    wall = time.monotonic() - start
-    if status != 0:
-        sys.exit(f"slipmap run ended with status {status}")
+    path = Path(folder) / "map.h5"
+    (Path(folder) / "job.toml").write_text(FIVE_AXES.format(a=n, n=n))
+    command = [slipmap, "run", "job.toml", "--json", "--quiet", "--overwrite", "--threads", str(threads)]
+    ran = done(command, folder, messages=None)
+    summary = json.loads(ran.said)
     row = [
-        n, threads, summary["cells"], summary["columns"], f"{wall:.2f}", f"{used.ru_utime + used.ru_stime:.2f}",
-        f"{used.ru_maxrss / 1024:.0f}", f"{path.stat().st_size / 1e6:.2f}",
+        n, threads, summary["cells"], summary["columns"], f"{ran.wall:.2f}", f"{ran.processor:.2f}",
+        f"{ran.memory / (1 << 20):.0f}", f"{path.stat().st_size / 1e6:.2f}",
         f'{summary["methods"]["simulation"]["seconds"]:.3f}', summary["rhs"],
         len(summary["audit"].get("disagreements", [])),
     ]  # fmt: skip
     found = fingerprints(path)
-    stages = stages_of(summary, used.ru_utime + used.ru_stime)
+    stages = stages_of(summary, ran.processor)
     stages += [("limit: fill", fill_rate() * VERDICTS), ("limit: SHA-256", hash_rate() * VERDICTS)]
     stages.append(("limit: write and sync", write_rate(path, folder) / summary["cells"]))
     path.unlink()
@@ -129,6 +101,7 @@ def write_rate(path, folder):
 
 def main():
     slipmap, *sizes = sys.argv[1:]
+    slipmap = str(Path(slipmap).resolve())
     sizes = [int(n) for n in sizes] or [16, 24, 32, 48, 64]
     out = ROOT / "results" / f"scaling-{datetime.date.today().isoformat()}.csv"
     rows, table = [], []

@@ -9,8 +9,8 @@ use super::output::{Align, Table, print_json};
 use super::replace::refuse_existing;
 use super::report::{existing, failure};
 use super::{Ended, Failure, say};
-use slipmap_config::{Measured, OfMachine, words_of};
-use slipmap_fit::Fit;
+use slipmap_config::{Measured, OfMachine, law_of, words_of};
+use slipmap_fit::{Fit, Form};
 use slipmap_numbers::text::{rounded, with_error};
 use slipmap_report::{FitFigure, rich, write_figure, write_file};
 
@@ -20,12 +20,12 @@ use slipmap_report::{FitFigure, rich, write_figure, write_file};
 Examples:
   slipmap fit brake.csv
   slipmap fit brake.csv --out friction.toml --figure fit.pdf
-  cat friction.toml machine.toml > brake.toml && slipmap machine brake.toml
+  slipmap init machine && slipmap fit brake.csv --machine machine.toml --out brake.toml && slipmap machine brake.toml
 
 The laws F_k + (F_s - F_k) g(u/v_s) + B u with g exponential, gaussian, stretched (exp(-(u/v_s)^delta)), lorentzian or
 hyperbolic, and two coefficients, with and without the viscous part B and, if there are readings at rest, a drop as slip
-begins. The best law by Akaike's criterion is written as a table [friction]; [machine] beside it needs neither a normal
-force nor coefficients if the data are forces, and its answers carry the covariance of the fit.")]
+begins. The best law by Akaike's criterion is written as a table [friction], with --machine beside the rest of a
+configuration, without its coefficients, and of forces without its normal force. Answers carry the covariance of the fit.")]
 pub(super) struct Arguments {
     /// Measured friction: slip speed and friction, perhaps their standard error or the time, with units in the header
     #[arg(value_name = "DATA.csv")]
@@ -33,12 +33,15 @@ pub(super) struct Arguments {
     /// Write the law as a table [friction] of a configuration
     #[arg(long, value_name = "FILE.toml")]
     out: Option<PathBuf>,
+    /// Write the law into a copy of this configuration, in place of its friction; the copy is the file of --out
+    #[arg(long, value_name = "CONFIG.toml", requires = "out")]
+    machine: Option<PathBuf>,
     /// Draw the readings and the law with a band of two standard errors; .pdf, .svg or .png
     #[arg(long, value_name = "FILE")]
     figure: Option<PathBuf>,
     /// Take this law instead of the best one, by its name in the table of laws
-    #[arg(long, value_name = "NAME")]
-    law: Option<String>,
+    #[arg(long, value_name = "NAME", value_parser = parse_law)]
+    law: Option<Form>,
     /// What the friction is where the header has no unit
     #[arg(long, value_name = "coefficient|force", value_parser = ["coefficient", "force"])]
     quantity: Option<String>,
@@ -50,12 +53,14 @@ pub(super) struct Arguments {
     overwrite: bool,
 }
 
-/// Difference of Akaike's criterion up to which another law is about as good.
-const AS_GOOD: f64 = 4.0;
 /// Number of standard deviations by which residuals of one sign follow one another more than by chance.
 const SYSTEMATIC: f64 = -3.0;
 /// Number of points of the drawn law.
 const POINTS: usize = 400;
+
+fn parse_law(name: &str) -> Result<Form, String> {
+    law_of(name).map_err(|(problem, remedy)| format!("{problem}; {remedy}"))
+}
 
 pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     for (flag, path) in [("--out", &arguments.out), ("--figure", &arguments.figure)] {
@@ -69,11 +74,21 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     if let Some(told) = measured.told() {
         say(&format!("read: {told}"));
     }
-    let fits = measured.fits(arguments.law.as_deref()).map_err(bad)?;
+    let fits = measured.fits(arguments.law).map_err(bad)?;
     let (chosen, found) = (fits.chosen(), &fits.all);
     let existing = existing(arguments.overwrite);
     if let Some(path) = &arguments.out {
-        write_file(measured.to_toml(chosen).as_bytes(), path, existing).map_err(failure)?;
+        let text = match &arguments.machine {
+            None => measured.to_toml(chosen),
+            Some(machine) => {
+                let of_machine =
+                    |(problem, remedy)| bad((format!("{}: {problem}", machine.display()), remedy));
+                let text = std::fs::read_to_string(machine)
+                    .map_err(|why| of_machine((why.to_string(), "name a file that can be read".into())))?;
+                measured.into_configuration(chosen, &text).map_err(of_machine)?
+            }
+        };
+        write_file(text.as_bytes(), path, existing).map_err(failure)?;
     }
     if let Some(path) = &arguments.figure {
         write_figure(&figure(&measured, chosen).scene(), &rich("a fit of friction"), path, existing)
@@ -83,11 +98,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
         print_json(&measured.fitted(&fits))?;
         return Ok(Ended::Fine);
     }
-    print(&measured, chosen, found)?;
+    print(&measured, chosen, found, fits.about_as_good())?;
     Ok(Ended::Fine)
 }
 
-fn print(measured: &Measured, chosen: &Fit, found: &[Fit]) -> io::Result<()> {
+fn print(measured: &Measured, chosen: &Fit, found: &[Fit], as_good: usize) -> io::Result<()> {
     let mut out = io::stdout().lock();
     let (slip, rest) = (measured.in_slip.len(), measured.at_rest.len());
     writeln!(out, "{}: {slip} readings in slip, {rest} at rest\n", measured.name)?;
@@ -100,7 +115,6 @@ fn print(measured: &Measured, chosen: &Fit, found: &[Fit]) -> io::Result<()> {
         table.row([words_of(fit.form), format!("{:.1}", fit.aicc - best), rounded(fit.residual, 3)]);
     }
     table.write(&mut out)?;
-    let as_good = found.iter().filter(|fit| fit.aicc - best <= AS_GOOD).count() - 1;
     if as_good > 0 {
         let (laws, are) = if as_good == 1 { ("law", "is") } else { ("laws", "are") };
         writeln!(
@@ -122,7 +136,7 @@ fn print(measured: &Measured, chosen: &Fit, found: &[Fit]) -> io::Result<()> {
     let mut table = Table::new(&headings);
     for (i, (name, error)) in names.iter().zip(chosen.errors()).enumerate() {
         let value = with_error(chosen.values[i], error);
-        let cells = [format!("{}{}", measured.named(name), bracket(&measured.unit_of(name))), value];
+        let cells = [format!("{}{}", measured.named(name), bracket(measured.unit_of(name))), value];
         table.row(cells.into_iter().chain((0..i).map(|j| format!("{:.2}", chosen.correlation(i, j)))));
     }
     if let Some([level, error]) = chosen.at_rest {

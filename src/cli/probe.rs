@@ -15,13 +15,13 @@ use super::{Ended, Failure, WRITTEN_BY, probe_table, proof};
 use slipmap_certify::certificate::Format as _;
 use slipmap_certify::point_certificate::PointCertificate;
 use slipmap_certify::slip_count::{SlipCount, proves_absence};
-use slipmap_config::{check_tolerance, load_machine};
+use slipmap_config::{MachineJob, check_tolerance, load_machine};
+use slipmap_map::assessment::StandardErrors;
 use slipmap_map::behaviour::behaviour;
-use slipmap_map::machine::{Machine, Model};
+use slipmap_map::machine::Model;
 use slipmap_map::map::limits::{HIGHEST, Limit, Unknown};
 use slipmap_map::map::{BasinBoundary, DEFAULT_TOLERANCE, Grid, Method, Quantity, Regime};
 use slipmap_map::probe::{Answer, MachineResult, Probe, equilibrium_type, fate_name, regime_words};
-use slipmap_map::risk::Uncertain;
 use slipmap_model::filippov::{Eigenvalues, Stability};
 use slipmap_model::friction::Law;
 use slipmap_model::point::Point;
@@ -187,7 +187,7 @@ fn probe_machine(arguments: &Arguments, file: &Path, tolerance: f64) -> Result<E
     let job = super::probe_machine::load(file, &arguments.point.settings())?;
     let leaves = || Failure::bad_input("the friction leaves the numbers", "check the units");
     let model = job.machine.model().ok_or_else(leaves)?;
-    probe_point(arguments, &model.law, &model.point, tolerance, Some((&job.machine, &model, &job.uncertain)))
+    probe_point(arguments, &model.law, &model.point, tolerance, Some((&job, &model)))
 }
 
 fn probe_table(arguments: &Arguments, about: About, tolerance: f64) -> Result<Ended, Failure> {
@@ -217,25 +217,29 @@ fn probe_point(
     law: &Law,
     point: &Point,
     tolerance: f64,
-    machine: Option<(&Machine, &Model, &[Uncertain])>,
+    machine: Option<(&MachineJob, &Model)>,
 ) -> Result<Ended, Failure> {
     if let Some(path) = &arguments.proof {
         proof::check_place(path, arguments.overwrite)?;
         proof::write_text(PointCertificate::of(law, point, WRITTEN_BY).text(), path, arguments.overwrite)?;
     }
-    write_orbit(arguments, law, point, machine.map(|(_, model, _)| model))?;
+    write_orbit(arguments, law, point, machine.map(|(_, model)| model))?;
     let answer = Answer::of(law, point, tolerance, Method::all());
     let direct = slipmap_witness::flow(&answer.oscillator, tolerance);
-    let behaviour =
-        machine.map(|(machine, model, uncertain)| ((machine, uncertain), behaviour(model, tolerance)));
+    let behaviour = machine.map(|(job, model)| {
+        let errors = StandardErrors::of_dampings(&job.machine, &job.uncertain);
+        (job, behaviour(model, tolerance), errors)
+    });
     if arguments.json {
         let mut whole = Probe::new(&answer, &direct);
-        whole.machine = behaviour.map(|((machine, _), behaviour)| MachineResult::new(machine, &behaviour));
+        whole.machine = behaviour
+            .map(|(job, behaviour, errors)| MachineResult::new(&job.machine, &behaviour, errors.as_ref()));
         print_json(&whole)?;
     } else {
         let mut out = io::stdout().lock();
-        if let Some((machine, behaviour)) = &behaviour {
-            super::probe_machine::write(&mut out, *machine, behaviour)?;
+        if let Some((job, behaviour, errors)) = &behaviour {
+            let (errors, shown) = (errors.as_ref(), job.units.as_slice());
+            super::probe_machine::write(&mut out, &job.machine, behaviour, errors, shown)?;
             writeln!(out, "\nThe same machine in dimensionless terms")?;
         }
         write(&mut out, &answer, &direct)?;

@@ -7,10 +7,11 @@ use super::output::{Align, Table, short};
 use super::point::Setting;
 use super::{Failure, say};
 use slipmap_config::{MachineJob, load_machine};
+use slipmap_map::assessment::StandardErrors;
 use slipmap_map::behaviour::{Behaviour, Limit};
 use slipmap_map::machine::{Dimension, Friction, Machine, negative};
+use slipmap_map::map::Shown;
 use slipmap_map::probe::regime_words;
-use slipmap_map::risk::{Uncertain, uncertain_critical_damping};
 use slipmap_model::friction::{Law, Table as Measured};
 use slipmap_numbers::text::{rounded, with_error};
 
@@ -64,7 +65,12 @@ pub(super) fn check_single(
             several.iter().map(|(name, values)| each(name, values)).collect::<Vec<_>>().join(separator)
         };
         let counts = join(&|name, values| format!("{name} has {} values", values.len()), ", ");
-        let sets = join(&|name, values| format!("--set {name}={}", short(values[0])), " ");
+        let shown = |name: &str| job.units.iter().find(|(known, _)| *known == name)?.1.as_ref();
+        let first = |name: &str, values: &[f64]| match shown(name) {
+            Some(Shown { unit, size }) => format!("--set '{name}={} {unit}'", short(values[0] / size)),
+            None => format!("--set {name}={}", short(values[0])),
+        };
+        let sets = join(&first, " ");
         let help = match several.len() {
             1 => format!("choose one, for example {sets}"),
             _ => format!("choose one of each, for example {sets}"),
@@ -95,28 +101,34 @@ fn limit(limit: Limit, unit: &str) -> String {
 /// Prints the machine and its behaviour as text.
 pub(super) fn write(
     out: &mut dyn Write,
-    (machine, uncertain): (&Machine, &[Uncertain]),
+    machine: &Machine,
     behaviour: &Behaviour,
+    errors: Option<&StandardErrors>,
+    units: &[(&'static str, Option<Shown>)],
 ) -> io::Result<()> {
-    writeln!(out, "The machine, in SI units")?;
+    let written = |name: &str| units.iter().find(|(known, _)| *known == name)?.1.clone();
+    let in_si = ["belt_speed", "damping"].iter().all(|name| written(name).is_none());
+    writeln!(out, "The machine{}", if in_si { ", in SI units" } else { "" })?;
     let (units, motion) = (machine.units(), machine.motion);
     let mut table = Table::new(&[("", Align::Left), ("", Align::Left)]);
-    let damping_unit = motion.unit(Dimension::Damping);
-    let of_data = uncertain_critical_damping(machine, uncertain).map(|of| of.standard_error);
+    // In the units of the file.
+    let unit_of = |name: &str, dimension: Dimension| {
+        written(name).unwrap_or_else(|| Shown { unit: motion.unit(dimension).into(), size: 1.0 })
+    };
+    let Shown { unit: velocity, size: of_velocity } = unit_of("belt_speed", Dimension::Velocity);
+    let Shown { unit: damping_unit, size: of_damping } = unit_of("damping", Dimension::Damping);
+    let of_data = errors.and_then(|errors| errors.critical_damping).map(|of| of.standard_error);
     let critical = match (behaviour.critical_damping, behaviour.critical_damping_error) {
         (Some(damping), Some(error)) => match of_data.filter(|of_data| *of_data >= error) {
             Some(of_data) => {
-                let from = if matches!(machine.friction, Friction::Measured(_)) {
-                    "the standard errors of the data"
-                } else {
-                    "the fit"
-                };
-                format!("{} {damping_unit} by {from}", with_error(damping, of_data))
+                let from = errors.map_or("", |errors| errors.from.in_words());
+                format!("{} {damping_unit} by {from}", with_error(damping / of_damping, of_data / of_damping))
             }
-            None => format!("{} {damping_unit}", with_error(damping, error)),
+            None => format!("{} {damping_unit}", with_error(damping / of_damping, error / of_damping)),
         },
         (None, Some(error)) => {
-            format!("not told: its error, {} {damping_unit}, is more than 1 % of it", rounded(error, 2))
+            let error = rounded(error / of_damping, 2);
+            format!("not told: its error, {error} {damping_unit}, is more than 1 % of it")
         }
         _ => "-".into(),
     };
@@ -124,24 +136,24 @@ pub(super) fn write(
     let critical_speed = format!("critical {speed}");
     let [slip, stick] = behaviour.slip_and_stick_time.map_or([None; 2], |times| times.map(Some));
     let needed = behaviour.needed_slip_speed.map(|needed| {
-        let velocity = motion.unit(Dimension::Velocity);
-        (
-            "measure friction up to",
-            format!("about {} {velocity}: the orbit leaves the data", rounded(needed, 3)),
-        )
+        let needed = rounded(needed / of_velocity, 3);
+        ("measure friction up to", format!("about {needed} {velocity}: the orbit leaves the data"))
     });
     let unit = 2.0 * (machine.stiffness * machine.mass).sqrt();
     let ratio = behaviour.critical_damping_ratio.zip(behaviour.critical_damping_error);
     let ratio = ratio.map_or("-".into(), |(ratio, error)| with_error(ratio, error / unit));
+    let open = errors.map(|errors| errors.leave_open(machine.damping, behaviour.regime));
+    let words = |regime| regime_words(regime).into();
+    let regime = open.map_or_else(|| regime_words(behaviour.regime).to_owned(), |open| open.in_words(words));
     let does = [
-        (speed.as_str(), quantity(Some(machine.belt_speed), motion.unit(Dimension::Velocity))),
-        (&critical_speed, limit(behaviour.critical_belt_speed, motion.unit(Dimension::Velocity))),
-        ("damping", quantity(Some(machine.damping), motion.unit(Dimension::Damping))),
+        (speed.as_str(), quantity(Some(machine.belt_speed / of_velocity), &velocity)),
+        (&critical_speed, limit(behaviour.critical_belt_speed.times(of_velocity.recip()), &velocity)),
+        ("damping", quantity(Some(machine.damping / of_damping), &damping_unit)),
         ("critical damping", critical),
         ("damping ratio", short(behaviour.damping_ratio)),
         ("critical damping ratio", ratio),
         ("natural frequency", quantity(Some(behaviour.natural_frequency), "Hz")),
-        ("regime", regime_words(behaviour.regime).to_owned()),
+        ("regime", regime),
         ("slip time", quantity(slip, "s")),
         ("stick time", quantity(stick, "s")),
         ("growth time of steady slip", quantity(behaviour.growth_time, "s")),

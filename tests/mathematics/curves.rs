@@ -264,9 +264,8 @@ fn every_fold_of_the_backbone_lies_on_a_curve_and_every_curve_on_folds() {
     ] {
         let nodes = vec![vec![1.0], speeds.to_vec(), vec![0.0, highest]];
         let grid = Grid::new(law.clone(), nodes).unwrap();
-        let found = PlaneCurves::of(&grid, Plane::new(1, 2, vec![0; 3]), &false.into());
-        let folds: Vec<_> =
-            found.curves.iter().filter(|curve| curve.bifurcation == Bifurcation::Fold).collect();
+        let plane = Plane::new(1, 2, vec![0; 3]);
+        let folds = PlaneCurves::of_kinds(&[Bifurcation::Fold], &grid, plane, &false.into()).curves;
         for i in 0..20 {
             let speed = between(speeds, (f64::from(i) + 0.37) / 20.0);
             let column = law.column(&law.point(1.0, &[], speed, 0.0).unwrap());

@@ -2,7 +2,7 @@
 //! forms, orders in eps.
 
 use crate::sample::{Expansion, Random, Sample, Sampling, check_order};
-use slipmap::certify::{Decision, TESTS};
+use slipmap::certify::Decision;
 use slipmap::filippov::Oscillator;
 use slipmap::simulate::{CriticalDamping, Fate, Flow, critical_damping, flow};
 use slipmap::witness;
@@ -67,16 +67,6 @@ fn scaling_the_small_parameter_changes_no_answer() {
                     8.0 * f64::EPSILON * (sample.drop_rate() + 4.0 * sample.beta * sample.belt_speed);
                 let bound = one.error + l * two.error + rounding;
                 assert!((one.c - l * two.c).abs() <= bound, "{sample:?}: {one:?} {two:?}");
-            }
-            for test in &TESTS {
-                let [claim, theirs] = [sample, scaled].map(|s| (test.claim)(&s.column()));
-                let same = claim.decide(sample.damping) == theirs.decide(scaled.damping);
-                // Rounding may move a point that lies on an edge to the other side.
-                let on_edge =
-                    [claim.present_below, claim.absent_above, claim.sticks_from].iter().any(|edge| {
-                        (edge - sample.damping).abs() <= 1e-12 * (sample.drop_rate() + sample.damping)
-                    });
-                assert!(same || (!exact && on_edge), "{}, l = {l}: {sample:?}", test.name);
             }
         }
     }
@@ -258,13 +248,6 @@ fn coulomb_friction_alone_has_no_cycle_by_any_method() {
         assert!(found.c.abs() <= found.error, "{sample:?}: {found:?}");
         for c in [0.0, random.log(1e-9, 1e-2), random.log(1e-2, 10.0), random.log(10.0, 1e4)] {
             let sample = sample.at(c);
-            for test in &TESTS {
-                let decision = (test.claim)(&sample.column()).decide(c);
-                assert_ne!(decision, Decision::Present, "{}: {sample:?}", test.name);
-                // Every test that can deny a cycle does, once there is damping.
-                let denies = !["instability", "bendixson_leading"].contains(&test.name);
-                assert!(!denies || c == 0.0 || decision == Decision::Absent, "{}: {sample:?}", test.name);
-            }
             for (name, engine) in ENGINES {
                 let answer = engine(&sample.oscillator(), TOLERANCE);
                 let context = format!("{name}, {sample:?}: {answer:?}");

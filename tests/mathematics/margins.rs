@@ -1,10 +1,8 @@
 //! Margins interpolated along columns and in grids, compared with single turns, and their work.
 
-use slipmap::filippov::Oscillator;
 use slipmap::friction::{Column, Expression, Law, Table};
 use slipmap::simulate::margins::{Margins, margins};
 use slipmap::simulate::return_map::{Turn, turns_of};
-use slipmap::witness;
 
 /// Numbers in [0, 1) from a Weyl sequence: fills a box evenly and reproducibly.
 fn spread(i: usize, axis: i32) -> f64 {
@@ -237,22 +235,6 @@ fn margins_are_not_interpolated_over_a_narrow_feature() {
         };
         compare_margins(&at_feature, &grid.columns[columns], &cs, 1e-9, 1e-12);
     }
-}
-
-#[test]
-fn the_direct_engine_finds_the_same_margins() {
-    let (columns, cs) = (stribeck(0.05, 40), axis(1.0, 20));
-    let mut compared = 0;
-    for (column, turns) in columns.iter().zip(turns(&margins(&columns, &[], &cs, 1e-9)).chunks(cs.len())) {
-        for (turn, &c) in turns.iter().zip(&cs) {
-            let &Turn::Complete { margin, error, rhs: 0 } = turn else { continue };
-            let direct = witness::flow(&Oscillator::in_column(column, c), 1e-12);
-            let off = (margin - direct.margin).abs();
-            assert!(!(off > error + direct.margin_error), "{column:?} {c}: {turn:?} {direct:?}");
-            compared += usize::from(off.is_finite());
-        }
-    }
-    assert!(compared > 400, "{compared}");
 }
 
 /// Where the divergence is large, or the dampings are few or equal, every cell has its own turn.

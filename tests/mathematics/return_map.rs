@@ -31,23 +31,6 @@ fn critical_damping_is_within_its_error_at_every_tolerance() {
     }
 }
 
-#[test]
-fn verdicts_next_to_the_boundary() {
-    for point in critical_points() {
-        for (factor, sticks) in [(1.0 - 1e-9, true), (1.0 + 1e-9, false)] {
-            let at = point.at(point.critical_c * factor);
-            let answer = flow(&Oscillator::new(&Law::Stribeck, &at), 1e-9);
-            match answer.fate {
-                Fate::Sticks(_) => assert!(sticks, "{at:?} {answer:?}"),
-                Fate::SpiralsInward => assert!(!sticks, "{at:?} {answer:?}"),
-                Fate::CrossesForever | Fate::TooCloseToCall | Fate::Failed(_) => {
-                    panic!("{at:?} {answer:?}")
-                }
-            }
-        }
-    }
-}
-
 /// Next to grazing the landing speed is that of the margin, x2'^2 = V^2 m (2 + m), but for the growth on the
 /// last arc: an orbit followed to the belt line has lost the digits of the margin. At the first of these
 /// points it was 1.6 times as large.

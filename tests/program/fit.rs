@@ -49,7 +49,7 @@ fn a_fit_carries_its_errors_to_the_page() {
         assert!((value - expected).abs() < 2.0 * error && error < 0.1 * expected, "{value} {error}");
     };
     let probed = scratch.run(&["probe", "--machine", "rig.toml", "--set", CRITICAL[0].0]).ends_with(0).out;
-    let line = probed.lines().find(|line| line.ends_with(" N s/m by the fit")).unwrap();
+    let line = probed.lines().find(|line| line.ends_with(" N s/m by the covariance of the fit")).unwrap();
     let numbers: Vec<f64> = line.split_whitespace().filter_map(|word| word.parse().ok()).collect();
     within(0, numbers[0], numbers[1]);
     let page = json(&scratch, &["machine", "rig.toml", "--set", CRITICAL[1].0, "--draws", "100", "--json"]);
@@ -59,6 +59,16 @@ fn a_fit_carries_its_errors_to_the_page() {
     assert_eq!(page["standard_errors_from"], "fit");
     assert!(of("may_stick_slip_below_belt_speed_standard_error") > 0.0);
     assert_eq!(page["risk"]["critical_damping_standard_error"].as_f64(), Some(error));
+    // Within two errors of the critical damping probe leaves open what the page does.
+    let near = ["rig.toml", "--set", CRITICAL[1].0, "--set", "damping=440"];
+    let page = json(&scratch, &[&["machine"], &near[..], &["--draws", "100", "--json"]].concat());
+    let open = &page["regimes_left_open_by_data"];
+    assert!(open.as_array().is_some_and(|regimes| regimes.len() > 1), "{page}");
+    let probe = [&["probe", "--machine"], &near[..]].concat();
+    let probed = json(&scratch, &[&probe[..], &["--json"]].concat());
+    assert_eq!(&probed["machine"]["regimes_left_open_by_data"], open);
+    let told = scratch.run(&probe).ends_with(0).out;
+    assert!(told.contains(" by the fit, whose errors leave it open; possible as well: "), "{told}");
     // A value of its own takes the place of the fitted one.
     let own = ["probe", "--machine", "rig.toml", "--set", "F_k=650"];
     assert!(scratch.run(&own).ends_with(0).out.contains("F_k = 650 "));
@@ -67,7 +77,14 @@ fn a_fit_carries_its_errors_to_the_page() {
     scratch.run(&["machine", "bad.toml"]).refuses(&["bad.toml:", "no covariance of 4 parameters"]);
     scratch.file("bad.toml", format!("{MACHINE}{}", law.replace("v_s = ", "v_x = ")));
     scratch.run(&["machine", "bad.toml"]).refuses(&["bad.toml:", "v_x"]);
-    scratch.run(&["fit", "rig.csv", "--law", "cubic"]).refuses(&["there is no such fit", "lorentzian"]);
+    // A law that there is not is refused before any file is read.
+    scratch.run(&["fit", "none.csv", "--law", "cubic"]).refuses(&["there is no such law", "lorentzian"]);
+    // The machine that `slipmap init` writes, with the fit in place of its coefficients.
+    scratch.run(&["init", "machine"]).ends_with(0);
+    scratch.run(&["fit", "rig.csv", "--machine", "machine.toml", "--out", "fitted.toml"]).ends_with(0);
+    let fitted = scratch.read("fitted.toml");
+    assert!(fitted.contains("mass = 2.0                # kg") && fitted.ends_with(&law), "{fitted}");
+    scratch.run(&["probe", "--machine", "fitted.toml"]).ends_with(0);
     scratch.run(&["fit", "rig.csv", "--out", "law.toml"]).refuses(&["law.toml", "--overwrite"]);
 }
 

@@ -27,7 +27,7 @@ pub struct MachineJob {
     /// The uncertain quantities and their distributions.
     pub uncertain: Vec<Uncertain>,
     /// The units of the file, by quantity, the first of each; `None` is the SI unit.
-    units: Vec<(&'static str, Option<Shown>)>,
+    pub units: Vec<(&'static str, Option<Shown>)>,
     /// What units in the file are in SI: "1 rpm is 0.10472 rad/s".
     pub conversions: Vec<String>,
     /// The title of its page.
@@ -389,10 +389,28 @@ impl<'a> Reader<'a> {
         }
         self.uncertain.extend(spread.map(|spread| (quantity, spread)));
         let first = values[0];
+        self.tell_bare(key, quantity, first);
         if values.len() > 1 {
             self.varied.push((quantity, values));
         }
         Ok(first)
+    }
+
+    /// Tells that a number without a unit is in SI units where the file has another unit, in place of which it was set.
+    fn tell_bare(&self, key: &'static str, quantity: &'static str, value: f64) {
+        let si = unit(quantity, self.motion, self.law, self.section.get(RADIUS).is_some());
+        let is_bare = self.units.borrow().iter().any(|(known, shown)| *known == quantity && shown.is_none());
+        let other = |text: &str| {
+            with_unit(text).is_some_and(|(_, unit)| matches!(compare(unit, Wanted::In(si)), Match::Factor(_)))
+        };
+        let in_file = self.section.text_in_file(key, other).and_then(with_unit);
+        if let Some((_, unit)) =
+            in_file.filter(|_| is_bare && !self.is_of_formula(quantity) && !si.is_empty())
+        {
+            let told =
+                format!("{key} = {value} is in {si}; for {unit} write --set 'machine.{key}={value} {unit}'");
+            self.conversions.borrow_mut().push(told);
+        }
     }
 
     /// Whether this is the name of a formula's parameter.

@@ -221,6 +221,19 @@ impl<'a> Section<'a> {
         Some(Node { source: self.source, path: self.child(key), entry: Entry::Item(item) })
     }
 
+    /// A text that the file has for this entry, or in it, and that `is_meant`, also where the entry is overridden.
+    pub(super) fn text_in_file(&self, key: &str, is_meant: impl Fn(&str) -> bool) -> Option<&'a str> {
+        let mut item = self.source.original.as_item();
+        for step in self.child(key) {
+            let Step::Key(key) = step else { return None };
+            item = item.as_table_like()?.get(&key)?;
+        }
+        let of_list = item.as_array().into_iter().flatten().filter_map(Value::as_str);
+        let of_table = item.as_table_like().into_iter().flat_map(TableLike::iter);
+        let of_table = of_table.filter_map(|(_, item)| item.as_str());
+        item.as_str().into_iter().chain(of_list).chain(of_table).find(|text| is_meant(text))
+    }
+
     /// The entry of this name converted by `read`; `default` where there is no such entry.
     pub(super) fn get_or<T>(
         &self,

@@ -54,7 +54,7 @@ impl PointRequest {
         let mut whole = Probe::new(&answer, &direct);
         if let Some(machine) = self.place.machine()? {
             let behaviour = machine.model().map(|model| behaviour(&model, DEFAULT_TOLERANCE));
-            whole.machine = behaviour.map(|behaviour| MachineResult::new(&machine, &behaviour));
+            whole.machine = behaviour.map(|behaviour| MachineResult::new(&machine, &behaviour, None));
             let mut answer = to_json(&whole)?;
             answer["machine"]["sensitivities"] = to_json(&sensitivities(&machine))?;
             return Ok(answer);

@@ -10,7 +10,7 @@ use slipmap_simulate::bifurcation::Bifurcation;
 
 use super::create::group_of_tables;
 use super::records::write_tables;
-use super::trust::{self, FilePlace, Unfit};
+use super::trust::{self, FileFacts, Unfit};
 use super::value;
 
 pub(super) const GROUP: &str = "curves";
@@ -33,13 +33,13 @@ pub(super) fn write(file: &File, grid: &Grid, planes: &[PlaneCurves]) -> hdf5::R
 }
 
 /// Reads the group, if the map has one. The length of the file bounds how much is read.
-pub(super) fn read(file: &File, grid: &Grid, place: FilePlace) -> Result<Vec<PlaneCurves>, Unfit> {
+pub(super) fn read(file: &File, grid: &Grid, facts: FileFacts) -> Result<Vec<PlaneCurves>, Unfit> {
     if !file.link_exists(GROUP) {
         return Ok(Vec::new());
     }
     let group = file.group(GROUP)?;
     trust::own_members(&group)?;
-    let table = Table { group: &group, place };
+    let table = Table { group: &group, facts };
     let axes = grid.axes();
     let axis = |word: &str| axes.iter().position(|axis| axis.name == word);
     let (xs, ys) = (table.words("plane_x", axis)?, table.words("plane_y", axis)?);
@@ -100,7 +100,7 @@ fn read_points(table: &Table, axes: &[Axis], planes: &mut [PlaneCurves]) -> Resu
 /// The group as a table of columns.
 struct Table<'a> {
     group: &'a Group,
-    place: FilePlace<'a>,
+    facts: FileFacts,
 }
 
 impl Table<'_> {
@@ -110,9 +110,9 @@ impl Table<'_> {
             return Err(Unfit::Foreign(format!("{GROUP}/{name} is missing")));
         }
         let dataset = self.group.dataset(name)?;
-        trust::own_numbers(&dataset, name, self.place)?;
+        trust::own_numbers(&dataset, name, self.facts)?;
         let fits =
-            dataset.ndim() == 1 && trust::bytes(&dataset)? <= self.place.length && trust::stores(&dataset)?;
+            dataset.ndim() == 1 && trust::bytes(&dataset)? <= self.facts.length && trust::stores(&dataset)?;
         let stored = trust::kind(&dataset)?;
         if fits && stored == *kind {
             return Ok(dataset);

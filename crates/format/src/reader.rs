@@ -16,7 +16,7 @@ use slipmap_map::map::{Field, Grid, Method, PlaneCurves, Shown, Tile};
 use slipmap_model::friction::Law;
 
 use super::error::StoreError;
-use super::trust::{self, FilePlace, Unfit};
+use super::trust::{self, FileFacts, Unfit};
 use super::value;
 use super::writer::SHOWN;
 
@@ -74,8 +74,8 @@ impl MapFile {
         })
     }
 
-    pub(super) fn place(&self) -> FilePlace<'_> {
-        FilePlace { path: &self.path, length: self.length, by_parts: self.by_parts }
+    pub(super) fn facts(&self) -> FileFacts {
+        FileFacts { length: self.length, by_parts: self.by_parts }
     }
 
     /// The grid: friction law and axes, slowest first.
@@ -251,7 +251,7 @@ impl MapFile {
         if !self.by_parts {
             return Ok(());
         }
-        trust::inflates_to_its_size(dataset, variable, ranges, self.place())
+        trust::inflates_to_its_size(dataset, variable, ranges, self.facts())
             .map_err(|unfit| StoreError::unfit(format!("read {variable} in"), &self.path, unfit))
     }
 
@@ -354,9 +354,9 @@ fn read_schema(
     let definition = text("law_definition").unwrap_or_default();
     let law = Law::from_definition(law, definition)
         .ok_or_else(|| not_a_map(format!("this version of slipmap does not know its friction law {law}")))?;
-    let place = FilePlace { path, length, by_parts: false };
+    let facts = FileFacts { length, by_parts: false };
     let axis = |name: &str| {
-        read_axis(file, name, place)
+        read_axis(file, name, facts)
             .map_err(|unfit| StoreError::unfit(format!("read the axis {name} of"), path, unfit))
     };
     let grid = match attributes.get(MOTION_ATTRIBUTE) {
@@ -420,13 +420,13 @@ fn is_axis(file: &File, name: &str) -> bool {
 }
 
 /// Reads the nodes of an axis, or the number of a quantity that does not vary.
-fn read_axis(file: &File, name: &str, place: FilePlace) -> Result<Vec<f64>, Unfit> {
+fn read_axis(file: &File, name: &str, facts: FileFacts) -> Result<Vec<f64>, Unfit> {
     let axis = file.dataset(name)?;
     if axis.ndim() == 0 {
-        trust::auxiliary(&axis, name, &[], place)?;
+        trust::auxiliary(&axis, name, &[], facts)?;
         return Ok(vec![axis.read_scalar()?]);
     }
-    trust::axis(&axis, name, place)?;
+    trust::axis(&axis, name, facts)?;
     Ok(axis.read_raw()?)
 }
 

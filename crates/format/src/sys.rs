@@ -8,11 +8,12 @@
 
 use hdf5::types::TypeDescriptor;
 use hdf5::{Attribute, Dataset, Datatype, Error, File, H5Type, Location, ObjectReference1};
-use hdf5_sys::h5::{haddr_t, herr_t, hsize_t};
+use hdf5_sys::h5::{herr_t, hsize_t};
 use hdf5_sys::h5a::{H5Aread, H5Awrite};
-use hdf5_sys::h5d::{H5Dget_chunk_info_by_coord, H5Dwrite_chunk};
+use hdf5_sys::h5d::{H5Dread_chunk1, H5Dwrite_chunk};
 #[cfg(unix)]
 use hdf5_sys::h5f::H5Fget_vfd_handle;
+use hdf5_sys::h5i::hid_t;
 use hdf5_sys::h5p::H5P_DEFAULT;
 use hdf5_sys::h5t::{
     H5T_class_t, H5T_str_t, H5Tget_class, H5Tget_member_class, H5Tget_nmembers, H5Tset_strpad,
@@ -38,33 +39,45 @@ pub(super) fn write_chunk(dataset: &Dataset, offset: &[usize], bytes: &[u8]) -> 
     })
 }
 
-/// The place of a chunk in the file, and its size there; 0 if it was never written.
-pub(super) struct ChunkPlace {
-    pub(super) address: u64,
-    pub(super) size: u64,
+unsafe extern "C" {
+    /// Looks the chunk up in the index. `H5Dget_chunk_info_by_coord` goes through all chunks before it.
+    fn H5Dget_chunk_storage_size(dataset: hid_t, offset: *const hsize_t, size: *mut hsize_t) -> herr_t;
 }
 
-/// The place of the chunk whose first cell has the index `offset`.
+/// The bytes that the chunk takes in the file whose first cell has the index `offset`; 0 if it was never written.
 ///
 /// # Panics
 /// If `offset` does not have one entry per dimension.
-pub(super) fn chunk_place(dataset: &Dataset, offset: &[usize]) -> hdf5::Result<ChunkPlace> {
+pub(super) fn chunk_size(dataset: &Dataset, offset: &[hsize_t]) -> hdf5::Result<u64> {
     assert_eq!(offset.len(), dataset.ndim(), "one offset per dimension");
-    let offset: Vec<hsize_t> = offset.iter().map(|&start| start as hsize_t).collect();
-    let (mut mask, mut address, mut size): (u32, haddr_t, hsize_t) = (0, 0, 0);
+    let mut size: hsize_t = 0;
+    // SAFETY: the library reads `offset.len()` offsets (asserted above) and stores one number.
+    let mut read = || unsafe { H5Dget_chunk_storage_size(dataset.id(), offset.as_ptr(), &raw mut size) };
+    hdf5::sync::sync(|| checked(read()))?;
+    Ok(size)
+}
+
+/// A chunk as it is stored, of the `size` bytes that [`chunk_size`] told.
+///
+/// # Panics
+/// If `offset` does not have one entry per dimension.
+pub(super) fn read_chunk(dataset: &Dataset, offset: &[hsize_t], size: usize) -> hdf5::Result<Vec<u8>> {
+    assert_eq!(offset.len(), dataset.ndim(), "one offset per dimension");
+    let (mut bytes, mut mask) = (vec![0u8; size], 0);
     hdf5::sync::sync(|| {
-        // SAFETY: the library reads `offset.len()` offsets (asserted above) and stores three numbers.
+        // SAFETY: the library reads `offset.len()` offsets (asserted above) and stores one number and the chunk,
+        // whose size it told.
         checked(unsafe {
-            H5Dget_chunk_info_by_coord(
+            H5Dread_chunk1(
                 dataset.id(),
+                H5P_DEFAULT,
                 offset.as_ptr(),
                 &raw mut mask,
-                &raw mut address,
-                &raw mut size,
+                bytes.as_mut_ptr().cast(),
             )
         })
     })?;
-    Ok(ChunkPlace { address, size })
+    Ok(bytes)
 }
 
 /// The type of numbers or of a text; an error for other types. The safe layer describes a type of types in

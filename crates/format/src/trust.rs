@@ -5,8 +5,6 @@
 //! content that no finished map has. Reading the rest takes memory and time in proportion to its length.
 
 use std::collections::HashSet;
-use std::fs::File;
-use std::io::{Read as _, Seek as _, SeekFrom};
 use std::ops::Range;
 use std::path::Path;
 
@@ -19,7 +17,7 @@ use libdeflater::{DecompressionError, Decompressor};
 use slipmap_map::dataset::{Schema, Variable};
 use slipmap_map::map::unravel;
 
-use super::sys::{self, ChunkPlace};
+use super::sys;
 
 /// Largest compression ratio of deflate: 258 bytes in two bits. A cell takes at least one byte before
 /// compression.
@@ -119,7 +117,7 @@ pub(super) fn distinct(group: &Group, schema: &Schema) -> Result<(), Unfit> {
 }
 
 /// Refuses an axis that is not a list of numbers stored in this file.
-pub(super) fn axis(dataset: &Dataset, name: &str, file: FilePlace) -> Result<(), Unfit> {
+pub(super) fn axis(dataset: &Dataset, name: &str, file: FileFacts) -> Result<(), Unfit> {
     let length = file.length;
     own_numbers(dataset, name, file)?;
     require(dataset.ndim() == 1, || {
@@ -168,7 +166,7 @@ pub(super) fn variable(
     dataset: &Dataset,
     schema: &Schema,
     variable: &Variable,
-    file: FilePlace,
+    file: FileFacts,
 ) -> Result<(), Unfit> {
     let name = &variable.name;
     own_numbers(dataset, name, file)?;
@@ -182,7 +180,7 @@ pub(super) fn auxiliary(
     dataset: &Dataset,
     name: &str,
     shape: &[usize],
-    file: FilePlace,
+    file: FileFacts,
 ) -> Result<(), Unfit> {
     own_numbers(dataset, name, file)?;
     has_shape(dataset, name, shape)?;
@@ -212,10 +210,10 @@ pub(super) fn kind(dataset: &Dataset) -> hdf5::Result<TypeDescriptor> {
     sys::descriptor(&dataset.dtype()?)
 }
 
-/// A file by its path, and its length in bytes.
+/// What is known of a file before its numbers are read.
 #[derive(Clone, Copy)]
-pub(super) struct FilePlace<'a> {
-    pub(super) path: &'a Path,
+pub(super) struct FileFacts {
+    /// Its length in bytes.
     pub(super) length: u64,
     /// Whether the chunks of variables over the grid are looked at when they are read, not all at once.
     pub(super) by_parts: bool,
@@ -223,7 +221,7 @@ pub(super) struct FilePlace<'a> {
 
 /// Refuses numbers that are stored in other files, that other filters than those of this program have packed,
 /// and chunks that would fill the memory.
-pub(super) fn own_numbers(dataset: &Dataset, name: &str, file: FilePlace) -> Result<(), Unfit> {
+pub(super) fn own_numbers(dataset: &Dataset, name: &str, file: FileFacts) -> Result<(), Unfit> {
     let plist = dataset.dcpl()?;
     let here = matches!(plist.get_layout()?, Layout::Compact | Layout::Contiguous | Layout::Chunked);
     require(here && plist.get_external()?.is_empty(), || {
@@ -254,7 +252,7 @@ pub(super) fn inflates_to_its_size(
     dataset: &Dataset,
     name: &str,
     ranges: &[Range<usize>],
-    file: FilePlace,
+    file: FileFacts,
 ) -> Result<(), Unfit> {
     let Some(chunk) = dataset.chunk() else { return Ok(()) };
     // The chunks along each dimension.
@@ -265,22 +263,22 @@ pub(super) fn inflates_to_its_size(
     require(all as u64 <= file.length, || {
         format!("{name} declares {all} chunks, more than {} bytes can hold", file.length)
     })?;
-    let foreign = |error: std::io::Error| Unfit::Foreign(format!("{name} cannot be read: {error}"));
-    let mut plain = File::open(file.path).map_err(foreign)?;
     let mut inflated = vec![0; chunk.iter().product::<usize>() * dataset.dtype()?.size()];
     let mut decompressor = Decompressor::new();
     for number in 0..all {
         let at = unravel(number, &counts);
-        let start: Vec<usize> =
-            at.iter().zip(&chunks).zip(&chunk).map(|((at, chunks), len)| (chunks.start + at) * len).collect();
-        let ChunkPlace { address, size } = sys::chunk_place(dataset, &start)?;
+        let start: Vec<u64> = at
+            .iter()
+            .zip(&chunks)
+            .zip(&chunk)
+            .map(|((at, chunks), len)| ((chunks.start + at) * len) as u64)
+            .collect();
+        let size = sys::chunk_size(dataset, &start)?;
         if size.saturating_mul(DEFLATE_RATIO) <= MOST_INFLATED {
             continue;
         }
         require(size <= file.length, || format!("{name} has a chunk of {size} bytes, more than the file"))?;
-        let mut stream = Vec::new();
-        plain.seek(SeekFrom::Start(address)).map_err(foreign)?;
-        (&plain).take(size).read_to_end(&mut stream).map_err(foreign)?;
+        let stream = sys::read_chunk(dataset, &start, size as usize)?;
         // Of a stream that is broken before it is too long, the library says so.
         let end = decompressor.zlib_decompress(&stream, &mut inflated);
         require(end != Err(DecompressionError::InsufficientSpace), || {

@@ -2,6 +2,7 @@
 //! it stick-slips or may stick-slip, the motion, the sensitivities, and the verdicts of rigorous tests.
 
 mod data_errors;
+mod sensitivities;
 
 use crate::behaviour::{self, Behaviour, is_positive};
 use crate::intervals::{self, Limit, TOLERANCE};
@@ -10,6 +11,9 @@ use crate::machine::{Dimension, Friction, Machine, Model};
 use crate::map::{self, LongRun, Regime, Verdict};
 use crate::risk::Uncertain;
 pub use data_errors::{DampingLimit, ErrorsFrom, LeftOpen, StandardErrors, with_errors};
+use sensitivities::influence;
+pub(crate) use sensitivities::sensitivities_to;
+pub use sensitivities::{Influence, Sensitivity, sensitivities};
 use slipmap_certify::slip_count::{count_slip_cycles, proves_absence};
 use slipmap_certify::{Guarantee, TESTS, validated};
 use slipmap_model::filippov::{HopfRate, Oscillator, Stability};
@@ -19,28 +23,7 @@ use slipmap_simulate::backbone::Backbone;
 use slipmap_simulate::crossing::crossing_cycles;
 use slipmap_simulate::far_loops::FarLoops;
 use slipmap_simulate::slip_cycle::{Kick, Unknown};
-use slipmap_simulate::{Failure, Fate, Flow, critical_damping, flow, sensitivity};
-
-/// The sensitivity of the critical damping to a quantity of the machine.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
-pub struct Sensitivity {
-    /// Name of the quantity, as in configurations.
-    pub quantity: &'static str,
-    /// Per cent by which the critical damping (in N s/m) changes when the quantity grows by one per cent; NaN
-    /// where its error is more than 0.01, and more than 1 % of it.
-    pub critical_damping: f64,
-    /// Estimate of its absolute error.
-    pub critical_damping_error: f64,
-}
-
-/// The weight of one range of slip speeds in the critical damping.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
-pub struct Influence {
-    /// Slip speed, m/s: the middle of one of the equal ranges from 0 to the largest slip speed on the orbit.
-    pub slip_speed: f64,
-    /// Share of the weight in this range; the shares add up to 1.
-    pub share: f64,
-}
+use slipmap_simulate::{Failure, Fate, Flow, flow, sticks_from};
 
 /// Verdict of a rigorous test at the working point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
@@ -142,6 +125,18 @@ impl Assessment {
     pub fn kick_impulse(&self) -> Option<Kick> {
         let mass = self.machine.mass;
         self.kick.map(|kick| Kick { forward: mass * kick.forward, backward: mass * kick.backward })
+    }
+
+    /// The damping above which it stick-slips from no start: the end of the highest interval in which it may. That is the
+    /// critical damping, unless at every damping below that orbits cross the belt line for ever.
+    pub fn may_stick_below_damping(&self) -> Limit {
+        let intervals = &self.dampings[Statement::MayStick as usize];
+        match (self.behaviour.critical_damping, intervals.holds.last()) {
+            (None, _) if self.behaviour.critical_damping_is_known => Limit::NoneUpTo(0.0),
+            (None, _) => Limit::NotDetermined,
+            (Some(_), Some([_, End::At { value, .. }])) => Limit::Below(*value),
+            (Some(_), _) => intervals.highest(),
+        }
     }
 
     /// The working damping divided by the critical damping: above 1 no orbit that has left the belt returns.
@@ -274,8 +269,11 @@ pub fn assess_fitted(machine: &Machine, uncertain: &[Uncertain]) -> Option<Asses
         .map(|why| format!("slip cycles: {}", why_unknown(why, beyond_data.as_ref())));
     let speeds = intervals::of_speeds(law, point, units.velocity, stick_slip);
     let folds = backbone.iter().flat_map(|backbone| backbone.turning_points()).map(|turn| turn.viscous);
-    let changes: Vec<f64> =
-        folds.map(|viscous| viscous / point.epsilon).chain([hopf / point.epsilon, critical]).collect();
+    // On fast belts the orbit from the exit point crosses for ever below a damping, which may be next to c*.
+    let lands = is_positive(&column, critical) && critical.is_finite();
+    let lands = lands.then(|| sticks_from(&column, [0.0, critical], TOLERANCE));
+    let changes = folds.map(|viscous| viscous / point.epsilon).chain([hopf / point.epsilon, critical]);
+    let changes: Vec<f64> = changes.chain(lands).collect();
     let dampings = intervals::of_dampings(&column, units.damping, &changes, |oscillator, flow| {
         attractors.regime_of(oscillator, flow)
     });
@@ -311,66 +309,6 @@ pub fn assess_fitted(machine: &Machine, uncertain: &[Uncertain]) -> Option<Asses
         conjecture: column.curve.conjecture(),
         behaviour,
     })
-}
-
-/// Accuracies of the critical damping, and the relative steps of the central differences for them. The second
-/// pair is for laws whose orbits cannot be followed to the first accuracy.
-const ACCURACIES_AND_STEPS: [(f64, f64); 2] = [(1e-12, 1e-4), (1e-10, 1e-3)];
-/// Largest error of a sensitivity that is told, in per cent for 1 %; of large ones 1 % of it.
-const LARGEST_ERROR: f64 = 0.01;
-
-/// Logarithmic derivatives of the critical damping with respect to each nonzero quantity of a machine, except
-/// its damping; without those for which no critical damping is known next to the machine.
-///
-/// The error is that of the critical dampings over the step, and the difference of the differences on either
-/// side: far more than the error of the central one where the critical damping is smooth, and its own at a corner.
-pub fn sensitivities(machine: &Machine) -> Vec<Sensitivity> {
-    sensitivities_to(machine, |_| true)
-}
-
-/// As [`sensitivities`], with respect to those quantities that are `wanted`.
-pub(crate) fn sensitivities_to(machine: &Machine, wanted: impl Fn(&str) -> bool) -> Vec<Sensitivity> {
-    let critical = |machine: &Machine, accuracy: f64| -> Option<[f64; 2]> {
-        let model = machine.model()?;
-        let column = model.column();
-        let root = critical_damping(&column, accuracy).ok()?.known().ok()?;
-        is_positive(&column, root.c).then_some([root.c, root.error].map(|it| it * model.si.units.damping))
-    };
-    let here = ACCURACIES_AND_STEPS.map(|(accuracy, _)| critical(machine, accuracy));
-    let derivative = |(quantity, value): (&'static str, f64)| {
-        let by = |((accuracy, step), here): ((f64, f64), Option<[f64; 2]>)| {
-            let [here, _] = here?;
-            let at = |factor: f64| critical(&machine.with(quantity, value * factor)?, accuracy);
-            let [[above, error_above], [below, error_below]] = [at(1.0 + step)?, at(1.0 - step)?];
-            let value = (above - below) / (2.0 * step * here);
-            let sides = ((above - here) - (here - below)) / (step * here);
-            let error = (error_above + error_below) / (2.0 * step * here) + sides.abs();
-            let is_known = error <= LARGEST_ERROR * value.abs().max(1.0);
-            Some(Sensitivity {
-                quantity,
-                critical_damping: if is_known { value } else { f64::NAN },
-                critical_damping_error: error,
-            })
-        };
-        ACCURACIES_AND_STEPS.into_iter().zip(here).find_map(by)
-    };
-    let quantities = machine.quantities().into_iter();
-    let quantities =
-        quantities.filter(|(name, value)| *name != machine.damping_name() && *value != 0.0 && wanted(name));
-    quantities.filter_map(derivative).collect()
-}
-
-/// Number of equal parts of the range of slip speeds.
-const PARTS: usize = 40;
-
-/// The weights of slip speeds on the grazing orbit at the critical damping; `None` where they are unknown.
-fn influence(model: &Model) -> Option<Vec<Influence>> {
-    let parts = sensitivity::influence(&model.column(), PARTS).ok()?;
-    let velocity = model.si.units.velocity;
-    let of_machine = parts
-        .into_iter()
-        .map(|part| Influence { slip_speed: 0.5 * (part.from + part.to) * velocity, share: part.share });
-    Some(of_machine.collect())
 }
 
 #[cfg(test)]
@@ -641,6 +579,30 @@ mod tests {
         // sqrt(k m) = 40 N s/m: the damping ratio of 4 N s/m is 0.05.
         near(end(&coulomb, Statement::MayStick), 1.098_092_624_115_87 * 50.0 * 0.1 / 40.0);
         assert!(coulomb.speeds[Statement::AlwaysSticks as usize].holds.is_empty());
+    }
+
+    /// On a fast belt orbits cross the belt line for ever but at dampings in a narrow window below the critical one.
+    #[test]
+    fn what_overtakes_the_belt_for_ever_does_not_stick_slip() {
+        let like = machine(&Law::Exponential).with("kinetic_friction", 0.1).unwrap();
+        let fast = like.with("stribeck_velocity", 25.0).unwrap().with("belt_speed", 75.0).unwrap();
+        let all = assess(&fast.with("damping", 0.02).unwrap()).unwrap();
+        let critical = all.behaviour.critical_damping.unwrap();
+        let [[from, to]] = all.dampings[Statement::MayStick as usize].holds[..] else {
+            panic!("{:?}", all.dampings)
+        };
+        let ([from, _], [to, error]) = (from.located().unwrap(), to.located().unwrap());
+        assert!(
+            0.9 * critical < from && from < to && (to - critical).abs() <= error,
+            "{from} {to} {critical}"
+        );
+        let sticks = |damping: f64| {
+            let model = fast.with("damping", damping).unwrap().model().unwrap();
+            regime_at(&model.law, &model.point).attractors().stick_slip
+        };
+        let dampings = [0.02, 0.9999 * from, 1.0001 * from, 0.9999 * to, 1.0001 * to];
+        assert_eq!(dampings.map(sticks), [false, false, true, true, false]);
+        assert_eq!(all.may_stick_below_damping(), Limit::Below(to));
     }
 
     #[test]

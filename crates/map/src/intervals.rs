@@ -68,7 +68,8 @@ impl Limit {
     }
 
     /// The limit times `unit`, the factor to another unit.
-    pub(crate) fn times(self, unit: f64) -> Self {
+    #[must_use]
+    pub fn times(self, unit: f64) -> Self {
         match self {
             Limit::Below(value) => Limit::Below(value * unit),
             Limit::NoneUpTo(value) => Limit::NoneUpTo(value * unit),
@@ -183,7 +184,7 @@ impl Intervals {
         closeness: &Closeness,
         holds: impl Fn(f64) -> Option<bool>,
     ) -> Self {
-        let Closeness { width, rough, rounds } = *closeness;
+        let Closeness { width, rough, rounds, farther } = *closeness;
         let (first, last) = (judged[0], judged[judged.len() - 1]);
         let mut found = Self { holds: Vec::new(), unknown: Vec::new(), tried: [first.0, last.0] };
         let mut begun = End::Tried(first.0);
@@ -193,10 +194,11 @@ impl Intervals {
                 continue;
             }
             let [low, high] = match (before, after) {
-                (Some(before), Some(_)) => beside(known, [low, high], |at| Some(holds(at)? == before))
-                    .unwrap_or_else(|| {
-                        last_within(width, rounds, [low, high], |at| Some(holds(at)? == before))
-                    }),
+                (Some(before), Some(_)) => {
+                    beside(known, farther, [low, high], |at| Some(holds(at)? == before)).unwrap_or_else(
+                        || last_within(width, rounds, [low, high], |at| Some(holds(at)? == before)),
+                    )
+                }
                 (Some(_), None) => {
                     [last_within(rough, rounds, [low, high], |at| Some(holds(at) == before))[0]; 2]
                 }
@@ -274,12 +276,17 @@ impl Intervals {
 
 /// The change between two values, the statement's `holds` being true at the lower one and false at the upper one,
 /// if it is at one of the `known` limits: what holds is much dearer to know than most limits.
-fn beside(known: &[Known], [low, high]: [f64; 2], holds: impl Fn(f64) -> Option<bool>) -> Option<[f64; 2]> {
+fn beside(
+    known: &[Known],
+    farther: &[f64],
+    [low, high]: [f64; 2],
+    holds: impl Fn(f64) -> Option<bool>,
+) -> Option<[f64; 2]> {
     known.iter().filter(|(limit, _)| low < *limit && *limit < high).find_map(|(limit, distance)| {
         // Next to a limit the behaviour may be too close to call.
-        let around = [1.0, FARTHER].map(|times| times * distance);
+        let around = farther.iter().map(|times| times * distance);
         let around = around.map(|distance| [limit * (1.0 - distance), limit * (1.0 + distance)]);
-        let mut around = around.into_iter().filter(|[below, above]| low < *below && *above < high);
+        let mut around = around.filter(|[below, above]| low < *below && *above < high);
         around.find(|[below, above]| holds(*below) == Some(true) && holds(*above) == Some(false))
     })
 }
@@ -287,9 +294,11 @@ fn beside(known: &[Known], [low, high]: [f64; 2], holds: impl Fn(f64) -> Option<
 /// A limit that is known, and the relative distance from it at which it is tried whether it is one.
 type Known = (f64, f64);
 
-/// Such a distance of a limit that is known well, and the factor to a second one.
+/// Such a distance of a limit that is known well, and the factors to it and farther ones.
 const BESIDE: f64 = 4e-6;
-const FARTHER: f64 = 25.0;
+const FARTHER: [f64; 2] = [1.0, 25.0];
+/// The same of measured friction, whose errors are far larger: windows that lie within the last one are not looked into.
+const FARTHER_OF_DATA: [f64; 3] = [1.0, 25.0, 1000.0];
 
 /// The change between two values that nearly agree.
 fn at([low, high]: [f64; 2], known: &[Known]) -> End {
@@ -308,12 +317,16 @@ struct Closeness {
     rough: f64,
     /// Number of bisections for each end of a range in which it is unknown.
     rounds: u32,
+    /// Distances from a limit that is known, in units of its own, at which it is tried whether a change is there.
+    farther: &'static [f64],
 }
 
 /// Changes of stability and of stick-slip.
-const CLOSE: Closeness = Closeness { width: 1e-7, rough: 1e-3, rounds: 12 };
+const CLOSE: Closeness = Closeness { width: 1e-7, rough: 1e-3, rounds: 12, farther: &FARTHER };
 /// Changes that take all attractors to see: the less of them are known, the longer each takes.
-const DEAR: Closeness = Closeness { width: SAME, rough: 0.35, rounds: 1 };
+const DEAR: Closeness = Closeness { width: SAME, rough: 0.35, rounds: 1, farther: &FARTHER };
+/// The same of measured friction, which is seldom known to a hundredth.
+const DEAR_OF_DATA: Closeness = Closeness { width: 1e-3, farther: &FARTHER_OF_DATA, ..DEAR };
 /// Relative width of a bracket in which a change counts as located: as for the critical damping, 1 %.
 const LOCATED: f64 = 0.01;
 /// Relative error of a change beside that of the bisection: that of orbits with [`TOLERANCE`].
@@ -328,8 +341,9 @@ const FEWER: usize = 4;
 const SMOOTH: usize = 1;
 /// Ratio to the highest change of stick-slip up to which they are.
 const FAR: f64 = 4.0;
-/// Relative distance from a change at which they are, too.
+/// Relative distance from a change at which they are, too, and of measured friction.
 const ASIDE: f64 = 1e-3;
+const ASIDE_OF_DATA: f64 = 1e-2;
 
 /// The belt speeds at the point's damping at which the stick-slip cycle attracts.
 pub(crate) fn of_stick_slip(law: &Law, point: &Point) -> Intervals {
@@ -368,7 +382,9 @@ pub(crate) fn of_speeds(
         Some([_, End::At { value, .. }]) => last.min(FAR * value),
         _ => last,
     };
-    let sides = known.iter().flat_map(|(change, _)| [change * (1.0 - ASIDE), change * (1.0 + ASIDE)]);
+    let is_measured = matches!(law.as_written(), Law::Table(_));
+    let (aside, closeness) = if is_measured { (ASIDE_OF_DATA, &DEAR_OF_DATA) } else { (ASIDE, &DEAR) };
+    let sides = known.iter().flat_map(|(change, _)| [change * (1.0 - aside), change * (1.0 + aside)]);
     // Backbones of rows that scatter take long.
     let scatters = law.column(point).curve.table().is_some_and(|table| table.turns() > SMOOTH);
     let step = if scatters { 2 * FEWER } else { FEWER };
@@ -379,9 +395,10 @@ pub(crate) fn of_speeds(
     fewer.dedup();
     let judge = |speed: f64| (speed, Statement::ALL.map(|statement| speeds.holds(statement, speed)));
     let judged: Vec<_> = fewer.into_par_iter().map(judge).collect();
-    let folds: Vec<Known> = judged.par_windows(2).filter_map(|pair| speeds.fold(pair, &known)).collect();
+    let folds: Vec<Known> =
+        judged.par_windows(2).filter_map(|pair| speeds.fold(pair, &known, closeness.farther)).collect();
     known.extend(folds);
-    let mut all = each(&judged, &known, unit, |statement, speed| speeds.holds(statement, speed));
+    let mut all = each(&judged, &known, closeness, unit, |statement, speed| speeds.holds(statement, speed));
     all[Statement::MayStick as usize] = stick_slip.times(unit);
     all
 }
@@ -428,13 +445,13 @@ impl Speeds<'_> {
     }
 
     /// The fold at which slip cycles begin or cease to attract between two speeds; `None` where they do not, and at
-    /// one of the `known` limits.
-    fn fold(&self, pair: &[(f64, States)], known: &[Known]) -> Option<Known> {
+    /// one of the `known` limits or a distance `farther` from it.
+    fn fold(&self, pair: &[(f64, States)], known: &[Known], farther: &[f64]) -> Option<Known> {
         let slips = |states: &States| states[Statement::MaySlip as usize];
         let [(low, before), (high, after)] = [&pair[0], &pair[1]];
         let (before, after) = (slips(before)?, slips(after)?);
         let holds = |speed: f64| Some(self.holds(Statement::MaySlip, speed)? == before);
-        if before == after || beside(known, [*low, *high], holds).is_some() {
+        if before == after || beside(known, farther, [*low, *high], holds).is_some() {
             return None;
         }
         let sign = if before { 1.0 } else { -1.0 };
@@ -503,7 +520,7 @@ pub(crate) fn of_dampings(
     let judged: Vec<_> =
         dampings.into_iter().map(|damping| (damping, judge(&at(damping), &regime))).collect();
     let limits: Vec<Known> = limits.into_iter().map(|limit| (limit, BESIDE)).collect();
-    each(&judged, &limits, unit, |statement, damping| {
+    each(&judged, &limits, &DEAR, unit, |statement, damping| {
         let oscillator = at(damping);
         let flow = flow(&oscillator, TOLERANCE);
         statement.holds(&oscillator, &flow, || regime(&oscillator, &flow))
@@ -519,6 +536,7 @@ fn judge(oscillator: &Oscillator, regime: impl Fn(&Oscillator, &Flow) -> Regime)
 fn each(
     judged: &[(f64, States)],
     known: &[Known],
+    closeness: &Closeness,
     unit: f64,
     holds: impl Fn(Statement, f64) -> Option<bool>,
 ) -> [Intervals; STATEMENTS] {
@@ -526,7 +544,7 @@ fn each(
     Statement::ALL.map(|statement| {
         let of_one: Vec<_> = judged.iter().map(|(value, all)| (*value, all[position])).collect();
         position += 1;
-        Intervals::between(&of_one, known, &DEAR, |value| holds(statement, value)).times(unit)
+        Intervals::between(&of_one, known, closeness, |value| holds(statement, value)).times(unit)
     })
 }
 

@@ -66,6 +66,19 @@ impl Motion {
 }
 
 impl Motion {
+    /// The SI unit of a parameter of a fitted law, by its name there; `forces` is whether its friction is a force.
+    pub fn unit_of_fitted(self, parameter: &str, forces: bool) -> &'static str {
+        match (parameter, forces, self) {
+            ("v_s", ..) => self.unit(Dimension::Velocity),
+            ("delta", ..) => "",
+            ("B", true, _) => self.unit(Dimension::Damping),
+            ("B", false, Motion::Rotation) => "s/rad",
+            ("B", false, Motion::Translation) => "s/m",
+            (_, true, _) => self.unit(Dimension::Force),
+            (_, false, _) => "",
+        }
+    }
+
     /// The words for a quantity of [`Machine::quantities`] that does not belong to the friction.
     pub fn words(self, quantity: &str) -> String {
         match (self, quantity) {

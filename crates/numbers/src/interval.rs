@@ -150,7 +150,15 @@ impl Interval {
         }
         let lo = self.lo / if self.lo < 0.0 { divisor.lo } else { divisor.hi };
         let hi = self.hi / if self.hi < 0.0 { divisor.hi } else { divisor.lo };
-        Self::outwards(lo, hi)
+        Self::outwards(lo, hi).above_zero_if(self.lo >= 0.0)
+    }
+
+    /// Without the numbers below 0 that outward rounding added, if what is enclosed is at least 0.
+    #[inline]
+    fn above_zero_if(self, nonnegative: bool) -> Self {
+        // Rounding moves an end that is at least 0 below it by this much at most; others are those of the whole line.
+        let is_rounding = nonnegative & (self.lo >= -f64::MIN_POSITIVE);
+        Self { lo: if is_rounding { max(self.lo, 0.0) } else { self.lo }, ..self }
     }
 
     /// Upper bound of e^x for a number x, without the platform's exponential: e^x <= (1 - x/64)^-64 for
@@ -199,6 +207,7 @@ impl Add for Interval {
             return self;
         }
         Self::outwards(self.lo + other.lo, self.hi + other.hi)
+            .above_zero_if(self.lo >= 0.0 && other.lo >= 0.0)
     }
 }
 
@@ -217,6 +226,12 @@ impl Mul for Interval {
         if self.is_zero() || other.is_zero() {
             // A product with zero is exact, and frequent: derivatives of terms that do not depend on u.
             return Self::ZERO;
+        }
+        if self.lo >= 0.0 && other.lo >= 0.0 {
+            let product = Self::outwards(self.lo * other.lo, self.hi * other.hi).above_zero_if(true);
+            if product.is_bounded() {
+                return product;
+            }
         }
         let [a, b, c, d] = [self.lo * other.lo, self.lo * other.hi, self.hi * other.lo, self.hi * other.hi];
         // Zero times infinity is NaN, which min and max would ignore; where infinities of both signs cancel
@@ -339,11 +354,10 @@ impl Real for Interval {
 
     #[inline]
     fn power(self, exponent: f64) -> Self {
-        // A bound that is 0, as that of a ratio of speeds, may be slightly negative after outward rounding.
-        if !(self.lo >= -f64::MIN_POSITIVE) {
+        let Self { lo, hi } = self;
+        if !(lo >= 0.0) {
             return Self::ENTIRE;
         }
-        let Self { lo, hi } = self.at_least_zero();
         // A power is monotone, so it lies between the powers of the ends; that of 0 is exact.
         let of_end = |x: f64| match x == 0.0 {
             true => Self { lo: 0.0, hi: 0.0 },

@@ -57,7 +57,12 @@ pub fn known_part(value: f64, error: f64) -> [f64; 2] {
     /// Digits of an f64.
     const ALL: usize = 17;
     let parse = |(mantissa, exponent): (String, i32)| format!("{mantissa}e{exponent}").parse().ok();
-    let known = parse(scientific(value, digits_within(value, error, ALL))).unwrap_or(value);
+    // What has no digit down to the second of its error is zero.
+    let second = 10_f64.powf(error.abs().log10().floor() - 1.0);
+    let known = match error.is_finite() && value.abs() < 0.5 * second {
+        true => 0.0,
+        false => parse(scientific(value, digits_within(value, error, ALL))).unwrap_or(value),
+    };
     let whole = error + (known - value).abs();
     let (mantissa, exponent) = scientific(whole, 2);
     let unit = 10_f64.powi(exponent - 1);
@@ -183,6 +188,7 @@ mod tests {
             (-13.72, 0.000_99, "-13.72 +- 0.00099"),
             (0.25, 0.0, "0.25 +- 0"),
             (0.0, 1e-17, "0 +- 1e-17"),
+            (3e-20, 1e-10, "0 +- 1.1e-10"),
         ];
         for (value, error, text) in cases {
             assert_eq!(with_error(value, error), text);

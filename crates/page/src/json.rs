@@ -1,7 +1,9 @@
 //! What the page says, for programs: `slipmap machine --json`.
 
 use serde_json::{Value, json};
-use slipmap_map::assessment::{Assessment, DampingLimit, Intervals, NeededKick, StandardErrors, Statement};
+use slipmap_map::assessment::{
+    Assessment, DampingLimit, Intervals, LeftOpen, NeededKick, StandardErrors, Statement,
+};
 use slipmap_map::behaviour::Limit;
 use slipmap_map::risk::Risk;
 
@@ -97,10 +99,7 @@ pub fn to_json(all: &Assessment, risk: Option<&Risk>) -> Value {
         "machine": machine.quantities().into_iter().map(|(name, value)| (name.to_owned(), json!(value))).collect::<Value>(),
         "regime": does.regime.name(),
         "regime_conjecture": all.conjecture,
-        "regimes_left_open_by_data": open.as_ref().map(|open| {
-            let names = open.regimes.iter().map(|regime| regime.name());
-            if open.limits.is_empty() { Vec::new() } else { names.collect() }
-        }),
+        "regimes_left_open_by_data": open.as_ref().map(LeftOpen::names),
         "damping_within_two_standard_errors_of": open.map(|open| {
             open.limits.iter().map(|(limit, _)| key_of(*limit)).collect::<Vec<_>>()
         }),
@@ -109,7 +108,7 @@ pub fn to_json(all: &Assessment, risk: Option<&Risk>) -> Value {
         "always_stick_slips_below_belt_speed": all.always_below_speed.value(),
         "may_stick_slip_below_belt_speed": does.critical_belt_speed.value(),
         "always_stick_slips_below_damping": all.always_below_damping.value(),
-        "may_stick_slip_below_damping": does.critical_damping,
+        "may_stick_slip_below_damping": all.may_stick_below_damping().value(),
         "may_stick_slip_below_damping_error": does.critical_damping_error,
         "may_stick_slip_below_damping_standard_error": error(|errors| errors.critical_damping.map(|of| of.standard_error)),
         "steady_slip_unstable_below_damping": all.hopf_damping,
@@ -120,10 +119,7 @@ pub fn to_json(all: &Assessment, risk: Option<&Risk>) -> Value {
             "always_stick_slips_below_belt_speed": limit(all.always_below_speed),
             "may_stick_slip_below_belt_speed": limit(does.critical_belt_speed),
             "always_stick_slips_below_damping": limit(all.always_below_damping),
-            "may_stick_slip_below_damping": limit(match does.critical_damping {
-                None if does.critical_damping_is_known => Limit::NoneUpTo(0.0),
-                critical => of_damping(critical),
-            }),
+            "may_stick_slip_below_damping": limit(all.may_stick_below_damping()),
             "steady_slip_unstable_below_damping": limit(of_damping(Some(all.hopf_damping))),
             "vibrates_below_damping": limit(of_damping(all.vibrates_below_damping)),
         },

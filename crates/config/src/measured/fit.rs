@@ -4,8 +4,9 @@ use std::fmt::Write as _;
 
 use super::Measured;
 use slipmap_fit::{Fit, Form, NoFit, Reading, fits};
-use slipmap_map::machine::{Dimension, Motion};
-use slipmap_numbers::text::{rounded, short};
+use slipmap_map::machine::{AREA, Coefficients, Dimension, NORMAL_FORCE, PRESSURE, RADIUS};
+use slipmap_numbers::text::{known_part, rounded, short};
+use toml_edit::{DocumentMut, Item, TomlError};
 
 /// A law fitted to measured friction, in SI units.
 #[derive(Clone, Debug, serde::Serialize)]
@@ -25,12 +26,17 @@ pub struct FittedLaw {
     names: Vec<String>,
     values: Vec<f64>,
     standard_errors: Vec<f64>,
+    /// Their units; empty for a pure number.
+    units: Vec<String>,
     covariance: Vec<Vec<f64>>,
     /// Friction at rest, where it drops as slip begins.
     #[serde(rename = "static")]
     at_rest: Option<f64>,
     static_standard_error: Option<f64>,
 }
+
+/// Difference of Akaike's criterion up to which a law is about as good as the best one.
+const AS_GOOD: f64 = 4.0;
 
 /// Laws fitted to measured friction: what `slipmap fit --json` prints.
 #[derive(Clone, Debug, serde::Serialize)]
@@ -50,6 +56,8 @@ pub struct Fitted {
     fit: FittedLaw,
     /// All laws, the best one first.
     fits: Vec<FittedLaw>,
+    /// The number of laws that are about as good as the best one.
+    about_as_good: usize,
     /// Slip speeds of the residuals: those of the readings, of a record over time those of its means.
     slip_speeds: Vec<f64>,
     /// Readings less the law.
@@ -73,14 +81,19 @@ impl Fits {
     pub fn chosen(&self) -> &Fit {
         &self.all[self.chosen]
     }
+
+    /// The number of laws that are about as good as the best one, which is not counted.
+    pub fn about_as_good(&self) -> usize {
+        self.all[1..].iter().filter(|fit| fit.aicc - self.all[0].aicc <= AS_GOOD).count()
+    }
 }
 
 impl Measured {
-    /// Fits all laws; `law` is the name of the one that is asked for in place of the best one.
+    /// Fits all laws; `law` is the one that is asked for in place of the best one.
     ///
     /// # Errors
     /// The problem with its line, and a remedy.
-    pub fn fits(&self, law: Option<&str>) -> Result<Fits, (String, String)> {
+    pub fn fits(&self, law: Option<Form>) -> Result<Fits, (String, String)> {
         let [in_slip, at_rest] = self.readings()?;
         let all = fits(&in_slip, &at_rest).map_err(|why| {
             let (problem, remedy) = match why {
@@ -92,12 +105,13 @@ impl Measured {
             };
             (format!("{}: {problem}", self.name), remedy.to_owned())
         })?;
-        let names: Vec<String> = all.iter().map(|fit| words_of(fit.form)).collect();
-        let position = law.map_or(Some(0), |law| names.iter().position(|name| name == law));
-        let chosen = position.ok_or_else(|| {
-            let problem = format!("there is no such fit: {}", law.unwrap_or_default());
-            (problem, format!("choose from: {}", names.join("; ")))
-        })?;
+        let chosen = match law {
+            None => 0,
+            Some(law) => all.iter().position(|fit| fit.form == law).ok_or_else(|| {
+                let problem = format!("the readings have no fit of this law: {}", words_of(law));
+                (problem, format!("choose from: {}", all_words(all.iter().map(|fit| fit.form))))
+            })?,
+        };
         Ok(Fits { all, chosen, slip_speeds: in_slip.iter().map(|reading| reading.speed).collect() })
     }
 
@@ -112,6 +126,7 @@ impl Measured {
             names: fit.form.names().into_iter().map(|name| self.named(name)).collect(),
             values: fit.values.clone(),
             standard_errors: fit.errors(),
+            units: fit.form.names().into_iter().map(|name| self.unit_of(name).to_owned()).collect(),
             covariance: fit.covariance.row_iter().map(|row| row.iter().copied().collect()).collect(),
             at_rest: fit.at_rest.map(|[level, _]| level),
             static_standard_error: fit.at_rest.map(|[_, error]| error),
@@ -126,6 +141,7 @@ impl Measured {
             fastest: self.in_slip.last().map(|row| row.speed),
             fit: law(chosen),
             fits: fits.all.iter().map(law).collect(),
+            about_as_good: fits.about_as_good(),
             slip_speeds: fits.slip_speeds.clone(),
             residuals: chosen.residuals.clone(),
             residual_runs: chosen.runs,
@@ -182,16 +198,33 @@ impl Measured {
     }
 
     /// The unit of a parameter of a fit.
-    pub fn unit_of(&self, parameter: &str) -> String {
-        let (speed, friction) = (self.speed_unit(), self.friction_unit());
-        match (parameter, self.holds_forces()) {
-            ("v_s", _) => speed.into(),
-            ("B", true) => self.motion.unit(Dimension::Damping).into(),
-            ("B", false) if self.motion == Motion::Rotation => "s/rad".into(),
-            ("B", false) => "s/m".into(),
-            ("delta", _) => String::new(),
-            _ => friction.into(),
+    pub fn unit_of(&self, parameter: &str) -> &'static str {
+        self.motion.unit_of_fitted(parameter, self.holds_forces())
+    }
+
+    /// A configuration of a machine with a fit in place of its friction: without `[friction]`, coefficients, and of
+    /// forces without a normal force.
+    ///
+    /// # Errors
+    /// What is no configuration of a machine, and a remedy.
+    pub fn into_configuration(&self, fit: &Fit, text: &str) -> Result<String, (String, String)> {
+        let no_machine = |problem: String| {
+            (
+                problem,
+                "name a configuration with a table [machine]; slipmap init machine writes one".to_owned(),
+            )
+        };
+        let mut document: DocumentMut =
+            text.parse().map_err(|why: TomlError| no_machine(why.to_string().trim().to_owned()))?;
+        let machine = document.get_mut("machine").and_then(Item::as_table_like_mut);
+        let machine = machine.ok_or_else(|| no_machine("it has no table [machine]".into()))?;
+        let of_normal_force = [NORMAL_FORCE, PRESSURE, AREA, RADIUS];
+        let of_normal_force = of_normal_force.into_iter().filter(|_| self.holds_forces());
+        for name in Coefficients::NAMES.into_iter().chain(of_normal_force) {
+            machine.remove(name);
         }
+        document.remove("friction");
+        Ok(format!("{}\n{}", document.to_string().trim_end(), self.to_toml(fit)))
     }
 
     /// A fit as the table `[friction]` of a configuration, complete in SI units.
@@ -220,12 +253,13 @@ impl Measured {
             line(format_args!("quantity = \"force\""));
         }
         if let Some([level, error]) = fit.at_rest {
-            line(format_args!("static = {level:?} # +- {}", rounded(error, 2)));
+            line(format_args!("static = {level:?} # +- {}", short(known_part(level, error)[1])));
         }
         line(format_args!("\n[friction.fit]"));
         for ((name, value), error) in names.iter().zip(&fit.values).zip(fit.errors()) {
             let unit = self.unit_of(name);
-            line(format_args!("{} = {value:?} # +- {} {unit}", self.named(name), rounded(error, 2)));
+            let error = short(known_part(*value, error)[1]);
+            line(format_args!("{} = {value:?} # +- {error} {unit}", self.named(name)));
         }
         line(format_args!("covariance = ["));
         for row in 0..names.len() {
@@ -236,6 +270,20 @@ impl Measured {
         line(format_args!("]"));
         text
     }
+}
+
+/// The law of this name.
+///
+/// # Errors
+/// That there is none, and which there are.
+pub fn law_of(name: &str) -> Result<Form, (String, String)> {
+    Form::all().find(|form| words_of(*form) == name).ok_or_else(|| {
+        (format!("there is no such law: {name}"), format!("choose from: {}", all_words(Form::all())))
+    })
+}
+
+fn all_words(forms: impl Iterator<Item = Form>) -> String {
+    forms.map(words_of).collect::<Vec<_>>().join("; ")
 }
 
 /// The words for a law that is fitted.

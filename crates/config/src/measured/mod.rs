@@ -13,7 +13,7 @@ use std::path::Path;
 use slipmap_map::machine::Motion;
 use slipmap_model::friction::Table;
 
-pub use fit::{Fits, Fitted, FittedLaw, words_of};
+pub use fit::{Fits, Fitted, FittedLaw, law_of, words_of};
 pub use table::Level;
 
 /// Largest size in bytes of a file of measured friction.

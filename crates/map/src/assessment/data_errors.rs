@@ -1,12 +1,14 @@
 //! What the errors of measured friction do to the answers: the standard errors of the limits, and the
 //! behaviours between which the data cannot decide.
 
+use std::borrow::Cow;
+
 use super::{Assessment, SAME, TOLERANCE};
 use crate::behaviour::Behaviour;
 use crate::intervals::{Limit, last_between};
 use crate::machine::{Friction, Machine, Model};
 use crate::map::{Attractors, BasinBoundary, Regime, long_run};
-use crate::risk::{Joint, Moved, NORMAL, Uncertain, WithError, joint, uncertain_critical_damping};
+use crate::risk::{Moved, NORMAL, Uncertain, WithError, joint, uncertain_critical_damping};
 use slipmap_model::filippov::Oscillator;
 use slipmap_model::friction::{Column, Table};
 use slipmap_simulate::backbone::Backbone;
@@ -37,6 +39,18 @@ pub enum ErrorsFrom {
     Fit,
 }
 
+impl ErrorsFrom {
+    /// "by the scatter of the rows ...".
+    pub fn in_words(self) -> &'static str {
+        match self {
+            ErrorsFrom::Data => "the standard errors of the data and the curve between the rows",
+            ErrorsFrom::Fit => "the covariance of the fit",
+            ErrorsFrom::Curve => "what the curve between the rows could be",
+            ErrorsFrom::Scatter => "the scatter of the rows, which have no standard errors",
+        }
+    }
+}
+
 /// Standard errors that follow from those of the data of measured friction. Dampings are in N s/m.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StandardErrors {
@@ -61,62 +75,75 @@ impl StandardErrors {
         behaviour: &Behaviour,
         kick: Option<(&BasinBoundary, &Backbone)>,
     ) -> Option<Self> {
+        let errors = Self::of_dampings(machine, uncertain)?;
         let fit = joint(uncertain);
         if !fit.is_empty() {
-            return Self::of_fit(machine, uncertain, &fit, behaviour);
+            let kick = |machine: &Machine| {
+                let Model { law, point, si } = machine.model()?;
+                let oscillator = Oscillator::new(&law, &point);
+                let basin = long_run(&oscillator, &flow(&oscillator, TOLERANCE), TOLERANCE).basin?;
+                Some(basin.kick.forward * si.units.velocity)
+            };
+            let moved = Moved::of(machine, &fit)?;
+            return Some(Self {
+                critical_belt_speed: error_of_belt_speed(machine, uncertain, behaviour),
+                kick: kick(machine).and_then(|here| Some(moved.error(kick)? / here)),
+                ..errors
+            });
         }
-        let Friction::Measured(table) = &machine.friction else { return None };
-        let (table, from) = with_errors(table)?;
-        let machine = Machine { friction: Friction::Measured(table), ..machine.clone() };
-        let model = machine.model()?;
-        let Model { point, si, .. } = &model;
-        let column = model.column();
-        // The weakening rate at the belt speed is eps c at the Hopf bifurcation.
-        let per_rate = si.units.damping / point.epsilon;
-        let hopf = WithError {
-            value: column.curve.weakening(point.belt_speed) * per_rate,
-            standard_error: column.curve.table()?.standard_error_of_weakening(column.belt_speed)? * per_rate,
-        };
+        let (machine, _) = measured_with_errors(machine)?;
+        let Model { point, .. } = &machine.model()?;
+        let column = machine.model()?.column();
         let kick = kick.and_then(|(basin, backbone)| error_of_kick(&column, point.damping, basin, backbone));
-        Some(Self {
-            from,
-            critical_damping: uncertain_critical_damping(&machine, &[]),
-            critical_belt_speed: error_of_belt_speed(&machine, &[], behaviour),
-            hopf_damping: hopf,
-            kick,
-        })
+        Some(Self { critical_belt_speed: error_of_belt_speed(&machine, &[], behaviour), kick, ..errors })
     }
 
-    /// The standard errors by the covariance of a fit: from differences over a standard deviation of each of its
-    /// independent errors.
-    fn of_fit(
-        machine: &Machine,
-        uncertain: &[Uncertain],
-        fit: &Joint,
-        behaviour: &Behaviour,
-    ) -> Option<Self> {
-        let moved = Moved::of(machine, fit)?;
+    /// Those of the two limits of the damping alone, which take a small part of the time: by the data, or by the
+    /// covariance of a fit, from differences over a standard deviation of each of its independent errors.
+    pub fn of_dampings(machine: &Machine, uncertain: &[Uncertain]) -> Option<Self> {
+        // The weakening rate at the belt speed is eps c at the Hopf bifurcation.
         let hopf = |machine: &Machine| {
-            let Model { point, si, .. } = &machine.model()?;
-            Some(
-                machine.model()?.column().curve.weakening(point.belt_speed) * si.units.damping
-                    / point.epsilon,
-            )
+            let model = machine.model()?;
+            let per_rate = model.si.units.damping / model.point.epsilon;
+            Some(model.column().curve.weakening(model.point.belt_speed) * per_rate)
         };
-        let kick = |machine: &Machine| {
-            let Model { law, point, si } = machine.model()?;
-            let oscillator = Oscillator::new(&law, &point);
-            let basin = long_run(&oscillator, &flow(&oscillator, TOLERANCE), TOLERANCE).basin?;
-            Some(basin.kick.forward * si.units.velocity)
+        let of = |from, critical_damping, hopf_damping| Self {
+            from,
+            critical_damping,
+            critical_belt_speed: None,
+            hopf_damping,
+            kick: None,
         };
-        Some(Self {
-            from: ErrorsFrom::Fit,
-            critical_damping: uncertain_critical_damping(machine, uncertain),
-            critical_belt_speed: error_of_belt_speed(machine, uncertain, behaviour),
-            hopf_damping: WithError { value: hopf(machine)?, standard_error: moved.error(hopf)? },
-            kick: kick(machine).and_then(|here| Some(moved.error(kick)? / here)),
-        })
+        let fit = joint(uncertain);
+        if !fit.is_empty() {
+            let standard_error = Moved::of(machine, &fit)?.error(hopf)?;
+            let hopf = WithError { value: hopf(machine)?, standard_error };
+            return Some(of(ErrorsFrom::Fit, uncertain_critical_damping(machine, uncertain), hopf));
+        }
+        let (machine, from) = measured_with_errors(machine)?;
+        let model = machine.model()?;
+        let column = model.column();
+        let of_rate = column.curve.table()?.standard_error_of_weakening(column.belt_speed)?;
+        let standard_error = of_rate * model.si.units.damping / model.point.epsilon;
+        let hopf = WithError { value: hopf(&machine)?, standard_error };
+        Some(of(from, uncertain_critical_damping(&machine, &[]), hopf))
     }
+
+    /// What they leave open at a damping in N s/m, at which this regime was found.
+    pub fn leave_open(&self, damping: f64, found: Regime) -> LeftOpen {
+        let is_near = |limit: &WithError| (limit.value - damping).abs() <= NEAR * limit.standard_error;
+        let hopf = Some(self.hopf_damping).filter(is_near).map(|limit| (DampingLimit::Hopf, limit));
+        let critical = self.critical_damping.filter(is_near).map(|limit| (DampingLimit::Critical, limit));
+        let regimes = possible(found, hopf.is_some(), critical.is_some());
+        LeftOpen { from: self.from, limits: hopf.into_iter().chain(critical).collect(), regimes }
+    }
+}
+
+/// A machine with measured friction, with the errors of its data, and where they come from.
+fn measured_with_errors(machine: &Machine) -> Option<(Machine, ErrorsFrom)> {
+    let Friction::Measured(table) = &machine.friction else { return None };
+    let (table, from) = with_errors(table)?;
+    Some((Machine { friction: Friction::Measured(table), ..machine.clone() }, from))
 }
 
 /// The belt speed below which a machine may stick-slip, with the standard error that follows from that of the critical
@@ -183,6 +210,8 @@ pub enum DampingLimit {
 /// What the errors of the data leave open at the working point.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LeftOpen {
+    /// Where the errors come from.
+    pub from: ErrorsFrom,
     /// The limits within two standard errors of the working damping, each with its error; none where the data
     /// decide.
     pub limits: Vec<(DampingLimit, WithError)>,
@@ -191,16 +220,35 @@ pub struct LeftOpen {
     pub regimes: Vec<Regime>,
 }
 
+impl LeftOpen {
+    /// The regime that was found, in `words`, and which others are possible.
+    pub fn in_words(&self, words: impl Fn(Regime) -> Cow<'static, str>) -> String {
+        let all: Vec<_> = self.regimes.iter().map(|regime| words(*regime)).collect();
+        let by = match self.from {
+            ErrorsFrom::Fit => "the fit, whose errors leave",
+            ErrorsFrom::Data | ErrorsFrom::Scatter | ErrorsFrom::Curve => {
+                "the curve through the data, which leave"
+            }
+        };
+        match all.as_slice() {
+            [found, others @ ..] if !others.is_empty() => {
+                format!("{found} by {by} it open; possible as well: {}", others.join(", or "))
+            }
+            found => found.concat(),
+        }
+    }
+
+    /// The names of the possible regimes; none where the data decide.
+    pub fn names(&self) -> Vec<&'static str> {
+        let is_open = !self.limits.is_empty();
+        self.regimes.iter().filter(|_| is_open).map(|regime| regime.name()).collect()
+    }
+}
+
 impl Assessment {
     /// What the errors of the data leave open; `None` where none are known.
     pub fn left_open(&self) -> Option<LeftOpen> {
-        let errors = self.standard_errors?;
-        let damping = self.machine.damping;
-        let is_near = |limit: &WithError| (limit.value - damping).abs() <= NEAR * limit.standard_error;
-        let hopf = Some(errors.hopf_damping).filter(is_near).map(|limit| (DampingLimit::Hopf, limit));
-        let critical = errors.critical_damping.filter(is_near).map(|limit| (DampingLimit::Critical, limit));
-        let regimes = possible(self.behaviour.regime, hopf.is_some(), critical.is_some());
-        Some(LeftOpen { limits: hopf.into_iter().chain(critical).collect(), regimes })
+        self.standard_errors.map(|errors| errors.leave_open(self.machine.damping, self.behaviour.regime))
     }
 
     /// Whether the errors of the data leave open what the machine does.
@@ -239,11 +287,17 @@ fn possible(found: Regime, hopf: bool, critical: bool) -> Vec<Regime> {
     let here = found.attractors();
     let slip_with_others = here.slip && found != Regime::PureSlip;
     let both = |is_open: bool, here: bool| if is_open { vec![here, !here] } else { vec![here] };
+    // Where the orbit from the exit point crosses for ever, that ends at the critical damping or little below it.
+    let crosses = here.crossing && !here.stick_slip;
+    let may_return = match crosses && critical {
+        true => vec![(false, true), (true, false), (false, false)],
+        false => both(critical, here.stick_slip).into_iter().map(|sticks| (sticks, here.crossing)).collect(),
+    };
     for equilibrium in both(hopf, here.equilibrium) {
-        for stick_slip in both(critical, here.stick_slip) {
+        for &(stick_slip, crossing) in &may_return {
             for slip in both(slip_with_others, slip_with_others) {
-                let slip = slip || !(equilibrium || stick_slip || here.crossing);
-                let regime = Regime::of(Attractors { equilibrium, stick_slip, slip, ..here });
+                let slip = slip || !(equilibrium || stick_slip || crossing);
+                let regime = Regime::of(Attractors { equilibrium, stick_slip, slip, crossing });
                 if !regimes.contains(&regime) {
                     regimes.push(regime);
                 }
@@ -318,7 +372,7 @@ mod tests {
             all.behaviour.regime = found;
             let errors = all.standard_errors.as_mut().unwrap();
             (errors.hopf_damping, errors.critical_damping) = (of(hopf), Some(of(critical)));
-            let LeftOpen { limits, regimes } = all.left_open().unwrap();
+            let LeftOpen { limits, regimes, .. } = all.left_open().unwrap();
             (limits.into_iter().map(|(limit, _)| limit).collect::<Vec<_>>(), regimes)
         };
         assert_eq!(open(StickSlip, 121.0, 200.0), (vec![], vec![StickSlip]));

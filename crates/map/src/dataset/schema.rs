@@ -289,7 +289,11 @@ fn add_errors(variables: &mut Vec<Variable>, methods: &[MethodInfo], prefix: &st
         variable.attributes.push(("comment", comment.into()));
         variable.attributes.push(("ancillary_variables", of.as_str().into()));
         let long_name = format!("estimate of the absolute error of the critical damping: {long_name}");
-        errors = Some(plain(&of, &long_name, Content::CriticalError(position)));
+        let mut of_errors = plain(&of, &long_name, Content::CriticalError(position));
+        let comment = "numerical error, for the friction as given: the uncertainty of measured or fitted friction is not in it, \
+                       and is told by slipmap machine and slipmap probe";
+        of_errors.attributes.push(("comment", comment.into()));
+        errors = Some(of_errors);
     }
     variables.extend(errors);
 }

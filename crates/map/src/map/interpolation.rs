@@ -64,15 +64,46 @@ const COUNTED: usize = 256;
 /// Distance from a boundary, in errors, within which a cell is undecided.
 const OPEN_WITHIN: f64 = 3.0;
 
+/// The errors of a column's values, infinite where they are unknown.
+#[derive(Clone, Copy)]
+struct Errors {
+    /// Of C at its amplitudes, and between them.
+    c: f64,
+    between: f64,
+    /// Of the squared reach of the orbit from the exit point, and of the farther one.
+    near: f64,
+    far: f64,
+}
+
+/// The values of a column, in the order in which they are stored.
+struct Values<'a> {
+    /// C at its amplitudes, from r = V down.
+    c: &'a [f64],
+    /// The squared reach of the orbit from the exit point, and of the farther one.
+    near: f64,
+    far: f64,
+    /// The mean of the weakening rate.
+    mean: f64,
+}
+
+impl<'a> Values<'a> {
+    /// Number of values beside those of C.
+    const BESIDE_C: usize = 3;
+
+    /// Reads what is stored of a column: at least the values beside those of C.
+    fn of(stored: &'a [f64]) -> Self {
+        let (c, beside) = stored.split_at(stored.len() - Self::BESIDE_C);
+        Self { c, near: beside[0], far: beside[1], mean: beside[2] }
+    }
+}
+
 /// The interpolated answers for the columns of a tile.
 pub(super) struct Interpolated {
-    /// Number of values of a column: C at its amplitudes, from r = V down, the squared reach of both orbits,
-    /// and the mean of the weakening rate.
+    /// Number of stored values of a column.
     stride: usize,
     values: Vec<f64>,
-    /// For each column the errors of C and of the two squares, infinite where they are unknown; and the error of
-    /// C between its amplitudes.
-    errors: Vec<[f64; 4]>,
+    /// The errors of each column.
+    errors: Vec<Errors>,
     /// The nodes of the backbones; `None` where C is interpolated at r = V alone.
     nodes: Option<BackboneNodes>,
     /// The least damping, at which the reach is computed.
@@ -121,9 +152,11 @@ impl Interpolated {
             found.settled_from = groups.map(farthest).fold(0.0, f64::max);
         }
         found.least = cs[0];
-        found.stride = intervals + 4;
+        found.stride = intervals + 1 + Values::BESIDE_C;
         found.values = vec![f64::NAN; found.stride * columns.len()];
-        found.errors = vec![[f64::INFINITY; 4]; columns.len()];
+        let unknown = f64::INFINITY;
+        found.errors =
+            vec![Errors { c: unknown, between: unknown, near: unknown, far: unknown }; columns.len()];
         let shape = tile.shape();
         let (shape, means) = (&shape[..shape.len() - 1], OnceCell::new());
         let columns = TileColumns { grid: &plan.grid, tile, columns, cs, intervals, shape, means };
@@ -131,47 +164,45 @@ impl Interpolated {
         found
     }
 
-    /// C at the amplitudes of a column, the squares of both reaches, and the errors.
-    fn of(&self, number: usize) -> Option<(&[f64], [f64; 2], &[f64; 4])> {
-        let errors = self.errors.get(number).filter(|errors| errors[0].is_finite())?;
-        let (values, &[reach, farther, _]) =
-            self.values[number * self.stride..][..self.stride].split_last_chunk()?;
-        Some((values, [reach, farther], errors))
+    /// The values of a column and their errors; `None` where they are unknown.
+    fn of(&self, number: usize) -> Option<(Values<'_>, &Errors)> {
+        let errors = self.errors.get(number).filter(|errors| errors.c.is_finite())?;
+        Some((Values::of(&self.values[number * self.stride..][..self.stride]), errors))
     }
 
     /// The end of the orbit from the exit point at damping `c` of a column; `None` where it is undecided.
     pub(super) fn end(&self, number: usize, column: &Column, c: f64) -> Option<End> {
-        let (values, [reach, _], errors) = self.of(number)?;
-        let end = end(values[0], reach, errors, column.epsilon * c)?;
+        let (values, errors) = self.of(number)?;
+        let end = end(&values, errors, column.epsilon * c)?;
         // At a larger damping an orbit that crosses may stick.
         (end != End::Crosses || c <= self.least).then_some(end)
     }
 
     /// The backbone of an interpolated column; `None` where it is unknown.
     pub(super) fn backbone(&self, number: usize, column: &Column) -> Option<InterpolatedBackbone<'_>> {
-        let (values, _, errors) = self.of(number)?;
-        let error = errors[0].max(errors[3]);
-        Some(InterpolatedBackbone::new(self.nodes.as_ref()?, column.belt_speed, values, error))
+        let (values, errors) = self.of(number)?;
+        let error = errors.c.max(errors.between);
+        Some(InterpolatedBackbone::new(self.nodes.as_ref()?, column.belt_speed, values.c, error))
     }
 
     /// Whether it is known that, at all dampings of the tile, no orbit of a column crosses the belt line for
     /// ever, except perhaps the orbit from the exit point.
     pub(super) fn no_other_crosses(&self, number: usize) -> bool {
-        let sticks =
-            |(_, [_, reach], errors): (_, [f64; 2], &[f64; 4])| reach + OPEN_WITHIN * errors[2] < CROSSES;
+        let sticks = |(values, errors): (Values, &Errors)| values.far + OPEN_WITHIN * errors.far < CROSSES;
         self.settled_from == 0.0 || self.of(number).is_some_and(sticks)
     }
 }
 
-fn end(critical: f64, reach: f64, errors: &[f64; 4], viscous: f64) -> Option<End> {
-    if (critical - viscous).abs() <= OPEN_WITHIN * errors[0] {
+fn end(values: &Values, errors: &Errors, viscous: f64) -> Option<End> {
+    let critical = values.c[0];
+    if (critical - viscous).abs() <= OPEN_WITHIN * errors.c {
         None
     } else if viscous > critical {
         Some(End::Inward)
-    } else if reach + OPEN_WITHIN * errors[1] < CROSSES {
+    } else if values.near + OPEN_WITHIN * errors.near < CROSSES {
         Some(End::Sticks)
     } else {
-        (reach - OPEN_WITHIN * errors[1] > CROSSES).then_some(End::Crosses)
+        (values.near - OPEN_WITHIN * errors.near > CROSSES).then_some(End::Crosses)
     }
 }
 
@@ -293,19 +324,18 @@ impl TileColumns<'_> {
         }
         let (values, [errors, least], worst) = spread(&sides, values, stride, node_error);
         let ([of_c, near, far, of_mean], [least @ .., _]) = (errors, least);
-        let mut errors = [of_c, near, far, between];
+        let mut errors = Errors { c: of_c.max(of_mean), between, near, far };
         let numbers = numbers_in(part, self.shape.iter().copied());
         let means: Vec<f64> = numbers.iter().map(|&number| self.means()[number]).collect();
-        let pairs = means.iter().zip(values.iter().skip(stride - 1).step_by(stride));
-        let off = pairs.map(|(mean, other)| (mean - other).abs());
+        let pairs = means.iter().zip(values.chunks(stride).map(Values::of));
+        let off = pairs.map(|(mean, values)| (mean - values.mean).abs());
         // A distance that is NaN is the largest.
         let off = off.fold(0.0, |most, off| if off <= most { most } else { off });
-        errors[0] = errors[0].max(of_mean);
-        if !(off <= MEAN_OFF * errors[0]) {
+        if !(off <= MEAN_OFF * errors.c) {
             let roughest = axis_of_feature(part, &means);
             return Some(if sides[roughest].is_exact { longest } else { roughest });
         }
-        errors[0] = errors[0].max(off);
+        errors.c = errors.c.max(off);
         let Open { cells, is_refuted } = self.compare(&numbers, &values, &mut errors, &least, found);
         if is_refuted {
             return Some(longest);
@@ -361,52 +391,58 @@ impl TileColumns<'_> {
         &self,
         numbers: &[usize],
         values: &[f64],
-        errors: &mut [f64; 4],
-        least: &[f64; 3],
+        errors: &mut Errors,
+        &[least_c, least_near, least_far]: &[f64; 3],
         found: &mut Interpolated,
     ) -> Open {
         let stride = found.stride;
-        if !errors[0].is_finite() {
+        if !errors.c.is_finite() {
             return Open { cells: 0, is_refuted: true };
         }
         let mut random = Random(numbers[0] as u64 ^ ((numbers.len() as u64) << 32));
         let refutes = |_| {
             let place = (random.unit() * numbers.len() as f64) as usize;
-            let interpolated = &values[place * stride..][..stride];
+            let interpolated = Values::of(&values[place * stride..][..stride]);
             let Some((exact, [error, _])) = self.values_of(&self.columns[numbers[place]], found) else {
                 return true;
             };
-            let differs =
-                |i: usize, error: f64| (exact[i] - interpolated[i]).abs() > error && error.is_finite();
-            if differs(stride - 2, errors[2]) {
-                errors[2] = f64::INFINITY;
+            let exact = Values::of(&exact);
+            let differs = |one: f64, other: f64, error: f64| (one - other).abs() > error && error.is_finite();
+            if differs(exact.far, interpolated.far, errors.far) {
+                errors.far = f64::INFINITY;
             }
-            (0..stride - 3).any(|i| differs(i, errors[0] + error)) || differs(stride - 3, errors[1])
+            let mut of_c = exact.c.iter().zip(interpolated.c);
+            of_c.any(|(one, other)| differs(*one, *other, errors.c + error))
+                || differs(exact.near, interpolated.near, errors.near)
         };
         if (0..COMPARED).any(refutes) {
             return Open { cells: 0, is_refuted: true };
         }
         // A finer interpolant's error is taken as a hundredth of this one's, and at least that of the nodes.
-        let [c, near, far] = [0, 1, 2].map(|kind| least[kind].max(0.01 * errors[kind]));
-        let finer = [c, near, far, errors[3]];
+        let finer = Errors {
+            c: least_c.max(0.01 * errors.c),
+            near: least_near.max(0.01 * errors.near),
+            far: least_far.max(0.01 * errors.far),
+            ..*errors
+        };
         let mut cells = 0;
         // An odd step, so that the samples do not all have the same position in their rows.
         let each = numbers.len().div_ceil(COUNTED) | 1;
         for (&number, values) in numbers.iter().zip(values.chunks(stride)).step_by(each) {
             let column = &self.columns[number];
-            let (critical, reach) = (values[0], values[stride - 3]);
+            let values = Values::of(values);
             let backbones = found.nodes.as_ref().map(|nodes| {
                 let at_belt_speed = column.curve.weakening(column.belt_speed);
                 let backbone = |error: f64| {
-                    let error = error.max(errors[3]);
-                    InterpolatedBackbone::new(nodes, column.belt_speed, &values[..stride - 3], error)
+                    let error = error.max(errors.between);
+                    InterpolatedBackbone::new(nodes, column.belt_speed, values.c, error)
                 };
-                ([backbone(errors[0]), backbone(finer[0])], at_belt_speed)
+                ([backbone(errors.c), backbone(finer.c)], at_belt_speed)
             });
             for c in self.cs {
                 let viscous = column.epsilon * c;
-                let Some(fine) = end(critical, reach, &finer, viscous) else { continue };
-                let open = match (&backbones, end(critical, reach, errors, viscous)) {
+                let Some(fine) = end(&values, &finer, viscous) else { continue };
+                let open = match (&backbones, end(&values, errors, viscous)) {
                     (_, None) => true,
                     (None, Some(_)) => false,
                     (Some(([now, finer], at_belt_speed)), Some(end)) => {
@@ -443,8 +479,8 @@ fn axis_of_feature(part: &[Range<usize>], values: &[f64]) -> usize {
     (0..part.len()).max_by(|&one, &other| bend(one).total_cmp(&bend(other))).unwrap_or(0)
 }
 
-/// Returns the interpolant at all columns of a box, its errors, the part of them due to the errors of the
-/// nodes, and the axis that contributes most to the errors.
+/// Returns the interpolant at all columns of a box, its errors of C, of both squares and of the mean, the part of
+/// them due to the errors of the nodes, and the axis that contributes most to the errors.
 fn spread(
     sides: &[Side],
     values: Vec<f64>,
@@ -497,7 +533,7 @@ fn spread(
 }
 
 /// The largest tails of the series along an axis of `count` nodes, whose values are `after` numbers apart: of
-/// C and of the two squares, which are the last two of each `stride` numbers.
+/// C, of the two squares, and of the mean; the last three of each `stride` numbers are no values of C.
 fn tails(values: &[f64], count: usize, after: usize, stride: usize) -> [f64; 4] {
     let transform = Transform::new(count - 1);
     let mut tails = [0.0_f64; 4];
@@ -506,7 +542,7 @@ fn tails(values: &[f64], count: usize, after: usize, stride: usize) -> [f64; 4] 
         for first in 0..after {
             line.iter_mut().zip(block[first..].iter().step_by(after)).for_each(|(to, from)| *to = *from);
             let tail = 2.0 * transform.coefficients(&line).skip(count - 2).map(f64::abs).sum::<f64>();
-            let largest = &mut tails[(first % stride + 4).saturating_sub(stride)];
+            let largest = &mut tails[(first % stride + 1 + Values::BESIDE_C).saturating_sub(stride)];
             // A tail that is NaN replaces the largest.
             *largest = if tail <= *largest { *largest } else { tail };
         }

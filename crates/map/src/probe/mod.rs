@@ -13,6 +13,7 @@ use result::{
 };
 pub use result::{MachineResult, Probe};
 
+use crate::assessment::StandardErrors;
 use crate::behaviour::{Behaviour, growth_time};
 use crate::machine::Machine;
 use crate::map::{self, Grid, Regime};
@@ -216,9 +217,9 @@ impl From<SlipCount> for SlipCountResult {
 }
 
 impl MachineResult {
-    /// Converts the behaviour of `machine`.
+    /// Converts the behaviour of `machine`; the `errors` of its friction may leave its regime open.
     #[must_use]
-    pub fn new(machine: &Machine, behaviour: &Behaviour) -> Self {
+    pub fn new(machine: &Machine, behaviour: &Behaviour, errors: Option<&StandardErrors>) -> Self {
         let [slip_time, stick_time] =
             behaviour.slip_and_stick_time.map_or([None; 2], |times| times.map(Some));
         Self {
@@ -232,6 +233,8 @@ impl MachineResult {
             damping_ratio: behaviour.damping_ratio,
             natural_frequency: behaviour.natural_frequency,
             regime: behaviour.regime.name(),
+            regimes_left_open_by_data: errors
+                .map(|errors| errors.leave_open(machine.damping, behaviour.regime).names()),
             slip_time,
             stick_time,
             growth_time: behaviour.growth_time,

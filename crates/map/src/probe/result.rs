@@ -263,6 +263,10 @@ result! {
         pub(crate) natural_frequency: f64,
         /// Name of the long-run behaviour.
         pub(crate) regime: &'static str,
+        /// The regimes that are possible within two standard errors of the friction, that of its nominal values first;
+        /// none where the data decide. Absent for friction without errors.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        pub(crate) regimes_left_open_by_data: Option<Vec<&'static str>>,
         /// Slip time of the stick-slip cycle, s.
         pub(crate) slip_time: Option<f64>,
         /// Stick time of the stick-slip cycle, s.

@@ -1,36 +1,35 @@
 //! The answer of the page in a sentence.
 
 use super::lines::{damping_limit, percent, quantity, with_error};
+use super::units::{Unit, Written};
 use slipmap_figure::text::{Rich, rich};
 pub use slipmap_map::assessment::{Assessment, DampingLimit, LeftOpen, Undetermined};
-use slipmap_map::machine::{Dimension, Motion};
+use slipmap_map::machine::Motion;
 use slipmap_map::map::{Attractors, Regime};
-use slipmap_map::risk::Risk;
+use slipmap_map::risk::{Risk, WithError};
 
 /// The behaviour at the working point, and the damping above which the vibration ends.
-pub(super) fn in_words(all: &Assessment) -> Rich {
+pub(super) fn in_words(all: &Assessment, written: &Written) -> Rich {
     let (machine, does) = (&all.machine, &all.behaviour);
-    let unit = |dimension| machine.motion.unit(dimension);
-    let limit = |damping: f64| damping_limit(all, damping, 3, unit(Dimension::Damping));
-    let place = quantity(machine.belt_speed, unit(Dimension::Velocity)).then(" and ");
-    let place = place.then(quantity(machine.damping, unit(Dimension::Damping)));
-    let vibrates = |regime: Regime| {
-        let Attractors { slip, stick_slip, crossing, .. } = regime.attractors();
-        slip || stick_slip || crossing
-    };
-    let (sentence, vibrates) = match all.left_open().filter(|open| !open.limits.is_empty()) {
-        Some(open) => (undecided(all, place, &open), open.regimes.iter().any(|regime| vibrates(*regime))),
+    let limit = |damping: f64| damping_limit(all, damping, 3, Unit::of(&all.machine, written, "damping"));
+    let place = quantity(machine.belt_speed, Unit::of(&all.machine, written, "belt_speed")).then(" and ");
+    let place = place.then(quantity(machine.damping, Unit::of(&all.machine, written, "damping")));
+    let (sentence, regimes) = match all.left_open().filter(|open| !open.limits.is_empty()) {
+        Some(open) => (undecided(all, written, place, &open), open.regimes),
         None => {
             let does_what = capital(&does_what(all));
             let does_what = rich(&does_what).then(" at ").then(place).then(vibration(all));
-            (does_what.then(growth(all)), vibrates(does.regime))
+            (does_what.then(growth(all)), vec![does.regime])
         }
     };
-    let vibrates = vibrates || sticks(all) == Some(true);
+    let some = |of: fn(Attractors) -> bool| regimes.iter().any(|regime| of(regime.attractors()));
+    let may_stick = some(|it| it.stick_slip) || sticks(all) == Some(true);
+    let vibrates = may_stick || some(|it| it.slip || it.crossing);
     if matches!(does.regime, Regime::Failed | Regime::Neutral) && !vibrates {
         return sentence.then(".");
     }
-    match (vibrates, does.critical_damping, all.vibrates_below_damping) {
+    let ends_stick_slip = does.critical_damping.filter(|_| may_stick);
+    match (vibrates, ends_stick_slip, all.vibrates_below_damping) {
         (true, Some(stick_slip), Some(every))
             if every > stick_slip * (1.0 + 1e-6) && stick_slip > machine.damping =>
         {
@@ -51,9 +50,8 @@ pub(super) fn in_words(all: &Assessment) -> Rich {
 }
 
 /// The probability of stick-slip from the spreads of the inputs and the errors of the friction; may be empty.
-pub(super) fn uncertainty(all: &Assessment, risk: Option<&Risk>) -> Rich {
+pub(super) fn uncertainty(all: &Assessment, written: &Written, risk: Option<&Risk>) -> Rich {
     let Some(risk) = risk else { return Rich::default() };
-    let unit = all.machine.motion.unit(Dimension::Damping);
     let share = match (risk.failed, risk.probability.limits.map(percent)) {
         (0, _) => format!("of {} %", percent(risk.probability.value)),
         (failed, [low, high]) => {
@@ -71,9 +69,9 @@ pub(super) fn uncertainty(all: &Assessment, risk: Option<&Risk>) -> Rich {
         // Without damping the probability is smaller still.
         Some((_, damping)) if damping.value == 0.0 => probability.then("."),
         Some((share, damping)) => {
-            let damping = Rich::number(damping.value, 3).with_unit(unit);
+            let damping = Unit::of(&all.machine, written, "damping").number(damping.value, 3);
             let share = Rich::number(100.0 * share, 2);
-            probability.then("; at ").then(damping).then(" it is ").then(share).then(" %.")
+            probability.then("; above ").then(damping).then(" it is below ").then(share).then(" %.")
         }
         None => probability.then("."),
     }
@@ -86,8 +84,13 @@ fn sticks(all: &Assessment) -> Option<bool> {
 
 /// "At 0.2 m/s and 180 N s/m the data leave open what it does: it ...; or it ... The damping lies within two
 /// standard errors of 171 ± 20 N s/m, below which steady slip is unstable".
-fn undecided(all: &Assessment, place: Rich, LeftOpen { limits, regimes }: &LeftOpen) -> Rich {
-    let unit = all.machine.motion.unit(Dimension::Damping);
+fn undecided(
+    all: &Assessment,
+    written: &Written,
+    place: Rich,
+    LeftOpen { limits, regimes, .. }: &LeftOpen,
+) -> Rich {
+    let unit = Unit::of(&all.machine, written, "damping");
     let mut sentence = match all.behaviour.regime {
         Regime::Failed | Regime::Neutral => {
             rich(&capital(&does_what(all))).then(" at ").then(place).then(". ")
@@ -99,14 +102,15 @@ fn undecided(all: &Assessment, place: Rich, LeftOpen { limits, regimes }: &LeftO
             rich("At ").then(place).then(rich(&behaviours))
         }
     };
-    for (number, (limit, value)) in limits.iter().enumerate() {
+    for (number, (limit, WithError { value, standard_error })) in limits.iter().enumerate() {
         let begins =
             if number == 0 { "The damping lies within two standard errors of " } else { ", and of " };
         let below = match limit {
             DampingLimit::Hopf => ", below which steady slip is unstable",
             DampingLimit::Critical => ", above which it cannot stick-slip",
         };
-        sentence = sentence.then(rich(begins)).then(with_error(*value, unit)).then(rich(below));
+        sentence =
+            sentence.then(rich(begins)).then(with_error(*value, *standard_error, 4, unit)).then(rich(below));
     }
     sentence
 }

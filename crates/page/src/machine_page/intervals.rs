@@ -1,55 +1,58 @@
 //! The lines of the page about the intervals of belt speed and damping in which the machine behaves in one way.
 
-use super::lines::{Line, damping_limit, digits_of_data, with_error};
+use super::lines::{Line, digits_of_data, with_error};
+use super::units::{Unit, Written};
 use slipmap_figure::text::{Rich, rich};
 use slipmap_map::assessment::{Assessment, End, Intervals, Statement};
-use slipmap_map::machine::Dimension;
-use slipmap_map::risk::WithError;
 
-/// A quantity that varies: its words, its unit, and how a located end of an interval is printed, without unit.
+/// A quantity that varies: its words, its unit, and the error and number of digits with which an end of an interval is
+/// printed that is located to within an error.
 struct Varied<'a> {
     words: String,
-    unit: &'static str,
-    located: &'a dyn Fn(f64, f64) -> Rich,
+    unit: Unit<'a>,
+    located: &'a dyn Fn(f64, f64) -> (f64, usize),
 }
 
 /// The belt speeds at which each statement holds.
-pub(super) fn of_speeds(all: &Assessment) -> Vec<Line> {
+pub(super) fn of_speeds(all: &Assessment, written: &Written) -> Vec<Line> {
     let motion = all.machine.motion;
     let [of_slope, of_mean] = digits_of_data(all);
     let of_data = all.standard_errors.and_then(|errors| errors.critical_belt_speed);
+    let unit = Unit::of(&all.machine, written, "belt_speed");
     let lines = Statement::ALL.into_iter().zip(&all.speeds).filter_map(|(statement, intervals)| {
         let digits = if statement == Statement::AlwaysSticks { of_slope } else { of_mean };
         let located = |value: f64, error: f64| match of_data {
-            Some(limit) if (limit.value - value).abs() <= error => with_error(limit, ""),
-            _ => Rich::with_error(value, error, digits),
+            Some(limit) if (limit.value - value).abs() <= error => (limit.standard_error, 4),
+            _ => (error, digits),
         };
-        let unit = motion.unit(Dimension::Velocity);
         let varied = Varied { words: motion.words("belt_speed"), unit, located: &located };
         varied.line(statement, intervals)
     });
     lines.collect()
 }
 
-/// The dampings at which each statement holds; but for those below the critical damping, which has a line of its
-/// own.
-pub(super) fn of_dampings(all: &Assessment) -> Vec<Line> {
+/// Whether it may stick-slip from the least damping on, if at any: then the critical damping tells at which it may.
+pub(super) fn sticks_from_the_least(all: &Assessment) -> bool {
+    match all.dampings[Statement::MayStick as usize].holds.as_slice() {
+        [] => all.behaviour.critical_damping.is_none(),
+        several => matches!(several, [[End::Tried(_), _]]),
+    }
+}
+
+/// The dampings at which each statement holds; but for those at which it may stick-slip where the critical damping tells
+/// them in a line of its own.
+pub(super) fn of_dampings(all: &Assessment, written: &Written) -> Vec<Line> {
     let [of_slope, _] = digits_of_data(all);
-    let located = |value: f64, error: f64| match all.numerical_error_of(value) >= error {
-        true => damping_limit(all, value, of_slope, ""),
-        false => match all.standard_error_of(value) {
-            Some(standard_error) if standard_error >= error => {
-                with_error(WithError { value, standard_error }, "")
-            }
-            _ => Rich::with_error(value, error, of_slope),
-        },
+    let unit = Unit::of(&all.machine, written, "damping");
+    let located = |value: f64, error: f64| {
+        let numerical = all.numerical_error_of(value).max(error);
+        all.standard_error_of(value)
+            .filter(|error| *error >= numerical)
+            .map_or((numerical, of_slope), |error| (error, 4))
     };
-    let unit = all.machine.motion.unit(Dimension::Damping);
     let varied = Varied { words: "damping".into(), unit, located: &located };
     let each = Statement::ALL.into_iter().zip(&all.dampings);
-    let told = each.filter(|(statement, intervals)| {
-        !matches!((statement, intervals.holds.as_slice()), (Statement::MayStick, [] | [[End::Tried(_), _]]))
-    });
+    let told = each.filter(|(statement, _)| *statement != Statement::MayStick || !sticks_from_the_least(all));
     told.filter_map(|(statement, intervals)| varied.line(statement, intervals)).collect()
 }
 
@@ -71,40 +74,48 @@ impl Varied<'_> {
             (intervals.holds.as_slice(), intervals.unknown.as_slice())
         {
             let name = rich(&format!("{words} below {}", self.words));
-            return Some((name, (self.located)(*value, *error).with_unit(self.unit)));
+            let (error, digits) = (self.located)(*value, *error);
+            return Some((name, with_error(*value, error, digits, self.unit)));
         }
         Some((rich(&format!("{words} at {}s", self.words)), self.intervals(intervals)))
     }
 
     fn intervals(&self, of: &Intervals) -> Rich {
-        let number = |value: f64| Rich::number(value, 3);
+        let number = |value: f64| self.unit.unnamed().number(value, 3);
         let [least, most] = of.tried.map(number);
-        let known = match of.holds.as_slice() {
-            [] if of.unknown == [of.tried] => return rich("not determined"),
-            [] => rich("none of those tried, ").then(least).then(" to ").then(most),
-            [[End::Tried(_), End::Tried(_)]] => {
+        let unknown = of.unknown.iter().map(|[from, to]| between(number(*from), number(*to)));
+        let unknown = unknown.reduce(|text, next| text.then(", ").then(next));
+        let known = match (of.holds.as_slice(), unknown.is_some()) {
+            ([], true) if of.unknown == [of.tried] => return rich("not determined"),
+            ([], true) => rich("none known"),
+            ([], false) => rich("none of those tried, ").then(least).then(" to ").then(most),
+            ([[End::Tried(_), End::Tried(_)]], _) => {
                 rich("all of those tried, ").then(least).then(" to ").then(most)
             }
-            several => several
+            (several, _) => several
                 .iter()
                 .map(|ends| self.interval(*ends))
                 .reduce(|text, next| text.then(", ").then(next))
                 .unwrap_or_default(),
         };
-        let unknown = of.unknown.iter().map(|[from, to]| number(*from).then(" to ").then(number(*to)));
-        let unknown = unknown.reduce(|text, next| text.then(", ").then(next));
-        let known = known.with_unit(self.unit);
         match unknown {
-            Some(unknown) => known.then("; not known at ").then(unknown).with_unit(self.unit),
+            Some(unknown) => known.then("; not known at ").then(unknown),
             None => known,
         }
+        .with_unit(self.unit.name)
     }
 
     /// "0.0002 to 0.01", "up to 0.01", "0.0002 to at least 13.5".
     fn interval(&self, [from, to]: [End; 2]) -> Rich {
-        let number = |end: End| match end.located() {
-            Some([value, error]) => (self.located)(value, error),
-            None => Rich::number(end.value(), 3),
+        let width = to.value() - from.value();
+        // An error beyond the width of the interval moves both of its ends.
+        let number = |end: End| {
+            let unit = self.unit.unnamed();
+            let located = end.located().map(|[value, error]| (value, (self.located)(value, error)));
+            match located.filter(|(_, (error, _))| *error < width) {
+                Some((value, (error, digits))) => with_error(value, error, digits, unit),
+                None => unit.number(end.value(), 3),
+            }
         };
         let end = match to {
             End::At { .. } => number(to),
@@ -112,7 +123,38 @@ impl Varied<'_> {
         };
         match from {
             End::Tried(_) => rich("up to ").then(end),
-            End::At { .. } | End::Open(_) => number(from).then(" to ").then(end),
+            End::At { .. } | End::Open(_) => between(number(from), end),
         }
+    }
+}
+
+/// "0.3 to 0.4"; "about 0.3" where the digits that are printed do not tell the ends apart.
+fn between(from: Rich, to: Rich) -> Rich {
+    match from.plain() == to.plain() {
+        true => rich("about ").then(from),
+        false => from.then(" to ").then(to),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What is known nowhere is not told as nowhere true, and ends that look alike are one number.
+    #[test]
+    fn intervals_have_one_line_each() {
+        let located = |_: f64, error: f64| (error, 3);
+        let unit = Unit { name: "rpm", size: 0.1 };
+        let varied = Varied { words: "speed".into(), unit, located: &located };
+        let line = |holds: Vec<[End; 2]>, unknown: Vec<[f64; 2]>| {
+            varied.intervals(&Intervals { holds, unknown, tried: [0.0, 8.0] }).plain()
+        };
+        assert_eq!(line(vec![], vec![]), "none of those tried, 0 to 80 rpm");
+        assert_eq!(line(vec![], vec![[0.0, 8.0]]), "not determined");
+        assert_eq!(line(vec![], vec![[0.0, 4.0]]), "none known; not known at 0 to 40 rpm");
+        let open = [End::Tried(0.0), End::Open(2.0)];
+        assert_eq!(line(vec![open], vec![[2.0, 2.000_001]]), "up to at least 20; not known at about 20 rpm");
+        let at = |value: f64, error: f64| End::At { value, error };
+        assert_eq!(line(vec![[at(4.3, 1e-6), at(4.4, 5.0)]], vec![]), "43 to 44 rpm");
     }
 }

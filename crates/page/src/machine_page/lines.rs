@@ -1,14 +1,15 @@
 //! The lines of the page: questions and answers, section by section.
 
 use super::intervals;
+use super::units::{Unit, Written};
 use crate::palette;
 use slipmap_figure::text::{Rich, join, rich};
-pub use slipmap_map::assessment::{Assessment, ErrorsFrom, NeededKick, Undetermined};
-use slipmap_map::machine::{Coefficients, Dimension, Friction, Machine, Motion};
+pub use slipmap_map::assessment::{Assessment, NeededKick, Undetermined};
+use slipmap_map::machine::{Coefficients, Dimension, Friction, Motion};
 use slipmap_map::risk::{Estimate, Risk, Spread, Uncertain, WithError, is_uncertain};
 use slipmap_model::filippov::Stability;
 use slipmap_model::friction::Table;
-use slipmap_numbers::text::{digits_within, rounded};
+use slipmap_numbers::text::{digits_within, known_part, rounded};
 use slipmap_simulate::slip_cycle::Kick;
 
 /// A question and its answer.
@@ -17,17 +18,14 @@ pub(crate) type Line = (Rich, Rich);
 /// A heading and its lines.
 pub(crate) type Section = (&'static str, Vec<Line>);
 
-pub(super) fn quantity(value: f64, unit: &str) -> Rich {
-    Rich::number(value, 4).with_unit(unit)
+pub(super) fn quantity<'a>(value: f64, unit: impl Into<Unit<'a>>) -> Rich {
+    unit.into().number(value, 4)
 }
 
-/// A number and its standard error: "171 ± 20 N s/m". The number has no digits beyond those of the error.
-pub(super) fn with_error(of: WithError, unit: &str) -> Rich {
-    let WithError { value, standard_error } = of;
-    // Digits before the point are rounded, too: 530 ± 100, not 528 ± 102.
-    let number = |x: f64, digits: usize| Rich::number(rounded(x, digits).parse().unwrap_or(x), 4);
-    let digits = digits_within(value, standard_error, 4);
-    number(value, digits).then(" ± ").then(number(standard_error, 2)).with_unit(unit)
+/// A number in SI units and its error, where that reaches the digits: "171 ± 20 N s/m".
+pub(super) fn with_error<'a>(value: f64, error: f64, digits: usize, unit: impl Into<Unit<'a>>) -> Rich {
+    let Unit { name, size } = unit.into();
+    Rich::with_error(value / size, error / size, digits).with_unit(name)
 }
 
 /// Numbers of digits of what depends on the slope of the friction and on its mean over the motion in a way
@@ -43,13 +41,11 @@ pub(super) fn digits_of_data(all: &Assessment) -> [usize; 2] {
 
 /// A limit of the damping, with its standard error where that is known; the critical damping else with its
 /// numerical error, where that reaches the digits.
-pub(super) fn damping_limit(all: &Assessment, damping: f64, digits: usize, unit: &str) -> Rich {
+pub(super) fn damping_limit(all: &Assessment, damping: f64, digits: usize, unit: Unit) -> Rich {
     let numerical = all.numerical_error_of(damping);
     match all.standard_error_of(damping) {
-        Some(standard_error) if standard_error >= numerical => {
-            with_error(WithError { value: damping, standard_error }, unit)
-        }
-        _ => Rich::with_error(damping, numerical, digits).with_unit(unit),
+        Some(standard_error) if standard_error >= numerical => with_error(damping, standard_error, 4, unit),
+        _ => with_error(damping, numerical, digits, unit),
     }
 }
 
@@ -58,69 +54,79 @@ fn line(name: &str, value: Rich) -> Line {
 }
 
 /// All sections of the page.
-pub(super) fn sections(all: &Assessment, uncertain: &[Uncertain], risk: Option<&Risk>) -> Vec<Section> {
-    let mut sections = vec![("Machine", given(all, uncertain)), ("Limits", limits(all))];
+pub(super) fn sections(
+    all: &Assessment,
+    written: &Written,
+    uncertain: &[Uncertain],
+    risk: Option<&Risk>,
+) -> Vec<Section> {
+    let mut sections = vec![("Machine", given(all, written, uncertain)), ("Limits", limits(all, written))];
     const UNCERTAIN: &str = "Uncertain quantities";
     match risk {
-        Some(risk) => sections.push((UNCERTAIN, risk_lines(all, risk))),
+        Some(risk) => sections.push((UNCERTAIN, risk_lines(all, written, risk))),
         None if is_uncertain(&all.machine, uncertain) => {
             let why = rich("not determined: no critical damping was found for any draw");
             sections.push((UNCERTAIN, vec![line("probability that it may stick-slip", why)]));
         }
         None => {}
     }
-    sections.push(("Motion", motion(all)));
-    sections.push(("Critical damping changes with", sensitivities(all, uncertain)));
+    sections.push(("Motion", motion(all, written)));
+    sections.push(("Critical damping changes with", sensitivities(all, written, uncertain)));
     sections.push(("What is proved and what is computed", proved(all)));
     sections
 }
 
 /// The quantity of this name with its unit and its spread: "2 kg ± 0.05 (sd)", "225 N s/m, 150 to 300 (uniform)".
-fn with_spread(name: &str, value: f64, unit: &str, uncertain: &[Uncertain]) -> Rich {
+fn with_spread(name: &str, value: f64, unit: Unit, uncertain: &[Uncertain]) -> Rich {
     let text = quantity(value, unit);
+    let number = |value: f64, digits: usize| unit.unnamed().number(value, digits);
     match uncertain.iter().find(|(known, _)| *known == name) {
         None => text,
-        Some((_, Spread::Normal { sd })) => text.then(" ± ").then(Rich::number(*sd, 3)).then(" (sd)"),
+        Some((_, Spread::Normal { sd })) => text.then(" ± ").then(number(*sd, 3)).then(" (sd)"),
         Some((_, spread @ Spread::Joint { .. })) => {
-            text.then(" ± ").then(Rich::number(spread.sd(), 3)).then(" (of the fit)")
+            with_error(value, spread.sd(), 4, unit).then(" (of the fit)")
         }
         Some((_, Spread::Uniform { min, max })) => {
-            let ends = Rich::number(*min, 4).then(" to ").then(Rich::number(*max, 4));
+            let ends = number(*min, 4).then(" to ").then(number(*max, 4));
             text.then(", ").then(ends).then(" (uniform)")
         }
     }
 }
 
 /// The machine as it was given.
-fn given(all: &Assessment, uncertain: &[Uncertain]) -> Vec<Line> {
+fn given(all: &Assessment, written: &Written, uncertain: &[Uncertain]) -> Vec<Line> {
     let machine = &all.machine;
-    let of = |name: &str, value: f64, dimension: Dimension| {
-        with_spread(name, value, machine.motion.unit(dimension), uncertain)
-    };
-    let named =
-        |name: &str, value: f64, dimension| line(&machine.motion.words(name), of(name, value, dimension));
-    let mut given = vec![
-        named("mass", machine.mass, Dimension::Mass),
-        named("stiffness", machine.stiffness, Dimension::Stiffness),
-    ];
+    let of =
+        |name: &str, value: f64| with_spread(name, value, Unit::of(&all.machine, written, name), uncertain);
+    let named = |name: &str, value: f64| line(&machine.motion.words(name), of(name, value));
+    let mut given = vec![named("mass", machine.mass), named("stiffness", machine.stiffness)];
     if machine.normal_force_is_known {
-        given.push(named("normal_force", machine.normal_force, Dimension::Force));
+        // With a radius the force is written, and the torque is shown.
+        let is_written = machine.quantities().contains(&("normal_force", machine.normal_force));
+        let unit = match is_written {
+            true => Unit::of(&all.machine, written, "normal_force"),
+            false => machine.motion.unit(Dimension::Force).into(),
+        };
+        let force = with_spread("normal_force", machine.normal_force, unit, uncertain);
+        given.push(line(&machine.motion.words("normal_force"), force));
     }
-    given.extend(given_friction(machine, uncertain));
-    given.push(named("belt_speed", machine.belt_speed, Dimension::Velocity));
+    given.extend(given_friction(all, written, uncertain));
+    given.push(named("belt_speed", machine.belt_speed));
     let ratio = rich(" (damping ratio ").then(Rich::number(all.behaviour.damping_ratio, 3)).then(")");
-    given.push(line("damping", of("damping", machine.damping, Dimension::Damping).then(ratio)));
+    given.push(line("damping", of("damping", machine.damping).then(ratio)));
     given
 }
 
-fn given_friction(machine: &Machine, uncertain: &[Uncertain]) -> Vec<Line> {
+fn given_friction(all: &Assessment, written: &Written, uncertain: &[Uncertain]) -> Vec<Line> {
+    let machine = &all.machine;
     match &machine.friction {
         Friction::Coefficients(law, of) => {
-            let number = |name: &str, value: f64| with_spread(name, value, "", uncertain);
+            let number = |name: &str, value: f64| {
+                with_spread(name, value, Unit::of(&all.machine, written, name), uncertain)
+            };
             let rest = number("static_friction", of.static_friction);
             let kinetic = number("kinetic_friction", of.kinetic_friction);
-            let velocity = machine.motion.unit(Dimension::Velocity);
-            let width = with_spread("stribeck_velocity", of.stribeck_velocity, velocity, uncertain);
+            let width = number("stribeck_velocity", of.stribeck_velocity);
             let mut lines = vec![
                 line("friction law", Rich::foreign(law.name())),
                 line("coefficient of friction at rest, kinetic", rest.then(", ").then(kinetic)),
@@ -141,7 +147,18 @@ fn given_friction(machine: &Machine, uncertain: &[Uncertain]) -> Vec<Line> {
             }
             let named = formula.parameters().iter().zip(parameters.as_slice());
             let values = named.map(|(of, value)| {
-                Rich::foreign(&format!("{} = ", of.name)).then(with_spread(of.name, *value, "", uncertain))
+                let is_fitted = |it: &&Uncertain| it.0 == of.name && matches!(it.1, Spread::Joint { .. });
+                let is_fitted = uncertain.iter().any(|it| is_fitted(&it));
+                let unit = match is_fitted {
+                    true => machine.motion.unit_of_fitted(of.name, !machine.normal_force_is_known),
+                    false => "",
+                };
+                Rich::foreign(&format!("{} = ", of.name)).then(with_spread(
+                    of.name,
+                    *value,
+                    unit.into(),
+                    uncertain,
+                ))
             });
             if !parameters.as_slice().is_empty() {
                 lines.push(line("with", join(values)));
@@ -179,16 +196,17 @@ fn table_in_words(table: &Table) -> Rich {
 }
 
 /// The limits of belt speed and damping.
-fn limits(all: &Assessment) -> Vec<Line> {
-    let (machine, does) = (&all.machine, &all.behaviour);
-    let unit = machine.motion.unit(Dimension::Damping);
+fn limits(all: &Assessment, written: &Written) -> Vec<Line> {
+    let does = &all.behaviour;
+    let unit = Unit::of(&all.machine, written, "damping");
     let [of_slope, of_mean] = digits_of_data(all);
     let of_damping = |damping: f64| damping_limit(all, damping, of_slope, unit);
     let errors = all.standard_errors;
     let none = |limit: Option<WithError>| match limit {
         // Errors that may make it positive.
         Some(limit) if limit.value + 2.0 * limit.standard_error > 0.0 => {
-            rich("none by the curve through the data: ").then(with_error(limit, unit))
+            let limit = with_error(limit.value, limit.standard_error, 4, unit);
+            rich("none by the curve through the data: ").then(limit)
         }
         _ => rich("none: it needs no damping"),
     };
@@ -197,22 +215,24 @@ fn limits(all: &Assessment) -> Vec<Line> {
             let of_data = all.standard_error_of(damping).unwrap_or(0.0);
             let apart = |error: &f64| *error > of_data && !Rich::shows_error(damping, *error, of_slope);
             let numerical = numerical.filter(apart).map_or_else(Rich::default, |error| {
-                rich(" (numerical error ").then(Rich::number(error, 2)).then(")")
+                rich(" (numerical error ").then(unit.unnamed().number(error, 2)).then(")")
             });
             of_damping(damping).then(numerical)
         }
         _ if does.critical_damping_is_known => none(errors.and_then(|errors| errors.critical_damping)),
         (None, Some(error)) => {
-            let error = Rich::number(error, 2).with_unit(unit);
+            let error = unit.number(error, 2);
             rich("not determined: its error, ").then(error).then(", is more than 1 % of it")
         }
         _ => rich("not determined"),
     };
     let mut limits = regime_lines(all);
-    limits.extend(intervals::of_speeds(all));
-    limits.extend(intervals::of_dampings(all));
+    limits.extend(intervals::of_speeds(all, written));
+    limits.extend(intervals::of_dampings(all, written));
+    if intervals::sticks_from_the_least(all) {
+        limits.push(line("may stick-slip below damping", critical));
+    }
     limits.extend([
-        line("may stick-slip below damping", critical),
         line(
             "steady slip is unstable below damping",
             match all.hopf_damping > 0.0 {
@@ -231,13 +251,7 @@ fn limits(all: &Assessment) -> Vec<Line> {
         ),
     ]);
     if let Some(errors) = errors {
-        let by = match errors.from {
-            ErrorsFrom::Data => "the standard errors of the data and the curve between the rows",
-            ErrorsFrom::Fit => "the covariance of the fit",
-            ErrorsFrom::Curve => "what the curve between the rows could be",
-            ErrorsFrom::Scatter => "the scatter of the rows, which have no standard errors",
-        };
-        let words = format!("standard error by {by}; not known of the other limits");
+        let words = format!("standard error by {}; not known of the other limits", errors.from.in_words());
         limits.push(line("after ±", Rich::foreign(&words)));
     }
     limits.extend(unmeasured(all));
@@ -280,12 +294,15 @@ fn not_determined(all: &Assessment) -> Rich {
 }
 
 /// Frequencies, times, amplitudes and kicks at the working point.
-fn motion(all: &Assessment) -> Vec<Line> {
+fn motion(all: &Assessment, written: &Written) -> Vec<Line> {
     let does = &all.behaviour;
     let [_, digits] = digits_of_data(all);
-    let of = |value: f64, dimension: Dimension| {
-        Rich::number(value, digits).with_unit(all.machine.motion.unit(dimension))
+    // Velocities in the unit of the belt speed.
+    let unit = |dimension: Dimension| match dimension {
+        Dimension::Velocity => Unit::of(&all.machine, written, "belt_speed"),
+        _ => all.machine.motion.unit(dimension).into(),
     };
+    let of = |value: f64, dimension: Dimension| unit(dimension).number(value, digits);
     use Dimension::{Impulse, Length, Time, Velocity};
     let mut motion = vec![line("undamped natural frequency", quantity(does.natural_frequency, "Hz"))];
     if let Some(period) = all.period {
@@ -323,11 +340,11 @@ fn motion(all: &Assessment) -> Vec<Line> {
         NeededKick::Kick(kick) => {
             let relative = all.standard_errors.and_then(|errors| errors.kick);
             let of = |value: f64, dimension: Dimension| {
-                let unit = all.machine.motion.unit(dimension);
+                let unit = unit(dimension);
                 match (relative, &all.machine.friction) {
-                    (Some(error), _) => with_error(WithError { value, standard_error: error * value }, unit),
+                    (Some(error), _) => with_error(value, error * value, 4, unit),
                     // The errors of the data are not known, but they are seldom below a per cent.
-                    (None, Friction::Measured(_)) => Rich::number(value, 2).with_unit(unit),
+                    (None, Friction::Measured(_)) => unit.number(value, 2),
                     (None, _) => quantity(value, unit),
                 }
             };
@@ -349,8 +366,11 @@ fn motion(all: &Assessment) -> Vec<Line> {
     motion
 }
 
+/// Sensitivities below this, in per cent for 1 %, are told as that: no quantity is known so well that they matter.
+const LEAST_SENSITIVITY: f64 = 1e-3;
+
 /// By how much the critical damping changes with each quantity, and how much of its uncertainty comes from each.
-fn sensitivities(all: &Assessment, uncertain: &[Uncertain]) -> Vec<Line> {
+fn sensitivities(all: &Assessment, written: &Written, uncertain: &[Uncertain]) -> Vec<Line> {
     let machine = &all.machine;
     if all.sensitivities.is_empty() {
         let words = match all.behaviour.critical_damping {
@@ -370,6 +390,10 @@ fn sensitivities(all: &Assessment, uncertain: &[Uncertain]) -> Vec<Line> {
             let why = rich("not known: its error, ").then(error).then(" % for 1 %, is too large");
             return (Rich::foreign(&name), why);
         }
+        if of.critical_damping.abs() + of.critical_damping_error < LEAST_SENSITIVITY {
+            let least = Rich::number(LEAST_SENSITIVITY, 1).then(" % for 1 %");
+            return (Rich::foreign(&name), rich("less than ").then(least));
+        }
         let per_cent = Rich::with_error(of.critical_damping, of.critical_damping_error, 3).then(" % for 1 %");
         // To first order.
         let sd = uncertain.iter().find(|(known, _)| *known == of.quantity).map(|(_, spread)| spread.sd());
@@ -377,8 +401,7 @@ fn sensitivities(all: &Assessment, uncertain: &[Uncertain]) -> Vec<Line> {
         let moved = sd.zip(value).zip(all.behaviour.critical_damping);
         let moved = moved.map(|((sd, value), critical)| (of.critical_damping * critical * sd / value).abs());
         let by_spread = moved.filter(|moved| *moved > 0.0).map_or_else(Rich::default, |moved| {
-            let unit = machine.motion.unit(Dimension::Damping);
-            rich("; by its spread ± ").then(Rich::number(moved, 2)).with_unit(unit)
+            rich("; by its spread ± ").then(Unit::of(&all.machine, written, "damping").number(moved, 2))
         });
         (Rich::foreign(&name), per_cent.then(by_spread))
     });
@@ -409,10 +432,11 @@ fn proved(all: &Assessment) -> Vec<Line> {
 pub(super) fn regime_lines(all: &Assessment) -> Vec<Line> {
     const NAME: &str = "regime at the working point";
     let Some(Undetermined { sticks, stability, reasons }) = &all.undetermined else {
-        let words = rich(&palette::regime(all.behaviour.regime).words);
-        let open =
-            if all.is_left_open() { " by the curve through the data, which leave it open" } else { "" };
-        return vec![(rich(NAME), words.then(open))];
+        let words = |regime| palette::regime(regime).words;
+        let words = all
+            .left_open()
+            .map_or_else(|| words(all.behaviour.regime).into_owned(), |open| open.in_words(words));
+        return vec![(rich(NAME), rich(&words))];
     };
     let stick_slip = match sticks {
         Some(true) => "the stick-slip cycle attracts, ",
@@ -434,33 +458,36 @@ pub(super) fn regime_lines(all: &Assessment) -> Vec<Line> {
 }
 
 /// The probability of stick-slip, and the dampings for given probabilities.
-fn risk_lines(all: &Assessment, risk: &Risk) -> Vec<Line> {
-    let unit = all.machine.motion.unit(Dimension::Damping);
+fn risk_lines(all: &Assessment, written: &Written, risk: &Risk) -> Vec<Line> {
+    let unit = Unit::of(&all.machine, written, "damping");
     let limits = |estimate: &Estimate| {
-        let [low, high] = estimate.limits.map(|limit| Rich::number(limit, 4));
-        let value = Rich::number(estimate.value, 4);
+        let [low, high] = estimate.limits.map(|limit| unit.unnamed().number(limit, 4));
+        let value = unit.unnamed().number(estimate.value, 4);
         // Draws that hardly differ have limits that do not differ in print.
         let interval = match low.plain() == high.plain() {
             true => rich(""),
             false => rich(" (").then(low).then(" to ").then(high).then(")"),
         };
-        value.then(interval).with_unit(unit)
+        value.then(interval).with_unit(unit.name)
     };
     let mut lines = vec![(
         rich("probability that it may stick-slip (95 % limits)"),
         rich(&percentage(&risk.probability)).then(rich(&format!(", {} draws", risk.draws))),
     )];
     if risk.critical_damping_error > risk.standard_error.unwrap_or(0.0) {
-        let error = Rich::number(risk.critical_damping_error, 2).with_unit(unit);
+        let error = unit.number(risk.critical_damping_error, 2);
         lines.push((rich("largest error met of a draw's critical damping"), error));
     }
     if let Some(error) = risk.standard_error {
-        let value = Rich::number(error, 3).then(Rich::foreign(&format!(" {unit}, part of each draw")));
+        // As it stands after the critical damping.
+        let critical = all.behaviour.critical_damping.unwrap_or(0.0);
+        let error = unit.size * known_part(critical / unit.size, error / unit.size)[1];
+        let value = unit.number(error, 2).then(", part of each draw");
         lines.push((rich("standard error of critical damping, by friction"), value));
     }
     for rare in &risk.rare_by {
         let share = Rich::number(100.0 * rare.probability, 4);
-        let name = rich("damping at which that probability is ").then(share).then(" %");
+        let name = rich("damping above which that probability is below ").then(share).then(" %");
         let value = match &rare.damping {
             Some(damping) if damping.limits[1] == 0.0 => rich("none: it needs no damping"),
             Some(damping) => limits(damping),

@@ -4,6 +4,9 @@
 //! 0.3 to 3, those of a brake pad from 0.02 to 0.4 m/s. Prints the seconds of each pass and the sum of all critical
 //! dampings.
 
+// What it does not know ends it.
+#![allow(clippy::expect_used)]
+
 use std::time::Instant;
 
 use rayon::prelude::*;
