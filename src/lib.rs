@@ -33,7 +33,7 @@
 //! let critical = critical_damping(&column, 1e-12)?;
 //! assert!((slipmap_certify::instability::TEST.claim)(&column).present_below < critical.c);
 //! assert!(critical.c < (slipmap_certify::symmetric::TEST.claim)(&column).absent_above);
-//! let slower = point.at_damping(0.9 * critical.c)?;
+//! let slower = Law::Stribeck.point(0.1, &[0.4, 0.2, 2.0], 1.0, 0.9 * critical.c)?;
 //! match flow(&Oscillator::new(&Law::Stribeck, &slower), 1e-9).fate {
 //!     Fate::Sticks(landing) => {
 //!         let period = landing.slip_time + landing.stick_time;

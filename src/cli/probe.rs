@@ -28,6 +28,7 @@ use slipmap_model::point::Point;
 use slipmap_numbers::text::{known_part, rounded, with_error};
 use slipmap_report::figure::{OrbitPlot, Width, orbit_figure};
 use slipmap_report::{UnitSystem, write_figure, write_file};
+use slipmap_simulate::crossing::CrossingCycles;
 use slipmap_simulate::sensitivity::NoSensitivity;
 use slipmap_simulate::{Fate, Flow, Neighbour, Range, separates};
 use slipmap_witness::Start;
@@ -465,15 +466,15 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
     if let Some(left_out) = answer.left_out() {
         line("left out", left_out);
     }
-    match answer.crossing_cycles() {
-        Err(why) => line("crossing cycles", format!("not determined: {}", answer.why_unknown(why))),
-        Ok(cycles) => {
-            for cycle in cycles {
-                let kind = if cycle.is_stable() { "attracts" } else { "repels" };
-                let shape = cycle_words(cycle.displacement, cycle.velocity, cycle.multiplier, cycle.period);
-                line("crossing cycle", format!("{kind}, {shape}"));
-            }
-        }
+    let CrossingCycles { cycles, unknown } = answer.crossing_cycles();
+    for cycle in &cycles {
+        let kind = if cycle.is_stable() { "attracts" } else { "repels" };
+        let shape = cycle_words(cycle.displacement, cycle.velocity, cycle.multiplier, cycle.period);
+        line("crossing cycle", format!("{kind}, {shape}"));
+    }
+    if let Some(why) = unknown {
+        let which = if cycles.is_empty() { "crossing cycles" } else { "other crossing cycles" };
+        line(which, format!("not determined: {}", answer.why_unknown(why)));
     }
     match answer.landing() {
         None => line(

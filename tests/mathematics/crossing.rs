@@ -3,14 +3,37 @@
 use slipmap::filippov::Oscillator;
 use slipmap::friction::{Expression, Law};
 use slipmap::map::{self, Attractors, Regime};
-use slipmap::simulate::crossing::{
-    Loop, crossing_cycles, crossing_loop, some_cross_for_ever, stick_slip_cycle,
-};
+use slipmap::simulate::crossing::{self, reach, some_cross_for_ever, stick_slip_cycle};
 use slipmap::simulate::far_loops::FarLoops;
 use slipmap::simulate::slip_cycle::{Unknown, slip_cycles};
-use slipmap::simulate::{Neighbour, crossing_separates, flow};
+use slipmap::simulate::{Cycle, Failure, Neighbour, crossing_separates, flow};
 
 use crate::sample::{Random, Sample, Sampling};
+
+/// The end of a loop that began on the belt line beyond the exit point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Loop {
+    /// It crosses again, at this distance beyond the exit point.
+    Crosses(f64),
+    Sticks,
+    SpiralsInward,
+}
+
+/// Follows the loop from `beyond_exit` beyond the exit point.
+pub fn crossing_loop(oscillator: &Oscillator, beyond_exit: f64, tolerance: f64) -> Result<Loop, Failure> {
+    let fastest = oscillator.fastest_sticking();
+    Ok(match reach(oscillator, beyond_exit, tolerance)? {
+        0.0 => Loop::SpiralsInward,
+        reach if reach <= 2.0 * fastest => Loop::Sticks,
+        reach => Loop::Crosses(reach - 2.0 * fastest),
+    })
+}
+
+/// All crossing cycles, of loops of every size.
+pub fn crossing_cycles(oscillator: &Oscillator, tolerance: f64) -> Result<Vec<Cycle>, Unknown> {
+    let far = FarLoops::new(&oscillator.curve, oscillator.belt_speed);
+    crossing::crossing_cycles(oscillator, &far, tolerance).all()
+}
 
 /// The regime of a point with all of its loops, also those that reach slip speeds at which friction pushes, which
 /// [`map::regime`] leaves out.
@@ -131,7 +154,7 @@ fn loops_lead_inward_where_friction_falls_little() {
         for _ in 0..4 {
             let y = random.log(1e-3, 100.0) * belt_speed.max(1.0);
             let end = crossing_loop(&oscillator, y, 1e-8).unwrap();
-            let outward = matches!(end, Loop::Crosses { beyond_exit, .. } if beyond_exit >= y);
+            let outward = matches!(end, Loop::Crosses(beyond_exit) if beyond_exit >= y);
             assert!(!outward, "{values:?} {belt_speed} {damping}: {y} {end:?}");
         }
     }
@@ -152,7 +175,7 @@ fn regimes_have_a_crossing_cycle_where_some_loop_leads_outward() {
         // The farthest cycle lies within 4 / (pi c), which is less than 1300.
         let outward = (-12..=13).any(|i| {
             let y = belt_speed.max(1.0) * 10_f64.powf(f64::from(i) / 4.0);
-            matches!(crossing_loop(&oscillator, y, 1e-8), Ok(Loop::Crosses { beyond_exit, .. }) if beyond_exit > y)
+            matches!(crossing_loop(&oscillator, y, 1e-8), Ok(Loop::Crosses(beyond_exit)) if beyond_exit > y)
         });
         if regime == Regime::Failed {
             // Where orbits grow without bound slip cycles may have no answer.
@@ -186,7 +209,7 @@ fn without_positive_divergence_nothing_crosses_for_ever() {
         for size in [0.01, 1.0, 10.0] {
             let end = crossing_loop(&oscillator, size, 1e-9).unwrap();
             let inward = match end {
-                Loop::Crosses { beyond_exit, .. } => beyond_exit < size,
+                Loop::Crosses(beyond_exit) => beyond_exit < size,
                 Loop::Sticks | Loop::SpiralsInward => true,
             };
             assert!(inward, "{point:?} {size}: {end:?}");
@@ -220,7 +243,7 @@ fn a_repelling_crossing_cycle_separates_its_neighbours() {
         let mut y = cycles[0].beyond_exit.unwrap() * (1.0 + shift);
         for _ in 0..1000 {
             match crossing_loop(&oscillator, y, 1e-9).unwrap() {
-                Loop::Crosses { beyond_exit, .. } => y = beyond_exit,
+                Loop::Crosses(beyond_exit) => y = beyond_exit,
                 Loop::Sticks => return 0.0,
                 Loop::SpiralsInward => return f64::NAN,
             }
@@ -333,7 +356,7 @@ fn loops_see_narrow_steps() {
     assert_eq!(regime_of_all_loops(&oscillator), Regime::StickSlipAndCrossing);
     for (beyond_exit, grows) in [(0.3261, false), (0.3263, true)] {
         let found = crossing_loop(&oscillator, beyond_exit, 1e-10).unwrap();
-        let outward = matches!(found, Loop::Crosses { beyond_exit: next, .. } if next > beyond_exit);
+        let outward = matches!(found, Loop::Crosses(next) if next > beyond_exit);
         assert_eq!(outward, grows, "{beyond_exit} {found:?}");
     }
 }

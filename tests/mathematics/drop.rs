@@ -7,10 +7,10 @@ use slipmap::certify::validated::any_law;
 use slipmap::certify::{Decision, Guarantee, TESTS, symmetric, validated};
 use slipmap::filippov::Oscillator;
 use slipmap::friction::{Column, Curve, Expression, Law, Table};
-use slipmap::simulate::crossing::{Loop, crossing_loop};
 use slipmap::simulate::{Fate, critical_damping, flow};
 use slipmap::witness::{self, Ending, Phase, Start, trace};
 
+use crate::crossing::{Loop, crossing_loop};
 use crate::runge_kutta::step;
 use crate::sample::{Random, Sampling};
 
@@ -188,7 +188,7 @@ fn loops_may_lead_outward_where_nothing_repels() {
     let oscillator = Oscillator::new(&law, &point);
     let drop = oscillator.drop();
     let end = |y: f64| match crossing_loop(&oscillator, y - drop, 1e-11).unwrap() {
-        Loop::Crosses { beyond_exit, .. } => Some(beyond_exit + drop),
+        Loop::Crosses(beyond_exit) => Some(beyond_exit + drop),
         Loop::Sticks => None,
         Loop::SpiralsInward => panic!("it returns"),
     };

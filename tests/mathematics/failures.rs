@@ -66,8 +66,7 @@ fn missed_double_crossing() {
     // kappa = -c + gamma (1-alpha) - 2 beta V = 0.5 at eps = 1e-4: the orbit is above the belt line for about
     // 2 sqrt(2 pi kappa eps) = 0.035, far less than a step of order 8, however tight its tolerance.
     let (epsilon, kappa) = (1e-4, 0.5);
-    let point = point(epsilon, [0.5, 0.1, 2.0], 1.0, 0.3);
-    let oscillator = oscillator(&point);
+    let oscillator = oscillator(&point(epsilon, [0.5, 0.1, 2.0], 1.0, 0.3));
     let approach = (TAU * kappa * epsilon).sqrt();
     let returns_in_time = |oscillator: &Oscillator, knobs: NaiveKnobs| {
         let verdict = NaiveMethod::EventStep.decide(oscillator, &knobs).verdict;
@@ -76,7 +75,7 @@ fn missed_double_crossing() {
     // Whether a step ends above the belt line depends on chance: 40 neighbouring dampings.
     let missed = |tolerance: f64| {
         let knobs = NaiveKnobs { tolerance, ..NaiveKnobs::default() };
-        let at = |i: u32| point.at_damping(0.3 + 1e-3 * f64::from(i)).unwrap();
+        let at = |i: u32| point(epsilon, [0.5, 0.1, 2.0], 1.0, 0.3 + 1e-3 * f64::from(i));
         (0..40).filter(|&i| !returns_in_time(&self::oscillator(&at(i)), knobs)).count()
     };
     let (loose, tight) = (missed(1e-8), missed(1e-12));

@@ -122,11 +122,15 @@ impl Claim {
         (is_claimed && self.present_below.is_finite()).then_some(self.present_below)
     }
 
-    /// Signed distance in c to the edge of the claim of presence: positive below it, negative above.
-    /// Negative infinity if the test claims no presence in this column.
+    /// Signed distance in c to the edge of the claim of presence: positive below it, negative above, and where the
+    /// landing is not proved. Negative infinity if the test claims no presence in this column.
     #[must_use]
     pub fn margin(&self, c: f64) -> f64 {
-        self.present_below - c
+        match self.sticks_from < self.present_below {
+            true if self.sticks_from > 0.0 => (self.present_below - c).min(c - self.sticks_from),
+            true => self.present_below - c,
+            false => f64::NEG_INFINITY,
+        }
     }
 }
 
@@ -255,10 +259,11 @@ mod tests {
         ] {
             assert_eq!(claim.decide(c), decision, "c = {c}");
         }
-        assert_eq!(claim.margin(0.25), 0.75);
+        assert_eq!([0.25, 0.625, 0.75, 2.5].map(|c| claim.margin(c)), [-0.25, 0.125, 0.25, -1.5]);
         assert_eq!(claim.edge(), Some(1.0));
         // The landing is proved at no damping at which the orbit is proved to return.
-        assert_eq!(Claim { sticks_from: 1.5, ..claim }.edge(), None);
+        let never = Claim { sticks_from: 1.5, ..claim };
+        assert_eq!((never.edge(), never.margin(0.25)), (None, f64::NEG_INFINITY));
         assert_eq!(Claim { present_below: -0.1, ..claim }.edge(), None);
         assert_eq!(Claim::NOTHING.decide(0.0), Decision::Undecided);
     }

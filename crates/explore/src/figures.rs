@@ -18,7 +18,7 @@ use slipmap_model::point::Point;
 use slipmap_report::figure::{OrbitPlot, Width, orbit_figure};
 pub use slipmap_report::{Label, Rich, UnitSystem, rich};
 use slipmap_simulate::backbone::Backbone;
-use slipmap_simulate::crossing::{crossing_cycles_among, stick_slip_cycle};
+use slipmap_simulate::crossing::{crossing_cycles, stick_slip_cycle};
 use slipmap_simulate::far_loops::FarLoops;
 use slipmap_simulate::{Fate, flow, sensitivity};
 use slipmap_witness::Start;
@@ -186,7 +186,7 @@ fn largest_velocities(oscillator: &Oscillator) -> [Option<f64>; 3] {
         _ => stick_slip_cycle(oscillator, &flow, TOLERANCE).ok(),
     };
     let far = FarLoops::where_friction_resists(&oscillator.curve, oscillator.belt_speed);
-    let crossing = crossing_cycles_among(oscillator, &far, TOLERANCE).ok();
+    let crossing = crossing_cycles(oscillator, &far, TOLERANCE).all().ok();
     let crosses = |attracts: bool| {
         let cycle = crossing.as_ref()?.iter().find(|cycle| cycle.is_stable() == attracts);
         Some(cycle.map_or(f64::NAN, |cycle| cycle.velocity.hi))

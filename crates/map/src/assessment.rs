@@ -20,7 +20,7 @@ use slipmap_model::filippov::{HopfRate, Oscillator, Stability};
 use slipmap_model::friction::Column;
 use slipmap_numbers::text::{is_known, rounded, short};
 use slipmap_simulate::backbone::Backbone;
-use slipmap_simulate::crossing::crossing_cycles_among;
+use slipmap_simulate::crossing::crossing_cycles;
 use slipmap_simulate::far_loops::FarLoops;
 use slipmap_simulate::slip_cycle::{Kick, Unknown};
 use slipmap_simulate::{Failure, Fate, Flow, flow, sticks_from};
@@ -213,7 +213,7 @@ fn undetermined(
         reasons.push(format!("slip cycles: {}", why_unknown(why, beyond_data)));
     }
     let far = FarLoops::where_friction_resists(&oscillator.curve, oscillator.belt_speed);
-    if let Err(why) = crossing_cycles_among(oscillator, &far, TOLERANCE) {
+    if let Some(why) = crossing_cycles(oscillator, &far, TOLERANCE).unknown {
         reasons.push(format!("crossing cycles: {}", why_unknown(why, beyond_data)));
     }
     Undetermined { sticks, stability: oscillator.stability(), reasons }

@@ -1,14 +1,18 @@
 //! The damping at which the orbit of an amplitude closes: by [`super::circle`] for Stribeck's law and the
-//! Lorentzian one; by [`super::elements`], or else by turns, for all other laws and for Lorentzian orbits
-//! that `circle` refuses.
+//! Lorentzian one; by [`super::elements`], or else from its [`super::halves`], for all other laws and for Lorentzian
+//! orbits that `circle` refuses.
 
+use super::Failure;
+use super::arc::{self, SlipTurn};
 use super::circle::{Start, spectral};
-use super::closed_orbit::closing_damping_by_turns;
 use super::elements::closed_orbit;
+use super::halves::{Sought, closing_dampings_by_halves};
 use super::polar::{Closing, Divergence, InverseSquare, LorentzianSlope, Shape};
 use super::work::Work;
+use slipmap_model::filippov::Oscillator;
 use slipmap_model::friction::{Curve, Lorentzian, Stribeck};
 use slipmap_model::point::ScaledGroups;
+use slipmap_numbers::roots::{falling_bracket, falling_root, first_step};
 
 /// An orbit: its curve, the belt speed V and its maximum r of x2, 0 < r <= V.
 #[derive(Clone, Copy, Debug)]
@@ -39,17 +43,9 @@ pub(super) fn closing_dampings(
             Some(of_stribeck(curve.stribeck()?, belt_speed, radius))
         });
     let mut lorentzian = lorentzian_together(orbits, tolerance);
-    let by_law = |&Amplitude { curve, belt_speed, radius, guess }: &Amplitude| {
+    let by_law = |&Amplitude { curve, belt_speed, radius, .. }: &Amplitude| {
         let weakening = curve.compiled(4.0 * belt_speed);
-        let own = Work::of_question(curve);
-        let work = work.unwrap_or(&own);
-        let found = closed_orbit(&weakening, belt_speed, radius, tolerance).map(|orbit| orbit.closing);
-        let (Ok(Closing { rhs: spent, .. }) | Err(spent)) = found;
-        work.spend_compiled(spent).map_err(|_| spent)?;
-        found.or_else(|_| {
-            let found = closing_damping_by_turns(curve, belt_speed, radius, tolerance, guess, work);
-            found.map(|found| Closing { rhs: found.rhs + spent, ..found }).map_err(|rhs| rhs + spent)
-        })
+        closed_orbit(&weakening, belt_speed, radius, tolerance).map(|orbit| orbit.closing)
     };
     let answer = |orbit: &Amplitude| {
         if orbit.curve.stribeck().is_some() {
@@ -60,7 +56,70 @@ pub(super) fn closing_dampings(
             by_law(orbit)
         }
     };
-    orbits.iter().map(answer).collect()
+    let mut found: Vec<Result<Closing, u64>> = orbits.iter().map(answer).collect();
+    // Of Stribeck's law the halves of steep orbits are sought by the caller.
+    let is_left = |&orbit: &usize| found[orbit].is_err() && orbits[orbit].curve.stribeck().is_none();
+    let left: Vec<usize> = (0..orbits.len()).filter(is_left).collect();
+    let of = |&orbit: &usize| {
+        let Amplitude { curve, belt_speed, radius, guess } = orbits[orbit];
+        Sought::of_amplitude(curve, belt_speed, radius, guess)
+    };
+    let sought: Vec<Sought> = left.iter().map(of).collect();
+    for (orbit, closing) in left.into_iter().zip(closing_dampings_by_halves(&sought, tolerance)) {
+        let (Ok(Closing { rhs: before, .. }) | Err(before)) = found[orbit];
+        let closing = closing.map(|found| Closing { rhs: found.rhs + before, ..found });
+        found[orbit] = closing.map_err(|rhs| rhs + before);
+    }
+    let spend = |found: Result<Closing, u64>| {
+        let (Ok(Closing { rhs, .. }) | Err(rhs)) = found;
+        match work.is_none_or(|work| work.spend_compiled(rhs).is_ok()) {
+            true => found,
+            false => Err(rhs),
+        }
+    };
+    found.into_iter().map(spend).collect()
+}
+
+/// The C at which the orbit through the maximum `radius` < V of x2 closes, by the orbit in (x2, x2'): for
+/// orbits whose polar angle is not monotone in time where x2 < 0, as those of measured friction with steps. It lies between the bounds of the even part of the
+/// weakening rate (theory, "The backbone"), and within about `guess[1]` of `guess[0]` where there is one.
+pub(super) fn closing_damping_of_node(
+    curve: &Curve,
+    belt_speed: f64,
+    radius: f64,
+    tolerance: f64,
+    guess: Option<[f64; 2]>,
+    work: &Work,
+) -> Result<Closing, Failure> {
+    let bounds = curve.even_weakening_range(belt_speed);
+    let mut oscillator = Oscillator { curve: curve.clone(), viscous: 0.0, belt_speed };
+    let mut growth = |viscous: f64| {
+        oscillator.viscous = viscous;
+        Ok(match arc::turn_within(&oscillator, radius, tolerance, work)? {
+            SlipTurn::Returns { radius: next, .. } | SlipTurn::MeetsBelt { radius: next } => {
+                (next / radius).ln().clamp(-1.0, 1.0)
+            }
+            SlipTurn::Rests => -1.0,
+        })
+    };
+    let size = bounds.lo.abs().max(bounds.hi.abs());
+    let pad = 1e-6 * (bounds.hi - bounds.lo) + 1e-12 * size;
+    let (low, high) = (bounds.lo - pad, bounds.hi + pad);
+    let mean = curve.mean_weakening(belt_speed);
+    let near = match guess {
+        // A step that is too short would take many doublings.
+        Some([start, step]) if (low..=high).contains(&start) => [start, step.max(1e-12 * (high - low))],
+        _ => {
+            let start = if mean.is_finite() { mean.clamp(low, high) } else { 0.5 * (low + high) };
+            [start, first_step(start, [low, high])]
+        }
+    };
+    let Some(bracket) = falling_bracket(near, [low, high], &mut growth)? else {
+        return Err(Failure::StepUnderflow);
+    };
+    let (viscous, bracket) = falling_root(bracket, tolerance * size, &mut growth)?;
+    let error = bracket.width().min(10.0 * tolerance / bracket.steepness()) + tolerance * size;
+    Ok(Closing { viscous, error, rhs: 0, slope: None })
 }
 
 /// The answers of the vectorised iteration for the orbits of the Lorentzian law.

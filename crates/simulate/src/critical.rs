@@ -7,7 +7,7 @@ use std::cell::Cell;
 use std::f64::consts::TAU;
 
 use super::closing::{Amplitude, closing_dampings};
-use super::halves::{Sought, closing_dampings_by_halves};
+use super::halves::{Sought, WIDE, closing_dampings_by_halves};
 use super::polar::{Closing, Turn};
 use super::return_map::{UNRESOLVED, decisive_turn};
 use super::{Fate, Landing, exit_orbit, flow};
@@ -104,9 +104,17 @@ pub fn critical_dampings(
         Ok(Closing { viscous, error, rhs, .. }) => {
             Ok(CriticalDamping { c: viscous / column.epsilon, error: error / column.epsilon, rhs })
         }
+        Err(rhs) if column.curve.is_hidden_by_rounding(column.belt_speed) => Ok(hidden(column, rhs)),
         Err(rhs) => search(column, tolerance, rhs, Wanted::Legal),
     };
     columns.iter().zip(found).map(answer).collect()
+}
+
+/// What is known of a fall that rounding hides from all orbits: the balance of energy, and that no orbit returns that is
+/// damped critically.
+fn hidden(column: &Column, rhs: u64) -> CriticalDamping {
+    let balance = energy_balance(column);
+    CriticalDamping { c: balance / column.epsilon, error: (2.0 + balance.abs()) / column.epsilon, rhs }
 }
 
 fn sought_by_halves(column: &Column) -> Option<Sought<'_>> {
@@ -211,10 +219,6 @@ fn search_bounds(column: &Column) -> [f64; 2] {
         if high.is_finite() { high } else { (balance + far) / column.epsilon },
     ]
 }
-
-/// Distance of the bounds of a search from the balance of energy where nothing proves bounds: of twice the damping
-/// ratio, and relative.
-const WIDE: f64 = 4.0;
 
 /// The critical dampings that a search has to locate; of others it finds the sign.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

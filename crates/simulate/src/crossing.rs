@@ -35,7 +35,7 @@ const ERRORS: f64 = 10.0;
 
 /// A loop from a downward crossing of the belt line.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Loop {
+enum Loop {
     /// The orbit crosses again.
     Crosses {
         /// y', the new distance beyond the exit point.
@@ -95,15 +95,7 @@ impl Passage {
     }
 }
 
-/// Follows the loop from (e + `beyond_exit`, V), `beyond_exit` >= 0, with the error `tolerance` relative to
-/// the larger of V and `beyond_exit`.
-///
-/// # Errors
-/// [`Failure`].
-pub fn crossing_loop(oscillator: &Oscillator, beyond_exit: f64, tolerance: f64) -> Result<Loop, Failure> {
-    loop_within(oscillator, beyond_exit, tolerance, &Work::of_question(&oscillator.curve))
-}
-
+/// The loop from (e + `y`, V), `y` >= 0, with the error `tolerance` relative to the larger of V and `y`.
 fn loop_within(oscillator: &Oscillator, y: f64, tolerance: f64, work: &Work) -> Result<Loop, Failure> {
     passage(oscillator, y, tolerance, work, |_, _, _| ()).map(|passage| passage.end(oscillator, y))
 }
@@ -330,28 +322,33 @@ pub fn some_cross_for_ever(oscillator: &Oscillator, far: &FarLoops) -> Result<bo
     if is_settled { Ok(false) } else { Err(Unknown::FarOut) }
 }
 
-/// The crossing cycles, by growing size. An orbit from the exit point that never sticks tends to the first
-/// of them, if there is any; otherwise it grows without bound. None exists where the divergence is nowhere
-/// positive, or where the friction force falls too little (theory, "Any friction law").
-///
-/// # Errors
-/// [`Unknown`].
-pub fn crossing_cycles(oscillator: &Oscillator, tolerance: f64) -> Result<Vec<Cycle>, Unknown> {
-    crossing_cycles_among(oscillator, &FarLoops::new(&oscillator.curve, oscillator.belt_speed), tolerance)
+/// The crossing cycles that were found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CrossingCycles {
+    /// The cycles, by growing size.
+    pub cycles: Vec<Cycle>,
+    /// Reason why there may be others; `None` where these are all.
+    pub unknown: Option<Unknown>,
 }
 
-/// As [`crossing_cycles`], of the loops that `far` does not leave out.
-///
-/// # Errors
-/// [`Unknown`].
-pub fn crossing_cycles_among(
-    oscillator: &Oscillator,
-    far: &FarLoops,
-    tolerance: f64,
-) -> Result<Vec<Cycle>, Unknown> {
+impl CrossingCycles {
+    /// All cycles.
+    ///
+    /// # Errors
+    /// [`Unknown`] where there may be others.
+    pub fn all(self) -> Result<Vec<Cycle>, Unknown> {
+        self.unknown.map_or(Ok(self.cycles), Err)
+    }
+}
+
+/// The crossing cycles whose loops `far` does not leave out. An orbit from the exit point that never sticks tends to
+/// the first of all, if there is any; otherwise it grows without bound. None exists where the divergence is nowhere
+/// positive, or where the friction force falls too little (theory, "Any friction law").
+pub fn crossing_cycles(oscillator: &Oscillator, far: &FarLoops, tolerance: f64) -> CrossingCycles {
+    let mut found = CrossingCycles { cycles: Vec::new(), unknown: None };
     let settled_from = far.inward_from(oscillator.viscous);
     if settled_from == 0.0 || contracts(oscillator, settled_from) {
-        return Ok(Vec::new());
+        return found;
     }
     let known_from = match settled_from == f64::INFINITY {
         true => far.outward_from(oscillator.viscous),
@@ -368,7 +365,13 @@ pub fn crossing_cycles_among(
     let last = ((farthest / unit).log10() * f64::from(PER_DECADE)).ceil() as i32;
     let mut nodes: Vec<Node> = Vec::new();
     for i in (first..=last.max(first)).rev() {
-        let node = search.node(place(i))?;
+        let node = match search.node(place(i)) {
+            Ok(node) => node,
+            Err(failure) => {
+                found.unknown = Some(failure.into());
+                break;
+            }
+        };
         if !node.is_flat(tolerance) {
             nodes.push(node);
         }
@@ -380,22 +383,26 @@ pub fn crossing_cycles_among(
     // Of a law that is known up to a slip speed only, and of friction that is left out where it pushes, cycles that
     // leave it are not asked for.
     let is_cut = oscillator.curve.fastest() < f64::INFINITY || far.is_cut_short();
-    let leads_on = || nodes.first().is_some_and(|node| node.outward == (settled_from < f64::INFINITY));
-    if known_from == f64::INFINITY || !is_cut && leads_on() {
-        return Err(Unknown::FarOut);
+    let leads_on = nodes.first().is_some_and(|node| node.outward == (settled_from < f64::INFINITY));
+    if known_from == f64::INFINITY || !is_cut && leads_on {
+        found.unknown = found.unknown.or(Some(Unknown::FarOut));
     }
-    if nodes.last().is_some_and(|last| last.growth.is_some()) {
-        let smallest = Node::of(0.0, &loop_within(oscillator, 0.0, tolerance, &work)?);
+    if found.unknown.is_none() && nodes.last().is_some_and(|last| last.growth.is_some()) {
         // All loops from less than the first distance count as one.
-        if nodes.last().is_some_and(|last| last.outward != smallest.outward) {
-            nodes.push(smallest);
+        match loop_within(oscillator, 0.0, tolerance, &work).map(|end| Node::of(0.0, &end)) {
+            Ok(smallest) if nodes.last().is_some_and(|last| last.outward != smallest.outward) => {
+                nodes.push(smallest);
+            }
+            Ok(_) => {}
+            Err(failure) => found.unknown = Some(failure.into()),
         }
     }
-    let mut cycles = Vec::new();
     for pair in nodes.windows(2).rev() {
-        search.cycles([&pair[1], &pair[0]], &mut cycles)?;
+        if let Err(why) = search.cycles([&pair[1], &pair[0]], &mut found.cycles) {
+            found.unknown = found.unknown.or(Some(why));
+        }
     }
-    Ok(cycles)
+    found
 }
 
 /// The shape of the stick-slip cycle that `flow` found; `None` if it found none.

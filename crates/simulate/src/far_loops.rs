@@ -265,7 +265,7 @@ fn root_of_bounds(fall: f64, rise: f64, belt_speed: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::crossing::{Loop, crossing_loop, some_cross_for_ever};
+    use crate::crossing::{reach, some_cross_for_ever};
     use slipmap_model::filippov::Oscillator;
     use slipmap_model::friction::{Expression, Law};
     use slipmap_numbers::random::Random;
@@ -334,8 +334,8 @@ mod tests {
             seen[if outward < inward { 2 } else { usize::from(far.may_push()) }] += 1;
             for times in [1.0, 1.3, 3.0, 30.0] {
                 let y = (from * times).max(1e-3);
-                let end = crossing_loop(&oscillator, y, 1e-10).unwrap();
-                let leads_outward = matches!(end, Loop::Crosses { beyond_exit, .. } if beyond_exit > y);
+                let end = reach(&oscillator, y, 1e-10).unwrap();
+                let leads_outward = end - 2.0 * oscillator.fastest_sticking() > y;
                 assert_eq!(
                     leads_outward,
                     outward < inward,

@@ -8,7 +8,6 @@ pub mod arc;
 pub mod backbone;
 pub mod bifurcation;
 mod circle;
-mod closed_orbit;
 mod closing;
 mod collocation;
 pub mod continuation;
@@ -30,6 +29,7 @@ pub mod sensitivity;
 pub mod slip_cycle;
 mod stepping;
 pub mod surface;
+mod turn;
 mod work;
 
 pub use critical::{CriticalDamping, NoCriticalDamping, critical_damping, exceeds};

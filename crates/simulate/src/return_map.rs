@@ -7,8 +7,7 @@
 
 pub use super::polar::Turn;
 
-use super::closed_orbit::Lap;
-use super::{Fate, Flow, closed_orbit, collocation, exit_orbit, stepping};
+use super::{Fate, Flow, collocation, exit_orbit, stepping, turn};
 use slipmap_model::filippov::Oscillator;
 use slipmap_model::friction::Column;
 use slipmap_model::point::ScaledGroups;
@@ -62,14 +61,7 @@ pub(super) fn turn_of(oscillator: &Oscillator, tolerance: f64) -> Turn {
     if curve.is_hidden_by_rounding(*belt_speed) {
         return Turn::HandOver { rhs: 0 };
     }
-    let lap = match oscillator.drop() > 0.0 {
-        true => closed_orbit::turn_from_exit(oscillator, tolerance),
-        false => closed_orbit::turn(oscillator, *belt_speed, tolerance),
-    };
-    match lap {
-        Ok(Lap { margin, error, rhs, .. }) => Turn::Complete { margin, error, rhs },
-        Err(rhs) => Turn::HandOver { rhs },
-    }
+    turn::turn(oscillator, tolerance)
 }
 
 /// The smallest useful tolerance, for divergences of the size 1: below it round-off dominates.

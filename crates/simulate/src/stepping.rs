@@ -1,5 +1,5 @@
 //! One turn of many orbits of Stribeck's law by equal steps in the polar angle, eight orbits together, far
-//! from the circle: 3 microseconds a turn there, where the steps of [`super::closed_orbit`], for any law,
+//! from the circle: 3 microseconds a turn there, where the steps of [`super::turn`], for any law,
 //! take some 45.
 
 use std::sync::{LazyLock, OnceLock};

@@ -9,7 +9,7 @@ use slipmap_model::filippov::{HopfRate, Oscillator, Stability};
 use slipmap_model::friction::{Column, Curve, Range};
 use slipmap_numbers::text::rounded;
 use slipmap_simulate::backbone::{Backbone, CycleRange, InterpolatedBackbone};
-use slipmap_simulate::crossing::{crossing_cycles_among, some_cross_for_ever, stick_slip_cycle};
+use slipmap_simulate::crossing::{crossing_cycles, some_cross_for_ever, stick_slip_cycle};
 use slipmap_simulate::far_loops::FarLoops;
 use slipmap_simulate::slip_cycle::{BACKBONE_TOLERANCE, Kick, Unknown, kick_onto, kick_onto_grazing, locate};
 use slipmap_simulate::{CriticalDamping, located_critical_damping};
@@ -315,7 +315,7 @@ impl<'a> Behaviour<'a> {
         match end {
             End::Sticks => stick_slip_cycle(oscillator, flow, tolerance).ok()?,
             End::Crosses => {
-                let cycles = crossing_cycles_among(oscillator, self.far(), tolerance).ok()?;
+                let cycles = crossing_cycles(oscillator, self.far(), tolerance).all().ok()?;
                 cycles.into_iter().find(Cycle::is_stable)
             }
             End::Inward => {

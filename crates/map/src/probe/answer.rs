@@ -10,7 +10,7 @@ use slipmap_model::filippov::{HopfRate, Oscillator};
 use slipmap_model::friction::{Column, Law};
 use slipmap_model::point::Point;
 use slipmap_numbers::text::{rounded, short, signed};
-use slipmap_simulate::crossing::{crossing_cycles_among, stick_slip_cycle};
+use slipmap_simulate::crossing::{CrossingCycles, crossing_cycles, stick_slip_cycle};
 use slipmap_simulate::far_loops::FarLoops;
 use slipmap_simulate::naive::NaiveVerdict;
 use slipmap_simulate::sensitivity::{NoSensitivity, Sensitivity, sensitivity};
@@ -170,8 +170,8 @@ impl Answer {
     }
 
     /// The cycles that cross the belt line and never stick, at slip speeds at which friction resists.
-    pub fn crossing_cycles(&self) -> Result<Vec<Cycle>, Unknown> {
-        crossing_cycles_among(&self.oscillator, &self.far_loops(), self.tolerance)
+    pub fn crossing_cycles(&self) -> CrossingCycles {
+        crossing_cycles(&self.oscillator, &self.far_loops(), self.tolerance)
     }
 
     fn far_loops(&self) -> FarLoops<'_> {
@@ -202,8 +202,12 @@ impl Answer {
 /// The answer of a closed-form test.
 fn of_test(method: Method, claim: &Claim, column: &Column, c: f64) -> MethodAnswer {
     let decision = claim.decide(c);
-    let reason = (decision == Decision::Undecided)
-        .then(|| why_inapplicable(method, claim, column).unwrap_or_else(|| why_undecided(claim, c)));
+    let reason = (decision == Decision::Undecided).then(|| {
+        why_inapplicable(method, claim, column).unwrap_or_else(|| {
+            let reason = why_undecided(claim, c);
+            why_not_sharp(method, column).map_or(reason.clone(), |obstacle| format!("{reason}; {obstacle}"))
+        })
+    });
     MethodAnswer {
         method,
         verdict: decision.into(),
@@ -231,6 +235,12 @@ fn why_inapplicable(method: Method, claim: &Claim, column: &Column) -> Option<St
             .then(|| "the friction law has no proved bounds at all slip speeds up to 2 V".into()),
         Guarantee::Numerical | Guarantee::None => None,
     }
+}
+
+/// The reason why a proof, of a law other than Stribeck's, claims less than there is.
+fn why_not_sharp(method: Method, column: &Column) -> Option<String> {
+    let is_of_any_law = method.guarantee() == Guarantee::Validated && column.curve.stribeck().is_none();
+    is_of_any_law.then(|| any_law::prove(column).obstacle.map(|obstacle| obstacle.to_string()))?
 }
 
 /// The reason why a claim is undecided at damping `c`.
@@ -349,7 +359,20 @@ pub fn landing(flow: &Flow) -> Option<Landing> {
 
 #[cfg(test)]
 mod tests {
-    use super::why_too_close;
+    use super::*;
+
+    /// The proof of a steep fall behind a drop: what it does not decide has no margin of presence, and its reason.
+    #[test]
+    fn a_proof_that_decides_nothing_says_why() {
+        let law = Law::Exponential.with_drop();
+        let point = law.point(1.0, &[0.7, 0.05, 0.0, 0.2], 0.5, 0.05).unwrap();
+        let validated = Method::Test(&slipmap_certify::validated::TEST);
+        let answer = Answer::of(&law, &point, 1e-9, std::iter::once(validated));
+        let MethodAnswer { verdict, margin, reason, .. } = &answer.methods[0];
+        assert!(*verdict == Verdict::Undecided && !(*margin > 0.0), "{verdict:?} {margin}");
+        let reason = reason.as_deref().unwrap();
+        assert!(reason.contains("the divergence is so large"), "{reason}");
+    }
 
     /// Orbits that are too close to call have margins within their errors, or beyond them, or none.
     #[test]

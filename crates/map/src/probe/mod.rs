@@ -172,7 +172,7 @@ impl Cycles {
         let reasons = [
             ("stick-slip cycle", stick_slip.as_ref().err().map(|why| Unknown::Orbit(*why))),
             ("slip cycles", slip.as_ref().err().copied()),
-            ("crossing cycles", crossing.as_ref().err().copied()),
+            ("crossing cycles", crossing.unknown),
         ];
         let reasons = reasons
             .into_iter()
@@ -191,20 +191,20 @@ impl Cycles {
             });
             cycles.collect()
         });
-        let crossing = crossing.ok().map(|cycles| {
-            let crossings = cycles.len();
-            let cycles = cycles.into_iter().enumerate().map(|(i, cycle)| StabilityResult {
-                separates: (!cycle.is_stable())
-                    .then(|| crossing_separates(i, crossings, number, &fate).map(Neighbour::name)),
-                ..cycle.into()
-            });
-            cycles.collect()
+        // Of cycles that may have others between them the neighbours are not known.
+        let is_complete = crossing.unknown.is_none();
+        let crossings = crossing.cycles.len();
+        let cycles = crossing.cycles.into_iter().enumerate().map(|(i, cycle)| StabilityResult {
+            separates: (is_complete && !cycle.is_stable())
+                .then(|| crossing_separates(i, crossings, number, &fate).map(Neighbour::name)),
+            ..cycle.into()
         });
+        let crossing: Vec<StabilityResult> = cycles.collect();
         Self {
             stick_slip: stick_slip.ok().flatten().map(Into::into),
             slip,
             slip_count: answer.slip_count().into(),
-            crossing,
+            crossing: (is_complete || !crossing.is_empty()).then_some(crossing),
             reason: (!reasons.is_empty()).then(|| reasons.join("; ")),
         }
     }

@@ -222,7 +222,8 @@ result! {
         pub(crate) slip: Option<Vec<StabilityResult>>,
         /// Bounds on their number.
         pub(crate) slip_count: SlipCountResult,
-        /// Cycles that cross the belt line, by growing size.
+        /// Cycles that cross the belt line, by growing size: those that are certain where `reason` says that there may be
+        /// others.
         pub(crate) crossing: Option<Vec<StabilityResult>>,
         /// Reason why some kinds could not be followed.
         #[serde(skip_serializing_if = "Option::is_none")]

@@ -89,8 +89,11 @@ const HALVED: f64 = 0.6;
 const FASTEST: f64 = 1e60;
 /// Friction above this counts as not negative: less than rounding makes of it.
 pub const NOTHING: f64 = -1e-12;
-/// See [`Curve::is_hidden_by_rounding`].
+/// See [`Curve::is_hidden_by_rounding`]: c* of such a law is about as uncertain as its friction, of which a thousandth is
+/// well within the 1 % to which a critical damping is told.
 const HIDDEN: f64 = 1e-3;
+/// Change of friction that is rounding error alone.
+const ROUNDED: f64 = 1e-12;
 /// Relative accuracy of the slip speed from which on friction pushes.
 const RESOLVED: f64 = 1e-6;
 
@@ -517,18 +520,25 @@ impl Curve {
     /// or of its change up to the belt speed: no orbit in double precision shows it.
     pub fn is_hidden_by_rounding(&self, belt_speed: f64) -> bool {
         let change = |u: f64| (self.phi(0.0) - self.phi(u)).abs();
-        change(2.0 * f64::EPSILON * belt_speed) > HIDDEN * change(belt_speed).min(1.0) - NOTHING
+        change(2.0 * f64::EPSILON * belt_speed) > HIDDEN * change(belt_speed).min(1.0) + ROUNDED
     }
 
     /// Slip speeds, increasing, at which integrators end their steps: the corners, 0 where a formula does not
     /// continue the law below, and the speeds of `Weakening::narrow` on orbits with velocities up to `fastest`,
     /// but at least 1, the velocity that the static friction gives to an orbit however slow the belt is.
     pub fn stops(&self, fastest: f64) -> Cow<'_, [f64]> {
+        if self.has_known_features() {
+            return Cow::Borrowed(self.corners());
+        }
+        self.stops_of(&self.compiled(4.0 * fastest.max(1.0)))
+    }
+
+    /// As [`Curve::stops`], up to the reach of the law in compiled form.
+    pub fn stops_of(&self, compiled: &Weakening) -> Cow<'_, [f64]> {
         let corners = self.corners();
         if self.has_known_features() {
             return Cow::Borrowed(corners);
         }
-        let compiled = self.compiled(4.0 * fastest.max(1.0));
         let at_rest = if self.formula(0.0).is_none() || compiled.is_continued() { &[][..] } else { &[0.0] };
         if compiled.narrow().is_empty() && at_rest.is_empty() {
             return Cow::Borrowed(corners);

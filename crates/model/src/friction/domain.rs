@@ -83,17 +83,6 @@ impl Law {
     }
 }
 
-impl Point {
-    /// The point at another damping.
-    ///
-    /// # Errors
-    /// [`PointError`] if `c` is negative, infinite or NaN.
-    pub fn at_damping(self, c: f64) -> Result<Self, PointError> {
-        DAMPING.check(c)?;
-        Ok(Self { damping: c, ..self })
-    }
-}
-
 impl Law {
     /// The point of this law with the given eps, the law's own parameters (in the order of
     /// [`Law::parameters`]), belt speed V and damping c, if it is legal.

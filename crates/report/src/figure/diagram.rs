@@ -19,7 +19,7 @@ use slipmap_figure::style::LineStyle;
 use slipmap_figure::text::{Rich, rich};
 use slipmap_map::machine::Dimension;
 use slipmap_model::filippov::{Oscillator, Stability};
-use slipmap_simulate::crossing::{crossing_cycles_among, stick_slip_cycle};
+use slipmap_simulate::crossing::{crossing_cycles, stick_slip_cycle};
 use slipmap_simulate::far_loops::FarLoops;
 use slipmap_simulate::slip_cycle::slip_cycles;
 use slipmap_simulate::{Fate, Range, TIGHT, flow};
@@ -92,7 +92,7 @@ fn find(oscillator: &Oscillator, length: f64) -> Found {
         _ => stick_slip_cycle(oscillator, &flow, TOLERANCE).ok(),
     };
     let far = FarLoops::where_friction_resists(&oscillator.curve, oscillator.belt_speed);
-    let crossing = crossing_cycles_among(oscillator, &far, TOLERANCE).ok();
+    let crossing = crossing_cycles(oscillator, &far, TOLERANCE).all().ok();
     [
         equilibrium,
         slip.map(|all| all.iter().map(|cycle| state(cycle.is_stable(), cycle.displacement)).collect()),

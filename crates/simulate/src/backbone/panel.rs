@@ -2,8 +2,7 @@
 //! amplitude.
 
 use super::super::Failure;
-use super::super::closed_orbit::closing_damping_of_node;
-use super::super::closing::{Amplitude, closing_dampings};
+use super::super::closing::{Amplitude, closing_damping_of_node, closing_dampings};
 use super::super::polar::Closing;
 use super::super::work::Work;
 use slipmap_model::friction::Curve;

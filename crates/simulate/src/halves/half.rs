@@ -1,0 +1,177 @@
+//! One half of a closed orbit: the law that it follows, and where it starts.
+
+use slipmap_model::friction::{Curve, ExponentialFall, Range, Weakening};
+
+/// Rate of the polar angle by the law, from which on the halves are followed.
+const STEEP: f64 = 0.6;
+/// Share of that rate which is more than it, where sin and cos are those of a small angle: sin cos is less than the angle,
+/// by at most a third at the angles of layers that are steep.
+const CERTAINLY: f64 = 1.5;
+/// Largest relative error of W where a half starts late, and the ratio of the slip speeds at which such a place is
+/// sought.
+const BALANCED: f64 = 0.1;
+const SAMPLES_RATIO: f64 = 0.84;
+/// Largest such ratio. Smaller ratios of the brakings at two such places, and a smaller effect of braking between them,
+/// tell nothing new: a half that is braked by exp(-2) at most forgets its start no sooner than it is followed anyway. Both
+/// by choice: `no_engine_passes_over_a_narrow_fall` holds with them.
+const FINEST_RATIO: f64 = 0.9999;
+const BRAKED: f64 = 2.0;
+/// First step, in units of the width of the layer in q.
+const FIRST_STEP: f64 = 0.2;
+/// Share of the tolerance for the local error estimate of one step.
+pub(super) const SHARE: f64 = 0.04;
+
+/// The weakening rate.
+#[derive(Clone, Copy)]
+pub(super) enum Rate<'a> {
+    Exponential(ExponentialFall),
+    Law(&'a Curve),
+    Polynomials(&'a Weakening),
+}
+
+impl Rate<'_> {
+    #[inline(always)]
+    pub(super) fn at(&self, u: f64) -> f64 {
+        match self {
+            Rate::Exponential(ExponentialFall { steepest, rate, rise }) => {
+                steepest * (-rate * u).exp() - rise
+            }
+            Rate::Law(curve) => curve.weakening(u),
+            Rate::Polynomials(weakening) => weakening.at(u),
+        }
+    }
+
+    /// Bounds over slip speeds; of an exponential fall its values at the ends.
+    fn range(&self, lo: f64, hi: f64) -> Range {
+        match self {
+            Rate::Exponential(_) => Range { lo: self.at(hi), hi: self.at(lo) },
+            Rate::Law(curve) => curve.weakening_range(lo, hi),
+            Rate::Polynomials(weakening) => weakening.range(lo, hi),
+        }
+    }
+}
+
+/// An orbit that is to close.
+#[derive(Clone, Copy)]
+pub(super) struct Orbit<'a> {
+    pub(super) rate: Rate<'a>,
+    pub(super) stops: &'a [f64],
+    pub(super) belt_speed: f64,
+    /// x2 at the start and at the end.
+    pub(super) radius: f64,
+    /// -x2' at the start.
+    pub(super) drop: f64,
+    /// See [`layer`]; `radius` where the law is not steep.
+    pub(super) layer: f64,
+}
+
+/// The least slip speed beyond `least` = V - `radius`, to a factor of two, at which |w sin cos| of the polar angle comes near
+/// 1: where the layer begins that is too steep for the polar form of the orbit through the maximum `radius` of x2.
+/// `None` where the law is not too steep.
+pub(super) fn layer(curve: &Curve, belt_speed: f64, radius: f64) -> Option<f64> {
+    let least = belt_speed - radius;
+    let size = |range: Range| range.hi.abs().max(range.lo.abs());
+    // Where a rate this large is too steep, if it is so from `from` on.
+    let steep_from = |from: f64, rate: f64| {
+        let beyond = from.max(0.5 * radius * (CERTAINLY * STEEP / rate).powi(2));
+        let v = radius - beyond;
+        let sin_cos = (beyond * (radius + v)).sqrt() * v / (radius * radius);
+        (v > 0.0 && rate * sin_cos > STEEP).then_some(beyond)
+    };
+    if curve.has_closed_form() {
+        let first = steep_from(0.0, size(curve.weakening_range(least, belt_speed)))?;
+        let octaves = std::iter::successors(Some(first), |beyond| Some(2.0 * beyond));
+        let mut octaves = octaves.take_while(|beyond| *beyond < radius);
+        return octaves.find_map(|beyond| {
+            let range = curve.weakening_range(least + beyond, least + 2.0 * beyond);
+            steep_from(beyond, size(range)).filter(|from| *from < 2.0 * beyond)
+        });
+    }
+    let weakening = curve.compiled(4.0 * belt_speed);
+    weakening.sizes().find_map(|([from, to], rate)| {
+        steep_from((from - least).max(0.0), rate).filter(|beyond| *beyond < to - least)
+    })
+}
+
+/// Where a half starts.
+#[derive(Clone, Copy)]
+pub(super) struct Start {
+    pub(super) q: f64,
+    pub(super) h: f64,
+    pub(super) by_damping: f64,
+    /// Error of h.
+    pub(super) error: f64,
+    /// Length of the first step.
+    pub(super) step: f64,
+}
+
+/// A half to be followed to its lowest point.
+#[derive(Clone, Copy)]
+pub(super) struct Half<'a> {
+    pub(super) orbit: Orbit<'a>,
+    pub(super) viscous: f64,
+    /// 1 forward in time, -1 backward.
+    pub(super) sign: f64,
+    /// Error allowed of h at the lowest point.
+    pub(super) allowed: f64,
+}
+
+impl Half<'_> {
+    /// The start, with the number of evaluations.
+    pub(super) fn start(&self) -> (Start, u64) {
+        let Self { orbit: Orbit { rate, belt_speed, radius, drop, layer, .. }, viscous, sign, allowed } =
+            *self;
+        let least = belt_speed - radius;
+        let braking = |u: f64| -sign * (rate.at(u) - viscous);
+        let speed = if sign > 0.0 { drop } else { 0.0 };
+        // A drop is felt until W by the spring, (2 radius)^(1/2) q, exceeds it.
+        let of_drop = if speed > 0.0 { speed / (2.0 * radius).sqrt() } else { f64::INFINITY };
+        let step = FIRST_STEP * layer.sqrt().min(of_drop);
+        let immediate = Start { q: 0.0, h: 0.5 * speed * speed, by_damping: 0.0, error: 0.0, step };
+        // The most braking between two places.
+        let most = |from: f64, to: f64| {
+            let Range { lo, hi } = rate.range(least + from, least + to);
+            if sign > 0.0 { viscous - lo } else { hi - viscous }
+        };
+        if speed > 0.0 || most(layer.min(0.5 * radius), 0.5 * radius) <= BRAKED {
+            return (immediate, 2);
+        }
+        // W by the balance of braking and spring, from the middle towards the start, and its change by u.
+        let (mut beyond, mut forgotten) = (0.5 * radius, 0.0);
+        let (mut farther, mut before) = (f64::INFINITY, 0.0_f64);
+        let (mut rhs, mut ratio, mut width) = (0, SAMPLES_RATIO, 0.0);
+        // Whether a step would forget much more than the braking `here` at its beginning tells.
+        let is_hidden = |from: f64, to: f64, here: f64| {
+            let most = most(from, to);
+            let forgotten = most * most / (radius - from) * (to - from);
+            most > BRAKED * here && forgotten > BRAKED && most.is_finite()
+        };
+        while beyond > layer {
+            let here = braking(least + beyond);
+            rhs += 1;
+            let speed = if here > 0.0 { (radius - beyond) / here } else { f64::INFINITY };
+            let stiffness = (radius - beyond) / (speed * speed);
+            // Both fall exponentially where the law does.
+            let rise = stiffness / before;
+            let mean = if rise > 2.0 { (stiffness - before) / rise.ln() } else { stiffness.min(before) };
+            forgotten += mean * width;
+            let off = (farther - speed).abs() / (width * here);
+            let error = speed * speed * off;
+            if off < BALANCED && error < SHARE * allowed * f64::exp(forgotten) {
+                let h = 0.5 * speed.mul_add(speed, -beyond * (2.0 * radius - beyond));
+                let (q, by_damping) = (beyond.sqrt(), -sign * speed * speed / here);
+                return (Start { q, h, by_damping, error, step: 0.5 / (stiffness * q) }, rhs);
+            }
+            (farther, before) = (speed, stiffness);
+            // Steps are short where a law begins to brake, or would be passed over.
+            ratio = (ratio * ratio).max(SAMPLES_RATIO);
+            let is_known = matches!(rate, Rate::Exponential(_));
+            while !is_known && ratio < FINEST_RATIO && is_hidden(ratio * beyond, beyond, here) {
+                ratio = ratio.sqrt();
+            }
+            width = beyond * (1.0 - ratio);
+            beyond *= ratio;
+        }
+        (immediate, rhs)
+    }
+}
