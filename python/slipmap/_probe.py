@@ -94,7 +94,8 @@ class Probe(_results.Probe):
 
         critical, known_to = machine.critical_damping, machine.critical_damping_error
         if critical is not None and known_to is not None:
-            words = f"{_with_error(critical, known_to)} {damping}"
+            by_friction = machine.critical_damping_standard_error or 0.0
+            words = f"{_with_error(critical, max(known_to, by_friction))} {damping}"
         else:
             words = "–" if self.critical_c.reason is None else f"not told: {self.critical_c.reason}"
         facts = [

@@ -108,6 +108,7 @@ def test_errors_are_those_of_the_friction(folder):
         critical, error = machine.critical_damping(belt_speed=[0.05, 0.06], return_error=True)
         expected = machine.page(draws=1).answers["may_stick_slip_below_damping_standard_error"]
         assert np.isclose(error[0], expected, rtol=1e-6) and error[0] > 1e-3 * critical[0] and error[1] != error[0]
+        assert np.isclose(machine.probe().machine.critical_damping_standard_error, expected, rtol=1e-12)
     # What is given has no error.
     slope = fitted.critical_damping(mu_k=law.parameters["mu_k"], return_error=True)[1]
     assert 0.0 < slope != fitted.critical_damping(return_error=True)[1]

@@ -233,6 +233,9 @@ impl MachineResult {
             damping_ratio: behaviour.damping_ratio,
             natural_frequency: behaviour.natural_frequency,
             regime: behaviour.regime.name(),
+            critical_damping_standard_error: errors
+                .and_then(|errors| errors.critical_damping)
+                .map(|critical| critical.standard_error),
             regimes_left_open_by_data: errors
                 .map(|errors| errors.leave_open(machine.damping, behaviour.regime).names()),
             slip_time,

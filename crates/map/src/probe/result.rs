@@ -255,6 +255,9 @@ result! {
         pub(crate) critical_damping: Option<f64>,
         /// Estimate of its absolute error, N s/m, also of one that is not known to 1 %.
         pub(crate) critical_damping_error: Option<f64>,
+        /// Its standard error by measured or fitted friction, N s/m; absent for friction without errors.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        pub(crate) critical_damping_standard_error: Option<f64>,
         /// The critical damping as a damping ratio.
         pub(crate) critical_damping_ratio: Option<f64>,
         /// Damping ratio d / (2 sqrt(k m)).
