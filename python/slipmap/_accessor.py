@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from typing import Any
 
 import numpy as np
@@ -41,6 +42,8 @@ _CURVE_STYLES = {
     "crossing": ("#d55e00", "solid"),
     "fold": ("#cc79a7", "solid"),
 }
+# Letters in a row of a title, which the width of a figure by default holds.
+_LONGEST = 60
 _SYMBOLS = {"epsilon": "ε", "alpha": "α", "beta": "β", "gamma": "γ", "mu": "μ", "eta": "η"}
 
 
@@ -196,6 +199,7 @@ class MapAccessor:
         import matplotlib.pyplot as plt
         from matplotlib.colors import BoundaryNorm, ListedColormap
         from matplotlib.patches import Patch
+        from matplotlib.ticker import LogLocator, NullFormatter
 
         cells = self._data[variable]
         damping = self._damping
@@ -232,21 +236,29 @@ class MapAccessor:
             ax.legend(handles=patches, fontsize=7, loc="best", framealpha=0.9)
         else:
             mesh = ax.pcolormesh(slice_[x], slice_[y], slice_, cmap="cividis", shading="nearest")
-            ax.figure.colorbar(mesh, ax=ax, label=cells.attrs.get("long_name", variable))
+            bar = ax.figure.colorbar(mesh, ax=ax)
+            bar.set_label(textwrap.fill(cells.attrs.get("long_name", variable), 40), fontsize=8)
         exact = self._critical(REFERENCE)
         if y == damping and exact is not None:
             line = exact.isel(held, missing_dims="ignore")
             ax.plot(line[x], line, color="#000000", linewidth=1.2)
         self._draw_curves(ax, x, y, held)
-        for name, nodes, scale in ((x, slice_[x].values, ax.set_xscale), (y, slice_[y].values, ax.set_yscale)):
+        for nodes, axis, scale in ((slice_[x].values, ax.xaxis, ax.set_xscale), (slice_[y].values, ax.yaxis, ax.set_yscale)):
             if len(nodes) > 2 and nodes[0] > 0 and np.allclose(np.diff(np.log(nodes)), np.log(nodes[1] / nodes[0])):
                 scale("log")
+                # Few labels, also on less than a decade.
+                axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if nodes[-1] < 200.0 * nodes[0] else (1.0,)))
+                axis.set_major_formatter("{x:g}")
+                axis.set_minor_formatter(NullFormatter())
         ax.set_xlim(slice_[x].values[[0, -1]])
         ax.set_ylim(slice_[y].values[[0, -1]])
         ax.set_xlabel(_SYMBOLS.get(x, x))
         ax.set_ylabel(_SYMBOLS.get(y, y))
-        values = [f"{_SYMBOLS.get(axis, axis)} = {float(self._data[axis][i]):.4g}" for axis, i in held.items()]
-        ax.set_title(f"{cells.attrs.get('long_name', variable)}\n{', '.join(values)}", fontsize=8)
+        # Also those at which the map itself was taken.
+        taken = [str(name) for name, it in cells.coords.items() if it.ndim == 0 and it.dtype.kind == "f"]
+        values = [f"{_SYMBOLS.get(name, name)} = {float(slice_[name]):.4g}" for name in [*taken, *held] if name in slice_.coords]
+        rows = (cells.attrs.get("long_name", variable), ", ".join(values))
+        ax.set_title("\n".join(textwrap.fill(row, _LONGEST) for row in rows if row), fontsize=8)
         return ax
 
     def _draw_curves(self, ax: Any, x: str, y: str, held: dict[str, int]) -> None:

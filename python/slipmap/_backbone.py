@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from . import _core
 from ._broadcast import Numbers, Output, elementwise
-from ._law import Law
+from ._law import Law, arguments_of
 
 
 def backbone(
@@ -70,5 +70,5 @@ def backbone(
         Output("backbone", np.float64, "damping of the slip cycle", axis=("amplitude", ratios, "amplitude over belt speed")),
         Output("backbone_error", np.float64, "error estimate of the damping"),
     ]
-    results = elementwise(kernel, law._arguments(parameters, epsilon=epsilon, V=V), outputs)
+    results = elementwise(kernel, arguments_of(law, parameters, epsilon=epsilon, V=V), outputs)
     return results if return_error else results[0]

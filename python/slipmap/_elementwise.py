@@ -10,7 +10,7 @@ import numpy as np
 from . import _core
 from ._broadcast import Numbers, Output, elementwise, named
 from ._codes import METHODS, REGIME_FLAGS, VERDICT_FLAGS
-from ._law import Law
+from ._law import Law, arguments_of
 from ._progress import Progress, told
 
 
@@ -87,7 +87,7 @@ def critical_c(
         Output("critical_c", np.float64, "critical damping"),
         Output("critical_c_error", np.float64, "error estimate of the critical damping"),
     ]
-    results = elementwise(kernel, law._arguments(parameters, epsilon=epsilon, V=V), outputs[: 1 + return_error])
+    results = elementwise(kernel, arguments_of(law, parameters, epsilon=epsilon, V=V), outputs[: 1 + return_error])
     return results if return_error else results[0]
 
 
@@ -165,7 +165,7 @@ def verdicts(
         )
         for name in names
     ]
-    results = elementwise(kernel, law._arguments(parameters, epsilon=epsilon, V=V, c=c), outputs)
+    results = elementwise(kernel, arguments_of(law, parameters, epsilon=epsilon, V=V, c=c), outputs)
     return results[0] if single else named(names, results)
 
 
@@ -200,4 +200,4 @@ def regime(
         return (_core.regime(law._law, arrays, tolerance, threads),)
 
     output = Output("regime", np.int8, "long-run behaviour according to the simulated flow", REGIME_FLAGS)
-    return elementwise(kernel, law._arguments(parameters, epsilon=epsilon, V=V, c=c), [output])[0]
+    return elementwise(kernel, arguments_of(law, parameters, epsilon=epsilon, V=V, c=c), [output])[0]

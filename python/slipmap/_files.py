@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Mapping
 from typing import Any
@@ -32,7 +33,7 @@ def open_map(
         Whether to recompute the seal of the file and the fingerprint of every variable, and to refuse a map that
         has changed. Reads the whole file once.
     chunks : mapping of str to int, optional
-        Opens it as dask arrays, with blocks of these lengths; ``{}`` takes those of the file.
+        Opens it as dask arrays, with blocks of these lengths; ``{}`` takes several of the file's tiles together.
 
     Returns
     -------
@@ -65,9 +66,26 @@ def open_map(
     with h5py.File(name, "r") as file:
         if "law" not in file.attrs or file.attrs.get("complete") != 1:
             raise MapError(f"{name}: this is no complete map of slipmap")
+        if chunks is not None and not chunks:
+            chunks = _blocks(file)
     if verify:
         _verify(name)
     return xr.open_dataset(name, engine="h5netcdf", chunks=chunks)
+
+
+# Cells in a block: many are quicker, and a few variables in flight should fit into any memory.
+_CELLS_OF_BLOCK = 4_000_000
+
+
+def _blocks(file: h5py.File) -> dict[str, int]:
+    """Blocks of whole tiles, as many cells as a block may have along the axes that vary fastest."""
+    largest = max((item for item in file.values() if isinstance(item, h5py.Dataset)), key=lambda item: item.ndim)
+    names = [item[0].name.removeprefix("/") for item in largest.dims]
+    lengths = [int(length) for length in np.atleast_1d(file.attrs["tile_shape"])]
+    for axis in reversed(range(len(lengths))):
+        more = _CELLS_OF_BLOCK // math.prod(lengths)
+        lengths[axis] = min(largest.shape[axis], lengths[axis] * max(1, more))
+    return dict(zip(names, lengths, strict=True))
 
 
 def curves_of(path: str) -> xr.Dataset | None:

@@ -44,7 +44,7 @@ class Fit:
 
     @property
     def parameters(self) -> pd.DataFrame:
-        """Value and standard error of each parameter, in SI units."""
+        """Value and standard error of each parameter, in SI units: those of ``answer.fit.units``."""
         best = self.answer.fit
         columns = {"value": best.values, "standard_error": best.standard_errors}
         return pd.DataFrame(columns, pd.Index(best.names, name="parameter"))
@@ -61,7 +61,11 @@ class Fit:
         return pd.Series(self.answer.residuals, pd.Index(self.answer.slip_speeds, name="slip_speed"), name="residual")
 
     def _repr_html_(self) -> str:
-        read = "".join(f"<p>{html.escape(phrase)}</p>" for phrase in self.answer.read)
-        law = f"<p><b>{html.escape(self.name)}</b>: {html.escape(self.answer.fit.formula)}</p>{self.law._curve()}"
-        tables = (self.parameters, self.table.drop(columns="formula"))
-        return read + law + "".join(table.to_html(float_format="{:.4g}".format, index_names=False) for table in tables)
+        found = self.answer
+        read = "".join(f"<p>{html.escape(phrase)}</p>" for phrase in found.read)
+        law = f"<p><b>{html.escape(self.name)}</b>: {html.escape(found.fit.formula)}</p>{self.law._curve()}"
+        more = found.about_as_good
+        also = f"{more} more law{' is' if more == 1 else 's are'} about as good: take each with law=.., and compare the answers"
+        tables = (self.parameters.assign(unit=found.fit.units), self.table)
+        parameters, laws = (table.to_html(float_format="{:.4g}".format, index_names=False) for table in tables)
+        return f"{read}{law}{parameters}<p>{also if more else 'no other law is about as good'}</p>{laws}"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import html
 import json
 import os
+import re
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, overload
 
@@ -45,20 +46,21 @@ class Law:
     0.803265
     """
 
-    __slots__ = ("_forces", "_joint", "_law", "_values")
+    __slots__ = ("_joint", "_law", "_quantity", "_values")
 
     def __init__(
         self,
         law: _core.Law,
         values: Mapping[str, Numbers | None],
         joint: Mapping[str, Sequence[float]] = {},
-        forces: bool = False,
+        quantity: str | None = None,
     ):
         """Not to be called by users: the class methods make laws.
 
-        `joint` has rows of the Cholesky factor of the covariance of some values; `forces` is true of measured forces.
+        `joint` has rows of the Cholesky factor of the covariance of some values; `quantity` is "coefficient" or "force" of a
+        law in SI units.
         """
-        self._law, self._joint, self._forces = law, dict(joint), forces
+        self._law, self._joint, self._quantity = law, dict(joint), quantity
         known = [name for name, *_ in law.parameters]
         for name in values:
             if name not in known:
@@ -260,7 +262,8 @@ class Law:
         static, rest
             As in :meth:`table`.
         quantity : {"coefficient", "force"}, optional
-            What the friction is where the header has no unit.
+            What the friction is where the header has no unit. Forces belong to the normal force at which they were measured:
+            divided by it they are coefficients, for machines, maps and sweeps with any normal force.
 
         Raises
         ------
@@ -296,7 +299,7 @@ class Law:
     def _measured(cls, name: str, rows: bytes, static: float | None, rest: str | None, quantity: str | None) -> Law:
         level = None if static is None else float(static)
         law, forces = _core.measured(name, rows, level, _is_at_peak(rest, static), _is_force(quantity))
-        return cls(law, {}, forces=forces)
+        return cls(law, {}, quantity="force" if forces else "coefficient")
 
     @classmethod
     def fit(
@@ -315,11 +318,12 @@ class Law:
         data : str, path, DataFrame or array_like
             A file or a DataFrame, read as by :meth:`from_csv`; or slip speeds.
         friction, stderr : array_like
-            Friction at these slip speeds and, optionally, its standard error.
+            Friction at these slip speeds and, optionally, its standard error, in SI units. Of a Series whose name has a unit
+            that must be the SI unit.
         law : str, optional
             Which law to take in place of the best one, by its name in the table of laws.
         quantity : {"coefficient", "force"}, optional
-            What the friction is where the header has no unit.
+            As in :meth:`from_csv`.
 
         Returns
         -------
@@ -347,7 +351,8 @@ class Law:
             if len(u) != len(level):
                 raise ValueError(f"friction: {len(level)} values at {len(u)} slip speeds")
             errors = {} if stderr is None else {"se": np.broadcast_to(np.asarray(stderr, dtype=float), u.shape)}
-            source = _columns(pd.DataFrame({"slip speed": u, "friction": level, **errors}))
+            names = _header("slip speed", "belt_speed", data), _header("friction", "normal_force", friction)
+            source = _columns(pd.DataFrame({names[0]: u, names[1]: level, **errors}))
         else:
             source = _columns(data) if isinstance(data, pd.DataFrame) else _file(data)
         core, answer, toml = _core.fit(*source, law, _is_force(quantity))
@@ -355,7 +360,7 @@ class Law:
         best = found.fit
         rows = np.linalg.cholesky(np.array(best.covariance))
         values, joint = dict(zip(best.names, best.values, strict=True)), dict(zip(best.names, rows.tolist(), strict=True))
-        return Fit(cls(core, values, joint, found.quantity == "force"), found, toml)
+        return Fit(cls(core, values, joint, found.quantity), found, toml)
 
     def with_drop(self, drop: Numbers | None = None) -> Law:
         """The same law with friction in slip less by the parameter `drop`; friction at rest stays 1.
@@ -485,7 +490,7 @@ class Law:
     def _changed(self, law: _core.Law, values: Mapping[str, Numbers | None]) -> Law:
         """The law with other values; what is not changed keeps its errors."""
         joint = {name: row for name, row in self._joint.items() if values.get(name) is self._values[name]}
-        return Law(law, values, joint, self._forces)
+        return Law(law, values, joint, self._quantity)
 
     @overload
     def phi(self, u: float, *, epsilon: float = 1.0, **parameters: float) -> float: ...
@@ -552,7 +557,8 @@ class Law:
         head = "<tr><th>parameter</th><th>value</th><th>must be</th></tr>"
         formula = "" if self._law.formula is None else f": {html.escape(self._law.formula)}"
         table = f"<table>{head}{rows}</table>" if rows else ""
-        return f"<p>Law <b>{self.name}</b>{formula}</p>{self._curve()}{table}"
+        told = "" if self._law.told is None else f"<p>read: {html.escape(self._law.told)}</p>"
+        return f"<p>Law <b>{self.name}</b>{formula}</p>{told}{self._curve()}{table}"
 
     def _curve(self, speed: float = 1.0, force: float = 1.0) -> str:
         """The friction over the slip speed as a drawing (SVG), in these units; nothing while parameters are missing or arrays."""
@@ -578,7 +584,7 @@ class Law:
 
     def _key(self) -> tuple[Any, ...]:
         values = tuple((name, np.asarray(value).tobytes()) for name, value in self._values.items())
-        return (self.name, self._law.definition, values, tuple(map(tuple, self._joint.values())), self._forces)
+        return (self.name, self._law.definition, values, tuple(map(tuple, self._joint.values())), self._quantity)
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Law) and self._key() == other._key()
@@ -587,7 +593,53 @@ class Law:
         return hash(self._key())
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return (Law, (self._law, self._values, self._joint, self._forces))
+        return (Law, (self._law, self._values, self._joint, self._quantity))
+
+
+def arguments_of(law: Law, given: Mapping[str, Any], **shared: Any) -> dict[str, Any]:
+    """The values of a law's axes, for a function of dimensionless parameters."""
+    refuse_si(law)
+    return law._arguments(given, **shared)
+
+
+def refuse_si(law: Law) -> None:
+    """Refuses what is no law, and laws in SI units."""
+    if not isinstance(law, Law):
+        raise TypeError(f"law: {no_machine(law, 'Law')}")
+    if law._quantity is not None:
+        raise ValueError(
+            "law: its slip speeds are in SI units, as measured friction has them; ask a machine with this friction, "
+            "slipmap.Machine(.., friction=law)"
+        )
+
+
+def no_machine(given: Any, wanted: str) -> str:
+    """What to do where something else than a law or a point was given."""
+    if type(given).__name__ == "Machine":
+        return (
+            f"a {wanted} is needed; a machine answers by its own methods critical_damping(..), probe() and page(), and "
+            "machine.point() is its dimensionless point"
+        )
+    return f"a {wanted} is needed, not {given!r:.60}"
+
+
+def _header(name: str, quantity: str, column: Any) -> str:
+    """The name of a column with its unit, which a Series may have in its name."""
+    found = re.search(r"[\[({]([^\[({]+)[\])}]\s*$", str(column.name)) if isinstance(column, pd.Series) else None
+    if found is None:
+        return name
+    for motion in ("translation", "rotation"):
+        try:
+            size = _core.Law.built_in("stribeck").number_of(f"1 {found[1]}", quantity, motion, False)
+        except ValueError:
+            continue
+        if size != 1.0:
+            raise ValueError(
+                f"the name of the Series, {column.name!r}, has a unit that is not of SI, and its values may have been converted: "
+                "give a DataFrame of both columns, whose units are read, or numbers in SI units, series.to_numpy()"
+            )
+        return f"{name} [{found[1]}]"
+    return name
 
 
 def _is_at_peak(rest: str | None, static: float | None) -> bool:

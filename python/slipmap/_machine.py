@@ -6,6 +6,7 @@ import functools
 import html
 import json
 import os
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol, TypeAlias, runtime_checkable
@@ -31,8 +32,8 @@ class Quantity(Protocol):
     def to(self, unit: str) -> Any: ...
 
 
-# A number in SI units or with its own, or one of the configuration's tables for what is uncertain.
-Given: TypeAlias = float | Quantity | Mapping[str, float | Quantity]
+# A number in SI units or with its own, as text or of pint, or one of the configuration's tables for what is uncertain.
+Given: TypeAlias = float | str | Quantity | Mapping[str, float | str | Quantity]
 
 
 @dataclass(frozen=True)
@@ -64,24 +65,6 @@ class Page:
         # In a frame, so that its style is its own.
         return f'<iframe srcdoc="{html.escape(self.html)}" style="width: 100%; height: 60em; border: 0"></iframe>'
 
-
-# Units of quantities: of a translation, of a rotation. Those of other names are not known.
-_UNITS = {
-    "mass": ("kg", "kg*m**2"),
-    "stiffness": ("N/m", "N*m/rad"),
-    "damping": ("N*s/m", "N*m*s/rad"),
-    "normal_force": ("N", "N*m"),
-    "belt_speed": ("m/s", "rad/s"),
-    "static_friction": ("dimensionless", "dimensionless"),
-    "kinetic_friction": ("dimensionless", "dimensionless"),
-    "stribeck_velocity": ("m/s", "rad/s"),
-    "frequency": ("Hz", "Hz"),
-    "damping_ratio": ("dimensionless", "dimensionless"),
-    "pressure": ("Pa", "Pa"),
-    "area": ("m**2", "m**2"),
-    "radius": ("m", "m"),
-    "exponent": ("dimensionless", "dimensionless"),
-}
 
 # Numbers in a row of correlated errors.
 _MOST_JOINT = 6
@@ -132,8 +115,8 @@ class Machine:
 
     Notes
     -----
-    Quantities of pint are converted. What is uncertain is written as in a configuration, ``{"value": 2.0, "sd": 0.1}`` or
-    ``{"min": 1.8, "max": 2.2}``, also with units; see :meth:`risk`.
+    Quantities of pint are converted, and so is text with a unit, ``"10 mm/s"``. What is uncertain is written as in a
+    configuration, ``{"value": 2.0, "sd": 0.1}`` or ``{"min": 1.8, "max": 2.2}``, also with units; see :meth:`risk`.
 
     Examples
     --------
@@ -178,9 +161,14 @@ class Machine:
         self, law: Law, motion: str, given: Mapping[str, Any], values: dict[str, float], spreads: dict[str, list[float]]
     ) -> None:
         """Makes the machine of these numbers and spreads, with what is given in their place."""
+        if not isinstance(law, Law):
+            raise TypeError(f"friction: a Law is needed, not {law!r:.60}: slipmap.Law.coulomb(), slipmap.Law.stribeck(), ..")
         held = {name: value for name, value in law.parameters.items() if value is not None}
-        if law._forces and any(name in values or given.get(name) is not None for name in ("normal_force", "pressure")):
-            raise ValueError("the measured friction is a force already: leave the normal force out")
+        if law._quantity == "force" and any(name in values or given.get(name) is not None for name in ("normal_force", "pressure")):
+            raise ValueError(
+                "the measured friction is a force already: leave the normal force out\n  help: friction divided by the normal "
+                "force at which it was measured is a coefficient, which has any normal force"
+            )
         if law.name in ("expression", "table"):
             own = {name: value for name, value in held.items() if name not in values and name not in given}
             given = {**own, **given}
@@ -192,11 +180,12 @@ class Machine:
                 raise TypeError(f"friction: leave out {next(iter(held))}; the parameters of this law follow from the coefficients")
             law = Law(law._law, {})
             values.setdefault("strengthening", 0.0)
+        units = _Units(law._law, motion, "radius" in given or "radius" in values)
         for name, value in given.items():
             if value is None:
                 values.pop(name, None)
                 continue
-            values[name], spread = _read(name, value, _unit(name, motion, "radius" in given or "radius" in values))
+            values[name], spread = units.read(name, value)
             if spread is not None:
                 spreads[name] = spread
             elif len(spreads.get(name, ())) == 2:
@@ -205,15 +194,15 @@ class Machine:
         self._friction, self._core = law, _core.Machine(law._law, motion, values, list(spreads.items()))
 
     @classmethod
-    def from_toml(cls, config: str | os.PathLike[str], **changes: float) -> Machine:
+    def from_toml(cls, config: str | os.PathLike[str], **changes: float | str) -> Machine:
         """The machine of a configuration file, with other values of some quantities.
 
         Parameters
         ----------
         config : str or path
             The file (TOML), with a table ``[machine]``.
-        **changes : float
-            Quantities in SI units in place of those of the file.
+        **changes : float or str
+            Quantities in SI units, or text with a unit, in place of those of the file.
 
         Raises
         ------
@@ -221,7 +210,8 @@ class Machine:
             With the program's message: file, line, key, value and remedy.
         """
         core = _core.Machine.from_toml(os.path.expanduser(config), list(changes.items()))
-        return cls._again(Law(core.friction, {}), core.motion, dict(core.quantities), dict(core.uncertain))
+        friction = Law(core.friction, {}, quantity="force" if core.holds_forces else None)
+        return cls._again(friction, core.motion, dict(core.quantities), dict(core.uncertain))
 
     @classmethod
     def _again(cls, law: Law, motion: str, values: dict[str, float], spreads: dict[str, list[float]]) -> Machine:
@@ -261,6 +251,10 @@ class Machine:
         return list(self.quantities)
 
     @property
+    def _units(self) -> _Units:
+        return _Units(self._core.friction, self.motion, "radius" in self.quantities)
+
+    @property
     def units(self) -> Units:
         """The units of the dimensionless oscillator."""
         return Units(*self._core.point()[2])
@@ -291,20 +285,26 @@ class Machine:
         return_error, tolerance, threads, progress
             As in :func:`critical_c`.
         **quantities : array_like
-            Quantities of the machine, in SI units or with those of pint, which broadcast as in :func:`critical_c`.
+            Quantities of the machine, in SI units or with those of text or of pint, which broadcast as in :func:`critical_c`.
 
         Returns
         -------
         damping : ndarray, scalar, DataArray, Series or dask array
-            Below it the mass comes back to the belt. Negative and NaN as in :func:`critical_c`.
+            Below it the mass comes back to the belt. Negative and NaN as in :func:`critical_c`; of the first NaN a warning
+            tells the reason.
         error : like `damping`
-            Estimate of its absolute error; only if `return_error`.
+            Only if `return_error`: its standard error by measured or fitted friction, without that of what is given here; of
+            other friction, and where it is larger, the estimate of the absolute error of the computation.
         """
         names = list(quantities) or ["belt_speed"]
 
         def kernel(arrays: list[np.ndarray]) -> tuple[np.ndarray, ...]:
             bar = told(progress, max(array.size for array in arrays), "values")
-            values, errors = self._core.critical_damping(names, arrays, tolerance, threads, bar)
+            values, errors, unknown = self._core.critical_damping(names, arrays, tolerance, return_error, threads, bar)
+            if unknown is not None:
+                element, reason = unknown
+                place = f" of element {element}" if values.size > 1 else ""
+                warnings.warn(f"the critical damping{place} is not known: {reason}", RuntimeWarning, stacklevel=5)
             return (values, errors) if return_error else (values,)
 
         units = {"units": "N s/m" if self.motion == "translation" else "N m s/rad"}
@@ -312,8 +312,7 @@ class Machine:
             Output("critical_damping", np.float64, "critical damping", units),
             Output("critical_damping_error", np.float64, "error estimate of the critical damping", units),
         ]
-        held = self.quantities
-        values = {name: _magnitude(name, value, _unit(name, self.motion, "radius" in held)) for name, value in quantities.items()}
+        values = {name: self._units.magnitude(name, value) for name, value in quantities.items()}
         results = elementwise(kernel, values or {"belt_speed": self["belt_speed"]}, outputs[: 1 + return_error])
         return results if return_error else results[0]
 
@@ -341,7 +340,7 @@ class Machine:
         >>> 0.0 < pad.risk(draws=1000).probability.value < 1.0
         True
         """
-        return decode(Risk, json.loads(self._core.risk(draws, list(rare))))
+        return decode(Risk, json.loads(self._core.risk(_draws(draws), list(rare))))
 
     def page(
         self, *, title: str = "Machine", draws: int | None = None, rare: Sequence[float] = (0.1, 0.01, 0.001)
@@ -369,7 +368,7 @@ class Machine:
         >>> round(page.answers["may_stick_slip_below_belt_speed"], 3), page.answers["kick_status"]
         (0.422, 'not_needed')
         """
-        document, answers = self._core.page(title, draws, list(rare))
+        document, answers = self._core.page(title, _draws(draws), list(rare))
         return Page(document, json.loads(answers))
 
     def replace(self, **changes: Any) -> Machine:
@@ -404,29 +403,24 @@ class Machine:
         return f"Machine({values}, friction={self.friction!r}, motion={self.motion!r})"
 
     def _repr_html_(self) -> str:
-        spreads = {name: " to ".join(f"{value:g}" for value in spread.values()) for name, spread in self.uncertain.items()}
+        units, uncertain = self._units, self.uncertain
+        spreads = {name: " to ".join(f"{value:g}" for value in spread.values()) for name, spread in uncertain.items()}
         rows = "".join(
             f"<tr><td>{html.escape(name.replace('_', ' '))}</td><td>{value:g}</td>"
-            f"<td>{html.escape((_unit(name, self.motion, 'radius' in self.quantities) or '').replace('dimensionless', ''))}</td>"
-            f"<td>{'&plusmn; ' if 'sd' in self.uncertain.get(name, {}) else ''}{html.escape(spreads.get(name, ''))}</td></tr>"
+            f"<td>{html.escape(units.of(name) or '')}</td>"
+            f"<td>{'&plusmn; ' if 'sd' in uncertain.get(name, {}) else ''}{html.escape(spreads.get(name, ''))}</td></tr>"
             for name, value in self.quantities.items()
         )
         doubts = "".join(f"<p>{html.escape(doubt)}</p>" for doubt in self.doubts)
-        law, units = self.point().law, self.units
-        curve = law._curve(units.velocity, units.force / self.quantities.get("normal_force", 1.0))
+        si = self.units
+        curve = self.point().law._curve(si.velocity, si.force / self.quantities.get("normal_force", 1.0))
         return f"<p>Machine, {self.motion}; friction: {html.escape(repr(self.friction))}</p><table>{rows}</table>{curve}{doubts}"
 
 
-def _read(name: str, given: Any, unit: str | None) -> tuple[float, list[float] | None]:
-    """The number of a quantity in SI units, and its spread: a standard deviation, or both ends of a range."""
-    if not isinstance(given, Mapping):
-        return _si(name, given, unit), None
-    parts = {key: _si(f"{name}: {key}", value, unit) for key, value in given.items()}
-    if set(parts) == {"value", "sd"} and parts["sd"] >= 0.0:
-        return parts["value"], [parts["sd"]]
-    if set(parts) == {"min", "max"} and parts["min"] <= parts["max"]:
-        return 0.5 * (parts["min"] + parts["max"]), [parts["min"], parts["max"]]
-    raise ValueError(f'{name} = {dict(given)}: write {{"value": 2.0, "sd": 0.1}} or {{"min": 1.8, "max": 2.2}}')
+def _draws(draws: int | None) -> int | None:
+    if draws is not None and not draws >= 1:
+        raise ValueError(f"draws = {draws}: must be at least 1")
+    return draws
 
 
 def _told(spread: list[float]) -> dict[str, float]:
@@ -434,22 +428,39 @@ def _told(spread: list[float]) -> dict[str, float]:
     return {"min": spread[0], "max": spread[1]} if len(spread) == 2 else {"sd": float(np.hypot.reduce(spread))}
 
 
-def _si(name: str, value: Any, unit: str | None) -> float:
-    return _scalar(name, _magnitude(name, value, unit))
+class _Units:
+    """The units of a machine's quantities, in which numbers with units of their own are read."""
 
+    def __init__(self, law: _core.Law, motion: str, at_radius: bool):
+        self._law, self._motion, self._at_radius = law, motion, at_radius
 
-def _magnitude(name: str, value: Any, unit: str | None) -> Any:
-    """Numbers in SI units; pint's quantities are converted."""
-    if unit is None or not isinstance(value, Quantity):
-        return value
-    try:
-        return value.to(unit).magnitude
-    except Exception as error:
-        raise ValueError(f"{name}: {error}") from None
+    def of(self, name: str) -> str | None:
+        """The SI unit of a quantity: "" of a pure number, None of a name in a formula."""
+        return self._law.unit_of(name, self._motion, self._at_radius)
 
+    def number(self, name: str, value: Any) -> float:
+        """A number in SI units."""
+        return _scalar(name, self.magnitude(name, value))
 
-def _unit(name: str, motion: str, at_radius: bool) -> str | None:
-    """The unit of a quantity; a normal force at a radius is a force, also of what rotates."""
-    if name == "normal_force" and at_radius:
-        return "N"
-    return _UNITS[name][motion == "rotation"] if name in _UNITS else None
+    def magnitude(self, name: str, value: Any) -> Any:
+        """Numbers in SI units; text with a unit is read, and quantities of pint are converted."""
+        if isinstance(value, str):
+            return self._law.number_of(value, name, self._motion, self._at_radius)
+        unit = self.of(name)
+        if unit is None or not isinstance(value, Quantity):
+            return value
+        try:
+            return value.to(unit or "dimensionless").magnitude
+        except Exception as error:
+            raise ValueError(f"{name}: {error}") from None
+
+    def read(self, name: str, given: Any) -> tuple[float, list[float] | None]:
+        """The number of a quantity in SI units, and its spread: a standard deviation, or both ends of a range."""
+        if not isinstance(given, Mapping):
+            return self.number(name, given), None
+        parts = {key: self.number(name, value) for key, value in given.items()}
+        if set(parts) == {"value", "sd"} and parts["sd"] >= 0.0:
+            return parts["value"], [parts["sd"]]
+        if set(parts) == {"min", "max"} and parts["min"] <= parts["max"]:
+            return 0.5 * (parts["min"] + parts["max"]), [parts["min"], parts["max"]]
+        raise ValueError(f'{name} = {dict(given)}: write {{"value": 2.0, "sd": 0.1}} or {{"min": 1.8, "max": 2.2}}')

@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 
 from . import _core, _fingerprints
-from ._law import Law
+from ._law import Law, refuse_si
 from ._progress import Progress, told
 
 
@@ -83,6 +83,7 @@ def map(
            [ 1,  1, -1, -1, -1]], dtype=int8)
     """
     law = Law.stribeck() if law is None else law
+    refuse_si(law)
     axes = {**{name: value for name, value in law.parameters.items() if value is not None}, **grid}
     unknown = [name for name in axes if name not in law.axes]
     if unknown:

@@ -9,7 +9,7 @@ import xarray as xr
 
 from . import _core
 from ._broadcast import Numbers
-from ._law import Law, _scalar
+from ._law import Law, _scalar, arguments_of, no_machine
 from ._point import Point, probe
 
 PHASES = {"slip_below": -1, "stick": 0, "slip_above": 1}
@@ -55,6 +55,8 @@ def orbit(
     >>> cycle.attrs["ending"], bool(cycle.x2.max() == 1.0)
     ('closes', True)
     """
+    if not isinstance(point, Point):
+        raise TypeError(f"point: {no_machine(point, 'Point')}")
     if start is not None:
         start = (_scalar("start x1", start[0]), _scalar("start x2", start[1]))
     if not max_time > 0.0:
@@ -154,7 +156,7 @@ def curves(
     >>> "hopf" in found.curve.attrs["flag_meanings"]
     True
     """
-    arguments = law._arguments(parameters, epsilon=epsilon, V=V, c=c)
+    arguments = arguments_of(law, parameters, epsilon=epsilon, V=V, c=c)
     nodes = {name: np.atleast_1d(np.asarray(value, dtype=float)) for name, value in arguments.items()}
     plane = [name for name, values in nodes.items() if values.size > 1]
     if len(plane) != 2:

@@ -6,7 +6,7 @@ import functools
 from typing import Any
 
 from . import _core
-from ._law import Law, _scalar
+from ._law import Law, _scalar, arguments_of, no_machine
 from ._probe import Probe
 
 
@@ -39,7 +39,7 @@ class Point:
     __slots__ = ("_values", "law")
 
     def __init__(self, law: Law, *, V: float, c: float, epsilon: float | None = None, **parameters: float):
-        values = law._arguments(parameters, epsilon=epsilon, V=V, c=c)
+        values = arguments_of(law, parameters, epsilon=epsilon, V=V, c=c)
         self._values = {name: _scalar(name, value) for name, value in values.items()}
         self.law = law.replace(**{name: self._values[name] for name in law.parameters})
 
@@ -109,6 +109,8 @@ def probe(
         if missing:
             raise TypeError(f"a point also needs {', '.join(missing)}")
         at = Point(at, V=V, c=c, epsilon=epsilon, **parameters)  # type: ignore[arg-type]
+    elif not isinstance(at, Point):
+        raise TypeError(f"at: {no_machine(at, 'Point or Law')}")
     elif V is not None or c is not None or epsilon is not None or parameters:
         at = at.replace(
             **{k: v for k, v in {"V": V, "c": c, "epsilon": epsilon, **parameters}.items() if v is not None}

@@ -78,14 +78,42 @@ class Probe(_results.Probe):
             kick, goal = self.basin_boundary.kick, self.basin_boundary.separates[1].replace("_", " ")
             facts.append((f"kick that leads to {goal}", f"{kick.forward:g} with the belt, {kick.backward:g} against"))
         facts.append(("equilibrium", f"({self.equilibrium.x1:g}, 0), {self.equilibrium.type}"))
-        if self.machine:
-            units = ("", "m/s", "N s/m") if self.machine.motion == "translation" else ("", "rad/s", "N m s/rad")
-            facts.append(("critical belt speed", f"{_short(self.machine.critical_belt_speed)} {units[1]}"))
-            damping, known_to = self.machine.critical_damping, self.machine.critical_damping_error
-            words = _short(damping) if damping is None or known_to is None else _with_error(damping, known_to)
-            facts.append(("critical damping (SI)", f"{words} {units[2]}"))
         head = ("method", "verdict", "margin", "critical c", "guarantee", "reason")
-        return f"<p>Law <b>{html.escape(self.law)}</b>: {point}</p>{table(methods, head)}{table(facts)}"
+        shown = f"<p>Law <b>{html.escape(self.law)}</b>: {point}</p>{table(methods, head)}{table(facts)}"
+        if self.machine is None:
+            return shown
+        return f"<h4>The machine, in SI units</h4>{table(self._of_machine(self.machine))}<h4>In dimensionless terms</h4>{shown}"
+
+    def _of_machine(self, machine: _results.MachineResult) -> list[tuple[str, str]]:
+        """The answers in SI units."""
+        turns = machine.motion == "rotation"
+        velocity, damping, length = ("rad/s", "N m s/rad", "rad") if turns else ("m/s", "N s/m", "m")
+
+        def of(value: float | None, unit: str) -> str:
+            return _short(value) if value is None else f"{value:.6g} {unit}"
+
+        critical, known_to = machine.critical_damping, machine.critical_damping_error
+        if critical is not None and known_to is not None:
+            words = f"{_with_error(critical, known_to)} {damping}"
+        else:
+            words = "–" if self.critical_c.reason is None else f"not told: {self.critical_c.reason}"
+        facts = [
+            ("regime", machine.regime.replace("_", " ")),
+            ("belt speed", of(machine.belt_speed, velocity)),
+            ("critical belt speed", of(machine.critical_belt_speed, velocity)),
+            ("damping", of(machine.damping, damping)),
+            ("critical damping", words),
+            ("natural frequency", of(machine.natural_frequency, "Hz")),
+            ("slip time, stick time", f"{of(machine.slip_time, 's')}, {of(machine.stick_time, 's')}"),
+            ("growth time of steady slip", of(machine.growth_time, "s")),
+            ("amplitude", of(machine.amplitude, length)),
+        ]
+        if self.basin_boundary:
+            kick, unit = self.basin_boundary.kick, machine.units.velocity
+            goal = self.basin_boundary.separates[1].replace("_", " ")
+            words = f"{kick.forward * unit:.6g} {velocity} with the belt, {kick.backward * unit:.6g} {velocity} against"
+            facts.append((f"kick that leads to {goal}", words))
+        return facts
 
 
 def _with_error(value: float, error: float) -> str:

@@ -9,7 +9,7 @@ import xarray as xr
 
 from . import _core
 from ._broadcast import Numbers, Output, elementwise, named
-from ._law import Law, _scalar
+from ._law import Law, _scalar, arguments_of
 
 
 def sensitivity(
@@ -58,7 +58,7 @@ def sensitivity(
         values, errors = _core.sensitivity(law._law, arrays, threads)
         return (*values[:-1], *errors[:-1])
 
-    arguments = law._arguments(parameters, epsilon=epsilon, V=V)
+    arguments = arguments_of(law, parameters, epsilon=epsilon, V=V)
     names = [f"dc_d{name}" for name in arguments]
     outputs = [
         Output(f"dc_d{name}", np.float64, f"{what} of the critical damping by {name}")
@@ -107,6 +107,7 @@ def standard_error(
     >>> bool(0.0 < slipmap.standard_error(law, V=1.0, epsilon=1.0) < 0.05)
     True
     """
+    arguments = arguments_of(law, {}, epsilon=epsilon, V=V)
     if not law._law.has_standard_errors:
         raise TypeError("law: a table with standard errors is needed, Law.table(u, friction, stderr)")
 
@@ -118,7 +119,7 @@ def standard_error(
         Output(name, np.float64, f"{what} of the critical damping, from the data's")
         for name, what in (("standard_error", "standard error"), ("error", "error estimate of the standard error"))
     ]
-    results = elementwise(kernel, law._arguments({}, epsilon=epsilon, V=V), outputs)
+    results = elementwise(kernel, arguments, outputs)
     return results if return_error else results[0]
 
 
@@ -158,7 +159,7 @@ def influence(
     """
     if parts < 1:
         raise ValueError(f"parts = {parts}: must be at least 1")
-    arguments = law._arguments(parameters, epsilon=epsilon, V=V)
+    arguments = arguments_of(law, parameters, epsilon=epsilon, V=V)
     values = [_scalar(name, value) for name, value in arguments.items()]
     edges, shares = _core.influence(law._law, values, parts)
     data = xr.Dataset(

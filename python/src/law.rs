@@ -3,7 +3,9 @@
 use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use slipmap::config::number_in;
 use slipmap::friction::{Expression, Function, Law as Family, Table};
+use slipmap::machine::{Coefficients, DAMPING_RATIO, Motion, unit};
 use slipmap::map::{AxisRole, Grid};
 use slipmap::point::{LawParameters, MAX_LAW_PARAMETERS, Point};
 
@@ -178,12 +180,40 @@ impl Law {
         self.law.depends_on_epsilon() || self.law.is_read_as_small()
     }
 
+    /// What was understood of the file of a table; `None` where it needed no words, and for other laws.
+    #[getter]
+    fn told(&self) -> Option<&str> {
+        match self.law.as_written() {
+            Family::Table(table) => table.source().told.as_deref(),
+            _ => None,
+        }
+    }
+
+    /// The SI unit of a quantity of a machine with this friction: "" for a pure number, `None` for a name in a formula
+    /// and for what is no quantity.
+    fn unit_of(&self, quantity: &str, motion: &str, at_radius: bool) -> PyResult<Option<&'static str>> {
+        let is_own = matches!(self.law.as_written(), Family::Expression(_))
+            && self.law.parameters().iter().any(|parameter| parameter.name == quantity);
+        let unit = unit(quantity, motion_of(motion)?, &self.law, at_radius);
+        let is_known =
+            !unit.is_empty() || quantity == DAMPING_RATIO || Coefficients::NAMES.contains(&quantity);
+        Ok(Some(unit).filter(|_| is_known && !is_own))
+    }
+
+    /// The number of such a quantity in SI units, of a text with its unit.
+    fn number_of(&self, text: &str, quantity: &str, motion: &str, at_radius: bool) -> PyResult<f64> {
+        let known = |unit| number_in(text, unit).map_err(|why| format!("{quantity}: {why}"));
+        let unknown = || format!("{quantity} = {text:?}: write a number");
+        let unit = self.unit_of(quantity, motion, at_radius)?;
+        unit.ok_or_else(unknown).and_then(known).map_err(PyValueError::new_err)
+    }
+
     /// The law as a formula; `None` for data and functions.
     #[getter]
     fn formula(&self) -> Option<String> {
         match self.law.as_written() {
             Family::Expression(law) => Some(format!("\u{3c6}(u) = {}", law.text())),
-            law => law.built_in().map(|law| law.formula.to_owned()),
+            law => slipmap_page::formula::of_law(law).map(|formula| formula.plain),
         }
     }
 
@@ -209,6 +239,14 @@ impl Law {
         let weakening: Vec<f64> = u.iter().map(|&u| curve.weakening(u)).collect();
         Ok((PyArray1::from_vec(py, phi), PyArray1::from_vec(py, weakening)))
     }
+}
+
+/// The motion of this name.
+pub(crate) fn motion_of(name: &str) -> PyResult<Motion> {
+    Motion::ALL.into_iter().find(|motion| motion.name() == name).ok_or_else(|| {
+        let names = Motion::ALL.map(|it| it.name()).join(", ");
+        PyValueError::new_err(format!("motion: there is no motion `{name}`; choose from: {names}"))
+    })
 }
 
 pub(crate) fn check_static_level(level: f64) -> PyResult<()> {

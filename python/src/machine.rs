@@ -6,20 +6,20 @@ use std::path::Path;
 use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use slipmap::assessment::assess_fitted;
+use slipmap::assessment::{assess_fitted, with_errors};
 use slipmap::behaviour::behaviour;
 use slipmap::config::{check_names, load_machine};
 use slipmap::friction::{Column, Expression, Law as Family};
-use slipmap::machine::{self as engine, Coefficients, Model, Motion, NORMAL_FORCE};
+use slipmap::machine::{self as engine, Coefficients, Friction, Model, NORMAL_FORCE};
 use slipmap::map::Method;
 use slipmap::probe::{Answer, MachineResult, Probe};
-use slipmap::risk::{NoRisk, Spread, Uncertain, is_uncertain, risk};
-use slipmap::simulate::critical::critical_dampings;
+use slipmap::risk::{NoRisk, Spread, Uncertain, is_uncertain, risk, uncertain_critical_damping};
+use slipmap::simulate::critical::{NoCriticalDamping, critical_dampings};
 use slipmap::witness;
 use slipmap_page::{MachinePage, Subject, to_json};
 
 use crate::columns::{columns_of, in_tasks};
-use crate::law::{Law, check_law};
+use crate::law::{Law, check_law, motion_of};
 use crate::point::{check_tolerance, json};
 use crate::work::run;
 
@@ -28,6 +28,22 @@ use crate::work::run;
 pub(crate) struct Machine {
     machine: engine::Machine,
     uncertain: Vec<Uncertain>,
+}
+
+/// A number in SI units, or text with a unit, written as in a configuration.
+#[derive(FromPyObject)]
+enum Written {
+    Number(f64),
+    Text(String),
+}
+
+impl std::fmt::Debug for Written {
+    fn fmt(&self, to: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Written::Number(number) => number.fmt(to),
+            Written::Text(text) => text.fmt(to),
+        }
+    }
 }
 
 /// A spread as Python has it: a standard deviation, both ends of a range, or the row of correlated errors.
@@ -76,11 +92,7 @@ impl Machine {
         quantities: HashMap<String, f64>,
         uncertain: Vec<(String, Numbers)>,
     ) -> PyResult<Self> {
-        let known = Motion::ALL.into_iter().find(|it| it.name() == motion);
-        let motion = known.ok_or_else(|| {
-            let names = Motion::ALL.map(|it| it.name()).join(", ");
-            PyValueError::new_err(format!("motion: there is no motion `{motion}`; choose from: {names}"))
-        })?;
+        let motion = motion_of(motion)?;
         check_friction(&law.law)?;
         let value = |name: &str| quantities.get(name).copied();
         let law = match (value(Coefficients::EXPONENT), law.law.as_written()) {
@@ -95,7 +107,12 @@ impl Machine {
         let names = engine::Machine::names(&law, |name| value(name).is_some());
         let missing = names.iter().find(|name| **name != NORMAL_FORCE && value(name).is_none());
         let machine = engine::Machine::new(motion, &law, value).ok_or_else(|| {
-            PyTypeError::new_err(format!("the machine also needs {}", missing.copied().unwrap_or_default()))
+            let missing = missing.copied().unwrap_or_default();
+            let remedy = match missing {
+                "stribeck_velocity" => ", or friction=Law.coulomb(), which drops as slip begins",
+                _ => "",
+            };
+            PyTypeError::new_err(format!("the machine also needs {missing}{remedy}"))
         })?;
         if let Some(unknown) = quantities.keys().find(|name| !names.contains(&name.as_str())) {
             let of = machine.friction.law_name();
@@ -124,7 +141,7 @@ impl Machine {
 
     /// The machine of a configuration, with other values of some quantities.
     #[staticmethod]
-    fn from_toml(path: &str, values: Vec<(String, f64)>) -> PyResult<Self> {
+    fn from_toml(path: &str, values: Vec<(String, Written)>) -> PyResult<Self> {
         let job = load_machine(Path::new(path), &values)
             .map_err(|error| PyValueError::new_err(error.to_string()))?;
         if let Some((name, values)) = job.varied.first() {
@@ -152,6 +169,12 @@ impl Machine {
     fn quantities(&self) -> Vec<(&'static str, f64)> {
         let known = |name| name != NORMAL_FORCE || self.machine.normal_force_is_known;
         self.machine.quantities().into_iter().filter(|(name, _)| known(*name)).collect()
+    }
+
+    /// Whether its friction is a force, since no normal force is known.
+    #[getter]
+    fn holds_forces(&self) -> bool {
+        !self.machine.normal_force_is_known
     }
 
     /// The uncertain quantities, as the constructor takes them.
@@ -230,7 +253,8 @@ impl Machine {
                 Err(NoRisk::NoneFound) => None,
                 Err(why) => return Err(why.to_string()),
             };
-            let subject = Subject { title, uncertain: &self.uncertain, risk: risk.as_ref(), source };
+            let subject =
+                Subject { title, uncertain: &self.uncertain, units: &[], risk: risk.as_ref(), source };
             let html = MachinePage::html(&[MachinePage::new(&all, &subject)]);
             Ok((html, to_json(&all, risk.as_ref()).to_string()))
         })?;
@@ -238,24 +262,41 @@ impl Machine {
     }
 
     /// Critical damping coefficients and the estimates of their errors, as `critical_c` gives them, where the quantities
-    /// of these names have other values.
-    #[pyo3(signature = (names, arrays, tolerance, threads=None, progress=None))]
+    /// of these names have other values; and the first element without one, with the reason. The errors are the standard
+    /// errors by measured or fitted friction, where these are asked for and larger than those of the computation.
+    #[pyo3(signature = (names, arrays, tolerance, by_friction, threads=None, progress=None))]
+    #[allow(clippy::too_many_arguments)] // as in map.rs
     fn critical_damping<'py>(
         &self,
         py: Python<'py>,
         names: Vec<String>,
         arrays: Vec<PyReadonlyArray1<'py, f64>>,
         tolerance: f64,
+        by_friction: bool,
         threads: Option<usize>,
         progress: Option<Py<PyAny>>,
-    ) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>)> {
+    ) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>, Option<(usize, String)>)> {
         check_tolerance(tolerance)?;
         let (values, len) = columns_of(&arrays)?;
         let known = |name: &String| match self.machine.with(name, 1.0) {
+            Some(_) if name == NORMAL_FORCE && self.holds_forces() => Err(PyValueError::new_err(
+                "the friction of this machine is a force already: leave the normal force out\n  help: friction divided by \
+                 the normal force at which it was measured is a coefficient, which has any normal force",
+            )),
             Some(_) => Ok(()),
             None => Err(PyTypeError::new_err(format!("`{name}` is no quantity of this machine"))),
         };
         names.iter().try_for_each(known)?;
+        // A quantity that is given has no error of the fit.
+        let is_left = |(name, _): &&Uncertain| !names.iter().any(|given| given == name);
+        let uncertain: Vec<Uncertain> = self.uncertain.iter().filter(is_left).copied().collect();
+        let error_of = |machine: &engine::Machine| {
+            let Friction::Measured(table) = &machine.friction else {
+                return uncertain_critical_damping(machine, &uncertain);
+            };
+            let friction = Friction::Measured(with_errors(table)?.0);
+            uncertain_critical_damping(&engine::Machine { friction, ..machine.clone() }, &[])
+        };
         // The machine of an element; `None` where a number is NaN.
         let machine_at = |i: usize| {
             let mut machine = self.machine.clone();
@@ -275,18 +316,44 @@ impl Machine {
         if let Some((i, (name, value, wanted))) = illegal.first() {
             return Err(PyValueError::new_err(format!("{name} (element {i}) = {value}: must be {wanted}")));
         }
+        // Value, error, and the reason where there is no value though all numbers are given.
+        type Answer = (f64, f64, Option<String>);
         let found = in_tasks(py, len, threads, progress.as_ref(), |task| {
-            let models: Vec<Option<Model>> = task.map(|i| machine_at(i)?.model()).collect();
+            let models: Vec<Option<Model>> = task.clone().map(|i| machine_at(i)?.model()).collect();
             let columns: Vec<Column> = models.iter().flatten().map(Model::column).collect();
             let mut answers = critical_dampings(&columns, tolerance).into_iter();
-            let answer = |model: Option<Model>| {
-                let unit = model?.si.units.damping;
-                let found = answers.next()?.ok()?;
-                Some((found.known().map_or(f64::NAN, |known| known.c * unit), found.error * unit))
+            let answer = |(i, model): (usize, Option<Model>)| -> Option<Answer> {
+                let Some(Model { si, .. }) = model else {
+                    let machine = machine_at(i)?;
+                    let words = machine.words_of_friction();
+                    return Some((
+                        f64::NAN,
+                        f64::NAN,
+                        Some(format!("the {words} leaves the numbers; check the units")),
+                    ));
+                };
+                let unit = si.units.damping;
+                let found = match answers.next()? {
+                    Ok(found) => found,
+                    Err(why) => return Some((f64::NAN, f64::NAN, Some(why.to_string()))),
+                };
+                let of_friction =
+                    machine_at(i).filter(|_| by_friction).and_then(|machine| error_of(&machine));
+                let error = of_friction.map_or(0.0, |of| of.standard_error).max(found.error * unit);
+                match found.known() {
+                    Ok(known) => Some((known.c * unit, error, None)),
+                    Err(NoCriticalDamping::Inaccurate { error: off }) => {
+                        let why = NoCriticalDamping::Inaccurate { error: off * unit };
+                        Some((f64::NAN, error, Some(why.to_string())))
+                    }
+                    Err(why) => Some((f64::NAN, error, Some(why.to_string()))),
+                }
             };
-            models.into_iter().map(answer).map(|it| it.unwrap_or((f64::NAN, f64::NAN))).collect()
+            task.zip(models).map(answer).map(|it| it.unwrap_or((f64::NAN, f64::NAN, None))).collect()
         })?;
-        let (values, errors): (Vec<f64>, Vec<f64>) = found.into_iter().unzip();
-        Ok((PyArray1::from_vec(py, values), PyArray1::from_vec(py, errors)))
+        let unknown = found.iter().enumerate().find_map(|(i, (.., why))| Some((i, why.clone()?)));
+        let (values, errors): (Vec<f64>, Vec<f64>) =
+            found.into_iter().map(|(value, error, _)| (value, error)).unzip();
+        Ok((PyArray1::from_vec(py, values), PyArray1::from_vec(py, errors), unknown))
     }
 }

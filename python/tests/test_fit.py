@@ -42,10 +42,17 @@ def test_a_fit_is_that_of_the_program(program, folder, record):
     assert list(fit.residuals.index[::2]) == sorted(set(record["speed [mm/s]"][2:] * 1e-3))
     other = slipmap.Law.fit(record, law=fit.table.index[1])
     assert other.name == told["fits"][1]["law"] and tuple(told["fits"][1]["values"]) == other.answer.fit.values
-    arrays = slipmap.Law.fit(record["speed [mm/s]"] * 1e-3, record.mu)
+    speeds = record["speed [mm/s]"] * 1e-3
+    arrays = slipmap.Law.fit(speeds.to_numpy(), record.mu)
     assert np.allclose(arrays.parameters, fit.parameters, rtol=1e-9)
-    shown = fit._repr_html_()
-    assert "<svg" in shown and "mu_s" in shown and "lorentzian" in shown
+    # The name says mm/s, of numbers that are none any more.
+    with pytest.raises(ValueError, match="has a unit that is not of SI"):
+        slipmap.Law.fit(speeds, record.mu)
+    forces = slipmap.Law.fit(speeds.rename("v [m/s]"), record.mu.rename("F [N]"))
+    assert forces.answer.quantity == "force" and forces.answer.fit.units[0] == "N"
+    shown, as_good = fit._repr_html_(), sum(fit.table.aicc <= 4.0) - 1
+    assert "<svg" in shown and "mu_s" in shown and "lorentzian" in shown and "m/s" in shown and "exp(-" in shown
+    assert (f"{as_good} more law" in shown) == (as_good > 0)
 
 
 def test_a_fit_takes_its_errors_into_machines(program, folder):
@@ -75,6 +82,7 @@ def test_a_measured_table_is_that_of_the_program(program, folder, record):
         assert answer.critical_c.value == expected["critical_c"]["value"]
         # The errors of the data, and of the curve between them.
         assert answer.sensitivity.standard_error.value == expected["sensitivity"]["standard_error"]["value"]
+    assert "slip speeds in mm/s; 40 readings in slip reduced" in law._repr_html_()
 
 
 def test_measured_forces_need_no_normal_force(folder):
@@ -82,7 +90,34 @@ def test_measured_forces_need_no_normal_force(folder):
     with pytest.raises(ValueError, match="leave the normal force out"):
         slipmap.Machine(**NUMBERS, friction=forces)
     without = {name: value for name, value in NUMBERS.items() if name != "normal_force"}
-    assert "normal_force" not in slipmap.Machine(**without, friction=forces).quantities
+    machine = slipmap.Machine(**without, friction=forces)
+    assert "normal_force" not in machine.quantities
+    path = folder / "forces.toml"
+    numbers = "\n".join(f"{name} = {value}" for name, value in without.items())
+    path.write_text(f"[machine]\n{numbers}\n{slipmap.Law.fit(folder / 'pad.csv', quantity='force').toml}")
+    for own in (machine, slipmap.Machine.from_toml(path)):
+        for asked in (own.critical_damping, own.replace):
+            with pytest.raises(ValueError, match="leave the normal force out"):
+                asked(normal_force=200.0)
+
+
+def test_errors_are_those_of_the_friction(folder):
+    law = slipmap.Law.fit(folder / "pad.csv").law
+    fitted = slipmap.Machine(**NUMBERS, friction=law)
+    for machine in (fitted, slipmap.Machine(**NUMBERS, friction=slipmap.Law.from_csv(folder / "pad.csv"))):
+        critical, error = machine.critical_damping(belt_speed=[0.05, 0.06], return_error=True)
+        expected = machine.page(draws=1).answers["may_stick_slip_below_damping_standard_error"]
+        assert np.isclose(error[0], expected, rtol=1e-6) and error[0] > 1e-3 * critical[0] and error[1] != error[0]
+    # What is given has no error.
+    slope = fitted.critical_damping(mu_k=law.parameters["mu_k"], return_error=True)[1]
+    assert 0.0 < slope != fitted.critical_damping(return_error=True)[1]
+
+
+def test_laws_in_si_units_belong_to_machines(folder):
+    law = slipmap.Law.fit(folder / "pad.csv").law
+    for asked in (lambda: slipmap.critical_c(law, V=1.0), lambda: slipmap.map({"V": 1.0, "c": 0.1}, law=law)):
+        with pytest.raises(ValueError, match="its slip speeds are in SI units"):
+            asked()
 
 
 def test_what_is_no_measured_friction_is_told(tmp_path):

@@ -127,8 +127,16 @@ def test_slices_are_drawn(stored):
             assert ax.get_xscale() == "log" and ax.get_ylabel() == "c"
             # The exact boundary and the curves of the plane.
             assert len(ax.lines) >= 1
+        part = data.sel(epsilon=0.3, method="nearest")
+        title = part.slipmap.plot("critical_c_simulation", x="gamma", y="V").get_title()
+        assert "ε = 0.3" in title and "c = " not in title and max(map(len, title.splitlines())) <= 60
         with pytest.raises(TypeError, match="delta"):
             data.slipmap.plot(delta=1.0)
+
+
+def test_blocks_of_a_map_are_several_tiles(stored):
+    with slipmap.open_map(stored, chunks={}) as data:
+        assert data.verdict_simulation.data.npartitions == data.critical_c_simulation.data.npartitions == 1
 
 
 def same(own, stored):

@@ -155,6 +155,51 @@ def test_a_machine_takes_quantities_of_pint():
         plain.replace(damping={"value": 1.0, "spread": 0.1})
 
 
+def test_a_machine_takes_text_with_units_and_tells_what_is_none(tmp_path):
+    numbers = {"stiffness": 5.05e5, "normal_force": 1000.0, "friction": slipmap.Law.coulomb(), "static_friction": 0.4}
+    given = {"mass": "2000 g", "damping_ratio": "2 %", "belt_speed": {"value": "50 mm/s", "sd": "1 mm/s"}}
+    machine = slipmap.Machine(**numbers, **given, kinetic_friction="0.3 -")
+    assert [machine[name] for name in ("mass", "damping_ratio", "belt_speed")] == [2.0, 0.02, 0.05]
+    assert machine.uncertain["belt_speed"] == {"sd": 0.001}
+    assert machine.critical_damping(belt_speed="60 mm/s") == machine.critical_damping(belt_speed=0.06)
+    for change, words in [
+        ({"mass": "2 N"}, "mass: N is no unit of it; write it in kg"),
+        ({"belt_speed": "fast"}, "belt_speed: `fast` is no number with a unit"),
+        ({"kinetic_friction": "1 m"}, "kinetic_friction: it is a pure number"),
+    ]:
+        with pytest.raises(ValueError, match=words):
+            machine.replace(**change)
+    with pytest.raises(TypeError, match=r"a Law is needed, not 'coulomb': slipmap\.Law\.coulomb\(\)"):
+        machine.replace(friction="coulomb")
+    with pytest.raises(TypeError, match=r"also needs stribeck_velocity, or friction=Law\.coulomb\(\)"):
+        slipmap.Machine(**PAD, static_friction=0.4, kinetic_friction=0.3)
+    at = {"V": 1.0, "c": 0.1}
+    for asked in (slipmap.probe, slipmap.orbit, lambda it: slipmap.regime(it, **at), lambda it: slipmap.Point(it, **at)):
+        with pytest.raises(TypeError, match=r"a machine answers by its own methods critical_damping"):
+            asked(machine)
+    with pytest.raises(ValueError, match="draws = 0: must be at least 1"):
+        machine.risk(draws=0)
+    shown = machine.probe()._repr_html_()
+    assert shown.index("The machine, in SI units") < shown.index("N s/m") < shown.index("In dimensionless terms")
+
+
+def test_a_formula_with_a_power_is_friction_of_a_machine():
+    bell = slipmap.Law.expression("0.25 + 0.15*exp(-(u/0.05)^1.5)")
+    named = {"static_friction": 0.4, "kinetic_friction": 0.25, "stribeck_velocity": 0.05, "exponent": 1.5}
+    values = [
+        slipmap.Machine(**PAD, friction=law, **numbers).critical_damping(return_error=True)
+        for law, numbers in ((bell, {}), (slipmap.Law.exponential(), named))
+    ]
+    (one, error), (other, own) = values
+    assert abs(one - other) <= error + own and error < 1e-6 * one
+
+
+def test_a_critical_damping_that_is_not_known_has_a_reason():
+    machine = slipmap.Machine(**PAD, friction=slipmap.Law.table(SPEEDS, FRICTION))
+    with pytest.warns(RuntimeWarning, match="the critical damping of element 1 is not known: "):
+        assert np.isnan(machine.critical_damping(belt_speed=[0.05, 0.39])).tolist() == [False, True]
+
+
 def test_an_answer_shows_itself():
     answer = slipmap.probe(slipmap.Law.stribeck(**PARAMETERS), V=1.0, c=0.5, epsilon=0.1)
     shown = answer._repr_html_()

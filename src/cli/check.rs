@@ -1,5 +1,6 @@
 //! `slipmap check`: verifies a stored map or a stored proof.
 
+use std::cell::OnceCell;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -8,7 +9,7 @@ use serde_json::json;
 
 use super::output::{checked, number_of};
 use super::report::unreadable;
-use super::{Ended, Failure, proof};
+use super::{Ended, Failure, progress, proof};
 
 /// Verify a map file (completeness, checksums, schema), or a stored proof.
 #[derive(Debug, Args)]
@@ -51,7 +52,12 @@ fn check_map(map: &Path, as_json: bool) -> Result<Ended, Failure> {
         let problem = format!("{name}: these are the tiles of a run that was interrupted, not yet a map");
         return Err(Failure::bad_input(problem, "end it by the command that began it, with --resume"));
     }
-    let report = slipmap_format::check(map).map_err(|error| unreadable(&error))?;
+    let bar = OnceCell::new();
+    let on_chunk = |all| bar.get_or_init(|| progress::bar(false, Some(all as u64), "chunks")).inc(1);
+    let report = slipmap_format::check(map, &on_chunk).map_err(|error| unreadable(&error))?;
+    if let Some(bar) = bar.get() {
+        bar.finish_and_clear();
+    }
     let problems: Vec<String> = report.problems.iter().map(ToString::to_string).collect();
     if report.variables == 0 {
         let problem = format!("{name} cannot be read as a map:\n  {}", problems.join("\n  "));

@@ -20,7 +20,8 @@ use slipmap_report::{FitFigure, rich, write_figure, write_file};
 Examples:
   slipmap fit brake.csv
   slipmap fit brake.csv --out friction.toml --figure fit.pdf
-  cat friction.toml machine.toml > brake.toml && slipmap machine brake.toml
+
+Put friction.toml in the place of [friction] in machine.toml, whose coefficients of friction then go.
 
 The laws F_k + (F_s - F_k) g(u/v_s) + B u with g exponential, gaussian, stretched (exp(-(u/v_s)^delta)), lorentzian or
 hyperbolic, and two coefficients, with and without the viscous part B and, if there are readings at rest, a drop as slip
@@ -50,8 +51,6 @@ pub(super) struct Arguments {
     overwrite: bool,
 }
 
-/// Difference of Akaike's criterion up to which another law is about as good.
-const AS_GOOD: f64 = 4.0;
 /// Number of standard deviations by which residuals of one sign follow one another more than by chance.
 const SYSTEMATIC: f64 = -3.0;
 /// Number of points of the drawn law.
@@ -83,11 +82,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
         print_json(&measured.fitted(&fits))?;
         return Ok(Ended::Fine);
     }
-    print(&measured, chosen, found)?;
+    print(&measured, chosen, found, fits.about_as_good())?;
     Ok(Ended::Fine)
 }
 
-fn print(measured: &Measured, chosen: &Fit, found: &[Fit]) -> io::Result<()> {
+fn print(measured: &Measured, chosen: &Fit, found: &[Fit], as_good: usize) -> io::Result<()> {
     let mut out = io::stdout().lock();
     let (slip, rest) = (measured.in_slip.len(), measured.at_rest.len());
     writeln!(out, "{}: {slip} readings in slip, {rest} at rest\n", measured.name)?;
@@ -100,7 +99,6 @@ fn print(measured: &Measured, chosen: &Fit, found: &[Fit]) -> io::Result<()> {
         table.row([words_of(fit.form), format!("{:.1}", fit.aicc - best), rounded(fit.residual, 3)]);
     }
     table.write(&mut out)?;
-    let as_good = found.iter().filter(|fit| fit.aicc - best <= AS_GOOD).count() - 1;
     if as_good > 0 {
         let (laws, are) = if as_good == 1 { ("law", "is") } else { ("laws", "are") };
         writeln!(

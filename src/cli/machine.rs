@@ -19,7 +19,7 @@ use slipmap_map::assessment::{Assessment, assess_fitted};
 use slipmap_map::risk::{NoRisk, Risk, is_uncertain, risk};
 use slipmap_report::{MachinePage, Subject, to_json, write_figure, write_file};
 
-/// Assess a machine at its working point, in SI units.
+/// Assess a machine at its working point, on one page.
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Examples:
@@ -134,6 +134,7 @@ impl Machine {
         let subject = Subject {
             title: &self.title,
             uncertain: &self.job.uncertain,
+            units: &self.job.units,
             risk: self.risk.as_ref(),
             source: &self.source,
         };

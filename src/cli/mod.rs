@@ -86,7 +86,7 @@ enum Command {
     Report(report::Arguments),
     /// Draw variables of a map
     Plot(plot::Arguments),
-    /// Assess a machine at its working point, on one page in SI units
+    /// Assess a machine at its working point, on one page
     Machine(machine::Arguments),
     /// Fit friction laws to measured friction
     Fit(fit::Arguments),

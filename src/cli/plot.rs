@@ -80,6 +80,9 @@ pub(super) struct Arguments {
     /// Replace files that exist
     #[arg(long)]
     overwrite: bool,
+    /// Say nothing but errors
+    #[arg(long)]
+    quiet: bool,
 }
 
 /// The values of `--width`.
@@ -131,8 +134,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
         return Err(Failure::bad_input(problem, "choose another name"));
     }
     // Checked before the work starts.
-    written.into_iter().try_for_each(|(path, kind)| match arguments.overwrite {
-        true => replace::check(path, Some(&arguments.map), kind),
+    written.iter().try_for_each(|(path, kind)| match arguments.overwrite {
+        true => replace::check(path, Some(&arguments.map), *kind),
         false => refuse_existing("--out", path, false),
     })?;
     let marks = arguments.mark.as_deref().map(read_marks).transpose()?;
@@ -165,6 +168,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     if let Some(path) = &arguments.data {
         write_file(plotted.data.csv().as_bytes(), path, existing).map_err(failure)?;
     }
+    if arguments.quiet {
+        return Ok(Ended::Fine);
+    }
     for note in &plotted.notes {
         say(note);
     }
@@ -184,5 +190,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     for (axis, step) in &plotted.thinned {
         say(&format!("{axis}: one node in {step} is drawn"));
     }
+    let paths: Vec<String> = written.iter().map(|(path, _)| path.display().to_string()).collect();
+    say(&format!("wrote {}", paths.join(" and ")));
     Ok(Ended::Fine)
 }

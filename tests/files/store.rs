@@ -173,14 +173,14 @@ fn same(a: f64, b: f64) -> bool {
 
 #[track_caller]
 fn assert_sound(path: &Path) -> CheckReport {
-    let report = check(path).unwrap();
+    let report = check(path, &|_| {}).unwrap();
     assert!(report.is_sound(), "{:#?}", report.problems);
     report
 }
 
 #[track_caller]
 fn problems(path: &Path) -> Vec<String> {
-    let report = check(path).unwrap();
+    let report = check(path, &|_| {}).unwrap();
     assert!(!report.is_sound(), "the damage was not found");
     report.problems.iter().map(ToString::to_string).collect()
 }
@@ -445,7 +445,7 @@ fn every_flipped_byte_is_found() {
         let mut damaged = whole.clone();
         damaged[place] ^= 1 << (place % 8);
         fs::write(&path, &damaged).unwrap();
-        assert!(!check(&path).unwrap().is_sound(), "byte {place} of {}", whole.len());
+        assert!(!check(&path, &|_| {}).unwrap().is_sound(), "byte {place} of {}", whole.len());
     }
 }
 
@@ -467,7 +467,7 @@ fn a_flipped_byte_inside_a_chunk_is_located() {
         let ranges = place.trim_start_matches("tile [").split(", ");
         ranges.map(|range| range.split_once("..").unwrap().0.parse().unwrap()).collect()
     };
-    let report = check(&path).unwrap();
+    let report = check(&path, &|_| {}).unwrap();
     let of_variable: Vec<_> =
         report.problems.iter().filter(|p| p.variable.as_deref() == Some(name)).collect();
     assert_eq!(of_variable.len(), 1, "{of_variable:#?}");
@@ -580,7 +580,7 @@ fn files_that_are_no_maps_are_called_so() {
     file.close().unwrap();
     assert!(problems(&foreign).iter().any(|problem| problem.contains("is not a map")));
 
-    let error = check(&folder.path().join("absent.h5")).unwrap_err();
+    let error = check(&folder.path().join("absent.h5"), &|_| {}).unwrap_err();
     assert!(matches!(error, StoreError::Io { .. }), "{error}");
     let error = MapFile::open(folder.path()).unwrap_err();
     assert!(matches!(error, StoreError::Io { .. }), "{error}");

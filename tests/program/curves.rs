@@ -85,7 +85,10 @@ fn stored_curves_are_those_of_their_planes_and_are_drawn() {
     assert!(!plot("V", "c", "0.5", "elsewhere.svg").contains(">landing"));
     // If requested, their points are written as a table, which equals the stored one.
     let asked = ["plot", "map.h5", "--x", "V", "--y", "c", "--at", "epsilon=1", "--at", "gamma=0.1"];
-    scratch.run(&[&asked[..], &["--curves", "--out", "asked.svg"]].concat()).ends_with(0);
+    let told = scratch.run(&[&asked[..], &["--curves", "--out", "asked.svg"]].concat()).ends_with(0).err;
+    assert!(told.ends_with("wrote asked.svg and asked.csv\n"), "{told}");
+    let quiet = scratch.run(&[&asked[..], &["--out", "quiet.svg", "--quiet"]].concat()).ends_with(0).err;
+    assert_eq!(quiet, "");
     assert_eq!(scratch.read("asked.csv").lines().count(), 1 + map.curves()[0].points());
 
     scratch.run(&["report", "map.h5"]).ends_with(0);

@@ -215,6 +215,13 @@ fn inputs_are_in_the_units_that_people_have() {
     let position = head.iter().position(|name| *name == "critical_damping [N m s/rad]").unwrap();
     assert!((row[position].parse::<f64>().unwrap() / critical - 1.0).abs() < 1e-9, "{rows}");
     scratch.run(&["machine", "people.toml", "--set", "belt_speed=40 rpm"]).ends_with(0);
+    // Marks are in the units of the figure: one in it, and its sample in the legend.
+    let plane = ["run", "people.toml", "--quiet", "--set", "machine.damping_ratio=[\"2 %\", \"4 %\"]"];
+    scratch.run(&[&plane[..], &["--set", "output.path=plane.h5"]].concat()).ends_with(0);
+    scratch.file("marks.csv", "speed,ratio\n40,3\n");
+    let plot = ["plot", "plane.h5", "--x", "belt_speed", "--y", "damping_ratio", "--mark", "marks.csv"];
+    scratch.run(&[&plot[..], &["--out", "marks.svg"]].concat()).ends_with(0);
+    assert_eq!(scratch.read("marks.svg").matches("fill=\"#d55e00\"").count(), 2);
 
     for (from, to, words) in [
         ("frequency", "stiffness = 1e3\nfrequency", "the mass and the stiffness have a frequency already"),
@@ -307,4 +314,21 @@ fn the_file_has_its_axes_in_si_units() {
     scratch.run(&[&plot[..], &["--out", "p.svg"]].concat()).ends_with(0);
     assert!(scratch.read("p.svg").contains("normal force, N"));
     scratch.run(&["report", "map.h5", "--out", "report"]).ends_with(0);
+    assert!(scratch.read("report/figures/regimes.svg").contains(">stick-slip<"));
+    let has = |table: &str, line: &str| {
+        let text = scratch.read(&format!("report/tables/{table}.csv"));
+        assert!(text.contains(line), "{line}: {text}");
+    };
+    // The law, what is held, and volumes as shares.
+    has("law", "\"friction in slip, at slip speed u\",,μ(u) = μk + (μs − μk) exp(−u / vs) + η u,1\n");
+    has("law", "static friction,μs,0.4,1\n");
+    has("law", "friction at rest,μ(0),0.4,1\n");
+    has("law", "\"drop, the difference of these\",,0,1\n");
+    has("axes", "mass,mass,1,2.0,2.0,kg,one value\n");
+    has("volume", "method,share,share_error_in_c,share_error,percent_of_simulation");
+    assert!(
+        scratch.read("report/report.tex").contains(
+            r"\mu(u) = \mu_{k} + \left(\mu_{s} - \mu_{k}\right)\, \exp\left(\frac{-u}{v_{s}}\right)"
+        )
+    );
 }

@@ -80,7 +80,7 @@ pub use points::point_of;
 pub use source::ConfigError;
 pub use source::decimal_comma;
 use source::{Node, Section, Source};
-pub use units::has_unit;
+pub use units::{has_unit, number_in};
 
 use slipmap_certify::validated;
 use slipmap_map::map::{
@@ -212,10 +212,14 @@ impl Job {
             && node.integer::<usize>(0, 1_000_000)? > 0
         {
             let remedy = "write boxes = 0; single points are proved with a drop, too";
-            return Err(node.error("proofs over boxes know no drop of friction as slip begins", remedy));
+            return Err(node.error(NO_DROP_IN_BOXES, remedy));
         }
         let proof = match section.get("proof") {
             None => None,
+            Some(node) if proves && grid.law().may_drop() => {
+                let remedy = "leave the proof out; `slipmap probe --proof FILE` stores that of a point, with a drop, too";
+                return Err(node.error(NO_DROP_IN_BOXES, remedy));
+            }
             Some(node) if proof_boxes == 0 => {
                 return Err(node.error(
                     "this run proves nothing that could be stored",
@@ -261,6 +265,8 @@ impl Job {
         })
     }
 }
+
+const NO_DROP_IN_BOXES: &str = "proofs over boxes know no drop of friction as slip begins";
 
 /// The sections of a configuration.
 const SECTIONS: [&str; 11] = [

@@ -27,7 +27,7 @@ pub struct MachineJob {
     /// The uncertain quantities and their distributions.
     pub uncertain: Vec<Uncertain>,
     /// The units of the file, by quantity, the first of each; `None` is the SI unit.
-    units: Vec<(&'static str, Option<Shown>)>,
+    pub units: Vec<(&'static str, Option<Shown>)>,
     /// What units in the file are in SI: "1 rpm is 0.10472 rad/s".
     pub conversions: Vec<String>,
     /// The title of its page.

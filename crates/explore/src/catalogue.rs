@@ -122,7 +122,7 @@ pub(super) fn axes(law: &Law) -> Value {
 /// Everything that the page loads once.
 pub(super) fn catalogue() -> Value {
     let law = |law: &Law| {
-        let formula = law.built_in().map_or("", |law| law.formula);
+        let formula = slipmap_report::formula::of_law(law).map_or(String::new(), |formula| formula.plain);
         json!({ "name": law.name(), "formula": formula, "axes": axes(law) })
     };
     let methods = Method::all().map(|method| {

@@ -99,7 +99,13 @@ pub(super) fn friction(law: &Law, point: &Point, units: &UnitSystem) -> Value {
     let viscous = point.epsilon * point.damping;
     let level = line(rich("damping {epsilon} {c}"), style::BLACK, &[5.0, 2.0], sample(&|_| viscous));
     let belt = |curves: &[Curve]| guide(rich("belt speed {V}"), v, curves);
-    let above = vec![belt(std::slice::from_ref(&phi)), phi];
+    // Friction at rest, and the drop as slip begins.
+    let rest = Curve {
+        marks: true,
+        ..line(Rich::default(), style::BLUE, &[1.4, 1.4], vec![(0.0, 1.0), phi.points[0]])
+    };
+    let mut above = if curve.drop() > 0.0 { vec![phi, rest] } else { vec![phi] };
+    above.insert(0, belt(&above));
     let mut below = vec![weakening, level];
     below.insert(0, Curve { name: Rich::default(), ..belt(&below) });
     let rate = damping(units, "weakening", "-{phi}'({u})");

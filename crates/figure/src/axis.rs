@@ -24,6 +24,8 @@ pub struct Scale {
     pub log: bool,
     /// Factor by which numbers are multiplied where they are written.
     pub shown: f64,
+    /// No ticks below it: what is drawn there has no number on the scale.
+    pub ticks_from: f64,
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -51,14 +53,26 @@ impl Scale {
     pub fn linear(from: f64, to: f64) -> Self {
         let room = if from == 0.0 { 1.0 } else { 0.5 * from.abs() };
         let [from, to] = if to > from { [from, to] } else { [from - room, from + room] };
-        Self { from: from.max(f64::MIN), to: to.min(f64::MAX), log: false, shown: 1.0 }
+        Self {
+            from: from.max(f64::MIN),
+            to: to.min(f64::MAX),
+            log: false,
+            shown: 1.0,
+            ticks_from: f64::NEG_INFINITY,
+        }
     }
 
     /// A logarithmic scale of positive numbers; a single number gets a range around it. Ends beyond the
     /// smallest and the largest double are moved there.
     pub fn logarithmic(from: f64, to: f64) -> Self {
         let [from, to] = if to > from { [from, to] } else { [from / 2.0, from * 2.0] };
-        Self { from: from.max(f64::from_bits(1)), to: to.min(f64::MAX), log: true, shown: 1.0 }
+        Self {
+            from: from.max(f64::from_bits(1)),
+            to: to.min(f64::MAX),
+            log: true,
+            shown: 1.0,
+            ticks_from: f64::NEG_INFINITY,
+        }
     }
 
     /// A scale of positive numbers, logarithmic where they extend over more than a factor of five.
@@ -112,7 +126,8 @@ impl Scale {
         let [from, to] = [self.from, self.to].map(|end| (end * self.shown).clamp(f64::MIN, f64::MAX));
         let written = Self { from, to, shown: 1.0, ..*self };
         let ticks = if self.log { written.log_ticks(most.max(2)) } else { written.linear_ticks(most.max(2)) };
-        ticks.into_iter().map(|tick| Tick { value: tick.value / self.shown, ..tick }).collect()
+        let ticks = ticks.into_iter().map(|tick| Tick { value: tick.value / self.shown, ..tick });
+        ticks.filter(|tick| tick.value >= self.ticks_from).collect()
     }
 
     /// Ticks at the two ends only, where no round numbers lie between: next to the smallest or the largest

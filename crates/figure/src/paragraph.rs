@@ -56,7 +56,7 @@ fn atoms(text: &Rich) -> Vec<Rich> {
     for piece in &text.pieces {
         let words = match piece {
             Piece::Words(words) => words.split_inclusive(' ').collect(),
-            Piece::Symbol(_) => vec![""],
+            Piece::Symbol(_) | Piece::Formula(_) => vec![""],
         };
         for word in words {
             let ended = before.ends_with(' ');
@@ -66,10 +66,9 @@ fn atoms(text: &Rich) -> Vec<Rich> {
                 atoms.push(Rich::default());
             }
             before = if ended { word.to_owned() } else { before + word };
-            let part = if matches!(piece, Piece::Symbol(_)) {
-                Rich { pieces: vec![piece.clone()] }
-            } else {
-                Rich::foreign(word)
+            let part = match piece {
+                Piece::Words(_) => Rich::foreign(word),
+                Piece::Symbol(_) | Piece::Formula(_) => Rich { pieces: vec![piece.clone()] },
             };
             if let Some(atom) = atoms.last_mut() {
                 atom.pieces.extend(part.pieces);
@@ -83,7 +82,7 @@ fn atoms(text: &Rich) -> Vec<Rich> {
 fn letters(text: &Rich) -> Vec<Rich> {
     let of = |piece: &Piece| match piece {
         Piece::Words(words) => words.chars().map(|letter| Rich::foreign(&letter.to_string())).collect(),
-        Piece::Symbol(_) => vec![Rich { pieces: vec![piece.clone()] }],
+        Piece::Symbol(_) | Piece::Formula(_) => vec![Rich { pieces: vec![piece.clone()] }],
     };
     text.pieces.iter().flat_map(of).collect()
 }

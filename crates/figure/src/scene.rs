@@ -338,6 +338,7 @@ impl Scene {
         for piece in &text.pieces {
             match piece {
                 Piece::Words(words) => span(words, false, false, 0.0),
+                Piece::Formula(formula) => span(&formula.plain, false, false, 0.0),
                 Piece::Symbol(symbol) => {
                     span(&symbol.base, symbol.is_letter(), false, 0.0);
                     if !symbol.index.is_empty() {
@@ -486,6 +487,7 @@ pub fn text_width(text: &Rich, size: f64) -> f64 {
     let pieces = text.pieces.iter().map(|piece| match piece {
         Piece::Words(text) => words(text, false),
         Piece::Symbol(s) => symbol(s),
+        Piece::Formula(formula) => words(&formula.plain, false),
     });
     size * pieces.sum::<f64>()
 }

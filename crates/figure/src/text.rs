@@ -9,6 +9,17 @@ use slipmap_numbers::text::{digits_within, known_part, scientific, without_zeros
 pub enum Piece {
     Words(String),
     Symbol(Symbol),
+    Formula(Formula),
+}
+
+/// A formula, set in each format.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Formula {
+    pub plain: String,
+    /// The contents of an element `math`.
+    pub html: String,
+    /// Without the dollars.
+    pub latex: String,
 }
 
 /// A letter with an optional index and an optional exponent.
@@ -94,7 +105,7 @@ impl Symbol {
 }
 
 /// A digit or a minus sign above the line; other characters as they are.
-fn raised(character: char) -> char {
+pub fn raised(character: char) -> char {
     const DIGITS: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
     match character.to_digit(10) {
         Some(digit) => DIGITS[digit as usize],
@@ -145,6 +156,10 @@ impl Rich {
     /// Words from a file or from a user, with arbitrary characters.
     pub fn foreign(words: &str) -> Self {
         Self { pieces: vec![Piece::Words(words.into())] }
+    }
+
+    pub fn formula(formula: Formula) -> Self {
+        Self { pieces: vec![Piece::Formula(formula)] }
     }
 
     pub fn symbol(name: &str) -> Self {
@@ -212,23 +227,29 @@ impl Rich {
     /// Plain text, for file names, CSV and messages.
     #[must_use]
     pub fn plain(&self) -> String {
-        self.write(str::to_owned, Symbol::plain)
+        self.write(str::to_owned, Symbol::plain, |formula| formula.plain.clone())
     }
 
     pub fn html(&self) -> String {
-        self.write(html, Symbol::html)
+        self.write(html, Symbol::html, |it| format!("<math displaystyle=\"true\">{}</math>", it.html))
     }
 
     pub fn latex(&self) -> String {
-        self.write(latex, Symbol::latex)
+        self.write(latex, Symbol::latex, |it| format!(r"$\displaystyle {}$", it.latex))
     }
 
-    fn write(&self, words: fn(&str) -> String, symbol: fn(&Symbol) -> String) -> String {
+    fn write(
+        &self,
+        words: fn(&str) -> String,
+        symbol: fn(&Symbol) -> String,
+        formula: fn(&Formula) -> String,
+    ) -> String {
         self.pieces
             .iter()
             .map(|piece| match piece {
                 Piece::Words(text) => words(text),
                 Piece::Symbol(s) => symbol(s),
+                Piece::Formula(it) => formula(it),
             })
             .collect()
     }
@@ -282,6 +303,8 @@ pub fn latex(words: &str) -> String {
             '≥' => text.push_str(r"\ensuremath{\ge}"),
             '≤' => text.push_str(r"\ensuremath{\le}"),
             '±' => text.push_str(r"\ensuremath{\pm}"),
+            '²' => text.push_str(r"\ensuremath{^{2}}"),
+            '·' => text.push_str(r"\ensuremath{\cdot}"),
             '–' => text.push_str("--"),
             c if c.is_control() => text.push(' '),
             c if c.is_ascii() || ('\u{c0}'..'\u{180}').contains(&c) => text.push(c),

@@ -80,11 +80,12 @@ impl CheckReport {
 const MOST_PROBLEMS: usize = 1000;
 
 /// Verifies that the map at `path` is complete, unchanged since it was finished, and laid out as this version
-/// of the program writes maps. Reads one tile of one variable at a time.
+/// of the program writes maps. Reads one tile of one variable at a time, and calls `on_chunk` after each with the
+/// number of all of them.
 ///
 /// # Errors
 /// Only if the file cannot be read at all; the report contains every problem with its contents.
-pub fn check(path: &Path) -> Result<CheckReport, StoreError> {
+pub fn check(path: &Path, on_chunk: &dyn Fn(usize)) -> Result<CheckReport, StoreError> {
     let mut report = CheckReport::default();
     match seal::of(path, u64::MAX)? {
         Seal::Whole | Seal::NotCompared => {}
@@ -108,27 +109,27 @@ pub fn check(path: &Path) -> Result<CheckReport, StoreError> {
             return Ok(report);
         }
     };
-    check_contents(&map, true, true, &mut report);
+    check_contents(&map, true, Some(on_chunk), &mut report);
     Ok(report)
 }
 
 /// Checks the parts of a map that readers use: all except the links between variables and dimensions.
 pub(super) fn contents(map: &MapFile) -> CheckReport {
     let mut report = CheckReport::default();
-    check_contents(map, false, true, &mut report);
+    check_contents(map, false, Some(&|_| {}), &mut report);
     report
 }
 
 /// As [`contents`], without the cells.
 pub(super) fn beside_cells(map: &MapFile) -> CheckReport {
     let mut report = CheckReport::default();
-    check_contents(map, false, false, &mut report);
+    check_contents(map, false, None, &mut report);
     report
 }
 
-/// Compares attributes, axes and `cells` with their recorded fingerprints. `ties` also checks the links between
-/// variables and dimensions, which programs that copy maps may write differently.
-fn check_contents(map: &MapFile, ties: bool, cells: bool, report: &mut CheckReport) {
+/// Compares attributes, axes and, if there is an `on_chunk`, cells with their recorded fingerprints. `ties` also checks
+/// the links between variables and dimensions, which programs that copy maps may write differently.
+fn check_contents(map: &MapFile, ties: bool, on_chunk: Option<&dyn Fn(usize)>, report: &mut CheckReport) {
     let schema = &map.schema;
     report.cells = schema.grid.cells();
     report.tiles = schema.tiles();
@@ -146,6 +147,7 @@ fn check_contents(map: &MapFile, ties: bool, cells: bool, report: &mut CheckRepo
             report.note(Some(&axis.name), None, format!("unreadable: {error}"));
         }
     }
+    let chunks = schema.variables.iter().map(|variable| schema.chunks(variable)).sum();
     for variable in &schema.variables {
         report.variables += 1;
         match map.file.dataset(&variable.name) {
@@ -157,8 +159,8 @@ fn check_contents(map: &MapFile, ties: bool, cells: bool, report: &mut CheckRepo
                     let rank = variable.rank(schema.dimensions().len());
                     check_ties(&variable.name, rank, &dataset, report);
                 }
-                if cells {
-                    check_cells(map, variable, &dataset, report);
+                if let Some(on_chunk) = on_chunk {
+                    check_cells(map, variable, &dataset, &|| on_chunk(chunks), report);
                 }
             }
             Err(error) => report.note(Some(&variable.name), None, format!("missing: {error}")),
@@ -350,7 +352,13 @@ fn check_uses(map: &MapFile, position: usize, scale: &Dataset, report: &mut Chec
 }
 
 /// Reads a variable chunk by chunk and compares it with its fingerprint and its counts.
-fn check_cells(map: &MapFile, variable: &Variable, dataset: &Dataset, report: &mut CheckReport) {
+fn check_cells(
+    map: &MapFile,
+    variable: &Variable,
+    dataset: &Dataset,
+    on_chunk: &dyn Fn(),
+    report: &mut CheckReport,
+) {
     let schema = &map.schema;
     let name = Some(variable.name.as_str());
     match trust::variable(dataset, schema, variable, map.facts()) {
@@ -369,7 +377,9 @@ fn check_cells(map: &MapFile, variable: &Variable, dataset: &Dataset, report: &m
             continue;
         }
         let ranges = &tile.ranges[..variable.rank(tile.ranges.len())];
-        let (fingerprint, counts) = match read_chunk(variable, dataset, ranges) {
+        let read = read_chunk(variable, dataset, ranges);
+        on_chunk();
+        let (fingerprint, counts) = match read {
             Ok(read) => read,
             Err(error) => {
                 report.note(name, Some(place(ranges)), format!("unreadable: {error}"));

@@ -150,7 +150,13 @@ impl Interval {
         }
         let lo = self.lo / if self.lo < 0.0 { divisor.lo } else { divisor.hi };
         let hi = self.hi / if self.hi < 0.0 { divisor.hi } else { divisor.lo };
-        Self::outwards(lo, hi)
+        Self::outwards(lo, hi).above_zero_if(self.lo >= 0.0)
+    }
+
+    /// Without the numbers below 0 that outward rounding added, if what is enclosed is at least 0.
+    #[inline]
+    fn above_zero_if(self, nonnegative: bool) -> Self {
+        if nonnegative && self.is_bounded() { self.at_least_zero() } else { self }
     }
 
     /// Upper bound of e^x for a number x, without the platform's exponential: e^x <= (1 - x/64)^-64 for
@@ -199,6 +205,7 @@ impl Add for Interval {
             return self;
         }
         Self::outwards(self.lo + other.lo, self.hi + other.hi)
+            .above_zero_if(self.lo >= 0.0 && other.lo >= 0.0)
     }
 }
 
@@ -224,7 +231,8 @@ impl Mul for Interval {
         if (a + b + c + d).is_nan() {
             return Self::ENTIRE;
         }
-        Self::outwards(min(min(a, b), min(c, d)), max(max(a, b), max(c, d)))
+        let product = Self::outwards(min(min(a, b), min(c, d)), max(max(a, b), max(c, d)));
+        product.above_zero_if(self.lo >= 0.0 && other.lo >= 0.0)
     }
 }
 
@@ -339,11 +347,10 @@ impl Real for Interval {
 
     #[inline]
     fn power(self, exponent: f64) -> Self {
-        // A bound that is 0, as that of a ratio of speeds, may be slightly negative after outward rounding.
-        if !(self.lo >= -f64::MIN_POSITIVE) {
+        let Self { lo, hi } = self;
+        if !(lo >= 0.0) {
             return Self::ENTIRE;
         }
-        let Self { lo, hi } = self.at_least_zero();
         // A power is monotone, so it lies between the powers of the ends; that of 0 is exact.
         let of_end = |x: f64| match x == 0.0 {
             true => Self { lo: 0.0, hi: 0.0 },

@@ -10,7 +10,7 @@ use slipmap_simulate::bifurcation::Bifurcation;
 
 /// The exact boundary, and the halo that it has.
 pub const EXACT: Stroke = Stroke::solid(style::BLACK, 1.0);
-pub const HALO: Stroke = Stroke::solid(style::WHITE, 2.4);
+pub const HALO: Stroke = Stroke::solid(style::WHITE, 1.8);
 
 /// The places of curves in a panel of their plane.
 pub fn places(curves: &PlaneCurves, panel: &Panel) -> Vec<Vec<Place>> {
@@ -27,16 +27,18 @@ const ORDER: [Bifurcation; 5] = [
     Bifurcation::Hopf,
 ];
 
-/// Draws curves into the panel of their plane. The legend names the visible ones.
-pub fn draw(scene: &mut Scene, panel: &Panel, curves: &PlaneCurves, legend: &mut Legend) {
+/// Draws curves into the panel of their plane. The legend names the visible ones. `over_numbers`: over colours, where
+/// black curves have halos too; over regimes they are visible without, and a halo would hide a thin strip between two.
+pub fn draw(scene: &mut Scene, panel: &Panel, curves: &PlaneCurves, legend: &mut Legend, over_numbers: bool) {
     let places = |bifurcation: Bifurcation| {
         let of_kind = curves.curves.iter().filter(move |curve| curve.bifurcation == bifurcation);
         of_kind.map(|curve| curve.points.iter().map(|p| panel.place(p.x, p.y)).collect::<Vec<Place>>())
     };
     scene.clipped(panel.rect, |scene| {
         // The white halos of all curves come first, so that no halo covers a curve.
-        for bifurcation in ORDER {
-            places(bifurcation).for_each(|line| scene.line(&line, &HALO));
+        let has_halo = |kind: &&Bifurcation| over_numbers || line_style(**kind).0.color != style::BLACK;
+        for bifurcation in ORDER.iter().filter(has_halo) {
+            places(*bifurcation).for_each(|line| scene.line(&line, &HALO));
         }
         for bifurcation in ORDER {
             places(bifurcation).for_each(|line| scene.line(&line, &line_style(bifurcation).0));
@@ -63,5 +65,29 @@ pub fn line_style(bifurcation: Bifurcation) -> (Stroke, &'static str) {
             (Stroke { color: style::BLUE, width: 1.2, dash: &[3.0, 1.4] }, "crossing curve")
         }
         Bifurcation::Fold => (Stroke::solid(style::WINE, 1.2), "fold curve"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use slipmap_figure::axis::Scale;
+    use slipmap_figure::scene::Rect;
+    use slipmap_map::map::{Plane, PlanePoint};
+
+    #[test]
+    fn no_halo_of_a_black_curve_hides_a_strip_of_regimes() {
+        let rect = Rect { x: 0.0, y: 0.0, w: 100.0, h: 100.0 };
+        let panel = Panel { rect, x: Scale::linear(0.0, 1.0), y: Scale::linear(0.0, 1.0) };
+        let halos = |bifurcation: Bifurcation, over_numbers: bool| {
+            let points = [0.1, 0.9].map(|x| PlanePoint { x, y: x, error: 0.0 }).into();
+            let plane = Plane::new(0, 1, vec![0, 0]);
+            let curves = PlaneCurves { plane, curves: vec![PlaneCurve { bifurcation, points }] };
+            let (mut scene, mut legend) = (Scene::new(100.0, 100.0), Legend::default());
+            draw(&mut scene, &panel, &curves, &mut legend, over_numbers);
+            scene.svg("curves", &rich("curves")).matches(&format!("stroke=\"{}\"", style::WHITE)).count()
+        };
+        assert_eq!([false, true].map(|numbers| halos(Bifurcation::Hopf, numbers)), [0, 1]);
+        assert_eq!(halos(Bifurcation::Crossing, false), 1);
     }
 }

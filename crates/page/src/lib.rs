@@ -5,10 +5,11 @@
 #![allow(missing_docs)]
 
 pub mod curves;
+pub mod formula;
 pub mod html;
 mod json;
 mod machine_page;
 pub mod palette;
 
 pub use json::to_json;
-pub use machine_page::{MachinePage, Subject, percent};
+pub use machine_page::{MachinePage, Subject, Written, percent};

@@ -4,6 +4,7 @@ mod answer;
 mod figures;
 mod intervals;
 mod lines;
+mod units;
 
 use super::html;
 use figures::FIGURE;
@@ -15,6 +16,7 @@ use slipmap_figure::scene::{Anchor, Scene, text_width};
 use slipmap_figure::text::{Rich, join, rich};
 use slipmap_map::assessment::Assessment;
 use slipmap_map::risk::{Risk, Uncertain};
+pub use units::Written;
 
 /// Size of the page: A4, in points.
 const PAGE: (f64, f64) = (595.0, 842.0);
@@ -41,6 +43,8 @@ pub struct Subject<'a> {
     pub title: &'a str,
     /// The uncertain quantities.
     pub uncertain: &'a [Uncertain],
+    /// The units of the configuration, in which the page tells speeds and draws its figures.
+    pub units: &'a Written,
     /// The resulting risk; also `None` where no critical damping was found for any draw.
     pub risk: Option<&'a Risk>,
     /// Program, day and configuration.
@@ -57,18 +61,20 @@ pub struct MachinePage<'a> {
     /// Doubts about the numbers of the machine.
     pub warnings: Vec<Rich>,
     all: &'a Assessment,
+    units: &'a Written,
     title: Rich,
     source: Rich,
 }
 
 impl<'a> MachinePage<'a> {
     /// The page of a machine; `all.machine` is its working point.
-    pub fn new(all: &'a Assessment, subject: &Subject) -> Self {
+    pub fn new(all: &'a Assessment, subject: &Subject<'a>) -> Self {
         Self {
-            sections: lines::sections(all, subject.uncertain, subject.risk),
-            answer: answer::in_words(all).then(answer::uncertainty(all, subject.risk)),
+            sections: lines::sections(all, subject.units, subject.uncertain, subject.risk),
+            answer: answer::in_words(all, subject.units).then(answer::uncertainty(all, subject.risk)),
             warnings: all.machine.doubts().iter().map(|doubt| warning(doubt)).collect(),
             all,
+            units: subject.units,
             title: Rich::foreign(subject.title),
             source: Rich::foreign(subject.source),
         }
@@ -109,8 +115,8 @@ impl<'a> MachinePage<'a> {
         }
         y += 18.0;
         let height = if y > LOW { PANEL[1] } else { PANEL[0] };
-        let regimes = figures::regimes(self.all, height);
-        let friction = figures::friction(self.all, height + HIGHER);
+        let regimes = figures::regimes(self.all, self.units, height);
+        let friction = figures::friction(self.all, self.units, height + HIGHER);
         scene.place((MARGIN, y), &regimes);
         scene.place((PAGE.0 - MARGIN - FIGURE, y), &friction);
         y += regimes.height.max(friction.height) + 2.0 * SMALL_TEXT;
@@ -161,12 +167,12 @@ impl<'a> MachinePage<'a> {
         let figures = [
             (
                 "regimes",
-                figures::regimes(self.all, PANEL[0]),
+                figures::regimes(self.all, self.units, PANEL[0]),
                 "Long-run behaviour over speed and damping; mark: the working point.",
             ),
             (
                 "friction",
-                figures::friction(self.all, PANEL[0] + HIGHER),
+                figures::friction(self.all, self.units, PANEL[0] + HIGHER),
                 "Friction, and the weight of its slope at each slip speed for the critical damping where it is known.",
             ),
         ];
@@ -231,7 +237,7 @@ mod tests {
     fn a_critical_damping_that_was_not_found_is_not_told_as_none() {
         let mut all = assess(&example(Law::Exponential)).unwrap();
         let words = |all: &Assessment| {
-            let all_lines = sections(all, &[], None).into_iter().flat_map(|(_, lines)| lines);
+            let all_lines = sections(all, &[], &[], None).into_iter().flat_map(|(_, lines)| lines);
             let mut values = all_lines.filter(|(name, _)| name.plain() == "may stick-slip below damping");
             values.next().unwrap().1.plain()
         };
@@ -239,7 +245,7 @@ mod tests {
         // An error that reaches the digits is told with them, in the headline too.
         let critical = all.behaviour.critical_damping.unwrap();
         all.behaviour.critical_damping_error = Some(5e-3 * critical);
-        let headline = in_words(&all).plain();
+        let headline = in_words(&all, &[]).plain();
         assert!(words(&all).contains(" ± ") && headline.contains(" ± "), "{} {headline}", words(&all));
         all.behaviour.critical_damping = None;
         (all.behaviour.critical_damping_error, all.behaviour.critical_damping_is_known) = (None, true);
@@ -268,7 +274,7 @@ mod tests {
             "what is not, and why: slip cycles: the step budget ran out",
         ];
         assert_eq!(lines, expected);
-        assert!(in_words(&all).plain().starts_with("Stick-slips at least from some starts at "));
+        assert!(in_words(&all, &[]).plain().starts_with("Stick-slips at least from some starts at "));
     }
 
     #[test]
@@ -280,7 +286,7 @@ mod tests {
             let like = example(Law::Stribeck);
             Machine { friction, mass, stiffness, normal_force, belt_speed, damping, ..like }
         };
-        let words = |damping: f64| in_words(&assess(&machine(damping)).unwrap()).plain();
+        let words = |damping: f64| in_words(&assess(&machine(damping)).unwrap(), &[]).plain();
         let sticking = words(1000.0);
         assert!(
             sticking.starts_with("Stick-slips from every start at 0.06 m/s and 1000 N s/m ("),
@@ -291,7 +297,7 @@ mod tests {
                 && sticking.contains("; more than 14")
                 && sticking.contains(" ends stick-slip, more than ")
         );
-        let lines = paragraph(&in_words(&assess(&machine(1000.0)).unwrap()), TEXT, WIDTH, MOST_LINES);
+        let lines = paragraph(&in_words(&assess(&machine(1000.0)).unwrap(), &[]), TEXT, WIDTH, MOST_LINES);
         let widest = lines.iter().map(|line| text_width(line, TEXT)).fold(0.0, f64::max);
         assert!(lines.len() == 2 && widest <= WIDTH + TEXT, "{widest}: {lines:?}");
         let slipping = words(1500.0);
@@ -310,7 +316,7 @@ mod tests {
         let mut all = assess(&example(Law::Exponential)).unwrap();
         let mut words = |regime: Regime| {
             all.behaviour.regime = regime;
-            in_words(&all).plain()
+            in_words(&all, &[]).plain()
         };
         for (regime, begins) in [
             (
@@ -346,7 +352,7 @@ mod tests {
             ("damping", Spread::Uniform { min: 3.0, max: 5.0 }),
             ("mu_k", Spread::Normal { sd: 0.01 }),
         ];
-        let text = text_of(sections(&all, &uncertain, None));
+        let text = text_of(sections(&all, &[], &uncertain, None));
         for part in [
             "mass: 2 kg ± 0.05 (sd)\nstiffness: 800 N/m\n",
             "with: mu_k = 0.25 ± 0.01 (sd), mus = 0.43\n",
@@ -374,9 +380,12 @@ mod tests {
         ] {
             let friction = Friction::Measured(table);
             let all = assess(&Machine { friction, ..example(Law::Stribeck) }).unwrap();
-            let text = text_of(sections(&all, &[], None));
+            let text = text_of(sections(&all, &[], &[], None));
             assert!(text.contains(&format!("coefficient of friction: {words}")), "{text}");
-            let page = MachinePage::new(&all, &Subject { title: "", uncertain: &[], risk: None, source: "" });
+            let page = MachinePage::new(
+                &all,
+                &Subject { title: "", uncertain: &[], units: &[], risk: None, source: "" },
+            );
             assert!(
                 MachinePage::scene(&[page]).svg("page", &rich("page")).contains("Coefficient of friction")
             );
@@ -399,7 +408,7 @@ mod tests {
         let risk = risk(&machine, &[], Some(20_000), &[0.1, 0.01]).unwrap();
         assert!(risk.standard_error.is_some_and(|error| error > 1.0), "{risk:?}");
         let all = assess(&machine).unwrap();
-        let text = text_of(sections(&all, &[], Some(&risk)));
+        let text = text_of(sections(&all, &[], &[], Some(&risk)));
         for share in [10, 1] {
             let line = format!("damping at which that probability is {share} %: none: it needs no damping\n");
             assert!(text.contains(&line), "{text}");
@@ -410,7 +419,7 @@ mod tests {
     #[test]
     fn a_rotation_has_its_own_words() {
         let all = assess(&Machine { motion: Motion::Rotation, ..example(Law::Exponential) }).unwrap();
-        let text = text_of(sections(&all, &[], None));
+        let text = text_of(sections(&all, &[], &[], None));
         for part in [
             "moment of inertia: 2 kg m²\n",
             "normal force times arm: 50 N m\n",
@@ -429,11 +438,17 @@ mod tests {
         let friction = Friction::Formula(law, LawParameters::new(&[]));
         let all = assess(&Machine { friction, ..example(Law::Stribeck) }).unwrap();
         let (title, source) = ("a long title ".repeat(20), "source ".repeat(90));
-        let subject = Subject { title: &title, uncertain: &[], risk: None, source: &source };
+        let shown = slipmap_map::map::Shown { unit: "km/h".into(), size: 1.0 / 3.6 };
+        let units = [("belt_speed", Some(shown))];
+        let subject = Subject { title: &title, uncertain: &[], units: &units, risk: None, source: &source };
         let page = MachinePage::new(&all, &subject);
         let pages = [page];
         let scene = MachinePage::scene(&pages);
         let svg = scene.svg("page", &rich("page"));
+        // Of 0.1 m/s, in text and figures.
+        for words in [" at 0.36 km/h", ">0.36 km/h<", ">belt speed, km/h<", ">slip speed, km/h<"] {
+            assert!(svg.contains(words), "{words}");
+        }
         let svg = roxmltree::Document::parse(&svg).unwrap();
         let mut texts = 0;
         for text in svg.descendants().filter(|node| node.has_tag_name("text")) {
@@ -461,7 +476,7 @@ mod tests {
         let friction = Friction::Measured(Table::new("a rig", &data, 0.4).unwrap());
         let mut all = assess(&Machine { friction, normal_force: 1.0, ..example(Law::Stribeck) }).unwrap();
         let words = |all: &Assessment| {
-            let lines = sections(all, &[], None).into_iter().flat_map(|(_, lines)| lines);
+            let lines = sections(all, &[], &[], None).into_iter().flat_map(|(_, lines)| lines);
             let lines = lines.map(|(name, value)| format!("{}: {}", name.plain(), value.plain()));
             lines.collect::<Vec<_>>().join("\n")
         };

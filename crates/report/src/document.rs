@@ -24,6 +24,7 @@ fn heading(table: &Table) -> &'static str {
         "failures" => "Failures and audit",
         "methods" => "Methods",
         "machine" => "The machine in SI units",
+        "law" => "Friction law",
         "axes" => "Grid",
         _ => "Provenance",
     }

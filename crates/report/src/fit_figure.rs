@@ -2,7 +2,8 @@
 
 use slipmap_figure::axis::{SMALL_TEXT, Scale, extremes};
 use slipmap_figure::panels::{BOTTOM_MARGIN, Panel, TITLE_MARGIN, left_margin};
-use slipmap_figure::scene::{Fill, Marker, Rect, Scene, Stroke};
+use slipmap_figure::paragraph::paragraph;
+use slipmap_figure::scene::{Anchor, Fill, Marker, Rect, Scene, Stroke, Width};
 use slipmap_figure::style;
 use slipmap_figure::text::Rich;
 
@@ -18,8 +19,9 @@ pub struct FitFigure {
     pub law: Vec<[f64; 3]>,
 }
 
-const WIDTH: f64 = 360.0;
-const HEIGHT: f64 = 220.0;
+const HEIGHT: f64 = 150.0;
+/// Most lines of the title.
+const MOST_LINES: usize = 3;
 const RIGHT_MARGIN: f64 = 12.0;
 /// Number of readings up to which each has a large mark.
 const FEW: usize = 100;
@@ -39,10 +41,16 @@ impl FitFigure {
             (Scale::linear(-0.02 * fastest, 1.02 * fastest), Scale::linear(least - room, most + room));
         let labels = Panel::y_labels_width(y, HEIGHT);
         let left = left_margin(labels);
-        let rect = Rect { x: left, y: TITLE_MARGIN, w: WIDTH - left - RIGHT_MARGIN, h: HEIGHT };
+        let width = Width::OneColumn.points();
+        let title = paragraph(&Rich::foreign(&self.title), SMALL_TEXT, width - left, MOST_LINES);
+        let line = SMALL_TEXT + 2.0;
+        let top = TITLE_MARGIN + line * (title.len() - 1) as f64;
+        let rect = Rect { x: left, y: top, w: width - left - RIGHT_MARGIN, h: HEIGHT };
         let panel = Panel { rect, x, y };
-        let mut scene = Scene::new(WIDTH, TITLE_MARGIN + HEIGHT + BOTTOM_MARGIN + SMALL_TEXT);
-        panel.title(&mut scene, &Rich::foreign(&self.title));
+        let mut scene = Scene::new(width, top + HEIGHT + BOTTOM_MARGIN + SMALL_TEXT);
+        for (number, words) in title.iter().rev().enumerate() {
+            scene.text((left, top - 3.0 - line * number as f64), words, SMALL_TEXT, Anchor::Start);
+        }
         let edge =
             |sign: f64| self.law.iter().map(move |[u, f, error]| panel.place(*u, f + 2.0 * sign * error));
         let band: Vec<_> = edge(1.0).chain(edge(-1.0).rev()).collect();

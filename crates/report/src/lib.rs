@@ -39,7 +39,7 @@ pub use write::{write_figure, write_file};
 pub use slipmap_format::files::Existing;
 use slipmap_format::{MapFile, StoreError};
 use slipmap_map::map::Control;
-pub use slipmap_page::{MachinePage, Subject, to_json};
+pub use slipmap_page::{MachinePage, Subject, formula, to_json};
 pub use slipmap_study::benchmark::StudyError;
 
 /// Name of the method with which all others are compared.

@@ -1,7 +1,7 @@
 //! The summary on the first screen of a report.
 
 use super::figure::picks;
-use super::tables::undetermined_regimes;
+use super::tables::{friction, undetermined_regimes};
 use super::units::{View, join};
 use super::{Report, SIMULATION};
 use slipmap_figure::text::{Rich, rich};
@@ -38,21 +38,24 @@ pub(super) fn summary(view: &View, report: &Report) -> Vec<(Rich, Rich)> {
     if let Some(model) = view.model() {
         let (point, si) = (&model.point, &model.si);
         let quantity = |value: f64, dimension| Rich::number(value, 4).with_unit(si.unit(dimension));
-        let speed = quantity(point.belt_speed * si.units.velocity, Dimension::Velocity);
+        // In the units of the axes, as the figures are.
+        let speed_axis = view.axis(&axes[axes.len() - 2]);
+        let in_axis = |si: f64| Rich::number(si * speed_axis.factor, 4).with_unit(&speed_axis.unit);
+        let speed = in_axis(point.belt_speed * si.units.velocity);
         let damping = quantity(point.damping * si.units.damping, Dimension::Damping);
+        let at_speed = rich(" at ").then(speed_axis.name.clone()).then(" ").then(speed.clone());
         let does = behaviour(&model, TOLERANCE);
         if let Some(critical) = does.critical_damping {
             let error = does.critical_damping_error.unwrap_or(0.0);
             let value = Rich::with_error(critical, error, 4).with_unit(si.unit(Dimension::Damping));
-            let value = value.then(" at belt speed ");
-            line("critical damping", value.then(speed.clone()));
+            line("critical damping", value.then(at_speed.clone()));
         }
         if let Some(critical) = does.critical_belt_speed.value() {
-            let value = quantity(critical, Dimension::Velocity).then(" at damping ");
-            line("critical belt speed", value.then(damping.clone()));
+            let value = in_axis(critical).then(" at damping ");
+            line(&format!("critical {}", speed_axis.name.plain()), value.then(damping.clone()));
         }
         if let Some(amplitude) = does.amplitude {
-            let at = rich(" at belt speed ").then(speed).then(" and damping ").then(damping);
+            let at = at_speed.then(" and damping ").then(damping);
             line("amplitude", quantity(amplitude, Dimension::Length).then(at));
         }
         line("natural frequency", Rich::number(does.natural_frequency, 4).then(" Hz"));
@@ -66,7 +69,7 @@ pub(super) fn summary(view: &View, report: &Report) -> Vec<(Rich, Rich)> {
         line("probability that it may stick-slip, by the uncertain quantities", Rich::foreign(&words));
     }
     let cells = count(map.grid().cells() as u64);
-    line("friction law", Rich::foreign(map.grid().law().name()));
+    line("friction law", Rich::foreign(map.grid().law().name()).then(": ").then(friction(view)));
     let extents = axes
         .iter()
         .filter(|axis| axis.values.len() > 1)
@@ -101,10 +104,14 @@ pub(super) fn summary(view: &View, report: &Report) -> Vec<(Rich, Rich)> {
             .sum();
         let decided = total(number, Verdict::Present) + total(number, Verdict::Absent);
         let percent = 100.0 * decided as f64 / map.grid().cells() as f64;
+        let claims = |what: String| match decided {
+            0 => Rich::foreign(&format!("{name} no claims")),
+            _ => Rich::foreign(&what),
+        };
         if matches!(method.guarantee.as_str(), "finite_epsilon" | "validated") {
-            proved.push(Rich::foreign(&format!("{name} {percent:.1} %")));
+            proved.push(claims(format!("{name} {percent:.1} %")));
         } else if verdicts.simulation.is_some() {
-            wrong.push(Rich::foreign(&format!("{name} {}", count(mistakes))));
+            wrong.push(claims(format!("{name} {}", count(mistakes))));
         }
     }
     if !proved.is_empty() {

@@ -10,6 +10,8 @@ use slipmap_numbers::text::{in_groups, scientific, without_zeros};
 pub enum Cell {
     /// Words, possibly from the map file.
     Words(String),
+    /// Words with symbols.
+    Rich(Rich),
     /// A count.
     Count(u64),
     /// A real number.
@@ -113,6 +115,13 @@ impl Table {
         }
     }
 
+    /// Drops a column, if the table has it.
+    pub(crate) fn drop_column(&mut self, key: &str) {
+        let Some(at) = self.columns.iter().position(|column| column.key == key) else { return };
+        self.columns.remove(at);
+        self.rows.iter_mut().for_each(|row| drop(row.remove(at)));
+    }
+
     /// Keeps the rows of these methods and eps, of all where a list is empty. One eps moves from its column to the
     /// caption.
     pub(crate) fn keep(&mut self, methods: &[String], epsilons: &[f64]) {
@@ -123,8 +132,7 @@ impl Table {
         let Some(at) = column("epsilon").filter(|_| !epsilons.is_empty()) else { return };
         self.rows.retain(|row| epsilons.iter().any(|epsilon| row[at] == Cell::Real(*epsilon)));
         if let [epsilon] = epsilons {
-            self.columns.remove(at);
-            self.rows.iter_mut().for_each(|row| drop(row.remove(at)));
+            self.drop_column("epsilon");
             self.caption = std::mem::take(&mut self.caption)
                 .then(rich(" At {epsilon} = "))
                 .then(Rich::number(*epsilon, 4))
@@ -135,7 +143,7 @@ impl Table {
     /// Returns whether a column holds numbers.
     fn is_numeric(&self, column: usize) -> bool {
         self.rows.iter().any(|row| matches!(row[column], Cell::Count(_) | Cell::Real(_)))
-            && !self.rows.iter().any(|row| matches!(row[column], Cell::Words(_)))
+            && !self.rows.iter().any(|row| matches!(row[column], Cell::Words(_) | Cell::Rich(_)))
     }
 
     fn style(&self, column: usize) -> Style {
@@ -178,6 +186,7 @@ impl Table {
             for (cell, style) in row.iter().zip(&styles) {
                 let shown = match cell {
                     Cell::Words(words) => html(words),
+                    Cell::Rich(text) => text.html(),
                     _ => shown(cell, *style),
                 };
                 let class = match cell {
@@ -210,6 +219,7 @@ const LONGEST_WORD: usize = 40;
 fn in_full(cell: &Cell) -> String {
     match cell {
         Cell::Words(words) => words.clone(),
+        Cell::Rich(text) => text.plain(),
         Cell::Count(count) => count.to_string(),
         Cell::Real(value) => format!("{value:?}"),
         Cell::Missing => String::new(),
@@ -234,7 +244,7 @@ fn decimal(cell: &Cell, style: Style) -> Option<Decimal> {
             _ => count as f64,
         },
         Cell::Real(value) if value.is_finite() => value,
-        Cell::Real(_) | Cell::Words(_) | Cell::Missing => return None,
+        Cell::Real(_) | Cell::Words(_) | Cell::Rich(_) | Cell::Missing => return None,
     };
     match style {
         Style::Words | Style::Counts => plain(format!("{value}")),

@@ -1,10 +1,12 @@
 //! The tables of a report.
 
 mod boundaries;
+mod law;
 mod machine;
 mod origin;
 
 pub use boundaries::{boundary, order};
+pub(crate) use law::friction;
 pub(crate) use origin::methods;
 pub(crate) use origin::undetermined_regimes;
 pub use origin::{axes, cost, failures, provenance};
@@ -23,6 +25,7 @@ pub fn all(view: &View, report: &Report) -> Vec<Table> {
     let map = view.map;
     // An engineer's tables come first.
     let mut tables: Vec<Table> = machine::machine(view).into_iter().collect();
+    tables.push(law::law(view));
     tables.push(volume(view, report));
     tables.extend(proved::volume(map));
     tables.push(agreement(map, report));
@@ -30,6 +33,9 @@ pub fn all(view: &View, report: &Report) -> Vec<Table> {
     // One eps gives no order.
     tables.extend((epsilons(map).len() > 1).then(|| order(report)));
     tables.extend([cost(map), failures(map, report), methods(map), axes(view), provenance(map)]);
+    if map.grid().epsilon_axis().is_none() {
+        tables.iter_mut().for_each(|table| table.drop_column("epsilon"));
+    }
     tables
 }
 
@@ -63,17 +69,11 @@ fn percent(part: f64, whole: f64) -> Option<f64> {
 #[must_use]
 pub fn volume(view: &View, report: &Report) -> Table {
     let map = view.map;
-    // The volume has the product of the dimensions of the axes along which it is measured.
-    let long = map.grid().axes()[1..].iter().filter(|axis| axis.values.len() > 1);
-    let labels: Vec<Label> = long.map(|axis| view.axis(axis)).collect();
-    let factor: f64 = labels.iter().map(|label| label.factor).product();
-    let units: Vec<&str> = labels.iter().map(|label| &*label.unit).filter(|unit| !unit.is_empty()).collect();
-    let unit = if units.is_empty() { String::new() } else { format!(", {}", units.join(" × ")) };
-    let key = |name: &str| match units.is_empty() {
-        true => name.to_owned(),
-        false => format!("{name} [{}]", units.join(" * ")),
-    };
     let verdicts = &report.verdicts;
+    // A volume over axes with units is told as a share of the box.
+    let is_share = view.units.machine.is_some();
+    let factor = if is_share { 100.0 / verdicts.box_volume } else { 1.0 };
+    let one_damping = map.grid().dampings().len() == 1;
     let mut rows = Vec::new();
     for (e, &epsilon) in epsilons(map).iter().enumerate() {
         let reference = verdicts.simulation.map(|method| verdicts.volumes[method][e]);
@@ -92,59 +92,75 @@ pub fn volume(view: &View, report: &Report) -> Table {
                 Cell::Real(epsilon),
                 words(&method.name),
                 Cell::Real(volume.claimed * factor),
-                Cell::Real(volume.error_in_c * factor),
+                if one_damping { Cell::Missing } else { Cell::Real(volume.error_in_c * factor) },
                 Cell::Real(volume.error * factor),
                 percent(volume.claimed, verdicts.box_volume).into(),
                 relative.and_then(|reference| percent(volume.claimed, reference.claimed)).into(),
-                relative_error.filter(|_| method.name != SIMULATION).into(),
+                relative_error.filter(|_| method.name != SIMULATION && !one_damping).into(),
                 relative.and_then(|reference| percent(volume.confirmed, reference.claimed)).into(),
             ]);
         }
     }
-    let mut notes = vec![rich(
-        "The volume is that of the points at which a method claims a stick-slip cycle, by the trapezoidal rule \
-         over the axes of more than one node except {epsilon}. Its error is bounded twice: along {c} alone, the nodes \
+    let (what, c) = if is_share { ("share", "damping") } else { ("volume", "{c}") };
+    let mut notes = vec![rich(&format!(
+        "The {what} is that of the points at which a method claims a stick-slip cycle, by the trapezoidal rule \
+         over the axes of more than one node except {{epsilon}}. Its error is bounded twice: along {c} alone, the nodes \
          of the other axes taken as they are, by half of every step of {c} over which the verdict changes; and along \
          all axes by the boxes between neighbouring nodes whose corners do not all have the same verdict, a bound that \
          is wide where an axis has few nodes. The error of the percentage of the simulation is that along {c}. What a \
-         method claims beyond the ends of the axes, as above the largest {c}, is not counted.",
-    )];
+         method claims beyond the ends of the axes, as above the largest {c}, is not counted. Confirmed: what the \
+         simulation finds, too."
+    ))];
     if verdicts.dimensions == 0 {
         notes.push(rich(
             "No axis but that of {epsilon} has more than one node: the volume is 1 where the cycle is claimed, else 0.",
         ));
     }
     notes.extend(no_simulation(report));
-    Table {
+    let begins = match is_share {
+        true => "Share of the box of all axes in which each method claims a stick-slip cycle: ",
+        false => "Volume of parameter space in which each method claims a stick-slip cycle: ",
+    };
+    let key = |of: &str| format!("{what}{of}");
+    let mut table = Table {
         name: "volume",
-        caption: rich("Volume of parameter space in which each method claims a stick-slip cycle: ")
-            .then(extents(view))
-            .then("."),
+        caption: rich(begins).then(extents(view)).then("."),
         columns: vec![
             Column::new("epsilon", "{epsilon}", EPSILON_DIGITS),
             Column::new("method", "method", Show::AsIs),
-            Column::new(&key("volume"), &format!("volume{unit}"), Show::Significant(4)),
-            Column::new(&key("volume_error_in_c"), "± in {c}", Show::Significant(2)),
-            Column::new(&key("volume_error"), "± in all", Show::Significant(2)),
+            Column::new(&key(""), if is_share { "% of the box" } else { "volume" }, Show::Significant(4)),
+            Column::new(&key("_error_in_c"), &format!("± in {c}"), Show::Significant(2)),
+            Column::new(&key("_error"), "± in all", Show::Significant(2)),
             Column::new("percent_of_box", "% of the box", Show::Decimals(2)),
             Column::new("percent_of_simulation", "% of simulation", Show::Decimals(2)),
             Column::new("percent_of_simulation_error", "±", Show::Decimals(2)),
-            Column::new("percent_of_simulation_confirmed", "% confirmed", Show::Decimals(2)),
+            Column::new("percent_of_simulation_confirmed", "% of simulation, confirmed", Show::Decimals(2)),
         ],
         rows,
         notes,
+    };
+    if is_share {
+        table.drop_column("percent_of_box");
     }
+    table
 }
 
 /// "alpha from 0 to 0.9, gamma = 2" for every axis but eps.
 fn extents(view: &View) -> Rich {
-    join(view.map.grid().axes()[1..].iter().map(|axis| view.axis(axis).extent(&axis.values, 6)))
+    let grid = view.map.grid();
+    let axes = grid.axes().iter().enumerate().filter(|(i, _)| Some(*i) != grid.epsilon_axis());
+    join(axes.map(|(_, axis)| view.axis(axis).extent(&axis.values, 6)))
 }
 
 fn no_simulation(report: &Report) -> Option<Rich> {
     report.verdicts.simulation.is_none().then(|| {
         rich("The simulation is not among the methods of this map, so there is nothing to compare them with.")
     })
+}
+
+/// The number of cells about which a method claims anything.
+fn claims(counts: &Confusion) -> u64 {
+    counts.method(Verdict::Present) + counts.method(Verdict::Absent)
 }
 
 /// Agreement with the simulation, cell by cell.
@@ -166,15 +182,16 @@ pub fn agreement(map: &MapFile, report: &Report) -> Table {
         }
     }
     let compared = |count: u64| Cell::from(verdicts.simulation.map(|_| count));
-    let pair = |counts: &Confusion, simulation, method| compared(counts.pair(simulation, method));
+    // A method that claims nothing is not right either.
+    let pair = |counts: &Confusion, simulation, method| match claims(counts) {
+        0 => Cell::Missing,
+        _ => compared(counts.pair(simulation, method)),
+    };
     let not_compared = |counts: &Confusion| {
         let simulated = counts.simulation(Verdict::Present) + counts.simulation(Verdict::Absent);
         compared(counts.total() - simulated)
     };
-    let decided = |counts: &Confusion| {
-        let decided = counts.method(Verdict::Present) + counts.method(Verdict::Absent);
-        percent(decided as f64, counts.total() as f64).into()
-    };
+    let decided = |counts: &Confusion| percent(claims(counts) as f64, counts.total() as f64).into();
     let cells = |counts: &Confusion, verdict| Cell::Count(counts.method(verdict));
     let failed = |counts: &Confusion| {
         Cell::Count(counts.method(Verdict::Failed) + counts.method(Verdict::NotComputed))

@@ -11,6 +11,7 @@ use slipmap_map::machine::{
     Coefficients, DAMPING_RATIO, Dimension, Friction, Machine, Model, SiUnits, Units,
 };
 use slipmap_map::map::{Axis, Field, Grid, Quantity, Shown, dimension};
+use slipmap_page::formula;
 
 /// A map and the units in which its numbers are shown.
 #[derive(Clone, Debug)]
@@ -63,12 +64,18 @@ impl<'a> View<'a> {
     }
 }
 
+/// Longest formula in the heading of a figure.
+const SHORT: usize = 48;
+
 /// The description of the part of a machine's friction that does not vary.
 fn friction_words(map: &MapFile, machine: &Machine) -> Vec<Rich> {
     let fixed = map.grid().fixed();
     match &machine.friction {
         Friction::Measured(table) => vec![rich("friction of ").then(Rich::foreign(table.origin()))],
-        Friction::Formula(..) => vec![rich("friction by formula")],
+        Friction::Formula(..) => match formula::of_machine(machine) {
+            Some(set) if set.plain.chars().count() <= SHORT => vec![Rich::formula(set)],
+            _ => vec![rich("friction by formula")],
+        },
         Friction::Coefficients(..) => fixed
             .iter()
             .filter(|(name, value)| {

@@ -115,6 +115,7 @@ fn records(study: &Study, provenance: &Provenance) -> Records {
         let text = |row: &Vec<Entry>| match &row[column] {
             Entry::Words(words) => words.clone(),
             Entry::Missing => "none".into(),
+            Entry::Rich(text) => text.plain(),
             Entry::Count(_) | Entry::Real(_) => String::new(),
         };
         table.rows.iter().map(text).collect()
@@ -124,7 +125,7 @@ fn records(study: &Study, provenance: &Provenance) -> Records {
             Entry::Count(count) => count as f64,
             Entry::Real(value) => value,
             Entry::Words(ref words) => f64::from(u8::from(words == "yes")),
-            Entry::Missing => f64::NAN,
+            Entry::Rich(_) | Entry::Missing => f64::NAN,
         };
         table.rows.iter().map(number).collect()
     };

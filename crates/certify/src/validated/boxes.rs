@@ -441,6 +441,24 @@ mod tests {
         assert!(near && found.undecided < 1e-4, "{found:?}");
     }
 
+    /// A box along which some of A, k, b do not vary, but for their rounding.
+    #[test]
+    fn boxes_without_width_are_decided() {
+        let one = ParameterBox {
+            epsilon: [0.2, 0.2],
+            alpha: [0.4, 0.4],
+            beta: [0.2, 0.2],
+            gamma: [3.0, 3.0],
+            ..parameters()
+        };
+        for (belt_speed, beta) in
+            [([0.5, 1.0], [0.2, 0.2]), ([0.1, 2.5], [0.0, 0.0]), ([0.5, 0.5], [0.1, 0.3])]
+        {
+            let found = volumes(&ParameterBox { belt_speed, beta, damping: [0.0, 2.0], ..one }, 8, 1024);
+            assert!(found.undecided < 3e-3, "{found:?}");
+        }
+    }
+
     #[test]
     fn one_damping_is_a_box_too() {
         let one = ParameterBox { damping: [0.25, 0.25], ..parameters() };

@@ -18,8 +18,10 @@ pub(super) const AXES: usize = 5;
 /// Ranges of the five parameters.
 pub(super) type Ranges = [[f64; 2]; AXES];
 
-/// Axes narrower than this are treated as having no width.
+/// Axes narrower than this are treated as having no width, as are those narrower than `ROUNDED` of their values: the
+/// rounding of a value moves it by more than a tenth of such a width.
 const THIN: f64 = 1e-150;
+const ROUNDED: f64 = 1e-14;
 /// Farthest distance outside a tile, in units of its half-width, at which it is evaluated.
 const FARTHEST: f64 = 1.5;
 
@@ -288,7 +290,7 @@ pub(super) fn polynomial(tile: &Tile, at: [Interval; 3]) -> Derivatives {
 fn chebyshev(at: Interval, [lo, hi]: [f64; 2], degree: usize, values: &mut [[Interval; HIGHEST + 1]; 3]) {
     let whole = Interval::new(-1.0, 1.0);
     let (low, high) = (Interval::of(lo), Interval::of(hi));
-    if !(hi - lo > THIN) {
+    if !(hi - lo > THIN.max(ROUNDED * hi.abs().max(lo.abs()))) && lo <= at.lo && at.hi <= hi {
         // An axis without width: the polynomials are constants.
         values[0][0] = Interval::ONE;
         values[0][1..=degree].fill(if lo == hi { Interval::ZERO } else { whole });

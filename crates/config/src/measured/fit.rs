@@ -25,12 +25,17 @@ pub struct FittedLaw {
     names: Vec<String>,
     values: Vec<f64>,
     standard_errors: Vec<f64>,
+    /// Their units; empty for a pure number.
+    units: Vec<String>,
     covariance: Vec<Vec<f64>>,
     /// Friction at rest, where it drops as slip begins.
     #[serde(rename = "static")]
     at_rest: Option<f64>,
     static_standard_error: Option<f64>,
 }
+
+/// Difference of Akaike's criterion up to which a law is about as good as the best one.
+const AS_GOOD: f64 = 4.0;
 
 /// Laws fitted to measured friction: what `slipmap fit --json` prints.
 #[derive(Clone, Debug, serde::Serialize)]
@@ -50,6 +55,8 @@ pub struct Fitted {
     fit: FittedLaw,
     /// All laws, the best one first.
     fits: Vec<FittedLaw>,
+    /// The number of laws that are about as good as the best one.
+    about_as_good: usize,
     /// Slip speeds of the residuals: those of the readings, of a record over time those of its means.
     slip_speeds: Vec<f64>,
     /// Readings less the law.
@@ -72,6 +79,11 @@ impl Fits {
     /// The best fit, or the one that was asked for.
     pub fn chosen(&self) -> &Fit {
         &self.all[self.chosen]
+    }
+
+    /// The number of laws that are about as good as the best one, which is not counted.
+    pub fn about_as_good(&self) -> usize {
+        self.all[1..].iter().filter(|fit| fit.aicc - self.all[0].aicc <= AS_GOOD).count()
     }
 }
 
@@ -112,6 +124,7 @@ impl Measured {
             names: fit.form.names().into_iter().map(|name| self.named(name)).collect(),
             values: fit.values.clone(),
             standard_errors: fit.errors(),
+            units: fit.form.names().into_iter().map(|name| self.unit_of(name).to_owned()).collect(),
             covariance: fit.covariance.row_iter().map(|row| row.iter().copied().collect()).collect(),
             at_rest: fit.at_rest.map(|[level, _]| level),
             static_standard_error: fit.at_rest.map(|[_, error]| error),
@@ -126,6 +139,7 @@ impl Measured {
             fastest: self.in_slip.last().map(|row| row.speed),
             fit: law(chosen),
             fits: fits.all.iter().map(law).collect(),
+            about_as_good: fits.about_as_good(),
             slip_speeds: fits.slip_speeds.clone(),
             residuals: chosen.residuals.clone(),
             residual_runs: chosen.runs,

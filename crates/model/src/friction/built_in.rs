@@ -11,8 +11,11 @@ pub(super) const ONSET: f64 = 0.125;
 pub struct BuiltIn {
     /// Name in configurations.
     pub(super) name: &'static str,
-    /// phi(u) as text.
+    /// phi(u) as a formula, see [`super::Expression`].
     pub formula: &'static str,
+    /// The coefficient of friction of a machine as a formula: in mu_s and mu_k, static and kinetic friction, v_s, the
+    /// Stribeck velocity, eta, the strengthening, and delta, the exponent.
+    pub of_coefficients: &'static str,
     /// Its parameters, in the order in which they become axes of a map.
     pub(super) parameters: &'static [Parameter],
     /// Returns whether phi(u) depends on eps.

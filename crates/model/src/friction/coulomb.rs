@@ -10,7 +10,8 @@ use slipmap_numbers::jet::Real;
 /// The law.
 pub(super) const LAW: BuiltIn = BuiltIn {
     name: "coulomb",
-    formula: "φ(u) = 1 − drop + η u",
+    formula: "1 - drop + eta*u",
+    of_coefficients: "mu_k + eta*u",
     parameters: &[DROP, ETA],
     depends_on_epsilon: false,
     phi_at: |u, _, parameters| {

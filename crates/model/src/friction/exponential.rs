@@ -16,7 +16,8 @@ use slipmap_numbers::jet::{Jet, Real};
 /// The law with the exponent 1.
 pub(super) const LAW: BuiltIn = BuiltIn {
     name: "exponential",
-    formula: "φ(u) = μ + (1 − μ) exp(−u / vs) + η u",
+    formula: "mu + (1 - mu)*exp(-u/vs) + eta*u",
+    of_coefficients: "mu_k + (mu_s - mu_k)*exp(-u/v_s) + eta*u",
     parameters: &PARAMETERS,
     depends_on_epsilon: false,
     phi_at: |u, _, parameters| {
@@ -29,7 +30,8 @@ pub(super) const LAW: BuiltIn = BuiltIn {
 
 /// The law with the exponent as a parameter.
 pub(super) const STRETCHED: BuiltIn = BuiltIn {
-    formula: "φ(u) = μ + (1 − μ) exp(−(u / vs)^δ) + η u",
+    formula: "mu + (1 - mu)*exp(-(u/vs)^exponent) + eta*u",
+    of_coefficients: "mu_k + (mu_s - mu_k)*exp(-(u/v_s)^delta) + eta*u",
     parameters: &[PARAMETERS[0], PARAMETERS[1], PARAMETERS[2], EXPONENT],
     phi_at: |u, _, parameters| {
         let &[mu, vs, eta, exponent] = parameters else { return None };

@@ -14,7 +14,8 @@ use slipmap_numbers::jet::Real;
 /// The law.
 pub(super) const LAW: BuiltIn = BuiltIn {
     name: "lorentzian",
-    formula: "φ(u) = μ + (1 − μ) / (1 + (u / vs)²) + η u",
+    formula: "mu + (1 - mu)/(1 + (u/vs)^2) + eta*u",
+    of_coefficients: "mu_k + (mu_s - mu_k)/(1 + (u/v_s)^2) + eta*u",
     parameters: &PARAMETERS,
     depends_on_epsilon: false,
     phi_at: |u, _, parameters| {

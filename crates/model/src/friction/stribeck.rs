@@ -13,7 +13,8 @@ use slipmap_numbers::jet::Real;
 /// The law. The limits alpha = 1, beta = 0 and gamma = 0 are legal.
 pub(super) const LAW: BuiltIn = BuiltIn {
     name: "stribeck",
-    formula: "φ(u) = (1 − α) / (1 + ε γ u) + α + ε β u²",
+    formula: "(1 - alpha)/(1 + eps*gamma*u) + alpha + eps*beta*u^2",
+    of_coefficients: "mu_k + (mu_s - mu_k)/(1 + u/v_s) + eta*u^2",
     parameters: &[ALPHA, BETA, GAMMA],
     depends_on_epsilon: true,
     phi_at: |u, epsilon, parameters| {

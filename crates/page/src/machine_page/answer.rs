@@ -1,6 +1,7 @@
 //! The answer of the page in a sentence.
 
-use super::lines::{damping_limit, percent, quantity, with_error};
+use super::lines::{damping_limit, percent, with_error};
+use super::units::{Unit, Written};
 use slipmap_figure::text::{Rich, rich};
 pub use slipmap_map::assessment::{Assessment, DampingLimit, LeftOpen, Undetermined};
 use slipmap_map::machine::{Dimension, Motion};
@@ -8,12 +9,12 @@ use slipmap_map::map::{Attractors, Regime};
 use slipmap_map::risk::Risk;
 
 /// The behaviour at the working point, and the damping above which the vibration ends.
-pub(super) fn in_words(all: &Assessment) -> Rich {
+pub(super) fn in_words(all: &Assessment, written: &Written) -> Rich {
     let (machine, does) = (&all.machine, &all.behaviour);
-    let unit = |dimension| machine.motion.unit(dimension);
-    let limit = |damping: f64| damping_limit(all, damping, 3, unit(Dimension::Damping));
-    let place = quantity(machine.belt_speed, unit(Dimension::Velocity)).then(" and ");
-    let place = place.then(quantity(machine.damping, unit(Dimension::Damping)));
+    let damping = machine.motion.unit(Dimension::Damping);
+    let limit = |value: f64| damping_limit(all, value, 3, damping);
+    let speed = Unit::of(machine, written, "belt_speed", Dimension::Velocity).quantity(machine.belt_speed);
+    let place = speed.then(" and ").then(Rich::number(machine.damping, 4).with_unit(damping));
     let vibrates = |regime: Regime| {
         let Attractors { slip, stick_slip, crossing, .. } = regime.attractors();
         slip || stick_slip || crossing

@@ -5,6 +5,7 @@ use std::convert::Infallible;
 use std::sync::atomic::AtomicBool;
 use std::sync::{Mutex, PoisonError};
 
+use super::units::{Unit, Written};
 use crate::{curves, palette};
 use slipmap_figure::axis::{SMALL_TEXT, Scale, extremes};
 use slipmap_figure::legend::{Legend, Sample};
@@ -189,18 +190,18 @@ fn dampings_shown(all: &Assessment) -> Scale {
 }
 
 /// The regimes around the working point, with the curves between them, in a panel of height `height`.
-pub(super) fn regimes(all: &Assessment, height: f64) -> Scene {
+pub(super) fn regimes(all: &Assessment, written: &Written, height: f64) -> Scene {
     let machine = &all.machine;
     let units = machine.units();
-    let label =
-        |words: &str, dimension| Rich::foreign(&format!("{words}, {}", machine.motion.unit(dimension)));
-    let velocity = label(&machine.motion.words(BELT_SPEED), Dimension::Velocity);
-    let friction = label("damping", Dimension::Damping);
-    let in_units = |scale: Scale, unit: f64| {
-        Scale { from: scale.from / unit, to: scale.to / unit, ..scale }.in_unit(unit)
+    let label = |words: &str, shown: &Unit| Rich::foreign(&format!("{words}, {}", shown.name));
+    let speed = Unit::of(machine, written, BELT_SPEED, Dimension::Velocity);
+    let damping = Unit::of(machine, written, "damping", Dimension::Damping);
+    let in_units = |scale: Scale, unit: f64, shown: &Unit| {
+        Scale { from: scale.from / unit, to: scale.to / unit, ..scale }.in_unit(unit / shown.size)
     };
-    let x = in_units(speeds_shown(all), units.velocity);
-    let y = in_units(dampings_shown(all), units.damping);
+    let x = in_units(speeds_shown(all), units.velocity, &speed);
+    let y = in_units(dampings_shown(all), units.damping, &damping);
+    let (velocity, friction) = (label(&machine.motion.words(BELT_SPEED), &speed), label("damping", &damping));
     let mut scene = Scene::new(FIGURE, 0.0);
     let labels = Panel::y_labels_width(y, height);
     let left = left_margin(labels);
@@ -241,7 +242,7 @@ pub(super) fn regimes(all: &Assessment, height: f64) -> Scene {
             lines.extend(others.curves);
         }
         let lines = PlaneCurves { plane, curves: lines };
-        curves::draw(&mut scene, &panel, &lines, &mut legend);
+        curves::draw(&mut scene, &panel, &lines, &mut legend, false);
     }
     let here = panel.place(machine.belt_speed / units.velocity, machine.damping / units.damping);
     scene.marker(Marker::Diamond, here, 8.0, style::WHITE, true);
@@ -260,7 +261,7 @@ const BETWEEN: f64 = TITLE_MARGIN + 4.0;
 
 /// The friction at the slip speeds of the vibration and, where known, the weight of its slope there for the
 /// critical damping, in panels of total height `height`.
-pub(super) fn friction(all: &Assessment, height: f64) -> Scene {
+pub(super) fn friction(all: &Assessment, written: &Written, height: f64) -> Scene {
     let mut scene = Scene::new(FIGURE, 0.0);
     let machine = &all.machine;
     let Some(model) = machine.model() else { return scene };
@@ -274,7 +275,8 @@ pub(super) fn friction(all: &Assessment, height: f64) -> Scene {
         Some(first) => first.slip_speed * 2.0 * weights.len() as f64,
         None => 2.0 * machine.belt_speed,
     };
-    let x = Scale::linear(0.0, fastest);
+    let speed_unit = Unit::of(machine, written, BELT_SPEED, Dimension::Velocity);
+    let x = Scale::linear(0.0, fastest).in_unit(speed_unit.size.recip());
     let (curve, rest) = (model.column().curve, machine.friction.at_rest());
     let end = table.map_or(fastest, |table| table.fastest().min(fastest));
     let friction = |u: f64| rest * curve.phi(u / model.si.units.velocity);
@@ -286,7 +288,8 @@ pub(super) fn friction(all: &Assessment, height: f64) -> Scene {
     let data: Vec<(f64, f64, f64)> =
         data.map(|(row, (u, friction))| (u, friction, errors(row))).filter(|(u, ..)| *u <= fastest).collect();
     let ends = data.iter().flat_map(|(_, friction, error)| [friction - error, friction + error]);
-    let (least, most) = extremes(ends.chain(line.iter().map(|(_, friction)| *friction)));
+    let at_rest = (curve.drop() > 0.0).then_some(rest);
+    let (least, most) = extremes(ends.chain(line.iter().map(|(_, friction)| *friction)).chain(at_rest));
     let room = 0.08 * (most - least);
     let y = Scale::linear(least - room, most + room);
     let largest = weights.iter().map(|part| part.share).fold(0.0, f64::max);
@@ -308,6 +311,12 @@ pub(super) fn friction(all: &Assessment, height: f64) -> Scene {
     scene.line(&[(at_belt, top), (at_belt, top + h)], &guide);
     let places: Vec<_> = line.iter().map(|(u, friction)| curve_panel.place(*u, *friction)).collect();
     scene.line(&places, &Stroke::solid(style::BLUE, 1.2));
+    if let Some(rest) = at_rest {
+        // The drop as slip begins.
+        let [from, to] = [rest, line[0].1].map(|friction| curve_panel.place(0.0, friction));
+        scene.line(&[from, to], &Stroke { color: style::BLUE, width: 1.2, dash: &[1.4, 1.4] });
+        scene.marker(Marker::Circle, from, 4.0, style::BLUE, true);
+    }
     for (u, friction, error) in data {
         if error > 0.0 {
             let ends = [friction - error, friction + error].map(|friction| curve_panel.place(u, friction));
@@ -338,8 +347,7 @@ pub(super) fn friction(all: &Assessment, height: f64) -> Scene {
         lowest = panel;
     }
     lowest.axes(&mut scene, Labels { x: true, y: true });
-    let velocity = machine.motion.unit(Dimension::Velocity);
-    lowest.x_name(&mut scene, &Rich::foreign(&format!("slip speed, {velocity}")));
+    lowest.x_name(&mut scene, &Rich::foreign(&format!("slip speed, {}", speed_unit.name)));
     scene.height = lowest.rect.y + lowest.rect.h + BOTTOM_MARGIN + SMALL_TEXT;
     scene
 }

@@ -1,6 +1,7 @@
 //! The lines of the page about the intervals of belt speed and damping in which the machine behaves in one way.
 
 use super::lines::{Line, damping_limit, digits_of_data, with_error};
+use super::units::{Unit, Written};
 use slipmap_figure::text::{Rich, rich};
 use slipmap_map::assessment::{Assessment, End, Intervals, Statement};
 use slipmap_map::machine::Dimension;
@@ -9,23 +10,26 @@ use slipmap_map::risk::WithError;
 /// A quantity that varies: its words, its unit, and how a located end of an interval is printed, without unit.
 struct Varied<'a> {
     words: String,
-    unit: &'static str,
+    unit: Unit,
     located: &'a dyn Fn(f64, f64) -> Rich,
 }
 
 /// The belt speeds at which each statement holds.
-pub(super) fn of_speeds(all: &Assessment) -> Vec<Line> {
-    let motion = all.machine.motion;
+pub(super) fn of_speeds(all: &Assessment, written: &Written) -> Vec<Line> {
+    let words = all.machine.motion.words("belt_speed");
+    let unit = Unit::of(&all.machine, written, "belt_speed", Dimension::Velocity);
+    let size = unit.size;
     let [of_slope, of_mean] = digits_of_data(all);
     let of_data = all.standard_errors.and_then(|errors| errors.critical_belt_speed);
     let lines = Statement::ALL.into_iter().zip(&all.speeds).filter_map(|(statement, intervals)| {
         let digits = if statement == Statement::AlwaysSticks { of_slope } else { of_mean };
         let located = |value: f64, error: f64| match of_data {
-            Some(limit) if (limit.value - value).abs() <= error => with_error(limit, ""),
-            _ => Rich::with_error(value, error, digits),
+            Some(WithError { value: limit, standard_error }) if (limit - value).abs() <= error => {
+                with_error(WithError { value: limit / size, standard_error: standard_error / size }, "")
+            }
+            _ => Rich::with_error(value / size, error / size, digits),
         };
-        let unit = motion.unit(Dimension::Velocity);
-        let varied = Varied { words: motion.words("belt_speed"), unit, located: &located };
+        let varied = Varied { words: words.clone(), unit: unit.clone(), located: &located };
         varied.line(statement, intervals)
     });
     lines.collect()
@@ -44,7 +48,7 @@ pub(super) fn of_dampings(all: &Assessment) -> Vec<Line> {
             _ => Rich::with_error(value, error, of_slope),
         },
     };
-    let unit = all.machine.motion.unit(Dimension::Damping);
+    let unit = Unit::of(&all.machine, &[], "damping", Dimension::Damping);
     let varied = Varied { words: "damping".into(), unit, located: &located };
     let each = Statement::ALL.into_iter().zip(&all.dampings);
     let told = each.filter(|(statement, intervals)| {
@@ -71,13 +75,13 @@ impl Varied<'_> {
             (intervals.holds.as_slice(), intervals.unknown.as_slice())
         {
             let name = rich(&format!("{words} below {}", self.words));
-            return Some((name, (self.located)(*value, *error).with_unit(self.unit)));
+            return Some((name, (self.located)(*value, *error).with_unit(&self.unit.name)));
         }
         Some((rich(&format!("{words} at {}s", self.words)), self.intervals(intervals)))
     }
 
     fn intervals(&self, of: &Intervals) -> Rich {
-        let number = |value: f64| Rich::number(value, 3);
+        let number = |value: f64| Rich::number(value / self.unit.size, 3);
         let [least, most] = of.tried.map(number);
         let known = match of.holds.as_slice() {
             [] if of.unknown == [of.tried] => return rich("not determined"),
@@ -93,9 +97,9 @@ impl Varied<'_> {
         };
         let unknown = of.unknown.iter().map(|[from, to]| number(*from).then(" to ").then(number(*to)));
         let unknown = unknown.reduce(|text, next| text.then(", ").then(next));
-        let known = known.with_unit(self.unit);
+        let known = known.with_unit(&self.unit.name);
         match unknown {
-            Some(unknown) => known.then("; not known at ").then(unknown).with_unit(self.unit),
+            Some(unknown) => known.then("; not known at ").then(unknown).with_unit(&self.unit.name),
             None => known,
         }
     }
@@ -104,7 +108,7 @@ impl Varied<'_> {
     fn interval(&self, [from, to]: [End; 2]) -> Rich {
         let number = |end: End| match end.located() {
             Some([value, error]) => (self.located)(value, error),
-            None => Rich::number(end.value(), 3),
+            None => Rich::number(end.value() / self.unit.size, 3),
         };
         let end = match to {
             End::At { .. } => number(to),

@@ -1,6 +1,7 @@
 //! The lines of the page: questions and answers, section by section.
 
 use super::intervals;
+use super::units::{Unit, Written};
 use crate::palette;
 use slipmap_figure::text::{Rich, join, rich};
 pub use slipmap_map::assessment::{Assessment, ErrorsFrom, NeededKick, Undetermined};
@@ -58,8 +59,13 @@ fn line(name: &str, value: Rich) -> Line {
 }
 
 /// All sections of the page.
-pub(super) fn sections(all: &Assessment, uncertain: &[Uncertain], risk: Option<&Risk>) -> Vec<Section> {
-    let mut sections = vec![("Machine", given(all, uncertain)), ("Limits", limits(all))];
+pub(super) fn sections(
+    all: &Assessment,
+    written: &Written,
+    uncertain: &[Uncertain],
+    risk: Option<&Risk>,
+) -> Vec<Section> {
+    let mut sections = vec![("Machine", given(all, written, uncertain)), ("Limits", limits(all, written))];
     const UNCERTAIN: &str = "Uncertain quantities";
     match risk {
         Some(risk) => sections.push((UNCERTAIN, risk_lines(all, risk))),
@@ -69,33 +75,33 @@ pub(super) fn sections(all: &Assessment, uncertain: &[Uncertain], risk: Option<&
         }
         None => {}
     }
-    sections.push(("Motion", motion(all)));
+    sections.push(("Motion", motion(all, written)));
     sections.push(("Critical damping changes with", sensitivities(all, uncertain)));
     sections.push(("What is proved and what is computed", proved(all)));
     sections
 }
 
 /// The quantity of this name with its unit and its spread: "2 kg ± 0.05 (sd)", "225 N s/m, 150 to 300 (uniform)".
-fn with_spread(name: &str, value: f64, unit: &str, uncertain: &[Uncertain]) -> Rich {
-    let text = quantity(value, unit);
+fn with_spread(name: &str, value: f64, unit: &Unit, uncertain: &[Uncertain]) -> Rich {
+    let (text, size) = (unit.quantity(value), unit.size);
     match uncertain.iter().find(|(known, _)| *known == name) {
         None => text,
-        Some((_, Spread::Normal { sd })) => text.then(" ± ").then(Rich::number(*sd, 3)).then(" (sd)"),
+        Some((_, Spread::Normal { sd })) => text.then(" ± ").then(Rich::number(*sd / size, 3)).then(" (sd)"),
         Some((_, spread @ Spread::Joint { .. })) => {
-            text.then(" ± ").then(Rich::number(spread.sd(), 3)).then(" (of the fit)")
+            text.then(" ± ").then(Rich::number(spread.sd() / size, 3)).then(" (of the fit)")
         }
         Some((_, Spread::Uniform { min, max })) => {
-            let ends = Rich::number(*min, 4).then(" to ").then(Rich::number(*max, 4));
+            let ends = Rich::number(*min / size, 4).then(" to ").then(Rich::number(*max / size, 4));
             text.then(", ").then(ends).then(" (uniform)")
         }
     }
 }
 
 /// The machine as it was given.
-fn given(all: &Assessment, uncertain: &[Uncertain]) -> Vec<Line> {
+fn given(all: &Assessment, written: &Written, uncertain: &[Uncertain]) -> Vec<Line> {
     let machine = &all.machine;
     let of = |name: &str, value: f64, dimension: Dimension| {
-        with_spread(name, value, machine.motion.unit(dimension), uncertain)
+        with_spread(name, value, &Unit::of(machine, written, name, dimension), uncertain)
     };
     let named =
         |name: &str, value: f64, dimension| line(&machine.motion.words(name), of(name, value, dimension));
@@ -106,21 +112,22 @@ fn given(all: &Assessment, uncertain: &[Uncertain]) -> Vec<Line> {
     if machine.normal_force_is_known {
         given.push(named("normal_force", machine.normal_force, Dimension::Force));
     }
-    given.extend(given_friction(machine, uncertain));
+    given.extend(given_friction(machine, written, uncertain));
     given.push(named("belt_speed", machine.belt_speed, Dimension::Velocity));
     let ratio = rich(" (damping ratio ").then(Rich::number(all.behaviour.damping_ratio, 3)).then(")");
     given.push(line("damping", of("damping", machine.damping, Dimension::Damping).then(ratio)));
     given
 }
 
-fn given_friction(machine: &Machine, uncertain: &[Uncertain]) -> Vec<Line> {
+fn given_friction(machine: &Machine, written: &Written, uncertain: &[Uncertain]) -> Vec<Line> {
+    let pure = Unit { name: String::new(), size: 1.0 };
     match &machine.friction {
         Friction::Coefficients(law, of) => {
-            let number = |name: &str, value: f64| with_spread(name, value, "", uncertain);
+            let number = |name: &str, value: f64| with_spread(name, value, &pure, uncertain);
             let rest = number("static_friction", of.static_friction);
             let kinetic = number("kinetic_friction", of.kinetic_friction);
-            let velocity = machine.motion.unit(Dimension::Velocity);
-            let width = with_spread("stribeck_velocity", of.stribeck_velocity, velocity, uncertain);
+            let velocity = Unit::of(machine, written, "stribeck_velocity", Dimension::Velocity);
+            let width = with_spread("stribeck_velocity", of.stribeck_velocity, &velocity, uncertain);
             let mut lines = vec![
                 line("friction law", Rich::foreign(law.name())),
                 line("coefficient of friction at rest, kinetic", rest.then(", ").then(kinetic)),
@@ -141,7 +148,7 @@ fn given_friction(machine: &Machine, uncertain: &[Uncertain]) -> Vec<Line> {
             }
             let named = formula.parameters().iter().zip(parameters.as_slice());
             let values = named.map(|(of, value)| {
-                Rich::foreign(&format!("{} = ", of.name)).then(with_spread(of.name, *value, "", uncertain))
+                Rich::foreign(&format!("{} = ", of.name)).then(with_spread(of.name, *value, &pure, uncertain))
             });
             if !parameters.as_slice().is_empty() {
                 lines.push(line("with", join(values)));
@@ -179,7 +186,7 @@ fn table_in_words(table: &Table) -> Rich {
 }
 
 /// The limits of belt speed and damping.
-fn limits(all: &Assessment) -> Vec<Line> {
+fn limits(all: &Assessment, written: &Written) -> Vec<Line> {
     let (machine, does) = (&all.machine, &all.behaviour);
     let unit = machine.motion.unit(Dimension::Damping);
     let [of_slope, of_mean] = digits_of_data(all);
@@ -209,7 +216,7 @@ fn limits(all: &Assessment) -> Vec<Line> {
         _ => rich("not determined"),
     };
     let mut limits = regime_lines(all);
-    limits.extend(intervals::of_speeds(all));
+    limits.extend(intervals::of_speeds(all, written));
     limits.extend(intervals::of_dampings(all));
     limits.extend([
         line("may stick-slip below damping", critical),
@@ -280,11 +287,17 @@ fn not_determined(all: &Assessment) -> Rich {
 }
 
 /// Frequencies, times, amplitudes and kicks at the working point.
-fn motion(all: &Assessment) -> Vec<Line> {
+fn motion(all: &Assessment, written: &Written) -> Vec<Line> {
     let does = &all.behaviour;
     let [_, digits] = digits_of_data(all);
+    // Velocities in the unit of the belt speed.
+    let unit = |dimension: Dimension| match dimension {
+        Dimension::Velocity => Unit::of(&all.machine, written, "belt_speed", dimension),
+        _ => Unit { name: all.machine.motion.unit(dimension).to_owned(), size: 1.0 },
+    };
     let of = |value: f64, dimension: Dimension| {
-        Rich::number(value, digits).with_unit(all.machine.motion.unit(dimension))
+        let Unit { name, size } = unit(dimension);
+        Rich::number(value / size, digits).with_unit(&name)
     };
     use Dimension::{Impulse, Length, Time, Velocity};
     let mut motion = vec![line("undamped natural frequency", quantity(does.natural_frequency, "Hz"))];
@@ -323,12 +336,13 @@ fn motion(all: &Assessment) -> Vec<Line> {
         NeededKick::Kick(kick) => {
             let relative = all.standard_errors.and_then(|errors| errors.kick);
             let of = |value: f64, dimension: Dimension| {
-                let unit = all.machine.motion.unit(dimension);
+                let Unit { name: unit, size } = unit(dimension);
+                let value = value / size;
                 match (relative, &all.machine.friction) {
-                    (Some(error), _) => with_error(WithError { value, standard_error: error * value }, unit),
+                    (Some(error), _) => with_error(WithError { value, standard_error: error * value }, &unit),
                     // The errors of the data are not known, but they are seldom below a per cent.
-                    (None, Friction::Measured(_)) => Rich::number(value, 2).with_unit(unit),
-                    (None, _) => quantity(value, unit),
+                    (None, Friction::Measured(_)) => Rich::number(value, 2).with_unit(&unit),
+                    (None, _) => quantity(value, &unit),
                 }
             };
             let both = |kick: Kick, dimension: Dimension| {

@@ -83,7 +83,10 @@ impl Colours {
         let size = most.max(-least);
         let (from, to) = if two_sided { (-size, size) } else { (least, most) };
         // For a constant the scale has length zero.
-        (least <= most).then_some(Self { scale: Scale { from, to, log: false, shown: factor }, two_sided })
+        (least <= most).then(|| {
+            let scale = Scale { from, to, ..Scale::linear(0.0, 1.0) }.in_unit(factor);
+            Self { scale, two_sided }
+        })
     }
 
     /// Returns whether all numbers are equal.
@@ -188,10 +191,13 @@ fn draw_area(scene: &mut Scene, panel: &Panel, area: &Area, colours: Option<Colo
         }
     }
     if let Some(curves) = &area.curves {
-        bifurcations::draw(scene, panel, curves, legend);
+        let over_numbers = matches!(area.layer, Layer::Reals(_));
+        bifurcations::draw(scene, panel, curves, legend, over_numbers);
     }
     if let Some((name, points)) = area.marks {
-        let places = points.iter().map(|[x, y]| panel.place(*x, *y));
+        // From the units of the figure to those of the map.
+        let [across, up] = area.slice.axes().map(|axis| area.slice.view.axis(axis).factor);
+        let places = points.iter().map(|[x, y]| panel.place(x / across, y / up));
         for place in places.filter(|place| panel.rect.contains(*place)) {
             scene.marker(Marker::Circle, place, 4.6, style::WHITE, true);
             scene.marker(Marker::Circle, place, 3.2, style::VERMILION, true);

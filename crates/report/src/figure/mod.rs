@@ -49,9 +49,10 @@ pub struct Figure {
 /// [`ReportError::Map`] if the map cannot be read.
 pub fn all(view: &View, report: &Report, width: Width) -> Result<Vec<Figure>, ReportError> {
     type Maker<'a> = &'a (dyn Fn() -> Result<Vec<Figure>, ReportError> + Sync);
-    let makers: [Maker; 7] = [
+    let makers: [Maker; 8] = [
         &|| Ok(plot::probability(view, width)?.into_iter().collect()),
         &|| curve_planes::curve_planes(view, width),
+        &|| Ok(plot::regimes(view, width)?.into_iter().collect()),
         &|| verdict_panels::verdict_panels(view, width),
         &|| Ok(deciders::deciders(view, report, width)?.into_iter().collect()),
         &|| Ok(critical::critical(view, width).into_iter().collect()),

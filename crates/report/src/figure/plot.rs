@@ -9,7 +9,7 @@ use super::Figure;
 use super::area::{self, Area, Layer};
 use super::palette::{Kind, kinds};
 use super::slice::{ChoiceError, Held, Slice, drawn, errors_of, find_axis, hold, nearest_node, picks, step};
-use super::verdict_panels::failed_words;
+use super::verdict_panels::{failed_words, main_plane};
 use slipmap_figure::axis::Scale;
 use slipmap_figure::data::{Data, Values};
 use slipmap_figure::lines::{self, Chart, Curve};
@@ -119,6 +119,25 @@ pub(crate) fn probability(view: &View, width: Width) -> Result<Option<Figure>, R
     let wanted =
         Plot { x, y, at: &[], variables: &variables, panels: None, curves: false, marks: None, width };
     figure(view, "probability".into(), &wanted).map(Some)
+}
+
+/// The regimes over the plane of the other figures; `None` for a map without them, for one of a single cell, and for one
+/// with curves, of which [`super::curve_planes`] draws the regimes.
+pub(crate) fn regimes(view: &View, width: Width) -> Result<Option<Figure>, ReportError> {
+    let (map, axes) = (view.map, view.map.grid().axes());
+    let (x, y) = main_plane(map);
+    let has_nodes = |axis: usize| axes[axis].values.len() > 1;
+    if !map.has("regime") || !map.curves().is_empty() || !(has_nodes(x) || has_nodes(y)) {
+        return Ok(None);
+    }
+    let index = view.informative_nodes();
+    let held = axes.iter().enumerate().filter(|(axis, _)| *axis != x && *axis != y);
+    let at = held.map(|(i, axis)| (axis.name.clone(), vec![axis.values[index[i]] * view.axis(axis).factor]));
+    let (at, variables): (Vec<At>, _) = (at.collect(), ["regime".to_owned()]);
+    let (x, y) = (&axes[x].name, Some(axes[y].name.as_str()));
+    let wanted =
+        Plot { x, y, at: &at, variables: &variables, panels: None, curves: false, marks: None, width };
+    figure(view, "regimes".into(), &wanted).map(Some)
 }
 
 /// The requested variables, or the default one.

@@ -98,7 +98,8 @@ fn draw(scene: &mut Scene, study: &Study, width: Width) {
     let one = shares.filter(|share| *share > 0.0).fold(1.0 / near as f64, f64::min);
     // Space at the bottom for methods that label every cell right.
     let none = 0.35 * one;
-    let scales = [Scale::logarithmic(least, most), Scale::logarithmic(0.2 * one, 1.6)];
+    let shares = Scale { ticks_from: one, ..Scale::logarithmic(0.2 * one, 1.6) };
+    let scales = [Scale::logarithmic(least, most), shares];
     let (columns, aspect) = width.select((1, 0.72), (2, 0.95));
     let time = rich("seconds per cell");
     let names = [rich("largest error of {m}/{V}"), rich("share of cells not labelled right")];

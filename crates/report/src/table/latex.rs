@@ -107,6 +107,7 @@ impl Table {
                 .zip(&columns)
                 .map(|((cell, style), of)| match cell {
                     Cell::Words(words) => breakable(words, longest(of)),
+                    Cell::Rich(text) => text.latex(),
                     Cell::Missing if matches!(style, Style::Words) => "--".into(),
                     Cell::Missing => "{--}".into(),
                     _ => match decimal(cell, *style) {
@@ -147,6 +148,7 @@ impl Table {
         if matches!(style, Style::Words) {
             let lengths = self.rows.iter().map(|row| match &row[column] {
                 Cell::Words(words) => words.chars().count(),
+                Cell::Rich(text) => text.plain().chars().count(),
                 Cell::Count(count) => count.to_string().len(),
                 _ => 2,
             });

@@ -2,12 +2,12 @@
 
 use super::super::Report;
 use super::super::table::{Cell, Column, ColumnOf, Show, Table};
-use super::super::units::View;
+use super::super::units::{Label, View};
 use super::words;
 use slipmap_figure::text::{Rich, rich};
 use slipmap_format::{MapFile, Value};
 use slipmap_map::dataset::MethodInfo;
-use slipmap_map::map::{Axis, Regime, Verdict};
+use slipmap_map::map::{Axis, AxisRole, Regime, Verdict};
 use slipmap_numbers::spacing::{is_linear, is_logarithmic};
 
 /// Processor time of each method.
@@ -18,7 +18,9 @@ pub fn cost(map: &MapFile) -> Table {
     let rate = |method: &MethodInfo| {
         seconds(method).filter(|seconds| *seconds > 0.0).map(|seconds| cells as f64 / seconds)
     };
-    let mut notes = vec![rich("Seconds are summed over all threads; packing and auditing are not in them.")];
+    let mut notes = vec![rich(
+        "Seconds of the verdicts, summed over all threads; fields, curves, proofs over boxes, packing and auditing are not in them.",
+    )];
     let paths: Vec<String> = map
         .attributes()
         .iter()
@@ -30,7 +32,13 @@ pub fn cost(map: &MapFile) -> Table {
         })
         .collect();
     if !paths.is_empty() {
-        let text = format!("Cells that the simulation decided by each of its paths: {}.", paths.join(", "));
+        let text = format!(
+            "Cells that the simulation decided by each of its paths: {}. Certificate: a theorem. Universal surface, critical \
+             surface, interpolation: the critical damping of the column, from a table over three scaled numbers, from its \
+             own search, or interpolated between columns. Order: between two cells of equal fate. Return map, direct: \
+             an orbit.",
+            paths.join(", ")
+        );
         notes.push(Rich::foreign(&text));
     }
     let by = |paths: &[&str]| -> f64 {
@@ -111,30 +119,50 @@ pub(crate) fn methods(map: &MapFile) -> Table {
     Table::of("methods", rich("The methods of the map."), map.methods(), &columns)
 }
 
-/// The axes of the map.
+/// The axes of the map, and the quantities of a machine that do not vary.
 #[must_use]
 pub fn axes(view: &View) -> Table {
-    let end = |axis: &Axis, node: usize| Cell::Real(axis.values[node] * view.axis(axis).factor);
-    let unit = |axis: &Axis| match view.axis(axis).unit {
-        none if none.is_empty() => words("1"),
-        unit => words(&unit),
-    };
+    let grid = view.map.grid();
+    let axes = grid.axes().iter().map(|axis| {
+        let Label { unit, factor, .. } = view.axis(axis);
+        (axis.clone(), unit.into_owned(), factor)
+    });
+    let held = grid.fixed().into_iter().filter_map(|(name, value)| {
+        let machine = grid.machine()?;
+        let unit = machine.unit(name);
+        let axis = Axis {
+            name: name.into(),
+            long_name: machine.words(name),
+            unit,
+            shown: None,
+            role: AxisRole::Quantity,
+            values: vec![value],
+        };
+        Some((axis, unit.to_owned(), 1.0))
+    });
+    let all: Vec<(Axis, String, f64)> = axes.chain(held).collect();
     let spacing = |axis: &Axis| match axis.values.len() {
         1 => "one value",
         _ if is_linear(&axis.values) => "equal steps",
         _ if is_logarithmic(&axis.values) => "equal ratios",
         _ => "list",
     };
-    let columns: [ColumnOf<Axis>; 7] = [
-        ("axis", "axis", Show::AsIs, &|axis| words(&axis.name)),
-        ("long_name", "what it is", Show::AsIs, &|axis| words(&axis.long_name)),
-        ("nodes", "nodes", Show::AsIs, &|axis| Cell::Count(axis.values.len() as u64)),
-        ("from", "from", Show::Trimmed(6), &|axis| end(axis, 0)),
-        ("to", "to", Show::Trimmed(6), &|axis| end(axis, axis.values.len() - 1)),
-        ("unit", "unit", Show::AsIs, &|axis| unit(axis)),
-        ("spacing", "spacing", Show::AsIs, &|axis| words(spacing(axis))),
+    let columns: [ColumnOf<(Axis, String, f64)>; 7] = [
+        ("axis", "axis", Show::AsIs, &|(axis, ..)| words(&axis.name)),
+        ("long_name", "what it is", Show::AsIs, &|(axis, ..)| words(&axis.long_name)),
+        ("nodes", "nodes", Show::AsIs, &|(axis, ..)| Cell::Count(axis.values.len() as u64)),
+        ("from", "from", Show::Trimmed(6), &|(axis, _, factor)| Cell::Real(axis.values[0] * factor)),
+        ("to", "to", Show::Trimmed(6), &|(axis, _, factor)| {
+            Cell::Real(axis.values[axis.values.len() - 1] * factor)
+        }),
+        ("unit", "unit", Show::AsIs, &|(_, unit, _)| words(if unit.is_empty() { "1" } else { unit })),
+        ("spacing", "spacing", Show::AsIs, &|(axis, ..)| words(spacing(axis))),
     ];
-    Table::of("axes", rich("The axes of the map, slowest first."), view.map.grid().axes(), &columns)
+    let caption = match grid.machine() {
+        Some(_) => "The axes of the map, slowest first, and the quantities that do not vary.",
+        None => "The axes of the map, slowest first.",
+    };
+    Table::of("axes", rich(caption), &all, &columns)
 }
 
 /// Provenance of the map.

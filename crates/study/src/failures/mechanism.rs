@@ -36,6 +36,8 @@ pub enum Mechanism {
     Transient,
     /// The errors of the adaptive steps add up to more than the margin.
     StepError,
+    /// The test claims nothing about the column: a test of first order in eps where the law does not depend on it.
+    NoClaim,
     /// The test claims only presence, or only absence, and the cell is on the other side.
     OneSided,
     /// The cell lies between the test's claims of presence and of absence, or exactly where they meet.
@@ -74,6 +76,7 @@ impl Mechanism {
             TangentStart => ("tangent_start", "events next to a start on the belt line are ignored"),
             Transient => ("transient", "the orbit has not settled in the turns it was given"),
             StepError => ("step_error", "errors of the adaptive steps add up to more than the margin"),
+            NoClaim => ("no_claim", "the test says nothing about this law at this point"),
             OneSided => ("one_sided", "the test claims the other side only"),
             Gap => ("gap", "between the test's claims of presence and absence, or exactly where they meet"),
             LandingUnproved => (
@@ -114,6 +117,8 @@ pub(super) fn of(method: Method, column: &Column, c: f64, kind: Kind, fate: &Fat
 fn undecided(claim: &Claim, c: f64) -> Mechanism {
     if c < claim.present_below && c < claim.sticks_from {
         Mechanism::LandingUnproved
+    } else if claim.present_below.is_infinite() && claim.absent_above.is_infinite() {
+        Mechanism::NoClaim
     } else if claim.present_below.is_finite() && claim.absent_above.is_finite() {
         Mechanism::Gap
     } else {

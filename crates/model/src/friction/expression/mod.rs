@@ -62,6 +62,23 @@ pub struct ExpressionError {
     pub remedy: String,
 }
 
+/// A step of a formula in reverse Polish order: a value, or an operation on the last values.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Step {
+    /// A number.
+    Number(f64),
+    /// The slip speed, eps or a parameter, by its name.
+    Name(&'static str),
+    /// The negative of the last value.
+    Negate,
+    /// The last value to a power.
+    PowerInteger(i32),
+    /// A function of the last value, by its name.
+    Call(&'static str),
+    /// `+`, `-`, `*`, `/` or `^` of the last two values.
+    Join(char),
+}
+
 /// A law given as text. Clones share it.
 #[derive(Clone, Debug)]
 pub struct Expression(Arc<Compiled>);
@@ -193,6 +210,24 @@ impl Expression {
     #[must_use]
     pub fn text(&self) -> &str {
         &self.0.text
+    }
+
+    /// The formula step by step.
+    pub fn steps(&self) -> impl Iterator<Item = Step> {
+        self.0.tape.ops.iter().map(|op| match *op {
+            Op::Number(x) => Step::Number(x),
+            Op::Slip => Step::Name("u"),
+            Op::Epsilon => Step::Name("epsilon"),
+            Op::Parameter(i) => Step::Name(self.0.parameters[i].name),
+            Op::Negate => Step::Negate,
+            Op::PowerInteger(exponent) => Step::PowerInteger(exponent),
+            Op::Call(function) => Step::Call(function.name()),
+            Op::Add => Step::Join('+'),
+            Op::Subtract => Step::Join('-'),
+            Op::Multiply => Step::Join('*'),
+            Op::Divide => Step::Join('/'),
+            Op::Power => Step::Join('^'),
+        })
     }
 
     /// The friction at rest, by which the formula is divided.

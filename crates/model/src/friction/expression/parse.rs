@@ -65,6 +65,10 @@ impl Function {
         ("sign", Function::Sign),
     ];
 
+    pub(super) fn name(self) -> &'static str {
+        Self::ALL.iter().find(|(_, function)| *function == self).map_or("", |(name, _)| name)
+    }
+
     pub(super) fn names() -> impl Iterator<Item = &'static str> {
         Self::ALL.iter().map(|(name, _)| *name)
     }

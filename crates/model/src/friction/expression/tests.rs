@@ -115,6 +115,21 @@ fn hostile_nesting_is_refused_on_a_small_stack() {
     std::thread::Builder::new().stack_size(512 * 1024).spawn(refused).unwrap().join().unwrap();
 }
 
+/// A slip speed times its unit over a width is two operations at u = 0, where a power of it needs a number >= 0.
+#[test]
+fn powers_of_the_slip_speed_are_legal_in_every_unit() {
+    for (text, parameters) in
+        [("0.25 + 0.15*exp(-(u/vs)^1.5)", &[0.03][..]), ("0.25 + 0.15*exp(-((u + u*u)/vs)^d)", &[0.03, 1.18])]
+    {
+        let law = Expression::new(text, 0.4).unwrap();
+        for unit in [1.0, 0.1199, 1e-3] {
+            let parameters = LawParameters::new(parameters);
+            let checked = law.in_units(unit, 0.4).unwrap().check(1.0, &parameters, 2.0 / unit);
+            assert_eq!(checked.map_err(|error| error.problem), Ok(()), "{text} {unit}");
+        }
+    }
+}
+
 #[test]
 fn errors_are_found_with_their_place() {
     for (text, parameters, place, words) in [
