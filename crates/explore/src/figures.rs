@@ -276,7 +276,7 @@ mod tests {
     /// Slip cycles whose orbits cost more than the budget of work: the cycle that sticks is drawn.
     #[test]
     fn cycles_are_drawn_where_the_backbone_is_not_known() {
-        let step = "1 - 0.1*(tanh((u - 1)/0.002) + tanh(500))";
+        let step = "1 - 0.1*(1 + tanh((u - 1)/0.0001))";
         let long = "1e-9*(sin(u) + sin(2*u) + tanh(u) + atan(u) + u*exp(-u) + u*cos(u))";
         let law = Law::Expression(Expression::new(&format!("{step} + {long}"), 1.0).unwrap());
         let point = law.point(1.0, &[], 1.04, 0.01).unwrap();

@@ -231,8 +231,12 @@ fn several_slip_speeds_at_once_give_the_same_numbers() {
     let text = "1 - 0.1*tanh(3*u) + 0.2*exp(-u)*sin(2*u)*cos(u) + sqrt(1 + u)/(2 + u^2) - 0.1*ln(1 + u)*atan(u) \
                 + 0.01*cosh(u) - 0.02*sinh(0.5*u) + 0.1*tan(0.2*u) + abs(u - 9)*eps + (1 + u)^0.3";
     let curve = at(text, 0.1, &[]);
-    let speeds = [0.0, 0.3, 1.0, 2.5, 7.0];
-    assert_eq!(curve.weakenings(speeds), speeds.map(|u| curve.weakening(u)));
+    // A hyperbolic tangent next to 1 has another form where all speeds lie there, equal within rounding.
+    for (together, u) in
+        curve.weakenings([0.0, 0.3, 1.0, 2.5, 7.0]).into_iter().zip([0.0, 0.3, 1.0, 2.5, 7.0])
+    {
+        assert!((together - curve.weakening(u)).abs() <= 1e-15 * (1.0 + together.abs()), "{u}");
+    }
 }
 
 /// Stribeck's law with an exponent is, at the exponents 1 and 2, the law with that number, to the last bit;
