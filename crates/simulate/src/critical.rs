@@ -312,7 +312,8 @@ fn search(
     if !(low.is_finite() && high.is_finite()) {
         return Err(NoCriticalDamping::NoVerdict);
     }
-    if column.epsilon * (high - low) <= HopfRate::new(&column.curve, column.belt_speed).rounding() {
+    let rounding = HopfRate::new(&column.curve, column.belt_speed).rounding().max(f64::MIN_POSITIVE);
+    if column.epsilon * (high - low) <= rounding {
         return Ok(CriticalDamping { c: 0.5 * (low + high), error: 0.5 * (high - low), rhs });
     }
     let (mut rhs, mut work) = (rhs, 0);
