@@ -45,7 +45,8 @@ pub(super) fn closing_dampings(
     let mut lorentzian = lorentzian_together(orbits, tolerance);
     let by_law = |&Amplitude { curve, belt_speed, radius, .. }: &Amplitude| {
         let weakening = curve.compiled(4.0 * belt_speed);
-        closed_orbit(&weakening, belt_speed, radius, tolerance).map(|orbit| orbit.closing)
+        let found = closed_orbit(&weakening, belt_speed, radius, tolerance).map(|orbit| orbit.closing);
+        found.or_else(|rhs| of_flat(curve, belt_speed, rhs).ok_or(rhs))
     };
     let answer = |orbit: &Amplitude| {
         if orbit.curve.stribeck().is_some() {
@@ -78,6 +79,14 @@ pub(super) fn closing_dampings(
         }
     };
     found.into_iter().map(spend).collect()
+}
+
+/// The C at which the orbits of flat friction close: between bounds of the even part that are a few of the smallest
+/// numbers apart.
+fn of_flat(curve: &Curve, belt_speed: f64, rhs: u64) -> Option<Closing> {
+    let bounds = curve.even_weakening_range(belt_speed);
+    let error = 0.5 * (bounds.hi - bounds.lo);
+    (error <= f64::MIN_POSITIVE).then(|| Closing { viscous: bounds.lo + error, error, rhs, slope: None })
 }
 
 /// The C at which the orbit through the maximum `radius` < V of x2 closes, by the orbit in (x2, x2'): for
