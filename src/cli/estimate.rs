@@ -58,7 +58,7 @@ fn budgets(job: &Job) -> Vec<(&'static str, String)> {
         budgets.push(("curves", format!("in {planes}, at most {} points of each kind", count(MOST_POINTS))));
     }
     if plan.proof_boxes > 0 {
-        budgets.push(("proof", format!("at most {}", number_of(map::boxes_to_try(plan), "box"))));
+        budgets.push(("proof", format!("at most {} boxes", count(map::boxes_to_try(plan)))));
     }
     if let Some(chances) = Chances::of(job.plan.grid(), &job.uncertain) {
         let draws = number_of(chances.draws, "draw");

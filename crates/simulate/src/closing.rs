@@ -86,7 +86,7 @@ pub(super) fn closing_dampings(
 fn of_flat(curve: &Curve, belt_speed: f64, rhs: u64) -> Option<Closing> {
     let bounds = curve.even_weakening_range(belt_speed);
     let error = 0.5 * (bounds.hi - bounds.lo);
-    (error <= f64::MIN_POSITIVE).then(|| Closing { viscous: bounds.lo + error, error, rhs, slope: None })
+    (error <= f64::MIN_POSITIVE).then_some(Closing { viscous: bounds.lo + error, error, rhs, slope: None })
 }
 
 /// The C at which the orbit through the maximum `radius` < V of x2 closes, by the orbit in (x2, x2'): for

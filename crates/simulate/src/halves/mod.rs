@@ -171,7 +171,7 @@ impl<'a> Search<'a> {
                     2.0 * radius.hypot(1.0) * weakening.integrated_error(on_circle[0], on_circle[1]);
                 let is_accurate = form.min(of_energy / (radius * radius)) <= aim.max(WORST * size);
                 match is_accurate {
-                    true => (Rate::Polynomials(&**weakening), form, of_energy, 1),
+                    true => (Rate::Polynomials(weakening), form, of_energy, 1),
                     false => (Rate::Law(curve), 0.0, 0.0, curve.cost()),
                 }
             }
