@@ -7,7 +7,7 @@ use std::sync::atomic::Ordering;
 use clap::Args;
 
 use super::plot::{TWO, width};
-use super::replace::refuse_existing;
+use super::replace;
 use super::report::{existing, failure};
 use super::run::provenance;
 use super::{Ended, Failure, interrupt, progress, say};
@@ -59,12 +59,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
         let name = arguments.config.file_stem().unwrap_or_default();
         Path::new("results").join(name)
     });
-    refuse_existing("--out", &folder, arguments.overwrite)?;
-    // Checked before minutes of work.
-    if let Some(peers) = arguments.peers.as_ref().filter(|peers| !peers.is_file()) {
-        let problem = format!("--peers {}: there is no such file", peers.display());
-        return Err(Failure::bad_input(problem, "scripts/study peers makes one"));
-    }
+    replace::check("--out", &folder, None, arguments.overwrite)?;
     let who = contestants();
     let bar = progress::bar(arguments.quiet, Some(who.len() as u64), "settings");
     let on_row = |done: usize, _: &str| bar.set_position(done as u64);
