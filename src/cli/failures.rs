@@ -48,7 +48,7 @@ pub(super) struct Arguments {
     /// Replace the files of an earlier catalogue
     #[arg(long, requires = "out")]
     overwrite: bool,
-    /// Number of threads; default: one per core, at most 16 per core
+    /// Number of threads; default: one per core
     #[arg(long, value_name = "NUMBER", value_parser = super::threads::parse)]
     threads: Option<usize>,
     /// No progress bar

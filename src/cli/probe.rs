@@ -82,7 +82,7 @@ pub(super) struct Arguments {
     /// Replace OUT.csv, the figure, the orbit or the proof if it exists
     #[arg(long)]
     overwrite: bool,
-    /// Number of threads for a table; default: one per core, at most 16 per core
+    /// Number of threads for a table; default: one per core
     #[arg(long, requires = "points", value_name = "NUMBER", value_parser = super::threads::parse)]
     threads: Option<usize>,
     /// Also append epsilon_limit_METHOD: up to which epsilon each method says what the simulation says; takes
