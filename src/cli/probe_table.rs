@@ -45,10 +45,6 @@ pub(super) struct Job<'a> {
     pub(super) overwrite: bool,
     /// Number of threads; `None` for one per core.
     pub(super) threads: Option<usize>,
-    /// The methods whose verdicts are appended.
-    pub(super) methods: Vec<Method>,
-    /// Whether to append the limits in eps.
-    pub(super) epsilon_limits: bool,
     /// Whether to leave out the progress bar.
     pub(super) quiet: bool,
 }
@@ -141,7 +137,7 @@ fn answer_columns(job: &Job) -> Vec<String> {
         _ => name.to_owned(),
     };
     let mut names = Vec::new();
-    for method in &job.methods {
+    for method in Method::usual() {
         names.push(format!("verdict_{}", method.name()));
         names.push(unit(&format!("margin_{}", method.name())));
     }
@@ -155,9 +151,6 @@ fn answer_columns(job: &Job) -> Vec<String> {
     names.extend(critical);
     names.push("regime".to_owned());
     names.extend(Quantity::of_orbits().map(|quantity| unit(quantity.name())));
-    if job.epsilon_limits {
-        names.extend(job.methods.iter().map(|method| format!("epsilon_limit_{}", method.name())));
-    }
     names
 }
 
@@ -228,7 +221,7 @@ fn without_formulas(row: &ByteRecord) -> ByteRecord {
 fn answer(table: &PointTable, row: &ByteRecord, job: &Job) -> Result<ByteRecord, Failure> {
     let (law, point, si) = oscillator(table, row, &job.about)?;
     let mut row = without_formulas(row);
-    let answer = Answer::of(&law, &point, job.tolerance, job.methods.iter().copied());
+    let answer = Answer::of(&law, &point, job.tolerance, Method::usual());
     let number = |x: f64| if x.is_nan() { String::new() } else { exact(x) };
     let factor = |name: &str| {
         let dimension = dimension::of_variable(name);
@@ -256,11 +249,6 @@ fn answer(table: &PointTable, row: &ByteRecord, job: &Job) -> Result<ByteRecord,
     };
     for quantity in Quantity::of_orbits() {
         row.push_field(number(described.value(quantity) * factor(quantity.name())).as_bytes());
-    }
-    if job.epsilon_limits {
-        for limit in answer.limits() {
-            row.push_field(number(limit.value()).as_bytes());
-        }
     }
     Ok(row)
 }

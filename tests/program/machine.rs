@@ -453,14 +453,12 @@ fn a_machine_is_plotted_in_its_units() {
             1e-6,
         );
     }
-    // The bifurcation diagram over any range, and an orbit, both in SI units.
+    // The bifurcation diagram and an orbit, both in SI units.
     let plot = [
         "plot",
         "map.h5",
         "--x",
         "damping",
-        "--range",
-        "50,300",
         "--diagram",
         "--at",
         "belt_speed=0.2",
