@@ -454,9 +454,12 @@ fn a_machine_is_plotted_in_its_units() {
         );
     }
     // The bifurcation diagram and an orbit, both in SI units.
+    let mut wide = small;
+    (wide[3], wide[7]) = ("output.path=dampings.h5", "machine.damping=[50.0, 300.0]");
+    scratch.run(&wide).ends_with(0);
     let plot = [
         "plot",
-        "map.h5",
+        "dampings.h5",
         "--x",
         "damping",
         "--diagram",
