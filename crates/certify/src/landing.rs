@@ -23,10 +23,6 @@
 //! units in the last place, as is the turning point. Slip speeds, and D on them, are taken as computed.
 //! That makes the bound a theorem evaluated in double precision, not a validated one.
 
-mod lanes;
-
-pub(super) use lanes::amplitude_bounds;
-
 use slipmap_model::friction::{Column, Ranges};
 
 /// Inflation per strip, 1 + 2^-48.
@@ -481,22 +477,6 @@ mod tests {
         assert!(settled > 300, "{settled}");
         // D constant: exact up to the turning point. D = 1, also 2 V away from the belt.
         assert_eq!(crude_bound(&stribeck(1.0, 0.0, 0.0, 3.0, TINY_BELT), 0.5), f64::INFINITY);
-    }
-
-    #[test]
-    fn lanes_do_what_one_column_does() {
-        let columns: Vec<Column> = random_columns(300).collect();
-        for strips in [1, 2, 8] {
-            let at = |i: usize| (&columns[i], 0.01 * i as f64);
-            let many: Vec<(&Column, f64)> = (0..columns.len()).map(at).collect();
-            for (&(column, c), bound) in many.iter().zip(amplitude_bounds(&many, strips)) {
-                let alone = amplitude_bound(column, c, strips);
-                // Slip speeds in units of the belt speed round differently: a unit or two in each of 16
-                // strips.
-                let close = (bound / alone - 1.0).abs() < 1e-13;
-                assert!(close || bound == alone, "{column:?} {c}: {bound} {alone}");
-            }
-        }
     }
 
     #[test]

@@ -15,7 +15,7 @@ pub mod critical;
 pub mod crossing;
 mod dop853;
 mod elements;
-pub mod exit_orbit;
+mod exit_orbit;
 pub mod far_loops;
 pub mod folds;
 mod halves;
