@@ -100,7 +100,7 @@ fn lowest(column: &Column, amplitude: f64) -> f64 {
 fn presence_edge_of(column: &Column) -> Option<f64> {
     let mut certified = None;
     // Slope of the map c -> min / eps, and where it was evaluated last.
-    let (mut slope, mut previous) = (0.0, None);
+    let (mut slope, mut previous): (f64, Option<(f64, f64)>) = (0.0, None);
     let mut c = lowest(column, column.belt_speed);
     for _ in 0..EVALUATIONS {
         // The image of dampings that are not positive is not positive either.

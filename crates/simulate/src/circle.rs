@@ -154,11 +154,7 @@ struct Sums {
 
 /// Evaluates the equation on the orbit `log_r`.
 #[inline(always)]
-fn evaluate<const GROWTH: bool>(
-    lanes: &Lanes,
-    angles: &[Angle],
-    workspace: &mut Workspace,
-) -> Sums {
+fn evaluate<const GROWTH: bool>(lanes: &Lanes, angles: &[Angle], workspace: &mut Workspace) -> Sums {
     let [mut mean, mut mean_by_c, mut growth, mut growth_size] = [[0.0_f64; LANES]; 4];
     let mut room = [f64::INFINITY; LANES];
     let Workspace { log_r, slope, by_c, .. } = workspace;

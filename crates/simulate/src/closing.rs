@@ -41,9 +41,10 @@ pub(super) fn closing_dampings(
         Some(of_stribeck(curve.stribeck()?, belt_speed, radius))
     };
     let (starts, constants): (Vec<Start>, Vec<f64>) = orbits.iter().filter_map(of_circle).unzip();
-    let mut stribeck = spectral(&starts, tolerance).into_iter().zip(constants).map(|(found, constant)| {
-        found.map(|found| Closing { viscous: found.viscous - constant, ..found })
-    });
+    let mut stribeck = spectral(&starts, tolerance)
+        .into_iter()
+        .zip(constants)
+        .map(|(found, constant)| found.map(|found| Closing { viscous: found.viscous - constant, ..found }));
     let by_law = |&Amplitude { curve, belt_speed, radius, .. }: &Amplitude| {
         let weakening = curve.compiled(4.0 * belt_speed);
         let found = closed_orbit(&weakening, belt_speed, radius, tolerance).map(|orbit| orbit.closing);

@@ -28,7 +28,6 @@ pub mod return_map;
 pub mod sensitivity;
 pub mod slip_cycle;
 mod stepping;
-pub mod surface;
 mod turn;
 mod work;
 

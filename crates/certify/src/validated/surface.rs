@@ -78,7 +78,8 @@ impl Surface {
             };
             let parts: Vec<(GroupBox, f64)> = domains.into_iter().map(|part| (part, share(&part))).collect();
             self.tried += parts.iter().filter(|(_, share)| *share > 0.0).count();
-            let parts: Vec<Piece> = parts.into_par_iter().map(|(domain, share)| Piece::new(domain, share)).collect();
+            let parts: Vec<Piece> =
+                parts.into_par_iter().map(|(domain, share)| Piece::new(domain, share)).collect();
             self.pieces.extend(parts);
         }
     }
