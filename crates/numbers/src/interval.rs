@@ -207,7 +207,6 @@ impl Add for Interval {
             return self;
         }
         Self::outwards(self.lo + other.lo, self.hi + other.hi)
-            .above_zero_if(self.lo >= 0.0 && other.lo >= 0.0)
     }
 }
 

@@ -8,7 +8,7 @@ use super::elements::closed_orbit;
 use super::halves::{Sought, closing_dampings_by_halves};
 use super::polar::Closing;
 use super::work::Work;
-use slipmap_model::filippov::Oscillator;
+use slipmap_model::filippov::{HopfRate, Oscillator};
 use slipmap_model::friction::{Curve, Stribeck};
 use slipmap_model::point::ScaledGroups;
 use slipmap_numbers::roots::{falling_bracket, falling_root, first_step};
@@ -47,8 +47,7 @@ pub(super) fn closing_dampings(
         .map(|(found, constant)| found.map(|found| Closing { viscous: found.viscous - constant, ..found }));
     let by_law = |&Amplitude { curve, belt_speed, radius, .. }: &Amplitude| {
         let weakening = curve.compiled(4.0 * belt_speed);
-        let found = closed_orbit(&weakening, belt_speed, radius, tolerance).map(|orbit| orbit.closing);
-        found.or_else(|rhs| of_flat(curve, belt_speed, rhs).ok_or(rhs))
+        closed_orbit(&weakening, belt_speed, radius, tolerance).map(|orbit| orbit.closing)
     };
     let answer = |orbit: &Amplitude| match orbit.curve.stribeck() {
         Some(_) => stribeck.next().unwrap_or(Err(0)),
@@ -68,22 +67,23 @@ pub(super) fn closing_dampings(
         let closing = closing.map(|found| Closing { rhs: found.rhs + before, ..found });
         found[orbit] = closing.map_err(|rhs| rhs + before);
     }
-    let spend = |found: Result<Closing, u64>| {
+    let spend = |(found, orbit): (Result<Closing, u64>, &Amplitude)| {
+        let found = found.or_else(|rhs| of_flat(orbit.curve, orbit.belt_speed, rhs).ok_or(rhs));
         let (Ok(Closing { rhs, .. }) | Err(rhs)) = found;
         match work.is_none_or(|work| work.spend_compiled(rhs).is_ok()) {
             true => found,
             false => Err(rhs),
         }
     };
-    found.into_iter().map(spend).collect()
+    found.into_iter().zip(orbits).map(spend).collect()
 }
 
-/// The C at which the orbits of flat friction close: between bounds of the even part that are a few of the smallest
-/// numbers apart.
+/// The C at which the orbits of flat friction close: between bounds of the even part that differ by rounding alone.
 fn of_flat(curve: &Curve, belt_speed: f64, rhs: u64) -> Option<Closing> {
     let bounds = curve.even_weakening_range(belt_speed);
     let error = 0.5 * (bounds.hi - bounds.lo);
-    (error <= f64::MIN_POSITIVE).then_some(Closing { viscous: bounds.lo + error, error, rhs, slope: None })
+    let rounding = HopfRate::new(curve, belt_speed).rounding().max(f64::MIN_POSITIVE);
+    (error <= rounding).then_some(Closing { viscous: bounds.lo + error, error, rhs, slope: None })
 }
 
 /// The C at which the orbit through the maximum `radius` < V of x2 closes, by the orbit in (x2, x2'): for

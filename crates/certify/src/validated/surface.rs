@@ -104,20 +104,6 @@ impl Surface {
             State::Untried | State::Failed => Enclosure::EvenPart(piece.width),
         })
     }
-
-    /// Enclosure of C* at one point of the box; the whole line outside.
-    #[cfg(test)]
-    pub(super) fn critical(&self, groups: &Groups) -> Interval {
-        let at = GroupBox::around(groups);
-        let met = self.pieces.iter().filter(|piece| piece.domain.meets(&at));
-        let even = even_part_bounds(groups);
-        met.map(|piece| match &piece.state {
-            State::Proved(tile) => tile.critical(groups).intersection(even),
-            State::Untried | State::Failed => even,
-        })
-        .reduce(Interval::hull)
-        .unwrap_or(Interval::ENTIRE)
-    }
 }
 
 impl Piece {
