@@ -7,8 +7,8 @@ use slipmap_numbers::interval::Interval;
 
 /// Number of bisections: the damping from which the landing is proved is located to 2^-6 of the range of c.
 const HALVINGS: u32 = 6;
-/// Width of the range that stands for a single damping, in units of it or of 0.01, whichever is greater. The means over
-/// thinner ones lose more digits than they gain: with 1e-6 a box of four axes leaves a thousandth undecided by rounding.
+/// Width of the range that stands for a single damping, in units of it or of 0.01, whichever is greater: thin against the
+/// range of c* over a part, and wide against the rounding of the two means whose difference is divided by it.
 const THIN: f64 = 1e-4;
 
 /// Shares of the box's volume, each with its proved bound.
