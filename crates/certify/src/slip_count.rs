@@ -389,8 +389,7 @@ mod tests {
                     }
                     SlipTurn::MeetsBelt { .. } | SlipTurn::Rests => None,
                 };
-                let Some(Walked::Turned { all, slopes }) =
-                    walk(&oscillator, from, to, &mut BUDGET.clone())
+                let Some(Walked::Turned { all, slopes }) = walk(&oscillator, from, to, &mut BUDGET.clone())
                 else {
                     assert!(numbers(to).is_none(), "{oscillator:?} {from} {to}");
                     continue;
