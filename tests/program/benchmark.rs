@@ -170,17 +170,15 @@ fn table_and_chart_hold_the_numbers() {
     let header = reader.headers().unwrap().clone();
     let records: Vec<csv::StringRecord> = reader.records().map(Result::unwrap).collect();
     assert_eq!(records.len(), STUDY.rows.len());
-    let worst: [(&str, &dyn Fn(&Row) -> Option<f64>); 3] = [
-        ("seconds_per_cell", &|row| Some(row.seconds)),
-        ("setting", &|row| row.setting.as_ref().map(|(_, setting)| *setting)),
-        ("margin_error_worst", &|row| row.margin.map(|errors| errors.worst)),
-    ];
-    for (name, of) in worst {
+    let check = |name: &str, of: fn(&Row) -> Option<f64>| {
         let column = header.iter().position(|column| column == name).unwrap();
         for (record, row) in records.iter().zip(&STUDY.rows) {
             assert_eq!(record[column].parse::<f64>().ok(), of(row), "{name}");
         }
-    }
+    };
+    check("seconds_per_cell", |row| Some(row.seconds));
+    check("setting", |row| row.setting.as_ref().map(|(_, setting)| *setting));
+    check("margin_error_worst", |row| row.margin.map(|errors| errors.worst));
     for width in [Width::OneColumn, Width::TwoColumns] {
         let chart = chart(&STUDY, width);
         let svg = chart.scene.svg("chart", &chart.caption);
