@@ -65,6 +65,9 @@ pub(super) struct Arguments {
     /// cycle, attracting ones solid, repelling ones dashed
     #[arg(long, conflicts_with_all = ["y", "variable", "panels", "curves"])]
     diagram: bool,
+    /// Ends of the diagram; default: those of the axis
+    #[arg(long, value_name = "FROM,TO", value_parser = parse_range, requires = "diagram")]
+    range: Option<(f64, f64)>,
     /// The figure; .svg, .pdf or .png
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
@@ -98,6 +101,12 @@ fn parse_at(text: &str) -> Result<At, String> {
     let (axis, values) = text.split_once('=').ok_or(help)?;
     let values = values.split(',').map(|value| value.trim().parse::<f64>().map_err(|_| help));
     Ok((axis.trim().into(), values.collect::<Result<_, _>>()?))
+}
+
+fn parse_range(text: &str) -> Result<(f64, f64), String> {
+    let number = |text: &str| text.trim().parse::<f64>().ok();
+    let ends = text.split_once(',').and_then(|(from, to)| number(from).zip(number(to)));
+    ends.ok_or_else(|| "write two numbers, for example 0.1,2".into())
 }
 
 /// Reads a table of two columns; its name is that of the file.
@@ -142,7 +151,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
         false => figure::plot(&view, &plot),
         true => figure::plot::one_each(&arguments.at).map_err(ReportError::from).and_then(|at| {
             let (x, width) = (arguments.x.as_str(), arguments.width);
-            diagram(&view, &DiagramPlot { x, at: &at, width })
+            diagram(&view, &DiagramPlot { x, at: &at, range: arguments.range, width })
         }),
     };
     let plotted = plotted.map_err(|error| match error {

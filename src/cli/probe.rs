@@ -85,6 +85,14 @@ pub(super) struct Arguments {
     /// Number of threads for a table; default: one per core
     #[arg(long, requires = "points", value_name = "NUMBER", value_parser = super::threads::parse)]
     threads: Option<usize>,
+    /// Also append epsilon_limit_METHOD: up to which epsilon each method says what the simulation says; takes
+    /// some twenty times as long
+    #[arg(long, requires = "points")]
+    epsilon_limits: bool,
+    /// Also append verdict_validated and margin_validated, by computer-assisted proofs; takes three times as
+    /// long for the paper's law, some seventy times for others
+    #[arg(long, requires = "points")]
+    validated: bool,
     /// No progress bar
     #[arg(long, requires = "points")]
     quiet: bool,
@@ -186,7 +194,8 @@ fn probe_table(arguments: &Arguments, about: About, tolerance: f64) -> Result<En
     let (Some(input), Some(output)) = (&arguments.points, &arguments.out) else {
         return Err(Failure::bad_input("--points needs --out", "name the table to be written"));
     };
-    let Arguments { overwrite, threads, quiet, .. } = *arguments;
+    let Arguments { overwrite, threads, epsilon_limits, quiet, .. } = *arguments;
+    let methods = Method::usual().chain(arguments.validated.then(Method::validated)).collect();
     let job = probe_table::Job {
         input,
         output,
@@ -195,6 +204,8 @@ fn probe_table(arguments: &Arguments, about: About, tolerance: f64) -> Result<En
         given: &arguments.point,
         tolerance,
         threads,
+        epsilon_limits,
+        methods,
         quiet,
     };
     probe_table::run(job)

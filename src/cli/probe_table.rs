@@ -45,6 +45,10 @@ pub(super) struct Job<'a> {
     pub(super) overwrite: bool,
     /// Number of threads; `None` for one per core.
     pub(super) threads: Option<usize>,
+    /// The methods whose verdicts are appended.
+    pub(super) methods: Vec<Method>,
+    /// Whether to append the limits in eps.
+    pub(super) epsilon_limits: bool,
     /// Whether to leave out the progress bar.
     pub(super) quiet: bool,
 }
@@ -137,7 +141,7 @@ fn answer_columns(job: &Job) -> Vec<String> {
         _ => name.to_owned(),
     };
     let mut names = Vec::new();
-    for method in Method::usual() {
+    for method in &job.methods {
         names.push(format!("verdict_{}", method.name()));
         names.push(unit(&format!("margin_{}", method.name())));
     }
@@ -151,6 +155,9 @@ fn answer_columns(job: &Job) -> Vec<String> {
     names.extend(critical);
     names.push("regime".to_owned());
     names.extend(Quantity::of_orbits().map(|quantity| unit(quantity.name())));
+    if job.epsilon_limits {
+        names.extend(job.methods.iter().map(|method| format!("epsilon_limit_{}", method.name())));
+    }
     names
 }
 
@@ -221,7 +228,7 @@ fn without_formulas(row: &ByteRecord) -> ByteRecord {
 fn answer(table: &PointTable, row: &ByteRecord, job: &Job) -> Result<ByteRecord, Failure> {
     let (law, point, si) = oscillator(table, row, &job.about)?;
     let mut row = without_formulas(row);
-    let answer = Answer::of(&law, &point, job.tolerance, Method::usual());
+    let answer = Answer::of(&law, &point, job.tolerance, job.methods.iter().copied());
     let number = |x: f64| if x.is_nan() { String::new() } else { exact(x) };
     let factor = |name: &str| {
         let dimension = dimension::of_variable(name);
@@ -249,6 +256,11 @@ fn answer(table: &PointTable, row: &ByteRecord, job: &Job) -> Result<ByteRecord,
     };
     for quantity in Quantity::of_orbits() {
         row.push_field(number(described.value(quantity) * factor(quantity.name())).as_bytes());
+    }
+    if job.epsilon_limits {
+        for limit in answer.limits() {
+            row.push_field(number(limit.value()).as_bytes());
+        }
     }
     Ok(row)
 }
