@@ -8,9 +8,9 @@ use slipmap_figure::text::rich;
 use slipmap_map::map::{PlaneCurve, PlaneCurves};
 use slipmap_simulate::bifurcation::Bifurcation;
 
-/// The exact boundary, and the halo that it has.
+/// The exact boundary, and the halo of curves over numbers.
 pub const EXACT: Stroke = Stroke::solid(style::BLACK, 1.0);
-pub const HALO: Stroke = Stroke::solid(style::WHITE, 1.8);
+const HALO: Stroke = Stroke::solid(style::WHITE, 1.8);
 
 /// The places of curves in a panel of their plane.
 pub fn places(curves: &PlaneCurves, panel: &Panel) -> Vec<Vec<Place>> {

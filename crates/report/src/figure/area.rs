@@ -3,16 +3,16 @@
 use ndarray::Array2;
 
 use super::super::units::Label;
-use super::bifurcations::{self, boundary};
+use super::bifurcations::{self, boundary, places};
 use super::palette::{self, Kind};
 use super::plot::Marks;
 use super::slice::Slice;
-use super::verdict_panels::{EXACT, cell_columns, draw_exact};
+use super::verdict_panels::{EXACT, cell_columns, draw_lines};
 use slipmap_figure::axis::{AXIS, SMALL_TEXT, Scale, TEXT, extremes, text_width_of};
 use slipmap_figure::data::{Data, Values};
 use slipmap_figure::legend::{Legend, Sample};
 use slipmap_figure::panels::{Panel, Panels};
-use slipmap_figure::region::outlines;
+use slipmap_figure::region::{Cells, outlines};
 use slipmap_figure::scene::{Anchor, Fill, Hatch, Marker, Rect, Scene, Width};
 use slipmap_figure::style;
 use slipmap_figure::text::{Rich, rich};
@@ -157,19 +157,21 @@ fn draw_area(scene: &mut Scene, panel: &Panel, area: &Area, colours: Option<Colo
     let [x_edges, y_edges] = slice.edges();
     match &area.layer {
         Layer::Codes(cells, kinds) => {
+            let exact = (area.exact && area.curves.is_none()).then(|| boundary(slice));
+            let curves = area.curves.as_ref().or(exact.as_ref());
+            let curves = curves.map(|curves| places(curves, panel)).unwrap_or_default();
+            let [x, y] = slice.nodes();
+            let fine = Cells::new(panel, [&x, &y], [&x_edges, &y_edges], &curves);
             for kind in kinds {
-                let areas = outlines(panel, &x_edges, &y_edges, |i, j| cells[[i, j]] == kind.code);
+                let areas = fine.outlines(|i, j| cells[[i, j]] == kind.code);
                 if !areas.is_empty() {
                     scene.area(&areas, kind.fill);
                     legend.add(Sample::Area(kind.fill), rich(&kind.words));
                 }
             }
-            if area.exact && area.curves.is_none() {
-                let exact = boundary(slice);
-                draw_exact(scene, &exact, panel);
-                if !exact.curves.is_empty() {
-                    legend.add(Sample::Line(EXACT), rich("exact boundary"));
-                }
+            if exact.is_some() && !curves.is_empty() {
+                draw_lines(scene, &curves, panel, &EXACT);
+                legend.add(Sample::Line(EXACT), rich("exact boundary"));
             }
         }
         Layer::Reals(cells) => {

@@ -4,16 +4,16 @@ use ndarray::Array2;
 
 use super::super::units::View;
 use super::super::{Report, ReportError, SIMULATION};
-use super::bifurcations::boundary;
+use super::bifurcations::{boundary, places};
 use super::slice::Slice;
 use super::verdict_panels::{
-    EXACT, FEWEST_NODES, cell_columns, draw_exact, failed_words, main_plane, method_title, panel_epsilons,
+    EXACT, FEWEST_NODES, cell_columns, draw_lines, failed_words, main_plane, method_title, panel_epsilons,
 };
 use super::{Figure, palette, slice::equals};
 use slipmap_figure::data::Data;
 use slipmap_figure::legend::{Legend, Sample};
 use slipmap_figure::panels::Panels;
-use slipmap_figure::region::outlines;
+use slipmap_figure::region::Cells;
 use slipmap_figure::scene::{Fill, Scene, Width};
 use slipmap_figure::text::{Rich, rich};
 use slipmap_map::map::Verdict;
@@ -64,7 +64,7 @@ pub(crate) fn deciders(view: &View, report: &Report, width: Width) -> Result<Opt
         first.unwrap_or_else(|| if has_failed() { fails } else { none_of_them })
     };
     let [(x_scale, x_name), (y_scale, y_name)] = slices[0].0.scales();
-    let [x_edges, y_edges] = slices[0].0.edges();
+    let ([x_edges, y_edges], [x_nodes, y_nodes]) = (slices[0].0.edges(), slices[0].0.nodes());
     let held = match slices.len() {
         1 => slices[0].0.held(),
         _ => slices[0].0.held_but_epsilon(),
@@ -75,12 +75,14 @@ pub(crate) fn deciders(view: &View, report: &Report, width: Width) -> Result<Opt
     let panels = Panels::below(&mut scene, &held, columns, slices.len(), 0.66, (x_scale, y_scale));
     let mut used = vec![false; kinds.len()];
     for ((panel, (slice, codes)), curves) in panels.panels.iter().zip(&slices).zip(&exact) {
+        let curves = places(curves, panel);
+        let cells = Cells::new(panel, [&x_nodes, &y_nodes], [&x_edges, &y_edges], &curves);
         for (kind, (fill, _)) in kinds.iter().enumerate() {
-            let areas = outlines(panel, &x_edges, &y_edges, |i, j| kind_of(codes, i, j) == kind);
+            let areas = cells.outlines(|i, j| kind_of(codes, i, j) == kind);
             used[kind] |= !areas.is_empty();
             scene.area(&areas, *fill);
         }
-        draw_exact(&mut scene, curves, panel);
+        draw_lines(&mut scene, &curves, panel, &EXACT);
         if slices.len() > 1 {
             panel.title(&mut scene, &equals("epsilon", slice.epsilon()));
         }

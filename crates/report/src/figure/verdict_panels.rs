@@ -13,14 +13,14 @@ use slipmap_figure::data::{Data, Values};
 use slipmap_figure::legend::{Legend, Sample};
 use slipmap_figure::lines::letter;
 use slipmap_figure::panels::{Panel, Panels};
-use slipmap_figure::region::outlines;
+use slipmap_figure::region::Cells;
 use slipmap_figure::scene::{Fill, Place, Scene, Stroke, Width};
 use slipmap_figure::style;
 use slipmap_figure::text::{Rich, rich};
 use slipmap_format::MapFile;
-use slipmap_map::map::{Axis, PlaneCurves, Verdict};
+use slipmap_map::map::{Axis, Verdict};
 use slipmap_numbers::text::count;
-pub(super) use slipmap_page::curves::{EXACT, HALO};
+pub(super) use slipmap_page::curves::EXACT;
 use slipmap_simulate::critical_damping;
 
 /// Fewest nodes of both axes of an area. Two nodes would fill half of it each, as if what lies between had
@@ -30,8 +30,6 @@ pub(super) const FEWEST_NODES: usize = 3;
 /// Largest number of eps with slices of their own.
 const MOST_EPSILONS: usize = 4;
 
-/// The exact boundary: black on a white halo, so that it is visible on dark areas. Wrong cells, which may be
-/// a thin band beside it, are drawn over the halo.
 /// The critical damping of the method whose panel it is.
 const OWN_EDGE: Stroke = Stroke { color: style::BLACK, width: 1.0, dash: &[2.0, 1.6] };
 
@@ -53,10 +51,6 @@ impl Claim {
         Claim::Verdict(Verdict::Failed),
         Claim::Verdict(Verdict::NotComputed),
     ];
-
-    fn is_wrong(self) -> bool {
-        matches!(self, Claim::WrongPresence | Claim::WrongAbsence)
-    }
 
     fn of(method: i8, simulation: Option<i8>) -> Self {
         let (present, absent) = (Verdict::Present.code(), Verdict::Absent.code());
@@ -258,7 +252,7 @@ fn figure(slice: &Slice, width: Width) -> Result<Figure, ReportError> {
     let simulation = methods.iter().position(|method| method.name == SIMULATION);
     let [x, y] = slice.axes();
     let [(x_scale, x_name), (y_scale, y_name)] = slice.scales();
-    let [x_edges, y_edges] = slice.edges();
+    let ([x_edges, y_edges], [x_nodes, y_nodes]) = (slice.edges(), slice.nodes());
     let claim = |method: usize, i: usize, j: usize| {
         Claim::of(codes[method][[i, j]], simulation.map(|simulation| codes[simulation][[i, j]]))
     };
@@ -281,20 +275,17 @@ fn figure(slice: &Slice, width: Width) -> Result<Figure, ReportError> {
     let mut used = vec![false; looks.len()];
     let mut edged = false;
     for (number, (&m, panel)) in shown.iter().zip(&panels.panels).enumerate() {
-        let mut draw = |scene: &mut Scene, wrong: bool| {
-            for (n, known) in Claim::ALL.into_iter().enumerate().filter(|(_, it)| it.is_wrong() == wrong) {
-                let areas = outlines(panel, &x_edges, &y_edges, |i, j| claim(m, i, j) == known);
-                used[n] |= !areas.is_empty();
-                scene.area(&areas, looks[n].0);
-            }
-        };
         let edge: Vec<Place> = edges[m].iter().map(|&(x, c)| panel.place(x, c)).collect();
         edged |= has_edge(&edges[m]);
-        let (edge, curves) = ([edge], places(&exact, panel));
-        draw(&mut scene, false);
-        draw_lines(&mut scene, &edge, panel, &HALO);
-        draw_lines(&mut scene, &curves, panel, &HALO);
-        draw(&mut scene, true);
+        let mut curves = places(&exact, panel);
+        curves.push(edge);
+        let cells = Cells::new(panel, [&x_nodes, &y_nodes], [&x_edges, &y_edges], &curves);
+        for (n, known) in Claim::ALL.into_iter().enumerate() {
+            let areas = cells.outlines(|i, j| claim(m, i, j) == known);
+            used[n] |= !areas.is_empty();
+            scene.area(&areas, looks[n].0);
+        }
+        let edge = curves.split_off(curves.len() - 1);
         draw_lines(&mut scene, &edge, panel, &OWN_EDGE);
         draw_lines(&mut scene, &curves, panel, &EXACT);
         panel.title(&mut scene, &letter(number).then(method_title(&methods[m].name)));
@@ -332,8 +323,8 @@ fn figure(slice: &Slice, width: Width) -> Result<Figure, ReportError> {
             .then(match !exact.curves.is_empty() {
                 true => ". Black curve: the exact boundary of the stick-slip region, by continuation.",
                 false => {
-                    ". Without the exact boundary: there is none here, or to find it would take too long. `slipmap plot \
-                     --curves` follows it."
+                    ". Without the exact boundary: there is none here, or to find it would take too long. slipmap plot --curves \
+                     follows it."
                 }
             })
             .then(words(" Not drawn, because undecided in every cell of this plane: "))
@@ -374,12 +365,7 @@ pub(super) fn method_title(name: &str) -> Rich {
     Rich::foreign(&name.replace('_', " "))
 }
 
-/// Draws the exact boundary of a slice into its panel.
-pub(super) fn draw_exact(scene: &mut Scene, exact: &PlaneCurves, panel: &Panel) {
-    let curves = places(exact, panel);
-    [HALO, EXACT].iter().for_each(|stroke| draw_lines(scene, &curves, panel, stroke));
-}
-
-fn draw_lines(scene: &mut Scene, curves: &[Vec<Place>], panel: &Panel, stroke: &Stroke) {
-    scene.clipped(panel.rect, |scene| curves.iter().for_each(|curve| scene.line(curve, stroke)));
+/// Draws lines into their panel.
+pub(super) fn draw_lines(scene: &mut Scene, lines: &[Vec<Place>], panel: &Panel, stroke: &Stroke) {
+    scene.clipped(panel.rect, |scene| lines.iter().for_each(|line| scene.line(line, stroke)));
 }

@@ -1,6 +1,6 @@
 //! The methods and engines that are compared, each at several settings of its main parameter.
 
-use slipmap_certify::{TESTS, Test};
+use slipmap_certify::{TESTS, Test, validated::Enclosed};
 use slipmap_map::map::{self, Engine, Verdict};
 use slipmap_model::filippov::Oscillator;
 use slipmap_model::friction::Column;
@@ -97,6 +97,16 @@ fn universal_surface(cell: &Cell, _: f64) -> Answer {
     compare(cell.point.damping, critical)
 }
 
+/// The middle of the proved enclosure.
+fn validated(cell: &Cell, _: f64) -> Answer {
+    let enclosed = Enclosed::of(&cell.column).map(|enclosed| enclosed.critical());
+    let known = enclosed.filter(|range| range.lo.is_finite() && range.hi.is_finite());
+    let [scale, half] = [1.0 / cell.column.epsilon, 0.5];
+    let found =
+        known.map(|range| (half * (range.lo + range.hi) * scale, half * (range.hi - range.lo) * scale));
+    compare(cell.point.damping, found)
+}
+
 fn critical_surface(cells: &[Cell], tolerance: f64) -> Vec<Answer> {
     let columns: Vec<Column> = cells.iter().map(|cell| cell.column.clone()).collect();
     let roots = critical_dampings(&columns, tolerance).into_iter().zip(cells);
@@ -158,8 +168,11 @@ pub fn contestants() -> Vec<Contestant> {
         fixed(test.name, Kind::ClosedForm, Solver::Test(test), Output::CriticalDampings)
     };
     let mut all: Vec<Contestant> = TESTS.iter().map(test).collect();
-    let table = Solver::Each(universal_surface);
-    all.push(fixed("universal_surface", Kind::Engine, table, Output::CriticalDampings));
+    for (name, solve) in
+        [("universal_surface", universal_surface as fn(&Cell, f64) -> Answer), ("validated", validated)]
+    {
+        all.push(fixed(name, Kind::Engine, Solver::Each(solve), Output::CriticalDampings));
+    }
     let engines = [
         ("critical_surface", Solver::Batch(critical_surface), Output::CriticalDampings),
         ("return_map", Solver::Batch(return_map), Output::Margins),
