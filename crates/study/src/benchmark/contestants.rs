@@ -9,7 +9,6 @@ use slipmap_numbers::named;
 use slipmap_simulate::critical::critical_dampings;
 use slipmap_simulate::naive::{NaiveKnobs, NaiveMethod};
 use slipmap_simulate::return_map::{Turn, turns};
-use slipmap_simulate::surface;
 
 use super::cells::Cell;
 
@@ -92,19 +91,12 @@ pub(super) fn closed_form(test: &Test, cell: &Cell) -> Answer {
     Answer { verdict, margin: None, critical: Some(claim.present_below) }
 }
 
-fn universal_surface(cell: &Cell, _: f64) -> Answer {
-    let critical = surface::critical_damping(&cell.column).map(|found| (found.c, found.error));
-    compare(cell.point.damping, critical)
-}
-
 /// The middle of the proved enclosure.
 fn validated(cell: &Cell, _: f64) -> Answer {
     let enclosed = Enclosed::of(&cell.column).map(|enclosed| enclosed.critical());
     let known = enclosed.filter(|range| range.lo.is_finite() && range.hi.is_finite());
-    let [scale, half] = [1.0 / cell.column.epsilon, 0.5];
-    let found =
-        known.map(|range| (half * (range.lo + range.hi) * scale, half * (range.hi - range.lo) * scale));
-    compare(cell.point.damping, found)
+    let half = |of: f64| 0.5 * of / cell.column.epsilon;
+    compare(cell.point.damping, known.map(|range| (half(range.lo + range.hi), half(range.hi - range.lo))))
 }
 
 fn critical_surface(cells: &[Cell], tolerance: f64) -> Vec<Answer> {
@@ -168,11 +160,7 @@ pub fn contestants() -> Vec<Contestant> {
         fixed(test.name, Kind::ClosedForm, Solver::Test(test), Output::CriticalDampings)
     };
     let mut all: Vec<Contestant> = TESTS.iter().map(test).collect();
-    for (name, solve) in
-        [("universal_surface", universal_surface as fn(&Cell, f64) -> Answer), ("validated", validated)]
-    {
-        all.push(fixed(name, Kind::Engine, Solver::Each(solve), Output::CriticalDampings));
-    }
+    all.push(fixed("validated", Kind::Engine, Solver::Each(validated), Output::CriticalDampings));
     let engines = [
         ("critical_surface", Solver::Batch(critical_surface), Output::CriticalDampings),
         ("return_map", Solver::Batch(return_map), Output::Margins),
