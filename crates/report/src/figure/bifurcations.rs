@@ -8,6 +8,7 @@ use super::super::units::View;
 use super::slice::Slice;
 use slipmap_figure::data::Data;
 use slipmap_map::map::PlaneCurves;
+pub use slipmap_page::curves::line_style;
 pub(crate) use slipmap_page::curves::{draw, places};
 use slipmap_simulate::bifurcation::Bifurcation;
 use slipmap_simulate::flow;
