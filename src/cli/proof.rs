@@ -119,7 +119,8 @@ pub(super) fn check(path: &Path, as_json: bool) -> Result<Ended, Failure> {
                 "C*(A, k, b) over A {a:?}, k {k:?}, b {b:?}\n\
                  (A = epsilon gamma (1 - alpha), k = epsilon gamma V, b = epsilon beta V, C = epsilon c)"
             );
-            let sound = "every claim is proved again by a second argument, the barriers of certify::recheck";
+            let sound =
+                "every claim is proved again by a second argument, curves that the flow crosses one way";
             check_boxes(path, &what, certificate.check(), sound, as_json)
         }
         Subject::Law => {

@@ -35,7 +35,7 @@ pub(super) struct Arguments {
     /// Every figure also writes its numbers: figures/NAME.csv
     #[arg(long)]
     data: bool,
-    /// Width of the figures, in columns of a journal
+    /// Width of figures and tables, in columns of a journal
     #[arg(long, value_parser = width(), default_value = TWO)]
     width: Width,
     /// The methods in the tables, as for a table that fits a column

@@ -44,7 +44,7 @@ use slipmap_model::friction::Column;
 pub const TEST: Test = Test {
     name: "symmetric",
     long_name: "sign of the even part of the divergence",
-    equation: "not in the paper: even part of the divergence, see certify::symmetric",
+    equation: "not in the paper: even part of the divergence",
     guarantee: Guarantee::FiniteEpsilon,
     first_order: false,
     claim,

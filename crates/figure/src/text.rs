@@ -135,7 +135,6 @@ pub fn rich(template: &str) -> Rich {
     text
 }
 
-/// Only words written in the program are parsed as templates, see [`rich`].
 /// Joins parts by commas, without those that are empty.
 pub fn join(parts: impl IntoIterator<Item = Rich>) -> Rich {
     let mut text = Rich::default();
@@ -146,6 +145,7 @@ pub fn join(parts: impl IntoIterator<Item = Rich>) -> Rich {
     text
 }
 
+/// Only words written in the program are parsed as templates, see [`rich`].
 impl From<&'static str> for Rich {
     fn from(template: &'static str) -> Self {
         rich(template)

@@ -49,35 +49,24 @@ pub(super) fn volume(map: &MapFile) -> Option<Table> {
     let share = |name: &str| map.number(name);
     let (present, absent) = (share("proved_present")?, share("proved_absent")?);
     let open = share("proved_undecided_at_most")?;
-    let (boxes, seconds) = (map.number("proved_boxes")?, map.number("proved_seconds")?);
-    // Versions before 0.2.0 measured the first two on sampled columns, and stored a third share.
-    let measured = share("proved_undecided").is_some();
+    let boxes = map.number("proved_boxes")?;
     let rows = [
         ("present at least", present, Rounded::Down),
         ("absent at least", absent, Rounded::Down),
         ("undecided at most", open, Rounded::Up),
     ];
-    let note = match measured {
-        true => {
-            "This map was written by a version that measured the first two shares on 16384 columns, to some thousandths \
-             of the whole; only the last is proved. Computed again, the map holds proved bounds."
-        }
-        false => {
-            "Every point of the first two sets is proved, round-off included, and so are the volumes of the sets, \
-             integrated in interval arithmetic."
-        }
-    };
     let percent = |share: f64, rounded| Cell::Words(proved_percent(share, open, rounded));
     let columns: [ColumnOf<(&str, f64, Rounded)>; 2] = [
         ("what", "proved", Show::AsIs, &|(what, ..)| Cell::Words((*what).into())),
         ("percent_of_box", "% of the box", Show::AsIs, &|(_, share, rounded)| percent(*share, *rounded)),
     ];
     let caption = rich(
-        "Volume of parameter space in which `validated` proves that the cycle is present or absent: the whole box \
+        "Volume of parameter space in which validated proves that the cycle is present or absent: the whole box \
          from the first to the last node of every axis, with all points between the nodes.",
     );
     let tried = format!(
-        "{note} {boxes} boxes of parameters were tried, in {seconds:.1} s; more of them, validated.boxes in the \
+        "Every point of the first two sets is proved, round-off included, and so are the volumes of the sets, \
+         integrated in interval arithmetic. {boxes} boxes of parameters were tried; more of them, validated.boxes in the \
          configuration, leave less undecided."
     );
     Some(Table { notes: vec![rich(&tried)], ..Table::of("proved_volume", caption, &rows, &columns) })

@@ -84,7 +84,7 @@ fn notes(study: &Study) -> Vec<Rich> {
          than 20 digits. Methods that give {c^*} and no margin have the error of {c^*} times |d{m}/d{c}|/{V} there, the \
          margin of the orbit that they take for the grazing one; for methods that give verdicts alone the damping \
          at which these change was searched. Unanswered: cells without the number that the method gives elsewhere; of \
-         `direct` those where the orbit would rise above the belt line by more than {V}/8, which it does not follow, but \
+         direct those where the orbit would rise above the belt line by more than {V}/8, which it does not follow, but \
          decides. Undecided: no verdict, for whatever reason. Front: nobody else has both \
          less time and less error.",
     )];

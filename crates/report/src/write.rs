@@ -52,7 +52,7 @@ pub fn write(
     let epsilons = options.epsilons.iter().map(node).collect::<Result<Vec<_>, _>>()?;
     tables.iter_mut().for_each(|table| table.keep(&options.methods, &epsilons));
     let figures = figure::all(view, report, options.width)?;
-    let mut files = files(view, &summary::summary(view, report), &tables, &figures)?;
+    let mut files = files(view, &summary::summary(view, report), &tables, &figures, options.width)?;
     if options.data {
         let with_data = figures.iter().filter(|figure| figure.data.rows() > 0);
         files.extend(with_data.map(|figure| {
@@ -116,11 +116,16 @@ fn files(
     summary: &[(Rich, Rich)],
     tables: &[Table],
     figures: &[Figure],
+    width: Width,
 ) -> Result<Vec<(PathBuf, Vec<u8>)>, ReportError> {
     let mut files: Vec<(PathBuf, Vec<u8>)> = Vec::new();
     let mut add = |path: String, contents: Vec<u8>| files.push((PathBuf::from(path), contents));
     for table in tables {
-        add(format!("tables/{}.tex", table.name), table.latex().into_bytes());
+        let mut set = table.clone();
+        if width == Width::OneColumn {
+            set.drop_column("long_name");
+        }
+        add(format!("tables/{}.tex", table.name), set.latex().into_bytes());
         add(format!("tables/{}.csv", table.name), table.csv().into_bytes());
     }
     add("report.html".into(), document::html(view, summary, tables, figures).into_bytes());

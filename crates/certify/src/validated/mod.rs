@@ -97,7 +97,7 @@ use slipmap_numbers::interval::Interval;
 pub static TEST: Test = Test {
     name: "validated",
     long_name: "interval proof of the grazing orbit and of the landing",
-    equation: "paper, Proposition 1, by a computer-assisted proof, see certify::validated",
+    equation: "paper, Proposition 1, by a computer-assisted proof",
     guarantee: Guarantee::Validated,
     first_order: false,
     claim,

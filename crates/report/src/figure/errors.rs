@@ -1,14 +1,14 @@
-//! Error of each method's boundary: against eps on logarithmic axes, or method by method at one eps.
+//! Error of each method's boundary against eps, on logarithmic axes. At one eps the table says it.
 
 use super::super::units::{Label, View};
 use super::super::{MethodBoundary, Report};
 use super::verdict_panels::method_title;
 use super::{Figure, palette};
-use slipmap_figure::axis::{AXIS, SMALL_TEXT, Scale};
+use slipmap_figure::axis::Scale;
 use slipmap_figure::data::Data;
 use slipmap_figure::legend::{Legend, Sample};
-use slipmap_figure::panels::{Labels, Panel, Panels, TITLE_MARGIN};
-use slipmap_figure::scene::{Anchor, Rect, Scene, Stroke, Width, text_width};
+use slipmap_figure::panels::Panels;
+use slipmap_figure::scene::{Scene, Stroke, Width};
 use slipmap_figure::text::{Rich, rich};
 
 /// Median, 95 % quantile and maximum of the error of a method at an eps, if they can be drawn on a
@@ -24,41 +24,29 @@ fn drawn(method: &MethodBoundary, epsilon: usize) -> Option<(f64, f64, f64)> {
 fn scale(report: &Report, epsilons: usize) -> Option<Scale> {
     let methods = &report.boundaries.methods;
     let all = methods.iter().flat_map(|method| (0..epsilons).filter_map(|e| drawn(method, e)));
-    // The maximum is drawn only if there is one eps.
-    let high_of = |(_, high, worst): (f64, f64, f64)| if epsilons == 1 { worst } else { high };
-    let (low, high) = all
-        .fold((f64::INFINITY, 0.0_f64), |(low, high), errors| (low.min(errors.0), high.max(high_of(errors))));
+    let (low, high) =
+        all.fold((f64::INFINITY, 0.0_f64), |(low, high), errors| (low.min(errors.0), high.max(errors.1)));
     (low <= high).then(|| Scale::logarithmic(0.5 * low, 2.0 * high))
 }
 
-/// The figure; `None` if no method has a boundary error to show.
+/// The figure; `None` at one eps, and if no method has a boundary error to show.
 pub(crate) fn errors(view: &View, report: &Report, width: Width) -> Option<Figure> {
     let axes = view.map.grid().axes();
     let epsilons = view.map.grid().epsilons();
     let label = view.axis(&axes[axes.len() - 1]);
-    let scale = scale(report, epsilons.len())?.in_unit(label.factor);
-    let one = epsilons.len() == 1;
-    let mut scene = Scene::new(width.points(), 0.0);
-    match one {
-        true => dots(&mut scene, report, scale, &label),
-        false => lines(&mut scene, report, epsilons, scale, &label, width),
+    if epsilons.len() == 1 {
+        return None;
     }
+    let scale = scale(report, epsilons.len())?.in_unit(label.factor);
+    let mut scene = Scene::new(width.points(), 0.0);
+    lines(&mut scene, report, epsilons, scale, &label, width);
     let caption = rich(
         "How far each method's critical damping is from the exact one, {c^*}. A column of the map is all dampings at \
          one value of each other parameter; in each column where both are known, the error is the distance between the \
          damping up to which the method claims the cycle and {c^*}. For a test that claims only what it proves, this is \
-         the width of the band that it leaves open",
-    )
-    .then(match one {
-        true => rich(
-            ". Mark: median over the columns; thick bar: up to the error that 95 % of them do not exceed; tick: the \
-             worst.",
-        ),
-        false => rich(
-            ". Marks: median over the columns; dashes: the error that 95 % of them do not exceed. {p}: the exponent \
-             between the two smallest {epsilon}, error ~ {epsilon}^{p}.",
-        ),
-    });
+         the width of the band that it leaves open. Marks: median over the columns; dashes: the error that 95 % of them \
+         do not exceed. {p}: the exponent between the two smallest {epsilon}, error ~ {epsilon}^{p}.",
+    );
     let cells = report
         .boundaries
         .methods
@@ -120,32 +108,4 @@ fn error_of(damping: &Label) -> Rich {
 fn order(method: &MethodBoundary) -> Rich {
     let Some(order) = method.orders.first() else { return Rich::default() };
     rich(", {p} = ").then(Rich::foreign(&format!("{:.2}", order.order).replace('-', "−")))
-}
-
-/// One row per method.
-fn dots(scene: &mut Scene, report: &Report, x: Scale, label: &Label) {
-    const ROW: f64 = 15.0;
-    let methods: Vec<&MethodBoundary> =
-        report.boundaries.methods.iter().filter(|method| drawn(method, 0).is_some()).collect();
-    let names: Vec<Rich> = methods.iter().map(|method| method_title(&method.method)).collect();
-    let left = names.iter().map(|name| text_width(name, SMALL_TEXT)).fold(0.0, f64::max) + 10.0;
-    let rect = Rect { x: left, y: TITLE_MARGIN, w: scene.width - left - 12.0, h: ROW * methods.len() as f64 };
-    let panel = Panel { rect, x, y: Scale::linear(0.0, 1.0) };
-    for (row, (method, name)) in methods.iter().zip(&names).enumerate() {
-        let y = rect.y + ROW * (row as f64 + 0.5);
-        let style = palette::method(&method.method);
-        let at = |value: f64| (panel.place(value, 0.5).0, y);
-        scene.text((left - 4.0, y + 0.36 * SMALL_TEXT), name, SMALL_TEXT, Anchor::End);
-        if let Some((median, high, worst)) = drawn(method, 0) {
-            let thin = Stroke::solid(style.stroke.color, 0.8);
-            scene.line(&[at(median), at(high)], &Stroke::solid(style.stroke.color, 2.0));
-            scene.line(&[at(high), at(worst)], &thin);
-            scene.line(&[(at(worst).0, y - 3.0), (at(worst).0, y + 3.0)], &thin);
-            scene.marker(style.marker, at(median), 5.5, style.stroke.color, false);
-        }
-    }
-    scene.frame(rect, &AXIS);
-    panel.x_axis(scene, Labels { x: true, y: false });
-    panel.x_name(scene, &error_of(label));
-    scene.height = rect.y + rect.h + slipmap_figure::panels::BOTTOM_MARGIN + 2.0;
 }

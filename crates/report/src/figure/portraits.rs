@@ -69,7 +69,7 @@ pub(crate) fn portraits(view: &View, width: Width) -> Option<Figure> {
     let (belt_label, damping) = (view.axis(&axes[belt]), view.axis(&axes[belt + 1]));
     let held = view.held(&held_index, &[belt + 1]);
     let mut scene = Scene::new(width.points(), 0.0);
-    let columns = width.select(1, drawn.len().min(3));
+    let columns = width.select(2, 3);
     let (x, y, h) = equal_scales(common, 1.0, (0.5, 1.1));
     let (x, y) = (x.in_unit(x1.factor), y.in_unit(x2.factor));
     let mut panels = Panels::new(scene.width, columns, 3, h, x, y);
@@ -89,7 +89,7 @@ pub(crate) fn portraits(view: &View, width: Width) -> Option<Figure> {
     panels.axes(&mut scene, &x1.text(), &x2.text());
     let mut bottom = panels.bottom;
     if let Some((c, portrait)) = drawn.get(3) {
-        let w = width.select(panels.panels[0].rect.w, 0.5 * scene.width);
+        let w = 0.5 * scene.width;
         let (x, y, h) = equal_scales(portrait.extent(), w, (0.4, 0.7));
         let (x, y) = (x.in_unit(x1.factor), y.in_unit(x2.factor));
         let rect = Rect { x: panels.panels[0].rect.x, y: bottom + TITLE_MARGIN, w, h };

@@ -332,8 +332,8 @@ fn figure(slice: &Slice, width: Width) -> Result<Figure, ReportError> {
             .then(match !exact.curves.is_empty() {
                 true => ". Black curve: the exact boundary of the stick-slip region, by continuation.",
                 false => {
-                    ". Without the exact boundary: there is none here, or to find it would take too long. `slipmap plot \
-                     --curves` follows it."
+                    ". Without the exact boundary: there is none here, or to find it would take too long. slipmap plot \
+                     --curves follows it."
                 }
             })
             .then(words(" Not drawn, because undecided in every cell of this plane: "))

@@ -13,7 +13,7 @@ const POWER: usize = 6;
 /// Longest words that are kept on one line.
 const SHORT: usize = 22;
 /// Fewest characters of a paragraph, and most lines.
-const NARROWEST: f64 = 20.0;
+const NARROWEST: f64 = 15.0;
 const MOST_LINES: f64 = 5.0;
 
 /// A layout; lengths in points.

@@ -19,8 +19,14 @@ pub fn cost(map: &MapFile) -> Table {
         seconds(method).filter(|seconds| *seconds > 0.0).map(|seconds| cells as f64 / seconds)
     };
     let mut notes = vec![rich(
-        "Seconds of the verdicts, summed over all threads; fields, curves, proofs over boxes, packing and auditing are not in them.",
+        "Seconds of the verdicts, summed over all threads; fields, curves, packing and auditing are not in them.",
     )];
+    let proofs = map.number("proved_boxes").zip(map.number("proved_seconds"));
+    if let Some((boxes, seconds)) = proofs {
+        notes.push(rich(&format!(
+            "Beside them, validated took {seconds:.1} s of wall-clock time to prove {boxes} boxes of parameters."
+        )));
+    }
     let paths: Vec<String> = map
         .attributes()
         .iter()
@@ -48,9 +54,9 @@ pub fn cost(map: &MapFile) -> Table {
     let compared = by(&["interpolation", "critical_surface", "order"]);
     if theorem + compared > 0.0 {
         notes.push(rich(&format!(
-            "What the simulation owes to theorems: {theorem:.1} % of its verdicts are those of `symmetric`, so that to agree \
+            "What the simulation owes to theorems: {theorem:.1} % of its verdicts are those of symmetric, so that to agree \
              with it is no evidence there; {compared:.1} % compare {{c}} with the critical damping of the column or stand between two of equal fate, which \
-             Theorem 1 allows. With `--set simulation.engine=direct` every cell is integrated."
+             Theorem 1 allows. With --set simulation.engine=direct every cell is integrated."
         )));
     }
     let columns: [ColumnOf<MethodInfo>; 4] = [

@@ -1,6 +1,6 @@
 //! The methods and engines that are compared, each at several settings of its main parameter.
 
-use slipmap_certify::{TESTS, Test};
+use slipmap_certify::{TESTS, Test, validated::Enclosed};
 use slipmap_map::map::{self, Engine, Verdict};
 use slipmap_model::filippov::Oscillator;
 use slipmap_model::friction::Column;
@@ -91,6 +91,14 @@ pub(super) fn closed_form(test: &Test, cell: &Cell) -> Answer {
     Answer { verdict, margin: None, critical: Some(claim.present_below) }
 }
 
+/// The middle of the proved enclosure.
+fn validated(cell: &Cell, _: f64) -> Answer {
+    let enclosed = Enclosed::of(&cell.column).map(|enclosed| enclosed.critical());
+    let known = enclosed.filter(|range| range.lo.is_finite() && range.hi.is_finite());
+    let half = |of: f64| 0.5 * of / cell.column.epsilon;
+    compare(cell.point.damping, known.map(|range| (half(range.lo + range.hi), half(range.hi - range.lo))))
+}
+
 fn critical_surface(cells: &[Cell], tolerance: f64) -> Vec<Answer> {
     let columns: Vec<Column> = cells.iter().map(|cell| cell.column.clone()).collect();
     let roots = critical_dampings(&columns, tolerance).into_iter().zip(cells);
@@ -152,6 +160,7 @@ pub fn contestants() -> Vec<Contestant> {
         fixed(test.name, Kind::ClosedForm, Solver::Test(test), Output::CriticalDampings)
     };
     let mut all: Vec<Contestant> = TESTS.iter().map(test).collect();
+    all.push(fixed("validated", Kind::Engine, Solver::Each(validated), Output::CriticalDampings));
     let engines = [
         ("critical_surface", Solver::Batch(critical_surface), Output::CriticalDampings),
         ("return_map", Solver::Batch(return_map), Output::Margins),
