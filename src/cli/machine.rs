@@ -59,8 +59,8 @@ pub(super) struct Arguments {
 }
 
 /// Why there are fewer draws than usual.
-const FEWER: &str = "the critical damping changes too roughly from draw to draw to be interpolated, and each draw has a search \
-                     of its own: so there are few; --draws takes more, and the time for them";
+const FEWER: &str = "the search for the critical damping of a draw takes long here, so there are few draws; --draws takes \
+                     more, and the time for them";
 
 fn parse_probability(text: &str) -> Result<f64, String> {
     let value = text.parse::<f64>().ok().filter(|value| *value > 0.0 && *value < 1.0);
