@@ -39,6 +39,8 @@ impl PartialEq for Curve {
 #[derive(Debug, Default)]
 pub(super) struct Compiled {
     weakening: Vec<Arc<Weakening>>,
+    /// Those of a formula as it was written, if its slip speed has another unit here.
+    written: Arc<Mutex<Vec<Arc<Weakening>>>>,
     /// -F1', the weakening rate of the law to first order in eps.
     leading: Vec<Arc<Weakening>>,
 }
@@ -182,8 +184,27 @@ impl Curve {
     /// or of a sampled function. The law is compiled once for each power of two.
     #[must_use]
     pub fn compiled(&self, reach: f64) -> Arc<Weakening> {
-        let mut compiled = self.compiled.lock().unwrap_or_else(PoisonError::into_inner);
-        compile(&self.form, &mut compiled.weakening, reach)
+        let compiled = &mut *self.compiled.lock().unwrap_or_else(PoisonError::into_inner);
+        let Some((unit, written)) = self.form.unit() else {
+            return compile(&self.form, &mut compiled.weakening, reach);
+        };
+        let written = {
+            let mut known = compiled.written.lock().unwrap_or_else(PoisonError::into_inner);
+            compile(&written, &mut known, reach * unit)
+        };
+        weakening::compile_in_unit(&self.form, unit, &written, &mut compiled.weakening)
+    }
+
+    /// What a curve shares of its compiled forms with one of another `form`.
+    pub(super) fn shared(&self, form: &Form) -> Arc<Mutex<Compiled>> {
+        let compiled = self.compiled.lock().unwrap_or_else(PoisonError::into_inner);
+        match (&self.form, form) {
+            (Form::Expression(own), Form::Expression(other)) if own.is_of_same_formula(other) => {
+                let written = Arc::clone(&compiled.written);
+                Arc::new(Mutex::new(Compiled { written, ..Compiled::default() }))
+            }
+            _ => Arc::default(),
+        }
     }
 
     /// Proved bounds of the weakening rate over slip speeds u in [`lo`, `hi`], 0 <= lo <= hi.

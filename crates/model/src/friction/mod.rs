@@ -400,7 +400,7 @@ impl Law {
     ///
     /// Successive curves with the same eps and parameters share their compiled form, such as those of the
     /// columns of a map that differ only in the belt speed. If the law does not depend on eps, so do
-    /// successive curves that differ only in eps.
+    /// successive curves that differ only in eps; and curves of one formula in several units share that of the formula.
     #[must_use]
     pub fn curve(&self, epsilon: f64, parameters: &LawParameters) -> Curve {
         thread_local! {
@@ -408,13 +408,16 @@ impl Law {
         }
         LATEST.with_borrow_mut(|latest| {
             let alike = latest.as_ref().filter(|(law, _, known, _)| known == parameters && law == self);
-            let compiled = match alike {
-                Some((_, eps, _, curve)) if *eps == epsilon => return curve.clone(),
-                Some((.., curve)) if !self.depends_on_epsilon() => Arc::clone(&curve.compiled),
-                _ => Arc::default(),
-            };
+            if let Some((.., curve)) = alike.filter(|(_, eps, ..)| *eps == epsilon) {
+                return curve.clone();
+            }
             let small = self.is_read_as_small().then_some(epsilon);
             let (form, axis) = self.form(epsilon, parameters);
+            let compiled = match (alike, latest.as_ref()) {
+                (Some((.., curve)), _) if !self.depends_on_epsilon() => Arc::clone(&curve.compiled),
+                (_, Some((.., curve))) => curve.shared(&form),
+                (_, None) => Arc::default(),
+            };
             let curve = Curve::new(form, small, axis, compiled);
             *latest = Some((self.clone(), epsilon, *parameters, curve.clone()));
             curve
