@@ -9,13 +9,16 @@
 //! | crossing | `crossing::reach` less 2 (2 - j) | it sticks after one crossing, or crosses for ever |
 //! | fold | C - eps c at the extreme of the backbone C(r) that is nearest to eps c | two slip cycles meet and vanish |
 
+use std::f64::consts::PI;
+
 use super::Failure;
 use super::backbone::Backbone;
 use super::continuation::{Branch, TestValue, zero_curves};
 use super::crossing::{beyond_landing, reach};
-use super::flow;
+use super::critical::{CriticalDamping, critical_damping};
 use super::return_map::{Turn, turn_of};
 use slipmap_model::filippov::{HopfRate, Oscillator};
+use slipmap_model::friction::Column;
 use slipmap_numbers::named;
 
 /// Factor from the tolerance to a coarser one: the difference of the two values is taken as the error.
@@ -90,11 +93,16 @@ fn with_error(tolerance: f64, value: impl Fn(f64) -> Result<f64, Failure>) -> Op
     Some(TestValue { value: fine, error: (fine - coarse).abs() + 4.0 * f64::EPSILON })
 }
 
-/// The scaled margin; far from grazing perhaps only its sign.
+/// The scaled margin; where the turn leaves the domain of the polar form, about what the distance from the critical damping
+/// makes of it, which has a margin's zero and sign.
 fn margin(oscillator: &Oscillator, tolerance: f64) -> Option<TestValue> {
     if let Turn::Complete { margin, error, .. } = turn_of(oscillator, tolerance) {
         return Some(TestValue { value: margin, error });
     }
-    let answer = flow(oscillator, tolerance);
-    Some(TestValue { value: answer.signed_margin()?, error: answer.margin_error })
+    let Oscillator { curve, viscous, belt_speed } = oscillator;
+    let column = Column { curve: curve.clone(), epsilon: 1.0, belt_speed: *belt_speed, unit: 1.0 };
+    let critical = critical_damping(&column, tolerance).and_then(CriticalDamping::known).ok()?;
+    // Of a negative one perhaps only the sign is known.
+    let error = if critical.is_located() { critical.error } else { 0.0 };
+    Some(TestValue { value: PI * (critical.c - viscous), error: PI * error })
 }
