@@ -40,7 +40,7 @@ impl PartialEq for Curve {
 pub(super) struct Compiled {
     weakening: Vec<Arc<Weakening>>,
     /// Those of a formula as it was written, if its slip speed has another unit here.
-    written: Arc<Mutex<Vec<Arc<Weakening>>>>,
+    pub(super) written: Arc<Mutex<Vec<Arc<Weakening>>>>,
     /// -F1', the weakening rate of the law to first order in eps.
     leading: Vec<Arc<Weakening>>,
 }
@@ -403,6 +403,18 @@ impl Curve {
         }
     }
 
+    /// About [`Curve::mean_weakening`], for searches to begin with.
+    pub fn rough_mean_weakening(&self, belt_speed: f64) -> f64 {
+        match &self.form {
+            Form::Exponential(law) => mean::rough(|u| law.weakening(u), belt_speed),
+            form if form.closed().is_some() || self.table().is_some() => self.mean_weakening(belt_speed),
+            _ => {
+                let weakening = self.compiled(4.0 * belt_speed);
+                mean::rough(|u| weakening.at(u), belt_speed)
+            }
+        }
+    }
+
     /// The law to first order in eps at belt speed V.
     ///
     /// # Errors
@@ -614,13 +626,14 @@ impl Curve {
         }
     }
 
-    /// The weakening rate of the exponential law, and that of friction that does not fall, with or without a drop; `None`
-    /// for other laws.
+    /// The weakening rate of the exponential law with the exponent 1 or 2, and that of friction that does not fall, with or
+    /// without a drop; `None` for other laws.
     pub fn exponential_fall(&self) -> Option<ExponentialFall> {
         match &self.form {
             Form::Exponential(law) => law.fall(),
             Form::Coulomb(law) => {
-                Some(ExponentialFall { steepest: 0.0, rate: 0.0, rise: -law.weakening(0.0) })
+                let rise = -law.weakening(0.0);
+                Some(ExponentialFall { steepest: 0.0, rate: 0.0, rise, is_squared: false })
             }
             _ => None,
         }

@@ -151,14 +151,14 @@ impl Weakening {
     /// errors of the polynomial of the neighbour, which moves by less than its steepest slope times that reach. No slip
     /// speed lies beyond the last end.
     fn in_unit(&self, law: &Form, unit: f64) -> Self {
-        // |dp/dx| on the piece; 2 k of |x| <= 1 + 1/16, for k <= 11.
+        // |dp/dx| where |x| <= 1 + 1/64: |x|^10 < 1.25.
         let steepest = |piece: &Piece| -> f64 {
-            2.0 * piece.c.iter().zip(0_u8..).map(|(c, k)| f64::from(k) * c.abs()).sum::<f64>()
+            1.25 * piece.c.iter().zip(0_u8..).map(|(c, k)| f64::from(k) * c.abs()).sum::<f64>()
         };
         let scaled = |i: usize| {
             let piece = &self.pieces[i];
             let [from, to] = [self.breaks[i], self.breaks[i + 1]];
-            let moved = 2.0 * f64::EPSILON * (1.0 + to * piece.scale) * steepest(piece);
+            let moved = f64::EPSILON * (1.0 + to * piece.scale) * steepest(piece);
             let beyond = |neighbour: Option<&Piece>, end: f64| {
                 neighbour.map_or([0.0; 2], |it| {
                     [2.0 * it.error, f64::EPSILON * end * it.scale * steepest(it)]
