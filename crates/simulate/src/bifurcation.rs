@@ -45,9 +45,9 @@ named! {
     }
 }
 
-/// The budget of the curves of one kind in a plane, in evaluations of the right-hand side of the Stribeck law: some ten
+/// The budget of the curves of one kind in a plane, in evaluations of the right-hand side of the Stribeck law: some twenty
 /// seconds.
-pub const CURVE_WORK: u64 = 200 * QUESTION;
+pub const CURVE_WORK: u64 = 40 * QUESTION;
 /// Work of one test at the most: two of [`Work`].
 const TEST_WORK: u64 = 2 * QUESTION;
 /// The most work for the curves of a kind: the tests of one row of the grid of signs may exceed the budget.
@@ -85,7 +85,11 @@ impl Bifurcation {
 
     fn test_within(self, oscillator: &Oscillator, tolerance: f64, work: &Work) -> Option<TestValue> {
         let fastest = oscillator.fastest_sticking();
+        // What a landing at the exit point, or none, has for the landing and the crossing.
+        let stays = |reach: f64| Some(TestValue { value: -reach, error: 4.0 * f64::EPSILON });
         match self {
+            Bifurcation::Landing if is_overdamped(oscillator) => stays(fastest),
+            Bifurcation::Crossing if is_overdamped(oscillator) => stays(2.0 * fastest),
             Bifurcation::Hopf => {
                 let value = oscillator.divergence(oscillator.belt_speed);
                 // D(V), up to the rounding of the difference.
@@ -125,6 +129,14 @@ impl Bifurcation {
         let work = CurveWork::default();
         zero_curves(&|place| self.test(&at(place), tolerance, &work), &|| work.is_spent())
     }
+}
+
+/// Whether D <= -2 at all slip speeds that the orbit from the exit point can reach, so that it never returns (theory,
+/// "Breakaway"): there its steps would be short.
+fn is_overdamped(oscillator: &Oscillator) -> bool {
+    let Oscillator { curve, viscous, belt_speed } = oscillator;
+    let fastest = belt_speed + belt_speed.hypot(oscillator.drop());
+    *viscous > 2.0 && curve.weakening_range(0.0, fastest).hi - viscous <= -2.0
 }
 
 /// The coarsest backbone that has all extremes, none of them next to the damping of the oscillator, or that of this
