@@ -42,8 +42,7 @@ pub(super) struct Arguments {
     /// Write the page; .pdf, .svg, .png or .html
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
-    /// Draws of the uncertain quantities; default: 1000000, and 10000 or fewer where each needs a search of its own, as
-    /// of a formula with many uncertain parameters, or of data that scatter far more than they fall
+    /// Draws of the uncertain quantities; default: 100000, or as many as take some seconds
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(100..))]
     draws: Option<u32>,
     /// Probabilities for which the damping is sought

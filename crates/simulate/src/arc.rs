@@ -184,7 +184,8 @@ impl<'a> Walk<'a> {
         let reaches = [2.0 * fastest, 4.0 * oscillator.belt_speed].into_iter();
         // An error e of the divergence changes x2'' by e x2': e per unit of time, in units of x2'.
         let is_accurate = |form: &Arc<Weakening>| form.error(0.0, form.reach()).bound() <= tolerance / TAU;
-        let weakening = reaches.filter(|_| curve.cost() > 1).map(|reach| curve.compiled(reach)).find(is_accurate);
+        let weakening =
+            reaches.filter(|_| curve.cost() > 1).map(|reach| curve.compiled(reach)).find(is_accurate);
         let origin = nearest_origin(v, oscillator.belt_speed);
         let mut walk = Self {
             oscillator,

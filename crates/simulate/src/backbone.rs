@@ -228,7 +228,12 @@ impl Backbone {
         self.refined_within(curve, tolerance, &Work::of_question(curve))
     }
 
-    pub(super) fn refined_within(&self, curve: &Curve, tolerance: f64, work: &Work) -> Result<Option<Self>, Failure> {
+    pub(super) fn refined_within(
+        &self,
+        curve: &Curve,
+        tolerance: f64,
+        work: &Work,
+    ) -> Result<Option<Self>, Failure> {
         let finest = if curve.corners().is_empty() { SIZES[1] } else { FINEST_WITH_CORNERS };
         // Several panels are not refined further.
         let [panel] = &self.panels[..] else { return Ok(None) };

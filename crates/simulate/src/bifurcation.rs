@@ -15,8 +15,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use super::Failure;
 use super::backbone::Backbone;
 use super::continuation::{Branch, ROW, TestValue, zero_curves};
-use super::crossing::{beyond_landing, reach_within};
 use super::critical::{CriticalDamping, critical_damping};
+use super::crossing::{beyond_landing, reach_within};
 use super::return_map::{Turn, turn_of};
 use super::work::{QUESTION, Work};
 use slipmap_model::filippov::{HopfRate, Oscillator};
@@ -104,9 +104,9 @@ impl Bifurcation {
                 let beyond = beyond_landing(oscillator, tolerance, work)?;
                 Ok(beyond.unwrap_or(-oscillator.fastest_sticking()))
             }),
-            Bifurcation::Landing => {
-                with_error(tolerance, |tolerance| Ok(reach_within(oscillator, 0.0, tolerance, work)? - fastest))
-            }
+            Bifurcation::Landing => with_error(tolerance, |tolerance| {
+                Ok(reach_within(oscillator, 0.0, tolerance, work)? - fastest)
+            }),
             Bifurcation::Crossing => with_error(tolerance, |tolerance| {
                 Ok(reach_within(oscillator, 0.0, tolerance, work)? - 2.0 * fastest)
             }),

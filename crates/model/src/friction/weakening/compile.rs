@@ -160,9 +160,8 @@ impl Weakening {
             let [from, to] = [self.breaks[i], self.breaks[i + 1]];
             let moved = f64::EPSILON * (1.0 + to * piece.scale) * steepest(piece);
             let beyond = |neighbour: Option<&Piece>, end: f64| {
-                neighbour.map_or([0.0; 2], |it| {
-                    [2.0 * it.error, f64::EPSILON * end * it.scale * steepest(it)]
-                })
+                neighbour
+                    .map_or([0.0; 2], |it| [2.0 * it.error, f64::EPSILON * end * it.scale * steepest(it)])
             };
             let before = beyond(i.checked_sub(1).map(|i| &self.pieces[i]), from);
             let after = beyond(self.pieces.get(i + 1), to);
