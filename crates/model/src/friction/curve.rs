@@ -550,8 +550,10 @@ impl Curve {
     /// Whether friction changes within the rounding errors of slip speeds by more than a thousandth of the friction at rest,
     /// or of its change up to the belt speed: no orbit in double precision shows it.
     pub fn is_hidden_by_rounding(&self, belt_speed: f64) -> bool {
-        let change = |u: f64| (self.phi(0.0) - self.phi(u)).abs();
-        change(2.0 * f64::EPSILON * belt_speed) > HIDDEN * change(belt_speed).min(1.0) + ROUNDED
+        let at_rest = self.phi(0.0);
+        let change = |u: f64| (at_rest - self.phi(u)).abs();
+        let hidden = change(2.0 * f64::EPSILON * belt_speed);
+        hidden > ROUNDED && hidden > HIDDEN * change(belt_speed).min(1.0) + ROUNDED
     }
 
     /// Slip speeds, increasing, at which integrators end their steps: the corners, 0 where a formula does not
