@@ -525,7 +525,7 @@ fn probabilities(
 
 /// Number of draws for a whole map, and the least number in each of its columns: the standard error of a probability is
 /// then at most 0.016.
-const DRAWS_OF_MAP: usize = 1_000_000;
+const DRAWS_OF_MAP: usize = 100_000;
 const FEWEST_OF_COLUMN: usize = 1_000;
 
 /// The probability of stick-slip in each cell of a map.

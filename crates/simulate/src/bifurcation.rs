@@ -45,9 +45,9 @@ named! {
     }
 }
 
-/// The budget of the curves of one kind in a plane, in evaluations of the right-hand side of the Stribeck law: some twenty
+/// The budget of the curves of one kind in a plane, in evaluations of the right-hand side of the Stribeck law: some forty
 /// seconds.
-pub const CURVE_WORK: u64 = 40 * QUESTION;
+pub const CURVE_WORK: u64 = 80 * QUESTION;
 /// Work of one test at the most: two of [`Work`].
 const TEST_WORK: u64 = 2 * QUESTION;
 /// The most work for the curves of a kind: the tests of one row of the grid of signs may exceed the budget.
