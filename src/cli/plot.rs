@@ -6,7 +6,7 @@ use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 
 use super::output::{exact, short};
-use super::replace::{self, Kind, refuse_existing};
+use super::replace;
 use super::report::{existing, failure, open};
 use super::{Ended, Failure, say};
 use slipmap_report::figure::plot::{At, Marks};
@@ -126,18 +126,16 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     let view = View::new(&map);
     let table = arguments.out.with_extension("csv");
     let existing = existing(arguments.overwrite);
-    let mut written: Vec<(&PathBuf, Kind)> = vec![(&arguments.out, Kind::Figure)];
-    written.extend(arguments.curves.then_some((&table, Kind::Table("curve"))));
-    written.extend(arguments.data.iter().map(|data| (data, Kind::Table(""))));
+    let mut written: Vec<&PathBuf> = vec![&arguments.out];
+    written.extend(arguments.curves.then_some(&table));
+    written.extend(&arguments.data);
     if let (true, Some(data)) = (arguments.curves, arguments.data.as_ref().filter(|data| **data == table)) {
         let problem = format!("--data {}: the points of the curves go there", data.display());
         return Err(Failure::bad_input(problem, "choose another name"));
     }
     // Checked before the work starts.
-    written.iter().try_for_each(|(path, kind)| match arguments.overwrite {
-        true => replace::check(path, Some(&arguments.map), *kind),
-        false => refuse_existing("--out", path, false),
-    })?;
+    let (map, overwrite) = (Some(arguments.map.as_path()), arguments.overwrite);
+    written.iter().try_for_each(|path| replace::check("--out", path, map, overwrite))?;
     let marks = arguments.mark.as_deref().map(read_marks).transpose()?;
     let plot = Plot {
         x: &arguments.x,
@@ -190,7 +188,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     for (axis, step) in &plotted.thinned {
         say(&format!("{axis}: one node in {step} is drawn"));
     }
-    let paths: Vec<String> = written.iter().map(|(path, _)| path.display().to_string()).collect();
+    let paths: Vec<String> = written.iter().map(|path| path.display().to_string()).collect();
     say(&format!("wrote {}", paths.join(" and ")));
     Ok(Ended::Fine)
 }

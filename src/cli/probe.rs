@@ -9,7 +9,7 @@ use super::output::{Align, Table, count, exact, print_json, short, signed};
 use super::plot::{ONE, width};
 use super::point::{LawArguments, PointArguments};
 use super::probe_table::About;
-use super::replace::{self, Kind};
+use super::replace;
 use super::report::{existing, failure};
 use super::{Ended, Failure, WRITTEN_BY, probe_table, proof};
 use slipmap_certify::certificate::Format as _;
@@ -82,7 +82,7 @@ pub(super) struct Arguments {
     /// Replace OUT.csv, the figure, the orbit or the proof if it exists
     #[arg(long)]
     overwrite: bool,
-    /// Number of threads for a table; default: one per core, at most 16 per core
+    /// Number of threads for a table; default: one per core
     #[arg(long, requires = "points", value_name = "NUMBER", value_parser = super::threads::parse)]
     threads: Option<usize>,
     /// Also append epsilon_limit_METHOD: up to which epsilon each method says what the simulation says; takes
@@ -220,7 +220,7 @@ fn probe_point(
     machine: Option<(&MachineJob, &Model)>,
 ) -> Result<Ended, Failure> {
     if let Some(path) = &arguments.proof {
-        proof::check_place(path, arguments.overwrite)?;
+        replace::check("--proof", path, None, arguments.overwrite)?;
         proof::write_text(PointCertificate::of(law, point, WRITTEN_BY).text(), path, arguments.overwrite)?;
     }
     write_orbit(arguments, law, point, machine.map(|(_, model)| model))?;
@@ -255,11 +255,7 @@ fn write_orbit(
     model: Option<&Model>,
 ) -> Result<(), Failure> {
     for (option, path) in [("--figure", &arguments.figure), ("--orbit", &arguments.orbit)] {
-        path.iter().try_for_each(|path| replace::refuse_existing(option, path, arguments.overwrite))?;
-    }
-    if arguments.overwrite {
-        arguments.figure.iter().try_for_each(|path| replace::check(path, None, Kind::Figure))?;
-        arguments.orbit.iter().try_for_each(|path| replace::check(path, None, Kind::Table("x1")))?;
+        path.iter().try_for_each(|path| replace::check(option, path, None, arguments.overwrite))?;
     }
     if arguments.figure.is_none() && arguments.orbit.is_none() {
         let help = "add --orbit FILE.csv or --figure FILE";

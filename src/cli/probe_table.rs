@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use super::output::{exact, short};
 use super::point::PointArguments;
-use super::replace::{self, Kind};
+use super::replace;
 use super::report::{existing, unwritten};
 use super::run::tell_units;
 use super::threads::not_started;
@@ -286,13 +286,10 @@ impl Output {
             return Ok(Self::Standard(tempfile::spooled_tempfile(SPOOL)));
         }
         let name = path.display();
-        if overwrite {
-            replace::check(path, Some(input), Kind::Table("verdict_"))?;
-        }
         if path.is_dir() {
             return Err(Failure::bad_input(format!("--out {name}: this is a folder"), "name a CSV file"));
         }
-        replace::refuse_existing("--out", path, overwrite)?;
+        replace::check("--out", path, Some(input), overwrite)?;
         let folder = folder_of(path);
         let file = temporary_in(folder).map_err(|error| {
             let problem = format!("--out {name}: cannot write into the folder {}: {error}", folder.display());
