@@ -322,7 +322,7 @@ class Machine:
         Parameters
         ----------
         draws : int, optional
-            Draws of the uncertain quantities; by default 1000000, or as many as take some seconds.
+            Draws of the uncertain quantities; by default 100000, or as many as take some seconds.
         rare : sequence of float
             Probabilities for which the damping is sought.
 

@@ -302,7 +302,7 @@ pub(crate) fn check_law(law: &Family, point: &Point) -> Result<(), String> {
     let fastest = 2.0 * point.belt_speed();
     match law.as_written() {
         Family::Expression(law) => law.check(point.epsilon(), point.law(), fastest).map_err(|error| {
-            format!("{}\n  help: {}", slipmap::config::point_into(law.text(), &error), error.remedy)
+            format!("{}\n  help: {}", slipmap::config::point_into(&law.text(), &error), error.remedy)
         }),
         Family::Table(table) if table.fastest() < fastest => Err(format!(
             "V = {}: the data of {} end at slip speed {}, below 2 V\n  help: choose a lower belt speed",

@@ -99,7 +99,7 @@ impl Machine {
             (Some(_), _) => law.law.clone().with_exponent(),
             // A fit is in units of its own value at rest; the formula of a machine is the coefficient itself.
             (None, Family::Expression(formula)) if !formula.may_drop() && formula.static_level() != 1.0 => {
-                let formula = Expression::new(formula.text(), 1.0);
+                let formula = Expression::new(&formula.text(), 1.0);
                 Family::Expression(formula.map_err(|error| PyValueError::new_err(error.problem))?)
             }
             (None, _) => law.law.clone(),

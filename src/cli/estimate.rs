@@ -19,6 +19,7 @@ use slipmap_map::dataset::Schema;
 use slipmap_map::map::{self, Control, Grid, Plan, Shard};
 use slipmap_map::risk::Chances;
 use slipmap_numbers::text::short;
+use slipmap_simulate::bifurcation::MOST_CURVE_WORK;
 use slipmap_simulate::continuation::MOST_POINTS;
 
 /// Duration above which a sample is extrapolated.
@@ -55,7 +56,9 @@ fn budgets(job: &Job) -> Vec<(&'static str, String)> {
     }
     if !plan.planes.is_empty() {
         let planes = number_of(plan.planes.len(), "plane");
-        budgets.push(("curves", format!("in {planes}, at most {} points of each kind", count(MOST_POINTS))));
+        let each = format!("at most {} points", count(MOST_POINTS));
+        let work = MOST_CURVE_WORK as f64;
+        budgets.push(("curves", format!("in {planes}, of each kind {each} and {work:.1e} right-hand sides")));
     }
     if plan.proof_boxes > 0 {
         budgets.push(("proof", format!("at most {} boxes", count(map::boxes_to_try(plan)))));

@@ -42,8 +42,7 @@ pub(super) struct Arguments {
     /// Write the page; .pdf, .svg, .png or .html
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
-    /// Draws of the uncertain quantities; default: 1000000, and 10000 or fewer where each needs a search of its own, as
-    /// of a formula with many uncertain parameters, or of data that scatter far more than they fall
+    /// Draws of the uncertain quantities; default: 100000, or as many as take some seconds
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(100..))]
     draws: Option<u32>,
     /// Probabilities for which the damping is sought
@@ -59,8 +58,8 @@ pub(super) struct Arguments {
 }
 
 /// Why there are fewer draws than usual.
-const FEWER: &str = "the critical damping changes too roughly from draw to draw to be interpolated, and each draw has a search \
-                     of its own: so there are few; --draws takes more, and the time for them";
+const FEWER: &str = "the search for the critical damping of a draw takes long here, so there are few draws; --draws takes \
+                     more, and the time for them";
 
 fn parse_probability(text: &str) -> Result<f64, String> {
     let value = text.parse::<f64>().ok().filter(|value| *value > 0.0 && *value < 1.0);

@@ -243,7 +243,7 @@ pub(super) fn check_law(law: &Law, point: &Point) -> Result<(), String> {
     match law.as_written() {
         Law::Expression(law) => law
             .check(point.epsilon, &point.law, fastest)
-            .map_err(|error| format!("--phi: {}\n  help: {}", point_into(law.text(), &error), error.remedy)),
+            .map_err(|error| format!("--phi: {}\n  help: {}", point_into(&law.text(), &error), error.remedy)),
         Law::Table(table) if table.fastest() < fastest => Err(format!(
             "--V {}: the data of {} end at slip speed {}, below 2 V\n  help: choose a lower belt speed",
             point.belt_speed,

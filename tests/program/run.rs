@@ -325,7 +325,10 @@ fn a_dry_run_estimates_the_size_and_writes_nothing() {
     assert_eq!(scratch.names(), ["small.toml"]);
     let curves = ["--set", "curves.planes=[{x=\"gamma\",y=\"c\"}]"];
     let told = parse(&scratch.run(&[&["run", "small.toml", "--dry-run", "--json"], &curves[..]].concat()));
-    assert_eq!(told["beside"]["curves"], "in 1 plane, at most 2,000 points of each kind");
+    assert_eq!(
+        told["beside"]["curves"],
+        "in 1 plane, of each kind at most 2,000 points and 1.1e9 right-hand sides"
+    );
     // The estimate includes the bytes beside the cells, which matter most in a small file.
     scratch.run(&["run", "small.toml"]).ends_with(0);
     let size = std::fs::metadata(scratch.path().join("maps/small.h5")).unwrap().len();

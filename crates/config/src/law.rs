@@ -243,7 +243,7 @@ pub(super) fn check_range(friction: &Section, grid: &Grid) -> Result<(), ConfigE
                 let checked = match grid.machine_at(&values).map(|machine| machine.friction) {
                     // Divided by its value at rest.
                     Some(friction @ Friction::Formula(_, parameters)) => {
-                        Expression::with_static(law.text(), friction.at_rest())
+                        Expression::with_static(&law.text(), friction.at_rest())
                             .and_then(|law| law.check(1.0, &parameters, fastest))
                     }
                     Some(_) => Ok(()),

@@ -499,7 +499,7 @@ fn check_friction(
         let problem = format!("the coefficient of friction at rest, u = 0, is {rest}");
         return Err(phi.error(&problem, "write a formula that is greater than 0 there"));
     }
-    let divided = Expression::with_static(formula.text(), rest);
+    let divided = Expression::with_static(&formula.text(), rest);
     let checked = divided.and_then(|law| law.check(1.0, &parameters, fastest));
     checked.map_err(|error| at_formula(&phi, &error))
 }

@@ -65,7 +65,7 @@ impl Description<'_> {
         let _ = writeln!(text, "law = {}", quoted(law.name()));
         let level = match law.as_written() {
             Law::Expression(formula) => {
-                let _ = writeln!(text, "phi = {}", quoted(formula.text()));
+                let _ = writeln!(text, "phi = {}", quoted(&formula.text()));
                 Some(formula.static_level())
             }
             Law::Table(table) => {

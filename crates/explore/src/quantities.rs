@@ -76,7 +76,7 @@ fn check(machine: &Machine) -> Result<(), Refusal> {
     match &machine.friction {
         Friction::Formula(formula, parameters) => {
             // In the units in which it was typed, so that an error has its place there.
-            Ok(Expression::new(formula.text(), rest)?.check(1.0, parameters, fastest)?)
+            Ok(Expression::new(&formula.text(), rest)?.check(1.0, parameters, fastest)?)
         }
         Friction::Measured(table) if table.fastest() < fastest => {
             let problem = format!("the data of {} end at slip speed {}", table.origin(), table.fastest());

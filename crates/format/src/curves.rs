@@ -57,7 +57,7 @@ pub(super) fn read(file: &File, grid: &Grid, facts: FileFacts) -> Result<Vec<Pla
             let why = format!("its curves lie in a plane of {} alone", axes[x].name);
             return Err(Unfit::Foreign(why));
         }
-        planes.push(PlaneCurves { plane: Plane::new(x, y, nodes), curves: Vec::new() });
+        planes.push(PlaneCurves { plane: Plane::new(x, y, nodes), curves: Vec::new(), cut: Vec::new() });
     }
     table.numbers::<f64>(PLANE, planes.len())?;
     // A table of points that has lost a column is not a group without points.

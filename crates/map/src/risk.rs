@@ -1,29 +1,35 @@
 //! Probability that a machine with uncertain quantities may stick-slip, and the damping that lowers this
 //! probability to a given value.
 //!
-//! Every draw of the uncertain quantities has its own critical damping, by a root search or interpolated
-//! between searches, and on fast belts another one, below which its orbits cross the belt line for ever. The machine may
-//! stick-slip (for some initial state) if its damping is between the two. So the probability is the share of such draws.
-//! The nominal damping for a given probability is the one above which it is below: a quantile of the critical damping
-//! less the deviation of the damping, or on fast belts less than that. Both have 95 % confidence limits for the sampling.
+//! Every draw of the uncertain quantities has its own critical damping, by a root search, and on fast belts another one,
+//! below which its orbits cross the belt line for ever. The machine may stick-slip (for some initial state) if its damping
+//! is between the two. So the probability is the share of such draws. The nominal damping for a given probability is the
+//! one above which it is below: a quantile of the critical damping less the deviation of the damping, or on fast belts
+//! less than that. Both have 95 % confidence limits for the sampling.
 //!
-//! Friction that was measured with standard errors is uncertain too, and so is friction that was fitted. The errors
-//! of data are independent and normal, those of a fit normal with its covariance. The critical damping of a draw is taken as normal around that of the data as measured, with
-//! its standard deviation over random data (`Risk::standard_error`). Each draw has such a deviation, which moves the lower
-//! damping as much: to first order only, and an orbit that leaves the data is taken to stick below the critical damping.
+//! Friction that was measured with standard errors is uncertain too, and so is friction that was fitted: each draw has
+//! data of its own, whose errors are independent and normal, or parameters with the covariance of the fit. What the
+//! curve between measured rows could be moves the critical damping by a normal number, with the standard deviation at the
+//! nominal machine, in proportion to the normal force. An orbit that leaves the data is taken to stick below the critical
+//! damping.
 
-mod surface;
+mod errors;
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use rayon::prelude::*;
 
-use crate::machine::Machine;
+use crate::machine::{Friction, Machine, Model};
 use crate::map::{Grid, pool, unravel};
+use errors::has_standard_errors;
+pub(crate) use errors::{Moved, joint};
+pub use errors::{WithError, uncertain_critical_damping};
+use slipmap_model::filippov::Oscillator;
+use slipmap_model::friction::{Column, Table};
 use slipmap_numbers::random::Random;
-use surface::{Groups, Searches, has_standard_errors};
-pub(crate) use surface::{Moved, joint};
-pub use surface::{WithError, uncertain_critical_damping};
+use slipmap_simulate::critical::{CriticalDamping, critical_damping, critical_dampings};
+use slipmap_simulate::far_loops::FarLoops;
+use slipmap_simulate::{Fate, flow};
 
 /// Distribution of an uncertain quantity.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -92,8 +98,7 @@ pub struct Risk {
     /// Number of illegal machines that were drawn: those of illegal damping were left out; others, such as
     /// one of negative mass, were drawn again.
     pub redrawn: usize,
-    /// Whether there are fewer draws than usual, since each needs a search of its own: the critical damping
-    /// is too rough to be interpolated between them.
+    /// Whether there are fewer draws than usual, since each takes long.
     #[serde(rename = "fewer_than_usual")]
     pub fewer: bool,
     /// Largest error of the critical dampings found, N s/m (for a rotation N m s/rad).
@@ -110,10 +115,21 @@ pub struct Risk {
 
 /// Number of draws that share a stream of random numbers.
 const CHUNK: usize = 2048;
-/// Least number of draws by default, and the number of searches for each where they are few: its own, and those
-/// of boxes that are tried before.
+/// Number of draws by default; fewer, down to the least, where their searches would take more evaluations of the
+/// right-hand side of the Stribeck law: some seconds.
+const USUAL_DRAWS: usize = 100_000;
 const FEWEST_DRAWS: usize = 100;
-const FEWER: usize = 2;
+const WORK: u64 = 300_000_000;
+/// Work counted for a search that fails.
+const FAILURE: u64 = 100_000;
+/// Tolerance of the root search for a critical damping.
+const TOLERANCE: f64 = 1e-9;
+/// Number of machines in one call of the root search.
+const SEARCHED_TOGETHER: usize = 64;
+/// Number of draws that tell whether orbits of some may cross the belt line for ever.
+const TRIED: usize = 64;
+/// Number of bisections for the damping below which they do: a thousandth of the critical one.
+const HALVINGS: u32 = 11;
 /// Largest number of machines that are drawn for one legal machine. If none of them is legal, the spreads are
 /// too wide for the quantities.
 const TRIES: usize = 1000;
@@ -145,33 +161,136 @@ struct Draw {
     machine: Machine,
     /// Deviation of its damping, as it is given. Whether it is legal depends on the nominal damping.
     of_damping: f64,
+    /// Deviation of its critical damping by the curve between measured rows, in units of [`Draws::of_curve`].
+    of_curve: f64,
     /// Number of illegal machines that were drawn before it.
     redrawn: usize,
 }
 
-/// Draws a machine that is legal, except perhaps for its damping; `None` after [`TRIES`] illegal ones.
-fn draw(machine: &Machine, uncertain: &[Uncertain], random: &mut Random) -> Option<Draw> {
-    let values: Vec<f64> = uncertain.iter().map(|(name, _)| value_of(machine, name)).collect();
-    let drawn = |random: &mut Random| {
-        let (mut drawn, mut of_damping) = (machine.clone(), 0.0);
-        for ((name, spread), nominal) in uncertain.iter().zip(&values) {
-            let value = match spread {
+/// What is drawn.
+struct Draws<'a> {
+    machine: &'a Machine,
+    uncertain: &'a [Uncertain],
+    /// The value of each of these quantities.
+    nominal: Vec<f64>,
+    /// Data with standard errors.
+    measured: Option<&'a Table>,
+    /// Standard deviation of the critical damping by the curve between the rows, per normal force.
+    of_curve: f64,
+}
+
+impl<'a> Draws<'a> {
+    fn of(machine: &'a Machine, uncertain: &'a [Uncertain]) -> Self {
+        let nominal = uncertain.iter().map(|(name, _)| value_of(machine, name)).collect();
+        let measured = match &machine.friction {
+            Friction::Measured(table) if table.standard_errors().is_some() => Some(table),
+            _ => None,
+        };
+        let of_curve = measured.and_then(|table| {
+            let exact = table.with_standard_errors(&vec![0.0; table.data().count()]).ok()?;
+            let machine = Machine { friction: Friction::Measured(exact), ..machine.clone() };
+            uncertain_critical_damping(&machine, &[])
+        });
+        let of_curve = of_curve.map_or(0.0, |of| of.standard_error / machine.normal_force);
+        Self { machine, uncertain, nominal, measured, of_curve }
+    }
+
+    /// Draws a machine that is legal, except perhaps for its damping; `None` after [`TRIES`] illegal ones.
+    fn draw(&self, random: &mut Random) -> Option<Draw> {
+        (0..TRIES).find_map(|redrawn| self.try_draw(redrawn, random))
+    }
+
+    fn try_draw(&self, redrawn: usize, random: &mut Random) -> Option<Draw> {
+        let Self { machine, uncertain, nominal, measured, of_curve } = self;
+        let mut drawn = Machine::clone(machine);
+        let mut of_damping = 0.0;
+        let has_joint = uncertain.iter().any(|(_, spread)| matches!(spread, Spread::Joint { .. }));
+        let joint: [f64; MOST_JOINT] = std::array::from_fn(|_| if has_joint { random.normal() } else { 0.0 });
+        // All numbers of a draw are drawn, so that the next one begins alike.
+        let values: Vec<f64> = uncertain
+            .iter()
+            .zip(nominal)
+            .map(|((_, spread), nominal)| match spread {
                 Spread::Normal { sd } => nominal + sd * random.normal(),
                 Spread::Uniform { min, max } => min + (max - min) * random.unit(),
-                // The critical damping has their deviation.
-                Spread::Joint { .. } => continue,
-            };
+                Spread::Joint { row } => {
+                    nominal + row.iter().zip(joint).map(|(part, z)| part * z).sum::<f64>()
+                }
+            })
+            .collect();
+        let friction = measured.map(|table| table.drawn(|| random.normal()));
+        let of_curve = if *of_curve > 0.0 { random.normal() } else { 0.0 };
+        for (((name, _), nominal), value) in uncertain.iter().zip(nominal).zip(values) {
             match *name {
                 name if name == machine.damping_name() => of_damping = value - nominal,
                 name => drawn = drawn.with(name, value)?,
             }
         }
-        drawn.is_legal().then_some((drawn, of_damping))
+        if let Some(table) = friction {
+            drawn.friction = Friction::Measured(table.ok()?);
+        }
+        drawn.is_legal().then_some(Draw { machine: drawn, of_damping, of_curve, redrawn })
+    }
+
+    /// What is found of some draws, in SI units; `may_cross` is whether orbits may cross the belt line for ever.
+    fn search(&self, draws: &[Draw], may_cross: bool) -> Vec<Option<Found>> {
+        let models: Vec<Option<Model>> = draws.iter().map(|draw| draw.machine.model()).collect();
+        let columns: Vec<Column> = models.iter().flatten().map(Model::column).collect();
+        let mut found = critical_dampings(&columns, TOLERANCE).into_iter().zip(&columns);
+        let of = |(draw, model): (&Draw, &Option<Model>)| {
+            let unit = model.as_ref()?.si.units.damping;
+            let (found, column) = found.next()?;
+            let known = found.and_then(CriticalDamping::known).ok()?;
+            let off = draw.of_curve * self.of_curve * draw.machine.normal_force;
+            let from = if may_cross { sticks_from(column, known.c) } else { f64::NEG_INFINITY };
+            Some(Found {
+                critical: known.c * unit + off,
+                // Of a negative one the search may end with its sign.
+                error: if known.is_located() { known.error * unit } else { 0.0 },
+                sticks_from: from * unit + off,
+            })
+        };
+        draws.iter().zip(&models).map(of).collect()
+    }
+}
+
+/// What is found of a draw, in SI units.
+struct Found {
+    critical: f64,
+    error: f64,
+    /// The damping below which the orbit from the exit point crosses the belt line for ever; -infinity where it does at
+    /// no legal one.
+    sticks_from: f64,
+}
+
+/// Whether some orbit of one of the machines may cross the belt line for ever, as far as a part of them tell.
+fn some_may_cross(draws: &[Draw]) -> bool {
+    let may = |draw: &Draw| {
+        draw.machine.model().is_some_and(|model| {
+            let column = model.column();
+            FarLoops::where_friction_resists(&column.curve, column.belt_speed).inward_from(0.0) > 0.0
+        })
     };
-    (0..TRIES).find_map(|redrawn| {
-        let (machine, of_damping) = drawn(random)?;
-        Some(Draw { machine, of_damping, redrawn })
-    })
+    draws.iter().step_by(draws.len().div_ceil(TRIED).max(1)).any(may)
+}
+
+/// The damping c of a column below which the orbit from the exit point crosses the belt line for ever, `critical` being
+/// c*: bisected from there to 0; -infinity where it does at no damping. Where the orbit leaves the data it is taken to
+/// stick.
+fn sticks_from(column: &Column, critical: f64) -> f64 {
+    let crosses = |c: f64| {
+        let fate = flow(&Oscillator::in_column(column, c), TOLERANCE).fate;
+        matches!(fate, Fate::CrossesForever)
+    };
+    let (mut low, mut high) = (0.0, critical);
+    if !(high > 0.0) || !crosses(low) {
+        return f64::NEG_INFINITY;
+    }
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (low + high);
+        *(if crosses(middle) { &mut low } else { &mut high }) = middle;
+    }
+    high
 }
 
 fn value_of(machine: &Machine, name: &str) -> f64 {
@@ -211,87 +330,49 @@ struct NeededDraw {
     legal_from: f64,
 }
 
-/// A part of the draws.
-struct Drawn<'a> {
-    groups: Groups<'a>,
-    /// Deviations of the damping, as it is given, and of the measured friction, in standard deviations, of each draw;
-    /// and the damping in N s/m where that given is 1.
-    deviations: Vec<[f64; 3]>,
-    redrawn: usize,
-}
-
-impl<'a> Drawn<'a> {
-    fn none(machine: &'a Machine, uncertain: &[Uncertain]) -> Self {
-        Self { groups: Groups::new(machine, uncertain), deviations: Vec::new(), redrawn: 0 }
-    }
-
-    fn draw(mut self, uncertain: &[Uncertain], draws: usize, mut random: Random) -> Result<Self, NoRisk> {
-        let machine = self.groups.nominal;
-        let measured = self.groups.has_errors();
-        for _ in 0..draws {
-            let drawn = draw(machine, uncertain, &mut random).ok_or(NoRisk::Illegal)?;
-            self.groups.push(&drawn.machine);
-            let of_friction = if measured { random.normal() } else { 0.0 };
-            self.deviations.push([drawn.of_damping, of_friction, drawn.machine.si_damping()]);
-            self.redrawn += drawn.redrawn;
-        }
-        Ok(self)
-    }
-}
-
 impl Needed {
-    /// `None` where the budget does not suffice.
-    fn of(
-        machine: &Machine,
-        uncertain: &[Uncertain],
-        draws: usize,
-        budget: &Searches,
-    ) -> Result<Option<Self>, NoRisk> {
-        let chunks: Vec<Result<Drawn, NoRisk>> = (0..draws.div_ceil(CHUNK))
-            .into_par_iter()
-            .map(|chunk| {
-                // Each chunk has its own stream of random numbers, so the result does not depend on threads.
-                let random = Random(0x5115_ca9e ^ (chunk as u64).wrapping_mul(0xd134_2543_de82_ef95));
-                Drawn::none(machine, uncertain).draw(uncertain, CHUNK.min(draws - chunk * CHUNK), random)
+    fn of(machine: &Machine, uncertain: &[Uncertain], draws: usize) -> Result<Self, NoRisk> {
+        let all = Draws::of(machine, uncertain);
+        let chunk = |chunk: usize| {
+            // Each chunk has its own stream of random numbers, so the result does not depend on threads.
+            let mut random = Random(0x5115_ca9e ^ (chunk as u64).wrapping_mul(0xd134_2543_de82_ef95));
+            let count = CHUNK.min(draws - chunk * CHUNK);
+            let drawn = (0..count).map(|_| all.draw(&mut random).ok_or(NoRisk::Illegal));
+            drawn.collect::<Result<Vec<Draw>, NoRisk>>()
+        };
+        let chunks: Vec<_> = (0..draws.div_ceil(CHUNK)).into_par_iter().map(chunk).collect();
+        let drawn = chunks.into_iter().collect::<Result<Vec<_>, NoRisk>>()?;
+        let drawn: Vec<Draw> = drawn.into_iter().flatten().collect();
+        let may_cross = some_may_cross(&drawn);
+        let search = |some: &[Draw]| all.search(some, may_cross);
+        let found: Vec<Option<Found>> = drawn.par_chunks(SEARCHED_TOGETHER).flat_map_iter(search).collect();
+        let known = drawn.iter().zip(&found).filter_map(|(draw, found)| Some((draw, found.as_ref()?)));
+        let mut needed: Vec<NeededDraw> = known
+            .map(|(Draw { machine, of_damping, .. }, found)| {
+                let nominal = |damping: f64| damping / machine.si_damping() - of_damping;
+                NeededDraw {
+                    damping: nominal(found.critical),
+                    sticks_from: nominal(found.sticks_from),
+                    legal_from: -of_damping,
+                }
             })
             .collect();
-        let mut all = Drawn::none(machine, uncertain);
-        for chunk in chunks {
-            let mut chunk = chunk?;
-            all.groups.append(chunk.groups);
-            all.deviations.append(&mut chunk.deviations);
-            all.redrawn += chunk.redrawn;
-        }
-        let Some(found) = all.groups.critical_dampings(budget) else { return Ok(None) };
-        let ends = found.dampings.iter().zip(&found.sticks_from);
-        let needed = ends.zip(&found.deviations).zip(&all.deviations);
-        let needed = needed.map(|(((critical, from), spread), [of_damping, of_friction, unit])| {
-            let nominal = |damping: f64| (damping + spread * of_friction) / unit - of_damping;
-            NeededDraw {
-                damping: nominal(*critical),
-                sticks_from: nominal(*from).max(f64::NEG_INFINITY),
-                legal_from: -of_damping,
-            }
-        });
-        let mut needed: Vec<NeededDraw> = needed.filter(|draw| !draw.damping.is_nan()).collect();
         needed.sort_unstable_by(|one, other| one.damping.total_cmp(&other.damping));
-        let failed = draws - needed.len();
         if needed.is_empty() {
             return Err(NoRisk::NoneFound);
         }
         let all_legal_from = needed.iter().map(|draw| draw.legal_from).fold(f64::NEG_INFINITY, f64::max);
-        let some_cross = needed.iter().any(|draw| draw.sticks_from > f64::NEG_INFINITY);
         let needed = Self {
+            some_cross: needed.iter().any(|draw| draw.sticks_from > f64::NEG_INFINITY),
+            failed: draws - needed.len(),
             draws: needed,
             all_legal_from,
-            some_cross,
-            failed,
-            redrawn: all.redrawn,
-            error: found.error,
+            redrawn: drawn.iter().map(|draw| draw.redrawn).sum(),
+            error: found.iter().flatten().map(|found| found.error).fold(0.0, f64::max),
         };
         match needed.legal_of(&needed.draws, given_damping(machine)) {
             0 => Err(NoRisk::Illegal),
-            legal => Ok(Some(Self { redrawn: needed.redrawn + needed.draws.len() - legal, ..needed })),
+            legal => Ok(Self { redrawn: needed.redrawn + needed.draws.len() - legal, ..needed }),
         }
     }
 
@@ -355,25 +436,12 @@ impl Needed {
     }
 }
 
-/// The default number of draws: as many as take some seconds.
-fn usual_draws(machine: &Machine, uncertain: &[Uncertain]) -> usize {
-    if Groups::new(machine, uncertain).can_be_interpolated(uncertain) { 1_000_000 } else { 10_000 }
-}
-
-/// The draws by default: fewer than [`usual_draws`] where the critical dampings cannot be interpolated within a
-/// budget of searches, as those of rough measured friction. Whether that is so comes with them.
-fn usual(machine: &Machine, uncertain: &[Uncertain], searches: usize) -> Result<(Needed, bool), NoRisk> {
-    let usual = usual_draws(machine, uncertain);
-    if let Some(needed) = Needed::of(machine, uncertain, usual, &Searches::new(searches))? {
-        return Ok((needed, false));
-    }
-    let fewer = (searches / FEWER).clamp(FEWEST_DRAWS, usual);
-    Ok((unbounded(machine, uncertain, fewer)?, true))
-}
-
-fn unbounded(machine: &Machine, uncertain: &[Uncertain], draws: usize) -> Result<Needed, NoRisk> {
-    // Such a budget always suffices.
-    Needed::of(machine, uncertain, draws, &Searches::new(usize::MAX))?.ok_or(NoRisk::NoneFound)
+/// The default number of draws, judged by the nominal machine.
+fn usual_draws(machine: &Machine) -> usize {
+    let Some(column) = machine.model().map(|model| model.column()) else { return FEWEST_DRAWS };
+    let search = critical_damping(&column, TOLERANCE).map_or(FAILURE, |root| root.rhs);
+    let work = search + column.curve.compiling_work(column.belt_speed);
+    ((WORK / work.max(1)) as usize).clamp(FEWEST_DRAWS, USUAL_DRAWS)
 }
 
 /// Draws machines and computes the critical damping of each: `draws` of them, or as many as take some seconds.
@@ -387,10 +455,8 @@ pub fn risk(
     draws: Option<usize>,
     rare: &[f64],
 ) -> Result<Risk, NoRisk> {
-    let (needed, fewer) = match draws {
-        Some(draws) => (unbounded(machine, uncertain, draws)?, false),
-        None => usual(machine, uncertain, Drawn::none(machine, uncertain).groups.affordable())?,
-    };
+    let usual = usual_draws(machine);
+    let needed = Needed::of(machine, uncertain, draws.unwrap_or(usual))?;
     let (damping, unit) = (given_damping(machine), machine.si_damping());
     let in_si =
         |found: Estimate| Estimate { value: found.value * unit, limits: found.limits.map(|it| it * unit) };
@@ -401,7 +467,7 @@ pub fn risk(
         draws: needed.legal_of(&needed.draws, damping),
         failed: needed.failed,
         redrawn: needed.redrawn,
-        fewer,
+        fewer: draws.is_none() && usual < USUAL_DRAWS,
         critical_damping_error: needed.error,
         standard_error: uncertain_critical_damping(machine, uncertain).map(|of| of.standard_error),
         probability: needed.probability(damping),
@@ -441,7 +507,7 @@ fn probabilities(
             all.values.extend(dampings.iter().map(|_| f64::NAN));
             continue;
         }
-        match unbounded(&machine, uncertain, draws) {
+        match Needed::of(&machine, uncertain, draws) {
             Ok(needed) => {
                 all.values.extend(dampings.iter().map(|&damping| needed.probability(damping).value));
                 all.failed += needed.failed;
@@ -457,10 +523,10 @@ fn probabilities(
     Ok(all)
 }
 
-/// Number of draws for a whole map.
-const DRAWS_OF_MAP: usize = 1_000_000;
-/// Least number of draws in each of its columns: the standard error of a probability is then at most 0.005.
-const FEWEST_OF_COLUMN: usize = 10_000;
+/// Number of draws for a whole map, and the least number in each of its columns: the standard error of a probability is
+/// then at most 0.016.
+const DRAWS_OF_MAP: usize = 100_000;
+const FEWEST_OF_COLUMN: usize = 1_000;
 
 /// The probability of stick-slip in each cell of a map.
 pub struct Chances<'a> {

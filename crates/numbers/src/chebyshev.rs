@@ -150,8 +150,7 @@ impl Between {
     }
 }
 
-/// An axis of a box: its range, and the number of Chebyshev polynomials along it, 1 where the range has no
-/// width.
+/// An axis of a box: its range, and the number of Chebyshev polynomials along it.
 #[derive(Clone, Copy, Debug)]
 pub struct Side {
     /// Its ends.
@@ -246,9 +245,6 @@ impl Tensor {
         let mut left = all;
         // Sums over each axis, the slowest first.
         for (&Side { range: [lo, hi], count }, place) in self.sides.iter().zip(point) {
-            if count == 1 {
-                continue;
-            }
             let (rows, x) = (left / count, 2.0 * (place - lo) / (hi - lo) - 1.0);
             if left == all {
                 let (first, rest) = self.coefficients.split_at(rows);
@@ -260,24 +256,7 @@ impl Tensor {
             }
             left = rows;
         }
-        if all == 1 { self.coefficients[0] } else { sums[0] }
-    }
-
-    /// The size of the values: the modulus of the constant coefficient.
-    pub fn size(&self) -> f64 {
-        self.coefficients[0].abs()
-    }
-
-    /// The axis along which the last two coefficients are largest; the last axis if a value at a point is
-    /// unknown.
-    pub fn roughest(&self) -> usize {
-        let last = |axis: usize| -> f64 {
-            let (stride, count) = (self.stride(axis), self.sides[axis].count);
-            let of_last = |(number, _): &(usize, &f64)| number / stride % count + 2 >= count;
-            self.coefficients.iter().enumerate().filter(of_last).map(|(_, c)| c.abs()).sum()
-        };
-        let wide = (0..self.sides.len()).filter(|&axis| self.sides[axis].count > 1);
-        wide.max_by(|a, b| last(*a).total_cmp(&last(*b))).unwrap_or(0)
+        sums[0]
     }
 }
 

@@ -82,7 +82,8 @@ mod tests {
         let halos = |bifurcation: Bifurcation, over_numbers: bool| {
             let points = [0.1, 0.9].map(|x| PlanePoint { x, y: x, error: 0.0 }).into();
             let plane = Plane::new(0, 1, vec![0, 0]);
-            let curves = PlaneCurves { plane, curves: vec![PlaneCurve { bifurcation, points }] };
+            let curves =
+                PlaneCurves { plane, curves: vec![PlaneCurve { bifurcation, points }], cut: Vec::new() };
             let (mut scene, mut legend) = (Scene::new(100.0, 100.0), Legend::default());
             draw(&mut scene, &panel, &curves, &mut legend, over_numbers);
             scene.svg("curves", &rich("curves")).matches(&format!("stroke=\"{}\"", style::WHITE)).count()

@@ -7,7 +7,7 @@ use slipmap_model::friction::{Expression, Law, Step};
 /// The friction phi(u) of a law in slip, in units of that at rest; `None` for data and functions.
 pub fn of_law(law: &Law) -> Option<Formula> {
     let (mut text, level) = match law.as_written() {
-        Law::Expression(formula) => (formula.text().to_owned(), formula.static_level()),
+        Law::Expression(formula) => (formula.text().into_owned(), formula.static_level()),
         law => (law.built_in()?.formula.to_owned(), 1.0),
     };
     if level != 1.0 {
@@ -25,7 +25,7 @@ pub fn of_machine(machine: &Machine) -> Option<Formula> {
     let name = if machine.normal_force_is_known { "mu" } else { "F" };
     match &machine.friction {
         Friction::Coefficients(law, _) => set(name, law.built_in()?.of_coefficients),
-        Friction::Formula(formula, _) => set(name, formula.text()),
+        Friction::Formula(formula, _) => set(name, &formula.text()),
         Friction::Measured(_) => None,
     }
 }

@@ -179,9 +179,13 @@ impl<'a> Walk<'a> {
     ) -> Self {
         let tolerance = tolerance.max(1e-14);
         let curve = &oscillator.curve;
-        let weakening = (curve.cost() > 1).then(|| curve.compiled(4.0 * oscillator.belt_speed));
+        // Most orbits slip no faster than this: friction changes x2 by 1 at most.
+        let fastest = oscillator.belt_speed + v.hypot(w).max(oscillator.belt_speed).hypot(1.0);
+        let reaches = [2.0 * fastest, 4.0 * oscillator.belt_speed].into_iter();
         // An error e of the divergence changes x2'' by e x2': e per unit of time, in units of x2'.
-        let weakening = weakening.filter(|form| form.error(0.0, form.reach()).bound() <= tolerance / TAU);
+        let is_accurate = |form: &Arc<Weakening>| form.error(0.0, form.reach()).bound() <= tolerance / TAU;
+        let weakening =
+            reaches.filter(|_| curve.cost() > 1).map(|reach| curve.compiled(reach)).find(is_accurate);
         let origin = nearest_origin(v, oscillator.belt_speed);
         let mut walk = Self {
             oscillator,

@@ -192,7 +192,16 @@ impl Backbone {
     /// # Errors
     /// [`Failure`] of an orbit.
     pub fn coarsest(curve: &Curve, belt_speed: f64, tolerance: f64) -> Result<Self, Failure> {
-        Self::with_intervals(curve, belt_speed, tolerance, SIZES[0], &Work::of_question(curve))
+        Self::coarsest_within(curve, belt_speed, tolerance, &Work::of_question(curve))
+    }
+
+    pub(super) fn coarsest_within(
+        curve: &Curve,
+        belt_speed: f64,
+        tolerance: f64,
+        work: &Work,
+    ) -> Result<Self, Failure> {
+        Self::with_intervals(curve, belt_speed, tolerance, SIZES[0], work)
     }
 
     /// The backbone through a number of nodes, one more than `intervals`, a power of two.
@@ -219,7 +228,12 @@ impl Backbone {
         self.refined_within(curve, tolerance, &Work::of_question(curve))
     }
 
-    fn refined_within(&self, curve: &Curve, tolerance: f64, work: &Work) -> Result<Option<Self>, Failure> {
+    pub(super) fn refined_within(
+        &self,
+        curve: &Curve,
+        tolerance: f64,
+        work: &Work,
+    ) -> Result<Option<Self>, Failure> {
         let finest = if curve.corners().is_empty() { SIZES[1] } else { FINEST_WITH_CORNERS };
         // Several panels are not refined further.
         let [panel] = &self.panels[..] else { return Ok(None) };
@@ -339,6 +353,11 @@ impl Backbone {
             && self.no_extreme_within(viscous, from_extremes)
             && !self.flat.iter().any(|[low, high]| (*low..=*high).contains(&viscous))
             && !self.is_near_uncertain_end(viscous, distance)
+    }
+
+    /// Returns whether it shows every extreme of C with certainty.
+    pub(super) fn has_all_extremes(&self) -> bool {
+        self.unresolved.is_empty() && self.flat.is_empty()
     }
 
     /// Returns whether C at an end is within `distance` of `viscous` and may have an extreme next to that

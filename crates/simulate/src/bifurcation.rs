@@ -9,17 +9,24 @@
 //! | crossing | `crossing::reach` less 2 (2 - j) | it sticks after one crossing, or crosses for ever |
 //! | fold | C - eps c at the extreme of the backbone C(r) that is nearest to eps c | two slip cycles meet and vanish |
 
+use std::f64::consts::PI;
+use std::sync::atomic::{AtomicU64, Ordering};
+
 use super::Failure;
 use super::backbone::Backbone;
-use super::continuation::{Branch, TestValue, zero_curves};
-use super::crossing::{beyond_landing, reach};
-use super::flow;
+use super::continuation::{Branch, ROW, TestValue, zero_curves};
+use super::critical::{CriticalDamping, critical_damping};
+use super::crossing::{beyond_landing, reach_within};
 use super::return_map::{Turn, turn_of};
+use super::work::{QUESTION, Work};
 use slipmap_model::filippov::{HopfRate, Oscillator};
+use slipmap_model::friction::Column;
 use slipmap_numbers::named;
 
 /// Factor from the tolerance to a coarser one: the difference of the two values is taken as the error.
 const COARSER: f64 = 100.0;
+/// Tolerance of the backbones that are tried first, as in maps: few dampings lie close to an extreme.
+const COARSE_BACKBONE: f64 = 1e-5;
 
 named! {
     /// A bifurcation of codimension one, with its name in tables.
@@ -38,11 +45,51 @@ named! {
     }
 }
 
+/// The budget of the curves of one kind in a plane, in evaluations of the right-hand side of the Stribeck law: some forty
+/// seconds.
+pub const CURVE_WORK: u64 = 80 * QUESTION;
+/// Work of one test at the most: two of [`Work`].
+const TEST_WORK: u64 = 2 * QUESTION;
+/// The most work for the curves of a kind: the tests of one row of the grid of signs may exceed the budget.
+pub const MOST_CURVE_WORK: u64 = CURVE_WORK + ROW as u64 * TEST_WORK;
+
+/// The work of the tests for the curves of a kind in a plane.
+#[derive(Debug, Default)]
+pub struct CurveWork(AtomicU64);
+
+impl CurveWork {
+    fn add(&self, evaluations: u64) {
+        self.0.fetch_add(evaluations, Ordering::Relaxed);
+    }
+
+    /// Whether the budget [`CURVE_WORK`] is spent.
+    pub fn is_spent(&self) -> bool {
+        self.0.load(Ordering::Relaxed) >= CURVE_WORK
+    }
+
+    /// Adds the work of a backbone, which may have failed.
+    pub fn add_backbone(&self, found: &Result<Backbone, Failure>) {
+        self.add(found.as_ref().map_or(TEST_WORK, |backbone| backbone.rhs));
+    }
+}
+
 impl Bifurcation {
-    /// The test function, with an accuracy of about `tolerance`; `None` where it is undefined or unknown.
-    pub fn test(self, oscillator: &Oscillator, tolerance: f64) -> Option<TestValue> {
+    /// The test function, with an accuracy of about `tolerance`; `None` where it is undefined or unknown. Its work is added
+    /// to `work`.
+    pub fn test(self, oscillator: &Oscillator, tolerance: f64, work: &CurveWork) -> Option<TestValue> {
+        let own = Work::of_question(&oscillator.curve);
+        let value = self.test_within(oscillator, tolerance, &own);
+        work.add(1 + own.spent());
+        value
+    }
+
+    fn test_within(self, oscillator: &Oscillator, tolerance: f64, work: &Work) -> Option<TestValue> {
         let fastest = oscillator.fastest_sticking();
+        // What a landing at the exit point, or none, has for the landing and the crossing.
+        let stays = |reach: f64| Some(TestValue { value: -reach, error: 4.0 * f64::EPSILON });
         match self {
+            Bifurcation::Landing if is_overdamped(oscillator) => stays(fastest),
+            Bifurcation::Crossing if is_overdamped(oscillator) => stays(2.0 * fastest),
             Bifurcation::Hopf => {
                 let value = oscillator.divergence(oscillator.belt_speed);
                 // D(V), up to the rounding of the difference.
@@ -51,24 +98,23 @@ impl Bifurcation {
                 // A damping that is not distinguishable from 0 is no curve.
                 (rate != 0.0).then_some(TestValue { value, error })
             }
-            Bifurcation::GrazingSliding => margin(oscillator, tolerance),
+            Bifurcation::GrazingSliding => margin(oscillator, tolerance, work),
             // With a drop the reach jumps at the landing.
             Bifurcation::Landing if oscillator.drop() > 0.0 => with_error(tolerance, |tolerance| {
-                let beyond = beyond_landing(oscillator, tolerance)?;
+                let beyond = beyond_landing(oscillator, tolerance, work)?;
                 Ok(beyond.unwrap_or(-oscillator.fastest_sticking()))
             }),
-            Bifurcation::Landing => {
-                with_error(tolerance, |tolerance| Ok(reach(oscillator, 0.0, tolerance)? - fastest))
-            }
-            Bifurcation::Crossing => {
-                with_error(tolerance, |tolerance| Ok(reach(oscillator, 0.0, tolerance)? - 2.0 * fastest))
-            }
+            Bifurcation::Landing => with_error(tolerance, |tolerance| {
+                Ok(reach_within(oscillator, 0.0, tolerance, work)? - fastest)
+            }),
+            Bifurcation::Crossing => with_error(tolerance, |tolerance| {
+                Ok(reach_within(oscillator, 0.0, tolerance, work)? - 2.0 * fastest)
+            }),
             // There is at most one slip cycle (see `weakening_is_convex`), so none can meet.
             Bifurcation::Fold if oscillator.curve.weakening_is_convex() => None,
             // For planes without the damping; in planes with it the extremes are followed (`folds`).
             Bifurcation::Fold => {
-                let backbone =
-                    Backbone::of_curve(&oscillator.curve, oscillator.belt_speed, tolerance).ok()?;
+                let backbone = enough_backbone(oscillator, tolerance, work)?;
                 let excess = backbone.folds().iter().map(|fold| fold.viscous - oscillator.viscous);
                 let value = excess.min_by(|a, b| a.abs().total_cmp(&b.abs()))?;
                 Some(TestValue { value, error: backbone.error })
@@ -80,8 +126,31 @@ impl Bifurcation {
     /// and is never evaluated outside; points and errors of the curves are in sides of the square.
     #[must_use]
     pub fn curves(self, at: &(dyn Fn([f64; 2]) -> Oscillator + Sync), tolerance: f64) -> Vec<Branch> {
-        zero_curves(&|place| self.test(&at(place), tolerance))
+        let work = CurveWork::default();
+        zero_curves(&|place| self.test(&at(place), tolerance, &work), &|| work.is_spent())
     }
+}
+
+/// Whether D <= -2 at all slip speeds that the orbit from the exit point can reach, so that it never returns (theory,
+/// "Breakaway"): there its steps would be short.
+fn is_overdamped(oscillator: &Oscillator) -> bool {
+    let Oscillator { curve, viscous, belt_speed } = oscillator;
+    let fastest = belt_speed + belt_speed.hypot(oscillator.drop());
+    *viscous > 2.0 && curve.weakening_range(0.0, fastest).hi - viscous <= -2.0
+}
+
+/// The coarsest backbone that has all extremes, none of them next to the damping of the oscillator, or that of this
+/// tolerance.
+fn enough_backbone(oscillator: &Oscillator, tolerance: f64, work: &Work) -> Option<Backbone> {
+    let Oscillator { curve, viscous, belt_speed } = oscillator;
+    let mut backbone = Backbone::coarsest_within(curve, *belt_speed, COARSE_BACKBONE, work).ok()?;
+    while !(backbone.has_all_extremes() && backbone.is_reliable_at(*viscous)) {
+        match backbone.refined_within(curve, COARSE_BACKBONE, work).ok()? {
+            Some(finer) => backbone = finer,
+            None => return Backbone::within(curve, *belt_speed, tolerance, work).ok(),
+        }
+    }
+    Some(backbone)
 }
 
 /// A test function, with its difference from that at a coarser tolerance as the error.
@@ -90,11 +159,22 @@ fn with_error(tolerance: f64, value: impl Fn(f64) -> Result<f64, Failure>) -> Op
     Some(TestValue { value: fine, error: (fine - coarse).abs() + 4.0 * f64::EPSILON })
 }
 
-/// The scaled margin; far from grazing perhaps only its sign.
-fn margin(oscillator: &Oscillator, tolerance: f64) -> Option<TestValue> {
-    if let Turn::Complete { margin, error, .. } = turn_of(oscillator, tolerance) {
+/// The scaled margin; where the turn leaves the domain of the polar form, about what the distance from the critical damping
+/// makes of it, which has a margin's zero and sign.
+fn margin(oscillator: &Oscillator, tolerance: f64, work: &Work) -> Option<TestValue> {
+    let turn = turn_of(oscillator, tolerance);
+    let (Turn::Complete { rhs, .. } | Turn::HandOver { rhs }) = turn;
+    work.spend_compiled(rhs.into()).ok()?;
+    if let Turn::Complete { margin, error, .. } = turn {
         return Some(TestValue { value: margin, error });
     }
-    let answer = flow(oscillator, tolerance);
-    Some(TestValue { value: answer.signed_margin()?, error: answer.margin_error })
+    let Oscillator { curve, viscous, belt_speed } = oscillator;
+    let column = Column { curve: curve.clone(), epsilon: 1.0, belt_speed: *belt_speed, unit: 1.0 };
+    let found = critical_damping(&column, tolerance);
+    // A search that failed may have taken all of its budget.
+    work.spend_compiled(found.map_or(QUESTION, |found| found.rhs * curve.cost())).ok()?;
+    let critical = found.and_then(CriticalDamping::known).ok()?;
+    // Of a negative one perhaps only the sign is known.
+    let error = if critical.is_located() { critical.error } else { 0.0 };
+    Some(TestValue { value: PI * (critical.c - viscous), error: PI * error })
 }

@@ -16,6 +16,9 @@ use rayon::prelude::*;
 
 /// Number of steps of the grid of signs along each side.
 pub(crate) const STEPS: usize = 40;
+/// Number of tests together, of a row of the grid, after which the search looks whether its budget is spent: so it ends at the
+/// same place with any number of threads.
+pub(crate) const ROW: usize = STEPS + 1;
 /// Longest step of the continuation.
 const LONGEST: f64 = 0.025;
 /// Shortest step; a curve that needs shorter ones ends.
@@ -74,11 +77,17 @@ pub struct Branch {
     pub closed: bool,
 }
 
-/// The curves on which a test function is zero.
-pub fn zero_curves(function: TestFunction) -> Vec<Branch> {
+/// Whether the budget of a search for curves is spent.
+pub(crate) type Spent<'a> = &'a (dyn Fn() -> bool + Sync);
+
+/// The curves on which a test function is zero, as far as they are found until `is_spent`.
+pub fn zero_curves(function: TestFunction, is_spent: Spent) -> Vec<Branch> {
+    let values = grid_values(function, is_spent);
+    // From here on one test follows the other, so that the budget is spent at the same one whatever the threads.
+    let function: TestFunction = &|place| if is_spent() { None } else { function(place) };
     let mut branches: Vec<Branch> = Vec::new();
     let mut left = MOST_POINTS;
-    for seed in seeds(function) {
+    for seed in seeds(function, &values) {
         if left < 2 {
             break;
         }
@@ -106,30 +115,38 @@ pub fn zero_curves(function: TestFunction) -> Vec<Branch> {
     branches
 }
 
-/// Zeros on the lines of the grid, in the grid's order.
-fn seeds(function: TestFunction) -> Vec<CurvePoint> {
+/// The values on the grid, row by row.
+fn grid_values(function: TestFunction, is_spent: Spent) -> Vec<Option<TestValue>> {
     let at = |i: usize| i as f64 / STEPS as f64;
-    let side = STEPS + 1;
-    let values: Vec<Option<TestValue>> =
-        (0..side * side).into_par_iter().map(|n| function([at(n / side), at(n % side)])).collect();
-    let edges: Vec<([f64; 2], [f64; 2], f64, f64)> = (0..side * side)
+    let mut values: Vec<Option<TestValue>> = Vec::with_capacity(ROW * ROW);
+    for i in 0..ROW {
+        match is_spent() {
+            true => values.resize(values.len() + ROW, None),
+            false => values.par_extend((0..ROW).into_par_iter().map(|j| function([at(i), at(j)]))),
+        }
+    }
+    values
+}
+
+/// Zeros on the lines of the grid, in the grid's order.
+fn seeds(function: TestFunction, values: &[Option<TestValue>]) -> Vec<CurvePoint> {
+    let at = |i: usize| i as f64 / STEPS as f64;
+    let side = ROW;
+    let edges = (0..side * side)
         .flat_map(|n| [(n, n + side, n / side < STEPS), (n, n + 1, n % side < STEPS)])
         .filter(|(_, _, inside)| *inside)
         .filter_map(|(a, b, _)| {
             let (from, to) = (values[a]?.value, values[b]?.value);
             let place = |n: usize| [at(n / side), at(n % side)];
             ((from > 0.0) != (to > 0.0)).then(|| (place(a), place(b), from, to))
-        })
-        .collect();
-    edges
-        .into_par_iter()
-        .filter_map(|(a, b, from, to)| {
-            let length = 1.0 / STEPS as f64;
-            let along = [(b[0] - a[0]) / length, (b[1] - a[1]) / length];
-            let mut line = Line { function, from: a, along, reach: length };
-            line.root((0.0, from), (length, to)).map(|root| root.point)
-        })
-        .collect()
+        });
+    let root = |(a, b, from, to): ([f64; 2], [f64; 2], f64, f64)| {
+        let length = 1.0 / STEPS as f64;
+        let along = [(b[0] - a[0]) / length, (b[1] - a[1]) / length];
+        let mut line = Line { function, from: a, along, reach: length };
+        line.root((0.0, from), (length, to)).map(|root| root.point)
+    };
+    edges.filter_map(root).collect()
 }
 
 /// Returns whether a point lies on a branch, within the distance of chords.
@@ -359,14 +376,14 @@ mod tests {
     #[test]
     fn all_curves_together_have_as_many_points_as_a_figure_shows() {
         let rings = exact(|x, y| (250.0 * ((x - 0.5) * (x - 0.5) + (y - 0.5) * (y - 0.5))).sin());
-        let points: usize = zero_curves(&rings).iter().map(|curve| curve.points.len()).sum();
+        let points: usize = zero_curves(&rings, &|| false).iter().map(|curve| curve.points.len()).sum();
         assert!(points > MOST_POINTS / 2 && points <= MOST_POINTS, "{points}");
     }
 
     #[test]
     fn a_circle_closes() {
         let circle = exact(|x, y| (x - 0.45).mul_add(x - 0.45, (y - 0.52) * (y - 0.52)) - 0.09);
-        let curves = zero_curves(&circle);
+        let curves = zero_curves(&circle, &|| false);
         assert_eq!(curves.len(), 1);
         let branch = &curves[0];
         assert!(branch.closed && branch.points[0] == *branch.points.last().unwrap());
@@ -387,7 +404,7 @@ mod tests {
     fn curves_end_on_the_border_and_near_neighbours_are_kept_apart() {
         // Two branches of a hyperbola 0.014 apart at their nearest.
         let hyperbola = exact(|x, y| (x - 0.5) * (y - 0.5) - 2.5e-5);
-        let curves = zero_curves(&hyperbola);
+        let curves = zero_curves(&hyperbola, &|| false);
         assert_eq!(curves.len(), 2);
         for branch in &curves {
             assert!(!branch.closed);
@@ -406,7 +423,7 @@ mod tests {
         // The law 1 + h sin(w u) has its Hopf curve at c = -h w cos(w V), here up to the largest c there is.
         for touch in [0.4, 0.4 - 1e-12, 0.4 + 1e-12] {
             let hopf = exact(move |x, y| -touch * (4.0 * (0.5 + 2.0 * x)).cos() - 0.4 * y);
-            let curves = zero_curves(&hopf);
+            let curves = zero_curves(&hopf, &|| false);
             // Four flanks, two of which may be joined where the curve stays inside.
             assert!((2..=4).contains(&curves.len()), "{touch}: {}", curves.len());
             for (i, branch) in curves.iter().enumerate() {
@@ -426,7 +443,7 @@ mod tests {
     fn a_curve_along_the_border_is_found_once() {
         for rate in [30.0, 100.0] {
             let fading = exact(move |x, y| 0.5 * (-rate * x).exp() - y);
-            let curves = zero_curves(&fading);
+            let curves = zero_curves(&fading, &|| false);
             assert_eq!(curves.len(), 1, "{rate}");
             let ends = [curves[0].points[0], *curves[0].points.last().unwrap()].map(|end| end.place[0]);
             // It is followed as far as it can be told from the border.
@@ -445,7 +462,7 @@ mod tests {
                 let value = (steepness * curve(x, y)).tanh();
                 Some(TestValue { value, error: 1e-8 })
             };
-            let curves = zero_curves(&steep);
+            let curves = zero_curves(&steep, &|| false);
             assert_eq!(curves.len(), 1);
             for point in &curves[0].points {
                 let [x, y] = point.place;
@@ -462,11 +479,11 @@ mod tests {
 
     #[test]
     fn a_jump_of_sign_is_no_curve_and_a_curve_ends_with_its_function() {
-        assert!(zero_curves(&exact(|x, y| if x + 0.3 * y > 0.6 { 1.0 } else { -1.0 })).is_empty());
+        assert!(zero_curves(&exact(|x, y| if x + 0.3 * y > 0.6 { 1.0 } else { -1.0 }), &|| false).is_empty());
         let half = |[x, y]: [f64; 2]| {
             (x < 0.613).then_some(TestValue { value: y - 0.2 - 0.5 * x, error: f64::EPSILON })
         };
-        let curves = zero_curves(&half);
+        let curves = zero_curves(&half, &|| false);
         assert_eq!(curves.len(), 1);
         let ends = [curves[0].points[0], *curves[0].points.last().unwrap()].map(|end| end.place[0]);
         let (left, right) = (ends[0].min(ends[1]), ends[0].max(ends[1]));

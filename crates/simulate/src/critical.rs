@@ -123,11 +123,11 @@ fn sought_by_halves(column: &Column) -> Option<Sought<'_>> {
     Sought::from_exit(curve, *belt_speed, || energy_balance(column), bounds)
 }
 
-/// eps c* by the balance of energy on the grazing circle, with what the drop supplies: to first order in the
+/// About eps c* by the balance of energy on the grazing circle, with what the drop supplies: to first order in the
 /// weakening rate and in (j/V)^2 (theory, "Breakaway").
 fn energy_balance(column: &Column) -> f64 {
     let Column { curve, belt_speed, .. } = column;
-    let mean = curve.mean_weakening(*belt_speed);
+    let mean = curve.rough_mean_weakening(*belt_speed);
     let of = |drop: f64| (drop / belt_speed).powi(2).ln_1p() / TAU;
     // A law that falls steeply acts as one that drops. Twice the damping ratio is below 2: an orbit that is damped
     // critically does not return.

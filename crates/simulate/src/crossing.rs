@@ -117,8 +117,16 @@ fn loop_with_extent(
 /// line, it is 2 (2 - j) plus the distance beyond the exit point at which the orbit crosses again; below that
 /// the orbit sticks. The orbit follows the compiled law.
 pub fn reach(oscillator: &Oscillator, beyond_exit: f64, tolerance: f64) -> Result<f64, Failure> {
-    let work = Work::of_question(&oscillator.curve);
-    Ok(match passage(oscillator, beyond_exit, tolerance, &work, |_, _, _| ())? {
+    reach_within(oscillator, beyond_exit, tolerance, &Work::of_question(&oscillator.curve))
+}
+
+pub(super) fn reach_within(
+    oscillator: &Oscillator,
+    beyond_exit: f64,
+    tolerance: f64,
+    work: &Work,
+) -> Result<f64, Failure> {
+    Ok(match passage(oscillator, beyond_exit, tolerance, work, |_, _, _| ())? {
         Passage { up: None, .. } => 0.0,
         Passage { up: Some(up), down: None } => up.w,
         Passage { down: Some(down), .. } => oscillator.fastest_sticking() - down.w,
@@ -127,9 +135,12 @@ pub fn reach(oscillator: &Oscillator, beyond_exit: f64, tolerance: f64) -> Resul
 
 /// The speed x2' with which the orbit from the exit point comes back to the belt line, less that at which it
 /// would land at the far end of the segment where friction at rest holds; `None` if it does not come back.
-pub(super) fn beyond_landing(oscillator: &Oscillator, tolerance: f64) -> Result<Option<f64>, Failure> {
-    let work = Work::of_question(&oscillator.curve);
-    let passage = passage(oscillator, 0.0, tolerance, &work, |_, _, _| ())?;
+pub(super) fn beyond_landing(
+    oscillator: &Oscillator,
+    tolerance: f64,
+    work: &Work,
+) -> Result<Option<f64>, Failure> {
+    let passage = passage(oscillator, 0.0, tolerance, work, |_, _, _| ())?;
     Ok(passage.up.map(|up| up.w - oscillator.fastest_sticking()))
 }
 

@@ -10,7 +10,7 @@
 
 use rayon::prelude::*;
 
-use super::continuation::{Branch, CurvePoint};
+use super::continuation::{Branch, CurvePoint, ROW, Spent};
 
 /// Number of parts of the other axis, each of which is halved at least once.
 const PARTS: usize = 64;
@@ -80,11 +80,12 @@ impl Section {
 /// unknown.
 pub(crate) type Extremes<'a> = &'a (dyn Fn(f64) -> Vec<Extreme> + Sync);
 
-/// The fold curves in the unit square, with the damping along `damping_axis`.
-pub fn fold_curves(extremes: Extremes, damping_axis: usize) -> Vec<Branch> {
+/// The fold curves in the unit square, with the damping along `damping_axis`, as fine as they are when `is_spent`.
+pub fn fold_curves(extremes: Extremes, damping_axis: usize, is_spent: Spent) -> Vec<Branch> {
     let at = |share: f64| Section { share, extremes: extremes(share) };
-    let nodes: Vec<Section> = (0..=PARTS).into_par_iter().map(|i| at(i as f64 / PARTS as f64)).collect();
-    let sections = refined(&at, nodes);
+    let shares: Vec<f64> = (0..=PARTS).map(|i| i as f64 / PARTS as f64).collect();
+    let Some(nodes) = sections_at(&at, &shares, is_spent) else { return Vec::new() };
+    let sections = refined(&at, nodes, is_spent);
     let place = |share: f64, height: f64| if damping_axis == 0 { [height, share] } else { [share, height] };
     let point = |&(share, extreme): &Followed| CurvePoint {
         place: place(share, extreme.height),
@@ -95,9 +96,25 @@ pub fn fold_curves(extremes: Extremes, damping_axis: usize) -> Vec<Branch> {
     curves.iter().map(|points| Branch { points: points.iter().map(point).collect(), closed: false }).collect()
 }
 
+/// The sections at these places; `None` if the budget is spent before all of them are computed.
+fn sections_at(
+    at: &(dyn Fn(f64) -> Section + Sync),
+    shares: &[f64],
+    is_spent: Spent,
+) -> Option<Vec<Section>> {
+    let mut sections = Vec::with_capacity(shares.len());
+    for some in shares.chunks(ROW) {
+        if is_spent() {
+            return None;
+        }
+        sections.par_extend(some.par_iter().map(|&share| at(share)));
+    }
+    Some(sections)
+}
+
 /// The sections with those that are needed between them. Gaps are halved together, level by level, as long as
 /// the halves of all of them are within the limit; so the result does not depend on the order of the work.
-fn refined(at: &(dyn Fn(f64) -> Section + Sync), nodes: Vec<Section>) -> Vec<Section> {
+fn refined(at: &(dyn Fn(f64) -> Section + Sync), nodes: Vec<Section>, is_spent: Spent) -> Vec<Section> {
     // Each section with whether the gap after it is to be halved.
     let last = nodes.len() - 1;
     let mut sections: Vec<(Section, bool)> =
@@ -107,8 +124,9 @@ fn refined(at: &(dyn Fn(f64) -> Section + Sync), nodes: Vec<Section>) -> Vec<Sec
         if open.is_empty() || sections.len() + open.len() > MOST_SECTIONS {
             break;
         }
-        let middles: Vec<Section> =
-            open.par_iter().map(|&i| at(0.5 * (sections[i].0.share + sections[i + 1].0.share))).collect();
+        let shares: Vec<f64> =
+            open.iter().map(|&i| 0.5 * (sections[i].0.share + sections[i + 1].0.share)).collect();
+        let Some(middles) = sections_at(at, &shares, is_spent) else { break };
         let is_smooth: Vec<bool> = open
             .iter()
             .zip(&middles)
@@ -267,7 +285,7 @@ mod tests {
         // 0.5 + x^3 - (s - 0.3) x about r = 0.5 has two extremes beyond s = 0.3.
         let at = |s: f64| extremes_of(|r| 0.5 + 8.0 * (r - 0.5).powi(3) - 0.5 * (s - 0.3) * (r - 0.5));
         for damping_axis in [0, 1] {
-            let curves = fold_curves(&at, damping_axis);
+            let curves = fold_curves(&at, damping_axis, &|| false);
             assert_eq!(curves.len(), 2, "{curves:?}");
             for curve in &curves {
                 let shares = curve.points.iter().map(|point| point.place[1 - damping_axis]);
@@ -295,7 +313,7 @@ mod tests {
             vec![of(middle - 0.1, 0.4, true), of(middle + 0.1, 0.3, false)]
         };
         let at = |s: f64| pair(if s < 0.4055 { 0.25 } else { 0.75 });
-        let curves = fold_curves(&at, 1);
+        let curves = fold_curves(&at, 1, &|| false);
         assert_eq!(curves.len(), 4, "{curves:?}");
         for curve in curves {
             let left = curve.points.iter().all(|point| point.place[0] < 0.4055);
@@ -314,7 +332,7 @@ mod tests {
             let height = 0.3 + 0.4 * Random(s.to_bits()).unit();
             vec![Extreme { amplitude: 0.5, height, error: 0.0, is_maximum: true }]
         };
-        let points: usize = fold_curves(&at, 1).iter().map(|curve| curve.points.len()).sum();
+        let points: usize = fold_curves(&at, 1, &|| false).iter().map(|curve| curve.points.len()).sum();
         let mut sections = sections.into_inner().unwrap();
         sections.sort_by(f64::total_cmp);
         assert!(points <= MOST_SECTIONS && sections.len() <= MOST_SECTIONS, "{points} {}", sections.len());
@@ -333,7 +351,7 @@ mod tests {
                 is_maximum: true,
             }]
         };
-        let curves = fold_curves(&at, 1);
+        let curves = fold_curves(&at, 1, &|| false);
         assert_eq!(curves.len(), 1);
         let [first, last] = [curves[0].points[0], *curves[0].points.last().unwrap()].map(|point| point.place);
         assert!(first[1] == 0.0 && (at(first[0])[0].height).abs() < 1e-9, "{first:?}");

@@ -25,6 +25,8 @@ pub(super) struct Work {
     left: Cell<u64>,
     /// Evaluations so far, of the law itself or of its compiled form.
     done: Cell<u64>,
+    /// Evaluations of the Stribeck law that the budget was asked for.
+    spent: Cell<u64>,
     /// Cost of an evaluation of the law itself.
     cost: u64,
 }
@@ -32,7 +34,7 @@ pub(super) struct Work {
 impl Work {
     /// The whole budget for oscillators with this law.
     pub(super) fn of_question(curve: &Curve) -> Self {
-        Self { left: Cell::new(QUESTION), done: Cell::new(0), cost: curve.cost() }
+        Self { left: Cell::new(QUESTION), done: Cell::new(0), spent: Cell::new(0), cost: curve.cost() }
     }
 
     /// The whole budget for one orbit.
@@ -50,6 +52,11 @@ impl Work {
     /// All evaluations so far.
     pub(super) fn done(&self) -> u64 {
         self.done.get()
+    }
+
+    /// What the budget was asked for so far, in evaluations of the Stribeck law.
+    pub(super) fn spent(&self) -> u64 {
+        self.spent.get()
     }
 
     /// Ends the work: nothing is left of the budget.
@@ -73,6 +80,7 @@ impl Work {
     /// Subtracts evaluations of the compiled law, each of which takes about as long as one of the Stribeck
     /// law.
     pub(super) fn spend_compiled(&self, evaluations: u64) -> Result<(), Failure> {
+        self.spent.set(self.spent.get().saturating_add(evaluations));
         let left = self.left.get().checked_sub(evaluations);
         // After the first evaluations that exceed the budget no further work may begin.
         self.left.set(left.unwrap_or(0));

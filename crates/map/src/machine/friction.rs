@@ -109,9 +109,7 @@ impl Friction {
         match self {
             Friction::Coefficients(_, coefficients) => coefficients.static_friction,
             Friction::Formula(formula, _) if formula.may_drop() => formula.static_level(),
-            Friction::Formula(formula, parameters) => {
-                Law::Expression(formula.clone()).curve(1.0, parameters).phi(0.0)
-            }
+            Friction::Formula(formula, parameters) => formula.at_onset(parameters),
             Friction::Measured(table) => table.static_level(),
         }
     }
@@ -132,8 +130,7 @@ impl Friction {
                 Some((law.clone(), parameters))
             }
             Friction::Formula(formula, parameters) => {
-                let formula = formula.in_units(velocity, self.at_rest()).ok()?;
-                Some((Law::Expression(formula), *parameters))
+                Some((Law::Expression(formula.in_units(velocity, self.at_rest())), *parameters))
             }
             Friction::Measured(table) => {
                 Some((Law::Table(table.in_units(velocity, 1.0).ok()?), LawParameters::new(&[])))

@@ -274,7 +274,7 @@ impl<'a> Behaviour<'a> {
     pub(crate) fn long_run(&self, oscillator: &Oscillator, flow: &Flow, tolerance: f64) -> LongRun {
         LongRun {
             regime: self.regime_of(oscillator, flow),
-            cycle: self.attracting_cycle(oscillator, flow, tolerance),
+            cycle: self.attracting_cycle(oscillator, End::of(flow), Some(flow), tolerance),
             basin: self.basin_boundary(oscillator, End::of(flow), tolerance),
         }
     }
@@ -304,16 +304,17 @@ impl<'a> Behaviour<'a> {
     }
 
     /// The attracting cycle: the cycle that the orbit from the exit point reaches, or else the largest
-    /// attracting slip cycle. `None` if there is none, or if its orbit cannot be computed.
+    /// attracting slip cycle. `None` if there is none, or if its orbit cannot be computed. That orbit ends as `end`; its
+    /// `flow` is needed where it sticks.
     pub(super) fn attracting_cycle(
         &self,
         oscillator: &Oscillator,
-        flow: &Flow,
+        end: End,
+        flow: Option<&Flow>,
         tolerance: f64,
     ) -> Option<Cycle> {
-        let end = End::of(flow);
         match end {
-            End::Sticks => stick_slip_cycle(oscillator, flow, tolerance).ok()?,
+            End::Sticks => stick_slip_cycle(oscillator, flow?, tolerance).ok()?,
             End::Crosses => {
                 let cycles = crossing_cycles(oscillator, self.far(), tolerance).all().ok()?;
                 cycles.into_iter().find(Cycle::is_stable)

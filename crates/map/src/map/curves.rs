@@ -14,7 +14,7 @@ use super::grid::Extent;
 use super::{AxisRole, Grid};
 use slipmap_model::filippov::Oscillator;
 use slipmap_simulate::backbone::{Backbone, TurningPoint};
-use slipmap_simulate::bifurcation::Bifurcation;
+use slipmap_simulate::bifurcation::{Bifurcation, CurveWork};
 use slipmap_simulate::continuation::{Branch, CurvePoint, zero_curves};
 use slipmap_simulate::folds::{Extreme, fold_curves};
 
@@ -64,6 +64,8 @@ pub struct PlaneCurves {
     pub plane: Plane,
     /// Its curves, in the order of `Bifurcation::ALL`.
     pub curves: Vec<PlaneCurve>,
+    /// The kinds whose curves are incomplete, since the budget of their search was spent; a file does not tell.
+    pub cut: Vec<Bifurcation>,
 }
 
 impl Plane {
@@ -93,9 +95,10 @@ impl PlaneCurves {
     pub fn of_kinds(kinds: &[Bifurcation], grid: &Grid, plane: Plane, stop: &AtomicBool) -> Self {
         let frame = Frame::new(grid, &plane);
         let of_kind = |&bifurcation: &Bifurcation| {
+            let work = CurveWork::default();
             let test = |place: [f64; 2]| match stop.load(Ordering::Relaxed) {
                 true => None,
-                false => bifurcation.test(&frame.oscillator(place)?, TOLERANCE),
+                false => bifurcation.test(&frame.oscillator(place)?, TOLERANCE, &work),
             };
             let curve = |branch: Branch| PlaneCurve {
                 bifurcation,
@@ -103,16 +106,19 @@ impl PlaneCurves {
             };
             let extremes = |damping: usize, share: f64| match stop.load(Ordering::Relaxed) {
                 true => Vec::new(),
-                false => frame.extremes(damping, share).unwrap_or_default(),
+                false => frame.extremes(damping, share, &work).unwrap_or_default(),
             };
             let found = match (bifurcation, frame.damping_axis()) {
-                (Bifurcation::Fold, Some(axis)) => fold_curves(&|share| extremes(axis, share), axis),
-                _ => zero_curves(&test),
+                (Bifurcation::Fold, Some(axis)) => {
+                    fold_curves(&|share| extremes(axis, share), axis, &|| work.is_spent())
+                }
+                _ => zero_curves(&test, &|| work.is_spent()),
             };
-            found.into_iter().map(curve).collect::<Vec<_>>()
+            let cut = work.is_spent().then_some(bifurcation);
+            (found.into_iter().map(curve).collect::<Vec<_>>(), cut)
         };
-        let curves = kinds.par_iter().flat_map_iter(of_kind).collect();
-        Self { plane, curves }
+        let (curves, cut): (Vec<_>, Vec<_>) = kinds.par_iter().map(of_kind).unzip();
+        Self { plane, curves: curves.concat(), cut: cut.into_iter().flatten().collect() }
     }
 
     /// The same curves in the plane with its axes exchanged.
@@ -122,7 +128,7 @@ impl PlaneCurves {
             bifurcation: curve.bifurcation,
             points: curve.points.iter().map(turned).collect(),
         });
-        Self { plane: self.plane.turned(), curves: curves.collect() }
+        Self { plane: self.plane.turned(), curves: curves.collect(), cut: self.cut.clone() }
     }
 
     /// Number of points of all curves.
@@ -189,14 +195,16 @@ impl<'a> Frame<'a> {
     }
 
     /// The extremes of the backbone at a place of the other axis; `None` if there are none or it is unknown.
-    fn extremes(&self, damping_axis: usize, share: f64) -> Option<Vec<Extreme>> {
+    fn extremes(&self, damping_axis: usize, share: f64, work: &CurveWork) -> Option<Vec<Extreme>> {
         let mut place = [share; 2];
         place[damping_axis] = 0.0;
         let column = self.grid.column_of(&self.at(place)).ok()?;
         if column.curve.weakening_is_convex() {
             return None;
         }
-        let backbone = Backbone::of(&column, TOLERANCE).ok()?;
+        let found = Backbone::of(&column, TOLERANCE);
+        work.add_backbone(&found);
+        let backbone = found.ok()?;
         // On a logarithmic axis, dampings that are not positive get a share far below 0.
         let height = |viscous: f64| self.sides[damping_axis].share(viscous / column.epsilon).max(-1e9);
         let extreme = |turns: &[TurningPoint]| Extreme {

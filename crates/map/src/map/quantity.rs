@@ -153,8 +153,8 @@ impl Description {
     /// Follows the orbits that the plan's fields need.
     fn of(plan: &Plan, behaviour: &Behaviour, oscillator: &Oscillator, end: End) -> Self {
         let (cycle, basin) = (plan.stores(Field::Cycle), plan.stores(Field::Basin));
-        let lands = end == End::Sticks && plan.stores(Field::Landing);
-        let flow = (lands || cycle).then(|| flow(oscillator, plan.tolerance));
+        let lands = end == End::Sticks && (cycle || plan.stores(Field::Landing));
+        let flow = lands.then(|| flow(oscillator, plan.tolerance));
         Self {
             landing: match flow.map(|flow| flow.fate) {
                 Some(Fate::Sticks(landing)) => Some(landing),
@@ -164,9 +164,9 @@ impl Description {
                 .then(|| behaviour.count(oscillator.viscous, end))
                 .flatten()
                 .map(|cycles| cycles.len()),
-            cycle: flow
-                .filter(|_| cycle)
-                .and_then(|flow| behaviour.attracting_cycle(oscillator, &flow, plan.tolerance)),
+            cycle: cycle
+                .then(|| behaviour.attracting_cycle(oscillator, end, flow.as_ref(), plan.tolerance))
+                .flatten(),
             boundary: basin.then(|| behaviour.basin_boundary(oscillator, end, plan.tolerance)).flatten(),
             growth_time: growth_time(oscillator),
         }

@@ -37,6 +37,8 @@ impl PartialEq for Curve {
 #[derive(Debug, Default)]
 pub(super) struct Compiled {
     weakening: Vec<Arc<Weakening>>,
+    /// Those of a formula as it was written, if its slip speed has another unit here.
+    pub(super) written: Arc<Mutex<Vec<Arc<Weakening>>>>,
     /// -F1', the weakening rate of the law to first order in eps.
     leading: Vec<Arc<Weakening>>,
 }
@@ -180,8 +182,27 @@ impl Curve {
     /// or of a sampled function. The law is compiled once for each power of two.
     #[must_use]
     pub fn compiled(&self, reach: f64) -> Arc<Weakening> {
-        let mut compiled = self.compiled.lock().unwrap_or_else(PoisonError::into_inner);
-        compile(&self.form, &mut compiled.weakening, reach)
+        let compiled = &mut *self.compiled.lock().unwrap_or_else(PoisonError::into_inner);
+        let Some((unit, written)) = self.form.unit() else {
+            return compile(&self.form, &mut compiled.weakening, reach);
+        };
+        let written = {
+            let mut known = compiled.written.lock().unwrap_or_else(PoisonError::into_inner);
+            compile(&written, &mut known, reach * unit)
+        };
+        weakening::compile_in_unit(&self.form, unit, &written, &mut compiled.weakening)
+    }
+
+    /// What a curve shares of its compiled forms with one of another `form`.
+    pub(super) fn shared(&self, form: &Form) -> Arc<Mutex<Compiled>> {
+        let compiled = self.compiled.lock().unwrap_or_else(PoisonError::into_inner);
+        match (&self.form, form) {
+            (Form::Expression(own), Form::Expression(other)) if own.is_of_same_formula(other) => {
+                let written = Arc::clone(&compiled.written);
+                Arc::new(Mutex::new(Compiled { written, ..Compiled::default() }))
+            }
+            _ => Arc::default(),
+        }
     }
 
     /// Proved bounds of the weakening rate over slip speeds u in [`lo`, `hi`], 0 <= lo <= hi.
@@ -380,6 +401,18 @@ impl Curve {
         }
     }
 
+    /// About [`Curve::mean_weakening`], for searches to begin with.
+    pub fn rough_mean_weakening(&self, belt_speed: f64) -> f64 {
+        match &self.form {
+            Form::Exponential(law) => mean::rough(|u| law.weakening(u), belt_speed),
+            form if form.closed().is_some() || self.table().is_some() => self.mean_weakening(belt_speed),
+            _ => {
+                let weakening = self.compiled(4.0 * belt_speed);
+                mean::rough(|u| weakening.at(u), belt_speed)
+            }
+        }
+    }
+
     /// The law to first order in eps at belt speed V.
     ///
     /// # Errors
@@ -517,8 +550,10 @@ impl Curve {
     /// Whether friction changes within the rounding errors of slip speeds by more than a thousandth of the friction at rest,
     /// or of its change up to the belt speed: no orbit in double precision shows it.
     pub fn is_hidden_by_rounding(&self, belt_speed: f64) -> bool {
-        let change = |u: f64| (self.phi(0.0) - self.phi(u)).abs();
-        change(2.0 * f64::EPSILON * belt_speed) > HIDDEN * change(belt_speed).min(1.0) + ROUNDED
+        let at_rest = self.phi(0.0);
+        let change = |u: f64| (at_rest - self.phi(u)).abs();
+        let hidden = change(2.0 * f64::EPSILON * belt_speed);
+        hidden > ROUNDED && hidden > HIDDEN * change(belt_speed).min(1.0) + ROUNDED
     }
 
     /// Slip speeds, increasing, at which integrators end their steps: the corners, 0 where a formula does not
@@ -583,13 +618,14 @@ impl Curve {
         }
     }
 
-    /// The weakening rate of the exponential law, and that of friction that does not fall, with or without a drop; `None`
-    /// for other laws.
+    /// The weakening rate of the exponential law with the exponent 1 or 2, and that of friction that does not fall, with or
+    /// without a drop; `None` for other laws.
     pub fn exponential_fall(&self) -> Option<ExponentialFall> {
         match &self.form {
             Form::Exponential(law) => law.fall(),
             Form::Coulomb(law) => {
-                Some(ExponentialFall { steepest: 0.0, rate: 0.0, rise: -law.weakening(0.0) })
+                let rise = -law.weakening(0.0);
+                Some(ExponentialFall { steepest: 0.0, rate: 0.0, rise, is_squared: false })
             }
             _ => None,
         }

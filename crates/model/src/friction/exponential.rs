@@ -84,7 +84,8 @@ pub(super) fn parameters_of(friction: &Fall, velocity: f64) -> LawParameters {
 /// -ln of the smallest normal number, 708.4, with an allowance for rounding.
 const FALLEN: f64 = 750.0;
 
-/// A weakening rate that falls exponentially, `steepest exp(-rate u) - rise`, for vectorised engines.
+/// A weakening rate that falls exponentially, for vectorised engines: with x = `rate` u it is `steepest exp(-x) - rise`, or
+/// `steepest 2 x exp(-x^2) - rise`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ExponentialFall {
     /// Its part that falls, at rest.
@@ -93,13 +94,37 @@ pub struct ExponentialFall {
     pub rate: f64,
     /// The rise of friction with the slip speed.
     pub rise: f64,
+    /// Whether friction falls with the square of the slip speed: the exponent is 2, not 1.
+    pub is_squared: bool,
+}
+
+impl ExponentialFall {
+    /// The weakening rate.
+    #[inline]
+    #[must_use]
+    pub fn at(&self, u: f64) -> f64 {
+        let x = self.rate * u;
+        let [power, lower] = if self.is_squared { [x * x, 2.0 * x] } else { [x, 1.0] };
+        let rest = if power > FALLEN { 0.0 } else { lower * (-power).exp() };
+        self.steepest * rest - self.rise
+    }
+
+    /// Its range over slip speeds >= 0: it rises up to its maximum, at rest where the exponent is 1, and falls from there.
+    #[must_use]
+    pub fn range(&self, lo: f64, hi: f64) -> Range {
+        let (a, b) = (self.at(lo), self.at(hi));
+        let peak = if self.is_squared { std::f64::consts::FRAC_1_SQRT_2 / self.rate } else { 0.0 };
+        let top = if lo < peak && peak < hi { self.at(peak) } else { a.max(b) };
+        Range { lo: a.min(b), hi: top }
+    }
 }
 
 impl Exponential {
-    /// `None` for another exponent than 1.
+    /// `None` for another exponent than 1 and 2.
     pub(super) fn fall(&self) -> Option<ExponentialFall> {
-        let fall = ExponentialFall { steepest: self.drop * self.rate, rate: self.rate, rise: self.eta };
-        (self.exponent == 1.0).then_some(fall)
+        let (steepest, is_squared) = (self.drop * self.rate, self.exponent == 2.0);
+        let fall = ExponentialFall { steepest, rate: self.rate, rise: self.eta, is_squared };
+        (self.exponent == 1.0 || is_squared).then_some(fall)
     }
 
     pub(super) fn new(parameters: &LawParameters) -> Self {
@@ -135,9 +160,12 @@ impl Exponential {
     #[inline]
     fn rest(&self, x: f64) -> [f64; 2] {
         let [power, lower] = self.powers(x);
+        // At high slip speed the power overflows, and an exponential that underflows takes ten times as long.
+        if power > FALLEN {
+            return [0.0; 2];
+        }
         let rest = (-power).exp();
-        // At high slip speed the power overflows.
-        [rest, if rest == 0.0 { 0.0 } else { lower * rest }]
+        [rest, lower * rest]
     }
 
     #[inline]

@@ -1,7 +1,7 @@
 //! The weakening rate of a law over boxes of its parameters, enclosed: what proofs between the nodes of a map
 //! need.
 
-use super::{Law, Written};
+use super::Law;
 use slipmap_numbers::interval::Interval;
 use slipmap_numbers::jet::Jet;
 
@@ -13,10 +13,9 @@ pub(super) type Series = Jet<Slope, 2>;
 impl Law {
     /// phi at slip speed `u`, eps and parameters; `None` for laws that are no formulas.
     fn phi_at(&self, u: Series, epsilon: Series, parameters: &[Series]) -> Option<Series> {
-        match self.written() {
-            Written::BuiltIn(law) => (law.phi_at)(u, epsilon, parameters),
-            Written::Expression(law) => Some(law.phi_at(u, epsilon, parameters)),
-            Written::Table(_) | Written::Function(_) | Written::Custom(_) => None,
+        match self.as_written() {
+            Law::Expression(law) => Some(law.phi_at(u, epsilon, parameters)),
+            law => (law.built_in()?.phi_at)(u, epsilon, parameters),
         }
     }
 

@@ -109,6 +109,15 @@ impl Form {
         }
     }
 
+    /// The unit of the slip speed of a formula, where that is not the one of the formula as it was written; and the form of
+    /// that formula.
+    pub(super) fn unit(&self) -> Option<(f64, Self)> {
+        match self {
+            Form::Expression(law) => law.unit().map(|(unit, law)| (unit, Form::Expression(law))),
+            _ => None,
+        }
+    }
+
     /// The friction at rest less that in slip as u -> 0.
     pub(super) fn drop(&self) -> f64 {
         match self {

@@ -37,6 +37,12 @@ pub(super) fn of_formula(weakening: impl Fn(f64) -> f64, belt_speed: f64) -> f64
     doubled(weakening, belt_speed, 3, 64.0 * f64::EPSILON)
 }
 
+/// As [`mean_weakening`], to a thousandth: at no fewer angles than see a feature that is not
+/// [narrow](super::Weakening::narrow).
+pub(super) fn rough(weakening: impl Fn(f64) -> f64, belt_speed: f64) -> f64 {
+    doubled(weakening, belt_speed, 3, 1e-3)
+}
+
 /// The rule after `least` doublings or more, of which the last changes the result by at most `enough` times
 /// the size of the terms.
 fn doubled(weakening: impl Fn(f64) -> f64, belt_speed: f64, least: usize, enough: f64) -> f64 {

@@ -140,15 +140,6 @@ const DROP: Parameter = Parameter {
     max: 1.0 - f64::EPSILON,
 };
 
-/// A law as written, without the reading as `1 + eps F(u)`.
-enum Written<'a> {
-    BuiltIn(&'static BuiltIn),
-    Expression(&'a Expression),
-    Table(&'a Table),
-    Function(&'a Function),
-    Custom(&'a Custom),
-}
-
 /// First line of the definition of a law read as `1 + eps F(u)`.
 const SMALL: &str = "small eps";
 /// First line of the definition of a law with the parameter `drop`.
@@ -182,37 +173,28 @@ impl Law {
     /// The law's name in a configuration.
     #[must_use]
     pub fn name(&self) -> &'static str {
-        match self.written() {
-            Written::BuiltIn(law) => law.name,
-            Written::Expression(_) => EXPRESSION,
-            Written::Table(_) => TABLE,
-            Written::Function(_) => FUNCTION,
-            Written::Custom(law) => law.name(),
-        }
-    }
-
-    fn written(&self) -> Written<'_> {
         match self {
-            Law::Stribeck => Written::BuiltIn(&stribeck::LAW),
-            Law::Exponential => Written::BuiltIn(&exponential::LAW),
-            Law::Stretched => Written::BuiltIn(&exponential::STRETCHED),
-            Law::Lorentzian => Written::BuiltIn(&lorentzian::LAW),
-            Law::Coulomb => Written::BuiltIn(&coulomb::LAW),
-            Law::Expression(law) => Written::Expression(law),
-            Law::Table(law) => Written::Table(law),
-            Law::Function(law) => Written::Function(law),
-            Law::Custom(law) => Written::Custom(law),
-            Law::Small(law) => law.written(),
-            Law::Dropping(dropping) => dropping.law.written(),
+            Law::Expression(_) => EXPRESSION,
+            Law::Table(_) => TABLE,
+            Law::Custom(law) => law.name(),
+            Law::Small(law) => law.name(),
+            Law::Dropping(dropping) => dropping.law.name(),
+            law => law.built_in().map_or(FUNCTION, |law| law.name),
         }
     }
 
     /// What the file of a built-in law defines; `None` for other laws.
     pub fn built_in(&self) -> Option<&'static BuiltIn> {
-        match self.written() {
-            Written::BuiltIn(law) => Some(law),
-            Written::Expression(_) | Written::Table(_) | Written::Function(_) | Written::Custom(_) => None,
-        }
+        Some(match self {
+            Law::Stribeck => &stribeck::LAW,
+            Law::Exponential => &exponential::LAW,
+            Law::Stretched => &exponential::STRETCHED,
+            Law::Lorentzian => &lorentzian::LAW,
+            Law::Coulomb => &coulomb::LAW,
+            Law::Small(law) => return law.built_in(),
+            Law::Dropping(dropping) => return dropping.law.built_in(),
+            Law::Expression(_) | Law::Table(_) | Law::Function(_) | Law::Custom(_) => return None,
+        })
     }
 
     /// A law given by functions.
@@ -268,10 +250,10 @@ impl Law {
     #[must_use]
     pub fn may_drop(&self) -> bool {
         self.parameters().iter().any(|parameter| parameter.name == DROP.name)
-            || match self.written() {
-                Written::Expression(law) => law.may_drop(),
-                Written::Table(law) => law.may_drop(),
-                Written::BuiltIn(_) | Written::Function(_) | Written::Custom(_) => false,
+            || match self.as_written() {
+                Law::Expression(law) => law.may_drop(),
+                Law::Table(law) => law.may_drop(),
+                _ => false,
             }
     }
 
@@ -294,15 +276,11 @@ impl Law {
     #[must_use]
     pub fn parameters(&self) -> &[Parameter] {
         match self {
-            Law::Small(law) => return law.parameters(),
-            Law::Dropping(dropping) => return &dropping.parameters,
-            _ => {}
-        }
-        match self.written() {
-            Written::BuiltIn(law) => law.parameters,
-            Written::Expression(law) => law.parameters(),
-            Written::Table(_) | Written::Function(_) => &[],
-            Written::Custom(law) => law.parameters(),
+            Law::Small(law) => law.parameters(),
+            Law::Dropping(dropping) => &dropping.parameters,
+            Law::Expression(law) => law.parameters(),
+            Law::Custom(law) => law.parameters(),
+            law => law.built_in().map_or(&[], |law| law.parameters),
         }
     }
 
@@ -310,19 +288,14 @@ impl Law {
     /// a name alone defines and for custom laws.
     #[must_use]
     pub fn definition(&self) -> String {
-        if let Law::Small(law) = self {
-            return format!("{SMALL}\n{}", law.definition());
-        }
-        if let Law::Dropping(dropping) = self {
-            return format!("{DROPPING}\n{}", dropping.law.definition());
-        }
-        match self.written() {
-            Written::BuiltIn(_) if *self == Law::Stretched => STRETCHED.to_owned(),
-            Written::BuiltIn(_) | Written::Custom(_) => String::new(),
-            Written::Expression(law) => {
+        match self {
+            Law::Small(law) => format!("{SMALL}\n{}", law.definition()),
+            Law::Dropping(dropping) => format!("{DROPPING}\n{}", dropping.law.definition()),
+            Law::Stretched => STRETCHED.to_owned(),
+            Law::Expression(law) => {
                 format!("{}{}\n{}", law.static_level(), above(law.may_drop()), law.text())
             }
-            Written::Table(table) => {
+            Law::Table(table) => {
                 let errors = table.standard_errors();
                 let rows = table.data().enumerate().map(|(i, (u, phi))| match errors {
                     Some(errors) => format!("\n{u},{phi},{}", errors[i]),
@@ -331,7 +304,8 @@ impl Law {
                 let head = format!("{}{} {}", table.static_level(), above(table.may_drop()), table.origin());
                 std::iter::once(head).chain(rows).collect()
             }
-            Written::Function(law) => law.definition(),
+            Law::Function(law) => law.definition(),
+            _ => String::new(),
         }
     }
 
@@ -400,7 +374,7 @@ impl Law {
     ///
     /// Successive curves with the same eps and parameters share their compiled form, such as those of the
     /// columns of a map that differ only in the belt speed. If the law does not depend on eps, so do
-    /// successive curves that differ only in eps.
+    /// successive curves that differ only in eps; and curves of one formula in several units share that of the formula.
     #[must_use]
     pub fn curve(&self, epsilon: f64, parameters: &LawParameters) -> Curve {
         thread_local! {
@@ -408,13 +382,16 @@ impl Law {
         }
         LATEST.with_borrow_mut(|latest| {
             let alike = latest.as_ref().filter(|(law, _, known, _)| known == parameters && law == self);
-            let compiled = match alike {
-                Some((_, eps, _, curve)) if *eps == epsilon => return curve.clone(),
-                Some((.., curve)) if !self.depends_on_epsilon() => Arc::clone(&curve.compiled),
-                _ => Arc::default(),
-            };
+            if let Some((.., curve)) = alike.filter(|(_, eps, ..)| *eps == epsilon) {
+                return curve.clone();
+            }
             let small = self.is_read_as_small().then_some(epsilon);
             let (form, axis) = self.form(epsilon, parameters);
+            let compiled = match (alike, latest.as_ref()) {
+                (Some((.., curve)), _) if !self.depends_on_epsilon() => Arc::clone(&curve.compiled),
+                (_, Some((.., curve))) => curve.shared(&form),
+                (_, None) => Arc::default(),
+            };
             let curve = Curve::new(form, small, axis, compiled);
             *latest = Some((self.clone(), epsilon, *parameters, curve.clone()));
             curve
@@ -423,11 +400,10 @@ impl Law {
 
     /// Returns whether phi(u) may depend on eps.
     pub fn depends_on_epsilon(&self) -> bool {
-        match self.written() {
-            Written::BuiltIn(law) => law.depends_on_epsilon,
-            Written::Expression(law) => law.depends_on_epsilon(),
-            Written::Table(_) | Written::Function(_) => false,
-            Written::Custom(_) => true,
+        match self.as_written() {
+            Law::Expression(law) => law.depends_on_epsilon(),
+            Law::Custom(_) => true,
+            law => law.built_in().is_some_and(|law| law.depends_on_epsilon),
         }
     }
 

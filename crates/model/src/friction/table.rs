@@ -229,6 +229,19 @@ impl Table {
         Ok(Self(Arc::new(Cubics { errors, ..Cubics::clone(&self.0) })))
     }
 
+    /// The table of another measurement: each friction value moved by its standard error times a number of `normal`. The
+    /// friction at rest moves with the first datum where friction does not drop.
+    ///
+    /// # Errors
+    /// [`TableError`] if that is no law.
+    pub fn drawn(&self, mut normal: impl FnMut() -> f64) -> Result<Self, TableError> {
+        let errors = self.standard_errors().into_iter().flatten();
+        let moved = self.data().zip(errors).map(|((u, level), error)| (u, level + error * normal()));
+        let data: Vec<(f64, f64)> = moved.collect();
+        let rest = if self.0.may_drop { self.static_level().max(data[0].1) } else { data[0].1 };
+        Self::of_data(self.origin(), &data, rest, self.0.may_drop)
+    }
+
     /// The same law with its slip speeds and its friction in units of `speed` and `friction` > 0.
     ///
     /// # Errors

@@ -241,7 +241,7 @@ pub(super) fn regimes(all: &Assessment, written: &Written, height: f64) -> Scene
             let others = PlaneCurves::of_kinds(&kinds, &grid, plane.clone(), &AtomicBool::new(false));
             lines.extend(others.curves);
         }
-        let lines = PlaneCurves { plane, curves: lines };
+        let lines = PlaneCurves { plane, curves: lines, cut: Vec::new() };
         curves::draw(&mut scene, &panel, &lines, &mut legend, false);
     }
     let here = panel.place(machine.belt_speed / units.velocity, machine.damping / units.damping);

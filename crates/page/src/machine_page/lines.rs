@@ -141,7 +141,7 @@ fn given_friction(all: &Assessment, written: &Written, uncertain: &[Uncertain]) 
         }
         Friction::Formula(formula, parameters) => {
             let name = machine.words_of_friction();
-            let mut lines = vec![line(name, Rich::foreign(formula.text()))];
+            let mut lines = vec![line(name, Rich::foreign(&formula.text()))];
             if formula.may_drop() {
                 lines.push(line(&format!("{name} at rest"), Rich::number(formula.static_level(), 4)));
             }

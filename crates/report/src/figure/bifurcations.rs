@@ -28,7 +28,7 @@ pub(crate) fn boundary(slice: &Slice) -> PlaneCurves {
     let kinds = [Bifurcation::GrazingSliding, Bifurcation::Crossing];
     match mean_work(slice) <= WORK {
         true => PlaneCurves::of_kinds(&kinds, grid, plane, &AtomicBool::new(false)),
-        false => PlaneCurves { plane, curves: Vec::new() },
+        false => PlaneCurves { plane, curves: Vec::new(), cut: Vec::new() },
     }
 }
 

@@ -21,7 +21,7 @@ pub(crate) fn friction(view: &View) -> Rich {
     };
     match (set, grid.law().as_written()) {
         (Some(set), _) if set.plain.chars().count() <= LONGEST => Rich::formula(set),
-        (_, Law::Expression(formula)) => Rich::foreign(formula.text()),
+        (_, Law::Expression(formula)) => Rich::foreign(&formula.text()),
         (_, Law::Table(table)) => of_rows(table),
         _ => rich("a function of a program, which was sampled"),
     }

@@ -33,18 +33,16 @@ impl Rate<'_> {
     #[inline(always)]
     pub(super) fn at(&self, u: f64) -> f64 {
         match self {
-            Rate::Exponential(ExponentialFall { steepest, rate, rise }) => {
-                steepest * (-rate * u).exp() - rise
-            }
+            Rate::Exponential(fall) => fall.at(u),
             Rate::Law(curve) => curve.weakening(u),
             Rate::Polynomials(weakening) => weakening.at(u),
         }
     }
 
-    /// Bounds over slip speeds; of an exponential fall its values at the ends.
+    /// Bounds over slip speeds.
     fn range(&self, lo: f64, hi: f64) -> Range {
         match self {
-            Rate::Exponential(_) => Range { lo: self.at(hi), hi: self.at(lo) },
+            Rate::Exponential(fall) => fall.range(lo, hi),
             Rate::Law(curve) => curve.weakening_range(lo, hi),
             Rate::Polynomials(weakening) => weakening.range(lo, hi),
         }
@@ -165,7 +163,7 @@ impl Half<'_> {
             (farther, before) = (speed, stiffness);
             // Steps are short where a law begins to brake, or would be passed over.
             ratio = (ratio * ratio).max(SAMPLES_RATIO);
-            let is_known = matches!(rate, Rate::Exponential(_));
+            let is_known = matches!(rate, Rate::Exponential(fall) if !fall.is_squared);
             while !is_known && ratio < FINEST_RATIO && is_hidden(ratio * beyond, beyond, here) {
                 ratio = ratio.sqrt();
             }

@@ -52,6 +52,8 @@ struct Together<'a> {
     steepest: Lanes,
     rate: Lanes,
     rise: Lanes,
+    /// 1 where its exponent is 2, and 0 where it is 1.
+    squared: Lanes,
     has_others: bool,
     /// Whether x2 < 0: the variable is the polar angle th; before that it is q = (2 radius)^(1/2) sin(th / 2) by its own
     /// angle th.
@@ -92,6 +94,7 @@ impl<'a> Together<'a> {
             steepest: zero,
             rate: zero,
             rise: zero,
+            squared: zero,
             has_others: false,
             is_left: [false; LANES],
             x: zero,
@@ -114,13 +117,14 @@ impl<'a> Together<'a> {
         let (start, rhs) = half.start();
         let fall = match rate {
             Rate::Exponential(fall) => fall,
-            _ => ExponentialFall { steepest: 0.0, rate: 0.0, rise: 0.0 },
+            _ => ExponentialFall { steepest: 0.0, rate: 0.0, rise: 0.0, is_squared: false },
         };
         self.halves[lane] = Some(half);
         self.numbers[lane] = number;
         (self.sign[lane], self.viscous[lane]) = (sign, viscous);
         (self.belt_speed[lane], self.radius[lane]) = (belt_speed, radius);
         (self.steepest[lane], self.rate[lane], self.rise[lane]) = (fall.steepest, fall.rate, fall.rise);
+        self.squared[lane] = f64::from(u8::from(fall.is_squared));
         self.is_left[lane] = false;
         let angle = |q: f64| 2.0 * (q / (2.0 * radius).sqrt()).asin();
         (self.x[lane], self.end[lane]) = (angle(start.q), FRAC_PI_2);
@@ -157,8 +161,10 @@ impl<'a> Together<'a> {
             let on_right = radius.mul_add(versine, self.belt_speed[lane] - radius);
             slip[lane] = if left { on_left } else { on_right };
             // In a loop of its own, which the compiler unrolls, this would not be vectorised.
-            let fading = exp_falling(-self.rate[lane] * slip[lane]);
-            w[lane] = self.steepest[lane].mul_add(fading, -self.rise[lane]);
+            let (x, squared) = (self.rate[lane] * slip[lane], self.squared[lane]);
+            let fading = exp_falling(-x * squared.mul_add(x, 1.0 - squared));
+            let lower = squared.mul_add(2.0 * x, 1.0 - squared);
+            w[lane] = (self.steepest[lane] * lower).mul_add(fading, -self.rise[lane]);
         }
         if self.has_others {
             for lane in 0..LANES {

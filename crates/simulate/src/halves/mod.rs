@@ -94,7 +94,7 @@ impl<'a> Sought<'a> {
     /// weakening rate (theory, "The backbone"), and near `guess` where there is one.
     pub(super) fn of_amplitude(curve: &'a Curve, belt_speed: f64, radius: f64, guess: Option<f64>) -> Self {
         let even = curve.even_weakening_range(belt_speed);
-        let mean = curve.mean_weakening(belt_speed);
+        let mean = curve.rough_mean_weakening(belt_speed);
         // Rounding may change the signs at the bounds.
         let pad = 1e-9 * (even.hi - even.lo) + 1e-13 * even.lo.abs().max(even.hi.abs());
         let far = WIDE * (1.0 + mean.abs());

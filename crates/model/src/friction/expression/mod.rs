@@ -16,6 +16,7 @@
 
 mod parse;
 
+use std::borrow::Cow;
 use std::collections::HashSet;
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -79,29 +80,28 @@ pub enum Step {
     Join(char),
 }
 
-/// A law given as text. Clones share it.
+/// A law given as text. Clones share what was parsed.
 #[derive(Clone, Debug)]
-pub struct Expression(Arc<Compiled>);
-
-#[derive(Debug)]
-struct Compiled {
-    text: String,
+pub struct Expression {
+    parsed: Arc<Parsed>,
+    /// Every u or v of the text stands for this times the slip speed.
+    unit: f64,
     /// phi is the formula divided by this, the friction at rest.
     static_level: f64,
     /// Whether friction in slip may begin below the friction at rest.
     may_drop: bool,
+}
+
+#[derive(Debug)]
+struct Parsed {
+    text: String,
     tape: Tape,
     parameters: Vec<Parameter>,
 }
 
 impl PartialEq for Expression {
     fn eq(&self, other: &Self) -> bool {
-        let same = |other: &Compiled| {
-            self.0.text == other.text
-                && self.0.static_level == other.static_level
-                && self.0.may_drop == other.may_drop
-        };
-        Arc::ptr_eq(&self.0, &other.0) || same(&other.0)
+        self.unit == other.unit && self.differs_in_unit(other)
     }
 }
 
@@ -179,23 +179,38 @@ impl Expression {
             min: f64::MIN,
             max: f64::MAX,
         });
-        let parameters = parameters.collect();
-        Ok(Self(Arc::new(Compiled { text: text.to_owned(), static_level, may_drop, tape, parameters })))
+        let parsed = Arc::new(Parsed { text: text.to_owned(), parameters: parameters.collect(), tape });
+        Ok(Self { parsed, unit: 1.0, static_level, may_drop })
     }
 
-    /// The law with its slip speed in units of `unit`, divided by `static_level`. In the text, every u or v
-    /// is replaced by (unit*u).
-    ///
-    /// # Errors
-    /// [`ExpressionError`] if the replacement makes the formula too long.
-    pub fn in_units(&self, unit: f64, static_level: f64) -> Result<Self, ExpressionError> {
-        let mut text = String::with_capacity(self.0.text.len());
+    /// The law with its slip speed in units of `unit`, divided by `static_level`: in the text, every u or v is replaced by
+    /// (unit*u).
+    #[must_use]
+    pub fn in_units(&self, unit: f64, static_level: f64) -> Self {
+        Self { unit: self.unit * unit, static_level, ..self.clone() }
+    }
+
+    /// Whether the laws are the same but for the unit of the slip speed, or in all.
+    fn differs_in_unit(&self, other: &Self) -> bool {
+        self.static_level == other.static_level
+            && self.may_drop == other.may_drop
+            && (Arc::ptr_eq(&self.parsed, &other.parsed) || self.parsed.text == other.parsed.text)
+    }
+
+    /// The formula as it was written, or in its units.
+    #[must_use]
+    pub fn text(&self) -> Cow<'_, str> {
+        let written = self.parsed.text.as_str();
+        if self.unit == 1.0 {
+            return Cow::Borrowed(written);
+        }
+        let mut text = String::with_capacity(2 * written.len());
         let is_part = |letter: char| letter.is_alphanumeric() || letter == '_' || letter == '.';
-        let mut rest = self.0.text.as_str();
+        let mut rest = written;
         while !rest.is_empty() {
             let word = &rest[..rest.find(|letter| !is_part(letter)).unwrap_or(rest.len())];
             match word {
-                "u" | "v" => text.push_str(&format!("({unit:?}*{word})")),
+                "u" | "v" => text.push_str(&format!("({:?}*{word})", self.unit)),
                 word => text.push_str(word),
             }
             rest = &rest[word.len()..];
@@ -203,22 +218,16 @@ impl Expression {
             text.push_str(&rest[..gap]);
             rest = &rest[gap..];
         }
-        Self::compiled(&text, static_level, self.0.may_drop)
+        Cow::Owned(text)
     }
 
-    /// The formula as it was written.
-    #[must_use]
-    pub fn text(&self) -> &str {
-        &self.0.text
-    }
-
-    /// The formula step by step.
+    /// The formula step by step, as it was written.
     pub fn steps(&self) -> impl Iterator<Item = Step> {
-        self.0.tape.ops.iter().map(|op| match *op {
+        self.parsed.tape.ops.iter().map(|op| match *op {
             Op::Number(x) => Step::Number(x),
             Op::Slip => Step::Name("u"),
             Op::Epsilon => Step::Name("epsilon"),
-            Op::Parameter(i) => Step::Name(self.0.parameters[i].name),
+            Op::Parameter(i) => Step::Name(self.parsed.parameters[i].name),
             Op::Negate => Step::Negate,
             Op::PowerInteger(exponent) => Step::PowerInteger(exponent),
             Op::Call(function) => Step::Call(function.name()),
@@ -232,29 +241,29 @@ impl Expression {
 
     /// The friction at rest, by which the formula is divided.
     pub fn static_level(&self) -> f64 {
-        self.0.static_level
+        self.static_level
     }
 
     /// Whether friction in slip may begin below the friction at rest.
     pub fn may_drop(&self) -> bool {
-        self.0.may_drop
+        self.may_drop
     }
 
     /// The named parameters in order of appearance.
     #[must_use]
     pub fn parameters(&self) -> &[Parameter] {
-        &self.0.parameters
+        &self.parsed.parameters
     }
 
     /// The range of characters in which a parameter first occurs in the text.
     pub fn place_of(&self, parameter: &str) -> Option<(usize, usize)> {
-        let found = self.0.tape.parameters.iter().find(|(name, _)| name == parameter);
+        let found = self.parsed.tape.parameters.iter().find(|(name, _)| name == parameter);
         found.map(|(_, place)| (place.from, place.to))
     }
 
     /// Returns whether eps occurs in the formula.
     pub(super) fn depends_on_epsilon(&self) -> bool {
-        self.0.tape.ops.contains(&Op::Epsilon)
+        self.parsed.tape.ops.contains(&Op::Epsilon)
     }
 
     /// The curve at one eps and one choice of parameters. The curves of a formula without eps are equal for
@@ -262,6 +271,12 @@ impl Expression {
     pub(super) fn curve(&self, epsilon: f64, parameters: &LawParameters) -> ExpressionCurve {
         let epsilon = if self.depends_on_epsilon() { epsilon } else { 0.0 };
         ExpressionCurve { law: self.clone(), epsilon, parameters: *parameters }
+    }
+
+    /// The friction in slip as u -> 0, in units of that at rest, at these values of the parameters.
+    #[must_use]
+    pub fn at_onset(&self, parameters: &LawParameters) -> f64 {
+        self.phi_at(0.0, 1.0, parameters.as_slice())
     }
 
     /// phi at slip speed `u`, eps and parameters in any arithmetic.
@@ -332,9 +347,22 @@ pub(super) fn power<T: Real>(base: T, exponent: T) -> T {
 }
 
 impl ExpressionCurve {
+    /// The unit of the slip speed, where that is not the one of the formula as it was written; and the curve of that formula.
+    pub(super) fn unit(&self) -> Option<(f64, Self)> {
+        let law = Expression { unit: 1.0, ..self.law.clone() };
+        (self.law.unit != 1.0).then(|| (self.law.unit, Self { law, ..self.clone() }))
+    }
+
+    /// Whether another curve is that of the same formula, perhaps in another unit of the slip speed.
+    pub(super) fn is_of_same_formula(&self, other: &Self) -> bool {
+        self.epsilon == other.epsilon
+            && self.parameters == other.parameters
+            && self.law.differs_in_unit(&other.law)
+    }
+
     /// See [`super::Curve::cost`]: two operations of a formula take about as long as the Stribeck law.
     pub(super) fn cost(&self) -> u64 {
-        1 + self.law.0.tape.ops.len() as u64 / 2
+        1 + self.law.parsed.tape.ops.len() as u64 / 2
     }
 
     /// Evaluates the tape; `watch` is called with the number and the result of every operation.
@@ -352,12 +380,14 @@ impl ExpressionCurve {
         parameter: impl Fn(usize) -> T,
         mut watch: impl FnMut(usize, &T),
     ) -> T {
+        // Both factors are operands of a product in the text.
+        let slip = if self.law.unit == 1.0 { u } else { T::constant(self.law.unit) * u };
         let mut stack = [u; DEEPEST];
         let mut top = 0;
-        for (number, op) in self.law.0.tape.ops.iter().enumerate() {
+        for (number, op) in self.law.parsed.tape.ops.iter().enumerate() {
             let (operands, result) = match *op {
                 Op::Number(x) => (0, T::constant(x)),
-                Op::Slip => (0, u),
+                Op::Slip => (0, slip),
                 Op::Epsilon => (0, epsilon),
                 Op::Parameter(i) => (0, parameter(i)),
                 Op::Add => (2, stack[top - 2] + stack[top - 1]),
@@ -373,7 +403,7 @@ impl ExpressionCurve {
             stack[top - 1] = result;
             watch(number, &result);
         }
-        let level = self.law.0.static_level;
+        let level = self.law.static_level;
         if level == 1.0 { stack[0] } else { stack[0] / T::constant(level) }
     }
 
@@ -388,7 +418,7 @@ impl ExpressionCurve {
 
     /// The friction at rest less that in slip at u -> 0.
     pub(super) fn drop(&self) -> f64 {
-        if !self.law.0.may_drop {
+        if !self.law.may_drop {
             return 0.0;
         }
         let drop = 1.0 - self.run(0.0, self.epsilon, |_, _| ());
@@ -477,7 +507,8 @@ impl ExpressionCurve {
     }
 
     fn check(&self, fastest: f64) -> Result<(), ExpressionError> {
-        let Compiled { tape, text, static_level, may_drop, .. } = &*self.law.0;
+        let Expression { parsed, static_level, may_drop, .. } = &self.law;
+        let Parsed { tape, text, .. } = &**parsed;
         // Singular operations are searched first, because their errors are more specific than a wrong value.
         // A range of slip speeds on which an operation's value or derivative has no bounds is bisected down
         // to a share of 1e-9.
@@ -553,7 +584,7 @@ impl ExpressionCurve {
     /// [a, b], leave open whether it is singular.
     fn undecided(&self, tape: &Tape, number: usize, a: f64, b: f64) -> ExpressionError {
         let Place { from, to } = tape.places[number];
-        let part: String = self.law.0.text.chars().skip(from).take(to - from).collect();
+        let part: String = self.law.parsed.text.chars().skip(from).take(to - from).collect();
         ExpressionError {
             from,
             to,
@@ -569,7 +600,7 @@ impl ExpressionCurve {
     /// The error for an operation, given by its number, that is singular for slip speeds within [a, b].
     fn singular(&self, tape: &Tape, number: usize, a: f64, b: f64) -> ExpressionError {
         let Place { from, to } = tape.places[number];
-        let part: String = self.law.0.text.chars().skip(from).take(to - from).collect();
+        let part: String = self.law.parsed.text.chars().skip(from).take(to - from).collect();
         let where_ = if b == 0.0 { "u = 0".to_owned() } else { format!("u = {:.6}", 0.5 * (a + b)) };
         let at = format!("{where_}{}", self.at_parameters());
         let (problem, remedy) = match tape.ops[number] {

@@ -124,7 +124,7 @@ fn powers_of_the_slip_speed_are_legal_in_every_unit() {
         let law = Expression::new(text, 0.4).unwrap();
         for unit in [1.0, 0.1199, 1e-3] {
             let parameters = LawParameters::new(parameters);
-            let checked = law.in_units(unit, 0.4).unwrap().check(1.0, &parameters, 2.0 / unit);
+            let checked = law.in_units(unit, 0.4).check(1.0, &parameters, 2.0 / unit);
             assert_eq!(checked.map_err(|error| error.problem), Ok(()), "{text} {unit}");
         }
     }

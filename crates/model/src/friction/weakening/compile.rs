@@ -93,17 +93,12 @@ pub(in crate::friction) fn compile(
         }
     };
     let Compiler { breaks, pieces, .. } = compiler;
-    let places = Places::of(&breaks);
-    let blocks = super::range::blocks(&pieces);
-    let jumps = super::jumps(law, &breaks, &pieces);
-    let narrow = match law {
-        Form::Table(_) => Vec::new(),
-        _ => super::narrow_ends(&breaks),
-    };
-    let of_piece = |piece: &Piece| piece.c.iter().rposition(|c| *c != 0.0).map_or(1, |last| last + 1);
-    let terms = pieces.iter().map(of_piece).max().unwrap_or(COUNT);
-    let compiled =
-        Arc::new(Weakening { law: law.clone(), breaks, pieces, base, places, blocks, jumps, narrow, terms });
+    keep(Weakening::of(law, breaks, pieces, base), known)
+}
+
+/// Adds a form to those that are kept of a curve.
+fn keep(compiled: Weakening, known: &mut Vec<Arc<Weakening>>) -> Arc<Weakening> {
+    let compiled = Arc::new(compiled);
     if known.len() == MOST_KEPT
         && let Some(shortest) =
             (0..known.len()).min_by(|&i, &j| known[i].reach().total_cmp(&known[j].reach()))
@@ -113,6 +108,87 @@ pub(in crate::friction) fn compile(
     }
     known.push(Arc::clone(&compiled));
     compiled
+}
+
+/// The form of a formula whose slip speed is in units of `unit`, up to at least `reach`, of the `written` form of the formula
+/// itself: the form of the formula is made once for all units.
+pub(in crate::friction) fn compile_in_unit(
+    law: &Form,
+    unit: f64,
+    written: &Weakening,
+    known: &mut Vec<Arc<Weakening>>,
+) -> Arc<Weakening> {
+    let reach = speed_in(unit, written.reach());
+    match known.iter().find(|known| known.reach() == reach) {
+        Some(known) => Arc::clone(known),
+        None => keep(written.in_unit(law, unit), known),
+    }
+}
+
+/// A slip speed in this unit, rounded down.
+fn speed_in(unit: f64, speed: f64) -> f64 {
+    (speed / unit).next_down()
+}
+
+impl Weakening {
+    fn of(law: &Form, breaks: Vec<f64>, pieces: Vec<Piece>, base: f64) -> Self {
+        let places = Places::of(&breaks);
+        let blocks = super::range::blocks(&pieces);
+        let jumps = super::jumps(law, &breaks, &pieces);
+        let narrow = match law {
+            Form::Table(_) => Vec::new(),
+            _ => super::narrow_ends(&breaks),
+        };
+        let of_piece = |piece: &Piece| piece.c.iter().rposition(|c| *c != 0.0).map_or(1, |last| last + 1);
+        let terms = pieces.iter().map(of_piece).max().unwrap_or(COUNT);
+        Self { law: law.clone(), breaks, pieces, base, places, blocks, jumps, narrow, terms }
+    }
+
+    /// The form of the `law` that is this one with its slip speed in units of `unit`: `unit` w(`unit` u).
+    ///
+    /// Ends, middles and scales are rounded. So x moves by the rounding error of one number that is about the largest slip
+    /// speed of the piece times its scale, and a piece may reach beyond its end by that of the end: there w is within the
+    /// errors of the polynomial of the neighbour, which moves by less than its steepest slope times that reach. No slip
+    /// speed lies beyond the last end.
+    fn in_unit(&self, law: &Form, unit: f64) -> Self {
+        // |dp/dx| where |x| <= 1 + 1/64: |x|^10 < 1.25.
+        let steepest = |piece: &Piece| -> f64 {
+            1.25 * piece.c.iter().zip(0_u8..).map(|(c, k)| f64::from(k) * c.abs()).sum::<f64>()
+        };
+        let scaled = |i: usize| {
+            let piece = &self.pieces[i];
+            let [from, to] = [self.breaks[i], self.breaks[i + 1]];
+            let moved = f64::EPSILON * (1.0 + to * piece.scale) * steepest(piece);
+            let beyond = |neighbour: Option<&Piece>, end: f64| {
+                neighbour
+                    .map_or([0.0; 2], |it| [2.0 * it.error, f64::EPSILON * end * it.scale * steepest(it)])
+            };
+            let before = beyond(i.checked_sub(1).map(|i| &self.pieces[i]), from);
+            let after = beyond(self.pieces.get(i + 1), to);
+            let is_wide = f64::EPSILON * to * piece.scale < 1.0 / 64.0;
+            let c = piece.c.map(|c| c * unit);
+            let rounded = f64::MIN_POSITIVE + f64::EPSILON * c.iter().map(|c| c.abs()).sum::<f64>();
+            let moved = moved + before[1].max(after[1]);
+            let error = ROOM * (unit * (piece.error + before[0].max(after[0]) + moved) + rounded);
+            let error = if is_wide { error } else { f64::INFINITY };
+            Piece {
+                middle: piece.middle / unit,
+                scale: piece.scale * unit,
+                c,
+                error,
+                estimate: unit * (piece.estimate + moved),
+                range: Range { lo: piece.range.lo * unit, hi: piece.range.hi * unit }.widened(error),
+                size: piece.size * unit,
+                ..*piece
+            }
+        };
+        let pieces = (0..self.pieces.len()).map(scaled).collect();
+        let mut breaks: Vec<f64> = self.breaks.iter().map(|end| end / unit).collect();
+        if let Some(last) = breaks.last_mut() {
+            *last = speed_in(unit, self.reach());
+        }
+        Self::of(law, breaks, pieces, f64::INFINITY)
+    }
 }
 
 struct Compiler<'a> {

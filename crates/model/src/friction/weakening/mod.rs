@@ -21,7 +21,7 @@ mod range;
 
 use super::{Form, Range};
 
-pub(super) use compile::compile;
+pub(super) use compile::{compile, compile_in_unit};
 
 /// Length of a first piece, in units of the reach, that only a law without derivatives at rest has.
 const NO_LENGTH: f64 = 1e-18;

@@ -18,6 +18,8 @@ const NOTHING: Range = Range { lo: f64::NEG_INFINITY, hi: f64::INFINITY };
 
 /// Largest number of bisections in the search for a polynomial's extremes.
 const HALVINGS: u32 = 26;
+/// Width of the bounds of a piece, in units of its error, that is rounding: w is within 1 of the polynomial.
+const ROUNDINGS: f64 = 4.0;
 /// Largest number of steps of Newton's method to an extreme.
 const STEPS: u32 = 8;
 
@@ -29,6 +31,14 @@ impl Piece {
             Trend::Rises | Trend::Falls => self.near(a).hull(self.near(b)),
             Trend::Unknown => self.range_between(a, b),
         }
+    }
+
+    /// Whether bounds on a part of the piece are not worth their time: w hardly changes on all of it beyond rounding errors, as
+    /// where a steep law has fallen, or it has none.
+    #[inline]
+    fn is_flat(&self) -> bool {
+        let Range { lo, hi } = self.range;
+        !self.error.is_finite() || hi - lo <= (ROUNDINGS * self.error).max(f64::EPSILON * self.size)
     }
 
     /// Proved bounds of w at one slip speed.
@@ -196,7 +206,7 @@ impl Weakening {
         match piece.trend {
             Trend::Rises => Range { lo: low().lo, hi: high().hi },
             Trend::Falls => Range { lo: high().lo, hi: low().hi },
-            Trend::Unknown if lo <= start && end <= hi || !piece.error.is_finite() => piece.range,
+            Trend::Unknown if lo <= start && end <= hi || piece.is_flat() => piece.range,
             Trend::Unknown => piece.range_between(lo.max(start), hi.min(end)),
         }
     }

@@ -10,6 +10,12 @@ fn formula(text: &str) -> Curve {
     Law::Expression(Expression::new(text, 1.0).unwrap()).curve(0.7, &LawParameters::new(&[]))
 }
 
+/// A formula whose slip speed is in units of `unit`, divided by 0.4.
+fn formula_in_units(text: &str, unit: f64) -> Curve {
+    let law = Law::Expression(Expression::new(text, 1.0).unwrap().in_units(unit, 0.4));
+    law.curve(1.0, &LawParameters::new(&[]))
+}
+
 fn table() -> Curve {
     let data = [(0.0, 1.0), (0.1, 0.8), (0.3, 0.65), (0.6, 0.6), (1.0, 0.62), (2.0, 0.7), (8.0, 0.9)];
     Law::Table(Table::new("falling", &data, 1.0).unwrap()).curve(1.0, &LawParameters::new(&[]))
@@ -28,6 +34,9 @@ fn smooth() -> Vec<Curve> {
         formula("1 - 0.1*u + 0.02*sin(7*u)"),
         formula("0.4 + 0.6/cosh(5*u) + 0.01*atan(u/0.03)"),
         formula("1 - 0.2*tanh(30*u)*(1 - 0.3*exp(-u)) + 0.01*sqrt(u + 0.2) - 0.01*sqrt(0.2)"),
+        formula_in_units("0.1 + 0.3*exp(-2*u) + 0.05*u^2", 0.37),
+        formula_in_units("0.4 - 0.1*u + 0.02*sin(u)", 3.1),
+        formula_in_units("0.3 + 0.1/cosh(50*u) + 0.01*atan(u/0.003)", 0.0123),
     ]
 }
 
@@ -126,9 +135,10 @@ fn outside_the_reach_the_law_answers_itself() {
     assert!(beyond.at(8.1).is_nan());
 }
 
-/// Searches for limits in eps, and maps with an axis of eps, would otherwise compile the same law again.
+/// Searches for limits in eps, maps with an axis of eps, and maps and draws of a machine with a formula would otherwise
+/// compile the same law again.
 #[test]
-fn curves_that_differ_in_eps_only_share_what_is_compiled() {
+fn curves_that_differ_in_eps_or_unit_only_share_what_is_compiled() {
     let forms = |law: &Law, parameters: &[f64]| {
         [0.1, 0.2].map(|epsilon| law.curve(epsilon, &LawParameters::new(parameters)).compiled(1.0))
     };
@@ -137,6 +147,12 @@ fn curves_that_differ_in_eps_only_share_what_is_compiled() {
     assert!(Arc::ptr_eq(&a, &b));
     let [a, b] = forms(&Law::Lorentzian, &[0.5, 0.2, 0.01]);
     assert!(Arc::ptr_eq(&a, &b));
+    let [a, b] = [0.3, 0.7].map(|unit| {
+        let curve = formula_in_units("0.4 - 0.3*u*exp(-u)", unit);
+        let _ = curve.compiled(1.0);
+        Arc::clone(&curve.compiled.lock().unwrap().written)
+    });
+    assert!(Arc::ptr_eq(&a, &b) && !a.lock().unwrap().is_empty());
     let [a, b] = forms(&formula("1 - eps*u*exp(-u)"), &[]);
     assert_ne!(a.at(0.5), b.at(0.5));
 }
