@@ -489,34 +489,12 @@ def everything_can_be_taken_along(session):
     page.get_by_label("cells along each axis").press("Tab")
     expect(page.locator("#leave pre").nth(1)).to_contain_text("points = 40")
     with tempfile.TemporaryDirectory() as folder:
-        with page.expect_download() as waiting:
-            page.get_by_role("button", name="This page, HTML").click()
-        waiting.value.save_as(Path(folder) / waiting.value.suggested_filename)
         # The commands make the map of the configuration, and its figure.
         configuration, commands = (page.locator("#leave pre").nth(number).text_content() for number in (1, 2))
         (Path(folder) / "plane.toml").write_text(configuration)
         for command in commands.splitlines():
             subprocess.run([session.program, *command.split()[1:]], check=True, capture_output=True, cwd=folder)
         assert "<svg " in (Path(folder) / "plane.svg").read_text() and (Path(folder) / "cells.csv").read_text().startswith("V,c,regime")
-        # The page shows its pictures without the program, and sends no requests.
-        alone = session.browser.new_page()
-        requests = []
-        alone.on("request", lambda request: requests.append(request.url))
-        alone.goto(f"file://{folder}/plane.html")
-        expect(alone.locator("table.verdicts")).to_be_visible()
-        assert alone.locator("svg image").count() == 1 and alone.locator(".figure svg").count() == 3
-        assert all(url.startswith(("file://", "data:")) for url in requests), requests
-        expect(alone.locator("#point")).to_contain_text("= 1.5")
-        for width in (1280, 360):
-            alone.set_viewport_size({"width": width, "height": 800})
-            if session.arguments.pictures:
-                alone.screenshot(path=Path(session.arguments.pictures) / f"alone-{width}.png", full_page=True)
-            assert alone.evaluate("document.documentElement.scrollWidth") <= width, f"the kept page is wider than {width} pixels"
-            # Its parts lie one below the other.
-            boxes = [(part, alone.locator(part).bounding_box()) for part in ("h1", "#overlay", "#legend", "#point", "body > p.hint")]
-            for (above, upper), (below, lower) in zip(boxes, boxes[1:]):
-                assert upper["y"] + upper["height"] <= lower["y"] + 1, f"{above} lies over {below} at {width} pixels"
-        alone.close()
     page.context.close()
 
 
@@ -622,23 +600,6 @@ def a_wrapping_legend_does_not_begin_anew(session):
         page.context.close()
 
 
-def a_map_shows_its_cells(session):
-    with tempfile.TemporaryDirectory() as folder:
-        config = Path(folder) / "map.toml"
-        config.write_text('title = "Two belts"\n[grid]\nepsilon = 1.0\nalpha = 0.3\nbeta = 0.0\ngamma = { from = 0.5, to = 4.0, points = 8 }\n'
-                          'V = 1.0\nc = { from = 0.0, to = 2.0, points = 9 }\n[output]\npath = "map.h5"\nfields = ["regime"]\n')
-        subprocess.run([session.program, "run", config, "--quiet"], check=True, capture_output=True, cwd=folder)
-        session.serve(str(Path(folder) / "map.h5"))
-        page = session.open()
-        settle(page)
-        checkbox = page.get_by_label("cells as stored in Two belts")
-        assert checkbox.is_checked() and state(page)["x"].startswith("gamma,0.5,4")
-        before = pixels(page)
-        checkbox.uncheck()
-        wait(page, "(before) => document.getElementById('cells').toDataURL() !== before", before)
-        page.context.close()
-
-
 def nobody_is_shut_out(session):
     """axe-core finds nothing to complain of, and nothing is wider than the window."""
     source = AXE.read_text()
@@ -679,7 +640,6 @@ TESTS = [
     a_machine_is_in_si_units,
     a_working_point_is_pinned,
     a_wrapping_legend_does_not_begin_anew,
-    a_map_shows_its_cells,
     nobody_is_shut_out,
 ]
 

@@ -48,7 +48,7 @@ pub(super) struct Arguments {
     /// Replace the files of an earlier catalogue
     #[arg(long, requires = "out")]
     overwrite: bool,
-    /// Number of threads; default: one per core, at most 16 per core
+    /// Number of threads; default: one per core
     #[arg(long, value_name = "NUMBER", value_parser = super::threads::parse)]
     threads: Option<usize>,
     /// No progress bar
@@ -66,7 +66,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
         return Err(Failure::bad_input(problem, "take fewer points on the axes"));
     }
     if let Some(folder) = &arguments.out {
-        refuse_existing(folder, arguments.overwrite)?;
+        let refuse = |name| replace::check("--out", &folder.join(name), None, arguments.overwrite);
+        FILES.into_iter().try_for_each(refuse)?;
     }
     let pool = map::pool(arguments.threads).map_err(not_started)?;
     let points = failures::points_of(grid);
@@ -106,13 +107,6 @@ fn command(arguments: &Arguments) -> String {
 }
 
 const FILES: [&str; 3] = ["failures.md", "methods.csv", "classes.csv"];
-
-/// Returns an error if an earlier catalogue exists and may not be replaced; called before anything is
-/// computed.
-fn refuse_existing(folder: &Path, overwrite: bool) -> Result<(), Failure> {
-    let there = FILES.iter().map(|name| folder.join(name)).find(|path| path.symlink_metadata().is_ok());
-    there.filter(|_| !overwrite).map_or(Ok(()), |path| Err(replace::exists(path.display())))
-}
 
 /// Writes every file under a temporary name first, so that no file is ever half written.
 fn write_files(folder: &Path, report: &CataloguePage) -> Result<(), Failure> {

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::output::{Align, Table, print_json};
-use super::replace::refuse_existing;
+use super::replace;
 use super::report::{existing, failure};
 use super::{Ended, Failure, say};
 use slipmap_config::{Measured, OfMachine, law_of, words_of};
@@ -65,7 +65,7 @@ fn parse_law(name: &str) -> Result<Form, String> {
 pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     for (flag, path) in [("--out", &arguments.out), ("--figure", &arguments.figure)] {
         if let Some(path) = path {
-            refuse_existing(flag, path, arguments.overwrite)?;
+            replace::check(flag, path, None, arguments.overwrite)?;
         }
     }
     let forces = arguments.quantity.as_ref().map(|quantity| quantity == "force");

@@ -11,7 +11,7 @@ use super::chances::notes_on_draws;
 use super::output::{Align, Table, print_json};
 use super::point::{Setting, parse_setting};
 use super::probe_machine;
-use super::replace::refuse_existing;
+use super::replace;
 use super::report::{existing, failure};
 use super::{Ended, Failure};
 use slipmap_config::MachineJob;
@@ -69,7 +69,7 @@ fn parse_probability(text: &str) -> Result<f64, String> {
 
 pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     if let Some(path) = &arguments.out {
-        refuse_existing("--out", path, arguments.overwrite)?;
+        replace::check("--out", path, None, arguments.overwrite)?;
     }
     let machines = arguments.configs.iter().map(|config| Machine::of(config, arguments));
     let machines = machines.collect::<Result<Vec<Machine>, Failure>>()?;

@@ -173,24 +173,13 @@ pub fn command() -> clap::Command {
 /// Stack size of the working thread in bytes: that of a process's first thread.
 const STACK: usize = 8 << 20;
 
-/// Runs the program on the arguments of the process. `no_output`: whether standard output takes no data.
+/// Runs the program on the arguments of the process.
 #[must_use]
-pub fn main(no_output: bool) -> ExitCode {
-    if no_output {
-        let problem = "standard output is closed, or cannot be written to";
-        return end(Err(Failure::bad_input(
-            problem,
-            "send it to a file, or to /dev/null if it is not needed",
-        )));
-    }
+pub fn main() -> ExitCode {
     let command = match Arguments::try_parse() {
         Ok(arguments) => arguments.command,
         // What is wrong with the arguments; or help, the version.
         Err(told) => {
-            if let (ErrorKind::InvalidUtf8, Some(odd)) = (told.kind(), not_text()) {
-                let problem = format!("the argument {odd} is not UTF-8");
-                return end(Err(Failure::bad_input(problem, "rename the file, or write the value in UTF-8")));
-            }
             if told.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand
                 && std::env::args_os().len() <= 1
             {
@@ -204,9 +193,6 @@ pub fn main(no_output: bool) -> ExitCode {
         }
     };
     interrupt::listen();
-    if let Err(refused) = threads::check_memory() {
-        return end(Err(refused));
-    }
     // Begun here: where they are first needed, a failure to start them would be a panic.
     if let Err(error) = rayon::ThreadPoolBuilder::new().build_global() {
         return end(Err(threads::not_started(error)));
@@ -225,13 +211,6 @@ pub fn main(no_output: bool) -> ExitCode {
         },
         Err(error) => end(Err(threads::not_started(error))),
     }
-}
-
-/// The first argument that is not UTF-8, as far as it can be shown.
-fn not_text() -> Option<String> {
-    std::env::args_os()
-        .find(|argument| argument.to_str().is_none())
-        .map(|odd| odd.to_string_lossy().into_owned())
 }
 
 fn carry_out(command: Command) -> ExitCode {

@@ -6,7 +6,7 @@ use clap::Args;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 
 use super::output::{exact, short};
-use super::replace::{self, Kind, refuse_existing};
+use super::replace;
 use super::report::{existing, failure, open};
 use super::{Ended, Failure, say};
 use slipmap_report::figure::plot::{At, Marks};
@@ -65,9 +65,6 @@ pub(super) struct Arguments {
     /// cycle, attracting ones solid, repelling ones dashed
     #[arg(long, conflicts_with_all = ["y", "variable", "panels", "curves"])]
     diagram: bool,
-    /// Ends of the diagram; default: those of the axis
-    #[arg(long, value_name = "FROM,TO", value_parser = parse_range, requires = "diagram")]
-    range: Option<(f64, f64)>,
     /// The figure; .svg, .pdf or .png
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
@@ -103,12 +100,6 @@ fn parse_at(text: &str) -> Result<At, String> {
     Ok((axis.trim().into(), values.collect::<Result<_, _>>()?))
 }
 
-fn parse_range(text: &str) -> Result<(f64, f64), String> {
-    let number = |text: &str| text.trim().parse::<f64>().ok();
-    let ends = text.split_once(',').and_then(|(from, to)| number(from).zip(number(to)));
-    ends.ok_or_else(|| "write two numbers, for example 0.1,2".into())
-}
-
 /// Reads a table of two columns; its name is that of the file.
 fn read_marks(path: &Path) -> Result<Marks, Failure> {
     let name = path.file_stem().unwrap_or_default().to_string_lossy().replace('_', " ");
@@ -126,18 +117,16 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     let view = View::new(&map);
     let table = arguments.out.with_extension("csv");
     let existing = existing(arguments.overwrite);
-    let mut written: Vec<(&PathBuf, Kind)> = vec![(&arguments.out, Kind::Figure)];
-    written.extend(arguments.curves.then_some((&table, Kind::Table("curve"))));
-    written.extend(arguments.data.iter().map(|data| (data, Kind::Table(""))));
+    let mut written: Vec<&PathBuf> = vec![&arguments.out];
+    written.extend(arguments.curves.then_some(&table));
+    written.extend(&arguments.data);
     if let (true, Some(data)) = (arguments.curves, arguments.data.as_ref().filter(|data| **data == table)) {
         let problem = format!("--data {}: the points of the curves go there", data.display());
         return Err(Failure::bad_input(problem, "choose another name"));
     }
     // Checked before the work starts.
-    written.iter().try_for_each(|(path, kind)| match arguments.overwrite {
-        true => replace::check(path, Some(&arguments.map), *kind),
-        false => refuse_existing("--out", path, false),
-    })?;
+    let (map, overwrite) = (Some(arguments.map.as_path()), arguments.overwrite);
+    written.iter().try_for_each(|path| replace::check("--out", path, map, overwrite))?;
     let marks = arguments.mark.as_deref().map(read_marks).transpose()?;
     let plot = Plot {
         x: &arguments.x,
@@ -153,7 +142,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
         false => figure::plot(&view, &plot),
         true => figure::plot::one_each(&arguments.at).map_err(ReportError::from).and_then(|at| {
             let (x, width) = (arguments.x.as_str(), arguments.width);
-            diagram(&view, &DiagramPlot { x, at: &at, range: arguments.range, width })
+            diagram(&view, &DiagramPlot { x, at: &at, width })
         }),
     };
     let plotted = plotted.map_err(|error| match error {
@@ -190,7 +179,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     for (axis, step) in &plotted.thinned {
         say(&format!("{axis}: one node in {step} is drawn"));
     }
-    let paths: Vec<String> = written.iter().map(|(path, _)| path.display().to_string()).collect();
+    let paths: Vec<String> = written.iter().map(|path| path.display().to_string()).collect();
     say(&format!("wrote {}", paths.join(" and ")));
     Ok(Ended::Fine)
 }

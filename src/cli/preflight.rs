@@ -2,7 +2,7 @@
 //! replaces, and how much space is free.
 
 use std::io::{self, Read as _};
-use std::path::{Component, Path, PathBuf};
+use std::path::{Path, PathBuf};
 
 use super::output::{bytes, count};
 use super::proof::{self, PathState};
@@ -66,7 +66,6 @@ impl Preflight {
             let problem = format!("{name} is the configuration itself");
             return Err(Failure::bad_input(problem, "choose another place with --set output.path=.."));
         }
-        check_back_steps(&job.output)?;
         let replaces = match job.output.symlink_metadata() {
             Err(_) => None,
             Ok(metadata) => match permission {
@@ -131,21 +130,6 @@ enum Place {
     Taken,
 }
 
-/// Refuses a path with `..` through a folder that does not exist: the run would create that folder, and `..`
-/// would then lead to another place.
-fn check_back_steps(path: &Path) -> Result<(), Failure> {
-    let leads_back = |path: &Path| path.components().any(|part| part == Component::ParentDir);
-    match path.parent().filter(|folder| leads_back(folder) && folder.metadata().is_err()) {
-        Some(folder) => Err(Failure::BadInput(format!(
-            "{}: the folder {} does not exist, and is not created because of the `..` in its path\n  \
-             help: write the path without `..`, or create the folder",
-            path.display(),
-            folder.display()
-        ))),
-        None => Ok(()),
-    }
-}
-
 /// Refuses a folder that cannot be written, by creating an unnamed file in it.
 fn check_folder(path: &Path, key: &str) -> Result<(), Failure> {
     let folder = first_folder(path);
@@ -168,14 +152,6 @@ fn check_proof(job: &Job, proof: &Path, permission: Permission) -> Result<Place,
     if here.starts_with(&output) || output.starts_with(&here) {
         return refuse(format!("{name} is the place of the map itself"));
     }
-    let begins_like_parts = || {
-        let (name, map) = (here.file_name()?.to_str()?, output.file_name()?.to_str()?);
-        Some(name.starts_with(&format!("{map}.part")))
-    };
-    if here.parent() == output.parent() && begins_like_parts() == Some(true) {
-        return refuse(format!("{name} is a name that the unfinished map uses"));
-    }
-    check_back_steps(proof)?;
     check_folder(proof, "validated.proof")?;
     match proof::state(proof) {
         PathState::Nothing => Ok(Place::Free),

@@ -9,7 +9,7 @@ use super::output::{Align, Table, count, exact, print_json, short, signed};
 use super::plot::{ONE, width};
 use super::point::{LawArguments, PointArguments};
 use super::probe_table::About;
-use super::replace::{self, Kind};
+use super::replace;
 use super::report::{existing, failure};
 use super::{Ended, Failure, WRITTEN_BY, probe_table, proof};
 use slipmap_certify::certificate::Format as _;
@@ -82,17 +82,9 @@ pub(super) struct Arguments {
     /// Replace OUT.csv, the figure, the orbit or the proof if it exists
     #[arg(long)]
     overwrite: bool,
-    /// Number of threads for a table; default: one per core, at most 16 per core
+    /// Number of threads for a table; default: one per core
     #[arg(long, requires = "points", value_name = "NUMBER", value_parser = super::threads::parse)]
     threads: Option<usize>,
-    /// Also append epsilon_limit_METHOD: up to which epsilon each method says what the simulation says; takes
-    /// some twenty times as long
-    #[arg(long, requires = "points")]
-    epsilon_limits: bool,
-    /// Also append verdict_validated and margin_validated, by computer-assisted proofs; takes three times as
-    /// long for the paper's law, some seventy times for others
-    #[arg(long, requires = "points")]
-    validated: bool,
     /// No progress bar
     #[arg(long, requires = "points")]
     quiet: bool,
@@ -194,8 +186,7 @@ fn probe_table(arguments: &Arguments, about: About, tolerance: f64) -> Result<En
     let (Some(input), Some(output)) = (&arguments.points, &arguments.out) else {
         return Err(Failure::bad_input("--points needs --out", "name the table to be written"));
     };
-    let Arguments { overwrite, threads, epsilon_limits, quiet, .. } = *arguments;
-    let methods = Method::usual().chain(arguments.validated.then(Method::validated)).collect();
+    let Arguments { overwrite, threads, quiet, .. } = *arguments;
     let job = probe_table::Job {
         input,
         output,
@@ -204,8 +195,6 @@ fn probe_table(arguments: &Arguments, about: About, tolerance: f64) -> Result<En
         given: &arguments.point,
         tolerance,
         threads,
-        epsilon_limits,
-        methods,
         quiet,
     };
     probe_table::run(job)
@@ -220,7 +209,7 @@ fn probe_point(
     machine: Option<(&MachineJob, &Model)>,
 ) -> Result<Ended, Failure> {
     if let Some(path) = &arguments.proof {
-        proof::check_place(path, arguments.overwrite)?;
+        replace::check("--proof", path, None, arguments.overwrite)?;
         proof::write_text(PointCertificate::of(law, point, WRITTEN_BY).text(), path, arguments.overwrite)?;
     }
     write_orbit(arguments, law, point, machine.map(|(_, model)| model))?;
@@ -255,11 +244,7 @@ fn write_orbit(
     model: Option<&Model>,
 ) -> Result<(), Failure> {
     for (option, path) in [("--figure", &arguments.figure), ("--orbit", &arguments.orbit)] {
-        path.iter().try_for_each(|path| replace::refuse_existing(option, path, arguments.overwrite))?;
-    }
-    if arguments.overwrite {
-        arguments.figure.iter().try_for_each(|path| replace::check(path, None, Kind::Figure))?;
-        arguments.orbit.iter().try_for_each(|path| replace::check(path, None, Kind::Table("x1")))?;
+        path.iter().try_for_each(|path| replace::check(option, path, None, arguments.overwrite))?;
     }
     if arguments.figure.is_none() && arguments.orbit.is_none() {
         let help = "add --orbit FILE.csv or --figure FILE";

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use super::output::{exact, short};
 use super::point::PointArguments;
-use super::replace::{self, Kind};
+use super::replace;
 use super::report::{existing, unwritten};
 use super::run::tell_units;
 use super::threads::not_started;
@@ -45,10 +45,6 @@ pub(super) struct Job<'a> {
     pub(super) overwrite: bool,
     /// Number of threads; `None` for one per core.
     pub(super) threads: Option<usize>,
-    /// The methods whose verdicts are appended.
-    pub(super) methods: Vec<Method>,
-    /// Whether to append the limits in eps.
-    pub(super) epsilon_limits: bool,
     /// Whether to leave out the progress bar.
     pub(super) quiet: bool,
 }
@@ -141,7 +137,7 @@ fn answer_columns(job: &Job) -> Vec<String> {
         _ => name.to_owned(),
     };
     let mut names = Vec::new();
-    for method in &job.methods {
+    for method in Method::usual() {
         names.push(format!("verdict_{}", method.name()));
         names.push(unit(&format!("margin_{}", method.name())));
     }
@@ -155,9 +151,6 @@ fn answer_columns(job: &Job) -> Vec<String> {
     names.extend(critical);
     names.push("regime".to_owned());
     names.extend(Quantity::of_orbits().map(|quantity| unit(quantity.name())));
-    if job.epsilon_limits {
-        names.extend(job.methods.iter().map(|method| format!("epsilon_limit_{}", method.name())));
-    }
     names
 }
 
@@ -228,7 +221,7 @@ fn without_formulas(row: &ByteRecord) -> ByteRecord {
 fn answer(table: &PointTable, row: &ByteRecord, job: &Job) -> Result<ByteRecord, Failure> {
     let (law, point, si) = oscillator(table, row, &job.about)?;
     let mut row = without_formulas(row);
-    let answer = Answer::of(&law, &point, job.tolerance, job.methods.iter().copied());
+    let answer = Answer::of(&law, &point, job.tolerance, Method::usual());
     let number = |x: f64| if x.is_nan() { String::new() } else { exact(x) };
     let factor = |name: &str| {
         let dimension = dimension::of_variable(name);
@@ -257,11 +250,6 @@ fn answer(table: &PointTable, row: &ByteRecord, job: &Job) -> Result<ByteRecord,
     for quantity in Quantity::of_orbits() {
         row.push_field(number(described.value(quantity) * factor(quantity.name())).as_bytes());
     }
-    if job.epsilon_limits {
-        for limit in answer.limits() {
-            row.push_field(number(limit.value()).as_bytes());
-        }
-    }
     Ok(row)
 }
 
@@ -286,13 +274,10 @@ impl Output {
             return Ok(Self::Standard(tempfile::spooled_tempfile(SPOOL)));
         }
         let name = path.display();
-        if overwrite {
-            replace::check(path, Some(input), Kind::Table("verdict_"))?;
-        }
         if path.is_dir() {
             return Err(Failure::bad_input(format!("--out {name}: this is a folder"), "name a CSV file"));
         }
-        replace::refuse_existing("--out", path, overwrite)?;
+        replace::check("--out", path, Some(input), overwrite)?;
         let folder = folder_of(path);
         let file = temporary_in(folder).map_err(|error| {
             let problem = format!("--out {name}: cannot write into the folder {}: {error}", folder.display());

@@ -6,7 +6,6 @@ use std::path::Path;
 use serde_json::json;
 
 use super::output::{checked, count, exact, number_of, short, without_control_characters};
-use super::replace;
 use super::report::{existing, unwritten};
 use super::{Ended, Failure, WRITTEN_BY};
 use slipmap_certify::certificate::{Certificate, Checked, Format as _, NoCertificate, Subject};
@@ -69,19 +68,6 @@ fn read(path: &Path) -> io::Result<Option<(Subject, String)>> {
         return Err(io::Error::other("it is longer than any proof"));
     }
     Ok(Subject::of(&text).map(|subject| (subject, text)))
-}
-
-/// Refuses a path for the certificate of a point that exists and may not be replaced, or is not a proof.
-pub(super) fn check_place(path: &Path, overwrite: bool) -> Result<(), Failure> {
-    let name = path.display();
-    let (problem, help) = match state(path) {
-        PathState::Nothing => return Ok(()),
-        PathState::Proof(_) if overwrite => return Ok(()),
-        PathState::Proof(_) => return Err(replace::exists(format!("--proof {name}"))),
-        PathState::Other => ("is not a proof, and only proofs are replaced".into(), "choose another name"),
-        PathState::OutOfReach(error) => (format!("cannot be written: {error}"), "choose another name"),
-    };
-    Err(Failure::bad_input(format!("--proof {name} {problem}"), help))
 }
 
 /// Writes the certificate of a run's proofs atomically. Replaces an existing one if `overwrite` is set, or if

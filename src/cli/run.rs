@@ -40,8 +40,8 @@ pub(super) struct Arguments {
     /// Replace one value of the configuration; may be repeated. The value is TOML; a bare word is text
     #[arg(long = "set", value_name = "key.path=value")]
     sets: Vec<String>,
-    /// Number of threads; default: one per core, at most 16 per core. With --dry-run: of any machine
-    #[arg(long, value_name = "NUMBER", value_parser = threads::parse_anywhere)]
+    /// Number of threads; default: one per core
+    #[arg(long, value_name = "NUMBER", value_parser = threads::parse)]
     threads: Option<usize>,
     /// Print how large the map would be and how long it would take, and write nothing
     #[arg(long)]
@@ -68,11 +68,8 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     let stop = interrupt::flag();
-    if !arguments.dry_run {
-        threads::check(arguments.threads)?;
-        if let Some(limit) = arguments.time_limit {
-            interrupt::after(limit);
-        }
+    if let Some(limit) = arguments.time_limit.filter(|_| !arguments.dry_run) {
+        interrupt::after(limit);
     }
     let Some((job, map)) = prepare(arguments, Job::load(&arguments.config, &arguments.sets)?)? else {
         return Ok(Ended::Fine);

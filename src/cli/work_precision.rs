@@ -7,9 +7,8 @@ use std::sync::atomic::Ordering;
 use clap::Args;
 
 use super::plot::{TWO, width};
-use super::replace::refuse_existing;
+use super::replace;
 use super::report::{existing, failure};
-use super::run::provenance;
 use super::{Ended, Failure, interrupt, progress, say};
 use slipmap_config::Job;
 use slipmap_report::figure::Width;
@@ -24,9 +23,10 @@ Examples:
   slipmap work-precision configs/work-precision.toml
   slipmap work-precision configs/work-precision.toml --set work_precision.cells=256 --out quick
 
-Cells are drawn from the box that the configuration's [grid] spans. Writes work-precision.csv, .h5 and .tex, the
+Cells are drawn from the box that the configuration's [grid] spans. Writes work-precision.csv and .tex, the
 chart as .svg, .pdf and .png, and cells.csv, on which `scripts/study peers --cells-from cells.csv`
-measures other people's integrators. Run this command again afterwards, and they are in the chart.")]
+measures other people's integrators. Run this command again afterwards, and they are in the chart: of the files
+results/peers-*.csv the newest about the same cells, or else the newest.")]
 pub(super) struct Arguments {
     /// The configuration
     #[arg(value_name = "CONFIG.toml")]
@@ -37,10 +37,6 @@ pub(super) struct Arguments {
     /// The folder to write; default: results/ and the name of the configuration
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// What scripts/study peers measured; default: of the files results/peers-*.csv the newest about the same
-    /// cells, or else the newest
-    #[arg(long, value_name = "FILE.csv")]
-    peers: Option<PathBuf>,
     /// Width of the chart, in columns of a journal
     #[arg(long, value_parser = width(), default_value = TWO)]
     width: Width,
@@ -59,12 +55,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
         let name = arguments.config.file_stem().unwrap_or_default();
         Path::new("results").join(name)
     });
-    refuse_existing("--out", &folder, arguments.overwrite)?;
-    // Checked before minutes of work.
-    if let Some(peers) = arguments.peers.as_ref().filter(|peers| !peers.is_file()) {
-        let problem = format!("--peers {}: there is no such file", peers.display());
-        return Err(Failure::bad_input(problem, "scripts/study peers makes one"));
-    }
+    replace::check("--out", &folder, None, arguments.overwrite)?;
     let who = contestants();
     let bar = progress::bar(arguments.quiet, Some(who.len() as u64), "settings");
     let on_row = |done: usize, _: &str| bar.set_position(done as u64);
@@ -73,7 +64,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     let mut study = Study::run(&job.plan.grid, job.work_precision, &who, &on_row, &go_on)
         .map_err(|error| failure(error.into()))?;
     bar.finish_and_clear();
-    add_peers(&mut study, arguments.peers.as_deref(), Path::new("results")).map_err(failure)?;
+    add_peers(&mut study, Path::new("results")).map_err(failure)?;
     match &study.peers {
         None => say("no peers: results/ has no peers-*.csv; scripts/study peers makes one"),
         Some((file, false)) => {
@@ -85,7 +76,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
         Some((_, true)) => {}
     }
     let existing = existing(arguments.overwrite);
-    write_study(&study, &provenance(&job), &folder, existing, arguments.width).map_err(failure)?;
+    write_study(&study, &folder, existing, arguments.width).map_err(failure)?;
     writeln!(io::stdout().lock(), "{}", folder.join("work-precision.csv").display())?;
     Ok(Ended::Fine)
 }

@@ -500,29 +500,6 @@ fn the_plane_leaves_as_a_configuration_with_the_commands_of_its_map_and_figures(
     }
 }
 
-#[test]
-fn stored_cells_are_shown_as_they_are() {
-    let scratch = Scratch::new();
-    scratch.file(
-        "map.toml",
-        "[grid]\nepsilon = [0.1, 0.2]\nalpha = 0.3\nbeta = 0.1\nV = 1.0\ngamma = { from = 0.25, to = 7.75, points = 16 }\n\
-         c = { from = 0.25, to = 3.75, points = 8 }\n[output]\npath = \"map.h5\"\nfields = [\"regime\"]\n",
-    );
-    scratch.run(&["run", "map.toml", "--quiet"]).ends_with(0);
-    let server = Server::start(&scratch, &["map.h5"]);
-    let of = |stored: bool, from: f64| {
-        let mut asked = plane();
-        (asked["stored"], asked["x"]["from"]) = (stored.into(), from.into());
-        picture(&server.post("/api/plane", asked.to_string().as_bytes()).1).1.to_vec()
-    };
-    assert_eq!(of(true, 0.0), of(false, 0.0));
-    // Far from the map there are no cells.
-    let mut far = plane();
-    (far["stored"], far["x"]["from"], far["x"]["to"]) = (true.into(), 20.0.into(), 30.0.into());
-    let far = server.post("/api/plane", far.to_string().as_bytes()).1;
-    assert!(picture(&far).1.iter().all(|&code| code as i8 == i8::MIN));
-}
-
 /// The request of the page about the brake pad, with its quantities as axes.
 fn machine(x: &str, y: &str) -> Value {
     let at = json!({

@@ -453,14 +453,15 @@ fn a_machine_is_plotted_in_its_units() {
             1e-6,
         );
     }
-    // The bifurcation diagram over any range, and an orbit, both in SI units.
+    // The bifurcation diagram and an orbit, both in SI units.
+    let mut wide = small;
+    (wide[3], wide[7]) = ("output.path=dampings.h5", "machine.damping=[50.0, 300.0]");
+    scratch.run(&wide).ends_with(0);
     let plot = [
         "plot",
-        "map.h5",
+        "dampings.h5",
         "--x",
         "damping",
-        "--range",
-        "50,300",
         "--diagram",
         "--at",
         "belt_speed=0.2",

@@ -247,7 +247,7 @@ lines\",0.1,0.1
 fn a_table_keeps_its_columns_and_gains_the_answers() {
     let scratch = Scratch::new();
     scratch.file("in.csv", TABLE);
-    scratch.run(&["probe", "--points", "in.csv", "--out", "out.csv", "--epsilon-limits"]).ends_with(0);
+    scratch.run(&["probe", "--points", "in.csv", "--out", "out.csv"]).ends_with(0);
     assert_eq!(scratch.names(), ["in.csv", "out.csv"]);
 
     let text = scratch.read("out.csv");
@@ -281,7 +281,6 @@ fn a_table_keeps_its_columns_and_gains_the_answers() {
         ["boundary_velocity", "boundary_multiplier", "kick_forward", "kick_backward", "growth_time"]
             .map(str::to_owned),
     );
-    added.extend(usual().iter().map(|name| format!("epsilon_limit_{name}")));
     assert_eq!(header.iter().skip(kept).collect::<Vec<_>>(), added);
 
     let at = |row: &csv::StringRecord, name: &str| {
@@ -304,7 +303,6 @@ fn a_table_keeps_its_columns_and_gains_the_answers() {
         for method in usual() {
             same(&at(row, &format!("verdict_{method}")), &single["methods"][method]["verdict"]);
             same(&at(row, &format!("margin_{method}")), &single["methods"][method]["margin"]);
-            same(&at(row, &format!("epsilon_limit_{method}")), &single["methods"][method]["epsilon_limit"]);
         }
         same(&at(row, "critical_c"), &single["methods"]["simulation"]["critical_c"]);
         same(&at(row, "regime"), &single["regime"]);
@@ -318,22 +316,6 @@ fn a_table_keeps_its_columns_and_gains_the_answers() {
     }
     assert_eq!(at(&rows[0], "verdict_simulation"), "present");
     assert_eq!(at(&rows[1], "verdict_simulation"), "absent");
-}
-
-#[test]
-fn proofs_are_appended_if_they_are_asked_for() {
-    let scratch = Scratch::new();
-    scratch.file("in.csv", "epsilon,alpha,beta,gamma,V,c\n0.1,0.3,0.1,2,1,0.5\n0.1,0.3,0.1,2,1,1.3\n");
-    scratch.run(&["probe", "--points", "in.csv", "--out", "out.csv", "--validated"]).ends_with(0);
-    let text = scratch.read("out.csv");
-    let mut reader = csv::Reader::from_reader(text.as_bytes());
-    let header = reader.headers().unwrap().clone();
-    let column = |name: &str| header.iter().position(|column| column == name).unwrap();
-    let [verdict, margin] = ["verdict_validated", "margin_validated"].map(column);
-    let rows: Vec<csv::StringRecord> = reader.records().map(Result::unwrap).collect();
-    assert_eq!([&rows[0][verdict], &rows[1][verdict]], ["present", "absent"]);
-    let margins = [0, 1].map(|row: usize| rows[row][margin].parse::<f64>().unwrap());
-    assert!(margins[0] > 0.0 && margins[1] < 0.0, "{margins:?}");
 }
 
 #[test]
@@ -398,10 +380,6 @@ fn existing_tables_are_kept_without_overwrite() {
     let arguments = ["probe", "--points", "in.csv", "--out", "out.csv", "--overwrite"];
     scratch.run(&arguments[..5]).refuses(&["out.csv", "exists already", "--overwrite"]);
     assert_eq!(scratch.read("out.csv"), "precious");
-    // Only a table of answers is replaced by another one.
-    scratch.run(&arguments).refuses(&["out.csv", "only those are replaced"]);
-    std::fs::remove_file(scratch.path().join("out.csv")).unwrap();
-    scratch.run(&arguments).ends_with(0);
     scratch.run(&arguments).ends_with(0);
     assert_eq!(scratch.read("out.csv").lines().count(), 3);
     // The input is never replaced.

@@ -63,14 +63,11 @@ fn a_proof_in_the_way_of_another_file_is_refused_before_anything_is_computed() {
         ("./map.h5", "is the place of the map itself"),
         ("folder/../map.h5", "is the place of the map itself"),
         ("map.h5/proof.json", "is the place of the map itself"),
-        ("map.h5.part", "a name that the unfinished map uses"),
-        ("map.h5.part-map", "a name that the unfinished map uses"),
         ("job.toml", "is not a proof, and only proofs are replaced"),
         ("notes.txt", "is not a proof, and only proofs are replaced"),
         ("folder", "this is a folder"),
         ("notes.txt/proof.json", "cannot"),
         ("/proc/proof.json", "cannot write into the folder /proc"),
-        ("new/../proof.json", "the folder new/.. does not exist"),
         (&"n".repeat(300), "cannot be written"),
     ] {
         let set = format!("validated.proof={place:?}");
@@ -123,14 +120,11 @@ fn the_proof_of_a_point_is_kept_and_verified() {
         scratch.run(&[&["probe"], point, &["--proof", name]].concat()).ends_with(0);
         let check = scratch.run(&["check", "--proof", name]).ends_with(0);
         assert!(check.out.contains("one point, present") && check.out.contains("sound"), "{}", check.out);
-        // Nothing is replaced without --overwrite, and only proofs are.
+        // Nothing is replaced without --overwrite.
         scratch.run(&[&["probe"], point, &["--proof", name]].concat()).refuses(&["exists already"]);
         if name == "a.json" {
             scratch.run(&[&["probe"], point, &["--proof", name, "--overwrite"]].concat()).ends_with(0);
         }
-        scratch
-            .run(&[&["probe"], point, &["--proof", "table.csv", "--overwrite"]].concat())
-            .refuses(&["is not a proof"]);
         let text = scratch.read(name);
         scratch.file("again.json", written_again(&text));
         scratch.run(&["check", "--proof", "again.json"]).ends_with(0);

@@ -9,6 +9,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use csv::{ByteRecord, ReaderBuilder};
 
+use super::nearest;
 use super::source::{ConfigError, decimal_comma};
 use super::units::{Match, Wanted, bracketed, compare, conversion, converted};
 use slipmap_map::machine::{DAMPING_RATIO, Friction, INERTIA, MASS, Machine};
@@ -36,6 +37,8 @@ pub struct PointTable {
     reader: csv::Reader<Rows>,
     /// The names of its columns.
     pub header: ByteRecord,
+    /// What may be read.
+    names: Vec<&'static str>,
     /// Names of the parameters or quantities, and the column of each.
     columns: Vec<(&'static str, usize)>,
     /// Of the columns in another unit than SI, the factor to it; and what these units are in SI.
@@ -77,7 +80,7 @@ impl PointTable {
         let is_shared = |name: &str| shared.iter().any(|(given, _)| given == name);
         let names: Vec<&str> = Grid::axis_names(&law).into_iter().filter(|name| !is_shared(name)).collect();
         let columns = find_axes(&table.name, &table.header, &names, None)?.0;
-        Ok((Self { columns, shared: shared.to_vec(), ..table }, law))
+        Ok((Self { names, columns, shared: shared.to_vec(), ..table }, law))
     }
 
     /// Opens a table of machines. Its header must name at least one of the `quantities`; quantities `given`
@@ -98,7 +101,7 @@ impl PointTable {
         let factors = converted.iter().map(|(name, factor, _)| (*name, *factor)).collect();
         let mut conversions: Vec<String> = converted.into_iter().map(|(.., told)| told).collect();
         conversions.dedup();
-        let table = Self { columns, factors, conversions, ..table };
+        let table = Self { names: quantities.to_vec(), columns, factors, conversions, ..table };
         table.refuse_columns_of(given.iter().map(String::as_str))?;
         if table.has(MASS) && table.has(INERTIA) {
             let problem = "the columns `mass` and `inertia` are the same quantity";
@@ -154,13 +157,14 @@ impl PointTable {
         if let Some(first) = header.get(0).and_then(|first| first.strip_prefix("\u{feff}".as_bytes())) {
             header = std::iter::once(first).chain(header.iter().skip(1)).collect();
         }
-        let (columns, shared) = (Vec::new(), Vec::new());
+        let (names, columns, shared) = (Vec::new(), Vec::new(), Vec::new());
         let (factors, conversions) = (Vec::new(), Vec::new());
         let is_checked = false;
         Ok(Self {
             name,
             reader,
             header,
+            names,
             columns,
             factors,
             conversions,
@@ -220,11 +224,10 @@ impl PointTable {
         };
         let Some(position) = unread.find(is_number) else { return Ok(()) };
         let name = field_text(self.header.get(position).unwrap_or_default());
-        let known: Vec<&str> = self.columns.iter().map(|(name, _)| *name).collect();
         let problem = format!("column {}: the numbers of `{name}` are not read", position + 1);
         let remedy = format!(
-            "what is read is {}; to keep the column unread, call it `#{name}`, else rename it or take it out",
-            known.join(", ")
+            "to keep the column unread, call it `#{name}`; {}",
+            nearest("column", base(&name), &self.names)
         );
         Err(ConfigError::new(format!("{}:1", self.name), problem, remedy))
     }
@@ -362,21 +365,6 @@ fn find_axes(
             }
         }
     }
-    if let Some((position, meant)) = misspelt(&header, names) {
-        let problem = format!("column {}: unknown name `{}`", position + 1, header[position]);
-        let remedy = format!("the nearest column that is read is `{meant}`; rename it, or take it out");
-        return bad(problem, remedy);
-    }
-    if let (Some(machine), Some((position, meant))) = (machine, lengthened(&header, names)) {
-        let problem = format!("column {}: unknown name `{}`", position + 1, header[position]);
-        let unit = match unit_of(machine, meant) {
-            "" => String::new(),
-            unit => format!(" [{unit}]"),
-        };
-        let words = machine.words(if meant == INERTIA { MASS } else { meant });
-        let remedy = format!("if it is the {words}, write `{meant}{unit}`; else give it another name");
-        return bad(problem, remedy);
-    }
     if columns.is_empty() {
         return bad("no column is a quantity of the machine".into(), remedy);
     }
@@ -426,32 +414,6 @@ fn factor_of(
             "convert the column, or correct the header".into(),
         )),
     }
-}
-
-/// The first column whose name is a quantity followed by other text, such as a unit (`mass_kg`), and that
-/// quantity. Quantities that have a column of their own are excluded.
-fn lengthened(header: &[String], names: &[&'static str]) -> Option<(usize, &'static str)> {
-    let absent = |name: &&&str| !header.iter().any(|other| other == **name || base(other) == **name);
-    let is_longer = |column: &str, name: &str| {
-        let rest = column.strip_prefix(name);
-        name.len() > 2
-            && rest.is_some_and(|rest| rest.starts_with(['_', ' ', '-', '.', ',', '/', '(', '[', '{']))
-    };
-    let of = |column: &String| names.iter().filter(absent).find(|name| is_longer(column, name)).copied();
-    header.iter().enumerate().find_map(|(position, column)| Some((position, of(column)?)))
-}
-
-/// The first column whose name is probably a misspelling of one of `names` that has no column, and that name:
-/// they differ in case, or in few of many letters. Columns of any other name are kept unread.
-fn misspelt(header: &[String], names: &[&'static str]) -> Option<(usize, &'static str)> {
-    let meant = |column: &String| {
-        let column = base(column);
-        let absent = names.iter().filter(|name| !header.iter().any(|other| base(other) == **name));
-        let mut near = absent
-            .map(|name| (strsim::damerau_levenshtein(&column.to_lowercase(), &name.to_lowercase()), name));
-        near.find(|(distance, name)| names.iter().all(|known| *known != column) && 3 * distance < name.len())
-    };
-    header.iter().enumerate().find_map(|(position, column)| Some((position, *meant(column)?.1)))
 }
 
 /// Byte source that returns an error if a row is too long.

@@ -141,7 +141,6 @@ pub(super) fn catalogue() -> Value {
         (0..=count).map(|i| color(f64::from(i) / f64::from(count))).collect()
     };
     json!({
-        "version": env!("CARGO_PKG_VERSION"),
         "laws": Law::BUILT_IN.iter().map(law).collect::<Vec<_>>(),
         "methods": methods.collect::<Vec<_>>(),
         "quantities": quantities.collect::<Vec<_>>(),

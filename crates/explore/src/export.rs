@@ -46,6 +46,7 @@ impl<'a> AxisRange<'a> {
 /// The contents of an exported configuration.
 struct Description<'a> {
     law: &'a Law,
+    /// Values of the other axes, or quantities.
     held: Vec<(&'a str, f64)>,
     /// Those of the two axes, of a machine in SI units.
     ranges: [AxisRange<'a>; 2],
@@ -80,17 +81,17 @@ impl Description<'_> {
         if self.law.is_read_as_small() {
             text.push_str("small = \"eps\"\n");
         }
-        match &self.machine {
-            Some(machine) => {
-                let _ = writeln!(text, "\n[machine]\nmotion = {}", quoted(machine.motion.name()));
-                let is_shown = |name: &str| self.ranges.iter().any(|range| range.name == name);
-                let held = machine.quantities().into_iter().filter(|(name, _)| !is_shown(name));
-                write_axes(&mut text, held, &self.ranges);
-            }
-            None => {
-                text.push_str("\n[grid]\n");
-                write_axes(&mut text, self.held.iter().copied(), &self.ranges);
-            }
+        let _ = match &self.machine {
+            Some(machine) => writeln!(text, "\n[machine]\nmotion = {}", quoted(machine.motion.name())),
+            None => writeln!(text, "\n[grid]"),
+        };
+        for (name, value) in &self.held {
+            let _ = writeln!(text, "{name} = {}", float(*value));
+        }
+        for AxisRange { name, from, to, points, log } in &self.ranges {
+            let spacing = if *log { ", spacing = \"log\"" } else { "" };
+            let (from, to) = (float(*from), float(*to));
+            let _ = writeln!(text, "{name} = {{ from = {from}, to = {to}, points = {points}{spacing} }}");
         }
         let _ = writeln!(text, "\n[methods]\nrun = [{}]", self.quoted_methods());
         let name = |field: Field| field.name_for(self.machine.is_some());
@@ -134,18 +135,6 @@ impl Description<'_> {
     }
 }
 
-/// Writes the axes of a configuration: values, then ranges.
-fn write_axes<'a>(text: &mut String, held: impl Iterator<Item = (&'a str, f64)>, ranges: &[AxisRange]) {
-    for (name, value) in held {
-        let _ = writeln!(text, "{name} = {}", float(value));
-    }
-    for AxisRange { name, from, to, points, log } in ranges {
-        let spacing = if *log { ", spacing = \"log\"" } else { "" };
-        let (from, to) = (float(*from), float(*to));
-        let _ = writeln!(text, "{name} = {{ from = {from}, to = {to}, points = {points}{spacing} }}");
-    }
-}
-
 /// A real number in TOML.
 fn float(value: f64) -> String {
     format!("{value:?}")
@@ -155,21 +144,20 @@ impl PlaneRequest {
     fn description<'a>(&'a self, slice: &'a Slice) -> Result<(Description<'a>, Show), Refusal> {
         let axes = slice.grid.axes();
         let (show, methods, field) = self.show(&slice.grid)?;
-        let held = axes.iter().enumerate().filter(|(axis, _)| *axis != slice.x && *axis != slice.y);
         let range = |axis: usize, log: bool| AxisRange::of(&axes[axis].name, &axes[axis].values, log);
         let [x_log, y_log] = self.logarithmic();
         let machine = self.place.machine()?;
         let ranges = [range(slice.x, x_log), range(slice.y, y_log)];
-        // Those of a machine are written with it.
-        let held = held.filter(|_| machine.is_none());
-        let description = Description {
-            law: slice.grid.law(),
-            held: held.map(|(_, axis)| (axis.name.as_str(), axis.values[0])).collect(),
-            ranges,
-            methods,
-            field,
-            machine,
+        let is_held = |name: &str| ranges.iter().all(|range| range.name != name);
+        let held: Vec<(&str, f64)> = match &machine {
+            Some(machine) => machine.quantities().into_iter().filter(|(name, _)| is_held(name)).collect(),
+            None => axes
+                .iter()
+                .filter(|axis| is_held(&axis.name))
+                .map(|axis| (axis.name.as_str(), axis.values[0]))
+                .collect(),
         };
+        let description = Description { law: slice.grid.law(), held, ranges, methods, field, machine };
         Ok((description, show))
     }
 

@@ -11,13 +11,12 @@ use super::catalogue::kinds_json;
 use super::plane::{PlaneRequest, Slice};
 use super::refusal::Refusal;
 use super::show::Show;
-use slipmap_format::{MapFile, Pick};
 use slipmap_map::dataset::{Cells, Schema, Variable};
 use slipmap_map::map::{
-    Account, ComputeError, Control, Field, Grid, Method, Plan, Queue, Sink, TileData, Verdict, compute_tiles,
+    Account, ComputeError, Control, Field, Method, Plan, Queue, Sink, TileData, Verdict, compute_tiles,
 };
 use slipmap_report::Label;
-use slipmap_report::figure::palette::{self, Kind};
+use slipmap_report::figure::palette::Kind;
 
 /// Number of cells of a tile, after each of which a superseded request may stop: many if c is an axis, since
 /// a column's answer costs little more than one cell of it. Tiles that are interpolated have the usual size.
@@ -26,17 +25,13 @@ const TILE_OF_SINGLE_CELLS: usize = 512;
 
 impl PlaneRequest {
     /// The picture: a line of JSON that describes it, then a code (one byte) or a number (four bytes) for
-    /// each cell, line by line from the lowest. Taken from `map` if that is requested and has it, else
-    /// computed.
-    pub(super) fn picture(&self, map: Option<&MapFile>, stop: &AtomicBool) -> Result<Vec<u8>, Refusal> {
+    /// each cell, line by line from the lowest.
+    pub(super) fn picture(&self, stop: &AtomicBool) -> Result<Vec<u8>, Refusal> {
         let started = Instant::now();
         let slice = self.cells()?;
         let (show, methods, field) = self.show(&slice.grid)?;
-        let stored = map.filter(|_| self.stored).map_or(Ok(None), |map| stored(map, &slice, &show))?;
-        let (mut cells, kinds) = match stored {
-            Some(cells) => (cells, show.kinds(&methods).map(with_nothing)),
-            None => computed(&slice, &show, methods, field, &Control { stop, ..Control::default() })?,
-        };
+        let control = Control { stop, ..Control::default() };
+        let (mut cells, kinds) = computed(&slice, &show, methods, field, &control)?;
         let axes = slice.grid.axes();
         let size = [slice.x, slice.y].map(|axis| axes[axis].values.len());
         let label = show.label(&slice.units);
@@ -126,65 +121,6 @@ fn computed(
     }
     let kinds = show.kinds(&sink.methods);
     Ok((sink.cells.into_inner().unwrap_or_else(PoisonError::into_inner), kinds))
-}
-
-/// The code of cells beyond a map, which no variable uses.
-const NOT_STORED: i8 = i8::MIN;
-
-/// The kinds of a map's variable, and the kind of cells beyond the map.
-fn with_nothing(mut kinds: Vec<Kind>) -> Vec<Kind> {
-    let words = "not in the map".into();
-    kinds.push(Kind { code: NOT_STORED, name: "not_stored", fill: palette::NOT_COMPUTED, words });
-    kinds
-}
-
-/// Whether a plane lies in the space of a map: the same law, and for a machine the same axes and other quantities.
-fn is_of(map: &Grid, plane: &Grid) -> bool {
-    let names = |grid: &Grid| grid.axes().iter().map(|axis| axis.name.clone()).collect::<Vec<_>>();
-    map.law() == plane.law() && names(map) == names(plane) && map.fixed() == plane.fixed()
-}
-
-/// The cells of a picture as stored in a map: those of the nearest nodes, none beyond its ends. `None` if the
-/// map is of another law or does not have the quantity.
-fn stored(map: &MapFile, slice: &Slice, show: &Show) -> Result<Option<CellValues>, Refusal> {
-    let Slice { grid, x, y, .. } = slice;
-    let Show::Variable(name) = show else { return Ok(None) };
-    if !is_of(map.grid(), grid) || !map.has(name) || Field::is_critical(name) {
-        return Ok(None);
-    }
-    let axes = map.grid().axes();
-    let picks: Vec<Pick> = (0..axes.len())
-        .map(|axis| match axis == *x || axis == *y {
-            true => Pick::Every(1),
-            false => Pick::Node(axes[axis].nearest(grid.axes()[axis].values[0])),
-        })
-        .collect();
-    // The stored node nearest to each cell; none for cells beyond an end by more than the step there.
-    let nearest = |axis: usize| -> Vec<Option<usize>> {
-        let nodes = &axes[axis].values;
-        let last = nodes.len() - 1;
-        let beyond = |value: f64| match nodes.len() {
-            1 => value != nodes[0],
-            _ => {
-                value < nodes[0] - 0.5 * (nodes[1] - nodes[0])
-                    || value > nodes[last] + 0.5 * (nodes[last] - nodes[last - 1])
-            }
-        };
-        let values = grid.axes()[axis].values.iter();
-        values.map(|&value| (!beyond(value)).then(|| axes[axis].nearest(value))).collect()
-    };
-    let (across, up) = (nearest(*x), nearest(*y));
-    let at = |i: usize, j: usize| if x < y { [i, j] } else { [j, i] };
-    let failed = |error: slipmap_format::StoreError| Refusal::broken(error.to_string());
-    let places = || up.iter().flat_map(|j| across.iter().map(move |i| i.zip(*j)));
-    if show.kinds(&[]).is_some() {
-        let cells = map.code_slice(name, &picks).map_err(failed)?;
-        let code = |place: Option<(usize, usize)>| place.map_or(NOT_STORED, |(i, j)| cells[&at(i, j)[..]]);
-        return Ok(Some(CellValues::Codes(places().map(code).collect())));
-    }
-    let cells = map.real_slice(name, &picks).map_err(failed)?;
-    let number = |place: Option<(usize, usize)>| place.map_or(f32::NAN, |(i, j)| cells[&at(i, j)[..]] as f32);
-    Ok(Some(CellValues::Reals(places().map(number).collect())))
 }
 
 /// Receives tiles into a picture.

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-use super::machine;
+use super::quantities;
 use super::refusal::Refusal;
 use slipmap_config::{Level, Measured, OfMachine, point_of};
 use slipmap_map::machine::{Coefficients, Machine, Motion};
@@ -85,7 +85,7 @@ impl LawText {
     pub(super) fn in_si_units(&self, motion: Motion) -> Result<Law, Refusal> {
         let plain = Self { static_level: None, ..self.clone() };
         let law = plain.law_of(Some(OfMachine { motion: Some(motion), forces: Some(false) }))?;
-        machine::check_names(&law)?;
+        quantities::check_names(&law)?;
         Ok(if plain.axes.iter().any(|name| name == Coefficients::EXPONENT) {
             law.with_exponent()
         } else {
@@ -109,15 +109,15 @@ impl Place {
     /// The machine, if the place has a motion.
     pub(super) fn machine(&self) -> Result<Option<Machine>, Refusal> {
         let Some(motion) = &self.motion else { return Ok(None) };
-        let motion = machine::motion_of(motion)?;
-        machine::machine(&self.law.in_si_units(motion)?, motion, &self.law.axes, &self.at).map(Some)
+        let motion = quantities::motion_of(motion)?;
+        quantities::machine(&self.law.in_si_units(motion)?, motion, &self.law.axes, &self.at).map(Some)
     }
 
     /// The dimensionless law and the values of its axes in their order, each legal. It has the parameters
     /// `exponent` and `drop` if they are `wanted` as axes, or are not what a law without them has.
     pub(super) fn read(&self, wanted: &[&str]) -> Result<(Law, Vec<f64>), Refusal> {
         if let Some(machine) = self.machine()? {
-            let (law, values) = machine::dimensionless(&machine)?;
+            let (law, values) = quantities::dimensionless(&machine)?;
             // Units that are far too large or small give numbers that are illegal for every law.
             point_of(&law, &values)?;
             return Ok((law, values));

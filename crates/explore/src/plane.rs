@@ -42,9 +42,6 @@ pub(super) struct PlaneRequest {
     /// Whether the fold curves are requested instead of all others: for formulas and tables folds are slow.
     #[serde(default)]
     pub(super) folds: bool,
-    /// Whether the cells of the given map are shown where it has them.
-    #[serde(default)]
-    pub(super) stored: bool,
 }
 
 impl AxisRequest {

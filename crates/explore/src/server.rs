@@ -25,7 +25,7 @@ use super::guard::{Names, protect};
 use super::plane::PlaneRequest;
 use super::point::PointRequest;
 use super::refusal::Refusal;
-use super::{Start, assets, catalogue, machine, place};
+use super::{Start, assets, catalogue, place, quantities};
 
 /// Largest number of connections at a time; more wait.
 const CONNECTIONS: usize = 256;
@@ -197,9 +197,9 @@ async fn law(JsonBody(request): JsonBody<LawRequest>) -> Reply {
             (law, axes)
         }
         Some(motion) => {
-            let motion = machine::motion_of(motion)?;
+            let motion = quantities::motion_of(motion)?;
             let law = request.law.in_si_units(motion)?;
-            let axes = machine::axes(&law, motion, &request.law.axes);
+            let axes = quantities::axes(&law, motion, &request.law.axes);
             (law, axes)
         }
     };
@@ -216,9 +216,7 @@ async fn plane(
     State(shared): OfPage,
     JsonBody(request): JsonBody<PlaneRequest>,
 ) -> Result<Response, Refusal> {
-    let all = Arc::clone(&shared);
-    let work = move |stop: &AtomicBool| request.picture(all.start.map(), stop);
-    let picture = carry_out(&shared.pictures, work).await?;
+    let picture = carry_out(&shared.pictures, move |stop| request.picture(stop)).await?;
     Ok(([(CONTENT_TYPE, "application/octet-stream")], picture).into_response())
 }
 

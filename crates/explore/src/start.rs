@@ -3,8 +3,6 @@
 use serde_json::json;
 
 use super::place::law_json;
-use slipmap_config::Job;
-use slipmap_format::MapFile;
 use slipmap_map::machine::Machine;
 use slipmap_map::map::{AxisRole, Grid};
 use slipmap_simulate::critical::{critical_damping, known_or_nan};
@@ -19,35 +17,17 @@ const TOLERANCE: f64 = 1e-6;
 pub struct Start {
     grid: Option<Grid>,
     title: String,
-    map: Option<MapFile>,
-    machine: Option<Machine>,
 }
 
 impl Start {
-    /// The plane of a configuration.
-    pub fn of_job(job: &Job) -> Self {
-        Self {
-            grid: Some(job.plan.grid().clone()),
-            title: job.title.clone(),
-            map: None,
-            machine: job.plan.grid().machine().cloned(),
-        }
-    }
-
-    /// The plane of a map, whose cells stay on disk until they are shown.
-    pub fn of_map(map: MapFile) -> Self {
-        let title = map.text("title").unwrap_or_default().into();
-        let machine = map.grid().machine().cloned();
-        Self { grid: Some(map.grid().clone()), title, map: Some(map), machine }
-    }
-
-    /// The map, if one was given.
-    pub(super) fn map(&self) -> Option<&MapFile> {
-        self.map.as_ref()
+    /// The plane of a configuration or a map.
+    pub fn of(grid: &Grid, title: &str) -> Self {
+        Self { grid: Some(grid.clone()), title: title.into() }
     }
 
     pub(super) fn to_json(&self) -> serde_json::Value {
         let Some(grid) = &self.grid else { return serde_json::Value::Null };
+        let machine = grid.machine();
         let axis = |axis: &slipmap_map::map::Axis| {
             json!({
                 "name": axis.name,
@@ -61,17 +41,15 @@ impl Start {
         let single =
             |role: AxisRole| grid.axes().iter().all(|axis| axis.role != role || axis.values.len() == 1);
         // A machine with one belt speed and one damping is a working point.
-        let pinned =
-            self.machine.is_some() && [AxisRole::BeltSpeed, AxisRole::Damping].into_iter().all(single);
+        let pinned = machine.is_some() && [AxisRole::BeltSpeed, AxisRole::Damping].into_iter().all(single);
         json!({
             "title": self.title,
             "pinned": pinned,
-            "most_damping": self.machine.as_ref().and_then(most_damping).map(rounded),
-            "motion": self.machine.as_ref().map(|machine| machine.motion.name()),
-            "at": self.machine.as_ref().map(super::machine::at_json),
-            "variables": self.map.as_ref().map(|map| map.variables().collect::<Vec<_>>()),
-            "law": match &self.machine {
-                Some(machine) => super::machine::law_json(machine),
+            "most_damping": machine.and_then(most_damping).map(rounded),
+            "motion": machine.map(|machine| machine.motion.name()),
+            "at": machine.map(super::quantities::at_json),
+            "law": match machine {
+                Some(machine) => super::quantities::law_json(machine),
                 None => law_json(grid.law()),
             },
             "axes": grid.axes().iter().map(axis).collect::<Vec<_>>(),

@@ -234,31 +234,28 @@ fn number(bytes: &[u8]) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use slipmap_numbers::random::Random;
     use tempfile::TempDir;
 
-    /// SplitMix64 below `n`.
-    fn below(state: &mut u64, n: usize) -> usize {
-        *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = *state;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) % n.max(1) as u64) as usize
+    /// A number below `n`.
+    fn below(random: &mut Random, n: usize) -> usize {
+        (random.bits() % n.max(1) as u64) as usize
     }
 
     /// Contents of several lengths, some of which contain the magic.
-    fn contents(state: &mut u64, tile: usize) -> Vec<u8> {
-        let length = [0, 7, 100, 700, 5000][below(state, 5)] + tile;
-        MAGIC.iter().copied().chain(0..=255).cycle().skip(below(state, 8)).take(length).collect()
+    fn contents(random: &mut Random, tile: usize) -> Vec<u8> {
+        let length = [0, 7, 100, 700, 5000][below(random, 5)] + tile;
+        MAGIC.iter().copied().chain(0..=255).cycle().skip(below(random, 8)).take(length).collect()
     }
 
     /// Frames with their contents.
     type Tiles = Vec<(Frame, Vec<u8>)>;
 
     /// A journal of `tiles` tiles, its frames, and its bytes.
-    fn written(folder: &TempDir, state: &mut u64, tiles: usize) -> (PathBuf, Tiles, Vec<u8>) {
+    fn written(folder: &TempDir, random: &mut Random, tiles: usize) -> (PathBuf, Tiles, Vec<u8>) {
         let mut journal = Journal::create(&folder.path().join("map.h5"), b"a header").unwrap();
         let mut append = |tile| {
-            let contents = contents(state, tile);
+            let contents = contents(random, tile);
             (journal.append(tile as u64, &contents).unwrap(), contents)
         };
         let frames = (0..tiles).map(&mut append).collect();
@@ -283,11 +280,11 @@ mod tests {
     #[test]
     fn a_journal_without_a_tile_ends_with_its_process() {
         let folder = tempfile::tempdir().unwrap();
-        let (output, mut state) = (folder.path().join("map.h5"), 0);
+        let (output, mut random) = (folder.path().join("map.h5"), Random(0));
         drop(Journal::create(&output, b"a header").unwrap());
         assert_eq!(journals(&output).unwrap(), Vec::<PathBuf>::new());
-        let (one, ..) = written(&folder, &mut state, 1);
-        let (two, ..) = written(&folder, &mut state, 1);
+        let (one, ..) = written(&folder, &mut random, 1);
+        let (two, ..) = written(&folder, &mut random, 1);
         let mut both = [one, two];
         both.sort();
         // Neither other files nor links are journals.
@@ -309,7 +306,7 @@ mod tests {
     #[test]
     fn a_flipped_byte_costs_its_frame() {
         let folder = tempfile::tempdir().unwrap();
-        let (path, frames, bytes) = written(&folder, &mut 1, 5);
+        let (path, frames, bytes) = written(&folder, &mut Random(1), 5);
         for place in (frames[0].0.at as usize..bytes.len()).step_by(7) {
             let mut damaged = bytes.clone();
             damaged[place] ^= 1 << (place % 8);
@@ -330,14 +327,14 @@ mod tests {
 
     /// What a disk may hold after a power cut, if it was forced at `synced`: all before that; of what was written
     /// after it any pages, the others as zeros, to any length, the last page perhaps in part.
-    fn crashed(bytes: &[u8], synced: usize, state: &mut u64) -> Vec<u8> {
+    fn crashed(bytes: &[u8], synced: usize, random: &mut Random) -> Vec<u8> {
         const PAGE: usize = 512;
-        let length = synced + below(state, bytes.len() - synced + 1);
+        let length = synced + below(random, bytes.len() - synced + 1);
         let mut image = bytes[..length].to_vec();
         for page in (synced / PAGE)..length.div_ceil(PAGE) {
-            if below(state, 3) == 0 {
+            if below(random, 3) == 0 {
                 let end = length.min((page + 1) * PAGE);
-                let from = (page * PAGE + below(state, 2) * below(state, PAGE)).max(synced).min(end);
+                let from = (page * PAGE + below(random, 2) * below(random, PAGE)).max(synced).min(end);
                 image[from..end].fill(0);
             }
         }
@@ -352,13 +349,13 @@ mod tests {
         let seeds = std::env::var("SLIPMAP_SEEDS").map_or(150, |seeds| seeds.parse().unwrap());
         let mut torn = 0;
         for seed in 0..seeds {
-            let mut state = seed;
-            let tiles = 1 + below(&mut state, 20);
-            let (path, frames, bytes) = written(&folder, &mut state, tiles);
+            let mut random = Random(seed);
+            let tiles = 1 + below(&mut random, 20);
+            let (path, frames, bytes) = written(&folder, &mut random, tiles);
             // Forced to disk after some frame, or at the beginning alone.
-            let kept = below(&mut state, frames.len() + 1);
+            let kept = below(&mut random, frames.len() + 1);
             let synced = frames.get(kept).map_or(bytes.len(), |(frame, _)| frame.at as usize);
-            fs::write(&path, crashed(&bytes, synced, &mut state)).unwrap();
+            fs::write(&path, crashed(&bytes, synced, &mut random)).unwrap();
             let found = read(&path);
             assert!(
                 found.starts_with(&frames[..kept]),

@@ -80,7 +80,6 @@ pub struct Journals {
     pub(super) output: PathBuf,
     pub(super) plan: Plan,
     pub(super) opening: Vec<(String, Value)>,
-    schema: Schema,
     longest: u64,
     files: Vec<PathBuf>,
     places: Vec<Option<FramePlace>>,
@@ -108,7 +107,6 @@ impl Journals {
             longest: longest(&schema),
             files: Vec::new(),
             places: vec![None; schema.tiles()],
-            schema,
             existing,
             history: Vec::new(),
             account: Account::none(plan),
@@ -175,7 +173,7 @@ impl Journals {
             let wanted = |&tile: &usize| shard.is_none_or(|shard| shard.has(tile));
             let Some(tile) = tile.filter(wanted) else { continue };
             let contents = reader.contents(frame, &mut buffer).map_err(failed)?;
-            match contents.and_then(|bytes| self.read(tile, bytes)) {
+            match contents.and_then(|bytes| Self::read(tile, bytes)) {
                 None => self.lost += frame.bytes(),
                 Some(contents) => {
                     seconds = seconds.max(contents.seconds);
@@ -195,13 +193,10 @@ impl Journals {
         Ok(())
     }
 
-    /// The contents of a tile's frame; `None` for other bytes.
-    fn read(&self, tile: usize, bytes: &[u8]) -> Option<TileRecord<PackedTile, Account>> {
-        let contents: TileRecord<PackedTile, Account> = from_bytes(bytes)?;
-        let fits = contents.tile.number == tile
-            && contents.tile.fits(&self.schema)
-            && contents.account.fits(&self.plan);
-        fits.then_some(contents)
+    /// The contents of a tile's frame; `None` for other bytes. That they fit the plan follows from its fingerprint in the
+    /// header and from that of the frame.
+    fn read(tile: usize, bytes: &[u8]) -> Option<TileRecord<PackedTile, Account>> {
+        from_bytes(bytes).filter(|record: &TileRecord<PackedTile, Account>| record.tile.number == tile)
     }
 
     /// Notes the place of a tile in the last journal.
@@ -321,7 +316,7 @@ impl Journals {
             for &(tile, FramePlace { length, at, .. }) in of_journal {
                 let frame = Frame { tile: tile as u64, at, length: length.into() };
                 let contents = reader.contents(frame, &mut buffer).map_err(failed)?;
-                let contents = contents.and_then(|bytes| self.read(tile, bytes));
+                let contents = contents.and_then(|bytes| Self::read(tile, bytes));
                 tiles.push(contents.ok_or_else(|| StoreError::Unreliable(path.clone()))?.tile);
             }
         }

@@ -102,6 +102,5 @@ pub use pack::PackedTile;
 pub use partial::{PartialMap, Resumed};
 pub use reader::SIGNATURE;
 pub use reader::{MapFile, Pick};
-pub use records::{Contents, Records, Series, write_records};
 pub use slipmap_map::dataset::attributes::fingerprint;
 pub use slipmap_map::dataset::{Outcome, Provenance, Value};

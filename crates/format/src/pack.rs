@@ -32,18 +32,6 @@ pub struct PackedTile {
     pub(super) chunks: Vec<PackedChunk>,
 }
 
-impl PackedTile {
-    /// Returns whether a map of this layout has the tile.
-    pub(super) fn fits(&self, schema: &Schema) -> bool {
-        let codes = |variable: &Variable| variable.codes().map_or(0, |codes| codes.len());
-        self.number < schema.tiles()
-            && schema
-                .filled_by(self.number)
-                .map(|(_, variable, _)| codes(variable))
-                .eq(self.chunks.iter().map(|chunk| chunk.counts.len()))
-    }
-}
-
 /// Packs tiles of an unfinished map.
 #[derive(Debug)]
 pub(super) struct Packer {

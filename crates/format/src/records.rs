@@ -1,53 +1,12 @@
-//! Writes tables to HDF5 files that are also valid NetCDF-4. Each kind of row has a dimension, each column a
-//! variable.
-
-use std::path::Path;
+//! Writes tables into a group, as NetCDF-4 has them. Each kind of row has a dimension, each column a variable.
 
 use hdf5::types::VarLenArray;
-use hdf5::{Dataset, File, Group, ObjectReference1};
+use hdf5::{Dataset, Group, ObjectReference1};
 
-pub use slipmap_map::dataset::{Contents, Series};
-use slipmap_map::dataset::{Provenance, Stored, Value, attributes, fingerprint};
+use slipmap_map::dataset::{Series, Stored, fingerprint};
 
-use super::create::create_file;
-use super::error::StoreError;
 use super::sys::{self, Ending, ScaleUse};
 use super::value;
-
-/// Tables and their provenance. All columns along one dimension have the same length.
-#[derive(Clone, Debug, Default)]
-pub struct Records {
-    /// Where the records come from.
-    pub provenance: Provenance,
-    /// The columns.
-    pub series: Vec<Series>,
-    /// Attributes of the file.
-    pub attributes: Vec<(String, Value)>,
-}
-
-/// Writes records as an HDF5 file.
-///
-/// # Errors
-/// Those of the file system and of the HDF5 library.
-pub fn write_records(path: &Path, records: &Records) -> Result<(), StoreError> {
-    let failed = |error: hdf5::Error| StoreError::hdf5("write", path, &error);
-    let file = create_file(path).map_err(failed)?;
-    fill(&file, records).map_err(failed)?;
-    file.flush().map_err(failed)?;
-    sys::unlock(&file).map_err(failed)?;
-    file.close().map_err(failed)
-}
-
-fn fill(file: &File, records: &Records) -> hdf5::Result<()> {
-    for (name, value) in attributes::origin(&records.provenance) {
-        value::write(file, name, &value)?;
-    }
-    value::write(file, "history", &attributes::history(&records.provenance).into())?;
-    for (name, value) in &records.attributes {
-        value::write(file, name, value)?;
-    }
-    write_tables(file, &records.series)
-}
 
 pub(super) fn write_tables(group: &Group, columns: &[Series]) -> hdf5::Result<()> {
     let mut dimensions: Vec<&'static str> = Vec::new();

@@ -51,9 +51,6 @@ pub enum ReportError {
     /// The map cannot be read.
     #[error(transparent)]
     Map(#[from] StoreError),
-    /// Tables could not be stored as HDF5.
-    #[error(transparent)]
-    Records(StoreError),
     /// This output exists already.
     #[error("{0} exists already; choose another place, or ask for it to be replaced")]
     Exists(PathBuf),

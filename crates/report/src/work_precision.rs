@@ -1,5 +1,4 @@
-//! Reports of a study of speed against accuracy: a table, HDF5 and a chart; measurements of peers are added
-//! here.
+//! Reports of a study of speed against accuracy: a table and a chart; measurements of peers are added here.
 
 use std::path::{Path, PathBuf};
 
@@ -7,31 +6,21 @@ use super::figure::Width;
 use super::table::{Cell as Entry, ColumnOf, Show, Table};
 use super::{Existing, ReportError, figure, write};
 use slipmap_figure::text::{Rich, rich};
-use slipmap_format::{Contents, Provenance, Records, Series, Value};
-pub use slipmap_study::benchmark::{self, Cell, Errors, Kind, Labels, Row, Study};
+pub use slipmap_study::benchmark::{self, Errors, Kind, Labels, Row, Study};
 
-/// Adds the measurements of `scripts/study peers`: from `path` if given, else from the newest of the files
-/// `peers-*.csv` in `folder` that measured the same cells, or else from the newest of all.
+/// Adds the measurements of `scripts/study peers`: from the newest of the files `peers-*.csv` in `folder` that
+/// measured the same cells, or else from the newest of all.
 ///
 /// # Errors
-/// [`ReportError::Peers`] if the file cannot be read or has another format.
-pub fn add_peers(study: &mut Study, path: Option<&Path>, folder: &Path) -> Result<(), ReportError> {
+/// [`ReportError::Peers`] if a file cannot be read or has another format.
+pub fn add_peers(study: &mut Study, folder: &Path) -> Result<(), ReportError> {
     let own = slipmap_format::fingerprint(&study.cells_csv());
-    let Some(file) = (match path {
-        Some(path) => Some(PeerFile::read(path)?),
-        None => {
-            let mut files = Vec::new();
-            for path in peer_files(folder) {
-                files.push(PeerFile::read(&path)?);
-            }
-            // The files are sorted by date.
-            let same = files.iter().rposition(|file| file.cells.as_ref() == Some(&own));
-            let newest = same.or(files.len().checked_sub(1));
-            newest.map(|newest| files.swap_remove(newest))
-        }
-    }) else {
-        return Ok(());
-    };
+    let mut files =
+        peer_files(folder).iter().map(|path| PeerFile::read(path)).collect::<Result<Vec<_>, _>>()?;
+    // The files are sorted by date.
+    let same = files.iter().rposition(|file| file.cells.as_ref() == Some(&own));
+    let Some(newest) = same.or(files.len().checked_sub(1)) else { return Ok(()) };
+    let file = files.swap_remove(newest);
     let same = file.cells.as_ref() == Some(&own);
     let name = file.path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
     study.peers = Some((name, same));
@@ -108,63 +97,12 @@ fn notes(study: &Study) -> Vec<Rich> {
     notes
 }
 
-/// The study as records for HDF5.
-fn records(study: &Study, provenance: &Provenance) -> Records {
-    let table = table(study);
-    let texts = |column: usize| -> Vec<String> {
-        let text = |row: &Vec<Entry>| match &row[column] {
-            Entry::Words(words) => words.clone(),
-            Entry::Missing => "none".into(),
-            Entry::Rich(text) => text.plain(),
-            Entry::Count(_) | Entry::Real(_) => String::new(),
-        };
-        table.rows.iter().map(text).collect()
-    };
-    let numbers = |column: usize| -> Vec<f64> {
-        let number = |row: &Vec<Entry>| match row[column] {
-            Entry::Count(count) => count as f64,
-            Entry::Real(value) => value,
-            Entry::Words(ref words) => f64::from(u8::from(words == "yes")),
-            Entry::Rich(_) | Entry::Missing => f64::NAN,
-        };
-        table.rows.iter().map(number).collect()
-    };
-    let mut series = Vec::new();
-    for (column, heading) in table.columns.iter().enumerate() {
-        let long_name = heading.heading.plain();
-        let contents = match heading.key.as_str() {
-            "kind" | "method" | "knob" => Contents::Words(texts(column)),
-            _ => Contents::Reals(numbers(column)),
-        };
-        series.push(Series::new("point", &heading.key, &long_name, contents));
-    }
-    let cell = |key: &str, long_name: &str, of: &dyn Fn(&Cell) -> f64| {
-        Series::new("cell", key, long_name, Contents::Reals(study.cells.iter().map(of).collect()))
-    };
-    for axis in study.grid.axes() {
-        series.push(cell(&axis.name, &axis.long_name, &|cell| axis.role.of(&cell.point)));
-    }
-    let known =
-        |exact: Option<benchmark::reference::Exact>| exact.map_or(f64::NAN, |exact| exact.value.value());
-    series.push(cell("near", "drawn next to the boundary", &|cell| f64::from(u8::from(cell.near))));
-    series.push(cell("margin", "scaled grazing margin m / V", &|cell| known(cell.reference.margin)));
-    series.push(cell("critical_c", "critical damping of the column", &|cell| known(cell.reference.critical)));
-    series.push(cell("verdict", "1 present, -1 absent", &|cell| f64::from(cell.verdict.code())));
-    let attributes = vec![
-        ("cells_near".to_owned(), Value::from(study.settings.near)),
-        ("seconds".to_owned(), study.settings.seconds.into()),
-        ("cells_sha256".to_owned(), slipmap_format::fingerprint(&study.cells_csv()).into()),
-    ];
-    Records { provenance: provenance.clone(), series, attributes }
-}
-
-/// Writes `work-precision.csv`, `.h5`, `.tex`, `cells.csv` and the chart, of this width, into `folder`.
+/// Writes `work-precision.csv`, `.tex`, `cells.csv` and the chart, of this width, into `folder`.
 ///
 /// # Errors
 /// [`ReportError::Exists`], or why something could not be drawn or written.
 pub fn write_study(
     study: &Study,
-    provenance: &Provenance,
     folder: &Path,
     existing: Existing,
     width: Width,
@@ -177,14 +115,7 @@ pub fn write_study(
         ("cells.csv".into(), study.cells_csv().into_bytes()),
     ];
     files.extend(write::figure_files(std::slice::from_ref(&chart), "")?);
-    write::publish(
-        folder,
-        existing,
-        &files,
-        &[("work-precision.h5", &|path: &Path| {
-            slipmap_format::write_records(path, &records(study, provenance))
-        })],
-    )
+    write::publish(folder, existing, &files)
 }
 
 /// A file written by `scripts/study peers`.

@@ -12,7 +12,6 @@ use super::units::View;
 use super::{Report, ReportError, document, figure, stale, summary, tables};
 use slipmap_figure::render;
 use slipmap_figure::text::Rich;
-use slipmap_format::StoreError;
 use slipmap_format::files::{Existing, create_folders, folder_of, publish_file, temporary_in};
 
 /// Options of a report.
@@ -62,20 +61,16 @@ pub fn write(
         }));
     }
     let before = stale::listed(folder);
-    publish(folder, options.existing, &files, &[])?;
+    publish(folder, options.existing, &files)?;
     stale::remove(folder, &before);
     Ok(())
 }
-
-/// The name of a file and the function that writes it.
-pub(super) type Written<'a> = (&'a str, &'a dyn Fn(&Path) -> Result<(), StoreError>);
 
 /// Moves files into `folder`: all of them, or none if anything fails before the last step, the renaming.
 pub(super) fn publish(
     folder: &Path,
     existing: Existing,
     files: &[(PathBuf, Vec<u8>)],
-    written: &[Written],
 ) -> Result<(), ReportError> {
     if existing == Existing::Refuse && folder.symlink_metadata().is_ok() {
         return Err(ReportError::Exists(folder.to_path_buf()));
@@ -91,12 +86,8 @@ pub(super) fn publish(
         let put = create_folders(folder_of(&path)).and_then(|()| fs::write(path, contents));
         put.map_err(|source| ReportError::Io { path: folder.join(name), source })?;
     }
-    for (name, write) in written {
-        write(&scratch.path().join(name)).map_err(ReportError::Records)?;
-    }
     // Nothing visible has changed up to here.
-    let names = files.iter().map(|(name, _)| name.as_path());
-    for name in names.chain(written.iter().map(|(name, _)| Path::new(name))) {
+    for (name, _) in files {
         let (from, to) = (scratch.path().join(name), folder.join(name));
         create(folder_of(&to))?;
         fs::rename(&from, &to).map_err(|source| ReportError::Io { path: to, source })?;

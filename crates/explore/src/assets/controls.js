@@ -147,12 +147,6 @@ export class Controls {
       app.change("rest");
     });
     this.inputs.set(curves, () => this.state.curves);
-    const stored = element("input", { type: "checkbox" });
-    stored.addEventListener("change", () => {
-      this.state.stored = stored.checked;
-      app.change("rest");
-    });
-    this.inputs.set(stored, () => this.state.stored);
     const swap = element("button", { type: "button", onclick: () => {
       [this.state.x, this.state.y] = [this.state.y, this.state.x];
       app.change("rest");
@@ -162,7 +156,6 @@ export class Controls {
       element("div", { class: "title" }, element("h2", {}, "Axes"), element("span", {}, swap, " ", home)),
       row("x", "across"), row("y", "up"),
       element("div", {}, element("label", { class: "field" }, curves, "exact boundary curves")),
-      ...(app.map ? [element("div", {}, element("label", { class: "field" }, stored, `cells as stored in ${app.map}`))] : []),
     );
   }
 

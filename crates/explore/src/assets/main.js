@@ -166,9 +166,7 @@ function state_of(start) {
   // The critical damping must be seen, too.
   const damping = start.axes.find(({ name }) => is_damping(name)).name;
   if (start.most_damping) ranges[damping] ??= [0, start.most_damping];
-  const stored = Boolean(start.variables);
-  const show = !stored || start.variables.includes("regime") ? "regime" : start.variables.find((name) => name.startsWith("verdict_"));
-  return { law: start.law, x: side(x), y: side(y), at, ranges, show, stored, motion: start.motion, pinned: start.pinned };
+  return { law: start.law, x: side(x), y: side(y), at, ranges, motion: start.motion, pinned: start.pinned };
 }
 
 async function main() {
@@ -182,7 +180,6 @@ async function main() {
     app.open_link(location.hash);
   });
   const start = await get("/api/start");
-  app.map = start?.variables ? start.title : null;
   if (await app.open_link(location.hash)) return;
   if (start) {
     await app.take(state_of(start));

@@ -59,9 +59,9 @@ export class Plane {
 
   // Everything that determines the picture, except the ends of its axes.
   key() {
-    const { law, motion, x, y, show, stored, at, axes } = this.state;
+    const { law, motion, x, y, show, at, axes } = this.state;
     const held = axes.filter(({ name }) => name !== x.axis && name !== y.axis).map(({ name }) => [name, at[name]]);
-    return JSON.stringify([law, motion, x.axis, x.log, y.axis, y.log, show, stored, held]);
+    return JSON.stringify([law, motion, x.axis, x.log, y.axis, y.log, show, held]);
   }
 
   resize() {
@@ -124,8 +124,8 @@ export class Plane {
 
   // Pictures that cost about the same for each cell.
   kind() {
-    const { law, motion, x, y, show, stored } = this.state;
-    return [law.name, law.phi, motion, x.axis, y.axis, show, stored].join(" ");
+    const { law, motion, x, y, show } = this.state;
+    return [law.name, law.phi, motion, x.axis, y.axis, show].join(" ");
   }
 
   // Rows of the finest picture.
@@ -214,7 +214,7 @@ export class Plane {
   // A picture of the present state with `width` by `height` cells, or a band of it: `part` of one side. Null
   // where it was superseded or refused; `late` where it took too long.
   async fetch([width, height], quick, turn, { side, part, text = "computing" } = {}) {
-    const { x, y, show, stored } = this.state;
+    const { x, y, show } = this.state;
     const [key, kind, work] = [this.key(), this.kind(), this.work([width, height])];
     const running = { quick };
     this.running = running;
@@ -222,7 +222,7 @@ export class Plane {
     try {
       const sides = { x: { ...x, points: width }, y: { ...y, points: height } };
       if (side) [sides[side].from, sides[side].to] = part.map((unit) => this.scales[side].value(unit));
-      const picture = await ask({ ...place(this.state), ...sides, show, stored }, "plane");
+      const picture = await ask({ ...place(this.state), ...sides, show }, "plane");
       this.app.complain(null);
       this.cost.set(kind, picture.seconds / work);
       return Object.assign(picture, { x: { ...x }, y: { ...y }, show, key });

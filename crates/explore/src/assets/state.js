@@ -18,7 +18,6 @@ export function write(state) {
   }
   link.set("show", state.show);
   if (!state.curves) link.set("curves", "0");
-  if (state.stored) link.set("stored", "1");
   for (const axis of state.axes) {
     link.set(`p.${axis.name}`, state.at[axis.name]);
     const range = state.ranges[axis.name];
@@ -56,7 +55,7 @@ export function read(fragment) {
       if (ends.length === 2 && ends[0] !== null && ends[1] !== null && ends[0] < ends[1]) ranges[name] = ends;
     }
   }
-  return { law, x: side("x"), y: side("y"), show: link.get("show"), curves: link.get("curves") !== "0", stored: link.get("stored") === "1", at, ranges, motion: link.get("motion"), pinned: link.get("pin") === "1" };
+  return { law, x: side("x"), y: side("y"), show: link.get("show"), curves: link.get("curves") !== "0", at, ranges, motion: link.get("motion"), pinned: link.get("pin") === "1" };
 }
 
 // Whether an axis is that of the damping.
@@ -83,7 +82,7 @@ export function complete(wanted, axes) {
   const usual = ["gamma", "V", "belt_speed"].find((name) => free.includes(name)) ?? free[0];
   let x = side(wanted.x, usual);
   if (x.axis === y.axis) x = side(null, usual);
-  return { law: wanted.law, axes, at, ranges, x, y, motion: wanted.motion ?? null, show: wanted.show || "regime", curves: wanted.curves ?? true, stored: wanted.stored ?? false, pinned: wanted.pinned ?? false };
+  return { law: wanted.law, axes, at, ranges, x, y, motion: wanted.motion ?? null, show: wanted.show || "regime", curves: wanted.curves ?? true, pinned: wanted.pinned ?? false };
 }
 
 // The part of the state that the program needs for a point.

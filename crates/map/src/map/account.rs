@@ -106,18 +106,6 @@ impl Account {
         Self { methods: vec![MethodAccount::default(); plan.methods.len()], ..Self::default() }
     }
 
-    /// Whether all cells and methods in it are those of `plan`.
-    pub fn fits(&self, plan: &Plan) -> bool {
-        let (shape, methods) = (plan.grid.shape(), plan.methods.len());
-        let has = |index: &[usize]| {
-            index.len() == shape.len() && index.iter().zip(&shape).all(|(at, len)| at < len)
-        };
-        self.methods.len() == methods
-            && self.failed.iter().all(|cell| has(&cell.index) && cell.method < methods)
-            && self.contradictions.first.iter().all(|cell| has(&cell.index) && cell.verdicts.len() == methods)
-            && self.audit.disagreements.iter().all(|cell| has(&cell.index) && cell.method < methods)
-    }
-
     /// Processor seconds of all methods and stages.
     #[must_use]
     pub fn processor_seconds(&self) -> f64 {

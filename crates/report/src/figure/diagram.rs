@@ -38,8 +38,6 @@ pub struct DiagramPlot<'a> {
     pub x: &'a str,
     /// Values of the other axes, in the units of the view.
     pub at: &'a [(String, f64)],
-    /// The ends of the diagram, in the units of the view; those of the axis if `None`.
-    pub range: Option<(f64, f64)>,
     pub width: Width,
 }
 
@@ -167,24 +165,10 @@ pub fn diagram(view: &View, plot: &DiagramPlot) -> Result<Plotted, ReportError> 
     let (index, held) = hold(view, &[x], plot.at)?;
     let label = view.axis(&axes[x]);
     let nodes = &axes[x].values;
-    let scale = match plot.range {
-        Some((from, to)) => {
-            let (from, to) = (from / label.factor, to / label.factor);
-            let legal = |end: f64| {
-                let mut values = grid.values(&index);
-                values[x] = end;
-                grid.oscillator_of(&values).is_ok()
-            };
-            if !(legal(from) && legal(to) && from < to) {
-                return Err(ChoiceError::NoRange(label.header()).into());
-            }
-            Scale::linear(from, to)
-        }
-        None if nodes.len() < 2 => {
-            return Err(ChoiceError::NothingToDraw(axes[x].name.clone()).into());
-        }
-        None => Scale::of_nodes(nodes),
-    };
+    if nodes.len() < 2 {
+        return Err(ChoiceError::NothingToDraw(axes[x].name.clone()).into());
+    }
+    let scale = Scale::of_nodes(nodes);
     let find_at = |unit: f64| -> (f64, Found) {
         let (value, mut values) = (scale.value(unit), grid.values(&index));
         values[x] = value;

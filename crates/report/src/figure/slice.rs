@@ -84,9 +84,6 @@ pub enum ChoiceError {
     /// This axis has a single node.
     #[error("the axis `{0}` has one node, so there is nothing to draw over it; choose another axis")]
     NothingToDraw(String),
-    /// The ends of a diagram over this axis are illegal.
-    #[error("a diagram over `{0}` cannot have these ends; give two legal values, the smaller one first")]
-    NoRange(String),
     /// The map does not store this variable, because its configuration does not request it.
     #[error(
         "the map does not store `{variable}`; add \"{field}\" to output.fields of its configuration and compute it again"
