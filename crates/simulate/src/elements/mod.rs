@@ -48,10 +48,6 @@ use orbit::{Orbit, Problem, Step};
 use slipmap_model::friction::Weakening;
 use slipmap_numbers::gauss::{MOST, Rule};
 
-/// Least step of the factor on D in the continuation from the circle to an orbit far from it.
-const SHORTEST_SHARE: f64 = 0.02;
-/// Error of C in that continuation, in units of the largest |w|.
-const ON_THE_WAY: f64 = 1e-3;
 /// Residual, as an error of C in units of the largest |w|, from which the iteration does not recover.
 const HOPELESS: f64 = 10.0;
 /// Distance from the border of the domain of the polar form from which the iteration does not recover.
@@ -83,11 +79,6 @@ const MISPLACED: f64 = 2.0;
 /// Error of dC / d ln r, in units of the last step of C, not yet in it: the value for orbits on which D is
 /// small.
 const SLOPE_BY_CHANGE: f64 = 2.0;
-/// How often an orbit that failed is tried again with finer elements.
-const RETRIES: u32 = 1;
-/// Number of evaluations after which it is not tried again: where the law has many pieces, the elements are
-/// fine already, and it is the polar form that does not apply.
-const MOST_BEFORE_RETRY: u64 = 1 << 13;
 /// Largest number of elements.
 const MOST_ELEMENTS: usize = 1 << 15;
 /// Number of evaluations after which no further steps begin: more than twice those of an orbit with thousands
@@ -139,8 +130,6 @@ struct Solve<'a, 'b, const N: usize> {
     rule: &'a Rule<N>,
     /// Matrices from the orbit of the rung before to this one; `None` where it starts from the circle.
     transfers: Option<&'a [[[f64; MOST]; MOST]]>,
-    /// How many times more elements there are than on the first rung.
-    finer: usize,
     /// Error of C that is small enough, in units of the largest |w|.
     tolerance: f64,
     /// Error of C below which this rung gains nothing, in units of the largest |w|.
@@ -169,8 +158,7 @@ impl<const N: usize> pulp::WithSimd for Solve<'_, '_, N> {
 
     #[inline(always)]
     fn with_simd<S: pulp::Simd>(self, _: S) -> Self::Output {
-        let Self { orbit, rule, transfers, finer, tolerance, floor, unit } = self;
-        let problem = orbit.problem;
+        let Self { orbit, rule, transfers, tolerance, floor, unit } = self;
         let enough = tolerance.max(floor);
         if let Some(transfers) = transfers {
             orbit.refine(transfers);
@@ -178,54 +166,15 @@ impl<const N: usize> pulp::WithSimd for Solve<'_, '_, N> {
             return orbit.newton(rule, enough, *unit);
         }
         *unit = orbit.start(rule);
-        let mut spent = orbit.cost::<N>();
-        // Continuation in a factor `share` on D, from 0, where the circle is the solution. One step is enough
-        // for most orbits.
-        let (mut share, mut step) = (0.0, 1.0);
-        while step >= SHORTEST_SHARE && spent < MOST_EVALUATIONS {
-            let next = f64::min(share + step, 1.0);
-            let before = (share > 0.0).then(|| orbit.clone());
-            orbit.rescale(rule, share, next);
-            // Intermediate orbits only have to be near.
-            let here = if next < 1.0 { enough.max(ON_THE_WAY) } else { enough };
-            match orbit.newton(rule, here, *unit) {
-                Ok(solved) if next == 1.0 => return Ok(Solved { rhs: spent + solved.rhs, ..solved }),
-                Ok(solved) => {
-                    spent += solved.rhs;
-                    share = next;
-                }
-                Err(rhs) => {
-                    spent += rhs;
-                    *orbit = match before {
-                        Some(before) => before,
-                        None => {
-                            let mut first = Orbit::circle(problem, finer);
-                            first.start(rule);
-                            first
-                        }
-                    };
-                    step *= 0.5;
-                }
-            }
+        let spent = orbit.cost::<N>();
+        match orbit.newton(rule, enough, *unit) {
+            Ok(solved) => Ok(Solved { rhs: spent + solved.rhs, ..solved }),
+            Err(rhs) => Err(spent + rhs),
         }
-        Err(spent)
     }
 }
 
 impl Orbit<'_> {
-    /// Moves the orbit from D scaled by `from` to D scaled by `to`, to first order.
-    #[inline(always)]
-    fn rescale<const N: usize>(&mut self, rule: &Rule<N>, from: f64, to: f64) {
-        self.share = to;
-        let ratio = if from > 0.0 { to / from } else { to };
-        self.viscous *= ratio;
-        let mut start = 0.0;
-        for element in &mut self.elements {
-            element.slope = element.slope.map(|slope| ratio * slope);
-            start = element.integrate(rule, start);
-        }
-    }
-
     /// Steps of Newton's method until the error of C that is left is `tolerance` times `unit`; `Err` with the
     /// number of evaluations where it is not reached.
     #[inline(always)]
@@ -330,43 +279,23 @@ fn solve(problem: Problem<'_>, tolerance: f64) -> Result<Found<'_>, u64> {
         return Err(0);
     }
     let (arch, (four, eight)) = (pulp::Arch::new(), &*RULES);
-    let mut orbit = Orbit::circle(problem, 1);
-    let mut finer = 1;
+    let mut orbit = Orbit::circle(problem);
     let mut unit = 0.0;
     let mut rhs = 0;
     let mut before: Option<[f64; 2]> = None;
-    let mut failures = 0;
     for (rung, (nodes, parts)) in LADDER.into_iter().enumerate() {
         if orbit.elements.len() * parts > MOST_ELEMENTS || rhs > MOST_EVALUATIONS {
             return Err(rhs);
         }
-        finer *= parts;
         let transfers = before.map(|_| &TRANSFERS[rung - 1][..]);
-        if transfers.is_none() && rung > 0 {
-            orbit = Orbit::circle(problem, finer);
-        }
         let floor = FLOORS.get(rung).copied().unwrap_or(0.0);
         let solved = match (nodes, &mut orbit, &mut unit) {
-            (4, orbit, unit) => {
-                arch.dispatch(Solve { orbit, rule: four, transfers, finer, tolerance, floor, unit })
-            }
+            (4, orbit, unit) => arch.dispatch(Solve { orbit, rule: four, transfers, tolerance, floor, unit }),
             (_, orbit, unit) => {
-                arch.dispatch(Solve { orbit, rule: eight, transfers, finer, tolerance, floor, unit })
+                arch.dispatch(Solve { orbit, rule: eight, transfers, tolerance, floor, unit })
             }
         };
-        let solved = match solved {
-            Ok(solved) => solved,
-            Err(spent) => {
-                // Coarse elements may fail where finer ones do not.
-                rhs += spent;
-                before = None;
-                failures += 1;
-                if failures > RETRIES || rhs > MOST_BEFORE_RETRY {
-                    return Err(rhs);
-                }
-                continue;
-            }
-        };
+        let solved = solved.map_err(|spent| rhs + spent)?;
         let Solved { left, left_at_first, slope, slope_at_first, change, rhs: spent } = solved;
         rhs += spent;
         let viscous = orbit.viscous;

@@ -37,12 +37,9 @@ pub(super) struct Span {
 }
 
 /// An iterate.
-#[derive(Clone)]
 pub(super) struct Orbit<'a> {
     pub(super) problem: Problem<'a>,
     pub(super) viscous: f64,
-    /// Factor on D, also in [`Orbit::viscous`]; 1 except in the continuation to an orbit far from the circle.
-    pub(super) share: f64,
     /// Largest ratio of the error left by a step to the square of that before it, near the solution.
     pub(super) curvature: f64,
     /// The spans, as many before the angle pi as after it.
@@ -77,8 +74,8 @@ impl Step {
 }
 
 impl Orbit<'_> {
-    /// The circle of the problem's radius, with `finer` times the least number of elements.
-    pub(super) fn circle<'a>(problem: Problem<'a>, finer: usize) -> Orbit<'a> {
+    /// The circle of the problem's radius, with the least number of elements.
+    pub(super) fn circle<'a>(problem: Problem<'a>) -> Orbit<'a> {
         let Problem { weakening, belt_speed, radius, .. } = problem;
         let breaks = weakening.breaks();
         let (from, to) = (weakening.piece_of(belt_speed - radius), weakening.piece_of(belt_speed + radius));
@@ -90,13 +87,13 @@ impl Orbit<'_> {
         bounds.push(PI);
         bounds.extend(mirrored);
         let spans = (from..=to).chain((from..=to).rev()).zip(bounds.windows(2));
-        let spans = spans.map(|(piece, ends)| Span { piece, parts: finer * parts(ends[1] - ends[0]) });
+        let spans = spans.map(|(piece, ends)| Span { piece, parts: parts(ends[1] - ends[0]) });
         let spans: Vec<Span> = spans.collect();
         let mut elements = Vec::with_capacity(spans.iter().map(|span| span.parts).sum());
         for span in &spans {
             elements.resize(elements.len() + span.parts, Element::new(span.piece));
         }
-        Orbit { problem, viscous: 0.0, share: 1.0, curvature: 0.0, spans, bounds, cos, elements }
+        Orbit { problem, viscous: 0.0, curvature: 0.0, spans, bounds, cos, elements }
     }
 
     /// Puts the elements into their spans, and moves the functions with them, to first order.
@@ -117,7 +114,7 @@ impl Orbit<'_> {
     /// Prepares a step of Newton's method.
     #[inline(always)]
     pub(super) fn step<const N: usize>(&mut self, rule: &Rule<N>) -> Step {
-        let Self { problem: Problem { weakening: law, belt_speed, radius }, viscous, share, .. } = *self;
+        let Self { problem: Problem { weakening: law, belt_speed, radius }, viscous, .. } = *self;
         // A, and the integrals of exp(-A) times dg/dC and the residual, at the beginning of an element.
         let [mut growth, mut by_damping, mut residual] = [0.0; 3];
         // Sums over all elements for each node.
@@ -145,7 +142,7 @@ impl Orbit<'_> {
                 }
             }
             for j in 0..N {
-                let d = share.mul_add(w[j], -viscous);
+                let d = w[j] - viscous;
                 let left = LARGEST_LOG - element.log_r[j].abs();
                 let turn = d.mul_add(element.sin_cos[j], 1.0);
                 let left = left.min(turn - SLOWEST_TURN);
@@ -154,7 +151,7 @@ impl Orbit<'_> {
                 let part = element.sin_squared[j] * inverse;
                 g[j] = part * d;
                 b[j] = -part * inverse;
-                a[j] = b[j] * (share * steepness[j]) * v[j];
+                a[j] = b[j] * steepness[j] * v[j];
                 rho[j] = g[j] - element.slope[j];
                 expansion[j] = (element.half * d).mul_add(inverse, expansion[j]);
             }
@@ -301,7 +298,7 @@ impl Orbit<'_> {
             // Newton's step, in which r varies.
             let (before_pi, number) = (i < half, first + if i < half { i } else { 2 * half - i });
             let [sin, cos] = sin_cos_of_turn(self.bounds[i]);
-            let d = self.share * weakening.at(breaks[number]) - self.viscous;
+            let d = weakening.at(breaks[number]) - self.viscous;
             let turn = (d * sin).mul_add(cos, 1.0).clamp(SLOWEST_TURN, 2.0);
             let target = if before_pi { angle(at_bounds[i]) } else { TAU - angle(at_bounds[i]) };
             let moved = turn.mul_add(target - self.bounds[i], self.bounds[i]);

@@ -12,8 +12,10 @@ const CERTAINLY: f64 = 1.5;
 const BALANCED: f64 = 0.1;
 const SAMPLES_RATIO: f64 = 0.84;
 /// Largest such ratio. Smaller ratios of the brakings at two such places, and a smaller effect of braking between them,
-/// tell nothing new: a half that is braked by exp(-2) at most forgets its start no sooner than it is followed anyway. Both
-/// by choice: `no_engine_passes_over_a_narrow_fall` holds with them.
+/// tell nothing new: a half that is braked by exp(-2) at most forgets its start no sooner than it is followed anyway. Of
+/// 600 random falls of widths from 1e-7 to 0.1 next to rest, this from 0.84 to 0.999999 and the second from 1 to 16 moved
+/// no c* beyond its error, and the work by a tenth at most, but for the second at 1: by up to 29 %. Of 200 random falls
+/// away from rest, 11 of c* were off beyond their errors where this was 0.84, and none from 0.9999 on.
 const FINEST_RATIO: f64 = 0.9999;
 const BRAKED: f64 = 2.0;
 /// First step, in units of the width of the layer in q.
