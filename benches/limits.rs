@@ -5,7 +5,7 @@
 //! limits time KERNEL N     seconds and right-hand sides for N cells, after checking the answers
 //! limits count KERNEL N    the same work once, for a program that counts instructions
 //! ```
-//! Kernels: `return_map`, `critical_damping`, `universal_surface`, `symmetric`, `instability`, `direct`.
+//! Kernels: `return_map`, `critical_damping`, `symmetric`, `instability`, `direct`.
 
 #![allow(clippy::expect_used)] // a bench whose points are wrong stops
 
@@ -20,7 +20,6 @@ use slipmap::friction::{Column, Law};
 use slipmap::point::{Point, ScaledGroups};
 use slipmap::simulate::critical::critical_dampings;
 use slipmap::simulate::return_map::{Turn, turns};
-use slipmap::simulate::surface;
 use slipmap::witness;
 use slipmap_numbers::random::Random;
 
@@ -100,7 +99,7 @@ fn cells(count: usize) -> Cells {
 /// The answers of a kernel for all cells: number of right-hand sides, and a number per cell to check.
 type Kernel = fn(&Cells) -> (u64, Vec<f64>);
 
-const KERNELS: [(&str, Kernel); 6] = [
+const KERNELS: [(&str, Kernel); 5] = [
     ("return_map", |cells| {
         let mut rhs = 0;
         let margins = turns(&cells.groups, TOLERANCE).into_iter().map(|turn| match turn {
@@ -117,10 +116,6 @@ const KERNELS: [(&str, Kernel); 6] = [
         let found = critical_dampings(&cells.columns, TOLERANCE);
         let rhs = found.iter().flatten().map(|critical| critical.rhs).sum();
         (rhs, found.into_iter().map(|critical| critical.map_or(f64::NAN, |critical| critical.c)).collect())
-    }),
-    ("universal_surface", |cells| {
-        let look = |column| surface::critical_damping(column).map_or(f64::NAN, |critical| critical.c);
-        (0, cells.columns.iter().map(look).collect())
     }),
     ("symmetric", |cells| edges(cells, &certify::symmetric::TEST)),
     ("instability", |cells| edges(cells, &certify::instability::TEST)),
@@ -159,13 +154,6 @@ fn check(name: &str, cells: &Cells, answers: &[f64]) {
                 // The tolerance is relative to A and b, and c* is their order divided by eps.
                 assert!((answer - root).abs() <= 5.0 * TOLERANCE / 0.05, "{name}: {answer} not {root}");
             }
-        }
-        "universal_surface" => {
-            for (root, answer) in roots().zip(answers).filter(|(_, answer)| answer.is_finite()) {
-                assert!((answer - root).abs() <= 1e-9, "{name}: {answer} not {root}");
-            }
-            // The table has no entry where no damping c >= 0 is critical.
-            assert!(answers.iter().zip(roots()).all(|(a, root)| a.is_finite() || root <= 1e-9));
         }
         _ => {
             for (root, answer) in roots().zip(answers) {

@@ -25,7 +25,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 # Kernel, cells that are timed, cells that are counted.
 KERNELS = [
-    ("instability", 1 << 16, 1 << 14), ("symmetric", 1 << 16, 1 << 14), ("universal_surface", 1 << 14, 1 << 12),
+    ("instability", 1 << 16, 1 << 14), ("symmetric", 1 << 16, 1 << 14),
     ("return_map", 1 << 16, 1 << 12), ("critical_damping", 1 << 14, 1 << 11), ("direct", 1 << 10, 1 << 8),
 ]  # fmt: skip
 COLUMNS = [

@@ -12,7 +12,7 @@ use slipmap::friction::{Column, Expression, Law, Table};
 use slipmap::map::{Account, Control, Engine, Grid, Method, Plan, Sink, TileData, Verdict, decide, run};
 use slipmap::simulate::backbone::Backbone;
 use slipmap::simulate::return_map::{Turn, is_resolved, turns_of};
-use slipmap::simulate::{CriticalDamping, Fate, Flow, Landing, critical_damping, flow, surface};
+use slipmap::simulate::{CriticalDamping, Fate, Flow, Landing, critical_damping, flow};
 use slipmap::witness;
 use std::collections::BTreeMap;
 use std::convert::Infallible;
@@ -231,8 +231,6 @@ impl Heard {
         opinions.extend(
             critical_damping(column, tolerance).ok().map(|found| of_critical("critical damping", found)),
         );
-        opinions
-            .extend(surface::critical_damping(column).map(|found| of_critical("universal surface", found)));
         let theorems = TESTS.iter().filter(|test| test.guarantee == Guarantee::FiniteEpsilon);
         opinions.extend(theorems.map(|test| Opinion::of_claim(test.name, (test.claim)(column).decide(*c))));
         if asks_all {
@@ -387,16 +385,7 @@ fn every_engine_says_the_same_of_every_law() {
     for fates in ["sticks", "sticks from above", "spirals inward", "crosses for ever"] {
         assert!(tally.fates.contains_key(&[fates, fates]), "the sample has no orbit that {fates}");
     }
-    let engines = [
-        "witness",
-        "flow",
-        "turn",
-        "critical damping",
-        "universal surface",
-        "symmetric",
-        "backbone",
-        "validated",
-    ];
+    let engines = ["witness", "flow", "turn", "critical damping", "symmetric", "backbone", "validated"];
     for engine in engines {
         assert!(
             tally.decided.get(engine).is_some_and(|decided| *decided > 20),

@@ -30,7 +30,7 @@
 //! Departures from the paper (section 5.1): the paper keeps only the first order in eps and takes x2 >= -V
 //! along the orbit. That is [`super::bendixson_leading`]; where D > 0 the orbit in fact overshoots -V.
 
-use super::{Claim, Columns, Guarantee, Test, absence_edge, drop, landing, presence_edge};
+use super::{Claim, Guarantee, Test, absence_edge, drop, landing, presence_edge, symmetric};
 use slipmap_model::friction::Column;
 
 /// The test.
@@ -41,7 +41,10 @@ pub const TEST: Test = Test {
     guarantee: Guarantee::FiniteEpsilon,
     first_order: false,
     claim,
-    claims: Some(claims),
+    claims: Some(|columns| {
+        let numbered = columns.iter().enumerate();
+        numbered.map(|(number, column)| of(column, || columns.symmetric(number))).collect()
+    }),
 };
 
 /// Number of strips per quarter turn of the amplitude's bound. In random columns the edge is lower than with
@@ -59,21 +62,18 @@ const SHARPNESS: f64 = 1e-9;
 const STEEPEST: f64 = 0.9;
 
 fn claim(column: &Column) -> Claim {
-    claims(&Columns::new(std::slice::from_ref(column)))[0]
+    of(column, || (symmetric::TEST.claim)(column))
 }
 
-/// The claims of many columns, whose edges are searched together.
-fn claims(columns: &Columns) -> Vec<Claim> {
-    let with_edge = |(number, edge): (usize, Option<f64>)| {
-        let column = &columns[number];
-        let present_below = edge.unwrap_or(f64::NEG_INFINITY);
-        // Where `symmetric` has proved the landing at every damping, there is nothing to search.
-        let lands = edge.map(|_| columns.symmetric(number));
-        let lands = lands.is_some_and(|known| known.present_below > 0.0 && known.sticks_from == 0.0);
-        let sticks_from = if lands { 0.0 } else { landing::sticks_from(column, present_below) };
-        Claim { sticks_from, present_below, absent_above: absence_edge(column, highest(column)) }
-    };
-    presence_edges(columns).into_iter().enumerate().map(with_edge).collect()
+/// The claim about a column of which [`symmetric`] claims what `known` returns.
+fn of(column: &Column, known: impl FnOnce() -> Claim) -> Claim {
+    let edge = presence_edge_of(column);
+    let present_below = edge.unwrap_or(f64::NEG_INFINITY);
+    // Where `symmetric` has proved the landing at every damping, there is nothing to search.
+    let lands = edge.map(|_| known());
+    let lands = lands.is_some_and(|known| known.present_below > 0.0 && known.sticks_from == 0.0);
+    let sticks_from = if lands { 0.0 } else { landing::sticks_from(column, present_below) };
+    Claim { sticks_from, present_below, absent_above: absence_edge(column, highest(column)) }
 }
 
 /// eps c from which on the divergence excludes a return.
@@ -95,70 +95,43 @@ fn lowest(column: &Column, amplitude: f64) -> f64 {
     }
 }
 
-/// For each column a damping c > 0 with eps c <= weakening on [0, V + R(c)], the largest that the search
-/// finds; `None` if it finds none.
-fn presence_edges(columns: &[Column]) -> Vec<Option<f64>> {
-    let mut searches: Vec<Search> = columns.iter().map(Search::new).collect();
-    let mut going: Vec<usize> = (0..columns.len()).filter(|&i| searches[i].next.is_some()).collect();
+/// A damping c > 0 with eps c <= weakening on [0, V + R(c)], the largest that the search finds; `None` if it finds
+/// none.
+fn presence_edge_of(column: &Column) -> Option<f64> {
+    let mut certified = None;
+    // Slope of the map c -> min / eps, and where it was evaluated last.
+    let (mut slope, mut previous): (f64, Option<(f64, f64)>) = (0.0, None);
+    let mut c = lowest(column, column.belt_speed);
     for _ in 0..EVALUATIONS {
-        if going.is_empty() {
+        // The image of dampings that are not positive is not positive either.
+        if !(c > 0.0) {
             break;
         }
-        let orbits: Vec<(&Column, f64)> =
-            going.iter().filter_map(|&i| Some((&columns[i], searches[i].next?))).collect();
-        let amplitudes = landing::amplitude_bounds(&orbits, STRIPS);
-        for (&i, amplitude) in going.iter().zip(amplitudes) {
-            searches[i].step(&columns[i], amplitude);
+        let amplitude = landing::amplitude_bound(column, c, STRIPS);
+        if !amplitude.is_finite() {
+            break;
         }
-        going.retain(|&i| searches[i].next.is_some());
-    }
-    searches.into_iter().map(|search| search.certified).collect()
-}
-
-/// The search for the edge of one column.
-struct Search {
-    /// The damping at which the amplitude is to be computed next; `None` when the search is over.
-    next: Option<f64>,
-    /// The largest damping found that satisfies the inequality.
-    certified: Option<f64>,
-    /// Slope of the map c -> min / eps, and where it was evaluated last.
-    slope: f64,
-    previous: Option<(f64, f64)>,
-}
-
-impl Search {
-    fn new(column: &Column) -> Self {
-        let mut search = Self { next: None, certified: None, slope: 0.0, previous: None };
-        search.go_on(lowest(column, column.belt_speed));
-        search
-    }
-
-    /// Requests the amplitude at `c` next. If `c` is not positive the search ends: the image of smaller
-    /// dampings is not positive either.
-    fn go_on(&mut self, c: f64) {
-        self.next = (c > 0.0).then_some(c);
-    }
-
-    /// Uses the bound of the amplitude at the requested damping.
-    fn step(&mut self, column: &Column, amplitude: f64) {
-        let Some(c) = self.next.take().filter(|_| amplitude.is_finite()) else { return };
         let image = lowest(column, amplitude);
         if image >= c {
             // From below, the iteration of the map rises towards the fixed point.
-            self.certified = Some(c);
-            if image > c * (1.0 + SHARPNESS) {
-                self.go_on(image);
+            certified = Some(c);
+            if image <= c * (1.0 + SHARPNESS) {
+                break;
             }
-        } else if self.certified.is_none() {
-            if let Some((c_before, image_before)) = self.previous {
-                self.slope = ((image_before - image) / (c_before - c)).clamp(0.0, STEEPEST);
+            c = image;
+        } else if certified.is_none() {
+            if let Some((c_before, image_before)) = previous {
+                slope = ((image_before - image) / (c_before - c)).clamp(0.0, STEEPEST);
             }
-            self.previous = Some((c, image));
-            let root = c - (c - image) / (1.0 - self.slope) - c * (0.5 * SHARPNESS);
+            previous = Some((c, image));
+            let root = c - (c - image) / (1.0 - slope) - c * (0.5 * SHARPNESS);
             // A steep secant must not jump over a fixed point down to zero.
-            self.go_on(root.max(0.5 * image));
+            c = root.max(0.5 * image);
+        } else {
+            break;
         }
     }
+    certified
 }
 
 #[cfg(test)]

@@ -306,16 +306,7 @@ mod tests {
             let shared = Columns::new(columns);
             for test in &TESTS {
                 for (column, claim) in columns.iter().zip(test.claims(&shared)) {
-                    let alone = (test.claim)(column);
-                    // Lanes of Stribeck's law round differently, see `landing::lanes`.
-                    let alike = |a: f64, b: f64| a == b || (a / b - 1.0).abs() < 1e-12;
-                    assert!(
-                        alike(claim.sticks_from, alone.sticks_from)
-                            && alike(claim.present_below, alone.present_below)
-                            && claim.absent_above == alone.absent_above,
-                        "{} {column:?}: {claim:?} {alone:?}",
-                        test.name
-                    );
+                    assert_eq!(claim, (test.claim)(column), "{} {column:?}", test.name);
                 }
             }
         }

@@ -206,8 +206,10 @@ impl Add for Interval {
         if other.is_zero() {
             return self;
         }
-        Self::outwards(self.lo + other.lo, self.hi + other.hi)
-            .above_zero_if(self.lo >= 0.0 && other.lo >= 0.0)
+        let sum = Self::outwards(self.lo + other.lo, self.hi + other.hi);
+        // Two numbers that begin at zero add up to one that does: the base of a power next to rest.
+        let begins_at_zero = (self.lo == 0.0) & (other.lo == 0.0);
+        Self { lo: if begins_at_zero { 0.0 } else { sum.lo }, ..sum }
     }
 }
 
@@ -496,6 +498,8 @@ mod tests {
                 for (j, &c) in ends.iter().enumerate() {
                     for &d in &ends[j..] {
                         let (x, y) = (Interval::new(a, b), Interval::new(c, d));
+                        assert!(a < 0.0 || c < 0.0 || (x + y).lo >= 0.0 && (x * y).lo >= 0.0);
+                        assert!(a < 0.0 || !(c > 0.0) || (x / y).lo >= 0.0);
                         for u in [a, 0.5 * (a + b), b] {
                             for v in [c, 0.5 * (c + d), d] {
                                 let within = |z: Interval, w: f64| z.lo <= w && w <= z.hi;

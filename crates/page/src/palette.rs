@@ -20,7 +20,6 @@ pub fn method(name: &str) -> LineStyle {
         "symmetric" => style(BLUE, 1.2, &[2.6, 1.4], Marker::Triangle),
         "harmonic_balance" => style(GREEN, 1.2, &[8.0, 2.0, 1.2, 2.0, 1.2, 2.0], Marker::Plus),
         "validated" => style(WINE, 1.2, &[1.2, 1.2, 4.0, 1.2], Marker::Square),
-        "universal_surface" => style(BLUE, 1.0, &[], Marker::Circle),
         "critical_surface" => style(GREEN, 1.0, &[], Marker::Diamond),
         "return_map" => style(BLACK, 1.0, &[], Marker::Circle),
         "auto" => style(PURPLE, 1.0, &[], Marker::TriangleDown),

@@ -1,5 +1,5 @@
-//! The damping at which an orbit of Stribeck's or of the Lorentzian law closes, for many orbits together: a
-//! spectral iteration on equal angles.
+//! The damping at which an orbit of Stribeck's law closes, for many orbits together: a spectral iteration on
+//! equal angles.
 //!
 //! On the closed orbit through the maximum r = V of x2, ln(r/V) is a *periodic* function p of the angle with
 //! p(0) = 0. That turns the root search into a small spectral problem without any stepping:
@@ -35,7 +35,8 @@
 use std::f64::consts::TAU;
 use std::sync::{LazyLock, OnceLock};
 
-use super::polar::{Angle, Closing, Divergence, LANES, Lanes, Shape, exp};
+use super::polar::{Angle, Closing, LANES, Lanes, exp};
+use slipmap_model::point::ScaledGroups;
 
 /// A column that fails on one of this many coarsest circles, or on its first, is tried again on the next.
 const RETRY_RUNGS: usize = 4;
@@ -153,11 +154,7 @@ struct Sums {
 
 /// Evaluates the equation on the orbit `log_r`.
 #[inline(always)]
-fn evaluate<F: Shape, const GROWTH: bool>(
-    lanes: &Lanes<F>,
-    angles: &[Angle],
-    workspace: &mut Workspace,
-) -> Sums {
+fn evaluate<const GROWTH: bool>(lanes: &Lanes, angles: &[Angle], workspace: &mut Workspace) -> Sums {
     let [mut mean, mut mean_by_c, mut growth, mut growth_size] = [[0.0_f64; LANES]; 4];
     let mut room = [f64::INFINITY; LANES];
     let Workspace { log_r, slope, by_c, .. } = workspace;
@@ -201,8 +198,8 @@ fn apply(matrix: &[f64], from: &[[f64; LANES]], to: &mut [[f64; LANES]]) {
 
 /// Sweeps the lanes on one circle, and updates C, until the error left in every C is below its `enough`.
 #[inline(always)]
-fn sweep<F: Shape>(
-    lanes: &mut Lanes<F>,
+fn sweep(
+    lanes: &mut Lanes,
     circle: &Circle,
     workspace: &mut Workspace,
     enough: &[f64; LANES],
@@ -220,11 +217,11 @@ fn sweep<F: Shape>(
         sweeps += 1;
         // R changes little from sweep to sweep, and less the more of them there are.
         let sums = if sweeps > 1 && sweeps.is_power_of_two() {
-            let sums = evaluate::<F, true>(lanes, &circle.angles, workspace);
+            let sums = evaluate::<true>(lanes, &circle.angles, workspace);
             half_span = sums.range.map(|range| 0.5 * exp_m1_above(range));
             sums
         } else {
-            evaluate::<F, false>(lanes, &circle.angles, workspace)
+            evaluate::<false>(lanes, &circle.angles, workspace)
         };
         room = sums.room;
         let change: [f64; LANES] = std::array::from_fn(|lane| -sums.slope[lane] / sums.by_c[lane]);
@@ -254,15 +251,15 @@ fn sweep<F: Shape>(
 
 /// Arguments of [`sweep`] for the function whose vector width pulp selects at run time. A closure would not
 /// be inlined there, and each fused product would be a library call.
-struct Dispatched<'a, F> {
-    lanes: &'a mut Lanes<F>,
+struct Dispatched<'a> {
+    lanes: &'a mut Lanes,
     circle: &'a Circle,
     workspace: &'a mut Workspace,
     enough: &'a [f64; LANES],
     round_off: &'a [f64; LANES],
 }
 
-impl<F: Shape> pulp::WithSimd for Dispatched<'_, F> {
+impl pulp::WithSimd for Dispatched<'_> {
     type Output = Sweeps;
 
     #[inline(always)]
@@ -271,16 +268,16 @@ impl<F: Shape> pulp::WithSimd for Dispatched<'_, F> {
     }
 }
 
-/// The divergence of an orbit at an estimate of the C at which it closes, and its size, the unit of C.
+/// The groups of an orbit at an estimate of the C at which it closes, and the size of its divergence, the unit of C.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Start {
-    pub(super) divergence: Divergence,
+    pub(super) groups: ScaledGroups,
     pub(super) unit: f64,
 }
 
-/// The C at which many orbits of one kind of law close, each with an error of at most `tolerance` times its
+/// The C at which many orbits close, each with an error of at most `tolerance` times its
 /// unit; `Err` with the number of evaluations outside the domain of the polar form, or without convergence.
-pub(super) fn spectral<F: Shape>(starts: &[Start], tolerance: f64) -> Vec<Result<Closing, u64>> {
+pub(super) fn spectral(starts: &[Start], tolerance: f64) -> Vec<Result<Closing, u64>> {
     if starts.is_empty() {
         return Vec::new();
     }
@@ -292,7 +289,7 @@ pub(super) fn spectral<F: Shape>(starts: &[Start], tolerance: f64) -> Vec<Result
     // ln(r/V) on the last circle, of the columns that go on to the next.
     let mut orbits: Vec<Vec<f64>> = vec![Vec::new(); starts.len()];
     // From coarse to fine: a column begins at the first circle that resolves the pole of its divergence.
-    let first: Vec<Option<usize>> = starts.iter().map(|start| first_rung::<F>(&start.divergence)).collect();
+    let first: Vec<Option<usize>> = starts.iter().map(|start| first_rung(&start.groups)).collect();
     for rung in 0..ANGLES.len() {
         let circle = Circle::of_rung(rung);
         waiting.extend((0..starts.len()).filter(|&column| first[column] == Some(rung)));
@@ -306,10 +303,9 @@ pub(super) fn spectral<F: Shape>(starts: &[Start], tolerance: f64) -> Vec<Result
             let units: [f64; LANES] = std::array::from_fn(|lane| starts[of(lane)].unit);
             let enough = units.map(|unit| 0.1 * tolerance * unit);
             let round_off = units.map(|unit| ROUND_OFF * unit);
-            let mut lanes = Lanes::<F>::new(|lane| {
-                let Start { divergence, .. } = starts[of(lane)];
-                answers[of(lane)]
-                    .map_or(divergence, |Closing { viscous: c, .. }| Divergence { c, ..divergence })
+            let mut lanes = Lanes::new(|lane| {
+                let Start { groups, .. } = starts[of(lane)];
+                answers[of(lane)].map_or(groups, |Closing { viscous: c, .. }| ScaledGroups { c, ..groups })
             });
             let done = arch.dispatch(Dispatched {
                 lanes: &mut lanes,
@@ -355,9 +351,9 @@ pub(super) fn spectral<F: Shape>(starts: &[Start], tolerance: f64) -> Vec<Result
     answers
 }
 
-/// The coarsest circle that resolves the poles of the divergence: on coarser ones several in a row may agree
-/// on a wrong value. `None` if no circle does.
-fn first_rung<F: Shape>(divergence: &Divergence) -> Option<usize> {
-    let fewest = F::fewest_angles(divergence);
+/// The coarsest circle that resolves the pole of the divergence, sqrt(2 / k) from the angle 0: on coarser ones
+/// several in a row may agree on a wrong value. `None` if no circle does.
+fn first_rung(groups: &ScaledGroups) -> Option<usize> {
+    let fewest = (1.0 + groups.k).sqrt();
     ANGLES.iter().position(|&angles| angles as f64 >= fewest)
 }

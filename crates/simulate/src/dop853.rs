@@ -151,15 +151,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn row_sums_are_the_abscissae() {
-        for (row, node) in MATRIX.iter().zip(NODES) {
-            let sum: f64 = row.iter().map(|(_, weight)| weight).sum();
-            // Weights of up to 43 cancel: a few ulps of the largest.
-            assert!((sum - node).abs() < 1e-13, "{sum} {node}");
-        }
-    }
-
-    #[test]
     fn order_eight_on_a_nonlinear_problem() {
         // y' = y cos t, y(0) = 1: y = exp(sin t). Halving the step must divide the error by about 2^8.
         struct Cosine {

@@ -45,13 +45,13 @@ const STILL_STEPS: u32 = 1_000;
 
 /// The arrival at the belt line from below.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LandingSpeed {
+struct LandingSpeed {
     /// x2': the distance of the landing from the exit point.
-    pub speed: f64,
+    speed: f64,
     /// Estimate of its error.
-    pub error: f64,
+    error: f64,
     /// Time since the exit point.
-    pub time: f64,
+    time: f64,
 }
 
 /// The end of the orbit's first turn.
@@ -65,19 +65,6 @@ enum FirstTurn {
 /// An error with its weight in decisions.
 fn weighed(error: f64, belt_speed: f64) -> f64 {
     if error > SMALL * belt_speed { NOT_SMALL * error } else { error }
-}
-
-/// The landing speed of the orbit from the exit point, with local errors that add up to `tolerance` V in a
-/// turn; `None` where it does not return, or is too close to call.
-///
-/// # Errors
-/// [`Failure`].
-pub fn landing_speed(oscillator: &Oscillator, tolerance: f64) -> Result<Option<LandingSpeed>, Failure> {
-    let work = Work::of_orbit(&oscillator.curve);
-    Ok(match first_turn(oscillator, tolerance, &work, &mut [0.0; 2])? {
-        FirstTurn::Returns(arrival) => Some(arrival),
-        FirstTurn::Stays(_) => None,
-    })
 }
 
 /// The fate of the orbit from the exit point with the local errors `tolerance` V, and its margin, see
@@ -328,7 +315,9 @@ mod tests {
                 // Roundings of the closed form.
                 let rounding = 1e-14 * (belt_speed + up) * (1.0 + belt_speed / up);
                 for tolerance in TOLERANCES {
-                    let found = landing_speed(&oscillator, tolerance).unwrap().unwrap();
+                    let work = Work::of_orbit(&oscillator.curve);
+                    let turn = first_turn(&oscillator, tolerance, &work, &mut [0.0; 2]);
+                    let FirstTurn::Returns(found) = turn.unwrap() else { panic!("{oscillator:?}") };
                     let off = (found.speed - up).abs();
                     let context = format!("{d} {belt_speed} {tolerance:e}: {found:?}, off by {off:e}");
                     assert!(off <= found.error + rounding, "{context}");

@@ -15,7 +15,7 @@ pub mod critical;
 pub mod crossing;
 mod dop853;
 mod elements;
-pub mod exit_orbit;
+mod exit_orbit;
 pub mod far_loops;
 pub mod folds;
 mod halves;
@@ -28,7 +28,6 @@ pub mod return_map;
 pub mod sensitivity;
 pub mod slip_cycle;
 mod stepping;
-pub mod surface;
 mod turn;
 mod work;
 

@@ -8,8 +8,6 @@
 //! The state is delta = r/V - 1, which is zero at the exit point: the margin m/V = delta(2 pi) then has a
 //! small *relative* error, which is what decides points next to grazing.
 
-use std::marker::PhantomData;
-
 use slipmap_model::point::ScaledGroups;
 
 /// The damping at which an orbit closes.
@@ -119,119 +117,20 @@ impl Angle {
     }
 }
 
-/// A function f(x) of which a law's weakening rate is a multiple, as a fraction of two polynomials, so that
-/// the polar field costs one division.
-pub(super) trait Shape {
-    /// Numerator and denominator of f(x).
-    fn fraction(x: f64) -> [f64; 2];
-
-    /// -f'(x) times the square of the denominator.
-    fn fall(x: f64) -> f64;
-
-    /// Distance of x from a real pole of f.
-    fn distance(x: f64) -> f64;
-
-    /// The least number of equal angles that resolve the poles of f on a circle around the equilibrium.
-    fn fewest_angles(divergence: &Divergence) -> f64;
-}
-
-/// f(x) = 1 / x^2, of Stribeck's law.
-pub(super) enum InverseSquare {}
-
-impl Shape for InverseSquare {
-    #[inline(always)]
-    fn fraction(x: f64) -> [f64; 2] {
-        [1.0, x * x]
-    }
-
-    #[inline(always)]
-    fn fall(x: f64) -> f64 {
-        2.0 * x
-    }
-
-    #[inline(always)]
-    fn distance(x: f64) -> f64 {
-        x
-    }
-
-    /// The pole is sqrt(2 / k) from the angle 0.
-    fn fewest_angles(divergence: &Divergence) -> f64 {
-        (1.0 + divergence.k).sqrt()
-    }
-}
-
-/// f(x) = x / (1 + x^2)^2, of the Lorentzian law.
-pub(super) enum LorentzianSlope {}
-
-impl LorentzianSlope {
-    /// Smallest distance of a pole from the real angles at which 256 angles reach rounding errors, which are
-    /// exp(-36).
-    const NEAREST_POLE: f64 = 36.0 / 256.0;
-}
-
-impl Shape for LorentzianSlope {
-    #[inline(always)]
-    fn fraction(x: f64) -> [f64; 2] {
-        let root = x.mul_add(x, 1.0);
-        [x, root * root]
-    }
-
-    #[inline(always)]
-    fn fall(x: f64) -> f64 {
-        let square = x * x;
-        3.0_f64.mul_add(square, -1.0) * (square + 1.0)
-    }
-
-    #[inline(always)]
-    fn distance(_: f64) -> f64 {
-        f64::INFINITY
-    }
-
-    /// The poles x = +-i are at cos th = z, z = (start + k -+ i) / k. Their distance from the real angles is
-    /// the arcosh of half the sum of |z - 1| and |z + 1|.
-    fn fewest_angles(divergence: &Divergence) -> f64 {
-        let Divergence { start, k, .. } = *divergence;
-        let [near, far] = [start, start + 2.0 * k].map(|real| real.hypot(1.0) / k);
-        let distance = (0.5 * (near + far)).acosh();
-        if distance > Self::NEAREST_POLE { 2.0 / distance } else { f64::INFINITY }
-    }
-}
-
-/// The divergence of an orbit in units of its amplitude, D = a f(start + k s) - b2 s - c with s = 1 - R cos
-/// th.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Divergence {
-    pub(super) a: f64,
-    pub(super) start: f64,
-    pub(super) k: f64,
-    pub(super) b2: f64,
-    pub(super) c: f64,
-}
-
-impl From<&ScaledGroups> for Divergence {
-    /// The divergence of the grazing orbit.
-    fn from(groups: &ScaledGroups) -> Self {
-        Self { a: groups.a, start: 1.0, k: groups.k, b2: 2.0 * groups.b, c: groups.c }
-    }
-}
-
-/// The divergences of [`LANES`] orbits.
-pub(super) struct Lanes<F> {
+/// The divergences of [`LANES`] orbits of Stribeck's law, D = a / (1 + k s)^2 - b2 s - c with s = 1 - R cos th.
+pub(super) struct Lanes {
     a: [f64; LANES],
-    start: [f64; LANES],
     k: [f64; LANES],
     b2: [f64; LANES],
     /// C = eps c.
     pub(super) c: [f64; LANES],
-    shape: PhantomData<F>,
 }
 
-impl<F: Shape> Lanes<F> {
-    /// Lanes of the divergences that `of` returns.
-    pub(super) fn new(of: impl Fn(usize) -> Divergence) -> Self {
-        let pick = |value: fn(Divergence) -> f64| std::array::from_fn(|lane| value(of(lane)));
-        let (a, start, k) = (pick(|of| of.a), pick(|of| of.start), pick(|of| of.k));
-        Self { a, start, k, b2: pick(|of| of.b2), c: pick(|of| of.c), shape: PhantomData }
+impl Lanes {
+    /// Lanes of the groups that `of` returns.
+    pub(super) fn new(of: impl Fn(usize) -> ScaledGroups) -> Self {
+        let pick = |value: fn(ScaledGroups) -> f64| std::array::from_fn(|lane| value(of(lane)));
+        Self { a: pick(|of| of.a), k: pick(|of| of.k), b2: pick(|of| 2.0 * of.b), c: pick(|of| of.c) }
     }
 
     /// d delta / d theta of every lane.
@@ -265,9 +164,9 @@ impl<F: Shape> Lanes<F> {
             slope[lane] = angle.sin_squared * terms.numerator * inverse;
             by_c[lane] = -angle.sin_squared * ratio * ratio;
             if GROWTH {
-                // dD / d ln r = r cos theta (b2 - a k f'), and the square of the denominator times that.
+                // dD / d ln r = r cos theta (b2 + 2 a k / x^3), and the square of the denominator times that.
                 let linear = self.b2[lane] * terms.denominator * terms.denominator;
-                let steepness = (self.a[lane] * self.k[lane]).mul_add(F::fall(terms.x), linear);
+                let steepness = (self.a[lane] * self.k[lane]).mul_add(2.0 * terms.x, linear);
                 by_log_r[lane] = angle.sin_squared * inverse * inverse * r[lane] * angle.cos * steepness;
             }
         }
@@ -278,14 +177,14 @@ impl<F: Shape> Lanes<F> {
     #[inline(always)]
     fn terms(&self, lane: usize, angle: Angle, r: f64, room: &mut f64) -> Terms {
         let s = (-r).mul_add(angle.cos, 1.0);
-        let x = self.k[lane].mul_add(s, self.start[lane]);
-        let [shape, denominator] = F::fraction(x);
+        let x = self.k[lane].mul_add(s, 1.0);
+        let denominator = x * x;
         let linear = self.b2[lane].mul_add(s, self.c[lane]);
-        let numerator = (-linear).mul_add(denominator, self.a[lane] * shape);
+        let numerator = (-linear).mul_add(denominator, self.a[lane]);
         let turn = numerator.mul_add(angle.sin_cos, denominator);
         // The lower field continued above the belt line may have a pole.
         let excess = (-SLOWEST_TURN).mul_add(denominator, turn);
-        let distance = F::distance(x) - SLOWEST_TURN;
+        let distance = x - SLOWEST_TURN;
         let tightest = if excess < distance { excess } else { distance };
         *room = if tightest < *room { tightest } else { *room };
         Terms { numerator, denominator, turn, x }

@@ -5,7 +5,7 @@
 use std::sync::{LazyLock, OnceLock};
 
 use super::dop853::{Field, NODES, STAGES, step};
-use super::polar::{Angle, Divergence, InverseSquare, LANES, Turn};
+use super::polar::{Angle, LANES, Lanes, Turn};
 use slipmap_model::point::ScaledGroups;
 
 /// Numbers of equal steps per turn, coarse to fine. The lanes of a vector share their angles, so their sines
@@ -28,9 +28,6 @@ const STEPS_PER_POLE: f64 = 8.0;
 /// A turn that leaves the domain of the polar form on a rung below this one is repeated on it: coarse steps
 /// may leave a domain in which the orbit itself stays.
 const RETRY_RUNG: usize = 4;
-
-/// [`LANES`] orbits of Stribeck's law.
-type Lanes = super::polar::Lanes<InverseSquare>;
 
 /// Angles at the stages of every step of a rung.
 fn angles(rung: usize) -> &'static [[Angle; STAGES]] {
@@ -135,7 +132,7 @@ pub(super) fn turns(groups: &[ScaledGroups], tolerance: f64) -> Vec<Turn> {
     }
     for rung in 0..LADDER.len() {
         for orbits in std::mem::take(&mut waiting[rung]).chunks(LANES) {
-            let lanes = Lanes::new(|lane| Divergence::from(&groups[orbits[lane.min(orbits.len() - 1)]]));
+            let lanes = Lanes::new(|lane| groups[orbits[lane.min(orbits.len() - 1)]]);
             let lap = arch.dispatch(Dispatched { lanes: &lanes, angles: angles(rung) });
             for (lane, &orbit) in orbits.iter().enumerate() {
                 let rung_cost = (STAGES * LADDER[rung]) as u32;

@@ -196,21 +196,6 @@ impl volumes::Bound for LinearBound {
         let [one, two] = self.halves().map(|half| half.mean_cut([lo, hi]));
         Interval::of(0.5) * (one + two)
     }
-
-    fn share_above(&self, c: f64) -> Interval {
-        let range = self.range();
-        if range.lo > c {
-            return Interval::ONE;
-        }
-        if range.hi <= c {
-            return Interval::ZERO;
-        }
-        if self.depth == 0 {
-            return Interval::new(0.0, 1.0);
-        }
-        let [one, two] = self.halves().map(|half| half.share_above(c));
-        Interval::of(0.5) * (one + two)
-    }
 }
 
 #[cfg(test)]

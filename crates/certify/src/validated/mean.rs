@@ -1,11 +1,9 @@
-//! Means over a part of the parameter box: of a damping clamped to an interval, and of the indicator that it
-//! exceeds a level.
+//! Means over a part of the parameter box of a damping clamped to an interval.
 //!
 //! With an affine function u + sum_i g_i xi_i, xi uniform in [-1, 1]^d, integrating d times gives
 //!
 //! ```text
-//! mean of (u + sum g_i xi_i)_+  =  sum over s in {-1, 1}^d of (prod s_i) (u + sum s_i g_i)_+^(d+1) / ((d+1)! 2^d prod g_i)
-//! share of u + sum g_i xi_i > 0 =  sum over s of (prod s_i) (u + sum s_i g_i)_+^d / (d! 2^d prod g_i),
+//! mean of (u + sum g_i xi_i)_+  =  sum over s in {-1, 1}^d of (prod s_i) (u + sum s_i g_i)_+^(d+1) / ((d+1)! 2^d prod g_i),
 //! ```
 //!
 //! where x_+ = max(x, 0) and d >= 1. Small g_i would cancel all digits, so they are left out. Since x_+ is
@@ -23,8 +21,7 @@ const SMALL: f64 = 1.0 / 64.0;
 /// The slopes of an affine function sorted by size, without the small ones.
 struct Slopes {
     kept: Vec<f64>,
-    /// Sum and sum of squares of the omitted slopes, rounded up.
-    rest: f64,
+    /// Sum of squares of the omitted slopes, rounded up.
     rest_squares: f64,
     /// Sum of all slopes, rounded up.
     sum: f64,
@@ -35,20 +32,16 @@ impl Slopes {
         let largest = sizes.into_iter().fold(0.0, f64::max);
         let (kept, small): (Vec<f64>, Vec<f64>) =
             sizes.into_iter().filter(|&g| g > 0.0).partition(|&g| g >= SMALL * largest);
-        let sum = |terms: &mut dyn Iterator<Item = f64>| {
-            terms.fold(Interval::ZERO, |sum, g| sum + Interval::of(g)).hi
-        };
         Self {
-            rest: sum(&mut small.iter().copied()),
             rest_squares: small.iter().fold(Interval::ZERO, |sum, &g| sum + Interval::of(g).square()).hi,
-            sum: sum(&mut sizes.into_iter()),
+            sum: sizes.into_iter().fold(Interval::ZERO, |sum, g| sum + Interval::of(g)).hi,
             kept,
         }
     }
 
-    /// Sum over the corners of the signs times the `power`-th power of the positive part, divided by power!
-    /// 2^d prod g.
-    fn corners(&self, u: f64, power: usize) -> Interval {
+    /// Sum over the corners of the signs times the power d + 1 of the positive part, divided by (d + 1)! 2^d prod g.
+    fn corners(&self, u: f64) -> Interval {
+        let power = self.kept.len() + 1;
         let mut sum = Interval::ZERO;
         for corner in 0..1_usize << self.kept.len() {
             let mut x = Interval::of(u);
@@ -73,31 +66,11 @@ impl Slopes {
             return mean;
         }
         let Some(widest) = self.kept.iter().copied().reduce(f64::max) else { return mean };
-        let power = self.kept.len() + 1;
         let more = Interval::of(self.rest_squares).over(Interval::of(12.0) * Interval::of(widest));
-        let (least, most) = (self.corners(u.lo, power), self.corners(u.hi, power) + Interval::of(more.hi));
+        let (least, most) = (self.corners(u.lo), self.corners(u.hi) + Interval::of(more.hi));
         // The result is at most the largest value.
         let top = (Interval::of(u.hi) + Interval::of(self.sum)).at_least_zero();
         Interval::new(least.lo.max(mean.lo), most.hi.min(top.hi))
-    }
-
-    /// The share of the part where the function is positive.
-    fn positive_share(&self, u: Interval) -> Interval {
-        let rest = Interval::new(-self.rest, self.rest);
-        let u = u + rest;
-        let kept = self.kept.iter().fold(Interval::ZERO, |sum, &g| sum + Interval::of(g)).hi;
-        if u.lo >= kept {
-            return Interval::ONE;
-        }
-        if !(u.hi > -kept) {
-            return Interval::ZERO;
-        }
-        if self.kept.is_empty() {
-            return Interval::new(0.0, 1.0);
-        }
-        let power = self.kept.len();
-        let (least, most) = (self.corners(u.lo, power), self.corners(u.hi, power));
-        Interval::new(least.lo.clamp(0.0, 1.0), most.hi.clamp(0.0, 1.0))
     }
 }
 
@@ -144,26 +117,17 @@ pub(super) fn mean_cut(f: &Expansion, error: Interval, range: Interval, [lo, hi]
     Interval::new(mean.lo.clamp(least, most), mean.hi.clamp(least, most))
 }
 
-/// The share of the part in which f + e > `level`, where e is any number within `error`.
-pub(super) fn share_above(f: &Expansion, error: Interval, level: f64) -> Interval {
-    let (u, slopes) = affine(f, f.remainder() + error - Interval::of(level));
-    if !(u.lo.is_finite() && u.hi.is_finite()) {
-        return Interval::new(0.0, 1.0);
-    }
-    slopes.positive_share(u)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// Means over a mesh of `n` midpoints per axis.
-    fn by_mesh(u: f64, g: &[f64], n: usize, value: impl Fn(f64) -> f64) -> f64 {
+    /// The mean of the positive part over a mesh of `n` midpoints per axis.
+    fn by_mesh(u: f64, g: &[f64], n: usize) -> f64 {
         let all = n.pow(g.len() as u32);
         let sum: f64 = (0..all)
             .map(|i| {
                 let at = |axis: usize| (2 * (i / n.pow(axis as u32) % n) + 1) as f64 / n as f64 - 1.0;
-                value(u + g.iter().enumerate().map(|(axis, g)| g * at(axis)).sum::<f64>())
+                (u + g.iter().enumerate().map(|(axis, g)| g * at(axis)).sum::<f64>()).max(0.0)
             })
             .sum();
         sum / all as f64
@@ -179,22 +143,13 @@ mod tests {
             let slopes = slopes(g);
             for u in [-1.4, -0.7, -0.1, 0.0, 0.3, 0.9] {
                 let n = if g.len() < 3 { 1000 } else { 40 };
-                // The midpoint rule errs by h^2 g^2 times a density of at most 1 / (2 g), the share by a few
-                // cells.
+                // The midpoint rule errs by h^2 g^2 times a density of at most 1 / (2 g).
                 let slack = 2.0 * g.iter().map(|g| g * g).sum::<f64>() / (n * n) as f64;
                 let found = slopes.positive_part(Interval::of(u));
-                let mean = by_mesh(u, g, n, |x| x.max(0.0));
+                let mean = by_mesh(u, g, n);
                 assert!(found.lo <= mean + slack && mean - slack <= found.hi, "{g:?} {u}: {found:?} {mean}");
                 // Omitted terms widen it, by their variance over four times the largest term.
                 assert!(found.hi - found.lo < 2e-4, "{g:?} {u}: {found:?}");
-                let found = slopes.positive_share(Interval::of(u));
-                let share = by_mesh(u, g, n, |x| f64::from(u8::from(x > 0.0)));
-                let slack = 3.0 / n as f64;
-                assert!(
-                    found.lo <= share + slack && share - slack <= found.hi,
-                    "{g:?} {u}: {found:?} {share}"
-                );
-                assert!(found.hi - found.lo < 0.1, "{g:?} {u}: {found:?}");
             }
         }
     }
@@ -204,7 +159,5 @@ mod tests {
         let none = slopes(&[]);
         assert_eq!(none.positive_part(Interval::of(0.5)), Interval::of(0.5));
         assert_eq!(none.positive_part(Interval::of(-0.5)), Interval::ZERO);
-        assert_eq!(none.positive_share(Interval::of(0.5)), Interval::ONE);
-        assert_eq!(none.positive_share(Interval::of(-0.5)), Interval::ZERO);
     }
 }

@@ -56,10 +56,7 @@ impl Surface {
     /// Tries proofs in order of decreasing weight, until `budget` proofs have been tried in all or no piece
     /// weighs more than `enough`. A step tries the heaviest piece itself if it is untried, else its halves.
     /// The weight of a piece is the width of its enclosure times its `share` in the caller's measure. Stops
-    /// early where `go_on` returns false.
-    ///
-    /// The next pieces are proved ahead, so that all threads of the current pool are busy. The result does not
-    /// depend on their number: a piece is replaced only when it is the heaviest.
+    /// early where `go_on` returns false. The result does not depend on the number of threads.
     pub fn refine(
         &mut self,
         budget: usize,
@@ -67,59 +64,24 @@ impl Surface {
         share: &dyn Fn(&GroupBox) -> f64,
         go_on: &dyn Fn() -> bool,
     ) {
-        let mut ahead: Vec<Replacement> = Vec::new();
         while self.tried < budget && go_on() {
-            let Some(worst) = self.by_weight(enough).next() else { return };
-            let domain = self.pieces[worst].domain;
-            if !ahead.iter().any(|replacement| replacement.of == domain) {
-                let threads = rayon::current_num_threads();
-                ahead.extend(prove(self.next(budget - self.tried, enough, share, threads, &ahead)));
-            }
-            let Some(found) = ahead.iter().position(|replacement| replacement.of == domain) else { return };
-            let parts = ahead.swap_remove(found).by;
-            self.tried += parts.iter().filter(|part| part.state != State::Untried).count();
-            self.pieces.swap_remove(worst);
-            self.pieces.extend(parts);
-        }
-    }
-
-    /// The pieces that weigh more than `enough`, heaviest first.
-    fn by_weight(&self, enough: f64) -> impl Iterator<Item = usize> {
-        let heavy = self.pieces.iter().enumerate().filter(|(_, piece)| piece.weight > enough);
-        let mut heavy: Vec<(usize, f64)> = heavy.map(|(i, piece)| (i, piece.weight)).collect();
-        heavy.sort_by(|(i, one), (j, two)| two.total_cmp(one).then(i.cmp(j)));
-        heavy.into_iter().map(|(i, _)| i)
-    }
-
-    /// The heaviest pieces, and the boxes with their shares that replace them: two proofs for each thread as
-    /// far as the budget goes, and at least one piece.
-    fn next(
-        &self,
-        left: usize,
-        enough: f64,
-        share: &dyn Fn(&GroupBox) -> f64,
-        threads: usize,
-        ahead: &[Replacement],
-    ) -> Vec<(GroupBox, Vec<(GroupBox, f64)>)> {
-        let most = if threads > 1 { left.min(2 * threads) } else { 1 };
-        let (mut next, mut proofs) = (Vec::new(), 0);
-        for piece in self.by_weight(enough).map(|i| &self.pieces[i]) {
-            if proofs >= most {
-                break;
-            }
-            if ahead.iter().any(|replacement| replacement.of == piece.domain) {
-                continue;
-            }
-            let domains = match &piece.state {
-                State::Untried => vec![piece.domain],
-                State::Failed => piece.domain.halves(widest_axis(&piece.domain)).to_vec(),
-                State::Proved(tile) => piece.domain.halves(tile.roughest_axis()).to_vec(),
+            let heavy = self.pieces.iter().enumerate().filter(|(_, piece)| piece.weight > enough);
+            let by_weight = |(i, one): &(usize, &Piece), (j, two): &(usize, &Piece)| {
+                one.weight.total_cmp(&two.weight).then(j.cmp(i))
+            };
+            let Some((worst, _)) = heavy.max_by(by_weight) else { return };
+            let Piece { domain, state, .. } = self.pieces.swap_remove(worst);
+            let domains = match state {
+                State::Untried => vec![domain],
+                State::Failed => domain.halves(widest_axis(&domain)).to_vec(),
+                State::Proved(tile) => domain.halves(tile.roughest_axis()).to_vec(),
             };
             let parts: Vec<(GroupBox, f64)> = domains.into_iter().map(|part| (part, share(&part))).collect();
-            proofs += parts.iter().filter(|(_, share)| *share > 0.0).count();
-            next.push((piece.domain, parts));
+            self.tried += parts.iter().filter(|(_, share)| *share > 0.0).count();
+            let parts: Vec<Piece> =
+                parts.into_par_iter().map(|(domain, share)| Piece::new(domain, share)).collect();
+            self.pieces.extend(parts);
         }
-        next
     }
 
     pub(crate) fn tiles(&self) -> impl Iterator<Item = &Tile> {
@@ -142,38 +104,13 @@ impl Surface {
             State::Untried | State::Failed => Enclosure::EvenPart(piece.width),
         })
     }
-
-    /// Enclosure of C* at one point of the box; the whole line outside.
-    #[cfg(test)]
-    pub(super) fn critical(&self, groups: &Groups) -> Interval {
-        let at = GroupBox::around(groups);
-        let met = self.pieces.iter().filter(|piece| piece.domain.meets(&at));
-        let even = even_part_bounds(groups);
-        met.map(|piece| match &piece.state {
-            State::Proved(tile) => tile.critical(groups).intersection(even),
-            State::Untried | State::Failed => even,
-        })
-        .reduce(Interval::hull)
-        .unwrap_or(Interval::ENTIRE)
-    }
 }
 
-/// The pieces `by` which the piece over the box `of` is to be replaced.
-struct Replacement {
-    of: GroupBox,
-    by: Vec<Piece>,
-}
-
-/// Tries a proof of each of the boxes whose share is not zero.
-fn prove(next: Vec<(GroupBox, Vec<(GroupBox, f64)>)>) -> Vec<Replacement> {
-    let wanted = next.iter().flat_map(|(_, parts)| parts).filter(|(_, share)| *share > 0.0);
-    let wanted: Vec<GroupBox> = wanted.map(|(part, _)| *part).collect();
-    let proofs: Vec<Option<Tile>> = wanted.into_par_iter().map(Tile::prove).collect();
-    let mut proofs = proofs.into_iter();
-    let mut piece = |(domain, share): (GroupBox, f64)| {
+impl Piece {
+    /// The piece over a box with its proof, which is tried unless its share is zero.
+    fn new(domain: GroupBox, share: f64) -> Self {
         let even = even_part_width(&domain);
-        let tried = (share > 0.0).then(|| proofs.next().flatten());
-        let (state, width) = match tried {
+        let (state, width) = match (share > 0.0).then(|| Tile::prove(domain)) {
             None => (State::Untried, even),
             Some(None) => (State::Failed, even),
             Some(Some(tile)) => {
@@ -181,11 +118,8 @@ fn prove(next: Vec<(GroupBox, Vec<(GroupBox, f64)>)>) -> Vec<Replacement> {
                 (State::Proved(Box::new(tile)), width)
             }
         };
-        Piece { domain, state, width, weight: width * share }
-    };
-    next.into_iter()
-        .map(|(of, parts)| Replacement { of, by: parts.into_iter().map(&mut piece).collect() })
-        .collect()
+        Self { domain, state, width, weight: width * share }
+    }
 }
 
 /// Bound on the distance between the bounds by the even part of the divergence, anywhere in the box: the
@@ -220,7 +154,5 @@ mod tests {
         let alone = refined(1, 9);
         assert_eq!(alone.tried, 9);
         assert_eq!(alone, refined(3, 9));
-        let ahead = |threads: usize| alone.next(100, 0.0, &share, threads, &[]).len();
-        assert!(ahead(1) == 1 && ahead(8) > 1, "eight threads get more than one piece at a time");
     }
 }

@@ -7,6 +7,9 @@ use slipmap_numbers::interval::Interval;
 
 /// Number of bisections: the damping from which the landing is proved is located to 2^-6 of the range of c.
 const HALVINGS: u32 = 6;
+/// Width of the range that stands for a single damping, in units of it or of 0.01, whichever is greater: thin against the
+/// range of c* over a part, and wide against the rounding of the two means whose difference is divided by it.
+const THIN: f64 = 1e-4;
 
 /// Shares of the box's volume, each with its proved bound.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -40,8 +43,6 @@ impl Volumes {
 pub(super) trait Bound {
     /// The mean over the part of the bound cut off at both ends of a range.
     fn mean_cut(&self, range: [f64; 2]) -> Interval;
-    /// The share of the part in which the bound is above `c`.
-    fn share_above(&self, c: f64) -> Interval;
 }
 
 /// Lower bounds of the volumes proved present and absent in a part that is `share` of the whole, where the
@@ -52,16 +53,16 @@ pub(super) fn decided<B: Bound>(
     from: Option<f64>,
     [least, most]: [&B; 2],
 ) -> [f64; 2] {
-    let [c_lo, c_hi] = damping.map(Interval::of);
-    let of_part = if damping[0] == damping[1] {
-        // Where the upper bound equals c there may be a cycle; that set has no volume.
-        let present = from.map_or(Interval::ZERO, |_| least.share_above(damping[0]));
-        [present, Interval::ONE - most.share_above(damping[0])]
-    } else {
-        let above = |from: f64| least.mean_cut([from, damping[1]]) - Interval::of(from);
-        let present = from.map_or(Interval::ZERO, |from| above(from).over(c_hi - c_lo));
-        [present, (c_hi - most.mean_cut(damping)).over(c_hi - c_lo)]
+    // A cycle exists below c* and none above: the shares at a single damping are at least their means over dampings
+    // above it, and below it.
+    let thin = |side: f64| if damping[0] == damping[1] { side * THIN * damping[0].max(0.01) } else { 0.0 };
+    let above = |from: f64| {
+        let to = damping[1] + thin(1.0);
+        (least.mean_cut([from, to]) - Interval::of(from)).over(Interval::of(to) - Interval::of(damping[0]))
     };
+    let [lo, hi] = [damping[0] + thin(-1.0), damping[1]];
+    let absent = (Interval::of(hi) - most.mean_cut([lo, hi])).over(Interval::of(hi) - Interval::of(lo));
+    let of_part = [from.map_or(Interval::ZERO, above), absent];
     of_part.map(|of_part| (of_part * share).lo.max(0.0))
 }
 

@@ -19,7 +19,6 @@ use slipmap_simulate::{
     flow,
     margins::{Margins, margins},
     return_map::{flow_after_turn, is_resolved},
-    surface,
 };
 
 named_sums! {
@@ -29,8 +28,6 @@ named_sums! {
     pub struct Paths of u64 {
         /// Columns decided whole by the certificate `symmetric`, never simulated.
         pub(crate) certificate,
-        /// By comparison with the column's critical damping, read off the universal surface.
-        pub(crate) universal_surface,
         /// By comparison with a critical damping interpolated between columns of the same tile.
         pub interpolation,
         /// By comparison with the column's critical damping, solved for.
@@ -116,27 +113,20 @@ pub(super) fn simulate(
         }
     }
     if want_critical {
-        complete_critical(columns, engine, tolerance, &mut done);
+        complete_critical(columns, tolerance, &mut done);
     }
     done
 }
 
 /// Computes the critical dampings that were not needed to label the cells.
-fn complete_critical(columns: &Columns, engine: Engine, tolerance: f64, done: &mut Simulated) {
+fn complete_critical(columns: &Columns, tolerance: f64, done: &mut Simulated) {
     let mut numbers = Vec::new();
-    for (number, (column, critical)) in columns.iter().zip(&mut done.critical).enumerate() {
+    for (number, critical) in done.critical.iter().enumerate() {
         // Where the certificate excludes a cycle at every c >= 0 there is no critical damping.
         if critical.is_some() || columns.symmetric(number).absent_above < 0.0 {
             continue;
         }
-        if engine == Engine::Auto {
-            // The tolerance is relative to the size of the divergence.
-            let enough = tolerance * column.curve.weakening(0.0) / column.epsilon;
-            *critical = surface::critical_damping(column).filter(|found| found.error <= enough);
-        }
-        if critical.is_none() {
-            numbers.push(number);
-        }
+        numbers.push(number);
     }
     let searched: Vec<Column> = numbers.iter().map(|&number| columns[number].clone()).collect();
     for (number, found) in numbers.into_iter().zip(critical_dampings(&searched, tolerance)) {
@@ -208,14 +198,12 @@ enum Path {
     Interpolated(Vec<End>),
     /// By the certificate `symmetric`, which decides every cell.
     Certificate(Claim),
-    /// By the critical damping from the universal surface: every cell is farther from it than its error.
-    Surface(Claim, CriticalDamping),
     /// By a root search for the column's critical damping.
     Root(Claim),
 }
 
-/// Labels whole columns: by interpolation where it decides every cell; for `auto` by certificate or by the
-/// universal surface where one of them does; else by comparison with one root per column. A root's error is
+/// Labels whole columns: by interpolation where it decides every cell; for `auto` by certificate where that
+/// does; else by comparison with one root per column. A root's error is
 /// about the first of the `tolerances`, or the second where a cell lies within the first error.
 fn by_column(
     columns: &Columns,
@@ -232,16 +220,10 @@ fn by_column(
             return Path::Interpolated(ends);
         }
         let claim = columns.symmetric(number);
-        if engine != Engine::Auto {
-            return Path::Root(claim);
-        }
-        if cs.iter().all(|&c| claim.decide(c) != Decision::Undecided) {
-            return Path::Certificate(claim);
-        }
-        let clear = |known: &CriticalDamping| cs.iter().all(|&c| (c - known.c).abs() > known.error);
-        match surface::critical_damping(column).filter(clear) {
-            Some(critical) => Path::Surface(claim, critical),
-            None => Path::Root(claim),
+        let is_decided = || cs.iter().all(|&c| claim.decide(c) != Decision::Undecided);
+        match engine == Engine::Auto && is_decided() {
+            true => Path::Certificate(claim),
+            false => Path::Root(claim),
         }
     };
     let paths: Vec<Path> = columns.iter().enumerate().map(path).collect();
@@ -260,9 +242,6 @@ fn by_column(
                     Decision::Present => End::Sticks,
                     Decision::Absent | Decision::Undecided => End::Inward,
                 }));
-            }
-            Path::Surface(claim, critical) => {
-                done.paths.universal_surface += column_by_root(column, cs, &claim, critical, tolerance, done);
             }
             Path::Root(claim) => match roots.next() {
                 Some(Ok(critical)) => {

@@ -6,9 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use super::built_in::ClosedForm;
 use super::exponential::ExponentialFall;
 use super::form::Form;
-use super::{
-    FirstOrder, Gradient, Lorentzian, NoFirstOrder, Range, Stribeck, Table, Weakening, mean, weakening,
-};
+use super::{FirstOrder, Gradient, NoFirstOrder, Range, Stribeck, Table, Weakening, mean, weakening};
 use crate::point::LawParameters;
 use slipmap_numbers::interval::Interval;
 use slipmap_numbers::jet::{Jet, Real};
@@ -581,14 +579,6 @@ impl Curve {
     pub fn stribeck(&self) -> Option<&Stribeck> {
         match &self.form {
             Form::Stribeck(law) if self.drop == 0.0 => Some(law),
-            _ => None,
-        }
-    }
-
-    /// The Lorentzian law without a drop, for vectorised engines; `None` for other laws.
-    pub fn lorentzian(&self) -> Option<&Lorentzian> {
-        match &self.form {
-            Form::Lorentzian(law) if self.drop == 0.0 => Some(law),
             _ => None,
         }
     }

@@ -33,9 +33,8 @@ pub fn cost(map: &MapFile) -> Table {
         .collect();
     if !paths.is_empty() {
         let text = format!(
-            "Cells that the simulation decided by each of its paths: {}. Certificate: a theorem. Universal surface, critical \
-             surface, interpolation: the critical damping of the column, from a table over three scaled numbers, from its \
-             own search, or interpolated between columns. Order: between two cells of equal fate. Return map, direct: \
+            "Cells that the simulation decided by each of its paths: {}. Certificate: a theorem. Critical surface, \
+             interpolation: the critical damping of the column, from its own search, or interpolated between columns. Order: between two cells of equal fate. Return map, direct: \
              an orbit.",
             paths.join(", ")
         );
@@ -46,7 +45,7 @@ pub fn cost(map: &MapFile) -> Table {
             / cells as f64
     };
     let theorem = by(&["certificate"]);
-    let compared = by(&["universal_surface", "interpolation", "critical_surface", "order"]);
+    let compared = by(&["interpolation", "critical_surface", "order"]);
     if theorem + compared > 0.0 {
         notes.push(rich(&format!(
             "What the simulation owes to theorems: {theorem:.1} % of its verdicts are those of `symmetric`, so that to agree \

@@ -159,7 +159,7 @@ impl<'a> Solver<'a> {
 
     /// Whether orbits are computed with their slopes.
     pub(super) fn knows_slopes(&self) -> bool {
-        self.curve.stribeck().is_none() && self.curve.lorentzian().is_none()
+        self.curve.stribeck().is_none()
     }
 
     /// The equilibrium, as the orbit of amplitude 0.

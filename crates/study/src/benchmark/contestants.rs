@@ -9,7 +9,6 @@ use slipmap_numbers::named;
 use slipmap_simulate::critical::critical_dampings;
 use slipmap_simulate::naive::{NaiveKnobs, NaiveMethod};
 use slipmap_simulate::return_map::{Turn, turns};
-use slipmap_simulate::surface;
 
 use super::cells::Cell;
 
@@ -92,11 +91,6 @@ pub(super) fn closed_form(test: &Test, cell: &Cell) -> Answer {
     Answer { verdict, margin: None, critical: Some(claim.present_below) }
 }
 
-fn universal_surface(cell: &Cell, _: f64) -> Answer {
-    let critical = surface::critical_damping(&cell.column).map(|found| (found.c, found.error));
-    compare(cell.point.damping, critical)
-}
-
 fn critical_surface(cells: &[Cell], tolerance: f64) -> Vec<Answer> {
     let columns: Vec<Column> = cells.iter().map(|cell| cell.column.clone()).collect();
     let roots = critical_dampings(&columns, tolerance).into_iter().zip(cells);
@@ -158,8 +152,6 @@ pub fn contestants() -> Vec<Contestant> {
         fixed(test.name, Kind::ClosedForm, Solver::Test(test), Output::CriticalDampings)
     };
     let mut all: Vec<Contestant> = TESTS.iter().map(test).collect();
-    let table = Solver::Each(universal_surface);
-    all.push(fixed("universal_surface", Kind::Engine, table, Output::CriticalDampings));
     let engines = [
         ("critical_surface", Solver::Batch(critical_surface), Output::CriticalDampings),
         ("return_map", Solver::Batch(return_map), Output::Margins),
