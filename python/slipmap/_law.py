@@ -630,7 +630,7 @@ def _header(name: str, quantity: str, column: Any) -> str:
         return name
     for motion in ("translation", "rotation"):
         try:
-            size = _core.Law.built_in("stribeck").number_of(f"1 {found[1]}", quantity, motion, False)
+            size = _core.Law.built_in("stribeck").number_of(f"1 {found[1]}", quantity, motion, False)[0]
         except ValueError:
             continue
         if size != 1.0:

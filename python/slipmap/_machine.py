@@ -75,6 +75,10 @@ _OF_ALL = (
 )
 
 
+# The laws whose parameters follow from the coefficients, by their names.
+_NAMED = {law.__name__: law for law in (Law.stribeck, Law.exponential, Law.lorentzian, Law.coulomb)}
+
+
 class Machine:
     """A mass on a spring, pressed onto a moving belt, in SI units.
 
@@ -93,9 +97,10 @@ class Machine:
     normal_force : float or quantity, optional
         N in newton; times its lever arm, N m, of a rotation, but N with a ``radius``, m, at which it presses. In place of it
         ``pressure``, Pa, and ``area``, m^2. Left out where `friction` is the force itself.
-    friction : Law, optional
+    friction : Law or str, optional
         mu as a function of the slip speed in m/s (rad/s): one of the laws ``Law.stribeck()`` (the default),
-        ``Law.exponential()``, ``Law.lorentzian()`` and ``Law.coulomb()``, whose coefficients are then among the quantities;
+        ``Law.exponential()``, ``Law.lorentzian()`` and ``Law.coulomb()``, also by their names, ``"coulomb"``, whose coefficients
+        are then among the quantities;
         a formula, ``Law.expression("0.3 + 0.1*exp(-u/0.05)")``; measurements, ``Law.table(u, mu)`` or ``Law.from_csv(..)``;
         or the law of a fit, ``Law.fit(..).law``, whose values are quantities with correlated errors.
     motion : {"translation", "rotation"}
@@ -143,7 +148,7 @@ class Machine:
         stiffness: Given | None = None,
         damping: Given | None = None,
         normal_force: Given | None = None,
-        friction: Law | None = None,
+        friction: Law | str | None = None,
         motion: str = "translation",
         **quantities: Given,
     ):
@@ -155,14 +160,23 @@ class Machine:
             "belt_speed": belt_speed,
             **quantities,
         }
-        self._set(Law.stribeck() if friction is None else friction, motion, given, {}, {})
+        self._set(Law.stribeck() if friction is None else friction, motion, given, {}, {}, {})
 
     def _set(
-        self, law: Law, motion: str, given: Mapping[str, Any], values: dict[str, float], spreads: dict[str, list[float]]
+        self,
+        law: Law | str,
+        motion: str,
+        given: Mapping[str, Any],
+        values: dict[str, float],
+        spreads: dict[str, list[float]],
+        written: dict[str, tuple[str, float]],
     ) -> None:
-        """Makes the machine of these numbers and spreads, with what is given in their place."""
+        """Makes the machine of these numbers, spreads and units, with what is given in their place."""
+        if isinstance(law, str) and law in _NAMED:
+            law = _NAMED[law]()
         if not isinstance(law, Law):
-            raise TypeError(f"friction: a Law is needed, not {law!r:.60}: slipmap.Law.coulomb(), slipmap.Law.stribeck(), ..")
+            named = ", ".join(f"slipmap.Law.{name}()" for name in _NAMED)
+            raise TypeError(f"friction: a Law is needed, not {law!r:.60}: {named}, slipmap.Law.expression(..), ..")
         held = {name: value for name, value in law.parameters.items() if value is not None}
         if law._quantity == "force" and any(name in values or given.get(name) is not None for name in ("normal_force", "pressure")):
             raise ValueError(
@@ -186,12 +200,14 @@ class Machine:
                 values.pop(name, None)
                 continue
             values[name], spread = units.read(name, value)
+            written.pop(name, None)
+            written.update(units.written_of(name, value))
             if spread is not None:
                 spreads[name] = spread
             elif len(spreads.get(name, ())) == 2:
                 # A number in place of a range.
                 del spreads[name]
-        self._friction, self._core = law, _core.Machine(law._law, motion, values, list(spreads.items()))
+        self._friction, self._core = law, _core.Machine(law._law, motion, values, list(spreads.items()), written)
 
     @classmethod
     def from_toml(cls, config: str | os.PathLike[str], **changes: float | str) -> Machine:
@@ -211,12 +227,19 @@ class Machine:
         """
         core = _core.Machine.from_toml(os.path.expanduser(config), list(changes.items()))
         friction = Law(core.friction, {}, quantity="force" if core.holds_forces else None)
-        return cls._again(friction, core.motion, dict(core.quantities), dict(core.uncertain))
+        return cls._again(friction, core.motion, dict(core.quantities), dict(core.uncertain), core.written)
 
     @classmethod
-    def _again(cls, law: Law, motion: str, values: dict[str, float], spreads: dict[str, list[float]]) -> Machine:
+    def _again(
+        cls,
+        law: Law,
+        motion: str,
+        values: dict[str, float],
+        spreads: dict[str, list[float]],
+        written: dict[str, tuple[str, float]],
+    ) -> Machine:
         machine = cls.__new__(cls)
-        machine._set(law, motion, {}, values, spreads)
+        machine._set(law, motion, {}, values, spreads, written)
         return machine
 
     @property
@@ -347,6 +370,8 @@ class Machine:
     ) -> Page:
         """The engineer's page of the machine: limits of speed and damping, motion, kick, sensitivities, proofs and risk.
 
+        Quantities that were given with units are told in these.
+
         Parameters
         ----------
         title : str
@@ -380,7 +405,7 @@ class Machine:
             values = {name: value for name, value in values.items() if name in _OF_ALL}
             spreads = {name: spread for name, spread in spreads.items() if name in _OF_ALL}
         machine = Machine.__new__(Machine)
-        machine._set(law, motion, changes, values, spreads)
+        machine._set(law, motion, changes, values, spreads, self._core.written)
         return machine
 
     def _key(self) -> tuple[Any, ...]:
@@ -396,7 +421,8 @@ class Machine:
 
     def __reduce__(self) -> tuple[Any, ...]:
         core = self._core
-        return (functools.partial(Machine._again, self._friction, core.motion, dict(core.quantities), dict(core.uncertain)), ())
+        numbers = dict(core.quantities), dict(core.uncertain), core.written
+        return (functools.partial(Machine._again, self._friction, core.motion, *numbers), ())
 
     def __repr__(self) -> str:
         values = ", ".join(f"{name}={value!r}" for name, value in self.quantities.items())
@@ -445,7 +471,7 @@ class _Units:
     def magnitude(self, name: str, value: Any) -> Any:
         """Numbers in SI units; text with a unit is read, and quantities of pint are converted."""
         if isinstance(value, str):
-            return self._law.number_of(value, name, self._motion, self._at_radius)
+            return self._number(name, value)[0]
         unit = self.of(name)
         if unit is None or not isinstance(value, Quantity):
             return value
@@ -453,6 +479,17 @@ class _Units:
             return value.to(unit or "dimensionless").magnitude
         except Exception as error:
             raise ValueError(f"{name}: {error}") from None
+
+    def _number(self, name: str, text: str) -> tuple[float, str]:
+        return self._law.number_of(text, name, self._motion, self._at_radius)
+
+    def written_of(self, name: str, given: Any) -> dict[str, tuple[str, float]]:
+        """The unit of what is given as text, and its size in SI."""
+        value = next(iter(given.values()), None) if isinstance(given, Mapping) else given
+        if not isinstance(value, str):
+            return {}
+        unit = self._number(name, value)[1]
+        return {name: (unit, self._number(name, f"1 {unit}")[0])}
 
     def read(self, name: str, given: Any) -> tuple[float, list[float] | None]:
         """The number of a quantity in SI units, and its spread: a standard deviation, or both ends of a range."""

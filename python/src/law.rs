@@ -200,9 +200,18 @@ impl Law {
         Ok(Some(unit).filter(|_| is_known && !is_own))
     }
 
-    /// The number of such a quantity in SI units, of a text with its unit.
-    fn number_of(&self, text: &str, quantity: &str, motion: &str, at_radius: bool) -> PyResult<f64> {
-        let known = |unit| number_in(text, unit).map_err(|why| format!("{quantity}: {why}"));
+    /// The number of such a quantity in SI units, of a text with its unit, and that unit.
+    fn number_of(
+        &self,
+        text: &str,
+        quantity: &str,
+        motion: &str,
+        at_radius: bool,
+    ) -> PyResult<(f64, String)> {
+        let known = |si| match number_in(text, si) {
+            Ok((number, unit)) => Ok((number, unit.to_owned())),
+            Err(why) => Err(format!("{quantity}: {why}")),
+        };
         let unknown = || format!("{quantity} = {text:?}: write a number");
         let unit = self.unit_of(quantity, motion, at_radius)?;
         unit.ok_or_else(unknown).and_then(known).map_err(PyValueError::new_err)

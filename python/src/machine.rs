@@ -11,7 +11,7 @@ use slipmap::behaviour::behaviour;
 use slipmap::config::{check_names, load_machine};
 use slipmap::friction::{Column, Expression, Law as Family};
 use slipmap::machine::{self as engine, Coefficients, Friction, Model, NORMAL_FORCE};
-use slipmap::map::Method;
+use slipmap::map::{Method, Shown};
 use slipmap::probe::{Answer, MachineResult, Probe};
 use slipmap::risk::{NoRisk, Spread, Uncertain, is_uncertain, risk, uncertain_critical_damping};
 use slipmap::simulate::critical::{NoCriticalDamping, critical_dampings};
@@ -28,6 +28,8 @@ use crate::work::run;
 pub(crate) struct Machine {
     machine: engine::Machine,
     uncertain: Vec<Uncertain>,
+    /// The units in which its numbers were written.
+    written: Vec<(&'static str, Option<Shown>)>,
 }
 
 /// A number in SI units, or text with a unit, written as in a configuration.
@@ -91,6 +93,7 @@ impl Machine {
         motion: &str,
         quantities: HashMap<String, f64>,
         uncertain: Vec<(String, Numbers)>,
+        written: HashMap<String, (String, f64)>,
     ) -> PyResult<Self> {
         let motion = motion_of(motion)?;
         check_friction(&law.law)?;
@@ -133,7 +136,12 @@ impl Machine {
             Some((names.iter().copied().find(|known| known == name)?, spread_of(numbers)?))
         };
         let uncertain = uncertain.iter().filter_map(spread).collect();
-        let made = Self { machine, uncertain };
+        let written = names.into_iter().filter_map(|name| {
+            let (unit, size) = written.get(name)?.clone();
+            Some((name, Some(Shown { unit, size })))
+        });
+        let written = written.collect();
+        let made = Self { machine, uncertain, written };
         let Model { law, point, .. } = made.model()?;
         check_law(&law, &point).map_err(PyValueError::new_err)?;
         Ok(made)
@@ -150,7 +158,7 @@ impl Machine {
                 "{path}: {name} has {count} values; choose one, for example {name}={first}"
             )));
         }
-        Ok(Self { machine: job.machine, uncertain: job.uncertain })
+        Ok(Self { machine: job.machine, uncertain: job.uncertain, written: job.units })
     }
 
     #[getter]
@@ -167,14 +175,23 @@ impl Machine {
     /// Its numbers; the normal force only if it is known.
     #[getter]
     fn quantities(&self) -> Vec<(&'static str, f64)> {
-        let known = |name| name != NORMAL_FORCE || self.machine.normal_force_is_known;
-        self.machine.quantities().into_iter().filter(|(name, _)| known(*name)).collect()
+        self.machine.quantities()
     }
 
     /// Whether its friction is a force, since no normal force is known.
     #[getter]
     fn holds_forces(&self) -> bool {
         !self.machine.normal_force_is_known
+    }
+
+    /// The units in which its numbers were written, with their sizes in SI, as the constructor takes them.
+    #[getter]
+    fn written(&self) -> HashMap<&'static str, (String, f64)> {
+        let shown = |(name, shown): &(&'static str, Option<Shown>)| {
+            let Shown { unit, size } = shown.clone()?;
+            Some((*name, (unit, size)))
+        };
+        self.written.iter().filter_map(shown).collect()
     }
 
     /// The uncertain quantities, as the constructor takes them.
@@ -255,8 +272,13 @@ impl Machine {
                 Err(NoRisk::NoneFound) => None,
                 Err(why) => return Err(why.to_string()),
             };
-            let subject =
-                Subject { title, uncertain: &self.uncertain, units: &[], risk: risk.as_ref(), source };
+            let subject = Subject {
+                title,
+                uncertain: &self.uncertain,
+                units: &self.written,
+                risk: risk.as_ref(),
+                source,
+            };
             let html = MachinePage::html(&[MachinePage::new(&all, &subject)]);
             Ok((html, to_json(&all, risk.as_ref()).to_string()))
         })?;

@@ -169,8 +169,13 @@ def test_a_machine_takes_text_with_units_and_tells_what_is_none(tmp_path):
     ]:
         with pytest.raises(ValueError, match=words):
             machine.replace(**change)
-    with pytest.raises(TypeError, match=r"a Law is needed, not 'coulomb': slipmap\.Law\.coulomb\(\)"):
-        machine.replace(friction="coulomb")
+    # A law by its name, and the page in the units in which the numbers were given.
+    named = slipmap.Machine(**{**numbers, "friction": "coulomb"}, **given, kinetic_friction="0.3 -")
+    assert named == machine
+    page = pickle.loads(pickle.dumps(named)).page(draws=100).html
+    assert "50 mm/s" in page and "2000 g" in page and "may stick-slip below belt speed" in page and "0.05 m/s" not in page
+    with pytest.raises(TypeError, match=r"a Law is needed, not 'columb': slipmap\.Law\.stribeck\(\), "):
+        machine.replace(friction="columb")
     with pytest.raises(TypeError, match=r"also needs stribeck_velocity, or friction=Law\.coulomb\(\)"):
         slipmap.Machine(**PAD, static_friction=0.4, kinetic_friction=0.3)
     at = {"V": 1.0, "c": 0.1}

@@ -122,7 +122,7 @@ fn about_tables() -> String {
          critical_c_error, regime, {} and {last}. A cell is empty where there is no such number. Parameters that \
          are given as options are those of every row. Of a machine the header names any of its quantities, in SI \
          units or with a unit (belt_speed [rpm], damping, mass, ..; of what rotates inertia, too), and the answers are in SI \
-         units. To draw a plane of two quantities give them ranges in [machine], and call slipmap run and slipmap plot.",
+         units; of measured or fitted friction with critical_damping_standard_error and regimes_left_open_by_data. To draw a plane of two quantities give them ranges in [machine], and call slipmap run and slipmap plot.",
         others.join(", ")
     );
     let mut text = String::new();

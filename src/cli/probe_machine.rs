@@ -10,7 +10,7 @@ use slipmap_config::{MachineJob, load_machine};
 use slipmap_map::assessment::StandardErrors;
 use slipmap_map::behaviour::{Behaviour, Limit};
 use slipmap_map::machine::{Dimension, Friction, Machine, negative};
-use slipmap_map::map::Shown;
+use slipmap_map::map::{Regime, Shown};
 use slipmap_map::probe::regime_words;
 use slipmap_model::friction::{Law, Table as Measured};
 use slipmap_numbers::text::{rounded, with_error};
@@ -145,6 +145,10 @@ pub(super) fn write(
     let open = errors.map(|errors| errors.leave_open(machine.damping, behaviour.regime));
     let words = |regime| regime_words(regime).into();
     let regime = open.map_or_else(|| regime_words(behaviour.regime).to_owned(), |open| open.in_words(words));
+    let regime = match (behaviour.regime, slip) {
+        (Regime::Neutral, Some(_)) => format!("{regime}; the stick-slip cycle attracts"),
+        _ => regime,
+    };
     let does = [
         (speed.as_str(), quantity(Some(machine.belt_speed / of_velocity), &velocity)),
         (&critical_speed, limit(behaviour.critical_belt_speed.times(of_velocity.recip()), &velocity)),

@@ -17,10 +17,12 @@ use super::threads::not_started;
 use super::{Ended, Failure, interrupt, point, probe_machine};
 use slipmap_config::{MachineJob, PointTable};
 use slipmap_format::files::{folder_of, publish_file, temporary_in};
+use slipmap_map::assessment::StandardErrors;
 use slipmap_map::behaviour::growth_time;
-use slipmap_map::machine::{Dimension, Friction, INERTIA, Machine, Motion, SiUnits};
+use slipmap_map::machine::{Dimension, Friction, INERTIA, Machine, Motion};
 use slipmap_map::map::{self, Description, Method, Quantity, dimension, slip_cycle_count};
 use slipmap_map::probe::Answer;
+use slipmap_map::risk::Spread;
 use slipmap_model::friction::Law;
 use slipmap_model::point::Point;
 use slipmap_report::is_formula;
@@ -134,6 +136,13 @@ fn convert(
     writer.flush().map_err(|error| write_error(error.into()))
 }
 
+/// The machine of the rows, if its friction was measured or fitted, and so has errors of its own.
+fn with_errors<'a>(job: &'a Job) -> Option<&'a MachineJob> {
+    let About::Machine(of, _) = &job.about else { return None };
+    let is_fitted = of.uncertain.iter().any(|(_, spread)| matches!(spread, Spread::Joint { .. }));
+    (is_fitted || matches!(of.machine.friction, Friction::Measured(_))).then_some(of)
+}
+
 /// Names of the appended columns; for a machine with their units.
 fn answer_columns(job: &Job) -> Vec<String> {
     let unit = |name: &str| match (&job.about, dimension::of_variable(name)) {
@@ -153,6 +162,11 @@ fn answer_columns(job: &Job) -> Vec<String> {
         }
     };
     names.extend(critical);
+    if let Some(of) = with_errors(job) {
+        let unit = of.machine.motion.unit(Dimension::Damping);
+        names.push(format!("critical_damping_standard_error [{unit}]"));
+        names.push("regimes_left_open_by_data".to_owned());
+    }
     names.push("regime".to_owned());
     names.extend(Quantity::of_orbits().map(|quantity| unit(quantity.name())));
     if job.epsilon_limits {
@@ -173,12 +187,12 @@ fn check_header(table: &PointTable, job: &Job) -> Result<(), Failure> {
     }
 }
 
-/// The oscillator of a row, and its units for a machine.
+/// The oscillator of a row, and the machine if it is one's.
 fn oscillator(
     table: &PointTable,
     row: &ByteRecord,
     about: &About,
-) -> Result<(Law, Point, Option<SiUnits>), Failure> {
+) -> Result<(Law, Point, Option<Machine>), Failure> {
     let at = |problem: String| Failure::BadInput(format!("{}: {problem}", table.place(row)));
     match about {
         About::Law(law) => {
@@ -209,7 +223,7 @@ fn oscillator(
             }
             let leaves = || at("the friction leaves the numbers\n  help: check the units".into());
             let model = machine.model().ok_or_else(leaves)?;
-            Ok((model.law, model.point, Some(model.si)))
+            Ok((model.law, model.point, Some(machine)))
         }
     }
 }
@@ -226,7 +240,8 @@ fn without_formulas(row: &ByteRecord) -> ByteRecord {
 }
 
 fn answer(table: &PointTable, row: &ByteRecord, job: &Job) -> Result<ByteRecord, Failure> {
-    let (law, point, si) = oscillator(table, row, &job.about)?;
+    let (law, point, machine) = oscillator(table, row, &job.about)?;
+    let si = machine.as_ref().map(Machine::si);
     let mut row = without_formulas(row);
     let answer = Answer::of(&law, &point, job.tolerance, job.methods.iter().copied());
     let number = |x: f64| if x.is_nan() { String::new() } else { exact(x) };
@@ -246,6 +261,13 @@ fn answer(table: &PointTable, row: &ByteRecord, job: &Job) -> Result<ByteRecord,
     let error = scaled(simulation.and_then(|of| of.critical_c_error));
     row.push_field(number(critical).as_bytes());
     row.push_field(if error.is_nan() { String::new() } else { short(error) }.as_bytes());
+    if let (Some(of), Some(machine)) = (with_errors(job), &machine) {
+        let errors = StandardErrors::of_dampings(machine, &of.uncertain);
+        let critical = errors.and_then(|errors| errors.critical_damping);
+        row.push_field(critical.map_or_else(String::new, |of| short(of.standard_error)).as_bytes());
+        let open = errors.map(|errors| errors.leave_open(machine.damping, answer.regime).names().join(" "));
+        row.push_field(open.unwrap_or_default().as_bytes());
+    }
     row.push_field(answer.regime.name().as_bytes());
     let described = Description {
         landing: answer.landing(),

@@ -1,8 +1,9 @@
 //! Machines: boundaries that are known in closed form over their own quantities.
 
-use slipmap::friction::Law;
-use slipmap::machine::{Machine, Motion};
+use slipmap::friction::{Expression, Law, Range};
+use slipmap::machine::{Machine, Model, Motion};
 use slipmap::map::{Grid, Plane, PlaneCurves};
+use slipmap::probe::Answer;
 use slipmap::simulate::bifurcation::Bifurcation;
 
 /// 2 kg on 800 N/m, so that sqrt(k m) = 40 N s/m, with friction from 0.4 to 0.3.
@@ -56,5 +57,30 @@ fn the_boundary_of_two_coefficients_is_a_straight_line_in_the_normal_force() {
         for [force, speed] in points {
             assert!((speed / (slope * force) - 1.0).abs() < 1e-9, "{force} {speed}");
         }
+    }
+}
+
+/// The mass under the bow of S. Bilbao, *Numerical Sound Synthesis* (2009), with friction at rest added, which its law lacks:
+/// velocity amplitudes in m/s as they are published, and as SciPy integrates friction that rises to rest within 1 mm/s.
+#[test]
+fn a_bowed_mass_has_its_published_amplitudes() {
+    for (added, published, integrated) in
+        [("0.1", 0.3332, 0.333_385), ("0.01", 0.3395, 0.339_624), ("0.001", 0.3402, 0.340_400)]
+    {
+        let law = Expression::new(&format!("200^0.5*u*exp(-100*u^2 + 0.5) + {added}"), 1.0).unwrap();
+        let numbers = [
+            ("mass", 1e-3),
+            ("stiffness", 1e3),
+            ("normal_force", 0.5),
+            ("belt_speed", 0.1),
+            ("damping", 0.0),
+        ];
+        let value = |name: &str| numbers.iter().find(|(known, _)| *known == name).map(|(_, value)| *value);
+        let machine = Machine::new(Motion::Translation, &Law::Expression(law), value).unwrap();
+        let Model { law, point, si } = machine.model().unwrap();
+        let Range { lo, hi } = Answer::of(&law, &point, 1e-9, std::iter::empty()).cycle.unwrap().velocity;
+        let amplitude = 0.5 * (hi - lo) * si.units.velocity;
+        assert!((amplitude / published - 1.0).abs() < 1e-3, "{amplitude} {published}");
+        assert!((amplitude / integrated - 1.0).abs() < 5e-5, "{amplitude} {integrated}");
     }
 }

@@ -80,6 +80,8 @@ fn one_friction_in_every_form_is_one_machine() {
         let path = format!("{name}.h5");
         scratch.run(&["check", &path]).ends_with(0);
         let map = MapFile::open(&scratch.path().join(&path)).unwrap();
+        // A force stays one in its map.
+        assert_eq!(map.grid().machine().unwrap().normal_force_is_known, *name != "alone");
         let axes: Vec<_> =
             map.grid().axes().iter().map(|axis| (axis.name.as_str(), &axis.values[..])).collect();
         assert_eq!(axes, [("belt_speed", &[0.1, 0.2][..]), ("damping", &[0.0, 4.0])]);

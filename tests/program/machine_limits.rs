@@ -188,6 +188,17 @@ fn data_may_leave_open_what_the_machine_does() {
         let kick = text.lines().find(|line| line.contains("kick that starts it")).unwrap();
         assert!(!kick.chars().any(|c| c.is_ascii_digit()), "{kick}");
     }
+    // A table of points tells the same of each row.
+    scratch.file("rows.csv", format!("damping\n30\n{}\n", hopf + error));
+    let table = ["probe", "--machine", "pad.toml", "--points", "rows.csv", "--out", "-", "--quiet"];
+    let table = scratch.run(&table).ends_with(0).out;
+    let rows: Vec<Vec<&str>> = table.lines().map(|line| line.split(',').collect()).collect();
+    let column = |name: &str| rows[0].iter().position(|it| *it == name).unwrap();
+    let open = rows[1..].iter().map(|row| row[column("regimes_left_open_by_data")]);
+    assert_eq!(open.collect::<Vec<_>>(), ["", "bistable stick_slip"]);
+    let of_row: f64 = rows[1][column("critical_damping_standard_error [N s/m]")].parse().unwrap();
+    let of_page = number("may_stick_slip_below_damping_standard_error");
+    assert!((of_row / of_page - 1.0).abs() < 1e-5, "{of_row} {of_page}");
     // Where the data decide for two attractors, the kick has an error and the digits that it leaves.
     let (bistable, text) = at(0.15 * hopf + 0.85 * number("may_stick_slip_below_damping"));
     assert_eq!(bistable["regimes_left_open_by_data"], json!([]), "{bistable}");

@@ -68,6 +68,8 @@ fn probe_and_machine_agree_without_damping() {
             let words = scratch.run(&["probe", "--machine", "m.toml"]).ends_with(0).out;
             assert!(words.contains("the equilibrium is neutral"), "{words}");
             assert!(!words.contains("unstable"), "{words}");
+            let told = words.matches("the stick-slip cycle attracts").count();
+            assert_eq!(told, if sticks { 2 } else { 0 }, "{words}");
             assert!(words.contains("c* = 0 within rounding") || sticks, "{words}");
         }
     }

@@ -258,18 +258,18 @@ pub(super) fn with_unit(text: &str) -> Option<(f64, &str)> {
     number.is_finite().then(|| (number, text[at..].trim_start()))
 }
 
-/// The number that a text tells with its unit, in the unit `si`, which is empty for a pure number.
+/// The number that a text tells with its unit, in the unit `si`, which is empty for a pure number; and its unit.
 ///
 /// # Errors
 /// What is wrong, in words.
-pub fn number_in(text: &str, si: &'static str) -> Result<f64, String> {
+pub fn number_in<'a>(text: &'a str, si: &'static str) -> Result<(f64, &'a str), String> {
     let wanted = if si.is_empty() { Wanted::Number } else { Wanted::In(si) };
     let Some((number, unit)) = with_unit(text) else {
         return Err(format!("`{text}` is no number with a unit"));
     };
     match compare(unit, wanted) {
-        Match::Same => Ok(number),
-        Match::Factor(factor) => Ok(converted(number, factor)),
+        Match::Same => Ok((number, unit)),
+        Match::Factor(factor) => Ok((converted(number, factor), unit)),
         Match::Other if si.is_empty() => Err(format!("it is a pure number, not one in {unit}")),
         Match::Other => {
             Err(format!("{unit} is no unit of it; write it in {si}, or in a unit of the same kind"))

@@ -66,6 +66,9 @@ pub struct Assessment {
     /// Least damping above which steady slip is the only attractor, at the working speed: the largest of the
     /// Hopf damping, the critical damping and the dampings of folds, or zero. `None` where it is unknown.
     pub vibrates_below_damping: Option<f64>,
+    /// Slip speed, m/s, up to which measured friction should be known for the highest belt speed at which it may
+    /// stick-slip; `None` where that is known.
+    pub needed_for_speeds: Option<f64>,
     /// Standard errors that follow from those of the data; `None` where none are known.
     pub standard_errors: Option<StandardErrors>,
     /// Reason why slip cycles are unknown where the regime is known but not all that depends on them.
@@ -267,6 +270,12 @@ pub fn assess_fitted(machine: &Machine, uncertain: &[Uncertain]) -> Option<Asses
         .then(|| attractors.slip_cycles_unknown(&oscillator, &flow))
         .flatten()
         .map(|why| format!("slip cycles: {}", why_unknown(why, beyond_data.as_ref())));
+    let highest = stick_slip.holds.last().map(|[_, end]| *end);
+    let needed_for_speeds = match highest {
+        Some(End::Open(from)) => behaviour::needed_for_stick_slip(law, point, from),
+        _ => None,
+    };
+    let highest = highest.and_then(|end| Some(end.located()?[0] * units.velocity));
     let speeds = intervals::of_speeds(law, point, units.velocity, stick_slip);
     let folds = backbone.iter().flat_map(|backbone| backbone.turning_points()).map(|turn| turn.viscous);
     // On fast belts the orbit from the exit point crosses for ever below a damping, which may be next to c*.
@@ -290,7 +299,8 @@ pub fn assess_fitted(machine: &Machine, uncertain: &[Uncertain]) -> Option<Asses
         hopf_damping: hopf / point.epsilon * units.damping,
         vibrates_below_damping: vibrates_below.map(|damping| damping * units.damping),
         slip_cycles_unknown,
-        standard_errors: StandardErrors::of(machine, uncertain, &behaviour, basin.as_ref().zip(backbone)),
+        standard_errors: StandardErrors::of(machine, uncertain, highest, basin.as_ref().zip(backbone)),
+        needed_for_speeds: needed_for_speeds.map(|speed| speed * units.velocity),
         undetermined: matches!(behaviour.regime, Regime::Failed | Regime::Neutral)
             .then(|| undetermined(&oscillator, &flow, &attractors, beyond_data.as_ref())),
         period: cycle.map(|cycle| cycle.period * units.time),

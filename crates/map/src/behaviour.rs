@@ -45,19 +45,36 @@ pub struct Behaviour {
     pub needed_slip_speed: Option<f64>,
 }
 
+/// Tolerance of orbits of friction that is continued beyond its data.
+const CONTINUED: f64 = 1e-6;
+
 /// The slip speed u up to which a measured law should be known, to some per cent, if the friction continues
 /// in a straight line; `None` for other laws, and if the orbit from the exit point stays within the data.
 pub(crate) fn needed_slip_speed(law: &Law, point: &Point) -> Option<f64> {
-    /// Tolerance of the orbit.
-    const ACCURACY: f64 = 1e-6;
     /// Ratio of the estimate to the largest slip speed on that orbit.
     const ROOM: f64 = 1.05;
     let Law::Table(table) = law else { return None };
     let continued = Law::Table(table.continued(8.0 * table.fastest())?);
     let oscillator = Oscillator::new(&continued, point);
-    let orbit = trace(&oscillator, Start::ExitPoint, ACCURACY, 2.0 * std::f64::consts::TAU);
+    let orbit = trace(&oscillator, Start::ExitPoint, CONTINUED, 2.0 * std::f64::consts::TAU);
     let fastest = orbit.samples.iter().map(|state| (point.belt_speed - state.x2).abs()).fold(0.0, f64::max);
     (fastest > table.fastest()).then_some(ROOM * fastest)
+}
+
+/// How far a measured law should be known, as [`needed_slip_speed`], for the highest belt speed at which the stick-slip
+/// cycle attracts, where that is known up to the belt speed `from` only; `None` where the orbits of faster belts stay within
+/// the data, and where the cycle attracts at any speed though the friction continues in a straight line.
+pub(crate) fn needed_for_stick_slip(law: &Law, point: &Point, from: f64) -> Option<f64> {
+    const FARTHER: f64 = 1.05;
+    const TRIED: i32 = 60;
+    let Law::Table(table) = law else { return None };
+    let continued = Law::Table(table.continued(8.0 * table.fastest())?);
+    let at = |belt_speed: f64| Point { belt_speed, ..*point };
+    let sticks = |speed: &f64| {
+        matches!(flow(&Oscillator::new(&continued, &at(*speed)), CONTINUED).fate, Fate::Sticks(_))
+    };
+    let limit = (1..TRIED).map(|i| from * FARTHER.powi(i)).find(|speed| !sticks(speed))?;
+    needed_slip_speed(law, &at(limit))
 }
 
 /// The time in which small disturbances of steady slip grow by the factor e: 1 / Re(lambda) of the fastest

@@ -325,10 +325,12 @@ impl Machine {
         if self.small { law.read_as_small() } else { law }
     }
 
-    /// All numbers of the machine that it is given by, with their names in configurations.
+    /// All numbers of the machine that it is given by, with their names in configurations; the normal force only if it
+    /// is known.
     pub fn quantities(&self) -> Vec<(&'static str, f64)> {
-        let own = given::own_names(|name| self.is_given(name));
-        let own = own.into_iter().filter_map(|name| Some((name, self.value(name)?)));
+        let own = given::own_names(|name| self.is_given(name)).into_iter();
+        let known = own.filter(|name| *name != NORMAL_FORCE || self.normal_force_is_known);
+        let own = known.filter_map(|name| Some((name, self.value(name)?)));
         own.chain(self.friction.quantities()).chain([(BELT_SPEED, self.belt_speed)]).collect()
     }
 

@@ -76,6 +76,7 @@ pub fn to_json(all: &Assessment, risk: Option<&Risk>) -> Value {
     let (open, impulse) = (all.left_open(), all.kick_impulse());
     let motion = json!({
         "needed_slip_speed": does.needed_slip_speed,
+        "needed_slip_speed_for_belt_speeds": all.needed_for_speeds,
         "natural_frequency": does.natural_frequency,
         "period": all.period,
         "slip_time": slip,

@@ -10,7 +10,7 @@ use super::closing::{Amplitude, closing_dampings};
 use super::halves::{Sought, WIDE, closing_dampings_by_halves};
 use super::polar::{Closing, Turn};
 use super::return_map::{UNRESOLVED, decisive_turn};
-use super::{Fate, Landing, exit_orbit, flow};
+use super::{Failure, Fate, Landing, exit_orbit, flow};
 use slipmap_model::filippov::Oscillator;
 use slipmap_model::friction::Column;
 use slipmap_numbers::roots::{falling_bracket, falling_root, first_step};
@@ -297,6 +297,13 @@ fn side_by_flow(column: &Column, oscillator: &Oscillator, tolerance: f64, spent:
     Some(Side { margin, error: flow.margin_error, rhs: spent + flow.rhs, work })
 }
 
+/// Whether the orbit from the exit point leaves the slip speeds at which the law is known.
+fn leaves_data(column: &Column, c: f64) -> bool {
+    column.curve.fastest().is_finite()
+        && exit_orbit::flow(&Oscillator::in_column(column, c), COARSE).fate
+            == Fate::Failed(Failure::NotFinite)
+}
+
 /// Searches a column with the simulated flow, which also decides overdamped points.
 fn search(
     column: &Column,
@@ -336,7 +343,12 @@ fn search(
         Ok(side)
     };
     let mut margin = |c: f64| {
-        let mut side = follow(c, COARSE, WORK)?;
+        let mut side = match follow(c, COARSE, WORK) {
+            // It lies outside those of higher damping. If c* were below, its orbit would leave the data, too, and the
+            // check of the result has no verdict.
+            Err(_) if leaves_data(column, c) => return Ok(1.0),
+            side => side?,
+        };
         if side.margin == 0.0 {
             side = follow(c, FINE, WORK)?;
         }
@@ -404,5 +416,35 @@ fn search(
             return Ok(CriticalDamping { c, error: near.min(highest - lowest), rhs });
         }
         near *= 2.0;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use slipmap_model::friction::{Law, Table};
+
+    /// A first row next to rest makes the bounds of the search wide, and the rows end where orbits of lower damping leave
+    /// them but the grazing orbit does not: rows beyond change the last piece alone.
+    #[test]
+    fn data_that_the_grazing_orbit_does_not_leave_suffice() {
+        let rows = [
+            (0.0, 1.0),
+            (2.9e-6, 0.99516),
+            (0.012_127, 0.921_15),
+            (0.023_686, 0.915_38),
+            (0.040_93, 0.827_79),
+            (0.065, 0.770_3),
+            (0.088_205, 0.741_36),
+            (0.117_72, 0.720_66),
+            (0.126_944, 0.727_2),
+        ];
+        let of_rows = |rows: &[(f64, f64)]| {
+            let law = Law::Table(Table::new("falls", rows, 1.0).unwrap());
+            critical_damping(&law.column(&law.point(1.0, &[], 0.044_172, 0.0).unwrap()), 1e-9).unwrap()
+        };
+        let [short, long] = [of_rows(&rows), of_rows(&[&rows[..], &[(0.5, 0.727_2)]].concat())];
+        assert!((short.c - long.c).abs() < short.error + long.error, "{short:?} {long:?}");
+        assert!(short.error < 1e-5, "{short:?}");
     }
 }

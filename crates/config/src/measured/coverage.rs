@@ -134,6 +134,13 @@ impl Case {
         };
         let kick = |of: &Assessment| of.kick.map(|kick| kick.forward);
         let errors = all.standard_errors;
+        if errors.and_then(|errors| errors.critical_belt_speed).is_none() {
+            let [found, needed] = [limit(&all), all.needed_for_speeds];
+            println!(
+                "{}: no error of the belt speed {found:.3?}; data needed up to {needed:.3?}",
+                self.words
+            );
+        }
         let of_kick = errors.and_then(|errors| errors.kick).zip(kick(&all));
         let of_kick = of_kick.map(|(share, value)| WithError { value, standard_error: share * value });
         [(limit(&truth), errors.and_then(|errors| errors.critical_belt_speed)), (kick(&truth), of_kick)]

@@ -4,8 +4,7 @@
 use std::borrow::Cow;
 
 use super::{Assessment, SAME, TOLERANCE};
-use crate::behaviour::Behaviour;
-use crate::intervals::{Limit, last_between};
+use crate::intervals::last_between;
 use crate::machine::{Friction, Machine, Model};
 use crate::map::{Attractors, BasinBoundary, Regime, long_run};
 use crate::risk::{Moved, NORMAL, Uncertain, WithError, joint, uncertain_critical_damping};
@@ -58,7 +57,7 @@ pub struct StandardErrors {
     pub from: ErrorsFrom,
     /// The critical damping, which may be negative here; `None` where it has no derivatives.
     pub critical_damping: Option<WithError>,
-    /// The belt speed below which it may stick-slip, m/s; `None` where there is none or its error is unknown.
+    /// The highest belt speed below which it may stick-slip, m/s; `None` where none is known or its error is unknown.
     pub critical_belt_speed: Option<WithError>,
     /// The damping below which steady slip is unstable.
     pub hopf_damping: WithError,
@@ -68,11 +67,12 @@ pub struct StandardErrors {
 
 impl StandardErrors {
     /// The standard errors of a machine; `None` for friction of which no errors are known.
-    /// `kick` is the boundary that a kick leads to, if there is one, and the backbone.
+    /// `belt_speed` is the highest one at which it may stick-slip, if that is known; `kick` the boundary that a kick leads
+    /// to, if there is one, and the backbone.
     pub(super) fn of(
         machine: &Machine,
         uncertain: &[Uncertain],
-        behaviour: &Behaviour,
+        belt_speed: Option<f64>,
         kick: Option<(&BasinBoundary, &Backbone)>,
     ) -> Option<Self> {
         let errors = Self::of_dampings(machine, uncertain)?;
@@ -86,7 +86,7 @@ impl StandardErrors {
             };
             let moved = Moved::of(machine, &fit)?;
             return Some(Self {
-                critical_belt_speed: error_of_belt_speed(machine, uncertain, behaviour),
+                critical_belt_speed: error_of_belt_speed(machine, uncertain, belt_speed),
                 kick: kick(machine).and_then(|here| Some(moved.error(kick)? / here)),
                 ..errors
             });
@@ -95,7 +95,7 @@ impl StandardErrors {
         let Model { point, .. } = &machine.model()?;
         let column = machine.model()?.column();
         let kick = kick.and_then(|(basin, backbone)| error_of_kick(&column, point.damping, basin, backbone));
-        Some(Self { critical_belt_speed: error_of_belt_speed(&machine, &[], behaviour), kick, ..errors })
+        Some(Self { critical_belt_speed: error_of_belt_speed(&machine, &[], belt_speed), kick, ..errors })
     }
 
     /// Those of the two limits of the damping alone, which take a small part of the time: by the data, or by the
@@ -151,9 +151,9 @@ fn measured_with_errors(machine: &Machine) -> Option<(Machine, ErrorsFrom)> {
 fn error_of_belt_speed(
     machine: &Machine,
     uncertain: &[Uncertain],
-    behaviour: &Behaviour,
+    belt_speed: Option<f64>,
 ) -> Option<WithError> {
-    let Limit::Below(value) = behaviour.critical_belt_speed else { return None };
+    let value = belt_speed?;
     let at =
         |factor: f64| uncertain_critical_damping(&machine.with("belt_speed", factor * value)?, uncertain);
     let [below, above] = [at(1.0 - STEP)?.value, at(1.0 + STEP)?.value];
@@ -311,8 +311,10 @@ fn possible(found: Regime, hopf: bool, critical: bool) -> Vec<Regime> {
 mod tests {
     use super::super::assess;
     use super::*;
+    use crate::behaviour::Limit;
     use crate::machine::example;
     use slipmap_model::friction::Law;
+    use slipmap_simulate::critical_damping;
 
     const DATA: [(f64, f64); 7] =
         [(0.0, 0.42), (0.03, 0.37), (0.07, 0.33), (0.15, 0.3), (0.3, 0.285), (0.6, 0.28), (1.2, 0.285)];
@@ -358,6 +360,26 @@ mod tests {
         assert!((found / of_amplitude - 1.0).abs() < 0.02, "{found} {of_amplitude}");
         // The amplitude stands for the kick, to which it is nearly proportional.
         assert!((found / of_kick - 1.0).abs() < 0.2, "{found} {of_kick}");
+    }
+
+    /// Orbits of the fastest belts leave the data. The highest belt speed has its error where its own orbit does not, and
+    /// else the page says how far to measure.
+    #[test]
+    fn a_belt_speed_within_the_data_has_its_error_and_one_beyond_them_a_remedy() {
+        let at = |speed: f64| {
+            let model = machine(&DATA, 1.0).with("belt_speed", speed).unwrap().model().unwrap();
+            let critical = critical_damping(&model.column(), 1e-9).unwrap().c * model.si.units.damping;
+            assess(&machine(&DATA, critical)).unwrap()
+        };
+        let within = at(0.575);
+        let WithError { value, standard_error } =
+            within.standard_errors.unwrap().critical_belt_speed.unwrap();
+        assert!((value - 0.575).abs() < 1e-5 && standard_error > 0.0, "{value} {standard_error}");
+        assert!(matches!(within.behaviour.critical_belt_speed, Limit::AtLeast(_)), "{:?}", within.behaviour);
+        assert_eq!(within.needed_for_speeds, None);
+        let beyond = at(0.59);
+        assert_eq!(beyond.standard_errors.unwrap().critical_belt_speed, None);
+        assert!(beyond.needed_for_speeds.is_some_and(|speed| speed > 1.2), "{:?}", beyond.needed_for_speeds);
     }
 
     /// On each side of each limit: the regime of the curve, and that of the other side.

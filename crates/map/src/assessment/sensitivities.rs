@@ -1,7 +1,7 @@
 //! How the critical damping depends on the quantities of a machine, and on the slope of friction at each slip speed.
 
 use crate::behaviour::is_positive;
-use crate::machine::{Machine, Model};
+use crate::machine::{Machine, Model, NORMAL_FORCE};
 use slipmap_simulate::{critical_damping, sensitivity};
 
 /// The sensitivity of the critical damping to a quantity of the machine.
@@ -66,7 +66,9 @@ pub(crate) fn sensitivities_to(machine: &Machine, wanted: impl Fn(&str) -> bool)
         };
         ACCURACIES_AND_STEPS.into_iter().zip(here).find_map(by)
     };
-    let quantities = machine.quantities().into_iter();
+    // A factor of all friction forces, if these are given instead of coefficients.
+    let forces = (!machine.normal_force_is_known).then_some((NORMAL_FORCE, machine.normal_force));
+    let quantities = machine.quantities().into_iter().chain(forces);
     let quantities =
         quantities.filter(|(name, value)| *name != machine.damping_name() && *value != 0.0 && wanted(name));
     quantities.filter_map(derivative).collect()

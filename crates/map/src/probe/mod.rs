@@ -280,10 +280,7 @@ pub fn regime_words(regime: Regime) -> &'static str {
         Regime::PureSlip => "a cycle that slips all the time below the belt line is the only attractor",
         Regime::Crossing => "orbits cross the belt line for ever and never stick",
         Regime::Failed => "not determined",
-        Regime::Neutral => {
-            "steady slip neither attracts nor repels: its divergence is 0 within rounding; of other attractors nothing \
-             is said"
-        }
+        Regime::Neutral => "steady slip neither attracts nor repels: its divergence is 0 within rounding",
         Regime::PureSlipAndStickSlip => {
             "a cycle that slips all the time and the stick-slip cycle both attract"
         }

@@ -255,6 +255,11 @@ fn limits(all: &Assessment, written: &Written) -> Vec<Line> {
         limits.push(line("after ±", Rich::foreign(&words)));
     }
     limits.extend(unmeasured(all));
+    limits.extend(all.needed_for_speeds.map(|needed| {
+        let unit = all.machine.motion.unit(Dimension::Velocity);
+        let needed = rich("about ").then(Rich::number(needed, 3)).with_unit(unit);
+        line("measure up to", needed.then(": for the highest belt speed at which it may stick-slip"))
+    }));
     if let Some(margin) = all.safety_margin() {
         limits.push(line("damping over critical damping", Rich::number(margin, of_mean)));
     }
