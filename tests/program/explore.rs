@@ -584,10 +584,10 @@ fn any_quantity_of_a_machine_is_an_axis() {
         if x == "mass" && y == "damping" {
             let number = |of: &str| grazing.unwrap()[of].as_array().unwrap().len();
             assert!(number("points") > 36 && number("errors") == number("points"), "{grazing:?}");
-            // The errors of the critical dampings, as shares of the picture.
+            // The errors of the critical dampings, as shares of the picture: far below the width of a line.
             let errors = grazing.unwrap()["errors"].as_array().unwrap();
             let most = errors.iter().filter_map(Value::as_f64).fold(0.0, f64::max);
-            assert!(most > 0.0 && most < 1e-6, "{most}");
+            assert!(most > 0.0 && most < 1e-4, "{most}");
         }
     }
     // The exported map has the axes of the picture.

@@ -119,7 +119,7 @@ const CHUNK: usize = 2048;
 /// right-hand side of the Stribeck law: some seconds.
 const USUAL_DRAWS: usize = 100_000;
 const FEWEST_DRAWS: usize = 100;
-const WORK: u64 = 300_000_000;
+const WORK: u64 = 100_000_000;
 /// Work counted for a search that fails.
 const FAILURE: u64 = 100_000;
 /// Tolerance of the root search for a critical damping.

@@ -121,9 +121,11 @@ impl<'a> HopfRate<'a> {
         }
     }
 
-    /// Size up to which the rate, or its mean over an orbit, is not distinguishable from 0.
+    /// Size up to which the rate, or its mean over an orbit, is not distinguishable from 0: a few of the smallest numbers
+    /// where friction is flat, whose bounds are rounded outwards.
     pub fn rounding(&self) -> f64 {
-        ROUNDING * self.scale + self.curve.weakening_rounding(self.belt_speed)
+        let rounding = ROUNDING * self.scale + self.curve.weakening_rounding(self.belt_speed);
+        rounding.max(8.0 * f64::MIN_POSITIVE)
     }
 
     /// The rate; 0 where it is not distinguishable from 0.

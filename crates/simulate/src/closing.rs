@@ -49,9 +49,12 @@ pub(super) fn closing_dampings(
         let weakening = curve.compiled(4.0 * belt_speed);
         closed_orbit(&weakening, belt_speed, radius, tolerance).map(|orbit| orbit.closing)
     };
-    let answer = |orbit: &Amplitude| match orbit.curve.stribeck() {
-        Some(_) => stribeck.next().unwrap_or(Err(0)),
-        None => by_law(orbit),
+    let answer = |orbit: &Amplitude| {
+        let found = match orbit.curve.stribeck() {
+            Some(_) => stribeck.next().unwrap_or(Err(0)),
+            None => by_law(orbit),
+        };
+        found.or_else(|rhs| of_flat(orbit.curve, orbit.belt_speed, rhs).ok_or(rhs))
     };
     let mut found: Vec<Result<Closing, u64>> = orbits.iter().map(answer).collect();
     // Of Stribeck's law the halves of steep orbits are sought by the caller.
@@ -67,22 +70,21 @@ pub(super) fn closing_dampings(
         let closing = closing.map(|found| Closing { rhs: found.rhs + before, ..found });
         found[orbit] = closing.map_err(|rhs| rhs + before);
     }
-    let spend = |(found, orbit): (Result<Closing, u64>, &Amplitude)| {
-        let found = found.or_else(|rhs| of_flat(orbit.curve, orbit.belt_speed, rhs).ok_or(rhs));
+    let spend = |found: Result<Closing, u64>| {
         let (Ok(Closing { rhs, .. }) | Err(rhs)) = found;
         match work.is_none_or(|work| work.spend_compiled(rhs).is_ok()) {
             true => found,
             false => Err(rhs),
         }
     };
-    found.into_iter().zip(orbits).map(spend).collect()
+    found.into_iter().map(spend).collect()
 }
 
 /// The C at which the orbits of flat friction close: between bounds of the even part that differ by rounding alone.
 fn of_flat(curve: &Curve, belt_speed: f64, rhs: u64) -> Option<Closing> {
     let bounds = curve.even_weakening_range(belt_speed);
     let error = 0.5 * (bounds.hi - bounds.lo);
-    let rounding = HopfRate::new(curve, belt_speed).rounding().max(f64::MIN_POSITIVE);
+    let rounding = HopfRate::new(curve, belt_speed).rounding();
     (error <= rounding).then_some(Closing { viscous: bounds.lo + error, error, rhs, slope: None })
 }
 

@@ -11,7 +11,7 @@ use super::halves::{Sought, WIDE, closing_dampings_by_halves};
 use super::polar::{Closing, Turn};
 use super::return_map::{UNRESOLVED, decisive_turn};
 use super::{Failure, Fate, Landing, exit_orbit, flow};
-use slipmap_model::filippov::Oscillator;
+use slipmap_model::filippov::{HopfRate, Oscillator};
 use slipmap_model::friction::Column;
 use slipmap_numbers::roots::{falling_bracket, falling_root, first_step};
 use slipmap_numbers::text::{is_known, rounded};
@@ -314,9 +314,14 @@ fn search(
     if column.belt_speed < SLOWEST {
         return Err(NoCriticalDamping::NoVerdict);
     }
+    // Bounds that differ by rounding alone are the answer, as for flat friction.
     let [low, mut high] = search_bounds(column);
     if !(low.is_finite() && high.is_finite()) {
         return Err(NoCriticalDamping::NoVerdict);
+    }
+    let rounding = HopfRate::new(&column.curve, column.belt_speed).rounding();
+    if column.epsilon * (high - low) <= rounding {
+        return Ok(CriticalDamping { c: 0.5 * (low + high), error: 0.5 * (high - low), rhs });
     }
     let (mut rhs, mut work) = (rhs, 0);
     // Error of the margin of an orbit that is too close to call.
