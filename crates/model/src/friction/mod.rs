@@ -6,6 +6,7 @@
 //! proved bounds of a curve, and do not depend on which parameters the law has.
 
 mod built_in;
+mod column;
 mod coulomb;
 mod curve;
 mod custom;
@@ -24,8 +25,9 @@ mod table;
 mod weakening;
 
 pub use built_in::{BuiltIn, Fall, Strengthening};
+pub use column::Column;
 pub use coulomb::Coulomb;
-pub use curve::{Column, Curve, NOTHING, ONE_SLIP_CYCLE, Pieces, Ranges};
+pub use curve::{Curve, NOTHING, ONE_SLIP_CYCLE, Pieces, Ranges};
 pub use custom::{Custom, CustomLaw, CustomLawError};
 pub use domain::PointError;
 pub use exponential::{Exponential, ExponentialFall};
