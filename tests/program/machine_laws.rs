@@ -305,7 +305,7 @@ fn measured_friction_with_standard_errors_makes_a_machine_uncertain() {
     let error = page["risk"]["critical_damping_standard_error"].as_f64().unwrap();
     assert!(error > 0.0, "{page}");
     // The damping that five per cent of normal deviations exceed.
-    let rare = ["machine", "measured.toml", "--draws", "20000", "--rare", "0.05"];
+    let rare = ["machine", "measured.toml", "--draws", "4000", "--rare", "0.05"];
     let rare = json(&scratch, &rare)["risk"]["rare_by"][0]["damping"].clone();
     let expected = critical + 1.644_853_6 * error;
     let [low, high] = [0, 1].map(|i| rare["limits_95"][i].as_f64().unwrap());
