@@ -29,6 +29,15 @@ pub(super) fn write(file: &File, grid: &Grid, planes: &[PlaneCurves]) -> hdf5::R
     }
     let group = group_of_tables(file, GROUP)?;
     value::write(&group, "long_name", &"curves of codimension one, by continuation".into())?;
+    let words = |curves: &PlaneCurves, kind: &Bifurcation| {
+        let [x, y] = [curves.plane.x, curves.plane.y].map(|axis| grid.axes()[axis].name.as_str());
+        format!("{} over {x} and {y}", kind.name())
+    };
+    let cut: Vec<String> =
+        planes.iter().flat_map(|curves| curves.cut.iter().map(|kind| words(curves, kind))).collect();
+    if !cut.is_empty() {
+        value::write(&group, "incomplete", &cut.join(", ").as_str().into())?;
+    }
     write_tables(&group, &columns(grid, planes))
 }
 
@@ -158,4 +167,23 @@ pub(super) fn fingerprint_of(column: &Dataset) -> hdf5::Result<Option<Value>> {
         _ => return Ok(None),
     };
     Ok(Some(fingerprint::of_one_tile(&digest)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use slipmap_model::friction::Law;
+
+    #[test]
+    fn curves_that_a_budget_cut_are_named() {
+        let axes = vec![vec![0.1], vec![0.2], vec![0.1], vec![1.0, 2.0], vec![1.0], vec![0.0, 1.0]];
+        let grid = Grid::new(Law::Stribeck, axes).unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        let file = File::create(folder.path().join("map.h5")).unwrap();
+        let plane = Plane::new(3, 5, vec![0; 6]);
+        write(&file, &grid, &[PlaneCurves { plane, curves: Vec::new(), cut: vec![Bifurcation::Fold] }])
+            .unwrap();
+        let told = value::read(&file.group(GROUP).unwrap(), "incomplete").unwrap();
+        assert_eq!(told, Some("fold over gamma and c".into()));
+    }
 }

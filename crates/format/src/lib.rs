@@ -53,7 +53,8 @@
 //!
 //! Points are in order along their curves; a closed curve ends with its first point. The sides of a plane run
 //! from the first to the last node, logarithmically if the nodes are logarithmic. If no plane has a curve,
-//! there is no dimension `point`. For the `sha256` of these variables, each of them counts as one tile.
+//! there is no dimension `point`. If the budget of a search was spent, the attribute `incomplete` of the group names the
+//! curves. For the `sha256` of these variables, each of them counts as one tile.
 //!
 //! # Protection against damage
 //!

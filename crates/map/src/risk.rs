@@ -523,10 +523,10 @@ fn probabilities(
     Ok(all)
 }
 
-/// Number of draws for a whole map, and the least number in each of its columns: the standard error of a probability is
-/// then at most 0.016.
+/// Number of draws for a whole map, and the least and the largest number in each of its columns: the standard error of a
+/// probability is then at most 0.016, and need not be below 0.005.
 const DRAWS_OF_MAP: usize = 100_000;
-const FEWEST_OF_COLUMN: usize = 1_000;
+const DRAWS_OF_COLUMN: [usize; 2] = [1_000, 10_000];
 
 /// The probability of stick-slip in each cell of a map.
 pub struct Chances<'a> {
@@ -540,7 +540,8 @@ impl<'a> Chances<'a> {
     /// `None` for a grid without a machine or without uncertain quantities.
     pub fn of(grid: &'a Grid, uncertain: &'a [Uncertain]) -> Option<Self> {
         grid.machine().filter(|machine| is_uncertain(machine, uncertain))?;
-        Some(Self { grid, uncertain, draws: (DRAWS_OF_MAP / grid.column_count()).max(FEWEST_OF_COLUMN) })
+        let [fewest, most] = DRAWS_OF_COLUMN;
+        Some(Self { grid, uncertain, draws: (DRAWS_OF_MAP / grid.column_count()).clamp(fewest, most) })
     }
 
     /// Computes them on `threads` threads, all machines from the same random numbers. Ends with an error once `stop` is true.

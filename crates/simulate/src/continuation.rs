@@ -384,6 +384,8 @@ mod tests {
     fn a_circle_closes() {
         let circle = exact(|x, y| (x - 0.45).mul_add(x - 0.45, (y - 0.52) * (y - 0.52)) - 0.09);
         let curves = zero_curves(&circle, &|| false);
+        // A budget that is spent ends the search.
+        assert!(!curves.is_empty() && zero_curves(&circle, &|| true).is_empty());
         assert_eq!(curves.len(), 1);
         let branch = &curves[0];
         assert!(branch.closed && branch.points[0] == *branch.points.last().unwrap());

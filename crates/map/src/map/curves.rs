@@ -64,7 +64,8 @@ pub struct PlaneCurves {
     pub plane: Plane,
     /// Its curves, in the order of `Bifurcation::ALL`.
     pub curves: Vec<PlaneCurve>,
-    /// The kinds whose curves are incomplete, since the budget of their search was spent; a file does not tell.
+    /// The kinds whose curves are incomplete, since the budget of their search was spent; read from a file,
+    /// none: there an attribute tells.
     pub cut: Vec<Bifurcation>,
 }
 
