@@ -134,16 +134,6 @@ impl Default for StudySettings {
 }
 
 impl Job {
-    /// Identity of this run, of the program built from the commit `git`, in its certificate: the plan, and the
-    /// number of boxes to be proved between the cells.
-    pub fn identity(&self, git: &str) -> String {
-        format!(
-            "{} {}",
-            slipmap_map::dataset::attributes::plan_digest(&self.plan, git),
-            self.plan.proof_boxes
-        )
-    }
-
     /// Reads and validates `file` under the overrides `sets`, each `key.path=value` with a TOML value.
     ///
     /// # Errors
