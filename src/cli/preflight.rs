@@ -60,8 +60,12 @@ impl Preflight {
             let (name, Ok(metadata)) = (path.display(), path.symlink_metadata()) else { continue };
             match permission {
                 Permission::Resume => {}
-                Permission::Overwrite if metadata.is_symlink() => *replaces = Some(format!("the link {name}")),
-                Permission::Overwrite => *replaces = Some(format!("{name} ({})", bytes(metadata.len().into()))),
+                Permission::Overwrite if metadata.is_symlink() => {
+                    *replaces = Some(format!("the link {name}"))
+                }
+                Permission::Overwrite => {
+                    *replaces = Some(format!("{name} ({})", bytes(metadata.len().into())))
+                }
                 Permission::None => {
                     found.refuses.get_or_insert(format!(
                         "{name} exists already\n  help: add --overwrite to replace it, or choose another place with --set {key}=.."
