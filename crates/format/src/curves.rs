@@ -185,5 +185,10 @@ mod tests {
             .unwrap();
         let told = value::read(&file.group(GROUP).unwrap(), "incomplete").unwrap();
         assert_eq!(told, Some("fold over gamma and c".into()));
+        for column in ["plane", "plane_x", "held_V"] {
+            let column = file.group(GROUP).unwrap().dataset(column).unwrap();
+            let stored = value::read(&column, "sha256").unwrap();
+            assert!(stored.is_some() && fingerprint_of(&column).unwrap() == stored);
+        }
     }
 }
