@@ -709,3 +709,7 @@ def _scalar(name: str, value: Any) -> float:
     if array.ndim:
         raise ValueError(f"{name}: one number is needed here, not the shape {array.shape}")
     return float(array)
+
+
+# The laws whose parameters follow from a machine's coefficients, by their names.
+BUILT_IN = {law.__name__: law for law in (Law.stribeck, Law.exponential, Law.lorentzian, Law.coulomb)}

@@ -16,7 +16,7 @@ import numpy as np
 from . import _core
 from ._broadcast import Numbers, Output, elementwise
 from ._decode import decode
-from ._law import Law, _scalar
+from ._law import BUILT_IN, Law, _scalar
 from ._point import Point
 from ._probe import Probe
 from ._progress import Progress, told
@@ -73,10 +73,6 @@ _MOST_JOINT = 6
 _OF_ALL = (
     "mass", "stiffness", "frequency", "damping", "damping_ratio", "normal_force", "pressure", "area", "radius", "belt_speed",
 )
-
-
-# The laws whose parameters follow from the coefficients, by their names.
-_NAMED = {law.__name__: law for law in (Law.stribeck, Law.exponential, Law.lorentzian, Law.coulomb)}
 
 
 class Machine:
@@ -172,10 +168,10 @@ class Machine:
         written: dict[str, tuple[str, float]],
     ) -> None:
         """Makes the machine of these numbers, spreads and units, with what is given in their place."""
-        if isinstance(law, str) and law in _NAMED:
-            law = _NAMED[law]()
+        if isinstance(law, str) and law in BUILT_IN:
+            law = BUILT_IN[law]()
         if not isinstance(law, Law):
-            named = ", ".join(f"slipmap.Law.{name}()" for name in _NAMED)
+            named = ", ".join(f"slipmap.Law.{name}()" for name in BUILT_IN)
             raise TypeError(f"friction: a Law is needed, not {law!r:.60}: {named}, slipmap.Law.expression(..), ..")
         held = {name: value for name, value in law.parameters.items() if value is not None}
         if law._quantity == "force" and any(name in values or given.get(name) is not None for name in ("normal_force", "pressure")):

@@ -42,8 +42,7 @@ def map(
     methods : iterable of str, optional
         By default the closed-form tests and the simulation. See ``slipmap.METHODS``.
     fields : iterable of str
-        What to compute besides verdicts: "margin", "critical_c", "regime", "landing", "cycle", "basin",
-        "growth", "epsilon_limit", "sensitivity".
+        What to compute besides verdicts, by the names of ``output.fields`` in configurations: "margin", "regime" and others.
     engine : {"auto", "critical_surface", "return_map", "direct"}
         How the simulation decides cells.
     tolerance : float

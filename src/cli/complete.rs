@@ -9,7 +9,7 @@ use indicatif::ProgressBar;
 
 use super::chances::notes_on_draws;
 use super::summary::{self, RunReport};
-use super::{Ended, Failure, GIT, progress, proof, say};
+use super::{Ended, Failure, progress, proof, say};
 use slipmap_config::Job;
 use slipmap_format::{Journals, Outcome, StoreError};
 use slipmap_map::clock::process_time;
@@ -20,7 +20,8 @@ use slipmap_map::risk::{Chances, NoRisk};
 /// Options of a command that makes a map.
 pub(super) struct Asked {
     pub(super) threads: Option<usize>,
-    pub(super) overwrite: bool,
+    /// Whether an existing certificate is replaced; that of a run that goes on may be its own.
+    pub(super) replaces_proof: bool,
     pub(super) json: bool,
     pub(super) quiet: bool,
 }
@@ -62,7 +63,7 @@ pub(super) fn compute(
     }
     let summary = computed.map_err(|error| stopped(&error))?;
     if let (Some(path), Some(proved)) = (&job.proof, &summary.proved) {
-        proof::write(&proved.proof, &job.identity(GIT), path, asked.overwrite)?;
+        proof::write(&proved.proof, path, asked.replaces_proof)?;
     }
     let mut outcome = Outcome::of(&job.plan, &summary);
     let mut probability_seconds = 0.0;

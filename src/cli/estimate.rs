@@ -93,8 +93,8 @@ pub(super) fn run(
         output::print_json(&json!({
             "title": job.title,
             "output": job.output.to_string_lossy(),
-            "replaces": preflight.replaces.is_some(),
-            "replaces_proof": preflight.replaces_proof.is_some(),
+            "replaces": preflight.replaces[0].is_some(),
+            "replaces_proof": preflight.replaces[1].is_some(),
             "axes": axes,
             "cells": grid.cells(),
             "columns": columns,
@@ -126,7 +126,7 @@ pub(super) fn run(
     line("methods", plan.methods.iter().map(|method| method.name()).collect::<Vec<_>>().join(", "));
     line("fields", plan.fields.iter().map(|field| field.name()).collect::<Vec<_>>().join(", "));
     line("output", job.output.display().to_string());
-    for replaced in preflight.replaces.iter().chain(&preflight.replaces_proof) {
+    for replaced in preflight.replaces.iter().flatten() {
         line("replaces", replaced.clone());
     }
     let about = if at_most { "at most" } else { "about" };

@@ -64,7 +64,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
     }
     abandon_in_time(Some(job.output.clone()));
     let &Arguments { threads, json, quiet, .. } = arguments;
-    let asked = Asked { threads, overwrite: false, json, quiet };
+    let asked = Asked { threads, replaces_proof: true, json, quiet };
     let none = || Ok((slipmap_map::map::Account::none(&job.plan), threads.unwrap_or_else(threads::cores)));
     let stopped = |error: &ComputeError<_>| match error {
         ComputeError::Threads(why) => threads::not_started(why),

@@ -1,12 +1,11 @@
 //! Checks the output of a run before anything is computed: whether a map may be written there, what it
 //! replaces, and how much space is free.
 
-use std::io::{self, Read as _};
+use std::io;
 use std::path::{Path, PathBuf};
 
 use super::output::{bytes, count};
-use super::proof::{self, PathState};
-use super::{Ended, Failure, say};
+use super::{Ended, Failure, replace, say};
 use slipmap_config::Job;
 use slipmap_format::files::{self, folder_of};
 use slipmap_map::map::Grid;
@@ -14,10 +13,8 @@ use slipmap_map::map::Grid;
 /// State of the output's path and of its disk.
 #[derive(Debug)]
 pub(super) struct Preflight {
-    /// The map that will be replaced, if there is one, and its size.
-    pub(super) replaces: Option<String>,
-    /// The certificate that will be replaced, if there is one.
-    pub(super) replaces_proof: Option<String>,
+    /// The map and the certificate that will be replaced, each if it is there.
+    pub(super) replaces: [Option<String>; 2],
     /// An existing file that the run may not replace, if there is one: the run would be refused.
     pub(super) refuses: Option<String>,
     /// Free bytes on the disk, if the system reports them.
@@ -44,42 +41,39 @@ impl Preflight {
     /// Refuses an output that cannot be written, before anything is computed or created. An existing file
     /// that may not be replaced is reported in the result.
     pub(super) fn check(job: &Job, permission: Permission) -> Result<Self, Failure> {
-        let name = job.output.display();
-        let mut refuses = None;
-        let mut exists = |path: &Path, key: &str| {
-            refuses.get_or_insert(format!(
-                "{} exists already\n  help: add --overwrite to replace it, or choose another place with --set {key}=..",
-                path.display()
-            ));
+        let place = |path: &Path| {
+            let folder = folder_of(path);
+            let folder = folder.canonicalize().unwrap_or_else(|_| folder.to_owned());
+            (folder, path.file_name().map(ToOwned::to_owned))
         };
-        let mut replaces_proof = None;
-        if let Some(proof) = &job.proof {
-            match check_proof(job, proof, permission)? {
-                Place::Free => {}
-                Place::Replaces(what) => replaces_proof = Some(what),
-                Place::Taken => exists(proof, "validated.proof"),
+        if let Some(proof) = job.proof.as_ref().filter(|proof| place(proof) == place(&job.output)) {
+            let problem = format!("validated.proof: {} is the place of the map itself", proof.display());
+            return Err(Failure::bad_input(problem, "choose another place with --set validated.proof=.."));
+        }
+        let free = fs4::available_space(first_folder(&job.output)).ok();
+        let mut found = Self { replaces: [None, None], refuses: None, free };
+        let outputs = [("output.path", Some(&job.output)), ("validated.proof", job.proof.as_ref())];
+        for ((key, path), replaces) in outputs.into_iter().zip(&mut found.replaces) {
+            let Some(path) = path else { continue };
+            replace::check(key, path, Some(&job.config_file), true)?;
+            check_folder(path, key)?;
+            let (name, Ok(metadata)) = (path.display(), path.symlink_metadata()) else { continue };
+            match permission {
+                Permission::Resume => {}
+                Permission::Overwrite if metadata.is_symlink() => {
+                    *replaces = Some(format!("the link {name}"))
+                }
+                Permission::Overwrite => {
+                    *replaces = Some(format!("{name} ({})", bytes(metadata.len().into())))
+                }
+                Permission::None => {
+                    found.refuses.get_or_insert(format!(
+                        "{name} exists already\n  help: add --overwrite to replace it, or choose another place with --set {key}=.."
+                    ));
+                }
             }
         }
-        let same =
-            |a: &Path, b: &Path| a.canonicalize().is_ok_and(|a| b.canonicalize().is_ok_and(|b| a == b));
-        if same(&job.output, &job.config_file) {
-            let problem = format!("{name} is the configuration itself");
-            return Err(Failure::bad_input(problem, "choose another place with --set output.path=.."));
-        }
-        let replaces = match job.output.symlink_metadata() {
-            Err(_) => None,
-            Ok(metadata) => match permission {
-                Permission::Resume => None,
-                Permission::Overwrite => Some(replaced(&job.output, &metadata)?),
-                Permission::None => {
-                    exists(&job.output, "output.path");
-                    None
-                }
-            },
-        };
-        check_folder(&job.output, "output.path")?;
-        let free = fs4::available_space(first_folder(&job.output)).ok();
-        Ok(Self { replaces, replaces_proof, refuses, free })
+        Ok(found)
     }
 
     /// Refuses a map that does not fit on its disk, and warns if the run may fill it. `packed` is the
@@ -123,13 +117,6 @@ pub(super) fn sizes(grid: &Grid) -> String {
     axes.map(|axis| format!("{} {}", axis.name, count(axis.values.len()))).collect::<Vec<_>>().join(" x ")
 }
 
-/// State of a certificate's path.
-enum Place {
-    Free,
-    Replaces(String),
-    Taken,
-}
-
 /// Refuses a folder that cannot be written, by creating an unnamed file in it.
 fn check_folder(path: &Path, key: &str) -> Result<(), Failure> {
     let folder = first_folder(path);
@@ -138,76 +125,6 @@ fn check_folder(path: &Path, key: &str) -> Result<(), Failure> {
             format!("{}: cannot write into the folder {}: {error}", path.display(), folder.display());
         Failure::bad_input(problem, format!("choose another place with --set {key}=.."))
     })
-}
-
-/// Refuses a certificate's path that equals the path of another file of the run, cannot be written, or holds
-/// something else.
-fn check_proof(job: &Job, proof: &Path, permission: Permission) -> Result<Place, Failure> {
-    let name = proof.display();
-    let refuse = |problem: String| {
-        let help = "choose another place with --set validated.proof=..";
-        Err(Failure::bad_input(format!("validated.proof: {problem}"), help))
-    };
-    let (here, output) = (resolved(proof), resolved(&job.output));
-    if here.starts_with(&output) || output.starts_with(&here) {
-        return refuse(format!("{name} is the place of the map itself"));
-    }
-    check_folder(proof, "validated.proof")?;
-    match proof::state(proof) {
-        PathState::Nothing => Ok(Place::Free),
-        PathState::OutOfReach(error) => refuse(format!("{name} cannot be written: {error}")),
-        PathState::Other => Err(Failure::bad_input(
-            format!("{name} is not a proof, and only proofs are replaced"),
-            "move it away, or choose another place with --set validated.proof=..",
-        )),
-        PathState::Proof(_) if permission == Permission::Overwrite => {
-            Ok(Place::Replaces(format!("the proof {name}")))
-        }
-        PathState::Proof(Some(run))
-            if permission == Permission::Resume && run == job.identity(super::GIT) =>
-        {
-            Ok(Place::Free)
-        }
-        PathState::Proof(_) if permission == Permission::Resume => {
-            refuse(format!("{name} is the proof of another run, and to resume this one replaces nothing"))
-        }
-        PathState::Proof(_) => Ok(Place::Taken),
-    }
-}
-
-/// The path with links, dots and relative parts resolved, as far as it exists.
-fn resolved(path: &Path) -> PathBuf {
-    if let Ok(whole) = path.canonicalize() {
-        return whole;
-    }
-    match (path.parent(), path.file_name()) {
-        (Some(folder), Some(name)) if folder.as_os_str().is_empty() => resolved(Path::new(".")).join(name),
-        (Some(folder), Some(name)) => resolved(folder).join(name),
-        _ => path.to_owned(),
-    }
-}
-
-/// Describes what `--overwrite` will replace; refuses anything but a map.
-fn replaced(output: &Path, metadata: &std::fs::Metadata) -> Result<String, Failure> {
-    let name = output.display();
-    if metadata.is_symlink() {
-        let target = std::fs::read_link(output).unwrap_or_default();
-        return Ok(format!("the link {name} to {}, not what it leads to,", target.display()));
-    }
-    let mut first = Vec::new();
-    let mut is_map = || {
-        std::fs::File::open(output)
-            .and_then(|file| file.take(slipmap_format::SIGNATURE.len() as u64).read_to_end(&mut first))
-            .is_ok_and(|_| first == slipmap_format::SIGNATURE || first.is_empty())
-    };
-    // In this order: opening a pipe would wait for its other end.
-    if !(metadata.is_file() && is_map()) {
-        return Err(Failure::bad_input(
-            format!("{name} is not a map, and only maps are replaced"),
-            "move it away, or choose another place with --set output.path=..",
-        ));
-    }
-    Ok(format!("{name} ({})", bytes(metadata.len().into())))
 }
 
 /// The folder of `output`, or its nearest parent that exists.

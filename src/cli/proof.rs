@@ -18,39 +18,6 @@ use slipmap_map::map::Proofs;
 /// Largest size in bytes of a certificate that is read: twenty thousand tiles of the universal surface.
 const LONGEST: u64 = 1 << 28;
 
-/// State of a certificate's path.
-#[derive(Debug)]
-pub(super) enum PathState {
-    /// Nothing, or an empty file.
-    Nothing,
-    /// A certificate, with the identity of the run that wrote it if it records one.
-    Proof(Option<String>),
-    /// Something else, which is never replaced.
-    Other,
-    /// The path cannot be examined.
-    OutOfReach(io::Error),
-}
-
-/// Examines the path of a certificate.
-pub(super) fn state(path: &Path) -> PathState {
-    match path.symlink_metadata() {
-        Err(error) if error.kind() == io::ErrorKind::NotFound => return PathState::Nothing,
-        Err(error) => return PathState::OutOfReach(error),
-        Ok(_) => {}
-    }
-    match read(path) {
-        Ok(Some((Subject::Law, text))) => {
-            PathState::Proof(LawCertificate::parse(&text).ok().map(|read| read.run))
-        }
-        Ok(Some((_, text))) => PathState::Proof(Certificate::parse(&text).ok().and_then(|read| read.run)),
-        Ok(None) => match path.metadata().map(|metadata| metadata.len()) {
-            Ok(0) => PathState::Nothing,
-            _ => PathState::Other,
-        },
-        Err(_) => PathState::Other,
-    }
-}
-
 /// Reads the text of a certificate; `None` if the file is not a certificate.
 fn read(path: &Path) -> io::Result<Option<(Subject, String)>> {
     let metadata = path.metadata()?;
@@ -70,15 +37,13 @@ fn read(path: &Path) -> io::Result<Option<(Subject, String)>> {
     Ok(Subject::of(&text).map(|subject| (subject, text)))
 }
 
-/// Writes the certificate of a run's proofs atomically. Replaces an existing one if `overwrite` is set, or if
-/// it was written by the same run before it was stopped.
-pub(super) fn write(proofs: &Proofs, run: &str, path: &Path, overwrite: bool) -> Result<(), Failure> {
-    let own = || matches!(state(path), PathState::Proof(Some(writer)) if writer == run);
+/// Writes the certificate of a run's proofs atomically.
+pub(super) fn write(proofs: &Proofs, path: &Path, replace: bool) -> Result<(), Failure> {
     let text = match proofs {
-        Proofs::Surface(surface) => Certificate::of(surface, WRITTEN_BY, run).text(),
-        Proofs::Law(law) => LawCertificate::of(law, WRITTEN_BY, run).text(),
+        Proofs::Surface(surface) => Certificate::of(surface, WRITTEN_BY).text(),
+        Proofs::Law(law) => LawCertificate::of(law, WRITTEN_BY).text(),
     };
-    write_text(text, path, overwrite || own())
+    write_text(text, path, replace)
 }
 
 /// Writes the text of a certificate atomically.

@@ -121,7 +121,7 @@ fn prepare(arguments: &Arguments, job: Job) -> Result<Option<(Job, PartialMap)>,
             }
         }
     } else {
-        for replaced in preflight.replaces.iter().chain(&preflight.replaces_proof) {
+        for replaced in preflight.replaces.iter().flatten() {
             say(&format!("note: {replaced} will be replaced"));
         }
         PartialMap::begin(&job.output, &job.plan, &provenance, existing(arguments.overwrite))
@@ -155,8 +155,8 @@ fn compute(arguments: &Arguments, job: &Job, map: PartialMap, stop: &AtomicBool)
         bar.finish_and_clear();
         computed
     };
-    let Arguments { threads, overwrite, json, quiet, .. } = *arguments;
-    let asked = Asked { threads, overwrite, json, quiet };
+    let Arguments { threads, overwrite, resume, json, quiet, .. } = *arguments;
+    let asked = Asked { threads, replaces_proof: overwrite || resume, json, quiet };
     let stopped = |error: &ComputeError<StoreError>| stopped(&map, error, &job.output);
     let computed = complete::compute(&asked, job, &map.found, stop, tiles, stopped)?;
     map.finish(&computed.outcome)

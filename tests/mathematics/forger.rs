@@ -22,7 +22,7 @@ static VALID: LazyLock<Vec<Value>> = LazyLock::new(|| {
         };
         surface.refine(budget, 0.0, &share, &|| true);
         let value: Value =
-            serde_json::from_str(&Certificate::of(&surface, "a program", "a run").text().unwrap()).unwrap();
+            serde_json::from_str(&Certificate::of(&surface, "a program").text().unwrap()).unwrap();
         assert_eq!(check(&value), Some(true), "a valid certificate is refused: {value}");
         value
     };

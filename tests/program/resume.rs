@@ -335,14 +335,6 @@ fn a_run_that_replaces_a_map_keeps_the_old_one_until_the_end() {
     assert_eq!(scratch.names(), ["job.toml", "map.h5"]);
 }
 
-#[test]
-fn only_maps_are_replaced() {
-    let scratch = scratch();
-    scratch.file("map.h5", "my thesis");
-    scratch.run(&["run", "job.toml", "--overwrite"]).refuses(&["map.h5 is not a map", "output.path"]);
-    assert_eq!(scratch.read("map.h5"), "my thesis");
-}
-
 /// Runs the program as an unprivileged user, if this process is privileged.
 fn unprivileged(scratch: &Scratch, arguments: &[&str]) -> Run {
     let program = env!("CARGO_BIN_EXE_slipmap");

@@ -283,7 +283,7 @@ fn an_existing_map_is_kept_without_overwrite() {
 fn the_configuration_itself_is_never_the_output() {
     let scratch = scratch();
     let onto_itself = ["run", "small.toml", "--overwrite", "--set", "output.path=./small.toml"];
-    scratch.run(&onto_itself).refuses(&["is the configuration itself", "help: "]);
+    scratch.run(&onto_itself).refuses(&["this is what is read", "help: "]);
     assert_eq!(scratch.read("small.toml"), SMALL);
     assert_eq!(scratch.names(), ["small.toml"]);
 }

@@ -3,8 +3,8 @@
 //!
 //! A certificate may come from anybody, so it proves nothing until it is checked. [`Format::parse`]
 //! accepts only the keys of the format, with finite numbers; [`Certificate::check`] proves every claim again
-//! by [`super::recheck`] and compares the statement with that of the format. `written_by` and `run` record
-//! where a certificate comes from and are not verified.
+//! by [`super::recheck`] and compares the statement with that of the format. `written_by` records
+//! where a certificate comes from and is not verified.
 //!
 //! Numbers mean the nearest doubles; the coefficients of polynomials are integer multiples of `unit`. The
 //! values count, not the bytes: another program may have written the text again, with its own order of keys
@@ -117,9 +117,6 @@ pub struct Certificate {
     format: String,
     statement: String,
     written_by: String,
-    /// The run that it names as its origin.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub run: Option<String>,
     unit: f64,
     /// The groups that it speaks of.
     pub domain: GroupBox,
@@ -250,14 +247,13 @@ impl Format for Certificate {
 }
 
 impl Certificate {
-    /// The certificate of a surface, written by this program in the run that `run` identifies.
+    /// The certificate of a surface, written by this program.
     #[must_use]
-    pub fn of(surface: &Surface, written_by: &str, run: &str) -> Self {
+    pub fn of(surface: &Surface, written_by: &str) -> Self {
         Self {
             format: Self::NAME.into(),
             statement: Self::STATEMENT.into(),
             written_by: written_by.into(),
-            run: Some(run.into()),
             unit: UNIT,
             domain: surface.domain,
             open: surface.open().collect(),

@@ -21,8 +21,6 @@ pub struct LawCertificate {
     format: String,
     statement: String,
     written_by: String,
-    /// The run that it names as its origin.
-    pub run: String,
     law: String,
     law_definition: String,
     /// The names of the axes: epsilon, the law's parameters, V.
@@ -68,8 +66,8 @@ impl Format for LawCertificate {
 }
 
 impl LawCertificate {
-    /// The certificate of a proof, written by this program in the run that `run` identifies.
-    pub fn of(proof: &LawProof, written_by: &str, run: &str) -> Self {
+    /// The certificate of a proof, written by this program.
+    pub fn of(proof: &LawProof, written_by: &str) -> Self {
         let claim = |tile: &Tile| Claim {
             domain: tile.ranges.iter().copied().collect(),
             viscous: tile.viscous,
@@ -80,7 +78,6 @@ impl LawCertificate {
             format: Self::NAME.into(),
             statement: Self::STATEMENT.into(),
             written_by: written_by.into(),
-            run: run.into(),
             law: proof.law.name().into(),
             law_definition: proof.law.definition(),
             axes: axes(&proof.law),
@@ -148,7 +145,7 @@ mod tests {
         let law = Law::Expression(Expression::new("mu + (1-mu)*exp(-u)", 1.0).unwrap());
         let mut proof = LawProof::new(&law, vec![[1.0, 1.0], [0.6, 0.7], [1.0, 1.2]], [0.0, 0.3]);
         proof.refine(40, &|| true);
-        LawCertificate::of(&proof, "a program", "a run")
+        LawCertificate::of(&proof, "a program")
     }
 
     #[test]

@@ -1,58 +1,6 @@
 //! Configuration files: read, validated and converted to a [`Job`].
 //!
-//! ```toml
-//! title = "..."                        # default: the file's name
-//! [friction]
-//! law = "stribeck"                     # default; or exponential, lorentzian, coulomb, expression, table
-//! phi = "mu + (1 - mu)*exp(-u/vs)"     # of law = "expression": u, eps, and names that become axes
-//! file = "measured.csv"                # of law = "table": slip speed and friction; seen from this file
-//! static = 1.0                         # friction at rest of these two, which divides them, at least that in slip at u -> 0
-//! rest = "peak"                        # of these two: friction at rest is the first peak, for laws that rise from 0
-//! quantity = "coefficient"             # default; or force: what the table or the formula of a machine is
-//! fit = { F_k = 700.0, covariance = [[25.0]] } # values of the names in phi with their covariance: `slipmap fit`
-//! small = "eps"                        # reads the law as 1 + eps F(u), so that `perturbation` answers for any law
-//! [grid]                               # every axis of the law; a number, a list, or a range
-//! epsilon = [0.01, 0.1]
-//! alpha = { from = 0.0, to = 0.9, points = 32 }
-//! gamma = { from = 0.1, to = 10.0, points = 32, spacing = "log" }
-//! # beta, V and c likewise
-//! [machine]                            # instead of [grid]: SI units, see [`slipmap_map::machine`]
-//! mass = { value = 2.0, sd = 0.1 }     # also stiffness, normal_force, damping; static_friction, kinetic_friction,
-//! belt_speed = { from = 0.05, to = 1.0, points = 40 } # stribeck_velocity and strengthening (default 0) of the
-//! damping = [2.0, 5.0, 10.0]           # built-in laws; the names in a formula; each of them a number, a list, a
-//!                                      # range or uncertain, { min, max } too; "20 rpm" for a number in another
-//!                                      # unit
-//! [methods]
-//! run = ["perturbation", "simulation"] # default: all but smoothed, stick_band, fixed_step, event_step
-//! [naive]                              # choices of these four, see [`NaiveKnobs`]
-//! smoothing_width = 1e-3               # default; velocity d of tanh(s/d)
-//! stick_band_width = 1e-4              # default; velocity
-//! step = 1e-2                          # default; time
-//! tolerance = 1e-8                     # default; of adaptive steps
-//! longest_step = 0.1                   # default: unbounded; of adaptive steps
-//! turns = 20                           # default; before the verdict
-//! start_pause = 0.1                    # default; time without events after a start on the belt line
-//! [simulation]
-//! engine = "auto"                      # default; or direct, return_map, critical_surface
-//! tolerance = 1e-9                     # default
-//! [validated]
-//! boxes = 32                           # default; boxes of scaled parameters to prove between the nodes, 0: none
-//! proof = "results/name.json"          # default: none; where their certificate goes
-//! [curves]                             # where the behaviour changes, stored in the map by continuation
-//! planes = [{ x = "V", y = "c", at = { gamma = 2.0 } }] # other axes at the nearest, or else their middle node
-//! [audit]
-//! cells = 1000                         # default; distinct cells, at most 10,000,000
-//! [output]
-//! path = "results/name.h5"             # default: results/<name of the file>.h5
-//! fields = ["verdict"]                 # default; also: margin, critical_c, regime, landing, cycle, basin,
-//!                                      # epsilon_limit, sensitivity; of a machine critical_damping for critical_c,
-//!                                      # and that and regime by default
-//! compression = 4                      # default
-//! [work_precision]                     # for `slipmap work-precision` alone
-//! cells = 1024                         # default
-//! near = 0.01                          # default; distance in c from the boundary of half of the cells
-//! seconds = 1.0                        # default; for each method at each setting
-//! ```
+//! Keys and values are those of docs/configuration.md, which tests compare with this reader.
 //!
 //! The output path is relative to the current folder; its folders are created when the run starts. Everything
 //! is checked before anything is computed or written. The text kept in the job has the overrides applied and
@@ -136,16 +84,6 @@ impl Default for StudySettings {
 }
 
 impl Job {
-    /// Identity of this run, of the program built from the commit `git`, in its certificate: the plan, and the
-    /// number of boxes to be proved between the cells.
-    pub fn identity(&self, git: &str) -> String {
-        format!(
-            "{} {}",
-            slipmap_map::dataset::attributes::plan_digest(&self.plan, git),
-            self.plan.proof_boxes
-        )
-    }
-
     /// Reads and validates `file` under the overrides `sets`, each `key.path=value` with a TOML value.
     ///
     /// # Errors

@@ -203,5 +203,10 @@ mod tests {
         assert_eq!(told, Some("fold over gamma and c".into()));
         let facts = FileFacts { length: 1 << 20, by_parts: false };
         assert_eq!(read(&file, &grid, facts).unwrap(), planes);
+        for column in ["plane", "plane_x", "held_V"] {
+            let column = file.group(GROUP).unwrap().dataset(column).unwrap();
+            let stored = value::read(&column, "sha256").unwrap();
+            assert!(stored.is_some() && fingerprint_of(&column).unwrap() == stored);
+        }
     }
 }

@@ -80,7 +80,7 @@ mod tests {
     use std::fs;
 
     use super::*;
-    use crate::{Existing, Outcome, PartialMap, Provenance};
+    use crate::{Existing, Journals, Outcome, PartialMap, Provenance};
     use slipmap_map::map::{Account, Field, Grid, Method, MethodCells, Plan, Runs, Sink, TileData, Verdict};
     use slipmap_model::friction::Law;
 
@@ -109,6 +109,7 @@ mod tests {
         }
         let numbers = ["threads", "wall_seconds"].map(|name| (name.to_owned(), 1.0.into()));
         map.finish(&Outcome { attributes: numbers.into(), ..Outcome::default() }).unwrap();
+        assert!(Journals::beside(path, &plan, &provenance, None).unwrap().is_none());
     }
 
     #[test]

@@ -461,3 +461,21 @@ fn method_info(file: &File, name: &str) -> hdf5::Result<MethodInfo> {
         guarantee: text("guarantee")?,
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn units_of_axes_have_a_size() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = File::create(folder.path().join("map.h5")).unwrap();
+        for (name, size) in [("V", 1e-3), ("c", 0.0), ("mass", -1.0)] {
+            let axis = file.new_dataset_builder().with_data(&[1.0, 2.0]).create(name).unwrap();
+            value::write(&axis, SHOWN[0], &"mm/s".into()).unwrap();
+            value::write(&axis, SHOWN[1], &size.into()).unwrap();
+            let told = shown(&file, name).map(|shown| (shown.unit, shown.size));
+            assert_eq!(told, (size > 0.0).then(|| ("mm/s".to_owned(), size)));
+        }
+    }
+}

@@ -57,3 +57,21 @@ fn first_within(corners: &[f64], from: f64, [lo, hi]: [f64; 2]) -> Option<f64> {
     let inside = corners.get(start..end)?;
     if from <= lo { inside.first().copied() } else { inside.last().copied() }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn steps_end_at_corners_inside_them() {
+        let end = |slip, rate| End { slip, rate };
+        let step = |from, to| shortened(&[0.5, 1.0], 1.0, [from, to], 0.2);
+        // A corner between the ends of a straight step, none, and one beyond both ends, where the slip speed turns.
+        assert!((step(end(0.9, 1.0), end(1.1, 1.0)).unwrap() - 0.1).abs() < 1e-15);
+        assert_eq!(step(end(0.6, 1.0), end(0.8, 1.0)), None);
+        assert_eq!(step(end(0.95, 1.0), end(0.95, -1.0)), Some(0.1));
+        assert_eq!(step(end(0.55, -1.0), end(0.55, 1.0)), Some(0.1));
+        assert_eq!(step(end(0.7, -1.0), end(0.7, 1.0)), None);
+        assert_eq!(step(end(0.9, 1.0), end(f64::NAN, 1.0)), None);
+    }
+}

@@ -9,7 +9,7 @@ pub enum Contents {
     Reals(Vec<f64>),
     /// Whole numbers.
     Integers(Vec<i32>),
-    /// Words, stored as their positions in `flag_meanings`.
+    /// Words without blanks, stored as their positions in `flag_meanings`.
     Words(Vec<String>),
 }
 
@@ -28,8 +28,7 @@ pub struct Series {
 impl Series {
     /// A column along `dimension`.
     pub fn new(dimension: &'static str, name: &str, long_name: &str, contents: Contents) -> Self {
-        let units = if name.starts_with("seconds") { "s" } else { "1" }.into();
-        Self { dimension, name: name.into(), long_name: long_name.into(), units, contents }
+        Self { dimension, name: name.into(), long_name: long_name.into(), units: "1".into(), contents }
     }
 
     /// The column with its numbers in this unit.
@@ -65,11 +64,7 @@ impl Series {
                 };
                 let codes: Vec<i8> = words.iter().map(code).collect();
                 let flags = (0..meanings.len()).map(|code| i8::try_from(code).unwrap_or(i8::MAX)).collect();
-                // `flag_meanings` separates meanings by blanks, so each must be one word.
-                let meanings: Vec<String> = meanings
-                    .iter()
-                    .map(|word| word.split_whitespace().collect::<Vec<_>>().join("_"))
-                    .collect();
+                let meanings: Vec<&str> = meanings.into_iter().map(String::as_str).collect();
                 attributes.push(("flag_values", Value::Codes(flags)));
                 attributes.push(("flag_meanings", meanings.join(" ").into()));
                 Stored::Codes(codes)

@@ -23,7 +23,7 @@
 //! `instability`, `symmetric` and `harmonic_balance` fall with eps. So c crosses each edge at most once, and
 //! bisection finds that eps. The nodes may miss a claim of `bendixson` or of a landing that holds only
 //! between two nodes, and alternations of the verdicts of naive methods, whose limit is that of the nodes. That
-//! `validated` contradicts the flow nowhere is checked at the nodes and next to changes of the flow.
+//! `validated` contradicts the flow nowhere is checked at the nodes and where its verdict changes.
 //!
 //! **Budget.** A ray and all limits along it spend at most `WORK`. If the budget is spent, or the flow has no
 //! answer, limits found at smaller eps hold, and all others are [`Limit::Unknown`], with the reason.
@@ -239,44 +239,6 @@ fn changes(
         change.1 = last;
     }
     Ok(changes)
-}
-
-/// The [`changes`] of the method `validated`, where `turn` is the only eps between the nodes at which the flow's
-/// verdict changes, if any. An evaluation is a proof of some milliseconds, so only those are made that bear on the
-/// limit. Proofs begin to differ from the flow at a `turn`, undecided by the error of the proof, and more or less
-/// by chance: the last change before the turn is sought from there downwards. Where the verdict changes beyond it
-/// does not matter.
-fn proof_changes(
-    [low, high]: [f64; 2],
-    at_low: Verdict,
-    turn: Option<f64>,
-    verdict_at: impl Fn(f64) -> Result<Verdict, Unknown>,
-) -> Result<Vec<(f64, Verdict)>, Unknown> {
-    let last = verdict_at(high)?;
-    if at_low == last {
-        return Ok(Vec::new());
-    }
-    let near = turn.map(|turn| [turn / (1.0 + 0.5 * SAME), turn, turn * (1.0 + 0.5 * SAME)]);
-    let Some([before, turn, beyond]) = near.filter(|[before, _, beyond]| low < *before && *beyond < high)
-    else {
-        return changes([low, high], at_low, verdict_at);
-    };
-    let mut found = Vec::new();
-    let at_turn = verdict_at(before)?;
-    if at_turn != at_low {
-        let (mut distance, mut holding, mut other) = (0.5 * SAME, low, before);
-        while holding == low {
-            distance *= 10.0;
-            let epsilon = before / (1.0 + distance);
-            if epsilon <= low {
-                break;
-            }
-            *(if verdict_at(epsilon)? == at_low { &mut holding } else { &mut other }) = epsilon;
-        }
-        found.push((halve(holding, other, |epsilon| Ok(verdict_at(epsilon)? == at_low))?, at_turn));
-    }
-    found.extend([(turn, verdict_at(beyond)?), ((beyond * high).sqrt(), last)]);
-    Ok(found)
 }
 
 /// The flow at one eps.
@@ -504,14 +466,7 @@ impl Ray {
         let mut truth = self.changes.iter().peekable();
         let mut low = LOWEST;
         for high in nodes(LOWEST, end).skip(1) {
-            let mut turns = self.changes.iter().map(|change| change.0).filter(|at| low < *at && *at <= high);
-            let (turn, another) = (turns.next(), turns.next());
-            let own = if method == Method::validated() && another.is_none() {
-                proof_changes([low, high], pair.0, turn, verdict_at)?
-            } else {
-                changes([low, high], pair.0, verdict_at)?
-            };
-            let mut own = own.into_iter().peekable();
+            let mut own = changes([low, high], pair.0, verdict_at)?.into_iter().peekable();
             loop {
                 let flow_changes = truth.peek().filter(|(place, _)| *place <= high).map(|(place, _)| *place);
                 let own_changes = own.peek().map(|(place, _)| *place);
@@ -536,52 +491,5 @@ impl Ray {
             low = high;
         }
         Ok(None)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Present up to one eps, absent from another on, undecided between.
-    fn changes_of_band(from: f64, to: f64) -> (Vec<(f64, Verdict)>, u32) {
-        let evaluations = Cell::new(0);
-        let verdict_at = |epsilon: f64| {
-            evaluations.set(evaluations.get() + 1);
-            Ok(match epsilon {
-                _ if epsilon < from => Verdict::Present,
-                _ if epsilon < to => Verdict::Undecided,
-                _ => Verdict::Absent,
-            })
-        };
-        (proof_changes([0.9, 1.2], Verdict::Present, Some(1.0), verdict_at).unwrap(), evaluations.get())
-    }
-
-    #[test]
-    fn changes_of_a_proof_next_to_those_of_the_flow() {
-        for below in [0.3e-9, 0.8e-9, 2e-9, 1e-6, 0.05] {
-            for above in [0.3e-9, 2e-9, 1e-3] {
-                let (found, evaluations) = changes_of_band(1.0 - below, 1.0 + above);
-                let case = format!("{below} {above} {found:?}");
-                // The place within the width of a bisection, or at the flow's change if it is as good as there.
-                let place = if below < 0.5 * SAME { 1.0 } else { 1.0 - below };
-                let first = if below < 0.5 * SAME && above < 0.5 * SAME {
-                    Verdict::Absent
-                } else {
-                    Verdict::Undecided
-                };
-                assert!((found[0].0 - place).abs() < 2.0 * WIDTH && found[0].1 == first, "{case}");
-                // Beyond the flow's change it is undecided, so that a band that is narrow below is not lost.
-                let at_turn = found.iter().find(|(place, _)| *place == 1.0).unwrap().1;
-                assert_eq!(at_turn == Verdict::Undecided, above > 0.5 * SAME, "{case}");
-                assert!(
-                    found.is_sorted_by_key(|change| change.0) && found.last().unwrap().1 == Verdict::Absent,
-                    "{case}"
-                );
-                assert!(evaluations < 55, "{case}: {evaluations}");
-            }
-        }
-        // A verdict that stays the same changes nowhere, not even at a node.
-        assert_eq!(changes_of_band(2.0, 3.0).0, []);
     }
 }

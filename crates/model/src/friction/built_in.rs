@@ -53,7 +53,7 @@ pub struct Fall {
 }
 
 /// A built-in law with all parameters fixed. Its friction, weakening rate and formula are called in inner
-/// loops, and so by the matches of `form.rs`.
+/// loops, and so by the matches of `Form`.
 pub(super) trait ClosedForm {
     /// Returns whether no coefficient of the law is a product below the normal numbers, where it may be wrong
     /// by any factor.
@@ -102,7 +102,21 @@ pub(super) trait ClosedForm {
 #[cfg(test)]
 mod tests {
     use super::super::Law;
+    use crate::friction::mean;
     use crate::point::LawParameters;
+
+    #[test]
+    fn stribeck_has_its_mean_in_closed_form_where_its_products_are_normal() {
+        let of =
+            |epsilon, parameters: [f64; 3]| Law::Stribeck.curve(epsilon, &LawParameters::new(&parameters));
+        let curve = of(0.5, [0.3, 0.1, 2.0]);
+        for belt_speed in [0.1, 1.0, 5.0] {
+            let mean = mean::mean_weakening(|u| curve.weakening(u), belt_speed);
+            assert!((curve.mean_weakening(belt_speed) - mean).abs() < 1e-12, "{belt_speed}");
+        }
+        assert!(curve.is_normal() && of(0.5, [1.0, 0.0, 0.0]).is_normal());
+        assert!(!of(1e-310, [0.3, 0.1, 2.0]).is_normal());
+    }
 
     /// The claim is that of the weakening rate at equally spaced slip speeds.
     #[test]

@@ -5,8 +5,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use super::built_in::ClosedForm;
 use super::exponential::ExponentialFall;
-use super::form::Form;
-use super::{FirstOrder, Gradient, NoFirstOrder, Range, Stribeck, Table, Weakening, mean, weakening};
+use super::{FirstOrder, Form, Gradient, NoFirstOrder, Range, Stribeck, Table, Weakening, mean, weakening};
 use crate::point::LawParameters;
 use slipmap_numbers::interval::Interval;
 use slipmap_numbers::jet::{Jet, Real};

@@ -14,7 +14,6 @@ pub mod domain;
 mod exponential;
 mod expression;
 mod family;
-mod form;
 mod function;
 mod lorentzian;
 mod mean;
@@ -46,7 +45,10 @@ use std::cell::RefCell;
 use std::sync::Arc;
 
 use crate::point::{LawParameters, MAX_LAW_PARAMETERS, Point};
-use form::Form;
+use built_in::ClosedForm;
+use custom::CustomCurve;
+use slipmap_numbers::interval::Interval;
+use slipmap_numbers::jet::{Jet, Real};
 
 /// The quantities of a law phi = 1 + eps F1(u) + O(eps^2) that the first-order theory (eps -> 0) needs.
 ///
@@ -443,6 +445,140 @@ impl Law {
             epsilon: point.epsilon,
             belt_speed: point.belt_speed,
             unit: 1.0,
+        }
+    }
+}
+
+/// The kinds of curves, each with its own closed forms.
+#[derive(Clone, Debug, PartialEq)]
+enum Form {
+    Stribeck(Stribeck),
+    Exponential(Exponential),
+    Lorentzian(Lorentzian),
+    Coulomb(Coulomb),
+    Expression(ExpressionCurve),
+    /// F1, the first order in eps of a formula, in place of phi.
+    Leading(ExpressionCurve),
+    Table(Table),
+    Function(Function),
+    Custom(CustomCurve),
+}
+
+/// A match with one arm for all built-in laws, which are listed here alone, before the arms of the others.
+macro_rules! built_in {
+    ($form:expr, $law:ident => $closed:expr; { $($others:tt)* }) => {
+        match $form {
+            Form::Stribeck($law) => $closed,
+            Form::Exponential($law) => $closed,
+            Form::Lorentzian($law) => $closed,
+            Form::Coulomb($law) => $closed,
+            $($others)*
+        }
+    };
+}
+
+impl Form {
+    /// The closed form of a built-in law; `None` for other laws.
+    fn closed(&self) -> Option<&dyn ClosedForm> {
+        built_in!(self, law => Some(law); {
+            Form::Expression(_) | Form::Leading(_) | Form::Table(_) | Form::Function(_) | Form::Custom(_) => {
+                None
+            }
+        })
+    }
+
+    /// Proved bounds of the weakening rate of a built-in law; `None` for other laws.
+    #[inline]
+    fn weakening_range(&self, lo: f64, hi: f64) -> Option<Range> {
+        built_in!(self, law => Some(law.weakening_range(lo, hi)); {
+            Form::Expression(_) | Form::Leading(_) | Form::Table(_) | Form::Function(_) | Form::Custom(_) => {
+                None
+            }
+        })
+    }
+
+    fn phi(&self, u: f64) -> f64 {
+        built_in!(self, law => law.phi(u); {
+            Form::Expression(law) => law.phi(u),
+            Form::Leading(law) => law.leading(u),
+            Form::Table(law) => law.phi(u),
+            Form::Function(law) => law.phi(u),
+            Form::Custom(law) => law.phi(u),
+        })
+    }
+
+    #[inline]
+    fn weakening(&self, u: f64) -> f64 {
+        built_in!(self, law => law.weakening(u); {
+            Form::Expression(law) => law.weakening(u),
+            Form::Leading(law) => -law.leading(Jet::<f64, 2>::variable(u, 1.0)).0[1],
+            Form::Table(law) => law.weakening(u),
+            Form::Function(law) => law.weakening(u),
+            Form::Custom(law) => law.weakening(u),
+        })
+    }
+
+    /// The weakening rate at several slip speeds >= 0.
+    fn weakenings<const N: usize>(&self, u: [f64; N]) -> [f64; N] {
+        match self {
+            Form::Expression(law) => law.weakenings(u),
+            law => u.map(|u| law.weakening(u)),
+        }
+    }
+
+    /// phi in any arithmetic (numbers, intervals or series); `None` for laws given by data or functions.
+    fn formula<T: Real>(&self, u: T) -> Option<T> {
+        built_in!(self, law => Some(law.formula(u)); {
+            Form::Expression(law) => Some(law.formula(u)),
+            Form::Leading(law) => Some(law.leading(u)),
+            Form::Table(_) | Form::Function(_) | Form::Custom(_) => None,
+        })
+    }
+
+    /// Enclosures of the Taylor coefficients of phi at all slip speeds in `u`, in powers of the slip speed
+    /// divided by `unit`.
+    fn series<const N: usize>(&self, u: Interval, unit: f64) -> Option<Jet<Interval, N>> {
+        match self {
+            Form::Function(law) => law.series(u, unit),
+            Form::Exponential(law) => Some(law.series(u, unit)),
+            law => law.formula(Jet::<Interval, N>::variable(u, unit)),
+        }
+    }
+
+    /// The unit of the slip speed of a formula, where that is not the one of the formula as it was written; and the form of
+    /// that formula.
+    fn unit(&self) -> Option<(f64, Self)> {
+        match self {
+            Form::Expression(law) => law.unit().map(|(unit, law)| (unit, Form::Expression(law))),
+            _ => None,
+        }
+    }
+
+    /// The friction at rest less that in slip as u -> 0.
+    fn drop(&self) -> f64 {
+        match self {
+            Form::Coulomb(law) => law.drop(),
+            Form::Expression(law) => law.drop(),
+            Form::Table(law) => law.drop(),
+            _ => 0.0,
+        }
+    }
+
+    fn corners(&self) -> &[f64] {
+        match self {
+            Form::Table(law) => law.corners(),
+            Form::Function(law) => law.corners(),
+            Form::Custom(law) => law.corners(),
+            _ => &[],
+        }
+    }
+
+    /// Ends of the pieces on which the law is one smooth formula: its corners, and the ends of a function's
+    /// polynomials.
+    fn seams(&self) -> &[f64] {
+        match self {
+            Form::Function(law) => law.seams(),
+            law => law.corners(),
         }
     }
 }

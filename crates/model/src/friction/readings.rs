@@ -243,4 +243,19 @@ mod tests {
             );
         }
     }
+
+    /// A bent law is divided where it bends; knots lie on its straight parts.
+    #[test]
+    fn knots_lie_on_straight_parts() {
+        let law = |u: f64| 1.0 - 0.5 * u + if u > 1.0 { u - 1.0 } else { 0.0 };
+        let reading = |i: i32| {
+            let u = f64::from(i) / 32.0;
+            (u, law(u) + if i % 2 == 0 { 1e-6 } else { -1e-6 })
+        };
+        let (knots, spread) = segments(&(1..=64).map(reading).collect::<Vec<_>>(), None);
+        assert!(knots.len() == 4 && (spread / 1e-6 - 1.0).abs() < 0.1, "{knots:?} {spread}");
+        for knot in knots {
+            assert!((knot.friction - law(knot.speed)).abs() < 1e-6 && knot.error < 1e-6, "{knot:?}");
+        }
+    }
 }

@@ -16,6 +16,8 @@ fn meets_the_data_keeps_the_shape_and_has_a_continuous_slope() {
         let (left, right) = (table.piece(i - 1).weakening(knot), table.piece(i).weakening(knot));
         assert!((left - right).abs() <= 64.0 * f64::EPSILON, "{knot}: {left} {right}");
     }
+    // The weighted harmonic mean of Fritsch and Butland, of the secants -2 over 0.1 and -0.75 over 0.2.
+    assert!((table.weakening(0.1) - 0.9 / (0.5 / 2.0 + 0.4 / 0.75)).abs() <= 32.0 * f64::EPSILON);
     let at = |i: u32| table.phi(4.0 * f64::from(i) / 4000.0);
     for i in 0..4000 {
         // Falling up to the least datum, rising from there.

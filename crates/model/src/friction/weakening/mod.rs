@@ -283,7 +283,7 @@ impl Weakening {
         off.abs() <= LARGEST_OFF * size && self.breaks[1] >= NO_LENGTH * self.reach()
     }
 
-    /// The size of the jump of w' at the end of pieces with this number, for a law with corners.
+    /// The size of the jump of w' at the break with this number, for a law with corners.
     #[inline(always)]
     pub fn jump(&self, number: usize) -> f64 {
         self.jumps[number]

@@ -53,6 +53,39 @@ fn the_slip_speed_minus_zero_is_zero() {
     }
 }
 
+/// What steps and proofs take of the pieces is what the whole answers.
+#[test]
+fn pieces_join_and_their_polynomials_are_the_answers() {
+    for curve in smooth().into_iter().chain([table()]) {
+        let compiled = curve.compiled(3.0);
+        let proved: Vec<ProvedPiece> = compiled.proved_pieces(0.0, compiled.reach()).collect();
+        let ends: Vec<f64> = proved.iter().map(|piece| piece.ends[1]).collect();
+        assert!(
+            ends == compiled.breaks()[1..] && proved[1..].iter().all(|piece| ends.contains(&piece.ends[0]))
+        );
+        for &u in &ends {
+            let u = 0.99 * u;
+            let Polynomial { middle, scale, c } = compiled.polynomial(compiled.piece_of(u));
+            let value = c.iter().rev().fold(0.0, |sum, c| sum * (u - middle) * scale + c);
+            let size: f64 = c.iter().map(|c| c.abs()).sum();
+            assert!((value - compiled.at(u)).abs() <= 64.0 * f64::EPSILON * size, "{u}");
+        }
+        let slope = |piece: usize, u: f64| compiled.pieces[piece].slope_at(u);
+        for (piece, &end) in ends[..ends.len() - 1].iter().enumerate() {
+            let (before, after) = (slope(piece, end), slope(piece + 1, end));
+            let jump = if curve.corners().is_empty() { 0.0 } else { compiled.jump(piece + 1) };
+            let size = before.abs() + after.abs();
+            assert!(((before - after).abs() - jump).abs() <= 1e-9 * size.max(1.0), "{end}");
+        }
+    }
+}
+
+#[test]
+fn friction_that_pushes_is_not_proved_to_resist() {
+    assert!(formula("0.3 + 0.7*exp(-2*u)").is_proved_to_resist());
+    assert!(!formula("1 - 0.3*u").is_proved_to_resist());
+}
+
 #[test]
 fn a_law_with_more_waves_than_pieces_is_not_resolved() {
     for curve in smooth().into_iter().chain([table(), formula("1 - 0.1*sin(100*u)")]) {
