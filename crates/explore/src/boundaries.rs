@@ -16,19 +16,11 @@ impl PlaneRequest {
         // The nodes between the ends show whether an axis is logarithmic. The ends themselves may be illegal.
         const NODES: usize = 9;
         const ROOM: f64 = 1e-4;
-        self.curves_in(&self.slice(|side| side.between(NODES, ROOM))?, stop)
-    }
-
-    /// The requested curves in a plane, found by continuation.
-    fn curves_in(
-        &self,
-        Slice { grid, x, y, .. }: &Slice,
-        stop: &AtomicBool,
-    ) -> Result<serde_json::Value, Refusal> {
+        let Slice { grid, x, y, .. } = self.slice(|side| side.between(NODES, ROOM))?;
         let kinds: Vec<Bifurcation> =
             Bifurcation::ALL.into_iter().filter(|kind| (*kind == Bifurcation::Fold) == self.folds).collect();
-        let plane = Plane::new(*x, *y, vec![0; grid.axes().len()]);
-        let found = PlaneCurves::of_kinds(&kinds, grid, plane, stop);
+        let plane = Plane::new(x, y, vec![0; grid.axes().len()]);
+        let found = PlaneCurves::of_kinds(&kinds, &grid, plane, stop);
         match stop.load(Ordering::Relaxed) {
             true => Err(Refusal::stopped()),
             false => Ok(curves_json(&found.curves)),

@@ -15,7 +15,6 @@ use slipmap_map::dataset::{Cells, Schema, Variable};
 use slipmap_map::map::{
     Account, ComputeError, Control, Field, Method, Plan, Queue, Sink, TileData, Verdict, compute_tiles,
 };
-use slipmap_report::Label;
 use slipmap_report::figure::palette::Kind;
 
 /// Number of cells of a tile, after each of which a superseded request may stop: many if c is an axis, since
@@ -31,12 +30,12 @@ impl PlaneRequest {
         let slice = self.cells()?;
         let (show, methods, field) = self.show(&slice.grid)?;
         let control = Control { stop, ..Control::default() };
-        let (mut cells, kinds) = computed(&slice, &show, methods, field, &control)?;
+        let (cells, kinds) = computed(&slice, &show, methods, field, &control)?;
         let axes = slice.grid.axes();
         let size = [slice.x, slice.y].map(|axis| axes[axis].values.len());
-        let label = show.label(&slice.units);
-        cells.convert(label.as_ref());
-        Ok(written(size, label.as_ref(), cells, kinds, started))
+        // Numbers are in the units of their label.
+        let label = show.label(&slice.units).map_or_else(String::new, |label| label.text().plain());
+        Ok(written(size, &label, cells, kinds, started))
     }
 }
 
@@ -54,26 +53,16 @@ impl CellValues {
             false => CellValues::Reals(vec![f32::NAN; cells]),
         }
     }
-
-    /// Converts dimensionless numbers to the unit of the label.
-    fn convert(&mut self, label: Option<&Label>) {
-        if let (CellValues::Reals(reals), Some(label)) = (self, label)
-            && label.factor != 1.0
-        {
-            reals.iter_mut().for_each(|real| *real = (f64::from(*real) * label.factor) as f32);
-        }
-    }
 }
 
 /// A picture as it is sent.
 fn written(
     [width, height]: [usize; 2],
-    label: Option<&Label>,
+    label: &str,
     cells: CellValues,
     kinds: Option<Vec<Kind>>,
     started: Instant,
 ) -> Vec<u8> {
-    let label = label.map_or_else(String::new, |label| label.text().plain());
     let head = json!({
         "width": width,
         "height": height,

@@ -61,7 +61,7 @@ pub(super) fn html(view: &View, summary: &[(Rich, Rich)], tables: &[Table], figu
     text.push_str("</ul></nav>\n<h2>Figures</h2>\n");
     for figure in figures {
         text.push_str(&format!(
-            "<figure id=\"{}\">\n<div>\n{}</div>\n<figcaption>{}</figcaption>\n</figure>\n",
+            "<figure id=\"{}\">\n<div tabindex=\"0\">\n{}</div>\n<figcaption>{}</figcaption>\n</figure>\n",
             anchor("figure", &figure.name),
             figure.scene.svg(&figure.name, &figure.caption),
             figure.caption.html()
@@ -70,7 +70,7 @@ pub(super) fn html(view: &View, summary: &[(Rich, Rich)], tables: &[Table], figu
     text.push_str("<h2>Tables</h2>\n");
     for table in tables {
         text.push_str(&format!(
-            "<section id=\"{}\"><h3>{}</h3>\n<div class=\"table\">\n{}</div></section>\n",
+            "<section id=\"{}\"><h3>{}</h3>\n<div class=\"table\" tabindex=\"0\">\n{}</div></section>\n",
             anchor("table", table.name),
             heading(table),
             table.html()
@@ -78,7 +78,7 @@ pub(super) fn html(view: &View, summary: &[(Rich, Rich)], tables: &[Table], figu
     }
     if let Some(config) = view.map.text("config") {
         text.push_str(&format!(
-            "<h2 id=\"configuration\">Configuration</h2>\n<pre>{}</pre>\n",
+            "<h2 id=\"configuration\">Configuration</h2>\n<pre tabindex=\"0\">{}</pre>\n",
             slipmap_figure::text::html(config)
         ));
     }
