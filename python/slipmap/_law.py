@@ -667,6 +667,8 @@ def _file(path: Any) -> tuple[str, bytes]:
 
 def _columns(data: pd.DataFrame) -> tuple[str, bytes]:
     """The file that a DataFrame would be."""
+    if not isinstance(data, pd.DataFrame):
+        raise TypeError(f"a DataFrame is needed, not a {type(data).__name__}; of arrays `fit` and `table` make laws")
     # An index with a name is a column.
     return "the data", data.to_csv(index=data.index.names != [None]).encode()
 

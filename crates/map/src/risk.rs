@@ -265,13 +265,13 @@ struct Found {
 
 /// Whether some orbit of one of the machines may cross the belt line for ever, as far as a part of them tell.
 fn some_may_cross(draws: &[Draw]) -> bool {
-    let may = |draw: &Draw| {
-        draw.machine.model().is_some_and(|model| {
-            let column = model.column();
-            FarLoops::where_friction_resists(&column.curve, column.belt_speed).inward_from(0.0) > 0.0
-        })
-    };
+    let may = |draw: &Draw| draw.machine.model().is_some_and(|model| may_cross(&model.column()));
     draws.iter().step_by(draws.len().div_ceil(TRIED).max(1)).any(may)
+}
+
+/// Whether some orbit of a column may cross the belt line for ever.
+fn may_cross(column: &Column) -> bool {
+    FarLoops::where_friction_resists(&column.curve, column.belt_speed).inward_from(0.0) > 0.0
 }
 
 /// The damping c of a column below which the orbit from the exit point crosses the belt line for ever, `critical` being
@@ -440,7 +440,11 @@ impl Needed {
 fn usual_draws(machine: &Machine) -> usize {
     let Some(column) = machine.model().map(|model| model.column()) else { return FEWEST_DRAWS };
     let search = critical_damping(&column, TOLERANCE).map_or(FAILURE, |root| root.rhs);
-    let work = search + column.curve.compiling_work(column.belt_speed);
+    let crossing = match may_cross(&column) {
+        true => u64::from(HALVINGS) * flow(&Oscillator::in_column(&column, 0.0), TOLERANCE).rhs,
+        false => 0,
+    };
+    let work = search + crossing + column.curve.compiling_work(column.belt_speed);
     ((WORK / work.max(1)) as usize).clamp(FEWEST_DRAWS, USUAL_DRAWS)
 }
 

@@ -16,6 +16,8 @@ const OF_A_TURN: f64 = 0.2;
 const ROWS_OF_A_SWEEP: usize = 8;
 /// Least number of rows of a record over time: fewer, even with their times, are readings written down.
 const FEWEST_IN_RECORD: usize = 60;
+/// Largest plausible coefficient of friction.
+const HIGHEST_FRICTION: f64 = 5.0;
 /// Number of lines named in a message.
 const NAMED: usize = 3;
 /// Words of a row that gives the friction at rest.
@@ -49,6 +51,10 @@ pub(super) fn read(name: &str, bytes: &[u8], machine: Option<OfMachine>) -> Resu
             left_out.len(),
             which.join(", ")
         ));
+    }
+    if machine.is_some() && columns.forces.is_none() && rows.iter().any(|row| row.friction > HIGHEST_FRICTION)
+    {
+        said.push("friction has no unit and is read as a coefficient".into());
     }
     let several = sweeps(&mut rows);
     let is_record = several || columns.time.is_some() && rows.len() >= FEWEST_IN_RECORD;

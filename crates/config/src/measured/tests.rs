@@ -131,6 +131,11 @@ fn ugly_files_are_read_or_refused_with_their_line() {
             text("v / mm·s⁻¹,F / N\n0,400\n100,350\n500,300"),
             Read(NEWTONS, true, &["mm·s⁻¹"]),
         ),
+        (
+            "forces without a unit",
+            text("v,F\n0,400\n0.1,350\n0.5,300"),
+            Read(NEWTONS, false, &["no unit and is read as a coefficient"]),
+        ),
         ("units in names", text("speed_mps,force_N\n0,400\n0.1,350\n0.5,300"), Read(NEWTONS, true, &[])),
         ("Fortran", text("0.0D0 4.0D-1\n1.0D-1 3.5D-1\n5.0D-1 3.0D-1"), Read(THREE, false, &["spaces"])),
         (
