@@ -17,7 +17,6 @@ use super::backbone::Backbone;
 use super::continuation::{Branch, ROW, TestValue, zero_curves};
 use super::critical::{CriticalDamping, critical_damping};
 use super::crossing::{beyond_landing, reach_within};
-use super::return_map::{Turn, turn_of};
 use super::work::{QUESTION, Work};
 use slipmap_model::filippov::{HopfRate, Oscillator};
 use slipmap_model::friction::Column;
@@ -159,15 +158,9 @@ fn with_error(tolerance: f64, value: impl Fn(f64) -> Result<f64, Failure>) -> Op
     Some(TestValue { value: fine, error: (fine - coarse).abs() + 4.0 * f64::EPSILON })
 }
 
-/// The scaled margin; where the turn leaves the domain of the polar form, about what the distance from the critical damping
-/// makes of it, which has a margin's zero and sign.
+/// What the distance of the damping from the critical one makes of the scaled margin, to first order: the margin itself has an
+/// infinite slope where the turn next to the curve leaves the domain of the polar form.
 fn margin(oscillator: &Oscillator, tolerance: f64, work: &Work) -> Option<TestValue> {
-    let turn = turn_of(oscillator, tolerance);
-    let (Turn::Complete { rhs, .. } | Turn::HandOver { rhs }) = turn;
-    work.spend_compiled(rhs.into()).ok()?;
-    if let Turn::Complete { margin, error, .. } = turn {
-        return Some(TestValue { value: margin, error });
-    }
     let Oscillator { curve, viscous, belt_speed } = oscillator;
     let column = Column { curve: curve.clone(), epsilon: 1.0, belt_speed: *belt_speed, unit: 1.0 };
     let found = critical_damping(&column, tolerance);
