@@ -1,9 +1,9 @@
 //! Proofs for columns of any friction law: enclosures of the critical damping and of the landing.
 
-use super::landing_speed::{Divergence, Flow};
 use super::turn::{Obstacle, critical};
 use super::{Claim, claim_of};
 use crate::drop::fastest;
+use crate::landing::Flow;
 use slipmap_model::friction::{Column, Range, Weakening};
 use slipmap_numbers::interval::Interval;
 use std::sync::Arc;
@@ -41,7 +41,7 @@ pub fn prove(column: &Column) -> Proof {
 /// The compiled law, up to the slip speeds of orbits near the critical one.
 fn compiled(column: &Column) -> Arc<Weakening> {
     match column.curve.drop() > 0.0 {
-        true => column.curve.compiled((4.0 * column.belt_speed).max(1.5 * fastest(column))),
+        true => column.curve.compiled((4.0 * column.belt_speed).max(2.0 * fastest(column))),
         false => column.compiled(),
     }
 }
@@ -53,11 +53,10 @@ pub(super) fn claim(column: &Column) -> Claim {
     }
     let Range { lo, hi } = prove(column).critical;
     let (law, epsilon) = (compiled(column), Interval::of(column.epsilon));
-    let flow = |c: f64| Flow {
-        divergence: Divergence::Compiled(&law),
-        viscous: epsilon * Interval::of(c),
-        belt_speed: Interval::of(column.belt_speed),
-        drop: column.curve.drop(),
+    let belt_speed = Interval::of(column.belt_speed);
+    let highest = |least: Interval, most: Interval| {
+        law.range((belt_speed * least).lo.max(0.0), (belt_speed * most).hi).hi
     };
+    let flow = |c: f64| Flow::new(belt_speed, column.curve.drop(), epsilon * Interval::of(c), highest);
     claim_of(Interval::new(lo, hi).over(epsilon), &|c| flow(c).lands())
 }
