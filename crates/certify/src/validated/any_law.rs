@@ -6,6 +6,7 @@ use crate::drop::fastest;
 use crate::landing::Flow;
 use slipmap_model::friction::{Column, Range, Weakening};
 use slipmap_numbers::interval::Interval;
+use std::cell::LazyCell;
 use std::sync::Arc;
 
 /// The proved statements about a column.
@@ -41,7 +42,7 @@ pub fn prove(column: &Column) -> Proof {
 /// The compiled law, up to the slip speeds of orbits near the critical one.
 fn compiled(column: &Column) -> Arc<Weakening> {
     match column.curve.drop() > 0.0 {
-        true => column.curve.compiled((4.0 * column.belt_speed).max(2.0 * fastest(column))),
+        true => column.curve.compiled((4.0 * column.belt_speed).max(1.5 * fastest(column))),
         false => column.compiled(),
     }
 }
@@ -52,11 +53,14 @@ pub(super) fn claim(column: &Column) -> Claim {
         return Claim::NOTHING;
     }
     let Range { lo, hi } = prove(column).critical;
-    let (law, epsilon) = (compiled(column), Interval::of(column.epsilon));
-    let belt_speed = Interval::of(column.belt_speed);
+    let [epsilon, belt_speed] = [column.epsilon, column.belt_speed].map(Interval::of);
+    // An orbit that lands slowly enough swings no farther than sqrt(4 + V^2), unless damping slows it, and bounds of it
+    // reach twice as far.
+    let reach = column.belt_speed + 2.0 * column.belt_speed.hypot(2.0);
+    let law = LazyCell::new(|| column.curve.compiled(reach.max(4.0 * column.belt_speed)));
     let highest = |least: Interval, most: Interval| {
         law.range((belt_speed * least).lo.max(0.0), (belt_speed * most).hi).hi
     };
-    let flow = |c: f64| Flow::new(belt_speed, column.curve.drop(), epsilon * Interval::of(c), highest);
+    let flow = |c: f64| Flow::new(belt_speed, column.curve.drop(), epsilon * Interval::of(c), &highest);
     claim_of(Interval::new(lo, hi).over(epsilon), &|c| flow(c).lands())
 }
