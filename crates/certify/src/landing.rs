@@ -167,7 +167,8 @@ impl<T: Bounding, W: Fn(T, T) -> f64> Flow<T, W> {
     /// The flow with these bounds `highest` of the weakening rate between two slip speeds, which may be slightly below 0.
     pub(crate) fn new(belt_speed: T, drop: f64, viscous: T, highest: W) -> Self {
         let (one, drop) = (T::constant(1.0), T::constant(drop));
-        let start = if drop.is_zero() { one } else { ((drop / belt_speed).squared() + one) * T::constant(INFLATE) };
+        let start =
+            if drop.is_zero() { one } else { ((drop / belt_speed).squared() + one) * T::constant(INFLATE) };
         Self { belt_speed, drop, start: start.most(), highest, viscous }
     }
 

@@ -108,7 +108,8 @@ impl LawProof {
         let own: Vec<Slope> = parameters.iter().map(|x| Slope::of(*x)).collect();
         let highest = |least: Interval, most: Interval| {
             let [least, most] = [least, most].map(|slip| belt_speed[0] * slip);
-            let weakening = self.law.weakening_over(Slope::of(Interval::new(least.lo.max(0.0), most.hi)), &own);
+            let weakening =
+                self.law.weakening_over(Slope::of(Interval::new(least.lo.max(0.0), most.hi)), &own);
             weakening.map_or(f64::INFINITY, |weakening| weakening.0[0].hi)
         };
         let from = volumes::sticks_from(highest, x[0], belt_speed[0], self.damping);
