@@ -407,8 +407,8 @@ class Law:
         Law
             Its :attr:`error` says how far its weakening rate may be from that of the function; the error
             estimates of :func:`critical_c` count it. The pieces are halved until they meet the function
-            between its samples, too, next to rest down to 1e-12 of the range; a dip is seen that is as
-            wide as a 24th of the piece around it.
+            between its samples, too, next to rest and to corners down to 1e-12 of the range; a dip is seen that
+            is as wide as a ten-thousandth of the range.
 
         Raises
         ------
@@ -667,7 +667,8 @@ def _file(path: Any) -> tuple[str, bytes]:
 
 def _columns(data: pd.DataFrame) -> tuple[str, bytes]:
     """The file that a DataFrame would be."""
-    return "the data", data.to_csv(index=False).encode()
+    # An index with a name is a column.
+    return "the data", data.to_csv(index=data.index.names != [None]).encode()
 
 
 def _unknown(name: str, law: _core.Law) -> str:

@@ -1,7 +1,7 @@
 //! Friction laws.
 
 use numpy::{PyArray1, PyReadonlyArray1};
-use pyo3::exceptions::PyValueError;
+use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use slipmap::config::number_in;
 use slipmap::friction::{Expression, Function, Law as Family, Table};
@@ -90,7 +90,12 @@ impl Law {
         origin: &str,
     ) -> PyResult<Self> {
         let mut raised = None;
-        let call = |u: f64| match function.call1((u,)).and_then(|value| value.extract::<f64>()) {
+        let number = |value: Bound<'_, PyAny>| {
+            let problem =
+                || format!("the function gives {value}, and one number is needed at each slip speed");
+            value.extract::<f64>().map_err(|_| PyTypeError::new_err(problem()))
+        };
+        let call = |u: f64| match function.call1((u,)).and_then(number) {
             Ok(value) => value,
             Err(error) => {
                 // The first error is the one that is raised; NaN ends the sampling soon.

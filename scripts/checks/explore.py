@@ -563,10 +563,11 @@ def a_machine_is_in_si_units(session):
 
 
 def a_working_point_is_pinned(session):
+    """In the units of its file."""
     with tempfile.TemporaryDirectory() as folder:
         config = Path(folder) / "one.toml"
-        config.write_text('[friction]\nlaw = "exponential"\n[machine]\nmass = 2.0\nstiffness = 5e5\nnormal_force = 1000.0\nstatic_friction = 0.4\n'
-                          'kinetic_friction = 0.25\nstribeck_velocity = 0.05\nbelt_speed = 0.15\ndamping = 30.0\n')
+        config.write_text('[friction]\nlaw = "exponential"\n[machine]\nmass = 2.0\nstiffness = 5e5\nnormal_force = "1 kN"\nstatic_friction = "40 %"\n'
+                          'kinetic_friction = 0.25\nstribeck_velocity = 0.05\nbelt_speed = "150 mm/s"\ndamping = 30.0\n')
         session.serve(str(config))
         page = session.open()
         settle(page)
@@ -574,7 +575,25 @@ def a_working_point_is_pinned(session):
         said = state(page)
         most = float(said["y"].split(",")[2])
         assert said["pin"] == "1" and 1.1 < most / max(probe["critical_damping"], 30.0) < 1.3, said
-        expect(page.locator("#answer")).to_contain_text(probe["regime"].replace("_", " "))
+        expect(page.locator("#answer")).to_contain_text(f"belt speed = 150 mm/s, damping = 30 N s/m: {probe['regime'].replace('_', ' ')}")
+        expect(page.locator("#overlay")).to_contain_text("belt speed, mm/s")
+        inputs = [page.get_by_label(f"{name}: value").input_value() for name in ("normal force", "static friction", "kinetic friction")]
+        assert inputs == ["1", "40", "0.25"], inputs
+        assert tells(page, probe["critical_damping"])
+        expect(page.locator(".figure").first).to_contain_text("velocity, mm/s")
+        curve = page.locator("#overlay path.curve").first.get_attribute("d")
+        # The same in the link; what leaves the page is in SI units.
+        again = session.open(page.evaluate("location.hash"))
+        settle(again)
+        wait(again, "document.querySelectorAll('#overlay path.curve').length >= 2")
+        assert again.locator("#overlay path.curve").first.get_attribute("d") == curve
+        again.get_by_label("kinetic friction: value").fill("0.5")
+        expect(again.locator("#parameters")).to_contain_text("must be 0.4 at most")
+        again.get_by_role("button", name="Share and export").click()
+        expect(again.locator("#leave pre").first).to_contain_text("--set belt_speed=0.15")
+        expect(again.locator("#leave pre").nth(1)).to_contain_text("normal_force = 1000.0")
+        session.picture(again, "machine-units")
+        again.context.close()
         page.context.close()
 
 

@@ -143,23 +143,25 @@ fn check_boxes(
     sound: &str,
     as_json: bool,
 ) -> Result<Ended, Failure> {
-    let Checked { tiles, confirmed, largest_radius, open_share, problems } = found;
+    let Checked { tiles, confirmed, largest_radius, mean_radius, open_share, problems } = found;
     let json = json!({
         "proof": path.to_string_lossy(),
         "sound": problems.is_empty(),
         "tiles": tiles,
         "confirmed": confirmed,
         "largest_radius": largest_radius,
+        "mean_radius": mean_radius,
         "open_share": open_share,
         "problems": problems,
     });
     let what = format!(
-        "{}: {what}\n{} of {} proved again, C* known to {} or better there; {} % of the domain is open",
+        "{}: {what}\n{} of {} proved again, {} % of the domain: there C* is known to {} on average, {} at worst",
         path.display(),
         count(confirmed),
         number_of(tiles, "tile"),
-        short(largest_radius),
-        short(100.0 * open_share)
+        short(100.0 * (1.0 - open_share)),
+        short(mean_radius),
+        short(largest_radius)
     );
     checked(as_json, &json, &what, &problems, sound)
 }

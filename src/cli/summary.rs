@@ -302,9 +302,7 @@ fn curves_line(axes: &[Axis], curves: &PlaneCurves) -> String {
     found.extend(cut.map(|kind| {
         format!("{} incomplete beyond {} points", kind.name().replace('_', " "), count(MOST_POINTS))
     }));
-    found.extend(curves.cut.iter().map(|kind| {
-        format!("{} incomplete: the budget of its search was spent", kind.name().replace('_', " "))
-    }));
+    found.extend(curves.cut_in_words());
     format!("curves over {} and {}{at}: {}", axes[plane.x].name, axes[plane.y].name, found.join(", "))
 }
 

@@ -569,7 +569,7 @@ fn a_page_of_data_that_end_early_says_what_is_known() {
          [friction]\nlaw = \"table\"\nfile = \"early.csv\"\nquantity = \"force\"\n",
     );
     let page =
-        scratch.run(&["machine", "early.toml", "--draws", "1000", "--out", "page.html"]).ends_with(0).out;
+        scratch.run(&["machine", "early.toml", "--draws", "100", "--out", "page.html"]).ends_with(0).out;
     for known in [
         "steady slip is unstable below damping",
         "may stick-slip below damping",
@@ -579,7 +579,7 @@ fn a_page_of_data_that_end_early_says_what_is_known() {
     ] {
         assert!(page.contains(known), "{known}\n{page}");
     }
-    let json = scratch.run(&["machine", "early.toml", "--draws", "1000", "--json"]).ends_with(0).out;
+    let json = scratch.run(&["machine", "early.toml", "--draws", "100", "--json"]).ends_with(0).out;
     let answer: Value = serde_json::from_str(&json).unwrap();
     assert!(answer["risk"].is_null() && answer["steady_slip_unstable_below_damping"].is_f64(), "{answer}");
 }

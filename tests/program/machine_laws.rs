@@ -250,11 +250,11 @@ fn a_map_of_an_uncertain_machine_has_its_probability() {
     for (i, speed) in ["0.1", "0.2"].into_iter().enumerate() {
         for (j, damping) in ["2", "8"].into_iter().enumerate() {
             let [speed, damping] = [format!("belt_speed={speed}"), format!("damping={damping}")];
-            let page = ["machine", "machine.toml", "--set", &speed, "--set", &damping, "--draws", "5000"];
+            let page = ["machine", "machine.toml", "--set", &speed, "--set", &damping, "--draws", "2000"];
             let risk = &json(&scratch, &page)["risk"];
             let (here, p) = (risk["probability"]["value"].as_f64().unwrap(), stored[[i, j]]);
             // Four standard errors of the difference from that of 10000 draws.
-            assert!((here - p).abs() <= 4.0 * (1.5 * p * (1.0 - p) / 5000.0).sqrt() + 1e-3, "{here} {p}");
+            assert!((here - p).abs() <= 4.0 * (1.2 * p * (1.0 - p) / 2000.0).sqrt() + 1e-3, "{here} {p}");
             assert!(risk["critical_damping_error"].as_f64().unwrap() < 1e-4);
         }
     }
@@ -267,7 +267,7 @@ fn a_map_of_an_uncertain_machine_has_its_probability() {
     scratch.file("value.toml", text("belt_speed = { value = 0.2, sd = 0.03 }"));
     let page = |file: &str, speed: &str| {
         let speed = format!("belt_speed={speed}");
-        json(&scratch, &["machine", file, "--set", &speed, "--draws", "5000"])["risk"].clone()
+        json(&scratch, &["machine", file, "--set", &speed, "--draws", "1000"])["risk"].clone()
     };
     assert!(page("range.toml", "0.1") == page("value.toml", "0.1") && page("range.toml", "0.1").is_object());
     let damping = text("belt_speed = 0.1")
@@ -294,7 +294,7 @@ fn measured_friction_with_standard_errors_makes_a_machine_uncertain() {
     scratch.file("exact.toml", text("exact.csv"));
     scratch.file("measured.toml", text("measured.csv"));
     let page = |file: &str| {
-        json(&scratch, &["machine", file, "--draws", "2000", "--out", "page.html", "--overwrite"])
+        json(&scratch, &["machine", file, "--draws", "500", "--out", "page.html", "--overwrite"])
     };
     assert!(page("exact.toml")["risk"].is_null());
     // Exact rows leave the curve between them open.
@@ -305,7 +305,7 @@ fn measured_friction_with_standard_errors_makes_a_machine_uncertain() {
     let error = page["risk"]["critical_damping_standard_error"].as_f64().unwrap();
     assert!(error > 0.0, "{page}");
     // The damping that five per cent of normal deviations exceed.
-    let rare = ["machine", "measured.toml", "--draws", "4000", "--rare", "0.05"];
+    let rare = ["machine", "measured.toml", "--draws", "1000", "--rare", "0.05"];
     let rare = json(&scratch, &rare)["risk"]["rare_by"][0]["damping"].clone();
     let expected = critical + 1.644_853_6 * error;
     let [low, high] = [0, 1].map(|i| rare["limits_95"][i].as_f64().unwrap());

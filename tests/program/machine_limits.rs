@@ -155,7 +155,7 @@ fn data_may_leave_open_what_the_machine_does() {
     let scratch = machine(&format!("speed,friction,se\n{}", speeds.map(row).concat()));
     let at = |damping: f64| {
         let set = format!("damping={damping}");
-        let told = page(&scratch, &["--set", &set, "--draws", "1000", "--out", "page.html", "--overwrite"]);
+        let told = page(&scratch, &["--set", &set, "--draws", "100", "--out", "page.html", "--overwrite"]);
         (told, words(&scratch.read("page.html")))
     };
     let (decided, text) = at(30.0);

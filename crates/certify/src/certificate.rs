@@ -165,6 +165,8 @@ pub struct Checked {
     pub confirmed: usize,
     /// The largest error of a proved critical damping, in scaled units.
     pub largest_radius: f64,
+    /// Its mean over the volume of the tiles.
+    pub mean_radius: f64,
     /// Share of the domain in which nothing is claimed; valid if there are no problems.
     pub open_share: f64,
     /// All problems; the certificate is sound if there are none.
@@ -174,7 +176,14 @@ pub struct Checked {
 impl Checked {
     /// The result where no tile can be proved again.
     pub(super) fn nothing(tiles: usize, problems: Vec<String>) -> Self {
-        Self { tiles, confirmed: 0, largest_radius: f64::INFINITY, open_share: 1.0, problems }
+        Self {
+            tiles,
+            confirmed: 0,
+            largest_radius: f64::INFINITY,
+            mean_radius: f64::INFINITY,
+            open_share: 1.0,
+            problems,
+        }
     }
 
     /// Verifies that `tiles`, each with its box and its radius, and the boxes `open` divide `domain`, and that
@@ -200,11 +209,17 @@ impl Checked {
             let wide = one.as_ref().iter().zip(domain).filter(|(_, [lo, hi])| hi > lo);
             wide.map(|([lo, hi], [from, to])| (hi - lo) / (to - from)).product()
         };
+        let shares: Vec<f64> = boxes.iter().map(share).collect();
+        let (closed, open) = shares.split_at(tiles.len());
+        let sum = |all: &mut dyn Iterator<Item = f64>| all.fold(0.0, |sum, one| sum + one);
+        let volume = sum(&mut closed.iter().copied());
+        let weighted = sum(&mut closed.iter().zip(&radii).map(|(share, radius)| share * radius));
         Self {
             tiles: tiles.len(),
             confirmed,
+            mean_radius: if tiles.is_empty() { 0.0 } else { weighted / volume },
+            open_share: sum(&mut open.iter().copied()),
             largest_radius: radii.into_iter().fold(0.0, f64::max),
-            open_share: boxes[tiles.len()..].iter().map(share).fold(0.0, |sum, share| sum + share),
             problems,
         }
     }

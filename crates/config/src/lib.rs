@@ -87,7 +87,7 @@ pub use units::{has_unit, number_in};
 use slipmap_certify::validated;
 use slipmap_map::map::{
     DEFAULT_AUDIT_CELLS, DEFAULT_COMPRESSION, DEFAULT_PROOF_BOXES, DEFAULT_TOLERANCE, Engine, Field, Grid,
-    GridError, MOST_AUDIT_CELLS, Method, Plan, TOLERANCES,
+    GridError, MOST_AUDIT_CELLS, Method, Plan, Shown, TOLERANCES,
 };
 use slipmap_map::risk::Uncertain;
 use slipmap_model::friction::Law;
@@ -102,6 +102,8 @@ pub struct Job {
     pub title: String,
     /// The uncertain quantities.
     pub uncertain: Vec<Uncertain>,
+    /// The units of a machine's quantities in the file; `None` is the SI unit.
+    pub units: Vec<(&'static str, Option<Shown>)>,
     /// What units in the file are in SI: "1 rpm is 0.10472 rad/s".
     pub conversions: Vec<String>,
     /// The configuration file.
@@ -178,15 +180,15 @@ impl Job {
         let stem = file.file_stem().map_or_else(|| "map".into(), |stem| stem.to_string_lossy().into_owned());
         let title = root.get_or("title", stem.clone(), |node| Ok(line(node)?.to_owned()))?;
 
-        let (grid, uncertain, conversions) = if alone {
+        let (grid, uncertain, units, conversions) = if alone {
             let job = machine::read(&machine, &friction, &law)?;
             let grid = machine::grid(&machine, &job)?;
             law::check_range(&friction, &grid)?;
-            (grid, job.uncertain, job.conversions)
+            (grid, job.uncertain, job.units, job.conversions)
         } else {
             let grid = grid(&axes, &law)?;
             law::check_range(&friction, &grid)?;
-            (grid, Vec::new(), Vec::new())
+            (grid, Vec::new(), Vec::new(), Vec::new())
         };
 
         let methods = root.section("methods")?.get_or("run", Method::usual().collect(), |node| {
@@ -258,6 +260,7 @@ impl Job {
             plan,
             title,
             uncertain,
+            units,
             conversions,
             config_file: source.file.clone(),
             config_text: source.text(),

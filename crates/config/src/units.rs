@@ -299,9 +299,15 @@ pub(super) fn conversion(unit: &str, factor: f64, wanted: Wanted) -> String {
     format!("1 {unit} is {} {}", rounded(factor, 6), wanted.name()).trim_end().to_owned()
 }
 
-/// The name in a header and the text in the brackets at its end: `damping [N s/m]`.
+/// The name in a header and the text in the brackets at its end, `damping [N s/m]`, or the unit by which it is divided,
+/// `F / N`.
 pub(super) fn bracketed(header: &str) -> Option<(&str, &str)> {
     let header = header.trim();
+    if let Some((name, unit)) = header.rsplit_once(" / ")
+        && read(unit).is_some()
+    {
+        return Some((name.trim_end(), unit.trim()));
+    }
     let close = header.chars().last()?;
     let open = match close {
         ']' => '[',
@@ -416,6 +422,8 @@ mod tests {
         assert_eq!(bracketed("damping [N s/m]"), Some(("damping", "N s/m")));
         assert_eq!(bracketed("v / (m/s)"), Some(("v", "m/s")));
         assert_eq!(bracketed("d (N/(m/s))"), Some(("d", "N/(m/s)")));
+        assert_eq!(bracketed("v / mm·s⁻¹"), Some(("v", "mm·s⁻¹")));
+        assert_eq!(bracketed("F_t / F_n"), None);
         assert_eq!(bracketed("mass"), None);
         let speed = Wanted::Si(Motion::Translation, Dimension::Velocity);
         for (header, unit) in [

@@ -9,10 +9,11 @@ use serde_json::{Value, json};
 use super::quantities;
 use super::refusal::Refusal;
 use slipmap_config::{Level, Measured, OfMachine, point_of};
-use slipmap_map::machine::{Coefficients, Machine, Motion};
-use slipmap_map::map::Grid;
+use slipmap_map::machine::{BELT_SPEED, Coefficients, DAMPING, Dimension, Machine, Motion};
+use slipmap_map::map::{Grid, Shown};
 use slipmap_model::friction::{Expression, Law};
 use slipmap_model::point::{MAX_LAW_PARAMETERS, Point};
+use slipmap_report::UnitSystem;
 
 /// Largest number of characters of a formula.
 const LONGEST_FORMULA: usize = 4096;
@@ -103,6 +104,9 @@ pub(super) struct Place {
     /// The motion of a machine: then the law and the values are in SI units.
     #[serde(default)]
     pub(super) motion: Option<String>,
+    /// The units of its figures, by quantity, where they are not those of SI: name and size.
+    #[serde(default)]
+    units: BTreeMap<String, (String, f64)>,
 }
 
 impl Place {
@@ -111,6 +115,17 @@ impl Place {
         let Some(motion) = &self.motion else { return Ok(None) };
         let motion = quantities::motion_of(motion)?;
         quantities::machine(&self.law.in_si_units(motion)?, motion, &self.law.axes, &self.at).map(Some)
+    }
+
+    /// The units of the numbers of its figures.
+    pub(super) fn units(&self) -> Result<UnitSystem, Refusal> {
+        let Some(machine) = self.machine()? else { return Ok(UnitSystem::default()) };
+        let shown = [(Dimension::Velocity, BELT_SPEED), (Dimension::Damping, DAMPING)].into_iter();
+        let shown = shown.filter_map(|(dimension, name)| {
+            let (unit, size) = self.units.get(name)?.clone();
+            Some((dimension, Shown { unit, size }))
+        });
+        Ok(UnitSystem::of_machine(machine.si()).shown_in(shown.collect()))
     }
 
     /// The dimensionless law and the values of its axes in their order, each legal. It has the parameters

@@ -12,7 +12,6 @@ use slipmap_map::assessment::sensitivities;
 use slipmap_map::behaviour::behaviour;
 use slipmap_map::map::{DEFAULT_TOLERANCE, Method};
 use slipmap_map::probe::{Answer, MachineResult, Probe, regime_words};
-use slipmap_report::UnitSystem;
 use slipmap_simulate::CriticalDamping;
 
 #[derive(Clone, Debug, Deserialize)]
@@ -66,8 +65,7 @@ impl PointRequest {
     pub(super) fn figure(&self, stop: &AtomicBool) -> Result<Value, Refusal> {
         let (law, point) = self.place.point()?;
         let start = self.start.filter(|start| start.iter().all(|x| x.is_finite()));
-        let machine = self.place.machine()?;
-        let units = machine.map_or_else(UnitSystem::default, |it| UnitSystem::of_machine(it.si()));
+        let units = self.place.units()?;
         match self.figure.as_str() {
             "orbit" => Ok(figures::orbit(&law, &point, &units, start)),
             "friction" => Ok(figures::friction(&law, &point, &units)),

@@ -144,11 +144,6 @@ pub(super) fn axes(law: &Law, motion: Motion, given: &[String]) -> Value {
     Machine::names(law, is_given(given)).into_iter().map(one).collect()
 }
 
-/// The quantities of a machine by name.
-pub(super) fn at_json(machine: &Machine) -> Value {
-    machine.quantities().into_iter().map(|(name, value)| (name.to_owned(), json!(value))).collect()
-}
-
 /// The dimensionless law of a machine, and the values of its axes.
 pub(super) fn dimensionless(machine: &Machine) -> Result<(Law, Vec<f64>), Refusal> {
     let overflow =

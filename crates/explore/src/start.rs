@@ -1,10 +1,10 @@
 //! The initial contents of the page: default, a configuration, or a map.
 
-use serde_json::json;
+use serde_json::{Map, Value, json};
 
 use super::place::law_json;
-use slipmap_map::machine::Machine;
-use slipmap_map::map::{AxisRole, Grid};
+use slipmap_map::machine::{DAMPING, Machine};
+use slipmap_map::map::{AxisRole, Grid, Shown};
 use slipmap_simulate::critical::{critical_damping, known_or_nan};
 
 /// Factor by which the damping axis extends beyond the larger of two dampings.
@@ -17,23 +17,37 @@ const TOLERANCE: f64 = 1e-6;
 pub struct Start {
     grid: Option<Grid>,
     title: String,
+    /// The units of a machine's quantities, where they are not those of SI.
+    units: Vec<(String, Shown)>,
 }
 
 impl Start {
-    /// The plane of a configuration or a map.
-    pub fn of(grid: &Grid, title: &str) -> Self {
-        Self { grid: Some(grid.clone()), title: title.into() }
+    /// The plane of a configuration or a map; `held` are the units of what is no axis of it.
+    pub fn of(grid: &Grid, title: &str, held: &[(&'static str, Option<Shown>)]) -> Self {
+        let axes = grid.axes().iter().map(|axis| (axis.name.as_str(), &axis.shown));
+        let all = axes.chain(held.iter().map(|(name, shown)| (*name, shown)));
+        let units = all.filter_map(|(name, shown)| Some((name.to_owned(), shown.clone()?))).collect();
+        Self { grid: Some(grid.clone()), title: title.into(), units }
     }
 
-    pub(super) fn to_json(&self) -> serde_json::Value {
-        let Some(grid) = &self.grid else { return serde_json::Value::Null };
+    pub(super) fn to_json(&self) -> Value {
+        let Some(grid) = &self.grid else { return Value::Null };
         let machine = grid.machine();
+        let size = |name: &str| {
+            self.units.iter().find(|(known, _)| known == name).map_or(1.0, |(_, shown)| shown.size)
+        };
+        // Conversion to SI has left round-off in the last digit.
+        let shown = |name: &str, value: f64| match size(name) {
+            1.0 => value,
+            size => rounded(value / size),
+        };
         let axis = |axis: &slipmap_map::map::Axis| {
+            let node = |node: usize| shown(&axis.name, axis.values[node]);
             json!({
                 "name": axis.name,
-                "from": axis.values[0],
-                "to": axis.values[axis.values.len() - 1],
-                "value": axis.values[axis.middle()],
+                "from": node(0),
+                "to": node(axis.values.len() - 1),
+                "value": node(axis.middle()),
                 "nodes": axis.values.len(),
                 "log": axis.is_logarithmic(),
             })
@@ -42,12 +56,18 @@ impl Start {
             |role: AxisRole| grid.axes().iter().all(|axis| axis.role != role || axis.values.len() == 1);
         // A machine with one belt speed and one damping is a working point.
         let pinned = machine.is_some() && [AxisRole::BeltSpeed, AxisRole::Damping].into_iter().all(single);
+        let units: Map<String, Value> =
+            self.units.iter().map(|(name, of)| (name.clone(), json!([of.unit, of.size]))).collect();
+        let quantities = machine.into_iter().flat_map(Machine::quantities);
+        let at: Map<String, Value> =
+            quantities.map(|(name, value)| (name.to_owned(), shown(name, value).into())).collect();
         json!({
             "title": self.title,
             "pinned": pinned,
-            "most_damping": machine.and_then(most_damping).map(rounded),
+            "most_damping": machine.and_then(most_damping).map(|most| rounded(most / size(DAMPING))),
             "motion": machine.map(|machine| machine.motion.name()),
-            "at": machine.map(super::quantities::at_json),
+            "units": units,
+            "at": at,
             "law": match machine {
                 Some(machine) => super::quantities::law_json(machine),
                 None => law_json(grid.law()),

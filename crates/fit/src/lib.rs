@@ -15,9 +15,9 @@
 //! residuals. Where the readings have standard errors, the variance is at least 1 in units of these; where they have
 //! none, it comes from the residuals, and two standard errors are made those of 95 % by Student's distribution.
 //!
-//! Which law it is, is not known either. The variance of each is larger by what the others say: by the mean square of
-//! the differences of their slopes, with Akaike's weights, in units of the mean variance of the slope (Buckland, Burnham
-//! and Augustin, Biometrics 53, 1997). Slopes, because they are what makes a machine vibrate.
+//! Which law it is, is not known either. The standard error of each is larger by what the others say: the mean, with
+//! Akaike's weights, of the root of 1 and the mean square of the difference of their slopes, in units of the mean variance
+//! of the slope (Buckland, Burnham and Augustin, Biometrics 53, 1997). Slopes, because they are what makes a machine vibrate.
 
 mod model;
 
@@ -230,16 +230,18 @@ impl Fit {
     fn by_other_laws(&self, fits: &[Fit], [slowest, fastest]: [f64; 2]) -> f64 {
         let weights: Vec<f64> = fits.iter().map(|fit| (0.5 * (fits[0].aicc - fit.aicc)).exp()).collect();
         let total: f64 = weights.iter().sum();
-        let (mut between, mut within) = (0.0, 0.0);
+        let mut within = 0.0;
+        let mut between = vec![0.0; fits.len()];
         for i in 0..COMPARED {
             let speed = slowest * (fastest / slowest).powf(f64::from(i) / f64::from(COMPARED - 1));
             let [slope, error] = self.slope(speed);
-            let others = fits.iter().zip(&weights);
-            let squares = others.map(|(fit, weight)| weight * (fit.slope(speed)[0] - slope).powi(2));
-            between += speed * speed * squares.sum::<f64>() / total;
             within += (speed * error).powi(2);
+            let others = between.iter_mut().zip(fits);
+            others.for_each(|(sum, fit)| *sum += (speed * (fit.slope(speed)[0] - slope)).powi(2));
         }
-        if between.is_finite() && within > 0.0 { 1.0 + between / within } else { 1.0 }
+        let errors = between.iter().map(|between| (1.0 + between / within).sqrt());
+        let mean = errors.zip(&weights).map(|(error, weight)| weight * error).sum::<f64>() / total;
+        if mean.is_finite() { mean * mean } else { 1.0 }
     }
 
     /// The standard errors of the parameters.

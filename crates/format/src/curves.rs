@@ -22,6 +22,15 @@ pub(super) fn names(grid: &Grid) -> Vec<String> {
     own.chain(axes().map(held)).chain(axes().map(|axis| axis.name.clone())).collect()
 }
 
+/// The attribute that names the curves whose search was cut by its budget.
+const INCOMPLETE: &str = "incomplete";
+
+/// The curves of a kind in a plane, in words.
+fn in_plane(kind: Bifurcation, plane: &Plane, grid: &Grid) -> String {
+    let [x, y] = [plane.x, plane.y].map(|axis| grid.axes()[axis].name.as_str());
+    format!("{} over {x} and {y}", kind.name())
+}
+
 /// Writes the curves of `planes`; writes nothing if there are no planes.
 pub(super) fn write(file: &File, grid: &Grid, planes: &[PlaneCurves]) -> hdf5::Result<()> {
     if planes.is_empty() {
@@ -29,14 +38,11 @@ pub(super) fn write(file: &File, grid: &Grid, planes: &[PlaneCurves]) -> hdf5::R
     }
     let group = group_of_tables(file, GROUP)?;
     value::write(&group, "long_name", &"curves of codimension one, by continuation".into())?;
-    let words = |curves: &PlaneCurves, kind: &Bifurcation| {
-        let [x, y] = [curves.plane.x, curves.plane.y].map(|axis| grid.axes()[axis].name.as_str());
-        format!("{} over {x} and {y}", kind.name())
-    };
-    let cut: Vec<String> =
-        planes.iter().flat_map(|curves| curves.cut.iter().map(|kind| words(curves, kind))).collect();
+    let cut =
+        planes.iter().flat_map(|curves| curves.cut.iter().map(|kind| in_plane(*kind, &curves.plane, grid)));
+    let cut: Vec<String> = cut.collect();
     if !cut.is_empty() {
-        value::write(&group, "incomplete", &cut.join(", ").as_str().into())?;
+        value::write(&group, INCOMPLETE, &cut.join(", ").as_str().into())?;
     }
     write_tables(&group, &columns(grid, planes))
 }
@@ -53,6 +59,14 @@ pub(super) fn read(file: &File, grid: &Grid, facts: FileFacts) -> Result<Vec<Pla
     let axis = |word: &str| axes.iter().position(|axis| axis.name == word);
     let (xs, ys) = (table.words("plane_x", axis)?, table.words("plane_y", axis)?);
     let mut planes = Vec::with_capacity(xs.len());
+    let cut = match group.attr_names()?.iter().any(|name| name == INCOMPLETE) {
+        true => value::read(&group, INCOMPLETE)?,
+        false => None,
+    };
+    let is_cut = |kind: &Bifurcation, plane: &Plane| match &cut {
+        Some(Value::Text(names)) => names.split(", ").any(|name| name == in_plane(*kind, plane, grid)),
+        _ => false,
+    };
     let held_at = axes.iter().map(|axis| table.numbers::<f64>(&held(axis), xs.len()));
     let held_at = held_at.collect::<Result<Vec<_>, _>>()?;
     for (number, (&x, &y)) in xs.iter().zip(&ys).enumerate() {
@@ -66,7 +80,9 @@ pub(super) fn read(file: &File, grid: &Grid, facts: FileFacts) -> Result<Vec<Pla
             let why = format!("its curves lie in a plane of {} alone", axes[x].name);
             return Err(Unfit::Foreign(why));
         }
-        planes.push(PlaneCurves { plane: Plane::new(x, y, nodes), curves: Vec::new(), cut: Vec::new() });
+        let plane = Plane::new(x, y, nodes);
+        let cut = Bifurcation::ALL.into_iter().filter(|kind| is_cut(kind, &plane)).collect();
+        planes.push(PlaneCurves { plane, curves: Vec::new(), cut });
     }
     table.numbers::<f64>(PLANE, planes.len())?;
     // A table of points that has lost a column is not a group without points.
@@ -181,9 +197,11 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let file = File::create(folder.path().join("map.h5")).unwrap();
         let plane = Plane::new(3, 5, vec![0; 6]);
-        write(&file, &grid, &[PlaneCurves { plane, curves: Vec::new(), cut: vec![Bifurcation::Fold] }])
-            .unwrap();
+        let planes = [PlaneCurves { plane, curves: Vec::new(), cut: vec![Bifurcation::Fold] }];
+        write(&file, &grid, &planes).unwrap();
         let told = value::read(&file.group(GROUP).unwrap(), "incomplete").unwrap();
         assert_eq!(told, Some("fold over gamma and c".into()));
+        let facts = FileFacts { length: 1 << 20, by_parts: false };
+        assert_eq!(read(&file, &grid, facts).unwrap(), planes);
     }
 }

@@ -617,7 +617,7 @@ mod tests {
 
     #[test]
     fn the_thresholds_are_those_of_the_machine() {
-        let wavy = "0.4 - 0.127*(1-exp(-u/0.096)) + 0.0046*(cos(57.52*u)-1)";
+        let wavy = "0.4 - 0.127*(1-exp(-u/0.096)) + 0.0046*(cos(57.52*u)-1)*exp(-u)";
         // Thomsen and Fidlin 2003: a slip cycle attracts between the critical damping and the Hopf
         // bifurcation.
         let cubic = "0.4 - 1.5*0.15*(u/0.5 - (u/0.5)^3/3)";

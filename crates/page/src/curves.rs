@@ -2,7 +2,7 @@
 
 use slipmap_figure::legend::{Legend, Sample};
 use slipmap_figure::panels::Panel;
-use slipmap_figure::scene::{Place, Scene, Stroke};
+use slipmap_figure::scene::{Place, Rect, Scene, Stroke};
 use slipmap_figure::style;
 use slipmap_figure::text::rich;
 use slipmap_map::map::{PlaneCurve, PlaneCurves};
@@ -44,8 +44,11 @@ pub fn draw(scene: &mut Scene, panel: &Panel, curves: &PlaneCurves, legend: &mut
             places(bifurcation).for_each(|line| scene.line(&line, &line_style(bifurcation).0));
         }
     });
+    // A curve along the frame cannot be seen.
+    let Rect { x, y, w, h } = panel.rect;
+    let inner = Rect { x: x + 0.5, y: y + 0.5, w: w - 1.0, h: h - 1.0 };
     for bifurcation in ORDER {
-        if places(bifurcation).any(|line| line.iter().filter(|p| panel.rect.contains(**p)).count() > 1) {
+        if places(bifurcation).any(|line| line.iter().filter(|p| inner.contains(**p)).count() > 1) {
             let (stroke, words) = line_style(bifurcation);
             legend.add(Sample::Line(stroke), rich(words));
         }
@@ -72,7 +75,6 @@ pub fn line_style(bifurcation: Bifurcation) -> (Stroke, &'static str) {
 mod tests {
     use super::*;
     use slipmap_figure::axis::Scale;
-    use slipmap_figure::scene::Rect;
     use slipmap_map::map::{Plane, PlanePoint};
 
     #[test]

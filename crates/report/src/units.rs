@@ -97,6 +97,8 @@ pub struct UnitSystem {
     pub(crate) machine: Option<SiUnits>,
     /// Whether dampings are ratios, which have no unit.
     has_ratio: bool,
+    /// Units in place of those of SI.
+    shown: Vec<(Dimension, Shown)>,
 }
 
 /// Name and unit of a quantity, and the factor that converts dimensionless numbers to the unit.
@@ -114,24 +116,32 @@ pub struct Label {
 
 impl UnitSystem {
     pub fn of_machine(si: SiUnits) -> Self {
-        Self { machine: Some(si), has_ratio: false }
+        Self { machine: Some(si), ..Self::default() }
+    }
+
+    /// The same with velocities and dampings in other units than those of SI.
+    pub fn shown_in(self, shown: Vec<(Dimension, Shown)>) -> Self {
+        Self { shown, ..self }
     }
 
     /// The units of the numbers of a map: those of a machine's are in SI units already.
     pub fn of_grid(grid: &Grid) -> Self {
         let machine = grid.machine().map(|machine| SiUnits { motion: machine.motion, units: Units::SI });
-        Self { machine, has_ratio: grid.machine().is_some_and(|of| of.damping_name() == DAMPING_RATIO) }
+        let has_ratio = grid.machine().is_some_and(|of| of.damping_name() == DAMPING_RATIO);
+        Self { machine, has_ratio, shown: Vec::new() }
     }
 
     /// The label of a quantity of this dimension; `symbol` is its name in dimensionless numbers.
     pub fn quantity(&self, words: &str, symbol: Rich, key: &str, dimension: Option<Dimension>) -> Label {
         match (&self.machine, dimension) {
-            (Some(si), Some(dimension)) => Label {
-                name: rich(words),
-                key: key.into(),
-                unit: si.unit(dimension).into(),
-                factor: si.factor(dimension),
-            },
+            (Some(si), Some(dimension)) => {
+                let shown = self.shown.iter().find(|(of, _)| *of == dimension);
+                let (unit, size) = match shown {
+                    Some((_, Shown { unit, size })) => (unit.clone().into(), *size),
+                    None => (si.unit(dimension).into(), 1.0),
+                };
+                Label { name: rich(words), key: key.into(), unit, factor: si.factor(dimension) / size }
+            }
             _ => Label { name: symbol, key: key.into(), unit: "".into(), factor: 1.0 },
         }
     }

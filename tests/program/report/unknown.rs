@@ -65,7 +65,7 @@ fn the_probabilities_of_a_map_are_in_its_report() {
     let scratch = early();
     let uncertain = scratch.read("pad.toml").replace("mass = 2", "mass = { value = 2, sd = 0.2 }");
     scratch.file("pad.toml", uncertain);
-    scratch.run(&["run", "pad.toml", "--quiet", "--set", "machine.belt_speed.to=0.4"]).ends_with(0);
+    scratch.run(&["run", "pad.toml", "--quiet", "--set", "machine.belt_speed=[0.1, 0.2]"]).ends_with(0);
     scratch.run(&["report", "pad.h5", "--out", "report", "--quiet"]).ends_with(0);
     let page = scratch.read("report/report.html");
     assert!(page.contains(

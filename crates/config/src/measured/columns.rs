@@ -143,6 +143,12 @@ pub(super) fn find(
                 .into(),
         );
     }
+    if let Some(column) = [speed, friction].into_iter().find(|column| is_logarithm(name(*column))) {
+        return refuse(
+            format!("the header says `{}`, a logarithm", name(column)),
+            "write the slip speeds and the friction themselves".into(),
+        );
+    }
     if speed > friction || (speed, friction) != (0, 1) {
         said.push(format!("slip speed in column {}, friction in column {}", speed + 1, friction + 1));
     }
@@ -289,6 +295,11 @@ fn is_deviation(field: &str) -> bool {
     !is_error && (text.contains("deviation") || any(&["sd", "std", "stdev", "stddev"]))
 }
 
+/// Whether a header says that its column holds logarithms.
+fn is_logarithm(field: &str) -> bool {
+    words(field).iter().any(|word| word.starts_with("log") || ["lg", "ln"].contains(&word.as_str()))
+}
+
 fn role(field: &str) -> Role {
     let (text, words) = (field.to_lowercase(), words(field));
     let any = |of: &[&str]| words.iter().any(|word| of.contains(&word.as_str()));
@@ -310,8 +321,8 @@ fn role(field: &str) -> Role {
         (Role::Time, Wanted::Si(Motion::Translation, Dimension::Time)),
     ];
     let by_unit = kinds.into_iter().find(|(_, wanted)| is_of(field, *wanted)).map(|(role, _)| role);
-    let is_normal =
-        has(&["normal", "load", "pressure"]) || any(&["fn", "n"]) && by_unit == Some(Role::Friction);
+    let is_normal = has(&["normal", "load", "pressure"])
+        || ["fn", "n"].contains(&words.concat().as_str()) && by_unit == Some(Role::Friction);
     if is_normal {
         return Role::Other;
     }

@@ -32,6 +32,15 @@ impl Refused {
         Self { line: None, problem: problem.to_owned(), remedy: remedy.to_owned() }
     }
 
+    /// No row has two numbers.
+    fn no_numbers() -> Self {
+        Self::whole(
+            "no row has two numbers",
+            "write slip speed and friction as numbers alone, separated by a comma; units belong into the header, standard \
+             errors into a column of their own",
+        )
+    }
+
     /// The problem with its place in the file `name`, and the remedy.
     fn told(self, name: &str) -> (String, String) {
         let line = self.line.map_or(String::new(), |line| format!(":{line}"));

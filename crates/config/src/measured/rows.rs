@@ -14,7 +14,7 @@ const TURNS: usize = 2;
 const OF_A_TURN: f64 = 0.2;
 /// Least number of rows between two turns of a record, on average: of rows without order every third turns.
 const ROWS_OF_A_SWEEP: usize = 8;
-/// Least number of rows of a record over time.
+/// Least number of rows of a record over time: fewer, even with their times, are readings written down.
 const FEWEST_IN_RECORD: usize = 60;
 /// Number of lines named in a message.
 const NAMED: usize = 3;
@@ -39,7 +39,7 @@ pub(super) fn read(name: &str, bytes: &[u8], machine: Option<OfMachine>) -> Resu
     let columns = columns::find(header.as_ref(), &numeric, machine)?;
     let mut said: Vec<String> =
         encoding.into_iter().chain(form).chain(columns.said.iter().cloned()).collect();
-    let (mut rows, left_out) = numbers(&lines[first..], &columns, decimal)?;
+    let (mut rows, left_out) = numbers(&lines, first, &columns, decimal)?;
     if !left_out.is_empty() {
         let which: Vec<String> = left_out.iter().take(NAMED).map(usize::to_string).collect();
         let more = if left_out.len() > NAMED { ", .." } else { "" };
@@ -51,7 +51,7 @@ pub(super) fn read(name: &str, bytes: &[u8], machine: Option<OfMachine>) -> Resu
         ));
     }
     let several = sweeps(&mut rows);
-    let is_record = columns.time.is_some() || several;
+    let is_record = several || columns.time.is_some() && rows.len() >= FEWEST_IN_RECORD;
     let (folded, noise) = fold(rows, &mut said)?;
     let (at_rest, mut in_slip) = part(folded, is_record, noise, &mut said)?;
     if in_slip.windows(2).any(|rows| rows[0].speed > rows[1].speed) {
@@ -78,10 +78,7 @@ fn layout(lines: &[Line], decimal: Decimal) -> Result<(Option<Header>, Vec<usize
     let is_number = |field: &String| text::number(field, decimal).is_some_and(f64::is_finite);
     let is_data = |line: &Line| line.fields.iter().filter(|field| is_number(field)).count() >= 2;
     let Some(first) = lines.iter().position(is_data) else {
-        return Err(Refused::whole(
-            "no row has two numbers",
-            "write slip speed and friction, separated by a comma",
-        ));
+        return Err(Refused::no_numbers());
     };
     let rows = &lines[first..];
     let width = rows.iter().map(|line| line.fields.len()).max().unwrap_or(0);
@@ -113,7 +110,12 @@ fn layout(lines: &[Line], decimal: Decimal) -> Result<(Option<Header>, Vec<usize
         [.., names] => Some((names.number, names.fields.clone())),
         [] => None,
     };
-    let start = lines.iter().position(|line| is_rest(&line.fields[0])).map_or(first, |row| row.min(first));
+    // A row below the header that has a number is no title.
+    let below_header = |line: &Line| {
+        header.as_ref().is_some_and(|(names, _)| line.number > *names) && line.fields.iter().any(is_number)
+    };
+    let is_row = |line: &Line| is_rest(&line.fields[0]) || below_header(line);
+    let start = lines[..first].iter().position(is_row).unwrap_or(first);
     Ok((header, numeric, start))
 }
 
@@ -132,10 +134,16 @@ fn is_rest(field: &str) -> bool {
     AT_REST.contains(&field.trim().to_lowercase().as_str())
 }
 
-/// The rows as numbers, and the lines of those without.
-fn numbers(lines: &[Line], columns: &Columns, decimal: Decimal) -> Result<(Vec<Row>, Vec<usize>), Refused> {
+/// The rows from the `first` on as numbers, and the lines of those without.
+fn numbers(
+    lines: &[Line],
+    first: usize,
+    columns: &Columns,
+    decimal: Decimal,
+) -> Result<(Vec<Row>, Vec<usize>), Refused> {
     let (mut rows, mut left_out) = (Vec::new(), Vec::new());
     let [of_speed, of_friction] = columns.factors;
+    let (above, lines) = lines.split_at(first);
     for line in lines {
         let field = |column: usize| line.fields.get(column).map_or("", String::as_str);
         let value = |column: usize| text::number(field(column), decimal).filter(|value| !value.is_nan());
@@ -149,7 +157,9 @@ fn numbers(lines: &[Line], columns: &Columns, decimal: Decimal) -> Result<(Vec<R
         let friction = value(columns.friction).or_else(|| if rest { after() } else { None });
         let (Some(speed), Some(friction)) = (speed, friction) else {
             let is_missing = |column: usize| text::is_missing(field(column));
-            if is_missing(columns.speed) || is_missing(columns.friction) {
+            // Files that were joined repeat their header.
+            let is_repeated = || above.iter().any(|above| above.fields == line.fields);
+            if is_missing(columns.speed) || is_missing(columns.friction) || is_repeated() {
                 left_out.push(line.number);
                 continue;
             }

@@ -122,6 +122,60 @@ fn ugly_files_are_read_or_refused_with_their_line() {
         ),
         ("minus signs", text("v,mu\n0,0.4\n−0.1,0.35\n−0.5,0.3"), Read(THREE, false, &["negative"])),
         (
+            "thousands apart",
+            text("v [mm/s];F [N]\n0;1 400,5\n100;1'350,5\n1500;1300,5"),
+            Read(&[(0.0, 1400.5), (0.1, 1350.5), (1.5, 1300.5)], true, &["decimal commas"]),
+        ),
+        (
+            "units after a stroke",
+            text("v / mm·s⁻¹,F / N\n0,400\n100,350\n500,300"),
+            Read(NEWTONS, true, &["mm·s⁻¹"]),
+        ),
+        ("units in names", text("speed_mps,force_N\n0,400\n0.1,350\n0.5,300"), Read(NEWTONS, true, &[])),
+        ("Fortran", text("0.0D0 4.0D-1\n1.0D-1 3.5D-1\n5.0D-1 3.0D-1"), Read(THREE, false, &["spaces"])),
+        (
+            "errors of a spreadsheet",
+            text("v,mu\n0,0.4\n0,#DIV/0!\n0.1,0.35\n0.1,#N/A\n0.2,#WERT!\n0.5,0.3"),
+            Read(THREE, false, &["3 rows without numbers left out (lines 3, 5, 6)"]),
+        ),
+        (
+            "files joined",
+            text("v,F\nm/s,N\n0,400\n0.1,350\nv,F\nm/s,N\n0.5,300"),
+            Read(NEWTONS, true, &["2 rows without numbers left out (lines 5, 6)"]),
+        ),
+        (
+            "dates",
+            text("Rig;1.2\nDatum;v;mu\n26.11.2026;0;0,4\n26.11.2026;0,1;0,35\n27.11.2026;0,5;0,3"),
+            Read(THREE, false, &["decimal commas", "slip speed in column 2"]),
+        ),
+        (
+            "LabVIEW",
+            text(
+                "LabVIEW Measurement\n***End_of_Header***\nSamples\t3\t3\n***End_of_Header***\nX\tv\tmu\n0\t0\t0.4\n1\t0.1\t0.35\n2\t0.5\t0.3",
+            ),
+            Read(THREE, false, &["slip speed in column 2"]),
+        ),
+        (
+            "few rows with their times",
+            text("t [min],v,mu\n0,0,0.4\n5,0.1,0.35\n10,0.5,0.3"),
+            Read(THREE, false, &["slip speed in column 2"]),
+        ),
+        (
+            "a row at the beginning",
+            text("v,mu\n0,0.4?\n0.1,0.35\n0.5,0.3\n1,0.3"),
+            Refused(&["pad.csv:2", "`0,0.4?` is not a pair"]),
+        ),
+        (
+            "logarithms",
+            text("log10(v),mu\n-2,0.4\n-1,0.35\n0,0.3"),
+            Refused(&["pad.csv:1", "`log10(v)`, a logarithm", "themselves"]),
+        ),
+        (
+            "units beside numbers",
+            text("v,F\n0 m/s,400 N\n0.1 m/s,350 N\n0.5 m/s,300 N"),
+            Refused(&["no row has two numbers", "units belong into the header"]),
+        ),
+        (
             "thousands or decimals",
             text("v;F [N]\n0;1,400\n1;1,350\n2;1,300"),
             Refused(&["pad.csv:2: `1,400`", "thousands or decimals", "write 1400 or 1.400"]),

@@ -64,10 +64,25 @@ const SEPARATORS: [(char, &str); 5] = [
     (',', ""),
 ];
 
+/// What begins the rows of a file of LabVIEW, in its last line of this kind.
+const END_OF_HEADER: &str = "***End_of_Header***";
+/// The signs between thousands that separate nothing else.
+const BETWEEN_THOUSANDS: [char; 5] = [' ', '\u{a0}', '\u{202f}', '\'', '’'];
+
+/// A field without spaces around it, and without apostrophes or spaces between thousands.
+fn joined(field: &str) -> String {
+    let field = field.trim();
+    let whole = field.split(['.', ',']).next().unwrap_or_default();
+    match BETWEEN_THOUSANDS.into_iter().find(|sign| whole.contains(*sign)) {
+        Some(sign) if may_be_thousands(whole, sign) => field.replace(sign, ""),
+        _ => field.to_owned(),
+    }
+}
+
 /// Whether a field looks like a number, with any decimal sign.
 fn looks_like_a_number(field: &str) -> bool {
-    let field = field.trim();
-    let is_part = |c: char| c.is_ascii_digit() || "+-−.,eE".contains(c);
+    let field = joined(field);
+    let is_part = |c: char| c.is_ascii_digit() || "+-−.,eEdD".contains(c);
     field.starts_with(|c: char| c.is_ascii_digit() || "+-−.".contains(c))
         && field.ends_with(|c: char| c.is_ascii_digit() || c == '.')
         && field.chars().all(is_part)
@@ -77,6 +92,10 @@ fn looks_like_a_number(field: &str) -> bool {
 fn split(line: &str, separator: char) -> Vec<String> {
     if separator == ' ' {
         return line.split_whitespace().map(str::to_owned).collect();
+    }
+    // A reader of its own for each line takes longer than all else.
+    if !line.contains('"') {
+        return line.split(separator).map(|field| field.trim().to_owned()).collect();
     }
     let mut reader = csv::ReaderBuilder::new()
         .has_headers(false)
@@ -99,7 +118,9 @@ const TRIED: usize = 500;
 pub(super) fn fields(text: &str) -> Result<Fields, Refused> {
     let text = text.trim_start_matches('\u{feff}').replace("\r\n", "\n").replace('\r', "\n");
     let is_data = |line: &str| !line.trim().is_empty() && !line.starts_with(['#', '%']);
-    let lines = || text.split('\n').enumerate().filter(|(_, line)| is_data(line));
+    let before_end = text.rfind(END_OF_HEADER).map_or("", |end| &text[..end]);
+    let above = before_end.matches('\n').count();
+    let lines = || text.split('\n').enumerate().skip(above).filter(|(_, line)| is_data(line));
     let score = |separator: char| {
         let of = lines().take(TRIED).map(|(_, line)| split(line, separator));
         of.filter(|fields| {
@@ -112,8 +133,7 @@ pub(super) fn fields(text: &str) -> Result<Fields, Refused> {
     let best = scores.into_iter().max().unwrap_or(0);
     let chosen = SEPARATORS.iter().zip(scores).find(|(_, score)| *score > 0 && 2 * score >= best);
     let Some((&(separator, words), _)) = chosen else {
-        let problem = "no row has two numbers";
-        return Err(Refused::whole(problem, "write slip speed and friction, separated by a comma"));
+        return Err(Refused::no_numbers());
     };
     let lines: Vec<Line> =
         lines().map(|(i, line)| Line { number: i + 1, fields: split(line, separator) }).collect();
@@ -134,7 +154,9 @@ fn decimal(lines: &[Line]) -> Result<(Decimal, &'static str), Refused> {
     // The first number that has each sign before its decimals, and that may have it between thousands.
     let (mut decimals, mut thousands) = ([None, None], [None, None]);
     for line in lines {
-        for field in line.fields.iter().filter(|field| looks_like_a_number(field)) {
+        let numbers: Vec<&String> = line.fields.iter().filter(|field| looks_like_a_number(field)).collect();
+        // Above the rows there may be a date or a version beside a word.
+        for field in numbers.iter().filter(|_| numbers.len() >= 2) {
             let found = (line.number, field.as_str());
             match (field.rfind('.'), field.rfind(',')) {
                 (None, None) => {}
@@ -143,8 +165,12 @@ fn decimal(lines: &[Line]) -> Result<(Decimal, &'static str), Refused> {
                 }
                 (point, _) => {
                     let (of, sign) = if point.is_some() { (0, '.') } else { (1, ',') };
-                    let kind = if may_be_thousands(field, sign) { &mut thousands } else { &mut decimals };
-                    kind[of].get_or_insert(found);
+                    let may_be_thousands = may_be_thousands(field, sign);
+                    // A date has two signs.
+                    if may_be_thousands || field.matches(sign).count() == 1 {
+                        let kind = if may_be_thousands { &mut thousands } else { &mut decimals };
+                        kind[of].get_or_insert(found);
+                    }
                 }
             }
         }
@@ -174,7 +200,8 @@ fn decimal(lines: &[Line]) -> Result<(Decimal, &'static str), Refused> {
 
 /// The number in a field; `None` for other texts.
 pub(super) fn number(field: &str, decimal: Decimal) -> Option<f64> {
-    let plain = field.trim().replace('−', "-");
+    // Fortran writes D before an exponent.
+    let plain = joined(field).replace('−', "-").replace(['d', 'D'], "e");
     let plain = match decimal {
         Decimal::Point if may_be_thousands(plain.split('.').next().unwrap_or_default(), ',') => {
             plain.replace(',', "")
@@ -187,6 +214,7 @@ pub(super) fn number(field: &str, decimal: Decimal) -> Option<f64> {
 
 /// Whether a field says that there is no number.
 pub(super) fn is_missing(field: &str) -> bool {
-    let words = ["", "-", "--", "na", "n/a", "#n/a", "nan", "null", "none"];
-    words.contains(&field.trim().to_lowercase().as_str())
+    let words = ["", "-", "--", "na", "n/a", "nan", "null", "none"];
+    // #DIV/0!, and what other errors a spreadsheet has.
+    field.starts_with('#') || words.contains(&field.trim().to_lowercase().as_str())
 }

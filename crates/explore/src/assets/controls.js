@@ -2,7 +2,7 @@
 
 import { element, mark, refusals, short, why_refused } from "./elements.js";
 import { post } from "./server.js";
-import { label, place } from "./state.js";
+import { label, place, size } from "./state.js";
 
 const EXAMPLE = "mu + (1 - mu)*exp(-u/vs)";
 const EXAMPLE_OF_MACHINE = "muk + (mus - muk)*exp(-u/vs)";
@@ -42,7 +42,7 @@ export class Controls {
   // Shows the state in all inputs; for another law or other axes the inputs are rebuilt.
   sync() {
     const { state } = this;
-    const key = JSON.stringify([state.law.name, state.axes.map(({ name }) => name), state.x.axis, state.y.axis, state.motion]);
+    const key = JSON.stringify([state.law.name, state.axes.map(({ name }) => name), state.x.axis, state.y.axis, state.motion, state.units]);
     if (this.built !== key) {
       this.built = key;
       this.inputs.clear();
@@ -168,7 +168,8 @@ export class Controls {
 
   // A parameter of the law, or a quantity of a machine with its unit.
   slider({ name, symbol, words, unit, least, most, open }) {
-    const limit = () => (name === "kinetic_friction" ? this.state.at.static_friction : (most ?? Infinity));
+    const rest = () => (this.state.at.static_friction * size(this.state, "static_friction")) / size(this.state, name);
+    const limit = () => (name === "kinetic_friction" ? rest() : (most ?? Infinity));
     const bounds = () => ({ least: least ?? -Infinity, most: limit(), open });
     const set = (value, what) => {
       this.state.at[name] = value;
@@ -227,7 +228,7 @@ export class Controls {
   build_editor() {
     const { state } = this;
     const known = this.catalogue.laws.find(({ name }) => name === state.law.name);
-    const units = element("p", {}, state.motion ? "A machine in SI units. " : "Dimensionless. ",
+    const units = element("p", {}, state.motion ? "A machine. " : "Dimensionless. ",
       element("button", { type: "button", onclick: () => this.change_units() }, state.motion ? "Without units" : "As a machine in SI units"));
     if (known) {
       const formula = state.motion ? [] : [element("p", {}, known.formula)];
@@ -311,11 +312,11 @@ export class Controls {
   // Takes a law that was chosen, typed or dropped, or shows why and where it is refused.
   async try_law(law, anew = false) {
     try {
-      const { motion, show, curves, at, ranges, x, y, pinned } = this.state;
+      const { motion, show, curves, at, ranges, units, x, y, pinned } = this.state;
       const { axes } = await post("/api/law", { ...law, motion });
       this.problem?.replaceChildren();
       // A machine keeps its motion and its quantities under the new law.
-      const kept = { law, motion, show, curves, at: { ...(motion ? COEFFICIENTS : {}), ...at }, ranges, x, y, pinned };
+      const kept = { law, motion, show, curves, at: { ...(motion ? COEFFICIENTS : {}), ...at }, ranges, units, x, y, pinned };
       this.app.open(anew && !motion ? { law, show, curves } : kept, axes);
     } catch (problem) {
       if (!problem.problem) return;

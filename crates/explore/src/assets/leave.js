@@ -2,7 +2,7 @@
 
 import { element } from "./elements.js";
 import { post } from "./server.js";
-import { place } from "./state.js";
+import { plane } from "./state.js";
 
 // Cells along each axis of an exported configuration.
 const USUAL = 256;
@@ -14,8 +14,7 @@ export class Leave {
 
   body() {
     const { state } = this.app;
-    const sides = { x: { ...state.x, points: this.cells }, y: { ...state.y, points: this.cells } };
-    return { ...place(state), ...sides, show: state.show, curves: state.curves };
+    return { ...plane(state, this.cells, this.cells), show: state.show, curves: state.curves };
   }
 
   async show() {

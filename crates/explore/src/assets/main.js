@@ -8,7 +8,7 @@ import { paint } from "./paint.js";
 import { Plane } from "./plane.js";
 import { Point } from "./point.js";
 import { get, picture, post } from "./server.js";
-import { complete, is_damping, label, place, read, write } from "./state.js";
+import { complete, is_damping, label, plane, read, write } from "./state.js";
 
 // Milliseconds without movement after which a change counts as finished.
 const REST = 160;
@@ -100,8 +100,7 @@ async function thumbnail(canvas, wanted, axes) {
   const state = complete(wanted, axes);
   // Formulas take longer.
   const fine = wanted.law.name === "expression" || state.show.includes("stick_band") ? 1 : 2;
-  const points = { x: { ...state.x, points: 36 * fine }, y: { ...state.y, points: 22 * fine } };
-  const found = await picture({ ...place(state), ...points, show: state.show });
+  const found = await picture({ ...plane(state, 36 * fine, 22 * fine), show: state.show });
   Object.assign(canvas, { width: 288, height: 180 });
   paint(canvas, { ...found, show: state.show }, this.catalogue);
 }
@@ -166,7 +165,7 @@ function state_of(start) {
   // The critical damping must be seen, too.
   const damping = start.axes.find(({ name }) => is_damping(name)).name;
   if (start.most_damping) ranges[damping] ??= [0, start.most_damping];
-  return { law: start.law, x: side(x), y: side(y), at, ranges, motion: start.motion, pinned: start.pinned };
+  return { law: start.law, x: side(x), y: side(y), at, ranges, units: start.units, motion: start.motion, pinned: start.pinned };
 }
 
 async function main() {

@@ -8,7 +8,7 @@ import { draw, rectangle } from "./overlay.js";
 import { paint } from "./paint.js";
 import { Scale } from "./scale.js";
 import { picture as ask, post } from "./server.js";
-import { is_damping, label, place } from "./state.js";
+import { is_damping, label, plane, size } from "./state.js";
 
 // Rows of pictures while something is dragged, and time limit of one such picture in seconds.
 const QUICK = [12, 16, 24, 32, 48, 64, 96, 128, 192, 256];
@@ -59,9 +59,9 @@ export class Plane {
 
   // Everything that determines the picture, except the ends of its axes.
   key() {
-    const { law, motion, x, y, show, at, axes } = this.state;
+    const { law, motion, x, y, show, at, axes, units } = this.state;
     const held = axes.filter(({ name }) => name !== x.axis && name !== y.axis).map(({ name }) => [name, at[name]]);
-    return JSON.stringify([law, motion, x.axis, x.log, y.axis, y.log, show, held]);
+    return JSON.stringify([law, motion, units, x.axis, x.log, y.axis, y.log, show, held]);
   }
 
   resize() {
@@ -220,9 +220,9 @@ export class Plane {
     this.running = running;
     const late = setTimeout(() => Object.assign(this.busy, { hidden: false, textContent: text }), side ? 0 : 300);
     try {
-      const sides = { x: { ...x, points: width }, y: { ...y, points: height } };
-      if (side) [sides[side].from, sides[side].to] = part.map((unit) => this.scales[side].value(unit));
-      const picture = await ask({ ...place(this.state), ...sides, show }, "plane");
+      const ends = side && part.map((unit) => this.scales[side].value(unit));
+      const band = side ? { ...this.state, [side]: { ...this.state[side], from: ends[0], to: ends[1] } } : this.state;
+      const picture = await ask({ ...plane(band, width, height), show }, "plane");
       this.app.complain(null);
       this.cost.set(kind, picture.seconds / work);
       return Object.assign(picture, { x: { ...x }, y: { ...y }, show, key });
@@ -249,14 +249,15 @@ export class Plane {
     const { x, y, curves } = this.state;
     if (!curves) return;
     const key = this.key();
-    const body = { ...place(this.state), x: { ...x, points: 2 }, y: { ...y, points: 2 } };
+    const body = plane(this.state, 2, 2);
+    const sizes = [x, y].map(({ axis }) => size(this.state, axis));
     let all = [];
     // Folds take longer, and come last.
     for (const folds of [false, true]) {
       try {
         const found = await post("/api/curves", { ...body, folds }, "curves");
         if (turn !== this.changes) return;
-        all = [...all, ...found.curves];
+        all = [...all, ...found.curves.map((curve) => ({ ...curve, points: curve.points.map((point) => point.map((value, i) => value / sizes[i])) }))];
       } catch (problem) {
         // The picture is shown without curves.
         if (problem.overtaken || turn !== this.changes) return;

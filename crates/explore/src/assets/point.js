@@ -94,8 +94,8 @@ export class Point {
   tell_where() {
     const { state } = this;
     const axes = [state.x.axis, state.y.axis];
-    if (axes.some((name) => !this.typed.has(name)) || this.units !== state.motion) {
-      this.units = state.motion;
+    if (axes.some((name) => !this.typed.has(name)) || this.units !== state.units) {
+      this.units = state.units;
       this.typed = new Map(axes.map((name) => [name, this.coordinate(name)]));
       this.others = element("p", { class: "hint" });
       const field = (name) => {
@@ -168,7 +168,7 @@ export class Point {
       this.show(this.regime, element("b", {}, probe.regime.replaceAll("_", " ")));
       this.box.dataset.regime = probe.regime;
       this.answer(probe.regime.replaceAll("_", " "));
-      this.show(this.verdicts, verdict_table(probe));
+      this.show(this.verdicts, verdict_table(probe, this.state.units));
       this.show(this.sensitivities, ...sensitivity_table(probe));
       this.show(this.numbers, ...numbers(probe));
     } catch (problem) {
@@ -181,10 +181,10 @@ export class Point {
   }
 }
 
-function verdict_table({ methods, critical_c, machine }) {
-  // Of a machine, dampings are shown in SI units.
-  const damping = machine ? machine.units.force / machine.units.velocity : 1;
-  const unit = machine ? { rotation: "N m s/rad" }[machine.motion] ?? "N s/m" : "";
+function verdict_table({ methods, critical_c, machine }, units) {
+  // Of a machine, dampings are shown in its units.
+  const [unit, size] = machine ? units.damping ?? [{ rotation: "N m s/rad" }[machine.motion] ?? "N s/m", 1] : ["", 1];
+  const damping = machine ? machine.units.force / machine.units.velocity / size : 1;
   const heads = machine ? [`margin, ${unit}`, `critical damping, ${unit}`] : ["margin", "critical c"];
   const number = (value, factor) => short(typeof value === "number" ? value * factor : value, 4);
   const head = element("tr", {}, ...["method", "verdict", ...heads].map((words) => element("th", { scope: "col" }, words)));

@@ -1,8 +1,8 @@
 // The whole state of the page, and its link.
 //
 // A link is a list of `key=value`: `law`, `axes` (what it has besides the usual axes), `x` and `y` (name, from, to, and "log"), `show`,
-// `p.NAME` the value of a parameter or, with `motion`, of a quantity of a machine in SI units, `r.NAME` the ends of
-// its slider, `pin=1` if a point is pinned. Unknown keys are ignored, and missing keys take their defaults,
+// `p.NAME` the value of a parameter or, with `motion`, of a quantity of a machine, `r.NAME` the ends of its slider, `u.NAME` the
+// unit of both and its size in SI, if it is another, `pin=1` if a point is pinned. Unknown keys are ignored, and missing keys take their defaults,
 // so that links can be written by hand.
 
 export function write(state) {
@@ -22,6 +22,7 @@ export function write(state) {
     link.set(`p.${axis.name}`, state.at[axis.name]);
     const range = state.ranges[axis.name];
     if (range[0] !== axis.from || range[1] !== axis.to) link.set(`r.${axis.name}`, range.join(","));
+    if (state.units[axis.name]) link.set(`u.${axis.name}`, state.units[axis.name].join(","));
   }
   if (state.motion) link.set("motion", state.motion);
   if (state.pinned) link.set("pin", "1");
@@ -47,6 +48,7 @@ export function read(fragment) {
   };
   const at = {};
   const ranges = {};
+  const units = {};
   for (const [key, value] of link) {
     const name = key.slice(2);
     if (key.startsWith("p.") && number(value) !== null) at[name] = number(value);
@@ -54,15 +56,28 @@ export function read(fragment) {
       const ends = value.split(",").map(number);
       if (ends.length === 2 && ends[0] !== null && ends[1] !== null && ends[0] < ends[1]) ranges[name] = ends;
     }
+    if (key.startsWith("u.")) {
+      const [unit, size] = value.split(",");
+      if (unit && Number(size) > 0) units[name] = [unit, Number(size)];
+    }
   }
-  return { law, x: side("x"), y: side("y"), show: link.get("show"), curves: link.get("curves") !== "0", at, ranges, motion: link.get("motion"), pinned: link.get("pin") === "1" };
+  return { law, x: side("x"), y: side("y"), show: link.get("show"), curves: link.get("curves") !== "0", at, ranges, units, motion: link.get("motion"), pinned: link.get("pin") === "1" };
 }
 
 // Whether an axis is that of the damping.
 export const is_damping = (name) => ["c", "damping", "damping_ratio"].includes(name);
 
-// The state of a law with these axes: the values in `wanted`, and defaults for the rest.
-export function complete(wanted, axes) {
+// An axis in SI units in the unit that is wanted of it.
+function in_unit(axis, [unit, size] = []) {
+  if (!unit) return axis;
+  const shown = ["least", "most", "from", "to", "value"].map((key) => [key, axis[key] === null ? null : axis[key] / size]);
+  return { ...axis, unit, ...Object.fromEntries(shown) };
+}
+
+// The state of a law with these axes, in SI units: the values in `wanted`, in its units, and defaults for the rest.
+export function complete(wanted, in_si) {
+  const units = wanted.motion ? (wanted.units ?? {}) : {};
+  const axes = in_si.map((axis) => in_unit(axis, units[axis.name]));
   const names = axes.map((axis) => axis.name);
   const at = {};
   const ranges = {};
@@ -82,11 +97,23 @@ export function complete(wanted, axes) {
   const usual = ["gamma", "V", "belt_speed"].find((name) => free.includes(name)) ?? free[0];
   let x = side(wanted.x, usual);
   if (x.axis === y.axis) x = side(null, usual);
-  return { law: wanted.law, axes, at, ranges, x, y, motion: wanted.motion ?? null, show: wanted.show || "regime", curves: wanted.curves ?? true, pinned: wanted.pinned ?? false };
+  return { law: wanted.law, axes, at, ranges, units, x, y, motion: wanted.motion ?? null, show: wanted.show || "regime", curves: wanted.curves ?? true, pinned: wanted.pinned ?? false };
 }
 
-// The part of the state that the program needs for a point.
-export const place = ({ law, at, motion }) => ({ law, at, motion });
+// Size in SI of the unit in which a quantity is shown.
+export const size = ({ units }, name) => units[name]?.[1] ?? 1;
+
+// The part of the state that the program needs for a point: values in SI units, and the units of its figures.
+export function place(state) {
+  const { law, at, units, motion } = state;
+  return { law, at: Object.fromEntries(Object.entries(at).map(([name, value]) => [name, value * size(state, name)])), units, motion };
+}
+
+// What it needs for a plane, of these numbers of cells: the sides in SI units.
+export function plane(state, width, height) {
+  const side = (of, points) => ({ ...of, points, from: of.from * size(state, of.axis), to: of.to * size(state, of.axis) });
+  return { ...place(state), x: side(state.x, width), y: side(state.y, height) };
+}
 
 // The name of an axis; for a machine, with its unit.
 export function label(state, name) {

@@ -64,8 +64,7 @@ pub struct PlaneCurves {
     pub plane: Plane,
     /// Its curves, in the order of `Bifurcation::ALL`.
     pub curves: Vec<PlaneCurve>,
-    /// The kinds whose curves are incomplete, since the budget of their search was spent; read from a file,
-    /// none: there an attribute tells.
+    /// The kinds whose curves are incomplete, since the budget of their search was spent.
     pub cut: Vec<Bifurcation>,
 }
 
@@ -130,6 +129,15 @@ impl PlaneCurves {
             points: curve.points.iter().map(turned).collect(),
         });
         Self { plane: self.plane.turned(), curves: curves.collect(), cut: self.cut.clone() }
+    }
+
+    /// "Incomplete, since the budget of the search was spent: fold curve", if any are.
+    #[must_use]
+    pub fn cut_in_words(&self) -> Option<String> {
+        let kinds: Vec<String> =
+            self.cut.iter().map(|kind| format!("{} curve", kind.name().replace('_', " "))).collect();
+        let all = kinds.join(", ");
+        (!kinds.is_empty()).then(|| format!("Incomplete, since the budget of the search was spent: {all}"))
     }
 
     /// Number of points of all curves.

@@ -57,7 +57,8 @@ const BENT: f64 = 5.0;
 /// Divides readings, sorted by slip speed, into segments in which the friction is a straight line within their
 /// scatter, and gives each by the values of that line at two slip speeds, whose errors are independent: with the
 /// mean m of the speeds, their variance s^2 and n readings of variance v, the values at m - a and m + b have the
-/// covariance (1 - a b / s^2) v / n, which vanishes for a b = s^2. The fastest reading is the last such speed.
+/// covariance (1 - a b / s^2) v / n, which vanishes for a b = s^2. The fastest reading is the last such speed. What the
+/// segment bends more than by chance, if too little to be divided, is part of the errors.
 ///
 /// Readings of a record over time are not independent where they follow one another: those of each of its
 /// `passages`, whose numbers are given, count as one. Also returns the standard deviation of the readings in the
@@ -68,9 +69,8 @@ pub fn segments(readings: &[(f64, f64)], passages: Option<&Vec<usize>>) -> (Vec<
     let spread = segments.first().map_or(0.0, |segment| segment.variance.sqrt());
     let last = segments.len() - 1;
     let mut knots: Vec<Knot> = Vec::new();
-    for (i, Segment { mean, s2, level, slope, variance, independent, fastest }) in
-        segments.into_iter().enumerate()
-    {
+    for (i, segment) in segments.into_iter().enumerate() {
+        let Segment { mean, s2, level, slope, variance, independent, fastest, .. } = segment;
         let after = if i == last { fastest - mean } else { s2.sqrt() };
         if !(s2 > 0.0) {
             let error = (variance / independent).sqrt();
@@ -80,7 +80,7 @@ pub fn segments(readings: &[(f64, f64)], passages: Option<&Vec<usize>>) -> (Vec<
         knots.extend([-s2 / after, after].map(|from| Knot {
             speed: mean + from,
             friction: level + slope * from,
-            error: (variance / independent * (1.0 + from * from / s2)).sqrt(),
+            error: (variance / independent * (1.0 + from * from / s2) + segment.bend(mean + from)).sqrt(),
         }));
     }
     // Knots of neighbouring segments of uneven readings may overlap.
@@ -103,7 +103,23 @@ struct Segment {
     /// Number of independent readings.
     independent: f64,
     fastest: f64,
+    /// Middle and half of the range of the speeds, and there the terms of higher order, as coefficients of powers.
+    middle: f64,
+    half: f64,
+    bends: [[f64; TERMS]; 2],
 }
+
+impl Segment {
+    /// The mean square of what the segment bends away from the line at a slip speed.
+    fn bend(&self, speed: f64) -> f64 {
+        let x = (speed - self.middle) / self.half;
+        let of = |bend: &[f64; TERMS]| bend.iter().rev().fold(0.0, |sum, coefficient| sum * x + coefficient);
+        self.bends.iter().map(|bend| of(bend).powi(2)).sum()
+    }
+}
+
+/// Number of terms of the polynomials, up to the third power.
+const TERMS: usize = 4;
 
 /// Appends the segments of the readings, the first of which has the position `from` among all.
 fn divide(readings: &[(f64, f64)], from: usize, passages: Option<&[usize]>, segments: &mut Vec<Segment>) {
@@ -114,18 +130,24 @@ fn divide(readings: &[(f64, f64)], from: usize, passages: Option<&[usize]>, segm
     let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
     // Polynomials of degree 0 to 3, orthogonal on the slip speeds; sums of the products with the friction.
     let mut basis: Vec<Vec<f64>> = Vec::new();
+    let mut polynomials: Vec<[f64; TERMS]> = Vec::new();
     let mut residual: Vec<f64> = readings.iter().map(|reading| reading.1).collect();
-    let mut squares = [0.0; 4];
+    let mut squares = [0.0; TERMS];
+    let mut coefficients = [0.0; TERMS];
     let mut line = [0.0; 2];
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     let degree = if half > 0.0 && n > 4 { 3 } else { 0 };
     let mut about_line = f64::NAN;
     for k in 0..=degree {
-        let mut next: Vec<f64> =
-            readings.iter().map(|(u, _)| ((u - middle) / half.max(f64::MIN_POSITIVE)).powi(k)).collect();
-        for known in &basis {
+        let mut next: Vec<f64> = readings
+            .iter()
+            .map(|(u, _)| ((u - middle) / half.max(f64::MIN_POSITIVE)).powi(k as i32))
+            .collect();
+        let mut polynomial: [f64; TERMS] = std::array::from_fn(|power| f64::from(u8::from(power == k)));
+        for (known, of_known) in basis.iter().zip(&polynomials) {
             let share = dot(&next, known) / dot(known, known);
             next.iter_mut().zip(known).for_each(|(next, known)| *next -= share * known);
+            polynomial.iter_mut().zip(of_known).for_each(|(next, known)| *next -= share * known);
         }
         let norm = dot(&next, &next);
         if !(norm > 1e-9) {
@@ -133,12 +155,14 @@ fn divide(readings: &[(f64, f64)], from: usize, passages: Option<&[usize]>, segm
         }
         let coefficient = dot(&residual, &next) / norm;
         residual.iter_mut().zip(&next).for_each(|(rest, next)| *rest -= coefficient * next);
-        squares[k as usize] = coefficient * coefficient * norm;
-        if let Some(line) = line.get_mut(k as usize) {
+        squares[k] = coefficient * coefficient * norm;
+        coefficients[k] = coefficient;
+        if let Some(line) = line.get_mut(k) {
             *line = coefficient;
             about_line = dot(&residual, &residual);
         }
         basis.push(next);
+        polynomials.push(polynomial);
     }
     let rest = dot(&residual, &residual) / (count - basis.len() as f64).max(1.0);
     let is_bent = 0.5 * (squares[2] + squares[3]) * independent > BENT * rest * count;
@@ -159,7 +183,14 @@ fn divide(readings: &[(f64, f64)], from: usize, passages: Option<&[usize]>, segm
     };
     let variance = about_line / (count - 2.0).max(1.0);
     let slope = if s2 > 0.0 { line[1] / half } else { 0.0 };
-    segments.push(Segment { mean, s2, level: line[0], slope, variance, independent, fastest: high });
+    let by_chance = rest * count / independent;
+    let bends = [2, 3].map(|k| {
+        // The part of the term that is more than chance makes it.
+        let share = (1.0 - by_chance / squares[k]).max(0.0).sqrt();
+        polynomials.get(k).map_or([0.0; TERMS], |of| of.map(|power| share * coefficients[k] * power))
+    });
+    let (level, fastest) = (line[0], high);
+    segments.push(Segment { mean, s2, level, slope, variance, independent, fastest, middle, half, bends });
 }
 
 /// The number of different numbers.
@@ -192,5 +223,24 @@ mod tests {
         // A row written twice tells of no scatter.
         let twice = means(&[(0.0, 0.4), (0.1, 0.3), (0.1, 0.3), (0.5, 0.2)]).unwrap();
         assert_eq!((twice.standard_errors, twice.data[1]), (None, (0.1, 0.3)));
+    }
+
+    /// A parabola that is straight but for 8 / 5 of what chance makes is one segment; its fastest speed lies three
+    /// standard errors of the line beside the parabola, and within the error that is told.
+    #[test]
+    fn what_a_segment_bends_is_in_its_errors() {
+        let parabola = |u: f64| 2.68 * u * u;
+        let readings: Vec<(f64, f64)> = (1..=200)
+            .map(|i| (f64::from(i) / 200.0, i))
+            .map(|(u, i)| (u, parabola(u) + if i % 2 == 0 { 1.0 } else { -1.0 }))
+            .collect();
+        let (knots, _) = segments(&readings, None);
+        assert_eq!(knots.len(), 2);
+        for Knot { speed, friction, error } in knots {
+            assert!(
+                (friction - parabola(speed)).abs() < 1.5 * error && error < 0.6,
+                "{speed} {friction} {error}"
+            );
+        }
     }
 }

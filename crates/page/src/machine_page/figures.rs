@@ -10,7 +10,7 @@ use crate::{curves, palette};
 use slipmap_figure::axis::{SMALL_TEXT, Scale, extremes};
 use slipmap_figure::legend::{Legend, Sample};
 use slipmap_figure::panels::{BOTTOM_MARGIN, Labels, Panel, TITLE_MARGIN, left_margin};
-use slipmap_figure::region::{cell_edges, outlines};
+use slipmap_figure::region::outlines;
 use slipmap_figure::scene::{Fill, Marker, Rect, Scene, Stroke};
 use slipmap_figure::style;
 use slipmap_figure::text::{Rich, rich};
@@ -144,6 +144,73 @@ fn limits(grid: &Grid, point: &Point, panel: &Panel) -> Vec<PlaneCurve> {
 /// Ratio of two values of a quantity from which on an axis that must show both is logarithmic.
 const DECADES: f64 = 8.0;
 
+/// Parts of the cells across and up, by which areas follow the curves between them.
+const PARTS: [usize; 2] = [8, 4];
+
+/// Shares of the height at which a curve is at a share of the width.
+fn heights(panel: &Panel, line: &PlaneCurve, across: f64) -> Vec<f64> {
+    let points: Vec<[f64; 2]> = line.points.iter().map(|p| [panel.x.unit(p.x), panel.y.unit(p.y)]).collect();
+    let at = |pair: &[[f64; 2]]| {
+        let [[x0, y0], [x1, y1]] = [pair[0], pair[1]];
+        ((x0 <= across) != (x1 <= across)).then(|| y0 + (y1 - y0) * (across - x0) / (x1 - x0))
+    };
+    points.windows(2).filter_map(at).collect()
+}
+
+/// Columns of cells in finer ones, in which a change of the code up a column lies on the curve that passes between its two
+/// nodes, and halfway where none does.
+fn along_curves(panel: &Panel, cells: &[Vec<i8>], lines: &[PlaneCurve]) -> Vec<Vec<i8>> {
+    let at =
+        |across: f64| -> Vec<Vec<f64>> { lines.iter().map(|line| heights(panel, line, across)).collect() };
+    let nearest = |heights: &[f64], to: f64| {
+        heights.iter().copied().min_by(|a, b| (a - to).abs().total_cmp(&(b - to).abs()))
+    };
+    let (last, rows) = ((NODES - 1) as f64, (DAMPINGS - 1) as f64);
+    // The changes of a column: the share of the height, the code above, and the curve.
+    let changes = |(i, codes): (usize, &Vec<i8>)| -> Vec<(f64, i8, Option<usize>)> {
+        // The curves begin and end with the panel.
+        let here = at((i as f64 / last).clamp(4e-4, 1.0 - 1e-9));
+        let change = |j: usize| {
+            let middle = (j as f64 + 0.5) / rows;
+            let between = |(k, heights): (usize, &Vec<f64>)| {
+                let height = nearest(heights, middle)?;
+                ((height - middle).abs() <= 0.501 / rows).then_some((height, codes[j + 1], Some(k)))
+            };
+            here.iter().enumerate().find_map(between).unwrap_or((middle, codes[j + 1], None))
+        };
+        (0..codes.len() - 1).filter(|&j| codes[j] != codes[j + 1]).map(change).collect()
+    };
+    let changes: Vec<_> = cells.iter().enumerate().map(changes).collect();
+    let column = |k: usize| {
+        let across = (k as f64 + 0.5) / (PARTS[0] as f64 * last);
+        let here = at(across);
+        let moved = |i: usize| -> (bool, Vec<(f64, i8)>) {
+            let height = |(height, _, line): &(f64, i8, Option<usize>)| nearest(&here[(*line)?], *height);
+            let follows = changes[i].iter().all(|change| height(change).is_some());
+            (
+                follows,
+                changes[i].iter().map(|change| (height(change).unwrap_or(change.0), change.1)).collect(),
+            )
+        };
+        // A curve may leave the panel between this node and the next: the one with more of them tells.
+        let (near, left) = ((across * last).round() as usize, (across * last) as usize);
+        let far = 2 * left + 1 - near;
+        let (node, ends) = match moved(far) {
+            (true, ends) if ends.len() > changes[near].len() => (far, ends),
+            _ => (near, moved(near).1),
+        };
+        let code = |row: usize| {
+            let height = (row as f64 + 0.5) / (PARTS[1] as f64 * rows);
+            ends.iter().rev().find(|(end, _)| *end <= height).map_or(cells[node][0], |(_, code)| *code)
+        };
+        (0..PARTS[1] * (DAMPINGS - 1)).map(code).collect()
+    };
+    match cells.len() {
+        NODES => (0..PARTS[0] * (NODES - 1)).map(column).collect(),
+        _ => Vec::new(),
+    }
+}
+
 /// The range of an axis that shows some values, with room beside them: from 0, or logarithmic where they differ by
 /// more than [`DECADES`] and none is 0.
 fn range(shown: &[f64], room: f64) -> Scale {
@@ -221,16 +288,6 @@ pub(super) fn regimes(all: &Assessment, written: &Written, height: f64) -> Scene
     axes.extend(point.law.as_slice().iter().map(|value| vec![*value]));
     axes.extend([speeds.clone(), dampings.clone()]);
     let grid = Grid::new(law, axes).ok();
-    let cells = grid.as_ref().and_then(regimes_over).unwrap_or_default();
-    let code = |i: usize, j: usize| cells.get(i).and_then(|column: &Vec<i8>| column.get(j)).copied();
-    let edges = (cell_edges(&speeds, x), cell_edges(&dampings, y));
-    for kind in palette::regimes() {
-        let areas = outlines(&panel, &edges.0, &edges.1, |i, j| code(i, j) == Some(kind.code));
-        if !areas.is_empty() {
-            scene.area(&areas, kind.fill);
-            legend.add(Sample::Area(kind.fill), rich(&kind.words));
-        }
-    }
     if let Some(grid) = grid {
         let last = grid.axes().len() - 1;
         let plane = Plane::new(last - 1, last, vec![0; last + 1]);
@@ -240,6 +297,19 @@ pub(super) fn regimes(all: &Assessment, written: &Written, height: f64) -> Scene
             let kinds = [Bifurcation::Crossing, Bifurcation::Fold];
             let others = PlaneCurves::of_kinds(&kinds, &grid, plane.clone(), &AtomicBool::new(false));
             lines.extend(others.curves);
+        }
+        let cells = along_curves(&panel, &regimes_over(&grid).unwrap_or_default(), &lines);
+        let edges = |scale: Scale, of: usize| -> Vec<f64> {
+            (0..=of).map(|i| scale.value(i as f64 / of as f64)).collect()
+        };
+        let edges = [edges(x, PARTS[0] * (NODES - 1)), edges(y, PARTS[1] * (DAMPINGS - 1))];
+        for kind in palette::regimes() {
+            let inside = |i: usize, j: usize| cells.get(i).is_some_and(|column| column[j] == kind.code);
+            let areas = outlines(&panel, &edges[0], &edges[1], inside);
+            if !areas.is_empty() {
+                scene.area(&areas, kind.fill);
+                legend.add(Sample::Area(kind.fill), rich(&kind.words));
+            }
         }
         let lines = PlaneCurves { plane, curves: lines, cut: Vec::new() };
         curves::draw(&mut scene, &panel, &lines, &mut legend, false);
@@ -404,6 +474,29 @@ mod tests {
                 }
             }
             assert!(met > 80, "{met}");
+        }
+    }
+
+    /// A line through the panel that leaves it at the top and at the bottom: every finer cell has the code of its side.
+    #[test]
+    fn areas_follow_the_curve_between_them() {
+        let rect = Rect { x: 0.0, y: 0.0, w: 1.0, h: 1.0 };
+        let panel = Panel { rect, x: Scale::linear(0.0, 1.0), y: Scale::linear(0.0, 1.0) };
+        for slope in [0.3, 3.0, 40.0, -7.0] {
+            let height = |x: f64| 0.51 + slope * (x - 0.493);
+            let code = |x: f64, y: f64| i8::from(y > height(x));
+            let at = |i: usize, of: usize| i as f64 / (of - 1) as f64;
+            let column = |i| (0..DAMPINGS).map(|j| code(at(i, NODES), at(j, DAMPINGS))).collect();
+            let cells: Vec<Vec<i8>> = (0..NODES).map(column).collect();
+            let points = [-0.001, 1.001].map(|x| PlanePoint { x, y: height(x), error: 0.0 }).into();
+            let fine = along_curves(&panel, &cells, &[PlaneCurve { bifurcation: Bifurcation::Hopf, points }]);
+            let size = [fine.len(), fine[0].len()].map(|number| number as f64);
+            for (i, column) in fine.iter().enumerate() {
+                for (j, found) in column.iter().enumerate() {
+                    let [x, y] = [(i as f64 + 0.5) / size[0], (j as f64 + 0.5) / size[1]];
+                    assert!(*found == code(x, y) || (y - height(x)).abs() < 1e-9, "{slope}: {x} {y}");
+                }
+            }
         }
     }
 

@@ -243,6 +243,10 @@ fn over_plane(view: &View, plot: &Plot, x: usize, y: usize) -> Result<Plotted, R
     if areas.iter().any(|area| area.curves.as_ref().is_some_and(|curves| !curves.curves.is_empty())) {
         caption = caption.then(" Lines: where the long-run behaviour changes, by continuation.");
     }
+    let cut = areas.iter().find_map(|area| area.curves.as_ref()?.cut_in_words());
+    if let Some(words) = &cut {
+        caption = caption.then(Rich::foreign(&format!(" {words}.")));
+    }
     let values: Vec<f64> = panel_axis
         .map(|axis| (view.axis(&axes[axis]).factor, &axes[axis].values))
         .map(|(factor, values)| nodes.iter().flatten().map(|&node| values[node] * factor).collect())
@@ -252,6 +256,7 @@ fn over_plane(view: &View, plot: &Plot, x: usize, y: usize) -> Result<Plotted, R
     let thinned = first.slice.thinned().map(|(axis, step)| (axis.name.clone(), step)).collect();
     let curves = areas.swap_remove(0).curves;
     let mut notes = moved(view, panel_axis, plot.panels, &nodes);
+    notes.extend(cut);
     for (axis, other) in [(x, y), (y, x)].into_iter().filter(|(axis, _)| axes[*axis].values.len() == 2) {
         let (few, [first, second]) = (view.axis(&axes[axis]), [0, 1].map(|i| axes[axis].values[i]));
         let [first, second] = [first, second].map(|node| short(node * few.factor));
