@@ -110,7 +110,9 @@ impl Bifurcation {
                 Ok(reach_within(oscillator, 0.0, tolerance, work)? - 2.0 * fastest)
             }),
             // There is at most one slip cycle (see `weakening_is_convex`), so none can meet.
-            Bifurcation::Fold if oscillator.curve.weakening_is_convex() => None,
+            Bifurcation::Fold if oscillator.curve.weakening_is_convex_of_cycles(oscillator.belt_speed) => {
+                None
+            }
             // For planes without the damping; in planes with it the extremes are followed (`folds`).
             Bifurcation::Fold => {
                 let backbone = enough_backbone(oscillator, tolerance, work)?;
@@ -170,4 +172,26 @@ fn margin(oscillator: &Oscillator, tolerance: f64, work: &Work) -> Option<TestVa
     // Of a negative one perhaps only the sign is known.
     let error = if critical.is_located() { critical.error } else { 0.0 };
     Some(TestValue { value: PI * (critical.c - viscous), error: PI * error })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use slipmap_model::friction::{Expression, Law};
+
+    /// Slip cycles of the first law do not meet, which takes no orbit to know; those of the second, whose friction falls
+    /// fastest beyond the belt speed, do.
+    #[test]
+    fn no_backbone_is_followed_where_slip_cycles_cannot_meet() {
+        let fold = |formula: &str| {
+            let law = Law::Expression(Expression::new(formula, 1.0).unwrap());
+            let work = CurveWork::default();
+            let oscillator = Oscillator::new(&law, &law.point(1.0, &[], 0.2, 0.5).unwrap());
+            let found = Bifurcation::Fold.test(&oscillator, 1e-9, &work);
+            (found.is_some(), work.0.into_inner())
+        };
+        assert_eq!(fold("0.35 + 0.25*exp(-u/0.1) + 0.4*exp(-u/0.5)"), (false, 1));
+        let (is_found, work) = fold("1 - 0.3*tanh((u - 0.25)/0.05) - 0.3*tanh(5)");
+        assert!(is_found && work > 1000, "{is_found} {work}");
+    }
 }
