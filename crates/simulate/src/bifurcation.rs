@@ -17,6 +17,7 @@ use super::backbone::Backbone;
 use super::continuation::{Branch, ROW, TestValue, zero_curves};
 use super::critical::{CriticalDamping, critical_damping};
 use super::crossing::{beyond_landing, reach_within};
+use super::return_map::{Turn, turn_of};
 use super::work::{QUESTION, Work};
 use slipmap_model::filippov::{HopfRate, Oscillator};
 use slipmap_model::friction::Column;
@@ -160,10 +161,18 @@ fn with_error(tolerance: f64, value: impl Fn(f64) -> Result<f64, Failure>) -> Op
     Some(TestValue { value: fine, error: (fine - coarse).abs() + 4.0 * f64::EPSILON })
 }
 
-/// What the distance of the damping from the critical one makes of the scaled margin, to first order: the margin itself has an
-/// infinite slope where the turn next to the curve leaves the domain of the polar form.
+/// The scaled margin; where a turn that grazes the belt line leaves the domain of the polar form, about what the distance from
+/// the critical damping makes of it, which has a margin's zero and sign: there the margin's slope is infinite.
 fn margin(oscillator: &Oscillator, tolerance: f64, work: &Work) -> Option<TestValue> {
     let Oscillator { curve, viscous, belt_speed } = oscillator;
+    if curve.weakening(0.0) - viscous < 2.0 {
+        let turn = turn_of(oscillator, tolerance);
+        let (Turn::Complete { rhs, .. } | Turn::HandOver { rhs }) = turn;
+        work.spend_compiled(rhs.into()).ok()?;
+        if let Turn::Complete { margin, error, .. } = turn {
+            return Some(TestValue { value: margin, error });
+        }
+    }
     let column = Column { curve: curve.clone(), epsilon: 1.0, belt_speed: *belt_speed, unit: 1.0 };
     let found = critical_damping(&column, tolerance);
     // A search that failed may have taken all of its budget.
@@ -193,5 +202,23 @@ mod tests {
         assert_eq!(fold("0.35 + 0.25*exp(-u/0.1) + 0.4*exp(-u/0.5)"), (false, 1));
         let (is_found, work) = fold("1 - 0.3*tanh((u - 0.25)/0.05) - 0.3*tanh(5)");
         assert!(is_found && work > 1000, "{is_found} {work}");
+    }
+
+    /// Orbits of rosin that graze the belt line leave the polar form, and so does the margin on the side where they stick: on both
+    /// sides of its curve the test function has one slope.
+    #[test]
+    fn the_grazing_curve_is_followed_where_turns_leave_the_polar_form() {
+        let formula = "0.4*exp(-47.7*u) + 0.45*exp(-4.77*u) + 0.35";
+        let law = Law::Expression(Expression::new(formula, 1.2).unwrap());
+        let at = |c: f64| law.point(1.0, &[], 0.25, c).unwrap();
+        let critical = critical_damping(&law.column(&at(0.0)), 1e-9).unwrap().c;
+        for distance in [1e-2, 1e-4, 1e-6] {
+            for from in [-distance, distance] {
+                let oscillator = Oscillator::new(&law, &at(critical + from));
+                let test = Bifurcation::GrazingSliding.test(&oscillator, 1e-10, &CurveWork::default());
+                let slope = test.unwrap().value / from;
+                assert!((slope / PI + 1.0).abs() < 1e-2, "{slope} at {from}");
+            }
+        }
     }
 }
