@@ -398,7 +398,7 @@ impl Grid {
     }
 
     /// A column that the grid has: the first, if all nodes have one.
-    pub(crate) fn some_column(&self) -> Column {
+    pub fn some_column(&self) -> Column {
         let index = self.gap.as_ref().map_or_else(|| vec![0; self.axes.len()], |gap| gap.legal.clone());
         self.column(&index).unwrap_or_else(|why| unreachable!("{why}"))
     }

@@ -651,8 +651,16 @@ impl Curve {
 
     /// What regimes assume of the law without proof, if anything: the slip motion of Coulomb's law is linear.
     pub fn conjecture(&self) -> Option<&'static str> {
-        let is_assumed = self.weakening_is_convex() && !matches!(self.form, Form::Coulomb(_));
-        is_assumed.then_some(ONE_SLIP_CYCLE)
+        self.weakening_is_convex().then(|| self.one_slip_cycle()).flatten()
+    }
+
+    /// As [`Self::conjecture`], what curves of folds assume.
+    pub fn conjecture_of_folds(&self, belt_speed: f64) -> Option<&'static str> {
+        self.weakening_is_convex_of_cycles(belt_speed).then(|| self.one_slip_cycle()).flatten()
+    }
+
+    fn one_slip_cycle(&self) -> Option<&'static str> {
+        (!matches!(self.form, Form::Coulomb(_))).then_some(ONE_SLIP_CYCLE)
     }
 }
 
