@@ -256,14 +256,21 @@ def judge(job):
                 bare = known
             if bare * (1 + 1e-6) < damping < known:
                 gmpy2.get_context().precision = QUICK.bits
-                backward, forward = kicks(this, damping)
+                # The orbit may have no turn in polar form.
+                try:
+                    backward, forward = kicks(this, damping)
+                except ArithmeticError:
+                    return kind, described(this, seed, wrong), counts + Counter(unknown_kicks=1)
                 counts["kicks"] += 1
                 forward = this.belt if forward is None else forward
                 for name, one in [("kick_backward", backward), ("kick_forward", forward)]:
                     if one is not None and told[name] and not abs(float(told[name]) - abs(one)) <= KICK:
                         wrong.append(f"{name} {told[name]} at c = {damping!r}, reference {one!r}")
-    lines = [f"{' '.join(this.options)} V = {this.belt} seed {seed}: {text}" for text in wrong]
-    return kind, lines, counts
+    return kind, described(this, seed, wrong), counts
+
+
+def described(case, seed, wrong):
+    return [f"{' '.join(case.options)} V = {case.belt} seed {seed}: {text}" for text in wrong]
 
 
 def main():

@@ -218,6 +218,15 @@ mod tests {
         assert!(crate::validated::barrier::Tile::prove(&law, &box_of).is_none());
     }
 
+    /// From slow belts the orbit reaches slip speeds of many times the belt's before it lands.
+    #[test]
+    fn the_landing_is_proved_from_slow_belts() {
+        let law =
+            Law::Expression(Expression::with_static("0.7*(1 - 0.4*tanh(3*u) + 0.01*u^2)", 0.8).unwrap());
+        let one = PointCertificate::of(&law, &law.point(1.0, &[], 0.12, 0.001).unwrap(), "a program");
+        assert_eq!((one.verdict.as_str(), one.check()), ("present", Vec::new()));
+    }
+
     /// What is proved of a flow is nothing about friction that is not 1 at rest: the exit point is another
     /// one.
     #[test]

@@ -111,7 +111,9 @@ impl Bifurcation {
                 Ok(reach_within(oscillator, 0.0, tolerance, work)? - 2.0 * fastest)
             }),
             // There is at most one slip cycle (see `weakening_is_convex`), so none can meet.
-            Bifurcation::Fold if oscillator.curve.weakening_is_convex() => None,
+            Bifurcation::Fold if oscillator.curve.weakening_is_convex_of_cycles(oscillator.belt_speed) => {
+                None
+            }
             // For planes without the damping; in planes with it the extremes are followed (`folds`).
             Bifurcation::Fold => {
                 let backbone = enough_backbone(oscillator, tolerance, work)?;
@@ -159,16 +161,18 @@ fn with_error(tolerance: f64, value: impl Fn(f64) -> Result<f64, Failure>) -> Op
     Some(TestValue { value: fine, error: (fine - coarse).abs() + 4.0 * f64::EPSILON })
 }
 
-/// The scaled margin; where the turn leaves the domain of the polar form, about what the distance from the critical damping
-/// makes of it, which has a margin's zero and sign.
+/// The scaled margin; where a turn that grazes the belt line leaves the domain of the polar form, about what the distance from
+/// the critical damping makes of it, which has a margin's zero and sign: there the margin's slope is infinite.
 fn margin(oscillator: &Oscillator, tolerance: f64, work: &Work) -> Option<TestValue> {
-    let turn = turn_of(oscillator, tolerance);
-    let (Turn::Complete { rhs, .. } | Turn::HandOver { rhs }) = turn;
-    work.spend_compiled(rhs.into()).ok()?;
-    if let Turn::Complete { margin, error, .. } = turn {
-        return Some(TestValue { value: margin, error });
-    }
     let Oscillator { curve, viscous, belt_speed } = oscillator;
+    if curve.weakening(0.0) - viscous < 2.0 {
+        let turn = turn_of(oscillator, tolerance);
+        let (Turn::Complete { rhs, .. } | Turn::HandOver { rhs }) = turn;
+        work.spend_compiled(rhs.into()).ok()?;
+        if let Turn::Complete { margin, error, .. } = turn {
+            return Some(TestValue { value: margin, error });
+        }
+    }
     let column = Column { curve: curve.clone(), epsilon: 1.0, belt_speed: *belt_speed, unit: 1.0 };
     let found = critical_damping(&column, tolerance);
     // A search that failed may have taken all of its budget.
@@ -177,4 +181,44 @@ fn margin(oscillator: &Oscillator, tolerance: f64, work: &Work) -> Option<TestVa
     // Of a negative one perhaps only the sign is known.
     let error = if critical.is_located() { critical.error } else { 0.0 };
     Some(TestValue { value: PI * (critical.c - viscous), error: PI * error })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use slipmap_model::friction::{Expression, Law};
+
+    /// Slip cycles of the first law do not meet, which takes no orbit to know; those of the second, whose friction falls
+    /// fastest beyond the belt speed, do.
+    #[test]
+    fn no_backbone_is_followed_where_slip_cycles_cannot_meet() {
+        let fold = |formula: &str| {
+            let law = Law::Expression(Expression::new(formula, 1.0).unwrap());
+            let work = CurveWork::default();
+            let oscillator = Oscillator::new(&law, &law.point(1.0, &[], 0.2, 0.5).unwrap());
+            let found = Bifurcation::Fold.test(&oscillator, 1e-9, &work);
+            (found.is_some(), work.0.into_inner())
+        };
+        assert_eq!(fold("0.35 + 0.25*exp(-u/0.1) + 0.4*exp(-u/0.5)"), (false, 1));
+        let (is_found, work) = fold("1 - 0.3*tanh((u - 0.25)/0.05) - 0.3*tanh(5)");
+        assert!(is_found && work > 1000, "{is_found} {work}");
+    }
+
+    /// Orbits of rosin that graze the belt line leave the polar form, and so does the margin on the side where they stick: on both
+    /// sides of its curve the test function has one slope.
+    #[test]
+    fn the_grazing_curve_is_followed_where_turns_leave_the_polar_form() {
+        let formula = "0.4*exp(-47.7*u) + 0.45*exp(-4.77*u) + 0.35";
+        let law = Law::Expression(Expression::new(formula, 1.2).unwrap());
+        let at = |c: f64| law.point(1.0, &[], 0.25, c).unwrap();
+        let critical = critical_damping(&law.column(&at(0.0)), 1e-9).unwrap().c;
+        for distance in [1e-2, 1e-4, 1e-6] {
+            for from in [-distance, distance] {
+                let oscillator = Oscillator::new(&law, &at(critical + from));
+                let test = Bifurcation::GrazingSliding.test(&oscillator, 1e-10, &CurveWork::default());
+                let slope = test.unwrap().value / from;
+                assert!((slope / PI + 1.0).abs() < 1e-2, "{slope} at {from}");
+            }
+        }
+    }
 }

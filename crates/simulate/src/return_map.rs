@@ -97,7 +97,7 @@ pub(super) fn decisive_turn(oscillator: &Oscillator, tolerance: f64) -> Turn {
                     return Turn::Complete { margin, error, rhs: spent };
                 }
                 // The margin's size is now known to be about `error` or less.
-                tolerance = (1e-3 * tolerance).max(finest());
+                tolerance = (1e-3 * tolerance).min(error).max(finest());
             }
             Turn::HandOver { rhs } => return Turn::HandOver { rhs: spent + rhs },
         }

@@ -1,11 +1,12 @@
 //! Proofs for columns of any friction law: enclosures of the critical damping and of the landing.
 
-use super::landing_speed::{Divergence, Flow};
 use super::turn::{Obstacle, critical};
 use super::{Claim, claim_of};
 use crate::drop::fastest;
+use crate::landing::Flow;
 use slipmap_model::friction::{Column, Range, Weakening};
 use slipmap_numbers::interval::Interval;
+use std::cell::LazyCell;
 use std::sync::Arc;
 
 /// The proved statements about a column.
@@ -52,12 +53,14 @@ pub(super) fn claim(column: &Column) -> Claim {
         return Claim::NOTHING;
     }
     let Range { lo, hi } = prove(column).critical;
-    let (law, epsilon) = (compiled(column), Interval::of(column.epsilon));
-    let flow = |c: f64| Flow {
-        divergence: Divergence::Compiled(&law),
-        viscous: epsilon * Interval::of(c),
-        belt_speed: Interval::of(column.belt_speed),
-        drop: column.curve.drop(),
+    let [epsilon, belt_speed] = [column.epsilon, column.belt_speed].map(Interval::of);
+    // An orbit that lands slowly enough swings no farther than sqrt(4 + V^2), unless damping slows it, and bounds of it
+    // reach twice as far.
+    let reach = column.belt_speed + 2.0 * column.belt_speed.hypot(2.0);
+    let law = LazyCell::new(|| column.curve.compiled(reach.max(4.0 * column.belt_speed)));
+    let highest = |least: Interval, most: Interval| {
+        law.range((belt_speed * least).lo.max(0.0), (belt_speed * most).hi).hi
     };
+    let flow = |c: f64| Flow::new(belt_speed, column.curve.drop(), epsilon * Interval::of(c), &highest);
     claim_of(Interval::new(lo, hi).over(epsilon), &|c| flow(c).lands())
 }

@@ -21,13 +21,12 @@
 use rayon::prelude::*;
 
 use super::defect::Groups;
-use super::even_part_bounds;
 use super::expansion::{AXES, Expansion, Function, Part as Frame, Ranges};
-use super::landing_speed::Divergence;
 use super::mean::mean_cut;
 use super::surface::{Enclosure, Surface};
 use super::tile::GroupBox;
 use super::volumes::{self, Volumes};
+use super::{even_part_bounds, highest};
 use slipmap_numbers::interval::Interval;
 
 /// Number of columns that sample how the volume of the box is distributed over the groups, which decides
@@ -183,7 +182,7 @@ impl BoxProof {
         let epsilon = Interval::new(ranges[0][0], ranges[0][1]);
         let belt_speed = Interval::new(ranges[4][0], ranges[4][1]);
         let share = volumes::share(&ranges, &self.ranges);
-        let lands = volumes::sticks_from(Divergence::Groups(groups), epsilon, belt_speed, self.damping);
+        let lands = volumes::sticks_from(highest(&groups), epsilon, belt_speed, self.damping);
         let frame = Frame::new(&ranges);
         let [least, most] = [Extreme::Least, Extreme::Most]
             .map(|extreme| PartBound::new(&self.surface, &groups, &frame, extreme));

@@ -10,9 +10,8 @@
 use rayon::prelude::*;
 
 use super::barrier::{Ranges, Tile};
-use super::landing_speed::Divergence;
 use super::volumes::{self, Volumes};
-use slipmap_model::friction::Law;
+use slipmap_model::friction::{Law, Slope};
 use slipmap_numbers::interval::Interval;
 
 /// Number of times that a part is halved to integrate where a bound meets the ends of the range of c.
@@ -106,8 +105,14 @@ impl LawProof {
         };
         let x: Vec<Interval> = ranges.iter().map(|[lo, hi]| Interval::new(*lo, *hi)).collect();
         let (parameters, belt_speed) = x.split_at(x.len() - 1);
-        let divergence = Divergence::Box(&self.law, parameters);
-        let from = volumes::sticks_from(divergence, x[0], belt_speed[0], self.damping);
+        let own: Vec<Slope> = parameters.iter().map(|x| Slope::of(*x)).collect();
+        let highest = |least: Interval, most: Interval| {
+            let [least, most] = [least, most].map(|slip| belt_speed[0] * slip);
+            let weakening =
+                self.law.weakening_over(Slope::of(Interval::new(least.lo.max(0.0), most.hi)), &own);
+            weakening.map_or(f64::INFINITY, |weakening| weakening.0[0].hi)
+        };
+        let from = volumes::sticks_from(highest, x[0], belt_speed[0], self.damping);
         let decided = volumes::decided(share, self.damping, from, [&bound(-1.0), &bound(1.0)]);
         let [present, absent] = decided.map(Interval::of);
         let undecided = (share - present - absent).hi.max(0.0);

@@ -62,7 +62,7 @@
 //! | volumes proved | [`boxes::BoxProof`] | `proved_volumes_enclose_the_true_one`, `volumes_of_known_sets` |
 //! | C* enclosed for any law | [`any_law::prove`] | `tests/mathematics/laws.rs::validated_encloses_every_law`, `two_proofs_of_one_column_agree` |
 //! | C* enclosed over a box of any law's parameters | `barrier::Tile::prove` | `tiles_hold_the_points_inside` |
-//! | landing speed bounded | `landing_speed::Flow` | `agrees_with_the_bound_in_double_precision`, `tests/mathematics/validated.rs` |
+//! | landing speed bounded | `landing::Flow` | `intervals_bound_the_landing_as_double_precision_does`, `tests/mathematics/validated.rs` |
 //!
 //! # Arithmetic
 //! `friction::interval::Interval` rounds outwards by one unit in the last place around each operation of
@@ -76,7 +76,6 @@ pub mod boxes;
 mod circle;
 mod defect;
 mod expansion;
-mod landing_speed;
 pub mod law_boxes;
 mod mean;
 mod orbit;
@@ -86,9 +85,9 @@ pub mod tile;
 mod turn;
 pub mod volumes;
 
+use super::landing::Flow;
 use super::{Claim, Decision, Guarantee, Test};
 use defect::{Bounds, Candidates, Groups, Sampled, radius_of_proof, sampling};
-use landing_speed::{Divergence, Flow};
 use orbit::{Guess, approximate};
 use slipmap_model::friction::{Column, Range};
 use slipmap_numbers::interval::Interval;
@@ -172,13 +171,17 @@ impl Enclosed {
         Some(Interval::ball(orbit.viscous, eta))
     }
 
-    fn flow(&self, c: f64) -> Flow<'_> {
-        Flow {
-            divergence: Divergence::Groups(self.groups),
-            viscous: self.epsilon * Interval::of(c),
-            belt_speed: self.belt_speed,
-            drop: 0.0,
-        }
+    fn lands(&self, c: f64) -> bool {
+        Flow::new(self.belt_speed, 0.0, self.epsilon * Interval::of(c), highest(&self.groups)).lands()
+    }
+}
+
+/// The largest weakening rate between two slip speeds in units of the belt speed. It falls with the slip speed.
+fn highest(groups: &Groups) -> impl Fn(Interval, Interval) -> f64 {
+    let (a, k, b) = (Interval::of(groups.a.hi), Interval::of(groups.k.lo), Interval::of(groups.b.lo));
+    move |least, _| {
+        let slip = Interval::of(least.lo.max(0.0));
+        (a.over((Interval::ONE + k * slip).square()) - (b + b) * slip).hi
     }
 }
 
@@ -223,7 +226,7 @@ fn claim(column: &Column) -> Claim {
     // Below zero no legal damping is small enough for a cycle, so a sharper enclosure is not needed.
     let critical = if even.hi < 0.0 { even } else { enclosed.within(even) };
     // Below the lower end, eps c < C*. A failed division gives the whole line, which claims nothing.
-    claim_of(critical.over(enclosed.epsilon), &|c| enclosed.flow(c).lands())
+    claim_of(critical.over(enclosed.epsilon), &|c| enclosed.lands(c))
 }
 
 /// The decision of [`TEST`] at the damping `c` >= 0. The even part of the divergence often decides it, far cheaper
@@ -235,7 +238,7 @@ pub fn decide(column: &Column, c: f64) -> Decision {
             return Decision::Absent;
         }
         // The claim, too, takes a landing that is proved at c = 0 to be proved at every damping.
-        if c < bounds.lo && enclosed.flow(0.0).lands() {
+        if c < bounds.lo && enclosed.lands(0.0) {
             return Decision::Present;
         }
     }

@@ -1,8 +1,8 @@
 //! Proved shares of the volume of a box of parameters, as stated in [`super::boxes`], summed over its parts, in
 //! each of which c* lies between two functions of the parameters other than c.
 
-use super::landing_speed::{Divergence, Flow};
 use super::least_proved;
+use crate::landing::Flow;
 use slipmap_numbers::interval::Interval;
 
 /// Number of bisections: the damping from which the landing is proved is located to 2^-6 of the range of c.
@@ -67,15 +67,14 @@ pub(super) fn decided<B: Bound>(
 }
 
 /// The smallest damping found, within a range, from which on the landing is proved in a whole part; `None` if
-/// there is none.
+/// there is none. `highest` bounds the weakening rate between two slip speeds in units of the belt speed.
 pub(super) fn sticks_from(
-    divergence: Divergence,
+    highest: impl Fn(Interval, Interval) -> f64,
     epsilon: Interval,
     belt_speed: Interval,
     damping: [f64; 2],
 ) -> Option<f64> {
-    let lands =
-        |c: f64| Flow { divergence, viscous: epsilon * Interval::of(c), belt_speed, drop: 0.0 }.lands();
+    let lands = |c: f64| Flow::new(belt_speed, 0.0, epsilon * Interval::of(c), &highest).lands();
     least_proved(&lands, damping, HALVINGS)
 }
 

@@ -642,6 +642,13 @@ impl Curve {
         self.form.closed().is_some_and(ClosedForm::weakening_is_convex)
     }
 
+    /// As [`Self::weakening_is_convex`] for the slip speeds of slip cycles, which stay below twice the belt speed: sums of
+    /// falling exponentials, for instance.
+    pub fn weakening_is_convex_of_cycles(&self, belt_speed: f64) -> bool {
+        self.weakening_is_convex()
+            || self.form.closed().is_none() && self.compiled(2.0 * belt_speed).is_convex()
+    }
+
     /// What regimes assume of the law without proof, if anything: the slip motion of Coulomb's law is linear.
     pub fn conjecture(&self) -> Option<&'static str> {
         let is_assumed = self.weakening_is_convex() && !matches!(self.form, Form::Coulomb(_));

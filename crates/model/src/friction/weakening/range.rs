@@ -171,6 +171,13 @@ impl Weakening {
         self.bounds(lo, hi)
     }
 
+    /// Returns whether w is proved to fall, and to be convex, up to the reach.
+    pub(crate) fn is_convex(&self) -> bool {
+        let is_convex =
+            |piece: &Piece| piece.trend == Trend::Falls && piece.bend == Bend::Up && piece.error.is_finite();
+        self.jumps.is_empty() && self.pieces.iter().all(is_convex)
+    }
+
     /// The upper bound of [`Weakening::range`], at half the cost.
     pub(crate) fn highest(&self, lo: f64, hi: f64) -> f64 {
         self.bounds(lo, hi).hi
