@@ -271,9 +271,15 @@ pub fn assess_fitted(machine: &Machine, uncertain: &[Uncertain]) -> Option<Asses
         .flatten()
         .map(|why| format!("slip cycles: {}", why_unknown(why, beyond_data.as_ref())));
     let highest = stick_slip.holds.last().map(|[_, end]| *end);
+    // Orbits of faster belts may leave the data, at once or beyond speeds at which it does not stick-slip.
     let needed_for_speeds = match highest {
-        Some(End::Open(from)) => behaviour::needed_for_stick_slip(law, point, from),
-        _ => None,
+        Some(End::Open(from)) => behaviour::needed_for_stick_slip(law, point, from, true),
+        _ => {
+            let unknown = stick_slip.unknown.last().map(|ends| ends[1]);
+            unknown
+                .filter(|end| highest.is_none_or(|highest| *end > highest.value()))
+                .and_then(|end| behaviour::needed_for_stick_slip(law, point, end, false))
+        }
     };
     let highest = highest.and_then(|end| Some(end.located()?[0] * units.velocity));
     let speeds = intervals::of_speeds(law, point, units.velocity, stick_slip);

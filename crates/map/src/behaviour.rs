@@ -62,9 +62,10 @@ pub(crate) fn needed_slip_speed(law: &Law, point: &Point) -> Option<f64> {
 }
 
 /// How far a measured law should be known, as [`needed_slip_speed`], for the highest belt speed at which the stick-slip
-/// cycle attracts, where that is known up to the belt speed `from` only; `None` where the orbits of faster belts stay within
-/// the data, and where the cycle attracts at any speed though the friction continues in a straight line.
-pub(crate) fn needed_for_stick_slip(law: &Law, point: &Point, from: f64) -> Option<f64> {
+/// cycle attracts, where orbits of belts faster than `from` leave the data; `attracts` is whether it does at `from`, else
+/// it is tried. `None` where the orbits of faster belts stay within the data, and where the cycle does not attract there or
+/// does at any speed if the friction continues in a straight line.
+pub(crate) fn needed_for_stick_slip(law: &Law, point: &Point, from: f64, attracts: bool) -> Option<f64> {
     const FARTHER: f64 = 1.05;
     const TRIED: i32 = 60;
     let Law::Table(table) = law else { return None };
@@ -73,6 +74,9 @@ pub(crate) fn needed_for_stick_slip(law: &Law, point: &Point, from: f64) -> Opti
     let sticks = |speed: &f64| {
         matches!(flow(&Oscillator::new(&continued, &at(*speed)), CONTINUED).fate, Fate::Sticks(_))
     };
+    if !(attracts || sticks(&from)) {
+        return None;
+    }
     let limit = (1..TRIED).map(|i| from * FARTHER.powi(i)).find(|speed| !sticks(speed))?;
     needed_slip_speed(law, &at(limit))
 }

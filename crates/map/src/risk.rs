@@ -527,9 +527,9 @@ fn probabilities(
     Ok(all)
 }
 
-/// Number of draws for a whole map, and the least and the largest number in each of its columns: the standard error of a
-/// probability is then at most 0.016, and need not be below 0.005.
-const DRAWS_OF_MAP: usize = 100_000;
+/// The least and the largest number of draws in a column of a map, the least as long as [`USUAL_DRAWS`] are usual: the
+/// standard error of a probability is then at most 0.016, and need not be below 0.005. All columns together have as many as
+/// one machine, if that is more.
 const DRAWS_OF_COLUMN: [usize; 2] = [1_000, 10_000];
 
 /// The probability of stick-slip in each cell of a map.
@@ -545,7 +545,13 @@ impl<'a> Chances<'a> {
     pub fn of(grid: &'a Grid, uncertain: &'a [Uncertain]) -> Option<Self> {
         grid.machine().filter(|machine| is_uncertain(machine, uncertain))?;
         let [fewest, most] = DRAWS_OF_COLUMN;
-        Some(Self { grid, uncertain, draws: (DRAWS_OF_MAP / grid.column_count()).clamp(fewest, most) })
+        let columns = grid.column_count();
+        // A few columns tell how long their draws take.
+        let some = [0, columns / 2, columns - 1].into_iter().filter_map(|column| machine_of(grid, column));
+        let usual = some.filter(Machine::is_legal).map(|machine| usual_draws(&machine)).min();
+        let usual = usual.unwrap_or(USUAL_DRAWS);
+        let fewest = (fewest * usual / USUAL_DRAWS).max(FEWEST_DRAWS);
+        Some(Self { grid, uncertain, draws: (usual / columns).clamp(fewest, most) })
     }
 
     /// Computes them on `threads` threads, all machines from the same random numbers. Ends with an error once `stop` is true.
@@ -554,10 +560,8 @@ impl<'a> Chances<'a> {
     /// [`NoRisk`].
     pub fn probabilities(&self, threads: Option<usize>, stop: &AtomicBool) -> Result<Probabilities, NoRisk> {
         let Self { grid, uncertain, draws } = *self;
-        let (shape, dampings) = (grid.shape(), grid.dampings());
-        let machine =
-            |column: usize| grid.machine_at(&grid.values(&unravel(column * dampings.len(), &shape)));
-        let machines = (0..grid.column_count()).filter_map(machine);
+        let dampings = grid.dampings();
+        let machines = (0..grid.column_count()).filter_map(|column| machine_of(grid, column));
         let find = || probabilities(machines, uncertain, dampings, draws, stop);
         // If no pool can be created, the global pool is used.
         match pool(threads) {
@@ -565,6 +569,11 @@ impl<'a> Chances<'a> {
             Err(_) => find(),
         }
     }
+}
+
+/// The machine at the first damping of a column.
+fn machine_of(grid: &Grid, column: usize) -> Option<Machine> {
+    grid.machine_at(&grid.values(&unravel(column * grid.dampings().len(), &grid.shape())))
 }
 
 /// A share with the limits of Wilson's score interval.

@@ -4,14 +4,16 @@
 use std::borrow::Cow;
 
 use super::{Assessment, SAME, TOLERANCE};
-use crate::intervals::last_between;
+use crate::intervals::{belt_speeds, last_between};
 use crate::machine::{Friction, Machine, Model};
 use crate::map::{Attractors, BasinBoundary, Regime, long_run};
 use crate::risk::{Moved, NORMAL, Uncertain, WithError, joint, uncertain_critical_damping};
 use slipmap_model::filippov::Oscillator;
 use slipmap_model::friction::{Column, Table};
+use slipmap_model::point::Point;
 use slipmap_numbers::Range;
 use slipmap_simulate::backbone::Backbone;
+use slipmap_simulate::critical::{critical_damping, known_or_nan};
 use slipmap_simulate::sensitivity::standard_error_of_closing;
 use slipmap_simulate::slip_cycle::{Kick, kick_onto};
 use slipmap_simulate::{Cycle, flow};
@@ -23,6 +25,13 @@ const NEAR: f64 = 2.0;
 const FEWEST_TURNS: usize = 2;
 /// Relative step of the slope of the critical damping.
 const STEP: f64 = 1e-3;
+/// Numerical error of a critical damping less the working one, relative to that.
+const NUMERICAL: f64 = 1e-6;
+/// Share of [`NORMAL`] that a limit of the belt speed is to be away at least, and the number of limits that are tried.
+const CLOSE_TO_NORMAL: f64 = 0.9;
+const ROUNDS: u32 = 6;
+/// Number of faster belts per factor of ten whose critical dampings are compared with the working one.
+const FASTER_PER_DECADE: i32 = 8;
 /// Number of amplitudes between that of a cycle and the least and the largest at which the backbone is compared.
 const PLACES: u32 = 400;
 
@@ -59,7 +68,8 @@ pub struct StandardErrors {
     pub from: ErrorsFrom,
     /// The critical damping, which may be negative here; `None` where it has no derivatives.
     pub critical_damping: Option<WithError>,
-    /// The highest belt speed below which it may stick-slip, m/s; `None` where none is known or its error is unknown.
+    /// The highest belt speed below which it may stick-slip, m/s; `None` where none is known, its error is unknown, or the
+    /// errors leave open which of several speeds it is.
     pub critical_belt_speed: Option<WithError>,
     /// The damping below which steady slip is unstable.
     pub hopf_damping: WithError,
@@ -148,20 +158,50 @@ fn measured_with_errors(machine: &Machine) -> Option<(Machine, ErrorsFrom)> {
     Some((Machine { friction: Friction::Measured(table), ..machine.clone() }, from))
 }
 
-/// The belt speed below which a machine may stick-slip, with the standard error that follows from that of the critical
-/// damping there, divided by its slope.
+/// The belt speed below which a machine may stick-slip, with its standard error. It is where the critical damping takes
+/// the working one, so at the 95 % limits that follow from its slope it is to differ from that by about [`NORMAL`] of its
+/// own standard errors; where it differs by less, next to a steep slope, they are farther. `None` where it does so
+/// nowhere, or may be above the working damping at a faster belt: then the errors leave open which speed it is.
 fn error_of_belt_speed(
     machine: &Machine,
     uncertain: &[Uncertain],
     belt_speed: Option<f64>,
 ) -> Option<WithError> {
     let value = belt_speed?;
-    let at =
-        |factor: f64| uncertain_critical_damping(&machine.with("belt_speed", factor * value)?, uncertain);
-    let [below, above] = [at(1.0 - STEP)?.value, at(1.0 + STEP)?.value];
-    let slope = (above - below) / (2.0 * STEP * value);
-    let standard_error = at(1.0)?.standard_error / slope.abs();
-    standard_error.is_finite().then_some(WithError { value, standard_error })
+    let least_error = NUMERICAL * machine.damping;
+    let at = |speed: f64| {
+        let machine = machine.with("belt_speed", speed).filter(Machine::is_legal)?;
+        let WithError { value, standard_error } = uncertain_critical_damping(&machine, uncertain)?;
+        Some([value - machine.damping, standard_error.max(least_error)])
+    };
+    let slope = (at(value * (1.0 + STEP))?[0] - at(value * (1.0 - STEP))?[0]) / (2.0 * STEP * value);
+    let mut standard_error = at(value)?[1] / slope.abs();
+    let is_far = |distance: f64| distance >= CLOSE_TO_NORMAL * NORMAL;
+    let found = (0..ROUNDS).find_map(|_| {
+        let from_it =
+            |by: f64| at(value + by * NORMAL * standard_error).map(|[off, error]| -by * off / error);
+        // Of belts beyond the data, and of those at rest, nothing is known.
+        let least = [-1.0, 1.0].into_iter().filter_map(from_it).reduce(f64::min)?;
+        if is_far(least) {
+            return Some(standard_error);
+        }
+        standard_error *= if least > 0.0 { NORMAL / least } else { f64::INFINITY };
+        None
+    });
+    let standard_error = found.filter(|error| error.is_finite())?;
+    let Model { law, point, si } = machine.model()?;
+    let faster = belt_speeds(&law.column(&point).curve, FASTER_PER_DECADE).into_iter();
+    let faster = faster.filter(|speed| speed * si.units.velocity > value + NORMAL * standard_error);
+    let critical = |speed: f64| {
+        let column = law.column(&Point { belt_speed: speed, ..point });
+        known_or_nan(critical_damping(&column, TOLERANCE))
+    };
+    let highest = faster.map(|speed| (speed, critical(speed))).filter(|(_, c)| !c.is_nan());
+    let is_open = highest.max_by(|one, other| one.1.total_cmp(&other.1)).is_some_and(|(speed, c)| {
+        let known = at(speed * si.units.velocity);
+        known.map_or(c > point.damping, |[off, error]| !is_far(-off / error))
+    });
+    (!is_open).then_some(WithError { value, standard_error })
 }
 
 /// A table with the standard errors of its data, and where they come from: those that it has, or else the scatter of
@@ -330,7 +370,6 @@ mod tests {
     use crate::behaviour::Limit;
     use crate::machine::example;
     use slipmap_model::friction::Law;
-    use slipmap_simulate::critical_damping;
 
     const DATA: [(f64, f64); 7] =
         [(0.0, 0.42), (0.03, 0.37), (0.07, 0.33), (0.15, 0.3), (0.3, 0.285), (0.6, 0.28), (1.2, 0.285)];
@@ -394,6 +433,42 @@ mod tests {
         let beyond = at(0.59);
         assert_eq!(beyond.standard_errors.unwrap().critical_belt_speed, None);
         assert!(beyond.needed_for_speeds.is_some_and(|speed| speed > 1.2), "{:?}", beyond.needed_for_speeds);
+    }
+
+    /// Rows next to rest make a window of slow belts. Its end has an error unless the machine may stick-slip at faster
+    /// belts, too, by the curve or within the errors; at 1.96 errors from it on either side the critical damping is as
+    /// many of its own from the working one, though its slope changes.
+    #[test]
+    fn the_end_of_a_window_of_slow_belts_has_no_error_where_faster_ones_are_open() {
+        let data =
+            [(0.0, 0.42), (0.001, 0.4), (0.03, 0.4), (0.06, 0.33), (0.12, 0.29), (0.2, 0.28), (0.3, 0.28)];
+        let of = |damping: f64, error: f64| {
+            let machine = machine(&data, damping);
+            let Friction::Measured(table) = &machine.friction else { unreachable!() };
+            let table = table.with_standard_errors(&[error; 7]).unwrap();
+            Machine { friction: Friction::Measured(table), ..machine }
+        };
+        let critical = |machine: &Machine, speed: f64| {
+            uncertain_critical_damping(&machine.with("belt_speed", speed)?, &[])
+        };
+        // From the critical damping of belts at 0.037 m/s, the largest of faster ones, and from where the slope is steep.
+        let highest = critical(&of(1.0, ERROR), 0.037).unwrap().value;
+        for (damping, error, end, is_known) in [
+            (0.95 * highest, ERROR, 0.001_580_576, false),
+            (1.05 * highest, ERROR, 0.001_303_664, true),
+            (1.05 * highest, 1e-2, 0.001_303_664, false),
+            (5000.0, 3e-3, 0.000_925_102, true),
+        ] {
+            let machine = of(damping, error);
+            let off =
+                |speed: f64| critical(&machine, speed).map(|at| (at.value - damping) / at.standard_error);
+            assert!(off(end).unwrap().abs() < 0.1, "{damping}: {end} m/s is no end");
+            let found = error_of_belt_speed(&machine, &[], Some(end));
+            assert_eq!(found.is_some(), is_known, "{damping} {error}: {found:?}");
+            let Some(WithError { standard_error, .. }) = found else { continue };
+            let [below, above] = [-NORMAL, NORMAL].map(|by| off(end + by * standard_error).unwrap());
+            assert!(below.min(-above) >= CLOSE_TO_NORMAL * NORMAL, "{damping}: {below} {above}");
+        }
     }
 
     /// On each side of each limit: the regime of the curve, and that of the other side.

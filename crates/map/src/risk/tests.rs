@@ -240,16 +240,28 @@ fn steep_scattered_data_have_a_standard_error_too() {
     assert!(found.failed == 0 && found.standard_error.is_some_and(|error| error > 0.0), "{found:?}");
 }
 
-/// A formula with many waves takes long to compile for each draw.
+/// A formula with many waves takes long to compile for each draw. Columns of a map share the draws of one machine then,
+/// but for the fewest.
 #[test]
 fn fewer_draws_are_usual_where_each_takes_long() {
     let of = |phi: &str| {
         let formula = Expression::new(phi, 0.4).unwrap();
         let friction = Friction::Formula(formula, LawParameters::new(&[]));
-        usual_draws(&Machine { friction, ..example(Law::Stribeck) })
+        let machine = Machine { friction, ..example(Law::Stribeck) };
+        let uncertain = [("normal_force", Spread::Normal { sd: 10.0 })];
+        let of_map = |columns: usize| {
+            let masses = (0..columns).map(|i| machine.mass * (1.0 + 1e-12 * i as f64)).collect();
+            let grid = Grid::of_machine(&machine, &[("mass", masses), ("damping", vec![0.0, 1.0])]).unwrap();
+            Chances::of(&grid, &uncertain).unwrap().draws
+        };
+        (usual_draws(&machine), of_map(2), of_map(5000))
     };
-    let [many, few] = ["0.3 + 0.1*exp(-u/0.25)", "0.3 + 0.1*exp(-u/0.25) + 1e-4*sin(300*u)^2"].map(of);
+    let (many, ..) = of("0.3 + 0.1*exp(-u/0.25)");
+    let (few, each_of_two, each_of_more) = of("0.3 + 0.1*exp(-u/0.25) + 1e-4*sin(300*u)^2");
     assert!(FEWEST_DRAWS <= few && few < many / 2 && many <= USUAL_DRAWS, "{few} {many}");
+    for (draws, expected) in [(each_of_two, few / 2), (each_of_more, (few / 100).max(FEWEST_DRAWS))] {
+        assert!(draws.abs_diff(expected) <= expected / 10, "{draws} {expected}");
+    }
 }
 
 #[test]
