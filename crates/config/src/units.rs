@@ -303,17 +303,12 @@ pub(super) fn conversion(unit: &str, factor: f64, wanted: Wanted) -> String {
 /// `F / N`.
 pub(super) fn bracketed(header: &str) -> Option<(&str, &str)> {
     let header = header.trim();
-    if let Some((name, unit)) = header.rsplit_once(" / ")
-        && read(unit).is_some()
-    {
-        return Some((name.trim_end(), unit.trim()));
-    }
     let close = header.chars().last()?;
     let open = match close {
         ']' => '[',
         ')' => '(',
         '}' => '{',
-        _ => return None,
+        _ => return header.rsplit_once(" / ").filter(|(_, unit)| read(unit).is_some()),
     };
     // Brackets of the same kind may be inside: (N/(m/s)).
     let mut depth = 0;
