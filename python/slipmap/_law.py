@@ -5,7 +5,6 @@ from __future__ import annotations
 import html
 import json
 import os
-import re
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, overload
 
@@ -14,7 +13,7 @@ import pandas as pd
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
-from . import _core
+from . import _core, _given
 from ._broadcast import Numbers, flat
 from ._decode import decode
 from ._fit import Fit
@@ -278,7 +277,7 @@ class Law:
         >>> round(float(slipmap.Law.from_csv(path).phi(0.1)), 12)
         0.7
         """
-        return cls._measured(*_file(path), static, rest, quantity)
+        return cls._measured(*_given.file(path), static, rest, quantity)
 
     @classmethod
     def from_dataframe(
@@ -293,7 +292,7 @@ class Law:
         >>> round(float(slipmap.Law.from_dataframe(data).phi(0.1)), 12)
         0.7
         """
-        return cls._measured(*_columns(data), static, rest, quantity)
+        return cls._measured(*_given.columns(data), static, rest, quantity)
 
     @classmethod
     def _measured(cls, name: str, rows: bytes, static: float | None, rest: str | None, quantity: str | None) -> Law:
@@ -351,10 +350,10 @@ class Law:
             if len(u) != len(level):
                 raise ValueError(f"friction: {len(level)} values at {len(u)} slip speeds")
             errors = {} if stderr is None else {"se": np.broadcast_to(np.asarray(stderr, dtype=float), u.shape)}
-            names = _header("slip speed", "belt_speed", data), _header("friction", "normal_force", friction)
-            source = _columns(pd.DataFrame({names[0]: u, names[1]: level, **errors}))
+            names = _given.header("slip speed", "belt_speed", data), _given.header("friction", "normal_force", friction)
+            source = _given.columns(pd.DataFrame({names[0]: u, names[1]: level, **errors}))
         else:
-            source = _columns(data) if isinstance(data, pd.DataFrame) else _file(data)
+            source = _given.columns(data) if isinstance(data, pd.DataFrame) else _given.file(data)
         core, answer, toml = _core.fit(*source, law, _is_force(quantity))
         found = decode(Fitted, json.loads(answer))
         best = found.fit
@@ -623,25 +622,6 @@ def no_machine(given: Any, wanted: str) -> str:
     return f"a {wanted} is needed, not {given!r:.60}"
 
 
-def _header(name: str, quantity: str, column: Any) -> str:
-    """The name of a column with its unit, which a Series may have in its name."""
-    found = re.search(r"[\[({]([^\[({]+)[\])}]\s*$", str(column.name)) if isinstance(column, pd.Series) else None
-    if found is None:
-        return name
-    for motion in ("translation", "rotation"):
-        try:
-            size = _core.Law.built_in("stribeck").number_of(f"1 {found[1]}", quantity, motion, False)[0]
-        except ValueError:
-            continue
-        if size != 1.0:
-            raise ValueError(
-                f"the name of the Series, {column.name!r}, has a unit that is not of SI, and its values may have been converted: "
-                "give a DataFrame of both columns, whose units are read, or numbers in SI units, series.to_numpy()"
-            )
-        return f"{name} [{found[1]}]"
-    return name
-
-
 def _is_at_peak(rest: str | None, static: float | None) -> bool:
     if rest not in (None, "peak"):
         raise ValueError(f'rest = {rest!r}: it can be "peak" only; friction at rest is `static`')
@@ -654,23 +634,6 @@ def _is_force(quantity: str | None) -> bool | None:
     if quantity not in (None, "coefficient", "force"):
         raise ValueError(f'quantity = {quantity!r}: it can be "coefficient" or "force"')
     return None if quantity is None else quantity == "force"
-
-
-def _file(path: Any) -> tuple[str, bytes]:
-    """Name and bytes of a file."""
-    if not isinstance(path, (str, os.PathLike)):
-        raise TypeError("a file, a DataFrame, or slip speeds and friction are needed")
-    name = os.path.expanduser(os.fspath(path))
-    with open(name, "rb") as file:
-        return name, file.read()
-
-
-def _columns(data: pd.DataFrame) -> tuple[str, bytes]:
-    """The file that a DataFrame would be."""
-    if not isinstance(data, pd.DataFrame):
-        raise TypeError(f"a DataFrame is needed, not a {type(data).__name__}; of arrays `fit` and `table` make laws")
-    # An index with a name is a column.
-    return "the data", data.to_csv(index=data.index.names != [None]).encode()
 
 
 def _unknown(name: str, law: _core.Law) -> str:
