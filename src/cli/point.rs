@@ -49,6 +49,9 @@ fn parse_name(name: &str) -> Result<String, String> {
     let names: Vec<_> = Law::names().collect();
     match names.contains(&name) {
         true => Ok(name.to_owned()),
+        false if name.contains(|c: char| !c.is_alphanumeric() && c != '_') => {
+            Err("that is no name of a law; a formula is given with --phi".into())
+        }
         false => Err(format!("there is no such law; {}", nearest("law", name, &names))),
     }
 }

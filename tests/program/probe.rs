@@ -199,6 +199,7 @@ fn bad_points() {
     run(&probe(&[("V", nan)]), &["--V", "nan"]).refuses(&["--V NaN", "finite"]);
     run(&probe(&[("V", nan)]), &["--V", "fast"]).refuses(&["'fast'", "--V", "not a number"]);
     run(&probe(&[]), &["--law", "tustin"]).refuses(&["'tustin'", "--law", "stribeck"]);
+    run(&probe(&[]), &["--law", "1 - 0.3*u"]).refuses(&["'1 - 0.3*u'", "a formula is given with --phi"]);
     run(&probe(&[]), &["--tolerance", "1"]).refuses(&["--tolerance", "from 1e-14 to 1e-2"]);
     run(&probe(&[]), &["--gama", "2"]).refuses(&["--gama", "--gamma"]);
     run(&probe(&[]), &["--out", "x.csv"]).refuses(&["--points"]);
