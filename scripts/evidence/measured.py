@@ -1,6 +1,6 @@
 """How often true answers lie within the 95 % intervals that are stated for measured friction.
 
-    scripts/study measured [CASES=300] [PAGES=20]
+    scripts/study measured [CASES=300] [PAGES=20] [FIRST=0]
 
 Synthetic measurements of five laws, as `crates/config/src/measured/coverage.rs` has them, with fixed seeds: the critical dampings of CASES
 fits and as many tables, a second each, and the critical belt speeds and kicks of PAGES, which take several seconds each.
@@ -10,6 +10,8 @@ import os
 import subprocess
 import sys
 
-cases, pages = [*sys.argv[1:], "300", "20"][:2] if len(sys.argv) != 2 else [sys.argv[1], "20"]
+given = sys.argv[1:]
+cases, pages, first = given + ["300", "20", "0"][len(given) :]
 command = "cargo test --release --locked -p slipmap-config --lib measured::coverage::coverage -- --ignored --nocapture"
-sys.exit(subprocess.run(command.split(), env={**os.environ, "SLIPMAP_CASES": cases, "SLIPMAP_PAGES": pages}).returncode)
+numbers = {"SLIPMAP_CASES": cases, "SLIPMAP_PAGES": pages, "SLIPMAP_FIRST": first}
+sys.exit(subprocess.run(command.split(), env={**os.environ, **numbers}).returncode)

@@ -15,6 +15,7 @@ use slipmap_model::point::LawParameters;
 use slipmap_numbers::random::Random;
 use slipmap_simulate::critical::critical_damping;
 use slipmap_simulate::sensitivity::influence;
+use std::sync::Mutex;
 
 /// A law: its name, its fall g as a formula, and g itself.
 type Fall = (&'static str, &'static str, fn(f64) -> f64);
@@ -203,37 +204,34 @@ fn true_critical_dampings_lie_within_their_intervals() {
     }
 }
 
-/// The same of as many measurements as the variable SLIPMAP_CASES says, of up to 4,000 rows, with critical belt speeds
-/// and kicks of as many as SLIPMAP_PAGES: scripts/evidence/measured.py.
+/// The same of as many measurements as the variable SLIPMAP_CASES says, from the number SLIPMAP_FIRST on, of up to 4,000
+/// rows, with critical belt speeds and kicks of as many as SLIPMAP_PAGES: scripts/evidence/measured.py.
 #[test]
 #[ignore = "takes a second a case"]
 fn coverage() {
     let number = |name: &str| std::env::var(name).ok().and_then(|text| text.parse().ok()).unwrap_or(0_u64);
-    let (cases, pages) = (number("SLIPMAP_CASES"), number("SLIPMAP_PAGES"));
+    let [first, cases, pages] = ["SLIPMAP_FIRST", "SLIPMAP_CASES", "SLIPMAP_PAGES"].map(number);
     for (what, name) in [(As::Fit, "fits"), (As::Table, "tables")] {
-        let of_case = |number| {
-            let case = Case::new(number, 4000.0);
+        let counts: [Mutex<Count>; 3] = Default::default();
+        (0..cases.max(pages)).into_par_iter().for_each(|k| {
+            let case = Case::new(first + k, 4000.0);
             let mut answers = Vec::new();
-            if number < cases {
+            if k < cases {
                 let (expected, stated) = case.critical(what);
                 answers.push((0, expected, stated));
             }
-            if number < pages {
+            if k < pages {
                 let of_page = (1..).zip(case.of_page(what));
-                answers.extend(of_page.filter_map(|(k, (expected, stated))| Some((k, expected?, stated))));
+                answers.extend(of_page.filter_map(|(of, (expected, stated))| Some((of, expected?, stated))));
             }
-            (number, case.words, answers)
-        };
-        let mut counts: [Count; 3] = Default::default();
-        let all: Vec<_> = (0..cases.max(pages)).into_par_iter().map(of_case).collect();
-        for (number, words, answers) in all {
-            let count = |(k, expected, stated): (usize, f64, _)| counts[k].count(expected, stated);
+            let count = |(of, expected, stated): (usize, f64, _)| {
+                counts[of].lock().unwrap().count(expected, stated)
+            };
             let distances: Vec<f64> = answers.into_iter().map(count).collect();
-            println!("{name} {number}: {words}: {distances:.2?}");
-        }
-        for (of, Count { within, outside, withheld }) in
-            ["critical damping", "critical belt speed", "kick"].into_iter().zip(counts)
-        {
+            println!("{name} {}: {}: {distances:.2?}", first + k, case.words);
+        });
+        for (of, count) in ["critical damping", "critical belt speed", "kick"].into_iter().zip(counts) {
+            let Count { within, outside, withheld } = count.into_inner().unwrap();
             let share = 100.0 * f64::from(within) / f64::from(within + outside);
             println!("{name}, {of}: {share:.1} % of {} within, {withheld} withheld", within + outside);
         }
