@@ -126,8 +126,7 @@ impl Assessment {
 
     /// The kick as impulses, N s: what a hammer or the loss of a load gives to the mass.
     pub fn kick_impulse(&self) -> Option<Kick> {
-        let mass = self.machine.mass;
-        self.kick.map(|kick| Kick { forward: mass * kick.forward, backward: mass * kick.backward })
+        self.kick.map(|kick| kick.times(self.machine.mass))
     }
 
     /// The damping above which it stick-slips from no start: the end of the highest interval in which it may. That is the
@@ -305,7 +304,7 @@ pub fn assess_fitted(machine: &Machine, uncertain: &[Uncertain]) -> Option<Asses
         hopf_damping: hopf / point.epsilon * units.damping,
         vibrates_below_damping: vibrates_below.map(|damping| damping * units.damping),
         slip_cycles_unknown,
-        standard_errors: StandardErrors::of(machine, uncertain, highest, basin.as_ref().zip(backbone)),
+        standard_errors: StandardErrors::of(machine, uncertain, highest, basin.is_some()),
         needed_for_speeds: needed_for_speeds.map(|speed| speed * units.velocity),
         undetermined: matches!(behaviour.regime, Regime::Failed | Regime::Neutral)
             .then(|| undetermined(&oscillator, &flow, &attractors, beyond_data.as_ref())),

@@ -25,8 +25,8 @@ use slipmap_numbers::named;
 use slipmap_numbers::roots::{Bracket, falling_root};
 use slipmap_simulate::backbone::Backbone;
 use slipmap_simulate::{Fate, Flow, exceeds, flow};
+pub(crate) use tried::belt_speeds;
 use tried::last_within;
-pub(crate) use tried::{belt_speeds, last_between};
 
 /// Tolerance of the scaled grazing margin.
 pub(crate) const TOLERANCE: f64 = 1e-9;

@@ -186,12 +186,7 @@ impl<'a> Draws<'a> {
             Friction::Measured(table) if table.standard_errors().is_some() => Some(table),
             _ => None,
         };
-        let of_curve = measured.and_then(|table| {
-            let exact = table.with_standard_errors(&vec![0.0; table.data().count()]).ok()?;
-            let machine = Machine { friction: Friction::Measured(exact), ..machine.clone() };
-            uncertain_critical_damping(&machine, &[])
-        });
-        let of_curve = of_curve.map_or(0.0, |of| of.standard_error / machine.normal_force);
+        let of_curve = error_by_curve(machine) / machine.normal_force;
         Self { machine, uncertain, nominal, measured, of_curve }
     }
 
@@ -252,6 +247,18 @@ impl<'a> Draws<'a> {
         };
         draws.iter().zip(&models).map(of).collect()
     }
+}
+
+/// The standard deviation of the critical damping by the curve between rows of data with standard errors, N s/m.
+pub(crate) fn error_by_curve(machine: &Machine) -> f64 {
+    let of = || {
+        let Friction::Measured(table) = &machine.friction else { return None };
+        table.standard_errors()?;
+        let exact = table.with_standard_errors(&vec![0.0; table.data().count()]).ok()?;
+        let machine = Machine { friction: Friction::Measured(exact), ..machine.clone() };
+        uncertain_critical_damping(&machine, &[])
+    };
+    of().map_or(0.0, |of| of.standard_error)
 }
 
 /// What is found of a draw, in SI units.

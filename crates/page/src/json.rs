@@ -92,7 +92,8 @@ pub fn to_json(all: &Assessment, risk: Option<&Risk>) -> Value {
         "kick_backward": all.kick.map(|kick| kick.backward),
         "kick_forward_impulse": impulse.map(|kick| kick.forward),
         "kick_backward_impulse": impulse.map(|kick| kick.backward),
-        "kick_relative_standard_error": error(|errors| errors.kick),
+        "kick_forward_standard_error": error(|errors| Some(errors.kick?.forward)),
+        "kick_backward_standard_error": error(|errors| Some(errors.kick?.backward)),
     });
     let mut page = json!({
         "law": machine.friction.law_name(),

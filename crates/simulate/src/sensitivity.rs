@@ -190,20 +190,6 @@ fn standard_errors(column: &Column, orbit: &[Sample], by_data: &[Estimate]) -> O
     )
 }
 
-/// The standard error of the damping at which the orbit of amplitude `radius`, the largest x2 on it, closes,
-/// which is `c`. To first order in the standard errors of the table's data, at a fixed unit of friction;
-/// `None` without them, and where the orbit cannot be followed.
-pub fn standard_error_of_closing(column: &Column, c: f64, radius: f64) -> Option<f64> {
-    let table = column.curve.table()?;
-    let errors = table.standard_errors()?;
-    let work = Work::of_question(&column.curve);
-    let orbit = orbit_from(column, c, [radius, 0.0], TOLERANCES[1], &[], &work).ok()?;
-    let by_data = means(column, c, &orbit.samples, None).by_data;
-    let squares = by_data.iter().zip(errors).map(|(by, error)| (by.value * error).powi(2));
-    let of_curve = table.error_of_curve(&points(&orbit.samples)) / column.epsilon;
-    Some(squares.sum::<f64>().sqrt().hypot(of_curve))
-}
-
 /// The weight of the friction's slope for the critical damping, on `parts` equal ranges of slip speeds from 0
 /// to the fastest on the grazing orbit.
 ///

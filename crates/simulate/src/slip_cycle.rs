@@ -29,6 +29,14 @@ pub struct Kick {
     pub backward: f64,
 }
 
+impl Kick {
+    /// Both times a factor, as for other units.
+    #[must_use]
+    pub fn times(self, factor: f64) -> Self {
+        Self { forward: factor * self.forward, backward: factor * self.backward }
+    }
+}
+
 /// Returns whether a turn leads outward.
 fn outward(from: f64, turn: &SlipTurn) -> bool {
     match turn {

@@ -142,8 +142,8 @@ impl Case {
                 self.words
             );
         }
-        let of_kick = errors.and_then(|errors| errors.kick).zip(kick(&all));
-        let of_kick = of_kick.map(|(share, value)| WithError { value, standard_error: share * value });
+        let of_kick = errors.and_then(|errors| Some(errors.kick?.forward)).zip(kick(&all));
+        let of_kick = of_kick.map(|(standard_error, value)| WithError { value, standard_error });
         [(limit(&truth), errors.and_then(|errors| errors.critical_belt_speed)), (kick(&truth), of_kick)]
     }
 }

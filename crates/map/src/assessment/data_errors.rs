@@ -4,19 +4,18 @@
 use std::borrow::Cow;
 
 use super::{Assessment, SAME, TOLERANCE};
-use crate::intervals::{belt_speeds, last_between};
+use crate::intervals::belt_speeds;
 use crate::machine::{Friction, Machine, Model};
-use crate::map::{Attractors, BasinBoundary, Regime, long_run};
-use crate::risk::{Moved, NORMAL, Uncertain, WithError, joint, uncertain_critical_damping};
+use crate::map::{Attractors, Regime, long_run};
+use crate::risk::{Moved, NORMAL, Uncertain, WithError, error_by_curve, joint, uncertain_critical_damping};
+use rayon::prelude::*;
 use slipmap_model::filippov::Oscillator;
-use slipmap_model::friction::{Column, Table};
+use slipmap_model::friction::Table;
 use slipmap_model::point::Point;
-use slipmap_numbers::Range;
-use slipmap_simulate::backbone::Backbone;
+use slipmap_numbers::random::Random;
 use slipmap_simulate::critical::{critical_damping, known_or_nan};
-use slipmap_simulate::sensitivity::standard_error_of_closing;
-use slipmap_simulate::slip_cycle::{Kick, kick_onto};
-use slipmap_simulate::{Cycle, flow};
+use slipmap_simulate::flow;
+use slipmap_simulate::slip_cycle::Kick;
 
 /// Number of standard errors within which a limit leaves open on which side of it the machine is.
 const NEAR: f64 = 2.0;
@@ -32,8 +31,9 @@ const CLOSE_TO_NORMAL: f64 = 0.9;
 const ROUNDS: u32 = 6;
 /// Number of faster belts per factor of ten whose critical dampings are compared with the working one.
 const FASTER_PER_DECADE: i32 = 8;
-/// Number of amplitudes between that of a cycle and the least and the largest at which the backbone is compared.
-const PLACES: u32 = 400;
+/// Number of data that are drawn for the error of a kick, and the share of them that is to have one.
+const DRAWS: u32 = 48;
+const LEAST_WITH_KICKS: f64 = 0.75;
 
 /// Where standard errors of measured friction come from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
@@ -73,41 +73,36 @@ pub struct StandardErrors {
     pub critical_belt_speed: Option<WithError>,
     /// The damping below which steady slip is unstable.
     pub hopf_damping: WithError,
-    /// Relative standard error of the kick, to first order; `None` where there is no kick, or it is unknown.
-    pub kick: Option<f64>,
+    /// Those of the kicks, m/s, to first order; `None` where there is no kick, or they are unknown.
+    pub kick: Option<Kick>,
 }
 
 impl StandardErrors {
     /// The standard errors of a machine; `None` for friction of which no errors are known.
-    /// `belt_speed` is the highest one at which it may stick-slip, if that is known; `kick` the boundary that a kick leads
-    /// to, if there is one, and the backbone.
+    /// `belt_speed` is the highest one at which it may stick-slip, if that is known; `has_kick` whether a kick leads to
+    /// another attractor.
     pub(super) fn of(
         machine: &Machine,
         uncertain: &[Uncertain],
         belt_speed: Option<f64>,
-        kick: Option<(&BasinBoundary, &Backbone)>,
+        has_kick: bool,
     ) -> Option<Self> {
         let errors = Self::of_dampings(machine, uncertain)?;
         let fit = joint(uncertain);
-        if !fit.is_empty() {
-            let kick = |machine: &Machine| {
-                let Model { law, point, si } = machine.model()?;
-                let oscillator = Oscillator::new(&law, &point);
-                let basin = long_run(&oscillator, &flow(&oscillator, TOLERANCE), TOLERANCE).basin?;
-                Some(basin.kick.forward * si.units.velocity)
-            };
-            let moved = Moved::of(machine, &fit)?;
-            return Some(Self {
-                critical_belt_speed: error_of_belt_speed(machine, uncertain, belt_speed),
-                kick: kick(machine).and_then(|here| Some(moved.error(kick)? / here)),
-                ..errors
-            });
-        }
-        let (machine, _) = measured_with_errors(machine)?;
-        let Model { point, .. } = &machine.model()?;
-        let column = machine.model()?.column();
-        let kick = kick.and_then(|(basin, backbone)| error_of_kick(&column, point.damping, basin, backbone));
-        Some(Self { critical_belt_speed: error_of_belt_speed(&machine, &[], belt_speed), kick, ..errors })
+        let of_kick = |machine: &Machine| match fit.is_empty() {
+            true => error_of_drawn_kicks(machine),
+            false => Moved::of(machine, &fit)?.errors(kicks),
+        };
+        let (machine, uncertain) = match fit.is_empty() {
+            true => (measured_with_errors(machine)?.0, &[][..]),
+            false => (machine.clone(), uncertain),
+        };
+        let kick = has_kick.then(|| of_kick(&machine)).flatten();
+        Some(Self {
+            critical_belt_speed: error_of_belt_speed(&machine, uncertain, belt_speed),
+            kick: kick.map(|[forward, backward]| Kick { forward, backward }),
+            ..errors
+        })
     }
 
     /// Those of the two limits of the damping alone, which take a small part of the time: by the data, or by the
@@ -128,7 +123,7 @@ impl StandardErrors {
         };
         let fit = joint(uncertain);
         if !fit.is_empty() {
-            let standard_error = Moved::of(machine, &fit)?.error(hopf)?;
+            let [standard_error] = Moved::of(machine, &fit)?.errors(|it| Some([hopf(it)?]))?;
             let hopf = WithError { value: hopf(machine)?, standard_error };
             return Some(of(ErrorsFrom::Fit, uncertain_critical_damping(machine, uncertain), hopf));
         }
@@ -219,40 +214,39 @@ pub fn with_errors(table: &Table) -> Option<(Table, ErrorsFrom)> {
     Some((table.with_error_of_curve(), from))
 }
 
-/// The relative standard error of the kicks onto a slip cycle. The cycle lies where the backbone takes the value of the
-/// damping, so the amplitudes at which that of the data is within its 95 % limits of this value are those of the true
-/// cycle, with the same probability. The slope of the backbone at one amplitude says less: of data that scatter it bends
-/// within these limits. Half the distance of the kicks onto the ends of this range counts, at the dampings that have their
-/// cycles there: kicks may change several times as much as amplitudes.
-fn error_of_kick(column: &Column, damping: f64, basin: &BasinBoundary, backbone: &Backbone) -> Option<f64> {
-    // The grazing orbit is no slip cycle, and its errors are not known.
-    let cycle = basin.cycle?;
-    let radius = cycle.velocity.hi;
-    let error = NORMAL * column.epsilon * standard_error_of_closing(column, damping, radius)?;
-    let here = backbone.viscous(radius);
-    let farthest = |end: f64| {
-        let at = |i: u32| radius + (end - radius) * f64::from(i) / f64::from(PLACES);
-        let is_within = |amplitude: f64| (backbone.viscous(amplitude) - here).abs() <= error;
-        let Some(beyond) = (1..=PLACES).find(|i| !is_within(at(*i))) else { return (end - radius).abs() };
-        let distance = |i: u32| (at(i) - radius).abs();
-        let towards = (end - radius).signum();
-        last_between(distance(beyond - 1), distance(beyond), |it| Some(is_within(radius + towards * it)))[0]
-    };
-    let kicks = |radius: f64| {
-        // The cycle with no amplitude is steady slip.
-        if !(radius > 0.0) {
-            return Some(Kick { forward: 0.0, backward: 0.0 });
-        }
-        let oscillator = Oscillator::in_column(column, backbone.viscous(radius) / column.epsilon);
-        let cycle = Cycle { velocity: Range { hi: radius, ..cycle.velocity }, ..cycle };
-        kick_onto(&oscillator, &cycle, TOLERANCE).ok()
-    };
-    let [lower, upper] = [radius - farthest(0.0), radius + farthest(column.belt_speed)].map(kicks);
-    let (lower, upper, here) = (lower?, upper?, basin.kick);
-    let forward = (upper.forward - lower.forward) / here.forward;
-    let backward = (upper.backward - lower.backward) / here.backward;
-    let relative = forward.abs().max(backward.abs()) / (2.0 * NORMAL);
-    relative.is_finite().then_some(relative)
+/// The kicks of a machine with and against the belt, m/s; `None` where it has none.
+fn kicks(machine: &Machine) -> Option<[f64; 2]> {
+    let Model { law, point, si } = machine.model()?;
+    let oscillator = Oscillator::new(&law, &point);
+    let Kick { forward, backward } =
+        long_run(&oscillator, &flow(&oscillator, TOLERANCE), TOLERANCE).basin?.kick;
+    Some([forward, backward].map(|kick| kick * si.units.velocity))
+}
+
+/// The standard deviations of the kicks by random data. Data that scatter bend the curve within their errors, so
+/// differences over a standard error of each row say less; they move the equilibrium, too. `None` where more than
+/// [`LEAST_WITH_KICKS`] of them leave out the kick.
+fn error_of_drawn_kicks(machine: &Machine) -> Option<[f64; 2]> {
+    let Friction::Measured(table) = &machine.friction else { return None };
+    let of_curve = error_by_curve(machine);
+    let mut random = Random(16);
+    let draws: Vec<Machine> = (0..DRAWS)
+        .filter_map(|_| {
+            let friction = Friction::Measured(table.drawn(|| random.normal()).ok()?);
+            let damping = machine.damping + of_curve * random.normal();
+            Some(Machine { friction, damping, ..machine.clone() }).filter(Machine::is_legal)
+        })
+        .collect();
+    let drawn: Vec<[f64; 2]> = draws.par_iter().filter_map(kicks).collect();
+    let count = drawn.len() as f64;
+    if count < LEAST_WITH_KICKS * f64::from(DRAWS) {
+        return None;
+    }
+    Some([0, 1].map(|of| {
+        let mean = drawn.iter().map(|kicks| kicks[of]).sum::<f64>() / count;
+        let squares = drawn.iter().map(|kicks| (kicks[of] - mean).powi(2));
+        (squares.sum::<f64>() / (count - 1.0)).sqrt()
+    }))
 }
 
 /// A limit of the damping.
@@ -411,9 +405,13 @@ mod tests {
             [0, 1].map(|of| ((after[of] - before[of]) / (2.0 * SHARE * here[of])).powi(2))
         });
         let sums = squares.fold([0.0; 2], |sums, squares| [sums[0] + squares[0], sums[1] + squares[1]]);
-        let expected = sums[0].max(sums[1]).sqrt();
-        let found = all.standard_errors.unwrap().kick.unwrap();
-        assert!((found / expected - 1.0).abs() < 0.05, "{found} {expected}");
+        let Kick { forward, backward } = all.standard_errors.unwrap().kick.unwrap();
+        for ((found, expected), here) in [forward, backward].into_iter().zip(sums).zip(here) {
+            let (found, expected) = (found / here, expected.sqrt());
+            // Three standard deviations of that of so many draws.
+            let tolerance = 3.0 / f64::from(2 * DRAWS).sqrt();
+            assert!((found / expected - 1.0).abs() < tolerance, "{found} {expected}");
+        }
     }
 
     /// Orbits of the fastest belts leave the data. The highest belt speed has its error where its own orbit does not, and

@@ -72,11 +72,19 @@ impl Moved {
         })
     }
 
-    /// The standard error of a number of the machine; `None` where it is unknown of one of them.
-    pub(crate) fn error(&self, of: impl Fn(&Machine) -> Option<f64>) -> Option<f64> {
-        let half = |[after, before]: &[Machine; 2]| Some(0.5 * (of(after)? - of(before)?) / self.share);
-        let halves = self.ends.iter().map(half).collect::<Option<Vec<f64>>>()?;
-        Some(halves.iter().map(|half| half * half).sum::<f64>().sqrt())
+    /// The standard errors of numbers of the machine; `None` where they are unknown of one of the machines.
+    pub(crate) fn errors<const N: usize>(
+        &self,
+        of: impl Fn(&Machine) -> Option<[f64; N]>,
+    ) -> Option<[f64; N]> {
+        let mut squares = [0.0; N];
+        for [after, before] in &self.ends {
+            let (after, before) = (of(after)?, of(before)?);
+            for (sum, (after, before)) in squares.iter_mut().zip(after.into_iter().zip(before)) {
+                *sum += (0.5 * (after - before) / self.share).powi(2);
+            }
+        }
+        Some(squares.map(f64::sqrt))
     }
 }
 
@@ -87,8 +95,8 @@ fn of_fitted(machine: &Machine, joint: &Joint) -> Pair {
         let model = machine.model()?;
         Some(known_or_nan(critical_damping(&model.column(), TOLERANCE)) * model.si.units.damping)
     };
-    let error = Moved::of(machine, joint).and_then(|moved| moved.error(critical));
-    [critical(machine), error].map(|value| value.unwrap_or(f64::NAN))
+    let error = Moved::of(machine, joint).and_then(|moved| moved.errors(|it| Some([critical(it)?])));
+    [critical(machine), error.map(|[error]| error)].map(|value| value.unwrap_or(f64::NAN))
 }
 
 /// The critical damping of a machine with measured friction, and its standard deviation by the standard

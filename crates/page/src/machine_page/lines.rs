@@ -10,7 +10,6 @@ use slipmap_map::risk::{Estimate, Risk, Spread, Uncertain, WithError, is_uncerta
 use slipmap_model::filippov::Stability;
 use slipmap_model::friction::Table;
 use slipmap_numbers::text::{digits_within, known_part, rounded};
-use slipmap_simulate::slip_cycle::Kick;
 
 /// A question and its answer.
 pub(crate) type Line = (Rich, Rich);
@@ -342,21 +341,23 @@ fn motion(all: &Assessment, written: &Written) -> Vec<Line> {
             kick(rich("the data leave open whether one is needed, and how large it is"))
         }
         NeededKick::Kick(kick) => {
-            let relative = all.standard_errors.and_then(|errors| errors.kick);
-            let of = |value: f64, dimension: Dimension| {
+            let of = |value: f64, error: Option<f64>, dimension: Dimension| {
                 let unit = unit(dimension);
-                match (relative, &all.machine.friction) {
-                    (Some(error), _) => with_error(value, error * value, 4, unit),
+                match (error, &all.machine.friction) {
+                    (Some(error), _) => with_error(value, error, 4, unit),
                     // The errors of the data are not known, but they are seldom below a per cent.
                     (None, Friction::Measured(_)) => unit.number(value, 2),
                     (None, _) => quantity(value, unit),
                 }
             };
-            let both = |kick: Kick, dimension: Dimension| {
-                of(kick.forward, dimension).then(", ").then(of(kick.backward, dimension))
+            let errors = all.standard_errors.and_then(|errors| errors.kick);
+            let both = |factor: f64, dimension: Dimension| {
+                let (kick, errors) = (kick.times(factor), errors.map(|errors| errors.times(factor)));
+                let forward = of(kick.forward, errors.map(|errors| errors.forward), dimension);
+                forward.then(", ").then(of(kick.backward, errors.map(|errors| errors.backward), dimension))
             };
-            let impulse = both(all.kick_impulse().unwrap_or(kick), Impulse);
-            line(with_belt, both(kick, Velocity).then("; as impulses ").then(impulse))
+            let impulse = both(all.machine.mass, Impulse);
+            line(with_belt, both(1.0, Velocity).then("; as impulses ").then(impulse))
         }
         NeededKick::NotNeeded => kick(rich("none is needed")),
         NeededKick::None => kick(rich("no kick of steady slip does")),
