@@ -13,7 +13,7 @@ use rayon::prelude::*;
 
 use super::grid::Extent;
 use super::{AxisRole, Grid};
-use slipmap_model::filippov::Oscillator;
+use slipmap_model::filippov::{HopfRate, Oscillator};
 use slipmap_model::friction::Column;
 use slipmap_simulate::backbone::{Backbone, TurningPoint};
 use slipmap_simulate::bifurcation::{Bifurcation, CurveWork};
@@ -225,12 +225,18 @@ impl<'a> Frame<'a> {
         Some(backbone.turning_points().windows(3).map(extreme).collect())
     }
 
-    /// The critical damping at a place of the other axis, as an extreme at the belt line; `None` if it is unknown.
+    /// The critical damping at a place of the other axis, as an extreme at the belt line; `None` if it is unknown or
+    /// that of flat friction.
     fn grazing(&self, damping_axis: usize, share: f64, work: &CurveWork) -> Option<Extreme> {
         let column = self.column(damping_axis, share)?;
         let found = located_critical_damping(&column, TOLERANCE);
         work.add_critical(&column, &found);
         let critical = found.and_then(CriticalDamping::known).ok()?;
+        // That of flat friction is no curve, as its Hopf damping.
+        let is_flat = || HopfRate::new(&column.curve, column.belt_speed).value() == 0.0;
+        if critical.c.abs() <= critical.error && is_flat() {
+            return None;
+        }
         let (height, error) = self.height(damping_axis, critical.c, critical.error);
         Some(Extreme { amplitude: 1.0, height, error, is_maximum: true })
     }
