@@ -90,9 +90,7 @@ pub(super) fn decisive_flow(oscillator: &Oscillator, tolerance: f64) -> Flow {
 pub(super) fn flow_away_from_grazing(oscillator: &Oscillator, tolerance: f64) -> Option<Flow> {
     let answer = decisive_flow(oscillator, tolerance);
     let speed = match answer.fate {
-        Fate::Sticks(Landing { x1, crossings: Some(0), .. }) => {
-            oscillator.exit_x1() - x1 - oscillator.drop()
-        }
+        Fate::Sticks(Landing { x1, crossings: Some(0), .. }) => oscillator.exit_x1() - x1 - oscillator.drop(),
         Fate::Sticks(_) | Fate::CrossesForever => oscillator.fastest_sticking(),
         Fate::SpiralsInward | Fate::TooCloseToCall | Fate::Failed(_) => return None,
     };

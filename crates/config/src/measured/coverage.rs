@@ -224,9 +224,8 @@ fn coverage() {
                 let of_page = (1..).zip(case.of_page(what));
                 answers.extend(of_page.filter_map(|(of, (expected, stated))| Some((of, expected?, stated))));
             }
-            let count = |(of, expected, stated): (usize, f64, _)| {
-                counts[of].lock().unwrap().count(expected, stated)
-            };
+            let count =
+                |(of, expected, stated): (usize, f64, _)| counts[of].lock().unwrap().count(expected, stated);
             let distances: Vec<f64> = answers.into_iter().map(count).collect();
             println!("{name} {}: {}: {distances:.2?}", first + k, case.words);
         });
