@@ -4,7 +4,7 @@
 use slipmap::filippov::Oscillator;
 use slipmap::friction::{Expression, Law, Table};
 use slipmap::map::{Grid, Plane, PlaneCurves};
-use slipmap::point::{LawParameters, Point};
+use slipmap::point::LawParameters;
 use slipmap::simulate::backbone::Backbone;
 use slipmap::simulate::bifurcation::Bifurcation;
 use slipmap::simulate::continuation::{Branch, CurvePoint};
@@ -104,39 +104,49 @@ fn the_hopf_line_of_the_stribeck_law_is_its_closed_form() {
 
 #[test]
 fn grazing_is_the_critical_damping_in_planes_with_and_without_c() {
-    let stribeck = |epsilon: f64, gamma: f64, belt_speed: f64, damping: f64| {
-        Law::Stribeck.point(epsilon, &[0.2, 0.02, gamma], belt_speed, damping).unwrap()
+    let stribeck = |gammas: [f64; 2], speeds: &[f64], cs: &[f64]| {
+        vec![vec![0.3], vec![0.2], vec![0.02], gammas.to_vec(), speeds.to_vec(), cs.to_vec()]
     };
-    let lorentzian = |belt_speed: f64, damping: f64| {
-        Law::Lorentzian.point(1.0, &[0.0, 1.0, 0.0], belt_speed, damping).unwrap()
-    };
-    type Plane<'a> = (&'a str, Law, &'a (dyn Fn([f64; 2]) -> Point + Sync));
-    let planes: [Plane; 3] = [
-        ("gamma, c", Law::Stribeck, &|[x, y]| {
-            stribeck(0.3, between([0.1, 5.0], x), 1.2, between([0.0, 2.0], y))
-        }),
-        ("gamma, V", Law::Stribeck, &|[x, y]| {
-            stribeck(0.3, between([0.1, 5.0], x), between([0.2, 6.0], y), 0.4)
-        }),
-        ("V, c", Law::Lorentzian, &|[x, y]| lorentzian(between([0.1, 1.5], x), between([0.0, 0.8], y))),
-    ];
-    for (name, law, at) in planes {
-        let curves =
-            Bifurcation::GrazingSliding.curves(&|place| Oscillator::new(&law, &at(place)), TOLERANCE);
-        assert!(!curves.is_empty(), "{name}");
+    let lorentzian = vec![vec![1.0], vec![0.0], vec![1.0], vec![0.0], vec![0.1, 1.5], vec![0.0, 0.8]];
+    for (law, nodes, [x, y]) in [
+        (Law::Stribeck, stribeck([0.1, 5.0], &[1.2], &[0.0, 2.0]), [3, 5]),
+        (Law::Stribeck, stribeck([0.1, 5.0], &[0.2, 6.0], &[0.4]), [3, 4]),
+        (Law::Lorentzian, lorentzian, [5, 4]),
+    ] {
+        let axes = nodes.clone();
+        let grid = Grid::new(law.clone(), nodes).unwrap();
+        let name = [x, y].map(|axis| grid.axes()[axis].name.clone()).join(", ");
+        let kinds = [Bifurcation::GrazingSliding];
+        let found = PlaneCurves::of_kinds(&kinds, &grid, Plane::new(x, y, vec![0; 6]), &false.into());
+        assert!(!found.curves.is_empty(), "{name}");
+        let range = |axis: usize| [axes[axis][0], axes[axis][1]];
         let mut points = 0;
-        for branch in &curves {
-            for point in branch.points.iter().step_by(2) {
+        for curve in &found.curves {
+            let places = curve.points.iter().map(|point| {
+                [(x, point.x), (y, point.y)].map(|(axis, value)| {
+                    let [from, to] = range(axis);
+                    (value - from) / (to - from)
+                })
+            });
+            let places: Vec<[f64; 2]> = places.collect();
+            // It has no gap: it ends on the border.
+            for end in [places[0], places[places.len() - 1]] {
+                assert!(end.iter().any(|share| share.min(1.0 - share).abs() < 1e-12), "{name} {end:?}");
+            }
+            for (point, &place) in curve.points.iter().zip(&places).step_by(2) {
                 let excess = |place: [f64; 2]| {
-                    let point = at(place);
-                    let root = critical_damping(&law.column(&point), 1e-12).unwrap();
-                    (root.c - point.damping, root.error)
+                    let mut values: Vec<f64> = axes.iter().map(|nodes| nodes[0]).collect();
+                    for (axis, share) in [x, y].into_iter().zip(place) {
+                        values[axis] = between(range(axis), share);
+                    }
+                    let root = critical_damping(&grid.column_of(&values).unwrap(), 1e-12).unwrap();
+                    (root.c - values[5], root.error)
                 };
-                let (here, error) = excess(point.place);
+                let (here, error) = excess(place);
                 // Its slope, by differences well above the errors of c*.
                 let slope = [0, 1].map(|axis| {
-                    let step = if point.place[axis] > 0.5 { -1e-4 } else { 1e-4 };
-                    let mut beside = point.place;
+                    let step = if place[axis] > 0.5 { -1e-4 } else { 1e-4 };
+                    let mut beside = place;
                     beside[axis] += step;
                     (excess(beside).0 - here) / step
                 });

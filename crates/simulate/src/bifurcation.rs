@@ -15,7 +15,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use super::Failure;
 use super::backbone::Backbone;
 use super::continuation::{Branch, ROW, TestValue, zero_curves};
-use super::critical::{CriticalDamping, critical_damping};
+use super::critical::{CriticalDamping, NoCriticalDamping, critical_damping};
 use super::crossing::{beyond_landing, reach_within};
 use super::return_map::{Turn, turn_of};
 use super::work::{QUESTION, Work};
@@ -71,6 +71,11 @@ impl CurveWork {
     pub fn add_backbone(&self, found: &Result<Backbone, Failure>) {
         self.add(found.as_ref().map_or(TEST_WORK, |backbone| backbone.rhs));
     }
+
+    /// Adds the work of a search for the critical damping of a column. One that failed may have taken all of its budget.
+    pub fn add_critical(&self, column: &Column, found: &Result<CriticalDamping, NoCriticalDamping>) {
+        self.add(found.map_or(TEST_WORK, |found| found.rhs * column.curve.cost()));
+    }
 }
 
 impl Bifurcation {
@@ -114,7 +119,7 @@ impl Bifurcation {
             Bifurcation::Fold if oscillator.curve.weakening_is_convex_of_cycles(oscillator.belt_speed) => {
                 None
             }
-            // For planes without the damping; in planes with it the extremes are followed (`folds`).
+            // For planes without the damping; in planes with it the extremes are followed (`graphs`).
             Bifurcation::Fold => {
                 let backbone = enough_backbone(oscillator, tolerance, work)?;
                 let excess = backbone.folds().iter().map(|fold| fold.viscous - oscillator.viscous);

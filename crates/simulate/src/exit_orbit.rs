@@ -86,6 +86,18 @@ pub(super) fn decisive_flow(oscillator: &Oscillator, tolerance: f64) -> Flow {
     refined(tolerance, |tolerance| flow(oscillator, tolerance))
 }
 
+/// As [`decisive_flow`], of an orbit that returns, but not next to grazing, where its margin has more digits.
+pub(super) fn flow_away_from_grazing(oscillator: &Oscillator, tolerance: f64) -> Option<Flow> {
+    let answer = decisive_flow(oscillator, tolerance);
+    let speed = match answer.fate {
+        Fate::Sticks(Landing { x1, crossings: Some(0), .. }) => oscillator.exit_x1() - x1 - oscillator.drop(),
+        Fate::Sticks(_) | Fate::CrossesForever => oscillator.fastest_sticking(),
+        Fate::SpiralsInward | Fate::TooCloseToCall | Fate::Failed(_) => return None,
+    };
+    let (s, d) = (speed / oscillator.belt_speed, oscillator.divergence(0.0));
+    (0.5 * s * s * (1.0 + d * d) >= NEXT_TO_GRAZING).then_some(answer)
+}
+
 /// The fate of the orbit that is known to return with the `margin` > 0 and its error, and the number of
 /// evaluations.
 pub(super) fn fate_of_returning(oscillator: &Oscillator, margin: [f64; 2], tolerance: f64) -> (Fate, u64) {

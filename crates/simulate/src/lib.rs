@@ -17,7 +17,7 @@ mod dop853;
 mod elements;
 mod exit_orbit;
 pub mod far_loops;
-pub mod folds;
+pub mod graphs;
 mod halves;
 mod lower_set;
 pub mod margins;

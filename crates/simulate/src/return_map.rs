@@ -114,6 +114,12 @@ pub fn flow_after_turn(oscillator: &Oscillator, margin: f64, tolerance: f64) -> 
     }
 }
 
+/// As [`flow`], of an orbit that is known to return to the belt line: next to grazing alone it needs a turn.
+#[must_use]
+pub fn flow_of_returning(oscillator: &Oscillator, tolerance: f64) -> Flow {
+    exit_orbit::flow_away_from_grazing(oscillator, tolerance).unwrap_or_else(|| flow(oscillator, tolerance))
+}
+
 /// The fate of the orbit from the exit point: by the return map, and by the arcs of `exit_orbit` where the
 /// polar form does not apply, and from the return to the belt line on.
 ///

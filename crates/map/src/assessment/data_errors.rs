@@ -165,8 +165,8 @@ fn error_of_belt_speed(
     let value = belt_speed?;
     let least_error = NUMERICAL * machine.damping;
     let at = |speed: f64| {
-        let machine = machine.with("belt_speed", speed).filter(Machine::is_legal)?;
-        let WithError { value, standard_error } = uncertain_critical_damping(&machine, uncertain)?;
+        let moved = machine.with("belt_speed", speed)?;
+        let WithError { value, standard_error } = uncertain_critical_damping(&moved, uncertain)?;
         Some([value - machine.damping, standard_error.max(least_error)])
     };
     let slope = (at(value * (1.0 + STEP))?[0] - at(value * (1.0 - STEP))?[0]) / (2.0 * STEP * value);

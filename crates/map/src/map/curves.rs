@@ -3,8 +3,9 @@
 //!
 //! Curves are found and followed in the unit square of the plane, whose sides run from the first to the last
 //! node of an axis, linearly or, if the nodes are logarithmic, logarithmically. Errors are distances in the
-//! square. Where the damping is one of the axes, fold curves are the extremes of the backbone as functions of
-//! the other axis (`simulate::folds`). All other curves are found by continuation.
+//! square. Where the damping is one of the axes, the grazing curve is the critical damping, and fold curves are the
+//! extremes of the backbone, as functions of the other axis (`simulate::graphs`). All other curves are found by
+//! continuation.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -12,11 +13,13 @@ use rayon::prelude::*;
 
 use super::grid::Extent;
 use super::{AxisRole, Grid};
-use slipmap_model::filippov::Oscillator;
+use slipmap_model::filippov::{HopfRate, Oscillator};
+use slipmap_model::friction::Column;
 use slipmap_simulate::backbone::{Backbone, TurningPoint};
 use slipmap_simulate::bifurcation::{Bifurcation, CurveWork};
 use slipmap_simulate::continuation::{Branch, CurvePoint, zero_curves};
-use slipmap_simulate::folds::{Extreme, fold_curves};
+use slipmap_simulate::critical::{CriticalDamping, located_critical_damping};
+use slipmap_simulate::graphs::{Extreme, graphs};
 
 /// Tolerance of the test functions and of the backbones.
 const TOLERANCE: f64 = 1e-10;
@@ -104,13 +107,14 @@ impl PlaneCurves {
                 bifurcation,
                 points: branch.points.iter().map(|found| frame.point(found)).collect(),
             };
-            let extremes = |damping: usize, share: f64| match stop.load(Ordering::Relaxed) {
-                true => Vec::new(),
-                false => frame.extremes(damping, share, &work).unwrap_or_default(),
+            let extremes = |damping: usize, share: f64| match (stop.load(Ordering::Relaxed), bifurcation) {
+                (true, _) => Vec::new(),
+                (_, Bifurcation::Fold) => frame.extremes(damping, share, &work).unwrap_or_default(),
+                _ => frame.grazing(damping, share, &work).into_iter().collect(),
             };
             let found = match (bifurcation, frame.damping_axis()) {
-                (Bifurcation::Fold, Some(axis)) => {
-                    fold_curves(&|share| extremes(axis, share), axis, &|| work.is_spent())
+                (Bifurcation::Fold | Bifurcation::GrazingSliding, Some(axis)) => {
+                    graphs(&|share| extremes(axis, share), axis, &|| work.is_spent())
                 }
                 _ => zero_curves(&test, &|| work.is_spent()),
             };
@@ -205,24 +209,50 @@ impl<'a> Frame<'a> {
 
     /// The extremes of the backbone at a place of the other axis; `None` if there are none or it is unknown.
     fn extremes(&self, damping_axis: usize, share: f64, work: &CurveWork) -> Option<Vec<Extreme>> {
-        let mut place = [share; 2];
-        place[damping_axis] = 0.0;
-        let column = self.grid.column_of(&self.at(place)).ok()?;
+        let column = self.column(damping_axis, share)?;
         if column.curve.weakening_is_convex() {
             return None;
         }
         let found = Backbone::of(&column, TOLERANCE);
         work.add_backbone(&found);
         let backbone = found.ok()?;
-        // On a logarithmic axis, dampings that are not positive get a share far below 0.
-        let height = |viscous: f64| self.sides[damping_axis].share(viscous / column.epsilon).max(-1e9);
-        let extreme = |turns: &[TurningPoint]| Extreme {
-            amplitude: turns[1].radius / column.belt_speed,
-            height: height(turns[1].viscous),
-            error: (height(turns[1].viscous + backbone.error) - height(turns[1].viscous)).abs(),
-            is_maximum: turns[1].viscous > turns[0].viscous,
+        let extreme = |turns: &[TurningPoint]| {
+            let [damping, error] = [turns[1].viscous, backbone.error].map(|viscous| viscous / column.epsilon);
+            let (height, error) = self.height(damping_axis, damping, error);
+            let amplitude = turns[1].radius / column.belt_speed;
+            Extreme { amplitude, height, error, is_maximum: turns[1].viscous > turns[0].viscous }
         };
         Some(backbone.turning_points().windows(3).map(extreme).collect())
+    }
+
+    /// The critical damping at a place of the other axis, as an extreme at the belt line; `None` if it is unknown or
+    /// that of flat friction.
+    fn grazing(&self, damping_axis: usize, share: f64, work: &CurveWork) -> Option<Extreme> {
+        let column = self.column(damping_axis, share)?;
+        let found = located_critical_damping(&column, TOLERANCE);
+        work.add_critical(&column, &found);
+        let critical = found.and_then(CriticalDamping::known).ok()?;
+        // That of flat friction is no curve, as its Hopf damping.
+        let is_flat = || HopfRate::new(&column.curve, column.belt_speed).value() == 0.0;
+        if critical.c.abs() <= critical.error && is_flat() {
+            return None;
+        }
+        let (height, error) = self.height(damping_axis, critical.c, critical.error);
+        Some(Extreme { amplitude: 1.0, height, error, is_maximum: true })
+    }
+
+    /// The column at a place of the other axis.
+    fn column(&self, damping_axis: usize, share: f64) -> Option<Column> {
+        let mut place = [share; 2];
+        place[damping_axis] = 0.0;
+        self.grid.column_of(&self.at(place)).ok()
+    }
+
+    /// A damping and its error in sides of the plane. On a logarithmic axis, dampings that are not positive get a share far
+    /// below 0.
+    fn height(&self, damping_axis: usize, damping: f64, error: f64) -> (f64, f64) {
+        let height = |damping: f64| self.sides[damping_axis].share(damping).max(-1e9);
+        (height(damping), (height(damping + error) - height(damping)).abs())
     }
 
     fn point(&self, found: &CurvePoint) -> PlanePoint {

@@ -17,8 +17,9 @@ use slipmap_model::friction::Column;
 use slipmap_model::friction::Law;
 use slipmap_model::point::Point;
 use slipmap_simulate::critical::{critical_damping, known_or_nan};
+use slipmap_simulate::return_map::flow_of_returning;
 use slipmap_simulate::sensitivity::sensitivity;
-use slipmap_simulate::{Cycle, Fate, Landing, Range, flow};
+use slipmap_simulate::{Cycle, Fate, Landing, Range};
 
 /// What a map stores of the orbits of a tile's cells, besides verdicts.
 #[derive(Default)]
@@ -154,7 +155,7 @@ impl Description {
     fn of(plan: &Plan, behaviour: &Behaviour, oscillator: &Oscillator, end: End) -> Self {
         let (cycle, basin) = (plan.stores(Field::Cycle), plan.stores(Field::Basin));
         let lands = end == End::Sticks && (cycle || plan.stores(Field::Landing));
-        let flow = lands.then(|| flow(oscillator, plan.tolerance));
+        let flow = lands.then(|| flow_of_returning(oscillator, plan.tolerance));
         Self {
             landing: match flow.map(|flow| flow.fate) {
                 Some(Fate::Sticks(landing)) => Some(landing),

@@ -19,10 +19,10 @@ pub struct WithError {
 
 /// The critical damping of a machine, which may be negative, and its standard error, in SI units, by the
 /// standard errors of its measured friction or by the covariance of a fit among the `uncertain` quantities. `None`
-/// if the friction has neither, or the critical damping has no derivatives.
+/// if the friction has neither, the critical damping has no derivatives, or a number is not one of a machine.
 pub fn uncertain_critical_damping(machine: &Machine, uncertain: &[Uncertain]) -> Option<WithError> {
     let joint = joint(uncertain);
-    let model = machine.model()?;
+    let model = machine.is_legal().then(|| machine.model())??;
     let unit = model.si.units.damping;
     let [value, standard_error] = match (has_standard_errors(machine), joint.is_empty()) {
         (true, _) => of_measured(&model).map(|c| c * unit),

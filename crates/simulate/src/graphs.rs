@@ -1,7 +1,7 @@
-//! Fold curves in planes with the damping as one axis: the extremes of [the backbone](super::backbone) C(r),
-//! each followed along the other axis.
+//! Curves in planes with the damping as one axis that are graphs over the other: the folds, which are the extremes
+//! of [the backbone](super::backbone) C(r), and the grazing curve, which is its end C(r) = eps c* at r = V. One column gives
+//! a point of each.
 //!
-//! In such a plane fold curves are graphs over the other axis, and one backbone gives points of all of them.
 //! The other axis is cut into `PARTS` parts. Each is halved until the extremes at neighbouring sections
 //! correspond to each other one by one, move little, and lie on a line within `FLAT`. Where two extremes meet
 //! in a cusp, or one leaves through an end of the backbone, the part is halved `HALVINGS` times: branches end
@@ -16,7 +16,7 @@ use super::continuation::{Branch, CurvePoint, ROW, Spent};
 const PARTS: usize = 64;
 /// Largest number of halvings of a part.
 const HALVINGS: u32 = 8;
-/// Largest number of sections, as many as a figure can show. Each is a backbone; extremes of noisy ones
+/// Largest number of sections, as many as a figure can show. Each is a column; extremes of noisy ones
 /// correspond nowhere.
 pub const MOST_SECTIONS: usize = 600;
 /// Largest distance, in amplitude over belt speed and in sides of the plane, of extremes that correspond.
@@ -29,7 +29,7 @@ const ALONE: f64 = 0.1;
 const ON_BORDER: f64 = 1e-9;
 const TRIALS: u32 = 30;
 
-/// An extreme of the backbone: two cycles meet there.
+/// An extreme of the backbone, where two cycles meet; or its end, where the cycle with sticking ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Extreme {
     /// Its amplitude over the belt speed.
@@ -80,8 +80,8 @@ impl Section {
 /// unknown.
 pub(crate) type Extremes<'a> = &'a (dyn Fn(f64) -> Vec<Extreme> + Sync);
 
-/// The fold curves in the unit square, with the damping along `damping_axis`, as fine as they are when `is_spent`.
-pub fn fold_curves(extremes: Extremes, damping_axis: usize, is_spent: Spent) -> Vec<Branch> {
+/// The curves in the unit square, with the damping along `damping_axis`, as fine as they are when `is_spent`.
+pub fn graphs(extremes: Extremes, damping_axis: usize, is_spent: Spent) -> Vec<Branch> {
     let at = |share: f64| Section { share, extremes: extremes(share) };
     let shares: Vec<f64> = (0..=PARTS).map(|i| i as f64 / PARTS as f64).collect();
     let Some(nodes) = sections_at(&at, &shares, is_spent) else { return Vec::new() };
@@ -285,7 +285,7 @@ mod tests {
         // 0.5 + x^3 - (s - 0.3) x about r = 0.5 has two extremes beyond s = 0.3.
         let at = |s: f64| extremes_of(|r| 0.5 + 8.0 * (r - 0.5).powi(3) - 0.5 * (s - 0.3) * (r - 0.5));
         for damping_axis in [0, 1] {
-            let curves = fold_curves(&at, damping_axis, &|| false);
+            let curves = graphs(&at, damping_axis, &|| false);
             assert_eq!(curves.len(), 2, "{curves:?}");
             for curve in &curves {
                 let shares = curve.points.iter().map(|point| point.place[1 - damping_axis]);
@@ -313,7 +313,7 @@ mod tests {
             vec![of(middle - 0.1, 0.4, true), of(middle + 0.1, 0.3, false)]
         };
         let at = |s: f64| pair(if s < 0.4055 { 0.25 } else { 0.75 });
-        let curves = fold_curves(&at, 1, &|| false);
+        let curves = graphs(&at, 1, &|| false);
         assert_eq!(curves.len(), 4, "{curves:?}");
         for curve in curves {
             let left = curve.points.iter().all(|point| point.place[0] < 0.4055);
@@ -332,7 +332,7 @@ mod tests {
             let height = 0.3 + 0.4 * Random(s.to_bits()).unit();
             vec![Extreme { amplitude: 0.5, height, error: 0.0, is_maximum: true }]
         };
-        let points: usize = fold_curves(&at, 1, &|| false).iter().map(|curve| curve.points.len()).sum();
+        let points: usize = graphs(&at, 1, &|| false).iter().map(|curve| curve.points.len()).sum();
         let mut sections = sections.into_inner().unwrap();
         sections.sort_by(f64::total_cmp);
         assert!(points <= MOST_SECTIONS && sections.len() <= MOST_SECTIONS, "{points} {}", sections.len());
@@ -351,7 +351,7 @@ mod tests {
                 is_maximum: true,
             }]
         };
-        let curves = fold_curves(&at, 1, &|| false);
+        let curves = graphs(&at, 1, &|| false);
         assert_eq!(curves.len(), 1);
         let [first, last] = [curves[0].points[0], *curves[0].points.last().unwrap()].map(|point| point.place);
         assert!(first[1] == 0.0 && (at(first[0])[0].height).abs() < 1e-9, "{first:?}");
