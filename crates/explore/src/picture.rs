@@ -39,7 +39,6 @@ impl PlaneRequest {
     }
 }
 
-/// The cells of a picture.
 enum CellValues {
     Codes(Vec<i8>),
     Reals(Vec<f32>),
