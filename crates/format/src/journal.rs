@@ -303,6 +303,28 @@ mod tests {
         assert!(matches!(journal.sync(), Err(StoreError::Gone(_))));
     }
 
+    #[test]
+    fn a_flipped_byte_costs_its_frame() {
+        let folder = tempfile::tempdir().unwrap();
+        let (path, frames, bytes) = written(&folder, &mut Random(1), 5);
+        for place in (frames[0].0.at as usize..bytes.len()).step_by(7) {
+            let mut damaged = bytes.clone();
+            damaged[place] ^= 1 << (place % 8);
+            fs::write(&path, damaged).unwrap();
+            let hit = frames.iter().rposition(|(frame, _)| frame.at <= place as u64).unwrap();
+            let found = read(&path);
+            // Where its length or its magic is hit, nothing after it is found.
+            let head = place as u64 - frames[hit].0.at < 16;
+            let expected =
+                frames.iter().enumerate().filter(|(frame, _)| *frame < hit || !head && *frame != hit);
+            assert_eq!(
+                found,
+                expected.map(|(_, frame)| frame.clone()).collect::<Vec<_>>(),
+                "flip at {place}"
+            );
+        }
+    }
+
     /// What a disk may hold after a power cut, if it was forced at `synced`: all before that; of what was written
     /// after it any pages, the others as zeros, to any length, the last page perhaps in part.
     fn crashed(bytes: &[u8], synced: usize, random: &mut Random) -> Vec<u8> {

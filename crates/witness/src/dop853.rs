@@ -177,6 +177,7 @@ const WEIGHTS: [(usize, [f64; 3]); 8] = [
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::convert::Infallible;
 
     /// Nodes c of the stages: the sums of their weights.
     fn nodes() -> [f64; 12] {
@@ -205,6 +206,39 @@ mod tests {
         }
         let amplification = WEIGHTS.iter().map(|(_, [b, ..])| b * b).sum::<f64>().sqrt();
         assert!((amplification - ROUNDING_AMPLIFICATION).abs() < 0.01);
+    }
+
+    /// A pendulum far from its linear range, so that every kind of order condition matters.
+    fn pendulum([angle, speed]: [f64; 2]) -> Result<[f64; 2], Infallible> {
+        Ok([speed, -angle.sin() - 0.1 * speed * speed])
+    }
+
+    fn swing(steps: u32) -> ([f64; 2], f64) {
+        let h = 4.0 / f64::from(steps);
+        let mut state = [Compensated::from(2.0), Compensated::from(0.5)];
+        let mut error = 0.0;
+        for _ in 0..steps {
+            let here = state.map(Compensated::value);
+            let by = step(state, pendulum(here).unwrap(), h, pendulum).unwrap();
+            state = [state[0].plus(by.by[0]), state[1].plus(by.by[1])];
+            error += by.error;
+        }
+        (state.map(Compensated::value), error)
+    }
+
+    #[test]
+    fn the_error_falls_like_the_eighth_power_of_the_step_and_the_estimate_with_it() {
+        let distance = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]);
+        let (reference, _) = swing(160);
+        let runs = [10, 20].map(swing);
+        let errors = runs.map(|(end, _)| distance(end, reference));
+        let order = (errors[0] / errors[1]).log2();
+        assert!((7.3..9.5).contains(&order), "order {order} from errors {errors:?}");
+        let estimate = (runs[0].1 / runs[1].1).log2();
+        assert!((6.3..8.5).contains(&estimate), "the summed estimate falls with order {estimate}");
+        for ((_, estimate), error) in runs.iter().zip(errors) {
+            assert!(error < *estimate, "error {error:e} above its estimate {estimate:e}");
+        }
     }
 
     #[test]
