@@ -30,7 +30,7 @@ use slipmap_report::figure::{OrbitPlot, Width, orbit_figure};
 use slipmap_report::{UnitSystem, write_figure, write_file};
 use slipmap_simulate::crossing::CrossingCycles;
 use slipmap_simulate::sensitivity::NoSensitivity;
-use slipmap_simulate::{Fate, Flow, Neighbour, Range, separates};
+use slipmap_simulate::{Cycle, Fate, Flow, Neighbour, Range, separates};
 use slipmap_witness::Start;
 
 /// Ask every method about one point, or about each row of a table.
@@ -112,11 +112,11 @@ Examples:
   slipmap probe --machine configs/brake_pad.toml --set damping=20 --points speeds.csv --out answers.csv
 ";
 
-/// The columns that a table of points gains, in lines of at most 98 characters.
+/// The columns that a table of points gains.
 fn about_tables() -> String {
     let names: Vec<&str> = Quantity::of_orbits().map(Quantity::name).collect();
     let (last, others) = names.split_last().unwrap_or((&"", &[]));
-    let paragraph = format!(
+    format!(
         "A table with the header epsilon,alpha,beta,gamma,V,c (and any other columns) gains the columns \
          verdict_METHOD and margin_METHOD of the closed-form tests and of the simulation, critical_c, \
          critical_c_error, regime, {} and {last}. A cell is empty where there is no such number. Parameters that \
@@ -124,20 +124,7 @@ fn about_tables() -> String {
          units or with a unit (belt_speed [rpm], damping, mass, ..; of what rotates inertia, too), and the answers are in SI \
          units; of measured or fitted friction with critical_damping_standard_error and regimes_left_open_by_data. To draw a plane of two quantities give them ranges in [machine], and call slipmap run and slipmap plot.",
         others.join(", ")
-    );
-    let mut text = String::new();
-    let mut width = 0;
-    for word in paragraph.split(' ') {
-        width += 1 + word.len();
-        if width > 98 {
-            width = word.len();
-            text.push('\n');
-        } else if !text.is_empty() {
-            text.push(' ');
-        }
-        text.push_str(word);
-    }
-    text
+    )
 }
 
 fn parse_tolerance(text: &str) -> Result<f64, String> {
@@ -454,7 +441,7 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
                 } else {
                     ("repels", format!(": inside it orbits tend to {}, outside it to {}", parts[0], parts[1]))
                 };
-                let shape = cycle_words(cycle.displacement, cycle.velocity, cycle.multiplier, cycle.period);
+                let shape = cycle_words(cycle);
                 line("slip cycle", format!("{kind}, {shape}{sides}"));
             }
         }
@@ -465,7 +452,7 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
     let CrossingCycles { cycles, unknown } = answer.crossing_cycles();
     for cycle in &cycles {
         let kind = if cycle.is_stable() { "attracts" } else { "repels" };
-        let shape = cycle_words(cycle.displacement, cycle.velocity, cycle.multiplier, cycle.period);
+        let shape = cycle_words(cycle);
         line("crossing cycle", format!("{kind}, {shape}"));
     }
     if let Some(why) = unknown {
@@ -547,14 +534,14 @@ fn neighbour_words(neighbour: Neighbour) -> &'static str {
     }
 }
 
-fn cycle_words(displacement: Range, velocity: Range, multiplier: f64, period: f64) -> String {
+fn cycle_words(Cycle { displacement, velocity, multiplier, period, .. }: &Cycle) -> String {
     format!(
         "amplitude {}, {} <= x2 <= {}, multiplier {}, period {}",
         short(0.5 * (displacement.hi - displacement.lo)),
         short(velocity.lo),
         short(velocity.hi),
-        short(multiplier),
-        short(period)
+        short(*multiplier),
+        short(*period)
     )
 }
 

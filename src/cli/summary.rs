@@ -192,21 +192,18 @@ pub(super) fn print(report: &RunReport, out: &mut dyn Write) -> Result<(), Failu
     if let Some(from) = account.left_out_from {
         writeln!(out, "regime: {}", left_out(from))?;
     }
-    if unknown.critical > 0 {
-        let columns = number_of(job.plan.grid.column_count(), "column");
-        writeln!(
-            out,
-            "critical damping of simulation: not found in {} of {columns}, since no engine gave an answer next to it",
-            count(unknown.critical)
-        )?;
-    }
-    if unknown.inaccurate > 0 {
-        let columns = number_of(job.plan.grid.column_count(), "column");
-        writeln!(
-            out,
-            "critical damping of simulation: withheld in {} of {columns}, since its error is more than 1 % of it",
-            count(unknown.inaccurate)
-        )?;
+    let columns = number_of(job.plan.grid.column_count(), "column");
+    for (number, what, why) in [
+        (unknown.critical, "not found", "no engine gave an answer next to it"),
+        (unknown.inaccurate, "withheld", "its error is more than 1 % of it"),
+    ] {
+        if number > 0 {
+            writeln!(
+                out,
+                "critical damping of simulation: {what} in {} of {columns}, since {why}",
+                count(number)
+            )?;
+        }
     }
     for disagreement in audit.disagreements.iter().take(LISTED) {
         writeln!(

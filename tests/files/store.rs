@@ -199,8 +199,7 @@ fn data_are_read_as_written() {
         for compression in [0, 1, 9] {
             let folder = TempDir::new().unwrap();
             let path = folder.path().join("map.h5");
-            let plan =
-                plan(lengths, target, &Field::ALL).into_builder().compression(compression).build().unwrap();
+            let plan = Plan { compression, ..plan(lengths, target, &Field::ALL) };
             write_map(&path, &plan);
             assert_eq!(assert_sound(&path).tiles, tiles(&plan).len());
 
@@ -436,7 +435,7 @@ fn every_flipped_byte_is_found() {
     let folder = TempDir::new().unwrap();
     let path = folder.path().join("map.h5");
     let plan = plan([2, 1, 1, 1, 5, 4], 15, &[Field::Verdict, Field::CriticalC]);
-    let plan = plan.into_builder().methods(Method::all().take(2)).build().unwrap();
+    let plan = Plan { methods: Method::all().take(2).collect(), ..plan };
     write_map(&path, &plan);
     let whole = fs::read(&path).unwrap();
     // A stride without common factors with the sizes of HDF5's structures; both ends are always tested.

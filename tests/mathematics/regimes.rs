@@ -556,6 +556,7 @@ fn regimes_are_sets_of_attractors() {
             crossing: has(8),
         }));
     }
+    assert!(seen.iter().all(|regime| Regime::of(regime.attractors()) == *regime));
     let mut codes: Vec<i8> = seen.iter().map(|regime| regime.code()).collect();
     codes.push(Regime::Neutral.code());
     codes.sort_unstable();

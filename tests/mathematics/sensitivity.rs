@@ -21,7 +21,10 @@ fn examples() -> Vec<(Law, Point)> {
     let dip = Law::Expression(dip);
     let narrow = [0.275, 0.2125, 2.48e-3, 0.9256, 2.13e-3];
     let other = [0.339, 1.008, -2.87e-3, 0.1434, 2.98e-3];
+    let drop = Law::Exponential.with_drop();
     vec![
+        (drop.clone(), point(&drop, 1.0, &[0.7, 0.5, 0.01, 0.2], 0.5)),
+        (Law::Coulomb, point(&Law::Coulomb, 1.0, &[0.3, 0.02], 0.5)),
         (dip.clone(), point(&dip, 1.0, &narrow, 1.779)),
         (dip.clone(), point(&dip, 1.0, &other, 0.482)),
         (Law::Stribeck, point(&Law::Stribeck, 0.1, &[0.3, 0.1, 2.0], 0.8)),

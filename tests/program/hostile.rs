@@ -195,14 +195,14 @@ fn maps_of_other_programs_are_refused() {
         ("no layout", "no integer attribute schema", 2, &|file| file.delete_attr("schema").unwrap()),
         ("an unknown law", "does not know its friction law", 2, &|file| text(file, "law", "\u{1b}[2Jboo")),
         ("an unknown field", "does not know its field", 2, &|file| text(file, "fields", "verdict <b>")),
-        ("a path as a method", "not the name of a method", 2, &|file| {
+        ("a path as a method", "does not know its method", 2, &|file| {
             text(file, "methods", "../../etc/passwd")
         }),
-        ("a tag as a method", "not the name of a method", 2, &|file| text(file, "methods", "<script>")),
+        ("a tag as a method", "does not know its method", 2, &|file| text(file, "methods", "<script>")),
         ("a method twice", "names simulation twice", 2, &|file| {
             text(file, "methods", "symmetric simulation simulation");
         }),
-        ("no such variable", "verdict_bendixson", 2, &|file| text(file, "methods", "symmetric bendixson")),
+        ("no such variable", "verdict_bendixson", 1, &|file| text(file, "methods", "symmetric bendixson")),
         ("a missing variable", "regime", 1, &|file| file.unlink("regime").unwrap()),
         ("verdicts that are no codes", "verdict_symmetric holds", 1, &|file| {
             promise::<f64>(file, "verdict_symmetric", &[2, 2, 2, 4, 2, 8], &[1, 1, 1, 1, 1, 8]);
@@ -263,24 +263,16 @@ fn maps_that_lie_behind_a_right_seal_are_refused() {
     scratch.run(&planes).ends_with(0);
     fs::rename(scratch.path().join("map.h5"), scratch.path().join("good.h5")).unwrap();
     let shape = [2, 2, 2, 4, 2, 8];
-    let cases: [Case; 8] = [
+    let cases: [Case; 7] = [
         // Two filters that deflate are made by scripts/study hostile: this library does not write them.
         ("a filter of another program", "is packed by [Fletcher32]", 1, &|file| {
             file.unlink("regime").unwrap();
             let plain = file.new_dataset::<i8>().shape(shape).chunk([1, 1, 1, 1, 1, 8]);
             plain.fletcher32().create("regime").unwrap();
         }),
-        ("500 methods", "names more than 64 methods", 2, &|file| {
-            let names: Vec<String> = (0..500).map(|i| format!("m{i}")).collect();
-            for name in &names {
-                file.link_hard("verdict_symmetric", &format!("verdict_{name}")).unwrap();
-            }
-            text(file, "methods", &names.join(" "));
-            text(file, "fields", "verdict");
-        }),
-        ("one verdict under two names", "verdict_other is another variable too", 2, &|file| {
-            file.link_hard("verdict_symmetric", "verdict_other").unwrap();
-            text(file, "methods", "symmetric simulation other");
+        ("one verdict under two names", "verdict_bendixson is another variable too", 2, &|file| {
+            file.link_hard("verdict_symmetric", "verdict_bendixson").unwrap();
+            text(file, "methods", "symmetric simulation bendixson");
             text(file, "fields", "verdict");
         }),
         ("rows that are not stored", "curves/plane_x holds", 1, &|file| {

@@ -97,7 +97,7 @@ fn computed(
         plan
     } else {
         let cells = if with_columns { TILE_WITH_COLUMNS } else { TILE_OF_SINGLE_CELLS };
-        plan.into_builder().tile_shape(grid.tile_shape(cells)).build()?
+        Plan { tile_shape: grid.tile_shape(cells), ..plan }
     };
     let sink = Picture::new(&plan, show, *x, *y)?;
     let queue = Queue::new(vec![false; plan.tile_count()]);

@@ -7,9 +7,8 @@ use std::path::Path;
 use hdf5::types::{FloatSize, TypeDescriptor};
 use hdf5::{Attribute, Dataset, ObjectReference1};
 
-use slipmap_certify::Guarantee;
 use slipmap_map::dataset::auxiliary::{self, axes_of};
-use slipmap_map::dataset::{Content, Fingerprint, Value, Variable, attributes, fingerprint, hex, si_name};
+use slipmap_map::dataset::{Fingerprint, Value, Variable, attributes, fingerprint, hex, si_name};
 
 use super::curves;
 use super::error::StoreError;
@@ -300,12 +299,6 @@ fn check_layout(
     }
     for (attribute, expected) in &variable.attributes {
         expect(dataset, &variable.name, attribute, expected, report);
-    }
-    if let Content::Verdict(method) = variable.content {
-        let guarantee = schema.methods[method].guarantee.as_str();
-        if !Guarantee::ALL.iter().any(|known| known.name() == guarantee) {
-            report.attribute(name, "guarantee", format!("is {guarantee:?}, no known word"));
-        }
     }
     if dataset.attr_names()?.iter().any(|attribute| attribute == "_FillValue") {
         report.attribute(name, "_FillValue", "makes readers turn codes into floating-point numbers");

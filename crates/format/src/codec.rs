@@ -25,21 +25,6 @@ mod tests {
     use slipmap_map::dataset::Value;
 
     #[test]
-    fn attributes_read_back() {
-        let attributes = vec![
-            ("text".to_owned(), Value::from("für tests")),
-            ("integers".to_owned(), Value::Integers(vec![i64::MIN, -1, 0, i64::MAX])),
-            ("codes".to_owned(), Value::Codes(vec![-1, 0, 1])),
-            ("reals".to_owned(), Value::Reals(vec![0.1, -0.0, f64::INFINITY])),
-        ];
-        let bytes = to_bytes(&attributes);
-        for cut in 0..bytes.len() {
-            assert_eq!(from_bytes::<Vec<(String, Value)>>(&bytes[..cut]), None, "{cut} bytes");
-        }
-        assert_eq!(from_bytes(&bytes), Some(attributes));
-    }
-
-    #[test]
     fn absurd_lengths_are_refused_before_room_is_made_for_them() {
         for length in [1, 1 << 20, u64::MAX / 16, u64::MAX] {
             let bytes = to_bytes(&length);

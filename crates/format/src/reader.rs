@@ -406,10 +406,15 @@ fn read_schema(
         }
     }
     let mut methods = Vec::new();
-    for name in trust::methods(text("methods")?).map_err(not_a_map)? {
-        methods.push(method_info(file, name).map_err(|error| {
-            StoreError::hdf5(format!("read the attributes of verdict_{name} in"), path, &error)
-        })?);
+    for name in text("methods")?.split_whitespace() {
+        let known = Method::by_name(name);
+        let known =
+            known.ok_or_else(|| not_a_map(format!("this version does not know its method {name}")))?;
+        let method = MethodInfo::of(&known, grid.law());
+        if methods.contains(&method) {
+            return Err(not_a_map(format!("its attribute methods names {name} twice")));
+        }
+        methods.push(method);
     }
     Ok(Schema::new(grid, tile_shape, methods, fields))
 }
@@ -439,27 +444,6 @@ fn shown(file: &File, name: &str) -> Option<Shown> {
         return None;
     };
     Some(Shown { unit, size: *size.first().filter(|size| **size > 0.0)? })
-}
-
-/// Reads the description of a method from the file, not from the table of methods, because a map may be older
-/// or newer than the program.
-fn method_info(file: &File, name: &str) -> hdf5::Result<MethodInfo> {
-    let dataset = file.dataset(&format!("verdict_{name}"))?;
-    let text = |attribute: &str| -> hdf5::Result<String> {
-        match value::read(&dataset, attribute)? {
-            Some(Value::Text(text)) => Ok(text),
-            _ => Ok(String::new()),
-        }
-    };
-    let long_name = text("long_name")?;
-    // `long_name` begins with the subject of the verdict.
-    let long_name = long_name.split_once(": ").map_or(long_name.as_str(), |(_, phrase)| phrase).to_owned();
-    Ok(MethodInfo {
-        name: name.into(),
-        long_name,
-        equation: text("equation")?,
-        guarantee: text("guarantee")?,
-    })
 }
 
 #[cfg(test)]

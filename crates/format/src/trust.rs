@@ -29,14 +29,8 @@ const MOST_CHUNK_CELLS: usize = 1 << 21;
 /// Largest number of bytes that the HDF5 library may inflate from one chunk without having been told.
 const MOST_INFLATED: u64 = 1 << 26;
 
-/// Largest number of methods of a map.
-const MOST_METHODS: usize = 64;
-
 /// Number of nodes of an axis up to which it is not compared with the file's length.
 const UNCHECKED_NODES: usize = 1 << 20;
-
-/// Largest length of a name in bytes.
-const LONGEST_NAME: usize = 64;
 
 /// Refuses a pipe, which could block a reader, and a device, which may never end.
 ///
@@ -78,31 +72,6 @@ pub(super) fn own_members(group: &Group) -> Result<(), Unfit> {
             Err(Unfit::Foreign(format!("`{name}` is a link to something else; a map holds its own numbers")))
         }
     }
-}
-
-/// The names of a map's methods. Refuses names that no map uses, since names become parts of file names and of
-/// labels, and more methods than there ever were.
-pub(super) fn methods(names: &str) -> Result<Vec<&str>, String> {
-    let mut methods: Vec<&str> = Vec::new();
-    for method in names.split_whitespace() {
-        name(method)?;
-        if methods.contains(&method) {
-            return Err(format!("its attribute methods names {method} twice"));
-        }
-        methods.push(method);
-        if methods.len() > MOST_METHODS {
-            return Err(format!("its attribute methods names more than {MOST_METHODS} methods"));
-        }
-    }
-    Ok(methods)
-}
-
-fn name(name: &str) -> Result<(), String> {
-    let plain = |byte: u8| byte.is_ascii_alphanumeric() || byte == b'_';
-    if name.is_empty() || name.len() > LONGEST_NAME || !name.bytes().all(plain) {
-        return Err(format!("{name:?} is not the name of a method"));
-    }
-    Ok(())
 }
 
 /// Refuses variables that are one object under several names, each of which would be read.

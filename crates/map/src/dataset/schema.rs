@@ -27,7 +27,8 @@ pub struct MethodInfo {
 
 impl MethodInfo {
     /// The description of a method that was applied to this law.
-    fn of(method: &Method, law: &Law) -> Self {
+    #[must_use]
+    pub fn of(method: &Method, law: &Law) -> Self {
         Self {
             name: method.name().into(),
             long_name: method.long_name().into(),

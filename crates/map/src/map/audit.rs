@@ -144,7 +144,7 @@ impl Draws {
 /// error is an estimate: where the engine contradicts a verdict, it is run again with a smaller tolerance.
 fn audit_cell(plan: &Plan, index: &[usize], verdicts: impl Iterator<Item = Verdict>) -> Audit {
     let mut audit = Audit { cells: 1, ..Audit::default() };
-    let Ok(oscillator) = plan.grid.oscillator(index) else { return Audit::default() };
+    let Ok(oscillator) = plan.grid.oscillator_of(&plan.grid.values(index)) else { return Audit::default() };
     let first = slipmap_witness::flow(&oscillator, plan.tolerance);
     let second = OnceCell::new();
     for (method, (of, stored)) in plan.methods.iter().zip(verdicts).enumerate() {

@@ -598,14 +598,6 @@ impl Grid {
         Ok(model.column().in_unit(machine.damping_unit()))
     }
 
-    /// The oscillator of the cell at the given index on each axis.
-    ///
-    /// # Errors
-    /// As of [`Grid::column_of`].
-    pub fn oscillator(&self, index: &[usize]) -> Result<Oscillator, String> {
-        self.oscillator_of(&self.values(index))
-    }
-
     /// The oscillator at these values of the axes, which need not be nodes.
     ///
     /// # Errors

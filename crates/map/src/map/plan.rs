@@ -298,11 +298,6 @@ impl Plan {
         }
     }
 
-    /// A builder with the values of this plan, the shape of the tiles included.
-    pub fn into_builder(self) -> PlanBuilder {
-        PlanBuilder { tile_shape: Some(self.tile_shape.clone()), plan: self }
-    }
-
     /// Number of tiles.
     #[must_use]
     pub fn tile_count(&self) -> usize {

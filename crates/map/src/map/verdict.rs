@@ -177,15 +177,3 @@ impl Regime {
         self as i8
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_regime_is_its_set_of_attractors() {
-        for regime in Regime::ALL.into_iter().filter(|regime| *regime != Regime::Neutral) {
-            assert_eq!(Regime::of(regime.attractors()), regime);
-        }
-    }
-}
