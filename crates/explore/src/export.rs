@@ -35,12 +35,6 @@ struct AxisRange<'a> {
     log: bool,
 }
 
-impl<'a> AxisRange<'a> {
-    fn of(name: &'a str, nodes: &[f64], log: bool) -> Self {
-        Self { name, from: nodes[0], to: nodes[nodes.len() - 1], points: nodes.len(), log }
-    }
-}
-
 /// The contents of an exported configuration.
 struct Description<'a> {
     law: &'a Law,
@@ -91,20 +85,13 @@ impl Description<'_> {
             let (from, to) = (float(*from), float(*to));
             let _ = writeln!(text, "{name} = {{ from = {from}, to = {to}, points = {points}{spacing} }}");
         }
-        let _ = writeln!(text, "\n[methods]\nrun = [{}]", self.quoted_methods());
+        let _ = writeln!(text, "\n[methods]\nrun = [{}]", list(self.methods.iter().map(Method::name)));
         let name = |field: Field| field.name_for(self.machine.is_some());
-        let fields = list([Field::Verdict].into_iter().chain(self.further_field()).map(name));
+        // Every map has the verdict.
+        let further = self.field.filter(|field| *field != Field::Verdict);
+        let fields = list([Field::Verdict].into_iter().chain(further).map(name));
         let _ = writeln!(text, "\n[output]\npath = \"{MAP}\"\nfields = [{fields}]");
         text
-    }
-
-    fn quoted_methods(&self) -> String {
-        list(self.methods.iter().map(Method::name))
-    }
-
-    /// The field shown, unless it is the verdict, which every map has.
-    fn further_field(&self) -> Option<Field> {
-        self.field.filter(|field| *field != Field::Verdict)
     }
 
     /// The law as written in a configuration: for a machine, in SI units.
@@ -141,7 +128,10 @@ impl PlaneRequest {
     fn description<'a>(&'a self, slice: &'a Slice) -> Result<(Description<'a>, Show), Refusal> {
         let axes = slice.grid.axes();
         let (show, methods, field) = self.show(&slice.grid)?;
-        let range = |axis: usize, log: bool| AxisRange::of(&axes[axis].name, &axes[axis].values, log);
+        let range = |axis: usize, log: bool| {
+            let (name, nodes) = (axes[axis].name.as_str(), &axes[axis].values);
+            AxisRange { name, from: nodes[0], to: nodes[nodes.len() - 1], points: nodes.len(), log }
+        };
         let [x_log, y_log] = self.logarithmic();
         let machine = self.place.machine()?;
         let ranges = [range(slice.x, x_log), range(slice.y, y_log)];
@@ -181,13 +171,8 @@ impl PlaneRequest {
             "commands": description.commands(&show, self.curves),
             "python": format!("import slipmap\n\ndata = slipmap.run(\"{CONFIG}\")\nprint(data.squeeze())\n"),
             "command": command,
-            "table": table_text(&description.law_as_written()),
+            // The rows of a measured law.
+            "table": super::place::law_json(&description.law_as_written())["table"],
         }))
     }
-}
-
-/// The rows of a measured law; empty for other laws.
-fn table_text(law: &Law) -> Option<String> {
-    let object = super::place::law_json(law);
-    object.get("table").and_then(Value::as_str).map(str::to_owned)
 }

@@ -95,13 +95,9 @@ fn lines(scene: &mut Scene, report: &Report, epsilons: &[f64], y: Scale, label: 
         let name = method_title(&method.method).then(order(method));
         legend.add(Sample::Method(style), name);
     }
-    panels.axes(scene, &Rich::symbol("epsilon"), &error_of(label));
+    let error = Label { name: rich("error of the critical damping"), ..label.clone() };
+    panels.axes(scene, &Rich::symbol("epsilon"), &error.text());
     legend.below(scene, panel.rect.x, panels.bottom);
-}
-
-/// The name of the axis of errors, with its unit.
-fn error_of(damping: &Label) -> Rich {
-    Label { name: rich("error of the critical damping"), ..damping.clone() }.text()
 }
 
 /// ", p = 2.01".
