@@ -85,10 +85,10 @@ fn cells(count: usize) -> Cells {
         let point = Law::Stribeck.point(0.05, &law, belt_speed, damping).expect("a legal point");
         let [alpha, beta, gamma] = law;
         cells.groups.push(ScaledGroups {
-            a: point.epsilon() * gamma * (1.0 - alpha),
-            k: point.epsilon() * gamma * point.belt_speed(),
-            b: point.epsilon() * beta * point.belt_speed(),
-            c: point.epsilon() * point.damping(),
+            a: point.epsilon * gamma * (1.0 - alpha),
+            k: point.epsilon * gamma * point.belt_speed,
+            b: point.epsilon * beta * point.belt_speed,
+            c: point.epsilon * point.damping,
         });
         cells.columns.push(Law::Stribeck.column(&point));
         cells.points.push(point);

@@ -24,7 +24,7 @@
 //!
 //! // The paper's first-order test claims one; the test that is a theorem at every eps denies it.
 //! let column = Law::Stribeck.column(&point);
-//! let decide = |test: &slipmap_certify::Test| (test.claim)(&column).decide(point.damping());
+//! let decide = |test: &slipmap_certify::Test| (test.claim)(&column).decide(point.damping);
 //! assert_eq!(decide(&slipmap_certify::perturbation::TEST), Decision::Present);
 //! assert_eq!(decide(&slipmap_certify::symmetric::TEST), Decision::Absent);
 //! assert_eq!(slipmap_certify::symmetric::TEST.guarantee, Guarantee::FiniteEpsilon);
@@ -98,7 +98,7 @@ pub mod friction {
     //! use slipmap::friction::Law;
     //!
     //! let point = Law::Stribeck.point(0.1, &[0.4, 0.2, 2.0], 1.0, 0.6)?;
-    //! assert_eq!(point.damping(), 0.6);
+    //! assert_eq!(point.damping, 0.6);
     //! let backwards = Law::Stribeck.point(0.1, &[0.4, 0.2, 2.0], -1.0, 0.6);
     //! assert_eq!(backwards.unwrap_err().to_string(), "V is -1.0; it must be greater than 0");
     //! # Ok::<(), slipmap::friction::PointError>(())
@@ -162,7 +162,7 @@ pub mod map {
     //! let nodes = [vec![0.1], vec![0.4], vec![0.2], vec![1.0, 2.0], vec![1.0], vec![0.0, 0.3, 0.6]];
     //! let grid = Grid::new(Law::Stribeck, nodes.to_vec())?;
     //! let plan = Plan::builder(grid).methods([Method::Simulation]).fields([Field::CriticalC]).build()?;
-    //! assert_eq!(plan.fields(), [Field::Verdict, Field::CriticalC]);
+    //! assert_eq!(plan.fields, [Field::Verdict, Field::CriticalC]);
     //! # Ok::<(), Box<dyn std::error::Error>>(())
     //! ```
     //!

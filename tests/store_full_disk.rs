@@ -37,7 +37,7 @@ fn write(path: &Path) -> Result<(), StoreError> {
     let writer = PartialMap::begin(path, &plan, &Provenance::default(), Existing::Refuse)?;
     let mut random = Random(1);
     for number in 0..plan.tile_count() {
-        let tile = plan.grid().tile(plan.tile_shape(), number);
+        let tile = plan.grid.tile(&plan.tile_shape, number);
         // Numbers that do not compress.
         let margins = (0..tile.cells()).map(|_| f64::from_bits(random.bits() >> 2));
         let margins = margins.collect();

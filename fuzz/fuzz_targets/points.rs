@@ -21,7 +21,7 @@ fuzz_target!(|bytes: &[u8]| {
             }
             for row in &rows {
                 if let Ok(point) = table.point(row, &law) {
-                    assert!(point.epsilon() > 0.0 && point.belt_speed() > 0.0 && point.damping() >= 0.0);
+                    assert!(point.epsilon > 0.0 && point.belt_speed > 0.0 && point.damping >= 0.0);
                 }
             }
         }

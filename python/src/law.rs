@@ -313,20 +313,20 @@ pub(crate) fn point_of(law: &Family, values: &[f64]) -> PyResult<Point> {
 
 /// Checks that the law is legal at the slip speeds of a point.
 pub(crate) fn check_law(law: &Family, point: &Point) -> Result<(), String> {
-    let fastest = 2.0 * point.belt_speed();
+    let fastest = 2.0 * point.belt_speed;
     match law.as_written() {
-        Family::Expression(law) => law.check(point.epsilon(), point.law(), fastest).map_err(|error| {
+        Family::Expression(law) => law.check(point.epsilon, &point.law, fastest).map_err(|error| {
             format!("{}\n  help: {}", slipmap::config::point_into(&law.text(), &error), error.remedy)
         }),
         Family::Table(table) if table.fastest() < fastest => Err(format!(
             "V = {}: the data of {} end at slip speed {}, below 2 V\n  help: choose a lower belt speed",
-            point.belt_speed(),
+            point.belt_speed,
             table.origin(),
             table.fastest()
         )),
         Family::Function(function) if function.fastest() < fastest => Err(format!(
             "V = {}: {} was sampled up to slip speed {}, below 2 V\n  help: choose a lower belt speed, or sample farther",
-            point.belt_speed(),
+            point.belt_speed,
             function.origin(),
             function.fastest()
         )),

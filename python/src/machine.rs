@@ -215,9 +215,9 @@ impl Machine {
     /// force and damping.
     fn point(&self) -> PyResult<(Law, Vec<f64>, [f64; 5])> {
         let Model { law, point, si } = self.model()?;
-        let values = std::iter::once(point.epsilon())
-            .chain(point.law().as_slice().iter().copied())
-            .chain([point.belt_speed(), point.damping()]);
+        let values = std::iter::once(point.epsilon)
+            .chain(point.law.as_slice().iter().copied())
+            .chain([point.belt_speed, point.damping]);
         let units = si.units;
         let units = [units.time, units.length, units.velocity, units.force, units.damping];
         Ok((Law { law }, values.collect(), units))

@@ -243,7 +243,7 @@ fn compute(
         let on_cells = |cells| steering.advance(cells);
         let control = Control { threads, on_cells: &on_cells, stop: &steering.stop, ..Control::default() };
         let summary = slipmap::map::run(plan, &memory, &control)?;
-        let chances = Chances::of(plan.grid(), uncertain);
+        let chances = Chances::of(&plan.grid, uncertain);
         let probability = chances.and_then(|chances| {
             let found = chances.probabilities(threads, &steering.stop).ok()?;
             Some(auxiliary::probability(found.values, chances.draws))
@@ -317,7 +317,7 @@ fn load(path: &str, sets: &[String]) -> PyResult<Job> {
 /// Number of cells of the map of a configuration.
 #[pyfunction]
 pub(crate) fn config_cells(path: &str, sets: Vec<String>) -> PyResult<usize> {
-    Ok(load(path, &sets)?.plan.grid().cells())
+    Ok(load(path, &sets)?.plan.grid.cells())
 }
 
 /// The map of a configuration.

@@ -67,11 +67,11 @@ pub(super) fn compute(
     }
     let mut outcome = Outcome::of(&job.plan, &summary);
     let mut probability_seconds = 0.0;
-    if let Some(chances) = Chances::of(job.plan.grid(), &job.uncertain) {
+    if let Some(chances) = Chances::of(&job.plan.grid, &job.uncertain) {
         let processor = process_time();
         match chances.probabilities(asked.threads, stop) {
             Ok(found) => {
-                let draws = chances.draws * job.plan.grid().column_count();
+                let draws = chances.draws * job.plan.grid.column_count();
                 for note in notes_on_draws(draws, found.failed, found.redrawn) {
                     say(&format!("note: {note}"));
                 }

@@ -63,7 +63,7 @@ fn budgets(job: &Job) -> Vec<(&'static str, String)> {
     if plan.proof_boxes > 0 {
         budgets.push(("proof", format!("at most {} boxes", count(map::boxes_to_try(plan)))));
     }
-    if let Some(chances) = Chances::of(job.plan.grid(), &job.uncertain) {
+    if let Some(chances) = Chances::of(&job.plan.grid, &job.uncertain) {
         let draws = number_of(chances.draws, "draw");
         budgets.push(("probability", format!("of stick-slip, {draws} in each column")));
     }

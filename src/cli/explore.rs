@@ -57,8 +57,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
 fn start(file: &Path) -> Result<Start, Failure> {
     if file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml")) {
         let job = Job::load(file, &[])?;
-        check_law(job.plan.grid().law())?;
-        return Ok(Start::of(job.plan.grid(), &job.title, &job.units));
+        check_law(job.plan.grid.law())?;
+        return Ok(Start::of(&job.plan.grid, &job.title, &job.units));
     }
     let map = open_map(file)?;
     check_law(map.grid().law())?;

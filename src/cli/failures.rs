@@ -217,7 +217,7 @@ impl CataloguePage<'_> {
     }
 
     fn probe(&self, class: &Class) -> String {
-        command_line(self.job.plan.grid().law(), &class.example, self.job.plan.tolerance)
+        command_line(self.job.plan.grid.law(), &class.example, self.job.plan.tolerance)
     }
 
     /// The settings of the naive methods, unless they are the default ones.

@@ -90,9 +90,9 @@ fn prepare(arguments: &Arguments, job: Job) -> Result<Option<(Job, PartialMap)>,
     };
     tell_units(&job.conversions);
     let preflight = Preflight::check(&job, permission)?;
-    match job.plan.grid().machine() {
+    match job.plan.grid.machine() {
         Some(machine) => super::probe_machine::warn(machine),
-        None => super::probe_machine::warn_of_law(job.plan.grid().law()),
+        None => super::probe_machine::warn_of_law(job.plan.grid.law()),
     }
     if arguments.dry_run {
         if let Some(refused) = &preflight.refuses {

@@ -180,7 +180,7 @@ pub(super) fn print(report: &RunReport, out: &mut dyn Write) -> Result<(), Failu
             count(audit.disagreements.len())
         )?;
     }
-    if let Some(why) = job.plan.grid().gap() {
+    if let Some(why) = job.plan.grid.gap() {
         let cells = number_of(account.cells, "cell");
         writeln!(out, "no machine in {} of {cells}, which are blank: {why}", count(account.blank))?;
     }
@@ -252,7 +252,7 @@ pub(super) fn print(report: &RunReport, out: &mut dyn Write) -> Result<(), Failu
 /// The command that explains a cell. For a machine it names the configuration, and the quantities that vary or
 /// that the run overrode.
 pub(super) fn probe_command(job: &Job, index: &[usize]) -> String {
-    let (grid, tolerance) = (job.plan.grid(), job.plan.tolerance);
+    let (grid, tolerance) = (&job.plan.grid, job.plan.tolerance);
     let Some(machine) = grid.machine_at(&grid.values(index)) else {
         return command_line(grid.law(), &grid.point(index), tolerance);
     };
@@ -267,7 +267,7 @@ pub(super) fn probe_command(job: &Job, index: &[usize]) -> String {
 
 /// Refuses a machine where a study compares methods on dimensionless points.
 pub(super) fn refuse_machine(job: &Job) -> Result<(), Failure> {
-    match job.plan.grid().machine() {
+    match job.plan.grid.machine() {
         Some(_) => Err(Failure::bad_input(
             format!("{}: this is a study of methods, on dimensionless numbers", job.config_file.display()),
             "write a configuration with [grid] in place of [machine]",

@@ -154,7 +154,7 @@ fn good() -> Good {
     let journal = std::fs::read(&slipmap::store::journals(&path).unwrap()[0]).unwrap();
     // gamma and c.
     let plane = Plane::new(3, 5, vec![0; 6]);
-    let curves = vec![PlaneCurves::of(plan.grid(), plane, &AtomicBool::new(false))];
+    let curves = vec![PlaneCurves::of(&plan.grid, plane, &AtomicBool::new(false))];
     assert!(curves[0].points() > 0);
     map.finish(&slipmap::store::Outcome { curves, ..slipmap::store::Outcome::default() }).unwrap();
     let map = std::fs::read(&path).unwrap();
@@ -211,7 +211,7 @@ fn tables_of_points_never_panic() {
             }
             for row in &batch {
                 points +=
-                    usize::from(table.point(row, &law).map_err(|error| error.to_string())?.damping() >= 0.0);
+                    usize::from(table.point(row, &law).map_err(|error| error.to_string())?.damping >= 0.0);
             }
             rows += batch.len();
         }

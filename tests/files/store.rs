@@ -90,7 +90,7 @@ fn indices(ranges: &[Range<usize>]) -> Vec<Vec<usize>> {
 }
 
 fn tile_data(plan: &Plan, tile: Tile) -> TileData {
-    let shape = plan.grid().shape();
+    let shape = plan.grid.shape();
     let outer = shape.len() - 1;
     let cells: Vec<usize> = indices(&tile.ranges).iter().map(|index| number(index, &shape)).collect();
     let columns: Vec<usize> =
@@ -100,7 +100,7 @@ fn tile_data(plan: &Plan, tile: Tile) -> TileData {
     };
     TileData {
         methods: plan
-            .methods()
+            .methods
             .iter()
             .enumerate()
             .map(|(m, &method)| MethodCells {
@@ -133,7 +133,7 @@ fn tile_data(plan: &Plan, tile: Tile) -> TileData {
 /// Writes the given tiles in the given order.
 fn write_tiles(writer: &PartialMap, plan: &Plan, tiles: impl IntoIterator<Item = usize>) {
     for number in tiles {
-        let data = tile_data(plan, plan.grid().tile(plan.tile_shape(), number));
+        let data = tile_data(plan, plan.grid.tile(&plan.tile_shape, number));
         writer.write(writer.pack(&data).unwrap(), &Account::none(plan)).unwrap();
     }
 }
@@ -205,11 +205,11 @@ fn data_are_read_as_written() {
             assert_eq!(assert_sound(&path).tiles, tiles(&plan).len());
 
             let map = MapFile::open(&path).unwrap();
-            assert_eq!(map.grid(), plan.grid());
-            assert_eq!(map.tile_shape(), plan.tile_shape());
+            assert_eq!(map.grid(), &plan.grid);
+            assert_eq!(map.tile_shape(), &plan.tile_shape);
             let all: Vec<Range<usize>> = lengths.iter().map(|&len| 0..len).collect();
-            let cells = plan.grid().cells();
-            for (m, method) in plan.methods().iter().enumerate() {
+            let cells = plan.grid.cells();
+            for (m, method) in plan.methods.iter().enumerate() {
                 let name = method.name();
                 assert_eq!(map.methods()[m].long_name, method.long_name());
                 let verdicts = map.codes(&format!("verdict_{name}"), &all).unwrap();
@@ -258,7 +258,7 @@ fn a_map_describes_itself() {
     assert_eq!(map.number("threads"), Some(3.0));
     assert_eq!(map.number("seconds_simulation"), Some(0.25));
     assert_eq!(map.number("audit_disagreements"), Some(1.0));
-    assert_eq!(map.fields(), plan.fields());
+    assert_eq!(map.fields(), &plan.fields);
     assert_eq!(map.attributes()["complete"], Value::Integers(vec![1]));
     // The output of `printf 'title = "nothing"\n' | sha256sum`.
     assert_eq!(
@@ -271,12 +271,12 @@ fn a_map_describes_itself() {
 fn slices_drop_the_axes_that_are_held() {
     let (_folder, path, plan) = small_map();
     let map = MapFile::open(&path).unwrap();
-    let shape = plan.grid().shape();
+    let shape = plan.grid.shape();
     let slice = map
         .code_slice("verdict_simulation", &[Node(1), Node(0), Every(1), Node(0), Every(1), Node(2)])
         .unwrap();
     assert_eq!(slice.shape(), [3, 5]);
-    let simulation = plan.methods().iter().position(|method| method.name() == "simulation").unwrap();
+    let simulation = plan.methods.iter().position(|method| method.name() == "simulation").unwrap();
     for beta in 0..3 {
         for v in 0..5 {
             let cell = number(&[1, 0, beta, 0, v, 2], &shape);
@@ -310,7 +310,7 @@ fn the_order_of_tiles_leaves_no_trace() {
             let (writer, plan) = (&writer, &plan);
             scope.spawn(move || {
                 for tile in tiles(plan).rev().filter(|tile| tile % 2 == half) {
-                    writer.pack(&tile_data(plan, plan.grid().tile(plan.tile_shape(), tile))).unwrap();
+                    writer.pack(&tile_data(plan, plan.grid.tile(&plan.tile_shape, tile))).unwrap();
                 }
             });
         }
@@ -376,7 +376,7 @@ fn cells_that_were_not_computed_are_refused() {
     let folder = TempDir::new().unwrap();
     let path = folder.path().join("map.h5");
     let plan = plan([1, 1, 1, 1, 5, 4], 100, &[Field::Verdict]);
-    let mut data = tile_data(&plan, plan.grid().tile(plan.tile_shape(), 0));
+    let mut data = tile_data(&plan, plan.grid.tile(&plan.tile_shape, 0));
     let verdicts = data.methods[0].verdicts.values().enumerate();
     data.methods[0].verdicts =
         verdicts.map(|(cell, verdict)| if cell == 7 { Verdict::NotComputed } else { verdict }).collect();
@@ -595,7 +595,7 @@ fn a_map_can_be_read_while_a_process_started_during_its_writing_runs() {
     let plan = plan([1, 1, 1, 1, 1, 2], 100, &[Field::Verdict]);
     let writer = PartialMap::begin(&path, &plan, &provenance(), Existing::Refuse).unwrap();
     let mut child = std::process::Command::new("sleep").arg("60").spawn().unwrap();
-    let tile = plan.grid().tile(plan.tile_shape(), 0);
+    let tile = plan.grid.tile(&plan.tile_shape, 0);
     writer.write(writer.pack(&tile_data(&plan, tile)).unwrap(), &Account::none(&plan)).unwrap();
     writer.finish(&outcome()).unwrap();
     let opened = MapFile::open(&path);

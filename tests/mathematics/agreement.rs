@@ -506,10 +506,10 @@ fn every_engine_labels_every_cell_alike() {
             rest /= len;
         }
         let point = grid.point(&index);
-        let &[alpha, beta, gamma] = point.law().as_slice() else { panic!("a Stribeck point") };
+        let &[alpha, beta, gamma] = point.law.as_slice() else { panic!("a Stribeck point") };
         // Without weakening, strengthening and damping every orbit is a circle, and the one from the exit
         // point grazes exactly.
-        let grazes = gamma * (1.0 - alpha) == 0.0 && beta == 0.0 && point.damping() == 0.0;
+        let grazes = gamma * (1.0 - alpha) == 0.0 && beta == 0.0 && point.damping == 0.0;
         let expected =
             if grazes { [Verdict::Undecided].as_slice() } else { &[Verdict::Present, Verdict::Absent] };
         let legal: Vec<[Verdict; 4]> = expected.iter().map(|verdict| [*verdict; 4]).collect();

@@ -130,7 +130,7 @@ fn grazing_is_the_critical_damping_in_planes_with_and_without_c() {
                 let excess = |place: [f64; 2]| {
                     let point = at(place);
                     let root = critical_damping(&law.column(&point), 1e-12).unwrap();
-                    (root.c - point.damping(), root.error)
+                    (root.c - point.damping, root.error)
                 };
                 let (here, error) = excess(point.place);
                 // Its slope, by differences well above the errors of c*.

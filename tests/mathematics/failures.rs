@@ -49,7 +49,7 @@ fn naive(method: NaiveMethod, oscillator: &Oscillator, knobs: NaiveKnobs) -> Ver
 
 fn test(name: &str, point: &Point) -> Verdict {
     let test = certify::by_name(name).unwrap();
-    (test.claim)(&column(point)).decide(point.damping()).into()
+    (test.claim)(&column(point)).decide(point.damping).into()
 }
 
 /// Every theorem that decides agrees with the truth.
@@ -183,9 +183,9 @@ fn nodes() {
         point(0.9, [0.85, 0.03, 1.6], 1.9, 2.9),
     ] {
         let oscillator = oscillator(&node);
-        let [near, far] = [0.0, 2.0 * node.belt_speed()].map(|u| oscillator.divergence(u));
+        let [near, far] = [0.0, 2.0 * node.belt_speed].map(|u| oscillator.divergence(u));
         assert!(near.abs().max(far.abs()) > 2.0, "{near} {far}");
-        let [turn] = turns_of(&column(&node), &[node.damping()], TOLERANCE)[..] else { panic!("one turn") };
+        let [turn] = turns_of(&column(&node), &[node.damping], TOLERANCE)[..] else { panic!("one turn") };
         assert!(matches!(turn, Turn::HandOver { .. }), "{turn:?}");
         assert_eq!(truth(&oscillator), Verdict::Absent);
         assert_eq!(flow(&oscillator, TOLERANCE).fate, Fate::SpiralsInward);
@@ -268,16 +268,16 @@ fn cancellation_as_k_vanishes() {
     // The energy balance as it comes out of the integral, 2 A (1 + k - q) / (q k^2) - 2 b with q = sqrt(1 +
     // 2k): the bracket is k^2/2, all of it lost to round-off below k = 1e-8.
     let from_the_integral = |point: &Point| {
-        let &[alpha, beta, gamma] = point.law().as_slice() else { panic!("Stribeck") };
-        let k = point.epsilon() * gamma * point.belt_speed();
+        let &[alpha, beta, gamma] = point.law.as_slice() else { panic!("Stribeck") };
+        let k = point.epsilon * gamma * point.belt_speed;
         let q = (1.0 + 2.0 * k).sqrt();
-        2.0 * gamma * (1.0 - alpha) * (1.0 + k - q) / (q * k * k) - 2.0 * beta * point.belt_speed()
+        2.0 * gamma * (1.0 - alpha) * (1.0 + k - q) / (q * k * k) - 2.0 * beta * point.belt_speed
     };
     for gamma in [1e-6, 1e-7, 1e-8, 0.0] {
         let point = point(1e-2, [0.0, 0.0, gamma], 1.0, 0.5 * gamma);
         let claim = (certify::harmonic_balance::TEST.claim)(&column(&point));
         // To first order in k the edge is gamma (1 - 2 k).
-        assert!((claim.present_below - gamma).abs() <= 4.0 * point.epsilon() * gamma * gamma, "{claim:?}");
+        assert!((claim.present_below - gamma).abs() <= 4.0 * point.epsilon * gamma * gamma, "{claim:?}");
         let naive = from_the_integral(&point);
         assert!(!((naive / gamma - 1.0).abs() < 1e-3), "{naive} {gamma}");
     }

@@ -198,7 +198,7 @@ fn a_law_given_by_functions_is_simulated_like_its_formula_without_proofs() {
             [Ok(a), Ok(b)] => assert!((a.c - b.c).abs() <= a.error + b.error, "{point:?}: {a:?} {b:?}"),
             _ => assert_eq!(a, b, "{point:?}"),
         }
-        let reach = 2.0 * point.belt_speed();
+        let reach = 2.0 * point.belt_speed;
         assert!(
             matches!(columns[0].curve.compiled(reach).error(0.0, reach), Accuracy::Sampled(e) if e < 1e-11)
         );

@@ -83,7 +83,7 @@ fn margins_are_within_their_error() {
         for point in margin_points() {
             let Some(margin) = point.margin else { continue };
             let at = point.point();
-            let turn = turns_of(&Law::Stribeck.column(&at), &[at.damping()], tolerance)[0];
+            let turn = turns_of(&Law::Stribeck.column(&at), &[at.damping], tolerance)[0];
             let Turn::Complete { margin: found, error, .. } = turn else { continue };
             checked += 1;
             assert!((found - margin).abs() <= error, "{tolerance:e} {point:?}: {turn:?}");
@@ -104,11 +104,11 @@ fn margins_of_a_formula_are_within_their_error() {
         for point in margin_points() {
             let Some(margin) = point.margin else { continue };
             let built_in = point.point();
-            let &[alpha, beta, gamma] = built_in.law().as_slice() else { panic!("three parameters") };
+            let &[alpha, beta, gamma] = built_in.law.as_slice() else { panic!("three parameters") };
             let at = law
-                .point(built_in.epsilon(), &[alpha, gamma, beta], built_in.belt_speed(), built_in.damping())
+                .point(built_in.epsilon, &[alpha, gamma, beta], built_in.belt_speed, built_in.damping)
                 .unwrap();
-            let turn = turns_of(&law.column(&at), &[at.damping()], tolerance)[0];
+            let turn = turns_of(&law.column(&at), &[at.damping], tolerance)[0];
             let Turn::Complete { margin: found, error, .. } = turn else { continue };
             checked[usize::from(found > 0.0)] += 1;
             assert!((found - margin).abs() <= error, "{tolerance:e} {point:?}: {turn:?}");

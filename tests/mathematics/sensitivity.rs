@@ -60,7 +60,7 @@ fn derivatives_are_those_of_differences() {
         let column = law.column(&at);
         let found = sensitivity(&column).unwrap();
         // eps, the law's parameters, V.
-        let values = [&[at.epsilon()], at.law().as_slice(), &[at.belt_speed()]].concat();
+        let values = [&[at.epsilon], at.law.as_slice(), &[at.belt_speed]].concat();
         let differences = |axis: usize| {
             slope(values[axis], |x| {
                 let mut moved = values.clone();

@@ -29,7 +29,7 @@ fn no_reference_fate_is_contradicted() {
     for row in margin_points() {
         let point = row.point();
         all += 1;
-        match claim(&point).decide(point.damping()) {
+        match claim(&point).decide(point.damping) {
             Decision::Present => {
                 assert_eq!(row.fate, ReferenceFate::Sticks, "{row:?}");
                 decided += 1;

@@ -100,13 +100,13 @@ fn a_closed_forms_errors_and_labels_are_those_of_its_formula() {
     let (mut near, mut anywhere) = (Labels::default(), Labels::default());
     let (mut dampings, mut margins) = (Vec::new(), Vec::new());
     for cell in &STUDY.cells {
-        let &[alpha, beta, gamma] = cell.point.law().as_slice() else { unreachable!() };
-        let edge = gamma * (1.0 - alpha) - 2.0 * beta * cell.point.belt_speed();
+        let &[alpha, beta, gamma] = cell.point.law.as_slice() else { unreachable!() };
+        let edge = gamma * (1.0 - alpha) - 2.0 * beta * cell.point.belt_speed;
         let truth = cell.reference.margin.unwrap().value.value() > 0.0;
         assert_eq!(truth, cell.verdict == Verdict::Present, "no orbit of this box overshoots");
         let labels = if cell.near { &mut near } else { &mut anywhere };
         labels.cells += 1;
-        labels.wrong += usize::from((cell.point.damping() < edge) != truth);
+        labels.wrong += usize::from((cell.point.damping < edge) != truth);
         if let (Some(critical), Some(slope)) = (cell.reference.critical, cell.reference.slope) {
             dampings.push((edge - critical.value.value()).abs());
             margins.push((edge - critical.value.value()).abs() * slope);

@@ -255,7 +255,7 @@ fn contradictions_between_theorems_and_simulation_are_reported() {
     };
     let path = scratch.path().join("map.h5");
     let map = PartialMap::begin(&path, &job.plan, &provenance, Existing::Refuse).unwrap();
-    let verdicts = job.plan.methods().iter().map(|method| match method.name() {
+    let verdicts = job.plan.methods.iter().map(|method| match method.name() {
         "symmetric" => Verdict::Present,
         "simulation" => Verdict::Absent,
         _ => Verdict::Undecided,

@@ -164,7 +164,7 @@ fn the_drill_string_is_the_published_one() {
     // Steady slip at W is stable iff the torque's fall at W is below the damping: the linear statement in SI
     // units.
     let fall = 0.155575 * 0.3 * 0.9 * (-9.0f64).exp() * 50_000.0;
-    let divergence = curve.weakening(point.belt_speed()) - point.damping();
+    let divergence = curve.weakening(point.belt_speed) - point.damping;
     close(divergence * damping, fall - machine.damping, 1e-8);
 }
 

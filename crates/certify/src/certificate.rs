@@ -21,8 +21,6 @@ use list::List;
 
 pub(super) mod list;
 
-/// First bytes of every certificate that this program writes, in any version of the format.
-const BEGINNING: &str = "{\"format\":\"slipmap proof ";
 /// From here on different integers are the same f64; no coefficient is that large.
 const BEYOND: f64 = (1_u64 << 53) as f64;
 
@@ -83,30 +81,18 @@ pub enum Subject {
 
 impl Subject {
     /// The subject of the certificate with this text, of any version of its format; `None` for other texts.
-    /// For certificates written by this program the first bytes are enough: `text` may be cut off.
     pub fn of(text: &str) -> Option<Self> {
         #[derive(Deserialize)]
         struct Named {
             format: String,
         }
-        let beginning = "{\"format\":\"";
-        let named;
-        let format = match text.strip_prefix(beginning).filter(|_| text.starts_with(BEGINNING)) {
-            Some(rest) => rest,
-            None => {
-                named = serde_json::from_str::<Named>(text).ok()?.format;
-                &named
-            }
-        };
+        let Named { format } = serde_json::from_str(text).ok()?;
         let beginnings = [
             ("slipmap proof of a point ", Subject::Point),
             ("slipmap proof of a law ", Subject::Law),
             ("slipmap proof ", Subject::Surface),
         ];
-        beginnings
-            .into_iter()
-            .find(|(beginning, _)| format.starts_with(beginning))
-            .map(|(_, subject)| subject)
+        beginnings.into_iter().find_map(|(begins, subject)| format.starts_with(begins).then_some(subject))
     }
 }
 

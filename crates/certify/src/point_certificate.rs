@@ -95,7 +95,7 @@ impl PointCertificate {
             }
         };
         if let Law::Expression(formula) = law.as_written()
-            && let Err(error) = formula.check(point.epsilon(), point.law(), 2.0 * point.belt_speed())
+            && let Err(error) = formula.check(point.epsilon, &point.law, 2.0 * point.belt_speed)
         {
             problems.push(format!("its formula is no friction law: {}", error.problem));
             return problems;

@@ -17,7 +17,6 @@ const CONFIG: &str = "plane.toml";
 const MAP: &str = "plane.h5";
 const TABLE: &str = "friction.csv";
 
-/// A quoted text in TOML.
 fn quoted(text: &str) -> String {
     toml_edit::Value::from(text).to_string()
 }
@@ -27,7 +26,6 @@ fn list<'a>(texts: impl IntoIterator<Item = &'a str>) -> String {
     texts.into_iter().map(quoted).collect::<Vec<_>>().join(", ")
 }
 
-/// The range of an axis.
 #[derive(Clone, Copy)]
 struct AxisRange<'a> {
     name: &'a str,
@@ -135,7 +133,6 @@ impl Description<'_> {
     }
 }
 
-/// A real number in TOML.
 fn float(value: f64) -> String {
     format!("{value:?}")
 }

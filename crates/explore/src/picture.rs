@@ -39,7 +39,6 @@ impl PlaneRequest {
     }
 }
 
-/// The cells of a picture.
 enum CellValues {
     Codes(Vec<i8>),
     Reals(Vec<f32>),
@@ -126,7 +125,7 @@ struct Picture<'a> {
 
 impl<'a> Picture<'a> {
     fn new(plan: &Plan, show: &'a Show, x: usize, y: usize) -> Result<Self, Refusal> {
-        let axes = plan.grid().axes();
+        let axes = plan.grid.axes();
         let (width, height) = (axes[x].values.len(), axes[y].values.len());
         let variable = match show {
             Show::Variable(name) => {
@@ -139,7 +138,7 @@ impl<'a> Picture<'a> {
         };
         let is_codes = variable.as_ref().is_none_or(|variable| variable.codes().is_some());
         let cells = Mutex::new(CellValues::none(is_codes, width * height));
-        Ok(Self { show, methods: plan.methods().to_vec(), variable, x, y, width, cells })
+        Ok(Self { show, methods: plan.methods.to_vec(), variable, x, y, width, cells })
     }
 
     fn derived(&self, data: &TileData) -> Vec<i8> {

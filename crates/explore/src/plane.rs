@@ -81,7 +81,6 @@ impl AxisRequest {
 /// A side of a picture and its nodes.
 pub(super) type Nodes<'a> = (&'a AxisRequest, Vec<f64>);
 
-/// A plane of a grid.
 pub(super) struct Slice {
     pub(super) grid: Grid,
     /// Positions of the axes across and up.

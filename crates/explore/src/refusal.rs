@@ -9,7 +9,6 @@ use slipmap_map::map::{GridError, PlanError};
 use slipmap_model::friction::ExpressionError;
 use slipmap_numbers::text::with_short_quotes;
 
-/// A refused request.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub(super) struct Refusal {
     #[serde(skip)]

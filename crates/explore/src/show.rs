@@ -5,10 +5,8 @@ use slipmap_map::map::{Method, Verdict};
 use slipmap_report::figure::palette::{self, Kind};
 use slipmap_report::{Label, UnitSystem};
 
-/// The quantity shown.
 #[derive(Clone, Debug)]
 pub(super) enum Show {
-    /// A variable of a map.
     Variable(String),
     /// The difference of the verdicts of two methods, by their names.
     Difference([&'static str; 2]),

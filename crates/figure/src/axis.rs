@@ -116,7 +116,6 @@ impl Scale {
     }
 
     /// The same scale, with its numbers written in another unit.
-    #[must_use]
     pub fn in_unit(self, shown: f64) -> Self {
         Self { shown, ..self }
     }

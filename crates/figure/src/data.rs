@@ -41,41 +41,30 @@ pub struct Data {
 }
 
 impl Data {
-    /// Appends a column.
-    #[must_use]
     pub fn with(mut self, header: impl Into<String>, values: Values) -> Self {
         assert!(self.columns.iter().all(|(_, other)| other.len() == values.len()));
         self.columns.push((header.into(), values));
         self
     }
 
-    /// Appends a column of real numbers.
-    #[must_use]
     pub fn reals(self, header: impl Into<String>, values: Vec<f64>) -> Self {
         self.with(header, Values::Reals(values))
     }
 
-    /// Appends a column of words.
-    #[must_use]
     pub fn words(self, header: impl Into<String>, values: Vec<String>) -> Self {
         self.with(header, Values::Words(values))
     }
 
     /// Appends the columns of another table.
-    #[must_use]
     pub fn join(mut self, other: Data) -> Self {
         self.columns.extend(other.columns);
         self
     }
 
-    /// Number of rows.
-    #[must_use]
     pub fn rows(&self) -> usize {
         self.columns.first().map_or(0, |(_, values)| values.len())
     }
 
-    /// As CSV.
-    #[must_use]
     pub fn csv(&self) -> String {
         let headers = self.columns.iter().map(|(header, _)| header.clone()).collect();
         let row = |row| self.columns.iter().map(|(_, values)| values.text(row)).collect();

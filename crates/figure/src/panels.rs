@@ -4,7 +4,6 @@ use super::axis::{AXIS, SMALL_TEXT, Scale, TEXT, Tick, text_width_of};
 use super::scene::{Anchor, Place, Rect, Scene, text_width};
 use super::text::{Piece, Rich};
 
-/// A panel with two axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Panel {
     pub rect: Rect,

@@ -15,9 +15,7 @@ use resvg::usvg::{Options, Tree};
 #[derive(Debug, thiserror::Error)]
 #[error("cannot draw {figure}: {why}")]
 pub struct RenderError {
-    /// Name of the figure.
     pub figure: String,
-    /// The reason.
     pub why: String,
 }
 

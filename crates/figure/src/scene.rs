@@ -24,7 +24,6 @@ const LOWERED: f64 = 0.22;
 const RAISED: f64 = 0.38;
 const SMALL: f64 = 0.72;
 
-/// Width of a figure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Width {
     /// One column of a journal, 84 mm.
@@ -91,7 +90,6 @@ impl Fill {
     }
 }
 
-/// Style of a line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stroke {
     pub color: &'static str,
@@ -181,7 +179,6 @@ fn clamped(outline: &[Place]) -> Vec<Place> {
     outline.iter().map(|(x, y)| (x.clamp(-BEYOND, BEYOND), y.clamp(-BEYOND, BEYOND))).collect()
 }
 
-/// A figure.
 #[derive(Clone, Debug)]
 pub struct Scene {
     /// Width in points.
@@ -383,7 +380,6 @@ impl Scene {
 
     /// The figure as SVG. `name` makes its identifiers unique on a page with several figures; `description`
     /// is for readers who cannot see it.
-    #[must_use]
     pub fn svg(&self, name: &str, description: &Rich) -> String {
         let prefix: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' }).collect();
         let prefix = format!("f-{prefix}-");

@@ -21,7 +21,6 @@ pub const PURPLE: &str = "#cc79a7";
 /// Wine, darker than all the colours above but black.
 pub const WINE: &str = "#882255";
 
-/// Style of lines and marks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LineStyle {
     pub stroke: Stroke,

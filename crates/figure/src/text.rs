@@ -114,7 +114,6 @@ pub fn raised(character: char) -> char {
     }
 }
 
-/// A text.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Rich {
     /// Its parts, in order.
@@ -205,27 +204,22 @@ impl Rich {
         Self { pieces: vec![Piece::Symbol(Symbol { base: "10".into(), index: String::new(), exponent })] }
     }
 
-    /// Appends another text.
-    #[must_use]
     pub fn then(mut self, more: impl Into<Rich>) -> Self {
         self.pieces.extend(more.into().pieces);
         self
     }
 
     /// Appends a unit, if there is one: "0.4 m/s".
-    #[must_use]
     pub fn with_unit(self, unit: &str) -> Self {
         if unit.is_empty() { self } else { self.then(Self::foreign(&format!(" {unit}"))) }
     }
 
     /// Appends the parameters at which a figure was computed, unless `place` is empty: " at ε = 0.1".
-    #[must_use]
     pub fn taken_at(self, place: Rich) -> Self {
         if place.pieces.is_empty() { self } else { self.then(" at ").then(place) }
     }
 
     /// Plain text, for file names, CSV and messages.
-    #[must_use]
     pub fn plain(&self) -> String {
         self.write(str::to_owned, Symbol::plain, |formula| formula.plain.clone())
     }

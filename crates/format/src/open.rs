@@ -95,7 +95,7 @@ mod tests {
         let provenance = Provenance { git: "a commit".into(), ..Provenance::default() };
         let map = PartialMap::begin(path, &plan, &provenance, Existing::Refuse).unwrap();
         for number in 0..plan.tile_count() {
-            let tile = plan.grid().tile(plan.tile_shape(), number);
+            let tile = plan.grid.tile(&plan.tile_shape, number);
             let cells = tile.cells();
             let cells = MethodCells {
                 method,

@@ -56,32 +56,6 @@ pub struct Point {
     pub damping: f64,
 }
 
-impl Point {
-    /// Size of the nonlinear part of the friction law and of the viscous damping, eps > 0.
-    #[must_use]
-    pub fn epsilon(&self) -> f64 {
-        self.epsilon
-    }
-
-    /// The friction law's own parameters.
-    #[must_use]
-    pub fn law(&self) -> &LawParameters {
-        &self.law
-    }
-
-    /// Belt speed V > 0.
-    #[must_use]
-    pub fn belt_speed(&self) -> f64 {
-        self.belt_speed
-    }
-
-    /// Viscous damping c >= 0; the force is `-eps c x2`.
-    #[must_use]
-    pub fn damping(&self) -> f64 {
-        self.damping
-    }
-}
-
 /// The four groups on which the existence of a cycle of a Stribeck oscillator depends, once velocity is
 /// measured in belt speeds, s = u / V:
 ///

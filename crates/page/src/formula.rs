@@ -53,7 +53,6 @@ enum Bound {
     Atom,
 }
 
-/// A part of a formula.
 struct Part {
     bound: Bound,
     set: Formula,

@@ -22,7 +22,6 @@ pub use units::Written;
 const PAGE: (f64, f64) = (595.0, 842.0);
 const MARGIN: f64 = 42.0;
 const WIDTH: f64 = PAGE.0 - 2.0 * MARGIN;
-/// Size of the title.
 const TITLE: f64 = 12.0;
 /// Distance of the answers from the left margin.
 const ANSWERS: f64 = 250.0;
@@ -41,7 +40,6 @@ const HIGHER: f64 = 24.0;
 /// What a page is about, beside its assessment.
 pub struct Subject<'a> {
     pub title: &'a str,
-    /// The uncertain quantities.
     pub uncertain: &'a [Uncertain],
     /// The units of the configuration, in which the page tells speeds and draws its figures.
     pub units: &'a Written,

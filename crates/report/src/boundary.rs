@@ -24,7 +24,6 @@ const BATCH: usize = 1024;
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Sizes {
     bins: BTreeMap<u64, u64>,
-    /// Number of errors.
     pub(crate) count: u64,
     largest: f64,
 }
@@ -92,10 +91,8 @@ pub struct Order {
     pub order: f64,
 }
 
-/// One method's boundary.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MethodBoundary {
-    /// The method.
     pub method: String,
     pub(crate) errors: Vec<BoundaryError>,
     /// The order between neighbouring eps, from the smallest on; none if fewer than two eps have a median above the
@@ -103,7 +100,6 @@ pub struct MethodBoundary {
     pub orders: Vec<Order>,
 }
 
-/// Every method's boundary.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Boundaries {
     /// The closed-form methods whose boundary is known.
@@ -116,7 +112,6 @@ pub struct Boundaries {
     pub(crate) exact_error: Vec<Sizes>,
 }
 
-/// Source of a method's boundary.
 enum Source {
     Stored(String),
     Claim(fn(&Column) -> Claim),

@@ -20,14 +20,12 @@ pub struct FitFigure {
 }
 
 const HEIGHT: f64 = 150.0;
-/// Most lines of the title.
 const MOST_LINES: usize = 3;
 const RIGHT_MARGIN: f64 = 12.0;
 /// Number of readings up to which each has a large mark.
 const FEW: usize = 100;
 
 impl FitFigure {
-    /// Draws it.
     pub fn scene(&self) -> Scene {
         let known = |error: f64| if error > 0.0 { error } else { 0.0 };
         let of_readings =

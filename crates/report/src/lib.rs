@@ -48,58 +48,26 @@ pub(crate) const SIMULATION: &str = "simulation";
 /// Reason why there is no report.
 #[derive(Debug, thiserror::Error)]
 pub enum ReportError {
-    /// The map cannot be read.
     #[error(transparent)]
     Map(#[from] StoreError),
-    /// This output exists already.
     #[error("{0} exists already; choose another place, or ask for it to be replaced")]
     Exists(PathBuf),
-    /// The folder of the output does not exist.
     #[error("{path}: there is no folder {folder}; create it, or choose another place")]
-    NoFolder {
-        /// The output.
-        path: PathBuf,
-        /// The folder.
-        folder: PathBuf,
-    },
-    /// The folder of the output cannot be written.
+    NoFolder { path: PathBuf, folder: PathBuf },
     #[error("{path}: cannot write into the folder {folder}: {source}; choose a folder that is yours")]
-    NotYours {
-        /// The output.
-        path: PathBuf,
-        /// The folder.
-        folder: PathBuf,
-        /// The file system's reason.
-        source: io::Error,
-    },
-    /// The extension of this figure's name is not that of a known format.
+    NotYours { path: PathBuf, folder: PathBuf, source: io::Error },
     #[error("{0} does not end in .svg, .pdf or .png; give the figure one of these endings")]
     Format(PathBuf),
-    /// A file could not be written.
     #[error("cannot write {path}: {source}")]
-    Io {
-        /// The file to be written.
-        path: PathBuf,
-        /// The system's reason.
-        source: std::io::Error,
-    },
-    /// A figure could not be converted from SVG.
+    Io { path: PathBuf, source: std::io::Error },
     #[error(transparent)]
     Render(#[from] slipmap_figure::render::RenderError),
-    /// The map has no such axis, variable or the like.
     #[error(transparent)]
     Choice(#[from] figure::ChoiceError),
-    /// There is no study to report.
     #[error(transparent)]
     Study(#[from] StudyError),
-    /// The peers' measurements cannot be read.
     #[error("{path}: {why}; make it anew with scripts/study peers, or name another file")]
-    Peers {
-        /// The file.
-        path: PathBuf,
-        /// The problem.
-        why: String,
-    },
+    Peers { path: PathBuf, why: String },
     /// [`Control::stop`] was set.
     #[error("interrupted")]
     Interrupted,
@@ -113,12 +81,9 @@ fn check(control: &Control) -> Result<(), ReportError> {
     }
 }
 
-/// All numbers of a report.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Report {
-    /// Statistics of the verdicts.
     pub verdicts: Verdicts,
-    /// Errors of the boundaries.
     pub boundaries: Boundaries,
 }
 

@@ -7,9 +7,7 @@ use slipmap_format::MapFile;
 /// Direction in which a bound is rounded, so that it remains a bound.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rounded {
-    /// A lower bound.
     Down,
-    /// An upper bound.
     Up,
 }
 

@@ -5,18 +5,13 @@ mod latex;
 use slipmap_figure::text::{Rich, html, rich};
 use slipmap_numbers::text::{in_groups, scientific, without_zeros};
 
-/// The contents of a cell.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Cell {
     /// Words, possibly from the map file.
     Words(String),
-    /// Words with symbols.
     Rich(Rich),
-    /// A count.
     Count(u64),
-    /// A real number.
     Real(f64),
-    /// No number.
     Missing,
 }
 
@@ -37,15 +32,12 @@ impl From<Option<u64>> for Cell {
 pub(crate) enum Show {
     /// Words or counts.
     AsIs,
-    /// This many significant digits.
     Significant(usize),
     /// At most this many significant digits, zeros at the end dropped: for parameters.
     Trimmed(usize),
-    /// This many decimals.
     Decimals(usize),
 }
 
-/// A column.
 #[derive(Clone, Debug)]
 pub struct Column {
     /// Its name in CSV files.
@@ -62,13 +54,11 @@ impl Column {
     }
 }
 
-/// A table.
 #[derive(Clone, Debug)]
 pub struct Table {
     /// Name of its files, and of its label in LaTeX.
     pub name: &'static str,
     pub(crate) caption: Rich,
-    /// The columns.
     pub columns: Vec<Column>,
     /// The rows, each with one cell per column.
     pub rows: Vec<Vec<Cell>>,
@@ -169,8 +159,6 @@ impl Table {
         }
     }
 
-    /// As an HTML table.
-    #[must_use]
     pub fn html(&self) -> String {
         let styles: Vec<Style> = (0..self.columns.len()).map(|column| self.style(column)).collect();
         let class = |style: &Style| if matches!(style, Style::Words) { "" } else { " class=\"number\"" };
@@ -205,7 +193,6 @@ impl Table {
     }
 
     /// As CSV, numbers with all digits.
-    #[must_use]
     pub fn csv(&self) -> String {
         let heading = self.columns.iter().map(|column| column.key.clone()).collect();
         slipmap_figure::csv::csv_text(heading, self.rows.iter().map(|row| row.iter().map(in_full).collect()))

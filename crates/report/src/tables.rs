@@ -20,7 +20,6 @@ use slipmap_format::MapFile;
 use slipmap_map::map::Verdict;
 
 /// All tables, in the order of the report.
-#[must_use]
 pub fn all(view: &View, report: &Report) -> Vec<Table> {
     let map = view.map;
     // An engineer's tables come first.
@@ -65,8 +64,6 @@ fn percent(part: f64, whole: f64) -> Option<f64> {
     (whole > 0.0).then(|| 100.0 * part / whole)
 }
 
-/// Volume claimed by each method at each eps.
-#[must_use]
 pub fn volume(view: &View, report: &Report) -> Table {
     let map = view.map;
     let verdicts = &report.verdicts;
@@ -163,8 +160,6 @@ fn claims(counts: &Confusion) -> u64 {
     counts.method(Verdict::Present) + counts.method(Verdict::Absent)
 }
 
-/// Agreement with the simulation, cell by cell.
-#[must_use]
 pub fn agreement(map: &MapFile, report: &Report) -> Table {
     let verdicts = &report.verdicts;
     let epsilons = epsilons(map);

@@ -16,7 +16,6 @@ use slipmap_page::formula;
 /// A map and the units in which its numbers are shown.
 #[derive(Clone, Debug)]
 pub struct View<'a> {
-    /// The map.
     pub map: &'a MapFile,
     pub units: UnitSystem,
     /// See [`View::informative_nodes`].
@@ -25,7 +24,6 @@ pub struct View<'a> {
 
 impl<'a> View<'a> {
     /// The map in the SI units of its machine, or dimensionless if it has none.
-    #[must_use]
     pub fn new(map: &'a MapFile) -> Self {
         Self { map, units: UnitSystem::of_grid(map.grid()), informative: OnceLock::new() }
     }

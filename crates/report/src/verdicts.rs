@@ -56,7 +56,6 @@ fn place(code: i8) -> usize {
 /// neighbouring nodes is weighted with the share of its corners at which presence is claimed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Volume {
-    /// Volume of the claim.
     pub claimed: f64,
     /// Bound of its error along c, with the nodes of the other axes fixed: half of every step of c over which
     /// the verdict changes.
@@ -69,7 +68,6 @@ pub struct Volume {
     pub(crate) confirmed: f64,
 }
 
-/// The statistics of all methods.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Verdicts {
     /// Position of the simulation among the methods of the map.
@@ -153,7 +151,6 @@ fn layer_of<'a>(grid: &Grid, codes: &'a ArrayD<i8>, layer: usize) -> ArrayViewD<
     }
 }
 
-/// Counts the pairs of verdicts.
 fn confusion(codes: &ArrayViewD<i8>, simulated: Option<&ArrayViewD<i8>>) -> Confusion {
     let mut confusion = Confusion::default();
     match simulated {

@@ -14,14 +14,12 @@ use slipmap_figure::render;
 use slipmap_figure::text::Rich;
 use slipmap_format::files::{Existing, create_folders, folder_of, publish_file, temporary_in};
 
-/// Options of a report.
 #[derive(Clone, Debug)]
 pub struct ReportOptions {
     /// Behaviour if there is a report already.
     pub existing: Existing,
     /// Whether every figure also writes its numbers as CSV.
     pub data: bool,
-    /// Width of the figures.
     pub width: Width,
     /// The methods in the tables; all if empty.
     pub methods: Vec<String>,

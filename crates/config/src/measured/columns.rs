@@ -149,8 +149,9 @@ pub(super) fn find(
             "write the slip speeds and the friction themselves".into(),
         );
     }
-    if speed > friction || (speed, friction) != (0, 1) {
-        said.push(format!("slip speed in column {}, friction in column {}", speed + 1, friction + 1));
+    if header.is_none() || (speed, friction) != (0, 1) {
+        let why = if header.is_none() { "no header: " } else { "" };
+        said.push(format!("{why}slip speed in column {}, friction in column {}", speed + 1, friction + 1));
     }
     let mut columns = Columns {
         time,

@@ -31,7 +31,11 @@ fn ugly_files_are_read_or_refused_with_their_line() {
     let latin = |text: &str| text.chars().map(|c| u8::try_from(u32::from(c)).unwrap()).collect::<Vec<u8>>();
     let files: Vec<(&str, Vec<u8>, Outcome)> = vec![
         ("plain", text(plain), Read(THREE, false, &[])),
-        ("no header", text("0,0.4\n0.1,0.35\n0.5,0.3"), Read(THREE, false, &[])),
+        (
+            "no header",
+            text("0,0.4\n0.1,0.35\n0.5,0.3"),
+            Read(THREE, false, &["no header: slip speed in column 1"]),
+        ),
         ("semicolons", text("v;mu\n0;0.4\n0.1;0.35\n0.5;0.3"), Read(THREE, false, &["semicolons"])),
         ("decimal commas", text("v;mu\n0;0,4\n0,1;0,35\n0,5;0,3"), Read(THREE, false, &["decimal commas"])),
         (

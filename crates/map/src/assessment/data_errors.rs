@@ -222,8 +222,8 @@ pub fn with_errors(table: &Table) -> Option<(Table, ErrorsFrom)> {
 /// The relative standard error of the kicks onto a slip cycle. The cycle lies where the backbone takes the value of the
 /// damping, so the amplitudes at which that of the data is within its 95 % limits of this value are those of the true
 /// cycle, with the same probability. The slope of the backbone at one amplitude says less: of data that scatter it bends
-/// within these limits. The kick onto the farther end of the range counts, at the damping that has its cycle there: kicks
-/// may change several times as much as amplitudes.
+/// within these limits. Half the distance of the kicks onto the ends of this range counts, at the dampings that have their
+/// cycles there: kicks may change several times as much as amplitudes.
 fn error_of_kick(column: &Column, damping: f64, basin: &BasinBoundary, backbone: &Backbone) -> Option<f64> {
     // The grazing orbit is no slip cycle, and its errors are not known.
     let cycle = basin.cycle?;
@@ -238,19 +238,20 @@ fn error_of_kick(column: &Column, damping: f64, basin: &BasinBoundary, backbone:
         let towards = (end - radius).signum();
         last_between(distance(beyond - 1), distance(beyond), |it| Some(is_within(radius + towards * it)))[0]
     };
-    let relative = |radius: f64| {
+    let kicks = |radius: f64| {
         // The cycle with no amplitude is steady slip.
         if !(radius > 0.0) {
-            return Some(1.0);
+            return Some(Kick { forward: 0.0, backward: 0.0 });
         }
         let oscillator = Oscillator::in_column(column, backbone.viscous(radius) / column.epsilon);
         let cycle = Cycle { velocity: Range { hi: radius, ..cycle.velocity }, ..cycle };
-        let Kick { forward, backward } = kick_onto(&oscillator, &cycle, TOLERANCE).ok()?;
-        let changes = [forward / basin.kick.forward, backward / basin.kick.backward];
-        Some(changes.map(|ratio| (ratio - 1.0).abs()).into_iter().fold(0.0, f64::max))
+        kick_onto(&oscillator, &cycle, TOLERANCE).ok()
     };
-    let ends = [radius - farthest(0.0), radius + farthest(column.belt_speed)].map(relative);
-    let relative = ends[0]?.max(ends[1]?) / NORMAL;
+    let [lower, upper] = [radius - farthest(0.0), radius + farthest(column.belt_speed)].map(kicks);
+    let (lower, upper, here) = (lower?, upper?, basin.kick);
+    let forward = (upper.forward - lower.forward) / here.forward;
+    let backward = (upper.backward - lower.backward) / here.backward;
+    let relative = forward.abs().max(backward.abs()) / (2.0 * NORMAL);
     relative.is_finite().then_some(relative)
 }
 

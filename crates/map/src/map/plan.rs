@@ -303,30 +303,6 @@ impl Plan {
         PlanBuilder { tile_shape: Some(self.tile_shape.clone()), plan: self }
     }
 
-    /// The grid.
-    #[must_use]
-    pub fn grid(&self) -> &Grid {
-        &self.grid
-    }
-
-    /// The methods, in the order of [`Method::all`].
-    #[must_use]
-    pub fn methods(&self) -> &[Method] {
-        &self.methods
-    }
-
-    /// The stored fields, in the order of [`Field::ALL`]; [`Field::Verdict`] is always among them.
-    #[must_use]
-    pub fn fields(&self) -> &[Field] {
-        &self.fields
-    }
-
-    /// Shape of the tiles, slowest axis first.
-    #[must_use]
-    pub fn tile_shape(&self) -> &[usize] {
-        &self.tile_shape
-    }
-
     /// Number of tiles.
     #[must_use]
     pub fn tile_count(&self) -> usize {

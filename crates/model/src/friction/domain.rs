@@ -149,7 +149,7 @@ mod tests {
         assert!(refused(0.1, &[0.0; 12], 1.0, 0.0).contains("12 are given"));
         // The smallest positive number is legal.
         let point = Law::Stribeck.point(5e-324, &law, 5e-324, 0.0).unwrap();
-        assert_eq!((point.epsilon(), point.law().as_slice()), (5e-324, &law[..]));
+        assert_eq!((point.epsilon, point.law.as_slice()), (5e-324, &law[..]));
     }
 
     #[test]

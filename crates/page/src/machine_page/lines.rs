@@ -53,7 +53,6 @@ fn line(name: &str, value: Rich) -> Line {
     (rich(name), value)
 }
 
-/// All sections of the page.
 pub(super) fn sections(
     all: &Assessment,
     written: &Written,

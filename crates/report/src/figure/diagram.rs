@@ -29,7 +29,6 @@ use slipmap_simulate::{Fate, Range, TIGHT, flow};
 const VALUES: usize = 121;
 /// Number of bisections that locate a change, to a ten-millionth of a step.
 const BISECTIONS: usize = 24;
-/// Accuracy of the orbits.
 const TOLERANCE: f64 = 1e-9;
 
 #[derive(Clone, Debug)]

@@ -31,14 +31,11 @@ use super::units::View;
 use super::{Report, ReportError};
 use slipmap_figure::text::Rich;
 
-/// A finished figure.
 #[derive(Clone, Debug)]
 pub struct Figure {
     /// Name of its files.
     pub name: String,
-    /// Its caption.
     pub caption: Rich,
-    /// The drawing.
     pub scene: Scene,
     pub(crate) data: Data,
 }

@@ -20,7 +20,6 @@ use slipmap_witness::{Sample as State, Start};
 pub struct OrbitFigure {
     pub scene: Scene,
     pub caption: Rich,
-    /// The orbit as a table.
     pub data: Data,
     /// Where the phase portrait is, with its scales in dimensionless x1 and x2.
     pub portrait: Panel,

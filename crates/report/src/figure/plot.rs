@@ -25,10 +25,8 @@ use slipmap_numbers::text::short;
 /// Values of fixed axes, by name, in the units of the view.
 pub type At = (String, Vec<f64>);
 
-/// The choices of a plot.
 #[derive(Clone, Debug)]
 pub struct Plot<'a> {
-    /// Name of the horizontal axis.
     pub x: &'a str,
     /// Name of the vertical axis; without one, or if one of the two has a single node, variables are drawn
     /// over the other axis.
@@ -46,21 +44,16 @@ pub struct Plot<'a> {
     pub curves: bool,
     /// Points of other origin, marked over a plane: in the units of its axes, with their name.
     pub marks: Option<&'a Marks>,
-    /// Width of the figure.
     pub width: Width,
 }
 
 /// Points with a name for the legend.
 pub type Marks = (String, Vec<[f64; 2]>);
 
-/// A plot.
 #[derive(Clone, Debug)]
 pub struct Plotted {
-    /// The figure.
     pub scene: Scene,
-    /// Its caption.
     pub caption: Rich,
-    /// Its numbers.
     pub data: Data,
     /// The nodes of the other axes.
     pub held: Vec<Held>,
@@ -68,7 +61,6 @@ pub struct Plotted {
     pub thinned: Vec<(String, usize)>,
     /// The curves of codimension one of the first panel, if they are stored or were requested.
     pub curves: Option<PlaneCurves>,
-    /// Notes for the user.
     pub notes: Vec<String>,
 }
 

@@ -13,7 +13,6 @@ use slipmap_model::filippov::{Oscillator, Side, Stability};
 use slipmap_simulate::slip_cycle::slip_cycles;
 use slipmap_witness::{Ending, Phase, Sample as State, Start, Trace, trace};
 
-/// Accuracy of the traced orbits.
 const TOLERANCE: f64 = 1e-10;
 /// Largest number of turns of the orbit if no duration is given.
 const TURNS: f64 = 4.0;

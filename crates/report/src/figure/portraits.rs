@@ -14,7 +14,6 @@ use slipmap_model::filippov::Oscillator;
 use slipmap_simulate::{Fate, flow};
 use slipmap_witness::{Sample as State, Start};
 
-/// Accuracy of the orbits.
 const TOLERANCE: f64 = 1e-10;
 
 /// Portraits along one column of the map: below the critical damping, in the bistable band, above it, and,

@@ -15,98 +15,44 @@ use slipmap_simulate::critical::critical_dampings;
 /// Reason why a slice cannot be drawn.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ChoiceError {
-    /// The map does not have this name.
     #[error(
         "the map has no {kind} `{name}`; the nearest is `{nearest}`, and there are: {available}; choose one of these"
     )]
-    Unknown {
-        /// "axis", "variable" or "method".
-        kind: &'static str,
-        /// The requested name.
-        name: String,
-        /// The most similar name.
-        nearest: String,
-        /// The names that it has.
-        available: String,
-    },
-    /// This axis was requested for both directions.
+    Unknown { kind: &'static str, name: String, nearest: String, available: String },
     #[error("both directions show the axis `{0}`; choose two different axes")]
     SameAxis(String),
-    /// This axis was requested both as shown and as held.
     #[error("the axis `{0}` is shown, so it cannot be held at a value; leave one of the two out")]
     Shown(String),
-    /// The value for a fixed axis is not a number.
     #[error("the axis `{axis}` cannot be held at {value}; give a finite number")]
-    NotFinite {
-        /// The axis.
-        axis: String,
-        /// The value, as text.
-        value: String,
-    },
-    /// The value for a fixed axis lies outside of it.
+    NotFinite { axis: String, value: String },
     #[error("the axis `{axis}` reaches from {first} to {last}, so it cannot be held at {value}")]
-    Outside {
-        /// The axis.
-        axis: String,
-        /// The value, as text.
-        value: String,
-        /// The first node.
-        first: String,
-        /// The last node.
-        last: String,
-    },
-    /// The value for a fixed axis is not the only one that it has.
+    Outside { axis: String, value: String, first: String, last: String },
     #[error("the axis `{axis}` has the value {only} alone, so it cannot be held at {value}; leave it out")]
-    OnlyOne {
-        /// The axis.
-        axis: String,
-        /// The value, as text.
-        value: String,
-        /// Its node.
-        only: String,
-    },
-    /// Curves were requested in a plane that does not extend along this axis.
+    OnlyOne { axis: String, value: String, only: String },
     #[error(
         "the axis `{0}` has one node, and curves need a plane; choose another axis, or leave the curves out"
     )]
     OneNode(String),
-    /// This axis has several values where one is needed.
     #[error(
         "the axis `{0}` has several values; only one axis of a plot without a vertical axis may (each is a curve)"
     )]
     SeveralValues(String),
-    /// Several variables over a plane.
     #[error("a plane shows one variable; leave the vertical axis out to draw several as curves")]
     SeveralVariables,
-    /// Verdicts and numbers in one figure.
     #[error("verdicts and numbers do not fit into one figure; draw them in two")]
     CodesAndNumbers,
-    /// This axis has a single node.
     #[error("the axis `{0}` has one node, so there is nothing to draw over it; choose another axis")]
     NothingToDraw(String),
-    /// The ends of a diagram over this axis are illegal.
     #[error("a diagram over `{0}` cannot have these ends; give two legal values, the smaller one first")]
     NoRange(String),
-    /// The map does not store this variable, because its configuration does not request it.
     #[error(
         "the map does not store `{variable}`; add \"{field}\" to output.fields of its configuration and compute it again"
     )]
-    NotStored {
-        /// The variable.
-        variable: String,
-        /// The field.
-        field: &'static str,
-    },
-    /// The variable does not vary along this axis.
+    NotStored { variable: String, field: &'static str },
     #[error(
         "the variable `{variable}` does not vary along `{axis}`; choose another axis or another variable"
     )]
-    NotAlong {
-        /// The variable.
-        variable: String,
-        /// The axis.
-        axis: String,
-    },
+    NotAlong { variable: String, axis: String },
 }
 
 impl ChoiceError {
@@ -127,7 +73,6 @@ impl ChoiceError {
 /// A fixed axis and its value.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Held {
-    /// Name of the axis.
     pub axis: String,
     /// The requested value; `None` if there was none, and the middle node was taken.
     pub wanted: Option<f64>,
@@ -138,9 +83,7 @@ pub struct Held {
 #[derive(Clone, Debug)]
 pub struct Slice<'a> {
     pub(crate) view: &'a View<'a>,
-    /// Position of the horizontal axis.
     pub x: usize,
-    /// Position of the vertical axis.
     pub y: usize,
     /// Node of each fixed axis; meaningless for the two that are shown.
     pub index: Vec<usize>,

@@ -30,8 +30,6 @@ pub(super) const FEWEST_NODES: usize = 3;
 /// Largest number of eps with slices of their own.
 const MOST_EPSILONS: usize = 4;
 
-/// The exact boundary: black on a white halo, so that it is visible on dark areas. Wrong cells, which may be
-/// a thin band beside it, are drawn over the halo.
 /// The critical damping of the method whose panel it is.
 const OWN_EDGE: Stroke = Stroke { color: style::BLACK, width: 1.0, dash: &[2.0, 1.6] };
 

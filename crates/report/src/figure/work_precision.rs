@@ -18,7 +18,6 @@ use slipmap_study::benchmark::{Kind, Row, Study};
 const FRONT: Stroke = Stroke::solid(style::LIGHT_GREY, 2.6);
 /// Upper end of the space of methods that label every cell right.
 const NONE: Stroke = Stroke { color: style::GREY, width: 0.5, dash: &[2.0, 2.0] };
-/// Size of the marks.
 const MARKER: f64 = 4.6;
 
 /// One method over its parameter.
@@ -50,8 +49,6 @@ fn lines(study: &Study) -> Vec<Line<'_>> {
     lines
 }
 
-/// The chart.
-#[must_use]
 pub fn chart(study: &Study, width: Width) -> Figure {
     let near = study.cells.iter().filter(|cell| cell.near).count();
     let axes = study.grid.axes().iter();

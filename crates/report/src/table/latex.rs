@@ -70,7 +70,6 @@ fn fit(columns: &[Width], layout: &Layout) -> (Option<f64>, bool) {
 
 impl Table {
     /// As a LaTeX `table` for `\input`; needs `booktabs` and `siunitx`.
-    #[must_use]
     pub fn latex(&self) -> String {
         let styles: Vec<Style> = (0..self.columns.len()).map(|column| self.aligned_style(column)).collect();
         let columns: Vec<Width> =

@@ -7,8 +7,6 @@ use super::super::units::{Label, View};
 use super::{EPSILON_DIGITS, column_of, epsilons, in_unit, percent, words};
 use slipmap_figure::text::{Rich, rich};
 
-/// Error of each method's boundary in c.
-#[must_use]
 pub fn boundary(view: &View, report: &Report) -> Table {
     let map = view.map;
     let boundaries = &report.boundaries;
@@ -80,7 +78,6 @@ fn unknown(report: &Report) -> Option<Rich> {
 }
 
 /// The order in eps of the boundary's error, between neighbouring eps.
-#[must_use]
 pub fn order(report: &Report) -> Table {
     let note = "From the median errors at two neighbouring {epsilon}, over the columns that have both boundaries at every \
                 {epsilon}. Medians below the error of {c^*} itself are left out; a method without two others has no \

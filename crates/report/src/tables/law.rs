@@ -59,7 +59,6 @@ fn range([least, most]: [f64; 2]) -> Rich {
     }
 }
 
-/// The table of the law.
 pub(super) fn law(view: &View) -> Table {
     let grid = view.map.grid();
     let (law, machine) = (grid.law(), grid.machine());

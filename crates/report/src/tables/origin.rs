@@ -10,8 +10,6 @@ use slipmap_map::dataset::MethodInfo;
 use slipmap_map::map::{Axis, AxisRole, Regime, Verdict};
 use slipmap_numbers::spacing::{is_linear, is_logarithmic};
 
-/// Processor time of each method.
-#[must_use]
 pub fn cost(map: &MapFile) -> Table {
     let cells = map.grid().cells() as u64;
     let seconds = |method: &MethodInfo| map.number(&format!("seconds_{}", method.name));
@@ -75,7 +73,6 @@ pub(crate) fn undetermined_regimes(map: &MapFile) -> Option<u64> {
 }
 
 /// Failures during the run.
-#[must_use]
 pub fn failures(map: &MapFile, report: &Report) -> Table {
     let mut rows: Vec<(String, Option<u64>)> = Vec::new();
     for (method, confusion) in map.methods().iter().zip(&report.verdicts.confusion) {
@@ -125,7 +122,6 @@ pub(crate) fn methods(map: &MapFile) -> Table {
 }
 
 /// The axes of the map, and the quantities of a machine that do not vary.
-#[must_use]
 pub fn axes(view: &View) -> Table {
     let grid = view.map.grid();
     let axes = grid.axes().iter().map(|axis| {
@@ -170,8 +166,6 @@ pub fn axes(view: &View) -> Table {
     Table::of("axes", rich(caption), &all, &columns)
 }
 
-/// Provenance of the map.
-#[must_use]
 pub fn provenance(map: &MapFile) -> Table {
     let entries = [
         ("title", "title"),

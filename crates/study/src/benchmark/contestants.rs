@@ -135,7 +135,7 @@ fn return_map(cells: &[Cell], tolerance: f64) -> Vec<Answer> {
 }
 
 fn direct(cell: &Cell, tolerance: f64) -> Answer {
-    let flow = slipmap_witness::flow(&Oscillator::in_column(&cell.column, cell.point.damping()), tolerance);
+    let flow = slipmap_witness::flow(&Oscillator::in_column(&cell.column, cell.point.damping), tolerance);
     let margin = Some(flow.margin).filter(|margin| margin.is_finite());
     Answer { verdict: Verdict::from(&flow.fate), margin, critical: None }
 }

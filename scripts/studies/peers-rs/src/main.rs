@@ -277,8 +277,8 @@ mod own {
             .audit_cells(0)
             .build()
             .ok()?;
-        let cut = plan.tile_shape().iter().zip(axes).rposition(|(&side, axis)| side < axis.len());
-        if plan.tile_shape()[..cut.unwrap_or(0)].iter().any(|&side| side > 1) {
+        let cut = plan.tile_shape.iter().zip(axes).rposition(|(&side, axis)| side < axis.len());
+        if plan.tile_shape[..cut.unwrap_or(0)].iter().any(|&side| side > 1) {
             return None;
         }
         let sink = Margins::default();
