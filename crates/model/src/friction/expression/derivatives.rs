@@ -68,9 +68,9 @@ proptest! {
         }
         let slip = Jet::<Jet<f64, 2>, 4>::variable(Jet::of(u), 1.0);
         let rounded = curve.run(slip, Jet::of(Jet::variable(epsilon, 1.0)), |_, _| ());
-        for k in 0..4 {
-            for j in 0..2 {
-                let (enclosed, plain) = (here[k][j], rounded.derivative(k).0[j]);
+        for (k, series) in here.iter().enumerate() {
+            for (j, enclosed) in series.iter().enumerate() {
+                let plain = rounded.derivative(k).0[j];
                 prop_assert!((enclosed.lo..=enclosed.hi).contains(&plain), "{} {} {}: {:?} {}", text, k, j, enclosed, plain);
             }
         }
