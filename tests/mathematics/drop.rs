@@ -381,7 +381,7 @@ fn survey(seed: u64, count: u32) -> Tally {
 
 #[test]
 fn engines_and_tests_agree_on_random_laws_with_a_drop() {
-    let tally = survey(4801, 400);
+    let tally = survey(4801, 250);
     let Tally { columns, fates, from_above, cross_for_ever, presence, absence, enclosed, .. } = tally;
     assert!(fates.iter().all(|&count| count > columns / 4), "{tally:?}");
     assert!(

@@ -205,7 +205,7 @@ fn regimes_of_columns_that_share_their_cycles_are_those_of_single_points() {
 fn laws_with_a_narrow_feature() -> Vec<(Law, [f64; 2])> {
     let mut laws = Vec::new();
     let mut random = Random(46);
-    for number in 0..24 {
+    for number in 0..12 {
         let [level, scale, at] =
             [0.3 + 0.5 * random.unit(), 0.2 + 0.8 * random.unit(), 0.6 + 2.0 * random.unit()];
         let [width, height] = [-3.0, -2.5].map(|least| 10_f64.powf(least + 1.5 * random.unit()));
@@ -266,7 +266,7 @@ fn cells_of_laws_with_a_narrow_feature_are_those_of_their_own_columns() {
         assert_eq!(found, wanted, "map {number}: {law:?} {dampings:?}");
         interpolated += account.paths.interpolation;
     }
-    assert!(interpolated > 1000, "{interpolated}");
+    assert!(interpolated > 500, "{interpolated}");
 }
 
 #[test]

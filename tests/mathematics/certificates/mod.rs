@@ -10,6 +10,7 @@ use proptest::test_runner::FileFailurePersistence;
 use slipmap::certify::{Claim, Decision, Guarantee, TESTS, by_name, landing};
 use slipmap::friction::{Column, Law};
 use std::f64::consts::{PI, TAU};
+use std::sync::LazyLock;
 
 /// A point of the Stribeck law.
 #[derive(Clone, Copy, Debug)]
@@ -68,7 +69,11 @@ fn points(seed: u64, count: usize) -> impl Iterator<Item = Stribeck> {
     (0..count).map(move |_| point(&mut random))
 }
 
-use oracle::{Fate, STEPS_PER_TURN};
+use oracle::{Fate, STEPS_PER_TURN, Turn};
+
+/// Random points with their turns, which several tests compare with what the closed forms say.
+static TURNS: LazyLock<Vec<(Stribeck, Turn)>> =
+    LazyLock::new(|| points(2, 4000).map(|p| (p, oracle::turn(&p, STEPS_PER_TURN))).collect());
 
 /// Bound on the oracle's error in x2 at the end of a turn, in units of V. Measured by `the_oracle_converges`,
 /// which leaves a factor of ten for points outside its sample.
@@ -120,9 +125,7 @@ fn certificates_are_never_contradicted() {
         .collect();
     assert_eq!(names, ["instability", "bendixson", "symmetric"]);
     let (mut decided, mut skipped, mut nodes) = ([[0u32; 2]; 3], 0, 0);
-    let total = 4000;
-    for p in points(2, total) {
-        let fate = oracle::turn(&p, STEPS_PER_TURN).fate;
+    for &(p, Turn { fate, .. }) in TURNS.iter() {
         if too_close(&p, fate) {
             skipped += 1;
             continue;
@@ -142,7 +145,7 @@ fn certificates_are_never_contradicted() {
             }
         }
     }
-    println!("{total} points, {skipped} skipped, {nodes} with D(0) >= 2");
+    println!("{skipped} points skipped, {nodes} with D(0) >= 2");
     for (name, [present, absent]) in names.iter().zip(decided) {
         println!("{name}: present {present}, absent {absent}");
         assert!(present > 100, "{name} was hardly tried");
@@ -197,8 +200,7 @@ fn presence_begins_where_the_orbit_lands_on_the_stick_segment() {
 fn bounds_on_the_turn_hold_and_tighten() {
     let mut excess: [Vec<f64>; 4] = Default::default();
     let strips = [2, 8, 48, 96];
-    for p in points(4, 3000) {
-        let turn = oracle::turn(&p, STEPS_PER_TURN);
+    for (p, turn) in TURNS.iter() {
         let speed = match turn.fate {
             Fate::Inward(_) => 0.0,
             Fate::Sticks(w) | Fate::SticksFromAbove(w) | Fate::Crosses(w) => w,
@@ -212,7 +214,7 @@ fn bounds_on_the_turn_hold_and_tighten() {
                 turn.amplitude
             );
             let bound = landing::speed_bound(&column, p.c, n);
-            assert!(bound * bound >= speed * speed - squared_speed_error(&p), "{p:?} {n}: {bound} {speed}");
+            assert!(bound * bound >= speed * speed - squared_speed_error(p), "{p:?} {n}: {bound} {speed}");
             if p.decide("instability") == Decision::Present {
                 excess.push(bound / speed - 1.0);
             }
@@ -291,8 +293,7 @@ fn share_of_points_that_symmetric_decides() {
 fn asymptotic_tests_err_only_where_the_theory_says() {
     let names = ["perturbation", "bendixson_leading", "harmonic_balance"];
     let (mut false_present, mut false_absent) = ([0u32; 3], [0u32; 3]);
-    for p in points(6, 3000) {
-        let fate = oracle::turn(&p, STEPS_PER_TURN).fate;
+    for &(p, Turn { fate, .. }) in TURNS.iter() {
         if too_close(&p, fate) {
             continue;
         }

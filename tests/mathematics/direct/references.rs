@@ -15,7 +15,7 @@ fn margins_and_their_error_estimates_agree_with_the_polar_form() {
     let mut points = 0;
     let mut errors = Vec::new();
     let (mut too_small, mut estimates) = (0, 0);
-    while points < 2500 {
+    while points < 1200 {
         let point = anywhere(&mut random);
         let oscillator = oscillator(point);
         let Some(exact) = oracle::polar_margin(&oscillator) else { continue };

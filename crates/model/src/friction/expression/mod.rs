@@ -5,9 +5,6 @@
 //! ([`slipmap_numbers::jet`]): over numbers for phi and its derivative, over intervals for proved bounds, over series
 //! in eps for the first-order theory. A series is as exact as a formula for the derivative, and cheaper: a
 //! third derivative costs ten products for each product of the law, while its formula has hundreds of terms.
-//! The tests compare the series with the formulas that the crate `exmex` derives for random laws. (`exmex` is
-//! not suited to users' input: it reads -u^2 as (-u)^2, does not accept 1e-3 as a number, and its errors do
-//! not contain the place in the text.)
 //!
 //! **Legal laws** are checked by [`Expression::check`]: phi(0) = 1 (after division by a stated static
 //! level), in double and in interval arithmetic, phi and D finite and continuous over the slip speeds of the
@@ -643,6 +640,6 @@ impl ExpressionCurve {
 }
 
 #[cfg(test)]
-mod symbolic;
+mod derivatives;
 #[cfg(test)]
 mod tests;
