@@ -34,7 +34,7 @@ fn read(path: &Path) -> io::Result<Option<(Subject, String)>> {
     if file.take(LONGEST).read_to_string(&mut text)? as u64 == LONGEST {
         return Err(io::Error::other("it is longer than any proof"));
     }
-    Ok(Subject::of(&text).map(|subject| (subject, text)))
+    Ok(Subject::of(&text)?.map(|subject| (subject, text)))
 }
 
 /// Writes the certificate of a run's proofs atomically.

@@ -11,7 +11,6 @@ use slipmap_map::map::{Axis, LISTED, PlaneCurves, Proofs, Summary, Verdict, left
 use slipmap_map::probe::{command_line, fate_name};
 use slipmap_report::proved::{Rounded, proved_percent};
 use slipmap_simulate::bifurcation::Bifurcation;
-use slipmap_simulate::continuation::MOST_POINTS;
 
 /// Share of the box left undecided above which the summary says what to raise.
 const MUCH_UNDECIDED: f64 = 0.01;
@@ -289,16 +288,6 @@ fn curves_line(axes: &[Axis], curves: &PlaneCurves) -> String {
         .map(|(kind, count)| format!("{} {count}", kind.name().replace('_', " ")))
         .collect();
     found.push(if found.is_empty() { "none".into() } else { number_of(curves.points(), "point") });
-    let points_of = |kind: &Bifurcation| -> usize {
-        let of_kind = curves.curves.iter().filter(|curve| curve.bifurcation == *kind);
-        of_kind.map(|curve| curve.points.len()).sum()
-    };
-    // The last branch may end one point before the limit. Fold curves have a limit of their own.
-    let followed = Bifurcation::ALL.iter().filter(|kind| **kind != Bifurcation::Fold);
-    let cut = followed.filter(|kind| points_of(kind) + 1 >= MOST_POINTS);
-    found.extend(cut.map(|kind| {
-        format!("{} incomplete beyond {} points", kind.name().replace('_', " "), count(MOST_POINTS))
-    }));
     found.extend(curves.cut_in_words());
     format!("curves over {} and {}{at}: {}", axes[plane.x].name, axes[plane.y].name, found.join(", "))
 }

@@ -80,19 +80,23 @@ pub enum Subject {
 }
 
 impl Subject {
-    /// The subject of the certificate with this text, of any version of its format; `None` for other texts.
-    pub fn of(text: &str) -> Option<Self> {
+    /// The subject of the certificate with this text, of any version of its format; `None` for other formats.
+    ///
+    /// # Errors
+    /// The text is not JSON, or names no format.
+    pub fn of(text: &str) -> serde_json::Result<Option<Self>> {
         #[derive(Deserialize)]
         struct Named {
             format: String,
         }
-        let Named { format } = serde_json::from_str(text).ok()?;
+        let Named { format } = serde_json::from_str(text)?;
         let beginnings = [
             ("slipmap proof of a point ", Subject::Point),
             ("slipmap proof of a law ", Subject::Law),
             ("slipmap proof ", Subject::Surface),
         ];
-        beginnings.into_iter().find_map(|(begins, subject)| format.starts_with(begins).then_some(subject))
+        let begins = |(begins, subject)| format.starts_with(begins).then_some(subject);
+        Ok(beginnings.into_iter().find_map(begins))
     }
 }
 

@@ -134,7 +134,7 @@ impl Bifurcation {
     #[must_use]
     pub fn curves(self, at: &(dyn Fn([f64; 2]) -> Oscillator + Sync), tolerance: f64) -> Vec<Branch> {
         let work = CurveWork::default();
-        zero_curves(&|place| self.test(&at(place), tolerance, &work), &|| work.is_spent())
+        zero_curves(&|place| self.test(&at(place), tolerance, &work), &|| work.is_spent()).0
     }
 }
 

@@ -67,7 +67,7 @@ pub struct PlaneCurves {
     pub plane: Plane,
     /// Its curves, in the order of `Bifurcation::ALL`.
     pub curves: Vec<PlaneCurve>,
-    /// The kinds whose curves are incomplete, since the budget of their search was spent.
+    /// The kinds whose curves are incomplete, since the budget of their search or of their points was spent.
     pub cut: Vec<Bifurcation>,
 }
 
@@ -112,13 +112,13 @@ impl PlaneCurves {
                 (_, Bifurcation::Fold) => frame.extremes(damping, share, &work).unwrap_or_default(),
                 _ => frame.grazing(damping, share, &work).into_iter().collect(),
             };
-            let found = match (bifurcation, frame.damping_axis()) {
+            let (found, is_cut) = match (bifurcation, frame.damping_axis()) {
                 (Bifurcation::Fold | Bifurcation::GrazingSliding, Some(axis)) => {
-                    graphs(&|share| extremes(axis, share), axis, &|| work.is_spent())
+                    (graphs(&|share| extremes(axis, share), axis, &|| work.is_spent()), work.is_spent())
                 }
                 _ => zero_curves(&test, &|| work.is_spent()),
             };
-            let cut = work.is_spent().then_some(bifurcation);
+            let cut = is_cut.then_some(bifurcation);
             (found.into_iter().map(curve).collect::<Vec<_>>(), cut)
         };
         let (curves, cut): (Vec<_>, Vec<_>) = kinds.par_iter().map(of_kind).unzip();
@@ -135,13 +135,14 @@ impl PlaneCurves {
         Self { plane: self.plane.turned(), curves: curves.collect(), cut: self.cut.clone() }
     }
 
-    /// "Incomplete, since the budget of the search was spent: fold curve", if any are.
+    /// "Incomplete, since the budget of tests or of points was spent: fold curve", if any are.
     #[must_use]
     pub fn cut_in_words(&self) -> Option<String> {
         let kinds: Vec<String> =
             self.cut.iter().map(|kind| format!("{} curve", kind.name().replace('_', " "))).collect();
         let all = kinds.join(", ");
-        (!kinds.is_empty()).then(|| format!("Incomplete, since the budget of the search was spent: {all}"))
+        (!kinds.is_empty())
+            .then(|| format!("Incomplete, since the budget of tests or of points was spent: {all}"))
     }
 
     /// Number of points of all curves.
