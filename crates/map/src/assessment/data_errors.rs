@@ -73,7 +73,8 @@ pub struct StandardErrors {
     pub critical_belt_speed: Option<WithError>,
     /// The damping below which steady slip is unstable.
     pub hopf_damping: WithError,
-    /// Those of the kicks, m/s, to first order; `None` where there is no kick, or they are unknown.
+    /// Those of the kicks, m/s: of a fit to first order, of a table by random data; `None` where there is no kick, or they
+    /// are unknown.
     pub kick: Option<Kick>,
 }
 
@@ -224,8 +225,8 @@ fn kicks(machine: &Machine) -> Option<[f64; 2]> {
 }
 
 /// The standard deviations of the kicks by random data. Data that scatter bend the curve within their errors, so
-/// differences over a standard error of each row say less; they move the equilibrium, too. `None` where more than
-/// [`LEAST_WITH_KICKS`] of them leave out the kick.
+/// differences over a standard error of each row say less; they move the equilibrium, too. `None` where fewer than
+/// [`LEAST_WITH_KICKS`] of them have a kick.
 fn error_of_drawn_kicks(machine: &Machine) -> Option<[f64; 2]> {
     let Friction::Measured(table) = &machine.friction else { return None };
     let of_curve = error_by_curve(machine);
