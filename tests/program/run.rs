@@ -510,7 +510,7 @@ fn proofs_between_the_nodes_are_printed_stored_and_reported() {
     }
     scratch.file("cut.json", &text[..text.len() / 2]);
     let run = scratch.run(&["check", "--proof", "cut.json"]).ends_with(2);
-    assert!(run.err.contains("cut.json: cannot be read: EOF") && run.err.contains("help:"), "{}", run.err);
+    assert!(run.err.contains("cut.json: cannot be read: ") && run.err.contains("help:"), "{}", run.err);
 
     scratch.run(&["report", "maps/small.h5", "--out", "report"]).ends_with(0);
     let table = std::fs::read_to_string(scratch.path().join("report/tables/proved_volume.csv")).unwrap();
