@@ -90,15 +90,14 @@ impl StandardErrors {
     ) -> Option<Self> {
         let errors = Self::of_dampings(machine, uncertain)?;
         let fit = joint(uncertain);
-        let of_kick = |machine: &Machine| match fit.is_empty() {
-            true => error_of_drawn_kicks(machine),
-            false => Moved::of(machine, &fit)?.errors(kicks),
+        let (machine, uncertain, kick) = if fit.is_empty() {
+            let (machine, _) = measured_with_errors(machine)?;
+            let kick = has_kick.then(|| error_of_drawn_kicks(&machine)).flatten();
+            (machine, &[][..], kick)
+        } else {
+            let kick = has_kick.then(|| Moved::of(machine, &fit)?.errors(kicks)).flatten();
+            (machine.clone(), uncertain, kick)
         };
-        let (machine, uncertain) = match fit.is_empty() {
-            true => (measured_with_errors(machine)?.0, &[][..]),
-            false => (machine.clone(), uncertain),
-        };
-        let kick = has_kick.then(|| of_kick(&machine)).flatten();
         Some(Self {
             critical_belt_speed: error_of_belt_speed(&machine, uncertain, belt_speed),
             kick: kick.map(|[forward, backward]| Kick { forward, backward }),
