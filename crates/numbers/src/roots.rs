@@ -103,26 +103,27 @@ const MOST_TRIALS: u32 = 100;
 /// The fixed point of a return map between two places, at one of which it leads outward and at the other
 /// inward, to a relative error of a tenth of `tolerance`: by Newton's method where that stays between, else
 /// bisection. `map` returns whether it leads outward and, where the orbit returns, the next place and the
-/// slope.
-pub fn fixed_point<E>(
+/// slope; and what else it finds, which is returned of the last place, as near to the fixed point.
+pub fn fixed_point<T, E>(
     [mut low, mut high]: [f64; 2],
     low_outward: bool,
     tolerance: f64,
-    mut map: impl FnMut(f64) -> Result<(bool, Option<[f64; 2]>), E>,
-) -> Result<f64, E> {
+    mut map: impl FnMut(f64) -> Result<(bool, Option<[f64; 2]>, T), E>,
+) -> Result<(f64, T), E> {
     let mut here = 0.5 * (low + high);
-    for _ in 0..MOST_TRIALS {
-        let (outward, returns) = map(here)?;
+    let mut trial = 0;
+    loop {
+        let (outward, returns, found) = map(here)?;
+        trial += 1;
         *(if outward == low_outward { &mut low } else { &mut high }) = here;
         let newton = returns.map_or(f64::NAN, |[next, slope]| here + (next - here) / (1.0 - slope));
         let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
         let moved = (next - here).abs();
         here = next;
-        if moved <= 0.1 * tolerance * here || next <= low || next >= high {
-            break;
+        if moved <= 0.1 * tolerance * here || next <= low || next >= high || trial == MOST_TRIALS {
+            return Ok((here, found));
         }
     }
-    Ok(here)
 }
 
 #[cfg(test)]

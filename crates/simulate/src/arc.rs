@@ -37,8 +37,8 @@ const ROUNDED: f64 = 16.0 * f64::EPSILON;
 /// Distance from the equilibrium, in units of V, at which an orbit rests: turns of a nearly critical node
 /// take the state below the smallest number.
 const AT_REST: f64 = 1e-200;
-/// Largest number of trials that locate a point within a step; every eighth bisects, which alone would end
-/// after 52.
+/// Largest number of trials that locate a point within a step; three are usual, and every eighth bisects, which alone
+/// would end after 52.
 const TRIALS: u32 = 8 * 52;
 
 /// A state on an orbit.
@@ -58,11 +58,13 @@ pub(super) struct State {
     divergence: f64,
     /// Bound of |error x velocity|, by the local error estimates.
     pub(super) spread: f64,
+    /// Estimate of the local error of the step that ends here.
+    local: f64,
 }
 
 impl State {
     /// w'.
-    fn slope(&self) -> f64 {
+    pub(super) fn slope(&self) -> f64 {
         self.divergence.mul_add(self.w, -self.v)
     }
 
@@ -143,10 +145,23 @@ fn nearest_origin(v: f64, belt_speed: f64) -> f64 {
 struct Lienard<'a>(&'a Walk<'a>);
 
 impl Field<3> for Lienard<'_> {
+    #[inline(always)]
     fn slope(&mut self, _stage: usize, &[x, w, _]: &[f64; 3]) -> [f64; 3] {
         let d = self.0.divergence(x);
         [w, d.mul_add(w, -(self.0.origin + x)), d]
     }
+}
+
+/// The root in [0, 1] of the cubic with these values and slopes at 0 and 1, the values of opposite signs: from that of the
+/// chord by three steps of Newton's method.
+fn root_of_cubic([first, rise, last, fall]: [f64; 4]) -> f64 {
+    let (c2, c3) = (3.0 * (last - first) - 2.0 * rise - fall, rise + fall - 2.0 * (last - first));
+    let mut x = first / (first - last);
+    for _ in 0..3 {
+        let (value, slope) = (first + x * (rise + x * (c2 + x * c3)), rise + x * (2.0 * c2 + 3.0 * x * c3));
+        x = (x - value / slope).clamp(0.0, 1.0);
+    }
+    x
 }
 
 /// Arguments of one step, for which pulp selects the instruction set at run time. Without that every fused
@@ -196,7 +211,16 @@ impl<'a> Walk<'a> {
             weakening,
             stops: curve.stops(scale.max(oscillator.belt_speed)),
             allowed: tolerance * scale / TAU,
-            here: State { v, w, growth: 0.0, time: 0.0, x: v - origin, divergence: 0.0, spread: 0.0 },
+            here: State {
+                v,
+                w,
+                growth: 0.0,
+                time: 0.0,
+                x: v - origin,
+                divergence: 0.0,
+                spread: 0.0,
+                local: 0.0,
+            },
             rest: 0.0,
             next_step: 1e-3 * oscillator.belt_speed / (v.abs() + w.abs()),
             work,
@@ -235,12 +259,14 @@ impl<'a> Walk<'a> {
     }
 
     /// x2 - V at x2 = origin + `x`.
+    #[inline(always)]
     fn beyond(&self, x: f64) -> f64 {
         x - self.origin_of_slips()
     }
 
     /// D at x2 = origin + `x`, with the sign of the direction of time. Beyond the belt line it is constant; as
     /// steps that pass the line are shortened to it, D only has to be bounded there.
+    #[inline(always)]
     fn divergence(&self, x: f64) -> f64 {
         let slip = match self.side {
             Side::Below => -self.beyond(x),
@@ -273,6 +299,7 @@ impl<'a> Walk<'a> {
     }
 
     /// The speed whose rounding slip speeds have.
+    #[inline(always)]
     fn origin_of_slips(&self) -> f64 {
         self.oscillator.belt_speed - self.origin
     }
@@ -292,13 +319,19 @@ impl<'a> Walk<'a> {
         friction - viscous * state.v - self.direction * state.w
     }
 
-    /// The state a time `h` after `from`, and its local error.
-    pub(super) fn after(&self, from: &State, h: f64) -> (State, f64) {
+    /// The derivative of x1 by the walk's time.
+    pub(super) fn pace_of_x1(&self, state: &State) -> f64 {
+        self.direction * state.v
+    }
+
+    /// The state a time `h` after `from`.
+    pub(super) fn after(&self, from: &State, h: f64) -> State {
         let step = Step { h, from: [from.x, from.w, from.growth], field: Lienard(self) };
         let ([x, w, growth], error) = pulp::Arch::new().dispatch(step);
         self.work.count(STAGES as u64 + 1);
         let (v, time, divergence) = (self.origin + x, from.time + h, self.divergence(x));
-        let mut to = State { v, w, growth, time, x, divergence, spread: 0.0 };
+        let mut to =
+            State { v, w, growth, time, x, divergence, spread: 0.0, local: error[0].hypot(error[1]) };
         let [of_v, of_w] = self.rounding(from, &to);
         let local = [error[0] + of_v, error[1] + of_w];
         let across = match self.oscillator.curve.corners().is_empty() {
@@ -307,7 +340,7 @@ impl<'a> Walk<'a> {
             false => 2.0 * local[0].hypot(local[1]) * from.pace().max(to.pace()),
         };
         to.spread = from.spread * (growth - from.growth).exp() + across;
-        (to, error[0].hypot(error[1]))
+        to
     }
 
     /// The slip speed at a state.
@@ -360,7 +393,7 @@ impl<'a> Walk<'a> {
             if !(h > SHORTEST_STEP * scale) {
                 return Err(if h.is_nan() { Failure::NotFinite } else { failure });
             }
-            let (to, error) = self.after(&from, h);
+            let to = self.after(&from, h);
             if !(to.v.is_finite() && to.w.is_finite()) {
                 h *= 0.1;
                 failure = Failure::NotFinite;
@@ -379,11 +412,11 @@ impl<'a> Walk<'a> {
                 continue;
             }
             let allowed = self.allowed_in(&from, &to);
-            let factor = (0.9 * (allowed / error).powf(1.0 / 7.0)).clamp(0.2, 5.0);
+            let factor = (0.9 * (allowed / to.local).sqrt().sqrt().sqrt()).clamp(0.2, 5.0);
             // A step across the belt line meets a kink of the continued field; the accuracy that matters is
             // that of the shorter step to the line, see `is_accurate`.
-            if error <= allowed || ends[1].slip < 0.0 {
-                if error <= allowed {
+            if to.local <= allowed || ends[1].slip < 0.0 {
+                if to.local <= allowed {
                     self.next_step = (h * factor).max(beyond_stop);
                 }
                 self.here = to;
@@ -394,36 +427,36 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// The state between `from` and `from` + `h` at which `value` passes through zero, where it has opposite
-    /// signs (or is zero) at the ends. Every trial is a step from `from`. Trials follow the Illinois method,
-    /// which halves the value at an end that stays.
-    pub(super) fn locate(&self, from: &State, h: f64, value: impl Fn(&Self, &State) -> f64) -> State {
-        let (mut low, mut high) = (0.0, h);
-        let first = value(self, from);
-        let mut at = self.after(from, h).0;
-        let (mut f_low, mut f_high) = (first, value(self, &at));
+    /// The state between the ends of a step at which `value` passes through zero, where it has opposite signs (or
+    /// is zero) at the ends; `value` returns its derivative by time, too. Trials are steps from `from`, by Newton's
+    /// method, first to the root of the cubic through both ends; they end where the value is zero but for the rounding
+    /// of the state.
+    pub(super) fn locate(
+        &self,
+        from: &State,
+        to: &State,
+        value: impl Fn(&Self, &State) -> [f64; 2],
+    ) -> State {
+        let h = to.time - from.time;
+        let ([first, rise], [last, fall]) = (value(self, from), value(self, to));
+        let rounding = f64::EPSILON * (from.x.abs() + from.w.abs() + h * self.origin);
         let shortest = f64::EPSILON * h;
-        let mut low_moved = None;
+        let (mut low, mut high) = (0.0, h);
+        let mut next = h * root_of_cubic([first, rise * h, last, fall * h]);
+        let mut at = *to;
+        if last == 0.0 {
+            return at;
+        }
         for trial in 1..=TRIALS {
-            if f_high == 0.0 || high - low <= 2.0 * shortest {
+            let inside = next > low && next < high && trial % 8 != 0;
+            let middle = if inside { next } else { 0.5 * (low + high) };
+            at = self.after(from, middle);
+            let [here, slope] = value(self, &at);
+            *(if (here > 0.0) == (first > 0.0) { &mut low } else { &mut high }) = middle;
+            if here.abs() <= rounding + shortest * slope.abs() || high - low <= 2.0 * shortest {
                 break;
             }
-            let secant = low - f_low * (high - low) / (f_high - f_low);
-            let inside = secant > low && secant < high && trial % 8 != 0;
-            let middle = if inside { secant } else { 0.5 * (low + high) };
-            // Trials stay at least the shortest length away from both ends.
-            let middle = middle.clamp(low + shortest, high - shortest);
-            let (trial_state, _) = self.after(from, middle);
-            let f = value(self, &trial_state);
-            let is_low = f != 0.0 && (f > 0.0) == (first > 0.0);
-            let half = if low_moved == Some(is_low) { 0.5 } else { 1.0 };
-            if is_low {
-                (low, f_low, f_high) = (middle, f, half * f_high);
-            } else {
-                (high, f_high, f_low) = (middle, f, half * f_low);
-                at = trial_state;
-            }
-            low_moved = Some(is_low);
+            next = middle - here / slope;
         }
         at
     }
@@ -440,13 +473,13 @@ impl<'a> Walk<'a> {
             let mut to = self.here;
             let turns = from.w > 0.0 && to.w <= 0.0;
             if turns {
-                to = self.locate(&from, to.time - from.time, |_, state| state.w);
+                to = self.locate(&from, &to, |_, state| [state.w, state.slope()]);
                 to.w = 0.0;
             }
             let beyond = self.beyond(to.x);
             let meets = beyond > 0.0 || (beyond == 0.0 && to.w >= 0.0);
             if meets {
-                to = self.locate(&from, to.time - from.time, |walk, state| walk.beyond(state.x));
+                to = self.locate(&from, &to, |walk, state| [walk.beyond(state.x), state.w]);
                 to.v = belt_speed;
             }
             if (meets || turns) && !self.is_accurate(&from, &to) {
@@ -479,12 +512,12 @@ impl<'a> Walk<'a> {
             if meets {
                 // The height over the line divided by the time has a simple root even for the shortest arc.
                 let (start, time) = (self.beyond(from.x), from.time);
-                to = self.locate(&from, to.time - from.time, |walk, state| {
-                    let elapsed = state.time - time;
+                to = self.locate(&from, &to, |walk, state| {
+                    let (elapsed, beyond) = (state.time - time, walk.beyond(state.x));
                     match (start > 0.0, elapsed > 0.0) {
-                        (true, _) => walk.beyond(state.x),
-                        (false, true) => walk.beyond(state.x) / elapsed,
-                        (false, false) => state.w,
+                        (true, _) => [beyond, state.w],
+                        (false, true) => [beyond / elapsed, (state.w - beyond / elapsed) / elapsed],
+                        (false, false) => [state.w, 0.5 * state.slope()],
                     }
                 });
                 to.v = belt_speed;
@@ -504,11 +537,10 @@ impl<'a> Walk<'a> {
     /// reset to the beginning of the step, to continue with a shorter one.
     fn is_accurate(&mut self, from: &State, to: &State) -> bool {
         let h = to.time - from.time;
-        let (_, error) = self.after(from, h);
         // A law that is steep next to the belt line may change on the last part of the step alone.
         let steepest = from.divergence.abs().max(to.divergence.abs());
         let scale = 1.0 / (1.0 + 0.5 * steepest);
-        let accurate = error <= self.allowed_in(from, to) || h <= 1e-6 * scale;
+        let accurate = to.local <= self.allowed_in(from, to) || h <= 1e-6 * scale;
         if !accurate {
             self.here = *from;
             self.next_step = 0.5 * h;
@@ -557,17 +589,19 @@ pub(super) fn turn_within(
     tolerance: f64,
     work: &Work,
 ) -> Result<SlipTurn, Failure> {
-    end_of_turn(Walk::new(oscillator, Side::Below, [radius, 0.0], tolerance, radius, work))
+    let mut walk = Walk::new(oscillator, Side::Below, [radius, 0.0], tolerance, radius, work);
+    Ok(SlipTurn::of(radius, &walk.lower_arc(|_, _, _| ())?))
 }
 
-/// The turn of a walk that starts at a maximum of x2 below the belt line.
-pub(super) fn end_of_turn(mut walk: Walk) -> Result<SlipTurn, Failure> {
-    let radius = walk.here.v;
-    Ok(match walk.lower_arc(|_, _, _| ())? {
-        LowerEnd::Turns(end) => {
-            SlipTurn::Returns { radius: end.v, slope: radius / end.v * end.growth.exp(), time: end.time }
+impl SlipTurn {
+    /// The turn that starts at a maximum `radius` of x2 and ends as `end`.
+    pub(super) fn of(radius: f64, end: &LowerEnd) -> Self {
+        match end {
+            LowerEnd::Turns(end) => {
+                Self::Returns { radius: end.v, slope: radius / end.v * end.growth.exp(), time: end.time }
+            }
+            LowerEnd::Meets(end) => Self::MeetsBelt { radius: end.v.hypot(end.w) },
+            LowerEnd::Rests => Self::Rests,
         }
-        LowerEnd::Meets(end) => SlipTurn::MeetsBelt { radius: end.v.hypot(end.w) },
-        LowerEnd::Rests => SlipTurn::Rests,
-    })
+    }
 }

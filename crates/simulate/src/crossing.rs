@@ -12,9 +12,10 @@
 
 use super::arc::{LowerEnd, State, Walk};
 use super::far_loops::FarLoops;
+use super::return_map::fate_and_extent;
 use super::slip_cycle::{Extent, Unknown};
 use super::work::Work;
-use super::{Cycle, Failure, Fate, Flow, Range};
+use super::{Cycle, Failure, Fate, Flow, Landing, Range};
 use slipmap_model::filippov::{Oscillator, Side};
 use slipmap_numbers::roots::fixed_point;
 
@@ -98,18 +99,6 @@ impl Passage {
 /// The loop from (e + `y`, V), `y` >= 0, with the error `tolerance` relative to the larger of V and `y`.
 fn loop_within(oscillator: &Oscillator, y: f64, tolerance: f64, work: &Work) -> Result<Loop, Failure> {
     passage(oscillator, y, tolerance, work, |_, _, _| ()).map(|passage| passage.end(oscillator, y))
-}
-
-/// The loop with the extremes of its orbit.
-fn loop_with_extent(
-    oscillator: &Oscillator,
-    y: f64,
-    tolerance: f64,
-    work: &Work,
-) -> Result<(Loop, Extent), Failure> {
-    let mut extent = Extent::default();
-    let passage = passage(oscillator, y, tolerance, work, |walk, from, to| extent.step(walk, from, to))?;
-    Ok((passage.end(oscillator, y), extent))
 }
 
 /// A function of the parameters for the orbit from `beyond_exit` beyond the exit point, smooth where friction
@@ -283,15 +272,17 @@ impl<'a> Search<'a> {
     /// `None` if loops change from outward to sticking there without passing through a cycle.
     fn cycle_between(&self, between: [f64; 2], low_outward: bool) -> Result<Option<(f64, Cycle)>, Failure> {
         let Self { oscillator, tolerance, work, .. } = *self;
-        let y = fixed_point(between, low_outward, tolerance, |y| {
-            let here = loop_within(oscillator, y, tolerance, work)?;
-            let returns = match here {
-                Loop::Crosses { beyond_exit, slope, .. } => Some([beyond_exit, slope]),
-                Loop::Sticks | Loop::SpiralsInward => None,
-            };
-            Ok((outward(y, &here), returns))
-        })?;
-        let (end, Extent { velocity, displacement }) = loop_with_extent(oscillator, y, tolerance, work)?;
+        let (y, (end, Extent { velocity, displacement })) =
+            fixed_point(between, low_outward, tolerance, |y| {
+                let mut extent = Extent::default();
+                let visit = |walk: &mut Walk, from: &State, to: &State| extent.step(walk, from, to);
+                let here = passage(oscillator, y, tolerance, work, visit)?.end(oscillator, y);
+                let returns = match here {
+                    Loop::Crosses { beyond_exit, slope, .. } => Some([beyond_exit, slope]),
+                    Loop::Sticks | Loop::SpiralsInward => None,
+                };
+                Ok((outward(y, &here), returns, (here, extent)))
+            })?;
         let Loop::Crosses { slope: multiplier, time: period, .. } = end else { return Ok(None) };
         Ok(Some((y, Cycle { period, displacement, velocity, multiplier, beyond_exit: Some(y) })))
     }
@@ -416,7 +407,7 @@ pub fn crossing_cycles(oscillator: &Oscillator, far: &FarLoops, tolerance: f64) 
     found
 }
 
-/// The shape of the stick-slip cycle that `flow` found; `None` if it found none.
+/// The stick-slip cycle, where `flow` found one.
 ///
 /// # Errors
 /// [`Failure`] of the arcs.
@@ -425,12 +416,27 @@ pub fn stick_slip_cycle(
     flow: &Flow,
     tolerance: f64,
 ) -> Result<Option<Cycle>, Failure> {
-    let Fate::Sticks(landing) = flow.fate else {
-        return Ok(None);
+    match flow.fate {
+        Fate::Sticks(_) => Ok(landing_and_cycle(oscillator, tolerance)?.map(|(_, cycle)| cycle)),
+        _ => Ok(None),
+    }
+}
+
+/// The landing and the stick-slip cycle of an orbit that is known to return to the belt line; `None` where it does not stick.
+///
+/// # Errors
+/// [`Failure`] of the arcs.
+pub fn landing_and_cycle(
+    oscillator: &Oscillator,
+    tolerance: f64,
+) -> Result<Option<(Landing, Cycle)>, Failure> {
+    let (fate, Extent { velocity, displacement }) = fate_and_extent(oscillator, tolerance);
+    let landing = match fate {
+        Fate::Sticks(landing) => landing,
+        Fate::Failed(failure) => return Err(failure),
+        Fate::SpiralsInward | Fate::CrossesForever | Fate::TooCloseToCall => return Ok(None),
     };
-    let work = Work::of_question(&oscillator.curve);
-    let (_, Extent { velocity, displacement }) = loop_with_extent(oscillator, 0.0, tolerance, &work)?;
-    Ok(Some(Cycle {
+    let cycle = Cycle {
         period: landing.slip_time + landing.stick_time,
         // While it sticks the mass moves from the landing to the exit point.
         displacement: Range {
@@ -440,5 +446,6 @@ pub fn stick_slip_cycle(
         velocity,
         multiplier: 0.0,
         beyond_exit: None,
-    }))
+    };
+    Ok(Some((landing, cycle)))
 }

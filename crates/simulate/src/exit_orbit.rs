@@ -17,6 +17,7 @@
 //! to `FINEST`, and then [`Fate::TooCloseToCall`].
 
 use super::arc::{LowerEnd, State, Walk};
+use super::slip_cycle::Extent;
 use super::work::Work;
 use super::{Failure, Fate, Flow, Landing};
 use slipmap_model::filippov::{Oscillator, Side};
@@ -67,14 +68,22 @@ fn weighed(error: f64, belt_speed: f64) -> f64 {
     if error > SMALL * belt_speed { NOT_SMALL * error } else { error }
 }
 
+/// What is called with the two ends of every step.
+trait Visit: FnMut(&mut Walk, &State, &State) {}
+impl<F: FnMut(&mut Walk, &State, &State)> Visit for F {}
+
 /// The fate of the orbit from the exit point with the local errors `tolerance` V, and its margin, see
 /// [`Flow::margin`]: of an orbit that lands it is told where it is small.
 pub(super) fn flow(oscillator: &Oscillator, tolerance: f64) -> Flow {
+    visited(oscillator, tolerance, &mut |_, _, _| ())
+}
+
+fn visited(oscillator: &Oscillator, tolerance: f64, visit: &mut impl Visit) -> Flow {
     let work = Work::of_orbit(&oscillator.curve);
     let mut margin = [f64::NAN, 0.0];
-    let fate = first_turn(oscillator, tolerance, &work, &mut margin)
+    let fate = first_turn(oscillator, tolerance, &work, &mut margin, visit)
         .map(|turn| match turn {
-            FirstTurn::Returns(arrival) => after_landing(oscillator, arrival, tolerance, &work),
+            FirstTurn::Returns(arrival) => after_landing(oscillator, arrival, tolerance, &work, visit),
             FirstTurn::Stays(fate) => fate,
         })
         .unwrap_or_else(Fate::Failed);
@@ -86,16 +95,21 @@ pub(super) fn decisive_flow(oscillator: &Oscillator, tolerance: f64) -> Flow {
     refined(tolerance, |tolerance| flow(oscillator, tolerance))
 }
 
-/// As [`decisive_flow`], of an orbit that returns, but not next to grazing, where its margin has more digits.
-pub(super) fn flow_away_from_grazing(oscillator: &Oscillator, tolerance: f64) -> Option<Flow> {
-    let answer = decisive_flow(oscillator, tolerance);
-    let speed = match answer.fate {
+/// The fate of an orbit that returns, and its extent, but for the fate next to grazing, where its margin has more digits.
+pub(super) fn fate_away_from_grazing(
+    oscillator: &Oscillator,
+    tolerance: f64,
+    extent: &mut Extent,
+) -> Option<Fate> {
+    let mut visit = |walk: &mut Walk, from: &State, to: &State| extent.step(walk, from, to);
+    let Flow { fate, .. } = refined(tolerance, |tolerance| visited(oscillator, tolerance, &mut visit));
+    let speed = match fate {
         Fate::Sticks(Landing { x1, crossings: Some(0), .. }) => oscillator.exit_x1() - x1 - oscillator.drop(),
         Fate::Sticks(_) | Fate::CrossesForever => oscillator.fastest_sticking(),
         Fate::SpiralsInward | Fate::TooCloseToCall | Fate::Failed(_) => return None,
     };
     let (s, d) = (speed / oscillator.belt_speed, oscillator.divergence(0.0));
-    (0.5 * s * s * (1.0 + d * d) >= NEXT_TO_GRAZING).then_some(answer)
+    (0.5 * s * s * (1.0 + d * d) >= NEXT_TO_GRAZING).then_some(fate)
 }
 
 /// The fate of the orbit that is known to return with the `margin` > 0 and its error, and the number of
@@ -105,7 +119,9 @@ pub(super) fn fate_of_returning(oscillator: &Oscillator, margin: [f64; 2], toler
         let work = Work::of_orbit(&oscillator.curve);
         let fate = landing(oscillator, margin, tolerance, &work)
             .map(|arrival| {
-                arrival.map_or(Fate::TooCloseToCall, |at| after_landing(oscillator, at, tolerance, &work))
+                arrival.map_or(Fate::TooCloseToCall, |at| {
+                    after_landing(oscillator, at, tolerance, &work, &mut |_, _, _| ())
+                })
             })
             .unwrap_or_else(Fate::Failed);
         Flow { fate, margin: margin[0], margin_error: margin[1], rhs: work.done() }
@@ -131,10 +147,11 @@ fn first_turn(
     tolerance: f64,
     work: &Work,
     margin: &mut [f64; 2],
+    visit: &mut impl Visit,
 ) -> Result<FirstTurn, Failure> {
     let belt_speed = oscillator.belt_speed;
     let mut walk = leaving(oscillator, tolerance, work)?;
-    let end = walk.lower_arc(patience(work));
+    let end = walk.lower_arc(patience(work, visit));
     margin[1] = walk.here.spread / (belt_speed * belt_speed);
     Ok(match end? {
         LowerEnd::Rests => {
@@ -192,7 +209,7 @@ fn landing(
     work: &Work,
 ) -> Result<Option<LandingSpeed>, Failure> {
     let belt_speed = oscillator.belt_speed;
-    let end = leaving(oscillator, tolerance, work)?.lower_arc(patience(work))?;
+    let end = leaving(oscillator, tolerance, work)?.lower_arc(patience(work, &mut |_, _, _| ()))?;
     let (angle, divergence) = ((margin * (2.0 + margin)).sqrt(), oscillator.divergence(0.0));
     let is_near = margin * (1.0 + divergence * divergence) < NEXT_TO_GRAZING;
     Ok(match end {
@@ -223,7 +240,13 @@ fn leaving<'a>(oscillator: &'a Oscillator, tolerance: f64, work: &'a Work) -> Re
 }
 
 /// The fate of the orbit that arrives at the belt line.
-fn after_landing(oscillator: &Oscillator, arrival: LandingSpeed, tolerance: f64, work: &Work) -> Fate {
+fn after_landing(
+    oscillator: &Oscillator,
+    arrival: LandingSpeed,
+    tolerance: f64,
+    work: &Work,
+    visit: &mut impl Visit,
+) -> Fate {
     let (exit, belt_speed) = (oscillator.exit_x1(), oscillator.belt_speed);
     let sticks = |from_exit: f64, slip_time: f64, crossings: Option<u32>| {
         Fate::Sticks(Landing {
@@ -248,7 +271,7 @@ fn after_landing(oscillator: &Oscillator, arrival: LandingSpeed, tolerance: f64,
     let rise = speed - oscillator.jump();
     let mut walk =
         Walk::from_line(oscillator, Side::Above, rise, tolerance, work).starting_with(arrival.error);
-    let back = match walk.upper_arc(patience(work)) {
+    let back = match walk.upper_arc(patience(work, visit)) {
         Ok(back) => back,
         Err(failure) => return Fate::Failed(failure),
     };
@@ -264,9 +287,9 @@ fn after_landing(oscillator: &Oscillator, arrival: LandingSpeed, tolerance: f64,
 }
 
 /// Ends the work on an orbit that hardly moves.
-fn patience(work: &Work) -> impl FnMut(&mut Walk, &State, &State) {
+fn patience(work: &Work, visit: &mut impl Visit) -> impl Visit {
     let (mut mark, mut still) = ([f64::NAN; 2], 0);
-    move |_, _, to| {
+    move |walk: &mut Walk, from: &State, to: &State| {
         let here = [to.v, to.w];
         let is_still =
             here.iter().zip(mark).all(|(now, then): (&f64, f64)| (now - then).abs() <= STILL * then.abs());
@@ -274,6 +297,7 @@ fn patience(work: &Work) -> impl FnMut(&mut Walk, &State, &State) {
         if still > STILL_STEPS {
             work.end();
         }
+        visit(walk, from, to);
     }
 }
 
@@ -328,7 +352,7 @@ mod tests {
                 let rounding = 1e-14 * (belt_speed + up) * (1.0 + belt_speed / up);
                 for tolerance in TOLERANCES {
                     let work = Work::of_orbit(&oscillator.curve);
-                    let turn = first_turn(&oscillator, tolerance, &work, &mut [0.0; 2]);
+                    let turn = first_turn(&oscillator, tolerance, &work, &mut [0.0; 2], &mut |_, _, _| ());
                     let FirstTurn::Returns(found) = turn.unwrap() else { panic!("{oscillator:?}") };
                     let off = (found.speed - up).abs();
                     let context = format!("{d} {belt_speed} {tolerance:e}: {found:?}, off by {off:e}");

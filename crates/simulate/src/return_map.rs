@@ -7,6 +7,7 @@
 
 pub use super::polar::Turn;
 
+use super::slip_cycle::Extent;
 use super::{Fate, Flow, collocation, exit_orbit, stepping, turn};
 use slipmap_model::filippov::Oscillator;
 use slipmap_model::friction::Column;
@@ -114,10 +115,11 @@ pub fn flow_after_turn(oscillator: &Oscillator, margin: f64, tolerance: f64) -> 
     }
 }
 
-/// As [`flow`], of an orbit that is known to return to the belt line: next to grazing alone it needs a turn.
-#[must_use]
-pub fn flow_of_returning(oscillator: &Oscillator, tolerance: f64) -> Flow {
-    exit_orbit::flow_away_from_grazing(oscillator, tolerance).unwrap_or_else(|| flow(oscillator, tolerance))
+/// The fate of an orbit that is known to return to the belt line, with its extent: next to grazing alone it needs a turn.
+pub(super) fn fate_and_extent(oscillator: &Oscillator, tolerance: f64) -> (Fate, Extent) {
+    let mut extent = Extent::default();
+    let away = exit_orbit::fate_away_from_grazing(oscillator, tolerance, &mut extent);
+    (away.unwrap_or_else(|| flow(oscillator, tolerance).fate), extent)
 }
 
 /// The fate of the orbit from the exit point: by the return map, and by the arcs of `exit_orbit` where the

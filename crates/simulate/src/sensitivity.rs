@@ -281,7 +281,7 @@ fn orbit_from(
         for (node, weight) in rule.nodes.into_iter().zip(rule.weights) {
             // If this exceeds the budget, the next step of the walk fails.
             let _ = work.spend(STAGES as u64);
-            let (state, _) = walk.after(from, 0.5 * (1.0 + node) * h);
+            let state = walk.after(from, 0.5 * (1.0 + node) * h);
             points.push((walk.slip(&state).slip.max(0.0), weight * h * state.w * state.w, -state.growth));
         }
     })?;

@@ -12,7 +12,7 @@
 //! **Cycles that repel** are fixed points of the map backward in time: forward, a turn multiplies the
 //! rounding error of the start by the multiplier.
 
-use super::arc::{LowerEnd, SlipTurn, State, Walk, end_of_turn, turn_within};
+use super::arc::{LowerEnd, SlipTurn, State, Walk, turn_within};
 use super::backbone::{Backbone, CycleRange};
 use super::work::Work;
 use super::{Cycle, Failure, Range};
@@ -122,18 +122,17 @@ fn locate_within(
     tolerance: f64,
     work: &Work,
 ) -> Result<Cycle, Failure> {
-    let walk = |radius| walk_towards(oscillator, radius, cycle.is_stable, tolerance, work);
-    let radius = fixed_point(cycle.between, true, tolerance, |radius| {
-        let here = end_of_turn(walk(radius))?;
-        let returns = match here {
+    let (radius, (end, extent)) = fixed_point(cycle.between, true, tolerance, |radius| {
+        let mut extent = Extent::default();
+        let end = walk_towards(oscillator, radius, cycle.is_stable, tolerance, work)
+            .lower_arc(|walk, from, to| extent.step(walk, from, to))?;
+        let turn = SlipTurn::of(radius, &end);
+        let returns = match turn {
             SlipTurn::Returns { radius: next, slope, .. } => Some([next, slope]),
             SlipTurn::MeetsBelt { .. } | SlipTurn::Rests => None,
         };
-        Ok((outward(radius, &here), returns))
+        Ok((outward(radius, &turn), returns, (end, extent)))
     })?;
-    let mut walk = walk(radius);
-    let mut extent = Extent::default();
-    let end = walk.lower_arc(|walk, from, to| extent.step(walk, from, to))?;
     let (LowerEnd::Turns(State { growth, time, .. }) | LowerEnd::Meets(State { growth, time, .. })) = end
     else {
         // The orbit came to rest, which a cycle does only where round-off ends it.
@@ -142,7 +141,7 @@ fn locate_within(
     Ok(Cycle {
         period: time,
         displacement: extent.displacement,
-        velocity: extent.velocity,
+        velocity: Range { hi: radius, ..extent.velocity },
         multiplier: if cycle.is_stable { growth.exp() } else { (-growth).exp() },
         beyond_exit: None,
     })
@@ -177,27 +176,21 @@ impl Default for Extent {
 }
 
 impl Extent {
-    fn include(&mut self, walk: &Walk, state: &State) {
+    /// Extremes of x2 lie at x2' = 0, those of x1 at x2 = 0; steps are short enough to contain at most one of
+    /// each.
+    pub(super) fn step(&mut self, walk: &Walk, from: &State, to: &State) {
         let widen = |range: &mut Range, x: f64| {
             *range = Range { lo: range.lo.min(x), hi: range.hi.max(x) };
         };
-        widen(&mut self.velocity, state.v);
-        widen(&mut self.displacement, walk.x1(state));
-    }
-
-    /// Extremes of x2 lie at x2' = 0, those of x1 at x2 = 0; steps are short enough to contain at most one of
-    /// each.
-    pub(super) fn step(&mut self, walk: &mut Walk, from: &State, to: &State) {
-        self.include(walk, from);
-        self.include(walk, to);
-        let h = to.time - from.time;
+        widen(&mut self.velocity, from.v);
+        widen(&mut self.velocity, to.v);
         if from.w * to.w < 0.0 {
-            let at = walk.locate(from, h, |_, state| state.w);
-            self.include(walk, &at);
+            let at = walk.locate(from, to, |_, state| [state.w, state.slope()]);
+            widen(&mut self.velocity, at.v);
         }
-        if from.v * to.v < 0.0 {
-            let at = walk.locate(from, h, |_, state| state.v);
-            self.include(walk, &at);
+        if from.v * to.v <= 0.0 && from.v != to.v {
+            let at = walk.locate(from, to, |_, state| [state.v, state.w]);
+            widen(&mut self.displacement, walk.x1(&at));
         }
     }
 }
@@ -243,8 +236,8 @@ fn kick_onto_orbit(
     let end = walk.lower_arc(|walk, from, to| {
         let [before, after] = [from, to].map(|state| walk.x1(state) - rest);
         if before * after <= 0.0 && before != after {
-            let at = walk.locate(from, to.time - from.time, |walk, state| walk.x1(state) - rest);
-            // x1' = x2: the orbit passes once on the way forward and once on the way back.
+            let at = walk.locate(from, to, |walk, state| [walk.x1(state) - rest, walk.pace_of_x1(state)]);
+            // The orbit passes once on the way forward and once on the way back.
             if at.v > 0.0 {
                 kick.forward = at.v;
             } else {

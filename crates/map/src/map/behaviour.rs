@@ -9,7 +9,7 @@ use slipmap_model::filippov::{HopfRate, Oscillator, Stability};
 use slipmap_model::friction::{Column, Curve, Range};
 use slipmap_numbers::text::rounded;
 use slipmap_simulate::backbone::{Backbone, CycleRange, InterpolatedBackbone};
-use slipmap_simulate::crossing::{crossing_cycles, some_cross_for_ever, stick_slip_cycle};
+use slipmap_simulate::crossing::{crossing_cycles, landing_and_cycle, some_cross_for_ever};
 use slipmap_simulate::far_loops::FarLoops;
 use slipmap_simulate::slip_cycle::{BACKBONE_TOLERANCE, Kick, Unknown, kick_onto, kick_onto_grazing, locate};
 use slipmap_simulate::{CriticalDamping, located_critical_damping};
@@ -274,7 +274,7 @@ impl<'a> Behaviour<'a> {
     pub(crate) fn long_run(&self, oscillator: &Oscillator, flow: &Flow, tolerance: f64) -> LongRun {
         LongRun {
             regime: self.regime_of(oscillator, flow),
-            cycle: self.attracting_cycle(oscillator, End::of(flow), Some(flow), tolerance),
+            cycle: self.attracting_cycle(oscillator, End::of(flow), tolerance),
             basin: self.basin_boundary(oscillator, End::of(flow), tolerance),
         }
     }
@@ -304,17 +304,15 @@ impl<'a> Behaviour<'a> {
     }
 
     /// The attracting cycle: the cycle that the orbit from the exit point reaches, or else the largest
-    /// attracting slip cycle. `None` if there is none, or if its orbit cannot be computed. That orbit ends as `end`; its
-    /// `flow` is needed where it sticks.
+    /// attracting slip cycle. `None` if there is none, or if its orbit cannot be computed. That orbit ends as `end`.
     pub(super) fn attracting_cycle(
         &self,
         oscillator: &Oscillator,
         end: End,
-        flow: Option<&Flow>,
         tolerance: f64,
     ) -> Option<Cycle> {
         match end {
-            End::Sticks => stick_slip_cycle(oscillator, flow?, tolerance).ok()?,
+            End::Sticks => Some(landing_and_cycle(oscillator, tolerance).ok()??.1),
             End::Crosses => {
                 let cycles = crossing_cycles(oscillator, self.far(), tolerance).all().ok()?;
                 cycles.into_iter().find(Cycle::is_stable)

@@ -17,9 +17,9 @@ use slipmap_model::friction::Column;
 use slipmap_model::friction::Law;
 use slipmap_model::point::Point;
 use slipmap_simulate::critical::{critical_damping, known_or_nan};
-use slipmap_simulate::return_map::flow_of_returning;
+use slipmap_simulate::crossing::landing_and_cycle;
 use slipmap_simulate::sensitivity::sensitivity;
-use slipmap_simulate::{Cycle, Fate, Landing, Range};
+use slipmap_simulate::{Cycle, Landing, Range};
 
 /// What a map stores of the orbits of a tile's cells, besides verdicts.
 #[derive(Default)]
@@ -155,19 +155,18 @@ impl Description {
     fn of(plan: &Plan, behaviour: &Behaviour, oscillator: &Oscillator, end: End) -> Self {
         let (cycle, basin) = (plan.stores(Field::Cycle), plan.stores(Field::Basin));
         let lands = end == End::Sticks && (cycle || plan.stores(Field::Landing));
-        let flow = lands.then(|| flow_of_returning(oscillator, plan.tolerance));
+        let stick_slip = lands.then(|| landing_and_cycle(oscillator, plan.tolerance).ok()?).flatten();
         Self {
-            landing: match flow.map(|flow| flow.fate) {
-                Some(Fate::Sticks(landing)) => Some(landing),
-                _ => None,
-            },
+            landing: stick_slip.map(|(landing, _)| landing),
             slip_cycles: cycle
                 .then(|| behaviour.count(oscillator.viscous, end))
                 .flatten()
                 .map(|cycles| cycles.len()),
-            cycle: cycle
-                .then(|| behaviour.attracting_cycle(oscillator, end, flow.as_ref(), plan.tolerance))
-                .flatten(),
+            cycle: match end {
+                _ if !cycle => None,
+                End::Sticks => stick_slip.map(|(_, cycle)| cycle),
+                _ => behaviour.attracting_cycle(oscillator, end, plan.tolerance),
+            },
             boundary: basin.then(|| behaviour.basin_boundary(oscillator, end, plan.tolerance)).flatten(),
             growth_time: growth_time(oscillator),
         }

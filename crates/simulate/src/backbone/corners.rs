@@ -124,7 +124,7 @@ fn depth(solver: &Solver, amplitude: f64, viscous: f64) -> Result<f64, Failure> 
     let mut lowest = 0.0;
     walk.lower_arc(|walk, from, to| {
         if from.w < 0.0 && to.w >= 0.0 {
-            lowest = walk.locate(from, to.time - from.time, |_, state| state.w).v;
+            lowest = walk.locate(from, to, |_, state| [state.w, state.slope()]).v;
         }
     })?;
     Ok(-lowest)
