@@ -412,7 +412,7 @@ impl<'a> Walk<'a> {
                 continue;
             }
             let allowed = self.allowed_in(&from, &to);
-            let factor = (0.9 * (allowed / to.local).sqrt().sqrt().sqrt()).clamp(0.2, 5.0);
+            let factor = (0.9 * (allowed / to.local).powf(1.0 / 7.0)).clamp(0.2, 5.0);
             // A step across the belt line meets a kink of the continued field; the accuracy that matters is
             // that of the shorter step to the line, see `is_accurate`.
             if to.local <= allowed || ends[1].slip < 0.0 {

@@ -123,15 +123,29 @@ fn sought_by_halves(column: &Column) -> Option<Sought<'_>> {
     Sought::from_exit(curve, *belt_speed, || energy_balance(column), bounds)
 }
 
-/// About eps c* by the balance of energy on the grazing circle, with what the drop supplies: to first order in the
-/// weakening rate and in (j/V)^2 (theory, "Breakaway").
+/// About eps c* by the balance of energy on the grazing circle, to first order in the weakening rate, with what the drop
+/// supplies (theory, "Breakaway").
 fn energy_balance(column: &Column) -> f64 {
     let Column { curve, belt_speed, .. } = column;
     let mean = curve.rough_mean_weakening(*belt_speed);
-    let of = |drop: f64| (drop / belt_speed).powi(2).ln_1p() / TAU;
-    // A law that falls steeply acts as one that drops. Twice the damping ratio is below 2: an orbit that is damped
-    // critically does not return.
-    (mean + of(curve.drop()).min(1.9)).max(of(1.0 - curve.phi(*belt_speed)).min(1.9))
+    let drop = of_drop(curve.drop() / belt_speed);
+    // A law that falls steeply acts as one that drops. Where neither is small the sum of the cubes leads next to c*.
+    let steep = of_drop((1.0 - curve.phi(*belt_speed)) / belt_speed) - drop;
+    let larger = mean.abs().max(steep).max(f64::MIN_POSITIVE);
+    drop + larger * ((mean / larger).powi(3) + (steep / larger).powi(3)).cbrt()
+}
+
+/// About eps c* of friction that drops by j = `drop` V to a constant: from (V, -j) to (V, 0) v^2 + C v w + w^2 falls by the
+/// factor exp(-C t), and the tangent of the phase is -(w + C v/2) / (omega v), omega^2 = 1 - C^2/4. At most 1.9: an orbit
+/// that is damped critically, at C = 2, does not return.
+fn of_drop(drop: f64) -> f64 {
+    let mut c: f64 = 0.0;
+    for _ in 0..4 {
+        let omega = (1.0 - 0.25 * c * c).sqrt();
+        let phase = TAU - (0.5 * c / omega).atan() - ((drop - 0.5 * c) / omega).atan();
+        c = ((drop * (drop - c)).ln_1p() * omega / phase).min(1.9);
+    }
+    c
 }
 
 /// The critical damping of one column, see [`critical_dampings`].
@@ -212,12 +226,11 @@ fn bounds(column: &Column) -> [f64; 2] {
 /// functions, some that lie far around the balance of energy.
 fn search_bounds(column: &Column) -> [f64; 2] {
     let [low, high] = bounds(column);
-    let balance = energy_balance(column);
-    let far = WIDE * (1.0 + balance.abs());
-    [
-        if low.is_finite() { low } else { (balance - far) / column.epsilon },
-        if high.is_finite() { high } else { (balance + far) / column.epsilon },
-    ]
+    let far = |sign: f64| {
+        let balance = energy_balance(column);
+        (balance + sign * WIDE * (1.0 + balance.abs())) / column.epsilon
+    };
+    [if low.is_finite() { low } else { far(-1.0) }, if high.is_finite() { high } else { far(1.0) }]
 }
 
 /// The critical dampings that a search has to locate; of others it finds the sign.

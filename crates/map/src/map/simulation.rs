@@ -294,7 +294,8 @@ fn column_by_root(
     // A certificate that claims presence nowhere has not computed `sticks_from`.
     let sticks_from = match claim.present_below > 0.0 {
         true => claim.sticks_from,
-        false => landing::sticks_from(column, critical - error),
+        false if returning > 0 => landing::sticks_from(column, critical - error),
+        false => 0.0,
     };
     let sticking = cs.partition_point(|&c| c < sticks_from).min(returning);
     let sticking = if sticking > 0 && none_crosses_for_ever(column) { 0 } else { sticking };

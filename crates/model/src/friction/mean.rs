@@ -37,10 +37,10 @@ pub(super) fn of_formula(weakening: impl Fn(f64) -> f64, belt_speed: f64) -> f64
     doubled(weakening, belt_speed, 3, 64.0 * f64::EPSILON)
 }
 
-/// As [`mean_weakening`], to a thousandth: at no fewer angles than see a feature that is not
+/// As [`mean_weakening`], to a hundredth: at no fewer angles than see a feature that is not
 /// [narrow](super::Weakening::narrow).
 pub(super) fn rough(weakening: impl Fn(f64) -> f64, belt_speed: f64) -> f64 {
-    doubled(weakening, belt_speed, 3, 1e-3)
+    doubled(weakening, belt_speed, 3, 1e-2)
 }
 
 /// The rule after `least` doublings or more, of which the last changes the result by at most `enough` times

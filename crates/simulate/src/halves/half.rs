@@ -138,7 +138,7 @@ impl Half<'_> {
         }
         // W by the balance of braking and spring, from the middle towards the start, and its change by u.
         let (mut beyond, mut forgotten) = (0.5 * radius, 0.0);
-        let (mut farther, mut before) = (f64::INFINITY, 0.0_f64);
+        let (mut farther, mut change, mut before) = (f64::INFINITY, f64::INFINITY, 0.0_f64);
         let (mut rhs, mut ratio, mut width) = (0, SAMPLES_RATIO, 0.0);
         // Whether a step would forget much more than the braking `here` at its beginning tells.
         let is_hidden = |from: f64, to: f64, here: f64| {
@@ -155,7 +155,10 @@ impl Half<'_> {
             let rise = stiffness / before;
             let mean = if rise > 2.0 { (stiffness - before) / rise.ln() } else { stiffness.min(before) };
             forgotten += mean * width;
-            let off = (farther - speed).abs() / (width * here);
+            // Where the balance turns its change vanishes, and the error does not: the larger change of two steps counts.
+            let changes = [(farther - speed).abs() / (width * here), change];
+            change = changes[0];
+            let off = f64::max(changes[0], changes[1]);
             let error = speed * speed * off;
             if off < BALANCED && error < SHARE * allowed * f64::exp(forgotten) {
                 let h = 0.5 * speed.mul_add(speed, -beyond * (2.0 * radius - beyond));
