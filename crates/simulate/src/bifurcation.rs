@@ -14,7 +14,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use super::Failure;
 use super::backbone::Backbone;
-use super::continuation::{Branch, ROW, TestValue, zero_curves};
+use super::continuation::{BATCH, Branch, TestValue, zero_curves};
 use super::critical::{CriticalDamping, NoCriticalDamping, critical_damping};
 use super::crossing::{beyond_landing, reach_within};
 use super::return_map::{Turn, turn_of};
@@ -45,13 +45,13 @@ named! {
     }
 }
 
-/// The budget of the curves of one kind in a plane, in evaluations of the right-hand side of the Stribeck law: some forty
-/// seconds.
-pub const CURVE_WORK: u64 = 80 * QUESTION;
+/// The budget of the curves of one kind in a plane, in evaluations of the right-hand side of the Stribeck law or of a
+/// compiled one: some ten seconds. The curves of the gallery take a tenth of it.
+pub const CURVE_WORK: u64 = 20 * QUESTION;
 /// Work of one test at the most: two of [`Work`].
 const TEST_WORK: u64 = 2 * QUESTION;
-/// The most work for the curves of a kind: the tests of one row of the grid of signs may exceed the budget.
-pub const MOST_CURVE_WORK: u64 = CURVE_WORK + ROW as u64 * TEST_WORK;
+/// The most work for the curves of a kind: the tests of one batch may exceed the budget.
+pub const MOST_CURVE_WORK: u64 = CURVE_WORK + BATCH as u64 * TEST_WORK;
 
 /// The work of the tests for the curves of a kind in a plane.
 #[derive(Debug, Default)]
@@ -73,8 +73,8 @@ impl CurveWork {
     }
 
     /// Adds the work of a search for the critical damping of a column. One that failed may have taken all of its budget.
-    pub fn add_critical(&self, column: &Column, found: &Result<CriticalDamping, NoCriticalDamping>) {
-        self.add(found.map_or(TEST_WORK, |found| found.rhs * column.curve.cost()));
+    pub fn add_critical(&self, found: &Result<CriticalDamping, NoCriticalDamping>) {
+        self.add(found.map_or(TEST_WORK, |found| found.rhs));
     }
 }
 
@@ -181,7 +181,7 @@ fn margin(oscillator: &Oscillator, tolerance: f64, work: &Work) -> Option<TestVa
     let column = Column { curve: curve.clone(), epsilon: 1.0, belt_speed: *belt_speed, unit: 1.0 };
     let found = critical_damping(&column, tolerance);
     // A search that failed may have taken all of its budget.
-    work.spend_compiled(found.map_or(QUESTION, |found| found.rhs * curve.cost())).ok()?;
+    work.spend_compiled(found.map_or(QUESTION, |found| found.rhs)).ok()?;
     let critical = found.and_then(CriticalDamping::known).ok()?;
     // Of a negative one perhaps only the sign is known.
     let error = if critical.is_located() { critical.error } else { 0.0 };

@@ -16,9 +16,11 @@ use rayon::prelude::*;
 
 /// Number of steps of the grid of signs along each side.
 pub(crate) const STEPS: usize = 40;
-/// Number of tests together, of a row of the grid, after which the search looks whether its budget is spent: so it ends at the
-/// same place with any number of threads.
-pub(crate) const ROW: usize = STEPS + 1;
+/// Number of nodes of a side of that grid.
+const ROW: usize = STEPS + 1;
+/// Number of tests together, after which the search looks whether its budget is spent: so it ends at the same place with any
+/// number of threads.
+pub(crate) const BATCH: usize = 8;
 /// Longest step of the continuation.
 const LONGEST: f64 = 0.025;
 /// Shortest step; a curve that needs shorter ones ends.
@@ -120,11 +122,12 @@ pub fn zero_curves(function: TestFunction, is_spent: Spent) -> (Vec<Branch>, boo
 /// The values on the grid, row by row.
 fn grid_values(function: TestFunction, is_spent: Spent) -> Vec<Option<TestValue>> {
     let at = |i: usize| i as f64 / STEPS as f64;
-    let mut values: Vec<Option<TestValue>> = Vec::with_capacity(ROW * ROW);
-    for i in 0..ROW {
+    let places: Vec<[f64; 2]> = (0..ROW * ROW).map(|n| [at(n / ROW), at(n % ROW)]).collect();
+    let mut values: Vec<Option<TestValue>> = Vec::with_capacity(places.len());
+    for batch in places.chunks(BATCH) {
         match is_spent() {
-            true => values.resize(values.len() + ROW, None),
-            false => values.par_extend((0..ROW).into_par_iter().map(|j| function([at(i), at(j)]))),
+            true => values.resize(values.len() + batch.len(), None),
+            false => values.par_extend(batch.par_iter().map(|&place| function(place))),
         }
     }
     values

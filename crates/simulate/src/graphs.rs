@@ -10,7 +10,7 @@
 
 use rayon::prelude::*;
 
-use super::continuation::{Branch, CurvePoint, ROW, Spent};
+use super::continuation::{BATCH, Branch, CurvePoint, Spent};
 
 /// Number of parts of the other axis, each of which is halved at least once.
 const PARTS: usize = 64;
@@ -103,7 +103,7 @@ fn sections_at(
     is_spent: Spent,
 ) -> Option<Vec<Section>> {
     let mut sections = Vec::with_capacity(shares.len());
-    for some in shares.chunks(ROW) {
+    for some in shares.chunks(BATCH) {
         if is_spent() {
             return None;
         }
