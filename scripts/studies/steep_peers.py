@@ -5,7 +5,7 @@
 Friction falls from 1 to 0.58 as exp(-u/vs); 256 belt speeds from 0.1 to 1 times 16 dampings c from 0 to 1.5, eps = 1. heyoka
 integrates v' = w, w' = D(V - v) w - v in batches of 64, first for a time of 1, then until v = V (the orbit returns) or
 w = 0 (it does not). (With exp(-u/vs) as a third variable it needs no exponential, but that loses its digits far from the
-line.) Its tolerance is the loosest of a ladder at which every verdict is right, but for cells within 1e-6 of c*. Times are
+line.) Its tolerance is the loosest of a ladder at which it agrees with c* of the map in every cell that is farther than 1e-6 from it. Times are
 processor time of one thread, the least of three passes, compiling, reading and writing not counted.
 """
 

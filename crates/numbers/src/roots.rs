@@ -103,7 +103,7 @@ const MOST_TRIALS: u32 = 100;
 /// The fixed point of a return map between two places, at one of which it leads outward and at the other
 /// inward, to a relative error of a tenth of `tolerance`: by Newton's method where that stays between, else
 /// bisection. `map` returns whether it leads outward and, where the orbit returns, the next place and the
-/// slope; and what else it finds, which is returned of the last place, as near to the fixed point.
+/// slope; and what else it finds, which is returned for the last place tried, which is that near.
 pub fn fixed_point<T, E>(
     [mut low, mut high]: [f64; 2],
     low_outward: bool,

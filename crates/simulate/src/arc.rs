@@ -452,7 +452,7 @@ impl<'a> Walk<'a> {
             let middle = if inside { next } else { 0.5 * (low + high) };
             at = self.after(from, middle);
             let [here, slope] = value(self, &at);
-            *(if (here > 0.0) == (first > 0.0) { &mut low } else { &mut high }) = middle;
+            *(if (here > 0.0) == (last > 0.0) { &mut high } else { &mut low }) = middle;
             if here.abs() <= rounding + shortest * slope.abs() || high - low <= 2.0 * shortest {
                 break;
             }

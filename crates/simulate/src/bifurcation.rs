@@ -25,6 +25,8 @@ use slipmap_numbers::named;
 
 /// Factor from the tolerance to a coarser one: the difference of the two values is taken as the error.
 const COARSER: f64 = 100.0;
+/// Error of a compiled law, in units of the weakening rate at the belt speed, up to which orbits follow it.
+const ACCURATE: f64 = 1e-9;
 /// Tolerance of the backbones that are tried first, as in maps: few dampings lie close to an extreme.
 const COARSE_BACKBONE: f64 = 1e-5;
 
@@ -46,8 +48,8 @@ named! {
 }
 
 /// The budget of the curves of one kind in a plane, in evaluations of the right-hand side of the Stribeck law or of a
-/// compiled one: some ten seconds. The curves of the gallery take a tenth of it.
-pub const CURVE_WORK: u64 = 20 * QUESTION;
+/// compiled one: some four seconds. The curves of the gallery take a fifth of it at most.
+pub const CURVE_WORK: u64 = 8 * QUESTION;
 /// Work of one test at the most: two of [`Work`].
 const TEST_WORK: u64 = 2 * QUESTION;
 /// The most work for the curves of a kind: the tests of one batch may exceed the budget.
@@ -73,8 +75,8 @@ impl CurveWork {
     }
 
     /// Adds the work of a search for the critical damping of a column. One that failed may have taken all of its budget.
-    pub fn add_critical(&self, found: &Result<CriticalDamping, NoCriticalDamping>) {
-        self.add(found.map_or(TEST_WORK, |found| found.rhs));
+    pub fn add_critical(&self, column: &Column, found: &Result<CriticalDamping, NoCriticalDamping>) {
+        self.add(found.map_or(TEST_WORK, |found| work_of(column, &found)));
     }
 }
 
@@ -166,6 +168,13 @@ fn with_error(tolerance: f64, value: impl Fn(f64) -> Result<f64, Failure>) -> Op
     Some(TestValue { value: fine, error: (fine - coarse).abs() + 4.0 * f64::EPSILON })
 }
 
+/// The work of a search for a critical damping: its orbits follow the compiled law where that is accurate.
+fn work_of(Column { curve, belt_speed, .. }: &Column, found: &CriticalDamping) -> u64 {
+    let form = curve.compiled(4.0 * belt_speed).error(0.0, 2.0 * belt_speed).bound();
+    let is_accurate = form <= ACCURATE * curve.weakening(*belt_speed).abs();
+    found.rhs * if is_accurate { 1 } else { curve.cost() }
+}
+
 /// The scaled margin; where a turn that grazes the belt line leaves the domain of the polar form, about what the distance from
 /// the critical damping makes of it, which has a margin's zero and sign: there the margin's slope is infinite.
 fn margin(oscillator: &Oscillator, tolerance: f64, work: &Work) -> Option<TestValue> {
@@ -181,7 +190,7 @@ fn margin(oscillator: &Oscillator, tolerance: f64, work: &Work) -> Option<TestVa
     let column = Column { curve: curve.clone(), epsilon: 1.0, belt_speed: *belt_speed, unit: 1.0 };
     let found = critical_damping(&column, tolerance);
     // A search that failed may have taken all of its budget.
-    work.spend_compiled(found.map_or(QUESTION, |found| found.rhs)).ok()?;
+    work.spend_compiled(found.map_or(QUESTION, |found| work_of(&column, &found))).ok()?;
     let critical = found.and_then(CriticalDamping::known).ok()?;
     // Of a negative one perhaps only the sign is known.
     let error = if critical.is_located() { critical.error } else { 0.0 };

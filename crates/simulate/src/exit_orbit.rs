@@ -95,14 +95,18 @@ pub(super) fn decisive_flow(oscillator: &Oscillator, tolerance: f64) -> Flow {
     refined(tolerance, |tolerance| flow(oscillator, tolerance))
 }
 
-/// The fate of an orbit that returns, and its extent, but for the fate next to grazing, where its margin has more digits.
+/// The fate of an orbit that returns, whose extent it finds; `None` next to grazing, where its margin has more digits, and where
+/// it does not return.
 pub(super) fn fate_away_from_grazing(
     oscillator: &Oscillator,
     tolerance: f64,
     extent: &mut Extent,
 ) -> Option<Fate> {
-    let mut visit = |walk: &mut Walk, from: &State, to: &State| extent.step(walk, from, to);
-    let Flow { fate, .. } = refined(tolerance, |tolerance| visited(oscillator, tolerance, &mut visit));
+    let Flow { fate, .. } = refined(tolerance, |tolerance| {
+        *extent = Extent::default();
+        let mut visit = |walk: &mut Walk, from: &State, to: &State| extent.step(walk, from, to);
+        visited(oscillator, tolerance, &mut visit)
+    });
     let speed = match fate {
         Fate::Sticks(Landing { x1, crossings: Some(0), .. }) => oscillator.exit_x1() - x1 - oscillator.drop(),
         Fate::Sticks(_) | Fate::CrossesForever => oscillator.fastest_sticking(),

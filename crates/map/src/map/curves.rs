@@ -231,7 +231,7 @@ impl<'a> Frame<'a> {
     fn grazing(&self, damping_axis: usize, share: f64, work: &CurveWork) -> Option<Extreme> {
         let column = self.column(damping_axis, share)?;
         let found = located_critical_damping(&column, TOLERANCE);
-        work.add_critical(&found);
+        work.add_critical(&column, &found);
         let critical = found.and_then(CriticalDamping::known).ok()?;
         // That of flat friction is no curve, as its Hopf damping.
         let is_flat = || HopfRate::new(&column.curve, column.belt_speed).value() == 0.0;

@@ -30,7 +30,8 @@
 //! that it forgets this start as far as the tolerance needs, and early steps are not stiff.
 //!
 //! **Error.** The sum of the local error estimates of h, each carried to the lowest point by the exponential of
-//! the integral of s D over the time between (Liouville's formula, at fixed u), divided by the derivative by C.
+//! the integral of s D over the time between (Liouville's formula, at fixed u): an error e of h is one of 2 e/R^2 of ln R^2,
+//! divided by the derivative of that by C.
 
 mod half;
 mod lanes;
@@ -48,8 +49,8 @@ use slipmap_model::friction::{Curve, Weakening};
 const ROUGH: f64 = 1e-5;
 /// Largest tolerance: of 3,600 coarser orbits two had an error of twice the estimate.
 const COARSEST: f64 = 1e-9;
-/// Change of C, in units of C and of the fourth root of the tolerance, after which the next orbit is usually the last one:
-/// of 12,000 falls of widths from 1e-6 to 0.1, 5 took a fifth more work at most than 20, and 60 a tenth.
+/// Change of C, in units of C and of the fourth root of the tolerance, after which the next orbit is usually the last one.
+/// For 12,000 falls of widths from 1e-6 to 0.1 a factor of 5 took up to a fifth more work than 20, one of 60 a tenth.
 const NEARLY: f64 = 20.0;
 /// Least distance, in units of C, from an orbit that does not turn to one that may.
 const NEAREST_RETREAT: f64 = 0.02;
@@ -124,10 +125,10 @@ struct Search<'a> {
     is_accurate: bool,
     /// C and the derivative by C of the orbit before.
     before: Option<[f64; 2]>,
-    /// -d ln(R^2)/dC of the forward half less that of the backward one, and the change of its logarithm by C.
-    steepness: f64,
     /// The lesser R^2.
     square: f64,
+    /// -d ln(R^2)/dC of the forward half less that of the backward one, and the change of its logarithm by C.
+    steepness: f64,
     curvature: f64,
     rhs: u64,
     work: Work,
@@ -193,8 +194,8 @@ impl<'a> Search<'a> {
             aim,
             is_accurate: false,
             before: None,
-            steepness: 6.0,
             square: radius * radius,
+            steepness: 6.0,
             curvature: f64::INFINITY,
             rhs: 0,
             work: Work::of_question(curve),
@@ -219,7 +220,10 @@ impl Search<'_> {
         if !within {
             return Some(Err(self.rhs));
         }
-        let Some((forward, backward)) = forward.0.zip(backward.0) else {
+        let square = |lowest: &Lowest| self.orbit.radius * self.orbit.radius + 2.0 * lowest.h;
+        let both = forward.0.zip(backward.0);
+        let turn = both.filter(|(forward, backward)| square(forward).min(square(backward)) > 0.0);
+        let Some((forward, backward)) = turn else {
             // So far beyond the root that the orbit does not turn.
             let nearer = self.before.map_or(self.bounds[0].max(0.0), |[at, _]| at);
             if !((self.viscous - nearer).abs() > NEAREST_RETREAT * self.size) {
@@ -228,7 +232,6 @@ impl Search<'_> {
             self.viscous = 0.5 * (nearer + self.viscous);
             return None;
         };
-        let square = |lowest: &Lowest| self.orbit.radius * self.orbit.radius + 2.0 * lowest.h;
         let [ahead, behind] = [square(&forward), square(&backward)];
         let gap = (2.0 * (forward.h - backward.h) / behind).ln_1p();
         let error = 2.0 * (forward.error / ahead + backward.error / behind);
