@@ -48,7 +48,7 @@ named! {
 }
 
 /// The budget of the curves of one kind in a plane, in evaluations of the right-hand side of the Stribeck law or of a
-/// compiled one: some four seconds. The curves of the gallery take a fifth of it at most.
+/// compiled one: some four seconds. The curves of the gallery are complete within it.
 pub const CURVE_WORK: u64 = 8 * QUESTION;
 /// Work of one test at the most: two of [`Work`].
 const TEST_WORK: u64 = 2 * QUESTION;
