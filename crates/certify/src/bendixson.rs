@@ -22,7 +22,7 @@
 //! in c ([`super`]) presence at one damping is presence at every smaller one, down to where the landing is
 //! proved. []
 //!
-//! **The edge.** R is replaced by its proved bound [`landing::amplitude_bound`], which falls with c. So the
+//! **The edge.** R is replaced by its proved bound ([`landing::amplitude_bounds`]), which falls with c. So the
 //! right side of eps c <= min of weakening over [0, V + R(c)] rises with c as the left side does, and the
 //! edge is the largest fixed point of c -> min / eps. Secants starting with R = V approach it from above and
 //! pass it slightly; the edge returned satisfies the inequality as computed.
@@ -30,7 +30,7 @@
 //! Departures from the paper (section 5.1): the paper keeps only the first order in eps and takes x2 >= -V
 //! along the orbit. That is [`super::bendixson_leading`]; where D > 0 the orbit in fact overshoots -V.
 
-use super::{Claim, Guarantee, Test, absence_edge, drop, landing, presence_edge, symmetric};
+use super::{Claim, Columns, Guarantee, Test, absence_edge, drop, landing, presence_edge};
 use slipmap_model::friction::Column;
 
 /// The test.
@@ -41,10 +41,7 @@ pub const TEST: Test = Test {
     guarantee: Guarantee::FiniteEpsilon,
     first_order: false,
     claim,
-    claims: Some(|columns| {
-        let numbered = columns.iter().enumerate();
-        numbered.map(|(number, column)| of(column, || columns.symmetric(number))).collect()
-    }),
+    claims: Some(claims),
 };
 
 /// Number of strips per quarter turn of the amplitude's bound. In random columns the edge is lower than with
@@ -61,19 +58,24 @@ const SHARPNESS: f64 = 1e-9;
 /// search certifies does not depend on this number.
 const STEEPEST: f64 = 0.9;
 
+/// Number of columns whose edges are searched together.
+const LANES: usize = 8;
+
 fn claim(column: &Column) -> Claim {
-    of(column, || (symmetric::TEST.claim)(column))
+    claims(&Columns::new(std::slice::from_ref(column)))[0]
 }
 
-/// The claim about a column of which [`symmetric`] claims what `known` returns.
-fn of(column: &Column, known: impl FnOnce() -> Claim) -> Claim {
-    let edge = presence_edge_of(column);
-    let present_below = edge.unwrap_or(f64::NEG_INFINITY);
-    // Where `symmetric` has proved the landing at every damping, there is nothing to search.
-    let lands = edge.map(|_| known());
-    let lands = lands.is_some_and(|known| known.present_below > 0.0 && known.sticks_from == 0.0);
-    let sticks_from = if lands { 0.0 } else { landing::sticks_from(column, present_below) };
-    Claim { sticks_from, present_below, absent_above: absence_edge(column, highest(column)) }
+fn claims(columns: &Columns) -> Vec<Claim> {
+    let of = |(number, edge): (usize, Option<f64>)| {
+        let column = &columns[number];
+        let present_below = edge.unwrap_or(f64::NEG_INFINITY);
+        // Where `symmetric` has proved the landing at every damping, there is nothing to search.
+        let lands = edge.map(|_| columns.symmetric(number));
+        let lands = lands.is_some_and(|known| known.present_below > 0.0 && known.sticks_from == 0.0);
+        let sticks_from = if lands { 0.0 } else { landing::sticks_from(column, present_below) };
+        Claim { sticks_from, present_below, absent_above: absence_edge(column, highest(column)) }
+    };
+    presence_edges(columns).into_iter().enumerate().map(of).collect()
 }
 
 /// eps c from which on the divergence excludes a return.
@@ -95,43 +97,69 @@ fn lowest(column: &Column, amplitude: f64) -> f64 {
     }
 }
 
-/// A damping c > 0 with eps c <= weakening on [0, V + R(c)], the largest that the search finds; `None` if it finds
-/// none.
-fn presence_edge_of(column: &Column) -> Option<f64> {
-    let mut certified = None;
-    // Slope of the map c -> min / eps, and where it was evaluated last.
-    let (mut slope, mut previous): (f64, Option<(f64, f64)>) = (0.0, None);
-    let mut c = lowest(column, column.belt_speed);
+/// For each column a damping c > 0 with eps c <= weakening on [0, V + R(c)], the largest that the search finds; `None` if
+/// it finds none.
+fn presence_edges(columns: &[Column]) -> Vec<Option<f64>> {
+    let mut searches: Vec<Search> = columns.iter().map(Search::new).collect();
     for _ in 0..EVALUATIONS {
+        let mut going: Vec<&mut Search> = searches.iter_mut().filter(|search| !search.is_over).collect();
+        let (groups, rest) = going.as_chunks_mut::<LANES>();
+        groups.iter_mut().for_each(evaluate);
+        rest.as_chunks_mut::<1>().0.iter_mut().for_each(evaluate);
+    }
+    searches.into_iter().map(|search| search.certified).collect()
+}
+
+/// Evaluates the bound of the amplitude in each search once.
+fn evaluate<const N: usize>(searches: &mut [&mut Search; N]) {
+    let orbits = searches.each_ref().map(|search| (search.column, search.c));
+    for (search, amplitude) in searches.iter_mut().zip(landing::amplitude_bounds(orbits, STRIPS)) {
+        search.step(amplitude);
+    }
+}
+
+/// The search for the edge of one column.
+struct Search<'a> {
+    column: &'a Column,
+    /// The damping at which the amplitude is asked next.
+    c: f64,
+    is_over: bool,
+    /// The largest damping found that satisfies the inequality.
+    certified: Option<f64>,
+    /// Slope of the map c -> min / eps, and where it was evaluated last.
+    slope: f64,
+    previous: Option<(f64, f64)>,
+}
+
+impl<'a> Search<'a> {
+    fn new(column: &'a Column) -> Self {
+        let c = lowest(column, column.belt_speed);
         // The image of dampings that are not positive is not positive either.
-        if !(c > 0.0) {
-            break;
-        }
-        let amplitude = landing::amplitude_bound(column, c, STRIPS);
-        if !amplitude.is_finite() {
-            break;
-        }
-        let image = lowest(column, amplitude);
+        Self { column, c, is_over: !(c > 0.0), certified: None, slope: 0.0, previous: None }
+    }
+
+    /// Goes on from the bound of the amplitude at `c`.
+    fn step(&mut self, amplitude: f64) {
+        let c = self.c;
+        let image = if amplitude.is_finite() { lowest(self.column, amplitude) } else { f64::NEG_INFINITY };
         if image >= c {
             // From below, the iteration of the map rises towards the fixed point.
-            certified = Some(c);
-            if image <= c * (1.0 + SHARPNESS) {
-                break;
+            self.certified = Some(c);
+            self.is_over = image <= c * (1.0 + SHARPNESS);
+            self.c = image;
+        } else if self.certified.is_none() && image > f64::NEG_INFINITY {
+            if let Some((c_before, image_before)) = self.previous {
+                self.slope = ((image_before - image) / (c_before - c)).clamp(0.0, STEEPEST);
             }
-            c = image;
-        } else if certified.is_none() {
-            if let Some((c_before, image_before)) = previous {
-                slope = ((image_before - image) / (c_before - c)).clamp(0.0, STEEPEST);
-            }
-            previous = Some((c, image));
-            let root = c - (c - image) / (1.0 - slope) - c * (0.5 * SHARPNESS);
+            self.previous = Some((c, image));
+            let root = c - (c - image) / (1.0 - self.slope) - c * (0.5 * SHARPNESS);
             // A steep secant must not jump over a fixed point down to zero.
-            c = root.max(0.5 * image);
+            self.c = root.max(0.5 * image);
+            self.is_over = !(self.c > 0.0);
         } else {
-            break;
+            self.is_over = true;
         }
     }
-    certified
 }
 
 #[cfg(test)]

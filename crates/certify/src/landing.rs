@@ -97,11 +97,15 @@ pub fn speed_bound(column: &Column, c: f64, strips: u32) -> f64 {
     flow(column, c).speed_bound(strips)
 }
 
-/// An upper bound of the amplitude R, the largest -x2 on the lower half of the first turn, at damping `c`,
+/// Upper bounds of the amplitude R, the largest -x2 on the lower half of the first turn, of columns at a damping each,
 /// from `strips` >= 1 strips per quarter turn. Infinite where none was found.
+///
+/// A strip waits for the square root of the one before it, so that a processor does those of several columns in the time
+/// of one.
 #[must_use]
-pub fn amplitude_bound(column: &Column, c: f64, strips: u32) -> f64 {
-    column.belt_speed * flow(column, c).amplitude(strips)
+pub fn amplitude_bounds<const N: usize>(columns: [(&Column, f64); N], strips: u32) -> [f64; N] {
+    let amplitudes = amplitudes(&columns.map(|(column, c)| flow(column, c)), strips);
+    std::array::from_fn(|lane| columns[lane].0.belt_speed * amplitudes[lane])
 }
 
 /// The lower (x2' < 0) and the upper half plane.
@@ -229,11 +233,12 @@ impl<T: Bounding, W: Fn(T, T) -> f64> Flow<T, W> {
 
     /// See [`speed_bound`].
     pub(crate) fn speed_bound(&self, strips: u32) -> f64 {
-        let amplitude = self.amplitude(strips);
+        let [amplitude] = amplitudes(std::array::from_ref(self), strips);
         if !amplitude.is_finite() {
             return f64::INFINITY;
         }
-        let at_axis = self.to_axis(Half::Upper, amplitude, T::constant(amplitude).squared().most(), strips);
+        let energy = T::constant(amplitude).squared().most();
+        let [at_axis] = to_axis(std::array::from_ref(self), Half::Upper, [amplitude], [energy], strips);
         match self.axis_to_belt(at_axis, strips) {
             None => 0.0,
             Some(energy) if energy.is_nan() => f64::INFINITY,
@@ -254,25 +259,6 @@ impl<T: Bounding, W: Fn(T, T) -> f64> Flow<T, W> {
         (T::constant((self.highest)(least, most)) - self.viscous).most()
     }
 
-    /// Upper bound of the turning point of the lower half plane.
-    fn amplitude(&self, strips: u32) -> f64 {
-        let at_axis = self.to_axis(Half::Lower, 1.0, self.start, strips);
-        self.axis_to_turning(at_axis, strips)
-    }
-
-    /// First quarter of each half: upper bound of e at s = 0 on the orbit from s = -`start`, where it is `energy`.
-    fn to_axis(&self, half: Half, start: f64, mut energy: f64, strips: u32) -> f64 {
-        assert!(strips > 0);
-        let mut s = -start;
-        for i in 1..=strips {
-            let tau = f64::from(i) / f64::from(strips);
-            let next = -start * (1.0 - tau * tau);
-            energy = approach::<T>(energy, s, next, self.divergence_bound(half, s, next));
-            s = next;
-        }
-        energy
-    }
-
     /// Second quarter of the upper half: upper bound of e at the belt line, s = 1; `None` if the orbit turns
     /// before.
     fn axis_to_belt(&self, at_axis: f64, strips: u32) -> Option<f64> {
@@ -286,26 +272,72 @@ impl<T: Bounding, W: Fn(T, T) -> f64> Flow<T, W> {
         }
         Some(energy)
     }
+}
 
-    /// Second quarter of the lower half: upper bound of the turning point.
-    fn axis_to_turning(&self, at_axis: f64, strips: u32) -> f64 {
-        // At s = 0, e = p^2. Without divergence the orbit would turn at s = p, which sets the scale.
-        let scale = T::constant(at_axis).sqrt().most();
-        if !scale.is_finite() {
-            return f64::INFINITY;
+/// Upper bounds of the turning points of the lower half plane.
+fn amplitudes<T: Bounding, W: Fn(T, T) -> f64, const N: usize>(
+    flows: &[Flow<T, W>; N],
+    strips: u32,
+) -> [f64; N] {
+    let start = std::array::from_fn(|lane| flows[lane].start);
+    axis_to_turning(flows, to_axis(flows, Half::Lower, [1.0; N], start, strips), strips)
+}
+
+/// First quarter of each half: upper bounds of e at s = 0 on the orbits from s = -`start`, where it is `energy`.
+fn to_axis<T: Bounding, W: Fn(T, T) -> f64, const N: usize>(
+    flows: &[Flow<T, W>; N],
+    half: Half,
+    start: [f64; N],
+    mut energy: [f64; N],
+    strips: u32,
+) -> [f64; N] {
+    assert!(strips > 0);
+    let mut s = start.map(|start| -start);
+    for i in 1..=strips {
+        let tau = f64::from(i) / f64::from(strips);
+        for lane in 0..N {
+            let next = -start[lane] * (1.0 - tau * tau);
+            let d = flows[lane].divergence_bound(half, s[lane], next);
+            energy[lane] = approach::<T>(energy[lane], s[lane], next, d);
+            s[lane] = next;
         }
-        let mut energy = at_axis;
-        let mut s = 0.0;
-        for i in 1..strips {
-            let tau = f64::from(strips - i) / f64::from(strips);
-            let next = scale * (1.0 - tau * tau);
-            let d = self.divergence_bound(Half::Lower, s, next);
-            let Some(after) = recede::<T>(energy, s, next, d) else { break };
-            energy = after;
-            s = next;
-        }
-        turning_point::<T>(energy, s, |trial| self.divergence_bound(Half::Lower, s, trial))
     }
+    energy
+}
+
+/// Second quarter of the lower half: upper bounds of the turning points.
+fn axis_to_turning<T: Bounding, W: Fn(T, T) -> f64, const N: usize>(
+    flows: &[Flow<T, W>; N],
+    at_axis: [f64; N],
+    strips: u32,
+) -> [f64; N] {
+    // At s = 0, e = p^2. Without divergence the orbit would turn at s = p, which sets the scale.
+    let scale = at_axis.map(|energy| T::constant(energy).sqrt().most());
+    let (mut energy, mut s) = (at_axis, [0.0; N]);
+    // Orbits whose bounds are finite and that do not turn in an earlier strip.
+    let mut goes_on = scale.map(f64::is_finite);
+    for i in 1..strips {
+        let tau = f64::from(strips - i) / f64::from(strips);
+        for lane in 0..N {
+            let next = scale[lane] * (1.0 - tau * tau);
+            if goes_on[lane] {
+                let d = flows[lane].divergence_bound(Half::Lower, s[lane], next);
+                match recede::<T>(energy[lane], s[lane], next, d) {
+                    Some(after) => (energy[lane], s[lane]) = (after, next),
+                    None => goes_on[lane] = false,
+                }
+            }
+        }
+    }
+    std::array::from_fn(|lane| {
+        let s = s[lane];
+        let divergence_bound = |trial| flows[lane].divergence_bound(Half::Lower, s, trial);
+        if scale[lane].is_finite() {
+            turning_point::<T>(energy[lane], s, divergence_bound)
+        } else {
+            f64::INFINITY
+        }
+    })
 }
 
 /// Upper bound of the turning point of a lower half orbit that passes `s` >= 0 with e <= `energy`, where
@@ -313,8 +345,7 @@ impl<T: Bounding, W: Fn(T, T) -> f64> Flow<T, W> {
 ///
 /// If D <= 0 up to sqrt(e), e falls and the orbit turns before. Otherwise let D <= d < 2 up to
 /// some trial reach. The flow with D = d multiplies q = s^2 - d s p + p^2 by e^(d t), turns at time t
-/// = angle / omega, omega = sqrt(1 - d^2/4), and its turning point sqrt(q) e^(d t / 2) is a bound if
-/// it is within the trial reach.
+/// = angle / omega, omega = sqrt(1 - d^2/4), and its turning point sqrt(q) e^(d t / 2) is a bound if D <= d up to it.
 fn turning_point<T: Bounding>(energy: f64, s: f64, divergence_bound: impl Fn(f64) -> f64) -> f64 {
     let c = T::constant;
     let unforced = c(energy).sqrt().most();
@@ -339,7 +370,7 @@ fn turning_point<T: Bounding>(energy: f64, s: f64, divergence_bound: impl Fn(f64
         let angle = c(2.0) * one.atan() - ((s - half * p) / (omega * p)).atan();
         let q = s.squared() - c(d) * s * p + p.squared();
         let turning = (q.sqrt() * (half * angle / omega).exp()).most() * INFLATE;
-        if turning <= trial {
+        if turning <= trial || divergence_bound(turning) <= d {
             return turning;
         }
         trial = turning + 0.5 * (turning - trial);
@@ -457,10 +488,14 @@ mod tests {
             };
             for (half, start) in [(Half::Lower, 1.0), (Half::Upper, 1.5)] {
                 let end = integrate(exact, half, (-start, 0.0), |s, _| s > 0.0);
-                check("to the axis", energy(end), &|strips| flow.to_axis(half, start, start * start, strips));
+                check("to the axis", energy(end), &|strips| {
+                    to_axis(std::array::from_ref(&flow), half, [start], [start * start], strips)[0]
+                });
             }
             let turn = integrate(exact, Half::Lower, (0.0, 1.5), |_, p| p < 0.0);
-            check("to the turning point", turn.0, &|strips| flow.axis_to_turning(2.25, strips));
+            check("to the turning point", turn.0, &|strips| {
+                axis_to_turning(std::array::from_ref(&flow), [2.25], strips)[0]
+            });
             let belt = integrate(exact, Half::Upper, (0.0, 1.5), |s, _| s > 1.0);
             check("to the belt line", energy(belt), &|strips| {
                 flow.axis_to_belt(2.25, strips).expect("it arrives")

@@ -116,6 +116,20 @@ impl Claim {
         }
     }
 
+    /// The verdicts at the dampings `cs`, which ascend: in their order the number of dampings of each.
+    #[must_use]
+    pub fn along(&self, cs: &[f64]) -> [(Decision, usize); 4] {
+        let present_to = cs.partition_point(|&c| c < self.present_below);
+        let present_from = cs.partition_point(|&c| c < self.sticks_from).min(present_to);
+        let absent_from = cs.partition_point(|&c| c <= self.absent_above).max(present_to);
+        [
+            (Decision::Undecided, present_from),
+            (Decision::Present, present_to - present_from),
+            (Decision::Undecided, absent_from - present_to),
+            (Decision::Absent, cs.len() - absent_from),
+        ]
+    }
+
     /// The edge of the claim of presence; `None` where presence is claimed at no legal damping.
     pub fn edge(&self) -> Option<f64> {
         let is_claimed = self.present_below >= 0.0 && self.sticks_from < self.present_below;

@@ -207,7 +207,7 @@ fn bounds_on_the_turn_hold_and_tighten() {
         };
         let column = p.column();
         for (n, excess) in strips.into_iter().zip(&mut excess) {
-            let amplitude = landing::amplitude_bound(&column, p.c, n);
+            let amplitude = landing::amplitude_bounds([(&column, p.c)], n)[0];
             assert!(
                 amplitude >= turn.amplitude - ORACLE_ERROR * p.v,
                 "{p:?} {n}: {amplitude} {}",

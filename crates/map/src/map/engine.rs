@@ -8,6 +8,7 @@ use std::sync::mpsc::sync_channel;
 use super::account::{Account, MethodAccount, count, failed_cells};
 use super::audit::Draws;
 use super::contradictions::contradictions;
+use super::end::End;
 use super::interpolation::Interpolated;
 use super::proved::Proved;
 use super::quantity::describe;
@@ -299,17 +300,8 @@ fn closed_form(plan: &Plan, method: Method, claims: &[Claim], cs: &[f64]) -> Met
         critical_errors: Vec::new(),
     };
     for claim in claims {
-        // Along c: undecided below sticks_from, present, undecided, absent.
-        let present_to = cs.partition_point(|&c| c < claim.present_below);
-        let present_from = cs.partition_point(|&c| c < claim.sticks_from).min(present_to);
-        let absent_from = cs.partition_point(|&c| c <= claim.absent_above).max(present_to);
-        for (length, verdict) in [
-            (present_from, Verdict::Undecided),
-            (present_to - present_from, Verdict::Present),
-            (absent_from - present_to, Verdict::Undecided),
-            (cs.len() - absent_from, Verdict::Absent),
-        ] {
-            cells.verdicts.push(verdict, length);
+        for (decision, length) in claim.along(cs) {
+            cells.verdicts.push(decision.into(), length);
         }
         if plan.stores(Field::Margin) {
             cells.margins.extend(cs.iter().map(|&c| claim.margin(c)));
@@ -334,7 +326,7 @@ fn simulation(
     let mut simulated = simulate(columns, axes, cs, plan.engine, plan.tolerance, want_critical, known);
     let mut cells = MethodCells {
         method,
-        verdicts: simulated.ends.iter().map(|end| end.verdict()).collect(),
+        verdicts: simulated.ends.map(End::verdict),
         margins: Vec::new(),
         critical: Vec::new(),
         critical_errors: Vec::new(),

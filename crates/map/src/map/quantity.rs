@@ -39,7 +39,7 @@ pub(super) fn describe(
     plan: &Plan,
     tile: &Tile,
     columns: &[Column],
-    ends: &[End],
+    ends: &Runs<End>,
     known: &Interpolated,
 ) -> Described {
     let quantities = plan.quantities();
@@ -53,6 +53,7 @@ pub(super) fn describe(
         return described;
     }
     let cs = &plan.grid.dampings()[tile.damping_range()];
+    let ends: Vec<End> = ends.values().collect();
     let mut regimes = vec![Regime::Failed; if stores_regimes { tile.cells() } else { 0 }];
     let mut limits = Limits { plan, known: HashMap::new() };
     let mut behaviours = Behaviours::default();

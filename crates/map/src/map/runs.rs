@@ -91,10 +91,16 @@ impl<T: Copy + PartialEq> Runs<T> {
     }
 }
 
+impl<T: Copy + PartialEq> Extend<T> for Runs<T> {
+    fn extend<I: IntoIterator<Item = T>>(&mut self, values: I) {
+        values.into_iter().for_each(|value| self.push(value, 1));
+    }
+}
+
 impl<T: Copy + PartialEq> FromIterator<T> for Runs<T> {
     fn from_iter<I: IntoIterator<Item = T>>(values: I) -> Self {
         let mut runs = Self::new();
-        values.into_iter().for_each(|value| runs.push(value, 1));
+        runs.extend(values);
         runs
     }
 }

@@ -7,7 +7,7 @@
 
 use super::end::End;
 use super::interpolation::Interpolated;
-use super::{Engine, Verdict};
+use super::{Engine, Runs, Verdict};
 use slipmap_certify::{Claim, Columns, Decision, landing};
 use slipmap_model::filippov::Oscillator;
 use slipmap_model::friction::Column;
@@ -45,7 +45,7 @@ named_sums! {
 #[derive(Debug, Default)]
 pub(super) struct Simulated {
     /// The end of each cell's orbit, column by column.
-    pub(crate) ends: Vec<End>,
+    pub(crate) ends: Runs<End>,
     /// Margins of the cells, if the engine computed them.
     pub(crate) margins: Option<Margins>,
     /// Critical damping of each column, where it was requested or computed to label cells.
@@ -82,18 +82,14 @@ pub(super) fn simulate(
     want_critical: bool,
     known: &Interpolated,
 ) -> Simulated {
-    let mut done = Simulated {
-        ends: Vec::with_capacity(columns.len() * cs.len()),
-        critical: vec![None; columns.len()],
-        ..Simulated::default()
-    };
+    let mut done = Simulated { critical: vec![None; columns.len()], ..Simulated::default() };
     match engine {
         Engine::Direct => {
             for column in columns.iter() {
                 for &c in cs {
                     let answer = slipmap_witness::decisive_flow(&Oscillator::in_column(column, c), tolerance);
                     done.rhs += answer.rhs;
-                    done.ends.push(End::of(&answer));
+                    done.ends.push(End::of(&answer), 1);
                 }
             }
             done.paths.direct = done.ends.len() as u64;
@@ -145,7 +141,7 @@ fn complete_critical(columns: &Columns, tolerance: f64, done: &mut Simulated) {
 pub fn decide(columns: &[Column], cs: &[f64], engine: Engine, tolerance: f64) -> Vec<Verdict> {
     simulate(&Columns::new(columns), &[], cs, engine, tolerance, false, &Interpolated::none())
         .ends
-        .into_iter()
+        .values()
         .map(End::verdict)
         .collect()
 }
@@ -174,7 +170,7 @@ fn return_map_column(
             done.rhs += answer.rhs;
             End::of(&answer)
         });
-        done.ends.push(end);
+        done.ends.push(end, 1);
     }
     done.paths.return_map += cs.len() as u64;
 }
@@ -220,7 +216,8 @@ fn by_column(
             return Path::Interpolated(ends);
         }
         let claim = columns.symmetric(number);
-        let is_decided = || cs.iter().all(|&c| claim.decide(c) != Decision::Undecided);
+        let is_decided =
+            || claim.along(cs).iter().all(|&(decision, cells)| decision != Decision::Undecided || cells == 0);
         match engine == Engine::Auto && is_decided() {
             true => Path::Certificate(claim),
             false => Path::Root(claim),
@@ -238,10 +235,10 @@ fn by_column(
             }
             Path::Certificate(claim) => {
                 done.paths.certificate += cs.len() as u64;
-                done.ends.extend(cs.iter().map(|&c| match claim.decide(c) {
-                    Decision::Present => End::Sticks,
-                    Decision::Absent | Decision::Undecided => End::Inward,
-                }));
+                for (decision, cells) in claim.along(cs) {
+                    let end = if decision == Decision::Present { End::Sticks } else { End::Inward };
+                    done.ends.push(end, cells);
+                }
             }
             Path::Root(claim) => match roots.next() {
                 Some(Ok(critical)) => {
@@ -300,13 +297,13 @@ fn column_by_root(
     let sticking = cs.partition_point(|&c| c < sticks_from).min(returning);
     let sticking = if sticking > 0 && none_crosses_for_ever(column) { 0 } else { sticking };
     by_order(column, &cs[..sticking], tolerance, done);
-    done.ends.extend(std::iter::repeat_n(End::Sticks, returning - sticking));
+    done.ends.push(End::Sticks, returning - sticking);
     for &c in &cs[returning..inward] {
         let answer = flow(&Oscillator::in_column(column, c), tolerance);
         done.rhs += answer.rhs;
-        done.ends.push(End::of(&answer));
+        done.ends.push(End::of(&answer), 1);
     }
-    done.ends.extend(std::iter::repeat_n(End::Inward, cs.len() - inward));
+    done.ends.push(End::Inward, cs.len() - inward);
     done.paths.return_map += (inward - returning) as u64;
     (returning - sticking + cs.len() - inward) as u64
 }

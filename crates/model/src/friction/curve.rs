@@ -676,7 +676,11 @@ impl Ranges<'_> {
     pub fn highest(&self, lo: f64, hi: f64) -> f64 {
         match &self.compiled {
             Some(law) if hi <= law.reach() => law.highest(lo, hi),
-            _ => self.curve.weakening_range(lo, hi).hi,
+            _ => match &self.curve.form {
+                // It falls: half of the work in the longest maps.
+                Form::Stribeck(law) => law.weakening(lo),
+                _ => self.curve.weakening_range(lo, hi).hi,
+            },
         }
     }
 }
