@@ -19,9 +19,12 @@ pub(super) struct Element {
     pub(super) end: f64,
     /// p' at the nodes.
     pub(super) slope: [f64; MOST],
-    /// p' after the step of Newton's method, without dC and by dC.
+    /// p' after the step of Newton's method, without dC and by dC; while it is prepared, g and dg/dC.
     pub(super) next: [f64; MOST],
     pub(super) by_damping: [f64; MOST],
+    /// dg/dp, and the residual g - p'.
+    pub(super) a: [f64; MOST],
+    pub(super) rho: [f64; MOST],
 }
 
 impl Element {
@@ -39,6 +42,8 @@ impl Element {
             slope: zero,
             next: zero,
             by_damping: zero,
+            a: zero,
+            rho: zero,
         }
     }
 

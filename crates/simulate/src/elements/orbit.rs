@@ -155,7 +155,16 @@ impl Orbit<'_> {
                 rho[j] = g[j] - element.slope[j];
                 expansion[j] = (element.half * d).mul_add(inverse, expansion[j]);
             }
+            element.next[..N].copy_from_slice(&g);
+            element.by_damping[..N].copy_from_slice(&b);
+            element.a[..N].copy_from_slice(&a);
+            element.rho[..N].copy_from_slice(&rho);
+        }
+        // A loop of its own: the processor works on several elements at once where each takes few instructions.
+        for element in &mut self.elements {
             let half = element.half;
+            let [a, b, g, rho] =
+                [&element.a, &element.by_damping, &element.next, &element.rho].map(first::<N>);
             let grown = apply(&rule.antiderivative, &a);
             let (mut weight, mut inverse, mut weighted_b, mut weighted_rho) =
                 ([0.0; N], [0.0; N], [0.0; N], [0.0; N]);
@@ -208,18 +217,24 @@ impl Orbit<'_> {
                 longest[j] = longest[j].max((element.by_damping[j] - element.log_r[j]).abs());
             }
             start = element.half.mul_add(dot(&rule.weights, &next), start);
+            element.end = start;
         }
         let longest = longest.iter().copied().fold(0.0, f64::max);
         let share = if longest > LONGEST_STEP { LONGEST_STEP / longest } else { 1.0 };
         self.viscous += share * change;
+        let is_whole = share == 1.0;
         let mut start = 0.0;
         for element in &mut self.elements {
-            for j in 0..N {
-                element.slope[j] = share.mul_add(element.next[j] - element.slope[j], element.slope[j]);
+            if is_whole {
+                (element.slope, element.log_r) = (element.next, element.by_damping);
+            } else {
+                for j in 0..N {
+                    element.slope[j] = share.mul_add(element.next[j] - element.slope[j], element.slope[j]);
+                }
+                start = element.integrate(rule, start);
             }
-            start = element.integrate(rule, start);
         }
-        share == 1.0
+        is_whole
     }
 
     /// Puts the elements of a circle into their spans, with the C at which it closes to first order in D.
@@ -228,18 +243,21 @@ impl Orbit<'_> {
     pub(super) fn start<const N: usize>(&mut self, rule: &Rule<N>) -> f64 {
         self.place(rule);
         let Problem { weakening: law, belt_speed, radius } = self.problem;
-        let (mut sum, mut largest) = (0.0, 0.0_f64);
+        let (mut sum, mut largest) = ([0.0; N], [0.0_f64; N]);
         for element in &self.elements {
             let piece = law.polynomial(element.piece);
+            let mut x = [0.0; N];
             for j in 0..N {
-                let u = radius.mul_add(-element.cos[j], belt_speed);
-                let [[w], _] = weakening(&piece, &[(u - piece.middle) * piece.scale]);
-                sum += element.half * rule.weights[j] * element.sin_squared[j] * w;
-                largest = largest.max(w.abs());
+                x[j] = (radius.mul_add(-element.cos[j], belt_speed) - piece.middle) * piece.scale;
+            }
+            let [w, _] = weakening(&piece, &x);
+            for j in 0..N {
+                sum[j] = (element.half * element.sin_squared[j]).mul_add(w[j], sum[j]);
+                largest[j] = largest[j].max(w[j].abs());
             }
         }
-        self.viscous = sum / PI;
-        largest
+        self.viscous = dot(&rule.weights, &sum) / PI;
+        largest.iter().copied().fold(0.0, f64::max)
     }
 
     /// Moves the ends of the spans to the angles at which the orbit passes the ends of the pieces, unless all
