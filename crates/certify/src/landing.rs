@@ -25,6 +25,7 @@
 //! same formulas in interval arithmetic, for one column or over a box of parameters.
 
 use slipmap_model::friction::Column;
+use slipmap_model::point::ScaledGroups;
 use slipmap_numbers::interval::Interval;
 use slipmap_numbers::jet::Real;
 
@@ -101,10 +102,22 @@ pub fn speed_bound(column: &Column, c: f64, strips: u32) -> f64 {
 /// from `strips` >= 1 strips per quarter turn. Infinite where none was found.
 ///
 /// A strip waits for the square root of the one before it, so that a processor does those of several columns in the time
-/// of one.
+/// of one; those of Stribeck's law in the lanes of its vectors.
 #[must_use]
 pub fn amplitude_bounds<const N: usize>(columns: [(&Column, f64); N], strips: u32) -> [f64; N] {
-    let amplitudes = amplitudes(&columns.map(|(column, c)| flow(column, c)), strips);
+    let scaled = |(column, c): &(&Column, f64)| {
+        column.curve.stribeck().map(|law| law.scaled(column.belt_speed, column.epsilon * c))
+    };
+    let scaled: Vec<ScaledGroups> = columns.iter().filter_map(scaled).collect();
+    let amplitudes = match <[ScaledGroups; N]>::try_from(scaled) {
+        // Stribeck's divergence falls with the slip speed.
+        Ok(scaled) => {
+            let flows =
+                scaled.map(|groups| Flow::new(1.0, 0.0, 0.0, move |least: f64, _| groups.divergence(least)));
+            pulp::Arch::new().dispatch(|| amplitudes(&flows, strips))
+        }
+        Err(_) => amplitudes(&columns.map(|(column, c)| flow(column, c)), strips),
+    };
     std::array::from_fn(|lane| columns[lane].0.belt_speed * amplitudes[lane])
 }
 
@@ -250,6 +263,7 @@ impl<T: Bounding, W: Fn(T, T) -> f64> Flow<T, W> {
     }
 
     /// Upper bound of D between s = `from` and s = `to` > `from`.
+    #[inline(always)]
     fn divergence_bound(&self, half: Half, from: f64, to: f64) -> f64 {
         let [one, from, to] = [1.0, from, to].map(T::constant);
         let (least, most) = match half {
@@ -275,6 +289,7 @@ impl<T: Bounding, W: Fn(T, T) -> f64> Flow<T, W> {
 }
 
 /// Upper bounds of the turning points of the lower half plane.
+#[inline(always)]
 fn amplitudes<T: Bounding, W: Fn(T, T) -> f64, const N: usize>(
     flows: &[Flow<T, W>; N],
     strips: u32,
@@ -284,6 +299,7 @@ fn amplitudes<T: Bounding, W: Fn(T, T) -> f64, const N: usize>(
 }
 
 /// First quarter of each half: upper bounds of e at s = 0 on the orbits from s = -`start`, where it is `energy`.
+#[inline(always)]
 fn to_axis<T: Bounding, W: Fn(T, T) -> f64, const N: usize>(
     flows: &[Flow<T, W>; N],
     half: Half,
@@ -306,6 +322,7 @@ fn to_axis<T: Bounding, W: Fn(T, T) -> f64, const N: usize>(
 }
 
 /// Second quarter of the lower half: upper bounds of the turning points.
+#[inline(always)]
 fn axis_to_turning<T: Bounding, W: Fn(T, T) -> f64, const N: usize>(
     flows: &[Flow<T, W>; N],
     at_axis: [f64; N],
@@ -404,7 +421,7 @@ fn approach<T: Bounding>(energy: f64, from: f64, to: f64, d: f64) -> f64 {
 
 /// Bounds e at s = `to` > `from` >= 0 as [`approach`] does. The farther end is `to`, and e >= m^2 need not
 /// hold: `None` if no x >= 0 satisfies the inequality, which means that the orbit turns before `to`.
-#[inline]
+#[inline(always)]
 fn recede<T: Bounding>(energy: f64, from: f64, to: f64, d: f64) -> Option<f64> {
     if cfg!(any(test, debug_assertions)) {
         assert!(0.0 <= from && from <= to);

@@ -192,8 +192,8 @@ fn certainly_lands(column: &Column) -> impl Fn(f64, f64) -> bool {
 enum Path {
     /// By interpolation, with the end of each cell.
     Interpolated(Vec<End>),
-    /// By the certificate `symmetric`, which decides every cell.
-    Certificate(Claim),
+    /// By the certificate `symmetric`, which decides every cell: the verdicts in their order.
+    Certificate([(Decision, usize); 4]),
     /// By a root search for the column's critical damping.
     Root(Claim),
 }
@@ -216,10 +216,11 @@ fn by_column(
             return Path::Interpolated(ends);
         }
         let claim = columns.symmetric(number);
+        let decisions = claim.along(cs);
         let is_decided =
-            || claim.along(cs).iter().all(|&(decision, cells)| decision != Decision::Undecided || cells == 0);
-        match engine == Engine::Auto && is_decided() {
-            true => Path::Certificate(claim),
+            decisions.iter().all(|&(decision, cells)| decision != Decision::Undecided || cells == 0);
+        match engine == Engine::Auto && is_decided {
+            true => Path::Certificate(decisions),
             false => Path::Root(claim),
         }
     };
@@ -233,9 +234,9 @@ fn by_column(
                 done.paths.interpolation += cs.len() as u64;
                 done.ends.extend(ends);
             }
-            Path::Certificate(claim) => {
+            Path::Certificate(decisions) => {
                 done.paths.certificate += cs.len() as u64;
-                for (decision, cells) in claim.along(cs) {
+                for (decision, cells) in decisions {
                     let end = if decision == Decision::Present { End::Sticks } else { End::Inward };
                     done.ends.push(end, cells);
                 }

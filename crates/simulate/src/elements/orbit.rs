@@ -246,9 +246,9 @@ impl Orbit<'_> {
         let (mut sum, mut largest) = ([0.0; N], [0.0_f64; N]);
         for element in &self.elements {
             let piece = law.polynomial(element.piece);
-            let mut x = [0.0; N];
-            for j in 0..N {
-                x[j] = (radius.mul_add(-element.cos[j], belt_speed) - piece.middle) * piece.scale;
+            let mut x = first::<N>(&element.cos);
+            for x in &mut x {
+                *x = (radius.mul_add(-*x, belt_speed) - piece.middle) * piece.scale;
             }
             let [w, _] = weakening(&piece, &x);
             for j in 0..N {
