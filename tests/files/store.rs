@@ -387,22 +387,6 @@ fn cells_that_were_not_computed_are_refused() {
 }
 
 #[test]
-fn an_output_is_replaced_only_on_request_and_only_at_the_end() {
-    let (folder, path, plan) = small_map();
-    let before = fs::read(&path).unwrap();
-    let error = PartialMap::begin(&path, &plan, &provenance(), Existing::Refuse).unwrap_err();
-    assert!(matches!(error, StoreError::Exists { .. }), "{error}");
-
-    let writer = PartialMap::begin(&path, &plan, &provenance(), Existing::Replace).unwrap();
-    write_tiles(&writer, &plan, tiles(&plan));
-    assert_eq!(fs::read(&path).unwrap(), before);
-    let changed = Outcome { attributes: vec![("threads".into(), 77.into())], ..outcome() };
-    writer.finish(&changed).unwrap();
-    assert_eq!(MapFile::open(&path).unwrap().number("threads"), Some(77.0));
-    assert_eq!(files(folder.path()), ["map.h5"]);
-}
-
-#[test]
 fn a_finished_map_is_kept_when_its_name_was_taken_meanwhile() {
     let folder = TempDir::new().unwrap();
     let path = folder.path().join("map.h5");
@@ -428,24 +412,6 @@ fn a_place_that_cannot_be_written_is_named() {
     fs::write(folder.path().join("file"), "").unwrap();
     let error = create(folder.path().join("file").join("map.h5"));
     assert!(matches!(error, StoreError::NoFolder { .. }), "{error}");
-}
-
-#[test]
-fn every_flipped_byte_is_found() {
-    let folder = TempDir::new().unwrap();
-    let path = folder.path().join("map.h5");
-    let plan = plan([2, 1, 1, 1, 5, 4], 15, &[Field::Verdict, Field::CriticalC]);
-    let plan = Plan { methods: Method::all().take(2).collect(), ..plan };
-    write_map(&path, &plan);
-    let whole = fs::read(&path).unwrap();
-    // A stride without common factors with the sizes of HDF5's structures; both ends are always tested.
-    let places = (0..100).chain((100..whole.len()).step_by(127)).chain(whole.len() - 130..whole.len());
-    for place in places {
-        let mut damaged = whole.clone();
-        damaged[place] ^= 1 << (place % 8);
-        fs::write(&path, &damaged).unwrap();
-        assert!(!check(&path, &|_| {}).unwrap().is_sound(), "byte {place} of {}", whole.len());
-    }
 }
 
 #[test]
@@ -557,32 +523,6 @@ fn a_changed_attribute_or_layout_is_found() {
         let found = problems(&path);
         assert!(found.iter().any(|problem| problem.starts_with(expected)), "{expected}: {found:#?}");
     }
-}
-
-#[test]
-fn files_that_are_no_maps_are_called_so() {
-    let (folder, path, _) = small_map();
-    let whole = fs::read(&path).unwrap();
-    for length in [0, 5, 100, whole.len() / 2, whole.len() - 150, whole.len() - 1] {
-        fs::write(&path, &whole[..length]).unwrap();
-        problems(&path);
-    }
-    fs::write(&path, &whole[..whole.len() / 2]).unwrap();
-    assert!(problems(&path).iter().any(|problem| problem.contains("cut short")), "{:?}", problems(&path));
-
-    fs::write(&path, "epsilon,alpha,beta\n").unwrap();
-    assert!(problems(&path).iter().any(|problem| problem.contains("not an HDF5 file")));
-
-    let foreign = folder.path().join("foreign.h5");
-    let file = hdf5::File::create(&foreign).unwrap();
-    file.new_dataset::<f64>().shape([3]).create("temperature").unwrap();
-    file.close().unwrap();
-    assert!(problems(&foreign).iter().any(|problem| problem.contains("is not a map")));
-
-    let error = check(&folder.path().join("absent.h5"), &|_| {}).unwrap_err();
-    assert!(matches!(error, StoreError::Io { .. }), "{error}");
-    let error = MapFile::open(folder.path()).unwrap_err();
-    assert!(matches!(error, StoreError::Io { .. }), "{error}");
 }
 
 #[cfg(unix)]

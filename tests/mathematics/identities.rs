@@ -6,7 +6,7 @@ use slipmap::certify::Decision;
 use slipmap::filippov::Oscillator;
 use slipmap::simulate::{CriticalDamping, Fate, Flow, critical_damping, flow};
 use slipmap::witness;
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::PI;
 
 type Follow = fn(&Oscillator, f64) -> Flow;
 
@@ -403,33 +403,3 @@ fn orders_in_eps_of_the_energy_balance() {
 }
 
 // ---------------------------------------------------------------- next to grazing
-
-/// At eps = 1e-4 the orbit is above the belt line for 2 sqrt(2 pi kappa eps) = 0.035 of its period only, and
-/// solvers with event detection step over it. Both engines land, at the place given by the expansion of
-/// `src/theory.md`: wL = V s (1 + eps (pi kappa / 2 - gamma^2 (1-alpha) V / kappa)) - (1/3) eps d V s^2 +
-/// ..., with s^2 = 2 pi kappa eps and d = gamma (1-alpha) - c.
-#[test]
-fn the_missed_double_crossing_is_found() {
-    let sample = Sample { epsilon: 1e-4, alpha: 0.5, beta: 0.2, gamma: 2.0, belt_speed: 1.0, damping: 0.1 };
-    let kappa = sample.first_order_edge() - sample.damping;
-    assert!((kappa - 0.5).abs() < 1e-15);
-    let s = (TAU * kappa * sample.epsilon).sqrt();
-    for (name, engine) in ENGINES {
-        for tolerance in [1e-6, 1e-9, 1e-12] {
-            let answer = engine(&sample.oscillator(), tolerance);
-            let Fate::Sticks(landing) = answer.fate else { panic!("{name} at {tolerance:e}: {answer:?}") };
-            assert_eq!(landing.crossings, Some(0));
-            let speed = sample.oscillator().exit_x1() - landing.x1;
-            // The paper's statement: relative O(sqrt eps).
-            assert!((speed / s - 1.0).abs() < sample.epsilon.sqrt(), "{name}: {speed} against {s}");
-            let growth = sample.gamma * sample.drop_rate() / kappa;
-            let second = s * (1.0 + sample.epsilon * (PI * kappa / 2.0 - growth));
-            let third = sample.epsilon * (sample.drop_rate() - sample.damping) * s * s / 3.0;
-            let numerical = answer.margin_error * (1.0 + 1.0 / s);
-            assert!((speed - second).abs() < 2.0 * third + numerical, "{name}: {speed} against {second}");
-            assert!(
-                (landing.slip_time - (TAU - s)).abs() < s * sample.epsilon * (growth + 1.0) + numerical / s
-            );
-        }
-    }
-}

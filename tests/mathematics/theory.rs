@@ -220,25 +220,6 @@ fn every_row_of_the_table_begins_with_the_title_of_its_section() {
     }
 }
 
-#[test]
-fn wrong_citations_are_seen() {
-    let theory = "# Model\n```text\n# no title\n```\n## The tests, and more\n";
-    let titles = titles(theory);
-    assert_eq!(titles, ["Model", "The tests, and more"]);
-    assert_eq!(anchor("The tests, and more"), "the-tests-and-more");
-    for right in [
-        "(theory, \"Model\")",
-        "[x](../src/theory.md#the-tests-and-more)",
-        "the paper's section 5.1",
-        "a section of the file",
-    ] {
-        assert!(wrong_citations(right, &titles).is_empty(), "{right}");
-    }
-    for wrong in ["(theory, \"Scaling\")", "(theory, section 3)", "crate::theory#model-2", "see Section 4"] {
-        assert_eq!(wrong_citations(wrong, &titles).len(), 1, "{wrong}");
-    }
-}
-
 /// Where a module of the library's face is: a crate, or a module of one.
 fn home(name: &str) -> PathBuf {
     let exists = |path: &PathBuf| path.is_dir() || path.with_extension("rs").is_file();
@@ -302,13 +283,4 @@ fn no_test_of_the_theory_is_left_out() {
             assert!(named.contains(&test), "the table has no row for {test}");
         }
     }
-}
-
-#[test]
-fn items_and_tests_are_found_in_sources() {
-    let source = "pub struct Known;\n// fn hidden() {}\n    Variant(u8),\n\n#[test]\n#[ignore]\nfn tried() {}\nfn helper() {}\n";
-    assert!(defines(source, "Known") && defines(source, "Variant"));
-    assert!(!defines(source, "hidden") && !defines(source, "Know") && !defines(source, "variant"));
-    assert_eq!(tests_in(source), ["tried"]);
-    assert!(rows().len() > 25);
 }

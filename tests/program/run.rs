@@ -280,25 +280,6 @@ fn an_existing_map_is_kept_without_overwrite() {
 }
 
 #[test]
-fn the_configuration_itself_is_never_the_output() {
-    let scratch = scratch();
-    let onto_itself = ["run", "small.toml", "--overwrite", "--set", "output.path=./small.toml"];
-    scratch.run(&onto_itself).refuses(&["this is what is read", "help: "]);
-    assert_eq!(scratch.read("small.toml"), SMALL);
-    assert_eq!(scratch.names(), ["small.toml"]);
-}
-
-#[cfg(target_os = "linux")]
-#[test]
-fn a_full_standard_output_is_an_error() {
-    let scratch = scratch();
-    let mut command = scratch.command(&["run", "small.toml"]);
-    command.stdout(std::fs::OpenOptions::new().write(true).open("/dev/full").unwrap());
-    let run = Run::of(command.stderr(Stdio::piped()).output().unwrap()).ends_with(1);
-    assert!(run.err.contains("cannot write to standard output"), "{}", run.err);
-}
-
-#[test]
 fn a_dry_run_estimates_the_size_and_writes_nothing() {
     let scratch = scratch();
     let told = parse(&scratch.run(&["run", "small.toml", "--dry-run", "--json"]).ends_with(0));
@@ -413,34 +394,6 @@ fn usage_errors_and_help() {
 fn interrupt(process: u32) {
     let status = std::process::Command::new("kill").args(["-INT", &process.to_string()]).status().unwrap();
     assert!(status.success());
-}
-
-#[cfg(unix)]
-#[test]
-fn an_interrupted_run_leaves_finished_tiles_and_nothing_else() {
-    let scratch = scratch();
-    // Cell by cell with the slow engine: minutes of work in tiles of a fraction of a second.
-    let sets =
-        ["--set", "simulation.engine=direct", "--set", "grid.alpha.points=200", "--set", "grid.c.points=64"];
-    let mut command = scratch.command(&[&["run", "small.toml"], &sets[..]].concat());
-    let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
-    // Once the temporary file exists the run has begun.
-    let start = Instant::now();
-    while !scratch.path().join("maps").exists() || maps(&scratch).is_empty() {
-        assert!(start.elapsed() < Duration::from_secs(60), "the run never began");
-        std::thread::sleep(Duration::from_millis(10));
-    }
-    interrupt(child.id());
-    let run = Run::of(child.wait_with_output().unwrap()).ends_with(130);
-    // Whether a tile was finished by then depends on chance; the message must fit.
-    if run.err.contains("interrupted; no tile was finished") {
-        assert!(maps(&scratch).is_empty(), "{:?}", maps(&scratch));
-    } else {
-        // On a busy machine the current tiles may take longer than the limit after a signal.
-        assert!(run.err.contains("kept"), "{}", run.err);
-        let left = maps(&scratch);
-        assert!(left.len() == 1 && left[0].starts_with("small.h5.part."), "{left:?}");
-    }
 }
 
 #[cfg(unix)]
