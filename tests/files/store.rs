@@ -210,7 +210,7 @@ fn data_are_read_as_written() {
             let cells = plan.grid.cells();
             for (m, method) in plan.methods.iter().enumerate() {
                 let name = method.name();
-                assert_eq!(map.methods()[m].long_name, method.long_name());
+                assert_eq!(map.methods()[m].name(), method.name());
                 let verdicts = map.codes(&format!("verdict_{name}"), &all).unwrap();
                 assert_eq!(verdicts.shape(), lengths);
                 assert!(verdicts.iter().copied().eq((0..cells).map(|cell| verdict(m, cell))));

@@ -132,7 +132,7 @@ fn the_fields_of_a_map_are_the_answers_of_probe() {
         let code = |variable: &str| map.codes(variable, &cell).unwrap().iter().copied().next().unwrap();
         let real = |variable: &str| map.reals(variable, &cell).unwrap().iter().copied().next().unwrap();
         for method in map.methods() {
-            let name = &method.name;
+            let name = method.name();
             let verdict = ["absent", "undecided", "present", "failed", "not_computed"]
                 [usize::try_from(code(&format!("verdict_{name}")) + 1).unwrap()];
             assert_eq!(answer["methods"][name]["verdict"], verdict, "{name} at {point:?}");
@@ -208,9 +208,9 @@ fn the_cycles_basins_and_limits_of_a_map_are_those_of_probe() {
             same(&format!("dc_d{axis}"), answer["sensitivity"]["derivatives"][axis]["value"].as_f64());
         }
         for method in map.methods() {
-            let limit = &answer["methods"][&method.name]["epsilon_limit"];
+            let limit = &answer["methods"][method.name()]["epsilon_limit"];
             let limit = if *limit == "inf" { Some(f64::INFINITY) } else { limit.as_f64() };
-            same(&format!("epsilon_limit_{}", method.name), limit);
+            same(&format!("epsilon_limit_{}", method.name()), limit);
         }
     }
     // Steady slip, stick-slip, both, and crossing for ever all occur.

@@ -10,7 +10,7 @@ use hdf5::{Dataset, File, SliceOrIndex};
 use ndarray::ArrayD;
 
 use slipmap_map::dataset::auxiliary::PROBABILITY;
-use slipmap_map::dataset::{MethodInfo, SCHEMA, Schema, Value};
+use slipmap_map::dataset::{SCHEMA, Schema, Value};
 use slipmap_map::machine::{MOTION_ATTRIBUTE, Machine, Motion};
 use slipmap_map::map::{Field, Grid, Method, PlaneCurves, Shown, Tile};
 use slipmap_model::friction::Law;
@@ -93,7 +93,7 @@ impl MapFile {
 
     /// The methods, in the order of the file.
     #[must_use]
-    pub fn methods(&self) -> &[MethodInfo] {
+    pub fn methods(&self) -> &[Method] {
         &self.schema.methods
     }
 
@@ -410,11 +410,10 @@ fn read_schema(
         let known = Method::by_name(name);
         let known =
             known.ok_or_else(|| not_a_map(format!("this version does not know its method {name}")))?;
-        let method = MethodInfo::of(&known, grid.law());
-        if methods.contains(&method) {
+        if methods.iter().any(|method: &Method| method.name() == name) {
             return Err(not_a_map(format!("its attribute methods names {name} twice")));
         }
-        methods.push(method);
+        methods.push(known);
     }
     Ok(Schema::new(grid, tile_shape, methods, fields))
 }

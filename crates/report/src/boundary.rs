@@ -104,8 +104,6 @@ pub struct MethodBoundary {
 pub struct Boundaries {
     /// The closed-form methods whose boundary is known.
     pub methods: Vec<MethodBoundary>,
-    /// Methods unknown to this program whose boundary the map does not store.
-    pub(crate) unknown: Vec<String>,
     /// Whether the exact boundary was read from the map rather than computed again.
     pub stored: bool,
     /// Errors of the exact boundary in each column, at each eps.
@@ -124,29 +122,21 @@ impl Boundaries {
         let exact = map.critical(SIMULATION);
         let stored = map.has(&exact);
         let errors = map.critical_error();
-        let mut boundaries = Self {
-            methods: Vec::new(),
-            unknown: Vec::new(),
-            stored,
-            exact_error: vec![Sizes::default(); epsilons],
-        };
+        let mut boundaries =
+            Self { methods: Vec::new(), stored, exact_error: vec![Sizes::default(); epsilons] };
         let mut sources = Vec::new();
-        for method in map.methods().iter().filter(|method| method.name != SIMULATION) {
-            let variable = map.critical(&method.name);
-            let source = match Method::by_name(&method.name) {
-                // These methods give verdicts, not critical dampings.
-                Some(Method::Naive(..)) => continue,
-                _ if map.has(&variable) => Source::Stored(variable),
-                Some(Method::Test(test)) => Source::Claim(test.claim),
-                Some(Method::Simulation) | None => {
-                    boundaries.unknown.push(method.name.clone());
-                    continue;
-                }
+        for method in map.methods() {
+            let variable = map.critical(method.name());
+            let source = match method {
+                Method::Test(_) if map.has(&variable) => Source::Stored(variable),
+                Method::Test(test) => Source::Claim(test.claim),
+                // The exact boundary, and methods that give verdicts, not critical dampings.
+                Method::Simulation | Method::Naive(..) => continue,
             };
             sources.push(source);
             let errors = vec![BoundaryError::default(); epsilons];
             boundaries.methods.push(MethodBoundary {
-                method: method.name.clone(),
+                method: method.name().into(),
                 errors,
                 orders: Vec::new(),
             });

@@ -4,6 +4,7 @@ use super::figure::picks;
 use super::tables::{friction, undetermined_regimes};
 use super::units::{View, join};
 use super::{Report, SIMULATION};
+use slipmap_certify::Guarantee;
 use slipmap_figure::text::{Rich, rich};
 use slipmap_map::behaviour::behaviour;
 use slipmap_map::dataset::auxiliary::PROBABILITY;
@@ -95,8 +96,9 @@ pub(super) fn summary(view: &View, report: &Report) -> Vec<(Rich, Rich)> {
     }
     let mut proved = Vec::new();
     let mut wrong = Vec::new();
-    for (number, method) in map.methods().iter().enumerate().filter(|(_, method)| method.name != SIMULATION) {
-        let name = method.name.replace('_', " ");
+    for (number, method) in map.methods().iter().enumerate().filter(|(_, method)| method.name() != SIMULATION)
+    {
+        let name = method.name().replace('_', " ");
         let confusion = &verdicts.confusion[number];
         let mistakes: u64 = confusion
             .iter()
@@ -108,7 +110,7 @@ pub(super) fn summary(view: &View, report: &Report) -> Vec<(Rich, Rich)> {
             0 => Rich::foreign(&format!("{name} no claims")),
             _ => Rich::foreign(&what),
         };
-        if matches!(method.guarantee.as_str(), "finite_epsilon" | "validated") {
+        if matches!(method.guarantee(), Guarantee::FiniteEpsilon | Guarantee::Validated) {
             proved.push(claims(format!("{name} {percent:.1} %")));
         } else if verdicts.simulation.is_some() {
             wrong.push(claims(format!("{name} {}", count(mistakes))));

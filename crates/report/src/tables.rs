@@ -87,13 +87,13 @@ pub fn volume(view: &View, report: &Report) -> Table {
             });
             rows.push(vec![
                 Cell::Real(epsilon),
-                words(&method.name),
+                words(method.name()),
                 Cell::Real(volume.claimed * factor),
                 if one_damping { Cell::Missing } else { Cell::Real(volume.error_in_c * factor) },
                 Cell::Real(volume.error * factor),
                 percent(volume.claimed, verdicts.box_volume).into(),
                 relative.and_then(|reference| percent(volume.claimed, reference.claimed)).into(),
-                relative_error.filter(|_| method.name != SIMULATION && !one_damping).into(),
+                relative_error.filter(|_| method.name() != SIMULATION && !one_damping).into(),
                 relative.and_then(|reference| percent(volume.confirmed, reference.claimed)).into(),
             ]);
         }
@@ -167,13 +167,13 @@ pub fn agreement(map: &MapFile, report: &Report) -> Table {
     let mut rows: Vec<(Option<f64>, &str, Confusion)> = Vec::new();
     for (e, &epsilon) in epsilons.iter().enumerate() {
         let methods = map.methods().iter().zip(&verdicts.confusion);
-        rows.extend(methods.map(|(method, confusion)| (Some(epsilon), method.name.as_str(), confusion[e])));
+        rows.extend(methods.map(|(method, confusion)| (Some(epsilon), method.name(), confusion[e])));
     }
     if epsilons.len() > 1 {
         for (method, confusion) in map.methods().iter().zip(&verdicts.confusion) {
             let mut sum = Confusion::default();
             confusion.iter().for_each(|counts| sum.add(counts));
-            rows.push((None, &method.name, sum));
+            rows.push((None, method.name(), sum));
         }
     }
     let compared = |count: u64| Cell::from(verdicts.simulation.map(|_| count));

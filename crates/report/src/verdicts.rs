@@ -89,7 +89,7 @@ impl Verdicts {
         let axes = map.grid().axes();
         let epsilons = map.grid().epsilons().len();
         let methods = map.methods();
-        let simulation = methods.iter().position(|method| method.name == SIMULATION);
+        let simulation = methods.iter().position(|method| method.name() == SIMULATION);
         let extents = axes.iter().filter(|axis| axis.role != AxisRole::Epsilon && axis.values.len() > 1);
         let mut verdicts = Self {
             simulation,
@@ -112,7 +112,7 @@ impl Verdicts {
     fn add_tile(&mut self, map: &MapFile, tile: &Tile) -> Result<(), ReportError> {
         let boxes = Boxes::of(map, tile);
         let read =
-            |method: usize| map.codes(&format!("verdict_{}", map.methods()[method].name), &boxes.nodes);
+            |method: usize| map.codes(&format!("verdict_{}", map.methods()[method].name()), &boxes.nodes);
         let simulated = self.simulation.map(read).transpose()?;
         for method in 0..map.methods().len() {
             let own;

@@ -41,7 +41,7 @@ pub fn write(
     options: &ReportOptions,
 ) -> Result<(), ReportError> {
     let mut tables = tables::all(view, report);
-    let known = || view.map.methods().iter().map(|method| method.name.as_str());
+    let known = || view.map.methods().iter().map(|method| method.name());
     if let Some(name) = options.methods.iter().find(|name| known().all(|known| known != *name)) {
         return Err(ChoiceError::unknown("method", name, known()).into());
     }

@@ -158,7 +158,7 @@ fn boundary_errors_and_orders_are_those_of_the_columns() {
         let (table, orders) = (tables::boundary(&View::new(map), &report), tables::order(&report));
         let axes = map.grid().axes();
         let shape: Vec<usize> = axes[1..5].iter().map(|axis| axis.values.len()).collect();
-        for method in map.methods().iter().map(|method| method.name.as_str()) {
+        for method in map.methods().iter().map(|method| method.name()) {
             // The simulation is the reference for the others; the naive methods have no boundary.
             let Some(Method::Test(test)) = Method::by_name(method) else {
                 assert!(table.rows.iter().all(|row| row[1] != Cell::Words(method.into())), "{method}");

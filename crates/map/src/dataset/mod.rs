@@ -12,7 +12,7 @@ mod value;
 pub use attributes::{Outcome, Provenance};
 pub use auxiliary::Auxiliary;
 pub use fingerprint::Fingerprint;
-pub use schema::{Cells, MethodInfo, Schema, Variable};
+pub use schema::{Cells, Schema, Variable};
 pub use schema::{Content, SCHEMA, si_name};
 pub use series::{Contents, Series, Stored};
 pub use value::Value;

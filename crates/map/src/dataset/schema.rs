@@ -12,32 +12,6 @@ use super::auxiliary::{self, axes_of};
 /// version 3 the errors of critical dampings, version 4 the axes of machines.
 pub const SCHEMA: i64 = 4;
 
-/// Description of a method in a map.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct MethodInfo {
-    /// Name, as in `verdict_NAME`.
-    pub name: String,
-    /// One phrase for legends.
-    pub long_name: String,
-    /// Its equation in the paper, or its section of the theory pages.
-    pub equation: String,
-    /// The guarantee of its verdicts, a [`slipmap_certify::Guarantee`] in words.
-    pub guarantee: String,
-}
-
-impl MethodInfo {
-    /// The description of a method that was applied to this law.
-    #[must_use]
-    pub fn of(method: &Method, law: &Law) -> Self {
-        Self {
-            name: method.name().into(),
-            long_name: method.long_name().into(),
-            equation: method.equation_for(law).into_owned(),
-            guarantee: method.guarantee().name().into(),
-        }
-    }
-}
-
 /// Source of a variable's cells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Content {
@@ -127,7 +101,7 @@ pub struct Schema {
     /// Shape of tiles and chunks.
     pub tile_shape: Vec<usize>,
     /// The methods, in the order of the map.
-    pub methods: Vec<MethodInfo>,
+    pub methods: Vec<Method>,
     /// The stored fields.
     pub fields: Vec<Field>,
     /// The variables, in the order of the file.
@@ -138,12 +112,11 @@ impl Schema {
     /// The layout of the map of `plan`.
     #[must_use]
     pub fn of(plan: &Plan) -> Self {
-        let methods = plan.methods.iter().map(|method| MethodInfo::of(method, plan.grid.law())).collect();
-        Self::new(plan.grid.clone(), plan.tile_shape.clone(), methods, plan.fields.clone())
+        Self::new(plan.grid.clone(), plan.tile_shape.clone(), plan.methods.clone(), plan.fields.clone())
     }
 
     /// The layout of a map with these dimensions, methods and fields.
-    pub fn new(grid: Grid, tile_shape: Vec<usize>, methods: Vec<MethodInfo>, fields: Vec<Field>) -> Self {
+    pub fn new(grid: Grid, tile_shape: Vec<usize>, methods: Vec<Method>, fields: Vec<Field>) -> Self {
         let mut variables = Vec::new();
         let mut quantities = 0;
         for field in Field::ALL {
@@ -151,11 +124,19 @@ impl Schema {
                 continue;
             }
             match field {
-                Field::Verdict => per_method(&mut variables, &methods, "verdict", Content::Verdict),
-                Field::Margin => per_method(&mut variables, &methods, "margin", Content::Margin),
+                Field::Verdict => {
+                    per_method(&mut variables, grid.law(), &methods, "verdict", Content::Verdict)
+                }
+                Field::Margin => per_method(&mut variables, grid.law(), &methods, "margin", Content::Margin),
                 Field::CriticalC => {
                     let [name, errors] = Field::critical_of(&grid);
-                    per_method(&mut variables, &methods, name.trim_end_matches('_'), Content::CriticalC);
+                    per_method(
+                        &mut variables,
+                        grid.law(),
+                        &methods,
+                        name.trim_end_matches('_'),
+                        Content::CriticalC,
+                    );
                     add_errors(&mut variables, &methods, errors);
                 }
                 Field::Regime => {
@@ -252,7 +233,8 @@ impl Schema {
 
 fn per_method(
     variables: &mut Vec<Variable>,
-    methods: &[MethodInfo],
+    law: &Law,
+    methods: &[Method],
     field: &str,
     content: fn(usize) -> Content,
 ) {
@@ -264,33 +246,33 @@ fn per_method(
             _ => "does a stick-slip limit cycle exist: ",
         };
         let mut variable =
-            plain(&format!("{field}_{}", method.name), &format!("{what}{}", method.long_name), content);
-        variable.attributes.push(("guarantee", method.guarantee.as_str().into()));
-        variable.attributes.push(("equation", method.equation.as_str().into()));
+            plain(&format!("{field}_{}", method.name()), &format!("{what}{}", method.long_name()), content);
+        variable.attributes.push(("guarantee", method.guarantee().name().into()));
+        variable.attributes.push(("equation", method.equation_for(law).into_owned().into()));
         variables.push(variable);
     }
 }
 
 /// Says of each critical damping what its error is, and adds the variable with the errors of the simulation,
 /// the only method whose critical damping is approximate.
-fn add_errors(variables: &mut Vec<Variable>, methods: &[MethodInfo], prefix: &str) {
+fn add_errors(variables: &mut Vec<Variable>, methods: &[Method], prefix: &str) {
     let mut errors = None;
     for variable in variables.iter_mut() {
         let Content::CriticalC(position) = variable.content else { continue };
-        let MethodInfo { name, long_name, .. } = &methods[position];
-        if *name != Method::Simulation.name() {
+        let method = methods[position];
+        if !matches!(method, Method::Simulation) {
             let exact =
                 "the edge of what the method claims, exact to rounding; NaN where it claims no presence";
             variable.attributes.push(("comment", exact.into()));
             continue;
         }
-        let of = format!("{prefix}{name}");
+        let of = format!("{prefix}{}", method.name());
         let comment = "NaN where no damping >= 0 is critical or none was found (no error), and where the error \
                        is more than 1 % of it and 1e-9";
         variable.attributes.push(("comment", comment.into()));
         variable.attributes.push(("ancillary_variables", of.as_str().into()));
-        let long_name = format!("estimate of the absolute error of the critical damping: {long_name}");
-        let mut of_errors = plain(&of, &long_name, Content::CriticalError(position));
+        let what = format!("estimate of the absolute error of the critical damping: {}", method.long_name());
+        let mut of_errors = plain(&of, &what, Content::CriticalError(position));
         let comment = "numerical error, for the friction as given: the uncertainty of measured or fitted friction is not in it, \
                        and is told by slipmap machine and slipmap probe";
         of_errors.attributes.push(("comment", comment.into()));
@@ -300,12 +282,12 @@ fn add_errors(variables: &mut Vec<Variable>, methods: &[MethodInfo], prefix: &st
 }
 
 /// The variable of a quantity; its name ends with that of the method or the axis, if the quantity has one.
-fn of_quantity(quantity: Quantity, methods: &[MethodInfo], grid: &Grid, content: Content) -> Variable {
+fn of_quantity(quantity: Quantity, methods: &[Method], grid: &Grid, content: Content) -> Variable {
     match quantity {
         Quantity::EpsilonLimit(method) => {
-            let MethodInfo { name, long_name, .. } = &methods[method];
-            let name = format!("{}_{name}", quantity.name());
-            plain(&name, &format!("{}: {long_name}", quantity.long_name()), content)
+            let method = methods[method];
+            let name = format!("{}_{}", quantity.name(), method.name());
+            plain(&name, &format!("{}: {}", quantity.long_name(), method.long_name()), content)
         }
         Quantity::CriticalDerivative(axis) => {
             let axis = &grid.axes()[axis].name;

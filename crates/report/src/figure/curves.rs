@@ -132,10 +132,10 @@ pub(super) fn by_method(
 ) -> (Boundaries, Vec<f64>) {
     let simulated = budget.solve(columns);
     let solved = &columns[..simulated.len()];
-    let tests = map.methods().iter().filter_map(|method| match Method::by_name(&method.name)? {
+    let tests = map.methods().iter().filter_map(|method| match method {
         Method::Test(test) => {
             let edges = solved.iter().map(|column| (test.claim)(column).edge().unwrap_or(f64::NAN));
-            Some((method.name.clone(), edges.collect()))
+            Some((method.name().into(), edges.collect()))
         }
         Method::Simulation | Method::Naive(..) => None,
     });

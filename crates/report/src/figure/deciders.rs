@@ -10,6 +10,7 @@ use super::verdict_panels::{
     EXACT, FEWEST_NODES, cell_columns, draw_exact, failed_words, main_plane, method_title, panel_epsilons,
 };
 use super::{Figure, palette, slice::equals};
+use slipmap_certify::Guarantee;
 use slipmap_figure::data::Data;
 use slipmap_figure::legend::{Legend, Sample};
 use slipmap_figure::panels::Panels;
@@ -27,10 +28,10 @@ pub(crate) fn deciders(view: &View, report: &Report, width: Width) -> Result<Opt
         counts.iter().map(|c| c.method(Verdict::Present) + c.method(Verdict::Absent)).sum()
     };
     let mut tests: Vec<usize> = (0..methods.len())
-        .filter(|&m| matches!(methods[m].guarantee.as_str(), "finite_epsilon" | "validated"))
+        .filter(|&m| matches!(methods[m].guarantee(), Guarantee::FiniteEpsilon | Guarantee::Validated))
         .collect();
     tests.sort_by_key(|&m| (decided(m), m));
-    let simulation = methods.iter().position(|method| method.name == SIMULATION);
+    let simulation = methods.iter().position(|method| method.name() == SIMULATION);
     let (x, y) = main_plane(map);
     if [x, y].iter().any(|&axis| map.grid().axes()[axis].values.len() < FEWEST_NODES) {
         return Ok(None);
@@ -38,7 +39,7 @@ pub(crate) fn deciders(view: &View, report: &Report, width: Width) -> Result<Opt
     let index = view.informative_nodes();
     let epsilons = panel_epsilons(map, &index, &[x]);
     let area = |name: &str| (palette::method_area(name), method_title(name));
-    let mut kinds: Vec<(Fill, Rich)> = tests.iter().map(|&m| area(&methods[m].name)).collect();
+    let mut kinds: Vec<(Fill, Rich)> = tests.iter().map(|&m| area(methods[m].name())).collect();
     kinds.push((palette::method_area(SIMULATION), rich("simulation only")));
     let failed = palette::verdict(Verdict::Failed);
     let [none_of_them, fails] = [kinds.len(), kinds.len() + 1];
@@ -52,7 +53,7 @@ pub(crate) fn deciders(view: &View, report: &Report, width: Width) -> Result<Opt
         let codes = tests
             .iter()
             .chain(&simulation)
-            .map(|&m| slice.codes(&format!("verdict_{}", methods[m].name)))
+            .map(|&m| slice.codes(&format!("verdict_{}", methods[m].name())))
             .collect::<Result<Vec<_>, _>>()?;
         slices.push((slice, codes));
     }
@@ -114,7 +115,7 @@ pub(crate) fn deciders(view: &View, report: &Report, width: Width) -> Result<Opt
         let name = |codes: &[Array2<i8>], i: usize, j: usize| match kind_of(codes, i, j) {
             kind if kind == fails => "failed".to_owned(),
             kind if kind == none_of_them => "none".to_owned(),
-            first => tests.get(first).map_or(SIMULATION, |&m| &methods[m].name).to_owned(),
+            first => tests.get(first).map_or(SIMULATION, |&m| methods[m].name()).to_owned(),
         };
         let mut words = Vec::new();
         for (_, codes) in &slices {

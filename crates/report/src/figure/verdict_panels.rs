@@ -148,7 +148,7 @@ pub(crate) fn verdict_panels(view: &View, width: Width) -> Result<Vec<Figure>, R
         );
     }
     // A plane that has no cycle anywhere is drawn only if there is no other.
-    if map.methods().iter().any(|method| method.name == SIMULATION) {
+    if map.methods().iter().any(|method| method.name() == SIMULATION) {
         let codes = slices.iter().map(|slice| slice.codes(&format!("verdict_{SIMULATION}")));
         let codes = codes.collect::<Result<Vec<_>, _>>()?;
         let may_have_one = |codes: &Array2<i8>| codes.iter().any(|code| *code != Verdict::Absent.code());
@@ -197,7 +197,7 @@ fn over_one_axis(
         return Ok(Vec::new());
     }
     let variables: Vec<String> =
-        map.methods().iter().map(|method| format!("verdict_{}", method.name)).collect();
+        map.methods().iter().map(|method| format!("verdict_{}", method.name())).collect();
     let epsilons = panel_epsilons(map, index, &[other, over]);
     let figure = |&epsilon: &usize| {
         let index = map.grid().at_epsilon(index, epsilon);
@@ -243,17 +243,17 @@ fn figure(slice: &Slice, width: Width) -> Result<Figure, ReportError> {
     let methods = map.methods();
     let codes = methods
         .iter()
-        .map(|method| slice.codes(&format!("verdict_{}", method.name)))
+        .map(|method| slice.codes(&format!("verdict_{}", method.name())))
         .collect::<Result<Vec<_>, _>>()?;
     let edges = methods
         .iter()
-        .map(|method| match method.name == SIMULATION {
+        .map(|method| match method.name() == SIMULATION {
             // Its panel shows the exact boundary.
             true => Ok(Vec::new()),
-            false => stored_edge(slice, &method.name),
+            false => stored_edge(slice, method.name()),
         })
         .collect::<Result<Vec<_>, _>>()?;
-    let simulation = methods.iter().position(|method| method.name == SIMULATION);
+    let simulation = methods.iter().position(|method| method.name() == SIMULATION);
     let [x, y] = slice.axes();
     let [(x_scale, x_name), (y_scale, y_name)] = slice.scales();
     let [x_edges, y_edges] = slice.edges();
@@ -264,7 +264,7 @@ fn figure(slice: &Slice, width: Width) -> Result<Figure, ReportError> {
     // Methods that are undecided everywhere are listed by name instead of drawn as panels.
     let (empty, shown): (Vec<usize>, Vec<usize>) = (0..methods.len()).partition(|&m| undecided(&codes[m]));
     let (empty, shown) = if shown.is_empty() { (shown, empty) } else { (empty, shown) };
-    let left_out = join(empty.iter().map(|&m| method_title(&methods[m].name)));
+    let left_out = join(empty.iter().map(|&m| method_title(methods[m].name())));
     let words = |text: &str| match empty.is_empty() {
         true => Rich::default(),
         false => rich(text).then(left_out.clone()),
@@ -295,7 +295,7 @@ fn figure(slice: &Slice, width: Width) -> Result<Figure, ReportError> {
         draw(&mut scene, true);
         draw_lines(&mut scene, &edge, panel, &OWN_EDGE);
         draw_lines(&mut scene, &curves, panel, &EXACT);
-        panel.title(&mut scene, &letter(number).then(method_title(&methods[m].name)));
+        panel.title(&mut scene, &letter(number).then(method_title(methods[m].name())));
     }
     panels.axes(&mut scene, &x_name, &y_name);
     let mut legend = Legend::default();
@@ -316,7 +316,7 @@ fn figure(slice: &Slice, width: Width) -> Result<Figure, ReportError> {
     let names: Vec<(i8, &'static str)> =
         Verdict::ALL.map(|verdict| (verdict.code(), verdict.name())).to_vec();
     for (method, codes) in methods.iter().zip(&codes) {
-        let header = format!("verdict_{}", method.name);
+        let header = format!("verdict_{}", method.name());
         data = data.with(header, Values::Codes(codes.iter().copied().collect(), names.clone()));
     }
     Ok(Figure {

@@ -5,7 +5,7 @@ use super::super::boundary::Order;
 use super::super::table::{Cell, Column, ColumnOf, Show, Table};
 use super::super::units::{Label, View};
 use super::{EPSILON_DIGITS, column_of, epsilons, in_unit, percent, words};
-use slipmap_figure::text::{Rich, rich};
+use slipmap_figure::text::rich;
 
 pub fn boundary(view: &View, report: &Report) -> Table {
     let map = view.map;
@@ -52,13 +52,12 @@ pub fn boundary(view: &View, report: &Report) -> Table {
         columns.push(Column { key: named.header(), heading: named.text(), show: Show::Trimmed(4) });
     }
     let origin = if boundaries.stored { "read from the map" } else { "computed again for this report" };
-    let mut notes = vec![rich(&format!(
+    let notes = vec![rich(&format!(
         "Error: the damping {{c}} up to which the method claims the cycle minus the exact critical damping {{c^*}} \
          ({origin}), over the columns of the map (all parameters but {{c}} fixed) in which both are at least 0; median \
          and 95 % are of its size, known to 0.05 %. Beyond: columns in which the method claims too much. None claimed, none exists: \
          columns in which only {{c^*}}, or only the method's boundary, is at least 0."
     ))];
-    notes.extend(unknown(report));
     Table {
         name: "boundary",
         caption: rich("Error in {c} of the boundary of each method, against the exact critical damping."),
@@ -66,15 +65,6 @@ pub fn boundary(view: &View, report: &Report) -> Table {
         rows,
         notes,
     }
-}
-
-fn unknown(report: &Report) -> Option<Rich> {
-    let unknown = &report.boundaries.unknown;
-    (!unknown.is_empty()).then(|| {
-        rich("Left out, because the map does not store their boundary: ")
-            .then(Rich::foreign(&unknown.join(", ")))
-            .then(".")
-    })
 }
 
 /// The order in eps of the boundary's error, between neighbouring eps.

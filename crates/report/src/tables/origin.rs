@@ -6,14 +6,13 @@ use super::super::units::{Label, View};
 use super::words;
 use slipmap_figure::text::{Rich, rich};
 use slipmap_format::{MapFile, Value};
-use slipmap_map::dataset::MethodInfo;
-use slipmap_map::map::{Axis, AxisRole, Regime, Verdict};
+use slipmap_map::map::{Axis, AxisRole, Method, Regime, Verdict};
 use slipmap_numbers::spacing::{is_linear, is_logarithmic};
 
 pub fn cost(map: &MapFile) -> Table {
     let cells = map.grid().cells() as u64;
-    let seconds = |method: &MethodInfo| map.number(&format!("seconds_{}", method.name));
-    let rate = |method: &MethodInfo| {
+    let seconds = |method: &Method| map.number(&format!("seconds_{}", method.name()));
+    let rate = |method: &Method| {
         seconds(method).filter(|seconds| *seconds > 0.0).map(|seconds| cells as f64 / seconds)
     };
     let mut notes = vec![rich(
@@ -57,8 +56,8 @@ pub fn cost(map: &MapFile) -> Table {
              Theorem 1 allows. With --set simulation.engine=direct every cell is integrated."
         )));
     }
-    let columns: [ColumnOf<MethodInfo>; 4] = [
-        ("method", "method", Show::AsIs, &|method| words(&method.name)),
+    let columns: [ColumnOf<Method>; 4] = [
+        ("method", "method", Show::AsIs, &|method| words(method.name())),
         ("cells", "cells", Show::AsIs, &|_| Cell::Count(cells)),
         ("seconds", "seconds", Show::Significant(3), &|method| seconds(method).into()),
         ("cells_per_second", "cells per second", Show::Significant(3), &|method| rate(method).into()),
@@ -79,7 +78,7 @@ pub fn failures(map: &MapFile, report: &Report) -> Table {
         for (what, verdict) in [("failed", Verdict::Failed), ("not computed", Verdict::NotComputed)] {
             let cells: u64 = confusion.iter().map(|counts| counts.method(verdict)).sum();
             if cells > 0 {
-                rows.push((format!("{}: cells {what}", method.name), Some(cells)));
+                rows.push((format!("{}: cells {what}", method.name()), Some(cells)));
             }
         }
     }
@@ -112,11 +111,12 @@ pub fn failures(map: &MapFile, report: &Report) -> Table {
 }
 
 pub(crate) fn methods(map: &MapFile) -> Table {
-    let columns: [ColumnOf<MethodInfo>; 4] = [
-        ("method", "method", Show::AsIs, &|method| words(&method.name)),
-        ("long_name", "what it is", Show::AsIs, &|method| words(&method.long_name)),
-        ("guarantee", "guarantee", Show::AsIs, &|method| words(&method.guarantee.replace('_', " "))),
-        ("equation", "equation", Show::AsIs, &|method| words(&method.equation)),
+    let law = map.grid().law();
+    let columns: [ColumnOf<Method>; 4] = [
+        ("method", "method", Show::AsIs, &|method| words(method.name())),
+        ("long_name", "what it is", Show::AsIs, &|method| words(method.long_name())),
+        ("guarantee", "guarantee", Show::AsIs, &|method| words(&method.guarantee().name().replace('_', " "))),
+        ("equation", "equation", Show::AsIs, &|method| words(&method.equation_for(law))),
     ];
     Table::of("methods", rich("The methods of the map."), map.methods(), &columns)
 }
