@@ -116,9 +116,25 @@ fn read_marks(path: &Path) -> Result<Marks, Failure> {
         let remedy = "write a line of headers, and below it lines of two numbers with a comma between them";
         Failure::bad_input(format!("--mark {}: {problem}", path.display()), remedy)
     };
-    let mut reader = csv::Reader::from_path(path).map_err(|error| wrong(error.to_string()))?;
-    let points = reader.deserialize().collect::<Result<Vec<[f64; 2]>, _>>();
-    Ok((name, points.map_err(|error| wrong(error.to_string()))?))
+    if !path.exists() {
+        return Err(Failure::bad_input(
+            format!("--mark {}: there is no such file", path.display()),
+            "check the path",
+        ));
+    }
+    let mut reader = csv::ReaderBuilder::new()
+        .flexible(true)
+        .trim(csv::Trim::All)
+        .from_path(path)
+        .map_err(|error| wrong(error.to_string()))?;
+    let mut points: Vec<[f64; 2]> = Vec::new();
+    for row in reader.records() {
+        let row = row.map_err(|error| wrong(error.to_string()))?;
+        let line = row.position().map_or(0, csv::Position::line);
+        let point = row.deserialize(None);
+        points.push(point.map_err(|_| wrong(format!("line {line}: no two numbers")))?);
+    }
+    Ok((name, points))
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {

@@ -145,9 +145,12 @@ pub(super) struct PointArguments {
 }
 
 fn parse_number(text: &str) -> Result<f64, String> {
+    number(text, "write for example 0.5 or 1e-3, without a unit")
+}
+
+fn number(text: &str, usual: &str) -> Result<f64, String> {
     text.parse().map_err(|_| {
-        let remedy =
-            decimal_comma(text).unwrap_or_else(|| "write for example 0.5 or 1e-3, without a unit".into());
+        let remedy = decimal_comma(text).unwrap_or_else(|| usual.into());
         format!("this is not a number; {remedy}")
     })
 }
@@ -188,10 +191,11 @@ pub(super) fn parse_setting(text: &str) -> Result<(String, Setting), String> {
     let name = name.trim();
     let name = name.strip_prefix("machine.").unwrap_or(name).to_owned();
     let value = value.trim();
-    Ok((
-        name,
-        if has_unit(value) { Setting::WithUnit(value.into()) } else { Setting::Number(parse_number(value)?) },
-    ))
+    if has_unit(value) {
+        return Ok((name, Setting::WithUnit(value.into())));
+    }
+    let usual = "write for example 0.5 or 1e-3; a quantity of a machine may have its unit: 2 kg";
+    Ok((name, Setting::Number(number(value, usual)?)))
 }
 
 impl PointArguments {

@@ -140,7 +140,9 @@ pub(super) fn write(
         ("measure friction up to", format!("about {needed} {velocity}: the orbit leaves the data"))
     });
     let unit = 2.0 * (machine.stiffness * machine.mass).sqrt();
-    let ratio = behaviour.critical_damping_ratio.zip(behaviour.critical_damping_error);
+    let error =
+        behaviour.critical_damping_error.map(|error| of_data.map_or(error, |of_data| of_data.max(error)));
+    let ratio = behaviour.critical_damping_ratio.zip(error);
     let ratio = ratio.map_or("-".into(), |(ratio, error)| with_error(ratio, error / unit));
     let open = errors.map(|errors| errors.leave_open(machine.damping, behaviour.regime));
     let words = |regime| regime_words(regime).into();
@@ -149,9 +151,13 @@ pub(super) fn write(
         (Regime::Neutral, Some(_)) => format!("{regime}; the stick-slip cycle attracts"),
         _ => regime,
     };
+    let mut fastest = limit(behaviour.critical_belt_speed.times(of_velocity.recip()), &velocity);
+    if let (Some(_), Limit::Below(_)) = (errors, behaviour.critical_belt_speed) {
+        fastest += "; its error by those of the data: slipmap machine";
+    }
     let does = [
         (speed.as_str(), quantity(Some(machine.belt_speed / of_velocity), &velocity)),
-        (&critical_speed, limit(behaviour.critical_belt_speed.times(of_velocity.recip()), &velocity)),
+        (&critical_speed, fastest),
         ("damping", quantity(Some(machine.damping / of_damping), &damping_unit)),
         ("critical damping", critical),
         ("damping ratio", short(behaviour.damping_ratio)),

@@ -65,6 +65,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
         let problem = format!("--out {}: this is a file", folder.display());
         return Err(Failure::bad_input(problem, "name a folder"));
     }
+    if map.grid().machine().is_some() && !arguments.epsilon.is_empty() {
+        return Err(Failure::bad_input(
+            "--epsilon: the map of a machine has no axis epsilon",
+            "leave it out",
+        ));
+    }
     let bar = progress::bar(arguments.quiet, Some(map.grid().cells() as u64), "cells");
     let on_cells = |cells| bar.inc(cells as u64);
     let control = Control { on_cells: &on_cells, stop: interrupt::flag(), ..Control::default() };

@@ -206,6 +206,20 @@ fn a_report_has_a_table_in_si_units() {
     assert!(
         words.contains("<dt>amplitude</dt>") && words.contains(" at belt speed 0.1 m/s and damping 20 N s/m")
     );
+    // Where the mass varies, the machine of the report is that of its figures, and named.
+    let masses =
+        ["--overwrite", "--set", "machine.mass=[1.0, 4.0]", "--set", "machine.belt_speed=[0.1, 0.2]"];
+    scratch.run(&[&run[..], &masses[..]].concat()).ends_with(0);
+    scratch.run(&["report", "map.h5", "--out", "report", "--overwrite"]).ends_with(0);
+    let words = scratch.read("report/report.html");
+    assert!(words.contains("What the machine does at damping 20 N s/m, mass = 1 kg"), "{words}");
+    let answer = scratch.run(&[&probe[..], &["--set", "mass=1"]].concat()).ends_with(0).out;
+    let answer: Value = serde_json::from_str(&answer).unwrap();
+    let frequency = answer["machine"]["natural_frequency"].as_f64().unwrap();
+    assert!(
+        words.contains(&format!("<dt>natural frequency</dt><dd>{frequency:.1} Hz")),
+        "{frequency} {words}"
+    );
 }
 
 /// For a rotation the mass is the moment of inertia, under either name: in a file, as an option, in a table.

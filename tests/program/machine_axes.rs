@@ -221,6 +221,16 @@ fn inputs_are_in_the_units_that_people_have() {
     let plot = ["plot", "plane.h5", "--x", "belt_speed", "--y", "damping_ratio", "--mark", "marks.csv"];
     scratch.run(&[&plot[..], &["--out", "marks.svg"]].concat()).ends_with(0);
     assert_eq!(scratch.read("marks.svg").matches("fill=\"#d55e00\"").count(), 2);
+    scratch.file("marks.csv", "ratio,speed\n3,40\n");
+    let run = scratch.run(&[&plot[..], &["--out", "swapped.svg"]].concat()).ends_with(0);
+    assert!(
+        run.err.contains("1 of 1 marks lie outside the figure; write belt_speed [rpm], then"),
+        "{}",
+        run.err
+    );
+    scratch
+        .run(&["report", "plane.h5", "--epsilon", "1"])
+        .refuses(&["no axis epsilon", "help: leave it out"]);
     // Answers are in the unit of the file, and a number without a unit is told to be in SI units.
     let page = scratch.run(&["machine", "people.toml", "--set", "belt_speed=40 rpm"]).ends_with(0);
     assert!(page.out.contains("at 40 rpm and "), "{}", page.out);

@@ -304,6 +304,15 @@ fn measured_friction_with_standard_errors_makes_a_machine_uncertain() {
     let critical = page["may_stick_slip_below_damping"].as_f64().unwrap();
     let error = page["risk"]["critical_damping_standard_error"].as_f64().unwrap();
     assert!(error > 0.0, "{page}");
+    // The critical damping and its ratio have one relative error, up to the roundings to two digits of both.
+    let told = scratch.run(&["probe", "--machine", "measured.toml"]).ends_with(0).out;
+    let relative = |name: &str| {
+        let line = told.lines().find_map(|line| line.trim().strip_prefix(name)).unwrap();
+        let numbers: Vec<f64> = line.split_whitespace().filter_map(|word| word.parse().ok()).collect();
+        numbers[1] / numbers[0]
+    };
+    let both = relative("critical damping ratio  ") / relative("critical damping  ");
+    assert!((0.9..1.1).contains(&both), "{told}");
     // The damping that five per cent of normal deviations exceed.
     let rare = ["machine", "measured.toml", "--draws", "1000", "--rare", "0.05"];
     let rare = json(&scratch, &rare)["risk"]["rare_by"][0]["damping"].clone();

@@ -46,6 +46,9 @@ pub(super) fn summary(view: &View, report: &Report) -> Vec<(Rich, Rich)> {
         let damping = quantity(point.damping * si.units.damping, Dimension::Damping);
         let at_speed = rich(" at ").then(speed_axis.name.clone()).then(" ").then(speed.clone());
         let does = behaviour(&model, TOLERANCE);
+        if let Some(held) = view.model_words() {
+            line("machine of the next lines", held);
+        }
         if let Some(critical) = does.critical_damping {
             let error = does.critical_damping_error.unwrap_or(0.0);
             let value = Rich::with_error(critical, error, 4).with_unit(si.unit(Dimension::Damping));

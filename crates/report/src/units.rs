@@ -52,13 +52,28 @@ impl<'a> View<'a> {
         UnitSystem { machine: grid.si(&grid.values(index)), ..UnitSystem::of_grid(grid) }
     }
 
-    /// The oscillator of the map's machine at the middle node of every axis, the upper one of two: the first
-    /// damping is often 0, and an undamped machine is of little interest. `None` for a dimensionless map.
+    /// The nodes at which the figures hold the axes, but of the damping the upper one of two in the middle: the first is
+    /// often 0, and an undamped machine is of little interest.
+    fn middle(&self) -> Vec<usize> {
+        let axes = self.map.grid().axes();
+        let mut middle: Vec<usize> = axes.iter().map(Axis::middle).collect();
+        middle[axes.len() - 1] = axes[axes.len() - 1].values.len() / 2;
+        middle
+    }
+
+    /// The oscillator of the map's machine at its middle nodes; `None` for a dimensionless map.
     pub(crate) fn model(&self) -> Option<Model> {
         let grid = self.map.grid();
-        let middle: Vec<usize> = grid.axes().iter().map(|axis| axis.values.len() / 2).collect();
-        let (law, point, si) = grid.place(&grid.values(&middle))?;
+        let (law, point, si) = grid.place(&grid.values(&self.middle()))?;
         Some(Model { law, point, si: si? })
+    }
+
+    /// What [`View::model`] holds beside belt speed and damping, where such axes vary.
+    pub(crate) fn model_words(&self) -> Option<Rich> {
+        let axes = self.map.grid().axes();
+        let others = axes.len() - 2;
+        let varies = axes[..others].iter().any(|axis| axis.values.len() > 1);
+        varies.then(|| self.held(&self.middle(), &[others, others + 1]))
     }
 }
 

@@ -45,8 +45,8 @@ pub fn write(
     if let Some(name) = options.methods.iter().find(|name| known().all(|known| known != *name)) {
         return Err(ChoiceError::unknown("method", name, known()).into());
     }
-    let node =
-        |epsilon: &f64| nearest_node(view, 0, *epsilon).map(|node| view.map.grid().axes()[0].values[node]);
+    let first = &view.map.grid().axes()[0];
+    let node = |epsilon: &f64| nearest_node(view, 0, *epsilon).map(|node| first.values[node]);
     let epsilons = options.epsilons.iter().map(node).collect::<Result<Vec<_>, _>>()?;
     tables.iter_mut().for_each(|table| table.keep(&options.methods, &epsilons));
     let figures = figure::all(view, report, options.width)?;

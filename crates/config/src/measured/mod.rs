@@ -102,9 +102,15 @@ impl Measured {
         let name = path.display().to_string();
         let mut bytes = Vec::new();
         // The length is limited because some files never end.
-        std::fs::File::open(path)
-            .and_then(|open| open.take(LONGEST + 1).read_to_end(&mut bytes))
-            .map_err(|error| (format!("{name} cannot be read: {error}"), "check the path".to_owned()))?;
+        std::fs::File::open(path).and_then(|open| open.take(LONGEST + 1).read_to_end(&mut bytes)).map_err(
+            |error| {
+                let problem = match error.kind() {
+                    std::io::ErrorKind::NotFound => format!("{name}: there is no such file"),
+                    _ => format!("{name} cannot be read: {error}"),
+                };
+                (problem, "check the path".to_owned())
+            },
+        )?;
         if bytes.len() as u64 > LONGEST {
             let problem = format!("{name} is longer than {} MiB, and no measured friction", LONGEST >> 20);
             return Err((problem, "name a CSV file with the columns slip speed and friction".into()));

@@ -206,6 +206,31 @@ fn draw_area(scene: &mut Scene, panel: &Panel, area: &Area, colours: Option<Colo
     }
 }
 
+impl Area<'_> {
+    /// "2 of 3 marks lie outside the figure, whose axes are: ...", if any do.
+    pub(super) fn marks_outside(&self) -> Option<String> {
+        let (_, points) = self.marks?;
+        let edges = self.slice.edges();
+        let labels = self.slice.axes().map(|axis| self.slice.view.axis(axis));
+        let is_inside = |point: &&[f64; 2]| {
+            let inside = |of: usize| {
+                let [one, other] =
+                    [edges[of][0], edges[of][edges[of].len() - 1]].map(|end| end * labels[of].factor);
+                (one.min(other)..=one.max(other)).contains(&point[of])
+            };
+            inside(0) && inside(1)
+        };
+        let outside = points.len() - points.iter().filter(is_inside).count();
+        let [across, up] = labels.map(|label| label.header());
+        (outside > 0 || points.is_empty()).then(|| {
+            format!(
+                "{outside} of {} marks lie outside the figure; write {across}, then {up}, in these units",
+                points.len()
+            )
+        })
+    }
+}
+
 /// Draws cells by colour; a run of cells of equal colour in a column is one rectangle.
 fn draw_pixels(
     scene: &mut Scene,

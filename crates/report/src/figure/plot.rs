@@ -246,9 +246,11 @@ fn over_plane(view: &View, plot: &Plot, x: usize, y: usize) -> Result<Plotted, R
     let header = panel_axis.map(|axis| view.axis(&axes[axis]).header());
     let data = area::data(&areas, &label, header.as_deref().map(|header| (header, values.as_slice())));
     let thinned = first.slice.thinned().map(|(axis, step)| (axis.name.clone(), step)).collect();
+    let outside = first.marks_outside();
     let curves = areas.swap_remove(0).curves;
     let mut notes = moved(view, panel_axis, plot.panels, &nodes);
     notes.extend(cut);
+    notes.extend(outside);
     for (axis, other) in [(x, y), (y, x)].into_iter().filter(|(axis, _)| axes[*axis].values.len() == 2) {
         let (few, [first, second]) = (view.axis(&axes[axis]), [0, 1].map(|i| axes[axis].values[i]));
         let [first, second] = [first, second].map(|node| short(node * few.factor));

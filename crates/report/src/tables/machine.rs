@@ -23,7 +23,8 @@ pub(super) fn machine(view: &View) -> Option<Table> {
     let units = si.units;
     let [length, velocity, damping] =
         [Dimension::Length, Dimension::Velocity, Dimension::Damping].map(|of| si.unit(of));
-    let speeds = &map.grid().axes().iter().find(|axis| axis.role == AxisRole::BeltSpeed)?.values;
+    let speed_axis = map.grid().axes().iter().find(|axis| axis.role == AxisRole::BeltSpeed)?;
+    let (speeds, speed_name) = (&speed_axis.values, view.axis(speed_axis).name.plain());
     let shown = speeds.len().min(ROWS);
     let rows = (0..shown).map(|i| {
         let belt_speed = speeds[if shown > 1 { i * (speeds.len() - 1) / (shown - 1) } else { 0 }];
@@ -58,11 +59,16 @@ pub(super) fn machine(view: &View) -> Option<Table> {
             .then(quantity("damping ", units.damping, &format!("{}.", damping))),
     ];
     if let Some(speed) = critical {
-        notes.push(quantity("Critical belt speed at this damping: ", speed, &format!("{}.", velocity)));
+        let name = format!("Critical {speed_name} at this damping: ");
+        notes.push(quantity(&name, speed, &format!("{velocity}.")));
     }
+    if shown < speeds.len() {
+        notes.push(rich(&format!("Rows: {shown} of the {} nodes of {speed_name}.", speeds.len())));
+    }
+    let held = view.model_words().map_or(rich(""), |held| rich(", ").then(held));
     Some(Table {
         name: "machine",
-        caption: quantity("What the machine does at damping ", at, damping).then(rich(
+        caption: quantity("What the machine does at damping ", at, damping).then(held).then(rich(
             ", in SI units: above the critical damping a mass that leaves the belt does not come back to it.",
         )),
         columns: vec![
