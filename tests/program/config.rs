@@ -120,6 +120,7 @@ fn the_remedy_is_what_to_write() {
     let comma = "alpha = \"0,5\"";
     refused(with("alpha", comma), &["grid.alpha = \"0,5\"", "write decimals with a point: 0.5"]);
     refused(with("alpha", "alpha = 0.5 kg # of sand"), &["bad.toml:6:", "write the number alone", ": 0.5\n"]);
+    refused(with("alpha", "alpha = .5"), &["bad.toml:6:", "write 0.5\n"]);
     // The value without the comment behind it.
     refused(with("alpha", "alpha = -0.5 # a comment"), &["grid.alpha = -0.5: "]);
 }

@@ -464,7 +464,11 @@ impl<'a> Reader<'a> {
                 ))
             }
             Match::Unknown => {
-                Err(node.error(&format!("the unit {unit} is not known"), format!("write the number in {si}")))
+                let remedy = match unit.strip_prefix(',') {
+                    Some(decimals) => format!("write decimals with a point: {number}.{decimals}"),
+                    None => format!("write the number in {si}"),
+                };
+                Err(node.error(&format!("the unit {unit} is not known"), remedy))
             }
         }
     }

@@ -529,7 +529,10 @@ fn parse(file: &Path, text: String) -> Result<Document<String>, ConfigError> {
         let value = text.get(start..).map_or("", |rest| &rest[..line_ends(rest)]);
         let problem = format!("not valid TOML: {}", e.message().trim().replace('\n', " "));
         let shown = || "correct this line; how values are written shows the file of: slipmap init".into();
-        let remedy = decimal_comma(value).or_else(|| without_unit(value)).unwrap_or_else(shown);
+        // Such as .5 or 5., which TOML does not take.
+        let number = || value.trim().parse::<f64>().ok().map(|number| format!("write {number:?}"));
+        let remedy =
+            decimal_comma(value).or_else(number).or_else(|| without_unit(value)).unwrap_or_else(shown);
         ConfigError::new(position(file, &text, offset), problem, remedy)
     })
 }
