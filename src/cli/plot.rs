@@ -116,23 +116,29 @@ fn read_marks(path: &Path) -> Result<Marks, Failure> {
         let remedy = "write a line of headers, and below it lines of two numbers with a comma between them";
         Failure::bad_input(format!("--mark {}: {problem}", path.display()), remedy)
     };
-    if !path.exists() {
-        return Err(Failure::bad_input(
-            format!("--mark {}: there is no such file", path.display()),
-            "check the path",
-        ));
+    if !path.is_file() {
+        let problem = format!("--mark {}: there is no such file", path.display());
+        return Err(Failure::bad_input(problem, "check the path"));
     }
-    let mut reader = csv::ReaderBuilder::new()
-        .flexible(true)
-        .trim(csv::Trim::All)
-        .from_path(path)
-        .map_err(|error| wrong(error.to_string()))?;
-    let mut points: Vec<[f64; 2]> = Vec::new();
-    for row in reader.records() {
+    let mut reader = csv::ReaderBuilder::new();
+    let reader = reader.flexible(true).trim(csv::Trim::All).from_path(path);
+    let mut points = Vec::new();
+    for row in reader.map_err(|error| wrong(error.to_string()))?.into_records() {
         let row = row.map_err(|error| wrong(error.to_string()))?;
-        let line = row.position().map_or(0, csv::Position::line);
-        let point = row.deserialize(None);
-        points.push(point.map_err(|_| wrong(format!("line {line}: no two numbers")))?);
+        let numbers: Vec<f64> =
+            row.iter().filter_map(|text| text.parse().ok()).filter(|it: &f64| it.is_finite()).collect();
+        match (numbers[..].try_into(), row.len()) {
+            (Ok(point), 2) => points.push(point),
+            _ => {
+                return Err(wrong(format!(
+                    "a line is not two numbers: {}",
+                    row.iter().collect::<Vec<_>>().join(",")
+                )));
+            }
+        }
+    }
+    if points.is_empty() {
+        return Err(wrong("there are no numbers below its first line".into()));
     }
     Ok((name, points))
 }

@@ -153,7 +153,7 @@ pub(super) fn write(
     };
     let mut fastest = limit(behaviour.critical_belt_speed.times(of_velocity.recip()), &velocity);
     if let (Some(_), Limit::Below(_)) = (errors, behaviour.critical_belt_speed) {
-        fastest += "; its error by those of the data: slipmap machine";
+        fastest += "; errors by those of the friction: slipmap machine";
     }
     let does = [
         (speed.as_str(), quantity(Some(machine.belt_speed / of_velocity), &velocity)),

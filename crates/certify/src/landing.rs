@@ -387,7 +387,7 @@ fn turning_point<T: Bounding>(energy: f64, s: f64, divergence_bound: impl Fn(f64
         let angle = c(2.0) * one.atan() - ((s - half * p) / (omega * p)).atan();
         let q = s.squared() - c(d) * s * p + p.squared();
         let turning = (q.sqrt() * (half * angle / omega).exp()).most() * INFLATE;
-        if turning <= trial || divergence_bound(turning) <= d {
+        if turning <= trial || turning.is_finite() && divergence_bound(turning) <= d {
             return turning;
         }
         trial = turning + 0.5 * (turning - trial);

@@ -120,8 +120,8 @@ impl Claim {
     #[must_use]
     pub fn along(&self, cs: &[f64]) -> [(Decision, usize); 4] {
         let present_to = cs.partition_point(|&c| c < self.present_below);
-        let present_from = cs.partition_point(|&c| c < self.sticks_from).min(present_to);
-        let absent_from = cs.partition_point(|&c| c <= self.absent_above).max(present_to);
+        let present_from = cs.partition_point(|&c| !(c >= self.sticks_from)).min(present_to);
+        let absent_from = cs.partition_point(|&c| !(c > self.absent_above)).max(present_to);
         [
             (Decision::Undecided, present_from),
             (Decision::Present, present_to - present_from),
@@ -150,7 +150,7 @@ impl Claim {
 
 /// The edge of a claim of presence for eps c < `bound`: `bound` / eps.
 ///
-/// Below the normal numbers a bound may be wrong by any factor, and nothing is claimed. The quotient's own
+/// Below the normal numbers a bound may be wrong by any factor, and nothing is claimed, nor where it overflows to NaN. The quotient's own
 /// rounding does no harm at any size: a double c that is less than the rounded quotient is less than the
 /// quotient.
 fn presence_edge(column: &Column, bound: f64) -> f64 {
@@ -163,7 +163,7 @@ fn absence_edge(column: &Column, bound: f64) -> f64 {
 }
 
 fn is_reliable(column: &Column, bound: f64) -> bool {
-    column.curve.is_normal() && !bound.is_subnormal()
+    column.curve.is_normal() && !bound.is_subnormal() && !bound.is_nan()
 }
 
 named! {
@@ -307,6 +307,27 @@ mod tests {
         }
     }
 
+    #[test]
+    fn verdicts_along_a_column_are_those_of_its_cells() {
+        let thresholds = [f64::NEG_INFINITY, -1.0, 0.0, 0.5, 1.0, 2.0, f64::INFINITY, f64::NAN];
+        for [sticks_from, present_below, absent_above] in thresholds
+            .iter()
+            .flat_map(|&a| thresholds.iter().flat_map(move |&b| thresholds.map(|c| [a, b, c])))
+        {
+            // A claim of presence never meets one of absence.
+            if present_below > absent_above {
+                continue;
+            }
+            let claim = Claim { sticks_from, present_below, absent_above };
+            for cs in [&[][..], &[0.5], &[0.0, 0.25, 0.5, 1.0, 1.5, 2.0, 3.0]] {
+                let along = claim.along(cs).into_iter();
+                let along: Vec<_> = along.flat_map(|(decision, cells)| vec![decision; cells]).collect();
+                let one_by_one: Vec<_> = cs.iter().map(|&c| claim.decide(c)).collect();
+                assert_eq!(along, one_by_one, "{claim:?} {cs:?}");
+            }
+        }
+    }
+
     /// Methods share claims; the answer of each is what it would be alone.
     #[test]
     fn claims_of_many_columns_are_those_of_each() {
@@ -315,9 +336,17 @@ mod tests {
             let belt_speed = 0.1 * 1.15_f64.powi(i);
             law.column(&Point { epsilon: 0.9, law: LawParameters::new(&[]), belt_speed, damping: 0.0 })
         };
-        let columns: Vec<Column> = (0..32).map(formula).chain(test_columns::random_columns(100)).collect();
-        for columns in [&columns[..32], &columns[32..]] {
-            let shared = Columns::new(columns);
+        // Stribeck's law with and without a drop: engines of their own, side by side.
+        let dropped = Law::Stribeck.with_drop();
+        let of_drop = |i: u32| {
+            let law = LawParameters::new(&[0.3, 0.01, 2.0, if i.is_multiple_of(3) { 0.1 } else { 0.0 }]);
+            let belt_speed = 0.2 + 0.05 * f64::from(i);
+            dropped.column(&Point { epsilon: 0.3, law, belt_speed, damping: 0.0 })
+        };
+        let columns: Vec<Column> = (0..32).map(formula).collect();
+        let stribeck: Vec<Column> = test_columns::random_columns(100).collect();
+        for columns in [columns, stribeck, (0..30).map(of_drop).collect()] {
+            let shared = Columns::new(&columns);
             for test in &TESTS {
                 for (column, claim) in columns.iter().zip(test.claims(&shared)) {
                     assert_eq!(claim, (test.claim)(column), "{} {column:?}", test.name);

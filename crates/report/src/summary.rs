@@ -47,7 +47,7 @@ pub(super) fn summary(view: &View, report: &Report) -> Vec<(Rich, Rich)> {
         let at_speed = rich(" at ").then(speed_axis.name.clone()).then(" ").then(speed.clone());
         let does = behaviour(&model, TOLERANCE);
         if let Some(held) = view.model_words() {
-            line("machine of the next lines", held);
+            line("machine of these lines", held);
         }
         if let Some(critical) = does.critical_damping {
             let error = does.critical_damping_error.unwrap_or(0.0);

@@ -52,19 +52,19 @@ impl<'a> View<'a> {
         UnitSystem { machine: grid.si(&grid.values(index)), ..UnitSystem::of_grid(grid) }
     }
 
-    /// The nodes at which the figures hold the axes, but of the damping the upper one of two in the middle: the first is
-    /// often 0, and an undamped machine is of little interest.
-    fn middle(&self) -> Vec<usize> {
+    /// The nodes at which the figures hold the axes, but of the damping that in the middle, the upper one of two: the first
+    /// is often 0, and an undamped machine is of little interest.
+    fn model_nodes(&self) -> Vec<usize> {
         let axes = self.map.grid().axes();
-        let mut middle: Vec<usize> = axes.iter().map(Axis::middle).collect();
-        middle[axes.len() - 1] = axes[axes.len() - 1].values.len() / 2;
-        middle
+        let mut nodes = self.informative_nodes();
+        nodes[axes.len() - 1] = axes[axes.len() - 1].values.len() / 2;
+        nodes
     }
 
-    /// The oscillator of the map's machine at its middle nodes; `None` for a dimensionless map.
+    /// The oscillator of the map's machine at the nodes of its figures; `None` for a dimensionless map.
     pub(crate) fn model(&self) -> Option<Model> {
         let grid = self.map.grid();
-        let (law, point, si) = grid.place(&grid.values(&self.middle()))?;
+        let (law, point, si) = grid.place(&grid.values(&self.model_nodes()))?;
         Some(Model { law, point, si: si? })
     }
 
@@ -73,7 +73,7 @@ impl<'a> View<'a> {
         let axes = self.map.grid().axes();
         let others = axes.len() - 2;
         let varies = axes[..others].iter().any(|axis| axis.values.len() > 1);
-        varies.then(|| self.held(&self.middle(), &[others, others + 1]))
+        varies.then(|| self.held(&self.model_nodes(), &[others, others + 1]))
     }
 }
 

@@ -105,7 +105,7 @@ impl Measured {
         std::fs::File::open(path).and_then(|open| open.take(LONGEST + 1).read_to_end(&mut bytes)).map_err(
             |error| {
                 let problem = match error.kind() {
-                    std::io::ErrorKind::NotFound => format!("{name}: there is no such file"),
+                    std::io::ErrorKind::NotFound => format!("{name} cannot be read: there is no such file"),
                     _ => format!("{name} cannot be read: {error}"),
                 };
                 (problem, "check the path".to_owned())

@@ -135,14 +135,14 @@ impl PlaneCurves {
         Self { plane: self.plane.turned(), curves: curves.collect(), cut: self.cut.clone() }
     }
 
-    /// "Curves that may end early or lack, since their search stopped after its budget: fold curve", if any are.
+    /// "Curves that may end early or be missing, because their search reached its limit: fold curve", if any are.
     #[must_use]
     pub fn cut_in_words(&self) -> Option<String> {
         let kinds: Vec<String> =
             self.cut.iter().map(|kind| format!("{} curve", kind.name().replace('_', " "))).collect();
         let all = kinds.join(", ");
         (!kinds.is_empty()).then(|| {
-            format!("Curves that may end early or lack, since their search stopped after its budget: {all}")
+            format!("Curves that may end early or be missing, because their search reached its limit: {all}")
         })
     }
 

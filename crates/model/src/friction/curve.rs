@@ -677,7 +677,7 @@ impl Ranges<'_> {
         match &self.compiled {
             Some(law) if hi <= law.reach() => law.highest(lo, hi),
             _ => match &self.curve.form {
-                // It falls: half of the work in the longest maps.
+                // It falls with the slip speed. Its lower bound, half of the work, is not computed.
                 Form::Stribeck(law) => law.weakening(lo),
                 _ => self.curve.weakening_range(lo, hi).hi,
             },

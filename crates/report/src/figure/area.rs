@@ -207,7 +207,7 @@ fn draw_area(scene: &mut Scene, panel: &Panel, area: &Area, colours: Option<Colo
 }
 
 impl Area<'_> {
-    /// "2 of 3 marks lie outside the figure, whose axes are: ...", if any do.
+    /// "2 of 3 marks lie outside the figure; write V, then c, in these units", if any do.
     pub(super) fn marks_outside(&self) -> Option<String> {
         let (_, points) = self.marks?;
         let edges = self.slice.edges();
@@ -222,7 +222,7 @@ impl Area<'_> {
         };
         let outside = points.len() - points.iter().filter(is_inside).count();
         let [across, up] = labels.map(|label| label.header());
-        (outside > 0 || points.is_empty()).then(|| {
+        (outside > 0).then(|| {
             format!(
                 "{outside} of {} marks lie outside the figure; write {across}, then {up}, in these units",
                 points.len()

@@ -83,7 +83,8 @@ pub fn plot(view: &View, plot: &Plot) -> Result<Plotted, ReportError> {
             }
             let mut plotted = over_axis(view, plot, shown)?;
             let [shown, other] = [shown, other].map(|axis| &axes[axis].name);
-            plotted.notes.push(format!("{other} has one node: drawn over {shown} alone"));
+            let without = if plot.marks.is_some() { ", without marks" } else { "" };
+            plotted.notes.push(format!("{other} has one node: drawn over {shown} alone{without}"));
             Ok(plotted)
         }
         Some(y) => over_plane(view, plot, x, y),
