@@ -85,49 +85,6 @@ fn x1_of_extremum(oscillator: &Oscillator, v: f64) -> f64 {
     oscillator.curve.phi(oscillator.belt_speed - v) - oscillator.viscous * v
 }
 
-/// The point at which `below` changes between `low`, where it holds, and `high`.
-fn bisect(mut low: f64, mut high: f64, below: impl Fn(f64) -> bool) -> f64 {
-    assert!(below(low) && !below(high));
-    for _ in 0..60 {
-        let middle = 0.5 * (low + high);
-        *(if below(middle) { &mut low } else { &mut high }) = middle;
-    }
-    0.5 * (low + high)
-}
-
-#[test]
-fn the_edges_of_the_band_are_where_the_attractors_change() {
-    for column in columns() {
-        let (low, high) = (instability(&column), critical(&column));
-        let at = |c: f64| Oscillator::in_column(&column, c);
-        let (left, right) = (low - (high - low), high + (high - low));
-
-        // The equilibrium's eigenvalues are computed from D(V), whose terms are below 10: a few ulps of that,
-        // divided by eps >= 0.05.
-        let loses_stability = bisect(left, right, |c| !at(c).eigenvalues().is_stable());
-        assert!((loses_stability - low).abs() < 1e-13, "{loses_stability} {low}");
-
-        // A turn from the belt line leads inward beyond c*. Its error of 1e-13 turns into one of c through
-        // the margin's slope, about pi eps >= 0.15.
-        let outward = |c: f64| match turn(&at(c), column.belt_speed, 1e-13).unwrap() {
-            SlipTurn::Returns { radius, .. } => radius > column.belt_speed,
-            SlipTurn::MeetsBelt { .. } => true,
-            SlipTurn::Rests => false,
-        };
-        let by_turns = bisect(left, right, outward);
-        assert!((by_turns - high).abs() < 1e-10, "{by_turns} {high}");
-
-        // The direct flow agrees, which shares no code with either.
-        let by_flow = bisect(left, right, |c| match witness::flow(&at(c), 1e-14).fate {
-            Fate::Sticks(_) | Fate::CrossesForever => true,
-            Fate::SpiralsInward => false,
-            Fate::TooCloseToCall => witness::flow(&at(c), 1e-14).margin > 0.0,
-            Fate::Failed(failure) => panic!("{failure}"),
-        });
-        assert!((by_flow - high).abs() < 1e-10, "{by_flow} {high}");
-    }
-}
-
 #[test]
 fn one_unstable_slip_cycle_inside_the_band_and_none_outside() {
     for column in columns() {
@@ -364,15 +321,6 @@ fn friction_that_falls_next_to_rest_has_a_regime() {
             assert_eq!(map::regime(&oscillator, &flow), wanted, "{share} {damping}: {flow:?}");
         }
     }
-}
-
-/// Where orbits leave the data of a table, that is the reason why its cycles are unknown.
-#[test]
-fn slip_cycles_beyond_the_data_of_a_table_are_unknown_for_that_reason() {
-    let rows = [(0.0, 2.0), (1.0, 2.0), (2.0, 3.0), (17.0, 1.0), (18.0, 1.0)].map(|(u, f)| (u / 24.16491, f));
-    let law = Law::Table(Table::new("a machine", &rows, 2.0).unwrap());
-    let oscillator = Oscillator::new(&law, &law.point(1.0, &[], 0.331059, 0.120824).unwrap());
-    assert_eq!(slip_cycles(&oscillator, 1e-9), Err(Failure::NotFinite.into()));
 }
 
 #[test]

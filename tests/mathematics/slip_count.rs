@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use crate::sample::{Random, Sampling};
 use slipmap::certify::slip_count::count_slip_cycles;
 use slipmap::filippov::Oscillator;
-use slipmap::friction::{Expression, Law, Table};
+use slipmap::friction::{Expression, Law};
 use slipmap::point::LawParameters;
 use slipmap::simulate::backbone::Backbone;
 use slipmap::simulate::slip_cycle::slip_cycles;
@@ -129,19 +129,6 @@ fn laws_that_weaken_less_and_less_have_one_slip_cycle_at_most() {
     }
     println!("slip cycles: none at {none} points, one at {one}, not proved at {open}");
     assert!(one >= 50 && open * 20 <= none + one, "{none} {one} {open}");
-}
-
-#[test]
-fn for_measured_laws_only_the_even_part_gives_proofs() {
-    let data: Vec<(f64, f64)> =
-        (0..80).map(|i| 0.05 * f64::from(i)).map(|u| (u, 1.0 / (1.0 + u * u))).collect();
-    let curve =
-        Law::Table(Table::new("lorentzian", &data, 1.0).unwrap()).curve(1.0, &LawParameters::new(&[]));
-    let count =
-        |viscous: f64| count_slip_cycles(&Oscillator { curve: curve.clone(), viscous, belt_speed: 0.58 });
-    assert_eq!(count(2.0).exact(), Some(0));
-    let between = count(0.62);
-    assert_eq!((between.at_least, between.at_most, between.open.len()), (0, None, 1));
 }
 
 /// D(V - v) = e (1 - a w^2 + b w^4) at V = 1, w = tanh(v / d): all variation lies within |v| of some d.

@@ -67,14 +67,6 @@ fn override_refused(set: &str, parts: &[&str]) {
 }
 
 #[test]
-fn the_legal_configuration_is_legal() {
-    let scratch = Scratch::new();
-    scratch.file("legal.toml", LEGAL);
-    scratch.run(&["run", "legal.toml", "--dry-run"]).ends_with(0);
-    assert_eq!(scratch.names(), ["legal.toml"], "a dry run writes nothing");
-}
-
-#[test]
 fn missing_axes_and_sections() {
     refused(with("beta", ""), &["bad.toml:4:", "`beta` is missing from [grid]", ":\n    beta = 1.0\n"]);
     refused("title = \"x\"\n", &["bad.toml:1:1", "`epsilon` is missing from [grid]"]);

@@ -89,19 +89,6 @@ fn slip_cycles_beyond_the_data_name_what_to_measure() {
     assert!(!line.contains("not determined"), "{line}");
 }
 
-/// The speeds that are tried are those of the machine: the limits are the same at every working speed.
-#[test]
-fn limits_of_the_speed_do_not_depend_on_the_working_speed() {
-    let scratch = machine(FALLS);
-    let limits = ["0.03", "0.1", "0.41"].map(|speed| {
-        let page = page(&scratch, &["--set", &format!("belt_speed={speed}"), "--set", "damping=120"]);
-        ["always_stick_slips_below_belt_speed", "may_stick_slip_below_belt_speed"]
-            .map(|key| page["limits"][key].clone())
-    });
-    assert!(limits[0][0]["value"].is_f64() && limits[0][1]["status"] == "limit", "{limits:?}");
-    assert!(limits.iter().all(|of| *of == limits[0]), "{limits:?}");
-}
-
 /// A configuration that `run` refuses is refused by `machine` and `probe`, too, with the same message.
 #[test]
 fn a_configuration_is_valid_for_all_commands_or_for_none() {

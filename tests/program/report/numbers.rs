@@ -268,26 +268,6 @@ fn boundary_errors_and_orders_are_those_of_the_columns() {
 }
 
 #[test]
-fn orders_in_epsilon_are_those_of_the_theory() {
-    // c* - c(perturbation) is O(eps), c* - c(instability) O(eps^2), c* - c(harmonic balance) O(eps^4).
-    let folder = tempfile::tempdir().unwrap();
-    // Below these eps the error of c* is a large part of its distance from harmonic balance.
-    let epsilons = [0.04, 0.06, 0.08];
-    let nodes: [&[f64]; 6] = [&epsilons, &[0.1, 0.4], &[0.05], &[1.0, 2.0], &[0.8, 1.2], &[0.0, 1.0]];
-    let plan = plan(nodes, &["perturbation", "instability", "harmonic_balance"], &[Field::Verdict]);
-    let report = gather(&store_map(folder.path(), &plan, "Orders"));
-    for (method, expected) in report.boundaries.methods.iter().zip([1.0, 2.0, 4.0]) {
-        assert_eq!(method.orders.len(), 2);
-        for order in &method.orders {
-            // The next term of the series is smaller by a factor of about k = eps gamma V <= 2.4 eps, and it
-            // changes the slope over an octave by less than that.
-            let k = 2.4 * order.epsilons[1];
-            assert!((order.order - expected).abs() < k * expected, "{}: {order:?}", method.method);
-        }
-    }
-}
-
-#[test]
 fn cost_failures_and_provenance_come_from_the_attributes() {
     let map = &*SMALL;
     let report = gather(map);

@@ -5,7 +5,7 @@ use crate::command::{PROBE, Scratch};
 use slipmap::map::{self, Control, Field, Verdict};
 use slipmap::report::figure::plot::At;
 use slipmap::report::figure::{Plot, Width};
-use slipmap::report::{Cell, Existing, ReportOptions, View, figure, tables, write};
+use slipmap::report::{Cell, View, figure, tables};
 use slipmap::store::Pick::{Every, Node};
 use slipmap::store::{self, MapFile, Outcome, PartialMap, Provenance};
 
@@ -110,40 +110,6 @@ fn failed_cells_are_counted_and_drawn() {
     for figure in figure::all(&View::new(&map), &report, Width::OneColumn).unwrap() {
         check_svg(&figure.scene.svg("failed", &figure.caption));
     }
-}
-
-#[test]
-fn hostile_texts_stay_texts() {
-    let folder = tempfile::tempdir().unwrap();
-    let title = "</title><script>alert(1)</script> \\input{x} $\\alpha$ | & \"q\" %\u{1}\nnext 中";
-    let nodes: [&[f64]; 6] = [&[0.1], &[0.3], &[0.1], &[1.0, 2.0], &[1.0], &[0.0, 0.5]];
-    let map = store_map(folder.path(), &plan(nodes, &["symmetric", "simulation"], &[Field::Verdict]), title);
-    let out = folder.path().join("out");
-    let options = ReportOptions {
-        existing: Existing::Refuse,
-        data: true,
-        width: Width::TwoColumns,
-        methods: Vec::new(),
-        epsilons: Vec::new(),
-    };
-    write(&View::new(&map), &gather(&map), &out, &options).unwrap();
-    let read = |name: &str| std::fs::read_to_string(out.join(name)).unwrap();
-    let html = read("report.html");
-    assert!(
-        !html.contains("<script") && html.matches("</title>").count() == 1 + html.matches("<svg").count()
-    );
-    assert!(html.contains("&lt;script&gt;"));
-    let latex = read("report.tex") + &read("tables/provenance.tex");
-    assert!(
-        !latex.contains("\\input{x}")
-            && latex.contains("\\textbackslash{}input\\{x\\} \\$\\textbackslash{}alpha\\$")
-    );
-    assert!(latex.contains("[U+4E2D]"));
-    let csv = read("tables/provenance.csv");
-    let mut records = csv::Reader::from_reader(csv.as_bytes());
-    let first = records.records().next().unwrap().unwrap();
-    let tame: String = title.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
-    assert_eq!(&first[1], tame, "CSV keeps texts as they are, but for control characters");
 }
 
 /// A plot over a plane.
