@@ -7,7 +7,7 @@ pub(super) fn notes_on_draws(draws: usize, failed: usize, redrawn: usize) -> Vec
     let mut notes = Vec::new();
     if redrawn > 0 {
         notes.push(format!(
-            "{} of illegal values, such as a negative mass or damping, do not count; {} do",
+            "{} of illegal values, such as a negative damping or an exponent below 1, do not count; {} do",
             number_of(redrawn, "draw"),
             count(draws)
         ));

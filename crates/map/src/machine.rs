@@ -395,7 +395,7 @@ impl Machine {
 
     /// Whether every number is one of a machine.
     pub fn is_legal(&self) -> bool {
-        self.illegal().is_none() && self.friction.is_legal_at_rest()
+        self.illegal().is_none() && self.friction.is_legal_at_rest() && self.friction.has_slope_at_rest()
     }
 
     /// The units of the dimensionless oscillator.

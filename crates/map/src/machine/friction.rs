@@ -174,4 +174,14 @@ impl Friction {
         let level = self.at_rest();
         level > 0.0 && level.is_finite()
     }
+
+    /// Whether friction has a finite slope as slip begins, as an exponent below 1 has not.
+    pub(super) fn has_slope_at_rest(&self) -> bool {
+        match self {
+            Friction::Formula(formula, parameters) => {
+                Law::Expression(formula.clone()).curve(1.0, parameters).weakening(0.0).is_finite()
+            }
+            _ => true,
+        }
+    }
 }

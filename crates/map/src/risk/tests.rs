@@ -273,6 +273,13 @@ fn illegal_draws_and_failed_ones_are_counted_apart() {
     // until 1000 are legal, 118 on average.
     assert!((60..180).contains(&found.redrawn), "{}", found.redrawn);
     assert_eq!((found.draws, found.failed), (1000, 0));
+    // So are exponents of a formula below 1: one standard deviation below the mean, 15.9 % of all.
+    let formula = Expression::new("0.3 + 0.2*exp(-(u/0.06)^delta)", 0.5).unwrap();
+    let friction = Friction::Formula(formula, LawParameters::new(&[1.1]));
+    let machine = Machine { friction, ..machine };
+    let found = risk(&machine, &[("delta", Spread::Normal { sd: 0.1 })], Some(300), &[]).unwrap();
+    assert!((25..90).contains(&found.redrawn), "{}", found.redrawn);
+    assert_eq!((found.draws, found.failed), (300, 0));
 }
 
 #[test]
