@@ -9,8 +9,8 @@ use slipmap_numbers::jet::Jet;
 
 /// Largest number of pieces of a curve. The remaining ranges are then accepted, whatever their errors.
 const MOST_PIECES: usize = 4096;
-/// Largest number of forms of one curve, with different reaches, that are kept; each may take a megabyte.
-const MOST_KEPT: usize = 16;
+/// Number of pieces above which forms of one curve, with different reaches, are no longer kept: some ten megabytes.
+const MOST_KEPT: usize = 16 * MOST_PIECES;
 /// Largest number of bisections of the first piece.
 const MOST_HALVINGS: u32 = 64;
 /// Least reach of a form that may be the beginning of a longer one.
@@ -99,7 +99,7 @@ pub(in crate::friction) fn compile(
 /// Adds a form to those that are kept of a curve.
 fn keep(compiled: Weakening, known: &mut Vec<Arc<Weakening>>) -> Arc<Weakening> {
     let compiled = Arc::new(compiled);
-    if known.len() == MOST_KEPT
+    if known.iter().map(|form| form.pieces.len()).sum::<usize>() > MOST_KEPT
         && let Some(shortest) =
             (0..known.len()).min_by(|&i, &j| known[i].reach().total_cmp(&known[j].reach()))
     {
