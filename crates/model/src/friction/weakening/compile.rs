@@ -99,7 +99,7 @@ pub(in crate::friction) fn compile(
 /// Adds a form to those that are kept of a curve.
 fn keep(compiled: Weakening, known: &mut Vec<Arc<Weakening>>) -> Arc<Weakening> {
     let compiled = Arc::new(compiled);
-    if known.iter().map(|form| form.pieces.len()).sum::<usize>() > MOST_KEPT
+    while known.iter().map(|form| form.pieces.len()).sum::<usize>() > MOST_KEPT
         && let Some(shortest) =
             (0..known.len()).min_by(|&i, &j| known[i].reach().total_cmp(&known[j].reach()))
     {
