@@ -339,13 +339,13 @@ mod tests {
         // Stribeck's law with and without a drop: engines of their own, side by side.
         let dropped = Law::Stribeck.with_drop();
         let of_drop = |i: u32| {
-            let law = LawParameters::new(&[0.3, 0.01, 2.0, if i.is_multiple_of(3) { 0.1 } else { 0.0 }]);
-            let belt_speed = 0.2 + 0.05 * f64::from(i);
+            let law = LawParameters::new(&[0.313, 0.0117, 2.07, if i.is_multiple_of(3) { 0.1 } else { 0.0 }]);
+            let belt_speed = 0.2 + 0.0137 * f64::from(i);
             dropped.column(&Point { epsilon: 0.3, law, belt_speed, damping: 0.0 })
         };
         let columns: Vec<Column> = (0..32).map(formula).collect();
         let stribeck: Vec<Column> = test_columns::random_columns(100).collect();
-        for columns in [columns, stribeck, (0..30).map(of_drop).collect()] {
+        for columns in [columns, stribeck, (0..300).map(of_drop).collect()] {
             let shared = Columns::new(&columns);
             for test in &TESTS {
                 for (column, claim) in columns.iter().zip(test.claims(&shared)) {
