@@ -101,13 +101,13 @@ fn lowest(column: &Column, amplitude: f64) -> f64 {
 /// it finds none.
 fn presence_edges(columns: &[Column]) -> Vec<Option<f64>> {
     let mut searches: Vec<Search> = columns.iter().map(Search::new).collect();
-    for _ in 0..EVALUATIONS {
-        let going = searches.iter_mut().filter(|search| !search.is_over);
-        // Apart, for a bound must not depend on the columns beside it.
-        let (stribeck, others): (Vec<_>, Vec<_>) =
-            going.partition(|search| search.column.curve.stribeck().is_some());
-        for mut alike in [stribeck, others] {
-            let (groups, rest) = alike.as_chunks_mut::<LANES>();
+    // Apart, for a bound must not depend on the columns beside it.
+    let (stribeck, others): (Vec<_>, Vec<_>) =
+        searches.iter_mut().partition(|search| search.column.curve.stribeck().is_some());
+    for mut going in [stribeck, others] {
+        for _ in 0..EVALUATIONS {
+            going.retain(|search| !search.is_over);
+            let (groups, rest) = going.as_chunks_mut::<LANES>();
             groups.iter_mut().for_each(evaluate);
             rest.as_chunks_mut::<1>().0.iter_mut().for_each(evaluate);
         }

@@ -120,8 +120,15 @@ impl Claim {
     #[must_use]
     pub fn along(&self, cs: &[f64]) -> [(Decision, usize); 4] {
         let present_to = cs.partition_point(|&c| c < self.present_below);
-        let present_from = cs.partition_point(|&c| !(c >= self.sticks_from)).min(present_to);
-        let absent_from = cs.partition_point(|&c| !(c > self.absent_above)).max(present_to);
+        // Most claims have one edge; what holds for the first or the last damping holds for all.
+        let present_from = match cs.first() {
+            Some(&c) if c >= self.sticks_from => 0,
+            _ => cs.partition_point(|&c| !(c >= self.sticks_from)).min(present_to),
+        };
+        let absent_from = match cs.last() {
+            Some(&c) if !(c > self.absent_above) => cs.len(),
+            _ => cs.partition_point(|&c| !(c > self.absent_above)).max(present_to),
+        };
         [
             (Decision::Undecided, present_from),
             (Decision::Present, present_to - present_from),

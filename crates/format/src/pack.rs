@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use slipmap_map::dataset::fingerprint::{self, canonical};
 use slipmap_map::dataset::{Cells, Fingerprint, Schema, Variable};
-use slipmap_map::map::{Account, Plan, Runs, Sink, TileData, unravel};
+use slipmap_map::map::{Account, Plan, Runs, Sink, TileData};
 
 use super::codec::to_bytes;
 use super::deflate;
@@ -258,8 +258,13 @@ impl Deflate {
 fn row_starts<'a>(shape: &'a [usize], chunk: &'a [usize]) -> impl Iterator<Item = usize> + 'a {
     let row = shape.last().copied().unwrap_or(1);
     (0..shape.iter().product::<usize>() / row.max(1)).map(move |number| {
-        let index = unravel(number * row, shape);
-        index.iter().zip(chunk).fold(0, |start, (&at, &length)| start * length + at)
+        let (mut start, mut stride, mut rest) = (0, chunk.last().copied().unwrap_or(1), number);
+        for (length, of_chunk) in shape.iter().zip(chunk).rev().skip(1) {
+            start += rest % length * stride;
+            stride *= of_chunk;
+            rest /= length;
+        }
+        start
     })
 }
 

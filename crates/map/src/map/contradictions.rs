@@ -48,19 +48,25 @@ pub(super) fn excludes_errors(guarantee: Guarantee) -> bool {
 /// The contradictions among the verdicts of a tile.
 pub(super) fn contradictions(data: &TileData) -> Contradictions {
     let guaranteed = data.methods.iter().filter(|cells| excludes_errors(cells.method.guarantee()));
-    let mut runs: Vec<_> = guaranteed.map(|cells| cells.verdicts.iter().peekable()).collect();
+    // For each method what is left of its runs: verdict, and position after its last cell.
+    let mut left: Vec<&[(Verdict, u32)]> = guaranteed.map(|cells| cells.verdicts.as_slice()).collect();
     let mut found = Contradictions::default();
     let cells = data.tile.cells();
     // Each step goes from one change of any verdict to the next.
     let mut from = 0;
     while from < cells {
         let (mut to, mut present, mut absent) = (cells, false, false);
-        for run in &mut runs {
-            while run.next_if(|(_, cells)| cells.end <= from).is_some() {}
-            if let Some((verdict, cells)) = run.peek() {
-                to = to.min(cells.end);
-                present |= *verdict == Verdict::Present;
-                absent |= *verdict == Verdict::Absent;
+        for runs in &mut left {
+            let Some(&(verdict, end)) = runs.first() else { continue };
+            to = to.min(end as usize);
+            present |= verdict == Verdict::Present;
+            absent |= verdict == Verdict::Absent;
+        }
+        for runs in &mut left {
+            if let Some((&(_, end), rest)) = runs.split_first()
+                && end as usize == to
+            {
+                *runs = rest;
             }
         }
         if present && absent {

@@ -2,6 +2,7 @@
 //! channel between them limits the memory. The content of a tile depends on the plan alone, so a map is the
 //! same for any number of threads.
 
+use std::cell::LazyCell;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::sync_channel;
 
@@ -198,18 +199,20 @@ fn work<S: Sink>(
 /// derives from the verdicts.
 fn compute_tile(plan: &Plan, draws: &Draws, tile: &Tile) -> (TileData, Account) {
     let mut account = Account { cells: tile.cells() as u64, ..Account::default() };
-    let (found, taken): (Vec<Option<Column>>, f64) = timed(|| plan.grid.columns(tile).collect());
-    account.stages.columns = taken;
     // Nodes without a column are computed as another one, and then made blank.
-    let blank: Vec<usize> = (0..found.len()).filter(|at| found[*at].is_none()).collect();
-    let other = || found.iter().flatten().next().cloned().unwrap_or_else(|| plan.grid.some_column());
-    let all = match blank.is_empty() {
-        true => found.into_iter().flatten().collect(),
-        false => {
-            let other = other();
-            found.into_iter().map(|column| column.unwrap_or_else(|| other.clone())).collect::<Vec<_>>()
-        }
-    };
+    let mut blank = Vec::new();
+    let other = LazyCell::new(|| plan.grid.some_column());
+    let (all, taken): (Vec<Column>, f64) = timed(|| {
+        let found = plan.grid.columns(tile).enumerate();
+        let or_blank = |(at, column): (usize, Option<Column>)| {
+            column.unwrap_or_else(|| {
+                blank.push(at);
+                (*other).clone()
+            })
+        };
+        found.map(or_blank).collect()
+    });
+    account.stages.columns = taken;
     let columns = Columns::new(&all);
     let cs = &plan.grid.dampings()[tile.damping_range()];
     let axes = plan.grid.coordinates_of(tile);

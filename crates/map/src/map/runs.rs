@@ -60,6 +60,11 @@ impl<T: Copy + PartialEq> Runs<T> {
         self.runs.iter().zip(starts).map(|(&(value, end), start)| (value, start as usize..end as usize))
     }
 
+    /// The runs in order: value, and position after the last cell.
+    pub(super) fn as_slice(&self) -> &[(T, u32)] {
+        &self.runs
+    }
+
     /// The values cell by cell.
     pub fn values(&self) -> impl Iterator<Item = T> + '_ {
         self.iter().flat_map(|(value, cells)| std::iter::repeat_n(value, cells.len()))

@@ -5,6 +5,8 @@
 //! two bisections, label a column of any length. Between neighbouring columns critical dampings are
 //! interpolated, see [`super::interpolation`].
 
+use std::ops::Range;
+
 use super::end::End;
 use super::interpolation::Interpolated;
 use super::{Engine, Runs, Verdict};
@@ -262,7 +264,7 @@ fn labelling_roots(
 ) -> Vec<Result<CriticalDamping, NoCriticalDamping>> {
     let mut roots = critical_dampings(columns, first);
     if second < first {
-        let settles = |root: &CriticalDamping| cs.iter().all(|&c| (c - root.c).abs() > root.error);
+        let settles = |root: &CriticalDamping| near(root, cs).is_empty();
         let open = (0..roots.len()).filter(|&number| !roots[number].as_ref().is_ok_and(settles));
         let open: Vec<usize> = open.collect();
         let again: Vec<Column> = open.iter().map(|&number| columns[number].clone()).collect();
@@ -274,6 +276,12 @@ fn labelling_roots(
     roots
 }
 
+/// Those of the dampings `cs` that lie within the error of a critical damping: all, if the error is not a number.
+fn near(critical: &CriticalDamping, cs: &[f64]) -> Range<usize> {
+    let CriticalDamping { c: critical, error, .. } = critical;
+    cs.partition_point(|c| *c < critical - error)..cs.partition_point(|c| !(*c > critical + error))
+}
+
 /// Labels one column from its critical damping; returns the number of cells that comparison decided.
 fn column_by_root(
     column: &Column,
@@ -283,16 +291,14 @@ fn column_by_root(
     tolerance: f64,
     done: &mut Simulated,
 ) -> u64 {
-    let CriticalDamping { c: critical, error, rhs } = critical;
-    done.rhs += rhs;
+    done.rhs += critical.rhs;
     // Before `returning` orbits return, and stick or land beyond the stick segment; from `inward` on they
     // spiral inward. Cells between are within the error of the boundary: each gets an orbit of its own.
-    let returning = cs.partition_point(|&c| c < critical - error);
-    let inward = cs.partition_point(|&c| c <= critical + error);
+    let Range { start: returning, end: inward } = near(&critical, cs);
     // A certificate that claims presence nowhere has not computed `sticks_from`.
     let sticks_from = match claim.present_below > 0.0 {
         true => claim.sticks_from,
-        false if returning > 0 => landing::sticks_from(column, critical - error),
+        false if returning > 0 => landing::sticks_from(column, critical.c - critical.error),
         false => 0.0,
     };
     let sticking = cs.partition_point(|&c| c < sticks_from).min(returning);
