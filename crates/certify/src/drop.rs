@@ -5,22 +5,18 @@
 //! presence compare with an orbit that starts from p = 0, and hold as they stand. Proofs of absence do not: the
 //! orbit must lose what the drop gives it. Let r0 = hypot(V, j).
 //!
-//! **Constant divergence.** For D = -d, 0 <= d < 2, put y = p / -s in the first quarter of the turn: y' = 1 - d
-//! y + y^2 along the orbit, so that the time to (V, -j) from the maximum of x2 before it is the integral of
-//! dy / (1 - d y + y^2) over [0, j/V]. From one maximum to the next the time is 2 pi / omega, omega =
-//! sqrt(1 - d^2/4), and q = x2^2 + d x2 x2' + x2'^2 falls like e^(-d t). With J = j/V, the orbit returns to the belt
-//! line iff
+//! Both statements are proved in the theory, Theorem 5.
+//!
+//! **Constant divergence.** For D = -d, 0 <= d < 2, J = j/V and omega = sqrt(1 - d^2/4) the orbit returns to the belt line
+//! iff
 //!
 //! ```text
-//! F(d) = ln(1 - d J + J^2) + (d / omega) (atan((J - d/2) / omega) + atan((d/2) / omega) - 2 pi) > 0.
+//! F(d) = ln(1 - d J + J^2) + (d / omega) (atan((J - d/2) / omega) + atan((d/2) / omega) - 2 pi) > 0,
 //! ```
 //!
-//! At d >= 2 it does not return: x2 changes its sign once at most. By the comparison lemma the d at which it
-//! returns are those below one number, d*(J), the *sustained damping*; F has one zero, and d* = 0 for J = 0. []
-//!
-//! **Comparison with it.** By the same lemma the orbit returns where D >= -d > -d* at all slip speeds up to V + R,
-//! R its amplitude; and it does not where D <= -d <= -d*, not with equality throughout, at all slip speeds up to
-//! V + r0, which it does not leave because x2^2 + x2'^2 falls. []
+//! and at d >= 2 it does not. F has one zero, the *sustained damping* d*(J), and d* = 0 for J = 0. So, by the comparison
+//! lemma, the orbit returns where D >= -d > -d* at all slip speeds up to V + R, R its amplitude; and it does not where D <= -d <=
+//! -d*, not with equality throughout, at all slip speeds up to V + r0.
 //!
 //! **Even part of the divergence.** Let w(V - v) = O(v) + E(v) as in [`super::symmetric`], E - eps c <= -e < 0 and
 //! |O| <= o on 0 < |v| <= V, and
@@ -29,20 +25,7 @@
 //! A(s) = sqrt(r0^2 - s^2) + o (V - s),    G(s) = exp(integral of t / A(t)^2 over [s, V]),    K = integral of G over [0, V].
 //! ```
 //!
-//! *The orbit does not return if 2 e K >= j; nor if 4 e K > j, and D <= 0 at slip speeds from 2 V to V + r0.*
-//! *Proof.* Let a(s) and b(s) be p at v = s and at v = -s in the lower half plane, s >= 0. By (H)
-//!
-//! ```text
-//! a' = -D(v = s) - s / a,    (b - a)' = s (b - a) / (a b) + 2 (E - eps c),    b(0) = a(0).
-//! ```
-//!
-//! D <= o there, and A is larger than a solution of a' = -o - s/a that ends at a(V) = j: A' <= -o - s/A. So a <= A, and
-//! b < a by the second equation, a b <= A^2. Hence b(V) <= j - 2 e K, if the lower half reaches v = -V at all. For 2 e K >= j
-//! it turns at R <= V, and the upper half stays below the symmetric reference orbit of [`super::symmetric`], which
-//! reaches the belt line with speed 0: the orbit turns short of it. In the second case let it reach v = -V with the
-//! speed b(V) <= j. Beyond, x2^2 + x2'^2 falls, so that it stays within r0 and comes back to v = -V with at most
-//! that speed. There the same argument for the upper half, a(s) and b(s) being p at v = -s and s, gives a speed of
-//! at most j - 4 e K < 0 at the belt line, which is to say that it turns before. []
+//! The orbit does not return if 2 e K >= j; nor if 4 e K > j, and D <= 0 at slip speeds from 2 V to V + r0.
 //!
 //! G is concave, as A^4 G'' / G = s^2 - A^2 + 2 s A A' and -A' >= s/A: the trapezoidal rule is a lower bound of K. Its
 //! nodes are r0 sin of angles that lie closer towards V; on each interval o (V - t) is replaced by its value at the left end,

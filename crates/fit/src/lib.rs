@@ -21,7 +21,7 @@
 
 mod model;
 
-pub use model::{Drop, Form, Shape, Viscous};
+pub use model::{Form, Shape};
 
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
 use model::FALL;
@@ -98,7 +98,7 @@ pub fn fits(in_slip: &[Reading], at_rest: &[Reading]) -> Result<Vec<Fit>, NoFit>
     if speeds.len() < 3 {
         return Err(NoFit::TooFew);
     }
-    let forms = Form::all().filter(|form| form.drop == Drop::None || !at_rest.is_empty());
+    let forms = Form::all().filter(|form| !form.drop || !at_rest.is_empty());
     let mut fits: Vec<Fit> = forms.filter_map(|form| fit(form, in_slip, at_rest)).collect();
     fits.sort_by(|one, other| one.aicc.total_cmp(&other.aicc));
     if fits.is_empty() {
@@ -136,7 +136,7 @@ pub fn fit(form: Form, in_slip: &[Reading], at_rest: &[Reading]) -> Option<Fit> 
     let mut readings: Vec<Reading> = in_slip.to_vec();
     // Breakaway scatters more than slip does: readings at rest are one, with its own error.
     let rest = mean(at_rest, known);
-    if form.drop == Drop::None {
+    if !form.drop {
         readings.extend(rest);
     }
     let (n, p) = (readings.len(), form.names().len());
@@ -148,7 +148,7 @@ pub fn fit(form: Form, in_slip: &[Reading], at_rest: &[Reading]) -> Option<Fit> 
         false => vec![1.0; n],
     };
     let mut problem = Problem::start(form, &readings, weights.clone())?.minimised()?;
-    if let (false, Some(rest), Drop::None) = (known, rest, form.drop)
+    if let (false, Some(rest), false) = (known, rest, form.drop)
         && rest.error > 0.0
     {
         // The weight of the reading at rest follows from the scatter in slip.
@@ -169,8 +169,8 @@ pub fn fit(form: Form, in_slip: &[Reading], at_rest: &[Reading]) -> Option<Fit> 
     let legal = form.is_legal(&values) && covariance.iter().all(|value| value.is_finite());
     // The error of a drop is that of the friction at rest, which no parameter of the law has.
     let at_rest = match form.drop {
-        Drop::None => None,
-        Drop::Free => {
+        false => None,
+        true => {
             let rest = rest?;
             let spread = if rest.error > 0.0 { rest.error } else { (squares / freedom).sqrt() };
             Some([rest.friction, spread])

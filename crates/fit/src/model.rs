@@ -19,33 +19,15 @@ pub enum Shape {
     Hyperbolic,
 }
 
-/// Whether friction rises in proportion to the slip speed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Viscous {
-    /// B = 0.
-    None,
-    /// B is fitted.
-    Free,
-}
-
-/// Whether friction at rest is above that at the onset of slip.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Drop {
-    /// Friction in slip begins at the friction at rest.
-    None,
-    /// It begins anywhere below.
-    Free,
-}
-
 /// A law with free parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Form {
     /// How friction falls.
     pub shape: Shape,
-    /// Whether it rises again.
-    pub viscous: Viscous,
-    /// Whether it drops as slip begins.
-    pub drop: Drop,
+    /// Whether it rises in proportion to the slip speed: B is fitted.
+    pub viscous: bool,
+    /// Whether it drops as slip begins: friction at rest may be above that at the onset of slip.
+    pub drop: bool,
 }
 
 /// Parameters in which the fit is made: those of the law, with the logarithm of v_s.
@@ -59,14 +41,13 @@ impl Form {
     pub fn all() -> impl Iterator<Item = Form> {
         use Shape::{Exponential, Gaussian, Hyperbolic, Lorentzian, None, Stretched};
         let shapes = [None, Exponential, Gaussian, Stretched, Lorentzian, Hyperbolic];
-        let rises = [Viscous::None, Viscous::Free];
         let all = shapes.into_iter().flat_map(move |shape| {
-            rises.into_iter().flat_map(move |viscous| {
-                [Drop::None, Drop::Free].into_iter().map(move |drop| Form { shape, viscous, drop })
+            [false, true].into_iter().flat_map(move |viscous| {
+                [false, true].into_iter().map(move |drop| Form { shape, viscous, drop })
             })
         });
         // Without a fall or a drop there is no friction that can excite anything.
-        all.filter(|form| form.shape != None || form.drop == Drop::Free)
+        all.filter(|form| form.shape != None || form.drop)
     }
 
     /// The names of the parameters: friction at the onset of slip and far out, the speed of the fall, its exponent,
@@ -77,7 +58,7 @@ impl Form {
             Shape::Stretched => vec!["F_s", "F_k", "v_s", "delta"],
             _ => vec!["F_s", "F_k", "v_s"],
         };
-        if self.viscous == Viscous::Free {
+        if self.viscous {
             names.push("B");
         }
         names
@@ -93,7 +74,7 @@ impl Form {
             Shape::Lorentzian => " + (F_s - F_k)/(1 + (u/v_s)^2)",
             Shape::Hyperbolic => " + (F_s - F_k)/(1 + u/v_s)",
         };
-        let rise = if self.viscous == Viscous::Free { " + B*u" } else { "" };
+        let rise = if self.viscous { " + B*u" } else { "" };
         format!("F_k{fall}{rise}")
     }
 
@@ -131,7 +112,7 @@ impl Form {
 
     /// The friction at a slip speed.
     pub fn friction(self, values: &[f64], speed: f64) -> f64 {
-        let rise = if self.viscous == Viscous::Free { values[values.len() - 1] * speed } else { 0.0 };
+        let rise = if self.viscous { values[values.len() - 1] * speed } else { 0.0 };
         match self.shape {
             Shape::None => values[0] + rise,
             _ => {
@@ -159,7 +140,7 @@ impl Form {
                 of
             }
         };
-        if self.viscous == Viscous::Free {
+        if self.viscous {
             gradient.push(speed);
         }
         gradient
@@ -171,7 +152,7 @@ impl Form {
         if self.shape != Shape::None {
             functions.push(Box::new(move |speed| self.fall(speed / log.exp(), START_DELTA)[0]));
         }
-        if self.viscous == Viscous::Free {
+        if self.viscous {
             functions.push(Box::new(|speed| speed));
         }
         functions
@@ -184,7 +165,7 @@ impl Form {
             Shape::Stretched => vec![linear[0] + linear[1], linear[0], log, START_DELTA],
             _ => vec![linear[0] + linear[1], linear[0], log],
         };
-        if self.viscous == Viscous::Free {
+        if self.viscous {
             point.push(linear[linear.len() - 1]);
         }
         DVector::from_vec(point)

@@ -3,8 +3,8 @@
 use super::*;
 use slipmap_numbers::random::Random;
 
-fn form(shape: Shape, drop: Drop) -> Form {
-    Form { shape, viscous: Viscous::Free, drop }
+fn form(shape: Shape, drop: bool) -> Form {
+    Form { shape, viscous: true, drop }
 }
 
 /// True values of the parameters, in the order of the names.
@@ -30,7 +30,7 @@ fn readings(form: Form, count: i32, noise: f64, error: f64, random: &mut Random)
 fn exact_readings_are_those_of_their_law() {
     for shape in [Shape::Exponential, Shape::Gaussian, Shape::Stretched, Shape::Lorentzian, Shape::Hyperbolic]
     {
-        let form = form(shape, Drop::None);
+        let form = form(shape, false);
         let data = readings(form, 40, 0.0, 1.0, &mut Random(1));
         let found = fits(&data, &[]).unwrap();
         let best = found.iter().find(|fit| fit.form == form).unwrap();
@@ -74,7 +74,7 @@ fn gradients_are_differences() {
 /// 1 within four standard deviations of such a mean.
 #[test]
 fn errors_are_those_of_repeated_measurements() {
-    let form = form(Shape::Exponential, Drop::None);
+    let form = form(Shape::Exponential, false);
     let mut random = Random(7);
     for (noise, error) in [(10.0, 10.0), (10.0, f64::NAN)] {
         const REPEATED: i32 = 400;
@@ -99,7 +99,7 @@ fn errors_are_those_of_repeated_measurements() {
 /// With a drop the readings at rest are a friction of their own.
 #[test]
 fn a_drop_is_found() {
-    let form = form(Shape::Exponential, Drop::Free);
+    let form = form(Shape::Exponential, true);
     let mut random = Random(5);
     let data = readings(form, 60, 5.0, f64::NAN, &mut random);
     let rest: Vec<Reading> = (0..6)

@@ -33,8 +33,8 @@ fn legendre<const N: usize>(x: f64) -> [f64; N] {
 impl<const N: usize> Rule<N> {
     /// The rule of N nodes.
     pub fn gauss() -> Self {
-        // P_0 to P_N, and room for one more.
-        let at = |x: f64| legendre::<{ MOST + 2 }>(x);
+        // More than P_0 to P_(N + 1) for every rule in use.
+        let at = |x: f64| legendre::<18>(x);
         let order = N as f64;
         let slope = |x: f64, p: &[f64]| order * (p[N - 1] - x * p[N]) / (1.0 - x * x);
         let nodes: [f64; N] = std::array::from_fn(|j| {

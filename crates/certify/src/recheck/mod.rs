@@ -51,11 +51,6 @@
 //! degree d, four times that of the tile's polynomials plus 0, 2, 1. Where |G| is largest, at t*, its slope
 //! vanishes, and by Bernstein's inequality (|G''| <= d^2 max |G|) at a point within delta of t* |G| is at
 //! least the share 1 - (d delta)^2 / 2 of its maximum.
-//!
-//! | statement | function | test |
-//! | --- | --- | --- |
-//! | a tile, proved again | [`verify`] | `tiles_pass_and_wrong_ones_do_not` |
-//! | boxes divide a domain | [`divides`] | `gaps_overlaps_and_boxes_turned_round_are_found` |
 
 mod ball;
 mod growth;

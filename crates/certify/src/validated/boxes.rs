@@ -42,39 +42,6 @@ const NEGLIGIBLE: f64 = 1e-9;
 /// Parts are not cut when that could decide at most this share of the undecided volume.
 const SMALL_GAIN: f64 = 0.1;
 
-/// Ranges of the six parameters of the Stribeck oscillator; their ends are exact.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ParameterBox {
-    /// Range of epsilon > 0.
-    pub epsilon: [f64; 2],
-    /// Range of alpha in [0, 1].
-    pub alpha: [f64; 2],
-    /// Range of beta >= 0.
-    pub beta: [f64; 2],
-    /// Range of gamma >= 0.
-    pub gamma: [f64; 2],
-    /// Range of the belt speed V > 0.
-    pub belt_speed: [f64; 2],
-    /// Range of the damping c >= 0.
-    pub damping: [f64; 2],
-}
-
-/// Limits of the subdivision.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Budget {
-    /// Number of proofs of tiles of the universal surface.
-    pub tiles: usize,
-    /// Number of parts of the parameter box.
-    pub parts: usize,
-}
-
-impl Budget {
-    /// The budget of `boxes` boxes of (A, k, b), with enough parts that the boxes limit the result.
-    pub fn of_boxes(boxes: usize) -> Self {
-        Self { tiles: boxes, parts: PARTS_PER_TILE.saturating_mul(boxes).min(MOST_PARTS) }
-    }
-}
-
 /// A box and the proofs over it so far.
 #[doc(hidden)]
 pub struct BoxProof {
@@ -108,10 +75,8 @@ struct Bounds {
 }
 
 impl BoxProof {
-    /// A box without any proof.
-    pub fn new(parameters: &ParameterBox) -> Self {
-        let ParameterBox { epsilon, alpha, beta, gamma, belt_speed, damping } = *parameters;
-        let ranges = [epsilon, alpha, beta, gamma, belt_speed];
+    /// The box of these exact ranges of epsilon > 0, alpha, beta, gamma, the belt speed and the damping, without any proof.
+    pub fn new(ranges: [[f64; 2]; 5], damping: [f64; 2]) -> Self {
         let columns = (0..SAMPLES).map(|i| groups_at(column(&ranges, i))).collect();
         let surface = Surface::new(GroupBox::around(&groups(&ranges)));
         let mut proof = Self { ranges, damping, surface, columns, parts: Vec::new() };
@@ -120,9 +85,16 @@ impl BoxProof {
         proof
     }
 
+    /// Proves up to `boxes` boxes of (A, k, b) with the threads of the current pool, or until `go_on` returns false, with
+    /// enough parts of this box that those boxes limit the result.
+    pub fn refine(&mut self, boxes: usize, go_on: &dyn Fn() -> bool) {
+        self.refine_surface(boxes, go_on);
+        self.refine_parts(PARTS_PER_TILE.saturating_mul(boxes).min(MOST_PARTS), go_on);
+    }
+
     /// Proves up to `tiles` tiles of the surface with the threads of the current pool, or until `go_on`
     /// returns false.
-    pub fn refine_surface(&mut self, tiles: usize, go_on: &dyn Fn() -> bool) {
+    fn refine_surface(&mut self, tiles: usize, go_on: &dyn Fn() -> bool) {
         let columns = &self.columns;
         let share = |domain: &GroupBox| {
             let inside = |column: &&[f64; 3]| {
@@ -136,7 +108,7 @@ impl BoxProof {
     }
 
     /// Cuts the box into up to `most_parts` parts, with the surface as it is, or until `go_on` returns false.
-    pub fn refine_parts(&mut self, most_parts: usize, go_on: &dyn Fn() -> bool) {
+    fn refine_parts(&mut self, most_parts: usize, go_on: &dyn Fn() -> bool) {
         // The surface may have been refined everywhere.
         self.parts = self.parts.par_iter().map(|part| self.bounded(part.ranges)).collect();
         while self.parts.len() < most_parts && go_on() {
@@ -345,6 +317,16 @@ fn groups(ranges: &Ranges) -> Groups {
 mod tests {
     use super::*;
 
+    #[derive(Clone, Copy)]
+    struct ParameterBox {
+        epsilon: [f64; 2],
+        alpha: [f64; 2],
+        beta: [f64; 2],
+        gamma: [f64; 2],
+        belt_speed: [f64; 2],
+        damping: [f64; 2],
+    }
+
     fn parameters() -> ParameterBox {
         ParameterBox {
             epsilon: [0.05, 0.05],
@@ -357,7 +339,8 @@ mod tests {
     }
 
     fn volumes(parameters: &ParameterBox, tiles: usize, parts: usize) -> Volumes {
-        let mut proof = BoxProof::new(parameters);
+        let ParameterBox { epsilon, alpha, beta, gamma, belt_speed, damping } = *parameters;
+        let mut proof = BoxProof::new([epsilon, alpha, beta, gamma, belt_speed], damping);
         proof.refine_surface(tiles, &|| true);
         proof.refine_parts(parts, &|| true);
         proof.volumes()

@@ -51,19 +51,6 @@
 //! **Where the enclosure fails** (strongly varying D), the even part of D, [`super::symmetric`], still
 //! encloses C*, less sharply: A/(1+k)^2 - 2b <= C* <= (A/2)(1 + 1/(1+2k)^2) - 2b.
 //!
-//! | statement | function | test |
-//! | --- | --- | --- |
-//! | outward rounding | `friction::interval::Interval` | `operations_hold_the_exact_results`, `missing_outward_rounding_is_caught` |
-//! | samples bound a polynomial | `circle::riesz_factor` | `samples_bound_polynomials` |
-//! | rounding of samples | `defect::Balls` | `balls_hold_the_exact_results`, `samples_meet_those_by_intervals` |
-//! | C* enclosed | [`Enclosed::critical`] | `tests/mathematics/validated.rs` against 150-bit references |
-//! | C* enclosed over a box | [`tile::Tile::prove`] | `a_tile_holds_the_points_inside`, `bounds_hold_between_the_samples_and_samples_alone_do_not`, [`super::recheck`] |
-//! | C* enclosed over the universal surface, equally by any number of threads | [`surface::Surface::refine`] | `a_surface_is_the_same_for_any_number_of_threads` |
-//! | volumes proved | [`boxes::BoxProof`] | `proved_volumes_enclose_the_true_one`, `volumes_of_known_sets` |
-//! | C* enclosed for any law | [`any_law::prove`] | `tests/mathematics/laws.rs::validated_encloses_every_law`, `two_proofs_of_one_column_agree` |
-//! | C* enclosed over a box of any law's parameters | `barrier::Tile::prove` | `tiles_hold_the_points_inside` |
-//! | landing speed bounded | `landing::Flow` | `intervals_bound_the_landing_as_double_precision_does`, `tests/mathematics/validated.rs` |
-//!
 //! # Arithmetic
 //! `friction::interval::Interval` rounds outwards by one unit in the last place around each operation of
 //! plain f64; candidates are sampled over vector lanes, each number with a bound of its error

@@ -288,7 +288,7 @@ fn all_words(forms: impl Iterator<Item = Form>) -> String {
 
 /// The words for a law that is fitted.
 pub fn words_of(form: Form) -> String {
-    use slipmap_fit::{Drop, Shape, Viscous};
+    use slipmap_fit::Shape;
     let fall = match form.shape {
         Shape::None => "two coefficients",
         Shape::Exponential => "exponential",
@@ -297,7 +297,7 @@ pub fn words_of(form: Form) -> String {
         Shape::Lorentzian => "lorentzian",
         Shape::Hyperbolic => "hyperbolic",
     };
-    let rise = if form.viscous == Viscous::Free { ", viscous" } else { "" };
-    let drop = if form.drop == Drop::Free && form.shape != Shape::None { ", drop" } else { "" };
+    let rise = if form.viscous { ", viscous" } else { "" };
+    let drop = if form.drop && form.shape != Shape::None { ", drop" } else { "" };
     format!("{fall}{rise}{drop}")
 }

@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use super::{Axis, Grid, Plan};
-use slipmap_certify::validated::boxes::{BoxProof, Budget, ParameterBox};
+use slipmap_certify::validated::boxes::BoxProof;
 use slipmap_certify::validated::law_boxes::LawProof;
 use slipmap_certify::validated::surface::Surface;
 use slipmap_certify::validated::volumes::Volumes;
@@ -67,13 +67,8 @@ pub fn prove(plan: &Plan, threads: Option<usize>, stop: &AtomicBool) -> Option<P
     let (law, ranges) = parameters(plan)?;
     let (volumes, proof) = match (law.as_written(), ranges.as_slice()) {
         (Law::Stribeck, &[epsilon, alpha, beta, gamma, belt_speed, damping]) => {
-            let parameters = ParameterBox { epsilon, alpha, beta, gamma, belt_speed, damping };
-            let Budget { tiles, parts } = Budget::of_boxes(plan.proof_boxes);
-            let mut proof = BoxProof::new(&parameters);
-            pool.install(|| {
-                proof.refine_surface(tiles, &go_on);
-                proof.refine_parts(parts, &go_on);
-            });
+            let mut proof = BoxProof::new([epsilon, alpha, beta, gamma, belt_speed], damping);
+            pool.install(|| proof.refine(plan.proof_boxes, &go_on));
             (proof.volumes(), Proofs::Surface(proof.surface))
         }
         (law, [parameters @ .., damping]) => {

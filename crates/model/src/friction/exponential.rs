@@ -267,24 +267,10 @@ impl ClosedForm for Exponential {
 
 #[cfg(test)]
 mod tests {
-    use super::super::Law;
     use super::*;
 
     fn law(vs: f64, exponent: f64) -> Exponential {
         Exponential::new(&LawParameters::new(&[0.4, vs, 0.02, exponent]))
-    }
-
-    #[test]
-    fn with_the_exponent_one_it_is_the_law_without() {
-        let plain = Law::Exponential.curve(1.0, &LawParameters::new(&[0.4, 0.5, 0.02]));
-        let stretched = Law::Stretched.curve(1.0, &LawParameters::new(&[0.4, 0.5, 0.02, 1.0]));
-        for u in [0.0, 0.1, 1.0, 30.0] {
-            assert_eq!((plain.phi(u), plain.weakening(u)), (stretched.phi(u), stretched.weakening(u)));
-            let [of, all] = [&plain, &stretched].map(|curve| curve.weakening_gradient(u).parameters);
-            assert_eq!(of.as_slice(), &all.as_slice()[..3]);
-        }
-        assert_eq!(plain.even_weakening_range(1.0), stretched.even_weakening_range(1.0));
-        assert!(stretched.weakening_is_convex());
     }
 
     /// The maximum of the weakening rate, and values at high slip speed, where powers overflow.

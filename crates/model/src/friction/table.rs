@@ -8,6 +8,7 @@ use std::sync::{Arc, LazyLock};
 
 use super::Range;
 use super::peak::{NO_REST, REST_AT_PEAK};
+use slipmap_numbers::gauss::Rule;
 use slipmap_numbers::interval::Interval;
 use slipmap_numbers::jet::{Jet, Real as _};
 use slipmap_numbers::random::Random;
@@ -543,8 +544,7 @@ impl Table {
             let to = angle(self.0.u[i + 1]);
             let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
             let piece = self.piece(i);
-            let sum: f64 = GAUSS
-                .iter()
+            let sum: f64 = (GAUSS.nodes.iter().zip(&GAUSS.weights))
                 .map(|(x, weight)| {
                     // sin^2 t and the slip speed from sin^2 (t / 2).
                     let sin_half = (0.5 * (middle + half * x)).sin();
@@ -598,25 +598,8 @@ fn hermite_slope(x: f64, secant: f64, s0: f64, s1: f64) -> f64 {
     6.0 * x * (1.0 - x) * secant + (1.0 - x) * (1.0 - 3.0 * x) * s0 + x * (3.0 * x - 2.0) * s1
 }
 
-/// Nodes and weights of Gauss's rule of sixteen points on [-1, 1].
-static GAUSS: LazyLock<[(f64, f64); 16]> = LazyLock::new(|| {
-    std::array::from_fn(|i| {
-        // Newton's iteration on the Legendre polynomial from the usual guess.
-        let n = 16.0;
-        let mut x = (std::f64::consts::PI * (i as f64 + 0.75) / (n + 0.5)).cos();
-        let mut slope = 0.0;
-        for _ in 0..8 {
-            let (mut before, mut here) = (1.0, x);
-            for k in 2..=16 {
-                let k = f64::from(k);
-                (before, here) = (here, ((2.0 * k - 1.0) * x * here - (k - 1.0) * before) / k);
-            }
-            slope = n * (x * here - before) / (x * x - 1.0);
-            x -= here / slope;
-        }
-        (x, 2.0 / ((1.0 - x * x) * slope * slope))
-    })
-});
+/// Gauss's rule for the mean between two rows.
+static GAUSS: LazyLock<Rule<16>> = LazyLock::new(Rule::gauss);
 
 mod between;
 #[cfg(test)]

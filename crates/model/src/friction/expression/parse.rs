@@ -14,6 +14,7 @@ use winnow::token::{any, one_of, take_while};
 use winnow::{Parser, Result};
 
 use super::ExpressionError;
+use slipmap_numbers::named;
 
 /// Largest depth of the stack of an evaluation.
 pub(super) const DEEPEST: usize = 24;
@@ -26,55 +27,25 @@ const PRODUCT: i64 = 20;
 const SIGN: i64 = 30;
 const POWER: i64 = 40;
 
-/// The functions of one argument.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Function {
-    Exp,
-    Ln,
-    Sqrt,
-    Sin,
-    Cos,
-    Tan,
-    Sinh,
-    Cosh,
-    Tanh,
-    Atan,
-    Asinh,
-    Log10,
-    Abs,
-    /// Of the slip speed alone, which is positive.
-    Sign,
-}
-
-impl Function {
-    const ALL: [(&'static str, Function); 15] = [
-        ("exp", Function::Exp),
-        ("ln", Function::Ln),
-        ("log", Function::Ln),
-        ("sqrt", Function::Sqrt),
-        ("sin", Function::Sin),
-        ("cos", Function::Cos),
-        ("tan", Function::Tan),
-        ("sinh", Function::Sinh),
-        ("cosh", Function::Cosh),
-        ("tanh", Function::Tanh),
-        ("atan", Function::Atan),
-        ("asinh", Function::Asinh),
-        ("log10", Function::Log10),
-        ("abs", Function::Abs),
-        ("sign", Function::Sign),
-    ];
-
-    pub(super) fn name(self) -> &'static str {
-        Self::ALL.iter().find(|(_, function)| *function == self).map_or("", |(name, _)| name)
-    }
-
-    pub(super) fn names() -> impl Iterator<Item = &'static str> {
-        Self::ALL.iter().map(|(name, _)| *name)
-    }
-
-    fn by_name(name: &str) -> Option<Function> {
-        Self::ALL.iter().find(|(known, _)| *known == name).map(|(_, function)| *function)
+named! {
+    /// The functions of one argument; `ln` is also called `log`.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub(super) enum Function {
+        Exp => "exp",
+        Ln => "ln",
+        Sqrt => "sqrt",
+        Sin => "sin",
+        Cos => "cos",
+        Tan => "tan",
+        Sinh => "sinh",
+        Cosh => "cosh",
+        Tanh => "tanh",
+        Atan => "atan",
+        Asinh => "asinh",
+        Log10 => "log10",
+        Abs => "abs",
+        /// Of the slip speed alone, which is positive.
+        Sign => "sign",
     }
 }
 
@@ -246,15 +217,18 @@ fn name(input: &mut Input, name: String, place: Place) -> Result<Place, Stop> {
         (['('], place) => Ok(place),
         _ => Err(Stop::NotHere),
     };
-    let function = Function::by_name(&name);
+    let called = if name == "log" { "ln" } else { &name };
+    let function = Function::ALL.into_iter().find(|function| function.name() == called);
     if let Some(bracket) = opt(bracket).parse_next(input)? {
         let Some(function) = function else {
-            let known: Vec<_> = Function::names().collect();
+            let known = Function::ALL.map(Function::name);
             let remedy = match name.as_str() {
                 "max" | "min" => {
                     "it has a kink, where D would jump: give the law as a table with a row there".to_owned()
                 }
-                _ => format!("the functions are {}; products need a *", known.join(", ")),
+                _ => {
+                    format!("the functions are {} and log, which is ln; products need a *", known.join(", "))
+                }
             };
             return wrong(place, format!("there is no function `{name}`"), &remedy);
         };

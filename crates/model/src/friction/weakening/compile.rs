@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, LazyLock};
 
-use super::{Bend, COUNT, Piece, Places, Trend, Weakening};
+use super::{COUNT, Piece, Places, Sign, Weakening};
 use crate::friction::{Form, Range, Table};
 use slipmap_numbers::interval::Interval;
 use slipmap_numbers::jet::Jet;
@@ -341,28 +341,6 @@ fn rounding(law: &Form, at: [f64; 3]) -> f64 {
     at.map(width).into_iter().filter(|width| width.is_finite()).fold(0.0, f64::max)
 }
 
-impl Trend {
-    /// The trend of a function whose slopes are within `slope`.
-    fn of(slope: Interval) -> Self {
-        match slope {
-            slope if slope.lo >= 0.0 => Trend::Rises,
-            slope if slope.hi <= 0.0 => Trend::Falls,
-            _ => Trend::Unknown,
-        }
-    }
-}
-
-impl Bend {
-    /// The convexity of a function whose second derivatives are within `bend`.
-    fn of(bend: Interval) -> Self {
-        match bend {
-            bend if bend.lo >= 0.0 => Bend::Up,
-            bend if bend.hi <= 0.0 => Bend::Down,
-            _ => Bend::Unknown,
-        }
-    }
-}
-
 impl Piece {
     /// A polynomial of which nothing is proved.
     fn new(middle: f64, scale: f64, c: [f64; COUNT], size: f64) -> Self {
@@ -373,8 +351,8 @@ impl Piece {
             error: f64::INFINITY,
             estimate: f64::INFINITY,
             range: Range { lo: f64::NEG_INFINITY, hi: f64::INFINITY },
-            trend: Trend::Unknown,
-            bend: Bend::Unknown,
+            slope: Sign::Unknown,
+            bend: Sign::Unknown,
             size,
         }
     }
@@ -382,13 +360,13 @@ impl Piece {
     /// Sets the bounds of w and the signs of its derivatives on [a, b], from the series `phi` there.
     fn describe(&mut self, law: &Form, a: f64, b: f64, phi: &Jet<Interval, { COUNT + 2 }>) {
         let (slope, bend) = (-phi.derivative(2), -phi.derivative(3));
-        self.bend = Bend::of(bend);
-        self.trend = Trend::of(slope);
-        if self.trend == Trend::Unknown && self.bend != Bend::Unknown {
+        self.bend = Sign::of(bend);
+        self.slope = Sign::of(slope);
+        if self.slope == Sign::Unknown && self.bend != Sign::Unknown {
             // The slope is monotone, so it lies between its values at the ends.
             let [at_a, at_b] = [a, b].map(|u| law.series::<3>(Interval::of(u), 1.0));
             if let Some((at_a, at_b)) = at_a.zip(at_b) {
-                self.trend = Trend::of((-at_a.derivative(2)).hull(-at_b.derivative(2)));
+                self.slope = Sign::of((-at_a.derivative(2)).hull(-at_b.derivative(2)));
             }
         }
         self.range = self.range_on(a, b);
@@ -425,8 +403,8 @@ fn compile_table(table: &Table, breaks: &mut Vec<f64>, pieces: &mut Vec<Piece>) 
                 error: ROOM * (error + 2.0 * round_off),
                 estimate: error + round_off,
                 // There is no extreme inside, so the slope in the middle has the sign of the whole piece.
-                trend: Trend::of(exact[1]),
-                bend: Bend::of(w2),
+                slope: Sign::of(exact[1]),
+                bend: Sign::of(w2),
                 ..Piece::new(middle, scale, c, 0.0)
             };
             piece.range = piece.range_on(a, b);

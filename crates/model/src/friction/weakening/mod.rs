@@ -20,6 +20,7 @@ mod compile;
 mod range;
 
 use super::{Form, Range};
+use slipmap_numbers::interval::Interval;
 
 pub(super) use compile::{compile, compile_in_unit};
 
@@ -114,10 +115,10 @@ struct Piece {
     estimate: f64,
     /// Proved bounds of w; infinite where there are none.
     range: Range,
-    /// Proved sign of w' on the whole piece.
-    trend: Trend,
-    /// Proved sign of w'' on the whole piece.
-    bend: Bend,
+    /// Sign of w' on the whole piece.
+    slope: Sign,
+    /// Sign of w'' on the whole piece.
+    bend: Sign,
     /// Largest |w| at the points of this piece and of all pieces before it.
     size: f64,
 }
@@ -149,26 +150,26 @@ pub struct Polynomial<'a> {
     pub c: &'a [f64],
 }
 
-/// Monotonicity of a function on a piece.
+/// What is proved of the sign of a derivative on a piece.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Trend {
-    /// First derivative >= 0.
-    Rises,
-    /// First derivative <= 0.
-    Falls,
-    /// The sign is not known.
+enum Sign {
+    /// It is >= 0.
+    NotNegative,
+    /// It is <= 0.
+    NotPositive,
+    /// Nothing.
     Unknown,
 }
 
-/// Convexity of a function on a piece.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Bend {
-    /// Second derivative >= 0.
-    Up,
-    /// Second derivative <= 0.
-    Down,
-    /// The sign is not known.
-    Unknown,
+impl Sign {
+    /// The sign of what lies in `within`.
+    fn of(within: Interval) -> Self {
+        match within {
+            _ if within.lo >= 0.0 => Sign::NotNegative,
+            _ if within.hi <= 0.0 => Sign::NotPositive,
+            _ => Sign::Unknown,
+        }
+    }
 }
 
 impl Piece {

@@ -1,7 +1,7 @@
 //! Proved bounds, from coefficients, of the weakening rate over slip speeds and of its even part about the
 //! belt speed.
 
-use super::{Bend, COUNT, Piece, Trend, Weakening};
+use super::{COUNT, Piece, Sign, Weakening};
 use crate::friction::Range;
 use slipmap_numbers::jet::Real;
 
@@ -26,10 +26,10 @@ const STEPS: u32 = 8;
 impl Piece {
     /// Proved bounds of w on the whole piece [a, b].
     pub(super) fn range_on(&self, a: f64, b: f64) -> Range {
-        match self.trend {
+        match self.slope {
             _ if !self.error.is_finite() => NOTHING,
-            Trend::Rises | Trend::Falls => self.near(a).hull(self.near(b)),
-            Trend::Unknown => self.range_between(a, b),
+            Sign::NotNegative | Sign::NotPositive => self.near(a).hull(self.near(b)),
+            Sign::Unknown => self.range_between(a, b),
         }
     }
 
@@ -173,8 +173,9 @@ impl Weakening {
 
     /// Returns whether w is proved to fall, and to be convex, up to the reach.
     pub(crate) fn is_convex(&self) -> bool {
-        let is_convex =
-            |piece: &Piece| piece.trend == Trend::Falls && piece.bend == Bend::Up && piece.error.is_finite();
+        let is_convex = |piece: &Piece| {
+            piece.slope == Sign::NotPositive && piece.bend == Sign::NotNegative && piece.error.is_finite()
+        };
         self.jumps.is_empty() && self.pieces.iter().all(is_convex)
     }
 
@@ -210,11 +211,11 @@ impl Weakening {
         // At the ends of a monotone piece the bounds are those of the whole piece.
         let low = || if lo > start { piece.near(lo) } else { piece.range };
         let high = || if hi < end { piece.near(hi) } else { piece.range };
-        match piece.trend {
-            Trend::Rises => Range { lo: low().lo, hi: high().hi },
-            Trend::Falls => Range { lo: high().lo, hi: low().hi },
-            Trend::Unknown if lo <= start && end <= hi || piece.is_flat() => piece.range,
-            Trend::Unknown => piece.range_between(lo.max(start), hi.min(end)),
+        match piece.slope {
+            Sign::NotNegative => Range { lo: low().lo, hi: high().hi },
+            Sign::NotPositive => Range { lo: high().lo, hi: low().hi },
+            Sign::Unknown if lo <= start && end <= hi || piece.is_flat() => piece.range,
+            Sign::Unknown => piece.range_between(lo.max(start), hi.min(end)),
         }
     }
 
@@ -231,7 +232,7 @@ impl Weakening {
         let Some(bend) = pieces.first().map(|piece| piece.bend) else { return NOTHING };
         // The even part of a function that is convex, or concave, everywhere is monotone in |v|. A law with
         // corners is excluded, since its slope may jump the other way there.
-        if bend != Bend::Unknown && pieces.iter().all(|piece| piece.bend == bend) && self.corners().is_empty()
+        if bend != Sign::Unknown && pieces.iter().all(|piece| piece.bend == bend) && self.corners().is_empty()
         {
             let ends = [0.0, within].map(|v| self.even_at(belt_speed, v));
             return ends[0].hull(ends[1]);
