@@ -4,7 +4,7 @@
 use crate::reference;
 use crate::sample::{Random, Sampling};
 use slipmap::filippov::Oscillator;
-use slipmap::friction::{Column, Expression, Law};
+use slipmap::friction::{Column, Expression, Law, Table};
 use slipmap::map::{Engine, Verdict, decide};
 use slipmap::simulate::{CriticalDamping, Fate, critical_damping, flow};
 use slipmap::witness;
@@ -128,21 +128,60 @@ fn the_witness_confirms_both_sides_of_the_critical_damping_of_steep_laws() {
             for column in [column(belt_speed, 0.42, vs), squared] {
                 let found = critical_damping(&column, 1e-9).unwrap();
                 assert!(found.error <= 1e-8 * found.c && found.rhs < 7_000, "{vs} {belt_speed}: {found:?}");
-                for (off, returns) in [(-2.0, true), (2.0, false)] {
-                    let oscillator = Oscillator::in_column(&column, found.c + off * found.error);
-                    let told = match witness::flow(&oscillator, 1e-13).fate {
-                        Fate::Sticks(_) | Fate::CrossesForever => Some(true),
-                        Fate::SpiralsInward => Some(false),
-                        Fate::TooCloseToCall | Fate::Failed(_) => None,
-                    };
-                    assert!(told.is_none_or(|told| told == returns), "{vs} {belt_speed} {off}: {found:?}");
-                    confirmed += usize::from(told.is_some());
-                    tried += 1;
-                }
+                confirmed += confirmations(&column, found);
+                tried += 2;
             }
         }
     }
     assert!(10 * confirmed >= 9 * tried, "{confirmed} of {tried}");
+}
+
+/// At how many of the two dampings twice the error from c* the witness tells the fate; it is the one that c* promises.
+fn confirmations(column: &Column, found: CriticalDamping) -> usize {
+    let mut told = 0;
+    for (off, returns) in [(-2.0, true), (2.0, false)] {
+        let oscillator = Oscillator::in_column(column, found.c + off * found.error);
+        let says = match witness::flow(&oscillator, 1e-13).fate {
+            Fate::Sticks(_) | Fate::CrossesForever => Some(true),
+            Fate::SpiralsInward => Some(false),
+            Fate::TooCloseToCall | Fate::Failed(_) => None,
+        };
+        assert!(says.is_none_or(|says| says == returns), "{off}: {found:?} {column:?}");
+        told += usize::from(says.is_some());
+    }
+    told
+}
+
+/// Friction that falls steeply away from rest: an orbit that comes to such a place fast is braked there, but not down to
+/// the speed at which braking and spring balance.
+#[test]
+fn falls_away_from_rest_have_the_critical_damping_that_the_witness_confirms() {
+    let mut random = Random(52);
+    let (mut confirmed, mut tried) = (0, 0);
+    for number in 0..100 {
+        let first = random.log(0.003, 0.3);
+        let second = first * (1.0 + random.log(0.003, 0.3));
+        let speeds = [0.0, first, second, second + random.log(0.02, 1.0), 3.0, 30.0];
+        let drop = if number % 2 == 0 { 0.0 } else { 0.02 + 0.38 * random.unit() };
+        let mut phi = 1.0 - drop;
+        let data = [0.0, 0.01 + 0.08 * random.unit(), 0.05 + 0.35 * random.unit(), 0.1, 0.05, -0.01];
+        let data: Vec<(f64, f64)> = speeds
+            .into_iter()
+            .zip(data)
+            .map(|(u, fall)| {
+                phi -= fall;
+                (u, phi)
+            })
+            .collect();
+        let law = Law::Table(Table::with_static("falls away from rest", &data, 1.0).unwrap());
+        let column = law.column(&law.point(1.0, &[], random.log(0.1, 3.0), 0.0).unwrap());
+        let Ok(found) = critical_damping(&column, 1e-9).and_then(CriticalDamping::known) else { continue };
+        if found.c > found.error {
+            confirmed += confirmations(&column, found);
+            tried += 2;
+        }
+    }
+    assert!(tried > 120 && 10 * confirmed >= 9 * tried, "{confirmed} of {tried}");
 }
 
 /// Stribeck velocity from which on the critical damping is told at every tolerance.

@@ -146,10 +146,29 @@ impl Half<'_> {
             let forgotten = most * most / (radius - from) * (to - from);
             most > BRAKED * here && forgotten > BRAKED && most.is_finite()
         };
+        // No half is faster than one that is driven by at most the largest rate.
+        let highest = |beyond: f64| {
+            let Range { lo, hi } = rate.range(least, least + beyond);
+            let driven = if sign > 0.0 { hi - viscous } else { viscous - lo };
+            (beyond * (2.0 * radius - beyond)).sqrt() + beyond * driven.max(0.0)
+        };
+        // The start, if the half has come down to the balance there; W there and its relative error, the largest W of the
+        // balance from there towards the start, and how far braking has slowed the half on the way.
+        let mut late: Option<(Start, f64, f64)> = None;
+        let (mut fastest, mut slowed, mut braking_before) = (0.0_f64, 0.0, 0.0_f64);
         while beyond > layer {
             let here = braking(least + beyond);
             rhs += 1;
             let speed = if here > 0.0 { (radius - beyond) / here } else { f64::INFINITY };
+            if let Some((start, balance, off)) = late {
+                slowed += here.min(braking_before) * width;
+                fastest = fastest.max(speed);
+                // An excess over the balance falls by the braking until it is of the order of W, then exponentially.
+                let excess = highest(beyond);
+                if slowed > excess + fastest * (1.0 + (excess / balance).max(1.0).ln() - off.ln()) {
+                    return (start, rhs);
+                }
+            }
             let stiffness = (radius - beyond) / (speed * speed);
             // Both fall exponentially where the law does.
             let rise = stiffness / before;
@@ -160,12 +179,13 @@ impl Half<'_> {
             change = changes[0];
             let off = f64::max(changes[0], changes[1]);
             let error = speed * speed * off;
-            if off < BALANCED && error < SHARE * allowed * f64::exp(forgotten) {
+            if late.is_none() && off < BALANCED && error < SHARE * allowed * f64::exp(forgotten) {
                 let h = 0.5 * speed.mul_add(speed, -beyond * (2.0 * radius - beyond));
                 let (q, by_damping) = (beyond.sqrt(), -sign * speed * speed / here);
-                return (Start { q, h, by_damping, error, step: 0.5 / (stiffness * q) }, rhs);
+                let start = Start { q, h, by_damping, error, step: 0.5 / (stiffness * q) };
+                (late, fastest) = (Some((start, speed, off.max(f64::EPSILON))), speed);
             }
-            (farther, before) = (speed, stiffness);
+            (farther, before, braking_before) = (speed, stiffness, here);
             // Steps are short where a law begins to brake, or would be passed over.
             ratio = (ratio * ratio).max(SAMPLES_RATIO);
             let is_known = matches!(rate, Rate::Exponential(fall) if !fall.is_squared);

@@ -226,7 +226,8 @@ impl<'a> Together<'a> {
             let scale = from.max(self.first[lane]);
             let [before, after] =
                 [&state, &next].map(|state| [0, 1, 2].map(|part| state[part * LANES + lane]));
-            let inside = self.room[lane] > 0.0 && after[0].is_finite() && after[1].is_finite();
+            let room = self.room[lane].min(there.room[lane]);
+            let inside = room > 0.0 && after[0].is_finite() && after[1].is_finite();
             let least = corners::LEAST_STEP * scale;
             if let Some(here) = here.as_ref().filter(|_| inside && h > least) {
                 let ends = [here, &there].map(|places| End {

@@ -27,7 +27,8 @@
 //! logarithm of its width.
 //!
 //! **The creeping end.** Where -s D is large, W follows (u - V)/(s D), and forgets its start. The half starts so late
-//! that it forgets this start as far as the tolerance needs, and early steps are not stiff.
+//! that it forgets this start as far as the tolerance needs, and early steps are not stiff; but not where braking has not
+//! yet taken away the speed with which it came.
 //!
 //! **Error.** The sum of the local error estimates of h, each carried to the lowest point by the exponential of
 //! the integral of s D over the time between (Liouville's formula, at fixed u): an error e of h is one of 2 e/R^2 of ln R^2,
