@@ -18,6 +18,7 @@
 
 use std::rc::Rc;
 
+use super::vectorized::vectorized;
 use slipmap_model::point::MAX_LAW_PARAMETERS;
 
 /// Largest number of nodes of an axis.
@@ -329,7 +330,7 @@ impl LowerSet {
             let ranks = counts.iter().zip(node.ranks);
             values[ranks.fold(0, |at, (count, rank)| at * count + usize::from(rank))] = self.surplus(number);
         }
-        pulp::Arch::new().dispatch(
+        vectorized(
             #[inline(always)]
             || {
                 for (axis, side) in self.sides[..axes - 1].iter().enumerate() {
