@@ -1,23 +1,12 @@
 //! Sensitivities of the critical damping to the friction law's parameters, eps, the belt speed, each slip
 //! speed of the friction curve, and each datum of a measured one.
 //!
-//! At the critical damping the orbit from the exit point grazes the belt line: it is closed. Let the
-//! divergence D = w(u) - C, C = eps c, be changed by dD(u). To first order the orbit stays closed if
+//! A change dw of the weakening rate moves C = eps c by its **weighted mean** over the grazing orbit (theory, "Any
+//! friction law"),
 //!
 //! ```text
-//! integral of x2'^2 exp(-G) dD dt = 0,    G(t) = integral of D from 0 to t,
+//! dC = integral of W dw dt / integral of W dt,    W = x2'^2 exp(-G) >= 0,    G(t) = integral of D from 0 to t.
 //! ```
-//!
-//! over one turn (Melnikov's integral; theory, "Any friction law"). With dD = dw - dC that is the **weighted
-//! mean**
-//!
-//! ```text
-//! dC = integral of W dw dt / integral of W dt,    W = x2'^2 exp(-G) >= 0.
-//! ```
-//!
-//! The derivative by a parameter p is the mean of dw/dp, that by V the mean of w'(u) u / V (velocities are
-//! measured in V, so that the orbit starts at the same point), and that by eps the mean of dw/d eps less c,
-//! over eps. The share of W spent at each slip speed is the **weight** of the friction's slope there.
 //!
 //! **A drop** j of friction as slip begins moves the start of the orbit, (V, -j). Its derivative is dC/dj = j /
 //! (integral of W dt), and dC/dV has the further term -(j^2 / V) / (integral of W dt).
