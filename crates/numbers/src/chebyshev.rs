@@ -158,25 +158,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn polynomials_are_their_own_interpolants() {
-        let f = |x: f64| 1.0 - 2.0 * x + 0.5 * x * x * x;
-        for size in [4, 8, 16] {
-            let values: Vec<f64> = (0..=size).map(|i| f(node(i, size))).collect();
-            let series = coefficients(&values);
-            for x in [-1.0, -0.3, 0.2, node(1, size), 1.0] {
-                let weighted: f64 =
-                    weights(size, x).iter().zip(&values).map(|(weight, value)| weight * value).sum();
-                assert!((sum(&series, x) - f(x)).abs() < 1e-14, "{size} {x}");
-                assert!((weighted - f(x)).abs() < 1e-14, "{size} {x}");
-            }
-            let places: Vec<f64> = (0..21).map(|i| -1.0 + 0.1 * f64::from(i)).collect();
-            let one_by_one: Vec<f64> = places.iter().map(|x| sum(&series, *x)).collect();
-            assert_eq!(sums(&series, &places), one_by_one);
-            assert!(series[4..].iter().all(|c| c.abs() < 1e-15), "{series:?}");
-        }
-    }
-
-    #[test]
     fn values_between_the_points_follow_from_slopes() {
         // A polynomial of degree 2 size, by its slopes at all points but the last.
         for size in [4_usize, 8, 32] {
