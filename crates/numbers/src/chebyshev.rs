@@ -1,6 +1,4 @@
-//! Interpolation by polynomials through Chebyshev points: along a line through cos(pi i / size), i = 0 ..=
-//! size, which include the ends, and in boxes through cos(pi (i + 1/2) / count), i = 0 .. count, along each
-//! axis, which do not.
+//! Interpolation by polynomials through the Chebyshev points cos(pi i / size), i = 0 ..= size, which include the ends.
 
 use std::f64::consts::PI;
 use std::sync::OnceLock;
@@ -150,116 +148,6 @@ impl Between {
     }
 }
 
-/// An axis of a box: its range, and the number of Chebyshev polynomials along it.
-#[derive(Clone, Copy, Debug)]
-pub struct Side {
-    /// Its ends.
-    pub range: [f64; 2],
-    /// Number of Chebyshev polynomials along it.
-    pub count: usize,
-}
-
-/// Largest product of the numbers of polynomials along all axes of a box but the first with several.
-const MOST_ROWS: usize = 128;
-
-/// A sum of products of Chebyshev polynomials in a box.
-#[derive(Debug)]
-pub struct Tensor {
-    sides: Vec<Side>,
-    /// The index of the last axis varies fastest.
-    coefficients: Vec<f64>,
-}
-
-/// cos(pi j (i + 1/2) / count).
-fn cosine(i: usize, j: usize, count: usize) -> f64 {
-    (PI * j as f64 * (i as f64 + 0.5) / count as f64).cos()
-}
-
-/// Adds `rest`, block by block, times T_1(x), T_2(x) and so on to `first`. Blocks are taken three at a time, which
-/// loads and stores each sum once for all of them.
-fn add_up(first: &mut [f64], rest: &[f64], x: f64) {
-    let size = first.len();
-    let (mut before, mut now) = (1.0, x);
-    let mut next = || {
-        let polynomial = now;
-        (before, now) = (now, 2.0 * x * now - before);
-        polynomial
-    };
-    let threes = rest.chunks_exact(3 * size);
-    let last = threes.remainder();
-    for three in threes {
-        let [t1, t2, t3] = std::array::from_fn(|_| next());
-        let (a, b) = three.split_at(size);
-        let (b, c) = b.split_at(size);
-        for (((sum, a), b), c) in first.iter_mut().zip(a).zip(b).zip(c) {
-            *sum = *sum + t1 * a + t2 * b + t3 * c;
-        }
-    }
-    for block in last.chunks_exact(size) {
-        let polynomial = next();
-        first.iter_mut().zip(block).for_each(|(sum, coefficient)| *sum += polynomial * coefficient);
-    }
-}
-
-impl Tensor {
-    /// The points of a box, those of the last axis fastest.
-    pub fn points(sides: &[Side]) -> Vec<Vec<f64>> {
-        let point = |number: usize| {
-            let (mut point, mut rest) = (vec![0.0; sides.len()], number);
-            for (place, Side { range: [lo, hi], count }) in point.iter_mut().zip(sides).rev() {
-                *place = lo + 0.5 * (1.0 + cosine(rest % count, 1, *count)) * (hi - lo);
-                rest /= count;
-            }
-            point
-        };
-        (0..sides.iter().map(|side| side.count).product()).map(point).collect()
-    }
-
-    /// The sum with these values at the [points](Self::points) of a box.
-    pub fn through(sides: &[Side], values: Vec<f64>) -> Self {
-        let mut tensor = Self { sides: sides.to_vec(), coefficients: values };
-        for (axis, side) in sides.iter().enumerate() {
-            let (stride, count) = (tensor.stride(axis), side.count);
-            let coefficients = &mut tensor.coefficients;
-            for first in (0..coefficients.len()).filter(|number| (number / stride).is_multiple_of(count)) {
-                let values: Vec<f64> = (0..count).map(|i| coefficients[first + i * stride]).collect();
-                for j in 0..count {
-                    let sum: f64 =
-                        values.iter().enumerate().map(|(i, value)| value * cosine(i, j, count)).sum();
-                    coefficients[first + j * stride] = if j == 0 { 1.0 } else { 2.0 } * sum / count as f64;
-                }
-            }
-        }
-        tensor
-    }
-
-    /// Distance of coefficients that are neighbours along an axis.
-    fn stride(&self, axis: usize) -> usize {
-        self.sides[axis + 1..].iter().map(|side| side.count).product()
-    }
-
-    /// The value at a point of the box.
-    pub fn at(&self, point: &[f64]) -> f64 {
-        let mut sums = [0.0; MOST_ROWS];
-        let all = self.coefficients.len();
-        let mut left = all;
-        // Sums over each axis, the slowest first.
-        for (&Side { range: [lo, hi], count }, place) in self.sides.iter().zip(point) {
-            let (rows, x) = (left / count, 2.0 * (place - lo) / (hi - lo) - 1.0);
-            if left == all {
-                let (first, rest) = self.coefficients.split_at(rows);
-                sums[..rows].copy_from_slice(first);
-                add_up(&mut sums[..rows], rest, x);
-            } else {
-                let (first, rest) = sums[..left].split_at_mut(rows);
-                add_up(first, rest, x);
-            }
-            left = rows;
-        }
-        sums[0]
-    }
-}
-
 /// Bound of the largest factor by which errors of the values grow, the Lebesgue constant of the points.
 pub fn lebesgue(size: usize) -> f64 {
     1.0 + 2.0 / PI * (size as f64).ln()
@@ -268,25 +156,6 @@ pub fn lebesgue(size: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn polynomials_are_their_own_interpolants() {
-        let f = |x: f64| 1.0 - 2.0 * x + 0.5 * x * x * x;
-        for size in [4, 8, 16] {
-            let values: Vec<f64> = (0..=size).map(|i| f(node(i, size))).collect();
-            let series = coefficients(&values);
-            for x in [-1.0, -0.3, 0.2, node(1, size), 1.0] {
-                let weighted: f64 =
-                    weights(size, x).iter().zip(&values).map(|(weight, value)| weight * value).sum();
-                assert!((sum(&series, x) - f(x)).abs() < 1e-14, "{size} {x}");
-                assert!((weighted - f(x)).abs() < 1e-14, "{size} {x}");
-            }
-            let places: Vec<f64> = (0..21).map(|i| -1.0 + 0.1 * f64::from(i)).collect();
-            let one_by_one: Vec<f64> = places.iter().map(|x| sum(&series, *x)).collect();
-            assert_eq!(sums(&series, &places), one_by_one);
-            assert!(series[4..].iter().all(|c| c.abs() < 1e-15), "{series:?}");
-        }
-    }
 
     #[test]
     fn values_between_the_points_follow_from_slopes() {

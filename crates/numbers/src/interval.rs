@@ -447,11 +447,11 @@ mod tests {
         (lo < value || (lo == value && error >= 0.0)) && (value < hi || (value == hi && error <= 0.0))
     }
 
-    /// Counts the sums, products, quotients and roots that exclude the exact result, which double arithmetic
-    /// gives as a value and an error: Knuth's two-sum, and the fused remainders of product, quotient and
-    /// root. `seen` is what is seen of an image.
-    fn wrong_operations(seed: u64, seen: impl Fn(Interval) -> Interval) -> u32 {
-        let mut random = Random(seed);
+    /// No sum, product, quotient or root excludes the exact result, which double arithmetic gives as a value and an
+    /// error: Knuth's two-sum, and the fused remainders of product, quotient and root.
+    #[test]
+    fn operations_hold_the_exact_results() {
+        let mut random = Random(1);
         let mut wrong = 0;
         for _ in 0..20_000 {
             let (x, y) = (number(&mut random), number(&mut random));
@@ -459,35 +459,22 @@ mod tests {
             let sum = x + y;
             let part = sum - x;
             let error = (x - (sum - part)) + (y - part);
-            wrong += u32::from(!holds(seen(a + b), sum, error));
+            wrong += u32::from(!holds(a + b, sum, error));
             let difference = x - y;
             let part = difference - x;
             let error = (x - (difference - part)) + (-y - part);
-            wrong += u32::from(!holds(seen(a - b), difference, error));
+            wrong += u32::from(!holds(a - b, difference, error));
             let product = x * y;
-            wrong += u32::from(!holds(seen(a * b), product, x.mul_add(y, -product)));
-            wrong += u32::from(!holds(seen(a.square()), x * x, x.mul_add(x, -(x * x))));
+            wrong += u32::from(!holds(a * b, product, x.mul_add(y, -product)));
+            wrong += u32::from(!holds(a.square(), x * x, x.mul_add(x, -(x * x))));
             if y > 0.0 {
                 let quotient = x / y;
-                wrong += u32::from(!holds(seen(a / b), quotient, (-quotient).mul_add(y, x)));
+                wrong += u32::from(!holds(a / b, quotient, (-quotient).mul_add(y, x)));
                 let root = y.sqrt();
-                wrong += u32::from(!holds(seen(b.sqrt()), root, (-root).mul_add(root, y)));
+                wrong += u32::from(!holds(b.sqrt(), root, (-root).mul_add(root, y)));
             }
         }
-        wrong
-    }
-
-    #[test]
-    fn operations_hold_the_exact_results() {
-        assert_eq!(wrong_operations(1, |image| image), 0);
-    }
-
-    #[test]
-    fn missing_outward_rounding_is_caught() {
-        // The middle of an image is what was computed, without the steps outwards.
-        let wrong = wrong_operations(1, |image| Interval::of(0.5 * (image.lo + image.hi)));
-        // Nearly every operation rounds, and one number does not hold the exact result then.
-        assert!(wrong > 90_000, "only {wrong} operations were found wrong");
+        assert_eq!(wrong, 0);
     }
 
     #[test]

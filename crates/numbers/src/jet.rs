@@ -489,42 +489,6 @@ mod tests {
     use super::*;
     use crate::interval::Interval;
 
-    /// Derivatives of compositions whose derivatives are known.
-    #[test]
-    fn derivatives_to_third_order() {
-        let x = Jet::<f64, 4>::variable(0.7, 1.0);
-        let check = |jet: Jet<f64, 4>, exact: [f64; 4]| {
-            for (order, exact) in exact.into_iter().enumerate() {
-                let found = jet.derivative(order);
-                // A dozen roundings of terms of a few units.
-                assert!(
-                    (found - exact).abs() <= 64.0 * f64::EPSILON * exact.abs().max(1.0),
-                    "{order}: {found} {exact}"
-                );
-            }
-        };
-        let (s, c) = 0.7f64.sin_cos();
-        check(x.sin_cos().0, [s, c, -s, -c]);
-        check(x.sin_cos().1, [c, -s, -c, s]);
-        check(
-            (x * Jet::constant(2.0)).exp(),
-            [1.4f64.exp(), 2.0 * 1.4f64.exp(), 4.0 * 1.4f64.exp(), 8.0 * 1.4f64.exp()],
-        );
-        check(x.ln(), [0.7f64.ln(), 1.0 / 0.7, -1.0 / 0.49, 2.0 / 0.343]);
-        let r = 0.7f64.sqrt();
-        check(x.sqrt(), [r, 0.5 / r, -0.25 / (0.7 * r), 0.375 / (0.49 * r)]);
-        let t = 0.7f64.tanh();
-        let d = 1.0 - t * t;
-        check(x.tanh(), [t, d, -2.0 * t * d, d * (6.0 * t * t - 2.0)]);
-        let q = 1.0 / 1.49;
-        check(x.atan(), [0.7f64.atan(), q, -1.4 * q * q, 2.0 * q * q * (4.0 * 0.49 * q - 1.0)]);
-        check(x.powi(3), [0.343, 3.0 * 0.49, 6.0 * 0.7, 6.0]);
-        check(x.powi(-1), [1.0 / 0.7, -1.0 / 0.49, 2.0 / 0.343, -6.0 / 0.2401]);
-        check((-x).abs(), [0.7, 1.0, 0.0, 0.0]);
-        let p = |p: f64| 0.7f64.powf(p);
-        check(x.power(2.5), [p(2.5), 2.5 * p(1.5), 3.75 * p(0.5), 1.875 * p(-0.5)]);
-    }
-
     /// Far from its feature an exponential is enclosed as narrowly as next to it: a formula that falls within 1e-9 of the
     /// slip speed is compiled to few pieces.
     #[test]
@@ -584,16 +548,5 @@ mod tests {
             assert!(found[finite..].iter().all(|it| !it.is_finite()), "{exponent} {found:?}");
         }
         assert_eq!(Jet::<f64, 2>::variable(0.0, 1.0).powi(1).0, [0.0, 1.0]);
-    }
-
-    #[test]
-    fn jets_of_jets_are_mixed_derivatives() {
-        // f = exp(x y): d2f/dxdy = (1 + x y) exp(x y).
-        let (x, y) = (0.3, 0.8);
-        let outer = Jet::<Jet<f64, 2>, 2>::variable(Jet::of(x), 1.0);
-        let inner = Jet::<Jet<f64, 2>, 2>::of(Jet::variable(y, 1.0));
-        let f = (outer * inner).exp();
-        let exact = (1.0 + x * y) * (x * y).exp();
-        assert!((f.0[1].0[1] - exact).abs() <= 8.0 * f64::EPSILON * exact);
     }
 }

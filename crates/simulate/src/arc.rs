@@ -20,6 +20,7 @@ use std::sync::Arc;
 
 use super::Failure;
 use super::dop853::{Field, STAGES, step};
+use super::vectorized::vectorized;
 use super::work::Work;
 use slipmap_model::corners::{self, End};
 use slipmap_model::filippov::{Oscillator, Side};
@@ -42,7 +43,7 @@ const AT_REST: f64 = 1e-200;
 const TRIALS: u32 = 8 * 52;
 
 /// A state on an orbit.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct State {
     /// x2.
     pub(super) v: f64,
@@ -164,23 +165,6 @@ fn root_of_cubic([first, rise, last, fall]: [f64; 4]) -> f64 {
     x
 }
 
-/// Arguments of one step, for which pulp selects the instruction set at run time. Without that every fused
-/// product is a library call.
-struct Step<'a> {
-    h: f64,
-    from: [f64; 3],
-    field: Lienard<'a>,
-}
-
-impl pulp::WithSimd for Step<'_> {
-    type Output = ([f64; 3], [f64; 3]);
-
-    #[inline(always)]
-    fn with_simd<S: pulp::Simd>(mut self, _: S) -> Self::Output {
-        step(self.h, &self.from, &mut self.field)
-    }
-}
-
 impl<'a> Walk<'a> {
     /// An orbit that starts at (v, w). The local errors of a turn add up to about `tolerance` times `scale`,
     /// a velocity. Its steps draw on `work`.
@@ -211,16 +195,7 @@ impl<'a> Walk<'a> {
             weakening,
             stops: curve.stops(scale.max(oscillator.belt_speed)),
             allowed: tolerance * scale / TAU,
-            here: State {
-                v,
-                w,
-                growth: 0.0,
-                time: 0.0,
-                x: v - origin,
-                divergence: 0.0,
-                spread: 0.0,
-                local: 0.0,
-            },
+            here: State { v, w, x: v - origin, ..State::default() },
             rest: 0.0,
             next_step: 1e-3 * oscillator.belt_speed / (v.abs() + w.abs()),
             work,
@@ -326,8 +301,10 @@ impl<'a> Walk<'a> {
 
     /// The state a time `h` after `from`.
     pub(super) fn after(&self, from: &State, h: f64) -> State {
-        let step = Step { h, from: [from.x, from.w, from.growth], field: Lienard(self) };
-        let ([x, w, growth], error) = pulp::Arch::new().dispatch(step);
+        let ([x, w, growth], error) = vectorized(
+            #[inline(always)]
+            || step(h, &[from.x, from.w, from.growth], &mut Lienard(self)),
+        );
         self.work.count(STAGES as u64 + 1);
         let (v, time, divergence) = (self.origin + x, from.time + h, self.divergence(x));
         let mut to =

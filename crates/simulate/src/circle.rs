@@ -36,6 +36,7 @@ use std::f64::consts::TAU;
 use std::sync::{LazyLock, OnceLock};
 
 use super::polar::{Angle, Closing, LANES, Lanes, exp};
+use super::vectorized::vectorized;
 use slipmap_model::point::ScaledGroups;
 
 /// A column that fails on one of this many coarsest circles, or on its first, is tried again on the next.
@@ -249,25 +250,6 @@ fn sweep(
     Sweeps { left, settled, inside, sweeps }
 }
 
-/// Arguments of [`sweep`] for the function whose vector width pulp selects at run time. A closure would not
-/// be inlined there, and each fused product would be a library call.
-struct Dispatched<'a> {
-    lanes: &'a mut Lanes,
-    circle: &'a Circle,
-    workspace: &'a mut Workspace,
-    enough: &'a [f64; LANES],
-    round_off: &'a [f64; LANES],
-}
-
-impl pulp::WithSimd for Dispatched<'_> {
-    type Output = Sweeps;
-
-    #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) -> Sweeps {
-        sweep(self.lanes, self.circle, self.workspace, self.enough, self.round_off)
-    }
-}
-
 /// The groups of an orbit at an estimate of the C at which it closes, and the size of its divergence, the unit of C.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Start {
@@ -281,7 +263,6 @@ pub(super) fn spectral(starts: &[Start], tolerance: f64) -> Vec<Result<Closing, 
     if starts.is_empty() {
         return Vec::new();
     }
-    let arch = pulp::Arch::new();
     let mut workspace = Workspace::new();
     let mut answers = vec![Err(0); starts.len()];
     let mut changes = vec![f64::INFINITY; starts.len()];
@@ -307,13 +288,10 @@ pub(super) fn spectral(starts: &[Start], tolerance: f64) -> Vec<Result<Closing, 
                 let Start { groups, .. } = starts[of(lane)];
                 answers[of(lane)].map_or(groups, |Closing { viscous: c, .. }| ScaledGroups { c, ..groups })
             });
-            let done = arch.dispatch(Dispatched {
-                lanes: &mut lanes,
-                circle,
-                workspace: &mut workspace,
-                enough: &enough,
-                round_off: &round_off,
-            });
+            let done = vectorized(
+                #[inline(always)]
+                || sweep(&mut lanes, circle, &mut workspace, &enough, &round_off),
+            );
             for (lane, &column) in columns.iter().enumerate() {
                 orbits[column].clear();
                 let before = answers[column];

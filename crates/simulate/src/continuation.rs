@@ -446,21 +446,6 @@ mod tests {
         }
     }
 
-    /// A curve that falls towards the border without meeting it, as the Hopf damping of a law whose weakening
-    /// fades.
-    #[test]
-    fn a_curve_along_the_border_is_found_once() {
-        for rate in [30.0, 100.0] {
-            let fading = exact(move |x, y| 0.5 * (-rate * x).exp() - y);
-            let (curves, _) = zero_curves(&fading, &|| false);
-            assert_eq!(curves.len(), 1, "{rate}");
-            let ends = [curves[0].points[0], *curves[0].points.last().unwrap()].map(|end| end.place[0]);
-            // It is followed as far as it can be told from the border.
-            let told = 1.0_f64.min((0.5 / NEAREST).ln() / rate);
-            assert!(ends[0].min(ends[1]) == 0.0 && ends[0].max(ends[1]) >= told, "{rate}: {ends:?}");
-        }
-    }
-
     /// The margin of overdamped orbits is flat but for a narrow strip about the curve: steps as long as
     /// elsewhere follow it.
     #[test]

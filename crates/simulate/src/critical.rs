@@ -200,7 +200,7 @@ pub fn exceeds(column: &Column, c: f64, tolerance: f64) -> Result<bool, NoCritic
     if c < low || c > high {
         return Ok(c < low);
     }
-    match side_of(column, c, tolerance) {
+    match side_of(column, c, tolerance, &mut true) {
         Some(side) if side.margin != 0.0 => Ok(side.margin > 0.0),
         _ => match critical_damping(column, tolerance)? {
             root if (root.c - c).abs() > root.error => Ok(root.c > c),
@@ -274,10 +274,13 @@ struct Side {
     work: u64,
 }
 
-/// Follows the orbit from the exit point at one damping; `None` where no engine decides.
-fn side_of(column: &Column, c: f64, tolerance: f64) -> Option<Side> {
+/// Follows the orbit from the exit point at one damping; `None` where no engine decides. The return map is left out
+/// where it was undecided at the last damping, as it usually is at the next.
+fn side_of(column: &Column, c: f64, tolerance: f64, turns_decide: &mut bool) -> Option<Side> {
     let oscillator = Oscillator::in_column(column, c);
-    match side_by_turn(&oscillator, tolerance) {
+    let by_turn = if *turns_decide { side_by_turn(&oscillator, tolerance) } else { Err(0) };
+    *turns_decide = by_turn.is_ok();
+    match by_turn {
         Ok(side) => Some(side),
         Err(spent) => side_by_flow(column, &oscillator, tolerance, spent),
     }
@@ -342,21 +345,12 @@ fn search(
     let undecided = Cell::new(0.0);
     // The nearest dampings known to lie below and above c*.
     let known = Cell::new([f64::NEG_INFINITY, f64::INFINITY]);
-    // A return map that is undecided at one damping is usually undecided at the next.
     let mut turns_decide = true;
     let mut follow = |c: f64, tolerance: f64, most: u64| {
         if work > most {
             return Err(NoCriticalDamping::NoVerdict);
         }
-        let oscillator = Oscillator::in_column(column, c);
-        let by_turn = if turns_decide { side_by_turn(&oscillator, tolerance) } else { Err(0) };
-        turns_decide = by_turn.is_ok();
-        let side = match by_turn {
-            Ok(side) => side,
-            Err(spent) => {
-                side_by_flow(column, &oscillator, tolerance, spent).ok_or(NoCriticalDamping::NoVerdict)?
-            }
-        };
+        let side = side_of(column, c, tolerance, &mut turns_decide).ok_or(NoCriticalDamping::NoVerdict)?;
         rhs += side.rhs;
         work += side.work;
         Ok(side)

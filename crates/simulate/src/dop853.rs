@@ -145,32 +145,3 @@ pub(super) fn step<const N: usize>(
     }
     (next, error)
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn order_eight_on_a_nonlinear_problem() {
-        // y' = y cos t, y(0) = 1: y = exp(sin t). Halving the step must divide the error by about 2^8.
-        struct Cosine {
-            h: f64,
-            step: usize,
-        }
-        impl Field<1> for Cosine {
-            fn slope(&mut self, stage: usize, y: &[f64; 1]) -> [f64; 1] {
-                [y[0] * ((self.step as f64 + NODES[stage]) * self.h).cos()]
-            }
-        }
-        let solve = |steps: usize| {
-            let h = 2.0 / steps as f64;
-            let mut y = [1.0];
-            for i in 0..steps {
-                y = step(h, &y, &mut Cosine { h, step: i }).0;
-            }
-            (y[0] - 2f64.sin().exp()).abs()
-        };
-        let order = (solve(4) / solve(8)).log2();
-        assert!((7.0..10.0).contains(&order), "{order}");
-    }
-}

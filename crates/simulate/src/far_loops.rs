@@ -1,24 +1,12 @@
 //! Where all loops far beyond the exit point lead.
 //!
-//! A viscous force is part of the friction: the oscillator with the law phi and the damping C = eps c is that
-//! with the law psi(u) = phi(u) + C u and no damping, in other coordinates x1. In the statements below a =
-//! 1 + y is x1 where a loop begins y beyond the exit point, -b where it crosses upward, and a' = 1 + y' where
-//! it crosses down again. M >= 1 and P >= 0 are bounds -P <= psi <= M. Proofs: theory, "Any friction law".
-//!
-//! **Friction that never pushes.** *Let psi >= 0 at all slip speeds, and psi <= M up to V. Then the loops
-//! from y >= M - 1 + 2 sqrt(3 V^2 + 2 M^2) on lead inward.*
-//!
-//! **Friction that pushes at some slip speeds.** *Let -P <= psi <= M up to U >= V, and psi >= f > 0 from U
-//! on. Then the loops lead inward from y on with h = 1 + y - M - 3 P > 0 if, with G = U (2 V + U), h^2 is
-//! greater than 4 G / 3 and than (M V^2 + 2 P (G + (U - V)^2)) / (2 f).*
-//!
-//! **Friction that pushes for ever.** *Let -P <= psi <= M up to U >= V, and psi <= -f < 0 from U on. Then the
-//! orbits from y on come back farther out, or not at all, if h = 1 + y - 2 max(M, P) is greater than 3, h^2
-//! than 4 G, and f h^2 than (7/4) P V^2 + 2 M ((U - V)^2 + G).*
+//! Lemmas 1 to 3 of the theory, "Any friction law", with its names: friction with the viscous force,
+//! psi(u) = phi(u) + C u, never pushes, pushes at some slip speeds, or pushes for ever. Its bounds are -P and M, and
+//! loops begin y beyond the exit point.
 //!
 //! A drop j of friction as slip begins is in none of these: x1 at a downward crossing is 1 + y with any j.
 //!
-//! The bounds of psi that the statements take come from ranges of friction that are partly sampled, see
+//! The bounds of psi that they take come from ranges of friction that are partly sampled, see
 //! [`Curve::friction_by_intervals`]: so what this module tells of a law that may push is no theorem.
 //!
 //! Since loops fall with the damping, those that lead inward at one damping do so at all larger ones.
@@ -191,18 +179,12 @@ fn without_pushing(highest: f64, belt_speed: f64) -> f64 {
 /// The distance y beyond the exit point from which on loops lead inward at every damping c >= 0, for friction
 /// that never pushes. It is 0 where no orbit crosses the belt line for ever.
 ///
-/// Besides the bound of the module: let phi >= 1 - W at all slip speeds, and phi <= 1 + d up to V. Then y is
+/// Besides the bound of Lemma 1: let phi >= 1 - W at all slip speeds, and phi <= 1 + d up to V. Then y is
 /// at most the root of (2 - W + d) (y + 2 - W) = (W + d) (hypot(y, V) + 2 d + W), and 0 if the left side is
 /// larger at y = 0. For a law that only weakens, 0 if W V < 4 (1 - W).
 ///
-/// **Proof** (theory, "Any friction law"). A loop that leads outward at damping c does so at c = 0, since
-/// loops fall with c. Let it cross upward with wL, and downward y' >= y beyond E. By Green's theorem the
-/// integral of D over the part of its inside above the belt line is ((y' + 2)^2 - (wL - 2)^2) / 2, and over
-/// the part below it is (wL^2 - y^2) / 2. The width of the inside falls upward from y' + wL above the line;
-/// so the first integral is at most W (y' + wL), and wL - y >= 4 - 2 W. Below the line the width rises
-/// downward from s = y + wL to its largest, L, at x2 = 0, and falls from there: the second integral is at
-/// most W L + d (L - s). By the energy about (1, 0), L <= 2 (hypot(y, V) + 2 d + W). So (2 - W + d) s <=
-/// (W + d) L with s >= 2 (y + 2 - W). []
+/// The proof is that of Theorem 4 (theory): its second integral is at most W L + d (L - s) here, and by the energy
+/// L <= 2 (hypot(y, V) + 2 d + W). So (2 - W + d) s <= (W + d) L with s >= 2 (y + 2 - W).
 ///
 /// With a drop j the statement holds in units of the friction 1 - j at the onset of slip, in which velocities
 /// and distances are larger by 1 / (1 - j), and for the distance (y + j) / (1 - j) from the point where friction

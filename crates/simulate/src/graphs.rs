@@ -264,42 +264,6 @@ mod tests {
     use super::*;
     use slipmap_numbers::random::Random;
 
-    /// The extremes of a function of the amplitude in (0, 1).
-    fn extremes_of(f: impl Fn(f64) -> f64) -> Vec<Extreme> {
-        let values: Vec<f64> = (0..=4000).map(|i| f(f64::from(i) / 4000.0)).collect();
-        let extreme = |i: usize| {
-            let [left, here, right] = [values[i - 1], values[i], values[i + 1]];
-            let is_maximum = here > left && here >= right;
-            (is_maximum || here < left && here <= right).then_some(Extreme {
-                amplitude: i as f64 / 4000.0,
-                height: here,
-                error: 1e-6,
-                is_maximum,
-            })
-        };
-        (1..4000).filter_map(extreme).collect()
-    }
-
-    #[test]
-    fn two_branches_meet_in_a_cusp() {
-        // 0.5 + x^3 - (s - 0.3) x about r = 0.5 has two extremes beyond s = 0.3.
-        let at = |s: f64| extremes_of(|r| 0.5 + 8.0 * (r - 0.5).powi(3) - 0.5 * (s - 0.3) * (r - 0.5));
-        for damping_axis in [0, 1] {
-            let curves = graphs(&at, damping_axis, &|| false);
-            assert_eq!(curves.len(), 2, "{curves:?}");
-            for curve in &curves {
-                let shares = curve.points.iter().map(|point| point.place[1 - damping_axis]);
-                let first = shares.clone().fold(1.0, f64::min);
-                assert!((first - 0.3).abs() < 1e-3 && shares.fold(0.0, f64::max) == 1.0, "{first}");
-                for point in &curve.points {
-                    let x = ((point.place[1 - damping_axis] - 0.3) / 48.0).max(0.0).sqrt();
-                    let off = (point.place[damping_axis] - 0.5).abs() - 16.0 * x.powi(3);
-                    assert!(off.abs() < 1e-5, "{point:?}");
-                }
-            }
-        }
-    }
-
     #[test]
     fn an_extreme_that_dies_is_not_joined_to_one_that_is_born_elsewhere() {
         // A pair of extremes of the same heights near r = 0.25 up to s = 0.4055, and near 0.75 from there on.

@@ -29,12 +29,12 @@ pub mod sensitivity;
 pub mod slip_cycle;
 mod stepping;
 mod turn;
+mod vectorized;
 mod work;
 
 pub use critical::{CriticalDamping, NoCriticalDamping, critical_damping, exceeds};
 pub use critical::{located_critical_damping, sticks_from};
-pub use neighbours::{Neighbour, crossing_separates, separates};
-pub use neighbours::{TIGHT, outermost_repelling};
+pub use neighbours::{Neighbour, TIGHT, crossing_separates, separates};
 pub use return_map::flow;
 pub use work::QUESTION;
 

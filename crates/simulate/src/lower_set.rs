@@ -18,6 +18,7 @@
 
 use std::rc::Rc;
 
+use super::vectorized::vectorized;
 use slipmap_model::point::MAX_LAW_PARAMETERS;
 
 /// Largest number of nodes of an axis.
@@ -329,7 +330,7 @@ impl LowerSet {
             let ranks = counts.iter().zip(node.ranks);
             values[ranks.fold(0, |at, (count, rank)| at * count + usize::from(rank))] = self.surplus(number);
         }
-        pulp::Arch::new().dispatch(
+        vectorized(
             #[inline(always)]
             || {
                 for (axis, side) in self.sides[..axes - 1].iter().enumerate() {
@@ -393,95 +394,18 @@ fn add(sums: &mut Lanes, factor: f64, numbers: &[f64]) {
 mod tests {
     use super::*;
 
-    fn values(count: usize) -> Vec<f64> {
-        (0..count)
-            .map(|i| 0.2 + i as f64 / count as f64 + 0.3 * ((7 * i) % 5) as f64 / (5 * count) as f64)
-            .collect()
-    }
-
-    /// Interpolates `f` on the grid of these axes to `enough`: the numbers of nodes and of cells, the error
-    /// that is claimed, and the true one. `None` if there are not enough nodes.
-    fn interpolate(
-        axes: &[Vec<f64>],
-        enough: f64,
-        f: impl Fn(&[f64]) -> f64,
-    ) -> Option<(usize, usize, f64, f64)> {
-        let coordinates = |cell: usize| {
-            let mut rest = cell;
-            let mut at: Vec<f64> = (axes.iter().rev())
-                .map(|axis| {
-                    let value = axis[rest % axis.len()];
-                    rest /= axis.len();
-                    value
-                })
-                .collect();
-            at.reverse();
-            at
-        };
-        let mut set = LowerSet::new(axes.iter().map(|axis| Rc::new(Side::new(axis).unwrap())).collect());
-        loop {
-            let wanted: Vec<f64> = set.wanted().map(|cell| f(&coordinates(cell))).collect();
-            let error = set.take(wanted);
-            if error <= enough {
-                let found = set.values();
-                let off = found.iter().enumerate().map(|(cell, value)| (value - f(&coordinates(cell))).abs());
-                return Some((set.nodes(), found.len(), error, off.fold(0.0, f64::max)));
-            }
-            set.grow(enough);
-            set.wanted().next()?;
-        }
-    }
-
-    #[test]
-    fn polynomials_of_the_first_ranks_are_exact() {
-        let axes = [values(5), values(7), values(9)];
-        let (nodes, _, error, off) = interpolate(&axes, 1e-12, |x| {
-            1.0 + 3.0 * x[0] - x[1] * x[2] + 0.5 * x[2] * x[2] - x[0] * x[0] * x[1]
-        })
-        .unwrap();
-        assert!(nodes < 100 && error <= 1e-12 && off < 1e-13, "{nodes} {error:e} {off:e}");
-    }
-
-    #[test]
-    fn errors_hold_and_few_nodes_serve_smooth_functions() {
-        let f = |x: &[f64]| {
-            let (sum, product) = (x.iter().sum::<f64>(), x.iter().product::<f64>());
-            (1.0 / (1.0 + sum)).exp() + (product + 0.3 * sum).sin()
-        };
-        for (counts, share) in
-            [(&[20][..], 0.6), (&[16, 30], 0.2), (&[6, 16, 20], 0.2), (&[2, 4, 12, 14, 20], 0.13)]
-        {
-            let axes: Vec<Vec<f64>> = counts.iter().map(|&count| values(count)).collect();
-            for enough in [1e-4, 1e-6, 1e-9, 1e-12] {
-                let (nodes, cells, error, off) = interpolate(&axes, enough, f).unwrap();
-                assert!(off <= error.max(1e-14), "{counts:?} {enough:e}: {off:e} {error:e}");
-                let few = share * cells as f64;
-                assert!(enough < 1e-6 || (nodes as f64) < few, "{counts:?} {enough:e}: {nodes} of {cells}");
-            }
-        }
-    }
-
     #[test]
     fn functions_with_a_kink_are_not_interpolated() {
+        let value = |i: usize, count: usize| 0.2 + (i as f64 + 0.06 * ((7 * i) % 5) as f64) / count as f64;
         for counts in [&[40][..], &[30, 40]] {
-            let axes: Vec<Vec<f64>> = counts.iter().map(|&count| values(count)).collect();
-            assert_eq!(interpolate(&axes, 1e-9, |x| (x[0] - 0.61).abs()), None, "{counts:?}");
-        }
-    }
-
-    #[test]
-    fn axes_with_equal_or_infinite_values_have_no_polynomials() {
-        assert!(Side::new(&[0.1, 0.2, 0.2]).is_none() && Side::new(&[0.1, f64::NAN]).is_none());
-        assert!(Side::new(&[f64::INFINITY, 0.1]).is_none() && Side::new(&[0.1, 0.2]).is_some());
-    }
-
-    #[test]
-    fn polynomials_are_at_most_one_on_their_axis() {
-        for count in [2, 7, 24, 100] {
-            let side = Side::new(&values(count)).unwrap();
-            for rank in 0..side.nodes.len() {
-                let most = side.polynomial(rank).iter().fold(0.0, |most: f64, value| most.max(value.abs()));
-                assert!((most - 1.0).abs() < 1e-14, "{count} {rank}: {most}");
+            let axes = counts.iter().map(|&n| (0..n).map(|i| value(i, n)).collect::<Vec<f64>>());
+            let mut set = LowerSet::new(axes.map(|axis| Rc::new(Side::new(&axis).unwrap())).collect());
+            let inner: usize = counts[1..].iter().product();
+            while set.wanted().next().is_some() {
+                let kink = |cell: usize| (value(cell / inner, counts[0]) - 0.61).abs();
+                let values: Vec<f64> = set.wanted().map(kink).collect();
+                assert!(set.take(values) > 1e-9, "{counts:?}");
+                set.grow(1e-9);
             }
         }
     }

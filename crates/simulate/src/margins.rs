@@ -18,6 +18,7 @@ use std::rc::Rc;
 use super::lower_set::{LowerSet, Side};
 use super::polar::exp;
 use super::return_map::{Turn, UNRESOLVED, turns_of_orbits};
+use super::vectorized::vectorized;
 use slipmap_model::friction::Column;
 use slipmap_numbers::random::Random;
 
@@ -247,7 +248,7 @@ fn reach_of_spirals(columns: &[Column], cs: &[f64]) -> Vec<f64> {
         let (weakening, epsilon) = (column.curve.weakening(column.belt_speed), column.epsilon);
         cells.extend(cs.iter().map(|c| weakening - epsilon * c));
     }
-    pulp::Arch::new().dispatch(
+    vectorized(
         #[inline(always)]
         || {
             for cell in &mut cells {
@@ -433,7 +434,7 @@ impl Growing {
         self.stated = error;
         let dampings = cells.cs.len();
         let values = self.set.values();
-        pulp::Arch::new().dispatch(
+        vectorized(
             #[inline(always)]
             || {
                 for (column, ratios) in self.columns.iter().zip(values.chunks_exact(dampings)) {

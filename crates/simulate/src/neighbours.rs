@@ -53,12 +53,6 @@ pub fn crossing_separates(cycle: usize, count: usize, slip_cycles: usize, fate: 
     [inside, outside]
 }
 
-/// The position of the slip cycle that bounds a basin, among all of them by growing amplitude: the outermost
-/// that repels. Cycles inside it that repel, too, separate smaller basins.
-pub fn outermost_repelling<T>(cycles: &[T], is_stable: impl Fn(&T) -> bool) -> Option<usize> {
-    cycles.iter().rposition(|cycle| !is_stable(cycle))
-}
-
 /// Largest relative error of a turn that is used for slip cycles: their amplitude is ill-conditioned where
 /// the multiplier is close to 1.
 pub const TIGHT: f64 = 1e-13;

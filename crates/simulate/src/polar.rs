@@ -43,16 +43,26 @@ pub enum Turn {
     },
 }
 
+/// 1 / n!, n from 0.
+pub(crate) const INVERSE_FACTORIALS: [f64; 18] = {
+    let mut inverses = [1.0; 18];
+    let (mut factorial, mut n) = (1.0, 1);
+    while n < inverses.len() {
+        factorial *= n as f64;
+        inverses[n] = 1.0 / factorial;
+        n += 1;
+    }
+    inverses
+};
+
 /// exp(x) by its Taylor series to degree 9 at x / 2^`HALVINGS`, then as many squarings: to a few units in the
 /// last place for |x| <= 0.09 * 2^`HALVINGS`, to 1e-8 for |x| <= 0.5 * 2^`HALVINGS`.
 #[inline(always)]
 pub(super) fn exp<const HALVINGS: u32>(x: f64) -> f64 {
     let y = x / f64::from(1_u32 << HALVINGS);
-    let mut sum = 1.0 / 362_880.0;
-    for inverse_factorial in
-        [1.0 / 40_320.0, 1.0 / 5_040.0, 1.0 / 720.0, 1.0 / 120.0, 1.0 / 24.0, 1.0 / 6.0, 0.5, 1.0]
-    {
-        sum = y.mul_add(sum, inverse_factorial);
+    let mut sum = INVERSE_FACTORIALS[9];
+    for n in (1..9).rev() {
+        sum = y.mul_add(sum, INVERSE_FACTORIALS[n]);
     }
     // expm1 keeps the accuracy of small arguments through the squarings: e(2y) = e(y) (2 + e(y)).
     let mut expm1 = y * sum;
@@ -74,23 +84,9 @@ pub(super) fn exp_falling(x: f64) -> f64 {
     let shifted = x.mul_add(std::f64::consts::LOG2_E, WHOLE);
     let whole = shifted - WHOLE;
     let rest = whole.mul_add(-LN_2[1], whole.mul_add(-LN_2[0], x));
-    let mut sum = 1.0 / 6_227_020_800.0;
-    for inverse_factorial in [
-        1.0 / 479_001_600.0,
-        1.0 / 39_916_800.0,
-        1.0 / 3_628_800.0,
-        1.0 / 362_880.0,
-        1.0 / 40_320.0,
-        1.0 / 5_040.0,
-        1.0 / 720.0,
-        1.0 / 120.0,
-        1.0 / 24.0,
-        1.0 / 6.0,
-        0.5,
-        1.0,
-        1.0,
-    ] {
-        sum = rest.mul_add(sum, inverse_factorial);
+    let mut sum = INVERSE_FACTORIALS[13];
+    for n in (0..13).rev() {
+        sum = rest.mul_add(sum, INVERSE_FACTORIALS[n]);
     }
     sum * f64::from_bits(shifted.to_bits() << 52)
 }

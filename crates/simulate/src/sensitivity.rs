@@ -1,23 +1,12 @@
 //! Sensitivities of the critical damping to the friction law's parameters, eps, the belt speed, each slip
 //! speed of the friction curve, and each datum of a measured one.
 //!
-//! At the critical damping the orbit from the exit point grazes the belt line: it is closed. Let the
-//! divergence D = w(u) - C, C = eps c, be changed by dD(u). To first order the orbit stays closed if
+//! A change dw of the weakening rate moves C = eps c by its **weighted mean** over the grazing orbit (theory, "Any
+//! friction law"),
 //!
 //! ```text
-//! integral of x2'^2 exp(-G) dD dt = 0,    G(t) = integral of D from 0 to t,
+//! dC = integral of W dw dt / integral of W dt,    W = x2'^2 exp(-G) >= 0,    G(t) = integral of D from 0 to t.
 //! ```
-//!
-//! over one turn (Melnikov's integral; theory, "Any friction law"). With dD = dw - dC that is the **weighted
-//! mean**
-//!
-//! ```text
-//! dC = integral of W dw dt / integral of W dt,    W = x2'^2 exp(-G) >= 0.
-//! ```
-//!
-//! The derivative by a parameter p is the mean of dw/dp, that by V the mean of w'(u) u / V (velocities are
-//! measured in V, so that the orbit starts at the same point), and that by eps the mean of dw/d eps less c,
-//! over eps. The share of W spent at each slip speed is the **weight** of the friction's slope there.
 //!
 //! **A drop** j of friction as slip begins moves the start of the orbit, (V, -j). Its derivative is dC/dj = j /
 //! (integral of W dt), and dC/dV has the further term -(j^2 / V) / (integral of W dt).
@@ -133,10 +122,10 @@ fn at(column: &Column, critical: CriticalDamping) -> Result<Sensitivity, NoSensi
     let work = Work::of_question(&column.curve);
     let orbit = |c: f64, tolerance: f64| grazing_orbit(column, c, tolerance, &[], &work);
     let Weighted { samples, total } = orbit(critical.c, TOLERANCES[0])?;
-    let fine = means(column, critical.c, &samples, Some(total));
+    let fine = means(column, critical.c, &samples, total);
     let c = critical.c + critical.error;
     let rough = orbit(c, TOLERANCES[1])?;
-    let coarse = means(column, c, &rough.samples, Some(rough.total));
+    let coarse = means(column, c, &rough.samples, rough.total);
     let estimates = |fine: &[Term], coarse: &[Term]| -> Vec<Estimate> {
         let pairs = fine.iter().zip(coarse);
         let estimate = |(fine, coarse): (&Term, &Term)| Estimate {
@@ -166,18 +155,17 @@ fn at(column: &Column, critical: CriticalDamping) -> Result<Sensitivity, NoSensi
 
 /// Standard errors of c* by those of a table's data, with the unit of friction held fixed and moved; `None`
 /// without them.
-fn standard_errors(column: &Column, orbit: &[Sample], by_data: &[Estimate]) -> Option<[Estimate; 2]> {
+fn standard_errors(column: &Column, orbit: &[(f64, f64)], by_data: &[Estimate]) -> Option<[Estimate; 2]> {
     let (table, epsilon) = (column.curve.table()?, column.epsilon);
     let errors = table.standard_errors()?;
-    let points = points(orbit);
     let of_rate: Vec<f64> = by_data.iter().map(|by| by.value * epsilon).collect();
     // Of a drop, the start of the orbit moves with the first datum, too: to first order.
     let found = match column.curve.drop() > 0.0 {
         true => {
             let squares = of_rate.iter().zip(errors).map(|(by, error)| (by * error).powi(2));
-            [(squares.sum::<f64>().sqrt().hypot(table.error_of_curve(&points)), 0.0); 2]
+            [(squares.sum::<f64>().sqrt().hypot(table.error_of_curve(orbit)), 0.0); 2]
         }
-        false => table.standard_errors_of_sum(&points, &of_rate)?,
+        false => table.standard_errors_of_sum(orbit, &of_rate)?,
     };
     // The root of a sum of squares changes at most by that of the changes.
     let of_orbit =
@@ -203,7 +191,7 @@ pub fn influence(column: &Column, parts: usize) -> Result<Vec<Influence>, NoSens
     let edges: Vec<f64> = (1..parts).map(edge).collect();
     let orbit = grazing_orbit(column, critical.c, TOLERANCES[0], &edges, &work)?;
     let mut shares = vec![0.0; parts];
-    for Sample { slip, weight } in &orbit.samples {
+    for (slip, weight) in &orbit.samples {
         let part = (slip / fastest * parts as f64) as usize;
         shares[part.min(parts - 1)] += weight;
     }
@@ -216,47 +204,22 @@ fn legal_critical_damping(column: &Column) -> Result<CriticalDamping, NoSensitiv
     if critical.c < 0.0 { Err(NoSensitivity::Negative) } else { Ok(critical) }
 }
 
-/// The slip speeds of an orbit with their weights.
-fn points(orbit: &[Sample]) -> Vec<(f64, f64)> {
-    orbit.iter().map(|&Sample { slip, weight }| (slip, weight)).collect()
-}
-
-/// A point of the rule of quadrature.
-#[derive(Clone, Copy, Debug)]
-struct Sample {
-    slip: f64,
-    /// Share of the weight.
-    weight: f64,
-}
-
 /// Length of pieces of a law, in units of V, below which steps also end at every second end of a piece: the
 /// integrands change as fast as the law does, and faster than the orbit.
 const FINE: f64 = 0.01;
 
 /// An orbit as a quadrature rule.
 struct Weighted {
-    samples: Vec<Sample>,
+    /// The slip speed at each point, and its share of the weight.
+    samples: Vec<(f64, f64)>,
     /// The integral of W.
     total: f64,
 }
 
-/// The grazing orbit, as [`orbit_from`].
+/// The grazing orbit, from the exit point to its next maximum of x2. Steps also end at the slip speeds `edges`.
 fn grazing_orbit(
     column: &Column,
     c: f64,
-    tolerance: f64,
-    edges: &[f64],
-    work: &Work,
-) -> Result<Weighted, Failure> {
-    orbit_from(column, c, [column.belt_speed, -column.curve.drop()], tolerance, edges, work)
-}
-
-/// The orbit from (x2, x2') = `start` to its next maximum of x2 as a quadrature rule with its weight. Steps
-/// also end at the slip speeds `edges`.
-fn orbit_from(
-    column: &Column,
-    c: f64,
-    start: [f64; 2],
     tolerance: f64,
     edges: &[f64],
     work: &Work,
@@ -270,7 +233,7 @@ fn orbit_from(
         stops.extend(pieces.map(|ends| ends[1]).step_by(2));
     }
     stops.sort_by(f64::total_cmp);
-    let walk = Walk::new(&oscillator, Side::Below, start, tolerance, start[0], work);
+    let walk = Walk::from_line(&oscillator, Side::Below, -column.curve.drop(), tolerance, work);
     let mut walk = walk.stopping_at(&stops);
     static RULE: LazyLock<Rule<5>> = LazyLock::new(Rule::gauss);
     let rule = &*RULE;
@@ -295,14 +258,13 @@ fn orbit_from(
     if !(total > 0.0 && total.is_finite()) {
         return Err(Failure::NotFinite);
     }
-    let samples = points.iter().zip(&weights);
-    let samples = samples.map(|((slip, ..), weight)| Sample { slip: *slip, weight: weight / total });
+    let samples = points.iter().zip(&weights).map(|((slip, ..), weight)| (*slip, weight / total));
     // The weights of the rule add up to 2 on each step.
     Ok(Weighted { samples: samples.collect(), total: 0.5 * total * largest.exp() })
 }
 
-fn fastest(orbit: &[Sample]) -> f64 {
-    orbit.iter().map(|sample| sample.slip).fold(0.0, f64::max)
+fn fastest(orbit: &[(f64, f64)]) -> f64 {
+    orbit.iter().map(|(slip, _)| *slip).fold(0.0, f64::max)
 }
 
 /// A derivative of c*, and the mean size of its terms.
@@ -332,14 +294,14 @@ struct Means {
 }
 
 /// The derivatives; `total`, the integral of W, of the orbit from the exit point.
-fn means(column: &Column, c: f64, orbit: &[Sample], total: Option<f64>) -> Means {
+fn means(column: &Column, c: f64, orbit: &[(f64, f64)], total: f64) -> Means {
     let Column { curve, epsilon, belt_speed, .. } = column;
     let weakening = curve.compiled((4.0 * belt_speed).max(1.01 * fastest(orbit)));
     let mut terms = vec![Term::default(); 2];
     terms[0].add(-c);
     let measured = curve.table().and_then(|table| Some((table, table.standard_errors()?.len())));
     let mut data = vec![Term::default(); measured.map_or(0, |(_, data)| data)];
-    for &Sample { slip, weight } in orbit {
+    for &(slip, weight) in orbit {
         let gradient = curve.weakening_gradient(slip);
         let by_parameters = gradient.parameters.as_slice();
         terms.resize(2 + by_parameters.len(), Term::default());
@@ -360,7 +322,7 @@ fn means(column: &Column, c: f64, orbit: &[Sample], total: Option<f64>) -> Means
             }
         }
     }
-    if let Some(total) = total.filter(|_| curve.drop() > 0.0) {
+    if curve.drop() > 0.0 {
         let by_drop = curve.drop() / total;
         terms[1].add(-by_drop * curve.drop() / belt_speed);
         let of_drop = curve.drop_gradient();

@@ -6,6 +6,7 @@ use std::sync::{LazyLock, OnceLock};
 
 use super::dop853::{Field, NODES, STAGES, step};
 use super::polar::{Angle, LANES, Lanes, Turn};
+use super::vectorized::vectorized;
 use slipmap_model::point::ScaledGroups;
 
 /// Numbers of equal steps per turn, coarse to fine. The lanes of a vector share their angles, so their sines
@@ -82,21 +83,6 @@ fn turn(lanes: &Lanes, angles: &[[Angle; STAGES]]) -> Lap {
     Lap { delta, error: total, room }
 }
 
-/// Arguments of [`turn`] for the function whose vector width pulp selects at run time.
-struct Dispatched<'a> {
-    lanes: &'a Lanes,
-    angles: &'a [[Angle; STAGES]],
-}
-
-impl pulp::WithSimd for Dispatched<'_> {
-    type Output = Lap;
-
-    #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) -> Lap {
-        turn(self.lanes, self.angles)
-    }
-}
-
 /// The rung to try first, from the size of the divergence and its rate of change along the orbit. Fitted by
 /// counting evaluations over random points; a wrong guess costs one more turn, not accuracy. `None` where no
 /// rung resolves the pole of the divergence: then the estimate is not reliable either.
@@ -122,7 +108,6 @@ fn round_off(delta: f64, groups: &ScaledGroups) -> f64 {
 ///
 /// An orbit's answer does not depend on its neighbours in the slice, nor on the machine's vector width.
 pub(super) fn turns(groups: &[ScaledGroups], tolerance: f64) -> Vec<Turn> {
-    let arch = pulp::Arch::new();
     let mut answers = vec![Turn::HandOver { rhs: 0 }; groups.len()];
     let mut waiting: [Vec<usize>; LADDER.len()] = Default::default();
     for (orbit, groups) in groups.iter().enumerate() {
@@ -133,7 +118,10 @@ pub(super) fn turns(groups: &[ScaledGroups], tolerance: f64) -> Vec<Turn> {
     for rung in 0..LADDER.len() {
         for orbits in std::mem::take(&mut waiting[rung]).chunks(LANES) {
             let lanes = Lanes::new(|lane| groups[orbits[lane.min(orbits.len() - 1)]]);
-            let lap = arch.dispatch(Dispatched { lanes: &lanes, angles: angles(rung) });
+            let lap = vectorized(
+                #[inline(always)]
+                || turn(&lanes, angles(rung)),
+            );
             for (lane, &orbit) in orbits.iter().enumerate() {
                 let rung_cost = (STAGES * LADDER[rung]) as u32;
                 let margin = lap.delta[lane];

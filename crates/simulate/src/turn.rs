@@ -27,6 +27,7 @@ use std::f64::consts::TAU;
 use super::dop853::{Field, NODES, STAGES, step};
 use super::elements::sin_cos_of_turn;
 use super::polar::Turn;
+use super::vectorized::vectorized;
 use slipmap_model::corners::{self, End};
 use slipmap_model::filippov::Oscillator;
 use slipmap_model::friction::Weakening;
@@ -101,23 +102,10 @@ pub(super) fn turn(oscillator: &Oscillator, tolerance: f64) -> Turn {
     // Not a difference of radii: that of small drops would have no digits.
     let excess = ratio * (ratio / (1.0 + ratio.hypot(1.0)));
     let start = Start { radius: belt_speed.hypot(drop), angle: drop.atan2(belt_speed), excess };
-    pulp::Arch::new().dispatch(Steps { oscillator, start, tolerance })
-}
-
-/// Arguments of [`turn`], for the function whose instructions pulp selects at run time.
-struct Steps<'a> {
-    oscillator: &'a Oscillator,
-    start: Start,
-    tolerance: f64,
-}
-
-impl pulp::WithSimd for Steps<'_> {
-    type Output = Turn;
-
-    #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) -> Self::Output {
-        turn_by_steps(self.oscillator, self.start, self.tolerance)
-    }
+    vectorized(
+        #[inline(always)]
+        || turn_by_steps(oscillator, start, tolerance),
+    )
 }
 
 #[inline(always)]

@@ -242,16 +242,6 @@ mod tests {
     }
 
     #[test]
-    fn a_refused_stage_stops_the_step() {
-        let mut calls = 0;
-        let refuse_the_third = |z: [f64; 2]| {
-            calls += 1;
-            if calls < 3 { Ok(z) } else { Err(calls) }
-        };
-        assert_eq!(step([Compensated::default(); 2], [1.0, 1.0], 0.1, refuse_the_third), Err(3));
-    }
-
-    #[test]
     fn compensation_keeps_what_plain_sums_lose() {
         let tenth = 0.1_f64;
         let sum = (0..1_000_000).fold(Compensated::default(), |sum, _| sum.plus(tenth));

@@ -13,7 +13,7 @@ use slipmap_simulate::crossing::{crossing_cycles, landing_and_cycle, some_cross_
 use slipmap_simulate::far_loops::FarLoops;
 use slipmap_simulate::slip_cycle::{BACKBONE_TOLERANCE, Kick, Unknown, kick_onto, kick_onto_grazing, locate};
 use slipmap_simulate::{CriticalDamping, located_critical_damping};
-use slipmap_simulate::{Cycle, Failure, Flow, Neighbour, TIGHT, outermost_repelling};
+use slipmap_simulate::{Cycle, Failure, Flow, Neighbour, TIGHT};
 
 /// Tolerance, in units of the weakening rate, of the coarse backbones that are tried first where only the
 /// number of cycles is needed: few dampings of a column lie that close to an extreme of the backbone.
@@ -348,7 +348,8 @@ impl<'a> Behaviour<'a> {
                 separates: [inside, outside],
             });
         }
-        let position = outermost_repelling(&cycles, |cycle| cycle.is_stable)?;
+        // Cycles inside the outermost that repels separate smaller basins.
+        let position = cycles.iter().rposition(|cycle| !cycle.is_stable)?;
         let tolerance = tolerance.min(TIGHT);
         let cycle = locate(oscillator, &cycles[position], tolerance).ok()?;
         let kick = kick_onto(oscillator, &cycle, tolerance).ok()?;

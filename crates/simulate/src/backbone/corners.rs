@@ -133,9 +133,6 @@ fn depth(solver: &Solver, amplitude: f64, viscous: f64) -> Result<f64, Failure> 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::backbone::Backbone;
-    use slipmap_model::friction::{Law, Table};
-    use slipmap_model::point::LawParameters;
     use slipmap_numbers::random::Random;
 
     /// Amplitudes are guessed between those of the nearest depths, also where the polynomial through some
@@ -160,26 +157,5 @@ mod tests {
             corrected += u32::from(!(wanted * ratio_at(known.clone(), wanted) > 0.0));
         }
         assert!(corrected > 10, "{corrected}");
-    }
-
-    /// Data with one digit after the point: the friction is constant between many of them. Some orbits over
-    /// their steep steps end at the budget of work.
-    #[test]
-    fn tables_of_rounded_data_have_backbones() {
-        let mut random = Random(96);
-        let (mut found, tried) = (0, 8);
-        for _ in 0..tried {
-            let mut places: Vec<f64> = (0..60).map(|_| (6e4 * random.unit()).round() / 1e4).collect();
-            places.extend([0.0, 6.0]);
-            places.sort_by(f64::total_cmp);
-            places.dedup();
-            let speed = 0.3 + 2.0 * random.unit();
-            let phi = |u: f64| (10.0 * (0.3 + 0.7 * (-u / speed).exp())).round() / 10.0;
-            let data: Vec<(f64, f64)> = places.iter().map(|&u| (u, phi(u))).collect();
-            let curve = Law::Table(Table::new("rounded", &data, 1.0).unwrap());
-            let curve = curve.curve(1.0, &LawParameters::new(&[]));
-            found += u32::from(Backbone::of_curve(&curve, 0.05 + 1.4 * random.unit(), 1e-6).is_ok());
-        }
-        assert!(4 * found > 3 * tried, "{found} of {tried}");
     }
 }

@@ -1,5 +1,6 @@
 //! Elementary functions and sums that vectorise over the nodes of an element.
 
+use crate::polar::INVERSE_FACTORIALS;
 use slipmap_model::friction::Polynomial;
 use slipmap_numbers::gauss::MOST;
 
@@ -7,32 +8,11 @@ use slipmap_numbers::gauss::MOST;
 /// Horner's rule takes the coefficients 1 / n! from the last one to the first.
 #[inline(always)]
 pub(crate) fn sin_cos(z: f64) -> [f64; 2] {
-    let y = z * z;
-    let mut sin = 1.0 / 355_687_428_096_000.0;
-    for term in [
-        -1.0 / 1_307_674_368_000.0,
-        1.0 / 6_227_020_800.0,
-        -1.0 / 39_916_800.0,
-        1.0 / 362_880.0,
-        -1.0 / 5_040.0,
-        1.0 / 120.0,
-        -1.0 / 6.0,
-        1.0,
-    ] {
-        sin = y.mul_add(sin, term);
-    }
-    let mut cos = 1.0 / 20_922_789_888_000.0;
-    for term in [
-        -1.0 / 87_178_291_200.0,
-        1.0 / 479_001_600.0,
-        -1.0 / 3_628_800.0,
-        1.0 / 40_320.0,
-        -1.0 / 720.0,
-        1.0 / 24.0,
-        -0.5,
-        1.0,
-    ] {
-        cos = y.mul_add(cos, term);
+    let y = -z * z;
+    let [mut sin, mut cos] = [INVERSE_FACTORIALS[17], INVERSE_FACTORIALS[16]];
+    for n in (0..8).rev() {
+        sin = y.mul_add(sin, INVERSE_FACTORIALS[2 * n + 1]);
+        cos = y.mul_add(cos, INVERSE_FACTORIALS[2 * n]);
     }
     [z * sin, cos]
 }

@@ -4,7 +4,7 @@ use super::arithmetic::{apply, dot, first, sin_cos, sin_cos_of_turn};
 use slipmap_numbers::gauss::{MOST, Rule};
 
 /// A part of the turn on which p' is one polynomial.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Element {
     /// Number of the law's piece.
     pub(super) piece: usize,
@@ -29,22 +29,7 @@ pub(super) struct Element {
 
 impl Element {
     pub(super) fn new(piece: usize) -> Self {
-        let zero = [0.0; MOST];
-        Self {
-            piece,
-            middle: 0.0,
-            half: 0.0,
-            cos: zero,
-            sin_cos: zero,
-            sin_squared: zero,
-            log_r: zero,
-            end: 0.0,
-            slope: zero,
-            next: zero,
-            by_damping: zero,
-            a: zero,
-            rho: zero,
-        }
+        Self { piece, ..Self::default() }
     }
 
     #[inline(always)]

@@ -43,6 +43,7 @@ mod orbit;
 use std::sync::LazyLock;
 
 use super::polar::Closing;
+use super::vectorized::vectorized;
 pub(super) use arithmetic::{sin_cos, sin_cos_of_turn};
 use orbit::{Orbit, Problem, Step};
 use slipmap_model::friction::Weakening;
@@ -124,21 +125,7 @@ static TRANSFERS: LazyLock<Vec<Vec<[[f64; MOST]; MOST]>>> = LazyLock::new(|| {
         .collect()
 });
 
-/// Arguments of the Newton steps on one rung, for the function whose vector width pulp selects at run time.
-struct Solve<'a, 'b, const N: usize> {
-    orbit: &'a mut Orbit<'b>,
-    rule: &'a Rule<N>,
-    /// Matrices from the orbit of the rung before to this one; `None` where it starts from the circle.
-    transfers: Option<&'a [[[f64; MOST]; MOST]]>,
-    /// Error of C that is small enough, in units of the largest |w|.
-    tolerance: f64,
-    /// Error of C below which this rung gains nothing, in units of the largest |w|.
-    floor: f64,
-    /// The largest |w|; found on the circle.
-    unit: &'a mut f64,
-}
-
-/// Result of [`Solve`].
+/// Result of [`solve_rung`].
 struct Solved {
     /// Error left by the iteration.
     left: f64,
@@ -152,25 +139,27 @@ struct Solved {
     rhs: u64,
 }
 
-impl<const N: usize> pulp::WithSimd for Solve<'_, '_, N> {
-    /// `Err` with the number of evaluations where there is no solution.
-    type Output = Result<Solved, u64>;
-
-    #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) -> Self::Output {
-        let Self { orbit, rule, transfers, tolerance, floor, unit } = self;
-        let enough = tolerance.max(floor);
-        if let Some(transfers) = transfers {
-            orbit.refine(transfers);
-            orbit.place(rule);
-            return orbit.newton(rule, enough, *unit);
-        }
-        *unit = orbit.start(rule);
-        let spent = orbit.cost::<N>();
-        match orbit.newton(rule, enough, *unit) {
-            Ok(solved) => Ok(Solved { rhs: spent + solved.rhs, ..solved }),
-            Err(rhs) => Err(spent + rhs),
-        }
+/// Newton steps on one rung, until the error of C is `enough` times `unit`, the largest |w|, which is found on the
+/// circle. `transfers` are the matrices from the orbit of the rung before to this one; `None` where it starts from
+/// the circle. `Err` with the number of evaluations where there is no solution.
+#[inline(always)]
+fn solve_rung<const N: usize>(
+    orbit: &mut Orbit<'_>,
+    rule: &Rule<N>,
+    transfers: Option<&[[[f64; MOST]; MOST]]>,
+    enough: f64,
+    unit: &mut f64,
+) -> Result<Solved, u64> {
+    if let Some(transfers) = transfers {
+        orbit.refine(transfers);
+        orbit.place(rule);
+        return orbit.newton(rule, enough, *unit);
+    }
+    *unit = orbit.start(rule);
+    let spent = orbit.cost::<N>();
+    match orbit.newton(rule, enough, *unit) {
+        Ok(solved) => Ok(Solved { rhs: spent + solved.rhs, ..solved }),
+        Err(rhs) => Err(spent + rhs),
     }
 }
 
@@ -246,7 +235,7 @@ pub(crate) struct Closed {
 }
 
 /// The C at which the orbit through the maximum `radius` of x2, 0 < `radius` <= V, closes, with an error of
-/// at most `tolerance` in units of the weakening rate; `Err` with the number of evaluations where the polar
+/// at most `tolerance` in units of the largest |w|; `Err` with the number of evaluations where the polar
 /// form does not apply or no rung reaches that.
 pub(crate) fn closed_orbit(
     weakening: &Weakening,
@@ -254,32 +243,12 @@ pub(crate) fn closed_orbit(
     radius: f64,
     tolerance: f64,
 ) -> Result<Closed, u64> {
-    let found = solve(Problem { weakening, belt_speed, radius }, tolerance)?;
-    let (viscous, depth) = (found.orbit.viscous, found.orbit.depth());
-    let slope = Some(found.slope);
-    Ok(Closed { closing: Closing { viscous, error: found.error, rhs: found.rhs, slope }, depth })
-}
-
-/// An orbit on the last rung, and its errors.
-struct Found<'a> {
-    orbit: Orbit<'a>,
-    /// Estimate of the error of C.
-    error: f64,
-    /// dC / d ln r, and an estimate of its error.
-    slope: [f64; 2],
-    rhs: u64,
-}
-
-/// Solves a problem with the error `tolerance` of C, in units of the largest |w|; `Err` with the number of
-/// evaluations.
-fn solve(problem: Problem<'_>, tolerance: f64) -> Result<Found<'_>, u64> {
-    let Problem { weakening, belt_speed, radius, .. } = problem;
     let farthest = belt_speed + radius;
     if !(farthest <= weakening.reach() && weakening.is_resolved(belt_speed - radius, farthest)) {
         return Err(0);
     }
-    let (arch, (four, eight)) = (pulp::Arch::new(), &*RULES);
-    let mut orbit = Orbit::circle(problem);
+    let (four, eight) = &*RULES;
+    let mut orbit = Orbit::circle(Problem { weakening, belt_speed, radius });
     let mut unit = 0.0;
     let mut rhs = 0;
     let mut before: Option<[f64; 2]> = None;
@@ -288,12 +257,16 @@ fn solve(problem: Problem<'_>, tolerance: f64) -> Result<Found<'_>, u64> {
             return Err(rhs);
         }
         let transfers = before.map(|_| &TRANSFERS[rung - 1][..]);
-        let floor = FLOORS.get(rung).copied().unwrap_or(0.0);
-        let solved = match (nodes, &mut orbit, &mut unit) {
-            (4, orbit, unit) => arch.dispatch(Solve { orbit, rule: four, transfers, tolerance, floor, unit }),
-            (_, orbit, unit) => {
-                arch.dispatch(Solve { orbit, rule: eight, transfers, tolerance, floor, unit })
-            }
+        let enough = tolerance.max(FLOORS.get(rung).copied().unwrap_or(0.0));
+        let solved = match nodes {
+            4 => vectorized(
+                #[inline(always)]
+                || solve_rung(&mut orbit, four, transfers, enough, &mut unit),
+            ),
+            _ => vectorized(
+                #[inline(always)]
+                || solve_rung(&mut orbit, eight, transfers, enough, &mut unit),
+            ),
         };
         let solved = solved.map_err(|spent| rhs + spent)?;
         let Solved { left, left_at_first, slope, slope_at_first, change, rhs: spent } = solved;
@@ -322,7 +295,8 @@ fn solve(problem: Problem<'_>, tolerance: f64) -> Result<Found<'_>, u64> {
                 let coarser = (slope - slope_at_first.unwrap_or(slope_before)).abs();
                 let slope_error =
                     coarser + SLOPE_BY_CHANGE * change.abs() + misplaced[1] * slope.abs() + error;
-                return Ok(Found { orbit, error, slope: [slope, slope_error], rhs });
+                let closing = Closing { viscous, error, rhs, slope: Some([slope, slope_error]) };
+                return Ok(Closed { closing, depth: orbit.depth() });
             }
         }
         before = Some([viscous, slope]);

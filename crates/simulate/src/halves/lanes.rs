@@ -40,6 +40,7 @@ type Lanes = [f64; LANES];
 type State = [f64; 3 * LANES];
 
 /// Halves that are followed together, each by steps of its own.
+#[derive(Default)]
 struct Together<'a> {
     halves: [Option<Half<'a>>; LANES],
     /// Numbers of the halves in the list.
@@ -83,32 +84,7 @@ struct Places {
 
 impl<'a> Together<'a> {
     fn new() -> Self {
-        let zero = [0.0; LANES];
-        Self {
-            halves: [None; LANES],
-            numbers: [0; LANES],
-            sign: zero,
-            viscous: zero,
-            belt_speed: [1.0; LANES],
-            radius: [1.0; LANES],
-            steepest: zero,
-            rate: zero,
-            rise: zero,
-            squared: zero,
-            has_others: false,
-            is_left: [false; LANES],
-            x: zero,
-            h: zero,
-            width: zero,
-            end: zero,
-            state: [0.0; 3 * LANES],
-            error: zero,
-            room: zero,
-            first: zero,
-            beyond_stop: zero,
-            steps: [0; LANES],
-            rhs: [0; LANES],
-        }
+        Self { belt_speed: [1.0; LANES], radius: [1.0; LANES], ..Self::default() }
     }
 
     /// Puts a half into a lane.
@@ -314,34 +290,24 @@ impl Field<{ 3 * LANES }> for Together<'_> {
     }
 }
 
-/// Arguments of [`Together::advance`] for all halves of a list, for the function whose vector width pulp selects at run
-/// time.
-pub(super) struct Follow<'a, 'b> {
-    pub(super) halves: &'b [Half<'a>],
-}
-
-impl pulp::WithSimd for Follow<'_, '_> {
-    /// The lowest point of each half, where it was reached, and the number of evaluations.
-    type Output = Vec<(Option<Lowest>, u64)>;
-
-    #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) -> Self::Output {
-        let mut found = vec![(None, 0); self.halves.len()];
-        let mut together = Together::new();
-        let mut next = 0;
-        loop {
-            for lane in 0..LANES {
-                if together.halves[lane].is_none()
-                    && let Some(half) = self.halves.get(next)
-                {
-                    together.load(lane, next, *half);
-                    next += 1;
-                }
+/// Follows halves; returns the lowest point of each, where it was reached, and the number of evaluations.
+#[inline(always)]
+pub(super) fn follow(halves: &[Half]) -> Vec<(Option<Lowest>, u64)> {
+    let mut found = vec![(None, 0); halves.len()];
+    let mut together = Together::new();
+    let mut next = 0;
+    loop {
+        for lane in 0..LANES {
+            if together.halves[lane].is_none()
+                && let Some(half) = halves.get(next)
+            {
+                together.load(lane, next, *half);
+                next += 1;
             }
-            if together.halves.iter().all(Option::is_none) {
-                return found;
-            }
-            together.advance(|number, lowest, rhs| found[number] = (lowest, rhs));
         }
+        if together.halves.iter().all(Option::is_none) {
+            return found;
+        }
+        together.advance(|number, lowest, rhs| found[number] = (lowest, rhs));
     }
 }

@@ -41,9 +41,10 @@ use std::borrow::Cow;
 use std::sync::Arc;
 
 use super::polar::Closing;
+use super::vectorized::vectorized;
 use super::work::Work;
 use half::{Half, Orbit, Rate, layer};
-use lanes::{Follow, Lowest};
+use lanes::{Lowest, follow};
 use slipmap_model::friction::{Curve, Weakening};
 
 /// Error of C of the first orbits, which only lead near a root, in units of C.
@@ -291,10 +292,12 @@ pub(super) fn closing_dampings_by_halves(sought: &[Sought], tolerance: f64) -> V
             searches.push((number, Search::new(sought, law, tolerance)));
         }
     }
-    let arch = pulp::Arch::new();
     for _ in 0..MOST_ORBITS {
         let halves: Vec<Half> = searches.iter().flat_map(|(_, search)| search.halves()).collect();
-        let found = arch.dispatch(Follow { halves: &halves });
+        let found = vectorized(
+            #[inline(always)]
+            || follow(&halves),
+        );
         let mut ends = found.chunks_exact(2).map(|ends| [ends[0], ends[1]]);
         searches.retain_mut(|(number, search)| {
             let answer = ends.next().and_then(|ends| search.advance(ends));

@@ -13,7 +13,6 @@ use slipmap_simulate::{Fate, critical_damping, return_map};
 /// A cell with its true answers.
 #[derive(Clone, Debug)]
 pub struct Cell {
-    /// Its parameters.
     pub point: Point,
     pub(crate) column: Column,
     /// Whether it was drawn next to the boundary.

@@ -63,11 +63,9 @@ pub(super) enum Output {
 pub struct Contestant {
     /// The method or engine.
     pub name: &'static str,
-    /// Its kind.
     pub kind: Kind,
     /// Name of its parameter; `None` for a method without one.
     pub(crate) knob: Option<&'static str>,
-    /// Value of the parameter.
     pub setting: f64,
     pub(super) solver: Solver,
     pub(super) output: Output,

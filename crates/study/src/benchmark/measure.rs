@@ -12,13 +12,10 @@ use slipmap_model::filippov::Oscillator;
 /// Statistics of errors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Errors {
-    /// Number of errors.
     pub count: usize,
-    /// The median.
     pub median: f64,
     /// The 95 % quantile.
     pub high: f64,
-    /// The largest.
     pub worst: f64,
 }
 
@@ -35,9 +32,7 @@ impl Errors {
 /// Numbers of wrong and missing verdicts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Labels {
-    /// Number of cells.
     pub cells: usize,
-    /// Number of wrong verdicts.
     pub wrong: usize,
     /// Number of cells without a verdict: undecided or failed.
     pub none: usize,
@@ -61,9 +56,7 @@ impl Labels {
 /// The measurements of one contestant at one setting.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Row {
-    /// Its kind.
     pub kind: Kind,
-    /// Its name.
     pub name: String,
     /// Name and value of its parameter.
     pub setting: Option<(String, f64)>,

@@ -34,14 +34,3 @@ pub(crate) fn pareto(points: &[Option<(f64, f64)>]) -> Vec<bool> {
         .map(|point| point.is_some_and(|point| !points.iter().flatten().any(|other| beats(*other, point))))
         .collect()
 }
-
-#[cfg(test)]
-mod tests {
-    #[test]
-    fn the_front_consists_of_undominated_points() {
-        let points =
-            [Some((1.0, 4.0)), Some((2.0, 2.0)), None, Some((3.0, 3.0)), Some((2.0, 2.0)), Some((4.0, 1.0))];
-        assert_eq!(super::pareto(&points), [true, true, false, false, true, true]);
-        assert!(super::pareto(&[]).is_empty());
-    }
-}

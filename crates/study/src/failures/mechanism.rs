@@ -8,45 +8,28 @@ use slipmap_model::friction::Column;
 use slipmap_simulate::naive::{NaiveKnobs, NaiveMethod};
 use slipmap_simulate::{Failure, Fate};
 
-/// The cause of a failure of a method at a cell.
+/// The cause of a failure of a method at a cell, which [`Mechanism::explanation`] explains.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mechanism {
-    /// A condition of first order in eps is wrong at a finite eps, in a band of width O(eps) next to the
-    /// critical damping.
     FirstOrderInEps,
-    /// The energy balance integrates along the undamped oscillator's circle, from which the orbit differs.
     Circle,
-    /// |D| reaches 2 along the orbit, which then is far from a circle and may never turn.
     Node,
-    /// The orbit comes back, but lands beyond the stick segment and crosses for ever; the test ignores the
-    /// landing.
     Overshoot,
-    /// Within a few widths of the belt line smoothed friction neither holds the mass nor releases it.
     Smoothing,
-    /// The band counts slipping states as sticking, or the mass leaves it away from the exit point.
     StickBand,
-    /// With fixed steps the orbit chatters about the belt line and leaves it away from the exit point.
     Chatter,
     /// The orbit is above the belt line, or inside the stick band, for less than a step, and both crossings
     /// are missed.
     MissedDoubleCrossing,
-    /// Events near a start on the belt line are ignored (or the start itself is one).
     TangentStart,
-    /// The orbit has not settled within the given number of turns.
     Transient,
-    /// The errors of the adaptive steps add up to more than the margin.
     StepError,
     /// The test claims nothing about the column: a test of first order in eps where the law does not depend on it.
     NoClaim,
-    /// The test claims only presence, or only absence, and the cell is on the other side.
     OneSided,
-    /// The cell lies between the test's claims of presence and of absence, or exactly where they meet.
     Gap,
-    /// The test proves that the orbit comes back, but not that it lands on the stick segment.
     LandingUnproved,
-    /// The integration failed.
     Breakdown(Failure),
-    /// The failure remains after every removal of a known defect.
     Unexplained,
 }
 
