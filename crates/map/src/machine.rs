@@ -461,9 +461,6 @@ pub(crate) fn example(law: Law) -> Machine {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use slipmap_model::friction::{Expression, Table};
-    use slipmap_model::point::LawParameters;
-    use slipmap_simulate::critical_damping;
 
     #[test]
     fn by_hand() {
@@ -481,43 +478,6 @@ mod tests {
         let point = example(Law::Exponential).model().unwrap().point;
         for (a, b) in point.law.as_slice().iter().zip([0.75, 0.5, 0.025]) {
             close(*a, b);
-        }
-    }
-
-    #[test]
-    fn a_formula_is_the_law_that_it_writes_out() {
-        // The exponential law with its coefficients, and the same as a formula in SI units.
-        let machine = example(Law::Exponential);
-        let formula = Expression::new("muk + (mus - muk)*exp(-u/vs) + 0.02*u", 1.0).unwrap();
-        let parameters = LawParameters::new(&[0.3, 0.4, 0.25]);
-        let written = Machine { friction: Friction::Formula(formula, parameters), ..machine.clone() };
-        // 0.3 + (0.4 - 0.3) rounds.
-        assert!((written.units().velocity / machine.units().velocity - 1.0).abs() < 4.0 * f64::EPSILON);
-        let [a, b] = [&machine, &written].map(|machine| machine.model().unwrap());
-        for u in [0.0, 0.1, 0.7, 3.0] {
-            let [a, b] = [&a, &b].map(|model| model.column().curve.weakening(u));
-            assert!((a - b).abs() < 1e-14, "{u}: {a} {b}");
-        }
-        let [a, b] = [a, b].map(|model| critical_damping(&model.column(), 1e-11).unwrap().c);
-        assert!((a - b).abs() < 1e-9, "{a} {b}");
-        let names: Vec<&str> = written.quantities().iter().map(|(name, _)| *name).collect();
-        assert_eq!(names, ["mass", "stiffness", "damping", "normal_force", "muk", "mus", "vs", "belt_speed"]);
-        assert_eq!(written.with("mus", 0.5).unwrap().friction.at_rest(), 0.5);
-        assert!(written.with("static_friction", 0.5).is_none());
-    }
-
-    #[test]
-    fn data_keep_their_shape_in_dimensionless_terms() {
-        let data = [(0.0, 0.4), (0.1, 0.35), (0.3, 0.31), (1.0, 0.3), (2.0, 0.31)];
-        let table = Table::new("a test", &data, 0.4).unwrap();
-        let machine = Machine { friction: Friction::Measured(table.clone()), ..example(Law::Stribeck) };
-        let model = machine.model().unwrap();
-        let curve = model.column().curve;
-        let si = Law::Table(table).curve(1.0, &LawParameters::new(&[]));
-        for u in [0.0, 0.05, 0.2, 0.9, 1.5] {
-            // phi is a pure number, its slope has the unit of one over a velocity, which is 0.5 m/s.
-            assert!((curve.phi(u / 0.5) - si.phi(u)).abs() < 1e-14, "{u}");
-            assert!((curve.weakening(u / 0.5) - 0.5 * si.weakening(u)).abs() < 1e-13, "{u}");
         }
     }
 
