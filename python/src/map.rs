@@ -1,6 +1,5 @@
 //! Maps in memory: the run of the library with arrays as its sink.
 
-use std::convert::Infallible;
 use std::ops::Range;
 use std::path::Path;
 use std::sync::{Mutex, PoisonError};
@@ -13,7 +12,7 @@ use slipmap::config::Job;
 use slipmap::dataset::attributes::{self, Outcome};
 use slipmap::dataset::{Auxiliary, Provenance, Schema, Series, Stored, Value, auxiliary, curves, si_name};
 use slipmap::friction::Law as Family;
-use slipmap::map::{Account, ComputeError, Control, Engine, Field, Grid, Plan, PlaneCurves, Sink, TileData};
+use slipmap::map::{ComputeError, Control, Each, Engine, Field, Grid, Plan, PlaneCurves, TileData};
 use slipmap::risk::{Chances, Uncertain};
 
 use crate::columns::method;
@@ -54,14 +53,9 @@ impl Memory {
         let cells = schema.variables.iter().map(empty).collect();
         Self { schema, cells }
     }
-}
-
-impl Sink for Memory {
-    type Packed = ();
-    type Error = Infallible;
 
     /// Copies the tile to its place: workers fill different cells.
-    fn pack(&self, data: &TileData) -> Result<(), Infallible> {
+    fn fill(&self, data: &TileData) {
         for (variable, cells) in self.schema.variables.iter().zip(&self.cells) {
             if self.schema.chunk_number(variable, data.tile.number).is_none() {
                 continue;
@@ -79,11 +73,6 @@ impl Sink for Memory {
                 _ => unreachable!("codes are codes and real numbers are real numbers"),
             }
         }
-        Ok(())
-    }
-
-    fn write(&self, (): (), _: &Account) -> Result<(), Infallible> {
-        Ok(())
     }
 }
 
@@ -242,7 +231,7 @@ fn compute(
     let summary = run(py, Some(1), progress.as_ref(), |steering| {
         let on_cells = |cells| steering.advance(cells);
         let control = Control { threads, on_cells: &on_cells, stop: &steering.stop, ..Control::default() };
-        let summary = slipmap::map::run(plan, &memory, &control)?;
+        let summary = slipmap::map::run(plan, &Each(|data| memory.fill(data)), &control)?;
         let chances = Chances::of(&plan.grid, uncertain);
         let probability = chances.and_then(|chances| {
             let found = chances.probabilities(threads, &steering.stop).ok()?;

@@ -1,6 +1,5 @@
 //! Pictures of planes: one colour or one number for each cell of a grid over two axes.
 
-use std::convert::Infallible;
 use std::sync::atomic::AtomicBool;
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
@@ -13,7 +12,7 @@ use super::refusal::Refusal;
 use super::show::Show;
 use slipmap_map::dataset::{Cells, Schema, Variable};
 use slipmap_map::map::{
-    Account, ComputeError, Control, Field, Method, Plan, Queue, Sink, TileData, Verdict, compute_tiles,
+    ComputeError, Control, Each, Field, Method, Plan, Queue, TileData, Verdict, compute_tiles,
 };
 use slipmap_report::figure::palette::Kind;
 
@@ -99,7 +98,8 @@ fn computed(
         let cells = if with_columns { TILE_WITH_COLUMNS } else { TILE_OF_SINGLE_CELLS };
         Plan { tile_shape: grid.tile_shape(cells), ..plan }
     };
-    let sink = Picture::new(&plan, show, *x, *y)?;
+    let picture = Picture::new(&plan, show, *x, *y)?;
+    let sink = Each(|data: &TileData| picture.fill(data));
     let queue = Queue::new(vec![false; plan.tile_count()]);
     match compute_tiles(&plan, &sink, control, &|| queue.take()) {
         Ok(_) => {}
@@ -107,8 +107,8 @@ fn computed(
         Err(ComputeError::Threads(why)) => return Err(Refusal::broken(why)),
         Err(ComputeError::Sink(never)) => match never {},
     }
-    let kinds = show.kinds(&sink.methods);
-    Ok((sink.cells.into_inner().unwrap_or_else(PoisonError::into_inner), kinds))
+    let kinds = show.kinds(&picture.methods);
+    Ok((picture.cells.into_inner().unwrap_or_else(PoisonError::into_inner), kinds))
 }
 
 /// Receives tiles into a picture.
@@ -162,13 +162,8 @@ impl<'a> Picture<'a> {
             }
         }
     }
-}
 
-impl Sink for Picture<'_> {
-    type Packed = ();
-    type Error = Infallible;
-
-    fn pack(&self, data: &TileData) -> Result<(), Infallible> {
+    fn fill(&self, data: &TileData) {
         let found = self.variable.as_ref().map(|variable| variable.cells(data));
         let codes = match &found {
             Some(Cells::Codes(codes)) => codes.values().collect(),
@@ -185,10 +180,5 @@ impl Sink for Picture<'_> {
             (CellValues::Codes(all), _) => self.scatter(data, |cell, place| all[place] = codes[cell]),
             (CellValues::Reals(_), _) => unreachable!("numbers are numbers"),
         }
-        Ok(())
-    }
-
-    fn write(&self, (): (), _: &Account) -> Result<(), Infallible> {
-        Ok(())
     }
 }
