@@ -3,8 +3,8 @@
 use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use slipmap::config::number_in;
-use slipmap::friction::{Expression, Function, Law as Family, Table};
+use slipmap::config::{Level, number_in};
+use slipmap::friction::{Function, Law as Family, Table};
 use slipmap::machine::{Coefficients, DAMPING_RATIO, Motion, unit};
 use slipmap::map::{AxisRole, Grid};
 use slipmap::point::{LawParameters, MAX_LAW_PARAMETERS, Point};
@@ -29,15 +29,7 @@ impl Law {
     /// A law given as a formula.
     #[staticmethod]
     fn expression(formula: &str, static_level: Option<f64>, at_peak: bool) -> PyResult<Self> {
-        static_level.map_or(Ok(()), check_static_level)?;
-        let law = match static_level {
-            Some(level) => Expression::with_static(formula, level).map(Family::Expression),
-            None if at_peak => {
-                Expression::new(formula, 1.0).and_then(|law| law.with_rest_at_peak()).map(Family::Function)
-            }
-            None => Expression::new(formula, 1.0).map(Family::Expression),
-        };
-        let law = law.map_err(|error| {
+        let law = level(static_level, at_peak)?.formula(formula).map_err(|error| {
             let problem = slipmap::config::point_into(formula, &error);
             PyValueError::new_err(format!("{problem}\n  help: {}", error.remedy))
         })?;
@@ -54,17 +46,19 @@ impl Law {
         at_peak: bool,
         origin: &str,
     ) -> PyResult<Self> {
-        static_level.map_or(Ok(()), check_static_level)?;
+        let level = level(static_level, at_peak)?;
         let told = |error: slipmap::friction::TableError| {
             let row = error.row.map_or(String::new(), |row| format!("row {row}: "));
             PyValueError::new_err(format!("{row}{error}"))
         };
         let data: Vec<(f64, f64)> =
             u.as_array().iter().copied().zip(friction.as_array().iter().copied()).collect();
-        let law = match static_level {
-            Some(level) => Table::with_static(origin, &data, level),
-            None if at_peak => Table::with_rest_at_peak(origin, &data),
-            None => Table::new(origin, &data, data.first().map_or(1.0, |(_, friction)| *friction)),
+        let law = match level {
+            Level::Given(level) => Table::with_static(origin, &data, level),
+            Level::Peak => Table::with_rest_at_peak(origin, &data),
+            Level::First | Level::One => {
+                Table::new(origin, &data, data.first().map_or(1.0, |(_, friction)| *friction))
+            }
         };
         let mut law = law.map_err(told)?;
         if let Some(errors) = errors {
@@ -263,13 +257,17 @@ pub(crate) fn motion_of(name: &str) -> PyResult<Motion> {
     })
 }
 
-pub(crate) fn check_static_level(level: f64) -> PyResult<()> {
-    if level > 0.0 && level.is_finite() {
-        return Ok(());
+/// The friction at rest of a law.
+pub(crate) fn level(given: Option<f64>, at_peak: bool) -> PyResult<Level> {
+    match given {
+        Some(level) if level > 0.0 && level.is_finite() => Ok(Level::Given(level)),
+        Some(level) => {
+            let problem = "the friction at slip speed 0 must be greater than 0";
+            Err(PyValueError::new_err(format!("static = {level}: {problem}")))
+        }
+        None if at_peak => Ok(Level::Peak),
+        None => Ok(Level::First),
     }
-    Err(PyValueError::new_err(format!(
-        "static = {level}: the friction at slip speed 0 must be greater than 0"
-    )))
 }
 
 /// Description of a value's position in the caller's arrays.
