@@ -3,7 +3,7 @@
 use std::fmt::{self, Debug, Display, Formatter};
 use std::path::PathBuf;
 
-use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches, Id};
+use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches};
 
 use super::Failure;
 use super::output::exact;
@@ -292,10 +292,6 @@ impl Args for PointArguments {
 
     fn augment_args_for_update(command: Command) -> Command {
         Self::augment_args(command)
-    }
-
-    fn group_id() -> Option<Id> {
-        None
     }
 }
 
