@@ -230,7 +230,7 @@ fn without_formulas(row: &ByteRecord) -> ByteRecord {
 
 fn answer(table: &PointTable, row: &ByteRecord, job: &Job) -> Result<ByteRecord, Failure> {
     let (law, point, machine) = oscillator(table, row, &job.about)?;
-    let si = machine.as_ref().map(Machine::si);
+    let si = machine.as_ref().map(Machine::units);
     let mut row = without_formulas(row);
     let answer = Answer::of(&law, &point, job.arguments.tolerance, job.methods.iter().copied());
     let number = |x: f64| if x.is_nan() { String::new() } else { exact(x) };
@@ -243,7 +243,7 @@ fn answer(table: &PointTable, row: &ByteRecord, job: &Job) -> Result<ByteRecord,
         let name = format!("margin_{}", method.method.name());
         row.push_field(number(method.margin * factor(&name)).as_bytes());
     }
-    let damping = si.map_or(1.0, |si| si.units.damping);
+    let damping = si.map_or(1.0, |si| si.damping);
     let simulation = answer.methods.iter().find(|of| of.method == Method::Simulation);
     let scaled = |of: Option<f64>| of.map_or(f64::NAN, |x| x * damping);
     let critical = scaled(simulation.and_then(|of| of.critical_c));

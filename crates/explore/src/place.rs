@@ -122,7 +122,7 @@ impl Place {
             let (unit, size) = self.units.get(name)?.clone();
             Some((dimension, Shown { unit, size }))
         });
-        Ok(UnitSystem::of_machine(machine.si()).shown_in(shown.collect()))
+        Ok(UnitSystem::of_machine(machine.units()).shown_in(shown.collect()))
     }
 
     /// The dimensionless law and the values of its axes in their order, each legal. It has the parameters

@@ -107,8 +107,7 @@ pub fn behaviour(model: &Model, tolerance: f64) -> Behaviour {
 
 /// The behaviour, and the belt speeds V at which the stick-slip cycle attracts.
 pub(crate) fn with_speeds(model: &Model, tolerance: f64) -> (Behaviour, Intervals) {
-    let Model { law, point, si } = model;
-    let units = si.units;
+    let Model { law, point, si: units } = model;
     let oscillator = Oscillator::new(law, point);
     let flow = flow(&oscillator, tolerance);
     let half = |range: slipmap_model::friction::Range| 0.5 * (range.hi - range.lo) * units.length;

@@ -162,12 +162,15 @@ pub struct Model {
     /// The parameter point.
     pub point: Point,
     /// The SI units of the dimensionless numbers.
-    pub si: SiUnits,
+    pub si: Units,
 }
 
 /// The units of the dimensionless oscillator, in SI.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Units {
+    /// Whether the machine moves along a line or turns.
+    #[serde(skip)]
+    pub motion: Motion,
     /// s.
     pub time: f64,
     /// m.
@@ -183,12 +186,15 @@ pub struct Units {
 
 impl Units {
     /// Those of SI: numbers in SI units stay as they are.
-    pub const SI: Self = Self { time: 1.0, length: 1.0, velocity: 1.0, force: 1.0, damping: 1.0 };
+    pub const fn si(motion: Motion) -> Self {
+        Self { motion, time: 1.0, length: 1.0, velocity: 1.0, force: 1.0, damping: 1.0 }
+    }
 
     /// The units of a mass (kg) on a spring of this stiffness (N/m) with this static friction force (N).
-    pub fn of(mass: f64, stiffness: f64, force: f64) -> Self {
+    pub fn of(motion: Motion, mass: f64, stiffness: f64, force: f64) -> Self {
         let damping = (stiffness * mass).sqrt();
         Self {
+            motion,
             time: (mass / stiffness).sqrt(),
             length: force / stiffness,
             velocity: force / damping,
@@ -198,7 +204,7 @@ impl Units {
     }
 
     /// The factor from a dimensionless number of this dimension to SI.
-    pub(crate) fn factor(&self, dimension: Dimension) -> f64 {
+    pub fn factor(&self, dimension: Dimension) -> f64 {
         match dimension {
             Dimension::Time => self.time,
             Dimension::Length => self.length,
@@ -209,22 +215,6 @@ impl Units {
             Dimension::Stiffness => self.damping / self.time,
             Dimension::Impulse => self.force * self.time,
         }
-    }
-}
-
-/// The units of a machine, which convert dimensionless numbers to SI, with their names.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SiUnits {
-    /// Whether the machine moves along a line or turns.
-    pub motion: Motion,
-    /// The size of each unit in SI.
-    pub units: Units,
-}
-
-impl SiUnits {
-    /// The factor from a dimensionless number of this dimension to SI.
-    pub fn factor(&self, dimension: Dimension) -> f64 {
-        self.units.factor(dimension)
     }
 
     /// The name of the unit of this dimension.
@@ -401,24 +391,19 @@ impl Machine {
     /// The units of the dimensionless oscillator.
     #[must_use]
     pub fn units(&self) -> Units {
-        Units::of(self.mass, self.stiffness, self.friction.at_rest() * self.normal_force)
-    }
-
-    /// The units of the dimensionless oscillator, with their names.
-    pub fn si(&self) -> SiUnits {
-        SiUnits { motion: self.motion, units: self.units() }
+        Units::of(self.motion, self.mass, self.stiffness, self.friction.at_rest() * self.normal_force)
     }
 
     /// The dimensionless oscillator; `None` if a formula or data overflow in these units.
     #[must_use]
     pub fn model(&self) -> Option<Model> {
-        let si = self.si();
-        let (law, parameters) = self.friction.dimensionless(&si.units)?;
+        let si = self.units();
+        let (law, parameters) = self.friction.dimensionless(&si)?;
         let point = Point {
             epsilon: 1.0,
             law: parameters,
-            belt_speed: self.belt_speed / si.units.velocity,
-            damping: self.damping / si.units.damping,
+            belt_speed: self.belt_speed / si.velocity,
+            damping: self.damping / si.damping,
         };
         let law = if self.small { law.read_as_small() } else { law };
         Some(Model { law, point, si })
@@ -466,7 +451,8 @@ mod tests {
     fn by_hand() {
         // F = 20 N, sqrt(k m) = 40 N s/m, so that U = 0.5 m/s, the length 25 mm and the time 50 ms.
         let units = example(Law::Stribeck).units();
-        let hand = Units { time: 0.05, length: 0.025, velocity: 0.5, force: 20.0, damping: 40.0 };
+        let motion = Motion::Translation;
+        let hand = Units { motion, time: 0.05, length: 0.025, velocity: 0.5, force: 20.0, damping: 40.0 };
         assert_eq!(units, hand);
         let point = example(Law::Stribeck).model().unwrap().point;
         let close = |a: f64, b: f64| assert!((a - b).abs() <= 4.0 * f64::EPSILON * b, "{a} {b}");

@@ -334,7 +334,7 @@ pub(super) fn friction(all: &Assessment, written: &Written, height: f64) -> Scen
     let x = Scale::linear(0.0, fastest).in_unit(speed_unit.size.recip());
     let (curve, rest) = (model.column().curve, machine.friction.at_rest());
     let end = table.map_or(fastest, |table| table.fastest().min(fastest));
-    let friction = |u: f64| rest * curve.phi(u / model.si.units.velocity);
+    let friction = |u: f64| rest * curve.phi(u / model.si.velocity);
     let line: Vec<(f64, f64)> =
         (0..=POINTS).map(|i| end * i as f64 / POINTS as f64).map(|u| (u, friction(u))).collect();
     let errors =
