@@ -20,10 +20,7 @@ impl Law {
     /// The law of this name: "stribeck", "exponential", "lorentzian" or "coulomb".
     #[staticmethod]
     fn built_in(name: &str) -> PyResult<Self> {
-        let law = Family::BUILT_IN.into_iter().find(|law| law.name() == name);
-        let known = || Family::BUILT_IN.map(|law| law.name().to_owned()).join(", ");
-        let problem = || PyValueError::new_err(format!("there is no law `{name}`; choose from: {}", known()));
-        Ok(Self { law: law.ok_or_else(problem)? })
+        Ok(Self { law: choose("law", name, Family::BUILT_IN, |law| law.name())? })
     }
 
     /// A law given as a formula.
@@ -247,6 +244,22 @@ impl Law {
         let weakening: Vec<f64> = u.iter().map(|&u| curve.weakening(u)).collect();
         Ok((PyArray1::from_vec(py, phi), PyArray1::from_vec(py, weakening)))
     }
+}
+
+/// The one of `all` with this name.
+pub(crate) fn choose<T>(
+    kind: &str,
+    name: &str,
+    all: impl IntoIterator<Item = T>,
+    name_of: impl Fn(&T) -> &str,
+) -> PyResult<T> {
+    let mut all: Vec<T> = all.into_iter().collect();
+    let Some(found) = all.iter().position(|one| name_of(one) == name) else {
+        let known: Vec<&str> = all.iter().map(name_of).collect();
+        let problem = format!("there is no {kind} `{name}`; choose from: {}", known.join(", "));
+        return Err(PyValueError::new_err(problem));
+    };
+    Ok(all.swap_remove(found))
 }
 
 /// The motion of this name.

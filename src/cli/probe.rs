@@ -273,7 +273,7 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
         ("guarantee", Left),
         ("equation", Left),
     ]);
-    let limits = answer.limits_of_tests();
+    let limits = answer.limits(false);
     for (method, limit) in answer.methods.iter().zip(&limits) {
         table.row([
             method.method.name().into(),

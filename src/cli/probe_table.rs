@@ -269,7 +269,7 @@ fn answer(table: &PointTable, row: &ByteRecord, job: &Job) -> Result<ByteRecord,
         row.push_field(number(described.value(quantity) * factor(quantity.name())).as_bytes());
     }
     if job.arguments.epsilon_limits {
-        for limit in answer.limits() {
+        for limit in answer.limits(true) {
             row.push_field(number(limit.value()).as_bytes());
         }
     }
