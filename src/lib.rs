@@ -166,24 +166,15 @@ pub mod map {
     //! # Ok::<(), Box<dyn std::error::Error>>(())
     //! ```
     //!
-    //! [`run`] computes it, and hands its tiles to a [`Sink`]:
+    //! [`run`] computes it, and hands its tiles to a [`Sink`], such as a function of [`Each`]:
     //! ```
     //! use slipmap::friction::Law;
-    //! use slipmap::map::{self, Account, Control, Grid, Plan, Sink, TileData, Verdict};
-    //!
-    //! /// Forgets the cells; what is counted remains.
-    //! struct Nowhere;
-    //!
-    //! impl Sink for Nowhere {
-    //!     type Packed = ();
-    //!     type Error = std::convert::Infallible;
-    //!     fn pack(&self, _: &TileData) -> Result<(), Self::Error> { Ok(()) }
-    //!     fn write(&self, (): (), _: &Account) -> Result<(), Self::Error> { Ok(()) }
-    //! }
+    //! use slipmap::map::{self, Control, Each, Grid, Plan, Verdict};
     //!
     //! let nodes = [vec![0.1], vec![0.4], vec![0.2], vec![2.0], vec![1.0], vec![0.0, 0.3, 0.9]];
     //! let plan = Plan::builder(Grid::new(Law::Stribeck, nodes.to_vec())?).build()?;
-    //! let summary = map::run(&plan, &Nowhere, &Control::default())?;
+    //! // The cells are forgotten; what is counted remains.
+    //! let summary = map::run(&plan, &Each(|_| {}), &Control::default())?;
     //! let simulation = summary.account.methods.last().expect("it is among the usual methods");
     //! assert_eq!(simulation.cells_with(Verdict::Present), 2);
     //! # Ok::<(), Box<dyn std::error::Error>>(())

@@ -19,7 +19,6 @@ __all__ = [
     "__version__",
     "backbone",
     "compute_map",
-    "config_cells",
     "critical_c",
     "curves",
     "fit",
@@ -180,7 +179,6 @@ def compute_map(
     threads: int | None,
     progress: Callable[[int], None] | None,
 ) -> Map: ...
-def config_cells(path: str, sets: list[str]) -> int: ...
 def run_config(
-    path: str, sets: list[str], threads: int | None, progress: Callable[[int], None] | None
+    path: str, sets: list[str], threads: int | None, progress_of: Callable[[int], Callable[[int], None] | None]
 ) -> Map: ...

@@ -163,9 +163,8 @@ def run(
         With the program's message: file, line, key, value and remedy.
     """
     sets = [f"{key}={_toml(value)}" for key, value in set.items()] if isinstance(set, Mapping) else list(set)
-    name = os.fspath(config)
-    cells = _core.config_cells(name, sets)
-    return _dataset(_core.run_config(name, sets, threads, told(progress, cells, "cells")))
+    found = _core.run_config(os.fspath(config), sets, threads, lambda cells: told(progress, cells, "cells"))
+    return _dataset(found)
 
 
 def _toml(value: Any) -> str:

@@ -13,7 +13,7 @@ use slipmap::point::Point;
 use slipmap::simulate::critical::{CriticalDamping, critical_dampings};
 use slipmap::simulate::flow;
 
-use crate::law::{Law, check_law, check_values};
+use crate::law::{Law, check_law, check_values, choose};
 use crate::point::check_tolerance;
 use crate::work::{FEW, Steering, run};
 
@@ -236,10 +236,7 @@ pub(crate) fn verdicts<'py>(
 }
 
 pub(crate) fn method(name: &str) -> PyResult<Method> {
-    Method::by_name(name).ok_or_else(|| {
-        let known: Vec<&str> = Method::all().map(|method| method.name()).collect();
-        PyValueError::new_err(format!("there is no method `{name}`; choose from: {}", known.join(", ")))
-    })
+    choose("method", name, Method::all(), |method| method.name())
 }
 
 /// Elements without a NaN, by column; within a column by growing damping.

@@ -3,8 +3,8 @@
 use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use slipmap::config::number_in;
-use slipmap::friction::{Expression, Function, Law as Family, Table};
+use slipmap::config::{Level, number_in};
+use slipmap::friction::{Function, Law as Family, Table};
 use slipmap::machine::{Coefficients, DAMPING_RATIO, Motion, unit};
 use slipmap::map::{AxisRole, Grid};
 use slipmap::point::{LawParameters, MAX_LAW_PARAMETERS, Point};
@@ -20,24 +20,13 @@ impl Law {
     /// The law of this name: "stribeck", "exponential", "lorentzian" or "coulomb".
     #[staticmethod]
     fn built_in(name: &str) -> PyResult<Self> {
-        let law = Family::BUILT_IN.into_iter().find(|law| law.name() == name);
-        let known = || Family::BUILT_IN.map(|law| law.name().to_owned()).join(", ");
-        let problem = || PyValueError::new_err(format!("there is no law `{name}`; choose from: {}", known()));
-        Ok(Self { law: law.ok_or_else(problem)? })
+        Ok(Self { law: choose("law", name, Family::BUILT_IN, |law| law.name())? })
     }
 
     /// A law given as a formula.
     #[staticmethod]
     fn expression(formula: &str, static_level: Option<f64>, at_peak: bool) -> PyResult<Self> {
-        static_level.map_or(Ok(()), check_static_level)?;
-        let law = match static_level {
-            Some(level) => Expression::with_static(formula, level).map(Family::Expression),
-            None if at_peak => {
-                Expression::new(formula, 1.0).and_then(|law| law.with_rest_at_peak()).map(Family::Function)
-            }
-            None => Expression::new(formula, 1.0).map(Family::Expression),
-        };
-        let law = law.map_err(|error| {
+        let law = level(static_level, at_peak)?.formula(formula).map_err(|error| {
             let problem = slipmap::config::point_into(formula, &error);
             PyValueError::new_err(format!("{problem}\n  help: {}", error.remedy))
         })?;
@@ -54,17 +43,19 @@ impl Law {
         at_peak: bool,
         origin: &str,
     ) -> PyResult<Self> {
-        static_level.map_or(Ok(()), check_static_level)?;
+        let level = level(static_level, at_peak)?;
         let told = |error: slipmap::friction::TableError| {
             let row = error.row.map_or(String::new(), |row| format!("row {row}: "));
             PyValueError::new_err(format!("{row}{error}"))
         };
         let data: Vec<(f64, f64)> =
             u.as_array().iter().copied().zip(friction.as_array().iter().copied()).collect();
-        let law = match static_level {
-            Some(level) => Table::with_static(origin, &data, level),
-            None if at_peak => Table::with_rest_at_peak(origin, &data),
-            None => Table::new(origin, &data, data.first().map_or(1.0, |(_, friction)| *friction)),
+        let law = match level {
+            Level::Given(level) => Table::with_static(origin, &data, level),
+            Level::Peak => Table::with_rest_at_peak(origin, &data),
+            Level::First | Level::One => {
+                Table::new(origin, &data, data.first().map_or(1.0, |(_, friction)| *friction))
+            }
         };
         let mut law = law.map_err(told)?;
         if let Some(errors) = errors {
@@ -255,6 +246,22 @@ impl Law {
     }
 }
 
+/// The one of `all` with this name.
+pub(crate) fn choose<T>(
+    kind: &str,
+    name: &str,
+    all: impl IntoIterator<Item = T>,
+    name_of: impl Fn(&T) -> &str,
+) -> PyResult<T> {
+    let mut all: Vec<T> = all.into_iter().collect();
+    let Some(found) = all.iter().position(|one| name_of(one) == name) else {
+        let known: Vec<&str> = all.iter().map(name_of).collect();
+        let problem = format!("there is no {kind} `{name}`; choose from: {}", known.join(", "));
+        return Err(PyValueError::new_err(problem));
+    };
+    Ok(all.swap_remove(found))
+}
+
 /// The motion of this name.
 pub(crate) fn motion_of(name: &str) -> PyResult<Motion> {
     Motion::ALL.into_iter().find(|motion| motion.name() == name).ok_or_else(|| {
@@ -263,13 +270,17 @@ pub(crate) fn motion_of(name: &str) -> PyResult<Motion> {
     })
 }
 
-pub(crate) fn check_static_level(level: f64) -> PyResult<()> {
-    if level > 0.0 && level.is_finite() {
-        return Ok(());
+/// The friction at rest of a law.
+pub(crate) fn level(given: Option<f64>, at_peak: bool) -> PyResult<Level> {
+    match given {
+        Some(level) if level > 0.0 && level.is_finite() => Ok(Level::Given(level)),
+        Some(level) => {
+            let problem = "the friction at slip speed 0 must be greater than 0";
+            Err(PyValueError::new_err(format!("static = {level}: {problem}")))
+        }
+        None if at_peak => Ok(Level::Peak),
+        None => Ok(Level::First),
     }
-    Err(PyValueError::new_err(format!(
-        "static = {level}: the friction at slip speed 0 must be greater than 0"
-    )))
 }
 
 /// Description of a value's position in the caller's arrays.

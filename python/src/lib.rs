@@ -45,7 +45,6 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(orbit::orbit, module)?)?;
     module.add_function(wrap_pyfunction!(curves::curves, module)?)?;
     module.add_function(wrap_pyfunction!(map::compute_map, module)?)?;
-    module.add_function(wrap_pyfunction!(map::config_cells, module)?)?;
     module.add_function(wrap_pyfunction!(map::run_config, module)?)?;
     module.add_function(wrap_pyfunction!(measured::measured, module)?)?;
     module.add_function(wrap_pyfunction!(measured::fit, module)?)?;

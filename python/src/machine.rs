@@ -218,8 +218,7 @@ impl Machine {
         let values = std::iter::once(point.epsilon)
             .chain(point.law.as_slice().iter().copied())
             .chain([point.belt_speed, point.damping]);
-        let units = si.units;
-        let units = [units.time, units.length, units.velocity, units.force, units.damping];
+        let units = [si.time, si.length, si.velocity, si.force, si.damping];
         Ok((Law { law }, values.collect(), units))
     }
 
@@ -356,7 +355,7 @@ impl Machine {
                         Some(format!("the {words} leaves the numbers; check the units")),
                     ));
                 };
-                let unit = si.units.damping;
+                let unit = si.damping;
                 let found = match answers.next()? {
                     Ok(found) => found,
                     Err(why) => return Some((f64::NAN, f64::NAN, Some(why.to_string()))),

@@ -1,6 +1,5 @@
 //! Maps in memory: the run of the library with arrays as its sink.
 
-use std::convert::Infallible;
 use std::ops::Range;
 use std::path::Path;
 use std::sync::{Mutex, PoisonError};
@@ -11,13 +10,13 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use slipmap::config::Job;
 use slipmap::dataset::attributes::{self, Outcome};
-use slipmap::dataset::{Auxiliary, Provenance, Schema, Series, Stored, Value, auxiliary, curves, si_name};
+use slipmap::dataset::{Auxiliary, Contents, Provenance, Schema, Series, Value, auxiliary, curves, si_name};
 use slipmap::friction::Law as Family;
-use slipmap::map::{Account, ComputeError, Control, Engine, Field, Grid, Plan, PlaneCurves, Sink, TileData};
+use slipmap::map::{ComputeError, Control, Each, Engine, Field, Grid, Plan, PlaneCurves, TileData};
 use slipmap::risk::{Chances, Uncertain};
 
 use crate::columns::method;
-use crate::law::Law;
+use crate::law::{Law, choose};
 use crate::work::run;
 
 /// The grid with these nodes, in the order of the law's axes.
@@ -54,21 +53,13 @@ impl Memory {
         let cells = schema.variables.iter().map(empty).collect();
         Self { schema, cells }
     }
-}
-
-impl Sink for Memory {
-    type Packed = ();
-    type Error = Infallible;
 
     /// Copies the tile to its place: workers fill different cells.
-    fn pack(&self, data: &TileData) -> Result<(), Infallible> {
-        for (variable, cells) in self.schema.variables.iter().zip(&self.cells) {
-            if self.schema.chunk_number(variable, data.tile.number).is_none() {
-                continue;
-            }
+    fn fill(&self, data: &TileData) {
+        for (position, variable) in self.schema.filled_by(data.tile.number) {
             let shape = self.schema.shape(variable);
             let ranges = &data.tile.ranges[..shape.len()];
-            let mut cells = cells.lock().unwrap_or_else(PoisonError::into_inner);
+            let mut cells = self.cells[position].lock().unwrap_or_else(PoisonError::into_inner);
             match (&mut *cells, variable.cells(data)) {
                 (Cells::Codes(all), slipmap::dataset::Cells::Codes(codes)) => {
                     scatter(codes.values(), ranges, &shape, all);
@@ -79,11 +70,6 @@ impl Sink for Memory {
                 _ => unreachable!("codes are codes and real numbers are real numbers"),
             }
         }
-        Ok(())
-    }
-
-    fn write(&self, (): (), _: &Account) -> Result<(), Infallible> {
-        Ok(())
     }
 }
 
@@ -214,13 +200,13 @@ impl Map {
     #[getter]
     fn curves<'py>(&self, py: Python<'py>) -> PyResult<Option<Vec<Column<'py>>>> {
         let one = |series: &Series| {
-            let (stored, attributes) = series.stored();
-            let values = match stored {
-                Stored::Reals(values) => PyArray1::from_slice(py, values).into_any(),
-                Stored::Integers(values) => PyArray1::from_slice(py, values).into_any(),
-                Stored::Codes(codes) => PyArray1::from_vec(py, codes).into_any(),
+            let values = match &series.contents {
+                Contents::Reals(values) => PyArray1::from_slice(py, values).into_any(),
+                Contents::Integers(values) => PyArray1::from_slice(py, values).into_any(),
+                Contents::Codes(codes) => PyArray1::from_slice(py, codes).into_any(),
             };
-            let attributes = attribute_dict(py, attributes.iter().map(|(name, value)| (*name, value)))?;
+            let attributes =
+                attribute_dict(py, series.attributes.iter().map(|(name, value)| (*name, value)))?;
             Ok((series.dimension, series.name.clone(), attributes, values))
         };
         let columns = || curves::columns(&self.schema.grid, &self.curves);
@@ -242,7 +228,7 @@ fn compute(
     let summary = run(py, Some(1), progress.as_ref(), |steering| {
         let on_cells = |cells| steering.advance(cells);
         let control = Control { threads, on_cells: &on_cells, stop: &steering.stop, ..Control::default() };
-        let summary = slipmap::map::run(plan, &memory, &control)?;
+        let summary = slipmap::map::run(plan, &Each(|data| memory.fill(data)), &control)?;
         let chances = Chances::of(&plan.grid, uncertain);
         let probability = chances.and_then(|chances| {
             let found = chances.probabilities(threads, &steering.stop).ok()?;
@@ -285,17 +271,9 @@ pub(crate) fn compute_map(
 ) -> PyResult<Map> {
     let problem = |error: slipmap::map::PlanError| PyValueError::new_err(error.to_string());
     let grid = grid_of(&law.law, nodes)?;
-    let field = |name: &String| {
-        let known = || Field::ALL.map(Field::name).join(", ");
-        let unknown =
-            || PyValueError::new_err(format!("there is no field `{name}`; choose from: {}", known()));
-        Field::ALL.into_iter().find(|field| field.name() == name).ok_or_else(unknown)
-    };
+    let field = |name: &String| choose("field", name, Field::ALL, |field| field.name());
     let fields: Vec<Field> = fields.iter().map(field).collect::<PyResult<_>>()?;
-    let known = || Engine::ALL.map(Engine::name).join(", ");
-    let engine = Engine::ALL.into_iter().find(|it| it.name() == engine).ok_or_else(|| {
-        PyValueError::new_err(format!("there is no engine `{engine}`; choose from: {}", known()))
-    })?;
+    let engine = choose("engine", engine, Engine::ALL, |engine| engine.name())?;
     let mut builder = Plan::builder(grid)
         .fields(fields)
         .engine(engine)
@@ -310,26 +288,17 @@ pub(crate) fn compute_map(
     compute(py, &plan, &[], &provenance, threads, progress)
 }
 
-fn load(path: &str, sets: &[String]) -> PyResult<Job> {
-    Job::load(Path::new(path), sets).map_err(|error| PyValueError::new_err(error.to_string()))
-}
-
-/// Number of cells of the map of a configuration.
-#[pyfunction]
-pub(crate) fn config_cells(path: &str, sets: Vec<String>) -> PyResult<usize> {
-    Ok(load(path, &sets)?.plan.grid.cells())
-}
-
-/// The map of a configuration.
+/// The map of a configuration. `progress_of` gives for a number of cells what is called with those done, or nothing.
 #[pyfunction]
 pub(crate) fn run_config(
     py: Python<'_>,
     path: &str,
     sets: Vec<String>,
     threads: Option<usize>,
-    progress: Option<Py<PyAny>>,
+    progress_of: &Bound<'_, PyAny>,
 ) -> PyResult<Map> {
-    let job = load(path, &sets)?;
+    let job = Job::load(Path::new(path), &sets).map_err(|error| PyValueError::new_err(error.to_string()))?;
+    let progress = progress_of.call1((job.plan.grid.cells(),))?.extract()?;
     let provenance = Provenance {
         title: job.title,
         config_path: job.config_file.display().to_string(),

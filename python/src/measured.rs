@@ -2,10 +2,10 @@
 
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use slipmap::config::{Level, Measured, OfMachine, law_of};
+use slipmap::config::{Measured, OfMachine, law_of};
 use slipmap::friction::{Expression, Law as Family};
 
-use crate::law::{Law, check_static_level};
+use crate::law::{Law, level};
 use crate::point::json;
 
 fn told((problem, remedy): (String, String)) -> PyErr {
@@ -25,12 +25,7 @@ pub(crate) fn measured(
     at_peak: bool,
     forces: Option<bool>,
 ) -> PyResult<(Law, bool)> {
-    static_level.map_or(Ok(()), check_static_level)?;
-    let level = match static_level {
-        Some(level) => Level::Given(level),
-        None if at_peak => Level::Peak,
-        None => Level::First,
-    };
+    let level = level(static_level, at_peak)?;
     let measured = read(name, rows, forces)?;
     let law = Family::Table(measured.table(level).map_err(told)?);
     Ok((Law { law }, measured.holds_forces()))

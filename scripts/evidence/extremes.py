@@ -83,14 +83,50 @@ def run(program, arguments, folder):
     return ran.code, ran.said, ran.processor, ran.memory
 
 
+class Trial:
+    """Runs the program, and collects what should not be."""
+
+    def __init__(self, program, folder, allowed):
+        self.program, self.folder, self.allowed = program, folder, allowed
+        self.problems, self.ends, self.most = 0, {}, {}
+
+    def problem(self, what, said=""):
+        self.problems += 1
+        print(f"\n# {what}\n{said[-400:]}", flush=True)
+
+    def run(self, kind, what, arguments, refused=None):
+        """Exit code of a command; with `refused`, whether it must be refused."""
+        code, said, seconds, memory = run(self.program, arguments, self.folder)
+        self.ends[kind, code] = self.ends.get((kind, code), 0) + 1
+        self.most[kind] = [max(a, b) for a, b in zip(self.most.get(kind, [0, 0]), (seconds, memory))]
+        wrong = [f"ended with {code}"] * (code not in (0, 1, 2)) + ["panicked"] * ("panicked" in said)
+        wrong += ["refused without a message"] * (code == 2 and "error:" not in said)
+        if kind != "made":
+            wrong += [f"{seconds:.1f} s"] * (seconds > SECONDS) + [f"{memory >> 20} MiB"] * (memory > self.allowed)
+        wrong += ["believed"] * (refused is True and code == 0) + ["refused"] * (refused is False and code != 0)
+        if wrong:
+            self.problem(f"{kind}: {', '.join(wrong)}: {what}", said)
+        return code
+
+    def end(self, done):
+        """Tells what was found, and ends; the exit code is 0 if nothing is a problem."""
+        for (kind, code), number_of in sorted(self.ends.items(), key=str):
+            print(f"{kind:20} exit code {code:4}: {number_of}")
+        for kind, (seconds, memory) in self.most.items():
+            print(f"{kind:20} at most {seconds:.2f} s, {memory >> 20} MiB")
+        print(f"\n{done}, {self.problems} problems")
+        sys.exit(bool(self.problems))
+
+
 def main():
     program = os.path.abspath(sys.argv[1])
     count, seed = (int(given) for given in [*sys.argv[2:4], *["1000", "1"][len(sys.argv) - 2 :]])
     rng = random.Random(seed)
-    problems, slowest, largest, ends = 0, {}, {}, {}
+    trial = Trial(program, None, MEMORY)
     for i in range(count):
         law, text = configuration(rng)
         with tempfile.TemporaryDirectory() as folder:
+            trial.folder = folder
             Path(folder, "map.toml").write_text(text)
             commands = {
                 "run": ["run", "map.toml", "--quiet"],
@@ -108,30 +144,8 @@ def main():
             for name, arguments in commands.items():
                 if name in ("check", "report", "plot") and not Path(folder, "map.h5").exists():
                     continue
-                code, said, seconds, memory = run(program, arguments, folder)
-                ends[name, code] = ends.get((name, code), 0) + 1
-                slowest[name] = max(slowest.get(name, 0.0), seconds)
-                largest[name] = max(largest.get(name, 0), memory)
-                wrong = []
-                if code not in (0, 1, 2):
-                    wrong.append(f"ended with {code}")
-                if "panicked" in said:
-                    wrong.append("panicked")
-                if code == 2 and "error:" not in said:
-                    wrong.append("refused without a message")
-                if seconds > SECONDS:
-                    wrong.append(f"{seconds:.1f} s")
-                if memory > MEMORY:
-                    wrong.append(f"{memory >> 20} MiB")
-                if wrong:
-                    problems += 1
-                    print(f"\n# configuration {i}: {name} {', '.join(wrong)}\n{text}{said[-400:]}", flush=True)
-    for (name, code), number_of in sorted(ends.items()):
-        print(f"{name:7} exit code {code:4}: {number_of}")
-    for name in slowest:
-        print(f"{name:7} at most {slowest[name]:.2f} s, {largest[name] >> 20} MiB")
-    print(f"\n{count} configurations, {problems} problems")
-    sys.exit(bool(problems))
+                trial.run(name, f"configuration {i}\n{text}", arguments)
+    trial.end(f"{count} configurations")
 
 
 if __name__ == "__main__":

@@ -26,7 +26,7 @@ import numpy as np
 
 import extremes
 
-SECONDS, MEMORY = 10.0, 500 << 20
+MEMORY = 500 << 20
 LABEL = b"\nslipmap seal, sha256 of every byte before this line: "
 MAP = """
 [grid]
@@ -55,31 +55,6 @@ c = [0.05, 0.5]
 [output]
 path = "map.h5"
 """
-
-
-class Trial:
-    """Runs the program, and collects what should not be."""
-
-    def __init__(self, program, folder):
-        self.program, self.folder = program, folder
-        self.problems, self.ends, self.most = 0, {}, {}
-
-    def problem(self, what, said=""):
-        self.problems += 1
-        print(f"\n# {what}\n{said[-300:]}", flush=True)
-
-    def run(self, kind, what, arguments, refused=None):
-        """Exit code of a command; with `refused`, whether it must be refused."""
-        code, said, seconds, memory = extremes.run(self.program, arguments, self.folder)
-        self.ends[kind, code] = self.ends.get((kind, code), 0) + 1
-        self.most[kind] = [max(a, b) for a, b in zip(self.most.get(kind, [0, 0]), (seconds, memory))]
-        wrong = [f"ended with {code}"] * (code not in (0, 1, 2)) + ["panicked"] * ("panicked" in said)
-        if kind != "made":
-            wrong += [f"{seconds:.1f} s"] * (seconds > SECONDS) + [f"{memory >> 20} MB"] * (memory > MEMORY)
-        wrong += ["believed"] * (refused is True and code == 0) + ["refused"] * (refused is False and code != 0)
-        if wrong:
-            self.problem(f"{kind}: {', '.join(wrong)}: {what}", said)
-        return code
 
 
 def formula(rng):
@@ -368,19 +343,14 @@ def main():
     program = os.path.abspath(sys.argv[1])
     count, seed = (int(given) for given in [*sys.argv[2:4], *["1000", "1"][len(sys.argv) - 2 :]])
     with tempfile.TemporaryDirectory() as folder:
-        trial = Trial(program, folder)
+        trial = extremes.Trial(program, folder, MEMORY)
         try:
             for part in (formulas, maps, certificates):
                 if part.__name__ in (sys.argv[4:] or part.__name__):
                     part(trial, random.Random(f"{part.__name__} {seed}"), count)
         except KeyboardInterrupt:
             print("\nended early: what follows is of a part")
-    for (kind, code), number in sorted(trial.ends.items(), key=str):
-        print(f"{kind:20} ended with {code}: {number}")
-    for kind, (seconds, memory) in trial.most.items():
-        print(f"{kind:20} at most {seconds:.2f} s, {memory >> 20} MB")
-    print(f"\n{count} of each part, {trial.problems} problems")
-    sys.exit(bool(trial.problems))
+    trial.end(f"{count} of each part")
 
 
 if __name__ == "__main__":

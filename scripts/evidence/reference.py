@@ -1,10 +1,8 @@
 #!/usr/bin/env python3
 """Reference data for the tests, to 25 significant digits, by arithmetic that shares nothing with the crate.
 
-    python3 scripts/evidence/reference.py             writes tests/data/critical_damping.csv, margins.csv, law_dampings.csv and
-                                             drop_dampings.csv
-    python3 scripts/evidence/reference.py --laws      writes law_dampings.csv alone
-    python3 scripts/evidence/reference.py --drops     writes drop_dampings.csv alone
+    python3 scripts/evidence/reference.py             writes tests/data/critical_damping.csv, margins.csv, law_dampings.csv,
+                                             drop_dampings.csv and steep_dampings.csv
     python3 scripts/evidence/reference.py --quick     recomputes a random handful of their rows; exit code 1 if one differs
     python3 scripts/evidence/reference.py --theory    measures the orders in eps of the closed-form tests, and looks for
                                              counterexamples to the theory's statements at every row
@@ -28,6 +26,7 @@ import gmpy2
 from gmpy2 import mpfr
 
 import laws
+import steep
 from flow import (
     CHECK,
     FINE,
@@ -330,6 +329,10 @@ def quick(seed, count=2):
         if not abs(mpfr(row["critical_c"]) - critical) <= abs(critical) * mpfr("1.01e-17"):
             wrong += 1
             print(f"columns.csv {row}: recomputed {digits(critical)}")
+    for row in rng.sample(read("steep_dampings.csv"), count):
+        if not steep.same(row):
+            wrong += 1
+            print(f"steep_dampings.csv {row}: another critical damping is recomputed")
     # The laws come in a sequence from one seed.
     first = [tuple(row.values()) for row in read("law_dampings.csv")][:3]
     if law_table(3, 0)[1] != first:
@@ -338,15 +341,13 @@ def quick(seed, count=2):
     if drop_table((3, 0, 0))[1] != [tuple(row.values()) for row in read("drop_dampings.csv")][:3]:
         wrong += 1
         print("drop_dampings.csv: the first rows are not those computed anew")
-    print(f"reference rows recomputed with seed {seed}: {3 * count - wrong} agree, {wrong} differ")
+    print(f"reference rows recomputed with seed {seed}: {4 * count - wrong} agree, {wrong} differ")
     return wrong
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--quick", action="store_true", help="recompute a random handful of the committed rows")
-    parser.add_argument("--laws", action="store_true", help="write the table of other laws alone")
-    parser.add_argument("--drops", action="store_true", help="write the table of laws with a drop alone")
     parser.add_argument("--theory", action="store_true", help="measure the orders in eps, look for counterexamples")
     parser.add_argument("--seed", type=int, help="which handful --quick takes; default: the clock")
     args = parser.parse_args()
@@ -356,14 +357,12 @@ def main():
         import theory_check
 
         sys.exit(theory_check.main())
-    if not (args.laws or args.drops):
-        write("critical_damping.csv", CRITICAL_COLUMNS, critical_table)
-        write("margins.csv", MARGIN_COLUMNS, margin_table)
+    write("critical_damping.csv", CRITICAL_COLUMNS, critical_table)
+    write("margins.csv", MARGIN_COLUMNS, margin_table)
     # 18 digits are stored; the tests need 11.
-    if not args.drops:
-        write("law_dampings.csv", LAW_COLUMNS, law_table, required=1e-15)
-    if not args.laws:
-        write("drop_dampings.csv", DROP_COLUMNS, drop_table, required=1e-15)
+    write("law_dampings.csv", LAW_COLUMNS, law_table, required=1e-15)
+    write("drop_dampings.csv", DROP_COLUMNS, drop_table, required=1e-15)
+    write("steep_dampings.csv", steep.COLUMNS, steep.table, required=steep.REQUIRED)
 
 
 if __name__ == "__main__":

@@ -1,8 +1,4 @@
-#!/usr/bin/env python3
-"""Critical dampings of friction that falls within a small slip speed, in MPFR arithmetic: tests/data/steep_dampings.csv.
-
-    python3 scripts/evidence/steep.py           writes the table
-    python3 scripts/evidence/steep.py --quick   recomputes a random handful of its rows; exit code 1 if one differs
+"""Critical dampings of friction that falls within a small slip speed, in MPFR arithmetic: reference.py writes them down.
 
 The law is phi(u) = mu + a exp(-(u/vs)^n) + eta u for u > 0, and 1 at rest; eps = 1. The orbit from the exit point,
 (v, v') = (V, -j) with j = 1 - phi(0+), grazes the belt line at the critical damping c: it has its next maximum at
@@ -18,20 +14,15 @@ most V while D >= 0. Solutions at the same slip speed do not cross, so the diffe
 start costs; it is part of the disagreement that the table's head tells.
 """
 
-import argparse
-import csv
 import math
 import random
 import sys
-import time
-from pathlib import Path
 
 import gmpy2
 from gmpy2 import mpfr
 
 from flow import Accuracy, bracketed_root, evaluate, product, step_size
 
-TABLE = Path(__file__).resolve().parents[2] / "tests" / "data" / "steep_dampings.csv"
 COLUMNS = ["exponent", "mu", "fall", "vs", "eta", "V", "critical"]
 SEED = 20261126
 WIDTHS = ["1", "0.1", "0.03", "0.01", "0.001", "0.0001", "0.000001"]
@@ -187,45 +178,15 @@ def table(per_width=ROWS_PER_WIDTH):
             print(*rows[-1], f"{error:.1e}", file=sys.stderr)
     header = [
         "Critical damping of phi(u) = mu + fall exp(-(u/vs)^exponent) + eta u, friction at rest 1; eps = 1.",
-        f"Made by scripts/evidence/steep.py, seed {SEED}; {per_width} rows for each vs with V in [0.1, 3] (log) and a critical damping",
+        f"Made by scripts/evidence/reference.py, seed {SEED}; {per_width} rows for each vs with V in [0.1, 3] (log) and a critical damping",
         "between 0.001 and 1.9. Each number is the f64 nearest to its decimals.",
         f"Largest relative disagreement of two accuracies, with what a late start of the stiff half leaves open: {worst:.1e}.",
     ]
     return header, rows, worst
 
 
-def quick(seed, count=3):
-    """Recomputes `count` rows; returns the number of rows that differ."""
-    with open(TABLE, newline="") as file:
-        rows = list(csv.reader(line for line in file if not line.startswith("#")))[1:]
-    wrong = 0
-    for row in random.Random(seed).sample(rows, count):
-        value, _ = critical((int(row[0]), *map(float, row[1:6])))
-        if abs(value - mpfr(row[6])) > REQUIRED * value:
-            wrong += 1
-            print(f"{TABLE.name} {row}: recomputed {value:.19e}")
-    print(f"{count} rows recomputed with seed {seed}: {wrong} differ")
-    return wrong
-
-
-def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--quick", action="store_true", help="recompute a random handful of the committed rows")
-    parser.add_argument("--seed", type=int, help="which handful --quick takes; default: the clock")
-    args = parser.parse_args()
-    if args.quick:
-        sys.exit(1 if quick(time.time_ns() % 1_000_000 if args.seed is None else args.seed) else 0)
-    start = time.process_time()
-    header, rows, worst = table()
-    if not worst < REQUIRED:
-        sys.exit(f"two computations disagree by {worst:.1e}")
-    with open(TABLE, "w", newline="") as out:
-        out.writelines(f"# {line}\n" for line in header)
-        writer = csv.writer(out, lineterminator="\n")
-        writer.writerow(COLUMNS)
-        writer.writerows(rows)
-    print("\n".join(header), f"{len(rows)} rows in {time.process_time() - start:.0f} s", sep="\n")
-
-
-if __name__ == "__main__":
-    main()
+def same(row):
+    """Whether the critical damping of a committed row is the recomputed one."""
+    *law, committed = row.values()
+    value, _ = critical((int(law[0]), *map(float, law[1:])))
+    return abs(value - mpfr(committed)) <= REQUIRED * value

@@ -3,14 +3,14 @@
 use std::fmt::{self, Debug, Display, Formatter};
 use std::path::PathBuf;
 
-use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches, Id};
+use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches};
 
 use super::Failure;
 use super::output::exact;
 use slipmap_config::{Level, decimal_comma, has_unit, nearest, point_into, point_of, read_table};
 use slipmap_map::map::Grid;
 use slipmap_map::probe::{axis_names, flag};
-use slipmap_model::friction::{Expression, ExpressionError, Law};
+use slipmap_model::friction::{ExpressionError, Law};
 use slipmap_model::point::{MAX_LAW_PARAMETERS, Point};
 
 /// Arguments of the friction law: `--law` and the options of laws given as text or as data.
@@ -97,6 +97,11 @@ impl LawArguments {
         let at_formula = |phi: &str, error: &ExpressionError| {
             Failure::bad_input(format!("--phi: {}", point_into(phi, error)), error.remedy.clone())
         };
+        let level = match (self.static_level, &self.rest) {
+            (Some(level), _) => Level::Given(level),
+            (None, Some(_)) => Level::Peak,
+            (None, None) => Level::One,
+        };
         match (name, &self.phi, &self.table) {
             (_, None, None) if is_built_in && (self.static_level.is_some() || self.rest.is_some()) => {
                 let problem = format!("friction at rest is 1 already in the law `{name}`");
@@ -105,27 +110,10 @@ impl LawArguments {
                     "leave it out; where friction drops as slip begins, add --drop",
                 ))
             }
-            (_, Some(phi), _) if self.rest.is_some() => {
-                let law = Expression::new(phi, 1.0).and_then(|law| law.with_rest_at_peak());
-                law.map(Law::Function).map_err(|error| at_formula(phi, &error))
-            }
-            (_, Some(phi), _) => {
-                let formula = match self.static_level {
-                    Some(level) => Expression::with_static(phi, level),
-                    None => Expression::new(phi, 1.0),
-                };
-                formula.map(Law::Expression).map_err(|error| at_formula(phi, &error))
-            }
-            (_, None, Some(path)) => {
-                let level = match (self.static_level, &self.rest) {
-                    (Some(level), _) => Level::Given(level),
-                    (None, Some(_)) => Level::Peak,
-                    (None, None) => Level::One,
-                };
-                read_table(path, level)
-                    .map(Law::Table)
-                    .map_err(|(problem, remedy)| Failure::bad_input(format!("--table: {problem}"), remedy))
-            }
+            (_, Some(phi), _) => level.formula(phi).map_err(|error| at_formula(phi, &error)),
+            (_, None, Some(path)) => read_table(path, level)
+                .map(Law::Table)
+                .map_err(|(problem, remedy)| Failure::bad_input(format!("--table: {problem}"), remedy)),
             (name, None, None) => Law::BUILT_IN.into_iter().find(|law| law.name() == name).ok_or_else(|| {
                 let flag = if name == "table" { "--table FILE.csv" } else { "--phi FORMULA" };
                 Failure::bad_input(format!("the law `{name}` needs {flag}"), "add it")
@@ -304,10 +292,6 @@ impl Args for PointArguments {
 
     fn augment_args_for_update(command: Command) -> Command {
         Self::augment_args(command)
-    }
-
-    fn group_id() -> Option<Id> {
-        None
     }
 }
 

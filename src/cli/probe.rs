@@ -20,7 +20,7 @@ use slipmap_map::assessment::StandardErrors;
 use slipmap_map::behaviour::behaviour;
 use slipmap_map::machine::Model;
 use slipmap_map::map::limits::{HIGHEST, Limit, Unknown};
-use slipmap_map::map::{BasinBoundary, DEFAULT_TOLERANCE, Grid, Method, Quantity, Regime};
+use slipmap_map::map::{BasinBoundary, Grid, Method, Quantity, Regime};
 use slipmap_map::probe::{Answer, MachineResult, Probe, equilibrium_type, fate_name, regime_words};
 use slipmap_model::filippov::{Eigenvalues, Stability};
 use slipmap_model::friction::Law;
@@ -38,16 +38,16 @@ use slipmap_witness::Start;
 #[command(after_help = format!("{EXAMPLES}\n{}", about_tables()))]
 pub(super) struct Arguments {
     #[command(flatten)]
-    point: PointArguments,
+    pub(super) point: PointArguments,
     #[command(flatten)]
     law: LawArguments,
     /// The machine in SI units described in the tables [machine] and [friction] of a configuration, in place
     /// of the point; --set belt_speed=.. and --set damping=.. choose others than the file's
     #[arg(long, value_name = "FILE.toml", conflicts_with_all = ["law", "phi", "table"])]
     machine: Option<PathBuf>,
-    /// Bound on the error of the scaled grazing margin m / V that the simulation aims at [default: 1e-9]
-    #[arg(long, value_name = "NUMBER", value_parser = parse_tolerance)]
-    tolerance: Option<f64>,
+    /// Bound on the error of the scaled grazing margin m / V that the simulation aims at
+    #[arg(long, value_name = "NUMBER", value_parser = parse_tolerance, default_value = "1e-9")]
+    pub(super) tolerance: f64,
     /// Print JSON instead of text
     #[arg(long, conflicts_with = "points")]
     json: bool,
@@ -75,27 +75,27 @@ pub(super) struct Arguments {
     /// Read points from this table, `-` for standard input; its header names a column for each parameter, in
     /// any order; other columns are kept; what all rows share may be given here instead, as --epsilon 0.1
     #[arg(long, value_name = "IN.csv", requires = "out")]
-    points: Option<PathBuf>,
+    pub(super) points: Option<PathBuf>,
     /// Write the table with the answers appended here, `-` for standard output
     #[arg(long, value_name = "OUT.csv", requires = "points")]
-    out: Option<PathBuf>,
+    pub(super) out: Option<PathBuf>,
     /// Replace OUT.csv, the figure, the orbit or the proof if it exists
     #[arg(long)]
-    overwrite: bool,
+    pub(super) overwrite: bool,
     /// Number of threads for a table; default: one per core
     #[arg(long, requires = "points", value_name = "NUMBER", value_parser = super::threads::parse)]
-    threads: Option<usize>,
+    pub(super) threads: Option<usize>,
     /// Also append epsilon_limit_METHOD: up to which epsilon each method says what the simulation says; takes
     /// some twenty times as long
     #[arg(long, requires = "points")]
-    epsilon_limits: bool,
+    pub(super) epsilon_limits: bool,
     /// Also append verdict_validated and margin_validated, by computer-assisted proofs; takes three times as
     /// long for the paper's law, some seventy times for others
     #[arg(long, requires = "points")]
-    validated: bool,
+    pub(super) validated: bool,
     /// No progress bar
     #[arg(long, requires = "points")]
-    quiet: bool,
+    pub(super) quiet: bool,
 }
 
 const EXAMPLES: &str = "\
@@ -145,9 +145,8 @@ fn parse_duration(text: &str) -> Result<f64, String> {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
-    let tolerance = arguments.tolerance.unwrap_or(DEFAULT_TOLERANCE);
     if let Some(file) = &arguments.machine {
-        return probe_machine(arguments, file, tolerance);
+        return probe_machine(arguments, file);
     }
     let law = arguments.law.law(&arguments.point)?;
     super::probe_machine::warn_of_law(&law);
@@ -158,44 +157,23 @@ pub(super) fn run(arguments: &Arguments) -> Result<Ended, Failure> {
             return Err(Failure::bad_input("both a point and a table were given", help));
         }
         arguments.point.refuse_foreign(&law)?;
-        return probe_table(arguments, About::Law(law), tolerance);
+        return probe_table::run(arguments, About::Law(law));
     }
     let point = arguments.point.point(&law)?;
-    probe_point(arguments, &law, &point, tolerance, None)
+    probe_point(arguments, &law, &point, None)
 }
 
-fn probe_machine(arguments: &Arguments, file: &Path, tolerance: f64) -> Result<Ended, Failure> {
+fn probe_machine(arguments: &Arguments, file: &Path) -> Result<Ended, Failure> {
     if arguments.points.is_some() {
         let job = load_machine(file, &arguments.point.settings())?;
         super::run::tell_units(&job.conversions);
         super::probe_machine::warn(&job.machine);
-        return probe_table(arguments, About::Machine(&job, file), tolerance);
+        return probe_table::run(arguments, About::Machine(&job, file));
     }
     let job = super::probe_machine::load(file, &arguments.point.settings())?;
     let leaves = || Failure::bad_input("the friction leaves the numbers", "check the units");
     let model = job.machine.model().ok_or_else(leaves)?;
-    probe_point(arguments, &model.law, &model.point, tolerance, Some((&job, &model)))
-}
-
-fn probe_table(arguments: &Arguments, about: About, tolerance: f64) -> Result<Ended, Failure> {
-    let (Some(input), Some(output)) = (&arguments.points, &arguments.out) else {
-        return Err(Failure::bad_input("--points needs --out", "name the table to be written"));
-    };
-    let Arguments { overwrite, threads, epsilon_limits, quiet, .. } = *arguments;
-    let methods = Method::usual().chain(arguments.validated.then(Method::validated)).collect();
-    let job = probe_table::Job {
-        input,
-        output,
-        overwrite,
-        about,
-        given: &arguments.point,
-        tolerance,
-        threads,
-        epsilon_limits,
-        methods,
-        quiet,
-    };
-    probe_table::run(job)
+    probe_point(arguments, &model.law, &model.point, Some((&job, &model)))
 }
 
 /// Probes one point, which may be a machine's.
@@ -203,9 +181,9 @@ fn probe_point(
     arguments: &Arguments,
     law: &Law,
     point: &Point,
-    tolerance: f64,
     machine: Option<(&MachineJob, &Model)>,
 ) -> Result<Ended, Failure> {
+    let tolerance = arguments.tolerance;
     if let Some(path) = &arguments.proof {
         replace::check("--proof", path, None, arguments.overwrite)?;
         proof::write_text(PointCertificate::of(law, point, WRITTEN_BY).text(), path, arguments.overwrite)?;
@@ -295,7 +273,7 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
         ("guarantee", Left),
         ("equation", Left),
     ]);
-    let limits = answer.limits_of_tests();
+    let limits = answer.limits(false);
     for (method, limit) in answer.methods.iter().zip(&limits) {
         table.row([
             method.method.name().into(),
@@ -578,6 +556,7 @@ fn unknown_limits(answer: &Answer, limits: &[Limit]) -> Vec<(Unknown, String)> {
 #[cfg(test)]
 mod tests {
     use clap::CommandFactory as _;
+    use slipmap_map::map::DEFAULT_TOLERANCE;
 
     use super::*;
 

@@ -9,7 +9,7 @@ use indicatif::ProgressBar;
 use rayon::prelude::*;
 
 use super::output::{exact, short};
-use super::point::PointArguments;
+use super::probe::Arguments;
 use super::replace;
 use super::report::{existing, unwritten};
 use super::run::tell_units;
@@ -30,29 +30,14 @@ use slipmap_report::is_formula;
 /// Answers for standard output are held in memory up to this size, then in a temporary file.
 const SPOOL: usize = 16 << 20;
 
-/// Arguments of the command.
-#[derive(Debug)]
-pub(super) struct Job<'a> {
-    /// The table of points, `-` for standard input.
-    pub(super) input: &'a Path,
+/// What is written of the rows.
+struct Job<'a> {
+    arguments: &'a Arguments,
     /// The table to write, `-` for standard output.
-    pub(super) output: &'a Path,
-    /// Contents of the rows.
-    pub(super) about: About<'a>,
-    /// Parameters or quantities that all rows share, from the command line.
-    pub(super) given: &'a PointArguments,
-    /// Bound on the error of the scaled grazing margin.
-    pub(super) tolerance: f64,
-    /// Whether to replace the output.
-    pub(super) overwrite: bool,
-    /// Number of threads; `None` for one per core.
-    pub(super) threads: Option<usize>,
+    output: &'a Path,
+    about: About<'a>,
     /// The methods whose verdicts are appended.
-    pub(super) methods: Vec<Method>,
-    /// Whether to append the limits in eps.
-    pub(super) epsilon_limits: bool,
-    /// Whether to leave out the progress bar.
-    pub(super) quiet: bool,
+    methods: Vec<Method>,
 }
 
 /// Contents of the rows of a table.
@@ -64,31 +49,35 @@ pub(super) enum About<'a> {
     Machine(&'a MachineJob, &'a Path),
 }
 
-pub(super) fn run(mut job: Job) -> Result<Ended, Failure> {
+pub(super) fn run(arguments: &Arguments, mut about: About) -> Result<Ended, Failure> {
+    let (Some(input), Some(output)) = (&arguments.points, &arguments.out) else {
+        return Err(Failure::bad_input("--points needs --out", "name the table to be written"));
+    };
     let stop = interrupt::flag();
-    let table = match &job.about {
+    let table = match &about {
         About::Law(law) => {
-            let (table, law) = PointTable::open(job.input, law, &job.given.given)?;
-            job.about = About::Law(law);
+            let (table, law) = PointTable::open(input, law, &arguments.point.given)?;
+            about = About::Law(law);
             table
         }
         About::Machine(of, file) => {
             let quantities = of.machine.quantities().into_iter().map(|(name, _)| name);
             let rotates = of.machine.motion == Motion::Rotation;
             let quantities: Vec<&str> = quantities.chain(rotates.then_some(INERTIA)).collect();
-            let given: Vec<String> = job.given.settings().into_iter().map(|(name, _)| name).collect();
-            let table = PointTable::of_machines(job.input, &quantities, &of.machine, &given)?;
+            let given: Vec<String> = arguments.point.settings().into_iter().map(|(name, _)| name).collect();
+            let table = PointTable::of_machines(input, &quantities, &of.machine, &given)?;
             tell_units(table.conversions());
             probe_machine::check_single(of, file, |name| table.has(name))?;
             table
         }
     };
-    let job = &job;
-    check_header(&table, job)?;
-    let mut output = Output::open(job.output, job.input, job.overwrite)?;
-    let pool = map::pool(job.threads).map_err(not_started)?;
-    let bar = super::progress::bar(job.quiet, None, "rows");
-    pool.install(|| convert(job, table, &mut output, stop, &bar))?;
+    let methods = Method::usual().chain(arguments.validated.then(Method::validated)).collect();
+    let job = Job { arguments, output, about, methods };
+    check_header(&table, &job)?;
+    let mut output = Output::open(output, input, arguments.overwrite)?;
+    let pool = map::pool(arguments.threads).map_err(not_started)?;
+    let bar = super::progress::bar(arguments.quiet, None, "rows");
+    pool.install(|| convert(&job, table, &mut output, stop, &bar))?;
     bar.finish_and_clear();
     output.publish()?;
     Ok(Ended::Fine)
@@ -169,7 +158,7 @@ fn answer_columns(job: &Job) -> Vec<String> {
     }
     names.push("regime".to_owned());
     names.extend(Quantity::of_orbits().map(|quantity| unit(quantity.name())));
-    if job.epsilon_limits {
+    if job.arguments.epsilon_limits {
         names.extend(job.methods.iter().map(|method| format!("epsilon_limit_{}", method.name())));
     }
     names
@@ -241,9 +230,9 @@ fn without_formulas(row: &ByteRecord) -> ByteRecord {
 
 fn answer(table: &PointTable, row: &ByteRecord, job: &Job) -> Result<ByteRecord, Failure> {
     let (law, point, machine) = oscillator(table, row, &job.about)?;
-    let si = machine.as_ref().map(Machine::si);
+    let si = machine.as_ref().map(Machine::units);
     let mut row = without_formulas(row);
-    let answer = Answer::of(&law, &point, job.tolerance, job.methods.iter().copied());
+    let answer = Answer::of(&law, &point, job.arguments.tolerance, job.methods.iter().copied());
     let number = |x: f64| if x.is_nan() { String::new() } else { exact(x) };
     let factor = |name: &str| {
         let dimension = dimension::of_variable(name);
@@ -254,7 +243,7 @@ fn answer(table: &PointTable, row: &ByteRecord, job: &Job) -> Result<ByteRecord,
         let name = format!("margin_{}", method.method.name());
         row.push_field(number(method.margin * factor(&name)).as_bytes());
     }
-    let damping = si.map_or(1.0, |si| si.units.damping);
+    let damping = si.map_or(1.0, |si| si.damping);
     let simulation = answer.methods.iter().find(|of| of.method == Method::Simulation);
     let scaled = |of: Option<f64>| of.map_or(f64::NAN, |x| x * damping);
     let critical = scaled(simulation.and_then(|of| of.critical_c));
@@ -279,8 +268,8 @@ fn answer(table: &PointTable, row: &ByteRecord, job: &Job) -> Result<ByteRecord,
     for quantity in Quantity::of_orbits() {
         row.push_field(number(described.value(quantity) * factor(quantity.name())).as_bytes());
     }
-    if job.epsilon_limits {
-        for limit in answer.limits() {
+    if job.arguments.epsilon_limits {
+        for limit in answer.limits(true) {
             row.push_field(number(limit.value()).as_bytes());
         }
     }

@@ -9,15 +9,14 @@ use rayon::prelude::*;
 use slipmap::certify::{Decision, Guarantee, TESTS, validated};
 use slipmap::filippov::Oscillator;
 use slipmap::friction::{Column, Expression, Law, Table};
-use slipmap::map::{Account, Control, Engine, Grid, Method, Plan, Sink, TileData, Verdict, decide, run};
+use slipmap::map::{Control, Each, Engine, Grid, Method, Plan, TileData, Verdict, decide, run};
 use slipmap::simulate::backbone::Backbone;
 use slipmap::simulate::return_map::{Turn, is_resolved, turns_of};
 use slipmap::simulate::{CriticalDamping, Fate, Flow, Landing, critical_damping, flow};
 use slipmap::witness;
 use std::collections::BTreeMap;
-use std::convert::Infallible;
 use std::fmt;
-use std::sync::{Mutex, PoisonError};
+use std::sync::Mutex;
 
 /// The tolerance of maps.
 const TOLERANCE: f64 = 1e-9;
@@ -432,7 +431,7 @@ fn an_audit_of_fast_belts_compares_two_engines() {
         .tile_shape(grid.shape())
         .build()
         .unwrap();
-    let audit = run(&plan, &Verdicts::default(), &Control::default()).unwrap().account.audit;
+    let audit = run(&plan, &Each(|_| {}), &Control::default()).unwrap().account.audit;
     assert_eq!((audit.checked, audit.agreed), (grid.cells() as u64, grid.cells() as u64), "{audit:?}");
     let mut crossing = 0;
     for i in 0..grid.cells() {
@@ -446,24 +445,6 @@ fn an_audit_of_fast_belts_compares_two_engines() {
         }
     }
     assert!(crossing > 10, "{crossing}");
-}
-
-/// A sink that keeps the verdicts of a map of one tile.
-#[derive(Default)]
-struct Verdicts(Mutex<Vec<Verdict>>);
-
-impl Sink for Verdicts {
-    type Packed = Vec<Verdict>;
-    type Error = Infallible;
-
-    fn pack(&self, data: &TileData) -> Result<Vec<Verdict>, Infallible> {
-        Ok(data.methods[0].verdicts.values().collect())
-    }
-
-    fn write(&self, verdicts: Vec<Verdict>, _: &Account) -> Result<(), Infallible> {
-        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = verdicts;
-        Ok(())
-    }
 }
 
 /// A grid with every limit of the law and with fast belts, computed by every engine: each cell has the same
@@ -488,9 +469,10 @@ fn every_engine_labels_every_cell_alike() {
             .tile_shape(grid.shape())
             .build()
             .unwrap();
-        let sink = Verdicts::default();
+        let tile = Mutex::new(Vec::new());
+        let sink = Each(|data: &TileData| tile.lock().unwrap().extend(data.methods[0].verdicts.values()));
         run(&plan, &sink, &Control::default()).unwrap();
-        let verdicts = sink.0.into_inner().unwrap();
+        let verdicts = tile.into_inner().unwrap();
         assert_eq!(verdicts.len(), grid.cells());
         verdicts
     };

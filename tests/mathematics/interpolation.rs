@@ -4,36 +4,12 @@
 use slipmap::filippov::Oscillator;
 use slipmap::friction::{Expression, Law, Table};
 use slipmap::map::{
-    Account, Control, Engine, Field, Grid, Method, Plan, Queue, Regime, Sink, TileData, Verdict,
+    Account, Control, Each, Engine, Field, Grid, Method, Plan, Queue, Regime, TileData, Verdict,
 };
 use slipmap::simulate::{critical_damping, flow};
-use std::convert::Infallible;
 use std::sync::Mutex;
 
 use crate::sample::Random;
-
-/// The number of a tile and its cells.
-type Numbered = (usize, Vec<(Verdict, Regime)>);
-
-/// The tiles of a map.
-#[derive(Default)]
-struct Cells(Mutex<Vec<Numbered>>);
-
-impl Sink for Cells {
-    type Packed = ();
-    type Error = Infallible;
-
-    fn pack(&self, data: &TileData) -> Result<(), Infallible> {
-        let regimes = data.regime.values().chain(std::iter::repeat(Regime::Failed));
-        let cells = data.methods[0].verdicts.values().zip(regimes).collect();
-        self.0.lock().unwrap().push((data.tile.number, cells));
-        Ok(())
-    }
-
-    fn write(&self, (): (), _: &Account) -> Result<(), Infallible> {
-        Ok(())
-    }
-}
 
 fn computed(grid: &Grid, engine: Engine, audited: usize) -> (Vec<(Verdict, Regime)>, Account) {
     of_fields(grid, engine, audited, &[Field::Regime])
@@ -52,10 +28,15 @@ fn of_fields(
 ) -> (Vec<(Verdict, Regime)>, Account) {
     let plan = Plan::builder(grid.clone()).methods([Method::Simulation]).fields(fields.iter().copied());
     let plan = plan.engine(engine).audit_cells(audited).tile_shape(grid.shape()).build().unwrap();
-    let (sink, queue) = (Cells::default(), Queue::new(vec![false; plan.tile_count()]));
+    let (tiles, queue) = (Mutex::new(Vec::new()), Queue::new(vec![false; plan.tile_count()]));
+    let sink = Each(|data: &TileData| {
+        let regimes = data.regime.values().chain(std::iter::repeat(Regime::Failed));
+        let cells: Vec<_> = data.methods[0].verdicts.values().zip(regimes).collect();
+        tiles.lock().unwrap().push((data.tile.number, cells));
+    });
     let (account, _) =
         slipmap::map::compute_tiles(&plan, &sink, &Control::default(), &|| queue.take()).unwrap();
-    let mut tiles = sink.0.into_inner().unwrap();
+    let mut tiles = tiles.into_inner().unwrap();
     tiles.sort_by_key(|(number, _)| *number);
     (tiles.into_iter().flat_map(|(_, cells)| cells).collect(), account)
 }

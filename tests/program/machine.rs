@@ -111,7 +111,7 @@ fn examples_are_mapped_checked_and_probed_in_si_units() {
             let root = slipmap::simulate::critical_damping(&model.column(), 1e-10).unwrap();
             // c* changes by at most a hundred from side to side, and is located to 1e-10.
             assert!(number("error") < 1e-9);
-            assert!((root.c - damping / model.si.units.damping).abs() < 1e-7, "{row:?} {root:?}");
+            assert!((root.c - damping / model.si.damping).abs() < 1e-7, "{row:?} {root:?}");
             met += 1;
         }
         assert!(met > 20, "{name}: {met}");

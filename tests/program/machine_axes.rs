@@ -283,7 +283,7 @@ fn the_drill_string_starts_to_stick_at_its_thresholds() {
             ];
             let machine = load_machine(&scratch.path().join("drill.toml"), &values).unwrap().machine;
             let model = machine.model().unwrap();
-            model.column().in_unit(model.si.units.damping)
+            model.column().in_unit(model.si.damping)
         };
         // The thresholds have seven digits, those of the Hopf bifurcation six.
         let critical = |rpm: f64| slipmap::simulate::critical_damping(&column(rpm), 1e-11).unwrap().c;

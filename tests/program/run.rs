@@ -79,6 +79,8 @@ fn a_run_makes_a_sound_map_and_accounts_for_every_cell() {
     assert_eq!(map.text("title"), Some("renamed"));
     let config = map.text("config").unwrap();
     assert!(config.contains("title = \"renamed\" # a comment to keep"), "{config}");
+    let default = [("compression", 4.0), ("tolerance", 1e-9)];
+    assert_eq!(default.map(|(name, _)| (name, map.number(name).unwrap())), default);
     assert!(map.text("history").unwrap().ends_with(": slipmap run small.toml --json --set title=renamed"));
     for (name, method) in methods {
         let stored = map.counts(&format!("verdict_{name}")).unwrap();
@@ -88,6 +90,10 @@ fn a_run_makes_a_sound_map_and_accounts_for_every_cell() {
 
     let check = scratch.run(&["check", "maps/small.h5"]).ends_with(0);
     assert!(check.out.contains("2,600 cells") && check.out.contains("sound"), "{}", check.out);
+    // The configuration in the map is the job that made it.
+    scratch.file("again.toml", config);
+    let again = scratch.run(&["run", "again.toml", "--resume"]).ends_with(0);
+    assert!(again.err.contains("is complete already"), "{}", again.err);
 }
 
 #[test]

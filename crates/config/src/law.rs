@@ -32,12 +32,14 @@ const CHECKED_COLUMNS: usize = 256;
 /// Reads `[friction]`; file names are relative to the folder of the configuration.
 pub(super) fn read(section: &Section, folder: &Path, about: About) -> Result<Law, ConfigError> {
     let also = if matches!(about, About::Machine(_)) { format!("; {OF_MACHINE}") } else { String::new() };
-    let level = || match (about, section.get("static")) {
-        (_, None) => Ok(None),
-        (_, Some(node)) => static_level(&node).map(Some),
-    };
     let built_in = |name: &str| Law::BUILT_IN.into_iter().find(|law| law.name() == name);
     let at_peak = rests_at_peak(section, about)?;
+    let level = || match (section.get("static"), about) {
+        (Some(node), _) => static_level(&node).map(Level::Given),
+        (None, _) if at_peak => Ok(Level::Peak),
+        (None, About::Machine(_)) => Ok(Level::First),
+        (None, About::Oscillator) => Ok(Level::One),
+    };
     let node = section.get("law");
     let name = node.as_ref().map_or(Ok(Law::Stribeck.name()), Node::text)?;
     let law = match (name, built_in(name)) {
@@ -51,15 +53,7 @@ pub(super) fn read(section: &Section, folder: &Path, about: About) -> Result<Law
                 ),
             };
             let phi = section.get("phi").ok_or_else(|| section.missing("phi", remedy))?;
-            let law = match level()? {
-                Some(level) => Expression::with_static(phi.text()?, level),
-                None => Expression::new(phi.text()?, 1.0),
-            };
-            let law = law.map_err(|error| at_formula(&phi, &error))?;
-            match at_peak {
-                true => Law::Function(law.with_rest_at_peak().map_err(|error| at_formula(&phi, &error))?),
-                false => Law::Expression(law),
-            }
+            level()?.formula(phi.text()?).map_err(|error| at_formula(&phi, &error))?
         }
         ("table", None) => {
             let remedy = match about {
@@ -77,12 +71,7 @@ pub(super) fn read(section: &Section, folder: &Path, about: About) -> Result<Law
                     Some(OfMachine { motion: Some(motion), forces: quantity(section)? })
                 }
             };
-            let level = match (level()?, about) {
-                (Some(level), _) => Level::Given(level),
-                (None, _) if at_peak => Level::Peak,
-                (None, About::Machine(_)) => Level::First,
-                (None, About::Oscillator) => Level::One,
-            };
+            let level = level()?;
             let table = Measured::read(&path, machine).and_then(|measured| measured.table(level));
             Law::Table(table.map_err(|(problem, remedy)| file.error(&problem, remedy))?)
         }

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use super::law::{About, at_formula};
 use super::source::{ConfigError, Node, Section, Shape, Source};
-use super::units::{Match, Wanted, compare, conversion, converted, with_unit};
+use super::units::{Match, compare, conversion, converted, with_unit};
 use super::{axis, choice, fitted, law, nearest, refuse_unknown_keys};
 use slipmap_map::machine::{
     AREA, BELT_SPEED, Coefficients, DAMPING, DAMPING_RATIO, Dimension, FREQUENCY, Friction, Given, INERTIA,
@@ -401,7 +401,7 @@ impl<'a> Reader<'a> {
         let si = unit(quantity, self.motion, self.law, self.section.get(RADIUS).is_some());
         let is_bare = self.units.borrow().iter().any(|(known, shown)| *known == quantity && shown.is_none());
         let other = |text: &str| {
-            with_unit(text).is_some_and(|(_, unit)| matches!(compare(unit, Wanted::In(si)), Match::Factor(_)))
+            with_unit(text).is_some_and(|(_, unit)| matches!(compare(unit, si), Match::Factor(_)))
         };
         let in_file = self.section.text_in_file(key, other).and_then(with_unit);
         if let Some((_, unit)) =
@@ -422,11 +422,7 @@ impl<'a> Reader<'a> {
     /// Reads a number in SI units, or a text with a number and its unit.
     fn in_si(&self, node: &Node, quantity: &'static str) -> Result<f64, ConfigError> {
         let at_radius = self.section.get(RADIUS).is_some();
-        let wanted = match unit(quantity, self.motion, self.law, at_radius) {
-            _ if self.is_of_formula(quantity) => None,
-            "" => Some(Wanted::Number),
-            unit => Some(Wanted::In(unit)),
-        };
+        let wanted = unit(quantity, self.motion, self.law, at_radius);
         let written = node.text().ok().and_then(with_unit);
         let note = |shown: Option<Shown>| {
             let mut units = self.units.borrow_mut();
@@ -434,11 +430,11 @@ impl<'a> Reader<'a> {
                 units.push((quantity, shown));
             }
         };
-        let (Some(wanted), Some((number, unit))) = (wanted, written) else {
+        let Some((number, unit)) = written.filter(|_| !self.is_of_formula(quantity)) else {
             note(None);
             return node.number();
         };
-        let si = if wanted.name().is_empty() { "1" } else { wanted.name() };
+        let si = if wanted.is_empty() { "1" } else { wanted };
         match compare(unit, wanted) {
             Match::Same => {
                 note(None);
@@ -454,7 +450,7 @@ impl<'a> Reader<'a> {
                 Ok(converted(number, factor))
             }
             Match::Other => {
-                let force = Wanted::Si(Motion::Translation, Dimension::Force);
+                let force = Motion::Translation.unit(Dimension::Force);
                 let is_force = quantity == NORMAL_FORCE && compare(unit, force) != Match::Other;
                 let radius =
                     if is_force { "; with radius = .. it is a force, not times the arm" } else { "" };

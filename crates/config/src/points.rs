@@ -11,7 +11,7 @@ use csv::{ByteRecord, ReaderBuilder};
 
 use super::nearest;
 use super::source::{ConfigError, decimal_comma};
-use super::units::{Match, Wanted, bracketed, compare, conversion, converted};
+use super::units::{Match, bracketed, compare, conversion, converted};
 use slipmap_map::machine::{DAMPING_RATIO, Friction, INERTIA, MASS, Machine};
 use slipmap_map::map::{Grid, GridError};
 use slipmap_model::friction::Law;
@@ -391,18 +391,17 @@ fn factor_of(
     machine: Option<&Machine>,
 ) -> Result<Option<Converted>, (String, String)> {
     let wanted = match machine.map(|machine| (machine, unit_of(machine, name))) {
-        None => Wanted::Number,
+        None => "",
         // A name in a formula is in whatever units the formula has.
         Some((machine, "")) if matches!(machine.friction, Friction::Formula(..)) && name != DAMPING_RATIO => {
             let problem = format!("the unit of `{name}` is not known here, and the header says `{unit}`");
             return Err((problem, format!("write `{name}` alone, in the units of the configuration")));
         }
-        Some((_, "")) => Wanted::Number,
-        Some((_, unit)) => Wanted::In(unit),
+        Some((_, unit)) => unit,
     };
     let read = match wanted {
-        Wanted::Number => format!("{name} is a number without a unit"),
-        Wanted::Si(..) | Wanted::In(_) => format!("{name} is read in {}", wanted.name()),
+        "" => format!("{name} is a number without a unit"),
+        unit => format!("{name} is read in {unit}"),
     };
     match compare(unit, wanted) {
         Match::Same => Ok(None),

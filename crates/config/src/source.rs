@@ -6,7 +6,7 @@ use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use slipmap_numbers::text::{quoted, with_short_quotes};
-use toml_edit::{Array, Document, DocumentMut, InlineTable, Item, Key, Table, TableLike, Value};
+use toml_edit::{Document, DocumentMut, InlineTable, Item, Key, Table, TableLike, Value};
 
 /// An error in a configuration: its place, the problem and the remedy.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -131,20 +131,17 @@ impl Source {
         }
         let mut offset = 0;
         let mut found = 0;
-        let mut at = Some(Entry::Item(self.original.as_item()));
+        let mut at = self.original.as_item();
         for (i, step) in path.iter().enumerate() {
-            let (key, next) = match (at, step) {
-                (Some(entry), Step::Key(key)) => match entry.as_table().and_then(|t| t.get_key_value(key)) {
-                    Some((key, item)) => (key.span(), Some(Entry::Item(item))),
-                    None => break,
-                },
-                (Some(entry), Step::Index(index)) => match entry.as_array().and_then(|a| a.get(*index)) {
-                    Some(value) => (None, Some(Entry::Value(value))),
-                    None => break,
-                },
-                _ => break,
+            let next = match step {
+                Step::Key(key) => at
+                    .as_table_like()
+                    .and_then(|table| table.get_key_value(key))
+                    .map(|(key, item)| (key.span(), item)),
+                Step::Index(index) => at.get(*index).map(|item| (None, item)),
             };
-            let value = next.and_then(|entry| entry.span());
+            let Some((key, next)) = next else { break };
+            let value = next.span();
             let last = i + 1 == path.len();
             let span = if last && at_key { key.or(value) } else { value.or(key) };
             offset = span.map_or(offset, |span| span.start);
@@ -166,47 +163,6 @@ impl Source {
     }
 }
 
-/// An item of a table or an element of a list.
-#[derive(Clone, Copy)]
-enum Entry<'a> {
-    Item(&'a Item),
-    Value(&'a Value),
-}
-
-impl<'a> Entry<'a> {
-    fn as_array(self) -> Option<&'a Array> {
-        self.as_value()?.as_array()
-    }
-
-    fn as_value(self) -> Option<&'a Value> {
-        match self {
-            Entry::Item(item) => item.as_value(),
-            Entry::Value(value) => Some(value),
-        }
-    }
-
-    fn as_table(self) -> Option<&'a dyn TableLike> {
-        match self {
-            Entry::Item(item) => item.as_table_like(),
-            Entry::Value(value) => value.as_inline_table().map(|table| table as &dyn TableLike),
-        }
-    }
-
-    fn span(self) -> Option<std::ops::Range<usize>> {
-        match self {
-            Entry::Item(item) => item.span(),
-            Entry::Value(value) => value.span(),
-        }
-    }
-
-    fn kind(self) -> &'static str {
-        match self {
-            Entry::Item(item) => kind_of(item),
-            Entry::Value(value) => kind_of_value(value),
-        }
-    }
-}
-
 /// A table of the configuration, or one left out.
 pub(super) struct Section<'a> {
     source: &'a Source,
@@ -218,7 +174,7 @@ impl<'a> Section<'a> {
     /// The entry of this name, if there is one.
     pub(super) fn get(&self, key: &str) -> Option<Node<'a>> {
         let item = self.table?.get(key).filter(|item| !item.is_none())?;
-        Some(Node { source: self.source, path: self.child(key), entry: Entry::Item(item) })
+        Some(Node { source: self.source, path: self.child(key), item })
     }
 
     /// A text that the file has for this entry, or in it, and that `is_meant`, also where the entry is overridden.
@@ -293,7 +249,7 @@ impl<'a> Section<'a> {
 pub(super) struct Node<'a> {
     source: &'a Source,
     path: Vec<Step>,
-    entry: Entry<'a>,
+    item: &'a Item,
 }
 
 /// Kind of a value, for callers that accept several kinds.
@@ -309,13 +265,13 @@ pub(super) enum Shape<'a> {
 impl<'a> Node<'a> {
     /// The value, by kind.
     pub(super) fn shape(&self) -> Shape<'a> {
-        if self.entry.as_value().and_then(as_number).is_some() {
+        if as_number(self.item).is_some() {
             Shape::Number
-        } else if let Some(array) = self.entry.as_array() {
-            Shape::List(self.elements(array))
-        } else if let Some(table) = self.entry.as_table() {
+        } else if let Some(elements) = self.elements() {
+            Shape::List(elements)
+        } else if let Some(table) = self.item.as_table_like() {
             Shape::Table(Section { source: self.source, path: self.path.clone(), table: Some(table) })
-        } else if self.entry.as_value().is_some_and(Value::is_str) {
+        } else if self.item.is_str() {
             Shape::Text
         } else {
             Shape::Other
@@ -324,17 +280,17 @@ impl<'a> Node<'a> {
 
     /// The entry as a table of the document.
     pub(super) fn entries(&self) -> Option<&'a dyn TableLike> {
-        self.entry.as_table()
+        self.item.as_table_like()
     }
 
     /// The value as a number, whole or not.
     pub(super) fn number(&self) -> Result<f64, ConfigError> {
-        self.entry.as_value().and_then(as_number).ok_or_else(|| self.wrong_kind("a number"))
+        as_number(self.item).ok_or_else(|| self.wrong_kind("a number"))
     }
 
     /// The value as a whole number from `lo` to `hi`, as far as the type `T` holds them.
     pub(super) fn integer<T: TryFrom<i64>>(&self, lo: i64, hi: i64) -> Result<T, ConfigError> {
-        let value = self.entry.as_value().and_then(Value::as_integer);
+        let value = self.item.as_integer();
         let value = value.ok_or_else(|| self.wrong_kind("a whole number"))?;
         let legal = Some(value).filter(|value| (lo..=hi).contains(value));
         legal.and_then(|value| T::try_from(value).ok()).ok_or_else(|| {
@@ -348,27 +304,25 @@ impl<'a> Node<'a> {
     }
 
     pub(super) fn text(&self) -> Result<&'a str, ConfigError> {
-        self.entry.as_value().and_then(Value::as_str).ok_or_else(|| self.wrong_kind("text in quotes"))
+        self.item.as_str().ok_or_else(|| self.wrong_kind("text in quotes"))
     }
 
     /// The value as a list; `wanted` describes the elements in messages.
     pub(super) fn list(&self, wanted: &str) -> Result<Vec<Node<'a>>, ConfigError> {
-        let array = self.entry.as_array().ok_or_else(|| self.wrong_kind(wanted))?;
-        Ok(self.elements(array))
+        self.elements().ok_or_else(|| self.wrong_kind(wanted))
     }
 
     fn table(&self, wanted: &str) -> Result<Section<'a>, ConfigError> {
-        let table = self.entry.as_table().ok_or_else(|| self.wrong_kind(wanted))?;
+        let table = self.item.as_table_like().ok_or_else(|| self.wrong_kind(wanted))?;
         Ok(Section { source: self.source, path: self.path.clone(), table: Some(table) })
     }
 
-    fn elements(&self, array: &'a Array) -> Vec<Node<'a>> {
-        let node = |(i, value)| {
-            let mut path = self.path.clone();
-            path.push(Step::Index(i));
-            Node { source: self.source, path, entry: Entry::Value(value) }
+    fn elements(&self) -> Option<Vec<Node<'a>>> {
+        let element = |i| {
+            let path = [&self.path[..], &[Step::Index(i)]].concat();
+            Some(Node { source: self.source, path, item: self.item.get(i)? })
         };
-        array.iter().enumerate().map(node).collect()
+        (0..self.item.as_array()?.len()).map(element).collect()
     }
 
     pub(super) fn error(&self, problem: &str, remedy: impl Into<String>) -> ConfigError {
@@ -378,51 +332,41 @@ impl<'a> Node<'a> {
 
     /// Error: this value is of another kind than `wanted`.
     pub(super) fn wrong_kind(&self, wanted: &str) -> ConfigError {
-        let number = self.entry.as_value().and_then(Value::as_str).filter(|_| wanted.contains("number"));
+        let number = self.item.as_str().filter(|_| wanted.contains("number"));
         let remedy = number.and_then(|text| match text.trim().parse::<f64>() {
             Ok(number) => Some(format!("write it without quotes: {number}")),
             Err(_) => decimal_comma(text),
         });
         let remedy = remedy.unwrap_or_else(|| format!("write {wanted}"));
-        self.error(&format!("this is {}, not {wanted}", self.entry.kind()), remedy)
+        self.error(&format!("this is {}, not {wanted}", kind_of(self.item)), remedy)
     }
 
     /// The value as written, shortened to fit into a line.
     fn written(&self) -> String {
-        match self.entry {
+        match self.item {
             // Without the comment that may follow it.
-            Entry::Value(value) | Entry::Item(Item::Value(value)) => {
-                let value = value.clone().decorated("", "");
-                quoted(&value.to_string())
-            }
-            Entry::Item(_) => "[..]".into(),
+            Item::Value(value) => quoted(&value.clone().decorated("", "").to_string()),
+            _ => "[..]".into(),
         }
     }
 }
 
 /// A whole or a real number.
-fn as_number(value: &Value) -> Option<f64> {
-    value.as_float().or_else(|| value.as_integer().map(|whole| whole as f64))
+fn as_number(item: &Item) -> Option<f64> {
+    item.as_float().or_else(|| item.as_integer().map(|whole| whole as f64))
 }
 
 fn kind_of(item: &Item) -> &'static str {
     match item {
         Item::None => "nothing",
-        Item::Value(value) => kind_of_value(value),
-        Item::Table(_) => "a table",
+        Item::Value(Value::String(_)) => "text",
+        Item::Value(Value::Integer(_)) => "a whole number",
+        Item::Value(Value::Float(_)) => "a number",
+        Item::Value(Value::Boolean(_)) => "a truth value",
+        Item::Value(Value::Datetime(_)) => "a date",
+        Item::Value(Value::Array(_)) => "a list",
+        Item::Value(Value::InlineTable(_)) | Item::Table(_) => "a table",
         Item::ArrayOfTables(_) => "a list of tables",
-    }
-}
-
-fn kind_of_value(value: &Value) -> &'static str {
-    match value {
-        Value::String(_) => "text",
-        Value::Integer(_) => "a whole number",
-        Value::Float(_) => "a number",
-        Value::Boolean(_) => "a truth value",
-        Value::Datetime(_) => "a date",
-        Value::Array(_) => "a list",
-        Value::InlineTable(_) => "a table",
     }
 }
 

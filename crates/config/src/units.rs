@@ -176,35 +176,6 @@ fn factor(rest: &mut &str) -> Option<Unit> {
     Some(NONE.times(base, sign * exponent))
 }
 
-/// The unit in which a column is read: the SI unit of a dimension, or none.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Wanted {
-    /// SI, of a machine with this motion.
-    Si(Motion, Dimension),
-    /// The SI unit with this name.
-    In(&'static str),
-    /// A pure number.
-    Number,
-}
-
-impl Wanted {
-    /// Its name, for messages.
-    pub(super) fn name(self) -> &'static str {
-        match self {
-            Wanted::Si(motion, dimension) => motion.unit(dimension),
-            Wanted::In(unit) => unit,
-            Wanted::Number => "",
-        }
-    }
-
-    fn unit(self) -> Unit {
-        match self {
-            Wanted::Si(..) | Wanted::In(_) => read(self.name()).unwrap_or(NONE),
-            Wanted::Number => NONE,
-        }
-    }
-}
-
 /// Result of comparing the unit in a header with that in which the column is read.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Match {
@@ -218,12 +189,12 @@ pub(super) enum Match {
     Unknown,
 }
 
-/// Compares a unit in a header with the one in which the column is read.
-pub(super) fn compare(text: &str, wanted: Wanted) -> Match {
-    let wanted_unit = wanted.unit();
+/// Compares a unit in a header with the SI unit in which the column is read, `""` for a pure number.
+pub(super) fn compare(text: &str, wanted: &str) -> Match {
+    let wanted_unit = read(wanted).unwrap_or(NONE);
     // Rotary speeds in 1/min are turns per minute.
     let minute = Unit { factor: 1.0 / 60.0, exponents: [0, 0, -1, 0] };
-    let turns = wanted.name() == Motion::Rotation.unit(Dimension::Velocity);
+    let turns = wanted == Motion::Rotation.unit(Dimension::Velocity);
     let Some(mut unit) = read(text) else { return Match::Unknown };
     if turns && unit == minute {
         unit = Unit { factor: std::f64::consts::TAU / 60.0, exponents: [0, 0, -1, 1] };
@@ -231,13 +202,8 @@ pub(super) fn compare(text: &str, wanted: Wanted) -> Match {
     // The radian may be left out, as in a stiffness in N m; not in speeds: 1/s may mean turns per second.
     let without_angle = |[mass, length, time, _]: Exponents| [mass, length, time];
     let is_force = wanted_unit.exponents[0] != 0;
-    let same = match wanted {
-        Wanted::Si(..) | Wanted::In(_) if !is_force => unit.exponents == wanted_unit.exponents,
-        _ => {
-            without_angle(unit.exponents) == without_angle(wanted_unit.exponents)
-                && [0, wanted_unit.exponents[3]].contains(&unit.exponents[3])
-        }
-    };
+    let same = without_angle(unit.exponents) == without_angle(wanted_unit.exponents)
+        && (unit.exponents[3] == wanted_unit.exponents[3] || is_force && unit.exponents[3] == 0);
     let ratio = unit.factor / wanted_unit.factor;
     match same {
         false => Match::Other,
@@ -262,12 +228,11 @@ pub(super) fn with_unit(text: &str) -> Option<(f64, &str)> {
 ///
 /// # Errors
 /// What is wrong, in words.
-pub fn number_in<'a>(text: &'a str, si: &'static str) -> Result<(f64, &'a str), String> {
-    let wanted = if si.is_empty() { Wanted::Number } else { Wanted::In(si) };
+pub fn number_in<'a>(text: &'a str, si: &str) -> Result<(f64, &'a str), String> {
     let Some((number, unit)) = with_unit(text) else {
         return Err(format!("`{text}` is no number with a unit"));
     };
-    match compare(unit, wanted) {
+    match compare(unit, si) {
         Match::Same => Ok((number, unit)),
         Match::Factor(factor) => Ok((converted(number, factor), unit)),
         Match::Other if si.is_empty() => Err(format!("it is a pure number, not one in {unit}")),
@@ -295,8 +260,8 @@ pub(super) fn converted(number: f64, factor: f64) -> f64 {
 }
 
 /// The conversion of this unit to the wanted one, for messages: "1 mm/s is 0.001 m/s".
-pub(super) fn conversion(unit: &str, factor: f64, wanted: Wanted) -> String {
-    format!("1 {unit} is {} {}", rounded(factor, 6), wanted.name()).trim_end().to_owned()
+pub(super) fn conversion(unit: &str, factor: f64, wanted: &str) -> String {
+    format!("1 {unit} is {} {wanted}", rounded(factor, 6)).trim_end().to_owned()
 }
 
 /// The name in a header and the text in the brackets at its end, `damping [N s/m]`, or the unit by which it is divided,
@@ -323,11 +288,11 @@ pub(super) fn bracketed(header: &str) -> Option<(&str, &str)> {
 
 /// A unit of speed or force that a header names without brackets: `u_mm_s`, `speed in mm/s`, `rpm`. Only
 /// words that form such a unit count, since `s` or `m` alone may mean anything.
-pub(super) fn in_words(header: &str, wanted: Wanted) -> Option<String> {
+pub(super) fn in_words(header: &str, wanted: &str) -> Option<String> {
     let words: Vec<&str> = header.split([' ', ',', ';', '_']).filter(|word| !word.is_empty()).collect();
     let speeds: [Exponents; 2] = [[0, 1, -1, 0], [0, 0, -1, 1]];
     let forces: [Exponents; 2] = [[1, 1, -2, 0], [1, 2, -2, 0]];
-    let is_speed = matches!(wanted, Wanted::Si(_, Dimension::Velocity));
+    let is_speed = Motion::ALL.map(|motion| motion.unit(Dimension::Velocity)).contains(&wanted);
     let kinds = if is_speed { speeds } else { forces };
     let is_meant = |text: &str| read(text).is_some_and(|unit| kinds.contains(&unit.exponents));
     let three = words.windows(3).filter(|of| of[1] == "per").map(|of| format!("{}/{}", of[0], of[2]));
@@ -343,7 +308,7 @@ mod tests {
 
     #[test]
     fn units_are_read_in_every_usual_spelling() {
-        let speed = Wanted::Si(Motion::Translation, Dimension::Velocity);
+        let speed = Motion::Translation.unit(Dimension::Velocity);
         for text in ["m/s", "m s^-1", "m.s-1", "m·s⁻¹", "m*s**-1", "m per s", "mps", "M/S", "m/sec", "m/(s)"]
         {
             assert_eq!(compare(text, speed), Match::Same, "{text}");
@@ -366,14 +331,14 @@ mod tests {
         for text in ["", "furlongs/week", "m/", "m^", "m/s)", "(m/s", "knots"] {
             assert_eq!(compare(text, speed), Match::Unknown, "{text}");
         }
-        let turning = Wanted::Si(Motion::Rotation, Dimension::Velocity);
+        let turning = Motion::Rotation.unit(Dimension::Velocity);
         for text in ["rpm", "1/min", "r/min", "rev/min", "min^-1"] {
             let Match::Factor(found) = compare(text, turning) else { panic!("{text}") };
             assert!((found - std::f64::consts::PI / 30.0).abs() < 1e-15, "{text}: {found}");
         }
         assert_eq!(compare("1/s", turning), Match::Other);
-        assert_eq!(compare("%", Wanted::Number), Match::Factor(0.01));
-        assert_eq!(compare("-", Wanted::Number), Match::Same);
+        assert_eq!(compare("%", ""), Match::Factor(0.01));
+        assert_eq!(compare("-", ""), Match::Same);
     }
 
     #[test]
@@ -399,17 +364,17 @@ mod tests {
                 Dimension::Mass,
                 Dimension::Stiffness,
             ] {
-                let wanted = Wanted::Si(motion, dimension);
-                assert_eq!(compare(motion.unit(dimension), wanted), Match::Same, "{dimension:?}");
-                assert_eq!(compare(&format!("5 {}", motion.unit(dimension)), wanted), Match::Factor(5.0));
+                let unit = motion.unit(dimension);
+                assert_eq!(compare(unit, unit), Match::Same, "{dimension:?}");
+                assert_eq!(compare(&format!("5 {unit}"), unit), Match::Factor(5.0));
             }
         }
-        let damping = Wanted::Si(Motion::Rotation, Dimension::Damping);
+        let damping = Motion::Rotation.unit(Dimension::Damping);
         assert_eq!(compare("Nms/rad", damping), Match::Same);
         assert_eq!(compare("N m s", damping), Match::Same);
         assert_eq!(compare("N s/m", damping), Match::Other);
-        assert_eq!(compare("N/(m/s)", Wanted::Si(Motion::Translation, Dimension::Damping)), Match::Same);
-        assert_eq!(compare("kN", Wanted::Si(Motion::Translation, Dimension::Force)), Match::Factor(1e3));
+        assert_eq!(compare("N/(m/s)", Motion::Translation.unit(Dimension::Damping)), Match::Same);
+        assert_eq!(compare("kN", Motion::Translation.unit(Dimension::Force)), Match::Factor(1e3));
     }
 
     #[test]
@@ -420,7 +385,7 @@ mod tests {
         assert_eq!(bracketed("v / mm·s⁻¹"), Some(("v", "mm·s⁻¹")));
         assert_eq!(bracketed("F_t / F_n"), None);
         assert_eq!(bracketed("mass"), None);
-        let speed = Wanted::Si(Motion::Translation, Dimension::Velocity);
+        let speed = Motion::Translation.unit(Dimension::Velocity);
         for (header, unit) in [
             ("u_mm_s", Some("mm/s")),
             ("velocity_mm_per_s", Some("mm/s")),
@@ -433,7 +398,7 @@ mod tests {
         ] {
             assert_eq!(in_words(header, speed).as_deref(), unit, "{header}");
         }
-        let force = Wanted::Si(Motion::Translation, Dimension::Force);
+        let force = Motion::Translation.unit(Dimension::Force);
         assert_eq!(in_words("F_kN", force).as_deref(), Some("kN"));
         assert_eq!(in_words("mu_k", force), None);
     }

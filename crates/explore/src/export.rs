@@ -8,7 +8,7 @@ use super::plane::{PlaneRequest, Slice};
 use super::refusal::Refusal;
 use super::show::Show;
 use slipmap_map::machine::{DAMPING, DAMPING_RATIO, Machine};
-use slipmap_map::map::{self, Field, Method};
+use slipmap_map::map::{self, Axis, Field, Method};
 use slipmap_model::friction::Law;
 use slipmap_numbers::text::exact;
 
@@ -26,22 +26,13 @@ fn list<'a>(texts: impl IntoIterator<Item = &'a str>) -> String {
     texts.into_iter().map(quoted).collect::<Vec<_>>().join(", ")
 }
 
-#[derive(Clone, Copy)]
-struct AxisRange<'a> {
-    name: &'a str,
-    from: f64,
-    to: f64,
-    points: usize,
-    log: bool,
-}
-
 /// The contents of an exported configuration.
 struct Description<'a> {
     law: &'a Law,
     /// Values of the other axes, or quantities.
     held: Vec<(&'a str, f64)>,
-    /// Those of the two axes, of a machine in SI units.
-    ranges: [AxisRange<'a>; 2],
+    /// The two axes, of a machine in SI units, and whether they are logarithmic.
+    axes: [(&'a Axis, bool); 2],
     methods: Vec<Method>,
     field: Option<Field>,
     /// The machine of which the two axes are quantities.
@@ -80,9 +71,10 @@ impl Description<'_> {
         for (name, value) in &self.held {
             let _ = writeln!(text, "{name} = {}", float(*value));
         }
-        for AxisRange { name, from, to, points, log } in &self.ranges {
+        for (Axis { name, values, .. }, log) in &self.axes {
             let spacing = if *log { ", spacing = \"log\"" } else { "" };
-            let (from, to) = (float(*from), float(*to));
+            let points = values.len();
+            let (from, to) = (float(values[0]), float(values[points - 1]));
             let _ = writeln!(text, "{name} = {{ from = {from}, to = {to}, points = {points}{spacing} }}");
         }
         let _ = writeln!(text, "\n[methods]\nrun = [{}]", list(self.methods.iter().map(Method::name)));
@@ -105,12 +97,11 @@ impl Description<'_> {
         let Show::Variable(variable) = show else {
             return format!("slipmap run {CONFIG}\nslipmap report {MAP}\n");
         };
-        let is_damping = |range: &&AxisRange| matches!(range.name, "c" | DAMPING | DAMPING_RATIO);
         // Critical dampings are drawn over the other axis alone.
-        let shown: Vec<&str> = match Field::is_critical(variable) {
-            true => self.ranges.iter().filter(|range| !is_damping(range)).map(|range| range.name).collect(),
-            false => self.ranges.iter().map(|range| range.name).collect(),
-        };
+        let is_critical = Field::is_critical(variable);
+        let names = self.axes.iter().map(|(axis, _)| axis.name.as_str());
+        let shown: Vec<&str> =
+            names.filter(|name| !(is_critical && ["c", DAMPING, DAMPING_RATIO].contains(name))).collect();
         let axes: String =
             ["--x", "--y"].iter().zip(&shown).map(|(flag, name)| format!(" {flag} {name}")).collect();
         let curves = if curves && shown.len() == 2 { " --curves" } else { "" };
@@ -128,14 +119,9 @@ impl PlaneRequest {
     fn description<'a>(&'a self, slice: &'a Slice) -> Result<(Description<'a>, Show), Refusal> {
         let axes = slice.grid.axes();
         let (show, methods, field) = self.show(&slice.grid)?;
-        let range = |axis: usize, log: bool| {
-            let (name, nodes) = (axes[axis].name.as_str(), &axes[axis].values);
-            AxisRange { name, from: nodes[0], to: nodes[nodes.len() - 1], points: nodes.len(), log }
-        };
-        let [x_log, y_log] = self.logarithmic();
         let machine = self.place.machine()?;
-        let ranges = [range(slice.x, x_log), range(slice.y, y_log)];
-        let is_held = |name: &str| ranges.iter().all(|range| range.name != name);
+        let shown = [(&axes[slice.x], self.x.log), (&axes[slice.y], self.y.log)];
+        let is_held = |name: &str| shown.iter().all(|(axis, _)| axis.name != name);
         let held: Vec<(&str, f64)> = match &machine {
             Some(machine) => machine.quantities().into_iter().filter(|(name, _)| is_held(name)).collect(),
             None => axes
@@ -144,8 +130,8 @@ impl PlaneRequest {
                 .map(|axis| (axis.name.as_str(), axis.values[0]))
                 .collect(),
         };
-        let description = Description { law: slice.grid.law(), held, ranges, methods, field, machine };
-        Ok((description, show))
+        let law = slice.grid.law();
+        Ok((Description { law, held, axes: shown, methods, field, machine }, show))
     }
 
     /// The plane and its point as texts to copy.

@@ -15,12 +15,11 @@ use slipmap_map::machine::Dimension;
 use slipmap_model::filippov::Oscillator;
 use slipmap_model::friction::Law;
 use slipmap_model::point::Point;
+use slipmap_report::figure::diagram::beyond_slip;
 use slipmap_report::figure::{OrbitPlot, Width, orbit_figure};
 pub use slipmap_report::{Label, Rich, UnitSystem, rich};
 use slipmap_simulate::backbone::Backbone;
-use slipmap_simulate::crossing::{crossing_cycles, stick_slip_cycle};
-use slipmap_simulate::far_loops::FarLoops;
-use slipmap_simulate::{Fate, flow, sensitivity};
+use slipmap_simulate::sensitivity;
 use slipmap_witness::Start;
 
 const POINTS: usize = 200;
@@ -180,13 +179,7 @@ fn reaching_the_belt(
 /// Largest velocities on the stick-slip cycle, the smallest crossing cycle that attracts and the smallest
 /// that repels: NaN where there is none, `None` where it is not known.
 fn largest_velocities(oscillator: &Oscillator) -> [Option<f64>; 3] {
-    let flow = flow(oscillator, TOLERANCE);
-    let sticks = match flow.fate {
-        Fate::TooCloseToCall | Fate::Failed(_) => None,
-        _ => stick_slip_cycle(oscillator, &flow, TOLERANCE).ok(),
-    };
-    let far = FarLoops::where_friction_resists(&oscillator.curve, oscillator.belt_speed);
-    let crossing = crossing_cycles(oscillator, &far, TOLERANCE).all().ok();
+    let (sticks, crossing) = beyond_slip(oscillator);
     let crosses = |attracts: bool| {
         let cycle = crossing.as_ref()?.iter().find(|cycle| cycle.is_stable() == attracts);
         Some(cycle.map_or(f64::NAN, |cycle| cycle.velocity.hi))

@@ -1,6 +1,5 @@
 //! Pictures of planes: one colour or one number for each cell of a grid over two axes.
 
-use std::convert::Infallible;
 use std::sync::atomic::AtomicBool;
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
@@ -13,7 +12,7 @@ use super::refusal::Refusal;
 use super::show::Show;
 use slipmap_map::dataset::{Cells, Schema, Variable};
 use slipmap_map::map::{
-    Account, ComputeError, Control, Field, Method, Plan, Queue, Sink, TileData, Verdict, compute_tiles,
+    ComputeError, Control, Each, Field, Method, Plan, Queue, TileData, Verdict, compute_tiles,
 };
 use slipmap_report::figure::palette::Kind;
 
@@ -32,54 +31,36 @@ impl PlaneRequest {
         let control = Control { stop, ..Control::default() };
         let (cells, kinds) = computed(&slice, &show, methods, field, &control)?;
         let axes = slice.grid.axes();
-        let size = [slice.x, slice.y].map(|axis| axes[axis].values.len());
+        let [width, height] = [slice.x, slice.y].map(|axis| axes[axis].values.len());
         // Numbers are in the units of their label.
-        let label = show.label(&slice.units).map_or_else(String::new, |label| label.text().plain());
-        Ok(written(size, &label, cells, kinds, started))
+        let label = match &show {
+            Show::Variable(name) => slice.units.variable(name).text().plain(),
+            Show::Difference(_) | Show::Decider => String::new(),
+        };
+        let head = json!({
+            "width": width,
+            "height": height,
+            "label": label,
+            "kinds": kinds.map(|kinds| kinds_json(&kinds)),
+            "seconds": started.elapsed().as_secs_f64(),
+        });
+        let mut bytes = head.to_string().into_bytes();
+        // Numbers of four bytes begin at a multiple of four.
+        while bytes.len() % 4 != 3 {
+            bytes.push(b' ');
+        }
+        bytes.push(b'\n');
+        match cells {
+            CellValues::Codes(codes) => bytes.extend(codes.iter().map(|code| code.to_le_bytes()[0])),
+            CellValues::Reals(reals) => bytes.extend(reals.iter().flat_map(|real| real.to_le_bytes())),
+        }
+        Ok(bytes)
     }
 }
 
 enum CellValues {
     Codes(Vec<i8>),
     Reals(Vec<f32>),
-}
-
-impl CellValues {
-    /// The cells of a picture in which nothing is computed yet.
-    fn none(is_codes: bool, cells: usize) -> Self {
-        match is_codes {
-            true => CellValues::Codes(vec![Verdict::NotComputed.code(); cells]),
-            false => CellValues::Reals(vec![f32::NAN; cells]),
-        }
-    }
-}
-
-/// A picture as it is sent.
-fn written(
-    [width, height]: [usize; 2],
-    label: &str,
-    cells: CellValues,
-    kinds: Option<Vec<Kind>>,
-    started: Instant,
-) -> Vec<u8> {
-    let head = json!({
-        "width": width,
-        "height": height,
-        "label": label,
-        "kinds": kinds.map(|kinds| kinds_json(&kinds)),
-        "seconds": started.elapsed().as_secs_f64(),
-    });
-    let mut bytes = head.to_string().into_bytes();
-    // Numbers of four bytes begin at a multiple of four.
-    while bytes.len() % 4 != 3 {
-        bytes.push(b' ');
-    }
-    bytes.push(b'\n');
-    match cells {
-        CellValues::Codes(codes) => bytes.extend(codes.iter().map(|code| code.to_le_bytes()[0])),
-        CellValues::Reals(reals) => bytes.extend(reals.iter().flat_map(|real| real.to_le_bytes())),
-    }
-    bytes
 }
 
 /// The cells of a picture computed by the engine, and the meanings of codes.
@@ -99,7 +80,8 @@ fn computed(
         let cells = if with_columns { TILE_WITH_COLUMNS } else { TILE_OF_SINGLE_CELLS };
         Plan { tile_shape: grid.tile_shape(cells), ..plan }
     };
-    let sink = Picture::new(&plan, show, *x, *y)?;
+    let picture = Picture::new(&plan, show, *x, *y)?;
+    let sink = Each(|data: &TileData| picture.fill(data));
     let queue = Queue::new(vec![false; plan.tile_count()]);
     match compute_tiles(&plan, &sink, control, &|| queue.take()) {
         Ok(_) => {}
@@ -107,8 +89,8 @@ fn computed(
         Err(ComputeError::Threads(why)) => return Err(Refusal::broken(why)),
         Err(ComputeError::Sink(never)) => match never {},
     }
-    let kinds = show.kinds(&sink.methods);
-    Ok((sink.cells.into_inner().unwrap_or_else(PoisonError::into_inner), kinds))
+    let kinds = show.kinds(&picture.methods);
+    Ok((picture.cells.into_inner().unwrap_or_else(PoisonError::into_inner), kinds))
 }
 
 /// Receives tiles into a picture.
@@ -137,7 +119,10 @@ impl<'a> Picture<'a> {
             Show::Difference(_) | Show::Decider => None,
         };
         let is_codes = variable.as_ref().is_none_or(|variable| variable.codes().is_some());
-        let cells = Mutex::new(CellValues::none(is_codes, width * height));
+        let cells = Mutex::new(match is_codes {
+            true => CellValues::Codes(vec![Verdict::NotComputed.code(); width * height]),
+            false => CellValues::Reals(vec![f32::NAN; width * height]),
+        });
         Ok(Self { show, methods: plan.methods.to_vec(), variable, x, y, width, cells })
     }
 
@@ -162,13 +147,8 @@ impl<'a> Picture<'a> {
             }
         }
     }
-}
 
-impl Sink for Picture<'_> {
-    type Packed = ();
-    type Error = Infallible;
-
-    fn pack(&self, data: &TileData) -> Result<(), Infallible> {
+    fn fill(&self, data: &TileData) {
         let found = self.variable.as_ref().map(|variable| variable.cells(data));
         let codes = match &found {
             Some(Cells::Codes(codes)) => codes.values().collect(),
@@ -185,10 +165,5 @@ impl Sink for Picture<'_> {
             (CellValues::Codes(all), _) => self.scatter(data, |cell, place| all[place] = codes[cell]),
             (CellValues::Reals(_), _) => unreachable!("numbers are numbers"),
         }
-        Ok(())
-    }
-
-    fn write(&self, (): (), _: &Account) -> Result<(), Infallible> {
-        Ok(())
     }
 }

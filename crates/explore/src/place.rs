@@ -11,7 +11,7 @@ use super::refusal::Refusal;
 use slipmap_config::{Level, Measured, OfMachine, point_of};
 use slipmap_map::machine::{BELT_SPEED, Coefficients, DAMPING, Dimension, Machine, Motion};
 use slipmap_map::map::{Grid, Shown};
-use slipmap_model::friction::{Expression, Law};
+use slipmap_model::friction::Law;
 use slipmap_model::point::{MAX_LAW_PARAMETERS, Point};
 use slipmap_report::UnitSystem;
 
@@ -52,23 +52,20 @@ impl LawText {
             return Err(Refusal::bad_input(problem, "write it in the units of the law"));
         }
         let built_in = Law::BUILT_IN.into_iter().find(|law| law.name() == self.name);
+        let level = match self.static_level {
+            Some(level) => Level::Given(level),
+            None if machine.is_some() => Level::First,
+            None => Level::One,
+        };
         let law = match (self.name.as_str(), built_in) {
             (_, Some(law)) => law,
             ("expression", None) if self.phi.len() > LONGEST_FORMULA => {
                 let problem = format!("the formula has more than {LONGEST_FORMULA} characters");
                 return Err(Refusal::bad_input(problem, "give the law as a table"));
             }
-            ("expression", None) => Law::Expression(match self.static_level {
-                Some(level) => Expression::with_static(&self.phi, level)?,
-                None => Expression::new(&self.phi, 1.0)?,
-            }),
+            ("expression", None) => level.formula(&self.phi)?,
             ("table", None) => {
                 let file = if self.file.is_empty() { "table" } else { &self.file };
-                let level = match self.static_level {
-                    Some(level) => Level::Given(level),
-                    None if machine.is_some() => Level::First,
-                    None => Level::One,
-                };
                 let table = Measured::of_bytes(file, self.table.as_bytes(), machine)
                     .and_then(|read| read.table(level));
                 Law::Table(table.map_err(|(problem, remedy)| Refusal::bad_input(problem, remedy))?)
@@ -125,7 +122,7 @@ impl Place {
             let (unit, size) = self.units.get(name)?.clone();
             Some((dimension, Shown { unit, size }))
         });
-        Ok(UnitSystem::of_machine(machine.si()).shown_in(shown.collect()))
+        Ok(UnitSystem::of_machine(machine.units()).shown_in(shown.collect()))
     }
 
     /// The dimensionless law and the values of its axes in their order, each legal. It has the parameters

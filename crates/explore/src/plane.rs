@@ -23,7 +23,7 @@ pub(super) struct AxisRequest {
     from: f64,
     pub(super) to: f64,
     #[serde(default)]
-    log: bool,
+    pub(super) log: bool,
     points: usize,
 }
 
@@ -78,9 +78,6 @@ impl AxisRequest {
     }
 }
 
-/// A side of a picture and its nodes.
-pub(super) type Nodes<'a> = (&'a AxisRequest, Vec<f64>);
-
 pub(super) struct Slice {
     pub(super) grid: Grid,
     /// Positions of the axes across and up.
@@ -91,33 +88,21 @@ pub(super) struct Slice {
 }
 
 impl PlaneRequest {
-    /// Both sides with their nodes, across and up.
-    pub(super) fn sides(
-        &self,
-        nodes_of: impl Fn(&AxisRequest) -> Result<Vec<f64>, Refusal>,
-    ) -> Result<[Nodes<'_>; 2], Refusal> {
-        if self.x.axis == self.y.axis {
-            return Err(Refusal::bad_input(
-                "both directions show the same axis",
-                "choose two different axes",
-            ));
-        }
-        let sides = [(&self.x, nodes_of(&self.x)?), (&self.y, nodes_of(&self.y)?)];
-        match sides[0].1.len() * sides[1].1.len() > MOST_CELLS {
-            true => Err(Refusal::bad_input("the picture has too many cells", "ask for fewer")),
-            false => Ok(sides),
-        }
-    }
-
     /// The grid with the values from `nodes_of` on both axes.
     pub(super) fn slice(
         &self,
         nodes_of: impl Fn(&AxisRequest) -> Result<Vec<f64>, Refusal>,
     ) -> Result<Slice, Refusal> {
-        let sides = self.sides(nodes_of)?;
+        if self.x.axis == self.y.axis {
+            let problem = "both directions show the same axis";
+            return Err(Refusal::bad_input(problem, "choose two different axes"));
+        }
+        let [across, up] = [nodes_of(&self.x)?, nodes_of(&self.y)?];
+        if across.len() * up.len() > MOST_CELLS {
+            return Err(Refusal::bad_input("the picture has too many cells", "ask for fewer"));
+        }
         if let Some(machine) = self.place.machine()? {
-            let varied: Vec<(&str, Vec<f64>)> =
-                sides.into_iter().map(|(side, nodes)| (side.axis.as_str(), nodes)).collect();
+            let varied = [(self.x.axis.as_str(), across), (self.y.axis.as_str(), up)];
             let grid = Grid::of_machine(&machine, &varied)?;
             let place =
                 |side: &AxisRequest| grid.axes().iter().position(|axis| axis.name == side.axis).unwrap_or(0);
@@ -134,7 +119,6 @@ impl PlaneRequest {
         };
         let (x, y) = (position(&self.x)?, position(&self.y)?);
         let mut nodes: Vec<Vec<f64>> = values.into_iter().map(|value| vec![value]).collect();
-        let [(_, across), (_, up)] = sides;
         (nodes[x], nodes[y]) = (across, up);
         let grid = Grid::new(law, nodes)?;
         check_corners(&grid)?;
@@ -144,11 +128,6 @@ impl PlaneRequest {
     /// The grid of the picture.
     pub(super) fn cells(&self) -> Result<Slice, Refusal> {
         self.slice(AxisRequest::nodes)
-    }
-
-    /// Whether the axes across and up are logarithmic.
-    pub(super) fn logarithmic(&self) -> [bool; 2] {
-        [self.x.log, self.y.log]
     }
 
     /// The quantity shown, its methods, and its field in a map.

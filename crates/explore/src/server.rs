@@ -157,22 +157,18 @@ async fn carry_out<T: Send + 'static>(
     lane: &Arc<Semaphore>,
     work: impl FnOnce(&AtomicBool) -> Result<T, Refusal> + Send + 'static,
 ) -> Result<T, Refusal> {
-    let answer = tokio::time::timeout(LONGEST_WORK, to_the_end(lane, work)).await;
+    let to_the_end = async {
+        let place = Arc::clone(lane).acquire_owned().await;
+        let ticket = Ticket::default();
+        let stop = Arc::clone(&ticket.0);
+        let done = tokio::task::spawn_blocking(move || {
+            let _place = place;
+            work(&stop)
+        });
+        done.await.unwrap_or_else(|error| Err(failed(&error)))
+    };
+    let answer = tokio::time::timeout(LONGEST_WORK, to_the_end).await;
     answer.unwrap_or_else(|_| Err(Refusal::out_of_time(LONGEST_WORK.as_secs())))
-}
-
-async fn to_the_end<T: Send + 'static>(
-    lane: &Arc<Semaphore>,
-    work: impl FnOnce(&AtomicBool) -> Result<T, Refusal> + Send + 'static,
-) -> Result<T, Refusal> {
-    let place = Arc::clone(lane).acquire_owned().await;
-    let ticket = Ticket::default();
-    let stop = Arc::clone(&ticket.0);
-    let done = tokio::task::spawn_blocking(move || {
-        let _place = place;
-        work(&stop)
-    });
-    done.await.unwrap_or_else(|error| Err(failed(&error)))
 }
 
 async fn start(State(shared): OfPage) -> Json<Value> {

@@ -3,7 +3,6 @@
 use super::catalogue::{deciders, differences};
 use slipmap_map::map::{Method, Verdict};
 use slipmap_report::figure::palette::{self, Kind};
-use slipmap_report::{Label, UnitSystem};
 
 #[derive(Clone, Debug)]
 pub(super) enum Show {
@@ -15,14 +14,6 @@ pub(super) enum Show {
 }
 
 impl Show {
-    /// The label of the numbers of a variable in these units.
-    pub(super) fn label(&self, units: &UnitSystem) -> Option<Label> {
-        match self {
-            Show::Variable(name) => Some(units.variable(name)),
-            Show::Difference(_) | Show::Decider => None,
-        }
-    }
-
     /// Meanings of the codes of a picture; `None` for numbers.
     pub(super) fn kinds(&self, methods: &[Method]) -> Option<Vec<Kind>> {
         match self {

@@ -112,17 +112,11 @@ pub fn check(path: &Path, on_chunk: &dyn Fn(usize)) -> Result<CheckReport, Store
     Ok(report)
 }
 
-/// Checks the parts of a map that readers use: all except the links between variables and dimensions.
-pub(super) fn contents(map: &MapFile) -> CheckReport {
+/// Checks the parts of a map that readers use: all except the links between variables and dimensions, and the cells only
+/// if there is an `on_chunk`.
+pub(super) fn contents(map: &MapFile, on_chunk: Option<&dyn Fn(usize)>) -> CheckReport {
     let mut report = CheckReport::default();
-    check_contents(map, false, Some(&|_| {}), &mut report);
-    report
-}
-
-/// As [`contents`], without the cells.
-pub(super) fn beside_cells(map: &MapFile) -> CheckReport {
-    let mut report = CheckReport::default();
-    check_contents(map, false, None, &mut report);
+    check_contents(map, false, on_chunk, &mut report);
     report
 }
 

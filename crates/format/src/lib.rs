@@ -3,19 +3,8 @@
 //! # The format
 //!
 //! Each axis of the grid is a one-dimensional `f64` dataset of its name and an HDF5 dimension scale, in the
-//! order eps, the law's parameters, V, c (slowest first). Over these lie
-//!
-//! | variable | type | contents |
-//! | --- | --- | --- |
-//! | `verdict_METHOD` | `i8` | -1 absent, 0 undecided, 1 present, 2 failed, 3 not computed |
-//! | `margin_METHOD` | `f64` | margin of the verdict |
-//! | `critical_c_METHOD` | `f64` | critical damping, without the axis c; NaN where there is none, or none known to 1 % |
-//! | `critical_c_error_simulation` | `f64` | estimate of its absolute error, alike; those of the other methods have none |
-//! | `regime` | `i8` | 0 equilibrium, 1 stick-slip, 2 bistable, 3 pure slip, 4 crossing, 5 failed, 6 to 15 further sets of attractors, 16 neutral, by `flag_meanings` |
-//! | `landing_x1`, `stick_time`, `slip_time`, `crossings` | `f64` | the slip from the exit point; NaN where it never sticks |
-//! | `slip_cycles`, `cycle_period`, `cycle_amplitude_x1`, `cycle_amplitude_x2`, `cycle_multiplier` | `f64` | the attracting cycle; NaN where there is none |
-//! | `boundary_velocity`, `boundary_multiplier`, `kick_forward`, `kick_backward` | `f64` | the outermost unstable slip cycle: outside it the mass stick-slips, or tends to a crossing cycle or the largest slip cycle; NaN where there is none |
-//! | `epsilon_limit_METHOD` | `f64` | the largest eps up to which the verdict equals the simulated one, the same along the axis epsilon: 0 never, infinity up to 10 at least |
+//! order eps, the law's parameters, V, c (slowest first). Over these lie the variables of the fields that `docs/configuration.md`
+//! lists, verdicts and regimes as codes (`i8`), all others as real numbers (`f64`); critical dampings without the axis c.
 //!
 //! All have `long_name` and `units`; variables of a method have its `guarantee` and `equation`; codes have
 //! `flag_values`, `flag_meanings` and `flag_counts` (number of cells with each code). No variable has a

@@ -65,8 +65,8 @@ impl MapFile {
             .map_err(|unfit| StoreError::unfit(format!("read {} in", curves::GROUP), path, unfit))?;
         let report = match (map.sealed, map.by_parts) {
             (true, false) => return Ok(map),
-            (true, true) => check::beside_cells(&map),
-            (false, _) => check::contents(&map),
+            (true, true) => check::contents(&map, None),
+            (false, _) => check::contents(&map, Some(&|_| {})),
         };
         match report.problems.first() {
             None => Ok(map),
@@ -97,13 +97,9 @@ mod tests {
         for number in 0..plan.tile_count() {
             let tile = plan.grid.tile(&plan.tile_shape, number);
             let cells = tile.cells();
-            let cells = MethodCells {
-                method,
-                verdicts: (0..cells).map(|cell| [Verdict::Present, Verdict::Absent][cell / 7 % 2]).collect(),
-                margins: (0..cells).map(|cell| (cell as f64 + number as f64).sin()).collect(),
-                critical: vec![],
-                critical_errors: vec![],
-            };
+            let verdicts = (0..cells).map(|cell| [Verdict::Present, Verdict::Absent][cell / 7 % 2]).collect();
+            let margins = (0..cells).map(|cell| (cell as f64 + number as f64).sin()).collect();
+            let cells = MethodCells { margins, ..MethodCells::new(method, verdicts) };
             let data = TileData { methods: vec![cells], regime: Runs::new(), quantities: vec![], tile };
             map.write(map.pack(&data).unwrap(), &Account::none(&plan)).unwrap();
         }

@@ -72,7 +72,7 @@ impl Packer {
         let mut chunks: Vec<PackedChunk> = Vec::with_capacity(schema.variables.len());
         // Codes packed so far in this tile, with the code of their padding and their chunk.
         let mut packed: Vec<(Runs<i8>, i8, usize)> = Vec::new();
-        for (_, variable, _) in schema.filled_by(data.tile.number) {
+        for (_, variable) in schema.filled_by(data.tile.number) {
             let chunk = schema.chunk(variable);
             let shape: Vec<usize> =
                 data.tile.ranges[..chunk.len()].iter().map(ExactSizeIterator::len).collect();

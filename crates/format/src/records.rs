@@ -3,7 +3,7 @@
 use hdf5::types::VarLenArray;
 use hdf5::{Dataset, Group, ObjectReference1};
 
-use slipmap_map::dataset::{Series, Stored, fingerprint};
+use slipmap_map::dataset::{Contents, Series, fingerprint};
 
 use super::sys::{self, Ending, ScaleUse};
 use super::value;
@@ -54,14 +54,13 @@ pub(super) fn describe_scale(
 }
 
 fn write_series(group: &Group, series: &Series) -> hdf5::Result<Dataset> {
-    let (stored, attributes) = series.stored();
-    let (dataset, digest) = match &stored {
-        Stored::Reals(values) => (create(group, &series.name, values)?, fingerprint::reals(values)),
-        Stored::Integers(values) => (create(group, &series.name, values)?, fingerprint::integers(values)),
-        Stored::Codes(codes) => (create(group, &series.name, codes)?, fingerprint::codes(codes)),
+    let (dataset, digest) = match &series.contents {
+        Contents::Reals(values) => (create(group, &series.name, values)?, fingerprint::reals(values)),
+        Contents::Integers(values) => (create(group, &series.name, values)?, fingerprint::integers(values)),
+        Contents::Codes(codes) => (create(group, &series.name, codes)?, fingerprint::codes(codes)),
     };
-    for (name, value) in attributes {
-        value::write(&dataset, name, &value)?;
+    for (name, value) in &series.attributes {
+        value::write(&dataset, name, value)?;
     }
     value::write(&dataset, "sha256", &fingerprint::of_one_tile(&digest))?;
     Ok(dataset)

@@ -120,7 +120,7 @@ impl MapWriter {
     pub(super) fn put(&mut self, packed: PackedTile) -> Result<(), StoreError> {
         assert_eq!(packed.number, self.tiles, "tiles are written in the order of the grid");
         self.tiles += 1;
-        for ((position, variable, _), chunk) in self.schema.filled_by(packed.number).zip(packed.chunks) {
+        for ((position, variable), chunk) in self.schema.filled_by(packed.number).zip(packed.chunks) {
             let offset = self.schema.offset(variable, packed.number);
             sys::write_chunk(&self.datasets[position], &offset, &chunk.bytes)
                 .map_err(|error| StoreError::hdf5("write", &self.output, &error))?;

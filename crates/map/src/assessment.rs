@@ -229,8 +229,7 @@ pub fn assess(machine: &Machine) -> Option<Assessment> {
 /// Assesses a machine whose friction may be a fit: its covariance is among the `uncertain` quantities.
 pub fn assess_fitted(machine: &Machine, uncertain: &[Uncertain]) -> Option<Assessment> {
     let model = machine.model()?;
-    let Model { law, point, si } = &model;
-    let units = si.units;
+    let Model { law, point, si: units } = &model;
     let (behaviour, stick_slip) = behaviour::with_speeds(&model, TOLERANCE);
     let column = model.column();
     let oscillator = Oscillator::new(law, point);
@@ -418,7 +417,7 @@ mod tests {
         let hopf = |machine: &Machine| {
             let model = machine.model().unwrap();
             let column = model.column();
-            HopfRate::new(&column.curve, column.belt_speed).value() * model.si.units.damping
+            HopfRate::new(&column.curve, column.belt_speed).value() * model.si.damping
         };
         let here = assess(&of(&data)).unwrap();
         let moved = errors.iter().enumerate().map(|(i, error)| {

@@ -107,8 +107,7 @@ pub fn behaviour(model: &Model, tolerance: f64) -> Behaviour {
 
 /// The behaviour, and the belt speeds V at which the stick-slip cycle attracts.
 pub(crate) fn with_speeds(model: &Model, tolerance: f64) -> (Behaviour, Intervals) {
-    let Model { law, point, si } = model;
-    let units = si.units;
+    let Model { law, point, si: units } = model;
     let oscillator = Oscillator::new(law, point);
     let flow = flow(&oscillator, tolerance);
     let half = |range: slipmap_model::friction::Range| 0.5 * (range.hi - range.lo) * units.length;
@@ -147,39 +146,4 @@ pub(crate) fn with_speeds(model: &Model, tolerance: f64) -> (Behaviour, Interval
         },
     };
     (behaviour, speeds)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::machine::{Machine, example};
-
-    fn does(machine: &Machine) -> Behaviour {
-        behaviour(&machine.model().unwrap(), 1e-10)
-    }
-
-    #[test]
-    fn critical_values_are_those_of_the_machine_itself() {
-        for law in Law::BUILT_IN {
-            let machine = example(law.clone());
-            let here = does(&machine);
-            let (Some(speed), Some(damping)) = (here.critical_belt_speed.value(), here.critical_damping)
-            else {
-                continue;
-            };
-            let sticks = |name: &str, value: f64| {
-                let Model { law, point, .. } = machine.with(name, value).unwrap().model().unwrap();
-                matches!(flow(&Oscillator::new(&law, &point), 1e-11).fate, Fate::Sticks(_))
-            };
-            assert!(sticks("belt_speed", speed * (1.0 - 1e-6)), "{law:?}");
-            assert!(!sticks("belt_speed", speed * (1.0 + 1e-6)), "{law:?}");
-            assert!(sticks("damping", damping * (1.0 - 1e-6)), "{law:?}");
-            assert!(!sticks("damping", damping * (1.0 + 1e-6)), "{law:?}");
-            let [slip, stick] = here.slip_and_stick_time.unwrap();
-            // While it sticks the mass moves with the belt, at most from end to end of its motion.
-            assert!(stick * 0.1 <= 2.0 * here.amplitude.unwrap() && slip > 0.0, "{here:?}");
-        }
-        let stribeck = does(&example(Law::Stribeck));
-        assert!(stribeck.critical_belt_speed.value().is_some() && stribeck.critical_damping.is_some());
-    }
 }

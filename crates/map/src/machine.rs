@@ -162,12 +162,15 @@ pub struct Model {
     /// The parameter point.
     pub point: Point,
     /// The SI units of the dimensionless numbers.
-    pub si: SiUnits,
+    pub si: Units,
 }
 
 /// The units of the dimensionless oscillator, in SI.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Units {
+    /// Whether the machine moves along a line or turns.
+    #[serde(skip)]
+    pub motion: Motion,
     /// s.
     pub time: f64,
     /// m.
@@ -183,12 +186,15 @@ pub struct Units {
 
 impl Units {
     /// Those of SI: numbers in SI units stay as they are.
-    pub const SI: Self = Self { time: 1.0, length: 1.0, velocity: 1.0, force: 1.0, damping: 1.0 };
+    pub const fn si(motion: Motion) -> Self {
+        Self { motion, time: 1.0, length: 1.0, velocity: 1.0, force: 1.0, damping: 1.0 }
+    }
 
     /// The units of a mass (kg) on a spring of this stiffness (N/m) with this static friction force (N).
-    pub fn of(mass: f64, stiffness: f64, force: f64) -> Self {
+    pub fn of(motion: Motion, mass: f64, stiffness: f64, force: f64) -> Self {
         let damping = (stiffness * mass).sqrt();
         Self {
+            motion,
             time: (mass / stiffness).sqrt(),
             length: force / stiffness,
             velocity: force / damping,
@@ -198,7 +204,7 @@ impl Units {
     }
 
     /// The factor from a dimensionless number of this dimension to SI.
-    pub(crate) fn factor(&self, dimension: Dimension) -> f64 {
+    pub fn factor(&self, dimension: Dimension) -> f64 {
         match dimension {
             Dimension::Time => self.time,
             Dimension::Length => self.length,
@@ -209,22 +215,6 @@ impl Units {
             Dimension::Stiffness => self.damping / self.time,
             Dimension::Impulse => self.force * self.time,
         }
-    }
-}
-
-/// The units of a machine, which convert dimensionless numbers to SI, with their names.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SiUnits {
-    /// Whether the machine moves along a line or turns.
-    pub motion: Motion,
-    /// The size of each unit in SI.
-    pub units: Units,
-}
-
-impl SiUnits {
-    /// The factor from a dimensionless number of this dimension to SI.
-    pub fn factor(&self, dimension: Dimension) -> f64 {
-        self.units.factor(dimension)
     }
 
     /// The name of the unit of this dimension.
@@ -401,24 +391,19 @@ impl Machine {
     /// The units of the dimensionless oscillator.
     #[must_use]
     pub fn units(&self) -> Units {
-        Units::of(self.mass, self.stiffness, self.friction.at_rest() * self.normal_force)
-    }
-
-    /// The units of the dimensionless oscillator, with their names.
-    pub fn si(&self) -> SiUnits {
-        SiUnits { motion: self.motion, units: self.units() }
+        Units::of(self.motion, self.mass, self.stiffness, self.friction.at_rest() * self.normal_force)
     }
 
     /// The dimensionless oscillator; `None` if a formula or data overflow in these units.
     #[must_use]
     pub fn model(&self) -> Option<Model> {
-        let si = self.si();
-        let (law, parameters) = self.friction.dimensionless(&si.units)?;
+        let si = self.units();
+        let (law, parameters) = self.friction.dimensionless(&si)?;
         let point = Point {
             epsilon: 1.0,
             law: parameters,
-            belt_speed: self.belt_speed / si.units.velocity,
-            damping: self.damping / si.units.damping,
+            belt_speed: self.belt_speed / si.velocity,
+            damping: self.damping / si.damping,
         };
         let law = if self.small { law.read_as_small() } else { law };
         Some(Model { law, point, si })
@@ -461,15 +446,13 @@ pub(crate) fn example(law: Law) -> Machine {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use slipmap_model::friction::{Expression, Table};
-    use slipmap_model::point::LawParameters;
-    use slipmap_simulate::critical_damping;
 
     #[test]
     fn by_hand() {
         // F = 20 N, sqrt(k m) = 40 N s/m, so that U = 0.5 m/s, the length 25 mm and the time 50 ms.
         let units = example(Law::Stribeck).units();
-        let hand = Units { time: 0.05, length: 0.025, velocity: 0.5, force: 20.0, damping: 40.0 };
+        let motion = Motion::Translation;
+        let hand = Units { motion, time: 0.05, length: 0.025, velocity: 0.5, force: 20.0, damping: 40.0 };
         assert_eq!(units, hand);
         let point = example(Law::Stribeck).model().unwrap().point;
         let close = |a: f64, b: f64| assert!((a - b).abs() <= 4.0 * f64::EPSILON * b, "{a} {b}");
@@ -481,43 +464,6 @@ mod tests {
         let point = example(Law::Exponential).model().unwrap().point;
         for (a, b) in point.law.as_slice().iter().zip([0.75, 0.5, 0.025]) {
             close(*a, b);
-        }
-    }
-
-    #[test]
-    fn a_formula_is_the_law_that_it_writes_out() {
-        // The exponential law with its coefficients, and the same as a formula in SI units.
-        let machine = example(Law::Exponential);
-        let formula = Expression::new("muk + (mus - muk)*exp(-u/vs) + 0.02*u", 1.0).unwrap();
-        let parameters = LawParameters::new(&[0.3, 0.4, 0.25]);
-        let written = Machine { friction: Friction::Formula(formula, parameters), ..machine.clone() };
-        // 0.3 + (0.4 - 0.3) rounds.
-        assert!((written.units().velocity / machine.units().velocity - 1.0).abs() < 4.0 * f64::EPSILON);
-        let [a, b] = [&machine, &written].map(|machine| machine.model().unwrap());
-        for u in [0.0, 0.1, 0.7, 3.0] {
-            let [a, b] = [&a, &b].map(|model| model.column().curve.weakening(u));
-            assert!((a - b).abs() < 1e-14, "{u}: {a} {b}");
-        }
-        let [a, b] = [a, b].map(|model| critical_damping(&model.column(), 1e-11).unwrap().c);
-        assert!((a - b).abs() < 1e-9, "{a} {b}");
-        let names: Vec<&str> = written.quantities().iter().map(|(name, _)| *name).collect();
-        assert_eq!(names, ["mass", "stiffness", "damping", "normal_force", "muk", "mus", "vs", "belt_speed"]);
-        assert_eq!(written.with("mus", 0.5).unwrap().friction.at_rest(), 0.5);
-        assert!(written.with("static_friction", 0.5).is_none());
-    }
-
-    #[test]
-    fn data_keep_their_shape_in_dimensionless_terms() {
-        let data = [(0.0, 0.4), (0.1, 0.35), (0.3, 0.31), (1.0, 0.3), (2.0, 0.31)];
-        let table = Table::new("a test", &data, 0.4).unwrap();
-        let machine = Machine { friction: Friction::Measured(table.clone()), ..example(Law::Stribeck) };
-        let model = machine.model().unwrap();
-        let curve = model.column().curve;
-        let si = Law::Table(table).curve(1.0, &LawParameters::new(&[]));
-        for u in [0.0, 0.05, 0.2, 0.9, 1.5] {
-            // phi is a pure number, its slope has the unit of one over a velocity, which is 0.5 m/s.
-            assert!((curve.phi(u / 0.5) - si.phi(u)).abs() < 1e-14, "{u}");
-            assert!((curve.weakening(u / 0.5) - 0.5 * si.weakening(u)).abs() < 1e-13, "{u}");
         }
     }
 

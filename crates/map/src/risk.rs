@@ -233,7 +233,7 @@ impl<'a> Draws<'a> {
         let columns: Vec<Column> = models.iter().flatten().map(Model::column).collect();
         let mut found = critical_dampings(&columns, TOLERANCE).into_iter().zip(&columns);
         let of = |(draw, model): (&Draw, &Option<Model>)| {
-            let unit = model.as_ref()?.si.units.damping;
+            let unit = model.as_ref()?.si.damping;
             let (found, column) = found.next()?;
             let known = found.and_then(CriticalDamping::known).ok()?;
             let off = draw.of_curve * self.of_curve * draw.machine.normal_force;
@@ -497,43 +497,6 @@ pub struct Probabilities {
     pub redrawn: usize,
 }
 
-/// The probability that each of some machines may stick-slip, over dampings as they are given. Every machine has
-/// `draws` draws, from the same random numbers. What is no machine has none. Ends with an error once `stop` is true.
-///
-/// # Errors
-/// [`NoRisk`].
-fn probabilities(
-    machines: impl Iterator<Item = Machine>,
-    uncertain: &[Uncertain],
-    dampings: &[f64],
-    draws: usize,
-    stop: &AtomicBool,
-) -> Result<Probabilities, NoRisk> {
-    let mut all = Probabilities { values: Vec::new(), failed: 0, redrawn: 0 };
-    for machine in machines {
-        if stop.load(Ordering::Relaxed) {
-            return Err(NoRisk::Interrupted);
-        }
-        if !machine.is_legal() {
-            all.values.extend(dampings.iter().map(|_| f64::NAN));
-            continue;
-        }
-        match Needed::of(&machine, uncertain, draws) {
-            Ok(needed) => {
-                all.values.extend(dampings.iter().map(|&damping| needed.probability(damping).value));
-                all.failed += needed.failed;
-                all.redrawn += needed.redrawn;
-            }
-            Err(NoRisk::NoneFound) => {
-                all.values.extend(dampings.iter().map(|_| f64::NAN));
-                all.failed += draws;
-            }
-            Err(why) => return Err(why),
-        }
-    }
-    Ok(all)
-}
-
 /// The least and the largest number of draws in a column of a map, the least as long as [`USUAL_DRAWS`] are usual: the
 /// standard error of a probability is then at most 0.016, and need not be below 0.005. All columns together have as many as
 /// one machine, if that is more.
@@ -568,8 +531,32 @@ impl<'a> Chances<'a> {
     pub fn probabilities(&self, threads: Option<usize>, stop: &AtomicBool) -> Result<Probabilities, NoRisk> {
         let Self { grid, uncertain, draws } = *self;
         let dampings = grid.dampings();
-        let machines = (0..grid.column_count()).filter_map(|column| machine_of(grid, column));
-        let find = || probabilities(machines, uncertain, dampings, draws, stop);
+        let find = || {
+            let mut all = Probabilities { values: Vec::new(), failed: 0, redrawn: 0 };
+            for machine in (0..grid.column_count()).filter_map(|column| machine_of(grid, column)) {
+                if stop.load(Ordering::Relaxed) {
+                    return Err(NoRisk::Interrupted);
+                }
+                // What is no machine has no probability.
+                if !machine.is_legal() {
+                    all.values.extend(dampings.iter().map(|_| f64::NAN));
+                    continue;
+                }
+                match Needed::of(&machine, uncertain, draws) {
+                    Ok(needed) => {
+                        all.values.extend(dampings.iter().map(|&damping| needed.probability(damping).value));
+                        all.failed += needed.failed;
+                        all.redrawn += needed.redrawn;
+                    }
+                    Err(NoRisk::NoneFound) => {
+                        all.values.extend(dampings.iter().map(|_| f64::NAN));
+                        all.failed += draws;
+                    }
+                    Err(why) => return Err(why),
+                }
+            }
+            Ok(all)
+        };
         // If no pool can be created, the global pool is used.
         match pool(threads) {
             Ok(pool) => pool.install(find),

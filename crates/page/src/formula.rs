@@ -257,7 +257,7 @@ mod tests {
             let in_si = of_machine.curve(1.0, &LawParameters::new(&named.collect::<Vec<f64>>()));
             for u in [0.01, 0.1, 0.5] {
                 assert!((own.phi(u) - written.phi(u)).abs() < 1e-14, "{law:?}");
-                let friction = 0.4 * model.column().curve.phi(u / model.si.units.velocity);
+                let friction = 0.4 * model.column().curve.phi(u / model.si.velocity);
                 assert!((friction - in_si.phi(u)).abs() < 1e-14, "{law:?}: {friction}");
             }
         }

@@ -490,30 +490,6 @@ mod tests {
     }
 
     #[test]
-    fn measured_coefficients_under_a_normal_force_of_one_are_no_forces() {
-        let data = [(0.0, 0.4), (0.02, 0.35), (0.1, 0.31), (0.5, 0.3)];
-        let friction = Friction::Measured(Table::new("a rig", &data, 0.4).unwrap());
-        let mut all = assess(&Machine { friction, normal_force: 1.0, ..example(Law::Stribeck) }).unwrap();
-        let words = |all: &Assessment| {
-            let lines = sections(all, &[], &[], None).into_iter().flat_map(|(_, lines)| lines);
-            let lines = lines.map(|(name, value)| format!("{}: {}", name.plain(), value.plain()));
-            lines.collect::<Vec<_>>().join("\n")
-        };
-        let text = words(&all);
-        assert!(
-            text.contains("normal force: 1 N\ncoefficient of friction: a rig, 4 rows without standard errors\nat rest: 0.4\n"),
-            "{text}"
-        );
-        all.machine.normal_force_is_known = false;
-        let text = words(&all);
-        assert!(
-            !text.contains("normal force: ")
-                && text.contains("friction force: a rig, 4 rows without standard errors\nat rest: 0.4 N\n"),
-            "{text}"
-        );
-    }
-
-    #[test]
     fn shares_are_printed_as_people_read_them() {
         let print = |value, limits| percentage(&Estimate { value, limits });
         assert_eq!(print(1.0, [0.999_98, 1.0]), "100 (> 99.99 to 100) %");

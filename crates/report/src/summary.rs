@@ -42,8 +42,8 @@ pub(super) fn summary(view: &View, report: &Report) -> Vec<(Rich, Rich)> {
         // In the units of the axes, as the figures are.
         let speed_axis = view.axis(&axes[axes.len() - 2]);
         let in_axis = |si: f64| Rich::number(si * speed_axis.factor, 4).with_unit(&speed_axis.unit);
-        let speed = in_axis(point.belt_speed * si.units.velocity);
-        let damping = quantity(point.damping * si.units.damping, Dimension::Damping);
+        let speed = in_axis(point.belt_speed * si.velocity);
+        let damping = quantity(point.damping * si.damping, Dimension::Damping);
         let at_speed = rich(" at ").then(speed_axis.name.clone()).then(" ").then(speed.clone());
         let does = behaviour(&model, TOLERANCE);
         if let Some(held) = view.model_words() {

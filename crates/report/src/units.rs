@@ -7,9 +7,7 @@ pub use slipmap_figure::text::join;
 use slipmap_figure::text::{Piece, Rich, rich};
 use slipmap_format::MapFile;
 use slipmap_map::dataset::auxiliary::PROBABILITY;
-use slipmap_map::machine::{
-    Coefficients, DAMPING_RATIO, Dimension, Friction, Machine, Model, SiUnits, Units,
-};
+use slipmap_map::machine::{Coefficients, DAMPING_RATIO, Dimension, Friction, Machine, Model, Units};
 use slipmap_map::map::{Axis, Field, Grid, Quantity, Shown, dimension};
 use slipmap_page::formula;
 
@@ -107,7 +105,7 @@ fn friction_words(map: &MapFile, machine: &Machine) -> Vec<Rich> {
 #[derive(Clone, Debug, Default)]
 pub struct UnitSystem {
     /// The units, if they are those of a machine.
-    pub(crate) machine: Option<SiUnits>,
+    pub(crate) machine: Option<Units>,
     /// Whether dampings are ratios, which have no unit.
     has_ratio: bool,
     /// Units in place of those of SI.
@@ -128,7 +126,7 @@ pub struct Label {
 }
 
 impl UnitSystem {
-    pub fn of_machine(si: SiUnits) -> Self {
+    pub fn of_machine(si: Units) -> Self {
         Self { machine: Some(si), ..Self::default() }
     }
 
@@ -139,7 +137,7 @@ impl UnitSystem {
 
     /// The units of the numbers of a map: those of a machine's are in SI units already.
     pub fn of_grid(grid: &Grid) -> Self {
-        let machine = grid.machine().map(|machine| SiUnits { motion: machine.motion, units: Units::SI });
+        let machine = grid.machine().map(|machine| Units::si(machine.motion));
         let has_ratio = grid.machine().is_some_and(|of| of.damping_name() == DAMPING_RATIO);
         Self { machine, has_ratio, shown: Vec::new() }
     }

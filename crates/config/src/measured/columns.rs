@@ -1,6 +1,6 @@
 //! What the columns of measured data are: by the names and units in the header, else by their order.
 
-use super::super::units::{Match, Wanted, bracketed, compare, in_words};
+use super::super::units::{Match, bracketed, compare, in_words};
 use super::{OfMachine, Refused};
 use slipmap_map::machine::{Dimension, Motion};
 
@@ -183,25 +183,25 @@ impl Columns {
         [speed, friction, error]: [&str; 3],
         machine: OfMachine,
     ) -> Result<(), (String, String)> {
-        let turns = || is_of(speed, Wanted::Si(Motion::Rotation, Dimension::Velocity));
+        let turns = || is_of(speed, Motion::Rotation.unit(Dimension::Velocity));
         self.motion = match machine.motion {
             Some(motion) => motion,
             None if turns() => Motion::Rotation,
             None => Motion::Translation,
         };
-        let force = Wanted::Si(self.motion, Dimension::Force);
+        let force = self.motion.unit(Dimension::Force);
         if self.forces.is_none() {
             // The unit says which of the two it is.
-            self.forces = match [force, Wanted::Number].map(|wanted| is_of(friction, wanted)) {
+            self.forces = match [force, ""].map(|wanted| is_of(friction, wanted)) {
                 [true, false] => Some(true),
                 [false, true] => Some(false),
                 _ => None,
             };
         }
         let forces = self.forces == Some(true);
-        let of_friction = if forces { force } else { Wanted::Number };
-        let velocity = Wanted::Si(self.motion, Dimension::Velocity);
-        let mut read = |field: &str, what: &str, wanted: Wanted| -> Result<f64, (String, String)> {
+        let of_friction = if forces { force } else { "" };
+        let velocity = self.motion.unit(Dimension::Velocity);
+        let mut read = |field: &str, what: &str, wanted: &str| -> Result<f64, (String, String)> {
             let (factor, unit) = factor(field, what, wanted)?;
             if factor != 1.0 {
                 self.said.push(format!("{what} in {unit}"));
@@ -223,7 +223,7 @@ impl Columns {
 }
 
 /// The unit that a field of a header names, in brackets or in words.
-fn unit_of(field: &str, wanted: Wanted) -> Option<String> {
+fn unit_of(field: &str, wanted: &str) -> Option<String> {
     match bracketed(field) {
         Some((before, inside)) if is_remark(field, before, inside) => in_words(before, wanted),
         Some((_, inside)) => Some(inside.to_owned()),
@@ -232,17 +232,17 @@ fn unit_of(field: &str, wanted: Wanted) -> Option<String> {
 }
 
 /// Whether a field names a unit of this quantity.
-fn is_of(field: &str, wanted: Wanted) -> bool {
+fn is_of(field: &str, wanted: &str) -> bool {
     unit_of(field, wanted)
         .is_some_and(|unit| matches!(compare(&unit, wanted), Match::Same | Match::Factor(_)))
 }
 
 /// The factor from the unit that a field names to the one in which the column is read, and that unit.
-fn factor(field: &str, what: &str, wanted: Wanted) -> Result<(f64, String), (String, String)> {
+fn factor(field: &str, what: &str, wanted: &str) -> Result<(f64, String), (String, String)> {
     let Some(unit) = unit_of(field, wanted) else { return Ok((1.0, String::new())) };
     let read = match wanted {
-        Wanted::Si(..) | Wanted::In(_) => format!("in {}", wanted.name()),
-        Wanted::Number => "as coefficients, without a unit".to_owned(),
+        "" => "as coefficients, without a unit".to_owned(),
+        unit => format!("in {unit}"),
     };
     let is = if what == "friction" { "is" } else { "are" };
     match compare(&unit, wanted) {
@@ -250,11 +250,11 @@ fn factor(field: &str, what: &str, wanted: Wanted) -> Result<(f64, String), (Str
         Match::Factor(factor) => Ok((factor, unit)),
         of => {
             let also = match wanted {
-                Wanted::Number => ", or write quantity = \"force\" if it is a force",
-                Wanted::Si(_, Dimension::Force) => {
+                "" => ", or write quantity = \"force\" if it is a force",
+                _ if Motion::ALL.iter().any(|motion| motion.unit(Dimension::Force) == wanted) => {
                     ", or leave out quantity = \"force\" if it is a coefficient"
                 }
-                Wanted::Si(..) | Wanted::In(_) => "",
+                _ => "",
             };
             let problem = match of {
                 Match::Unknown => {
@@ -271,7 +271,7 @@ fn factor(field: &str, what: &str, wanted: Wanted) -> Result<(f64, String), (Str
 /// function, as in `mu(v)`.
 fn is_remark(field: &str, before: &str, inside: &str) -> bool {
     let round = field.trim_end().ends_with(')');
-    let is_known = !matches!(compare(inside, Wanted::Number), Match::Unknown);
+    let is_known = !matches!(compare(inside, ""), Match::Unknown);
     let words = || inside.split_whitespace();
     let is_prose = inside.chars().all(|c| c.is_alphabetic() || c == ' ')
         && words().any(|word| word.chars().count() > 3)
@@ -315,13 +315,13 @@ fn role(field: &str) -> Role {
         return Role::Error;
     }
     let kinds = [
-        (Role::Speed, Wanted::Si(Motion::Translation, Dimension::Velocity)),
-        (Role::Speed, Wanted::Si(Motion::Rotation, Dimension::Velocity)),
-        (Role::Friction, Wanted::Si(Motion::Translation, Dimension::Force)),
-        (Role::Friction, Wanted::Si(Motion::Rotation, Dimension::Force)),
-        (Role::Time, Wanted::Si(Motion::Translation, Dimension::Time)),
+        (Role::Speed, Motion::Translation.unit(Dimension::Velocity)),
+        (Role::Speed, Motion::Rotation.unit(Dimension::Velocity)),
+        (Role::Friction, Motion::Translation.unit(Dimension::Force)),
+        (Role::Friction, Motion::Rotation.unit(Dimension::Force)),
+        (Role::Time, Motion::Translation.unit(Dimension::Time)),
     ];
-    let by_unit = kinds.into_iter().find(|(_, wanted)| is_of(field, *wanted)).map(|(role, _)| role);
+    let by_unit = kinds.into_iter().find(|(_, unit)| is_of(field, unit)).map(|(role, _)| role);
     let is_normal = has(&["normal", "load", "pressure"])
         || ["fn", "n"].contains(&words.concat().as_str()) && by_unit == Some(Role::Friction);
     if is_normal {

@@ -63,10 +63,10 @@ impl Case {
         let friction = Friction::Formula(Expression::new(&text, 1.0).unwrap(), LawParameters::new(&[]));
         let mut machine = machine(friction, mass, belt_speed, 0.0);
         let model = machine.model().unwrap();
-        let reach = influence(&model.column(), 2).unwrap()[1].to * model.si.units.velocity;
-        let critical = critical_damping(&model.column(), 1e-9).unwrap().c * model.si.units.damping;
+        let reach = influence(&model.column(), 2).unwrap()[1].to * model.si.velocity;
+        let critical = critical_damping(&model.column(), 1e-9).unwrap().c * model.si.damping;
         let rate = model.column().curve.weakening(model.point.belt_speed);
-        let hopf = rate * model.si.units.damping / model.point.epsilon;
+        let hopf = rate * model.si.damping / model.point.epsilon;
         // Steady slip needs a kick between the two limits.
         machine.damping =
             if hopf < 0.8 * critical { 0.5 * (hopf.max(0.0) + critical) } else { 0.7 * critical };
@@ -118,7 +118,7 @@ impl Case {
     /// The true critical damping, and the one that is stated.
     fn critical(&self, what: As) -> (f64, Option<WithError>) {
         let model = self.machine.model().unwrap();
-        let expected = critical_damping(&model.column(), 1e-9).unwrap().c * model.si.units.damping;
+        let expected = critical_damping(&model.column(), 1e-9).unwrap().c * model.si.damping;
         let Some((machine, uncertain)) = self.measured(what) else { return (expected, None) };
         // Rows without errors have them on a page alone.
         let of_page = || assess(&machine)?.standard_errors?.critical_damping;

@@ -127,10 +127,10 @@ fn layout(lines: &[Line], decimal: Decimal) -> Result<(Option<Header>, Vec<usize
 
 /// Whether a line below the names holds their units.
 fn are_units(line: &Line) -> bool {
-    use super::super::units::{Match, Wanted, compare};
+    use super::super::units::{Match, compare};
     let is_unit = |field: &String| {
         let unit = field.trim_matches(['[', ']', '(', ')']);
-        unit.is_empty() || !matches!(compare(unit, Wanted::Number), Match::Unknown)
+        unit.is_empty() || !matches!(compare(unit, ""), Match::Unknown)
     };
     line.fields.iter().all(is_unit)
 }

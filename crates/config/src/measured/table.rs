@@ -2,12 +2,12 @@
 
 use super::{Measured, Reading};
 use slipmap_model::friction::readings::{Knot, means, segments};
-use slipmap_model::friction::{Source, Table};
+use slipmap_model::friction::{Expression, ExpressionError, Law, Source, Table};
 
-/// The friction at rest of a table.
+/// The friction at rest of a table or of a formula.
 #[derive(Clone, Copy, Debug)]
 pub enum Level {
-    /// 1, or the larger of two rows at slip speed 0.
+    /// 1, or the larger of two rows at slip speed 0. Of a formula its value there.
     One,
     /// That of the rows at rest, or the larger of two.
     First,
@@ -15,6 +15,20 @@ pub enum Level {
     Given(f64),
     /// That of the first peak, also at lower slip speeds.
     Peak,
+}
+
+impl Level {
+    /// The law of a formula with this friction at rest.
+    ///
+    /// # Errors
+    /// The formula is no friction law; what is wrong and where.
+    pub fn formula(self, phi: &str) -> Result<Law, ExpressionError> {
+        match self {
+            Level::Given(level) => Expression::with_static(phi, level).map(Law::Expression),
+            Level::Peak => Expression::new(phi, 1.0)?.with_rest_at_peak().map(Law::Function),
+            Level::One | Level::First => Expression::new(phi, 1.0).map(Law::Expression),
+        }
+    }
 }
 
 /// Largest ratio of two readings at rest that are averaged. While it sticks, the friction is what the spring

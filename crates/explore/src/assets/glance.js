@@ -1,8 +1,8 @@
 // The answer at the pointer: at once from the picture, and, where the pointer rests, from every method.
 
-import { element, short } from "./elements.js";
+import { element } from "./elements.js";
 import { post } from "./server.js";
-import { label, place } from "./state.js";
+import { place, where } from "./state.js";
 
 const REST = 120;
 
@@ -28,11 +28,7 @@ export class Glance {
     plane.overlay.style.cursor = plane.near_pin(event) ? "grab" : "crosshair";
     const { state, scales } = plane;
     const at = { ...state.at, [state.x.axis]: scales.x.rounded(u), [state.y.axis]: scales.y.rounded(v) };
-    const where = [state.x.axis, state.y.axis].map((name) => {
-      const { words, unit } = label(state, name);
-      return `${words} = ${short(at[name])}${unit}`;
-    }).join(", ");
-    const lines = [element("div", {}, where), element("b", {}, plane.cell(u, v))];
+    const lines = [element("div", {}, where(state, at)), element("b", {}, plane.cell(u, v))];
     this.box.replaceChildren(...lines);
     this.box.hidden = false;
     this.move_to(event);

@@ -2,7 +2,7 @@
 
 import { drawing, element, mark, refusals, short, why_refused, with_error } from "./elements.js";
 import { post } from "./server.js";
-import { label, place } from "./state.js";
+import { label, place, where } from "./state.js";
 
 const FIGURES = [["orbit", "Motion"], ["friction", "Friction curve"], ["backbone", "Largest velocity against damping"]];
 
@@ -82,12 +82,8 @@ export class Point {
   // The answer in a line below the plane, which is seen without scrolling.
   answer(words) {
     const { state, line } = this;
-    const where = [state.x.axis, state.y.axis].map((name) => {
-      const { words: axis, unit } = label(state, name);
-      return `${axis} = ${short(state.at[name])}${unit}`;
-    });
     line.hidden = !words;
-    line.textContent = words ? `${where.join(", ")}: ${words}` : "";
+    line.textContent = words ? `${where(state, state.at)}: ${words}` : "";
   }
 
   // Shows the coordinates of the point: those in the plane, which can be typed, and the others of the law.

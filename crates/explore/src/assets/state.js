@@ -5,6 +5,8 @@
 // unit of both and its size in SI, if it is another, `pin=1` if a point is pinned. Unknown keys are ignored, and missing keys take their defaults,
 // so that links can be written by hand.
 
+import { short } from "./elements.js";
+
 export function write(state) {
   const link = new URLSearchParams();
   link.set("law", state.law.name);
@@ -119,4 +121,12 @@ export function plane(state, width, height) {
 export function label(state, name) {
   const { symbol, unit } = state.axes.find((axis) => axis.name === name);
   return { words: symbol, text: unit ? `${symbol}, ${unit}` : symbol, unit: unit ? ` ${unit}` : "" };
+}
+
+// The coordinates of a point in the plane, in words.
+export function where(state, at) {
+  return [state.x.axis, state.y.axis].map((name) => {
+    const { words, unit } = label(state, name);
+    return `${words} = ${short(at[name])}${unit}`;
+  }).join(", ");
 }

@@ -111,7 +111,7 @@ impl StandardErrors {
         // The weakening rate at the belt speed is eps c at the Hopf bifurcation.
         let hopf = |machine: &Machine| {
             let model = machine.model()?;
-            let per_rate = model.si.units.damping / model.point.epsilon;
+            let per_rate = model.si.damping / model.point.epsilon;
             Some(model.column().curve.weakening(model.point.belt_speed) * per_rate)
         };
         let of = |from, critical_damping, hopf_damping| Self {
@@ -131,7 +131,7 @@ impl StandardErrors {
         let model = machine.model()?;
         let column = model.column();
         let of_rate = column.curve.table()?.standard_error_of_weakening(column.belt_speed)?;
-        let standard_error = of_rate * model.si.units.damping / model.point.epsilon;
+        let standard_error = of_rate * model.si.damping / model.point.epsilon;
         let hopf = WithError { value: hopf(&machine)?, standard_error };
         Some(of(from, uncertain_critical_damping(&machine, &[]), hopf))
     }
@@ -186,14 +186,14 @@ fn error_of_belt_speed(
     let standard_error = found.filter(|error| error.is_finite())?;
     let Model { law, point, si } = machine.model()?;
     let faster = belt_speeds(&law.column(&point).curve, FASTER_PER_DECADE).into_iter();
-    let faster = faster.filter(|speed| speed * si.units.velocity > value + NORMAL * standard_error);
+    let faster = faster.filter(|speed| speed * si.velocity > value + NORMAL * standard_error);
     let critical = |speed: f64| {
         let column = law.column(&Point { belt_speed: speed, ..point });
         known_or_nan(critical_damping(&column, TOLERANCE))
     };
     let highest = faster.map(|speed| (speed, critical(speed))).filter(|(_, c)| !c.is_nan());
     let is_open = highest.max_by(|one, other| one.1.total_cmp(&other.1)).is_some_and(|(speed, c)| {
-        let known = at(speed * si.units.velocity);
+        let known = at(speed * si.velocity);
         known.map_or(c > point.damping, |[off, error]| !is_far(-off / error))
     });
     (!is_open).then_some(WithError { value, standard_error })
@@ -220,7 +220,7 @@ fn kicks(machine: &Machine) -> Option<[f64; 2]> {
     let oscillator = Oscillator::new(&law, &point);
     let Kick { forward, backward } =
         long_run(&oscillator, &flow(&oscillator, TOLERANCE), TOLERANCE).basin?.kick;
-    Some([forward, backward].map(|kick| kick * si.units.velocity))
+    Some([forward, backward].map(|kick| kick * si.velocity))
 }
 
 /// The standard deviations of the kicks by random data. Data that scatter bend the curve within their errors, so
@@ -390,7 +390,7 @@ mod tests {
             let Model { law, point, si } = machine(data, damping).model().unwrap();
             let oscillator = Oscillator::new(&law, &point);
             let basin = long_run(&oscillator, &flow(&oscillator, TOLERANCE), TOLERANCE).basin.unwrap();
-            [basin.kick.forward, basin.kick.backward].map(|velocity| velocity * si.units.velocity)
+            [basin.kick.forward, basin.kick.backward].map(|velocity| velocity * si.velocity)
         };
         let here = basin(&DATA);
         assert!((here[0] / all.kick.unwrap().forward - 1.0).abs() < 1e-9);
@@ -420,7 +420,7 @@ mod tests {
     fn a_belt_speed_within_the_data_has_its_error_and_one_beyond_them_a_remedy() {
         let at = |speed: f64| {
             let model = machine(&DATA, 1.0).with("belt_speed", speed).unwrap().model().unwrap();
-            let critical = critical_damping(&model.column(), 1e-9).unwrap().c * model.si.units.damping;
+            let critical = critical_damping(&model.column(), 1e-9).unwrap().c * model.si.damping;
             assess(&machine(&DATA, critical)).unwrap()
         };
         let within = at(0.575);

@@ -46,7 +46,7 @@ pub(crate) fn sensitivities_to(machine: &Machine, wanted: impl Fn(&str) -> bool)
         let model = machine.model()?;
         let column = model.column();
         let root = critical_damping(&column, accuracy).ok()?.known().ok()?;
-        is_positive(&column, root.c).then_some([root.c, root.error].map(|it| it * model.si.units.damping))
+        is_positive(&column, root.c).then_some([root.c, root.error].map(|it| it * model.si.damping))
     };
     let here = ACCURACIES_AND_STEPS.map(|(accuracy, _)| critical(machine, accuracy));
     let derivative = |(quantity, value): (&'static str, f64)| {
@@ -80,7 +80,7 @@ const PARTS: usize = 40;
 /// The weights of slip speeds on the grazing orbit at the critical damping; `None` where they are unknown.
 pub(super) fn influence(model: &Model) -> Option<Vec<Influence>> {
     let parts = sensitivity::influence(&model.column(), PARTS).ok()?;
-    let velocity = model.si.units.velocity;
+    let velocity = model.si.velocity;
     let of_machine = parts
         .into_iter()
         .map(|part| Influence { slip_speed: 0.5 * (part.from + part.to) * velocity, share: part.share });

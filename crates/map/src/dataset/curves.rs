@@ -1,6 +1,6 @@
 //! The curves of codimension one as two tables, along planes and along points.
 
-use super::Contents::{Integers, Reals, Words};
+use super::Contents::{Integers, Reals};
 use super::{Series, si_name};
 use crate::map::{Axis, Grid, Plane, PlaneCurves};
 
@@ -17,12 +17,12 @@ pub fn held(axis: &Axis) -> String {
 /// The columns of both tables.
 pub fn columns(grid: &Grid, planes: &[PlaneCurves]) -> Vec<Series> {
     let axes = grid.axes();
-    let word = |position: fn(&Plane) -> usize| -> Vec<String> {
-        planes.iter().map(|curves| axes[position(&curves.plane)].name.clone()).collect()
+    let word = |position: fn(&Plane) -> usize| -> Vec<&str> {
+        planes.iter().map(|curves| axes[position(&curves.plane)].name.as_str()).collect()
     };
     let mut columns = vec![
-        Series::new(PLANE, "plane_x", "first axis of the plane", Words(word(|plane| plane.x))),
-        Series::new(PLANE, "plane_y", "second axis of the plane", Words(word(|plane| plane.y))),
+        Series::of_words(PLANE, "plane_x", "first axis of the plane", &word(|plane| plane.x)),
+        Series::of_words(PLANE, "plane_y", "second axis of the plane", &word(|plane| plane.y)),
     ];
     for (position, axis) in axes.iter().enumerate() {
         let values = planes.iter().map(|PlaneCurves { plane, .. }| match position {
@@ -30,8 +30,8 @@ pub fn columns(grid: &Grid, planes: &[PlaneCurves]) -> Vec<Series> {
             _ => axis.values[plane.held[position]],
         });
         let long_name = format!("value at which {} is held, NaN in the plane", axis.name);
-        let series = Series::new(PLANE, &held(axis), &long_name, Reals(values.collect()));
-        columns.push(series.in_unit(&si_name(axis.unit)));
+        let units = si_name(axis.unit);
+        columns.push(Series::new(PLANE, &held(axis), &long_name, &units, Reals(values.collect())));
     }
     if planes.iter().any(|curves| curves.points() > 0) {
         columns.extend(points(axes, planes));
@@ -48,7 +48,7 @@ fn points(axes: &[Axis], planes: &[PlaneCurves]) -> Vec<Series> {
         for (branch_number, line) in curves.numbered() {
             for point in &line.points {
                 number.push(plane_number);
-                curve.push(line.bifurcation.name().to_owned());
+                curve.push(line.bifurcation.name());
                 branch.push(i32::try_from(branch_number).unwrap_or(i32::MAX));
                 error.push(point.error);
                 for (position, column) in values.iter_mut().enumerate() {
@@ -61,17 +61,18 @@ fn points(axes: &[Axis], planes: &[PlaneCurves]) -> Vec<Series> {
             }
         }
     }
+    let of_branch = "number of the connected curve in its plane and kind";
     let mut columns = vec![
-        Series::new(POINT, "plane_number", "number of the plane", Integers(number)),
-        Series::new(POINT, "curve", "what happens on the curve", Words(curve)),
-        Series::new(POINT, "branch", "number of the connected curve in its plane and kind", Integers(branch)),
+        Series::new(POINT, "plane_number", "number of the plane", "1", Integers(number)),
+        Series::of_words(POINT, "curve", "what happens on the curve", &curve),
+        Series::new(POINT, "branch", of_branch, "1", Integers(branch)),
     ];
     for (axis, values) in axes.iter().zip(values) {
-        let series = Series::new(POINT, &axis.name, &axis.long_name, Reals(values));
-        columns.push(series.in_unit(&si_name(axis.unit)));
+        let units = si_name(axis.unit);
+        columns.push(Series::new(POINT, &axis.name, &axis.long_name, &units, Reals(values)));
     }
     let long_name = "estimate of the distance from the curve, in sides of the plane, which is logarithmic along axes of \
                      equal ratios";
-    columns.push(Series::new(POINT, "error", long_name, Reals(error)));
+    columns.push(Series::new(POINT, "error", long_name, "1", Reals(error)));
     columns
 }

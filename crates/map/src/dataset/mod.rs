@@ -14,7 +14,7 @@ pub use auxiliary::Auxiliary;
 pub use fingerprint::Fingerprint;
 pub use schema::{Cells, Schema, Variable};
 pub use schema::{Content, SCHEMA, si_name};
-pub use series::{Contents, Series, Stored};
+pub use series::{Contents, Series};
 pub use value::Value;
 
 /// Lower-case hexadecimal digits.

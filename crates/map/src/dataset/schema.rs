@@ -207,11 +207,10 @@ impl Schema {
         }
     }
 
-    /// The variables of which the tile fills a chunk: position, variable, and number of the chunk.
-    pub fn filled_by(&self, tile: usize) -> impl Iterator<Item = (usize, &Variable, usize)> {
-        let filled =
-            move |(position, variable)| Some((position, variable, self.chunk_number(variable, tile)?));
-        self.variables.iter().enumerate().filter_map(filled)
+    /// The variables of which the tile fills a chunk, with their positions.
+    pub fn filled_by(&self, tile: usize) -> impl Iterator<Item = (usize, &Variable)> {
+        let all = self.variables.iter().enumerate();
+        all.filter(move |(_, variable)| self.chunk_number(variable, tile).is_some())
     }
 
     /// Index of the first cell of the chunk of a variable that a tile fills.

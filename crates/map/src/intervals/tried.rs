@@ -135,7 +135,7 @@ mod tests {
             let machine = machine.with("stribeck_velocity", velocity).unwrap();
             let model = machine.model().unwrap();
             let speeds = belt_speeds(&model.column().curve, 4);
-            let velocity = velocity / model.si.units.velocity;
+            let velocity = velocity / model.si.velocity;
             let (slowest, fastest) = (speeds[0], speeds[speeds.len() - 1]);
             assert!(slowest <= 1.1e-3 * velocity.min(1.0), "{velocity}: {slowest}");
             assert!(fastest >= 0.8e3 * velocity.max(1.0), "{velocity}: {fastest}");

@@ -168,9 +168,7 @@ mod tests {
     fn tile_data(tile: Tile, failed: &[usize]) -> TileData {
         let verdict = |cell| if failed.contains(&cell) { Verdict::Failed } else { Verdict::Absent };
         let verdicts = (0..tile.cells()).map(verdict).collect();
-        let [margins, critical, critical_errors] = [const { Vec::new() }; 3];
-        let methods =
-            vec![MethodCells { method: Method::Simulation, verdicts, margins, critical, critical_errors }];
+        let methods = vec![MethodCells::new(Method::Simulation, verdicts)];
         TileData { tile, methods, regime: Runs::new(), quantities: Vec::new() }
     }
 

@@ -106,12 +106,9 @@ mod tests {
         let shape = grid.shape();
         let plan = Plan::builder(grid).methods(methods).tile_shape(shape).build().unwrap();
         // Methods are in the plan's order; each keeps the verdicts given under its name.
-        let methods = plan.methods.iter().map(|&method| MethodCells {
-            method,
-            verdicts: verdicts_of(verdicts[names.iter().position(|name| *name == method.name()).unwrap()]),
-            margins: Vec::new(),
-            critical: Vec::new(),
-            critical_errors: Vec::new(),
+        let methods = plan.methods.iter().map(|&method| {
+            let given = names.iter().position(|name| *name == method.name()).unwrap();
+            MethodCells::new(method, verdicts_of(verdicts[given]))
         });
         let data = TileData {
             tile: plan.grid.tile(&plan.tile_shape, 0),

@@ -240,11 +240,9 @@ fn compute_tile(plan: &Plan, draws: &Draws, tile: &Tile) -> (TileData, Account) 
                 // These methods have neither margins nor critical dampings.
                 let no_numbers = |field, length| vec![f64::NAN; if plan.stores(field) { length } else { 0 }];
                 MethodCells {
-                    method,
-                    verdicts,
                     margins: no_numbers(Field::Margin, columns.len() * cs.len()),
                     critical: no_numbers(Field::CriticalC, columns.len()),
-                    critical_errors: Vec::new(),
+                    ..MethodCells::new(method, verdicts)
                 }
             }
         });
@@ -295,13 +293,7 @@ fn oscillators(columns: &[Column], cs: &[f64]) -> impl Iterator<Item = Oscillato
 
 /// Evaluates a closed-form test on the columns of a tile, cell by cell.
 fn closed_form(plan: &Plan, method: Method, claims: &[Claim], cs: &[f64]) -> MethodCells {
-    let mut cells = MethodCells {
-        method,
-        verdicts: Runs::new(),
-        margins: Vec::new(),
-        critical: Vec::new(),
-        critical_errors: Vec::new(),
-    };
+    let mut cells = MethodCells::new(method, Runs::new());
     for claim in claims {
         for (decision, length) in claim.along(cs) {
             cells.verdicts.push(decision.into(), length);
@@ -327,13 +319,7 @@ fn simulation(
 ) -> (MethodCells, Simulated) {
     let want_critical = plan.stores(Field::CriticalC);
     let mut simulated = simulate(columns, axes, cs, plan.engine, plan.tolerance, want_critical, known);
-    let mut cells = MethodCells {
-        method,
-        verdicts: simulated.ends.map(End::verdict),
-        margins: Vec::new(),
-        critical: Vec::new(),
-        critical_errors: Vec::new(),
-    };
+    let mut cells = MethodCells::new(method, simulated.ends.map(End::verdict));
     if plan.stores(Field::Margin) {
         let found = match simulated.margins.take() {
             Some(found) => found,

@@ -9,7 +9,7 @@ mod tile;
 
 pub use tile::{Tile, unravel};
 
-use crate::machine::{BELT_SPEED as SPEED, Machine, Model, SiUnits, requirement};
+use crate::machine::{BELT_SPEED as SPEED, Machine, Model, Units, requirement};
 use slipmap_model::filippov::Oscillator;
 use slipmap_model::friction::domain::{BELT_SPEED, DAMPING, EPSILON};
 use slipmap_model::friction::{Column, Law, Parameter};
@@ -508,7 +508,7 @@ impl Grid {
 
     /// The law in dimensionless form, the point and the units at these values of the axes, which need not be
     /// nodes; units only of a machine. `None` if they are not those of a machine.
-    pub fn place(&self, values: &[f64]) -> Option<(Law, Point, Option<SiUnits>)> {
+    pub fn place(&self, values: &[f64]) -> Option<(Law, Point, Option<Units>)> {
         let Some(machine) = &self.machine else {
             return Some((self.law.clone(), self.assemble(values), None));
         };
@@ -519,8 +519,8 @@ impl Grid {
     }
 
     /// The units of the dimensionless numbers at these values of the axes; `None` if they have none.
-    pub fn si(&self, values: &[f64]) -> Option<SiUnits> {
-        self.machine_at(values).map(|machine| machine.si())
+    pub fn si(&self, values: &[f64]) -> Option<Units> {
+        self.machine_at(values).map(|machine| machine.units())
     }
 
     /// The point at the given index on each axis, in dimensionless numbers.

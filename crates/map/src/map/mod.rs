@@ -51,7 +51,7 @@ pub use run::{Earlier, run_with};
 pub use runs::Runs;
 pub use shard::Shard;
 pub use simulation::{Paths, decide};
-pub use sink::Sink;
+pub use sink::{Each, Sink};
 pub use tile_data::LISTED;
 pub use tile_data::{MethodCells, TileData};
 pub use verdict::{Attractors, Regime, Verdict};

@@ -213,10 +213,6 @@ impl PlanBuilder {
     }
 }
 
-fn is_validated(method: &Method) -> bool {
-    matches!(method, Method::Test(test) if std::ptr::eq(*test, &validated::TEST))
-}
-
 /// Returns whether a plane has two different axes of several nodes, and a node of every other axis.
 fn lies_in(plane: &Plane, axes: &[Axis]) -> bool {
     let extends = |axis: usize| axes.get(axis).is_some_and(|axis| axis.values.len() > 1);
@@ -232,7 +228,7 @@ impl Plan {
     fn has_orbits(&self) -> bool {
         let of_method = |method: &Method| match method {
             Method::Naive(..) => true,
-            Method::Test(_) => is_validated(method),
+            Method::Test(_) => *method == Method::validated(),
             Method::Simulation => matches!(self.engine, Engine::Direct | Engine::ReturnMap),
         };
         let of_field = |field: &Field| !self.quantities_of(*field).is_empty();
@@ -264,7 +260,8 @@ impl Plan {
         let has_margins = self.methods.contains(&Method::Simulation)
             && (self.engine == Engine::ReturnMap || self.stores(Field::Margin));
         let Column { curve, belt_speed, .. } = self.grid.some_column();
-        let has_others = |method: &Method| matches!(method, Method::Naive(..)) || is_validated(method);
+        let has_others =
+            |method: &Method| matches!(method, Method::Naive(..)) || *method == Method::validated();
         has_margins
             && self.engine != Engine::Direct
             && !self.methods.iter().any(has_others)

@@ -11,7 +11,7 @@ use super::{Field, Plan, Quantity, Regime, Runs, Tile};
 use crate::assessment::sensitivities_to;
 use crate::behaviour::growth_time;
 use crate::clock::timed;
-use crate::machine::SiUnits;
+use crate::machine::Units;
 use slipmap_model::filippov::Oscillator;
 use slipmap_model::friction::Column;
 use slipmap_model::friction::Law;
@@ -106,7 +106,7 @@ pub(super) fn describe(
 }
 
 /// The factor from the dimensionless number of a quantity to the map's: to SI units for a machine.
-fn factor(quantity: Quantity, si: Option<&SiUnits>) -> f64 {
+fn factor(quantity: Quantity, si: Option<&Units>) -> f64 {
     let dimension = quantity.about().dimension;
     si.zip(dimension).map_or(1.0, |(si, dimension)| si.factor(dimension))
 }

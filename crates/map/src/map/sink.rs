@@ -1,5 +1,7 @@
 //! The interface of a receiver of computed tiles.
 
+use std::convert::Infallible;
+
 use super::{Account, TileData};
 
 /// A receiver of tiles. The workers call [`Sink::pack`] in parallel, and one thread calls [`Sink::write`].
@@ -21,4 +23,21 @@ pub trait Sink: Sync {
     /// # Errors
     /// The sink's own.
     fn write(&self, packed: Self::Packed, account: &Account) -> Result<(), Self::Error>;
+}
+
+/// A receiver that calls a function of each tile, in parallel.
+pub struct Each<F: Fn(&TileData) + Sync>(pub F);
+
+impl<F: Fn(&TileData) + Sync> Sink for Each<F> {
+    type Packed = ();
+    type Error = Infallible;
+
+    fn pack(&self, data: &TileData) -> Result<(), Infallible> {
+        (self.0)(data);
+        Ok(())
+    }
+
+    fn write(&self, (): (), _: &Account) -> Result<(), Infallible> {
+        Ok(())
+    }
 }

@@ -22,6 +22,14 @@ pub struct MethodCells {
     pub critical_errors: Vec<f64>,
 }
 
+impl MethodCells {
+    /// Verdicts alone.
+    pub fn new(method: Method, verdicts: Runs<Verdict>) -> Self {
+        let [margins, critical, critical_errors] = [const { Vec::new() }; 3];
+        Self { method, verdicts, margins, critical, critical_errors }
+    }
+}
+
 /// Everything computed for one tile.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TileData {

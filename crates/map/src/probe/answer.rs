@@ -132,19 +132,14 @@ impl Answer {
     }
 
     /// For each method the eps up to which its verdict equals that of the flow, with the other parameters
-    /// fixed. Takes much longer than all other answers.
-    pub fn limits(&self) -> Vec<Limit> {
+    /// fixed. Takes much longer than all other answers; without `slow`, which is `validated` and the naive methods, a
+    /// fifth of that.
+    pub fn limits(&self, slow: bool) -> Vec<Limit> {
         let ray = Ray::new(&self.law, &self.point, self.tolerance);
-        self.methods.iter().map(|answer| ray.limit(answer.method)).collect()
-    }
-
-    /// The same of the simulation and the closed-form tests alone, which take a fifth of the time.
-    pub fn limits_of_tests(&self) -> Vec<Limit> {
-        let ray = Ray::new(&self.law, &self.point, self.tolerance);
-        let limit = |method| match method {
-            Method::Test(test) if method != Method::validated() => ray.limit(Method::Test(test)),
-            Method::Simulation => ray.limit(method),
-            Method::Test(_) | Method::Naive(..) => Limit::Unknown(map::limits::Unknown::NotSought),
+        let is_slow = |method| matches!(method, Method::Naive(..)) || method == Method::validated();
+        let limit = |method| match slow || !is_slow(method) {
+            true => ray.limit(method),
+            false => Limit::Unknown(map::limits::Unknown::NotSought),
         };
         self.methods.iter().map(|answer| limit(answer.method)).collect()
     }

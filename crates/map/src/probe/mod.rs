@@ -32,7 +32,7 @@ impl Probe {
     #[must_use]
     pub fn new(answer: &Answer, direct: &Flow) -> Self {
         let oscillator = &answer.oscillator;
-        let methods = answer.methods.iter().zip(answer.limits_of_tests()).map(|(of_method, limit)| {
+        let methods = answer.methods.iter().zip(answer.limits(false)).map(|(of_method, limit)| {
             let result = MethodResult {
                 verdict: of_method.verdict.name(),
                 margin: of_method.margin,

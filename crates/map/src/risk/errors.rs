@@ -23,7 +23,7 @@ pub struct WithError {
 pub fn uncertain_critical_damping(machine: &Machine, uncertain: &[Uncertain]) -> Option<WithError> {
     let joint = joint(uncertain);
     let model = machine.is_legal().then(|| machine.model())??;
-    let unit = model.si.units.damping;
+    let unit = model.si.damping;
     let [value, standard_error] = match (has_standard_errors(machine), joint.is_empty()) {
         (true, _) => of_measured(&model).map(|c| c * unit),
         (false, false) => of_fitted(machine, &joint),
@@ -93,7 +93,7 @@ impl Moved {
 fn of_fitted(machine: &Machine, joint: &Joint) -> Pair {
     let critical = |machine: &Machine| {
         let model = machine.model()?;
-        Some(known_or_nan(critical_damping(&model.column(), TOLERANCE)) * model.si.units.damping)
+        Some(known_or_nan(critical_damping(&model.column(), TOLERANCE)) * model.si.damping)
     };
     let error = Moved::of(machine, joint).and_then(|moved| moved.errors(|it| Some([critical(it)?])));
     [critical(machine), error.map(|[error]| error)].map(|value| value.unwrap_or(f64::NAN))

@@ -10,7 +10,7 @@ use slipmap_simulate::{Fate, critical_damping, flow};
 /// The critical damping in SI units, by a root search for this machine alone.
 fn critical(machine: &Machine) -> f64 {
     let model = machine.model().unwrap();
-    critical_damping(&model.column(), 1e-10).unwrap().c * model.si.units.damping
+    critical_damping(&model.column(), 1e-10).unwrap().c * model.si.damping
 }
 
 fn machine(law: Law) -> Machine {
@@ -340,8 +340,10 @@ fn a_map_of_probabilities_has_each_of_its_points() {
     let uncertain = [("normal_force", Spread::Normal { sd: 10.0 })];
     let (speeds, dampings) = ([0.1, 0.3], [0.0, 2.0, 4.0]);
     let stop = AtomicBool::new(false);
-    let machines = speeds.iter().map(|&speed| machine.with("belt_speed", speed).unwrap());
-    let map = probabilities(machines, &uncertain, &dampings, 3000, &stop).unwrap().values;
+    let varied = [("belt_speed", speeds.to_vec()), ("damping", dampings.to_vec())];
+    let grid = Grid::of_machine(&machine, &varied).unwrap();
+    let chances = Chances { draws: 3000, ..Chances::of(&grid, &uncertain).unwrap() };
+    let map = chances.probabilities(Some(1), &stop).unwrap().values;
     for (i, speed) in speeds.into_iter().enumerate() {
         for (j, damping) in dampings.into_iter().enumerate() {
             let here = machine.with("belt_speed", speed).unwrap().with("damping", damping).unwrap();

@@ -1,7 +1,6 @@
 //! The figures of the page: the regimes around the working point, and the friction that makes them.
 
 use slipmap_model::friction::Column;
-use std::convert::Infallible;
 use std::sync::atomic::AtomicBool;
 use std::sync::{Mutex, PoisonError};
 
@@ -17,8 +16,8 @@ use slipmap_figure::text::{Rich, rich};
 use slipmap_map::assessment::{Assessment, Statement};
 use slipmap_map::machine::{Dimension, Friction, Model};
 use slipmap_map::map::{
-    self, Account, Control, Field, Grid, Method, Plan, Plane, PlaneCurve, PlaneCurves, PlanePoint, Regime,
-    Sink, TileData,
+    self, Control, Each, Field, Grid, Method, Plan, Plane, PlaneCurve, PlaneCurves, PlanePoint, Regime,
+    TileData,
 };
 use slipmap_model::point::Point;
 use slipmap_simulate::bifurcation::Bifurcation;
@@ -36,24 +35,6 @@ pub(super) const FIGURE: f64 = 252.0;
 const RIGHT_MARGIN: f64 = 12.0;
 const BELT_SPEED: &str = "belt_speed";
 
-/// Codes of regimes, column by column.
-#[derive(Default)]
-struct Columns(Mutex<Vec<(usize, Vec<i8>)>>);
-
-impl Sink for Columns {
-    type Packed = (usize, Vec<i8>);
-    type Error = Infallible;
-
-    fn pack(&self, data: &TileData) -> Result<Self::Packed, Infallible> {
-        Ok((data.tile.number, data.regime.values().map(Regime::code).collect()))
-    }
-
-    fn write(&self, column: Self::Packed, _: &Account) -> Result<(), Infallible> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).push(column);
-        Ok(())
-    }
-}
-
 /// Codes of the regimes over belt speeds (slower) and dampings.
 fn regimes_over(grid: &Grid) -> Option<Vec<Vec<i8>>> {
     let mut column = vec![1; grid.axes().len()];
@@ -65,9 +46,13 @@ fn regimes_over(grid: &Grid) -> Option<Vec<Vec<i8>>> {
         .audit_cells(0)
         .tile_shape(column)
         .build();
-    let columns = Columns::default();
-    map::run(&plan.ok()?, &columns, &Control::default()).ok()?;
-    let mut columns = columns.0.into_inner().unwrap_or_else(PoisonError::into_inner);
+    let columns = Mutex::new(Vec::new());
+    let sink = Each(|data: &TileData| {
+        let codes: Vec<i8> = data.regime.values().map(Regime::code).collect();
+        columns.lock().unwrap_or_else(PoisonError::into_inner).push((data.tile.number, codes));
+    });
+    map::run(&plan.ok()?, &sink, &Control::default()).ok()?;
+    let mut columns = columns.into_inner().unwrap_or_else(PoisonError::into_inner);
     columns.sort_unstable();
     Some(columns.into_iter().map(|(_, codes)| codes).collect())
 }
@@ -349,7 +334,7 @@ pub(super) fn friction(all: &Assessment, written: &Written, height: f64) -> Scen
     let x = Scale::linear(0.0, fastest).in_unit(speed_unit.size.recip());
     let (curve, rest) = (model.column().curve, machine.friction.at_rest());
     let end = table.map_or(fastest, |table| table.fastest().min(fastest));
-    let friction = |u: f64| rest * curve.phi(u / model.si.units.velocity);
+    let friction = |u: f64| rest * curve.phi(u / model.si.velocity);
     let line: Vec<(f64, f64)> =
         (0..=POINTS).map(|i| end * i as f64 / POINTS as f64).map(|u| (u, friction(u))).collect();
     let errors =

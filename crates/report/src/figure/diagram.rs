@@ -22,7 +22,7 @@ use slipmap_model::filippov::{Oscillator, Stability};
 use slipmap_simulate::crossing::{crossing_cycles, stick_slip_cycle};
 use slipmap_simulate::far_loops::FarLoops;
 use slipmap_simulate::slip_cycle::slip_cycles;
-use slipmap_simulate::{Fate, Range, TIGHT, flow};
+use slipmap_simulate::{Cycle, Fate, Range, TIGHT, flow};
 
 /// Number of values of the parameter at which cycles are searched; a branch that exists only between two of
 /// them is missed.
@@ -77,6 +77,17 @@ struct State {
 /// [`Kind::ALL`]; `None` for a kind that could not be determined there.
 type Found = [Option<Vec<State>>; 4];
 
+/// The stick-slip cycle and the crossing cycles; `None` where they are not known.
+pub fn beyond_slip(oscillator: &Oscillator) -> (Option<Option<Cycle>>, Option<Vec<Cycle>>) {
+    let flow = flow(oscillator, TOLERANCE);
+    let sticks = match flow.fate {
+        Fate::TooCloseToCall | Fate::Failed(_) => None,
+        _ => stick_slip_cycle(oscillator, &flow, TOLERANCE).ok(),
+    };
+    let far = FarLoops::where_friction_resists(&oscillator.curve, oscillator.belt_speed);
+    (sticks, crossing_cycles(oscillator, &far, TOLERANCE).all().ok())
+}
+
 /// Finds the states; `length` is the unit of the amplitudes.
 fn find(oscillator: &Oscillator, length: f64) -> Found {
     let state = |attracts: bool, x1: Range| State { attracts, amplitude: 0.5 * (x1.hi - x1.lo) * length };
@@ -84,14 +95,8 @@ fn find(oscillator: &Oscillator, length: f64) -> Found {
         Stability::Neutral => None,
         stability => Some(vec![State { attracts: stability == Stability::Attracts, amplitude: 0.0 }]),
     };
-    let flow = flow(oscillator, TOLERANCE);
     let slip = slip_cycles(oscillator, TIGHT).ok();
-    let sticks = match flow.fate {
-        Fate::TooCloseToCall | Fate::Failed(_) => None,
-        _ => stick_slip_cycle(oscillator, &flow, TOLERANCE).ok(),
-    };
-    let far = FarLoops::where_friction_resists(&oscillator.curve, oscillator.belt_speed);
-    let crossing = crossing_cycles(oscillator, &far, TOLERANCE).all().ok();
+    let (sticks, crossing) = beyond_slip(oscillator);
     [
         equilibrium,
         slip.map(|all| all.iter().map(|cycle| state(cycle.is_stable(), cycle.displacement)).collect()),

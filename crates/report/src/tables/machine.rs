@@ -19,10 +19,9 @@ const TOLERANCE: f64 = 1e-9;
 pub(super) fn machine(view: &View) -> Option<Table> {
     let map = view.map;
     let model = view.model()?;
-    let si = model.si;
-    let units = si.units;
+    let units = model.si;
     let [length, velocity, damping] =
-        [Dimension::Length, Dimension::Velocity, Dimension::Damping].map(|of| si.unit(of));
+        [Dimension::Length, Dimension::Velocity, Dimension::Damping].map(|of| units.unit(of));
     let speed_axis = map.grid().axes().iter().find(|axis| axis.role == AxisRole::BeltSpeed)?;
     let (speeds, speed_name) = (&speed_axis.values, view.axis(speed_axis).name.plain());
     let shown = speeds.len().min(ROWS);

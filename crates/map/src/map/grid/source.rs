@@ -74,8 +74,7 @@ impl<'a> Source<'a> {
         }
         if self.known.is_none() {
             let model = machine.model()?;
-            self.known =
-                Some((model.law, model.point.law, [model.si.units.velocity, machine.damping_unit()]));
+            self.known = Some((model.law, model.point.law, [model.si.velocity, machine.damping_unit()]));
         }
         let (law, parameters, [velocity, damping]) = self.known.as_ref()?;
         let belt_speed = machine.belt_speed / velocity;
