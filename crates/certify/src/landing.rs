@@ -28,6 +28,7 @@ use slipmap_model::friction::Column;
 use slipmap_model::point::ScaledGroups;
 use slipmap_numbers::interval::Interval;
 use slipmap_numbers::jet::Real;
+use slipmap_numbers::vectorized;
 
 /// Inflation per strip, 1 + 2^-48.
 const INFLATE: f64 = 1.0 + 16.0 * f64::EPSILON;
@@ -114,7 +115,10 @@ pub fn amplitude_bounds<const N: usize>(columns: [(&Column, f64); N], strips: u3
         Ok(scaled) => {
             let flows =
                 scaled.map(|groups| Flow::new(1.0, 0.0, 0.0, move |least: f64, _| groups.divergence(least)));
-            pulp::Arch::new().dispatch(|| amplitudes(&flows, strips))
+            vectorized(
+                #[inline(always)]
+                || amplitudes(&flows, strips),
+            )
         }
         Err(_) => amplitudes(&columns.map(|(column, c)| flow(column, c)), strips),
     };

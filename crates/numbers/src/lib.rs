@@ -1,5 +1,5 @@
 //! Arithmetic that knows no friction: intervals, truncated Taylor series, Chebyshev polynomials, quadrature,
-//! roots; numbers as text, names of enums.
+//! roots; numbers as text, names of enums; the processor's vectors.
 
 pub mod chebyshev;
 pub mod gauss;
@@ -11,5 +11,7 @@ mod range;
 pub mod roots;
 pub mod spacing;
 pub mod text;
+mod vectorized;
 
 pub use range::Range;
+pub use vectorized::vectorized;

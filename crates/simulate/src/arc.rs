@@ -20,11 +20,11 @@ use std::sync::Arc;
 
 use super::Failure;
 use super::dop853::{Field, STAGES, step};
-use super::vectorized::vectorized;
 use super::work::Work;
 use slipmap_model::corners::{self, End};
 use slipmap_model::filippov::{Oscillator, Side};
 use slipmap_model::friction::Weakening;
+use slipmap_numbers::vectorized;
 
 /// A step this much shorter than the time scale of the flow has underflowed.
 const SHORTEST_STEP: f64 = 1e-14;

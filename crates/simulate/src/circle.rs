@@ -36,8 +36,8 @@ use std::f64::consts::TAU;
 use std::sync::{LazyLock, OnceLock};
 
 use super::polar::{Angle, Closing, LANES, Lanes, exp};
-use super::vectorized::vectorized;
 use slipmap_model::point::ScaledGroups;
+use slipmap_numbers::vectorized;
 
 /// A column that fails on one of this many coarsest circles, or on its first, is tried again on the next.
 const RETRY_RUNGS: usize = 4;

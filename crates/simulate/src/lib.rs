@@ -29,7 +29,6 @@ pub mod sensitivity;
 pub mod slip_cycle;
 mod stepping;
 mod turn;
-mod vectorized;
 mod work;
 
 pub use critical::{CriticalDamping, NoCriticalDamping, critical_damping, exceeds};

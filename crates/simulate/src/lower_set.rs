@@ -18,8 +18,8 @@
 
 use std::rc::Rc;
 
-use super::vectorized::vectorized;
 use slipmap_model::point::MAX_LAW_PARAMETERS;
+use slipmap_numbers::vectorized;
 
 /// Largest number of nodes of an axis.
 const MOST: usize = 24;

@@ -18,9 +18,9 @@ use std::rc::Rc;
 use super::lower_set::{LowerSet, Side};
 use super::polar::exp;
 use super::return_map::{Turn, UNRESOLVED, turns_of_orbits};
-use super::vectorized::vectorized;
 use slipmap_model::friction::Column;
 use slipmap_numbers::random::Random;
+use slipmap_numbers::vectorized;
 
 /// Largest size of the divergence of interpolated columns. It is half of that of a node, and small enough for
 /// the margin to follow exp(-pi eps c): a surplus is small only where all are.

@@ -6,8 +6,8 @@ use std::sync::{LazyLock, OnceLock};
 
 use super::dop853::{Field, NODES, STAGES, step};
 use super::polar::{Angle, LANES, Lanes, Turn};
-use super::vectorized::vectorized;
 use slipmap_model::point::ScaledGroups;
+use slipmap_numbers::vectorized;
 
 /// Numbers of equal steps per turn, coarse to fine. The lanes of a vector share their angles, so their sines
 /// come from one table per rung.

@@ -43,11 +43,11 @@ mod orbit;
 use std::sync::LazyLock;
 
 use super::polar::Closing;
-use super::vectorized::vectorized;
 pub(super) use arithmetic::{sin_cos, sin_cos_of_turn};
 use orbit::{Orbit, Problem, Step};
 use slipmap_model::friction::Weakening;
 use slipmap_numbers::gauss::{MOST, Rule};
+use slipmap_numbers::vectorized;
 
 /// Residual, as an error of C in units of the largest |w|, from which the iteration does not recover.
 const HOPELESS: f64 = 10.0;

@@ -41,11 +41,11 @@ use std::borrow::Cow;
 use std::sync::Arc;
 
 use super::polar::Closing;
-use super::vectorized::vectorized;
 use super::work::Work;
 use half::{Half, Orbit, Rate, layer};
 use lanes::{Lowest, follow};
 use slipmap_model::friction::{Curve, Weakening};
+use slipmap_numbers::vectorized;
 
 /// Error of C of the first orbits, which only lead near a root, in units of C.
 const ROUGH: f64 = 1e-5;

@@ -2,7 +2,7 @@
 
 /// Calls a closure that is always inlined, as is all that it calls, with the widest vectors of the processor.
 #[inline(always)]
-pub(crate) fn vectorized<R>(f: impl FnMut() -> R) -> R {
+pub fn vectorized<R>(f: impl FnMut() -> R) -> R {
     pulp::Arch::new().dispatch(Inlined(f))
 }
 
