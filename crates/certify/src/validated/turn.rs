@@ -54,11 +54,13 @@ const EVALUATIONS: u32 = 40;
 /// Reason why a turn could not be enclosed.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum Obstacle {
-    /// The orbit reaches slip speeds beyond the known range of the law.
-    #[error("the orbit needs the law at slip speeds up to {needed:.3e}, where it is not known")]
+    /// The bounds reach beyond the slip speeds at which the law is bounded.
+    #[error("the bounds around the orbit reach slip speed {reached:.3e}, those of the law {known:.3e}")]
     BeyondTheLaw {
-        /// A lower bound of the slip speed needed.
-        needed: f64,
+        /// The slip speed reached.
+        reached: f64,
+        /// The highest at which the law is bounded.
+        known: f64,
     },
     /// The law has no proved enclosure at this slip speed.
     #[error("the law has no proved bounds at slip speed {at:.3e}")]
@@ -185,7 +187,7 @@ impl Orbit<'_> {
     /// delta: bound on the distance of w from the polynomial of `piece` at slip speeds in `slip`.
     fn uncertainty(&self, piece: &ProvedPiece, slip: Interval) -> Result<f64, Obstacle> {
         if slip.hi > self.law.reach() {
-            return Err(Obstacle::BeyondTheLaw { needed: slip.hi });
+            return Err(Obstacle::BeyondTheLaw { reached: slip.hi, known: self.law.reach() });
         }
         let mut most: f64 = 0.0;
         for other in self.law.proved_pieces(slip.lo, slip.hi) {
@@ -207,7 +209,7 @@ impl Orbit<'_> {
         let middle = theta + 0.5 * width;
         let near = self.belt_speed * (1.0 - r * middle.cos());
         let Some(piece) = self.law.proved_pieces(near.max(0.0), near.max(0.0)).next() else {
-            return Err(Obstacle::BeyondTheLaw { needed: near });
+            return Err(Obstacle::BeyondTheLaw { reached: near, known: self.law.reach() });
         };
         let field = OnPiece { orbit: self, piece: &piece };
         let Some(polynomial) = Polynomial::new(&field, theta, r) else { return half };

@@ -227,7 +227,7 @@ fn name(input: &mut Input, name: String, place: Place) -> Result<Place, Stop> {
                     "it has a kink, where D would jump: give the law as a table with a row there".to_owned()
                 }
                 _ => {
-                    format!("the functions are {} and log, which is ln; products need a *", known.join(", "))
+                    format!("the functions are {}; log is ln; products need a *", known.join(", "))
                 }
             };
             return wrong(place, format!("there is no function `{name}`"), &remedy);
