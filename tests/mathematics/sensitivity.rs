@@ -12,7 +12,7 @@ fn point(law: &Law, epsilon: f64, parameters: &[f64], belt_speed: f64) -> Point 
     law.point(epsilon, parameters, belt_speed, 0.0).unwrap()
 }
 
-/// Laws and points: foci, a node, strong weakening, a law with eps in its formula.
+/// Laws and points: foci, a node, strong weakening, narrow dips, a fall away from rest, a law with eps in its formula.
 fn examples() -> Vec<(Law, Point)> {
     let formula = Expression::new("a + (1 - a)*exp(-u/s) + 0.1*eps*u^2", 1.0).unwrap();
     let formula = Law::Expression(formula);
@@ -21,8 +21,10 @@ fn examples() -> Vec<(Law, Point)> {
     let dip = Law::Expression(dip);
     let narrow = [0.275, 0.2125, 2.48e-3, 0.9256, 2.13e-3];
     let other = [0.339, 1.008, -2.87e-3, 0.1434, 2.98e-3];
+    let fall = Law::Expression(Expression::new("1 - a*(tanh((u-p)/w) + tanh(p/w))/2", 1.0).unwrap());
     let drop = Law::Exponential.with_drop();
     vec![
+        (fall.clone(), point(&fall, 1.0, &[0.3, 0.5, 0.05], 1.0)),
         (drop.clone(), point(&drop, 1.0, &[0.7, 0.5, 0.01, 0.2], 0.5)),
         (Law::Coulomb, point(&Law::Coulomb, 1.0, &[0.3, 0.02], 0.5)),
         (dip.clone(), point(&dip, 1.0, &narrow, 1.779)),

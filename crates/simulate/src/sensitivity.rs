@@ -121,10 +121,10 @@ pub fn sensitivity_of_any_sign(column: &Column) -> Result<Sensitivity, NoSensiti
 fn at(column: &Column, critical: CriticalDamping) -> Result<Sensitivity, NoSensitivity> {
     let work = Work::of_question(&column.curve);
     let orbit = |c: f64, tolerance: f64| grazing_orbit(column, c, tolerance, &[], &work);
-    let Weighted { samples, total } = orbit(critical.c, TOLERANCES[0])?;
+    let Weighted { samples, total } = orbit(beyond(critical), TOLERANCES[0])?;
     let fine = means(column, critical.c, &samples, total);
     let c = critical.c + critical.error;
-    let rough = orbit(c, TOLERANCES[1])?;
+    let rough = orbit(beyond(critical) + critical.error, TOLERANCES[1])?;
     let coarse = means(column, c, &rough.samples, rough.total);
     let estimates = |fine: &[Term], coarse: &[Term]| -> Vec<Estimate> {
         let pairs = fine.iter().zip(coarse);
@@ -186,10 +186,11 @@ fn standard_errors(column: &Column, orbit: &[(f64, f64)], by_data: &[Estimate]) 
 pub fn influence(column: &Column, parts: usize) -> Result<Vec<Influence>, NoSensitivity> {
     let critical = legal_critical_damping(column)?;
     let work = Work::of_question(&column.curve);
-    let fastest = fastest(&grazing_orbit(column, critical.c, TOLERANCES[0], &[], &work)?.samples);
+    let c = beyond(critical);
+    let fastest = fastest(&grazing_orbit(column, c, TOLERANCES[0], &[], &work)?.samples);
     let edge = |part: usize| part as f64 / parts as f64 * fastest;
     let edges: Vec<f64> = (1..parts).map(edge).collect();
-    let orbit = grazing_orbit(column, critical.c, TOLERANCES[0], &edges, &work)?;
+    let orbit = grazing_orbit(column, c, TOLERANCES[0], &edges, &work)?;
     let mut shares = vec![0.0; parts];
     for (slip, weight) in &orbit.samples {
         let part = (slip / fastest * parts as f64) as usize;
@@ -197,6 +198,12 @@ pub fn influence(column: &Column, parts: usize) -> Result<Vec<Influence>, NoSens
     }
     let parts = shares.into_iter().enumerate();
     Ok(parts.map(|(part, share)| Influence { from: edge(part), to: edge(part + 1), share }).collect())
+}
+
+/// The damping at which the grazing orbit is followed: where it grazes within rounding, whether it meets the belt line
+/// before its maximum takes a thousand times the work to find, and often all that is allowed.
+fn beyond(critical: CriticalDamping) -> f64 {
+    critical.c + critical.error
 }
 
 fn legal_critical_damping(column: &Column) -> Result<CriticalDamping, NoSensitivity> {
