@@ -244,10 +244,9 @@ impl Backbone {
             return Ok(None);
         }
         if panel.values.len() > finest {
-            // Features that are still hidden are narrow. Cutting fails if they have too many ends or orbits
-            // that touch them are too hard to compute.
-            let of_hidden = if self.hidden > enough { cut().ok().flatten() } else { None };
-            return Ok(of_hidden.filter(|cut| cut.error < self.error));
+            // Features that are still hidden, or that no polynomial follows, are narrow. Cutting fails if they have too
+            // many ends or orbits that touch them are too hard to compute.
+            return Ok(cut().ok().flatten().filter(|cut| cut.error < self.error));
         }
         if panel.values.len() > FINEST_BEFORE_CUT
             && self.crosses_corners
