@@ -161,6 +161,10 @@ impl Half<'_> {
             rhs += 1;
             let speed = if here > 0.0 { (radius - beyond) / here } else { f64::INFINITY };
             if let Some((start, balance, off)) = late {
+                if speed.is_infinite() {
+                    // Driven on the way, the half does not come down to the balance.
+                    break;
+                }
                 slowed += here.min(braking_before) * width;
                 fastest = fastest.max(speed);
                 // An excess over the balance falls by the braking until it is of the order of W, then exponentially.
