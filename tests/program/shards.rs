@@ -99,6 +99,8 @@ fn a_complete_map_is_left_as_it_is() {
     let map = fs::read(scratch.path().join("map.h5")).unwrap();
     // Of a process that was stopped before it could remove its journal.
     fs::write(leftover, tiles).unwrap();
+    // Of one that was stopped before it wrote to its own.
+    fs::write(scratch.path().join("map.h5.part.aB1xYz"), "").unwrap();
     for arguments in [&["merge", "job.toml", "--json"][..], &["run", "job.toml", "--shard", "2/5"]] {
         let run = scratch.run(arguments).ends_with(0);
         assert!(run.err.contains("map.h5 is complete already"), "{}", run.err);

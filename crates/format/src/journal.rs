@@ -56,6 +56,17 @@ pub fn journals(output: &Path) -> Result<Vec<PathBuf>, StoreError> {
     Ok(found)
 }
 
+/// As [`journals`], with those of processes that were stopped before they wrote anything.
+///
+/// # Errors
+/// Those of the file system.
+pub(super) fn journals_and_empty(output: &Path) -> Result<Vec<PathBuf>, StoreError> {
+    let mut found = files::named(&beside(output, NAME)?)?;
+    let is_empty = |path: &Path| path.symlink_metadata().is_ok_and(|file| file.is_file() && file.len() == 0);
+    found.retain(|path| is_journal(path) || is_empty(path));
+    Ok(found)
+}
+
 /// Makes the part of a frame before its contents.
 fn head(tile: u64, contents: &[u8]) -> [u8; HEAD] {
     let mut head = [0; HEAD];

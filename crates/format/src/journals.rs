@@ -21,7 +21,7 @@ use slipmap_map::map::{Account, Plan, Shard};
 use super::codec::{from_bytes, to_bytes};
 use super::error::StoreError;
 use super::identity::{check_finished, difference, get};
-use super::journal::{Frame, HEADER, Reader, journals};
+use super::journal::{Frame, HEADER, Reader, journals, journals_and_empty};
 use super::pack::PackedTile;
 use super::seal::{UNFINISHED, beside};
 use super::writer::MapWriter;
@@ -365,7 +365,7 @@ pub(super) fn any_tile(output: &Path) -> Result<Option<PathBuf>, StoreError> {
 /// Those of the file system.
 pub fn remove_parts(output: &Path) -> Result<(), StoreError> {
     remove_unfinished(output);
-    for path in journals(output)? {
+    for path in journals_and_empty(output)? {
         match fs::remove_file(&path) {
             // Another process removes them too.
             Err(source) if source.kind() != io::ErrorKind::NotFound => {
