@@ -121,10 +121,10 @@ pub fn sensitivity_of_any_sign(column: &Column) -> Result<Sensitivity, NoSensiti
 fn at(column: &Column, critical: CriticalDamping) -> Result<Sensitivity, NoSensitivity> {
     let work = Work::of_question(&column.curve);
     let orbit = |c: f64, tolerance: f64| grazing_orbit(column, c, tolerance, &[], &work);
-    let Weighted { samples, total } = orbit(beyond(critical), TOLERANCES[0])?;
+    let c = beyond(critical);
+    let Weighted { samples, total } = orbit(c, TOLERANCES[0])?;
     let fine = means(column, critical.c, &samples, total);
-    let c = critical.c + critical.error;
-    let rough = orbit(beyond(critical) + critical.error, TOLERANCES[1])?;
+    let rough = orbit(c + critical.error, TOLERANCES[1])?;
     let coarse = means(column, c, &rough.samples, rough.total);
     let estimates = |fine: &[Term], coarse: &[Term]| -> Vec<Estimate> {
         let pairs = fine.iter().zip(coarse);
