@@ -1,12 +1,12 @@
 //! The damping at which the orbit of an amplitude closes: by [`super::circle`] for Stribeck's law; by
-//! [`super::elements`], or else from its [`super::halves`], for all other laws.
+//! [`super::elements`], or else from its [`super::quarters`], for all other laws.
 
 use super::Failure;
 use super::arc::{self, SlipTurn};
 use super::circle::{Start, spectral};
 use super::elements::closed_orbit;
-use super::halves::{Sought, closing_dampings_by_halves};
 use super::polar::Closing;
+use super::quarters::{Sought, closing_dampings_by_quarters};
 use super::work::Work;
 use slipmap_model::filippov::{HopfRate, Oscillator};
 use slipmap_model::friction::{Curve, Stribeck};
@@ -57,15 +57,13 @@ pub(super) fn closing_dampings(
         found.or_else(|rhs| of_flat(orbit.curve, orbit.belt_speed, rhs).ok_or(rhs))
     };
     let mut found: Vec<Result<Closing, u64>> = orbits.iter().map(answer).collect();
-    // Of Stribeck's law the halves of steep orbits are sought by the caller.
-    let is_left = |&orbit: &usize| found[orbit].is_err() && orbits[orbit].curve.stribeck().is_none();
-    let left: Vec<usize> = (0..orbits.len()).filter(is_left).collect();
+    let left: Vec<usize> = (0..orbits.len()).filter(|&orbit| found[orbit].is_err()).collect();
     let of = |&orbit: &usize| {
         let Amplitude { curve, belt_speed, radius, guess } = orbits[orbit];
         Sought::of_amplitude(curve, belt_speed, radius, guess)
     };
     let sought: Vec<Sought> = left.iter().map(of).collect();
-    for (orbit, closing) in left.into_iter().zip(closing_dampings_by_halves(&sought, tolerance)) {
+    for (orbit, closing) in left.into_iter().zip(closing_dampings_by_quarters(&sought, tolerance)) {
         let (Ok(Closing { rhs: before, .. }) | Err(before)) = found[orbit];
         let closing = closing.map(|found| Closing { rhs: found.rhs + before, ..found });
         found[orbit] = closing.map_err(|rhs| rhs + before);

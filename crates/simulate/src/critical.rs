@@ -7,8 +7,8 @@ use std::cell::Cell;
 use std::f64::consts::TAU;
 
 use super::closing::{Amplitude, closing_dampings};
-use super::halves::{Sought, WIDE, closing_dampings_by_halves};
 use super::polar::{Closing, Turn};
+use super::quarters::{Sought, WIDE, closing_dampings_by_quarters};
 use super::return_map::{UNRESOLVED, decisive_turn};
 use super::{Failure, Fate, Landing, exit_orbit, flow};
 use slipmap_model::filippov::{HopfRate, Oscillator};
@@ -77,11 +77,11 @@ pub fn critical_dampings(
 ) -> Vec<Result<CriticalDamping, NoCriticalDamping>> {
     let is_stribeck = |column: &Column| column.curve.stribeck().is_some();
     let mut found: Vec<Result<Closing, u64>> = vec![Err(0); columns.len()];
-    let mut by_halves: Vec<(usize, Sought)> = Vec::new();
+    let mut by_quarters: Vec<(usize, Sought)> = Vec::new();
     let mut smooth: Vec<(usize, Amplitude)> = Vec::new();
     for (number, column) in columns.iter().enumerate() {
-        match if is_stribeck(column) { None } else { sought_by_halves(column) } {
-            Some(sought) => by_halves.push((number, sought)),
+        match if is_stribeck(column) { None } else { sought_by_quarters(column) } {
+            Some(sought) => by_quarters.push((number, sought)),
             None => {
                 smooth.push((number, Amplitude::new(&column.curve, column.belt_speed, column.belt_speed)))
             }
@@ -93,11 +93,11 @@ pub fn critical_dampings(
         // The turns of Stribeck's law fail where it is steep.
         let column = &columns[number];
         if closing.is_err() && is_stribeck(column) {
-            by_halves.extend(sought_by_halves(column).map(|sought| (number, sought)));
+            by_quarters.extend(sought_by_quarters(column).map(|sought| (number, sought)));
         }
     }
-    let (numbers, sought): (Vec<usize>, Vec<Sought>) = by_halves.into_iter().unzip();
-    for (number, closing) in numbers.into_iter().zip(closing_dampings_by_halves(&sought, tolerance)) {
+    let (numbers, sought): (Vec<usize>, Vec<Sought>) = by_quarters.into_iter().unzip();
+    for (number, closing) in numbers.into_iter().zip(closing_dampings_by_quarters(&sought, tolerance)) {
         found[number] = closing;
     }
     let answer = |(column, found): (&Column, Result<Closing, u64>)| match found {
@@ -117,7 +117,7 @@ fn hidden(column: &Column, rhs: u64) -> CriticalDamping {
     CriticalDamping { c: balance / column.epsilon, error: (2.0 + balance.abs()) / column.epsilon, rhs }
 }
 
-fn sought_by_halves(column: &Column) -> Option<Sought<'_>> {
+fn sought_by_quarters(column: &Column) -> Option<Sought<'_>> {
     let Column { curve, epsilon, belt_speed, .. } = column;
     let bounds = || search_bounds(column).map(|c| c * epsilon);
     Sought::from_exit(curve, *belt_speed, || energy_balance(column), bounds)

@@ -1,23 +1,21 @@
-//! Many halves, followed together in vector lanes to their lowest points.
+//! Many quarters, followed together in vector lanes to x2 = 0.
 
-use std::f64::consts::{FRAC_PI_2, PI};
+use std::f64::consts::FRAC_PI_2;
 
-use super::half::{Half, Orbit, Rate, SHARE};
+use super::quarter::{Quarter, Rate, SHARE};
 use crate::dop853::{Field, NODES, STAGES, step};
 use crate::elements::sin_cos;
 use crate::polar::{LANES, exp_falling};
 use slipmap_model::corners::{self, End};
 use slipmap_model::friction::ExponentialFall;
 
-/// Least dth/dt in the half where x2 < 0.
-const SLOWEST_TURN: f64 = 0.05;
-/// Longest step in the polar angle.
+/// Longest step in the angle.
 const LONGEST_STEP: f64 = 0.5;
-/// Longest step in q, in units of q.
+/// Longest step, in units of the angle.
 const LONGEST_RATIO: f64 = 1.0;
 /// Shortest step, relative to the variable.
 const SHORTEST_STEP: f64 = 1e-13;
-/// Largest number of steps of a half.
+/// Largest number of steps of a quarter.
 const STEP_BUDGET: u32 = 20_000;
 /// Largest local error of W^2 where it vanishes later.
 const ACCURATE: f64 = 1e-3;
@@ -26,29 +24,36 @@ const KINK: f64 = 0.1;
 /// Number of roundings that a step counts for in the error.
 const ROUNDINGS: f64 = 4.0;
 
-/// The state at the lowest point of a half.
+/// The state of a quarter at x2 = 0.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Lowest {
+pub(super) struct Arrival {
+    /// W^2, and its half beyond that of the start.
+    pub(super) square: f64,
     pub(super) h: f64,
+    /// The derivatives of h by C, and of ln W^2 by ln radius^2.
     pub(super) by_damping: f64,
+    pub(super) by_radius: f64,
+    /// Error of h.
     pub(super) error: f64,
 }
 
-/// Numbers of [`LANES`] halves.
+/// Numbers of [`LANES`] quarters.
 type Lanes = [f64; LANES];
 /// h, dh/dC and the integral of s D of all lanes.
 type State = [f64; 3 * LANES];
 
-/// Halves that are followed together, each by steps of its own.
+/// Quarters that are followed together, each by steps of its own.
 #[derive(Default)]
 struct Together<'a> {
-    halves: [Option<Half<'a>>; LANES],
-    /// Numbers of the halves in the list.
+    quarters: [Option<Quarter<'a>>; LANES],
+    /// Numbers of the quarters in the list.
     numbers: [usize; LANES],
     sign: Lanes,
     viscous: Lanes,
-    belt_speed: Lanes,
     radius: Lanes,
+    /// The slip speed at the start, and how far it goes from there.
+    slip: Lanes,
+    way: Lanes,
     /// The parameters of an exponential fall; 0 in other lanes.
     steepest: Lanes,
     rate: Lanes,
@@ -56,14 +61,11 @@ struct Together<'a> {
     /// 1 where its exponent is 2, and 0 where it is 1.
     squared: Lanes,
     has_others: bool,
-    /// Whether x2 < 0: the variable is the polar angle th; before that it is q = (2 radius)^(1/2) sin(th / 2) by its own
-    /// angle th.
-    is_left: [bool; LANES],
+    /// The angle.
     x: Lanes,
     /// Length of the step that is made, and of the next one.
     h: Lanes,
     width: Lanes,
-    end: Lanes,
     state: State,
     error: Lanes,
     room: Lanes,
@@ -84,26 +86,24 @@ struct Places {
 
 impl<'a> Together<'a> {
     fn new() -> Self {
-        Self { belt_speed: [1.0; LANES], radius: [1.0; LANES], ..Self::default() }
+        Self { slip: [1.0; LANES], radius: [1.0; LANES], ..Self::default() }
     }
 
-    /// Puts a half into a lane.
-    fn load(&mut self, lane: usize, number: usize, half: Half<'a>) {
-        let Half { orbit: Orbit { rate, belt_speed, radius, .. }, viscous, sign, .. } = half;
-        let (start, rhs) = half.start();
+    /// Puts a quarter into a lane.
+    fn load(&mut self, lane: usize, number: usize, quarter: Quarter<'a>) {
+        let Quarter { rate, radius, slip, toward, viscous, sign, .. } = quarter;
+        let (start, rhs) = quarter.start();
         let fall = match rate {
             Rate::Exponential(fall) => fall,
             _ => ExponentialFall { steepest: 0.0, rate: 0.0, rise: 0.0, is_squared: false },
         };
-        self.halves[lane] = Some(half);
+        self.quarters[lane] = Some(quarter);
         self.numbers[lane] = number;
         (self.sign[lane], self.viscous[lane]) = (sign, viscous);
-        (self.belt_speed[lane], self.radius[lane]) = (belt_speed, radius);
+        (self.radius[lane], self.slip[lane], self.way[lane]) = (radius, slip, toward * radius);
         (self.steepest[lane], self.rate[lane], self.rise[lane]) = (fall.steepest, fall.rate, fall.rise);
         self.squared[lane] = f64::from(u8::from(fall.is_squared));
-        self.is_left[lane] = false;
-        let angle = |q: f64| 2.0 * (q / (2.0 * radius).sqrt()).asin();
-        (self.x[lane], self.end[lane]) = (angle(start.q), FRAC_PI_2);
+        self.x[lane] = 2.0 * (start.q / (2.0 * radius).sqrt()).asin();
         self.width[lane] = start.step * (2.0 / radius).sqrt();
         self.first[lane] = self.width[lane];
         for (part, value) in [start.h, start.by_damping, 0.0].into_iter().enumerate() {
@@ -112,30 +112,21 @@ impl<'a> Together<'a> {
         (self.error[lane], self.beyond_stop[lane]) = (start.error, 0.0);
         (self.steps[lane], self.rhs[lane]) = (0, rhs);
         self.has_others =
-            self.halves.iter().flatten().any(|half| !matches!(half.orbit.rate, Rate::Exponential(_)));
+            self.quarters.iter().flatten().any(|quarter| !matches!(quarter.rate, Rate::Exponential(_)));
     }
 
     #[inline(always)]
     fn places(&self, x: &Lanes, state: &State) -> Places {
-        let [mut slip, mut square, mut w, mut root] = [[0.0; LANES]; 4];
-        let [mut sin, mut cos] = [[0.0; LANES]; 2];
+        let [mut slip, mut square, mut w, mut sin] = [[0.0; LANES]; 4];
         for lane in 0..LANES {
             // The sines of the angle and of its half have no rounding errors but relative ones.
             let [sin_4, cos_4] = sin_cos(0.25 * x[lane]);
             let sin_2 = 2.0 * sin_4 * cos_4;
             let cos_2 = (-2.0 * sin_4).mul_add(sin_4, 1.0);
-            let versine = 2.0 * sin_2 * sin_2;
-            (sin[lane], cos[lane]) = (2.0 * sin_2 * cos_2, 1.0 - versine);
-            let radius = self.radius[lane];
-            let of_r = radius.mul_add(radius, 2.0 * state[lane]);
-            let height = radius * sin[lane];
-            let of_w = height.mul_add(height, 2.0 * state[lane]);
-            let left = self.is_left[lane];
-            root[lane] = (if left { of_r } else { of_w }).sqrt();
-            square[lane] = if left { of_r * sin[lane] * sin[lane] } else { of_w };
-            let on_left = (-root[lane]).mul_add(cos[lane], self.belt_speed[lane]);
-            let on_right = radius.mul_add(versine, self.belt_speed[lane] - radius);
-            slip[lane] = if left { on_left } else { on_right };
+            sin[lane] = 2.0 * sin_2 * cos_2;
+            let height = self.radius[lane] * sin[lane];
+            square[lane] = height.mul_add(height, 2.0 * state[lane]);
+            slip[lane] = self.way[lane].mul_add(2.0 * sin_2 * sin_2, self.slip[lane]);
             // In a loop of its own, which the compiler unrolls, this would not be vectorised.
             let (x, squared) = (self.rate[lane] * slip[lane], self.squared[lane]);
             let fading = exp_falling(-x * squared.mul_add(x, 1.0 - squared));
@@ -144,58 +135,52 @@ impl<'a> Together<'a> {
         }
         if self.has_others {
             for lane in 0..LANES {
-                if let Some(half) = &self.halves[lane]
-                    && !matches!(half.orbit.rate, Rate::Exponential(_))
+                if let Some(quarter) = &self.quarters[lane]
+                    && !matches!(quarter.rate, Rate::Exponential(_))
                 {
-                    w[lane] = half.orbit.rate.at(slip[lane]);
+                    w[lane] = quarter.rate.at(slip[lane]);
                 }
             }
         }
         let [mut rate, mut time, mut room] = [[0.0; LANES]; 3];
         for lane in 0..LANES {
             rate[lane] = self.sign[lane] * (w[lane] - self.viscous[lane]);
-            let turn = rate[lane].mul_add(sin[lane] * cos[lane], 1.0);
-            let left = self.is_left[lane];
-            let is_start = x[lane] == 0.0;
-            let below = if left { turn } else { root[lane] };
-            let above = if left { 1.0 } else { self.radius[lane] * sin[lane] };
-            // At the start of a half without a drop W ~ radius sin th.
-            time[lane] = if is_start && root[lane] == 0.0 { 1.0 } else { above / below };
-            let on_left = turn - SLOWEST_TURN;
-            room[lane] = if left { on_left } else { square[lane] };
-            room[lane] = if is_start { 1.0 } else { room[lane] };
+            let (is_start, speed) = (x[lane] == 0.0, square[lane].sqrt());
+            // At the start of a quarter without a drop W ~ radius sin th.
+            time[lane] = if is_start && speed == 0.0 { 1.0 } else { self.radius[lane] * sin[lane] / speed };
+            room[lane] = if is_start { 1.0 } else { square[lane] };
         }
         Places { slip, square, rate, time, room }
     }
 
-    /// Tries a step in every lane, and takes it where it is accurate. Calls `done` with the number of each half that
-    /// ends, its lowest point and the number of evaluations.
+    /// Tries a step in every lane, and takes it where it is accurate. Calls `done` with the number of each quarter that
+    /// ends, its arrival and the number of evaluations.
     #[inline(always)]
-    fn advance(&mut self, mut done: impl FnMut(usize, Option<Lowest>, u64)) {
+    fn advance(&mut self, mut done: impl FnMut(usize, Option<Arrival>, u64)) {
         for lane in 0..LANES {
-            let rest = self.end[lane] - self.x[lane];
+            let rest = FRAC_PI_2 - self.x[lane];
             self.h[lane] = if self.width[lane] >= rest { rest } else { self.width[lane] };
         }
         self.room = [f64::INFINITY; LANES];
         let state = self.state;
         let (next, local) = step(1.0, &state, self);
         let to: [f64; LANES] = std::array::from_fn(|lane| {
-            let is_last = self.width[lane] >= self.end[lane] - self.x[lane];
-            if is_last { self.end[lane] } else { self.x[lane] + self.h[lane] }
+            let is_last = self.width[lane] >= FRAC_PI_2 - self.x[lane];
+            if is_last { FRAC_PI_2 } else { self.x[lane] + self.h[lane] }
         });
         let there = self.places(&to, &next);
-        let here = if self.halves.iter().flatten().any(|half| !half.orbit.stops.is_empty()) {
+        let here = if self.quarters.iter().flatten().any(|quarter| !quarter.stops.is_empty()) {
             Some(self.places(&self.x, &state))
         } else {
             None
         };
         for lane in 0..LANES {
-            let Some(half) = self.halves[lane] else { continue };
+            let Some(quarter) = self.quarters[lane] else { continue };
             self.rhs[lane] += STAGES as u64;
             self.steps[lane] += 1;
             if self.steps[lane] > STEP_BUDGET {
                 done(self.numbers[lane], None, self.rhs[lane]);
-                self.halves[lane] = None;
+                self.quarters[lane] = None;
                 continue;
             }
             let [from, h, to] = [self.x[lane], self.h[lane], to[lane]];
@@ -210,9 +195,7 @@ impl<'a> Together<'a> {
                     slip: places.slip[lane],
                     rate: places.square[lane].max(0.0).sqrt() * places.time[lane],
                 });
-                if let Some(shorter) =
-                    corners::shortened(half.orbit.stops, half.orbit.belt_speed - half.orbit.radius, ends, h)
-                {
+                if let Some(shorter) = corners::shortened(quarter.stops, quarter.slip, ends, h) {
                     self.beyond_stop[lane] = self.beyond_stop[lane].max(h);
                     self.width[lane] = shorter.max(least);
                     continue;
@@ -221,23 +204,23 @@ impl<'a> Together<'a> {
             let square = there.square[lane];
             // The estimate of one part of the state may vanish where the error does not.
             let [of_h, of_slope, of_growth] = [0, 1, 2].map(|part| local[part * LANES + lane]);
-            let found = of_h + half.viscous.abs() * of_slope + square * of_growth;
+            let found = of_h + quarter.viscous.abs() * of_slope + square * of_growth;
             // Where the orbit is driven an error of h grows like W on the way; where it is braked it vanishes.
-            let share = match self.is_left[lane] || there.rate[lane] < 0.0 {
-                true => (ACCURATE * square / (SHARE * half.allowed)).min(1.0),
-                false => (square.sqrt() / half.orbit.radius).min(1.0),
+            let share = match there.rate[lane] < 0.0 {
+                true => (ACCURATE * square / (SHARE * quarter.allowed)).min(1.0),
+                false => (square.sqrt() / quarter.radius).min(1.0),
             };
             // Also that of the angle at which the step ends, which does not shrink with the step.
             let moved = (after[0] - before[0]).abs();
             let rounding = 0.5 * f64::EPSILON * (after[0].abs() + moved * (1.0 + to / h));
-            let enough = (SHARE * half.allowed * share).max(rounding);
+            let enough = (SHARE * quarter.allowed * share).max(rounding);
             let ratio = 0.9 * (enough / found).sqrt().sqrt().sqrt();
             if !inside || !(found <= enough) {
                 self.width[lane] = h * if inside { ratio.clamp(0.1, 0.9) } else { 0.25 };
                 self.beyond_stop[lane] = 0.0;
                 if !(self.width[lane] > SHORTEST_STEP * scale) {
                     done(self.numbers[lane], None, self.rhs[lane]);
-                    self.halves[lane] = None;
+                    self.quarters[lane] = None;
                 }
                 continue;
             }
@@ -255,18 +238,20 @@ impl<'a> Together<'a> {
             self.x[lane] = to;
             self.width[lane] = (h * ratio.clamp(0.2, 5.0)).max(self.beyond_stop[lane]);
             self.beyond_stop[lane] = 0.0;
-            if to == PI {
-                let lowest = Lowest { h: after[0], by_damping: after[1], error: self.error[lane] };
-                done(self.numbers[lane], Some(lowest), self.rhs[lane]);
-                self.halves[lane] = None;
+            if to == FRAC_PI_2 {
+                let arrival = Arrival {
+                    square,
+                    h: after[0],
+                    by_damping: after[1],
+                    by_radius: quarter.radius * quarter.radius * after[2].exp() / square,
+                    error: self.error[lane],
+                };
+                done(self.numbers[lane], Some(arrival), self.rhs[lane]);
+                self.quarters[lane] = None;
                 continue;
             }
-            if to == FRAC_PI_2 {
-                (self.is_left[lane], self.end[lane]) = (true, PI);
-            }
-            let longest =
-                if self.is_left[lane] { LONGEST_STEP } else { self.first[lane] + LONGEST_RATIO * to };
-            self.width[lane] = self.width[lane].min(longest).min(LONGEST_STEP);
+            let longest = (self.first[lane] + LONGEST_RATIO * to).min(LONGEST_STEP);
+            self.width[lane] = self.width[lane].min(longest);
         }
     }
 }
@@ -290,24 +275,24 @@ impl Field<{ 3 * LANES }> for Together<'_> {
     }
 }
 
-/// Follows halves; returns the lowest point of each, where it was reached, and the number of evaluations.
+/// Follows quarters; returns the arrival of each, where there is one, and the number of evaluations.
 #[inline(always)]
-pub(super) fn follow(halves: &[Half]) -> Vec<(Option<Lowest>, u64)> {
-    let mut found = vec![(None, 0); halves.len()];
+pub(super) fn follow(quarters: &[Quarter]) -> Vec<(Option<Arrival>, u64)> {
+    let mut found = vec![(None, 0); quarters.len()];
     let mut together = Together::new();
     let mut next = 0;
     loop {
         for lane in 0..LANES {
-            if together.halves[lane].is_none()
-                && let Some(half) = halves.get(next)
+            if together.quarters[lane].is_none()
+                && let Some(quarter) = quarters.get(next)
             {
-                together.load(lane, next, *half);
+                together.load(lane, next, *quarter);
                 next += 1;
             }
         }
-        if together.halves.iter().all(Option::is_none) {
+        if together.quarters.iter().all(Option::is_none) {
             return found;
         }
-        together.advance(|number, lowest, rhs| found[number] = (lowest, rhs));
+        together.advance(|number, arrival, rhs| found[number] = (arrival, rhs));
     }
 }

@@ -1,18 +1,18 @@
-//! One half of a closed orbit: the law that it follows, and where it starts.
+//! One quarter of a closed orbit: the law that it follows, and where it starts.
 
 use slipmap_model::friction::{Curve, ExponentialFall, Range, Weakening};
 
-/// Rate of the polar angle by the law, from which on the halves are followed.
+/// Rate of the polar angle by the law, from which on quarters are followed.
 const STEEP: f64 = 0.6;
 /// Share of that rate which is more than it, where sin and cos are those of a small angle: sin cos is less than the angle,
 /// by at most a third at the angles of layers that are steep.
 const CERTAINLY: f64 = 1.5;
-/// Largest relative error of W where a half starts late, and the ratio of the slip speeds at which such a place is
+/// Largest relative error of W where a quarter starts late, and the ratio of the slip speeds at which such a place is
 /// sought.
 const BALANCED: f64 = 0.1;
 const SAMPLES_RATIO: f64 = 0.84;
 /// Largest such ratio. Smaller ratios of the brakings at two such places, and a smaller effect of braking between them,
-/// tell nothing new: a half that is braked by exp(-2) at most forgets its start no sooner than it is followed anyway. Of
+/// tell nothing new: a quarter that is braked by exp(-2) at most forgets its start no sooner than it is followed anyway. Of
 /// 600 random falls of widths from 1e-7 to 0.1 next to rest, this from 0.84 to 0.999999 and the second from 1 to 16 moved
 /// no c* beyond its error, and the work by a tenth at most, but for the second at 1: by up to 29 %. Of 200 random falls
 /// away from rest, 11 of c* were off beyond their errors where this was 0.84, and none from 0.9999 on.
@@ -51,20 +51,6 @@ impl Rate<'_> {
     }
 }
 
-/// An orbit that is to close.
-#[derive(Clone, Copy)]
-pub(super) struct Orbit<'a> {
-    pub(super) rate: Rate<'a>,
-    pub(super) stops: &'a [f64],
-    pub(super) belt_speed: f64,
-    /// x2 at the start and at the end.
-    pub(super) radius: f64,
-    /// -x2' at the start.
-    pub(super) drop: f64,
-    /// See [`layer`]; `radius` where the law is not steep.
-    pub(super) layer: f64,
-}
-
 /// The least slip speed beyond `least` = V - `radius`, to a factor of two, at which |w sin cos| of the polar angle comes near
 /// 1: where the layer begins that is too steep for the polar form of the orbit through the maximum `radius` of x2.
 /// `None` where the law is not too steep.
@@ -93,7 +79,7 @@ pub(super) fn layer(curve: &Curve, belt_speed: f64, radius: f64) -> Option<f64> 
     })
 }
 
-/// Where a half starts.
+/// Where a quarter starts.
 #[derive(Clone, Copy)]
 pub(super) struct Start {
     pub(super) q: f64,
@@ -105,32 +91,45 @@ pub(super) struct Start {
     pub(super) step: f64,
 }
 
-/// A half to be followed to its lowest point.
+/// A quarter to be followed to x2 = 0.
 #[derive(Clone, Copy)]
-pub(super) struct Half<'a> {
-    pub(super) orbit: Orbit<'a>,
+pub(super) struct Quarter<'a> {
+    pub(super) rate: Rate<'a>,
+    pub(super) stops: &'a [f64],
+    /// |x2| at the start.
+    pub(super) radius: f64,
+    /// The slip speed at the start, and 1 where it rises from there, -1 where it falls.
+    pub(super) slip: f64,
+    pub(super) toward: f64,
+    /// |x2'| at the start.
+    pub(super) speed: f64,
+    /// See [`layer`]; `radius` where the law is not steep.
+    pub(super) layer: f64,
     pub(super) viscous: f64,
     /// 1 forward in time, -1 backward.
     pub(super) sign: f64,
-    /// Error allowed of h at the lowest point.
+    /// Error allowed of h at the end.
     pub(super) allowed: f64,
 }
 
-impl Half<'_> {
+impl Quarter<'_> {
+    /// Bounds of the weakening rate between two distances from the start.
+    fn range(&self, from: f64, to: f64) -> Range {
+        let [one, other] = [from, to].map(|beyond| self.toward.mul_add(beyond, self.slip));
+        self.rate.range(one.min(other), one.max(other))
+    }
+
     /// The start, with the number of evaluations.
     pub(super) fn start(&self) -> (Start, u64) {
-        let Self { orbit: Orbit { rate, belt_speed, radius, drop, layer, .. }, viscous, sign, allowed } =
-            *self;
-        let least = belt_speed - radius;
-        let braking = |u: f64| -sign * (rate.at(u) - viscous);
-        let speed = if sign > 0.0 { drop } else { 0.0 };
+        let Self { rate, radius, slip, toward, speed, layer, viscous, sign, allowed, .. } = *self;
+        let braking = |beyond: f64| -sign * (rate.at(toward.mul_add(beyond, slip)) - viscous);
         // A drop is felt until W by the spring, (2 radius)^(1/2) q, exceeds it.
         let of_drop = if speed > 0.0 { speed / (2.0 * radius).sqrt() } else { f64::INFINITY };
         let step = FIRST_STEP * layer.sqrt().min(of_drop);
         let immediate = Start { q: 0.0, h: 0.5 * speed * speed, by_damping: 0.0, error: 0.0, step };
         // The most braking between two places.
         let most = |from: f64, to: f64| {
-            let Range { lo, hi } = rate.range(least + from, least + to);
+            let Range { lo, hi } = self.range(from, to);
             if sign > 0.0 { viscous - lo } else { hi - viscous }
         };
         if speed > 0.0 || most(layer.min(0.5 * radius), 0.5 * radius) <= BRAKED {
@@ -146,23 +145,23 @@ impl Half<'_> {
             let forgotten = most * most / (radius - from) * (to - from);
             most > BRAKED * here && forgotten > BRAKED && most.is_finite()
         };
-        // No half is faster than one that is driven by at most the largest rate.
+        // No quarter is faster than one that is driven by at most the largest rate.
         let highest = |beyond: f64| {
-            let Range { lo, hi } = rate.range(least, least + beyond);
+            let Range { lo, hi } = self.range(0.0, beyond);
             let driven = if sign > 0.0 { hi - viscous } else { viscous - lo };
             (beyond * (2.0 * radius - beyond)).sqrt() + beyond * driven.max(0.0)
         };
-        // The start, if the half has come down to the balance there; W there and its relative error, the largest W of the
-        // balance from there towards the start, and how far braking has slowed the half on the way.
+        // The start, if the quarter has come down to the balance there; W there and its relative error, the largest W of the
+        // balance from there towards the start, and how far braking has slowed the quarter on the way.
         let mut late: Option<(Start, f64, f64)> = None;
         let (mut fastest, mut slowed, mut braking_before) = (0.0_f64, 0.0, 0.0_f64);
         while beyond > layer {
-            let here = braking(least + beyond);
+            let here = braking(beyond);
             rhs += 1;
             let speed = if here > 0.0 { (radius - beyond) / here } else { f64::INFINITY };
             if let Some((start, balance, off)) = late {
                 if speed.is_infinite() {
-                    // Driven on the way, the half does not come down to the balance.
+                    // Driven on the way, the quarter does not come down to the balance.
                     break;
                 }
                 slowed += here.min(braking_before) * width;

@@ -1,0 +1,505 @@
+//! The damping at which an orbit closes, from its four quarters: for laws that fall steeply next to the belt line, for
+//! friction that drops as slip begins, and wherever the orbit's polar angle is not monotone in time, or hardly so.
+//!
+//! The orbit that starts at (x2, x2') = (`radius`, -j) and ends at the maximum `radius` of x2 turns at a lowest point x2 =
+//! -R. From the start, from the end backward in time, and from the lowest point in both directions of time it is followed
+//! to x2 = 0. With s = 1 forward and -1 backward, W = |x2'| and the distance m from where the quarter begins, which is at
+//! |x2| = a, each quarter obeys
+//!
+//! ```text
+//! dW/dm = s D(u) + (a - m)/W,    W(0) = 0, or j at the start,    D = w(u) - C
+//! ```
+//!
+//! so that the distance of two solutions at the same slip speed u never grows: all quarters are stable, however steep
+//! the law, and W vanishes nowhere on the way. Beyond x2 = 0 they are not: where friction is steep, the end of the orbit
+//! creeps up to the belt line along an unstable curve of equilibria. The state is the energy beyond that of the beginning,
+//! h = ((a - m)^2 + W^2 - a^2)/2, with its derivative by C:
+//!
+//! ```text
+//! dh/dt = s D W^2,    d(dh/dC)/dt = s (D dh/dC - W^2),    t the time along the quarter
+//! ```
+//!
+//! At x2 = 0, h changes with a^2/2 by the exponential of the integral of s D dt (Liouville's formula, at fixed u). The
+//! orbit closes where W at x2 = 0 is the same from above and from below, on both ways: two equations for C and R, by
+//! Newton's method for the logarithms of W^2 and R^2, nearly linear in C as those of linear orbits are. From above W falls
+//! with C forward in time and rises backward; from below it rises with R. So C is below the root where W is larger from above
+//! forward and less backward, and above it where both are the other way round, whatever R; else R is below or above its
+//! own root, whatever C.
+//!
+//! **Steps.** The variable is the angle th of m = a (1 - cos th), in which W is smooth at the start. Steps grow in
+//! geometric progression out of the layer in which the law is steep: their number grows like the logarithm of its width.
+//!
+//! **The creeping end.** Where -s D is large, W follows (m - a)/(s D), and forgets its start. The quarter starts so late
+//! that it forgets this start as far as the tolerance needs, and early steps are not stiff; but not where braking has not
+//! yet taken away the speed with which it came.
+//!
+//! **Error.** The sum of the local error estimates of h, each carried to x2 = 0 by the exponential of the integral of s D
+//! over the time between: an error e of h is one of 2 e/W^2 of ln W^2.
+
+mod lanes;
+mod quarter;
+
+use std::borrow::Cow;
+use std::sync::Arc;
+
+use super::polar::Closing;
+use super::work::Work;
+use lanes::{Arrival, follow};
+use quarter::{Quarter, Rate, layer};
+use slipmap_model::filippov::HopfRate;
+use slipmap_model::friction::{Curve, Weakening};
+use slipmap_numbers::vectorized;
+
+/// Error of C of the first orbits, which only lead near a root, in units of C.
+const ROUGH: f64 = 1e-5;
+/// Largest tolerance: of 3,600 coarser orbits two had an error of twice the estimate.
+const COARSEST: f64 = 1e-9;
+/// Change of C, in units of C and of the fourth root of the tolerance, after which the next orbit is usually the last one.
+/// For 12,000 falls of widths from 1e-6 to 0.1 a factor of 5 took up to a fifth more work than 20, one of 60 a tenth.
+const NEARLY: f64 = 20.0;
+/// Least unit of C, so that errors in it do not underflow.
+const LEAST_SIZE: f64 = 1e-200;
+/// Least distance, relative, from an orbit that creeps to rest to one that may close.
+const NEAREST_RETREAT: f64 = 0.02;
+/// Largest step of ln R^2, and the largest after which the next orbit may be the last: a law may have more than its
+/// derivatives tell on the way of a longer one.
+const LONGEST_STEP: f64 = 2.0;
+const SHORT_STEP: f64 = 0.1;
+/// Largest error of W^2/2 where x2 = 0 is reached, in units of W^2.
+const LARGEST_ERROR: f64 = 0.1;
+/// Largest number of orbits in the search for a root; three are usual.
+const MOST_ORBITS: u32 = 40;
+/// Safety factor of the error left by a step of Newton's method.
+const CURVATURE: f64 = 4.0;
+/// Error of a law's polynomials, in units of the size of C, above which orbits follow the law itself.
+const WORST: f64 = 1e-8;
+/// Distance of the bounds of a search from the mean weakening rate where nothing proves bounds, absolute and relative.
+pub(super) const WIDE: f64 = 4.0;
+
+/// An orbit whose C is sought: a column's law, and the maximum of x2 at which the orbit closes.
+#[derive(Clone, Copy)]
+pub(super) struct Sought<'a> {
+    curve: &'a Curve,
+    belt_speed: f64,
+    radius: f64,
+    /// -x2' at the start.
+    drop: f64,
+    layer: Option<f64>,
+    /// C at which the search begins, and its bounds.
+    start: f64,
+    bounds: [f64; 2],
+}
+
+impl<'a> Sought<'a> {
+    /// The orbit from the exit point, where friction drops as slip begins or falls so steeply that the polar angle is not
+    /// monotone; `None` elsewhere. The search begins at `start` and stays within bounds.
+    pub(super) fn from_exit(
+        curve: &'a Curve,
+        belt_speed: f64,
+        start: impl FnOnce() -> f64,
+        bounds: impl FnOnce() -> [f64; 2],
+    ) -> Option<Self> {
+        let (layer, drop) = (layer(curve, belt_speed, belt_speed), curve.drop());
+        if layer.is_none() && drop == 0.0 {
+            return None;
+        }
+        Some(Self { curve, belt_speed, radius: belt_speed, drop, layer, start: start(), bounds: bounds() })
+    }
+
+    /// The orbit through the maximum `radius` <= V of x2. Its C lies between the bounds of the even part of the
+    /// weakening rate (theory, "The backbone"), and near `guess` where there is one.
+    pub(super) fn of_amplitude(curve: &'a Curve, belt_speed: f64, radius: f64, guess: Option<f64>) -> Self {
+        let even = curve.even_weakening_range(belt_speed);
+        let mean = curve.rough_mean_weakening(belt_speed);
+        // Rounding may change the signs at the bounds.
+        let pad = 1e-9 * (even.hi - even.lo) + 1e-13 * even.lo.abs().max(even.hi.abs());
+        let far = WIDE * (1.0 + mean.abs());
+        let low = if even.lo.is_finite() { even.lo - pad } else { mean - far };
+        let high = if even.hi.is_finite() { even.hi + pad } else { mean + far };
+        let layer = layer(curve, belt_speed, radius);
+        let start = guess.unwrap_or(mean);
+        Self { curve, belt_speed, radius, drop: 0.0, layer, start, bounds: [low, high] }
+    }
+}
+
+/// The state of a search.
+struct Search<'a> {
+    /// The quarter from the start forward in time; the others differ from it by where and how they begin.
+    first: Quarter<'a>,
+    belt_speed: f64,
+    /// Bounds of the errors of C and of h by that of the law's polynomials, or its rounding errors.
+    form: f64,
+    form_of_energy: f64,
+    /// Cost of an evaluation.
+    cost: u64,
+    viscous: f64,
+    bounds: [f64; 2],
+    /// Unit of C, and its accuracy.
+    size: f64,
+    aim: f64,
+    is_accurate: bool,
+    /// ln (R / radius)^2 and its bounds, and the quarters from above at this C, once they are known.
+    depth: Option<f64>,
+    depths: [f64; 2],
+    above: Option<[Arrival; 2]>,
+    /// The orbit before.
+    before: Option<Before>,
+    /// The least W^2 at x2 = 0.
+    square: f64,
+    /// Derivative by C of the gap, see [`Search::advance`].
+    steepness: f64,
+    rhs: u64,
+    work: Work,
+}
+
+/// Derivatives of ln W^2 at x2 = 0, forward and backward: by C from above less from below, and by ln R^2 from below.
+#[derive(Clone, Copy)]
+struct Derivatives {
+    by_damping: [f64; 2],
+    by_depth: [f64; 2],
+}
+
+/// An orbit.
+struct Before {
+    viscous: f64,
+    depth: f64,
+    derivatives: Derivatives,
+}
+
+/// A law in the form in which quarters follow it.
+struct Law<'a> {
+    weakening: Option<Arc<Weakening>>,
+    stops: Cow<'a, [f64]>,
+}
+
+impl<'a> Law<'a> {
+    fn of(&Sought { curve, belt_speed, radius, drop, layer, .. }: &Sought<'a>) -> Self {
+        // How fast an orbit may slip that friction drives: it changes the speed by 1 at most.
+        let fastest = match layer.is_none() && drop == 0.0 {
+            true => 2.0 * belt_speed,
+            false => belt_speed + radius.hypot(1.0),
+        };
+        let weakening = (!curve.has_closed_form()).then(|| curve.compiled(2.0 * fastest));
+        let stops = weakening.as_ref().map_or_else(|| curve.stops(fastest), |law| curve.stops_of(law));
+        Self { weakening, stops }
+    }
+}
+
+impl<'a> Search<'a> {
+    fn new(sought: &Sought<'a>, law: &'a Law<'a>, tolerance: f64) -> Self {
+        let Sought { curve, belt_speed, radius, drop, layer, start, bounds } = *sought;
+        // Errors are in units of C, or of the weakening rate where that is moderate.
+        let size = match layer.is_none() && drop == 0.0 {
+            true => [belt_speed - radius, belt_speed, belt_speed + radius]
+                .map(|u| curve.weakening(u).abs())
+                .into_iter()
+                .fold(start.abs(), f64::max),
+            false => start.abs().max(1e-3 * curve.weakening(belt_speed).abs()),
+        }
+        .max(LEAST_SIZE);
+        let aim = 0.5 * tolerance.min(COARSEST) * size;
+        let on_circle = [belt_speed - radius, belt_speed + radius];
+        let rounding = || if layer.is_none() { HopfRate::new(curve, belt_speed).rounding() } else { 0.0 };
+        let (rate, form, form_of_energy, cost) = match (curve.exponential_fall(), &law.weakening) {
+            (Some(fall), _) => (Rate::Exponential(fall), 0.0, 0.0, 1),
+            (None, Some(weakening)) => {
+                let form = weakening.error(on_circle[0], on_circle[1]).bound();
+                // The energy changes by the error of w times W, which the fall of friction bounds.
+                let of_energy =
+                    2.0 * radius.hypot(1.0) * weakening.integrated_error(on_circle[0], on_circle[1]);
+                let is_accurate = form.min(of_energy / (radius * radius)) <= aim.max(WORST * size);
+                match is_accurate {
+                    true => (Rate::Polynomials(weakening), form, of_energy, 1),
+                    false => (Rate::Law(curve), rounding(), f64::INFINITY, curve.cost()),
+                }
+            }
+            (None, None) => (Rate::Law(curve), rounding(), f64::INFINITY, curve.cost()),
+        };
+        let viscous = start.clamp(bounds[0], bounds[1]);
+        let first = Quarter {
+            rate,
+            stops: &law.stops,
+            radius,
+            slip: belt_speed - radius,
+            toward: 1.0,
+            speed: drop,
+            layer: layer.unwrap_or(radius),
+            viscous,
+            sign: 1.0,
+            allowed: f64::NAN,
+        };
+        Self {
+            first,
+            belt_speed,
+            form,
+            form_of_energy,
+            cost,
+            viscous,
+            bounds,
+            size,
+            // Below the error of the law its rounding errors would shorten the steps.
+            aim: aim.max(form.min(form_of_energy / (radius * radius))),
+            is_accurate: false,
+            depth: None,
+            depths: [f64::NEG_INFINITY, f64::INFINITY],
+            above: None,
+            before: None,
+            square: radius * radius,
+            steepness: 6.0,
+            rhs: 0,
+            work: Work::of_question(curve),
+        }
+    }
+}
+
+impl<'a> Search<'a> {
+    /// The quarters to be followed next, forward and backward in time: those from above, then those from below, whose
+    /// first R follows from the former.
+    fn quarters(&self) -> Vec<Quarter<'a>> {
+        let requested = if self.is_accurate { self.aim } else { self.aim.max(ROUGH * self.size) };
+        let allowed = 0.5 * requested * self.steepness * self.square;
+        let forward = Quarter { viscous: self.viscous, allowed, ..self.first };
+        let mut quarters = Vec::with_capacity(4);
+        if self.above.is_none() {
+            quarters.extend([forward, Quarter { sign: -1.0, speed: 0.0, ..forward }]);
+        }
+        if let Some(depth) = self.depth {
+            let radius = self.first.radius * (0.5 * depth).exp();
+            let slip = self.belt_speed + radius;
+            let below = Quarter { radius, layer: radius, slip, toward: -1.0, speed: 0.0, ..forward };
+            quarters.extend([Quarter { sign: -1.0, ..below }, below]);
+        }
+        quarters
+    }
+
+    /// Makes a step of Newton's method; returns the C at which the orbit closes once it is found, or `Err` with the
+    /// number of evaluations once it cannot be.
+    fn advance(&mut self, found: &[(Option<Arrival>, u64)]) -> Option<Result<Closing, u64>> {
+        let spent = found.iter().map(|(_, rhs)| rhs).sum::<u64>();
+        self.rhs += spent;
+        let within = self.work.spend_compiled(spent.saturating_mul(self.cost)).is_ok();
+        if !within {
+            return Some(Err(self.rhs));
+        }
+        let is_known = |arrival: &Arrival| arrival.error < LARGEST_ERROR * arrival.square;
+        let arrivals: Option<Vec<Arrival>> = found.iter().map(|(found, _)| found.filter(is_known)).collect();
+        let Some(arrivals) = arrivals else {
+            // So far beyond the root that the orbit creeps to rest, or from rest; it does not where D = 0 there.
+            let balanced = self.first.rate.at(self.belt_speed).clamp(self.bounds[0], self.bounds[1]);
+            let at_first = (balanced, self.depth);
+            let (viscous, depth) =
+                self.before.as_ref().map_or(at_first, |before| (before.viscous, Some(before.depth)));
+            let deeper = self.depth.zip(depth).map_or(0.0, |(depth, nearer)| depth - nearer);
+            let change = (self.viscous - viscous).abs();
+            if !(change > NEAREST_RETREAT * self.viscous.abs() || deeper.abs() > NEAREST_RETREAT) {
+                return Some(Err(self.rhs));
+            }
+            self.viscous = 0.5 * (viscous + self.viscous);
+            self.depth = depth.map(|nearer| nearer + 0.5 * deeper);
+            self.above = None;
+            return None;
+        };
+        let (above, below, depth) = match (self.above, self.depth, &arrivals[..]) {
+            (Some(above), Some(depth), &[one, other]) => (above, [one, other], depth),
+            (_, Some(depth), &[one, other, third, fourth]) => ([one, other], [third, fourth], depth),
+            (_, _, &[forward, backward, ..]) => {
+                self.above = Some([forward, backward]);
+                // Right to first order in D.
+                let energy = |arrival: &Arrival| (2.0 * arrival.h / self.first.radius.powi(2)).ln_1p();
+                self.depth = Some(0.5 * (energy(&forward) + energy(&backward)));
+                return None;
+            }
+            _ => return Some(Err(self.rhs)),
+        };
+        self.above = None;
+        self.square = above.iter().chain(&below).map(|arrival| arrival.square).fold(f64::INFINITY, f64::min);
+        // Of the two ways, forward with a sign that makes it fall with C as backward does.
+        let more = |energy: f64| self.first.radius * self.first.radius * energy.exp_m1();
+        let ratio = |above: &Arrival, below: &Arrival| {
+            ((2.0 * (above.h - below.h) - more(depth)) / below.square).ln_1p()
+        };
+        let mismatch = [ratio(&above[0], &below[0]), -ratio(&above[1], &below[1])];
+        let relative = |arrival: &Arrival| 2.0 * arrival.error / arrival.square;
+        let slope = |arrival: &Arrival| 2.0 * arrival.by_damping / arrival.square;
+        let errors = [0, 1].map(|way| relative(&above[way]) + relative(&below[way]));
+        let derivatives = Derivatives {
+            by_damping: [slope(&above[0]) - slope(&below[0]), slope(&below[1]) - slope(&above[1])],
+            by_depth: [-below[0].by_radius, below[1].by_radius],
+        };
+        // The gap is what of the mismatches no R can close.
+        let weights = [below[1].by_radius, below[0].by_radius];
+        let of_ways = |[one, other]: [f64; 2]| {
+            2.0 * weights[1].mul_add(other, weights[0] * one) / (weights[0] + weights[1])
+        };
+        let [gap, error, by_damping] = [mismatch, errors, derivatives.by_damping].map(of_ways);
+        let viscous = self.viscous;
+        self.steepness = by_damping.abs();
+        let newton = viscous - gap / by_damping;
+        let change = (newton - viscous).abs();
+        // On the way on which ln W^2 feels R more.
+        let deeper = |viscous_change: f64| {
+            let way = usize::from(weights[0] > weights[1]);
+            -derivatives.by_damping[way].mul_add(viscous_change, mismatch[way]) / derivatives.by_depth[way]
+        };
+        let step = [change, deeper(newton - viscous).abs()];
+        // The change of the derivatives on the way from the orbit before tells how far a shorter step leads off.
+        let bend = self.before.as_ref().map_or(f64::INFINITY, |before| {
+            let bend = |way: usize| {
+                let by_damping = derivatives.by_damping[way] - before.derivatives.by_damping[way];
+                let by_depth = derivatives.by_depth[way] - before.derivatives.by_depth[way];
+                by_damping.abs() * step[0] + by_depth.abs() * step[1]
+            };
+            let way = [viscous - before.viscous, depth - before.depth];
+            let shorter = step.iter().zip(way).map(|(step, way)| step / way.abs()).fold(0.0, f64::max);
+            if shorter <= 1.0 { 0.5 * of_ways([bend(0), bend(1)]) * shorter } else { f64::INFINITY }
+        });
+        let length = change + step[1] / self.steepness;
+        let own = error / self.steepness;
+        let [one, other] = [0, 1].map(|way| (mismatch[way] / errors[way]).clamp(-1.0, 1.0).trunc());
+        if one + other > 0.0 {
+            self.bounds[0] = self.bounds[0].max(viscous - own);
+        } else if one + other < 0.0 {
+            self.bounds[1] = self.bounds[1].min(viscous + own);
+        }
+        if one > other {
+            self.depths[0] = self.depths[0].max(depth);
+        } else if one < other {
+            self.depths[1] = self.depths[1].min(depth);
+        }
+        let left = CURVATURE * bend / self.steepness;
+        let floor = 4.0 * f64::EPSILON * viscous.abs();
+        self.before = Some(Before { viscous, depth, derivatives });
+        let is_near = length <= own || left <= self.aim.max(own) && step[1] <= SHORT_STEP;
+        if self.is_accurate && is_near {
+            let error = own
+                + left.min(length)
+                + self.form.min(2.0 * self.form_of_energy / (self.square * self.steepness))
+                + floor;
+            let found = Closing { viscous: newton, error, rhs: self.rhs, slope: None };
+            return Some(if error.is_finite() { Ok(found) } else { Err(self.rhs) });
+        }
+        let near = NEARLY * (self.aim / self.size).sqrt().sqrt() * self.size;
+        self.is_accurate |= change <= own.max(near) || self.bounds[1] - self.bounds[0] <= floor;
+        let within = |next: f64, [low, high]: [f64; 2]| {
+            let middle = if (high - low).is_finite() { 0.5 * (low + high) } else { next.clamp(low, high) };
+            if next > low && next < high { next } else { middle }
+        };
+        self.viscous = within(newton, self.bounds);
+        let deeper = deeper(self.viscous - viscous).clamp(-LONGEST_STEP, LONGEST_STEP);
+        self.depth = Some(within(depth + deeper, self.depths));
+        None
+    }
+}
+
+/// The C at which many orbits close, with errors of about `tolerance` in units of C; `Err` with the number of evaluations
+/// where the form does not apply.
+///
+/// An orbit's answer does not depend on its neighbours in the slice, nor on the machine's vector width.
+pub(super) fn closing_dampings_by_quarters(sought: &[Sought], tolerance: f64) -> Vec<Result<Closing, u64>> {
+    let forms: Vec<Law> = sought.iter().map(Law::of).collect();
+    let mut answers = vec![Err(0); sought.len()];
+    let mut searches: Vec<(usize, Search)> = Vec::with_capacity(sought.len());
+    for (number, (sought, law)) in sought.iter().zip(&forms).enumerate() {
+        let [low, high] = sought.bounds;
+        let &Sought { curve, belt_speed, radius, .. } = sought;
+        if radius == belt_speed && curve.is_hidden_by_rounding(belt_speed) {
+            continue;
+        }
+        if sought.start.is_finite() && low.is_finite() && high.is_finite() && low <= high {
+            searches.push((number, Search::new(sought, law, tolerance)));
+        }
+    }
+    for _ in 0..MOST_ORBITS {
+        let asked: Vec<Vec<Quarter>> = searches.iter().map(|(_, search)| search.quarters()).collect();
+        let found = vectorized(
+            #[inline(always)]
+            || follow(&asked.concat()),
+        );
+        let (mut found, mut numbers) = (&found[..], asked.iter().map(Vec::len));
+        searches.retain_mut(|(number, search)| {
+            let own = found.split_off(..numbers.next().unwrap_or(0)).unwrap_or_default();
+            let answer = search.advance(own);
+            answers[*number] = answer.unwrap_or(Err(search.rhs));
+            answer.is_none()
+        });
+        if searches.is_empty() {
+            break;
+        }
+    }
+    answers
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::critical_damping;
+    use slipmap_model::friction::{Expression, Law};
+    use slipmap_model::point::LawParameters;
+
+    /// Next to the most braking, where a quarter may start late, the speed at which braking and spring balance does not change.
+    #[test]
+    fn errors_hold_where_the_balance_turns() {
+        let law = Law::Expression(Expression::new("0.58 + 0.42*exp(-(u/0.03)^2)", 1.0).unwrap());
+        for belt_speed in [0.232_846_642_3, 0.274_968_748_4, 0.325_191_259_6] {
+            let column = law.column(&law.point(1.0, &[], belt_speed, 0.0).unwrap());
+            let [found, exact] = [1e-9, 1e-12].map(|tolerance| critical_damping(&column, tolerance).unwrap());
+            assert!((found.c - exact.c).abs() < found.error + exact.error, "{found:?} {exact:?}");
+            assert!(found.error < 1e-9, "{found:?}");
+        }
+    }
+
+    /// A fall that rounds off at rest tends to a drop as it becomes narrow. Next to rest x2'' = -x2 and friction falls as
+    /// u^2 / w^2: the time until it falls, and the error, are of the order w^(2/3).
+    #[test]
+    fn narrow_falls_that_are_round_at_rest_have_a_critical_damping() {
+        let coulomb = Law::Coulomb.column(&Law::Coulomb.point(1.0, &[0.3, 0.0], 1.0, 0.0).unwrap());
+        let drop = critical_damping(&coulomb, 1e-12).unwrap().c;
+        let law = Law::Expression(Expression::new("1 - 0.3*tanh(u/w)^2", 1.0).unwrap());
+        let excess = |width: f64| {
+            let column = law.column(&law.point(1.0, &[width], 1.0, 0.0).unwrap());
+            let found = critical_damping(&column, 1e-9).unwrap();
+            assert!(found.error < 1e-7, "{width}: {found:?}");
+            found.c - drop
+        };
+        // An orbit by arcs gave 0.028750799 +- 1.2e-8.
+        assert!((excess(1e-2) + drop - 0.028_750_799).abs() < 1.2e-8);
+        for width in [1e-4, 1e-6, 1e-8, 1e-10] {
+            let off = excess(width) / width.powf(2.0 / 3.0);
+            assert!((0.25..0.3).contains(&off), "{width}: {off}");
+        }
+    }
+
+    /// Constant divergence: W at x2 = 0 is a exp(D t/2), t = atan2(om, D/2)/om, om^2 = 1 - D^2/4, with its derivatives.
+    #[test]
+    fn quarters_of_constant_divergence_are_within_their_error() {
+        let law = Law::Expression(Expression::new("1", 1.0).unwrap());
+        let curve = law.curve(1.0, &LawParameters::new(&[]));
+        for d in [-1.9, -1.0, -0.7655, -0.3, -0.01, 0.0, 0.2, 0.7655, 1.5, 1.95] {
+            for allowed in [1e-6, 1e-9, 1e-11, 1e-13, 1e-14] {
+                for (sign, toward) in [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)] {
+                    let quarter = Quarter {
+                        rate: Rate::Law(&curve),
+                        stops: &[],
+                        radius: 1.0,
+                        slip: 2.0,
+                        toward,
+                        speed: 0.0,
+                        layer: 1.0,
+                        viscous: -sign * d,
+                        sign,
+                        allowed,
+                    };
+                    let arrival = follow(&[quarter])[0].0.unwrap();
+                    let om = (1.0 - 0.25 * d * d).sqrt();
+                    let time = f64::atan2(om, 0.5 * d) / om;
+                    let exact = 0.5 * ((d * time).exp() - 1.0);
+                    let off = (arrival.h - exact).abs();
+                    assert!(
+                        off <= arrival.error && arrival.error < 2.0 * allowed + 2e-13,
+                        "{d} {allowed} {sign} {off}: {arrival:?}"
+                    );
+                }
+            }
+        }
+    }
+}
