@@ -197,7 +197,22 @@ fn ugly_files_are_read_or_refused_with_their_line() {
         (
             "commas for both",
             text("v,mu\n0,0,0,4\n0,1,0,3\n0,5,0,3"),
-            Refused(&["pad.csv:1", "twice as many", "decimal commas"]),
+            Refused(&["pad.csv:2", "column 3, and the header names 2", "decimal commas"]),
+        ),
+        (
+            "commas between thousands",
+            text("v [m/s],F [N]\n0,940\n0.01,1,234\n0.1,930\n0.2,920"),
+            Refused(&["pad.csv:3", "column 3, and the header names 2", "separate thousands, leave them out"]),
+        ),
+        (
+            "spaces between thousands",
+            text("v F\n0 1 234\n0.1 1 200\n0.2 920"),
+            Refused(&["pad.csv:2", "column 3, and the header names 2"]),
+        ),
+        (
+            "a column of numbers without a name before the others",
+            text(",v,mu\n0,0,0.4\n1,0.1,0.35\n2,0.5,0.3"),
+            Read(THREE, false, &["column 1 not used"]),
         ),
         (
             "three columns",
