@@ -285,6 +285,30 @@ fn ugly_files_are_read_or_refused_with_their_line() {
     }
 }
 
+/// Too few readings, and friction of the wrong sign, are the reasons that are given where no law follows from the readings.
+#[test]
+fn what_cannot_be_fitted_says_why() {
+    let why = |rows: &str| {
+        let fits = Measured::of_bytes("rig.csv", format!("v [m/s],{rows}").as_bytes(), Some(MACHINE))
+            .unwrap()
+            .fits(None);
+        fits.err().map(|(problem, remedy)| format!("{problem}; {remedy}"))
+    };
+    let five = "F [N]\n0.01,5\n0.02,4.1\n0.03,3.6\n0.05,3.21\n0.1,3.01\n";
+    assert_eq!(
+        why(five).unwrap(),
+        "rig.csv: there are too few slip speeds; give at least 6 readings in slip"
+    );
+    // Readings at rest are one more, as are standard errors.
+    assert_eq!(why(&format!("{five}0.2,3\n")), None);
+    assert_eq!(why(&format!("{five}0,6.5\n0,6.5\n")), None);
+    assert_eq!(why("F [N],se\n0.01,5,.1\n0.02,4.1,.1\n0.03,3.6,.1\n0.05,3.21,.1\n0.1,3.01,.1\n"), None);
+    let negative = why("F [N]\n0.01,-5\n0.02,-4.1\n0.03,-3.6\n0.05,-3.21\n0.1,-3.01\n0.2,-3\n").unwrap();
+    assert!(negative.contains("friction is negative at every slip speed; check the sign"), "{negative}");
+    let rises = why("F [N]\n0.01,3\n0.02,3.1\n0.03,3.2\n0.05,3.4\n0.1,3.9\n0.2,4.9\n0.3,5.9\n").unwrap();
+    assert!(rises.contains("no law that falls"), "{rises}");
+}
+
 /// Rows in any order are the readings that they are in order of their speeds, and no record over time.
 #[test]
 fn the_order_of_rows_says_nothing() {
