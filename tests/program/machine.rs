@@ -598,6 +598,29 @@ fn a_page_of_data_that_end_early_says_what_is_known() {
     assert!(answer["risk"].is_null() && answer["steady_slip_unstable_below_damping"].is_f64(), "{answer}");
 }
 
+/// Where it is proved that there are no slip cycles, they are no reason why the regime is not determined.
+#[test]
+fn an_undetermined_regime_has_its_reasons() {
+    let scratch = Scratch::new();
+    scratch.file("rig.csv", "v [m/s],F [N]\n0,1210\n.02,1060\n.05,900\n.1,780\n.2,725\n");
+    scratch.file(
+        "rig.toml",
+        "[machine]\nmass = 0.4\nstiffness = 3e5\nbelt_speed = 0.09\ndamping = 300\n\
+         [friction]\nlaw = \"table\"\nfile = \"rig.csv\"\n",
+    );
+    let out = |arguments: &[&str]| scratch.run(arguments).ends_with(0).out;
+    let (machine, probe) = (["machine", "rig.toml"], ["probe", "--machine", "rig.toml"]);
+    let (page, probed) = (out(&machine), out(&probe));
+    // The line with this name.
+    let of = |text: &str, name: &str| {
+        let values = text.lines().filter_map(|line| line.trim_start().strip_prefix(name));
+        values.map(|value| value.trim_start().to_owned()).collect::<Vec<_>>()
+    };
+    assert_eq!(of(&probed, "slip cycles  "), ["none, count proved"], "{probed}");
+    let whys = of(&page, "what is not, and why");
+    assert!(whys.len() == 1 && whys[0].starts_with("stick-slip: the orbit leaves the data"), "{page}");
+}
+
 /// `probe --machine` and the page of the machine report the same standard error of the critical damping.
 #[test]
 fn the_standard_error_of_a_machine_is_told_alike() {

@@ -22,7 +22,7 @@ use slipmap_numbers::text::{is_known, rounded, short};
 use slipmap_simulate::backbone::Backbone;
 use slipmap_simulate::crossing::crossing_cycles;
 use slipmap_simulate::far_loops::FarLoops;
-use slipmap_simulate::slip_cycle::{Kick, Unknown};
+use slipmap_simulate::slip_cycle::{Kick, Unknown, none_proved};
 use slipmap_simulate::{Failure, Fate, Flow, flow, sticks_from};
 
 /// Verdict of a rigorous test at the working point.
@@ -211,7 +211,9 @@ fn undetermined(
             None
         }
     };
-    if let Some(why) = attractors.slip_cycles_unknown(oscillator, flow) {
+    if let Some(why) =
+        attractors.slip_cycles_unknown(oscillator, flow).filter(|_| !none_proved(oscillator))
+    {
         reasons.push(format!("slip cycles: {}", why_unknown(why, beyond_data)));
     }
     let far = FarLoops::where_friction_resists(&oscillator.curve, oscillator.belt_speed);
