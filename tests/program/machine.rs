@@ -598,7 +598,8 @@ fn a_page_of_data_that_end_early_says_what_is_known() {
     assert!(answer["risk"].is_null() && answer["steady_slip_unstable_below_damping"].is_f64(), "{answer}");
 }
 
-/// Where it is proved that there are no slip cycles, they are no reason why the regime is not determined.
+/// Where it is proved that there are no slip cycles, they are no reason why the regime is not determined; and programs are
+/// told the reasons that people are.
 #[test]
 fn an_undetermined_regime_has_its_reasons() {
     let scratch = Scratch::new();
@@ -609,8 +610,8 @@ fn an_undetermined_regime_has_its_reasons() {
          [friction]\nlaw = \"table\"\nfile = \"rig.csv\"\n",
     );
     let out = |arguments: &[&str]| scratch.run(arguments).ends_with(0).out;
-    let (machine, probe) = (["machine", "rig.toml"], ["probe", "--machine", "rig.toml"]);
-    let (page, probed) = (out(&machine), out(&probe));
+    let (machine, probe) = (["machine", "rig.toml", "--json"], ["probe", "--machine", "rig.toml", "--json"]);
+    let (page, probed) = (out(&machine[..2]), out(&probe[..3]));
     // The line with this name.
     let of = |text: &str, name: &str| {
         let values = text.lines().filter_map(|line| line.trim_start().strip_prefix(name));
@@ -619,6 +620,31 @@ fn an_undetermined_regime_has_its_reasons() {
     assert_eq!(of(&probed, "slip cycles  "), ["none, count proved"], "{probed}");
     let whys = of(&page, "what is not, and why");
     assert!(whys.len() == 1 && whys[0].starts_with("stick-slip: the orbit leaves the data"), "{page}");
+
+    let json = |arguments: &[&str]| serde_json::from_str::<Value>(&out(arguments)).unwrap();
+    let (told, answer) = (json(&machine), json(&probe));
+    assert_eq!(told["regime"], "failed");
+    assert_eq!(told["regime_known"], of(&page, "what is known of it")[0].as_str());
+    assert_eq!(told["regime_reasons"], serde_json::json!(whys));
+    assert_eq!(told["kick_reason"], of(&page, "kick that starts it")[0].as_str());
+    let vibrates = told["limits"]["vibrates_below_damping"]["reason"].as_str().unwrap();
+    assert!(page.contains(&format!("not determined: {vibrates}")), "{page}");
+    assert_eq!(answer["regime_known"], of(&probed, "what is known of it")[0].as_str());
+    assert!(
+        answer["regime_reason"].as_str().unwrap().starts_with("stick-slip cycle: the orbit leaves the data")
+    );
+    for proof in told["proofs"].as_array().unwrap() {
+        let reason = &proof["reason"];
+        assert!(reason.is_string() == (proof["verdict"] == "undecided"), "{proof}");
+        assert_eq!(reason, &answer["methods"][proof["test"].as_str().unwrap()]["reason"], "{proof}");
+    }
+    // What is determined has no reasons.
+    scratch.file("rig.csv", "v [m/s],F [N]\n0,1210\n.02,1060\n.05,900\n.1,780\n.2,725\n2,725\n");
+    let (told, answer) = (json(&machine), json(&probe));
+    assert!(
+        told["regime_known"].is_null() && told["regime_reasons"].is_null() && told["kick_reason"].is_null()
+    );
+    assert!(answer.get("regime_known").is_none() && answer.get("regime_reason").is_none(), "{answer}");
 }
 
 /// `probe --machine` and the page of the machine report the same standard error of the critical damping.

@@ -10,6 +10,7 @@ use super::html;
 use figures::FIGURE;
 pub use lines::percent;
 use lines::{Line, Section};
+pub(crate) use lines::{known_in_words, why_no_critical, why_no_kick};
 use slipmap_figure::axis::{AXIS, SMALL_TEXT, TEXT};
 use slipmap_figure::paragraph::paragraph;
 use slipmap_figure::scene::{Anchor, Scene, text_width};
