@@ -248,6 +248,8 @@ fn what_rotates_has_an_inertia() {
     };
     let answers = |file: &str| table(file, &[]).ends_with(0).out.replace("inertia", "mass");
     assert_eq!(answers("inertia.csv"), answers("mass.csv"));
+    scratch.file("units.csv", "mass\n300 g\n");
+    table("units.csv", &[]).refuses(&["units.csv:2", "`300 g` is not a number", "unit into the header"]);
     table("both.csv", &[]).refuses(&["both.csv:1", "the same quantity"]);
     table("inertia.csv", &["--set", "mass=1"]).refuses(&["inertia.csv:1", "`inertia`", "mass is given"]);
     scratch.file("both.toml", named.replace("\nmass = ", "\ninertia = 1\nmass = "));
@@ -296,6 +298,13 @@ fn bad_machines_are_refused_with_their_place() {
     probe(&[]).refuses(&["good.toml", "belt_speed has 2 values", "--set belt_speed=0.1"]);
     probe(&["--set", "belt_speed=-1"]).refuses(&["belt_speed", "-1", "greater than 0"]);
     probe(&["--set", "belt_speed=0.1", "--set", "mas=1"]).refuses(&["`mas`", "`mass`"]);
+    probe(&["--set", "belt_speed=nan"]).refuses(&["belt_speed = nan: ", "must be greater than 0"]);
+    probe(&["--set", "belt_speed={ value = 0.1, sd = 0.01 }"]).refuses(&["spread", "configuration"]);
+    probe(&["--set", "belt_speed=\"0.1 kN\""]).refuses(&["kN is no unit of belt speed"]);
+    assert_eq!(
+        probe(&["--set", "belt_speed=\"100 mm/s\""]).out,
+        probe(&["--set", "belt_speed=100 mm/s"]).ends_with(0).out
+    );
     // Every missing key is named at once.
     with("mass = 2.0\nstiffness = 800.0\n", "").refuses(&["`mass` is missing", "also lacks stiffness"]);
     with("mass = 2.0", "mass = { value = 2.0, sd = -1.0 }").refuses(&["bad.toml:4:28", "at least 0"]);
