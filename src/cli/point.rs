@@ -154,7 +154,8 @@ pub(super) enum Setting {
 impl Debug for Setting {
     fn fmt(&self, f: &mut Formatter) -> fmt::Result {
         match self {
-            Setting::Number(number) => write!(f, "{number:?}"),
+            // NaN is a bare word, hence a text, in TOML.
+            Setting::Number(number) => write!(f, "{}", format!("{number:?}").to_lowercase()),
             Setting::WithUnit(text) => write!(f, "{text:?}"),
         }
     }
@@ -172,6 +173,9 @@ impl Display for Setting {
 
 pub(super) fn parse_setting(text: &str) -> Result<(String, Setting), String> {
     let (name, value) = text.split_once('=').ok_or("there is no `=` in it; write for example mu=0.3")?;
+    if value.trim_start().starts_with('{') {
+        return Err("write a quantity with a spread into the configuration; --set changes its value".into());
+    }
     if value.contains('=') {
         return Err("write each quantity with a --set of its own: --set mu=0.3 --set vs=0.1".into());
     }
@@ -179,8 +183,10 @@ pub(super) fn parse_setting(text: &str) -> Result<(String, Setting), String> {
     let name = name.trim();
     let name = name.strip_prefix("machine.").unwrap_or(name).to_owned();
     let value = value.trim();
-    if has_unit(value) {
-        return Ok((name, Setting::WithUnit(value.into())));
+    // Also with the quotes of TOML.
+    let text = value.trim_matches(['"', '\'']);
+    if has_unit(text) {
+        return Ok((name, Setting::WithUnit(text.into())));
     }
     let usual = "write for example 0.5 or 1e-3; a quantity of a machine may have its unit: 2 kg";
     Ok((name, Setting::Number(number(value, usual)?)))

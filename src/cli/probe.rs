@@ -20,9 +20,9 @@ use slipmap_map::assessment::StandardErrors;
 use slipmap_map::behaviour::behaviour;
 use slipmap_map::machine::Model;
 use slipmap_map::map::limits::{HIGHEST, Limit, Unknown};
-use slipmap_map::map::{BasinBoundary, Grid, Method, Quantity, Regime};
+use slipmap_map::map::{BasinBoundary, Grid, Method, Quantity};
 use slipmap_map::probe::{Answer, MachineResult, Probe, equilibrium_type, fate_name, regime_words};
-use slipmap_model::filippov::{Eigenvalues, Stability};
+use slipmap_model::filippov::Eigenvalues;
 use slipmap_model::friction::Law;
 use slipmap_model::point::Point;
 use slipmap_numbers::text::{known_part, rounded, with_error};
@@ -376,8 +376,8 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
         Err(why) => line("c* moves by", format!("not known: {why}")),
     }
     line("regime", format!("{}: {}", answer.regime.name(), regime_words(answer.regime)));
-    if matches!(answer.regime, Regime::Failed | Regime::Neutral) {
-        line("what is known of it", known_of_regime(answer));
+    if let Some(known) = answer.known_of_regime() {
+        line("what is known of it", known);
     }
     let eigenvalues = match oscillator.eigenvalues() {
         Eigenvalues::Complex { re, im } => format!("{} +- {} i", short(re), short(im)),
@@ -483,22 +483,6 @@ fn write(out: &mut dyn Write, answer: &Answer, direct: &Flow) -> io::Result<()> 
         );
     }
     table.write(out)
-}
-
-/// The known part of a regime that is not determined in full: "the equilibrium and the stick-slip cycle
-/// attract". The unknown part, with its reason, is printed with the cycles.
-fn known_of_regime(answer: &Answer) -> String {
-    let equilibrium = match answer.oscillator.stability() {
-        Stability::Attracts => "the equilibrium attracts",
-        Stability::Neutral => "the equilibrium is neutral",
-        Stability::Repels => "the equilibrium is unstable",
-    };
-    let stick_slip = match answer.flow.fate {
-        Fate::Sticks(_) => ", the stick-slip cycle attracts",
-        Fate::SpiralsInward | Fate::CrossesForever => ", no stick-slip cycle exists",
-        Fate::TooCloseToCall | Fate::Failed(_) => "",
-    };
-    format!("{equilibrium}{stick_slip}; whether other cycles attract is not determined")
 }
 
 /// Describes an attractor.

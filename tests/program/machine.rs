@@ -248,6 +248,8 @@ fn what_rotates_has_an_inertia() {
     };
     let answers = |file: &str| table(file, &[]).ends_with(0).out.replace("inertia", "mass");
     assert_eq!(answers("inertia.csv"), answers("mass.csv"));
+    scratch.file("units.csv", "mass\n300 g\n");
+    table("units.csv", &[]).refuses(&["units.csv:2", "`300 g` is not a number", "unit into the header"]);
     table("both.csv", &[]).refuses(&["both.csv:1", "the same quantity"]);
     table("inertia.csv", &["--set", "mass=1"]).refuses(&["inertia.csv:1", "`inertia`", "mass is given"]);
     scratch.file("both.toml", named.replace("\nmass = ", "\ninertia = 1\nmass = "));
@@ -296,6 +298,13 @@ fn bad_machines_are_refused_with_their_place() {
     probe(&[]).refuses(&["good.toml", "belt_speed has 2 values", "--set belt_speed=0.1"]);
     probe(&["--set", "belt_speed=-1"]).refuses(&["belt_speed", "-1", "greater than 0"]);
     probe(&["--set", "belt_speed=0.1", "--set", "mas=1"]).refuses(&["`mas`", "`mass`"]);
+    probe(&["--set", "belt_speed=nan"]).refuses(&["belt_speed = nan: ", "must be greater than 0"]);
+    probe(&["--set", "belt_speed={ value = 0.1, sd = 0.01 }"]).refuses(&["spread", "configuration"]);
+    probe(&["--set", "belt_speed=\"0.1 kN\""]).refuses(&["kN is no unit of belt speed"]);
+    assert_eq!(
+        probe(&["--set", "belt_speed=\"100 mm/s\""]).out,
+        probe(&["--set", "belt_speed=100 mm/s"]).ends_with(0).out
+    );
     // Every missing key is named at once.
     with("mass = 2.0\nstiffness = 800.0\n", "").refuses(&["`mass` is missing", "also lacks stiffness"]);
     with("mass = 2.0", "mass = { value = 2.0, sd = -1.0 }").refuses(&["bad.toml:4:28", "at least 0"]);
@@ -596,6 +605,55 @@ fn a_page_of_data_that_end_early_says_what_is_known() {
     let json = scratch.run(&["machine", "early.toml", "--draws", "100", "--json"]).ends_with(0).out;
     let answer: Value = serde_json::from_str(&json).unwrap();
     assert!(answer["risk"].is_null() && answer["steady_slip_unstable_below_damping"].is_f64(), "{answer}");
+}
+
+/// Where it is proved that there are no slip cycles, they are no reason why the regime is not determined; and programs are
+/// told the reasons that people are.
+#[test]
+fn an_undetermined_regime_has_its_reasons() {
+    let scratch = Scratch::new();
+    scratch.file("rig.csv", "v [m/s],F [N]\n0,1210\n.02,1060\n.05,900\n.1,780\n.2,725\n");
+    scratch.file(
+        "rig.toml",
+        "[machine]\nmass = 0.4\nstiffness = 3e5\nbelt_speed = 0.09\ndamping = 300\n\
+         [friction]\nlaw = \"table\"\nfile = \"rig.csv\"\n",
+    );
+    let out = |arguments: &[&str]| scratch.run(arguments).ends_with(0).out;
+    let (machine, probe) = (["machine", "rig.toml", "--json"], ["probe", "--machine", "rig.toml", "--json"]);
+    let (page, probed) = (out(&machine[..2]), out(&probe[..3]));
+    // The line with this name.
+    let of = |text: &str, name: &str| {
+        let values = text.lines().filter_map(|line| line.trim_start().strip_prefix(name));
+        values.map(|value| value.trim_start().to_owned()).collect::<Vec<_>>()
+    };
+    assert_eq!(of(&probed, "slip cycles  "), ["none, count proved"], "{probed}");
+    let whys = of(&page, "what is not, and why");
+    assert!(whys.len() == 1 && whys[0].starts_with("stick-slip: the orbit leaves the data"), "{page}");
+
+    let json = |arguments: &[&str]| serde_json::from_str::<Value>(&out(arguments)).unwrap();
+    let (told, answer) = (json(&machine), json(&probe));
+    assert_eq!(told["regime"], "failed");
+    assert_eq!(told["regime_known"], of(&page, "what is known of it")[0].as_str());
+    assert_eq!(told["regime_reasons"], serde_json::json!(whys));
+    assert_eq!(told["kick_reason"], of(&page, "kick that starts it")[0].as_str());
+    let vibrates = told["limits"]["vibrates_below_damping"]["reason"].as_str().unwrap();
+    assert!(page.contains(&format!("not determined: {vibrates}")), "{page}");
+    assert_eq!(answer["regime_known"], of(&probed, "what is known of it")[0].as_str());
+    assert!(
+        answer["regime_reason"].as_str().unwrap().starts_with("stick-slip cycle: the orbit leaves the data")
+    );
+    for proof in told["proofs"].as_array().unwrap() {
+        let reason = &proof["reason"];
+        assert!(reason.is_string() == (proof["verdict"] == "undecided"), "{proof}");
+        assert_eq!(reason, &answer["methods"][proof["test"].as_str().unwrap()]["reason"], "{proof}");
+    }
+    // What is determined has no reasons.
+    scratch.file("rig.csv", "v [m/s],F [N]\n0,1210\n.02,1060\n.05,900\n.1,780\n.2,725\n2,725\n");
+    let (told, answer) = (json(&machine), json(&probe));
+    assert!(
+        told["regime_known"].is_null() && told["regime_reasons"].is_null() && told["kick_reason"].is_null()
+    );
+    assert!(answer.get("regime_known").is_none() && answer.get("regime_reason").is_none(), "{answer}");
 }
 
 /// `probe --machine` and the page of the machine report the same standard error of the critical damping.

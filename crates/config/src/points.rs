@@ -11,7 +11,7 @@ use csv::{ByteRecord, ReaderBuilder};
 
 use super::nearest;
 use super::source::{ConfigError, decimal_comma};
-use super::units::{Match, bracketed, compare, conversion, converted};
+use super::units::{Match, bracketed, compare, conversion, converted, has_unit};
 use slipmap_map::machine::{DAMPING_RATIO, Friction, INERTIA, MASS, Machine};
 use slipmap_map::map::{Grid, GridError};
 use slipmap_model::friction::Law;
@@ -271,7 +271,10 @@ impl PointTable {
                 self.factors.iter().find(|(known, _)| *known == name).map_or(1.0, |(_, factor)| *factor);
             text.parse().map(|value| (name, converted(value, factor))).map_err(|_| {
                 let problem = format!("column {name}: `{}` is not a number", text);
-                let remedy = decimal_comma(&text).unwrap_or("write a number such as 0.5 or 1e-3".into());
+                let in_header =
+                    || has_unit(&text).then(|| "write the unit into the header, in brackets".to_owned());
+                let remedy = decimal_comma(&text).or_else(in_header);
+                let remedy = remedy.unwrap_or("write a number such as 0.5 or 1e-3".into());
                 ConfigError::new(self.place(row), problem, remedy)
             })
         };

@@ -66,8 +66,10 @@ pub struct Fit {
 /// Reason why there is no fit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NoFit {
-    /// There are too few readings at different slip speeds.
-    TooFew,
+    /// There are too few readings at different slip speeds: fewer than so many in slip.
+    TooFew(usize),
+    /// Friction is negative at every slip speed.
+    Negative,
     /// No law that falls, or has two coefficients, follows from the readings.
     None,
 }
@@ -95,14 +97,22 @@ pub fn fits(in_slip: &[Reading], at_rest: &[Reading]) -> Result<Vec<Fit>, NoFit>
     let mut speeds: Vec<f64> = in_slip.iter().map(|reading| reading.speed).collect();
     speeds.sort_by(f64::total_cmp);
     speeds.dedup();
+    // A law that falls, without more; readings at rest are one for it.
+    let falls = Form { shape: Shape::Exponential, viscous: false, drop: false };
+    let fewest = fewest(falls, is_known(in_slip, at_rest)) - usize::from(!at_rest.is_empty());
     if speeds.len() < 3 {
-        return Err(NoFit::TooFew);
+        return Err(NoFit::TooFew(fewest));
     }
     let forms = Form::all().filter(|form| !form.drop || !at_rest.is_empty());
     let mut fits: Vec<Fit> = forms.filter_map(|form| fit(form, in_slip, at_rest)).collect();
     fits.sort_by(|one, other| one.aicc.total_cmp(&other.aicc));
     if fits.is_empty() {
-        return Err(NoFit::None);
+        let is_negative = in_slip.iter().all(|reading| reading.friction < 0.0);
+        return Err(match in_slip.len() < fewest {
+            _ if is_negative => NoFit::Negative,
+            true => NoFit::TooFew(fewest),
+            false => NoFit::None,
+        });
     }
     let (slowest, fastest) =
         (speeds.iter().copied().find(|speed| *speed > 0.0).unwrap_or(0.0), speeds[speeds.len() - 1]);
@@ -130,9 +140,20 @@ fn inverse_of_normal_equations(mut jacobian: DMatrix<f64>) -> Option<DMatrix<f64
     Some(DMatrix::from_fn(count, count, |i, j| entry(i.min(j), i.max(j))))
 }
 
-/// Fits one law; `None` where it has as many parameters as there are readings, or none that are legal.
+/// Whether all readings have standard errors.
+fn is_known(in_slip: &[Reading], at_rest: &[Reading]) -> bool {
+    in_slip.iter().chain(at_rest).all(|reading| reading.error > 0.0)
+}
+
+/// The least number of readings for which Akaike's criterion for small samples of a law is a number; without errors that
+/// are `known` the variance is a parameter, too.
+fn fewest(form: Form, known: bool) -> usize {
+    form.names().len() + 2 + usize::from(!known)
+}
+
+/// Fits one law; `None` where it has too many parameters for the readings, or none that are legal.
 pub fn fit(form: Form, in_slip: &[Reading], at_rest: &[Reading]) -> Option<Fit> {
-    let known = in_slip.iter().chain(at_rest).all(|reading| reading.error > 0.0);
+    let known = is_known(in_slip, at_rest);
     let mut readings: Vec<Reading> = in_slip.to_vec();
     // Breakaway scatters more than slip does: readings at rest are one, with its own error.
     let rest = mean(at_rest, known);
@@ -140,7 +161,7 @@ pub fn fit(form: Form, in_slip: &[Reading], at_rest: &[Reading]) -> Option<Fit> 
         readings.extend(rest);
     }
     let (n, p) = (readings.len(), form.names().len());
-    if n < p + 2 {
+    if n < fewest(form, known) {
         return None;
     }
     let mut weights: Vec<f64> = match known {
@@ -183,10 +204,9 @@ pub fn fit(form: Form, in_slip: &[Reading], at_rest: &[Reading]) -> Option<Fit> 
     let parameters = (p + usize::from(at_rest.is_some())) as f64;
     let count = (n + usize::from(at_rest.is_some())) as f64;
     let likelihood = if known { squares } else { count * (squares / count).ln() };
-    // The variance is a parameter, too, where it is not known.
     let k = parameters + if known { 0.0 } else { 1.0 };
     let correction = 2.0 * k * (k + 1.0) / (count - k - 1.0);
-    let aicc = if count > k + 1.0 { likelihood + 2.0 * k + correction } else { f64::INFINITY };
+    let aicc = likelihood + 2.0 * k + correction;
     let residuals: Vec<f64> =
         in_slip.iter().map(|reading| reading.friction - form.friction(&values, reading.speed)).collect();
     let residual = (residuals.iter().map(|r| r * r).sum::<f64>() / residuals.len() as f64).sqrt();

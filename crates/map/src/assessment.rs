@@ -8,7 +8,8 @@ use crate::behaviour::{self, Behaviour, is_positive};
 use crate::intervals::{self, Limit, TOLERANCE};
 pub use crate::intervals::{End, Intervals, Statement};
 use crate::machine::{Dimension, Friction, Machine, Model};
-use crate::map::{self, LongRun, Regime, Verdict};
+use crate::map::{self, LongRun, Method, Regime};
+use crate::probe::of_test;
 use crate::risk::Uncertain;
 pub use data_errors::{DampingLimit, ErrorsFrom, LeftOpen, StandardErrors, with_errors};
 use sensitivities::influence;
@@ -22,16 +23,18 @@ use slipmap_numbers::text::{is_known, rounded, short};
 use slipmap_simulate::backbone::Backbone;
 use slipmap_simulate::crossing::crossing_cycles;
 use slipmap_simulate::far_loops::FarLoops;
-use slipmap_simulate::slip_cycle::{Kick, Unknown};
+use slipmap_simulate::slip_cycle::{Kick, Unknown, none_proved};
 use slipmap_simulate::{Failure, Fate, Flow, flow, sticks_from};
 
 /// Verdict of a rigorous test at the working point.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct Proof {
     /// Name of the test.
     pub test: &'static str,
     /// "present", "absent" or "undecided".
     pub verdict: &'static str,
+    /// Reason why it is undecided.
+    pub reason: Option<String>,
 }
 
 /// The known properties of a working point whose regime is not determined, and the reasons why it is not.
@@ -211,7 +214,7 @@ fn undetermined(
             None
         }
     };
-    if let Some(why) = attractors.slip_cycles_unknown(oscillator, flow) {
+    if let Some(why) = attractors.slip_cycles_unknown(oscillator, flow).filter(|_| !none_proved(oscillator)) {
         reasons.push(format!("slip cycles: {}", why_unknown(why, beyond_data)));
     }
     let far = FarLoops::where_friction_resists(&oscillator.curve, oscillator.belt_speed);
@@ -244,15 +247,15 @@ pub fn assess_fitted(machine: &Machine, uncertain: &[Uncertain]) -> Option<Asses
         attractors.regime_of(&oscillator, &slipmap_simulate::flow(&oscillator, TOLERANCE))
     };
     let theorems = TESTS.iter().filter(|test| test.guarantee != Guarantee::Asymptotic);
-    let proofs = theorems.chain([&validated::TEST]).map(|test| Proof {
-        test: test.name,
-        verdict: Verdict::from((test.claim)(&column).decide(point.damping)).name(),
+    let proofs = theorems.chain([&validated::TEST]).map(|test| {
+        let answer = of_test(Method::Test(test), &(test.claim)(&column), &column, point.damping);
+        Proof { test: test.name, verdict: answer.verdict.name(), reason: answer.reason }
     });
     let mut proofs: Vec<Proof> = proofs.collect();
     // A count of slip cycles may prove absence where all tests are undecided; it takes longer than the tests.
     let undecided = proofs.iter().all(|proof| proof.verdict == "undecided");
     if undecided && proves_absence(&oscillator, &count_slip_cycles(&oscillator)) {
-        proofs.push(Proof { test: "number_of_slip_cycles", verdict: "absent" });
+        proofs.push(Proof { test: "number_of_slip_cycles", verdict: "absent", reason: None });
     }
     let backbone = attractors.backbone();
     let vibrates_below =

@@ -1,5 +1,6 @@
 //! What the page says, for programs: `slipmap machine --json`.
 
+use crate::machine_page::{known_in_words, why_no_critical, why_no_kick};
 use serde_json::{Value, json};
 use slipmap_map::assessment::{
     Assessment, DampingLimit, Intervals, LeftOpen, NeededKick, StandardErrors, Statement,
@@ -17,6 +18,15 @@ fn limit(limit: Limit) -> Value {
         Limit::NotDetermined => ("not_determined", None),
     };
     json!({ "status": status, "value": value })
+}
+
+/// As [`limit`], with the reason where there is one why it is not determined.
+fn reasoned(of: Limit, why: Option<String>) -> Value {
+    let mut limit = limit(of);
+    if let (Limit::NotDetermined, Some(why)) = (of, why) {
+        limit["reason"] = why.into();
+    }
+    limit
 }
 
 /// Where each statement holds. An end that is not known, or that is one of what was tried, is null; the numbers
@@ -88,6 +98,7 @@ pub fn to_json(all: &Assessment, risk: Option<&Risk>) -> Value {
         "fragile_from_before_end_of_stick_seconds": all.fragile.map(|[before, _]| before),
         "fragile_for_seconds": all.fragile.map(|[_, lasts]| lasts),
         "kick_status": kick_status(all),
+        "kick_reason": why_no_kick(all).filter(|_| all.needed_kick() == NeededKick::NotDetermined),
         "kick_forward": all.kick.map(|kick| kick.forward),
         "kick_backward": all.kick.map(|kick| kick.backward),
         "kick_forward_impulse": impulse.map(|kick| kick.forward),
@@ -100,6 +111,8 @@ pub fn to_json(all: &Assessment, risk: Option<&Risk>) -> Value {
         "motion": machine.motion.name(),
         "machine": machine.quantities().into_iter().map(|(name, value)| (name.to_owned(), json!(value))).collect::<Value>(),
         "regime": does.regime.name(),
+        "regime_known": all.undetermined.as_ref().map(|it| known_in_words(it.sticks, it.stability)),
+        "regime_reasons": all.undetermined.as_ref().map(|it| &it.reasons),
         "regime_conjecture": all.conjecture,
         "regimes_left_open_by_data": open.as_ref().map(LeftOpen::names),
         "damping_within_two_standard_errors_of": open.map(|open| {
@@ -121,9 +134,15 @@ pub fn to_json(all: &Assessment, risk: Option<&Risk>) -> Value {
             "always_stick_slips_below_belt_speed": limit(all.always_below_speed),
             "may_stick_slip_below_belt_speed": limit(does.critical_belt_speed),
             "always_stick_slips_below_damping": limit(all.always_below_damping),
-            "may_stick_slip_below_damping": limit(all.may_stick_below_damping()),
+            "may_stick_slip_below_damping": reasoned(
+                all.may_stick_below_damping(),
+                why_no_critical(all, &[]).map(|why| why.plain()),
+            ),
             "steady_slip_unstable_below_damping": limit(of_damping(Some(all.hopf_damping))),
-            "vibrates_below_damping": limit(of_damping(all.vibrates_below_damping)),
+            "vibrates_below_damping": reasoned(
+                of_damping(all.vibrates_below_damping),
+                all.slip_cycles_unknown.clone(),
+            ),
         },
         "belt_speeds": intervals(&all.speeds),
         "dampings": intervals(&all.dampings),

@@ -10,6 +10,7 @@ use super::html;
 use figures::FIGURE;
 pub use lines::percent;
 use lines::{Line, Section};
+pub(crate) use lines::{known_in_words, why_no_critical, why_no_kick};
 use slipmap_figure::axis::{AXIS, SMALL_TEXT, TEXT};
 use slipmap_figure::paragraph::paragraph;
 use slipmap_figure::scene::{Anchor, Scene, text_width};
@@ -433,6 +434,8 @@ mod tests {
             assert!(text.contains(&line), "{text}");
         }
         assert!(uncertainty(&all, &[], Some(&risk)).plain().ends_with(" with a probability of 0 %."));
+        let one = text_of(sections(&all, &[], &[], Some(&Risk { draws: 1, ..risk })));
+        assert!(text.contains(", 20000 draws\n") && one.contains(", 1 draw\n"), "{one}");
     }
 
     #[test]

@@ -72,16 +72,6 @@ pub(super) fn find(
         }
         _ => {}
     }
-    if let (Some((_, fields)), Some(&last)) = (header, numeric.last())
-        && last + 1 == 2 * fields.len()
-        && numeric.len() == 2 * fields.len()
-    {
-        return refuse(
-            format!("the header names {} columns, and the rows have twice as many", fields.len()),
-            "these may be decimal commas: separate the columns by semicolons, or write decimals with a point"
-                .into(),
-        );
-    }
     let roles: Vec<(usize, Role)> = numeric.iter().map(|&column| (column, role(name(column)))).collect();
     let of = |wanted: Role| {
         let found = roles.iter().filter(move |(_, role)| *role == wanted).map(|(column, _)| *column);

@@ -97,13 +97,19 @@ impl Measured {
         let [in_slip, at_rest] = self.readings()?;
         let all = fits(&in_slip, &at_rest).map_err(|why| {
             let (problem, remedy) = match why {
-                NoFit::TooFew => ("there are too few slip speeds", "give at least five"),
+                NoFit::TooFew(fewest) => {
+                    ("there are too few slip speeds", format!("give at least {fewest} readings in slip"))
+                }
+                NoFit::Negative => (
+                    "friction is negative at every slip speed",
+                    "check the sign, and the zero of the measurement".into(),
+                ),
                 NoFit::None => (
                     "no law that falls as slip begins follows from the readings",
-                    "measure nearer to rest, or take the readings as they are: law = \"table\"",
+                    "measure nearer to rest, or take the readings as they are: law = \"table\"".into(),
                 ),
             };
-            (format!("{}: {problem}", self.name), remedy.to_owned())
+            (format!("{}: {problem}", self.name), remedy)
         })?;
         let chosen = match law {
             None => 0,

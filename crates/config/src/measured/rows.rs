@@ -116,6 +116,20 @@ fn layout(lines: &[Line], decimal: Decimal) -> Result<(Option<Header>, Vec<usize
         [.., names] => Some((names.number, names.fields.clone())),
         [] => None,
     };
+    // A comma in a number makes two cells of it.
+    if let Some(named) =
+        header.as_ref().and_then(|(_, names)| names.iter().rposition(|name| !name.is_empty()))
+        && let Some(&beyond) = numeric.iter().find(|&&column| column > named)
+        && let Some(line) = rows.iter().find(|line| line.fields.get(beyond).is_some_and(is_number))
+    {
+        return Err(Refused {
+            line: Some(line.number),
+            problem: format!("a number in column {}, and the header names {} columns", beyond + 1, named + 1),
+            remedy: "if these are decimal commas, separate the columns by semicolons; if they separate thousands, leave \
+                     them out; else name every column"
+                .into(),
+        });
+    }
     // A row below the header that has a number is no title.
     let below_header = |line: &Line| {
         header.as_ref().is_some_and(|(names, _)| line.number > *names) && line.fields.iter().any(is_number)

@@ -197,7 +197,22 @@ fn ugly_files_are_read_or_refused_with_their_line() {
         (
             "commas for both",
             text("v,mu\n0,0,0,4\n0,1,0,3\n0,5,0,3"),
-            Refused(&["pad.csv:1", "twice as many", "decimal commas"]),
+            Refused(&["pad.csv:2", "column 3, and the header names 2", "decimal commas"]),
+        ),
+        (
+            "commas between thousands",
+            text("v [m/s],F [N]\n0,940\n0.01,1,234\n0.1,930\n0.2,920"),
+            Refused(&["pad.csv:3", "column 3, and the header names 2", "separate thousands, leave them out"]),
+        ),
+        (
+            "spaces between thousands",
+            text("v F\n0 1 234\n0.1 1 200\n0.2 920"),
+            Refused(&["pad.csv:2", "column 3, and the header names 2"]),
+        ),
+        (
+            "a column of numbers without a name before the others",
+            text(",v,mu\n0,0,0.4\n1,0.1,0.35\n2,0.5,0.3"),
+            Read(THREE, false, &["column 1 not used"]),
         ),
         (
             "three columns",
@@ -268,6 +283,30 @@ fn ugly_files_are_read_or_refused_with_their_line() {
             (_, found) => panic!("{name}: {found:?}"),
         }
     }
+}
+
+/// Too few readings, and friction of the wrong sign, are the reasons that are given where no law follows from the readings.
+#[test]
+fn what_cannot_be_fitted_says_why() {
+    let why = |rows: &str| {
+        let fits = Measured::of_bytes("rig.csv", format!("v [m/s],{rows}").as_bytes(), Some(MACHINE))
+            .unwrap()
+            .fits(None);
+        fits.err().map(|(problem, remedy)| format!("{problem}; {remedy}"))
+    };
+    let five = "F [N]\n0.01,5\n0.02,4.1\n0.03,3.6\n0.05,3.21\n0.1,3.01\n";
+    assert_eq!(
+        why(five).unwrap(),
+        "rig.csv: there are too few slip speeds; give at least 6 readings in slip"
+    );
+    // Readings at rest are one more, as are standard errors.
+    assert_eq!(why(&format!("{five}0.2,3\n")), None);
+    assert_eq!(why(&format!("{five}0,6.5\n0,6.5\n")), None);
+    assert_eq!(why("F [N],se\n0.01,5,.1\n0.02,4.1,.1\n0.03,3.6,.1\n0.05,3.21,.1\n0.1,3.01,.1\n"), None);
+    let negative = why("F [N]\n0.01,-5\n0.02,-4.1\n0.03,-3.6\n0.05,-3.21\n0.1,-3.01\n0.2,-3\n").unwrap();
+    assert!(negative.contains("friction is negative at every slip speed; check the sign"), "{negative}");
+    let rises = why("F [N]\n0.01,3\n0.02,3.1\n0.03,3.2\n0.05,3.4\n0.1,3.9\n0.2,4.9\n0.3,5.9\n").unwrap();
+    assert!(rises.contains("no law that falls"), "{rises}");
 }
 
 /// Rows in any order are the readings that they are in order of their speeds, and no record over time.

@@ -6,7 +6,7 @@ use crate::map::{self, BasinBoundary, Method, Regime, Verdict};
 use slipmap_certify::slip_count::{SlipCount, count_slip_cycles};
 use slipmap_certify::validated::any_law;
 use slipmap_certify::{Claim, Decision, Guarantee};
-use slipmap_model::filippov::{HopfRate, Oscillator};
+use slipmap_model::filippov::{HopfRate, Oscillator, Stability};
 use slipmap_model::friction::{Column, Law};
 use slipmap_model::point::Point;
 use slipmap_numbers::text::{rounded, short, signed};
@@ -122,6 +122,23 @@ impl Answer {
         self.oscillator.curve.conjecture().filter(|_| is_open)
     }
 
+    /// The known part of a regime that is not determined in full: "the equilibrium and the stick-slip cycle
+    /// attract". The unknown part, with its reason, is that of the cycles.
+    pub fn known_of_regime(&self) -> Option<String> {
+        let equilibrium = match self.oscillator.stability() {
+            Stability::Attracts => "the equilibrium attracts",
+            Stability::Neutral => "the equilibrium is neutral",
+            Stability::Repels => "the equilibrium is unstable",
+        };
+        let stick_slip = match self.flow.fate {
+            Fate::Sticks(_) => ", the stick-slip cycle attracts",
+            Fate::SpiralsInward | Fate::CrossesForever => ", no stick-slip cycle exists",
+            Fate::TooCloseToCall | Fate::Failed(_) => "",
+        };
+        matches!(self.regime, Regime::Failed | Regime::Neutral)
+            .then(|| format!("{equilibrium}{stick_slip}; whether other cycles attract is not determined"))
+    }
+
     /// Whether c* is 0 up to rounding errors that do not matter.
     pub fn critical_is_zero(&self) -> bool {
         let Oscillator { curve, belt_speed, .. } = &self.oscillator;
@@ -195,7 +212,7 @@ impl Answer {
 }
 
 /// The answer of a closed-form test.
-fn of_test(method: Method, claim: &Claim, column: &Column, c: f64) -> MethodAnswer {
+pub(crate) fn of_test(method: Method, claim: &Claim, column: &Column, c: f64) -> MethodAnswer {
     let decision = claim.decide(c);
     let reason = (decision == Decision::Undecided).then(|| {
         why_inapplicable(method, claim, column).unwrap_or_else(|| {

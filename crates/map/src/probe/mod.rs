@@ -5,6 +5,7 @@ mod command;
 mod result;
 
 pub use answer::landing;
+pub(crate) use answer::of_test;
 pub use answer::{Answer, MethodAnswer};
 pub use command::{axis_names, command_line, flag};
 use result::{
@@ -47,6 +48,7 @@ impl Probe {
             (of_method.method.name(), result)
         });
         let cycles = Cycles::of(answer);
+        let known = answer.known_of_regime();
         Self {
             law: answer.law.name(),
             point: Grid::coordinates(&answer.law, &answer.point),
@@ -56,6 +58,8 @@ impl Probe {
             critical_c: (&answer.critical).into(),
             sensitivity: SensitivityResult::of(&answer.law, answer.sensitivity()),
             regime: answer.regime.name(),
+            regime_reason: cycles.reason.clone().filter(|_| known.is_some()),
+            regime_known: known,
             regime_conjecture: answer.conjecture(cycles.slip_count.proved),
             equilibrium: Equilibrium::of(oscillator),
             sliding_segment: SlidingSegment {
@@ -169,8 +173,12 @@ impl Cycles {
     fn of(answer: &Answer) -> Self {
         let (stick_slip, slip, crossing) =
             (answer.stick_slip_cycle(), answer.slip_cycles(), answer.crossing_cycles());
+        let no_stick_slip = match answer.flow.fate {
+            Fate::Failed(why) => Some(why),
+            _ => stick_slip.as_ref().err().copied(),
+        };
         let reasons = [
-            ("stick-slip cycle", stick_slip.as_ref().err().map(|why| Unknown::Orbit(*why))),
+            ("stick-slip cycle", no_stick_slip.map(Unknown::Orbit)),
             ("slip cycles", slip.as_ref().err().copied()),
             ("crossing cycles", crossing.unknown),
         ];

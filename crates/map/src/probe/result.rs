@@ -36,6 +36,12 @@ result! {
         pub(crate) sensitivity: SensitivityResult,
         /// Name of the long-run behaviour.
         pub(crate) regime: &'static str,
+        /// What is known of a regime that is not determined in full.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        pub(crate) regime_known: Option<String>,
+        /// Reason why the rest of it is not.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        pub(crate) regime_reason: Option<String>,
         /// What the regime assumes without proof.
         #[serde(skip_serializing_if = "Option::is_none")]
         pub(crate) regime_conjecture: Option<&'static str>,

@@ -218,11 +218,8 @@ fn limits(all: &Assessment, written: &Written) -> Vec<Line> {
             of_damping(damping).then(numerical)
         }
         _ if does.critical_damping_is_known => none(errors.and_then(|errors| errors.critical_damping)),
-        (None, Some(error)) => {
-            let error = unit.number(error, 2);
-            rich("not determined: its error, ").then(error).then(", is more than 1 % of it")
-        }
-        _ => rich("not determined"),
+        _ => why_no_critical(all, written)
+            .map_or_else(|| rich("not determined"), |why| rich("not determined: ").then(why)),
     };
     let mut limits = regime_lines(all);
     limits.extend(intervals::of_speeds(all, written));
@@ -244,7 +241,7 @@ fn limits(all: &Assessment, written: &Written) -> Vec<Line> {
             match all.vibrates_below_damping {
                 Some(0.0) => rich("none: it needs no damping"),
                 Some(damping) => of_damping(damping),
-                None => not_determined(all),
+                None => not_determined(all.slip_cycles_unknown.as_deref()),
             },
         ),
     ]);
@@ -290,10 +287,27 @@ fn unmeasured(all: &Assessment) -> Option<Line> {
     (share > LARGEST_GAP).then(|| line("measure between", Rich::foreign(&words)))
 }
 
-/// "not determined", with the reason if it is not that of the whole regime.
-fn not_determined(all: &Assessment) -> Rich {
-    let why = all.slip_cycles_unknown.as_ref();
+/// "not determined", with the reason.
+fn not_determined(why: Option<&str>) -> Rich {
     Rich::foreign(&why.map_or_else(|| "not determined".into(), |why| format!("not determined: {why}")))
+}
+
+/// The reason why a critical damping is not told.
+pub(crate) fn why_no_critical(all: &Assessment, written: &Written) -> Option<Rich> {
+    let does = &all.behaviour;
+    let error = does.critical_damping_error.filter(|_| does.critical_damping.is_none())?;
+    let error = Unit::of(&all.machine, written, "damping").number(error, 2);
+    Some(rich("its error, ").then(error).then(", is more than 1 % of it"))
+}
+
+/// What the page says of a kick that the errors of the data leave open.
+const KICK_LEFT_OPEN: &str = "the data leave open whether one is needed, and how large it is";
+
+/// The reason why a kick is not determined: the data, that of the regime, or why slip cycles are unknown.
+pub(crate) fn why_no_kick(all: &Assessment) -> Option<&str> {
+    let of_regime = || all.undetermined.as_ref().and_then(|found| found.reasons.first());
+    let of_motion = || of_regime().or(all.slip_cycles_unknown.as_ref()).map(String::as_str);
+    all.is_left_open().then_some(KICK_LEFT_OPEN).or_else(of_motion)
 }
 
 /// Frequencies, times, amplitudes and kicks at the working point.
@@ -337,9 +351,7 @@ fn motion(all: &Assessment, written: &Written) -> Vec<Line> {
     };
     let kick = |value: Rich| line("kick that starts it", value);
     motion.push(match all.needed_kick() {
-        _ if all.is_left_open() => {
-            kick(rich("the data leave open whether one is needed, and how large it is"))
-        }
+        _ if all.is_left_open() => kick(rich(KICK_LEFT_OPEN)),
         NeededKick::Kick(kick) => {
             let of = |value: f64, error: Option<f64>, dimension: Dimension| {
                 let unit = unit(dimension);
@@ -361,7 +373,7 @@ fn motion(all: &Assessment, written: &Written) -> Vec<Line> {
         }
         NeededKick::NotNeeded => kick(rich("none is needed")),
         NeededKick::None => kick(rich("no kick of steady slip does")),
-        NeededKick::NotDetermined => kick(not_determined(all)),
+        NeededKick::NotDetermined => kick(not_determined(why_no_kick(all))),
     });
     if let Some([before, lasts]) = all.fragile {
         let of = |time: f64| quantity(time, "s");
@@ -443,6 +455,17 @@ pub(super) fn regime_lines(all: &Assessment) -> Vec<Line> {
             .map_or_else(|| words(all.behaviour.regime).into_owned(), |open| open.in_words(words));
         return vec![(rich(NAME), rich(&words))];
     };
+    let mut lines = vec![
+        (rich(NAME), rich("not determined in full")),
+        (rich("what is known of it"), rich(&known_in_words(*sticks, *stability))),
+    ];
+    let whys = reasons.iter().map(|why| (rich("what is not, and why"), Rich::foreign(why)));
+    lines.extend(whys);
+    lines
+}
+
+/// What is known of a regime that is not determined in full.
+pub(crate) fn known_in_words(sticks: Option<bool>, stability: Stability) -> String {
     let stick_slip = match sticks {
         Some(true) => "the stick-slip cycle attracts, ",
         Some(false) => "no stick-slip cycle exists, ",
@@ -453,13 +476,7 @@ pub(super) fn regime_lines(all: &Assessment) -> Vec<Line> {
         Stability::Neutral => "steady slip neither attracts nor repels within rounding errors",
         Stability::Repels => "steady slip is unstable",
     };
-    let mut lines = vec![
-        (rich(NAME), rich("not determined in full")),
-        (rich("what is known of it"), rich(&format!("{stick_slip}{steady}"))),
-    ];
-    let whys = reasons.iter().map(|why| (rich("what is not, and why"), Rich::foreign(why)));
-    lines.extend(whys);
-    lines
+    format!("{stick_slip}{steady}")
 }
 
 /// The probability of stick-slip, and the dampings for given probabilities.
@@ -475,9 +492,10 @@ fn risk_lines(all: &Assessment, written: &Written, risk: &Risk) -> Vec<Line> {
         };
         value.then(interval).with_unit(unit.name)
     };
+    let noun = if risk.draws == 1 { "draw" } else { "draws" };
     let mut lines = vec![(
         rich("probability that it may stick-slip (95 % limits)"),
-        rich(&percentage(&risk.probability)).then(rich(&format!(", {} draws", risk.draws))),
+        rich(&percentage(&risk.probability)).then(rich(&format!(", {} {noun}", risk.draws))),
     )];
     if risk.critical_damping_error > risk.standard_error.unwrap_or(0.0) {
         let error = unit.number(risk.critical_damping_error, 2);
