@@ -603,7 +603,7 @@ impl Curve {
     pub fn is_analytic(&self, belt_speed: f64) -> bool {
         match self.form.closed() {
             Some(law) if law.has_known_features() => true,
-            None if !matches!(self.form, Form::Expression(_)) => false,
+            None if !(matches!(self.form, Form::Expression(_)) && self.corners().is_empty()) => false,
             _ => self.compiled(4.0 * belt_speed).is_analytic(),
         }
     }

@@ -566,6 +566,7 @@ impl Form {
 
     fn corners(&self) -> &[f64] {
         match self {
+            Form::Expression(law) | Form::Leading(law) => law.corners(),
             Form::Table(law) => law.corners(),
             Form::Function(law) => law.corners(),
             Form::Custom(law) => law.corners(),
