@@ -436,6 +436,7 @@ mod tests {
             x.ln(),
             x.sqrt(),
             x.abs(),
+            x.rate_at_least(0.5, Interval::ONE),
             Interval::new(f64::NAN, 1.0),
             Interval::of(f64::NAN) + Interval::ONE,
             huge * huge,
