@@ -389,6 +389,8 @@ class Law:
     ) -> Law:
         """A law given as a Python function, sampled once into polynomials, then as fast as any other.
 
+        Errors of critical dampings include that of the samples. No test that proves anything decides for it.
+
         Parameters
         ----------
         function : callable
