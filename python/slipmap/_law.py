@@ -170,7 +170,7 @@ class Law:
             begins. By default 1, the value of the formula at u = 0.
         rest : str, optional
             "peak" for a smoothed law, which rises from 0 at rest: the law beyond its first peak, with the peak as friction
-            at rest and up to it. It has no parameters, and is sampled once.
+            at rest and up to it: ``max(u, peak)`` for `u`. It has no parameters.
         **parameters : array_like
             Values of the names in the formula; those left out are given at each call.
 
@@ -388,6 +388,8 @@ class Law:
         origin: str | None = None,
     ) -> Law:
         """A law given as a Python function, sampled once into polynomials, then as fast as any other.
+
+        Errors of critical dampings include that of the samples. No test that proves anything decides for it.
 
         Parameters
         ----------

@@ -178,9 +178,10 @@ def test_a_python_function_is_the_law_built_in():
     exact, more = slipmap.critical_c(built_in, V=V, epsilon=1.0, return_error=True)
     assert (np.abs(c - exact) <= error + more).all() and error.max() < 1e-8
     for dampings in (0.5 * exact, 1.5 * exact):
-        for methods in ("simulation", "symmetric"):
-            said = slipmap.verdicts(own, V=V, c=dampings, epsilon=1.0, methods=methods)
-            assert np.array_equal(said, slipmap.verdicts(built_in, V=V, c=dampings, epsilon=1.0, methods=methods))
+        said = slipmap.verdicts(own, V=V, c=dampings, epsilon=1.0, methods="simulation")
+        assert np.array_equal(said, slipmap.verdicts(built_in, V=V, c=dampings, epsilon=1.0, methods="simulation"))
+        # A theorem about the samples is none about the function.
+        assert (slipmap.verdicts(own, V=V, c=dampings, epsilon=1.0, methods="symmetric") == slipmap.Verdict.UNDECIDED).all()
     again = pickle.loads(pickle.dumps(own))
     assert again == own and again.error == own.error
     assert "lambda" in repr(own)

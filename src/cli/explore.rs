@@ -69,9 +69,8 @@ fn start(file: &Path) -> Result<Start, Failure> {
 fn check_law(law: &Law) -> Result<(), Failure> {
     match law.as_written() {
         Law::Function(_) => {
-            let problem =
-                "the page shows no law that is sampled: a function, or a formula with rest = \"peak\"";
-            Err(Failure::bad_input(problem, "give it as a table, or as a formula that is 1 at rest"))
+            let problem = "the page shows no law that is a sampled function";
+            Err(Failure::bad_input(problem, "give it as a table, or as a formula"))
         }
         _ => Ok(()),
     }

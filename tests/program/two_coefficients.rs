@@ -202,6 +202,29 @@ fn a_smoothed_law_rests_at_its_peak() {
     scratch.run(&["check", "peak.h5"]).ends_with(0);
 }
 
+/// Slip speeds below the peak are those of constant friction, of which nothing is proved: the belt is neutral. At V = 0.1 the
+/// critical damping is that of an integrator of events in extended precision.
+#[test]
+fn up_to_its_peak_a_law_is_flat() {
+    let scratch = Scratch::new();
+    let law =
+        "tanh(24.692021080803926*u)*(0.8627723410693893+(1-0.8627723410693893)*exp(-u/0.32105559944617307))";
+    let probe = |belt_speed: &str| {
+        let line = ["probe", "--phi", law, "--rest", "peak", "--epsilon", "1", "--V", belt_speed, "--c", "0"];
+        json(&scratch, &line)
+    };
+    let slow = probe("0.005");
+    let critical = &slow["critical_c"];
+    let (c, error) = (critical["value"].as_f64().unwrap(), critical["error"].as_f64().unwrap());
+    assert!(c.abs() <= error.max(1e-300), "{critical}");
+    assert_eq!(slow["regime"], "neutral");
+    let theorems = ["instability", "bendixson", "symmetric", "validated"];
+    assert_eq!(theorems.map(|name| slow["methods"][name]["verdict"].as_str().unwrap()), ["undecided"; 4]);
+    let fast = &probe("0.1")["critical_c"];
+    let (c, error) = (fast["value"].as_f64().unwrap(), fast["error"].as_f64().unwrap());
+    assert!(c - error <= 0.074_468_814_773_791_6 && c + error >= 0.074_468_814_773_788_4, "{fast}");
+}
+
 /// A map over the drop has the dampings and regimes of its points, and ends where there is none.
 #[test]
 fn a_map_over_the_drop_is_that_of_its_points() {

@@ -241,7 +241,8 @@ pub(super) fn check_range(friction: &Section, grid: &Grid) -> Result<(), ConfigE
                         law.check(point.epsilon, &point.law, fastest)
                     }
                 };
-                checked.map_err(|error| at_formula(&phi, &error))?;
+                // With its rest at the peak the formula is another text.
+                checked.map_err(|error| phi.error(&point_into(&law.text(), &error), error.remedy.clone()))?;
             }
             Ok(())
         }

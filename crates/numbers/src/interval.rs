@@ -355,6 +355,22 @@ impl Real for Interval {
     }
 
     #[inline]
+    fn at_least(self, floor: f64) -> Self {
+        Self { lo: Real::at_least(self.lo, floor), hi: Real::at_least(self.hi, floor) }
+    }
+
+    #[inline]
+    fn rate_at_least(self, floor: f64, rate: Self) -> Self {
+        if self.lo >= floor {
+            rate
+        } else if self.hi <= floor {
+            Self::ZERO
+        } else {
+            Self::ENTIRE
+        }
+    }
+
+    #[inline]
     fn power(self, exponent: f64) -> Self {
         let Self { lo, hi } = self;
         if !(lo >= 0.0) {
@@ -420,6 +436,7 @@ mod tests {
             x.ln(),
             x.sqrt(),
             x.abs(),
+            x.rate_at_least(0.5, Interval::ONE),
             Interval::new(f64::NAN, 1.0),
             Interval::of(f64::NAN) + Interval::ONE,
             huge * huge,

@@ -32,6 +32,11 @@ pub trait Real:
     fn atan(self) -> Self;
     /// The absolute value.
     fn abs(self) -> Self;
+    /// The larger one of the number and `floor`.
+    fn at_least(self, floor: f64) -> Self;
+    /// Of a number that changes at this `rate`, or of its later Taylor coefficients, that of [`Real::at_least`]: `rate` from
+    /// `floor` on and 0 below, and unknown where it stands for numbers on both sides.
+    fn rate_at_least(self, floor: f64, rate: Self) -> Self;
     /// A power, with an exponent that is not an integer, of a number >= 0.
     fn power(self, exponent: f64) -> Self;
 
@@ -110,6 +115,13 @@ impl Real for f64 {
     }
     fn abs(self) -> Self {
         f64::abs(self)
+    }
+    fn at_least(self, floor: f64) -> Self {
+        // Not `f64::max`, which takes the floor for NaN.
+        if self < floor { floor } else { self }
+    }
+    fn rate_at_least(self, floor: f64, rate: Self) -> Self {
+        if self < floor { 0.0 } else { rate }
     }
     fn power(self, exponent: f64) -> Self {
         match self == 0.0 {
@@ -203,6 +215,12 @@ impl<const N: usize> Real for Points<N> {
     }
     fn abs(self) -> Self {
         self.map(f64::abs)
+    }
+    fn at_least(self, floor: f64) -> Self {
+        self.map(|x| x.at_least(floor))
+    }
+    fn rate_at_least(self, floor: f64, rate: Self) -> Self {
+        self.with(rate, |x, rate| x.rate_at_least(floor, rate))
     }
     fn power(self, exponent: f64) -> Self {
         self.map(|x| x.power(exponent))
@@ -449,6 +467,16 @@ impl<T: Real, const N: usize> Real for Jet<T, N> {
         let mut series = self.0.map(|x| x * sign);
         series[0] = self.0[0].abs();
         Self(series)
+    }
+
+    fn at_least(self, floor: f64) -> Self {
+        let mut series = self.rate_at_least(floor, self);
+        series.0[0] = self.0[0].at_least(floor);
+        series
+    }
+
+    fn rate_at_least(self, floor: f64, rate: Self) -> Self {
+        Self(rate.0.map(|rate| self.0[0].rate_at_least(floor, rate)))
     }
 
     fn power(self, exponent: f64) -> Self {

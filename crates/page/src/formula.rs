@@ -79,6 +79,12 @@ fn set(name: &str, text: &str) -> Option<Formula> {
                 let plain = exponent.to_string().chars().map(raised).collect();
                 power(stack.pop()?, plain, number(exponent.into()).set)
             }
+            Step::SlipAtLeast(floor) => {
+                let [of, floor] = [named("u").set, number(floor).set];
+                let html = format!("<mi>max</mi><mo>(</mo>{}<mo>,</mo>{}<mo>)</mo>", of.html, floor.html);
+                let latex = format!(r"\max\left({}, {}\right)", of.latex, floor.latex);
+                part(Bound::Atom, format!("max({}, {})", of.plain, floor.plain), html, latex)
+            }
             Step::Call(function) => call(function, stack.pop()?.set),
             Step::Join(operator) => {
                 let right = stack.pop()?;

@@ -100,14 +100,23 @@ pub fn critical_dampings(
     for (number, closing) in numbers.into_iter().zip(closing_dampings_by_quarters(&sought, tolerance)) {
         found[number] = closing;
     }
-    let answer = |(column, found): (&Column, Result<Closing, u64>)| match found {
+    let answer = |column: &Column, found: Result<Closing, u64>| match found {
         Ok(Closing { viscous, error, rhs, .. }) => {
             Ok(CriticalDamping { c: viscous / column.epsilon, error: error / column.epsilon, rhs })
         }
         Err(rhs) if column.curve.is_hidden_by_rounding(column.belt_speed) => Ok(hidden(column, rhs)),
         Err(rhs) => search(column, tolerance, rhs, Wanted::Legal),
     };
-    columns.iter().zip(found).map(answer).collect()
+    columns.iter().zip(found).map(|(column, found)| sampled(column, answer(column, found))).collect()
+}
+
+/// What is found with the error of the samples of a function: delta of the weakening rate moves eps c* by at most delta.
+fn sampled(
+    column: &Column,
+    found: Result<CriticalDamping, NoCriticalDamping>,
+) -> Result<CriticalDamping, NoCriticalDamping> {
+    let by_samples = column.curve.sampling_error() / column.epsilon;
+    found.map(|found| CriticalDamping { error: found.error + by_samples, ..found })
 }
 
 /// What is known of a fall that rounding hides from all orbits: the balance of energy, and that no orbit returns that is
@@ -166,7 +175,7 @@ pub fn located_critical_damping(
     let critical = critical_damping(column, tolerance)?;
     match critical.is_located() {
         true => Ok(critical),
-        false => search(column, tolerance, critical.rhs, Wanted::AnySign),
+        false => sampled(column, search(column, tolerance, critical.rhs, Wanted::AnySign)),
     }
 }
 

@@ -186,9 +186,9 @@ fn turn_by_steps(oscillator: &Oscillator, start: Start, tolerance: f64) -> Turn 
         if last {
             let round_off = 16.0 * f64::EPSILON * state[0].abs().max(field.steepest);
             let by_rate = state[1].exp() / (1.0 + state[0]).powi(2) * state[2];
-            let form = weakening.error(0.0, weakening.reach()).bound() * by_rate.abs();
+            let form = weakening.error(0.0, weakening.reach()).bound() + oscillator.curve.sampling_error();
             let margin = state[0] * (1.0 + excess) + excess;
-            let error = (error / SHARE + round_off + form) * (1.0 + excess);
+            let error = (error / SHARE + round_off + form * by_rate.abs()) * (1.0 + excess);
             return Turn::Complete { margin, error, rhs };
         }
         let grown = if local > 0.0 { 0.9 * (allowed / local).powf(1.0 / 7.0) } else { 5.0 };

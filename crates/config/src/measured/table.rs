@@ -25,7 +25,7 @@ impl Level {
     pub fn formula(self, phi: &str) -> Result<Law, ExpressionError> {
         match self {
             Level::Given(level) => Expression::with_static(phi, level).map(Law::Expression),
-            Level::Peak => Expression::new(phi, 1.0)?.with_rest_at_peak().map(Law::Function),
+            Level::Peak => Expression::new(phi, 1.0)?.with_rest_at_peak().map(Law::Expression),
             Level::One | Level::First => Expression::new(phi, 1.0).map(Law::Expression),
         }
     }

@@ -168,13 +168,21 @@ impl Curve {
     }
 
     /// Bound of the rounding error of the weakening rate at slip speed `u`, where one is known: by interval
-    /// arithmetic for a formula, of the differences of a table's data. 0 for a law given by functions.
+    /// arithmetic for a formula, of the differences of a table's data; the error of a function's samples.
     pub(crate) fn weakening_rounding(&self, u: f64) -> f64 {
         if let Form::Table(table) = &self.form {
             return table.rounding_of_weakening(u);
         }
         let slope = self.formula(Jet::<Interval, 2>::variable(Interval::of(u), 1.0)).map(|phi| phi.0[1]);
-        slope.map_or(0.0, |slope| slope.hi - slope.lo)
+        slope.map_or(self.sampling_error(), |slope| slope.hi - slope.lo)
+    }
+
+    /// How far the weakening rate may be from that of the function of which the law holds samples; 0 for other laws.
+    pub fn sampling_error(&self) -> f64 {
+        match &self.form {
+            Form::Function(law) => law.error(),
+            _ => 0.0,
+        }
     }
 
     /// The weakening rate as polynomials on slip speeds from 0 to at least `reach`, or to the end of a table
@@ -455,9 +463,9 @@ impl Curve {
         range.lo.is_finite() && range.hi.is_finite()
     }
 
-    /// Returns whether the law is implemented by a program, so that it has no proved bounds.
+    /// Returns whether the law is given by functions of a program, so that it has no proved bounds.
     pub(crate) fn is_sampled(&self) -> bool {
-        matches!(self.form, Form::Custom(_))
+        matches!(self.form, Form::Function(_) | Form::Custom(_))
     }
 
     /// Derivatives of the weakening rate at slip speed `u` with respect to eps and each parameter of the law.
@@ -603,7 +611,7 @@ impl Curve {
     pub fn is_analytic(&self, belt_speed: f64) -> bool {
         match self.form.closed() {
             Some(law) if law.has_known_features() => true,
-            None if !matches!(self.form, Form::Expression(_)) => false,
+            None if !(matches!(self.form, Form::Expression(_)) && self.corners().is_empty()) => false,
             _ => self.compiled(4.0 * belt_speed).is_analytic(),
         }
     }

@@ -1,8 +1,9 @@
-//! A law given as a function of a program: sampled once and stored as piecewise polynomials.
+//! A law given as a function of a Python program: sampled once and stored as piecewise polynomials.
 //!
-//! The polynomials define the law. The distance of its weakening rate from that of the function is estimated
-//! by samples ([`Function::error`]); by the comparison lemma of [`slipmap_certify`] an error delta of the
-//! weakening rate moves the critical damping by at most delta / eps. Beyond the largest slip speed the law is
+//! The distance of their weakening rate from that of the function is estimated by samples ([`Function::error`]), and nothing
+//! is proved of it: a constant that is sampled falls somewhere, by rounding. So the law has no enclosures, and no theorem
+//! uses it. By the comparison lemma of [`slipmap_certify`] an error delta of the weakening rate moves the critical damping by
+//! at most delta / eps, which the error of the critical damping includes. Beyond the largest slip speed the law is
 //! unknown: phi is NaN there, as for a table.
 
 use std::sync::{Arc, LazyLock};
@@ -213,25 +214,6 @@ impl Function {
         -self.on_piece(self.piece_at(u), Jet::<f64, 2>::variable(u, 1.0)).0[1]
     }
 
-    /// Enclosures of the Taylor coefficients of phi at all slip speeds in `u`, in powers of the slip speed
-    /// divided by `unit`; `None` where the law is unknown. Where two polynomials meet, both are enclosed.
-    pub(super) fn series<const N: usize>(&self, u: Interval, unit: f64) -> Option<Jet<Interval, N>> {
-        if !(0.0 <= u.lo && u.hi <= self.fastest()) {
-            return None;
-        }
-        let thin = u.lo == u.hi;
-        let ends = self.0.ends.windows(2).enumerate();
-        let meets = ends.filter(|(_, ends)| match thin {
-            true => ends[0] <= u.lo && u.hi <= ends[1],
-            false => ends[0] < u.hi && u.lo < ends[1],
-        });
-        let of_piece = |(piece, ends): (usize, &[f64])| {
-            let part = Interval::new(u.lo.max(ends[0]), u.hi.min(ends[1]));
-            self.on_piece(piece, Jet::<Interval, N>::variable(part, unit))
-        };
-        meets.map(of_piece).reduce(|a, b| Jet(std::array::from_fn(|order| a.0[order].hull(b.0[order]))))
-    }
-
     /// The whole law as text, from which [`Function::from_definition`] restores every bit.
     pub(super) fn definition(&self) -> String {
         let Pieces { origin, ends, corners, coefficients, error } = &*self.0;
@@ -388,18 +370,6 @@ mod tests {
         let law = Function::new("kinked", kinked, 4.0, &[1.0]).unwrap();
         assert_eq!(law.corners(), [1.0]);
         assert!((law.weakening(0.999_999) - 0.2).abs() < 1e-12 && (law.weakening(1.0) - 0.1).abs() < 1e-12);
-    }
-
-    #[test]
-    fn series_enclose_values_and_slopes() {
-        let law = exponential();
-        let range = law.series::<2>(Interval::new(0.3, 0.4), 1.0).unwrap();
-        for i in 0..=10 {
-            let u = 0.3 + 0.01 * f64::from(i);
-            assert!(range.0[0].lo <= law.phi(u) && law.phi(u) <= range.0[0].hi, "{u}");
-            assert!(range.0[1].lo <= -law.weakening(u) && -law.weakening(u) <= range.0[1].hi, "{u}");
-        }
-        assert!(law.series::<2>(Interval::new(7.0, 9.0), 1.0).is_none());
     }
 
     #[test]

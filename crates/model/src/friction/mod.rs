@@ -539,7 +539,6 @@ impl Form {
     /// divided by `unit`.
     fn series<const N: usize>(&self, u: Interval, unit: f64) -> Option<Jet<Interval, N>> {
         match self {
-            Form::Function(law) => law.series(u, unit),
             Form::Exponential(law) => Some(law.series(u, unit)),
             law => law.formula(Jet::<Interval, N>::variable(u, unit)),
         }
@@ -566,6 +565,7 @@ impl Form {
 
     fn corners(&self) -> &[f64] {
         match self {
+            Form::Expression(law) | Form::Leading(law) => law.corners(),
             Form::Table(law) => law.corners(),
             Form::Function(law) => law.corners(),
             Form::Custom(law) => law.corners(),

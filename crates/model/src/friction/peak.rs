@@ -5,7 +5,6 @@
 use std::convert::Infallible;
 
 use super::expression::{Expression, ExpressionError};
-use super::function::Function;
 use super::table::{Table, TableError};
 use crate::point::LawParameters;
 use slipmap_numbers::roots::{Bracket, falling_root};
@@ -19,15 +18,13 @@ pub(super) const REST_AT_PEAK: &str = "write rest = \"peak\" (or --rest peak) fo
 /// Slip speeds between which a peak is looked for, and their number per factor of two.
 const OCTAVES: std::ops::Range<i32> = -40..20;
 const PER_OCTAVE: i32 = 32;
-/// The law is sampled up to this slip speed.
-const FASTEST: f64 = 1e3;
 
 impl Expression {
-    /// The law with its rest at its first peak, as a function that is sampled once.
+    /// The law with its rest at its first peak: the formula with `max(u, peak)` for u, divided by its value there.
     ///
     /// # Errors
     /// [`ExpressionError`] if the formula has parameters or eps, or no peak.
-    pub fn with_rest_at_peak(&self) -> Result<Function, ExpressionError> {
+    pub fn with_rest_at_peak(&self) -> Result<Self, ExpressionError> {
         let error = |problem: String, remedy: &str| ExpressionError {
             from: 0,
             to: self.text().chars().count(),
@@ -56,12 +53,9 @@ impl Expression {
         let found: Result<_, Infallible> = falling_root(bracket, 0.0, |u| Ok(slope(u)));
         let Ok((peak, _)) = found;
         let level = curve.phi(peak);
-        // Octaves, so that samples do not pass over a fall next to the peak.
-        let doubled = |u: &f64| Some(2.0 * u).filter(|u| *u < FASTEST);
-        let corners: Vec<f64> = std::iter::successors(Some(peak), doubled).collect();
-        let origin = self.text().replace('\n', " ");
-        let function = Function::new(&origin, |u| curve.phi(u.max(peak)) / level, FASTEST, &corners);
-        function.map_err(|problem| error(problem.problem, &problem.remedy))
+        let text = self.with_slip(|slip| format!("max({slip}, {peak:?})"));
+        Self::new(&text, level * self.static_level())
+            .map_err(|problem| error(problem.problem, &problem.remedy))
     }
 }
 
@@ -94,11 +88,17 @@ mod tests {
     #[test]
     fn friction_is_that_of_the_peak_up_to_it_and_as_written_beyond() {
         let law = Expression::new("sqrt(200)*u*exp(-100*u^2 + 1/2)", 1.0).unwrap();
-        let function = law.with_rest_at_peak().unwrap();
-        assert!(function.error() < 1e-9, "{}", function.error());
+        let at_peak = law.with_rest_at_peak().unwrap();
         let peak = 200_f64.sqrt().recip();
-        let curve = Law::Function(function).curve(1.0, &LawParameters::new(&[]));
+        at_peak.check(1.0, &LawParameters::new(&[]), 2.0).unwrap();
+        let law = Law::Expression(at_peak);
+        assert_eq!(Law::from_definition(law.name(), &law.definition()), Some(law.clone()));
+        let curve = law.curve(1.0, &LawParameters::new(&[]));
         assert!((curve.corners()[0] - peak).abs() < 1e-9);
+        let (below, beyond) =
+            (curve.weakening_range(0.0, 0.99 * peak), curve.weakening_range(0.0, 8.0 * peak));
+        assert!(below.lo >= -1e-300 && below.hi <= 1e-300, "{below:?}");
+        assert!(beyond.lo > -1e-12 && beyond.hi.is_finite(), "{beyond:?}");
         for (u, phi) in [
             (0.0, 1.0),
             (0.5 * peak, 1.0),
@@ -113,5 +113,23 @@ mod tests {
             let error = Expression::new(text, 1.0).unwrap().with_rest_at_peak().unwrap_err();
             assert!(error.problem.contains(words), "{text}: {error}");
         }
+    }
+    /// The corner is that of the slip speed, whose unit is another one; a kink is refused.
+    #[test]
+    fn the_larger_one_of_the_slip_speed_and_a_number_has_a_corner_there() {
+        let law = Expression::new("2 - exp(-(max(u, 0.5) - 0.5)^2)", 1.0).unwrap();
+        let none = LawParameters::new(&[]);
+        let in_units = law.in_units(4.0, 1.0);
+        for law in [&in_units, &Expression::new(&in_units.text(), 1.0).unwrap()] {
+            law.check(1.0, &none, 3.0).unwrap();
+            let curve = Law::Expression(law.clone()).curve(1.0, &none);
+            assert_eq!(curve.corners(), [0.125]);
+            assert_eq!((curve.phi(0.1), curve.weakening(0.1)), (1.0, 0.0));
+            assert_eq!(curve.weakening(0.25), -4.0 * (-0.25_f64).exp());
+        }
+        let kink = Expression::new("exp(-max(u, 0.5) + 0.5)", 1.0).unwrap();
+        kink.check(1.0, &none, 0.4).unwrap();
+        let error = kink.check(1.0, &none, 1.0).unwrap_err();
+        assert!((error.from, error.to) == (5, 16) && error.problem.contains("a kink at u = 0.5"), "{error}");
     }
 }

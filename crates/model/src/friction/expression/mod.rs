@@ -8,7 +8,8 @@
 //!
 //! **Legal laws** are checked by [`Expression::check`]: phi(0) = 1 (after division by a stated static
 //! level), in double and in interval arithmetic, phi and D finite and continuous over the slip speeds of the
-//! check. `abs` is legal if its argument does not change its sign there. A power with an exponent that is not
+//! check. `abs` is legal if its argument does not change its sign there, and `max(u, peak)` if D does not jump at that
+//! slip speed. A power with an exponent that is not
 //! an integer requires a base >= 0, and, where the base vanishes, an exponent of at least 1.
 
 mod parse;
@@ -67,6 +68,8 @@ pub enum Step {
     Number(f64),
     /// The slip speed, eps or a parameter, by its name.
     Name(&'static str),
+    /// The larger one of the slip speed and this number.
+    SlipAtLeast(f64),
     /// The negative of the last value.
     Negate,
     /// The last value to a power.
@@ -83,6 +86,8 @@ pub struct Expression {
     parsed: Arc<Parsed>,
     /// Every u or v of the text stands for this times the slip speed.
     unit: f64,
+    /// See [`super::Curve::corners`].
+    corners: Arc<[f64]>,
     /// phi is the formula divided by this, the friction at rest.
     static_level: f64,
     /// Whether friction in slip may begin below the friction at rest.
@@ -176,15 +181,20 @@ impl Expression {
             min: f64::MIN,
             max: f64::MAX,
         });
+        let corners = tape.corners(1.0).into();
         let parsed = Arc::new(Parsed { text: text.to_owned(), parameters: parameters.collect(), tape });
-        Ok(Self { parsed, unit: 1.0, static_level, may_drop })
+        Ok(Self { parsed, unit: 1.0, corners, static_level, may_drop })
     }
 
     /// The law with its slip speed in units of `unit`, divided by `static_level`: in the text, every u or v is replaced by
     /// (unit*u).
     #[must_use]
     pub fn in_units(&self, unit: f64, static_level: f64) -> Self {
-        Self { unit: self.unit * unit, static_level, ..self.clone() }
+        Self { static_level, ..self.with_unit(self.unit * unit) }
+    }
+
+    fn with_unit(&self, unit: f64) -> Self {
+        Self { unit, corners: self.parsed.tape.corners(unit).into(), ..self.clone() }
     }
 
     /// Whether the laws are the same but for the unit of the slip speed, or in all.
@@ -201,13 +211,19 @@ impl Expression {
         if self.unit == 1.0 {
             return Cow::Borrowed(written);
         }
+        Cow::Owned(self.with_slip(|slip| format!("({:?}*{slip})", self.unit)))
+    }
+
+    /// The formula as it was written, with another term for the slip speed.
+    pub(super) fn with_slip(&self, term: impl Fn(&str) -> String) -> String {
+        let written = self.parsed.text.as_str();
         let mut text = String::with_capacity(2 * written.len());
         let is_part = |letter: char| letter.is_alphanumeric() || letter == '_' || letter == '.';
         let mut rest = written;
         while !rest.is_empty() {
             let word = &rest[..rest.find(|letter| !is_part(letter)).unwrap_or(rest.len())];
             match word {
-                "u" | "v" => text.push_str(&format!("({:?}*{word})", self.unit)),
+                "u" | "v" => text.push_str(&term(word)),
                 word => text.push_str(word),
             }
             rest = &rest[word.len()..];
@@ -215,7 +231,7 @@ impl Expression {
             text.push_str(&rest[..gap]);
             rest = &rest[gap..];
         }
-        Cow::Owned(text)
+        text
     }
 
     /// The formula step by step, as it was written.
@@ -223,6 +239,7 @@ impl Expression {
         self.parsed.tape.ops.iter().map(|op| match *op {
             Op::Number(x) => Step::Number(x),
             Op::Slip => Step::Name("u"),
+            Op::SlipAtLeast(floor) => Step::SlipAtLeast(floor),
             Op::Epsilon => Step::Name("epsilon"),
             Op::Parameter(i) => Step::Name(self.parsed.parameters[i].name),
             Op::Negate => Step::Negate,
@@ -346,8 +363,8 @@ pub(super) fn power<T: Real>(base: T, exponent: T) -> T {
 impl ExpressionCurve {
     /// The unit of the slip speed, where that is not the one of the formula as it was written; and the curve of that formula.
     pub(super) fn unit(&self) -> Option<(f64, Self)> {
-        let law = Expression { unit: 1.0, ..self.law.clone() };
-        (self.law.unit != 1.0).then(|| (self.law.unit, Self { law, ..self.clone() }))
+        let written = || Self { law: self.law.with_unit(1.0), ..self.clone() };
+        (self.law.unit != 1.0).then(|| (self.law.unit, written()))
     }
 
     /// Whether another curve is that of the same formula, perhaps in another unit of the slip speed.
@@ -378,13 +395,16 @@ impl ExpressionCurve {
         mut watch: impl FnMut(usize, &T),
     ) -> T {
         // Both factors are operands of a product in the text.
-        let slip = if self.law.unit == 1.0 { u } else { T::constant(self.law.unit) * u };
+        let unit = self.law.unit;
+        let of_text = |u: T| if unit == 1.0 { u } else { T::constant(unit) * u };
+        let slip = of_text(u);
         let mut stack = [u; DEEPEST];
         let mut top = 0;
         for (number, op) in self.law.parsed.tape.ops.iter().enumerate() {
             let (operands, result) = match *op {
                 Op::Number(x) => (0, T::constant(x)),
                 Op::Slip => (0, slip),
+                Op::SlipAtLeast(floor) => (0, of_text(u.at_least(floor / unit))),
                 Op::Epsilon => (0, epsilon),
                 Op::Parameter(i) => (0, parameter(i)),
                 Op::Add => (2, stack[top - 2] + stack[top - 1]),
@@ -411,6 +431,10 @@ impl ExpressionCurve {
     #[inline]
     fn series<T: Real, const N: usize>(&self, u: T) -> Jet<T, N> {
         self.run(Jet::variable(u, 1.0), Jet::of(T::constant(self.epsilon)), |_, _| ())
+    }
+
+    pub(super) fn corners(&self) -> &[f64] {
+        &self.law.corners
     }
 
     /// The friction at rest less that in slip at u -> 0.
@@ -507,7 +531,11 @@ impl ExpressionCurve {
         // A range of slip speeds on which an operation's value or derivative has no bounds is bisected down
         // to a share of 1e-9.
         let shortest = 1e-9 * fastest;
-        let mut pieces = vec![(0.0, fastest), (0.0, 0.0)];
+        let mut ends = vec![0.0];
+        ends.extend(self.corners().iter().filter(|corner| **corner < fastest));
+        ends.push(fastest);
+        let mut pieces: Vec<(f64, f64)> = ends.windows(2).rev().map(|ends| (ends[0], ends[1])).collect();
+        pieces.push((0.0, 0.0));
         let mut left = MOST_CHECKED;
         while let Some((a, b)) = pieces.pop() {
             let mut culprit = None;
@@ -531,6 +559,15 @@ impl ExpressionCurve {
                 0 => self.undecided(tape, number, a, b),
                 _ => self.singular(tape, number, a, b),
             });
+        }
+        let kinked = |corner: &&f64| {
+            let jump = self.weakening(**corner) - self.weakening(corner.next_down());
+            **corner < fastest && !(jump.abs() * **corner <= KNOWN_WITHIN * self.phi(**corner).abs())
+        };
+        let kink = self.corners().iter().find(kinked);
+        let of_kink = |op: &Op| matches!(op, Op::SlipAtLeast(_));
+        if let Some((corner, number)) = kink.zip(tape.ops.iter().position(of_kink)) {
+            return Err(self.singular(tape, number, *corner, *corner));
         }
         let whole = |problem: String, remedy: String| {
             Err(ExpressionError { from: 0, to: text.chars().count(), problem, remedy })
@@ -605,7 +642,7 @@ impl ExpressionCurve {
                 format!("division by zero: `{part}` vanishes at {at}"),
                 "write the law without that pole, in a form that also holds in the limit",
             ),
-            Op::Call(Function::Abs) => (
+            Op::Call(Function::Abs) | Op::SlipAtLeast(_) => (
                 format!("`{part}` has a kink at {at}, where D would jump"),
                 "give the law as a table with a row at the kink; a formula that smooths it is another law",
             ),

@@ -54,6 +54,8 @@ pub(super) enum Op {
     Number(f64),
     /// The slip speed.
     Slip,
+    /// The larger one of the slip speed and this number.
+    SlipAtLeast(f64),
     Epsilon,
     /// A named parameter, by its position.
     Parameter(usize),
@@ -106,6 +108,21 @@ enum Stop {
     NotHere,
     /// The formula is wrong.
     Wrong(ExpressionError),
+}
+
+impl Tape {
+    /// Slip speeds > 0, increasing, at which the slope of the weakening rate jumps, where the slip speed of the formula is
+    /// in this unit.
+    pub(super) fn corners(&self, unit: f64) -> Vec<f64> {
+        let corner = |op: &Op| match op {
+            Op::SlipAtLeast(floor) => Some(floor / unit),
+            _ => None,
+        };
+        let mut corners: Vec<f64> = self.ops.iter().filter_map(corner).collect();
+        corners.sort_by(f64::total_cmp);
+        corners.dedup();
+        corners
+    }
 }
 
 impl ParserError<Input<'_>> for Stop {
@@ -223,7 +240,8 @@ fn name(input: &mut Input, name: String, place: Place) -> Result<Place, Stop> {
         let Some(function) = function else {
             let known = Function::ALL.map(Function::name);
             let remedy = match name.as_str() {
-                "max" | "min" => {
+                "max" => return at_least(input, bracket, place),
+                "min" => {
                     "it has a kink, where D would jump: give the law as a table with a row there".to_owned()
                 }
                 _ => {
@@ -235,7 +253,7 @@ fn name(input: &mut Input, name: String, place: Place) -> Result<Place, Stop> {
         let before = input.state.tape.ops.len();
         let argument = parenthesis(input, bracket)?;
         let whole = Place { from: place.from, ..argument };
-        let of_slip = input.state.tape.ops[before..] == [Op::Slip];
+        let of_slip = matches!(input.state.tape.ops[before..], [Op::Slip | Op::SlipAtLeast(_)]);
         match function {
             // The slip speed is positive.
             Function::Abs if of_slip => return Ok(whole),
@@ -281,6 +299,36 @@ fn name(input: &mut Input, name: String, place: Place) -> Result<Place, Stop> {
         }
     };
     value(input, op, place)
+}
+
+/// Parses the rest of `max(u, number)`, whose parenthesis was opened at `bracket`: friction that is constant at slip speeds
+/// up to that number. In other units the slip speed is written `(unit*u)`.
+fn at_least(input: &mut Input, bracket: Place, place: Place) -> Result<Place, Stop> {
+    let before = input.state.tape.ops.len();
+    enter(input, bracket)?;
+    let argument = sum(input)?;
+    let comma = opt(token).parse_next(input)?;
+    let floor = opt(token).parse_next(input)?;
+    let floor = floor.and_then(|(word, _)| word.iter().collect::<String>().parse::<f64>().ok());
+    let end = opt(token).parse_next(input)?;
+    let unit = match input.state.tape.ops[before..] {
+        [Op::Slip] => 1.0,
+        [Op::Number(unit), Op::Slip, Op::Multiply] => unit,
+        _ => f64::NAN,
+    };
+    let floor = floor.map(|floor| floor / unit).filter(|floor| *floor > 0.0 && floor.is_finite());
+    let (Some(([','], _)), Some(floor), Some(([')'], Place { to, .. }))) = (comma, floor, end) else {
+        let problem = "max is that of the slip speed and a number greater than 0".into();
+        return wrong(Place { from: place.from, ..argument }, problem, "write for example max(u, 0.1)");
+    };
+    leave(input);
+    let whole = Place { from: place.from, to };
+    let tape = &mut input.state.tape;
+    let parts = tape.ops[before..].iter_mut().zip(&mut tape.places[before..]);
+    for (op, place) in parts.filter(|(op, _)| **op == Op::Slip) {
+        (*op, *place) = (Op::SlipAtLeast(floor), whole);
+    }
+    Ok(whole)
 }
 
 /// Parses the rest of the parenthesis opened at `bracket`, up to its end.
