@@ -28,8 +28,13 @@ use corners::corner_amplitudes;
 use hidden::Hidden;
 pub use interpolated::{BackboneNodes, InterpolatedBackbone};
 use panel::{Panel, Solver, largest, node_error_of, truncation_error};
+use slipmap_model::filippov::Oscillator;
 use slipmap_model::friction::{Column, Curve};
 use slipmap_numbers::chebyshev::coefficients;
+
+/// Tolerance, in units of the weakening rate, of the coarse backbones that are tried first where only the number of
+/// cycles is needed: few dampings of a column lie that close to an extreme of the backbone.
+pub const COARSE: f64 = 1e-5;
 
 /// Least and largest number of intervals between nodes.
 const SIZES: [usize; 2] = [8, 128];
@@ -145,6 +150,24 @@ impl Backbone {
             }
             found => found,
         }
+    }
+
+    /// The first of the coarse backbones, each with more nodes, that is enough, or that of `tolerance` where none is.
+    pub(super) fn enough(
+        oscillator: &Oscillator,
+        tolerance: f64,
+        work: &Work,
+        is_enough: impl Fn(&Self) -> bool,
+    ) -> Result<Self, Failure> {
+        let Oscillator { curve, belt_speed, .. } = oscillator;
+        let mut coarse = Some(Self::coarsest_within(curve, *belt_speed, COARSE, work)?);
+        while let Some(backbone) = coarse {
+            if is_enough(&backbone) {
+                return Ok(backbone);
+            }
+            coarse = backbone.refined_within(curve, COARSE, work)?;
+        }
+        Self::within(curve, *belt_speed, tolerance, work)
     }
 
     fn first_within(curve: &Curve, belt_speed: f64, tolerance: f64, work: &Work) -> Result<Self, Failure> {

@@ -27,8 +27,6 @@ use slipmap_numbers::named;
 const COARSER: f64 = 100.0;
 /// Error of a compiled law, in units of the weakening rate at the belt speed, up to which orbits follow it.
 const ACCURATE: f64 = 1e-9;
-/// Tolerance of the backbones that are tried first, as in maps: few dampings lie close to an extreme.
-const COARSE_BACKBONE: f64 = 1e-5;
 
 named! {
     /// A bifurcation of codimension one, with its name in tables.
@@ -151,15 +149,8 @@ fn is_overdamped(oscillator: &Oscillator) -> bool {
 /// The coarsest backbone that has all extremes, none of them next to the damping of the oscillator, or that of this
 /// tolerance.
 fn enough_backbone(oscillator: &Oscillator, tolerance: f64, work: &Work) -> Option<Backbone> {
-    let Oscillator { curve, viscous, belt_speed } = oscillator;
-    let mut backbone = Backbone::coarsest_within(curve, *belt_speed, COARSE_BACKBONE, work).ok()?;
-    while !(backbone.has_all_extremes() && backbone.is_reliable_at(*viscous)) {
-        match backbone.refined_within(curve, COARSE_BACKBONE, work).ok()? {
-            Some(finer) => backbone = finer,
-            None => return Backbone::within(curve, *belt_speed, tolerance, work).ok(),
-        }
-    }
-    Some(backbone)
+    let is_enough = |it: &Backbone| it.has_all_extremes() && it.is_reliable_at(oscillator.viscous);
+    Backbone::enough(oscillator, tolerance, work, is_enough).ok()
 }
 
 /// A test function, with its difference from that at a coarser tolerance as the error.

@@ -101,30 +101,24 @@ pub fn slip_cycles(oscillator: &Oscillator, tolerance: f64) -> Result<Vec<Cycle>
     };
     let belt_speed = oscillator.belt_speed;
     let work = Work::of_question(&oscillator.curve);
-    let backbone = Backbone::within(&oscillator.curve, belt_speed, BACKBONE_TOLERANCE, &work)?;
+    let is_enough = |it: &Backbone| it.is_reliable_at(oscillator.viscous);
+    let backbone = Backbone::enough(oscillator, BACKBONE_TOLERANCE, &work, is_enough)?;
+    work.renew();
     let returns = outward(belt_speed, &turn_within(oscillator, belt_speed, tolerance, &work)?);
     let cycles = backbone.cycles(oscillator.viscous, stable, returns).ok_or(Unknown::TooClose)?;
     let narrowed = cycles.iter().map(|cycle| CycleRange {
         between: backbone.narrowed(cycle, oscillator.viscous),
         is_stable: cycle.is_stable,
     });
-    Ok(narrowed.map(|cycle| locate_within(oscillator, &cycle, tolerance, &work)).collect::<Result<_, _>>()?)
+    Ok(narrowed.map(|cycle| locate(oscillator, &cycle, tolerance)).collect::<Result<_, _>>()?)
 }
 
 /// Computes the slip cycle whose amplitude has known bounds and whose stability is known.
 pub fn locate(oscillator: &Oscillator, cycle: &CycleRange, tolerance: f64) -> Result<Cycle, Failure> {
-    locate_within(oscillator, cycle, tolerance, &Work::of_question(&oscillator.curve))
-}
-
-fn locate_within(
-    oscillator: &Oscillator,
-    cycle: &CycleRange,
-    tolerance: f64,
-    work: &Work,
-) -> Result<Cycle, Failure> {
+    let work = Work::of_question(&oscillator.curve);
     let (radius, (end, extent)) = fixed_point(cycle.between, true, tolerance, |radius| {
         let mut extent = Extent::default();
-        let end = walk_towards(oscillator, radius, cycle.is_stable, tolerance, work)
+        let end = walk_towards(oscillator, radius, cycle.is_stable, tolerance, &work)
             .lower_arc(|walk, from, to| extent.step(walk, from, to))?;
         let turn = SlipTurn::of(radius, &end);
         let returns = match turn {

@@ -8,16 +8,13 @@ use super::verdict::Attractors;
 use slipmap_model::filippov::{HopfRate, Oscillator, Stability};
 use slipmap_model::friction::{Column, Curve, Range};
 use slipmap_numbers::text::rounded;
-use slipmap_simulate::backbone::{Backbone, CycleRange, InterpolatedBackbone};
+use slipmap_simulate::backbone::{Backbone, COARSE, CycleRange, InterpolatedBackbone};
 use slipmap_simulate::crossing::{crossing_cycles, landing_and_cycle, some_cross_for_ever};
 use slipmap_simulate::far_loops::FarLoops;
 use slipmap_simulate::slip_cycle::{BACKBONE_TOLERANCE, Kick, Unknown, kick_onto, kick_onto_grazing, locate};
 use slipmap_simulate::{CriticalDamping, located_critical_damping};
 use slipmap_simulate::{Cycle, Failure, Flow, Neighbour, TIGHT};
 
-/// Tolerance, in units of the weakening rate, of the coarse backbones that are tried first where only the
-/// number of cycles is needed: few dampings of a column lie that close to an extreme of the backbone.
-pub(super) const COARSE: f64 = 1e-5;
 /// Least error, relative to the largest |C|, of a coarse backbone that is far above [`COARSE`].
 const ROUGH: f64 = 1e-3;
 /// Tolerance of C(V) of a curve with a drop.

@@ -27,7 +27,6 @@ use std::cell::OnceCell;
 use std::collections::HashMap;
 use std::ops::Range;
 
-use super::behaviour::COARSE;
 use super::end::End;
 use super::grid::Extent;
 use super::{Field, Grid, Plan, Tile};
@@ -35,7 +34,7 @@ use slipmap_model::filippov::Oscillator;
 use slipmap_model::friction::Column;
 use slipmap_numbers::chebyshev::{self, Transform};
 use slipmap_numbers::random::Random;
-use slipmap_simulate::backbone::{BackboneNodes, InterpolatedBackbone};
+use slipmap_simulate::backbone::{BackboneNodes, COARSE, InterpolatedBackbone};
 use slipmap_simulate::critical_damping;
 use slipmap_simulate::crossing::reach;
 use slipmap_simulate::far_loops::FarLoops;
