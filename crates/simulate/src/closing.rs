@@ -1,17 +1,14 @@
 //! The damping at which the orbit of an amplitude closes: by [`super::circle`] for Stribeck's law; by
 //! [`super::elements`], or else from its [`super::quarters`], for all other laws.
 
-use super::Failure;
-use super::arc::{self, SlipTurn};
 use super::circle::{Start, spectral};
 use super::elements::closed_orbit;
 use super::polar::Closing;
 use super::quarters::{Sought, closing_dampings_by_quarters};
 use super::work::Work;
-use slipmap_model::filippov::{HopfRate, Oscillator};
+use slipmap_model::filippov::HopfRate;
 use slipmap_model::friction::{Curve, Stribeck};
 use slipmap_model::point::ScaledGroups;
-use slipmap_numbers::roots::{falling_bracket, falling_root, first_step};
 
 /// An orbit: its curve, the belt speed V and its maximum r of x2, 0 < r <= V.
 #[derive(Clone, Copy, Debug)]
@@ -84,48 +81,6 @@ fn of_flat(curve: &Curve, belt_speed: f64, rhs: u64) -> Option<Closing> {
     let error = 0.5 * (bounds.hi - bounds.lo);
     let rounding = HopfRate::new(curve, belt_speed).rounding();
     (error <= rounding).then_some(Closing { viscous: bounds.lo + error, error, rhs, slope: None })
-}
-
-/// The C at which the orbit through the maximum `radius` < V of x2 closes, by the orbit in (x2, x2'): for
-/// orbits whose polar angle is not monotone in time where x2 < 0, as those of measured friction with steps. It lies between the bounds of the even part of the
-/// weakening rate (theory, "The backbone"), and within about `guess[1]` of `guess[0]` where there is one.
-pub(super) fn closing_damping_of_node(
-    curve: &Curve,
-    belt_speed: f64,
-    radius: f64,
-    tolerance: f64,
-    guess: Option<[f64; 2]>,
-    work: &Work,
-) -> Result<Closing, Failure> {
-    let bounds = curve.even_weakening_range(belt_speed);
-    let mut oscillator = Oscillator { curve: curve.clone(), viscous: 0.0, belt_speed };
-    let mut growth = |viscous: f64| {
-        oscillator.viscous = viscous;
-        Ok(match arc::turn_within(&oscillator, radius, tolerance, work)? {
-            SlipTurn::Returns { radius: next, .. } | SlipTurn::MeetsBelt { radius: next } => {
-                (next / radius).ln().clamp(-1.0, 1.0)
-            }
-            SlipTurn::Rests => -1.0,
-        })
-    };
-    let size = bounds.lo.abs().max(bounds.hi.abs());
-    let pad = 1e-6 * (bounds.hi - bounds.lo) + 1e-12 * size;
-    let (low, high) = (bounds.lo - pad, bounds.hi + pad);
-    let mean = curve.mean_weakening(belt_speed);
-    let near = match guess {
-        // A step that is too short would take many doublings.
-        Some([start, step]) if (low..=high).contains(&start) => [start, step.max(1e-12 * (high - low))],
-        _ => {
-            let start = if mean.is_finite() { mean.clamp(low, high) } else { 0.5 * (low + high) };
-            [start, first_step(start, [low, high])]
-        }
-    };
-    let Some(bracket) = falling_bracket(near, [low, high], &mut growth)? else {
-        return Err(Failure::StepUnderflow);
-    };
-    let (viscous, bracket) = falling_root(bracket, tolerance * size, &mut growth)?;
-    let error = bracket.width().min(10.0 * tolerance / bracket.steepness()) + tolerance * size;
-    Ok(Closing { viscous, error, rhs: 0, slope: None })
 }
 
 /// The start of an orbit of Stribeck's law, as a grazing orbit of another: with v = r R cos th, rho = r / V

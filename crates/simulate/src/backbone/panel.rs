@@ -2,7 +2,7 @@
 //! amplitude.
 
 use super::super::Failure;
-use super::super::closing::{Amplitude, closing_damping_of_node, closing_dampings};
+use super::super::closing::{Amplitude, closing_dampings};
 use super::super::polar::Closing;
 use super::super::work::Work;
 use slipmap_model::friction::Curve;
@@ -147,14 +147,12 @@ impl<'a> Solver<'a> {
         Self { curve, belt_speed, tolerance, work, known, error: 0.0, slope_error: 0.0, rhs: 0 }
     }
 
-    /// Estimates C at an amplitude by the line through two known ones, and the error of that estimate.
-    pub(super) fn guess(&self, radius: f64) -> Option<[f64; 2]> {
+    /// Estimates C at an amplitude by the line through two known ones.
+    fn guess(&self, radius: f64) -> Option<f64> {
         let after = self.known.partition_point(|known| known.0 < radius);
         let first = after.saturating_sub(1).min(self.known.len().checked_sub(2)?);
         let [(from, low), (to, high)] = [self.known[first], self.known[first + 1]];
-        let share = (radius - from) / (to - from);
-        let change = (high - low).abs() * if after == first + 1 { 0.1 } else { share.abs() };
-        Some([low + share * (high - low), change + self.tolerance * low.abs().max(high.abs())])
+        Some(low + (radius - from) / (to - from) * (high - low))
     }
 
     /// Whether orbits are computed with their slopes.
@@ -171,7 +169,7 @@ impl<'a> Solver<'a> {
         let (curve, belt_speed, tolerance, work) = (self.curve, self.belt_speed, self.tolerance, self.work);
         let orbits: Vec<Amplitude> = (radii.iter())
             .map(|&radius| Amplitude {
-                guess: self.guess(radius).map(|[near, _]| near),
+                guess: self.guess(radius),
                 ..Amplitude::new(curve, belt_speed, radius)
             })
             .collect();
@@ -180,12 +178,7 @@ impl<'a> Solver<'a> {
             .map(|(found, radius)| {
                 let (Ok(Closing { rhs, .. }) | Err(rhs)) = found;
                 self.rhs += rhs;
-                let closed = found.or_else(|_| {
-                    let guess = self.guess(*radius);
-                    // On the belt line itself the orbit is followed from just below: C is continuous.
-                    let radius = radius.min(belt_speed * (1.0 - f64::EPSILON));
-                    closing_damping_of_node(curve, belt_speed, radius, tolerance, guess, work)
-                })?;
+                let closed = found.map_err(|_| Failure::StepBudget)?;
                 self.error = self.error.max(closed.error);
                 let place = self.known.partition_point(|known| known.0 < *radius);
                 if self.known.get(place).is_none_or(|known| known.0 > *radius) {

@@ -361,13 +361,15 @@ impl<'a> Search<'a> {
         } else if one + other < 0.0 {
             self.bounds[1] = self.bounds[1].min(viscous + own);
         }
+        let unsure = (errors[0] + errors[1]) / f64::max(weights[0], weights[1]);
         if one > other {
-            self.depths[0] = self.depths[0].max(depth);
+            self.depths[0] = self.depths[0].max(depth - unsure);
         } else if one < other {
-            self.depths[1] = self.depths[1].min(depth);
+            self.depths[1] = self.depths[1].min(depth + unsure);
         }
         let left = CURVATURE * bend / self.steepness;
         let floor = 4.0 * f64::EPSILON * viscous.abs();
+        let moved = self.before.as_ref().map(|before| [viscous - before.viscous, depth - before.depth]);
         self.before = Some(Before { viscous, depth, derivatives });
         let is_near = length <= own || left <= self.aim.max(own) && step[1] <= SHORT_STEP;
         if self.is_accurate && is_near {
@@ -380,13 +382,22 @@ impl<'a> Search<'a> {
         }
         let near = NEARLY * (self.aim / self.size).sqrt().sqrt() * self.size;
         self.is_accurate |= change <= own.max(near) || self.bounds[1] - self.bounds[0] <= floor;
-        let within = |next: f64, [low, high]: [f64; 2]| {
-            let middle = if (high - low).is_finite() { 0.5 * (low + high) } else { next.clamp(low, high) };
-            if next > low && next < high { next } else { middle }
+        // A step beyond a bound goes half-way there, from the bound itself half-way to the other one.
+        let within = |now: f64, next: f64, [low, high]: [f64; 2]| match (next > low, next < high) {
+            (true, true) => next,
+            (false, _) if now > low => 0.5 * (low + now),
+            (_, false) if now < high => 0.5 * (now + high),
+            _ if (high - low).is_finite() => 0.5 * (low + high),
+            _ => now,
         };
-        self.viscous = within(newton, self.bounds);
+        // A step back is at most half as long as that before, lest two orbits follow one another for ever.
+        let [last, last_deeper] = moved.unwrap_or([0.0; 2]);
+        let back = |step: f64, last: f64| {
+            if step * last < 0.0 { step.abs().min(0.5 * last.abs()).copysign(step) } else { step }
+        };
+        self.viscous = within(viscous, viscous + back(newton - viscous, last), self.bounds);
         let deeper = deeper(self.viscous - viscous).clamp(-LONGEST_STEP, LONGEST_STEP);
-        self.depth = Some(within(depth + deeper, self.depths));
+        self.depth = Some(within(depth, depth + back(deeper, last_deeper), self.depths));
         None
     }
 }
