@@ -524,17 +524,22 @@ mod tests {
     fn where_an_orbit_closes_does_not_depend_on_the_start() {
         let mut random = Random(95);
         let mut lost = 0;
-        for _ in 0..12 {
-            let belt_speed = 0.1 * 10_f64.powf(random.unit());
-            let [fall, share, width] =
-                [0.05 + 0.4 * random.unit(), 1.9 * random.unit() + 0.05, random.unit()];
-            let place = share * belt_speed;
-            let width = 0.01 * 10_f64.powf(width) * place;
+        // Of the first law a quarter is next to an equilibrium at which D = 0 where it begins to creep.
+        let mut laws = vec![(0.097_148_262_405_178_07, 0.319_553_018_821_381_54, 0.958_950_5, 0.017_245_2)];
+        laws.extend((0..12).map(|_| {
+            let mut between = |from: f64, to: f64| from + (to - from) * random.unit();
+            let width = 10_f64.powf(between(-2.0, -1.0));
+            (10_f64.powf(between(-1.0, 0.0)), between(0.05, 0.45), between(0.05, 1.95), width)
+        }));
+        for (belt_speed, fall, place, width) in laws {
+            let place = place * belt_speed;
+            let width = width * place;
             let text = format!("1 - {fall}*(tanh((u - {place})/{width}) + tanh({place}/{width}))/2");
             let law = Law::Expression(Expression::new(&text, 1.0).unwrap());
             let curve = law.curve(1.0, &LawParameters::new(&[]));
-            for share in [0.1, 0.4, 0.8, 0.96, 1.0] {
-                let starts = [None, Some(0.0), Some(0.5), Some(2.0), Some(curve.weakening(belt_speed))];
+            for share in [0.1, 0.4, 0.8, 0.961_94, 1.0] {
+                let hopf = curve.weakening(belt_speed);
+                let starts = [None, Some(0.0), Some(0.5), Some(2.0), Some(2.68), Some(hopf)];
                 let sought = |start| Sought::of_amplitude(&curve, belt_speed, share * belt_speed, start);
                 let found = closing_dampings_by_quarters(&starts.map(sought), 1e-9);
                 let closed: Vec<&Closing> = found.iter().flatten().collect();
@@ -549,6 +554,6 @@ mod tests {
                 }
             }
         }
-        assert!(lost <= 3, "{lost} of 300");
+        assert!(lost <= 3, "{lost} of 390");
     }
 }

@@ -86,8 +86,8 @@ pub struct Expression {
     parsed: Arc<Parsed>,
     /// Every u or v of the text stands for this times the slip speed.
     unit: f64,
-    /// See [`super::Curve::corners`].
-    corners: Arc<[f64]>,
+    /// See [`super::Curve::corners`]; `None` where there are none. Small, since each column has a copy of its law.
+    corners: Option<Arc<Vec<f64>>>,
     /// phi is the formula divided by this, the friction at rest.
     static_level: f64,
     /// Whether friction in slip may begin below the friction at rest.
@@ -181,7 +181,7 @@ impl Expression {
             min: f64::MIN,
             max: f64::MAX,
         });
-        let corners = tape.corners(1.0).into();
+        let corners = tape.corners(1.0).map(Arc::new);
         let parsed = Arc::new(Parsed { text: text.to_owned(), parameters: parameters.collect(), tape });
         Ok(Self { parsed, unit: 1.0, corners, static_level, may_drop })
     }
@@ -194,7 +194,7 @@ impl Expression {
     }
 
     fn with_unit(&self, unit: f64) -> Self {
-        Self { unit, corners: self.parsed.tape.corners(unit).into(), ..self.clone() }
+        Self { unit, corners: self.parsed.tape.corners(unit).map(Arc::new), ..self.clone() }
     }
 
     /// Whether the laws are the same but for the unit of the slip speed, or in all.
@@ -434,7 +434,7 @@ impl ExpressionCurve {
     }
 
     pub(super) fn corners(&self) -> &[f64] {
-        &self.law.corners
+        self.law.corners.as_deref().map_or(&[], Vec::as_slice)
     }
 
     /// The friction at rest less that in slip at u -> 0.

@@ -113,7 +113,7 @@ enum Stop {
 impl Tape {
     /// Slip speeds > 0, increasing, at which the slope of the weakening rate jumps, where the slip speed of the formula is
     /// in this unit.
-    pub(super) fn corners(&self, unit: f64) -> Vec<f64> {
+    pub(super) fn corners(&self, unit: f64) -> Option<Vec<f64>> {
         let corner = |op: &Op| match op {
             Op::SlipAtLeast(floor) => Some(floor / unit),
             _ => None,
@@ -121,7 +121,7 @@ impl Tape {
         let mut corners: Vec<f64> = self.ops.iter().filter_map(corner).collect();
         corners.sort_by(f64::total_cmp);
         corners.dedup();
-        corners
+        (!corners.is_empty()).then_some(corners)
     }
 }
 
