@@ -178,7 +178,12 @@ impl<'a> Solver<'a> {
             .map(|(found, radius)| {
                 let (Ok(Closing { rhs, .. }) | Err(rhs)) = found;
                 self.rhs += rhs;
-                let closed = found.map_err(|_| Failure::StepBudget)?;
+                // Friction changes the speed by 1 at most.
+                let leaves_data = || curve.fastest() < belt_speed + radius.hypot(1.0);
+                let closed = found.map_err(|_| match work.spend_compiled(1) {
+                    Ok(()) if leaves_data() => Failure::NotFinite,
+                    _ => Failure::StepBudget,
+                })?;
                 self.error = self.error.max(closed.error);
                 let place = self.known.partition_point(|known| known.0 < *radius);
                 if self.known.get(place).is_none_or(|known| known.0 > *radius) {

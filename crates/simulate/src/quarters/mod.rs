@@ -149,24 +149,67 @@ struct Search<'a> {
     before: Option<Before>,
     /// The least W^2 at x2 = 0.
     square: f64,
-    /// Derivative by C of the gap, see [`Search::advance`].
+    /// Derivative by C of the gap, see [`Meeting::of_ways`].
     steepness: f64,
     rhs: u64,
     work: Work,
 }
 
-/// Derivatives of ln W^2 at x2 = 0, forward and backward: by C from above less from below, and by ln R^2 from below.
-#[derive(Clone, Copy)]
-struct Derivatives {
+/// How quarters meet at x2 = 0, on the way down and on the way up.
+struct Meeting {
+    /// ln W^2 from above less from below on the way down, from below less from above on the way up: both fall with C.
+    mismatch: [f64; 2],
+    errors: [f64; 2],
+    /// Derivatives of the mismatches by C and by ln R^2.
     by_damping: [f64; 2],
     by_depth: [f64; 2],
+}
+
+impl Meeting {
+    /// The meeting of quarters, of which R^2 - radius^2 is `more`; on the way up the quarter from above is followed backward
+    /// in time, on the way down that from below.
+    fn of(above: [Arrival; 2], below: [Arrival; 2], more: f64) -> Self {
+        let ratio = |way: usize| ((2.0 * (above[way].h - below[way].h) - more) / below[way].square).ln_1p();
+        let relative = |arrival: &Arrival| 2.0 * arrival.error / arrival.square;
+        let slope = |arrival: &Arrival| 2.0 * arrival.by_damping / arrival.square;
+        Self {
+            mismatch: [ratio(0), -ratio(1)],
+            errors: [0, 1].map(|way| relative(&above[way]) + relative(&below[way])),
+            by_damping: [slope(&above[0]) - slope(&below[0]), slope(&below[1]) - slope(&above[1])],
+            by_depth: [-below[0].by_radius, below[1].by_radius],
+        }
+    }
+
+    /// The sum of what belongs to both ways in which a change of R cancels: of the mismatches the gap that no R closes.
+    fn of_ways(&self, [down, up]: [f64; 2]) -> f64 {
+        let [of_down, of_up] = self.by_depth.map(f64::abs);
+        2.0 * of_down.mul_add(up, of_up * down) / (of_down + of_up)
+    }
+
+    /// The step of ln R^2 that belongs to one of C, on the way on which ln W^2 feels R more.
+    fn deeper(&self, change: f64) -> f64 {
+        let way = usize::from(self.by_depth[1].abs() > self.by_depth[0].abs());
+        -self.by_damping[way].mul_add(change, self.mismatch[way]) / self.by_depth[way]
+    }
+
+    /// The gap that a step in C and ln R^2 leaves, by the change of the derivatives on the `way` here; infinite for a longer
+    /// one.
+    fn bend(&self, before: &Self, way: [f64; 2], step: [f64; 2]) -> f64 {
+        let shorter = step.iter().zip(way).map(|(step, way)| (step / way).abs()).fold(0.0, f64::max);
+        let bend = |way: usize| {
+            let by_damping = self.by_damping[way] - before.by_damping[way];
+            let by_depth = self.by_depth[way] - before.by_depth[way];
+            (by_damping * step[0]).abs() + (by_depth * step[1]).abs()
+        };
+        if shorter <= 1.0 { 0.5 * self.of_ways([bend(0), bend(1)]) * shorter } else { f64::INFINITY }
+    }
 }
 
 /// An orbit.
 struct Before {
     viscous: f64,
     depth: f64,
-    derivatives: Derivatives,
+    meeting: Meeting,
 }
 
 /// A law in the form in which quarters follow it.
@@ -275,134 +318,121 @@ impl<'a> Search<'a> {
         quarters
     }
 
-    /// Makes a step of Newton's method; returns the C at which the orbit closes once it is found, or `Err` with the
-    /// number of evaluations once it cannot be.
+    /// Goes on from what was found of the quarters; returns the C at which the orbit closes once it is found, or `Err` with
+    /// the number of evaluations once it cannot be.
     fn advance(&mut self, found: &[(Option<Arrival>, u64)]) -> Option<Result<Closing, u64>> {
         let spent = found.iter().map(|(_, rhs)| rhs).sum::<u64>();
         self.rhs += spent;
-        let within = self.work.spend_compiled(spent.saturating_mul(self.cost)).is_ok();
-        if !within {
+        if self.work.spend_compiled(spent.saturating_mul(self.cost)).is_err() {
             return Some(Err(self.rhs));
         }
         let is_known = |arrival: &Arrival| arrival.error < LARGEST_ERROR * arrival.square;
         let arrivals: Option<Vec<Arrival>> = found.iter().map(|(found, _)| found.filter(is_known)).collect();
-        let Some(arrivals) = arrivals else {
-            // So far beyond the root that the orbit creeps to rest, or from rest; it does not where D = 0 there.
-            let balanced = self.first.rate.at(self.belt_speed).clamp(self.bounds[0], self.bounds[1]);
-            let at_first = (balanced, self.depth);
-            let (viscous, depth) =
-                self.before.as_ref().map_or(at_first, |before| (before.viscous, Some(before.depth)));
-            let deeper = self.depth.zip(depth).map_or(0.0, |(depth, nearer)| depth - nearer);
-            let change = (self.viscous - viscous).abs();
-            if !(change > NEAREST_RETREAT * self.viscous.abs() || deeper.abs() > NEAREST_RETREAT) {
-                return Some(Err(self.rhs));
+        match (arrivals.as_deref(), self.above, self.depth) {
+            (Some(&[one, other]), Some(above), Some(depth)) => self.step(above, [one, other], depth),
+            (Some(&[forward, backward, one, other]), None, Some(depth)) => {
+                self.step([forward, backward], [one, other], depth)
             }
-            self.viscous = 0.5 * (viscous + self.viscous);
-            self.depth = depth.map(|nearer| nearer + 0.5 * deeper);
-            self.above = None;
-            return None;
-        };
-        let (above, below, depth) = match (self.above, self.depth, &arrivals[..]) {
-            (Some(above), Some(depth), &[one, other]) => (above, [one, other], depth),
-            (_, Some(depth), &[one, other, third, fourth]) => ([one, other], [third, fourth], depth),
-            (_, _, &[forward, backward, ..]) => {
+            (Some(&[forward, backward]), None, None) => {
                 self.above = Some([forward, backward]);
                 // Right to first order in D.
                 let energy = |arrival: &Arrival| (2.0 * arrival.h / self.first.radius.powi(2)).ln_1p();
                 self.depth = Some(0.5 * (energy(&forward) + energy(&backward)));
-                return None;
+                None
             }
-            _ => return Some(Err(self.rhs)),
-        };
+            _ => self.retreat(),
+        }
+    }
+
+    /// Goes half-way back, to the orbit before or to where D = 0 at the equilibrium, from an orbit that creeps to rest or
+    /// from rest.
+    fn retreat(&mut self) -> Option<Result<Closing, u64>> {
+        let balanced = self.first.rate.at(self.belt_speed).clamp(self.bounds[0], self.bounds[1]);
+        let (viscous, depth) = self
+            .before
+            .as_ref()
+            .map_or((balanced, self.depth), |before| (before.viscous, Some(before.depth)));
+        let deeper = self.depth.zip(depth).map_or(0.0, |(depth, nearer)| depth - nearer);
+        let change = (self.viscous - viscous).abs();
+        if !(change > NEAREST_RETREAT * self.viscous.abs() || deeper.abs() > NEAREST_RETREAT) {
+            return Some(Err(self.rhs));
+        }
+        self.viscous = 0.5 * (viscous + self.viscous);
+        self.depth = depth.map(|nearer| nearer + 0.5 * deeper);
+        self.above = None;
+        None
+    }
+
+    /// Makes a step of Newton's method.
+    fn step(&mut self, above: [Arrival; 2], below: [Arrival; 2], depth: f64) -> Option<Result<Closing, u64>> {
         self.above = None;
         self.square = above.iter().chain(&below).map(|arrival| arrival.square).fold(f64::INFINITY, f64::min);
-        // Of the two ways, forward with a sign that makes it fall with C as backward does.
-        let more = |energy: f64| self.first.radius * self.first.radius * energy.exp_m1();
-        let ratio = |above: &Arrival, below: &Arrival| {
-            ((2.0 * (above.h - below.h) - more(depth)) / below.square).ln_1p()
-        };
-        let mismatch = [ratio(&above[0], &below[0]), -ratio(&above[1], &below[1])];
-        let relative = |arrival: &Arrival| 2.0 * arrival.error / arrival.square;
-        let slope = |arrival: &Arrival| 2.0 * arrival.by_damping / arrival.square;
-        let errors = [0, 1].map(|way| relative(&above[way]) + relative(&below[way]));
-        let derivatives = Derivatives {
-            by_damping: [slope(&above[0]) - slope(&below[0]), slope(&below[1]) - slope(&above[1])],
-            by_depth: [-below[0].by_radius, below[1].by_radius],
-        };
-        // The gap is what of the mismatches no R can close.
-        let weights = [below[1].by_radius, below[0].by_radius];
-        let of_ways = |[one, other]: [f64; 2]| {
-            2.0 * weights[1].mul_add(other, weights[0] * one) / (weights[0] + weights[1])
-        };
-        let [gap, error, by_damping] = [mismatch, errors, derivatives.by_damping].map(of_ways);
+        let meeting = Meeting::of(above, below, self.first.radius.powi(2) * depth.exp_m1());
+        let [gap, error, by_damping] =
+            [meeting.mismatch, meeting.errors, meeting.by_damping].map(|ways| meeting.of_ways(ways));
         let viscous = self.viscous;
         self.steepness = by_damping.abs();
-        let newton = viscous - gap / by_damping;
-        let change = (newton - viscous).abs();
-        // On the way on which ln W^2 feels R more.
-        let deeper = |viscous_change: f64| {
-            let way = usize::from(weights[0] > weights[1]);
-            -derivatives.by_damping[way].mul_add(viscous_change, mismatch[way]) / derivatives.by_depth[way]
-        };
-        let step = [change, deeper(newton - viscous).abs()];
-        // The change of the derivatives on the way from the orbit before tells how far a shorter step leads off.
-        let bend = self.before.as_ref().map_or(f64::INFINITY, |before| {
-            let bend = |way: usize| {
-                let by_damping = derivatives.by_damping[way] - before.derivatives.by_damping[way];
-                let by_depth = derivatives.by_depth[way] - before.derivatives.by_depth[way];
-                by_damping.abs() * step[0] + by_depth.abs() * step[1]
-            };
-            let way = [viscous - before.viscous, depth - before.depth];
-            let shorter = step.iter().zip(way).map(|(step, way)| step / way.abs()).fold(0.0, f64::max);
-            if shorter <= 1.0 { 0.5 * of_ways([bend(0), bend(1)]) * shorter } else { f64::INFINITY }
-        });
-        let length = change + step[1] / self.steepness;
-        let own = error / self.steepness;
-        let [one, other] = [0, 1].map(|way| (mismatch[way] / errors[way]).clamp(-1.0, 1.0).trunc());
-        if one + other > 0.0 {
-            self.bounds[0] = self.bounds[0].max(viscous - own);
-        } else if one + other < 0.0 {
-            self.bounds[1] = self.bounds[1].min(viscous + own);
-        }
-        let unsure = (errors[0] + errors[1]) / f64::max(weights[0], weights[1]);
-        if one > other {
-            self.depths[0] = self.depths[0].max(depth - unsure);
-        } else if one < other {
-            self.depths[1] = self.depths[1].min(depth + unsure);
-        }
-        let left = CURVATURE * bend / self.steepness;
+        let change = -gap / by_damping;
+        let step = [change, meeting.deeper(change)];
+        let before = self.before.as_ref();
+        let way = before.map(|before| [viscous - before.viscous, depth - before.depth]);
+        let bend =
+            before.zip(way).map_or(f64::INFINITY, |(before, way)| meeting.bend(&before.meeting, way, step));
+        let [length, own, left] = [change.abs() * self.steepness + step[1].abs(), error, CURVATURE * bend]
+            .map(|gap| gap / self.steepness);
+        self.bound(&meeting, own, depth);
         let floor = 4.0 * f64::EPSILON * viscous.abs();
-        let moved = self.before.as_ref().map(|before| [viscous - before.viscous, depth - before.depth]);
-        self.before = Some(Before { viscous, depth, derivatives });
-        let is_near = length <= own || left <= self.aim.max(own) && step[1] <= SHORT_STEP;
+        let is_near = length <= own || left <= self.aim.max(own) && step[1].abs() <= SHORT_STEP;
         if self.is_accurate && is_near {
             let error = own
                 + left.min(length)
                 + self.form.min(2.0 * self.form_of_energy / (self.square * self.steepness))
                 + floor;
-            let found = Closing { viscous: newton, error, rhs: self.rhs, slope: None };
+            let found = Closing { viscous: viscous + change, error, rhs: self.rhs, slope: None };
             return Some(if error.is_finite() { Ok(found) } else { Err(self.rhs) });
         }
         let near = NEARLY * (self.aim / self.size).sqrt().sqrt() * self.size;
-        self.is_accurate |= change <= own.max(near) || self.bounds[1] - self.bounds[0] <= floor;
-        // A step beyond a bound goes half-way there, from the bound itself half-way to the other one.
-        let within = |now: f64, next: f64, [low, high]: [f64; 2]| match (next > low, next < high) {
-            (true, true) => next,
-            (false, _) if now > low => 0.5 * (low + now),
-            (_, false) if now < high => 0.5 * (now + high),
-            _ if (high - low).is_finite() => 0.5 * (low + high),
-            _ => now,
-        };
-        // A step back is at most half as long as that before, lest two orbits follow one another for ever.
-        let [last, last_deeper] = moved.unwrap_or([0.0; 2]);
-        let back = |step: f64, last: f64| {
-            if step * last < 0.0 { step.abs().min(0.5 * last.abs()).copysign(step) } else { step }
-        };
-        self.viscous = within(viscous, viscous + back(newton - viscous, last), self.bounds);
-        let deeper = deeper(self.viscous - viscous).clamp(-LONGEST_STEP, LONGEST_STEP);
-        self.depth = Some(within(depth, depth + back(deeper, last_deeper), self.depths));
+        self.is_accurate |= change.abs() <= own.max(near) || self.bounds[1] - self.bounds[0] <= floor;
+        let [last, last_deeper] = way.unwrap_or([0.0; 2]);
+        self.viscous = within(viscous, viscous + not_back(change, last), self.bounds);
+        let deeper = meeting.deeper(self.viscous - viscous).clamp(-LONGEST_STEP, LONGEST_STEP);
+        self.depth = Some(within(depth, depth + not_back(deeper, last_deeper), self.depths));
+        self.before = Some(Before { viscous, depth, meeting });
         None
     }
+
+    /// Narrows the bounds by the signs of the mismatches, as far as their errors `own` of C allow.
+    fn bound(&mut self, meeting: &Meeting, own: f64, depth: f64) {
+        let Meeting { mismatch, errors, .. } = meeting;
+        let [one, other] = [0, 1].map(|way| (mismatch[way] / errors[way]).clamp(-1.0, 1.0).trunc());
+        if one + other > 0.0 {
+            self.bounds[0] = self.bounds[0].max(self.viscous - own);
+        } else if one + other < 0.0 {
+            self.bounds[1] = self.bounds[1].min(self.viscous + own);
+        }
+        let own = (errors[0] + errors[1]) / meeting.by_depth[0].abs().max(meeting.by_depth[1].abs());
+        if one > other {
+            self.depths[0] = self.depths[0].max(depth - own);
+        } else if one < other {
+            self.depths[1] = self.depths[1].min(depth + own);
+        }
+    }
+}
+
+/// `next`, or if that is beyond a bound the place half-way there, from the bound itself half-way to the other one.
+fn within(now: f64, next: f64, [low, high]: [f64; 2]) -> f64 {
+    match (next > low, next < high) {
+        (true, true) => next,
+        (false, _) if now > low => 0.5 * (low + now),
+        (_, false) if now < high => 0.5 * (now + high),
+        _ if (high - low).is_finite() => 0.5 * (low + high),
+        _ => now,
+    }
+}
+
+/// A step after the `last` one: back at most half as far, lest two orbits follow one another for ever.
+fn not_back(step: f64, last: f64) -> f64 {
+    if step * last < 0.0 { step.abs().min(0.5 * last.abs()).copysign(step) } else { step }
 }
 
 /// The C at which many orbits close, with errors of about `tolerance` in units of C; `Err` with the number of evaluations
