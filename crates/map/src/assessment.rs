@@ -514,8 +514,9 @@ mod tests {
         assert!(kick.forward > 0.02 && kick.forward < 0.025, "{kick:?}");
     }
 
+    /// Steps between scattered rows make most orbits overdamped somewhere; all of them close.
     #[test]
-    fn scattered_data_leave_known_what_is_known() {
+    fn scattered_data_leave_nothing_undetermined() {
         let mut random = Random(3);
         let data: Vec<(f64, f64)> = (0..197)
             .map(|i| {
@@ -539,7 +540,7 @@ mod tests {
         let attractors = map::Behaviour::new(&oscillator.curve, oscillator.belt_speed);
         let found = undetermined(&oscillator, &flow(&oscillator, TOLERANCE), &attractors, None);
         assert_eq!(found.sticks, Some(true), "{found:?}");
-        assert!(found.reasons.iter().any(|why| why.starts_with("slip cycles: ")), "{found:?}");
+        assert!(found.reasons.is_empty(), "{found:?}");
     }
 
     /// Friction that rises at first, falls, and rises again with a viscous part.
