@@ -1,5 +1,5 @@
-//! The damping at which the orbit of an amplitude closes: by [`super::circle`] for Stribeck's law; by
-//! [`super::elements`], or else from its [`super::quarters`], for all other laws.
+//! The damping at which the orbit of an amplitude closes: by [`super::circle`] for Stribeck's law, by
+//! [`super::elements`] for all others; or else from its [`super::quarters`].
 
 use super::circle::{Start, spectral};
 use super::elements::closed_orbit;

@@ -90,11 +90,6 @@ pub fn critical_dampings(
     let (numbers, orbits): (Vec<usize>, Vec<Amplitude>) = smooth.into_iter().unzip();
     for (number, closing) in numbers.into_iter().zip(closing_dampings(&orbits, tolerance, None)) {
         found[number] = closing;
-        // The turns of Stribeck's law fail where it is steep.
-        let column = &columns[number];
-        if closing.is_err() && is_stribeck(column) {
-            by_quarters.extend(sought_by_quarters(column).map(|sought| (number, sought)));
-        }
     }
     let (numbers, sought): (Vec<usize>, Vec<Sought>) = by_quarters.into_iter().unzip();
     for (number, closing) in numbers.into_iter().zip(closing_dampings_by_quarters(&sought, tolerance)) {
