@@ -65,7 +65,6 @@ mod check;
 mod codec;
 mod create;
 mod curves;
-mod deflate;
 mod error;
 pub mod files;
 mod identity;

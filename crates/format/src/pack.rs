@@ -13,7 +13,6 @@ use slipmap_map::dataset::{Cells, Fingerprint, Schema, Variable};
 use slipmap_map::map::{Account, Plan, Runs, Sink, TileData};
 
 use super::codec::to_bytes;
-use super::deflate;
 
 /// A chunk as stored in the file, with the fingerprint and the counts of its cells.
 #[derive(Debug, Serialize, Deserialize)]
@@ -53,8 +52,6 @@ type KnownChunk = (Vec<u8>, Fingerprint);
 const RUNS_OF_KNOWN: usize = 64;
 /// Largest number of cached chunks: some MB.
 const MOST_KNOWN: usize = 4096;
-/// Above this number of runs per 16 cells, the general search compresses better than the search over runs.
-const RUNS_PER_16_CELLS: usize = 4;
 
 impl Packer {
     /// Packer for the map of `plan`.
@@ -68,7 +65,7 @@ impl Packer {
     /// If the tile does not have the number of cells that the plan requires, which is a bug of the engine.
     pub(super) fn pack(&self, data: &TileData) -> PackedTile {
         let schema = &self.schema;
-        let mut work = Work { level: self.plan.compression, deflate: None, plain: Vec::new() };
+        let mut work = Work::new(self.plan.compression);
         let mut chunks: Vec<PackedChunk> = Vec::with_capacity(schema.variables.len());
         // Codes packed so far in this tile, with the code of their padding and their chunk.
         let mut packed: Vec<(Runs<i8>, i8, usize)> = Vec::new();
@@ -91,7 +88,7 @@ impl Packer {
                 }
                 Cells::Reals(reals) => {
                     let full = pad(reals, &shape, &chunk, f64::NAN);
-                    let bytes = match work.deflate() {
+                    let bytes = match &mut work.deflate {
                         Some(deflate) => deflate.stream(&shuffle(&full)),
                         None => full.iter().flat_map(|&value| stored(value)).collect(),
                     };
@@ -113,17 +110,11 @@ impl Packer {
         work: &mut Work,
     ) -> (Vec<u8>, Fingerprint) {
         let make = |codes: &Runs<i8>, shape: &[usize], work: &mut Work| {
-            let full = pad_runs(codes, shape, chunk, fill);
-            let fingerprint = fingerprint::codes(work.cells(codes));
-            let ordered = full.iter().count() * 16 <= RUNS_PER_16_CELLS * full.len();
-            if ordered && self.plan.compression > 0 {
-                return (deflate::stream(&full, chunk), fingerprint);
-            }
-            let plain: Vec<u8> = bytemuck::cast_slice(work.cells(&full)).to_vec();
-            let bytes = match work.deflate() {
-                Some(deflate) => deflate.stream(&plain),
-                None => plain,
-            };
+            let cells = work.plain.cells(codes);
+            let fingerprint = fingerprint::codes(cells);
+            let full = pad(cells, shape, chunk, fill);
+            let plain: &[u8] = bytemuck::cast_slice(&full);
+            let bytes = work.deflate.as_mut().map_or_else(|| plain.to_vec(), |deflate| deflate.stream(plain));
             (bytes, fingerprint)
         };
         if codes.iter().nth(RUNS_OF_KNOWN).is_some() {
@@ -172,35 +163,39 @@ impl<F: Fn(usize) + Sync> Sink for LengthSink<F> {
     }
 }
 
-/// Buffers that a worker reuses for every chunk of a tile.
+/// What a worker reuses for every chunk of a tile.
 struct Work {
-    level: u8,
-    /// Created on first use.
+    /// The compressor, unless compression is off.
     deflate: Option<Deflate>,
-    plain: Vec<i8>,
+    plain: Plain,
 }
+
+impl Work {
+    fn new(level: u8) -> Self {
+        Self { deflate: (level > 0).then(|| Deflate::new(level)), plain: Plain::default() }
+    }
+}
+
+/// The buffer of the cells of runs.
+#[derive(Default)]
+struct Plain(Vec<i8>);
 
 /// Number of cells that are written at once at the start of a run; the next run overwrites the excess.
 const STRETCH: usize = 64;
 
-impl Work {
-    /// The general compressor, unless compression is off.
-    fn deflate(&mut self) -> Option<&mut Deflate> {
-        (self.level > 0).then(|| self.deflate.get_or_insert_with(|| Deflate::new(self.level)))
-    }
-
+impl Plain {
     fn cells(&mut self, codes: &Runs<i8>) -> &[i8] {
         let length = codes.len();
-        if self.plain.len() < length + STRETCH {
-            self.plain.resize(length + STRETCH, 0);
+        if self.0.len() < length + STRETCH {
+            self.0.resize(length + STRETCH, 0);
         }
         for (code, cells) in codes.iter() {
-            self.plain[cells.start..cells.start + STRETCH].copy_from_slice(&[code; STRETCH]);
+            self.0[cells.start..cells.start + STRETCH].copy_from_slice(&[code; STRETCH]);
             if cells.len() > STRETCH {
-                self.plain[cells.start + STRETCH..cells.end].fill(code);
+                self.0[cells.start + STRETCH..cells.end].fill(code);
             }
         }
-        &self.plain[..length]
+        &self.0[..length]
     }
 }
 
@@ -254,20 +249,6 @@ impl Deflate {
     }
 }
 
-/// Start positions in a chunk of the rows (along the last axis) of a tile of the given shape.
-fn row_starts<'a>(shape: &'a [usize], chunk: &'a [usize]) -> impl Iterator<Item = usize> + 'a {
-    let row = shape.last().copied().unwrap_or(1);
-    (0..shape.iter().product::<usize>() / row.max(1)).map(move |number| {
-        let (mut start, mut stride, mut rest) = (0, chunk.last().copied().unwrap_or(1), number);
-        for (length, of_chunk) in shape.iter().zip(chunk).rev().skip(1) {
-            start += rest % length * stride;
-            stride *= of_chunk;
-            rest /= length;
-        }
-        start
-    })
-}
-
 /// Pads the cells of a tile of the given shape to a whole chunk; borrows them if the tile is a whole chunk.
 fn pad<'a, T: Copy>(cells: &'a [T], shape: &[usize], chunk: &[usize], fill: T) -> Cow<'a, [T]> {
     assert_eq!(cells.len(), shape.iter().product::<usize>(), "cells of a tile of shape {shape:?}");
@@ -276,37 +257,15 @@ fn pad<'a, T: Copy>(cells: &'a [T], shape: &[usize], chunk: &[usize], fill: T) -
     }
     let mut full = vec![fill; chunk.iter().product()];
     let row = shape.last().copied().unwrap_or(1);
-    for (start, from) in row_starts(shape, chunk).zip(cells.chunks_exact(row)) {
+    for (number, from) in cells.chunks_exact(row.max(1)).enumerate() {
+        let (mut start, mut stride, mut rest) = (0, chunk.last().copied().unwrap_or(1), number);
+        for (length, of_chunk) in shape.iter().zip(chunk).rev().skip(1) {
+            start += rest % length * stride;
+            stride *= of_chunk;
+            rest /= length;
+        }
         full[start..start + row].copy_from_slice(from);
     }
-    Cow::Owned(full)
-}
-
-/// As [`pad`], for runs.
-fn pad_runs<'a>(codes: &'a Runs<i8>, shape: &[usize], chunk: &[usize], fill: i8) -> Cow<'a, Runs<i8>> {
-    assert_eq!(codes.len(), shape.iter().product::<usize>(), "codes of a tile of shape {shape:?}");
-    if shape == chunk {
-        return Cow::Borrowed(codes);
-    }
-    let row = shape.last().copied().unwrap_or(1);
-    let mut full = Runs::new();
-    let mut runs = codes.iter();
-    let mut run = runs.next();
-    for (number, start) in row_starts(shape, chunk).enumerate() {
-        full.push(fill, start - full.len());
-        let (mut at, end) = (number * row, (number + 1) * row);
-        while at < end {
-            let Some((code, cells)) = &run else { break };
-            let to = cells.end.min(end);
-            full.push(*code, to - at);
-            at = to;
-            // The rest of the run belongs to the next row.
-            if cells.end == to {
-                run = runs.next();
-            }
-        }
-    }
-    full.push(fill, chunk.iter().product::<usize>() - full.len());
     Cow::Owned(full)
 }
 
@@ -321,20 +280,15 @@ mod tests {
         let full = pad(&cells, &shape, &chunk, 0);
         assert_eq!(full.as_ref(), [1, 2, 3, 0, 0, 0, 0, 0, 4, 5, 6, 0, 0, 0, 0, 0]);
         assert!(matches!(pad(&cells, &shape, &shape, 0), Cow::Borrowed(_)));
-        for cells in [[1, 2, 3, 4, 5, 6], [1, 1, 1, 1, 1, 2], [7, 7, 7, 7, 7, 7]] {
-            let runs = cells.into_iter().collect();
-            let padded: Vec<i8> = pad_runs(&runs, &shape, &chunk, 0).values().collect();
-            assert_eq!(padded, pad(&cells, &shape, &chunk, 0).as_ref());
-        }
     }
 
     #[test]
     fn runs_give_their_cells() {
         let cells: Vec<i8> = (0..1000).map(|cell| [1, 0, -1][(cell / 7 + cell / 300) % 3]).collect();
-        let mut work = Work { level: 0, deflate: None, plain: Vec::new() };
-        assert_eq!(work.cells(&cells.iter().copied().collect()), cells);
+        let mut plain = Plain::default();
+        assert_eq!(plain.cells(&cells.iter().copied().collect()), cells);
         let long: Vec<i8> = [[1; 500], [-1; 500]].concat();
-        assert_eq!(work.cells(&long.iter().copied().collect()), long);
+        assert_eq!(plain.cells(&long.iter().copied().collect()), long);
     }
 
     #[test]
