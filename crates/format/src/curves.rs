@@ -9,8 +9,8 @@ use slipmap_map::map::{Axis, CURVE_COLUMNS, Grid, Plane, PlaneCurve, PlaneCurves
 use slipmap_simulate::bifurcation::Bifurcation;
 
 use super::create::group_of_tables;
+use super::layout::{self, Unfit};
 use super::records::write_tables;
-use super::trust::{self, FileFacts, Unfit};
 use super::value;
 
 pub(super) const GROUP: &str = "curves";
@@ -51,14 +51,13 @@ pub(super) fn write(file: &File, grid: &Grid, planes: &[PlaneCurves]) -> hdf5::R
     write_tables(&group, &columns(grid, planes))
 }
 
-/// Reads the group, if the map has one. The length of the file bounds how much is read.
-pub(super) fn read(file: &File, grid: &Grid, facts: FileFacts) -> Result<Vec<PlaneCurves>, Unfit> {
+/// Reads the group, if the map has one.
+pub(super) fn read(file: &File, grid: &Grid) -> Result<Vec<PlaneCurves>, Unfit> {
     if !file.link_exists(GROUP) {
         return Ok(Vec::new());
     }
     let group = file.group(GROUP)?;
-    trust::own_members(&group)?;
-    let table = Table { group: &group, facts };
+    let table = Table(&group);
     let axes = grid.axes();
     let axis = |word: &str| axes.iter().position(|axis| axis.name == word);
     let (xs, ys) = (table.words("plane_x", axis)?, table.words("plane_y", axis)?);
@@ -126,24 +125,18 @@ fn read_points(table: &Table, axes: &[Axis], planes: &mut [PlaneCurves]) -> Resu
     Ok(())
 }
 
-/// The group as a table of columns.
-struct Table<'a> {
-    group: &'a Group,
-    facts: FileFacts,
-}
+/// The columns of the group.
+struct Table<'a>(&'a Group);
 
 impl Table<'_> {
-    /// Opens a column with numbers of type `kind`; refuses it if the file is too short to hold it.
+    /// Opens a column with numbers of type `kind`.
     fn column(&self, name: &str, kind: &TypeDescriptor) -> Result<Dataset, Unfit> {
-        if !self.group.link_exists(name) {
+        if !self.0.link_exists(name) {
             return Err(Unfit::Foreign(format!("{GROUP}/{name} is missing")));
         }
-        let dataset = self.group.dataset(name)?;
-        trust::own_numbers(&dataset, name, self.facts)?;
-        let fits =
-            dataset.ndim() == 1 && trust::bytes(&dataset)? <= self.facts.length && trust::stores(&dataset)?;
-        let stored = trust::kind(&dataset)?;
-        if fits && stored == *kind {
+        let dataset = self.0.dataset(name)?;
+        let stored = layout::kind(&dataset)?;
+        if dataset.ndim() == 1 && stored == *kind {
             return Ok(dataset);
         }
         let shape = dataset.shape();
@@ -180,7 +173,7 @@ impl Table<'_> {
 
 /// Fingerprint of a column, for comparison with its attribute `sha256`; `None` for a type that no column has.
 pub(super) fn fingerprint_of(column: &Dataset) -> hdf5::Result<Option<Value>> {
-    let digest = match trust::kind(column)? {
+    let digest = match layout::kind(column)? {
         kind if kind == f64::type_descriptor() => fingerprint::reals(&column.read_raw()?),
         kind if kind == i32::type_descriptor() => fingerprint::integers(&column.read_raw()?),
         kind if kind == i8::type_descriptor() => fingerprint::codes(&column.read_raw()?),
@@ -208,8 +201,7 @@ mod tests {
         // Folds of Stribeck's law are not sought.
         let assumed = value::read(&file.group(GROUP).unwrap(), "conjecture").unwrap();
         assert!(matches!(assumed, Some(Value::Text(words)) if words.starts_with("at most one slip cycle")));
-        let facts = FileFacts { length: 1 << 20, by_parts: false };
-        assert_eq!(read(&file, &grid, facts).unwrap(), planes);
+        assert_eq!(read(&file, &grid).unwrap(), planes);
         for column in ["plane", "plane_x", "held_V"] {
             let column = file.group(GROUP).unwrap().dataset(column).unwrap();
             let stored = value::read(&column, "sha256").unwrap();

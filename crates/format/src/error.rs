@@ -3,7 +3,7 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use super::trust::Unfit;
+use super::layout::Unfit;
 
 /// Reason why a map could not be written or read. Messages name the file, the failure and, mostly, a remedy.
 #[derive(Debug, thiserror::Error)]

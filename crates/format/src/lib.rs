@@ -70,6 +70,7 @@ pub mod files;
 mod identity;
 mod journal;
 mod journals;
+mod layout;
 mod open;
 mod pack;
 mod partial;
@@ -77,7 +78,6 @@ mod reader;
 mod records;
 mod seal;
 mod sys;
-mod trust;
 mod value;
 mod writer;
 

@@ -1,20 +1,19 @@
-//! Opens a map of unknown origin: verifies the whole file before any part is used.
+//! Opens a map: verifies the whole file before any part is used.
 
 use std::path::Path;
 
 use super::check;
 use super::curves;
 use super::error::StoreError;
+use super::layout;
 use super::reader::MapFile;
 use super::seal::{self, Seal};
-use super::trust;
 
 /// Length in bytes of a map up to which it is verified as a whole when it is opened: a part of a second.
 const LARGE: u64 = 1 << 28;
 
 impl MapFile {
-    /// Opens the map at `path`, which may be any file. Refuses files that would take memory or time out of
-    /// proportion to their length, and files that changed after their run.
+    /// Opens the map at `path`, which may be any file. Refuses files that changed after their run.
     ///
     /// The seal is checked first: every byte is read once, before the HDF5 library opens the file. A map that
     /// another program has written to or copied has no seal; then all cells and attributes are compared with
@@ -58,10 +57,10 @@ impl MapFile {
         map.sealed = seal != Seal::Missing;
         for variable in &map.schema.variables {
             let dataset = map.dataset(&variable.name)?;
-            trust::variable(&dataset, &map.schema, variable, map.facts())
+            layout::variable(&dataset, &map.schema, variable)
                 .map_err(|unfit| StoreError::unfit(format!("read {} in", variable.name), path, unfit))?;
         }
-        map.curves = curves::read(&map.file, &map.schema.grid, map.facts())
+        map.curves = curves::read(&map.file, &map.schema.grid)
             .map_err(|unfit| StoreError::unfit(format!("read {} in", curves::GROUP), path, unfit))?;
         let report = match (map.sealed, map.by_parts) {
             (true, false) => return Ok(map),

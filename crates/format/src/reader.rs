@@ -16,7 +16,7 @@ use slipmap_map::map::{Field, Grid, Method, PlaneCurves, Shown, Tile};
 use slipmap_model::friction::Law;
 
 use super::error::StoreError;
-use super::trust::{self, FileFacts, Unfit};
+use super::layout::{self, Unfit};
 use super::value;
 use super::writer::SHOWN;
 
@@ -41,7 +41,6 @@ pub struct MapFile {
     pub(super) file: File,
     pub(super) schema: Schema,
     attributes: BTreeMap<String, Value>,
-    pub(super) length: u64,
     /// Whether it is so large that its tiles are verified when they are read.
     pub(super) by_parts: bool,
     /// Whether the map ends with its seal; if not, another program has written to it or copied it.
@@ -52,30 +51,12 @@ pub struct MapFile {
 impl MapFile {
     /// Opens a plain file as a map, without checking its variables.
     pub(super) fn open_layout(path: &Path) -> Result<Self, StoreError> {
-        let not_a_map = |why| StoreError::NotAMap { path: path.to_path_buf(), why };
-        let (file, length) = open_file(path)?;
-        trust::own_members(&file).map_err(|unfit| StoreError::unfit("list the variables of", path, unfit))?;
+        let file = open_file(path)?;
         let attributes = value::read_all(&file)
             .map_err(|error| StoreError::hdf5("read the attributes of", path, &error))?;
-        let schema = read_schema(&file, path, length, &attributes)?;
-        trust::grid(&schema, length).map_err(not_a_map)?;
-        trust::distinct(&file, &schema)
-            .map_err(|unfit| StoreError::unfit("list the variables of", path, unfit))?;
+        let schema = read_schema(&file, path, &attributes)?;
         let path = path.to_path_buf();
-        Ok(Self {
-            path,
-            file,
-            schema,
-            attributes,
-            length,
-            by_parts: false,
-            sealed: false,
-            curves: Vec::new(),
-        })
-    }
-
-    pub(super) fn facts(&self) -> FileFacts {
-        FileFacts { length: self.length, by_parts: self.by_parts }
+        Ok(Self { path, file, schema, attributes, by_parts: false, sealed: false, curves: Vec::new() })
     }
 
     /// The grid: friction law and axes, slowest first.
@@ -242,17 +223,7 @@ impl MapFile {
         if ranges.len() != shape.len() || !ranges.iter().zip(&shape).all(fits) {
             return Err(self.out_of_range(variable, format!("{ranges:?}"), &shape));
         }
-        self.trust(&dataset, variable, ranges)?;
         read_box(&dataset, ranges).map_err(|error| self.failed(variable, &error))
-    }
-
-    /// Looks at the chunks in a box of cells before the library does, if that was not done for all of them.
-    fn trust(&self, dataset: &Dataset, variable: &str, ranges: &[Range<usize>]) -> Result<(), StoreError> {
-        if !self.by_parts {
-            return Ok(());
-        }
-        trust::inflates_to_its_size(dataset, variable, ranges, self.facts())
-            .map_err(|unfit| StoreError::unfit(format!("read {variable} in"), &self.path, unfit))
     }
 
     fn slice<T: hdf5::H5Type>(&self, variable: &str, at: &[Pick]) -> Result<ArrayD<T>, StoreError> {
@@ -273,11 +244,6 @@ impl MapFile {
         if at.len() != shape.len() || !at.iter().zip(&shape).all(fits) {
             return Err(self.out_of_range(variable, format!("{at:?}"), &shape));
         }
-        let span = |(pick, &end): (&Pick, &usize)| match *pick {
-            Pick::Node(index) => index..index + 1,
-            Pick::Every(_) => 0..end,
-        };
-        self.trust(dataset, variable, &at.iter().zip(&shape).map(span).collect::<Vec<_>>())?;
         let selection: Vec<SliceOrIndex> = at
             .iter()
             .zip(&shape)
@@ -312,12 +278,11 @@ pub(super) fn read_box<T: hdf5::H5Type>(
     dataset.read_slice(hdf5::Hyperslab::from(selection))
 }
 
-/// Opens an HDF5 file; returns it and its length in bytes.
-fn open_file(path: &Path) -> Result<(File, u64), StoreError> {
+/// Opens an HDF5 file.
+fn open_file(path: &Path) -> Result<File, StoreError> {
     let failed = |source| StoreError::io("open", path, source);
     let mut head = Vec::new();
     let plain = fs::File::open(path).map_err(failed)?;
-    let length = plain.metadata().map_err(failed)?.len();
     plain.take(SIGNATURE.len() as u64).read_to_end(&mut head).map_err(failed)?;
     if head != SIGNATURE {
         return Err(StoreError::NotAMap { path: path.to_path_buf(), why: "it is not an HDF5 file".into() });
@@ -325,16 +290,11 @@ fn open_file(path: &Path) -> Result<(File, u64), StoreError> {
     if path.to_str().is_none() {
         return Err(StoreError::Name(path.to_path_buf()));
     }
-    Ok((File::open(path).map_err(|error| StoreError::hdf5("open", path, &error))?, length))
+    File::open(path).map_err(|error| StoreError::hdf5("open", path, &error))
 }
 
 /// Derives the layout of a map from its attributes and coordinates.
-fn read_schema(
-    file: &File,
-    path: &Path,
-    length: u64,
-    attributes: &BTreeMap<String, Value>,
-) -> Result<Schema, StoreError> {
+fn read_schema(file: &File, path: &Path, attributes: &BTreeMap<String, Value>) -> Result<Schema, StoreError> {
     let not_a_map = |why: String| StoreError::NotAMap { path: path.to_path_buf(), why };
     let text = |name: &str| match attributes.get(name) {
         Some(Value::Text(text)) => Ok(text.as_str()),
@@ -354,9 +314,8 @@ fn read_schema(
     let definition = text("law_definition").unwrap_or_default();
     let law = Law::from_definition(law, definition)
         .ok_or_else(|| not_a_map(format!("this version of slipmap does not know its friction law {law}")))?;
-    let facts = FileFacts { length, by_parts: false };
     let axis = |name: &str| {
-        read_axis(file, name, facts)
+        read_axis(file, name)
             .map_err(|unfit| StoreError::unfit(format!("read the axis {name} of"), path, unfit))
     };
     let grid = match attributes.get(MOTION_ATTRIBUTE) {
@@ -424,13 +383,13 @@ fn is_axis(file: &File, name: &str) -> bool {
 }
 
 /// Reads the nodes of an axis, or the number of a quantity that does not vary.
-fn read_axis(file: &File, name: &str, facts: FileFacts) -> Result<Vec<f64>, Unfit> {
+fn read_axis(file: &File, name: &str) -> Result<Vec<f64>, Unfit> {
     let axis = file.dataset(name)?;
     if axis.ndim() == 0 {
-        trust::auxiliary(&axis, name, &[], facts)?;
+        layout::auxiliary(&axis, name, &[])?;
         return Ok(vec![axis.read_scalar()?]);
     }
-    trust::axis(&axis, name, facts)?;
+    layout::axis(&axis, name)?;
     Ok(axis.read_raw()?)
 }
 

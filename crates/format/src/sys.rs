@@ -10,14 +10,11 @@ use hdf5::types::TypeDescriptor;
 use hdf5::{Attribute, Dataset, Datatype, Error, File, H5Type, Location, ObjectReference1};
 use hdf5_sys::h5::{herr_t, hsize_t};
 use hdf5_sys::h5a::{H5Aread, H5Awrite};
-use hdf5_sys::h5d::{H5Dread_chunk1, H5Dwrite_chunk};
+use hdf5_sys::h5d::H5Dwrite_chunk;
 #[cfg(unix)]
 use hdf5_sys::h5f::H5Fget_vfd_handle;
-use hdf5_sys::h5i::hid_t;
 use hdf5_sys::h5p::H5P_DEFAULT;
-use hdf5_sys::h5t::{
-    H5T_class_t, H5T_str_t, H5Tget_class, H5Tget_member_class, H5Tget_nmembers, H5Tset_strpad,
-};
+use hdf5_sys::h5t::{H5T_str_t, H5Tset_strpad};
 
 /// Returns the library's error if `status` reports one. To be called under the lock.
 fn checked(status: herr_t) -> hdf5::Result<()> {
@@ -36,73 +33,6 @@ pub(super) fn write_chunk(dataset: &Dataset, offset: &[usize], bytes: &[u8]) -> 
         checked(unsafe {
             H5Dwrite_chunk(dataset.id(), H5P_DEFAULT, 0, offset.as_ptr(), bytes.len(), bytes.as_ptr().cast())
         })
-    })
-}
-
-unsafe extern "C" {
-    /// Looks the chunk up in the index. `H5Dget_chunk_info_by_coord` goes through all chunks before it.
-    fn H5Dget_chunk_storage_size(dataset: hid_t, offset: *const hsize_t, size: *mut hsize_t) -> herr_t;
-}
-
-/// The bytes that the chunk takes in the file whose first cell has the index `offset`; 0 if it was never written.
-///
-/// # Panics
-/// If `offset` does not have one entry per dimension.
-pub(super) fn chunk_size(dataset: &Dataset, offset: &[hsize_t]) -> hdf5::Result<u64> {
-    assert_eq!(offset.len(), dataset.ndim(), "one offset per dimension");
-    let mut size: hsize_t = 0;
-    // SAFETY: the library reads `offset.len()` offsets (asserted above) and stores one number.
-    let mut read = || unsafe { H5Dget_chunk_storage_size(dataset.id(), offset.as_ptr(), &raw mut size) };
-    hdf5::sync::sync(|| checked(read()))?;
-    Ok(size)
-}
-
-/// A chunk as it is stored, of the `size` bytes that [`chunk_size`] told.
-///
-/// # Panics
-/// If `offset` does not have one entry per dimension.
-pub(super) fn read_chunk(dataset: &Dataset, offset: &[hsize_t], size: usize) -> hdf5::Result<Vec<u8>> {
-    assert_eq!(offset.len(), dataset.ndim(), "one offset per dimension");
-    let (mut bytes, mut mask) = (vec![0u8; size], 0);
-    hdf5::sync::sync(|| {
-        // SAFETY: the library reads `offset.len()` offsets (asserted above) and stores one number and the chunk,
-        // whose size it told.
-        checked(unsafe {
-            H5Dread_chunk1(
-                dataset.id(),
-                H5P_DEFAULT,
-                offset.as_ptr(),
-                &raw mut mask,
-                bytes.as_mut_ptr().cast(),
-            )
-        })
-    })?;
-    Ok(bytes)
-}
-
-/// The type of numbers or of a text; an error for other types. The safe layer describes a type of types in
-/// memory that grows with the square of their number.
-pub(super) fn descriptor(datatype: &Datatype) -> hdf5::Result<TypeDescriptor> {
-    // SAFETY: reads the class of a live datatype.
-    let class = hdf5::sync::sync(|| unsafe { H5Tget_class(datatype.id()) });
-    match class {
-        H5T_class_t::H5T_INTEGER | H5T_class_t::H5T_FLOAT | H5T_class_t::H5T_STRING => {
-            datatype.to_descriptor()
-        }
-        _ => Err(Error::from("a type that no map uses")),
-    }
-}
-
-/// Whether a type may be that of [`ScaleUse`].
-pub(super) fn is_scale_use(datatype: &Datatype) -> bool {
-    hdf5::sync::sync(|| {
-        // SAFETY: reads classes of a live datatype and of its two members.
-        unsafe {
-            H5Tget_class(datatype.id()) == H5T_class_t::H5T_COMPOUND
-                && H5Tget_nmembers(datatype.id()) == 2
-                && H5Tget_member_class(datatype.id(), 0) == H5T_class_t::H5T_REFERENCE
-                && H5Tget_member_class(datatype.id(), 1) == H5T_class_t::H5T_INTEGER
-        }
     })
 }
 
@@ -168,21 +98,17 @@ pub(super) fn write_text(place: &Location, name: &str, text: &str, ending: Endin
     })
 }
 
-/// Largest length of a text in bytes; configurations are the longest.
-const LONGEST_TEXT: usize = 1 << 26;
-
 /// Reads a text of fixed length; `None` if the attribute has another type.
 ///
 /// # Errors
 /// The library's own, or that the text is not UTF-8.
 pub(super) fn read_fixed_text(attribute: &Attribute) -> hdf5::Result<Option<String>> {
     let datatype = attribute.dtype()?;
-    let (TypeDescriptor::FixedUnicode(size) | TypeDescriptor::FixedAscii(size)) = descriptor(&datatype)?
+    let (TypeDescriptor::FixedUnicode(size) | TypeDescriptor::FixedAscii(size)) = datatype.to_descriptor()?
     else {
         return Ok(None);
     };
-    // The declared length may be forged; the storage size is what the file holds.
-    if attribute.size() != 1 || attribute.storage_size() < size as u64 || size > LONGEST_TEXT {
+    if attribute.size() != 1 {
         return Ok(None);
     }
     let mut bytes = vec![0u8; size];

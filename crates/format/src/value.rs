@@ -36,7 +36,7 @@ pub(super) fn read(place: &Location, name: &str) -> hdf5::Result<Option<Value>> 
     if attribute.ndim() > 1 || attribute.size() > MOST_VALUES {
         return Ok(None);
     }
-    let Ok(kind) = sys::descriptor(&attribute.dtype()?) else { return Ok(None) };
+    let Ok(kind) = attribute.dtype()?.to_descriptor() else { return Ok(None) };
     Ok(match kind {
         // Many texts may be the same long one.
         TypeDescriptor::VarLenUnicode | TypeDescriptor::VarLenAscii if attribute.size() != 1 => None,
