@@ -40,16 +40,21 @@ impl Expression {
         let curve = self.curve(1.0, &LawParameters::new(&[]));
         let slope = |u: f64| -curve.weakening(u);
         let speed = |i: i32| 2_f64.powf(f64::from(i) / f64::from(PER_OCTAVE));
-        let mut ends =
-            (PER_OCTAVE * OCTAVES.start..PER_OCTAVE * OCTAVES.end).map(|i| [speed(i), speed(i + 1)]);
-        let around = ends.find(|[lo, hi]| slope(*lo) > 0.0 && slope(*hi) < 0.0);
-        let Some([lo, hi]) = around.filter(|_| slope(speed(PER_OCTAVE * OCTAVES.start)) > 0.0) else {
+        let speeds: Vec<(f64, f64)> = (PER_OCTAVE * OCTAVES.start..=PER_OCTAVE * OCTAVES.end)
+            .map(|i| (speed(i), slope(speed(i))))
+            .collect();
+        // Between the last speed where friction rises and the first one where it falls, a level part may lie.
+        let falling = speeds.iter().position(|(_, slope)| *slope < 0.0).filter(|_| speeds[0].1 > 0.0);
+        let around = falling.and_then(|falling| {
+            let rising = speeds[..falling].iter().rposition(|(_, slope)| *slope > 0.0)?;
+            Some(Bracket { low: speeds[rising], high: speeds[falling] })
+        });
+        let Some(bracket) = around else {
             return Err(error(
                 "the friction does not rise from rest to a peak".into(),
                 "leave out rest; friction that only rises has no stick-slip, and smoothed two coefficients are the law coulomb",
             ));
         };
-        let bracket = Bracket { low: (lo, slope(lo)), high: (hi, slope(hi)) };
         let found: Result<_, Infallible> = falling_root(bracket, 0.0, |u| Ok(slope(u)));
         let Ok((peak, _)) = found;
         let level = curve.phi(peak);
@@ -114,6 +119,21 @@ mod tests {
             assert!(error.problem.contains(words), "{text}: {error}");
         }
     }
+
+    /// A smoothing so steep that the peak is level to the last bit: a small peak far beyond it is not the first.
+    #[test]
+    fn a_level_peak_is_a_peak() {
+        let beyond = "1 - 0.3*(1 + tanh((u - 1)/0.03))/2 + 0.2*exp(-((u - 5)/0.05)^2)";
+        let smoothed = Expression::new(&format!("tanh(1e4*u)*({beyond})"), 1.0).unwrap();
+        let [law, written] = [smoothed.with_rest_at_peak(), Expression::new(beyond, 1.0)]
+            .map(|law| Law::Expression(law.unwrap()).curve(1.0, &LawParameters::new(&[])));
+        for u in [0.0, 0.5, 0.9, 0.99, 1.0, 1.1, 3.0, 5.0] {
+            assert!((law.phi(u) - written.phi(u)).abs() < 1e-12, "{u}");
+        }
+        let flat = Expression::new("tanh(1e4*u)", 1.0).unwrap();
+        assert!(flat.with_rest_at_peak().is_err());
+    }
+
     /// The corner is that of the slip speed, whose unit is another one; a kink is refused.
     #[test]
     fn the_larger_one_of_the_slip_speed_and_a_number_has_a_corner_there() {
