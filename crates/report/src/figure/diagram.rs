@@ -1,7 +1,7 @@
 //! Bifurcation diagrams: the amplitude of the equilibrium and of every cycle against one parameter.
 //!
 //! At each value of the parameter every cycle is searched independently. Where their number or stability
-//! changes between two values, the change is located by bisection, so that folds and ends of branches are at
+//! changes between two values, each change is located by bisection, so that folds and ends of branches are at
 //! their exact places.
 
 use rayon::prelude::*;
@@ -29,6 +29,8 @@ use slipmap_simulate::{Cycle, Fate, Range, TIGHT, flow};
 const VALUES: usize = 121;
 /// Number of bisections that locate a change, to a ten-millionth of a step.
 const BISECTIONS: usize = 24;
+/// Largest number of changes that are located between two values.
+const MOST_CHANGES: usize = 8;
 const TOLERANCE: f64 = 1e-9;
 
 #[derive(Clone, Debug)]
@@ -118,6 +120,39 @@ fn same_kinds(a: &Found, b: &Found) -> bool {
     a.iter().zip(b).all(|(a, b)| alike(a, b))
 }
 
+/// Both sides of every change between two values of the parameter, in order, by bisection: from each change on to the
+/// end. Changes that undo each other are not seen.
+fn changes(
+    [mut start, end]: [f64; 2],
+    first: &Found,
+    last: &Found,
+    find_at: impl Fn(f64) -> (f64, Found),
+) -> Vec<(f64, Found)> {
+    let (mut sides, mut from) = (Vec::new(), first.clone());
+    for _ in 0..MOST_CHANGES {
+        if same_kinds(&from, last) {
+            break;
+        }
+        let (mut low, mut high) = (start, end);
+        let (mut below, mut above) = (None, None);
+        for _ in 0..BISECTIONS {
+            let middle = 0.5 * (low + high);
+            let here = find_at(middle);
+            if same_kinds(&here.1, &from) {
+                (low, below) = (middle, Some(here));
+            } else {
+                (high, above) = (middle, Some(here));
+            }
+        }
+        sides.extend(below);
+        // Without a value above it the change lies at the end, whose states are known.
+        let Some(above) = above else { break };
+        (start, from) = (high, above.1.clone());
+        sides.push(above);
+    }
+    sides
+}
+
 /// A branch: its kind, and its points (parameter, amplitude).
 #[derive(Clone, Debug)]
 struct Branch {
@@ -202,21 +237,7 @@ pub fn diagram(view: &View, plot: &DiagramPlot) -> Result<Plotted, ReportError> 
         .into_par_iter()
         .map(|i| {
             let mut piece = vec![coarse[i].clone()];
-            if !same_kinds(&coarse[i].1, &coarse[i + 1].1) {
-                let (mut low, mut high) = (units[i], units[i + 1]);
-                let (mut below, mut above) = (None, None);
-                for _ in 0..BISECTIONS {
-                    let middle = 0.5 * (low + high);
-                    let here = find_at(middle);
-                    if same_kinds(&here.1, &coarse[i].1) {
-                        (low, below) = (middle, Some(here));
-                    } else {
-                        (high, above) = (middle, Some(here));
-                    }
-                }
-                piece.extend(below);
-                piece.extend(above);
-            }
+            piece.extend(changes([units[i], units[i + 1]], &coarse[i].1, &coarse[i + 1].1, find_at));
             piece
         })
         .collect();
@@ -275,6 +296,30 @@ pub fn diagram(view: &View, plot: &DiagramPlot) -> Result<Plotted, ReportError> 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A repelling slip cycle meets an attracting one that was born at 0.3, and both end at 0.30002; stick-slip ends at 0.8.
+    #[test]
+    fn every_change_between_two_values_is_located() {
+        let states = |attracts: &[bool]| -> Option<Vec<State>> {
+            Some(attracts.iter().map(|attracts| State { attracts: *attracts, amplitude: 1.0 }).collect())
+        };
+        let find_at = |c: f64| -> (f64, Found) {
+            let slip: &[bool] = match c {
+                ..0.3 => &[false],
+                ..0.30002 => &[false, true],
+                _ => &[],
+            };
+            let sticks: &[bool] = if c < 0.8 { &[true] } else { &[] };
+            (c, [states(&[true]), states(slip), states(sticks), states(&[])])
+        };
+        let found = changes([0.0, 1.0], &find_at(0.0).1, &find_at(1.0).1, find_at);
+        let places = [0.3, 0.3, 0.30002, 0.30002, 0.8, 0.8];
+        assert_eq!(found.len(), places.len());
+        for ((c, states), place) in found.iter().zip(places) {
+            assert!((c - place).abs() < 1e-7, "{c} is not {place}");
+            assert!(same_kinds(states, &find_at(*c).1));
+        }
+    }
 
     /// A kind that is not known at one value interrupts only its own branches and is reported.
     #[test]
