@@ -11,6 +11,12 @@ use slipmap_model::friction::ExponentialFall;
 
 /// Longest step in the angle.
 const LONGEST_STEP: f64 = 0.5;
+/// Largest error of W^2/2 where x2 = 0 is reached, in units of W^2.
+const LARGEST_ERROR: f64 = 0.1;
+/// Angle beyond which, and W^2/a^2 up to which a quarter of larger errors, or one that cannot be followed further, has crept
+/// up to the equilibrium.
+const NEARLY_THERE: f64 = 1.5;
+const AT_REST: f64 = 1e-8;
 /// Longest step, in units of the angle.
 const LONGEST_RATIO: f64 = 1.0;
 /// Shortest step, relative to the variable.
@@ -153,6 +159,15 @@ impl<'a> Together<'a> {
         Places { slip, square, rate, time, room }
     }
 
+    /// The arrival at rest, W = 0, of a quarter that has crept up to the equilibrium.
+    fn at_rest(&self, lane: usize) -> Option<Arrival> {
+        let height = self.radius[lane] * self.x[lane].sin();
+        let square = height.mul_add(height, 2.0 * self.state[lane]);
+        let h = -0.5 * self.radius[lane] * self.radius[lane];
+        let rest = Arrival { square: 0.0, h, by_damping: 0.0, by_radius: 0.0, error: 0.0 };
+        (self.x[lane] > NEARLY_THERE && square < AT_REST * -h).then_some(rest)
+    }
+
     /// Tries a step in every lane, and takes it where it is accurate. Calls `done` with the number of each quarter that
     /// ends, its arrival and the number of evaluations.
     #[inline(always)]
@@ -179,7 +194,7 @@ impl<'a> Together<'a> {
             self.rhs[lane] += STAGES as u64;
             self.steps[lane] += 1;
             if self.steps[lane] > STEP_BUDGET {
-                done(self.numbers[lane], None, self.rhs[lane]);
+                done(self.numbers[lane], self.at_rest(lane), self.rhs[lane]);
                 self.quarters[lane] = None;
                 continue;
             }
@@ -219,7 +234,7 @@ impl<'a> Together<'a> {
                 self.width[lane] = h * if inside { ratio.clamp(0.1, 0.9) } else { 0.25 };
                 self.beyond_stop[lane] = 0.0;
                 if !(self.width[lane] > SHORTEST_STEP * scale) {
-                    done(self.numbers[lane], None, self.rhs[lane]);
+                    done(self.numbers[lane], self.at_rest(lane), self.rhs[lane]);
                     self.quarters[lane] = None;
                 }
                 continue;
@@ -246,7 +261,9 @@ impl<'a> Together<'a> {
                     by_radius: quarter.radius * quarter.radius * after[2].exp() / square,
                     error: self.error[lane],
                 };
-                done(self.numbers[lane], Some(arrival), self.rhs[lane]);
+                let is_known = arrival.error < LARGEST_ERROR * square;
+                let arrival = if is_known { Some(arrival) } else { self.at_rest(lane) };
+                done(self.numbers[lane], arrival, self.rhs[lane]);
                 self.quarters[lane] = None;
                 continue;
             }

@@ -24,7 +24,7 @@
 //! Newton's method for the logarithms of W^2 and R^2, nearly linear in C as those of linear orbits are. From above W falls
 //! with C forward in time and rises backward; from below it rises with R. So C is below the root where W is larger from above
 //! forward and less backward, and above it where both are the other way round, whatever R; else R is below or above its
-//! own root, whatever C.
+//! own root, whatever C. A quarter that creeps up to the equilibrium, at a node, arrives there with W = 0: its sign counts, too.
 //!
 //! **Steps.** The variable is the angle th of m = a (1 - cos th), in which W is smooth at the start. Steps grow in
 //! geometric progression out of the layer in which the law is steep: their number grows like the logarithm of its width.
@@ -59,14 +59,13 @@ const COARSEST: f64 = 1e-9;
 const NEARLY: f64 = 20.0;
 /// Least unit of C, so that errors in it do not underflow.
 const LEAST_SIZE: f64 = 1e-200;
-/// Least distance, relative, from an orbit that creeps to rest to one that may close.
-const NEAREST_RETREAT: f64 = 0.02;
 /// Largest step of ln R^2, and the largest after which the next orbit may be the last: a law may have more than its
-/// derivatives tell on the way of a longer one.
+/// derivatives tell on the way of a longer one. Of 18,000 orbits over steep steps from six starts each, 6 disagreed beyond
+/// their errors where this was 0.1, and one at 0.003, for a hundredth of the work.
 const LONGEST_STEP: f64 = 2.0;
-const SHORT_STEP: f64 = 0.1;
-/// Largest error of W^2/2 where x2 = 0 is reached, in units of W^2.
-const LARGEST_ERROR: f64 = 0.1;
+const SHORT_STEP: f64 = 0.003;
+/// Least mismatch, in units of its error, whose sign is certain.
+const CERTAIN: f64 = 2.0;
 /// Largest number of orbits in the search for a root; three are usual.
 const MOST_ORBITS: u32 = 40;
 /// Safety factor of the error left by a step of Newton's method.
@@ -169,9 +168,15 @@ impl Meeting {
     /// The meeting of quarters, of which R^2 - radius^2 is `more`; on the way up the quarter from above is followed backward
     /// in time, on the way down that from below.
     fn of(above: [Arrival; 2], below: [Arrival; 2], more: f64) -> Self {
-        let ratio = |way: usize| ((2.0 * (above[way].h - below[way].h) - more) / below[way].square).ln_1p();
-        let relative = |arrival: &Arrival| 2.0 * arrival.error / arrival.square;
-        let slope = |arrival: &Arrival| 2.0 * arrival.by_damping / arrival.square;
+        let ratio = |way: usize| match [above[way].square, below[way].square] {
+            // One of them is at rest, and infinitely slower.
+            [above, below] if above * below == 0.0 => (above / below).ln(),
+            [_, square] => ((2.0 * (above[way].h - below[way].h) - more) / square).ln_1p(),
+        };
+        let by_square =
+            |value: f64, arrival: &Arrival| if value == 0.0 { 0.0 } else { 2.0 * value / arrival.square };
+        let relative = |arrival: &Arrival| by_square(arrival.error, arrival);
+        let slope = |arrival: &Arrival| by_square(arrival.by_damping, arrival);
         Self {
             mismatch: [ratio(0), -ratio(1)],
             errors: [0, 1].map(|way| relative(&above[way]) + relative(&below[way])),
@@ -326,8 +331,7 @@ impl<'a> Search<'a> {
         if self.work.spend_compiled(spent.saturating_mul(self.cost)).is_err() {
             return Some(Err(self.rhs));
         }
-        let is_known = |arrival: &Arrival| arrival.error < LARGEST_ERROR * arrival.square;
-        let arrivals: Option<Vec<Arrival>> = found.iter().map(|(found, _)| found.filter(is_known)).collect();
+        let arrivals: Option<Vec<Arrival>> = found.iter().map(|(found, _)| *found).collect();
         match (arrivals.as_deref(), self.above, self.depth) {
             (Some(&[one, other]), Some(above), Some(depth)) => self.step(above, [one, other], depth),
             (Some(&[forward, backward, one, other]), None, Some(depth)) => {
@@ -336,38 +340,26 @@ impl<'a> Search<'a> {
             (Some(&[forward, backward]), None, None) => {
                 self.above = Some([forward, backward]);
                 // Right to first order in D.
-                let energy = |arrival: &Arrival| (2.0 * arrival.h / self.first.radius.powi(2)).ln_1p();
-                self.depth = Some(0.5 * (energy(&forward) + energy(&backward)));
+                let of_unit = |square: f64| (square / self.first.radius.powi(2)).ln();
+                self.depth = Some(match [forward.square, backward.square] {
+                    [0.0, square] | [square, 0.0] => of_unit(square),
+                    both => 0.5 * both.map(of_unit).iter().sum::<f64>(),
+                });
                 None
             }
-            _ => self.retreat(),
+            _ => Some(Err(self.rhs)),
         }
-    }
-
-    /// Goes half-way back, to the orbit before or to where D = 0 at the equilibrium, from an orbit that creeps to rest or
-    /// from rest.
-    fn retreat(&mut self) -> Option<Result<Closing, u64>> {
-        let balanced = self.first.rate.at(self.belt_speed).clamp(self.bounds[0], self.bounds[1]);
-        let (viscous, depth) = self
-            .before
-            .as_ref()
-            .map_or((balanced, self.depth), |before| (before.viscous, Some(before.depth)));
-        let deeper = self.depth.zip(depth).map_or(0.0, |(depth, nearer)| depth - nearer);
-        let change = (self.viscous - viscous).abs();
-        if !(change > NEAREST_RETREAT * self.viscous.abs() || deeper.abs() > NEAREST_RETREAT) {
-            return Some(Err(self.rhs));
-        }
-        self.viscous = 0.5 * (viscous + self.viscous);
-        self.depth = depth.map(|nearer| nearer + 0.5 * deeper);
-        self.above = None;
-        None
     }
 
     /// Makes a step of Newton's method.
     fn step(&mut self, above: [Arrival; 2], below: [Arrival; 2], depth: f64) -> Option<Result<Closing, u64>> {
         self.above = None;
-        self.square = above.iter().chain(&below).map(|arrival| arrival.square).fold(f64::INFINITY, f64::min);
+        let squares = above.iter().chain(&below).map(|arrival| arrival.square).filter(|square| *square > 0.0);
+        self.square = squares.fold(f64::INFINITY, f64::min);
         let meeting = Meeting::of(above, below, self.first.radius.powi(2) * depth.exp_m1());
+        if meeting.mismatch.iter().any(|mismatch| mismatch.is_infinite()) {
+            return self.halve(&meeting, depth);
+        }
         let [gap, error, by_damping] =
             [meeting.mismatch, meeting.errors, meeting.by_damping].map(|ways| meeting.of_ways(ways));
         let viscous = self.viscous;
@@ -401,21 +393,41 @@ impl<'a> Search<'a> {
         None
     }
 
-    /// Narrows the bounds by the signs of the mismatches, as far as their errors `own` of C allow.
-    fn bound(&mut self, meeting: &Meeting, own: f64, depth: f64) {
+    /// Narrows the bounds by the signs of the mismatches, as far as their errors `own` of C allow. Returns the directions in
+    /// which C and R lie from here, as signs.
+    fn bound(&mut self, meeting: &Meeting, own: f64, depth: f64) -> [f64; 2] {
         let Meeting { mismatch, errors, .. } = meeting;
-        let [one, other] = [0, 1].map(|way| (mismatch[way] / errors[way]).clamp(-1.0, 1.0).trunc());
+        let [one, other] =
+            [0, 1].map(|way| (mismatch[way] / (CERTAIN * errors[way])).clamp(-1.0, 1.0).trunc());
         if one + other > 0.0 {
             self.bounds[0] = self.bounds[0].max(self.viscous - own);
         } else if one + other < 0.0 {
             self.bounds[1] = self.bounds[1].min(self.viscous + own);
         }
-        let own = (errors[0] + errors[1]) / meeting.by_depth[0].abs().max(meeting.by_depth[1].abs());
+        // Where both signs are certain and R feels nothing of an error, the error is nothing to R either.
+        let own = match one * other < 0.0 {
+            true => 0.0,
+            false => (errors[0] + errors[1]) / meeting.by_depth[0].abs().max(meeting.by_depth[1].abs()),
+        };
         if one > other {
             self.depths[0] = self.depths[0].max(depth - own);
         } else if one < other {
             self.depths[1] = self.depths[1].min(depth + own);
         }
+        [one + other, one - other]
+    }
+
+    /// Goes on where a quarter creeps up to the equilibrium: half-way to the bound of C, or of R, that is left.
+    fn halve(&mut self, meeting: &Meeting, depth: f64) -> Option<Result<Closing, u64>> {
+        let [of_damping, of_depth] = self.bound(meeting, 0.0, depth);
+        let viscous = self.viscous;
+        if of_damping != 0.0 {
+            self.viscous = within(viscous, of_damping * f64::INFINITY, self.bounds);
+        } else {
+            self.depth = Some(within(depth, depth + of_depth.signum() * LONGEST_STEP, self.depths));
+        }
+        self.before = None;
+        (self.viscous == viscous && self.depth == Some(depth)).then_some(Err(self.rhs))
     }
 }
 
@@ -584,6 +596,6 @@ mod tests {
                 }
             }
         }
-        assert!(lost <= 3, "{lost} of 390");
+        assert_eq!(lost, 0, "of 390");
     }
 }
