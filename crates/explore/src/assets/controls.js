@@ -18,13 +18,12 @@ export class Controls {
     const option = ([value, words]) => element("option", { value }, words);
     this.law.append(...catalogue.laws.map(({ name }) => option([name, name])), ...OWN.map(option));
     this.law.addEventListener("change", () => this.choose_law(this.law.value));
-    const usual = catalogue.methods.map(({ name }) => name);
     const words = (name) => name.replaceAll("_", " ");
     const group = (label, options) => element("optgroup", { label }, ...options.map(option));
     this.show.append(
       group("Behaviour", [["regime", "what the mass does"], ["decider", "which method decides"]]),
-      group("Verdict of", usual.map((name) => [`verdict_${name}`, words(name)])),
-      group("Where it is wrong", usual.filter((name) => name !== "simulation").map((name) => [`difference:${name}:simulation`, `${words(name)} against simulation`])),
+      group("Verdict of", catalogue.methods.map((name) => [`verdict_${name}`, words(name)])),
+      group("Where it is wrong", catalogue.methods.filter((name) => name !== "simulation").map((name) => [`difference:${name}:simulation`, `${words(name)} against simulation`])),
       group("Two tests compared", [["difference:perturbation:bendixson", "perturbation, bendixson"], ["difference:bendixson:symmetric", "bendixson, symmetric"], ["difference:harmonic_balance:perturbation", "harmonic balance, perturbation"]]),
       group("Numbers", [["critical_c_simulation", "critical damping"], ["margin_simulation", "grazing margin"], ...catalogue.quantities.map(({ name, words }) => [name, words])]),
     );
@@ -111,10 +110,7 @@ export class Controls {
         app.change("rest");
       });
       this.inputs.set(choice, () => this.state[side].axis);
-      const bounds = () => {
-        const { least, most } = this.state.axes.find(({ name }) => name === this.state[side].axis);
-        return { least: least ?? -Infinity, most: most ?? Infinity };
-      };
+      const bounds = () => ({ ...this.state.axes.find(({ name }) => name === this.state[side].axis), open: false });
       const problem = refusals();
       const end = (key, words, why) =>
         this.number(words, () => this.state[side][key], (value) => {
@@ -169,8 +165,7 @@ export class Controls {
   // A parameter of the law, or a quantity of a machine with its unit.
   slider({ name, symbol, words, unit, least, most, open }) {
     const rest = () => (this.state.at.static_friction * size(this.state, "static_friction")) / size(this.state, name);
-    const limit = () => (name === "kinetic_friction" ? rest() : (most ?? Infinity));
-    const bounds = () => ({ least: least ?? -Infinity, most: limit(), open });
+    const bounds = () => ({ least, most: name === "kinetic_friction" ? rest() : most, open });
     const set = (value, what) => {
       this.state.at[name] = value;
       this.app.change(what);
