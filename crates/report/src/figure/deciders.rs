@@ -3,7 +3,7 @@
 use ndarray::Array2;
 
 use super::super::units::View;
-use super::super::{Report, ReportError, SIMULATION};
+use super::super::{Confusion, Report, ReportError, SIMULATION};
 use super::bifurcations::boundary;
 use super::slice::Slice;
 use super::verdict_panels::{
@@ -23,15 +23,12 @@ use slipmap_map::map::Verdict;
 pub(crate) fn deciders(view: &View, report: &Report, width: Width) -> Result<Option<Figure>, ReportError> {
     let map = view.map;
     let methods = map.methods();
-    let decided = |method: usize| -> u64 {
-        let counts = &report.verdicts.confusion[method];
-        counts.iter().map(|c| c.method(Verdict::Present) + c.method(Verdict::Absent)).sum()
-    };
+    let decided =
+        |method: usize| -> u64 { report.verdicts.confusion[method].iter().map(Confusion::claims).sum() };
     let mut tests: Vec<usize> = (0..methods.len())
         .filter(|&m| matches!(methods[m].guarantee(), Guarantee::FiniteEpsilon | Guarantee::Validated))
         .collect();
     tests.sort_by_key(|&m| (decided(m), m));
-    let simulation = methods.iter().position(|method| method.name() == SIMULATION);
     let (x, y) = main_plane(map);
     if [x, y].iter().any(|&axis| map.grid().axes()[axis].values.len() < FEWEST_NODES) {
         return Ok(None);
@@ -52,7 +49,7 @@ pub(crate) fn deciders(view: &View, report: &Report, width: Width) -> Result<Opt
         let slice = Slice::new(view, x, y, index);
         let codes = tests
             .iter()
-            .chain(&simulation)
+            .chain(&report.verdicts.simulation)
             .map(|&m| slice.codes(&format!("verdict_{}", methods[m].name())))
             .collect::<Result<Vec<_>, _>>()?;
         slices.push((slice, codes));
