@@ -68,6 +68,7 @@ pub struct MachinePage<'a> {
 impl<'a> MachinePage<'a> {
     /// The page of a machine; `all.machine` is its working point.
     pub fn new(all: &'a Assessment, subject: &Subject<'a>) -> Self {
+        let doubts = all.machine.doubts();
         Self {
             sections: lines::sections(all, subject.units, subject.uncertain, subject.risk),
             answer: answer::in_words(all, subject.units).then(answer::uncertainty(
@@ -75,7 +76,7 @@ impl<'a> MachinePage<'a> {
                 subject.units,
                 subject.risk,
             )),
-            warnings: all.machine.doubts().iter().map(|doubt| warning(doubt)).collect(),
+            warnings: doubts.iter().map(|doubt| Rich::foreign(&format!("Warning: {doubt}."))).collect(),
             all,
             units: subject.units,
             title: Rich::foreign(subject.title),
@@ -186,10 +187,6 @@ impl<'a> MachinePage<'a> {
         body.push_str(&format!("<p class=\"note\">{}</p>\n", self.source.html()));
         body
     }
-}
-
-fn warning(doubt: &str) -> Rich {
-    Rich::foreign(&format!("Warning: {doubt}."))
 }
 
 /// Writes questions and answers, in two columns where all of them are short; returns their lower end.

@@ -162,26 +162,22 @@ export class Controls {
     this.sliderBox.replaceChildren(...(rows.length ? [element("h2", {}, "Held"), ...rows] : []));
   }
 
-  // A parameter of the law, or a quantity of a machine with its unit.
+  // A slider of a parameter of the law, or of a quantity of a machine with its unit; its value and its ends can be typed.
   slider({ name, symbol, words, unit, least, most, open }) {
     const rest = () => (this.state.at.static_friction * size(this.state, "static_friction")) / size(this.state, name);
     const bounds = () => ({ least, most: name === "kinetic_friction" ? rest() : most, open });
+    const read = () => this.state.at[name];
     const set = (value, what) => {
       this.state.at[name] = value;
       this.app.change(what);
     };
-    const [left, below, name_of] = unit === undefined ? [symbol, words, `${words || symbol} (${symbol})`] : [words, unit, words];
-    return this.row(left, below, name_of, bounds, () => this.state.at[name], set, () => this.state.ranges[name]);
-  }
-
-  // A slider with its value and its ends typed.
-  row(symbol, words, label, bounds, read, set, range_of) {
+    const range_of = () => this.state.ranges[name];
+    const [left, below, label] = unit === undefined ? [symbol, words, `${words || symbol} (${symbol})`] : [words, unit, words];
     const range = element("input", { type: "range", "aria-label": label });
     // The position is a share of the range, so that every range has fine steps.
     Object.assign(range, { min: 0, max: 1, step: "any" });
     const ends = () => {
       const [from, to] = range_of();
-      const { open, least } = bounds();
       return [open && from === least ? from + (to - from) / 1000 : from, to];
     };
     range.addEventListener("input", () => {
@@ -216,8 +212,8 @@ export class Controls {
         set(Math.min(ends[1], Math.max(ends[0], read())), "rest");
       }, problem, () => ({ ...bounds(), open: false }));
     return element("div", { class: "slider" },
-      element("span", { class: "symbol" }, symbol), range, value,
-      element("div", { class: "ends" }, end(0, "lower"), element("span", { class: "words" }, words), end(1, "upper")), problem);
+      element("span", { class: "symbol" }, left), range, value,
+      element("div", { class: "ends" }, end(0, "lower"), element("span", { class: "words" }, below), end(1, "upper")), problem);
   }
 
   build_editor() {
