@@ -408,18 +408,14 @@ mod tests {
     }
 
     /// Friction that rises by far more than its errors: no damping is needed for any probability.
-    fn rising_machine() -> Machine {
+    #[test]
+    fn no_damping_is_needed_where_no_draw_may_stick_slip() {
         let data = [0.0, 0.05, 0.1, 0.2, 0.5, 1.2].map(|u| (u, 0.3 + 0.2 * u));
         let table = Table::new("rises", &data, 0.3).unwrap().with_standard_errors(&[1e-3; 6]).unwrap();
         let friction = Friction::Measured(table);
         let [mass, stiffness, normal_force, belt_speed] = [1.8, 4.2e5, 900.0, 0.2];
         let like = example(Law::Stribeck);
-        Machine { friction, mass, stiffness, normal_force, belt_speed, damping: 0.0, ..like }
-    }
-
-    #[test]
-    fn no_damping_is_needed_where_no_draw_may_stick_slip() {
-        let machine = rising_machine();
+        let machine = Machine { friction, mass, stiffness, normal_force, belt_speed, damping: 0.0, ..like };
         let risk = risk(&machine, &[], Some(20_000), &[0.1, 0.01]).unwrap();
         assert!(risk.standard_error.is_some_and(|error| error > 1.0), "{risk:?}");
         let all = assess(&machine).unwrap();
