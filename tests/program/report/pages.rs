@@ -7,7 +7,7 @@ use slipmap::report::figure::plot::At;
 use slipmap::report::figure::{Plot, Width};
 use slipmap::report::{View, figure, tables};
 use slipmap::store::MapFile;
-use slipmap::store::Pick::{Every, Node};
+use slipmap::store::Pick::Node;
 
 /// Asserts that a text is well-formed XML with readable words.
 fn check_svg(svg: &str) {
@@ -264,25 +264,6 @@ fn legends_name_orbits_that_cross_for_ever() {
     let drawn = plotted.scene.svg("plot", &plotted.caption);
     assert!(drawn.contains("crossing for ever"), "{}", plotted.data.csv());
     assert!(!drawn.contains("crossing cycle"), "{drawn}");
-}
-
-#[test]
-fn slices_show_the_stored_cells() {
-    // Every plotted cell belongs to a node: the areas on the page add up to the cells of the nodes.
-    let view = View::new(&SMALL);
-    let at = [("epsilon".to_owned(), vec![0.5])];
-    let svg = {
-        let plotted = figure::plot(&view, &over_plane("gamma", "c", &at, &[])).unwrap();
-        plotted.scene.svg("plot", &plotted.caption)
-    };
-    let codes = view
-        .map
-        .code_slice("verdict_simulation", &[Node(2), Node(1), Node(0), Every(1), Node(1), Every(1)])
-        .unwrap();
-    for (fill, code) in [("#0072b2", 1), ("#f7e3bf", -1)] {
-        let shown = svg.contains(&format!("fill-rule=\"evenodd\" fill=\"{fill}\""));
-        assert_eq!(shown, codes.iter().any(|c| *c == code), "{fill}");
-    }
 }
 
 #[test]
