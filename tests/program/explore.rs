@@ -76,6 +76,22 @@ impl Server {
         (status, serde_json::from_slice(&answer).unwrap_or_default())
     }
 
+    /// The answer in JSON to a request that is not refused.
+    fn answer(&self, path: &str, body: &Value) -> Value {
+        let (status, answer) = self.ask(path, body);
+        assert_eq!(status, 200, "{answer}");
+        answer
+    }
+
+    /// The head and the cells of a picture.
+    fn picture(&self, asked: &Value) -> (Value, Vec<u8>) {
+        let (status, mut bytes) = self.post("/api/plane", asked.to_string().as_bytes());
+        assert_eq!(status, 200, "{asked} {}", String::from_utf8_lossy(&bytes));
+        let end = bytes.iter().position(|&byte| byte == b'\n').unwrap();
+        let cells = bytes.split_off(end + 1);
+        (serde_json::from_slice(&bytes).unwrap(), cells)
+    }
+
     /// Bytes of memory that the process holds.
     #[cfg(target_os = "linux")]
     fn memory(&self) -> u64 {
@@ -105,26 +121,18 @@ fn plane() -> Value {
     plane
 }
 
-/// The head and the cells of a picture.
-fn picture(bytes: &[u8]) -> (Value, &[u8]) {
-    let end = bytes.iter().position(|&byte| byte == b'\n').unwrap();
-    (serde_json::from_slice(&bytes[..end]).unwrap(), &bytes[end + 1..])
-}
-
 #[test]
 fn a_point_is_answered_as_by_probe() {
     let scratch = Scratch::new();
     let server = Server::start(&scratch, &[]);
-    let (status, answer) = server.post("/api/point", place().to_string().as_bytes());
-    assert_eq!(status, 200);
+    let answer = server.answer("/api/point", &place());
     let probe = scratch.run(&[&crate::command::PROBE[..], &["--json"]].concat()).ends_with(0);
     let probe: Value = serde_json::from_str(&probe.out).unwrap();
-    assert_eq!(serde_json::from_slice::<Value>(&answer).unwrap(), probe);
+    assert_eq!(answer, probe);
     for figure in ["orbit", "friction", "backbone"] {
         let mut asked = place();
         asked["figure"] = figure.into();
-        let (status, drawn) = server.ask("/api/figure", &asked);
-        assert_eq!(status, 200, "{drawn}");
+        let drawn = server.answer("/api/figure", &asked);
         roxmltree::Document::parse(drawn["svg"].as_str().unwrap()).unwrap();
     }
 }
@@ -133,9 +141,7 @@ fn a_point_is_answered_as_by_probe() {
 fn pictures_hold_the_cells_of_the_map() {
     let scratch = Scratch::new();
     let server = Server::start(&scratch, &[]);
-    let (status, bytes) = server.post("/api/plane", plane().to_string().as_bytes());
-    assert_eq!(status, 200);
-    let (head, cells) = picture(&bytes);
+    let (head, cells) = server.picture(&plane());
     assert_eq!((head["width"].as_u64(), head["height"].as_u64(), cells.len()), (Some(16), Some(8), 128));
     // The same cells as a map: their middles are the nodes.
     assert_map_is_the_picture(&server, &scratch, &plane());
@@ -146,8 +152,7 @@ fn pictures_hold_the_cells_of_the_map() {
     // With the axes exchanged the picture is transposed.
     let mut turned = plane();
     (turned["x"], turned["y"]) = (plane()["y"].clone(), plane()["x"].clone());
-    let (_, bytes) = server.post("/api/plane", turned.to_string().as_bytes());
-    let (_, other) = picture(&bytes);
+    let (_, other) = server.picture(&turned);
     assert!((0..128).all(|i| cells[i] == other[8 * (i % 16) + i / 16]));
     // Numbers, and comparisons of two methods.
     for (show, size) in [
@@ -159,22 +164,19 @@ fn pictures_hold_the_cells_of_the_map() {
     ] {
         let mut asked = plane();
         asked["show"] = show.into();
-        let (status, bytes) = server.post("/api/plane", asked.to_string().as_bytes());
-        assert_eq!((status, picture(&bytes).1.len()), (200, 128 * size), "{show}");
+        assert_eq!(server.picture(&asked).1.len(), 128 * size, "{show}");
     }
     // The method that is named first in a comparison is the first in the codes.
     let compared = |pair: &str| {
         let mut asked = plane();
         asked["at"]["epsilon"] = 0.5.into();
         asked["show"] = format!("difference:{pair}").into();
-        let (_, bytes) = server.post("/api/plane", asked.to_string().as_bytes());
-        picture(&bytes).1.to_vec()
+        server.picture(&asked).1
     };
     let (one, other) = (compared("perturbation:simulation"), compared("simulation:perturbation"));
     assert!(one.contains(&2) && !one.contains(&3));
     assert!(one.iter().zip(&other).all(|(a, b)| [(0, 0), (1, 1), (2, 3), (4, 4)].contains(&(*a, *b))));
-    let (status, found) = server.ask("/api/curves", &plane());
-    assert_eq!(status, 200);
+    let found = server.answer("/api/curves", &plane());
     let names: Vec<&str> =
         found["curves"].as_array().unwrap().iter().filter_map(|curve| curve["name"].as_str()).collect();
     assert!(names.contains(&"hopf") && names.contains(&"grazing_sliding"), "{names:?}");
@@ -412,10 +414,9 @@ fn ctrl_c_ends_it_in_time() {
     assert_eq!(server.process.wait().unwrap().code(), Some(130));
 }
 
-/// Runs the exported configuration and commands; returns the exported texts.
-fn follow_the_export(server: &Server, scratch: &Scratch, asked: &Value) -> Value {
-    let (status, texts) = server.ask("/api/texts", asked);
-    assert_eq!(status, 200, "{texts}");
+/// Runs the exported configuration and commands.
+fn follow_the_export(server: &Server, scratch: &Scratch, asked: &Value) {
+    let texts = server.answer("/api/texts", asked);
     scratch.file("plane.toml", texts["toml"].as_str().unwrap());
     if let Some(table) = texts["table"].as_str() {
         scratch.file("friction.csv", table);
@@ -424,15 +425,12 @@ fn follow_the_export(server: &Server, scratch: &Scratch, asked: &Value) -> Value
         let words: Vec<&str> = command.split(' ').skip(1).collect();
         scratch.run(&[&words[..], &["--overwrite"]].concat()).ends_with(0);
     }
-    texts
 }
 
 /// The cells of the exported map are those of the picture.
 fn assert_map_is_the_picture(server: &Server, scratch: &Scratch, asked: &Value) {
     follow_the_export(server, scratch, asked);
-    let (status, bytes) = server.post("/api/plane", asked.to_string().as_bytes());
-    assert_eq!(status, 200);
-    let cells = picture(&bytes).1.to_vec();
+    let (_, cells) = server.picture(asked);
     let file = hdf5::File::open(scratch.path().join("plane.h5")).unwrap();
     let stored = file.dataset("regime").unwrap().read_raw::<i8>().unwrap();
     let (columns, rows) =
@@ -447,8 +445,7 @@ fn assert_map_is_the_picture(server: &Server, scratch: &Scratch, asked: &Value) 
 fn the_plane_leaves_as_a_configuration_with_the_commands_of_its_map_and_figures() {
     let scratch = Scratch::new();
     let server = Server::start(&scratch, &[]);
-    let (status, texts) = server.ask("/api/texts", &plane());
-    assert_eq!(status, 200, "{texts}");
+    let texts = server.answer("/api/texts", &plane());
     // The exported command of the point is the one in the README.
     let command = texts["command"].as_str().unwrap();
     assert_eq!(command, format!("slipmap {}", crate::command::PROBE.join(" ")));
@@ -516,9 +513,7 @@ fn any_quantity_of_a_machine_is_an_axis() {
             asked["y"]["to"] = (0.5 * asked["y"]["to"].as_f64().unwrap()).into();
         }
         asked["x"]["to"] = (0.5 * asked["x"]["to"].as_f64().unwrap()).into();
-        let (status, bytes) = server.post("/api/plane", asked.to_string().as_bytes());
-        assert_eq!(status, 200, "{x} {y} {}", String::from_utf8_lossy(&bytes));
-        let (head, cells) = picture(&bytes);
+        let (head, cells) = server.picture(&asked);
         assert_eq!((head["width"].as_u64(), head["height"].as_u64()), (Some(2), Some(2)), "{x} {y}");
         let found = f32::from_le_bytes(cells[4..8].try_into().unwrap());
         // A request about the machine of that cell alone.
@@ -527,8 +522,7 @@ fn any_quantity_of_a_machine_is_an_axis() {
             let name = asked[side]["axis"].as_str().unwrap();
             alone["at"][name] = (share(i) * asked[side]["to"].as_f64().unwrap()).into();
         }
-        let (status, point) = server.ask("/api/point", &alone);
-        assert_eq!(status, 200, "{point}");
+        let point = server.answer("/api/point", &alone);
         let expected = point["machine"]["critical_damping"].as_f64().unwrap();
         assert!(head["label"].as_str().unwrap().ends_with(", N s/m"), "{head}");
         assert!((f64::from(found) / expected - 1.0).abs() < 1e-6, "{x} {y}: {found} {expected}");
@@ -537,8 +531,7 @@ fn any_quantity_of_a_machine_is_an_axis() {
         if ![("mass", "damping"), ("belt_speed", "kinetic_friction")].contains(&(x, y)) {
             continue;
         }
-        let (status, curves) = server.ask("/api/curves", &asked);
-        assert_eq!(status, 200, "{curves}");
+        let curves = server.answer("/api/curves", &asked);
         // Every plane has curves; on the grazing curve the damping is the critical one of that machine.
         let curves = curves["curves"].as_array().unwrap();
         assert!(!curves.is_empty(), "{x} {y}");
@@ -605,8 +598,7 @@ fn any_quantity_of_a_machine_is_an_axis() {
     );
     assert!(String::from_utf8(one.get("/", "").2).unwrap().contains("id=\"answer\""));
     let place = json!({ "law": start["law"], "motion": "translation", "at": start["at"] });
-    let (status, plain) = server.ask("/api/dimensionless", &place);
-    assert_eq!(status, 200, "{plain}");
+    let plain = server.answer("/api/dimensionless", &place);
     assert!((plain["at"]["V"].as_f64().unwrap() - 0.1 / 0.4).abs() < 1e-12, "{plain}");
 }
 
