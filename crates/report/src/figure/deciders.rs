@@ -101,24 +101,22 @@ pub(crate) fn deciders(view: &View, report: &Report, width: Width) -> Result<Opt
     .then(failed_words("cells", slices.iter().flat_map(|(_, codes)| {
         codes[0].indexed_iter().map(|((i, j), _)| kind_of(codes, i, j) == fails)
     })));
+    let slice = &slices[0].0;
+    let [columns, rows] = slice.nodes().map(|nodes| nodes.len());
+    let cells = columns * rows;
     let mut data = Data::default();
-    if let [(slice, ..), ..] = &slices[..] {
-        let [columns, rows] = slice.nodes().map(|nodes| nodes.len());
-        let cells = columns * rows;
+    if slices.len() > 1 {
         let each = slices.iter().flat_map(|(slice, ..)| std::iter::repeat_n(slice.epsilon(), cells));
-        if slices.len() > 1 {
-            data = data.reals("epsilon", each.collect());
-        }
-        let name = |codes: &[Array2<i8>], i: usize, j: usize| match kind_of(codes, i, j) {
-            kind if kind == fails => "failed".to_owned(),
-            kind if kind == none_of_them => "none".to_owned(),
-            first => tests.get(first).map_or(SIMULATION, |&m| methods[m].name()).to_owned(),
-        };
-        let mut words = Vec::new();
-        for (_, codes) in &slices {
-            words.extend((0..cells).map(|cell| name(codes, cell / rows, cell % rows)));
-        }
-        data = data.join(cell_columns(slice, slices.len())).words("decided_by", words);
+        data = data.reals("epsilon", each.collect());
     }
+    let name = |codes: &[Array2<i8>], i: usize, j: usize| match kind_of(codes, i, j) {
+        kind if kind == fails => "failed".to_owned(),
+        kind if kind == none_of_them => "none".to_owned(),
+        first => tests.get(first).map_or(SIMULATION, |&m| methods[m].name()).to_owned(),
+    };
+    let words = slices
+        .iter()
+        .flat_map(|(_, codes)| (0..cells).map(move |cell| name(codes, cell / rows, cell % rows)));
+    data = data.join(cell_columns(slice, slices.len())).words("decided_by", words.collect());
     Ok(Some(Figure { name: "deciders".into(), caption, scene, data }))
 }

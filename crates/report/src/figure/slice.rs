@@ -347,9 +347,8 @@ fn informative_nodes(map: &MapFile) -> Vec<usize> {
             })
             .collect();
     }
-    candidates.retain(|candidate| map.grid().column(candidate).is_ok());
-    let columns: Vec<_> =
-        candidates.iter().filter_map(|candidate| map.grid().column(candidate).ok()).collect();
+    let known = candidates.into_iter().filter_map(|nodes| map.grid().column(&nodes).ok().zip(Some(nodes)));
+    let (columns, candidates): (Vec<_>, Vec<_>) = known.unzip();
     let roots = critical_dampings(&columns, 1e-6);
     let positive = candidates.into_iter().zip(roots).filter_map(|(candidate, root)| {
         let root = root.ok().filter(|root| root.c > 0.0)?;
