@@ -21,7 +21,7 @@ impl<S: Send + Sync, T: DeserializeOwned> FromRequest<S> for JsonBody<T> {
     type Rejection = Refusal;
 
     async fn from_request(request: Request, state: &S) -> Result<Self, Refusal> {
-        // Declared to be JSON: a form of a foreign page can send text, but this type only after a preflight request.
+        // Only JSON: a form of a foreign page can send text, but this type only after a preflight request.
         let body = tokio::time::timeout(PATIENCE, Json::from_request(request, state)).await;
         let parsed = body.map_err(|_| Refusal::too_slow())?;
         parsed.map(|Json(parsed)| JsonBody(parsed)).map_err(|why| match why.status() {

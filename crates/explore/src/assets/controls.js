@@ -162,7 +162,8 @@ export class Controls {
     this.sliderBox.replaceChildren(...(rows.length ? [element("h2", {}, "Held"), ...rows] : []));
   }
 
-  // A slider of a parameter of the law, or of a quantity of a machine with its unit; its value and its ends can be typed.
+  // A slider of a parameter of the law, or of a quantity of a machine with its unit; value and ends can
+  // be typed.
   slider({ name, symbol, words, unit, least, most, open }) {
     const rest = () => (this.state.at.static_friction * size(this.state, "static_friction")) / size(this.state, name);
     const bounds = () => ({ least, most: name === "kinetic_friction" ? rest() : most, open });

@@ -40,7 +40,7 @@ export function with_error(value, error) {
   return `${known} ± ${short(Math.ceil((error + Math.abs(known - value)) / unit) * unit, 2)}`;
 }
 
-// Why a typed number is refused; empty if it is not. `open` excludes the least value itself; null is no bound.
+// Why a typed number is refused; empty if it is not. `open` excludes the least value; null is no bound.
 export function why_refused(text, { least, most, open }) {
   const value = Number(text);
   if (text.trim() === "") return "a number is missing";

@@ -13,8 +13,8 @@ import { is_damping, label, plane, size } from "./state.js";
 // Rows of pictures while something is dragged, and time limit of one such picture in seconds.
 const QUICK = [12, 16, 24, 32, 48, 64, 96, 128, 192, 256];
 const FRAME = 0.03;
-// Time for a band of a finer picture, time below which no coarser one comes first, and time limit for all bands of a
-// picture, in seconds. `MOST_CELLS` below bounds its cells.
+// Time for a band of a finer picture, time below which no coarser one comes first, and time limit for all
+// bands of a picture, in seconds. `MOST_CELLS` below bounds its cells.
 const BAND = 4;
 const SOON = 0.3;
 const LONGEST = 900;
@@ -168,8 +168,8 @@ export class Plane {
     this.canvas.dataset.settled = turn;
   }
 
-  // Computes a picture in one band, or in several of some seconds each, and shows each at once; `false` where it was
-  // superseded or refused.
+  // Computes a picture in one band, or in several of some seconds each, and shows each at once; `false` where
+  // it was superseded or refused.
   async in_bands([width, height], turn) {
     // All dampings of a column are one piece of work.
     const [side, all] = this.is_damping("y") ? ["x", width] : ["y", height];
