@@ -58,11 +58,11 @@ fn start(file: &Path) -> Result<Start, Failure> {
     if file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml")) {
         let job = Job::load(file, &[])?;
         check_law(job.plan.grid.law())?;
-        return Ok(Start::of(&job.plan.grid, &job.title, &job.units));
+        return Ok(Start::of(&job.plan.grid, &job.units));
     }
     let map = open_map(file)?;
     check_law(map.grid().law())?;
-    Ok(Start::of(map.grid(), map.text("title").unwrap_or_default(), &[]))
+    Ok(Start::of(map.grid(), &[]))
 }
 
 /// Refuses a law that is sampled from a function, which the page cannot name.

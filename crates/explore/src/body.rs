@@ -2,9 +2,9 @@
 
 use std::time::Duration;
 
-use axum::body::Bytes;
+use axum::Json;
 use axum::extract::{FromRequest, Request};
-use axum::http::header::CONTENT_TYPE;
+use axum::http::StatusCode;
 use serde::de::DeserializeOwned;
 
 use super::refusal::Refusal;
@@ -21,18 +21,12 @@ impl<S: Send + Sync, T: DeserializeOwned> FromRequest<S> for JsonBody<T> {
     type Rejection = Refusal;
 
     async fn from_request(request: Request, state: &S) -> Result<Self, Refusal> {
-        // A form of a foreign page can send text, but this type only after a preflight request.
-        let is_json = |value: &axum::http::HeaderValue| value.as_bytes().starts_with(b"application/json");
-        if !request.headers().get(CONTENT_TYPE).is_some_and(is_json) {
-            return Err(Refusal::malformed("the body is not declared to be JSON"));
-        }
-        let body = tokio::time::timeout(PATIENCE, Bytes::from_request(request, state)).await;
-        let body = body.map_err(|_| Refusal::too_slow())?;
-        // On a live connection a body fails only by its length.
-        let body = body.map_err(|_| Refusal::too_long(LONGEST_BODY))?;
-        let parsed = serde_json::from_slice(&body);
-        parsed
-            .map(JsonBody)
-            .map_err(|error| Refusal::malformed(format!("the request cannot be read: {error}")))
+        // Only JSON: a form of a foreign page can send text, but this type only after a preflight request.
+        let body = tokio::time::timeout(PATIENCE, Json::from_request(request, state)).await;
+        let parsed = body.map_err(|_| Refusal::too_slow())?;
+        parsed.map(|Json(parsed)| JsonBody(parsed)).map_err(|why| match why.status() {
+            StatusCode::PAYLOAD_TOO_LARGE => Refusal::too_long(LONGEST_BODY),
+            _ => Refusal::malformed(format!("the request cannot be read: {}", why.body_text())),
+        })
     }
 }

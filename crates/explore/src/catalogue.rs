@@ -125,24 +125,16 @@ pub(super) fn catalogue() -> Value {
         let formula = slipmap_report::formula::of_law(law).map_or(String::new(), |formula| formula.plain);
         json!({ "name": law.name(), "formula": formula, "axes": axes(law) })
     };
-    let methods = Method::all().map(|method| {
-        json!({
-            "name": method.name(),
-            "words": method.long_name(),
-            "guarantee": method.guarantee().name(),
-            "usual": Method::usual().any(|usual| usual == method),
-        })
-    });
     let quantities = Quantity::of_orbits().map(|quantity| {
         let words = UnitSystem::default().variable(quantity.name()).name.plain();
-        json!({ "name": quantity.name(), "words": words, "explanation": quantity.long_name() })
+        json!({ "name": quantity.name(), "words": words })
     });
     let anchors = |color: fn(f64) -> String, count: u8| -> Vec<String> {
         (0..=count).map(|i| color(f64::from(i) / f64::from(count))).collect()
     };
     json!({
         "laws": Law::BUILT_IN.iter().map(law).collect::<Vec<_>>(),
-        "methods": methods.collect::<Vec<_>>(),
+        "methods": Method::all().map(|method| method.name()).collect::<Vec<_>>(),
         "quantities": quantities.collect::<Vec<_>>(),
         "regimes": kinds_json(&palette::regimes()),
         "verdicts": kinds_json(&palette::verdicts()),

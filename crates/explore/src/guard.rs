@@ -20,30 +20,23 @@ const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; i
 
 /// The host names of this server.
 #[derive(Clone, Debug)]
-pub(super) struct Names {
-    hosts: [String; 2],
-    origins: [String; 2],
-}
+pub(super) struct Names([String; 2]);
 
 impl Names {
     pub(super) fn of_port(port: u16) -> Self {
-        let hosts = ["127.0.0.1", "localhost"].map(|name| format!("{name}:{port}"));
-        let origins = hosts.each_ref().map(|host| format!("http://{host}"));
-        Self { hosts, origins }
+        Self(["127.0.0.1", "localhost"].map(|name| format!("{name}:{port}")))
     }
 
     fn check(&self, request: &Request) -> Result<(), Refusal> {
         let headers = request.headers();
-        let one_of = |value: &HeaderValue, known: &[String]| known.iter().any(|name| value == name.as_str());
-        match headers.get(HOST) {
-            Some(host) if one_of(host, &self.hosts) => {}
-            _ => return Err(Refusal::foreign("the request is for another host")),
+        let is_own = |host: &[u8]| self.0.iter().any(|name| name.as_bytes() == host);
+        if !headers.get(HOST).is_some_and(|host| is_own(host.as_bytes())) {
+            return Err(Refusal::foreign("the request is for another host"));
         }
-        match headers.get(ORIGIN) {
-            Some(origin) if !one_of(origin, &self.origins) => {
-                Err(Refusal::foreign("the request comes from another page"))
-            }
-            _ => Ok(()),
+        let origin = headers.get(ORIGIN).map(HeaderValue::as_bytes);
+        match origin.is_none_or(|origin| origin.strip_prefix(b"http://").is_some_and(is_own)) {
+            true => Ok(()),
+            false => Err(Refusal::foreign("the request comes from another page")),
         }
     }
 }

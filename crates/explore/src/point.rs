@@ -12,7 +12,6 @@ use slipmap_map::assessment::sensitivities;
 use slipmap_map::behaviour::behaviour;
 use slipmap_map::map::{DEFAULT_TOLERANCE, Method};
 use slipmap_map::probe::{Answer, MachineResult, Probe, regime_words};
-use slipmap_simulate::CriticalDamping;
 
 #[derive(Clone, Debug, Deserialize)]
 pub(super) struct PointRequest {
@@ -36,13 +35,7 @@ impl PointRequest {
         let answer = Answer::of(&law, &point, DEFAULT_TOLERANCE, Method::usual());
         let methods =
             answer.methods.iter().map(|of_method| (of_method.method.name(), of_method.verdict.name()));
-        Ok(json!({
-            "regime": answer.regime.name(),
-            "words": regime_words(answer.regime),
-            "methods": methods.collect::<Vec<_>>(),
-            "critical_c": answer.critical.and_then(CriticalDamping::known).ok().map(|root| root.c),
-            "critical_c_error": answer.critical.ok().map(|root| root.error),
-        }))
+        Ok(json!({ "words": regime_words(answer.regime), "methods": methods.collect::<Vec<_>>() }))
     }
 
     /// The output of `slipmap probe --json`; for a machine also the sensitivities of its page.

@@ -64,10 +64,6 @@ impl Refusal {
         Self::new(StatusCode::SERVICE_UNAVAILABLE, problem, "show a smaller region, or a simpler quantity")
     }
 
-    pub(super) fn is_out_of_time(&self) -> bool {
-        self.status == StatusCode::SERVICE_UNAVAILABLE
-    }
-
     /// A bug of this program.
     pub(super) fn broken(problem: impl Into<String>) -> Self {
         Self::new(StatusCode::INTERNAL_SERVER_ERROR, problem, "please report it")

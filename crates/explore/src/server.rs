@@ -7,9 +7,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use axum::Router;
-use axum::extract::{DefaultBodyLimit, Request, State};
+use axum::extract::{DefaultBodyLimit, State};
 use axum::http::header::CONTENT_TYPE;
-use axum::middleware::{Next, from_fn, from_fn_with_state};
+use axum::middleware::from_fn_with_state;
 use axum::response::{IntoResponse, Json, Response};
 use axum::routing::{get, post};
 use hyper::server::conn::http1;
@@ -18,7 +18,6 @@ use hyper_util::service::TowerToHyperService;
 use serde::Deserialize;
 use serde_json::{Value, json};
 use tokio::sync::Semaphore;
-use tokio::task::{JoinError, JoinSet};
 
 use super::body::{JsonBody, LONGEST_BODY};
 use super::guard::{Names, protect};
@@ -66,8 +65,7 @@ pub fn serve(listener: TcpListener, start: Start, stop: &AtomicBool) -> io::Resu
         points: Arc::new(Semaphore::new(POINTS)),
         start,
     });
-    let router =
-        routes(shared).layer(from_fn(answered)).layer(from_fn_with_state(Names::of_port(port), protect));
+    let router = routes(shared).layer(from_fn_with_state(Names::of_port(port), protect));
     let mut runtime = tokio::runtime::Builder::new_current_thread();
     runtime.enable_io().enable_time().max_blocking_threads(PICTURES + POINTS);
     let runtime = runtime.build()?;
@@ -125,22 +123,6 @@ async fn accept(listener: tokio::net::TcpListener, router: Router) {
     }
 }
 
-/// Answers a request whose handler fails, too: a bug is told to the page that met it, and ends nothing else.
-async fn answered(request: Request, next: Next) -> Response {
-    // Ends with the request that waits for it.
-    let mut task = JoinSet::new();
-    task.spawn(next.run(request));
-    match task.join_next().await {
-        Some(Ok(response)) => response,
-        Some(Err(error)) => failed(&error).into_response(),
-        None => Refusal::broken("the request was lost").into_response(),
-    }
-}
-
-fn failed(error: &JoinError) -> Refusal {
-    Refusal::broken(format!("the computation failed: {error}"))
-}
-
 /// Tells work to stop once nobody waits for its answer: the page has closed the connection, or time is up.
 #[derive(Default)]
 struct Ticket(Arc<AtomicBool>);
@@ -165,7 +147,9 @@ async fn carry_out<T: Send + 'static>(
             let _place = place;
             work(&stop)
         });
-        done.await.unwrap_or_else(|error| Err(failed(&error)))
+        // A bug is told to the page that met it, and ends nothing else.
+        let failed = |error| Err(Refusal::broken(format!("the computation failed: {error}")));
+        done.await.unwrap_or_else(failed)
     };
     let answer = tokio::time::timeout(LONGEST_WORK, to_the_end).await;
     answer.unwrap_or_else(|_| Err(Refusal::out_of_time(LONGEST_WORK.as_secs())))
@@ -217,11 +201,7 @@ async fn plane(
 }
 
 async fn curves(State(shared): OfPage, JsonBody(request): JsonBody<PlaneRequest>) -> Reply {
-    match carry_out(&shared.pictures, move |stop| request.boundaries(stop)).await {
-        // The picture is shown without curves.
-        Err(refusal) if refusal.is_out_of_time() => Ok(Json(json!({ "curves": [], "given_up": true }))),
-        answer => answer.map(Json),
-    }
+    carry_out(&shared.pictures, move |stop| request.boundaries(stop)).await.map(Json)
 }
 
 async fn glance(State(shared): OfPage, JsonBody(request): JsonBody<PointRequest>) -> Reply {
@@ -248,39 +228,10 @@ mod tests {
 
     #[test]
     fn what_panics_is_answered() {
-        let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
-        runtime.block_on(async {
-            let listener = tokio::net::TcpListener::bind("127.0.0.1:0").await.unwrap();
-            let port = listener.local_addr().unwrap().port();
-            let at_once = move || async move { if port > 0 { panic!("at once") } else { "never" } };
-            let in_a_lane = || async {
-                let work = |_: &AtomicBool| -> Result<&str, Refusal> { panic!("in a lane") };
-                carry_out(&Arc::new(Semaphore::new(1)), work).await
-            };
-            let router = Router::new()
-                .route("/at-once", get(at_once))
-                .route("/in-a-lane", get(in_a_lane))
-                .route("/fine", get(|| async { "fine" }))
-                .layer(from_fn(answered));
-            tokio::spawn(accept(listener, router));
-            let ask = move |path: &'static str| {
-                use std::io::{Read as _, Write as _};
-                let mut stream = std::net::TcpStream::connect(("127.0.0.1", port)).unwrap();
-                write!(stream, "GET {path} HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n").unwrap();
-                let mut answer = String::new();
-                stream.read_to_string(&mut answer).unwrap();
-                answer
-            };
-            for path in ["/at-once", "/in-a-lane"] {
-                let answer = tokio::task::spawn_blocking(move || ask(path)).await.unwrap();
-                assert!(
-                    answer.starts_with("HTTP/1.1 500") && answer.contains("the computation failed"),
-                    "{answer}"
-                );
-            }
-            let answer = tokio::task::spawn_blocking(move || ask("/fine")).await.unwrap();
-            assert!(answer.ends_with("fine"), "{answer}");
-        });
+        let runtime = tokio::runtime::Builder::new_current_thread().enable_time().build().unwrap();
+        let work = |_: &AtomicBool| -> Result<&str, Refusal> { panic!("a bug") };
+        let refusal = runtime.block_on(carry_out(&Arc::new(Semaphore::new(1)), work)).unwrap_err();
+        assert!(format!("{refusal:?}").contains("the computation failed"), "{refusal:?}");
     }
 
     #[test]

@@ -16,18 +16,17 @@ const TOLERANCE: f64 = 1e-6;
 #[derive(Debug, Default)]
 pub struct Start {
     grid: Option<Grid>,
-    title: String,
     /// The units of a machine's quantities, where they are not those of SI.
     units: Vec<(String, Shown)>,
 }
 
 impl Start {
     /// The plane of a configuration or a map; `held` are the units of what is no axis of it.
-    pub fn of(grid: &Grid, title: &str, held: &[(&'static str, Option<Shown>)]) -> Self {
+    pub fn of(grid: &Grid, held: &[(&'static str, Option<Shown>)]) -> Self {
         let axes = grid.axes().iter().map(|axis| (axis.name.as_str(), &axis.shown));
         let all = axes.chain(held.iter().map(|(name, shown)| (*name, shown)));
         let units = all.filter_map(|(name, shown)| Some((name.to_owned(), shown.clone()?))).collect();
-        Self { grid: Some(grid.clone()), title: title.into(), units }
+        Self { grid: Some(grid.clone()), units }
     }
 
     pub(super) fn to_json(&self) -> Value {
@@ -62,7 +61,6 @@ impl Start {
         let at: Map<String, Value> =
             quantities.map(|(name, value)| (name.to_owned(), shown(name, value).into())).collect();
         json!({
-            "title": self.title,
             "pinned": pinned,
             "most_damping": machine.and_then(most_damping).map(|most| rounded(most / size(DAMPING))),
             "motion": machine.map(|machine| machine.motion.name()),

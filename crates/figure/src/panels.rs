@@ -1,7 +1,8 @@
 //! Panels: frames with two axes, their ticks, numbers and names, alone or in rows on a page.
 
 use super::axis::{AXIS, SMALL_TEXT, Scale, TEXT, Tick, text_width_of};
-use super::scene::{Anchor, Place, Rect, Scene, text_width};
+use super::paragraph::lines_of;
+use super::scene::{Anchor, Place, Rect, Scene};
 use super::text::{Piece, Rich};
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -237,30 +238,11 @@ pub fn write_heading(scene: &mut Scene, left: f64, heading: &Rich) -> f64 {
     height
 }
 
-/// Breaks "a = 1, b = 2, ..." into lines that fit.
-pub fn wrap(text: &Rich, width: f64) -> Vec<Rich> {
-    let mut lines: Vec<Rich> = Vec::new();
-    let mut line = Rich::default();
-    // Pieces come in groups that end with ", ".
-    let mut group = Rich::default();
-    let mut groups = Vec::new();
-    for piece in &text.pieces {
-        group.pieces.push(piece.clone());
-        if matches!(piece, Piece::Words(words) if words == ", ") {
-            groups.push(std::mem::take(&mut group));
-        }
-    }
-    groups.push(group);
-    for group in groups {
-        let longer = line.clone().then(group.clone());
-        if !line.pieces.is_empty() && text_width(&longer, SMALL_TEXT) > width {
-            lines.push(std::mem::replace(&mut line, group));
-        } else {
-            line = longer;
-        }
-    }
-    lines.push(line);
-    lines
+/// Breaks "a = 1, b = 2, ..." into lines that fit: its parts end with ", ".
+fn wrap(text: &Rich, width: f64) -> Vec<Rich> {
+    let is_comma = |piece: &Piece| matches!(piece, Piece::Words(words) if words == ", ");
+    let parts = text.pieces.split_inclusive(is_comma).map(|pieces| Rich { pieces: pieces.to_vec() });
+    lines_of(parts, SMALL_TEXT, width)
 }
 
 #[cfg(test)]

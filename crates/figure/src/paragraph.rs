@@ -7,20 +7,10 @@ use super::text::{Piece, Rich};
 /// stay with their units, and operators at the end of their line.
 pub fn paragraph(text: &Rich, size: f64, width: f64, most: usize) -> Vec<Rich> {
     let fits = |line: &Rich| text_width(line, size) <= width;
-    let mut lines: Vec<Rich> = vec![Rich::default()];
-    for atom in atoms(text) {
-        // A part that is too wide is broken between any two letters.
-        let parts = if fits(&atom) { vec![atom] } else { letters(&atom) };
-        for part in parts {
-            let Some(line) = lines.last_mut() else { continue };
-            let longer = line.clone().then(part.clone());
-            if line.pieces.is_empty() || fits(&longer) {
-                *line = longer;
-            } else {
-                lines.push(part);
-            }
-        }
-    }
+    // A part that is too wide is broken between any two letters.
+    let parts =
+        atoms(text).into_iter().flat_map(|atom| if fits(&atom) { vec![atom] } else { letters(&atom) });
+    let mut lines = lines_of(parts, size, width);
     if lines.len() > most {
         lines.truncate(most);
         if let Some(last) = lines.last_mut() {
@@ -34,6 +24,19 @@ pub fn paragraph(text: &Rich, size: f64, width: f64, most: usize) -> Vec<Rich> {
         }
     }
     lines.iter().map(in_few_pieces).collect()
+}
+
+/// Lines of as many of the parts each as fit into `width`.
+pub(super) fn lines_of(parts: impl IntoIterator<Item = Rich>, size: f64, width: f64) -> Vec<Rich> {
+    let mut lines: Vec<Rich> = Vec::new();
+    for part in parts {
+        let longer = lines.last().map(|line| line.clone().then(part.clone()));
+        match (lines.last_mut(), longer) {
+            (Some(line), Some(longer)) if text_width(&longer, size) <= width => *line = longer,
+            _ => lines.push(part),
+        }
+    }
+    lines
 }
 
 /// The text with successive words merged into one piece, which becomes one element of SVG.

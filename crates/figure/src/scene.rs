@@ -240,14 +240,6 @@ impl Scene {
         }
     }
 
-    pub fn outline(&mut self, outlines: &[Vec<Place>], stroke: &Stroke) {
-        if outlines.is_empty() {
-            return;
-        }
-        let d: String = outlines.iter().map(|outline| path(&clamped(outline), true)).collect();
-        self.path(&d, &format!("fill=\"none\" {}", stroke_attributes(stroke)));
-    }
-
     pub fn rect(&mut self, rect: Rect, fill: Fill) {
         self.area(&[corners(rect)], fill);
     }
@@ -267,7 +259,10 @@ impl Scene {
     }
 
     pub fn frame(&mut self, rect: Rect, stroke: &Stroke) {
-        self.outline(&[corners(rect)], stroke);
+        self.path(
+            &path(&clamped(&corners(rect)), true),
+            &format!("fill=\"none\" {}", stroke_attributes(stroke)),
+        );
     }
 
     /// Draws a mark. `size` is about its diameter in points.

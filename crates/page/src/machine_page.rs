@@ -68,6 +68,7 @@ pub struct MachinePage<'a> {
 impl<'a> MachinePage<'a> {
     /// The page of a machine; `all.machine` is its working point.
     pub fn new(all: &'a Assessment, subject: &Subject<'a>) -> Self {
+        let doubts = all.machine.doubts();
         Self {
             sections: lines::sections(all, subject.units, subject.uncertain, subject.risk),
             answer: answer::in_words(all, subject.units).then(answer::uncertainty(
@@ -75,7 +76,7 @@ impl<'a> MachinePage<'a> {
                 subject.units,
                 subject.risk,
             )),
-            warnings: all.machine.doubts().iter().map(|doubt| warning(doubt)).collect(),
+            warnings: doubts.iter().map(|doubt| Rich::foreign(&format!("Warning: {doubt}."))).collect(),
             all,
             units: subject.units,
             title: Rich::foreign(subject.title),
@@ -186,10 +187,6 @@ impl<'a> MachinePage<'a> {
         body.push_str(&format!("<p class=\"note\">{}</p>\n", self.source.html()));
         body
     }
-}
-
-fn warning(doubt: &str) -> Rich {
-    Rich::foreign(&format!("Warning: {doubt}."))
 }
 
 /// Writes questions and answers, in two columns where all of them are short; returns their lower end.
@@ -411,18 +408,14 @@ mod tests {
     }
 
     /// Friction that rises by far more than its errors: no damping is needed for any probability.
-    fn rising_machine() -> Machine {
+    #[test]
+    fn no_damping_is_needed_where_no_draw_may_stick_slip() {
         let data = [0.0, 0.05, 0.1, 0.2, 0.5, 1.2].map(|u| (u, 0.3 + 0.2 * u));
         let table = Table::new("rises", &data, 0.3).unwrap().with_standard_errors(&[1e-3; 6]).unwrap();
         let friction = Friction::Measured(table);
         let [mass, stiffness, normal_force, belt_speed] = [1.8, 4.2e5, 900.0, 0.2];
         let like = example(Law::Stribeck);
-        Machine { friction, mass, stiffness, normal_force, belt_speed, damping: 0.0, ..like }
-    }
-
-    #[test]
-    fn no_damping_is_needed_where_no_draw_may_stick_slip() {
-        let machine = rising_machine();
+        let machine = Machine { friction, mass, stiffness, normal_force, belt_speed, damping: 0.0, ..like };
         let risk = risk(&machine, &[], Some(20_000), &[0.1, 0.01]).unwrap();
         assert!(risk.standard_error.is_some_and(|error| error > 1.0), "{risk:?}");
         let all = assess(&machine).unwrap();

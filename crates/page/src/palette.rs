@@ -4,12 +4,11 @@ use std::borrow::Cow;
 
 use slipmap_figure::scene::{Fill, Hatch, Marker};
 use slipmap_figure::style::{
-    BLACK, BLUE, GREEN, GREY, LineStyle, ORANGE, PURPLE, SKY, VERMILION, WHITE, WINE, YELLOW, numbered, style,
+    BLACK, BLUE, GREEN, GREY, LineStyle, ORANGE, PURPLE, SKY, VERMILION, WHITE, WINE, YELLOW, style,
 };
-use slipmap_map::map::{Method, Regime, Verdict};
+use slipmap_map::map::{Regime, Verdict};
 
-/// The style of a method. Those without one here have the style of a number, their place among all methods;
-/// methods that this program does not know share one.
+/// The style of a method; those without one here share one.
 pub fn method(name: &str) -> LineStyle {
     match name {
         "simulation" => style(BLACK, 1.3, &[], Marker::Circle),
@@ -28,9 +27,7 @@ pub fn method(name: &str) -> LineStyle {
         "stick_band" => style(PURPLE, 1.0, &[3.0, 1.5], Marker::Diamond),
         "fixed_step" => style(SKY, 1.0, &[3.0, 1.5], Marker::Cross),
         "event_step" => style(GREEN, 1.0, &[3.0, 1.5], Marker::Triangle),
-        _ => Method::all()
-            .position(|method| method.name() == name)
-            .map_or(style(GREY, 1.0, &[1.0, 1.0], Marker::Circle), numbered),
+        _ => style(GREY, 1.0, &[1.0, 1.0], Marker::Circle),
     }
 }
 

@@ -3,7 +3,7 @@
 use super::figure::Figure;
 use super::table::Table;
 use super::units::View;
-use slipmap_figure::text::Rich;
+use slipmap_figure::text::{Rich, html as escaped};
 use slipmap_format::MapFile;
 use slipmap_page::html::page;
 
@@ -47,13 +47,11 @@ pub(super) fn html(view: &View, summary: &[(Rich, Rich)], tables: &[Table], figu
     text.push_str("</dl>\n<nav><h2>Contents</h2>\n<ul>\n");
     let mut entry = |id: &str, name: &str| text.push_str(&format!("<li><a href=\"#{id}\">{name}</a></li>\n"));
     for figure in figures {
-        entry(
-            &anchor("figure", &figure.name),
-            &slipmap_figure::text::html(&format!("Figure: {}", figure.name.replace('-', " "))),
-        );
+        let words = format!("Figure: {}", figure.name.replace('-', " "));
+        entry(&anchor("figure", &figure.name), &escaped(&words));
     }
     for table in tables {
-        entry(&anchor("table", table.name), &slipmap_figure::text::html(heading(table)));
+        entry(&anchor("table", table.name), heading(table));
     }
     if view.map.text("config").is_some() {
         entry("configuration", "Configuration");
@@ -79,7 +77,7 @@ pub(super) fn html(view: &View, summary: &[(Rich, Rich)], tables: &[Table], figu
     if let Some(config) = view.map.text("config") {
         text.push_str(&format!(
             "<h2 id=\"configuration\">Configuration</h2>\n<pre tabindex=\"0\">{}</pre>\n",
-            slipmap_figure::text::html(config)
+            escaped(config)
         ));
     }
     page(&title, &text)

@@ -3,8 +3,9 @@
 use super::figure::picks;
 use super::tables::{friction, undetermined_regimes};
 use super::units::{View, join};
-use super::{Report, SIMULATION};
+use super::{Confusion, Report, SIMULATION};
 use slipmap_certify::Guarantee;
+use slipmap_figure::axis::extremes;
 use slipmap_figure::text::{Rich, rich};
 use slipmap_map::behaviour::behaviour;
 use slipmap_map::dataset::auxiliary::PROBABILITY;
@@ -25,8 +26,7 @@ fn probabilities(view: &View) -> Option<(f64, f64)> {
         .has_probability()
         .then(|| map.real_slice(PROBABILITY, &picks(map, &all, &vec![0; axes], axes)).ok());
     let values = values.flatten()?;
-    let known = || values.iter().copied().filter(|value| value.is_finite());
-    let (least, most) = (known().fold(f64::INFINITY, f64::min), known().fold(f64::NEG_INFINITY, f64::max));
+    let (least, most) = extremes(values.iter().copied().filter(|value| value.is_finite()));
     (least <= most).then_some((least, most))
 }
 
@@ -107,7 +107,7 @@ pub(super) fn summary(view: &View, report: &Report) -> Vec<(Rich, Rich)> {
             .iter()
             .map(|c| c.pair(Verdict::Absent, Verdict::Present) + c.pair(Verdict::Present, Verdict::Absent))
             .sum();
-        let decided = total(number, Verdict::Present) + total(number, Verdict::Absent);
+        let decided: u64 = confusion.iter().map(Confusion::claims).sum();
         let percent = 100.0 * decided as f64 / map.grid().cells() as f64;
         let claims = |what: String| match decided {
             0 => Rich::foreign(&format!("{name} no claims")),

@@ -36,6 +36,8 @@ pub(crate) enum Show {
     /// At most this many significant digits, zeros at the end dropped: for parameters.
     Trimmed(usize),
     Decimals(usize),
+    /// With a power of ten.
+    Scientific(usize),
 }
 
 #[derive(Clone, Debug)]
@@ -75,17 +77,6 @@ pub(crate) type ColumnOf<'a, T> = (&'a str, &'a str, Show, &'a dyn Fn(&T) -> Cel
 struct Decimal {
     mantissa: String,
     exponent: i32,
-}
-
-/// Common format of all numbers of one column.
-#[derive(Clone, Copy, Debug)]
-enum Style {
-    Words,
-    Counts,
-    Decimals(usize),
-    Significant(usize),
-    Trimmed(usize),
-    Scientific(usize),
 }
 
 /// Range of numbers that are shown without a power of ten. In LaTeX, where numbers are aligned, one number
@@ -136,50 +127,40 @@ impl Table {
             && !self.rows.iter().any(|row| matches!(row[column], Cell::Words(_) | Cell::Rich(_)))
     }
 
-    fn style(&self, column: usize) -> Style {
-        match self.columns[column].show {
-            _ if !self.is_numeric(column) => Style::Words,
-            Show::AsIs => Style::Counts,
-            Show::Decimals(digits) => Style::Decimals(digits),
-            Show::Significant(digits) => Style::Significant(digits),
-            Show::Trimmed(digits) => Style::Trimmed(digits),
-        }
-    }
-
-    /// The style of a column whose numbers are aligned.
-    fn aligned_style(&self, column: usize) -> Style {
-        let style = self.style(column);
+    /// The format of the numbers of a column that are aligned; `None` for words.
+    fn aligned(&self, column: usize) -> Option<Show> {
         let plain = self.rows.iter().all(|row| match row[column] {
             Cell::Real(value) => is_plain(value),
             _ => true,
         });
-        match style {
-            Style::Significant(digits) | Style::Trimmed(digits) if !plain => Style::Scientific(digits),
-            _ => style,
-        }
+        self.is_numeric(column).then(|| match self.columns[column].show {
+            Show::Significant(digits) | Show::Trimmed(digits) if !plain => Show::Scientific(digits),
+            show => show,
+        })
     }
 
     pub fn html(&self) -> String {
-        let styles: Vec<Style> = (0..self.columns.len()).map(|column| self.style(column)).collect();
-        let class = |style: &Style| if matches!(style, Style::Words) { "" } else { " class=\"number\"" };
+        let classes: Vec<&str> = (0..self.columns.len())
+            .map(|column| if self.is_numeric(column) { " class=\"number\"" } else { "" })
+            .collect();
         // Words longer than a line may be broken anywhere; others may not.
         let is_long = |words: &str| words.split(' ').any(|word| word.chars().count() > LONGEST_WORD);
         let mut text = format!("<table>\n<caption>{}</caption>\n<thead><tr>", self.caption.html());
-        for (column, style) in self.columns.iter().zip(&styles) {
-            text.push_str(&format!("<th scope=\"col\"{}>{}</th>", class(style), column.heading.html()));
+        for (column, class) in self.columns.iter().zip(&classes) {
+            text.push_str(&format!("<th scope=\"col\"{class}>{}</th>", column.heading.html()));
         }
         text.push_str("</tr></thead>\n<tbody>\n");
         for row in &self.rows {
             text.push_str("<tr>");
-            for (cell, style) in row.iter().zip(&styles) {
+            for ((cell, column), class) in row.iter().zip(&self.columns).zip(&classes) {
                 let shown = match cell {
                     Cell::Words(words) => html(words),
                     Cell::Rich(text) => text.html(),
-                    _ => shown(cell, *style),
+                    _ => shown(cell, column.show),
                 };
                 let class = match cell {
                     Cell::Words(words) if is_long(words) => " class=\"long\"",
-                    _ => class(style),
+                    _ => class,
                 };
                 text.push_str(&format!("<td{class}>{shown}</td>"));
             }
@@ -218,35 +199,33 @@ fn is_plain(value: f64) -> bool {
     value == 0.0 || PLAIN.contains(&value.abs())
 }
 
-/// A number in the style of its column.
-fn decimal(cell: &Cell, style: Style) -> Option<Decimal> {
+/// A number in the format of its column.
+fn decimal(cell: &Cell, show: Show) -> Option<Decimal> {
     let plain = |mantissa: String| Some(Decimal { mantissa, exponent: 0 });
     let power = |value: f64, digits: usize| {
         let (mantissa, exponent) = scientific(value, digits);
         Some(Decimal { mantissa, exponent })
     };
     let value = match *cell {
-        Cell::Count(count) => match style {
-            Style::Words | Style::Counts => return plain(count.to_string()),
-            _ => count as f64,
-        },
+        Cell::Count(count) if show == Show::AsIs => return plain(count.to_string()),
+        Cell::Count(count) => count as f64,
         Cell::Real(value) if value.is_finite() => value,
         Cell::Real(_) | Cell::Words(_) | Cell::Rich(_) | Cell::Missing => return None,
     };
-    match style {
-        Style::Words | Style::Counts => plain(format!("{value}")),
-        Style::Decimals(digits) => plain(format!("{value:.digits$}")),
-        Style::Significant(_) | Style::Trimmed(_) | Style::Scientific(_) if value == 0.0 => plain("0".into()),
-        Style::Significant(digits) | Style::Trimmed(digits) if !is_plain(value) => power(value, digits),
-        Style::Trimmed(digits) => {
-            plain(without_zeros(&decimal(cell, Style::Significant(digits))?.mantissa).to_owned())
+    match show {
+        Show::AsIs => plain(format!("{value}")),
+        Show::Decimals(digits) => plain(format!("{value:.digits$}")),
+        Show::Significant(_) | Show::Trimmed(_) | Show::Scientific(_) if value == 0.0 => plain("0".into()),
+        Show::Significant(digits) | Show::Trimmed(digits) if !is_plain(value) => power(value, digits),
+        Show::Trimmed(digits) => {
+            plain(without_zeros(&decimal(cell, Show::Significant(digits))?.mantissa).to_owned())
         }
-        Style::Significant(digits) => {
+        Show::Significant(digits) => {
             let exponent = scientific(value, digits).1;
             let decimals = (digits as i32 - 1 - exponent).max(0) as usize;
             plain(format!("{value:.decimals$}"))
         }
-        Style::Scientific(digits) => power(value, digits),
+        Show::Scientific(digits) => power(value, digits),
     }
 }
 
@@ -263,8 +242,8 @@ fn grouped(mantissa: &str) -> String {
 }
 
 /// A number in HTML, with its power of ten if there is one.
-fn shown(cell: &Cell, style: Style) -> String {
-    match decimal(cell, style) {
+fn shown(cell: &Cell, show: Show) -> String {
+    match decimal(cell, show) {
         None => "–".into(),
         Some(Decimal { mantissa, exponent: 0 }) => grouped(&mantissa),
         Some(Decimal { mantissa, exponent }) => grouped(&mantissa) + &html_power(exponent),

@@ -30,7 +30,7 @@ pub fn all(view: &View, report: &Report) -> Vec<Table> {
     tables.push(agreement(map, report));
     tables.push(boundary(view, report));
     // One eps gives no order.
-    tables.extend((epsilons(map).len() > 1).then(|| order(report)));
+    tables.extend((map.grid().epsilons().len() > 1).then(|| order(report)));
     tables.extend([cost(map), failures(map, report), methods(map), axes(view), provenance(map)]);
     if map.grid().epsilon_axis().is_none() {
         tables.iter_mut().for_each(|table| table.drop_column("epsilon"));
@@ -53,10 +53,6 @@ fn words(text: &str) -> Cell {
     Cell::Words(text.into())
 }
 
-fn epsilons(map: &MapFile) -> &[f64] {
-    map.grid().epsilons()
-}
-
 /// Number of significant digits of eps.
 const EPSILON_DIGITS: Show = Show::Trimmed(4);
 
@@ -72,7 +68,7 @@ pub fn volume(view: &View, report: &Report) -> Table {
     let factor = if is_share { 100.0 / verdicts.box_volume } else { 1.0 };
     let one_damping = map.grid().dampings().len() == 1;
     let mut rows = Vec::new();
-    for (e, &epsilon) in epsilons(map).iter().enumerate() {
+    for (e, &epsilon) in map.grid().epsilons().iter().enumerate() {
         let reference = verdicts.simulation.map(|method| verdicts.volumes[method][e]);
         for (method, volumes) in map.methods().iter().zip(&verdicts.volumes) {
             let volume = volumes[e];
@@ -155,14 +151,9 @@ fn no_simulation(report: &Report) -> Option<Rich> {
     })
 }
 
-/// The number of cells about which a method claims anything.
-fn claims(counts: &Confusion) -> u64 {
-    counts.method(Verdict::Present) + counts.method(Verdict::Absent)
-}
-
 pub fn agreement(map: &MapFile, report: &Report) -> Table {
     let verdicts = &report.verdicts;
-    let epsilons = epsilons(map);
+    let epsilons = map.grid().epsilons();
     // Eps, the method and its verdicts; `None` for eps marks the sums over all eps.
     let mut rows: Vec<(Option<f64>, &str, Confusion)> = Vec::new();
     for (e, &epsilon) in epsilons.iter().enumerate() {
@@ -178,7 +169,7 @@ pub fn agreement(map: &MapFile, report: &Report) -> Table {
     }
     let compared = |count: u64| Cell::from(verdicts.simulation.map(|_| count));
     // A method that claims nothing is not right either.
-    let pair = |counts: &Confusion, simulation, method| match claims(counts) {
+    let pair = |counts: &Confusion, simulation, method| match counts.claims() {
         0 => Cell::Missing,
         _ => compared(counts.pair(simulation, method)),
     };
@@ -186,7 +177,7 @@ pub fn agreement(map: &MapFile, report: &Report) -> Table {
         let simulated = counts.simulation(Verdict::Present) + counts.simulation(Verdict::Absent);
         compared(counts.total() - simulated)
     };
-    let decided = |counts: &Confusion| percent(claims(counts) as f64, counts.total() as f64).into();
+    let decided = |counts: &Confusion| percent(counts.claims() as f64, counts.total() as f64).into();
     let cells = |counts: &Confusion, verdict| Cell::Count(counts.method(verdict));
     let failed = |counts: &Confusion| {
         Cell::Count(counts.method(Verdict::Failed) + counts.method(Verdict::NotComputed))

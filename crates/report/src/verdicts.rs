@@ -28,6 +28,11 @@ impl Confusion {
         self.cells.iter().map(|row| row[place(verdict.code())]).sum()
     }
 
+    /// Number of cells about which the method claims anything.
+    pub(crate) fn claims(&self) -> u64 {
+        self.method(Verdict::Present) + self.method(Verdict::Absent)
+    }
+
     /// Number of cells on which the simulation's verdict is `verdict`.
     pub(crate) fn simulation(&self, verdict: Verdict) -> u64 {
         self.cells[place(verdict.code())].iter().sum()
@@ -153,17 +158,10 @@ fn layer_of<'a>(grid: &Grid, codes: &'a ArrayD<i8>, layer: usize) -> ArrayViewD<
 
 fn confusion(codes: &ArrayViewD<i8>, simulated: Option<&ArrayViewD<i8>>) -> Confusion {
     let mut confusion = Confusion::default();
-    match simulated {
-        Some(simulated) => {
-            for (&code, &simulated) in codes.iter().zip(simulated) {
-                confusion.cells[place(simulated)][place(code)] += 1;
-            }
-        }
-        None => {
-            for &code in codes {
-                confusion.cells[4][place(code)] += 1;
-            }
-        }
+    let mut simulated = simulated.map(|codes| codes.iter());
+    for &code in codes {
+        let simulated = simulated.as_mut().and_then(Iterator::next).map_or(4, |code| place(*code));
+        confusion.cells[simulated][place(code)] += 1;
     }
     confusion
 }
@@ -206,13 +204,7 @@ impl Boxes {
     fn volume(&self, codes: &ArrayViewD<i8>, simulated: Option<&ArrayViewD<i8>>) -> Volume {
         let shape: Vec<usize> = codes.shape().to_vec();
         let present = |codes: &ArrayViewD<i8>| -> Vec<u16> {
-            let mut present = Vec::with_capacity(codes.len());
-            for row in codes.rows() {
-                for &code in row {
-                    present.push(u16::from(code == Verdict::Present.code()));
-                }
-            }
-            present
+            codes.iter().map(|code| u16::from(*code == Verdict::Present.code())).collect()
         };
         let inside = present(codes);
         let confirmed = simulated.map(|simulated| {

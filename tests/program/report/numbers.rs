@@ -285,8 +285,9 @@ fn cost_failures_and_provenance_come_from_the_attributes() {
         |what: &str| failures.rows.iter().find(|row| row[0] == Cell::Words(what.into())).unwrap()[1].clone();
     assert_eq!(entry("audit: cells decided again by the direct engine"), Cell::Count(3));
     assert_eq!(entry("audit: verdicts contradicted"), Cell::Count(0));
+    let ranges: Vec<_> = map.grid().shape().into_iter().map(|len| 0..len).collect();
     for method in all_methods() {
-        let codes = map.codes(&format!("verdict_{method}"), &map.grid().shape().map_ranges()).unwrap();
+        let codes = map.codes(&format!("verdict_{method}"), &ranges).unwrap();
         let failed = codes.iter().filter(|code| **code == Verdict::Failed.code()).count() as u64;
         let what = Cell::Words(format!("{method}: cells failed"));
         let row = failures.rows.iter().find(|row| row[0] == what);
@@ -300,15 +301,4 @@ fn cost_failures_and_provenance_come_from_the_attributes() {
     let axes = tables::axes(&View::new(map));
     assert_eq!(axes.rows.len(), AXES.len());
     assert_eq!(axes.rows[3][2..5], [Cell::Count(3), Cell::Real(0.5), Cell::Real(2.0)]);
-}
-
-/// Whole ranges of a shape.
-trait MapRanges {
-    fn map_ranges(&self) -> Vec<std::ops::Range<usize>>;
-}
-
-impl MapRanges for Vec<usize> {
-    fn map_ranges(&self) -> Vec<std::ops::Range<usize>> {
-        self.iter().map(|&len| 0..len).collect()
-    }
 }

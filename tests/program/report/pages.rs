@@ -1,13 +1,13 @@
 //! Figures and documents: degenerate maps, failed cells, hostile texts, and the command line.
 
-use super::{SMALL, gather, plan, row, store_map};
+use super::{SMALL, gather, plan, store_map};
 use crate::command::{PROBE, Scratch};
-use slipmap::map::{self, Control, Field, Verdict};
+use slipmap::map::Field;
 use slipmap::report::figure::plot::At;
 use slipmap::report::figure::{Plot, Width};
-use slipmap::report::{Cell, View, figure, tables};
-use slipmap::store::Pick::{Every, Node};
-use slipmap::store::{self, MapFile, Outcome, PartialMap, Provenance};
+use slipmap::report::{View, figure, tables};
+use slipmap::store::MapFile;
+use slipmap::store::Pick::Node;
 
 /// Asserts that a text is well-formed XML with readable words.
 fn check_svg(svg: &str) {
@@ -69,46 +69,6 @@ fn degenerate_maps_have_reports() {
         }
         let volume = report.verdicts.volumes[0][0];
         assert!(volume.claimed >= 0.0 && volume.error >= 0.0, "{what}: {volume:?}");
-    }
-}
-
-#[test]
-fn failed_cells_are_counted_and_drawn() {
-    // A sink between the engine and the file that replaces every verdict by a failure.
-    struct Broken<'a>(&'a PartialMap);
-    impl map::Sink for Broken<'_> {
-        type Packed = <PartialMap as map::Sink>::Packed;
-        type Error = <PartialMap as map::Sink>::Error;
-        fn pack(&self, data: &map::TileData) -> Result<Self::Packed, Self::Error> {
-            let mut data = data.clone();
-            for method in &mut data.methods {
-                method.verdicts = method.verdicts.map(|_| Verdict::Failed);
-            }
-            self.0.pack(&data)
-        }
-        fn write(&self, packed: Self::Packed, account: &slipmap::map::Account) -> Result<(), Self::Error> {
-            self.0.write(packed, account)
-        }
-    }
-    let folder = tempfile::tempdir().unwrap();
-    let plan = plan(
-        [&[0.1], &[0.0, 0.5], &[0.1], &[1.0, 2.0], &[1.0], &[0.0, 1.0]],
-        &["symmetric", "simulation"],
-        &[Field::Verdict],
-    );
-    let path = folder.path().join("map.h5");
-    let writer = PartialMap::begin(&path, &plan, &Provenance::default(), store::Existing::Refuse).unwrap();
-    let control = Control { threads: Some(1), ..Control::default() };
-    map::run(&plan, &Broken(&writer), &control).unwrap();
-    writer.finish(&Outcome::default()).unwrap();
-    let map = MapFile::open(&path).unwrap();
-    let report = gather(&map);
-    let table = tables::agreement(&map, &report);
-    let row = row(&table, Some(0.1), "symmetric");
-    assert_eq!(row["failed"], Cell::Count(8));
-    assert_eq!(row["not_compared"], Cell::Count(8));
-    for figure in figure::all(&View::new(&map), &report, Width::OneColumn).unwrap() {
-        check_svg(&figure.scene.svg("failed", &figure.caption));
     }
 }
 
@@ -304,25 +264,6 @@ fn legends_name_orbits_that_cross_for_ever() {
     let drawn = plotted.scene.svg("plot", &plotted.caption);
     assert!(drawn.contains("crossing for ever"), "{}", plotted.data.csv());
     assert!(!drawn.contains("crossing cycle"), "{drawn}");
-}
-
-#[test]
-fn slices_show_the_stored_cells() {
-    // Every plotted cell belongs to a node: the areas on the page add up to the cells of the nodes.
-    let view = View::new(&SMALL);
-    let at = [("epsilon".to_owned(), vec![0.5])];
-    let svg = {
-        let plotted = figure::plot(&view, &over_plane("gamma", "c", &at, &[])).unwrap();
-        plotted.scene.svg("plot", &plotted.caption)
-    };
-    let codes = view
-        .map
-        .code_slice("verdict_simulation", &[Node(2), Node(1), Node(0), Every(1), Node(1), Every(1)])
-        .unwrap();
-    for (fill, code) in [("#0072b2", 1), ("#f7e3bf", -1)] {
-        let shown = svg.contains(&format!("fill-rule=\"evenodd\" fill=\"{fill}\""));
-        assert_eq!(shown, codes.iter().any(|c| *c == code), "{fill}");
-    }
 }
 
 #[test]

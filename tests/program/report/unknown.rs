@@ -29,6 +29,11 @@ fn cells_without_an_answer_are_drawn_named_and_counted() {
         row.unwrap_or_else(|| panic!("{what}: {failed}")).rsplit(',').next().unwrap().to_owned()
     };
     let [cells, regimes] = [count("simulation: cells failed"), count("cells whose regime")];
+    // What the simulation leaves unknown agrees with nothing.
+    let agreement = scratch.read("report/tables/agreement.csv");
+    let rows = crate::machine::rows(&agreement);
+    let of = |method: &str| rows.iter().find(|row| row["method"] == method).unwrap();
+    assert_eq!([&of("simulation")["failed"], &of("symmetric")["not_compared"]], [&cells; 2], "{agreement}");
     // Two methods are drawn over 132 cells, and which decides over as many.
     for words in [
         format!("Failed, in black: {cells} of the 264 verdicts drawn"),

@@ -18,13 +18,12 @@ export class Controls {
     const option = ([value, words]) => element("option", { value }, words);
     this.law.append(...catalogue.laws.map(({ name }) => option([name, name])), ...OWN.map(option));
     this.law.addEventListener("change", () => this.choose_law(this.law.value));
-    const usual = catalogue.methods.map(({ name }) => name);
     const words = (name) => name.replaceAll("_", " ");
     const group = (label, options) => element("optgroup", { label }, ...options.map(option));
     this.show.append(
       group("Behaviour", [["regime", "what the mass does"], ["decider", "which method decides"]]),
-      group("Verdict of", usual.map((name) => [`verdict_${name}`, words(name)])),
-      group("Where it is wrong", usual.filter((name) => name !== "simulation").map((name) => [`difference:${name}:simulation`, `${words(name)} against simulation`])),
+      group("Verdict of", catalogue.methods.map((name) => [`verdict_${name}`, words(name)])),
+      group("Where it is wrong", catalogue.methods.filter((name) => name !== "simulation").map((name) => [`difference:${name}:simulation`, `${words(name)} against simulation`])),
       group("Two tests compared", [["difference:perturbation:bendixson", "perturbation, bendixson"], ["difference:bendixson:symmetric", "bendixson, symmetric"], ["difference:harmonic_balance:perturbation", "harmonic balance, perturbation"]]),
       group("Numbers", [["critical_c_simulation", "critical damping"], ["margin_simulation", "grazing margin"], ...catalogue.quantities.map(({ name, words }) => [name, words])]),
     );
@@ -111,10 +110,7 @@ export class Controls {
         app.change("rest");
       });
       this.inputs.set(choice, () => this.state[side].axis);
-      const bounds = () => {
-        const { least, most } = this.state.axes.find(({ name }) => name === this.state[side].axis);
-        return { least: least ?? -Infinity, most: most ?? Infinity };
-      };
+      const bounds = () => ({ ...this.state.axes.find(({ name }) => name === this.state[side].axis), open: false });
       const problem = refusals();
       const end = (key, words, why) =>
         this.number(words, () => this.state[side][key], (value) => {
@@ -166,27 +162,23 @@ export class Controls {
     this.sliderBox.replaceChildren(...(rows.length ? [element("h2", {}, "Held"), ...rows] : []));
   }
 
-  // A parameter of the law, or a quantity of a machine with its unit.
+  // A slider of a parameter of the law, or of a quantity of a machine with its unit; value and ends can
+  // be typed.
   slider({ name, symbol, words, unit, least, most, open }) {
     const rest = () => (this.state.at.static_friction * size(this.state, "static_friction")) / size(this.state, name);
-    const limit = () => (name === "kinetic_friction" ? rest() : (most ?? Infinity));
-    const bounds = () => ({ least: least ?? -Infinity, most: limit(), open });
+    const bounds = () => ({ least, most: name === "kinetic_friction" ? rest() : most, open });
+    const read = () => this.state.at[name];
     const set = (value, what) => {
       this.state.at[name] = value;
       this.app.change(what);
     };
-    const [left, below, name_of] = unit === undefined ? [symbol, words, `${words || symbol} (${symbol})`] : [words, unit, words];
-    return this.row(left, below, name_of, bounds, () => this.state.at[name], set, () => this.state.ranges[name]);
-  }
-
-  // A slider with its value and its ends typed.
-  row(symbol, words, label, bounds, read, set, range_of) {
+    const range_of = () => this.state.ranges[name];
+    const [left, below, label] = unit === undefined ? [symbol, words, `${words || symbol} (${symbol})`] : [words, unit, words];
     const range = element("input", { type: "range", "aria-label": label });
     // The position is a share of the range, so that every range has fine steps.
     Object.assign(range, { min: 0, max: 1, step: "any" });
     const ends = () => {
       const [from, to] = range_of();
-      const { open, least } = bounds();
       return [open && from === least ? from + (to - from) / 1000 : from, to];
     };
     range.addEventListener("input", () => {
@@ -221,8 +213,8 @@ export class Controls {
         set(Math.min(ends[1], Math.max(ends[0], read())), "rest");
       }, problem, () => ({ ...bounds(), open: false }));
     return element("div", { class: "slider" },
-      element("span", { class: "symbol" }, symbol), range, value,
-      element("div", { class: "ends" }, end(0, "lower"), element("span", { class: "words" }, words), end(1, "upper")), problem);
+      element("span", { class: "symbol" }, left), range, value,
+      element("div", { class: "ends" }, end(0, "lower"), element("span", { class: "words" }, below), end(1, "upper")), problem);
   }
 
   build_editor() {

@@ -40,14 +40,15 @@ export function with_error(value, error) {
   return `${known} ± ${short(Math.ceil((error + Math.abs(known - value)) / unit) * unit, 2)}`;
 }
 
-// Why a typed number is refused; empty if it is not. `open` excludes the least value itself.
-export function why_refused(text, { least = -Infinity, most = Infinity, open = false } = {}) {
+// Why a typed number is refused; empty if it is not. `open` excludes the least value; null is no bound.
+export function why_refused(text, { least, most, open }) {
   const value = Number(text);
   if (text.trim() === "") return "a number is missing";
   if (!Number.isFinite(value)) return /^[^,]*\d,\d[^,]*$/.test(text) ? `not a number; the decimal sign is a point: ${text.trim().replace(",", ".")}` : "not a number";
-  if (open && value <= least) return `must be greater than ${short(least)}`;
-  if (value < least) return `must be ${short(least)} at least`;
-  if (value > most) return `must be ${short(most)} at most`;
+  const from = least ?? -Infinity;
+  if (open && value <= from) return `must be greater than ${short(least)}`;
+  if (value < from) return `must be ${short(least)} at least`;
+  if (value > (most ?? Infinity)) return `must be ${short(most)} at most`;
   return "";
 }
 

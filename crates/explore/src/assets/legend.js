@@ -5,13 +5,14 @@ import { NO_NUMBER, bar, colours, swatch } from "./paint.js";
 
 export function legend(box, picture, curves, catalogue) {
   const keys = [];
+  const add = (kind) => {
+    const canvas = element("canvas", { width: 26, height: 15, "aria-hidden": "true" });
+    swatch(canvas, kind);
+    keys.push(element("span", { class: "key" }, canvas, kind.words));
+  };
   if (picture.kinds) {
     const shown = new Set(picture.cells);
-    for (const kind of picture.kinds.filter(({ code }) => shown.has(code))) {
-      const canvas = element("canvas", { width: 26, height: 15, "aria-hidden": "true" });
-      swatch(canvas, kind);
-      keys.push(element("span", { class: "key" }, canvas, kind.words));
-    }
+    picture.kinds.filter(({ code }) => shown.has(code)).forEach(add);
   } else {
     const scale = colours(picture, catalogue);
     if (scale.least <= scale.most) {
@@ -19,11 +20,7 @@ export function legend(box, picture, curves, catalogue) {
       bar(canvas, scale);
       keys.push(element("span", { class: "key" }, `${picture.label}: ${short(scale.least)}`, canvas, short(scale.most)));
     }
-    if (picture.cells.some(Number.isNaN)) {
-      const canvas = element("canvas", { width: 26, height: 15, "aria-hidden": "true" });
-      swatch(canvas, NO_NUMBER);
-      keys.push(element("span", { class: "key" }, canvas, "no number"));
-    }
+    if (picture.cells.some(Number.isNaN)) add(NO_NUMBER);
   }
   const named = new Map(curves.map((curve) => [curve.words, curve]));
   for (const [words, { color, width, dash }] of named) {

@@ -7,7 +7,7 @@ import { Leave } from "./leave.js";
 import { paint } from "./paint.js";
 import { Plane } from "./plane.js";
 import { Point } from "./point.js";
-import { get, picture, post } from "./server.js";
+import { Gone, get, picture, post } from "./server.js";
 import { complete, is_damping, label, plane, read, write } from "./state.js";
 
 // Milliseconds without movement after which a change counts as finished.
@@ -77,7 +77,7 @@ class App {
 
   // Shows a problem; without one, hides the message.
   complain(problem) {
-    if (problem?.name === "Error" && problem.constructor.name === "Gone") return;
+    if (problem instanceof Gone) return;
     this.notice.hidden = !problem;
     this.notice.textContent = problem ? problem.message : "";
   }
@@ -96,13 +96,14 @@ function listen_for_the_program(app) {
 }
 
 // A small picture of an example.
-async function thumbnail(canvas, wanted, axes) {
+async function thumbnail(app, canvas, wanted) {
+  const { axes } = await post("/api/law", { ...wanted.law, motion: wanted.motion });
   const state = complete(wanted, axes);
   // Formulas take longer.
   const fine = wanted.law.name === "expression" || state.show.includes("stick_band") ? 1 : 2;
   const found = await picture({ ...plane(state, 36 * fine, 22 * fine), show: state.show });
   Object.assign(canvas, { width: 288, height: 180 });
-  paint(canvas, { ...found, show: state.show }, this.catalogue);
+  paint(canvas, { ...found, show: state.show }, app.catalogue);
 }
 
 async function build_gallery(app) {
@@ -125,8 +126,7 @@ async function build_gallery(app) {
     drawn = true;
     for (const { canvas, wanted } of pictures) {
       try {
-        const { axes } = await post("/api/law", { ...wanted.law, motion: wanted.motion });
-        await thumbnail.call(app, canvas, wanted, axes);
+        await thumbnail(app, canvas, wanted);
       } catch {
         // A card without a picture still opens its example.
       }

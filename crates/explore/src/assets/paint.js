@@ -34,7 +34,7 @@ function tiles(kinds, size) {
 
 // Steps of the colour scale of numbers.
 const STEPS = 256;
-export const NO_NUMBER = { code: 0, ground: "#ffffff", hatch: "rising", ink: "#b4b4b4" };
+export const NO_NUMBER = { code: 0, words: "no number", ground: "#ffffff", hatch: "rising", ink: "#b4b4b4" };
 
 // Colours of numbers: between two ends, or around zero where both signs occur and the sign matters.
 export function colours(picture, catalogue) {

@@ -13,12 +13,10 @@ import { is_damping, label, plane, size } from "./state.js";
 // Rows of pictures while something is dragged, and time limit of one such picture in seconds.
 const QUICK = [12, 16, 24, 32, 48, 64, 96, 128, 192, 256];
 const FRAME = 0.03;
-// Time limit of a finer picture, and time below which no coarser one comes first, in seconds. `MOST_CELLS`
-// below bounds its cells.
-const PATIENCE = 4;
+// Time for a band of a finer picture, time below which no coarser one comes first, and time limit for all
+// bands of a picture, in seconds. `MOST_CELLS` below bounds its cells.
+const BAND = 4;
 const SOON = 0.3;
-// Time for a band of a picture, and time limit for all bands of a picture, in seconds.
-const BAND = 2;
 const LONGEST = 900;
 // Time limit of the program for an answer, in seconds.
 const LATE = 20;
@@ -135,55 +133,43 @@ export class Plane {
     return rows;
   }
 
-  // Rows of the picture after one with `rows` rows; null if it would take too long.
+  // Rows of the picture after one with `rows` rows.
   finer(rows) {
     const full = this.full();
-    if (rows >= full) return null;
     if (this.seconds(full) < SOON) return full;
-    return [4 * rows, 2 * rows].map((finer) => Math.min(finer, full)).find((finer) => this.seconds(finer) < PATIENCE) ?? null;
+    return Math.min(this.seconds(4 * rows) < BAND ? 4 * rows : 2 * rows, full);
   }
 
   async refine() {
     const turn = this.changes;
-    let rows = QUICK.findLast((rows) => this.seconds(rows) <= FRAME) ?? QUICK[0];
-    let quick = true;
-    while (rows !== null) {
-      const picture = await this.fetch(this.cells(rows), quick, turn);
-      if (!picture) return;
-      if (picture.late) break;
-      if (turn === this.changes || quick) {
-        this.picture = picture;
-        this.show();
-      }
-      if (turn !== this.changes) {
-        // A slower picture was superseded by a new run.
-        if (quick) this.refine();
-        return;
-      }
-      if (this.hurry) return;
-      if (quick) this.follow_curves(turn);
-      quick = false;
-      rows = this.finer(rows);
+    const rows = QUICK.findLast((rows) => this.seconds(rows) <= FRAME) ?? QUICK[0];
+    const picture = await this.fetch(this.cells(rows), true, turn);
+    if (!picture) return;
+    this.picture = picture;
+    this.show();
+    if (turn !== this.changes) {
+      this.refine();
+      return;
     }
-    this.canvas.dataset.settled = turn;
-    await this.complete(turn);
-  }
-
-  // Refines the picture to full resolution where a single request would take too long: repeatedly twice as
-  // fine, in bands of some seconds each.
-  async complete(turn) {
-    while (turn === this.changes && this.picture && this.picture.height < this.full()) {
-      const size = this.cells(Math.min(2 * this.picture.height, this.full()));
-      if (this.seconds(size[1]) > LONGEST) {
-        const text = `coarse: finer would take ${Math.round(this.seconds(size[1]) / 60)} min`;
+    if (this.hurry) return;
+    this.follow_curves(turn);
+    while (this.picture.height < this.full()) {
+      const finer = this.finer(this.picture.height);
+      const seconds = this.seconds(finer);
+      // What follows comes in several bands.
+      if (seconds >= BAND) this.canvas.dataset.settled = turn;
+      if (seconds > LONGEST) {
+        const text = `coarse: finer would take ${Math.round(seconds / 60)} min`;
         Object.assign(this.busy, { hidden: false, textContent: text });
         return;
       }
-      if (!(await this.in_bands(size, turn))) return;
+      if (!(await this.in_bands(this.cells(finer), turn))) return;
     }
+    this.canvas.dataset.settled = turn;
   }
 
-  // Computes a picture band by band and shows each at once; `false` where it was superseded or refused.
+  // Computes a picture in one band, or in several of some seconds each, and shows each at once; `false` where
+  // it was superseded or refused.
   async in_bands([width, height], turn) {
     // All dampings of a column are one piece of work.
     const [side, all] = this.is_damping("y") ? ["x", width] : ["y", height];
@@ -195,7 +181,7 @@ export class Plane {
       let count = Math.max(2, Math.min(all - done, Math.floor(((all - done) * BAND) / left)));
       // One line alone is no plane.
       if (all - done - count === 1) count += 1;
-      const text = `refining: ${Math.round((100 * done) / all)} %, ${Math.ceil(left)} s left`;
+      const text = count === all ? undefined : `refining: ${Math.round((100 * done) / all)} %, ${Math.ceil(left)} s left`;
       const size = side === "x" ? [count, height] : [width, count];
       const band = await this.fetch(size, false, turn, { side, part: [done / all, (done + count) / all], text });
       if (!band || turn !== this.changes || (band.late && count === 2)) return false;
@@ -207,7 +193,6 @@ export class Plane {
       this.show();
       done += count;
     }
-    this.busy.hidden = true;
     return true;
   }
 
@@ -218,7 +203,8 @@ export class Plane {
     const [key, kind, work] = [this.key(), this.kind(), this.work([width, height])];
     const running = { quick };
     this.running = running;
-    const late = setTimeout(() => Object.assign(this.busy, { hidden: false, textContent: text }), side ? 0 : 300);
+    // Between two bands the message stays.
+    const late = setTimeout(() => Object.assign(this.busy, { hidden: false, textContent: text }), part?.[0] > 0 ? 0 : 300);
     try {
       const ends = side && part.map((unit) => this.scales[side].value(unit));
       const band = side ? { ...this.state, [side]: { ...this.state[side], from: ends[0], to: ends[1] } } : this.state;
@@ -239,8 +225,7 @@ export class Plane {
       clearTimeout(late);
       if (this.running === running) {
         this.running = null;
-        // Between two bands the message stays.
-        this.busy.hidden = !side;
+        this.busy.hidden = true;
       }
     }
   }

@@ -115,8 +115,7 @@ export class Point {
     const input = element("input", { class: "number", inputmode: "decimal", autocomplete: "off", "aria-label": `${words} of the point` });
     input.addEventListener("change", () => {
       const { state, app } = this;
-      const { least, most, open } = state.axes.find((axis) => axis.name === name);
-      const why = why_refused(input.value, { least: least ?? -Infinity, most: most ?? Infinity, open });
+      const why = why_refused(input.value, state.axes.find((axis) => axis.name === name));
       mark(input, this.problem, words, why);
       if (why) return;
       const value = Number(input.value);

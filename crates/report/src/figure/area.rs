@@ -210,18 +210,13 @@ impl Area<'_> {
     /// "2 of 3 marks lie outside the figure; write V, then c, in these units", if any do.
     pub(super) fn marks_outside(&self) -> Option<String> {
         let (_, points) = self.marks?;
-        let edges = self.slice.edges();
-        let labels = self.slice.axes().map(|axis| self.slice.view.axis(axis));
-        let is_inside = |point: &&[f64; 2]| {
-            let inside = |of: usize| {
-                let [one, other] =
-                    [edges[of][0], edges[of][edges[of].len() - 1]].map(|end| end * labels[of].factor);
-                (one.min(other)..=one.max(other)).contains(&point[of])
-            };
-            inside(0) && inside(1)
-        };
-        let outside = points.len() - points.iter().filter(is_inside).count();
-        let [across, up] = labels.map(|label| label.header());
+        let [x_edges, y_edges] = self.slice.edges();
+        let [across, up] = self.slice.axes().map(|axis| self.slice.view.axis(axis));
+        let is_inside = |edges: &[f64], at: f64| (edges[0]..=edges[edges.len() - 1]).contains(&at);
+        let lies_inside =
+            |[x, y]: &&[f64; 2]| is_inside(&x_edges, x / across.factor) && is_inside(&y_edges, y / up.factor);
+        let outside = points.len() - points.iter().filter(lies_inside).count();
+        let [across, up] = [across.header(), up.header()];
         (outside > 0).then(|| {
             format!(
                 "{outside} of {} marks lie outside the figure; write {across}, then {up}, in these units",
@@ -286,21 +281,18 @@ pub fn data(areas: &[Area], label: &Label, panel: Option<(&str, &[f64])>) -> Dat
         data = data.reals(header, values.iter().flat_map(each).collect());
     }
     let data = data.join(cells);
-    let mut codes = (Vec::new(), Vec::new());
-    let mut reals = Vec::new();
+    let (mut codes, mut names, mut reals) = (Vec::new(), Vec::new(), Vec::new());
     for area in areas {
         match &area.layer {
             Layer::Codes(cells, kinds) => {
-                codes.0.extend(cells.iter().copied());
-                codes.1 = kinds.iter().map(|kind| (kind.code, kind.name)).collect();
+                codes.extend(cells);
+                names = kinds.iter().map(|kind| (kind.code, kind.name)).collect();
             }
             Layer::Reals(cells) => reals.extend(cells.iter().map(|value| value * label.factor)),
         }
     }
-    let data = match reals.is_empty() {
-        true => data.with(label.header(), Values::Codes(codes.0, codes.1)),
-        false => data.reals(label.header(), reals),
-    };
+    let values = if reals.is_empty() { Values::Codes(codes, names) } else { Values::Reals(reals) };
+    let data = data.with(label.header(), values);
     let Some((label, _)) = &first.errors else { return data };
     let errors = areas.iter().filter_map(|area| area.errors.as_ref()).flat_map(|(_, errors)| errors);
     data.reals(label.header(), errors.map(|error| error * label.factor).collect())

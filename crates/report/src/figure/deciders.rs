@@ -3,7 +3,7 @@
 use ndarray::Array2;
 
 use super::super::units::View;
-use super::super::{Report, ReportError, SIMULATION};
+use super::super::{Confusion, Report, ReportError, SIMULATION};
 use super::bifurcations::boundary;
 use super::slice::Slice;
 use super::verdict_panels::{
@@ -23,15 +23,12 @@ use slipmap_map::map::Verdict;
 pub(crate) fn deciders(view: &View, report: &Report, width: Width) -> Result<Option<Figure>, ReportError> {
     let map = view.map;
     let methods = map.methods();
-    let decided = |method: usize| -> u64 {
-        let counts = &report.verdicts.confusion[method];
-        counts.iter().map(|c| c.method(Verdict::Present) + c.method(Verdict::Absent)).sum()
-    };
+    let decided =
+        |method: usize| -> u64 { report.verdicts.confusion[method].iter().map(Confusion::claims).sum() };
     let mut tests: Vec<usize> = (0..methods.len())
         .filter(|&m| matches!(methods[m].guarantee(), Guarantee::FiniteEpsilon | Guarantee::Validated))
         .collect();
     tests.sort_by_key(|&m| (decided(m), m));
-    let simulation = methods.iter().position(|method| method.name() == SIMULATION);
     let (x, y) = main_plane(map);
     if [x, y].iter().any(|&axis| map.grid().axes()[axis].values.len() < FEWEST_NODES) {
         return Ok(None);
@@ -52,7 +49,7 @@ pub(crate) fn deciders(view: &View, report: &Report, width: Width) -> Result<Opt
         let slice = Slice::new(view, x, y, index);
         let codes = tests
             .iter()
-            .chain(&simulation)
+            .chain(&report.verdicts.simulation)
             .map(|&m| slice.codes(&format!("verdict_{}", methods[m].name())))
             .collect::<Result<Vec<_>, _>>()?;
         slices.push((slice, codes));
@@ -104,24 +101,22 @@ pub(crate) fn deciders(view: &View, report: &Report, width: Width) -> Result<Opt
     .then(failed_words("cells", slices.iter().flat_map(|(_, codes)| {
         codes[0].indexed_iter().map(|((i, j), _)| kind_of(codes, i, j) == fails)
     })));
+    let slice = &slices[0].0;
+    let [columns, rows] = slice.nodes().map(|nodes| nodes.len());
+    let cells = columns * rows;
     let mut data = Data::default();
-    if let [(slice, ..), ..] = &slices[..] {
-        let [columns, rows] = slice.nodes().map(|nodes| nodes.len());
-        let cells = columns * rows;
+    if slices.len() > 1 {
         let each = slices.iter().flat_map(|(slice, ..)| std::iter::repeat_n(slice.epsilon(), cells));
-        if slices.len() > 1 {
-            data = data.reals("epsilon", each.collect());
-        }
-        let name = |codes: &[Array2<i8>], i: usize, j: usize| match kind_of(codes, i, j) {
-            kind if kind == fails => "failed".to_owned(),
-            kind if kind == none_of_them => "none".to_owned(),
-            first => tests.get(first).map_or(SIMULATION, |&m| methods[m].name()).to_owned(),
-        };
-        let mut words = Vec::new();
-        for (_, codes) in &slices {
-            words.extend((0..cells).map(|cell| name(codes, cell / rows, cell % rows)));
-        }
-        data = data.join(cell_columns(slice, slices.len())).words("decided_by", words);
+        data = data.reals("epsilon", each.collect());
     }
+    let name = |codes: &[Array2<i8>], i: usize, j: usize| match kind_of(codes, i, j) {
+        kind if kind == fails => "failed".to_owned(),
+        kind if kind == none_of_them => "none".to_owned(),
+        first => tests.get(first).map_or(SIMULATION, |&m| methods[m].name()).to_owned(),
+    };
+    let words = slices
+        .iter()
+        .flat_map(|(_, codes)| (0..cells).map(move |cell| name(codes, cell / rows, cell % rows)));
+    data = data.join(cell_columns(slice, slices.len())).words("decided_by", words.collect());
     Ok(Some(Figure { name: "deciders".into(), caption, scene, data }))
 }

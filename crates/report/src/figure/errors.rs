@@ -8,7 +8,7 @@ use slipmap_figure::axis::Scale;
 use slipmap_figure::data::Data;
 use slipmap_figure::legend::{Legend, Sample};
 use slipmap_figure::panels::Panels;
-use slipmap_figure::scene::{Scene, Stroke, Width};
+use slipmap_figure::scene::{Place, Scene, Stroke, Width};
 use slipmap_figure::text::{Rich, rich};
 
 /// Median, 95 % quantile and maximum of the error of a method at an eps, if they can be drawn on a
@@ -74,14 +74,11 @@ fn lines(scene: &mut Scene, report: &Report, epsilons: &[f64], y: Scale, label: 
     let mut legend = Legend::default();
     for method in &report.boundaries.methods {
         let style = palette::method(&method.method);
-        let mut places = Vec::new();
-        let mut high_places = Vec::new();
-        for (e, &epsilon) in epsilons.iter().enumerate() {
-            if let Some((median, high, _)) = drawn(method, e) {
-                places.push(panel.place(epsilon, median));
-                high_places.push(panel.place(epsilon, high));
-            }
-        }
+        let known = epsilons.iter().enumerate().filter_map(|(e, &epsilon)| {
+            let (median, high, _) = drawn(method, e)?;
+            Some((panel.place(epsilon, median), panel.place(epsilon, high)))
+        });
+        let (places, high_places): (Vec<Place>, Vec<Place>) = known.unzip();
         if places.is_empty() {
             continue;
         }

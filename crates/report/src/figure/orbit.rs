@@ -86,8 +86,8 @@ pub fn orbit_figure(plot: &OrbitPlot) -> OrbitFigure {
     let t = Scale::linear(0.0, end).in_unit(time.factor);
     let mut bottom = 0.0;
     type Of = fn(&State) -> f64;
-    let series: [(&str, _, Of, Scale); 2] = [("(b)", &x1, |s| s.x1, x), ("(c)", &x2, |s| s.x2, y)];
-    for (number, (letter, label, of, _)) in series.into_iter().enumerate() {
+    let series: [(&str, _, Of); 2] = [("(b)", &x1, |s| s.x1), ("(c)", &x2, |s| s.x2)];
+    for (number, (letter, label, of)) in series.into_iter().enumerate() {
         let (low, high) = extremes(portrait.orbit.samples.iter().map(of));
         let room = 0.06 * (high - low);
         let scale = Scale::linear(low - room, high + room).in_unit(label.factor);

@@ -8,7 +8,9 @@ use super::super::{ReportError, SIMULATION};
 use super::Figure;
 use super::area::{self, Area, Layer};
 use super::palette::{Kind, kinds};
-use super::slice::{ChoiceError, Held, Slice, drawn, errors_of, find_axis, hold, nearest_node, picks, step};
+use super::slice::{
+    ChoiceError, Held, Slice, drawn, errors_of, find_axis, hold, middle, nearest_node, picks_of, step,
+};
 use super::verdict_panels::{failed_words, main_plane};
 use slipmap_figure::axis::Scale;
 use slipmap_figure::data::{Data, Values};
@@ -98,39 +100,51 @@ pub(crate) fn figure(view: &View, name: String, wanted: &Plot) -> Result<Figure,
     Ok(Figure { name, caption, scene, data })
 }
 
+/// A figure of a report: a variable, or the default one, over two axes, with the others at the nodes `index`.
+pub(crate) fn over_nodes(
+    view: &View,
+    name: String,
+    variable: Option<&str>,
+    [x, y]: [usize; 2],
+    index: &[usize],
+    width: Width,
+) -> Result<Figure, ReportError> {
+    let axes = view.map.grid().axes();
+    let held = axes.iter().zip(index).enumerate().filter(|(axis, _)| *axis != x && *axis != y);
+    let at =
+        held.map(|(_, (axis, &node))| (axis.name.clone(), vec![axis.values[node] * view.axis(axis).factor]));
+    let (at, variables): (Vec<At>, Vec<String>) =
+        (at.collect(), variable.map(str::to_owned).into_iter().collect());
+    let (x, y) = (&axes[x].name, Some(axes[y].name.as_str()));
+    let wanted =
+        Plot { x, y, at: &at, variables: &variables, panels: None, curves: false, marks: None, width };
+    figure(view, name, &wanted)
+}
+
+/// Whether one of two axes has several nodes.
+fn is_drawn(view: &View, plane: [usize; 2]) -> bool {
+    plane.iter().any(|axis| view.map.grid().axes()[*axis].values.len() > 1)
+}
+
 /// The probability that a machine with uncertain quantities may stick-slip, over belt speed and damping;
 /// `None` for a map without it, and for one of a single cell.
 pub(crate) fn probability(view: &View, width: Width) -> Result<Option<Figure>, ReportError> {
     let axes = view.map.grid().axes();
-    let [speed, damping] = [axes.len() - 2, axes.len() - 1];
-    let has_nodes = |axis: usize| axes[axis].values.len() > 1;
-    if !view.map.has_probability() || !(has_nodes(speed) || has_nodes(damping)) {
+    let plane = [axes.len() - 2, axes.len() - 1];
+    if !view.map.has_probability() || !is_drawn(view, plane) {
         return Ok(None);
     }
-    let variables = [PROBABILITY.to_owned()];
-    let (x, y) = (&axes[speed].name, Some(axes[damping].name.as_str()));
-    let wanted =
-        Plot { x, y, at: &[], variables: &variables, panels: None, curves: false, marks: None, width };
-    figure(view, "probability".into(), &wanted).map(Some)
+    over_nodes(view, "probability".into(), Some(PROBABILITY), plane, &middle(axes), width).map(Some)
 }
 
 /// The regimes over the plane of the other figures; `None` for a map without them, for one of a single cell, and for one
 /// with curves, of which [`super::curve_planes`] draws the regimes.
 pub(crate) fn regimes(view: &View, width: Width) -> Result<Option<Figure>, ReportError> {
-    let (map, axes) = (view.map, view.map.grid().axes());
-    let (x, y) = main_plane(map);
-    let has_nodes = |axis: usize| axes[axis].values.len() > 1;
-    if !map.has("regime") || !map.curves().is_empty() || !(has_nodes(x) || has_nodes(y)) {
+    let (map, (x, y)) = (view.map, main_plane(view.map));
+    if !map.has("regime") || !map.curves().is_empty() || !is_drawn(view, [x, y]) {
         return Ok(None);
     }
-    let index = view.informative_nodes();
-    let held = axes.iter().enumerate().filter(|(axis, _)| *axis != x && *axis != y);
-    let at = held.map(|(i, axis)| (axis.name.clone(), vec![axis.values[index[i]] * view.axis(axis).factor]));
-    let (at, variables): (Vec<At>, _) = (at.collect(), ["regime".to_owned()]);
-    let (x, y) = (&axes[x].name, Some(axes[y].name.as_str()));
-    let wanted =
-        Plot { x, y, at: &at, variables: &variables, panels: None, curves: false, marks: None, width };
-    figure(view, "regimes".into(), &wanted).map(Some)
+    over_nodes(view, "regimes".into(), Some("regime"), [x, y], &view.informative_nodes(), width).map(Some)
 }
 
 /// The requested variables, or the default one.
@@ -164,21 +178,24 @@ pub fn one_each(at: &[At]) -> Result<Vec<(String, f64)>, ChoiceError> {
         .collect()
 }
 
-/// The axis chosen for panels or curves, which is then shown, and its nodes; without one there is one panel
-/// or curve.
-fn choose(
-    view: &View,
-    at: Option<&At>,
-    shown: &mut Vec<usize>,
-) -> Result<(Option<usize>, Vec<Option<usize>>), ChoiceError> {
-    let Some((name, values)) = at else { return Ok((None, vec![None])) };
+/// An axis that has several panels or curves, and its node in one of them; `None` where there is only one.
+type Chosen = Option<(usize, usize)>;
+
+/// The choices of the axis of panels or curves, which is then shown.
+fn choose(view: &View, at: Option<&At>, shown: &mut Vec<usize>) -> Result<Vec<Chosen>, ChoiceError> {
+    let Some((name, values)) = at else { return Ok(vec![None]) };
     let axis = find_axis(view, name)?;
     if shown.contains(&axis) {
         return Err(ChoiceError::Shown(name.clone()));
     }
     shown.push(axis);
-    let nodes = values.iter().map(|value| nearest_node(view, axis, *value).map(Some));
-    Ok((Some(axis), nodes.collect::<Result<_, _>>()?))
+    values.iter().map(|value| nearest_node(view, axis, *value).map(|node| Some((axis, node)))).collect()
+}
+
+/// "ε = 0.1", of a choice.
+fn chosen_words(view: &View, (axis, node): (usize, usize)) -> Rich {
+    let axis = &view.map.grid().axes()[axis];
+    view.axis(axis).equals(axis.values[node])
 }
 
 fn over_plane(view: &View, plot: &Plot, x: usize, y: usize) -> Result<Plotted, ReportError> {
@@ -188,7 +205,7 @@ fn over_plane(view: &View, plot: &Plot, x: usize, y: usize) -> Result<Plotted, R
     let at = one_each(plot.at)?;
     let (index, held) = hold(view, &[x, y], &at)?;
     let mut shown = vec![x, y];
-    let (panel_axis, nodes) = choose(view, plot.panels, &mut shown)?;
+    let panels = choose(view, plot.panels, &mut shown)?;
     let axes = map.grid().axes();
     // Critical dampings do not depend on the damping.
     let no_damping = Field::is_critical(variable);
@@ -199,12 +216,12 @@ fn over_plane(view: &View, plot: &Plot, x: usize, y: usize) -> Result<Plotted, R
         .collect();
     let label = view.units.variable(variable);
     let mut areas = Vec::new();
-    for (number, node) in nodes.iter().enumerate() {
+    for (number, panel) in panels.iter().enumerate() {
         let mut index = index.clone();
         let mut title = Rich::default();
-        if let (Some(axis), Some(node)) = (panel_axis, *node) {
+        if let Some((axis, node)) = *panel {
             index[axis] = node;
-            title = lines::letter(number).then(view.axis(&axes[axis]).equals(axes[axis].values[node]));
+            title = lines::letter(number).then(chosen_words(view, (axis, node)));
         }
         let slice = Slice::new(view, x, y, index);
         let layer = match kinds(variable) {
@@ -240,16 +257,14 @@ fn over_plane(view: &View, plot: &Plot, x: usize, y: usize) -> Result<Plotted, R
     if let Some(words) = &cut {
         caption = caption.then(Rich::foreign(&format!(" {words}.")));
     }
-    let values: Vec<f64> = panel_axis
-        .map(|axis| (view.axis(&axes[axis]).factor, &axes[axis].values))
-        .map(|(factor, values)| nodes.iter().flatten().map(|&node| values[node] * factor).collect())
-        .unwrap_or_default();
-    let header = panel_axis.map(|axis| view.axis(&axes[axis]).header());
+    let value = |&(axis, node): &(usize, usize)| axes[axis].values[node] * view.axis(&axes[axis]).factor;
+    let values: Vec<f64> = panels.iter().flatten().map(value).collect();
+    let header = panels[0].map(|(axis, _)| view.axis(&axes[axis]).header());
     let data = area::data(&areas, &label, header.as_deref().map(|header| (header, values.as_slice())));
     let thinned = first.slice.thinned().map(|(axis, step)| (axis.name.clone(), step)).collect();
     let outside = first.marks_outside();
     let curves = areas.swap_remove(0).curves;
-    let mut notes = moved(view, panel_axis, plot.panels, &nodes);
+    let mut notes = moved(view, plot.panels, &panels);
     notes.extend(cut);
     notes.extend(outside);
     for (axis, other) in [(x, y), (y, x)].into_iter().filter(|(axis, _)| axes[*axis].values.len() == 2) {
@@ -266,17 +281,17 @@ fn over_plane(view: &View, plot: &Plot, x: usize, y: usize) -> Result<Plotted, R
 }
 
 /// A note for each requested value of an axis that was replaced by the nearest node.
-fn moved(view: &View, axis: Option<usize>, wanted: Option<&At>, nodes: &[Option<usize>]) -> Vec<String> {
-    let (Some(axis), Some((_, wanted))) = (axis, wanted) else { return Vec::new() };
-    let axis = &view.map.grid().axes()[axis];
-    let label = view.axis(axis);
-    let note = |(wanted, node): (&f64, &Option<usize>)| {
-        let used = axis.values[(*node)?] * label.factor;
+fn moved(view: &View, wanted: Option<&At>, chosen: &[Chosen]) -> Vec<String> {
+    let note = |(wanted, &(axis, node)): (&f64, &(usize, usize))| {
+        let axis = &view.map.grid().axes()[axis];
+        let label = view.axis(axis);
+        let used = axis.values[node] * label.factor;
         let same = (used - wanted).abs() <= ROUNDING * wanted.abs().max(used.abs());
         (!same)
             .then(|| format!("{} = {}: the node nearest to {}", label.header(), short(used), short(*wanted)))
     };
-    wanted.iter().zip(nodes).filter_map(note).collect()
+    let wanted = wanted.into_iter().flat_map(|(_, values)| values);
+    wanted.zip(chosen.iter().flatten()).filter_map(note).collect()
 }
 
 /// Relative size of round-off in the conversion of units and in decimal input.
@@ -322,8 +337,8 @@ fn over_axis(view: &View, plot: &Plot, x: usize) -> Result<Plotted, ReportError>
     }
     let single: Vec<At> = plot.at.iter().filter(|(_, values)| values.len() == 1).cloned().collect();
     let mut shown = vec![x];
-    let (curve_axis, curve_nodes) = choose(view, several.first().copied(), &mut shown)?;
-    let (panel_axis, panel_nodes) = choose(view, plot.panels, &mut shown)?;
+    let curves = choose(view, several.first().copied(), &mut shown)?;
+    let panels = choose(view, plot.panels, &mut shown)?;
     let (index, mut held) = hold(view, &shown, &one_each(&single)?)?;
     if without_damping {
         let damping = view.axis(&axes[axes.len() - 1]).header();
@@ -331,29 +346,20 @@ fn over_axis(view: &View, plot: &Plot, x: usize) -> Result<Plotted, ReportError>
         shown.push(axes.len() - 1);
     }
     let mut lines = Vec::new();
-    for (panel, panel_node) in panel_nodes.iter().enumerate() {
+    let words = |chosen: &Chosen| chosen.map(|chosen| chosen_words(view, chosen));
+    for (panel, in_panel) in panels.iter().enumerate() {
         for &variable in &names {
-            for curve_node in &curve_nodes {
+            for curve in &curves {
                 let mut index = index.clone();
-                for (axis, node) in [(panel_axis, panel_node), (curve_axis, curve_node)] {
-                    if let (Some(axis), Some(node)) = (axis, node) {
-                        index[axis] = *node;
-                    }
+                for (axis, node) in [in_panel, curve].into_iter().flatten() {
+                    index[*axis] = *node;
                 }
-                let value =
-                    curve_axis.map(|axis| view.axis(&axes[axis]).equals(axes[axis].values[index[axis]]));
-                lines.push(Line { variable, index, panel, value });
+                lines.push(Line { variable, index, panel, value: words(curve) });
             }
         }
     }
     let at = view.held(&index, &shown);
-    let titles: Vec<Rich> = panel_nodes
-        .iter()
-        .map(|node| match (panel_axis, node) {
-            (Some(axis), Some(node)) => view.axis(&axes[axis]).equals(axes[axis].values[*node]),
-            _ => Rich::default(),
-        })
-        .collect();
+    let titles: Vec<Rich> = panels.iter().map(|panel| words(panel).unwrap_or_default()).collect();
     let what = join(names.iter().map(|name| view.units.variable(name).name));
     let caption = what.clone().then(" over ").then(view.axis(&axes[x]).name);
     let caption = caption.taken_at(at.clone()).then(".");
@@ -369,10 +375,10 @@ fn over_axis(view: &View, plot: &Plot, x: usize) -> Result<Plotted, ReportError>
         _ => return Err(ChoiceError::CodesAndNumbers.into()),
     };
     let step = step(&axes[x]);
-    let nodes = drawn_nodes(view, x);
+    let label = view.axis(&axes[x]);
+    let nodes: Vec<f64> = drawn(&axes[x]).into_iter().map(|value| value * label.factor).collect();
     let mut data = Data::default();
-    let repeated = |values: &[f64]| lines.iter().flat_map(|_| values.to_vec()).collect::<Vec<_>>();
-    for axis in [panel_axis, curve_axis].into_iter().flatten() {
+    for (axis, _) in [panels[0], curves[0]].into_iter().flatten() {
         let label = view.axis(&axes[axis]);
         let values = lines.iter().flat_map(|line| {
             std::iter::repeat_n(axes[axis].values[line.index[axis]] * label.factor, nodes.len())
@@ -386,8 +392,7 @@ fn over_axis(view: &View, plot: &Plot, x: usize) -> Result<Plotted, ReportError>
         });
         data = data.words("variable", each.collect());
     }
-    let label = view.axis(&axes[x]);
-    data = data.reals(label.header(), repeated(&nodes));
+    data = data.reals(label.header(), nodes.repeat(lines.len()));
     let header = match names[..] {
         [name] => view.units.variable(name).header(),
         _ => "value".into(),
@@ -401,16 +406,9 @@ fn over_axis(view: &View, plot: &Plot, x: usize) -> Result<Plotted, ReportError>
         data = data.reals(header.unwrap_or_else(|| "error".into()), errors);
     }
     let thinned = if step > 1 { vec![(axes[x].name.clone(), step)] } else { Vec::new() };
-    let mut notes = moved(view, panel_axis, plot.panels, &panel_nodes);
-    notes.extend(moved(view, curve_axis, several.first().copied(), &curve_nodes));
+    let mut notes = moved(view, plot.panels, &panels);
+    notes.extend(moved(view, several.first().copied(), &curves));
     Ok(Plotted { scene, caption, data, held, thinned, curves: None, notes })
-}
-
-/// The drawn nodes of an axis, in the units of the view.
-fn drawn_nodes(view: &View, x: usize) -> Vec<f64> {
-    let axis = &view.map.grid().axes()[x];
-    let factor = view.axis(axis).factor;
-    drawn(axis).into_iter().map(|value| value * factor).collect()
 }
 
 /// Common arguments of all panels of a plot over one axis.
@@ -425,13 +423,7 @@ struct Context<'a> {
 impl Context<'_> {
     /// The nodes to read along the axis.
     fn picks(&self, line: &Line) -> Result<Vec<Pick>, ChoiceError> {
-        let axes = self.view.map.grid().axes();
-        let rank = axes.len() - usize::from(Field::is_critical(line.variable));
-        if self.x >= rank {
-            let (variable, axis) = (line.variable.to_owned(), axes[self.x].name.clone());
-            return Err(ChoiceError::NotAlong { variable, axis });
-        }
-        Ok(picks(self.view.map, &[self.x], &line.index, rank))
+        picks_of(self.view.map, line.variable, &[self.x], &line.index)
     }
 
     fn curves(&self, lines: &[Line]) -> Result<(Scene, Values), ReportError> {

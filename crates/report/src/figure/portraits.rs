@@ -7,7 +7,7 @@ use super::{Figure, curves};
 use slipmap_figure::data::Data;
 use slipmap_figure::legend::Legend;
 use slipmap_figure::lines::letter;
-use slipmap_figure::panels::{BOTTOM_MARGIN, Panel, Panels, TITLE_MARGIN, write_heading};
+use slipmap_figure::panels::{BOTTOM_MARGIN, Panel, Panels, TITLE_MARGIN};
 use slipmap_figure::scene::{Rect, Scene, Width};
 use slipmap_figure::text::rich;
 use slipmap_model::filippov::Oscillator;
@@ -71,8 +71,7 @@ pub(crate) fn portraits(view: &View, width: Width) -> Option<Figure> {
     let columns = width.select(2, 3);
     let (x, y, h) = equal_scales(common, 1.0, (0.5, 1.1));
     let (x, y) = (x.in_unit(x1.factor), y.in_unit(x2.factor));
-    let mut panels = Panels::new(scene.width, columns, 3, h, x, y);
-    panels.shift((0.0, write_heading(&mut scene, panels.panels[0].rect.x, &held)));
+    let mut panels = Panels::below(&mut scene, &held, columns, 3, h, (x, y));
     let mut legend = Legend::default();
     // Equal units in both directions, for the height that is left on the page.
     let aspect = panels.panels[0].rect.h / panels.panels[0].rect.w;

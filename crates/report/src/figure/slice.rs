@@ -155,15 +155,12 @@ impl<'a> Slice<'a> {
 
     /// Codes over the drawn nodes of the slice, `[x, y]`.
     pub fn codes(&self, variable: &str) -> Result<Array2<i8>, ReportError> {
-        let picks = self.selection(variable, self.view.map.grid().axes().len())?;
-        Ok(self.turned(self.view.map.code_slice(variable, &picks)?))
+        Ok(self.turned(self.view.map.code_slice(variable, &self.picks(variable)?)?))
     }
 
     /// Real numbers over the drawn nodes of the slice, `[x, y]`.
     pub fn reals(&self, variable: &str) -> Result<Array2<f64>, ReportError> {
-        let axes = self.view.map.grid().axes().len();
-        let rank = axes - usize::from(Field::is_critical(variable));
-        Ok(self.turned(self.view.map.real_slice(variable, &self.selection(variable, rank)?)?))
+        Ok(self.turned(self.view.map.real_slice(variable, &self.picks(variable)?)?))
     }
 
     /// The errors of a variable over the drawn nodes, `[x, y]`, with their label, where the map has them.
@@ -172,14 +169,8 @@ impl<'a> Slice<'a> {
         Ok(Some((self.view.units.variable(&name), self.reals(&name)?)))
     }
 
-    fn selection(&self, variable: &str, rank: usize) -> Result<Vec<Pick>, ChoiceError> {
-        for axis in [self.x, self.y] {
-            if axis >= rank {
-                let axis = self.view.map.grid().axes()[axis].name.clone();
-                return Err(ChoiceError::NotAlong { variable: variable.into(), axis });
-            }
-        }
-        Ok(picks(self.view.map, &[self.x, self.y], &self.index, rank))
+    fn picks(&self, variable: &str) -> Result<Vec<Pick>, ChoiceError> {
+        picks_of(self.view.map, variable, &[self.x, self.y], &self.index)
     }
 
     fn turned<T: Clone>(&self, cells: ArrayD<T>) -> Array2<T> {
@@ -292,6 +283,23 @@ pub(crate) fn picks(map: &MapFile, shown: &[usize], index: &[usize], rank: usize
     map.grid().axes()[..rank].iter().enumerate().map(pick).collect()
 }
 
+/// [`picks`] of all axes of a variable.
+pub(crate) fn picks_of(
+    map: &MapFile,
+    variable: &str,
+    shown: &[usize],
+    index: &[usize],
+) -> Result<Vec<Pick>, ChoiceError> {
+    let axes = map.grid().axes();
+    let rank = axes.len() - usize::from(Field::is_critical(variable));
+    match shown.iter().find(|axis| **axis >= rank) {
+        Some(axis) => {
+            Err(ChoiceError::NotAlong { variable: variable.into(), axis: axes[*axis].name.clone() })
+        }
+        None => Ok(picks(map, shown, index, rank)),
+    }
+}
+
 pub(super) fn drawn(axis: &Axis) -> Vec<f64> {
     axis.values.iter().copied().step_by(step(axis)).collect()
 }
@@ -339,9 +347,8 @@ fn informative_nodes(map: &MapFile) -> Vec<usize> {
             })
             .collect();
     }
-    candidates.retain(|candidate| map.grid().column(candidate).is_ok());
-    let columns: Vec<_> =
-        candidates.iter().filter_map(|candidate| map.grid().column(candidate).ok()).collect();
+    let known = candidates.into_iter().filter_map(|nodes| map.grid().column(&nodes).ok().zip(Some(nodes)));
+    let (columns, candidates): (Vec<_>, Vec<_>) = known.unzip();
     let roots = critical_dampings(&columns, 1e-6);
     let positive = candidates.into_iter().zip(roots).filter_map(|(candidate, root)| {
         let root = root.ok().filter(|root| root.c > 0.0)?;

@@ -3,7 +3,7 @@
 //! The width is estimated from the numbers of characters. Headings are broken into lines as wide as their
 //! columns; long words share the width that numbers leave, in paragraphs.
 
-use super::{Cell, Decimal, LONGEST_WORD, Style, Table, decimal};
+use super::{Cell, Decimal, LONGEST_WORD, Show, Table, decimal};
 use slipmap_figure::text::{Piece, Rich, latex};
 
 /// Most rows of a part of a table: with heading, caption and notes they fill a page of an article.
@@ -71,9 +71,9 @@ fn fit(columns: &[Width], layout: &Layout) -> (Option<f64>, bool) {
 impl Table {
     /// As a LaTeX `table` for `\input`; needs `booktabs` and `siunitx`.
     pub fn latex(&self) -> String {
-        let styles: Vec<Style> = (0..self.columns.len()).map(|column| self.aligned_style(column)).collect();
+        let shows: Vec<Option<Show>> = (0..self.columns.len()).map(|column| self.aligned(column)).collect();
         let columns: Vec<Width> =
-            styles.iter().enumerate().map(|(column, style)| self.width(column, *style)).collect();
+            shows.iter().enumerate().map(|(column, show)| self.width(column, *show)).collect();
         let layout = if fit(&columns, &ONE_COLUMN).1 { ONE_COLUMN } else { BOTH_COLUMNS };
         let share = fit(&columns, &layout).0;
         let Layout { environment, font, line, gap, character } = layout;
@@ -102,15 +102,17 @@ impl Table {
         let line_of = |row: &Vec<Cell>| {
             let cells: Vec<String> = row
                 .iter()
-                .zip(&styles)
+                .zip(&shows)
                 .zip(&columns)
-                .map(|((cell, style), of)| match cell {
+                .map(|((cell, show), of)| match cell {
                     Cell::Words(words) => breakable(words, longest(of)),
                     Cell::Rich(text) => text.latex(),
-                    Cell::Missing if matches!(style, Style::Words) => "--".into(),
+                    Cell::Missing if show.is_none() => "--".into(),
                     Cell::Missing => "{--}".into(),
-                    _ => match decimal(cell, *style) {
-                        Some(Decimal { mantissa, exponent: 0 }) if !matches!(style, Style::Scientific(_)) => {
+                    _ => match decimal(cell, show.unwrap_or(Show::AsIs)) {
+                        Some(Decimal { mantissa, exponent: 0 })
+                            if !matches!(show, Some(Show::Scientific(_))) =>
+                        {
                             mantissa
                         }
                         Some(Decimal { mantissa, exponent }) => format!("{mantissa}e{exponent}"),
@@ -142,9 +144,9 @@ impl Table {
     }
 
     /// The width of a column, and its type in `tabular`: that which fits the widest number.
-    fn width(&self, column: usize, style: Style) -> Width {
+    fn width(&self, column: usize, show: Option<Show>) -> Width {
         let heading = &self.columns[column].heading;
-        if matches!(style, Style::Words) {
+        let Some(show) = show else {
             let lengths = self.rows.iter().map(|row| match &row[column] {
                 Cell::Words(words) => words.chars().count(),
                 Cell::Rich(text) => text.plain().chars().count(),
@@ -154,16 +156,16 @@ impl Table {
             let cells = lengths.max().unwrap_or(0);
             let heading = lines_of(heading, cells);
             return Width { kind: "l".into(), cells, breaks: cells > SHORT, heading };
-        }
-        let numbers: Vec<Decimal> = self.rows.iter().filter_map(|row| decimal(&row[column], style)).collect();
+        };
+        let numbers: Vec<Decimal> = self.rows.iter().filter_map(|row| decimal(&row[column], show)).collect();
         let widest = |count: fn(&Decimal) -> usize| numbers.iter().map(count).max().unwrap_or(1);
         let whole = widest(|n| n.mantissa.trim_start_matches('-').split('.').next().map_or(1, str::len));
         let decimals = widest(|n| n.mantissa.split_once('.').map_or(0, |(_, decimals)| decimals.len()));
         let exponent = widest(|n| n.exponent.unsigned_abs().to_string().len());
         let sign = if numbers.iter().any(|n| n.mantissa.starts_with('-')) { "-" } else { "" };
         let mut cells = 2 * sign.len() + whole + usize::from(decimals > 0) + decimals;
-        let kind = match style {
-            Style::Scientific(_) => {
+        let kind = match show {
+            Show::Scientific(_) => {
                 let down = if numbers.iter().any(|n| n.exponent < 0) { "-" } else { "" };
                 cells += POWER;
                 format!("S[table-format={sign}{whole}.{decimals}e{down}{exponent}]")

@@ -4,7 +4,7 @@ use super::super::Report;
 use super::super::boundary::Order;
 use super::super::table::{Cell, Column, ColumnOf, Show, Table};
 use super::super::units::{Label, View};
-use super::{EPSILON_DIGITS, column_of, epsilons, in_unit, percent, words};
+use super::{EPSILON_DIGITS, column_of, in_unit, percent, words};
 use slipmap_figure::text::rich;
 
 pub fn boundary(view: &View, report: &Report) -> Table {
@@ -14,7 +14,7 @@ pub fn boundary(view: &View, report: &Report) -> Table {
     let damping = view.axis(&axes[axes.len() - 1]);
     let parameters = &axes[1..axes.len() - 1];
     let mut rows = Vec::new();
-    for (e, &epsilon) in epsilons(map).iter().enumerate() {
+    for (e, &epsilon) in map.grid().epsilons().iter().enumerate() {
         for method in &boundaries.methods {
             let errors = &method.errors[e];
             let mut row = vec![

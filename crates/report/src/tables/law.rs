@@ -3,6 +3,7 @@
 use super::super::table::{Cell, Column, Show, Table};
 use super::super::units::View;
 use super::words;
+use slipmap_figure::axis::extremes;
 use slipmap_figure::text::{Rich, rich};
 use slipmap_map::machine::Coefficients;
 use slipmap_map::map::Grid;
@@ -39,19 +40,18 @@ fn of_rows(table: &Data) -> Rich {
 }
 
 /// The least and the greatest finite value at the first and the last nodes of all axes.
-fn over_corners(grid: &Grid, value: impl Fn(&[f64]) -> Option<f64>) -> [f64; 2] {
+fn over_corners(grid: &Grid, value: impl Fn(&[f64]) -> Option<f64>) -> (f64, f64) {
     let axes = grid.axes();
     let corners = (0..1_usize << axes.len()).map(|corner| {
         let ends = axes.iter().enumerate();
         let end = ends.map(|(i, axis)| axis.values[((corner >> i) & 1) * (axis.values.len() - 1)]);
         end.collect::<Vec<f64>>()
     });
-    let values = corners.filter_map(|at| value(&at));
-    values.fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], x| [least.min(x), most.max(x)])
+    extremes(corners.filter_map(|at| value(&at)))
 }
 
 /// "0.4", or "from 0.3 to 0.5".
-fn range([least, most]: [f64; 2]) -> Rich {
+fn range((least, most): (f64, f64)) -> Rich {
     let number = |x: f64| Rich::number(x, 6);
     match most - least <= 1e-12 * most.abs() {
         true => number(least),
@@ -77,7 +77,7 @@ pub(super) fn law(view: &View) -> Table {
             for parameter in law.parameters() {
                 let axis = grid.axes().iter().find(|axis| axis.name == parameter.name);
                 let Some(axis) = axis.filter(|axis| !axis.values.is_empty()) else { continue };
-                let ends = [axis.values[0], axis.values[axis.values.len() - 1]];
+                let ends = (axis.values[0], axis.values[axis.values.len() - 1]);
                 row(parameter.long_name, Rich::symbol(parameter.name), range(ends), "1");
             }
         }
@@ -92,10 +92,10 @@ pub(super) fn law(view: &View) -> Table {
                 let (ends, unit) = match axis {
                     Some(axis) => {
                         let label = view.axis(axis);
-                        let last = axis.values.len() - 1;
-                        ([0, last].map(|node| axis.values[node] * label.factor), label.unit.into_owned())
+                        let shown = axis.values.iter().map(|value| value * label.factor);
+                        (extremes(shown), label.unit.into_owned())
                     }
-                    None => ([value; 2], machine.unit(name).to_owned()),
+                    None => ((value, value), machine.unit(name).to_owned()),
                 };
                 let (what, symbol) = (machine.words(name), Rich::symbol(formula::symbol(name)));
                 row(&what, symbol, range(ends), &one(&unit));
