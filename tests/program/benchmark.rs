@@ -237,15 +237,6 @@ fn the_command_writes_everything_or_nothing() {
     assert_eq!(scratch.names(), ["results", "study.toml"]);
     // One cell outside the domain of the reference, so that nothing can be measured.
     scratch
-        .run(&[
-            "work-precision",
-            "study.toml",
-            "--out",
-            "x",
-            "--set",
-            "grid.epsilon=10",
-            "--set",
-            "grid.c=[2,3]",
-        ])
+        .run("work-precision study.toml --out x --set grid.epsilon=10 --set grid.c=[2,3]")
         .refuses(&["no reference"]);
 }

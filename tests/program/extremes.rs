@@ -73,11 +73,11 @@ fn maps_at_the_ends_of_the_axes_are_drawn() {
 #[test]
 fn a_slow_belt_has_an_answer_with_the_reason_of_unknown_limits() {
     let scratch = Scratch::new();
-    let fixed = ["probe", "--epsilon", "0.1", "--alpha", "0.3", "--beta", "0.1", "--gamma", "2"];
+    let fixed = "probe --epsilon 0.1 --alpha 0.3 --beta 0.1 --gamma 2";
     for (speed, damping) in [("1e-8", "0.5"), ("1e-8", "1e8")] {
-        let run = scratch.run(&[&fixed[..], &["--V", speed, "--c", damping]].concat()).ends_with(0);
-        let json = [&fixed[..], &["--V", speed, "--c", damping, "--json"]].concat();
-        let answer: Value = serde_json::from_str(&scratch.run(&json).ends_with(0).out).unwrap();
+        let point = format!("{fixed} --V {speed} --c {damping}");
+        let run = scratch.run(&point).ends_with(0);
+        let answer = scratch.json(&point);
         let methods = answer["methods"].as_object().unwrap();
         // Theorems decide these points, and the simulation agrees.
         let said = |name: &str| methods[name]["verdict"].as_str().unwrap().to_owned();
@@ -111,13 +111,12 @@ fn a_message_says_how_far_data_should_reach_for_an_orbit() {
     let rows: String =
         (0..=15).map(|i| 0.1 * f64::from(i)).map(|u| format!("{u},{}\n", 1.0 - 0.3 * u)).collect();
     scratch.file("short.csv", format!("u,phi\n{rows}"));
-    let point = ["--epsilon", "1", "--V", "0.75", "--c", "0"];
-    let run = scratch.run(&[&["probe", "--table", "short.csv"], &point[..]].concat()).ends_with(0);
+    let point = "probe --table short.csv --epsilon 1 --V 0.75 --c 0";
+    let run = scratch.run(point).ends_with(0);
     assert!(run.out.contains("which end at slip speed 1.5: it needs them up to about"), "{}", run.out);
     assert!(!run.out.contains("finite numbers"), "naive methods leave the data too: {}", run.out);
     // Without a simulation no limit in eps exists.
-    let json = scratch.run(&[&["probe", "--table", "short.csv", "--json"], &point[..]].concat()).ends_with(0);
-    let answer: Value = serde_json::from_str(&json.out).unwrap();
+    let answer = scratch.json(point);
     assert_eq!(answer["methods"]["simulation"]["epsilon_limit"], Value::Null, "{answer}");
 }
 

@@ -6,17 +6,12 @@ use std::process::{Command, Stdio};
 use crate::command::Scratch;
 
 /// The configuration of the paper, on fewer nodes.
-const SMALLER: [&str; 10] = [
-    "--set",
-    "grid.alpha=[0.0, 0.45, 0.9]",
-    "--set",
-    "grid.beta=[0.0, 0.1]",
-    "--set",
-    "grid.gamma.points=5",
-    "--set",
-    "grid.V.points=3",
-    "--set",
-    "output.path=\"a map_of 50% & more.h5\"",
+const SMALLER: [&str; 5] = [
+    "--set=grid.alpha=[0.0, 0.45, 0.9]",
+    "--set=grid.beta=[0.0, 0.1]",
+    "--set=grid.gamma.points=5",
+    "--set=grid.V.points=3",
+    "--set=output.path=\"a map_of 50% & more.h5\"",
 ];
 
 #[test]

@@ -107,15 +107,10 @@ fn a_map_of_another_table_is_not_resumed() {
 #[test]
 fn probe_asks_any_law() {
     let scratch = Scratch::new();
-    let point = ["--epsilon", "1", "--V", "0.5", "--c", "0.1"];
-    let with = |arguments: &[&'static str]| {
-        let all: Vec<&str> = ["probe"].iter().chain(&point).chain(arguments).copied().collect();
-        scratch.run(&all)
-    };
-    let named = ["--law", "exponential", "--mu", "0.5", "--vs", "1", "--eta", "0", "--json"];
-    let built_in: serde_json::Value = serde_json::from_str(&with(&named).ends_with(0).out).unwrap();
-    let text = ["--phi", "mu + (1 - mu)*exp(-u/vs)", "--set", "mu=0.5", "--set", "vs=1", "--json"];
-    let as_text: serde_json::Value = serde_json::from_str(&with(&text).ends_with(0).out).unwrap();
+    let with = |law: &str| format!("probe --epsilon 1 --V 0.5 --c 0.1 {law}");
+    let built_in = scratch.json(&with("--law exponential --mu 0.5 --vs 1 --eta 0"));
+    let as_text = scratch.json(&with("--phi mu+(1-mu)*exp(-u/vs) --set mu=0.5 --set vs=1"));
+    let with = |law: &str| scratch.run(&with(law));
     for method in ["instability", "bendixson", "symmetric", "harmonic_balance", "simulation"] {
         let of = |answer: &serde_json::Value| answer["methods"][method].clone();
         assert_eq!(of(&built_in)["verdict"], of(&as_text)["verdict"], "{method}");
@@ -125,22 +120,19 @@ fn probe_asks_any_law() {
     assert_eq!(built_in["methods"]["perturbation"]["verdict"], "undecided");
     let reason = built_in["methods"]["perturbation"]["reason"].as_str().unwrap();
     assert!(reason.contains("does not depend on eps"), "{reason}");
-    with(&["--law", "exponential", "--mu", "0.5", "--vs", "0", "--eta", "0"])
-        .refuses(&["--vs 0", "greater than 0"]);
-    with(&["--law", "exponential", "--mu", "0.5", "--vs", "1"]).refuses(&["--eta"]);
-    with(&["--phi", "mu + (1 - mu)*exp(-u/w)", "--set", "mu=0.5"]).refuses(&["also needs --set w="]);
-    with(&["--phi", "1 - 0.1*u/(u - 0.7)"]).refuses(&["vanishes at u = 0.7", "^^^^^^^^^"]);
-    with(&["--law", "expression"]).refuses(&["needs --phi"]);
+    with("--law exponential --mu 0.5 --vs 0 --eta 0").refuses(&["--vs 0", "greater than 0"]);
+    with("--law exponential --mu 0.5 --vs 1").refuses(&["--eta"]);
+    with("--phi mu+(1-mu)*exp(-u/w) --set mu=0.5").refuses(&["also needs --set w="]);
+    with("--phi 1-0.1*u/(u-0.7)").refuses(&["vanishes at u = 0.7", "^^^^^^^"]);
+    with("--law expression").refuses(&["needs --phi"]);
 }
 
 /// At large slip speeds this law gains energy without bound: orbits that reach them are left out.
 #[test]
 fn cycles_are_told_where_friction_pushes_farther_out() {
     let scratch = Scratch::new();
-    let law =
-        ["--phi=1 - 1.4*u*exp(-u/1.5) + 0.2*sin(7.4*u) - 0.16*u", "--epsilon=1", "--V=1.67", "--c=0.09"];
-    let probed = scratch.run(&[&["probe", "--json"], &law[..]].concat()).ends_with(0).out;
-    let cycles = &serde_json::from_str::<serde_json::Value>(&probed).unwrap()["cycles"];
+    let law = "1-1.4*u*exp(-u/1.5)+0.2*sin(7.4*u)-0.16*u";
+    let cycles = &scratch.json(&format!("probe --phi {law} --epsilon 1 --V 1.67 --c 0.09"))["cycles"];
     let stable: Vec<bool> =
         cycles["slip"].as_array().unwrap().iter().map(|cycle| cycle["stable"].as_bool().unwrap()).collect();
     assert_eq!(stable, [false, true, false], "{cycles}");
@@ -152,25 +144,17 @@ fn cycles_are_told_where_friction_pushes_farther_out() {
 #[test]
 fn probe_prints_the_proved_number_of_slip_cycles() {
     let scratch = Scratch::new();
-    let probe = |more: &[&'static str]| {
-        let all: Vec<&str> = ["probe", "--epsilon", "1", "--V", "0.58"].iter().chain(more).copied().collect();
-        scratch.run(&all).ends_with(0).out
-    };
-    let lorentzian = ["--law", "lorentzian", "--mu", "0", "--vs", "1", "--eta", "0", "--c", "0.62"];
-    let text = probe(&lorentzian);
+    let point = "probe --epsilon 1 --V 0.58 --c 0.62";
+    let lorentzian = format!("{point} --law lorentzian --mu 0 --vs 1 --eta 0");
+    let text = scratch.run(&lorentzian).ends_with(0).out;
     assert!(text.contains("1, count proved") && text.contains("attracts, amplitude"), "{text}");
-    let counted = |arguments: &[&'static str]| {
-        let json: Vec<&str> = arguments.iter().chain(&["--json"]).copied().collect();
-        let answer: serde_json::Value = serde_json::from_str(&probe(&json)).unwrap();
-        answer["cycles"]["slip_count"].clone()
-    };
-    let count = counted(&lorentzian);
+    let count = &scratch.json(&lorentzian)["cycles"]["slip_count"];
     assert_eq!((&count["proved"], &count["at_least"], &count["at_most"]), (&1.into(), &1.into(), &1.into()));
     // A measured law has no formula for proofs.
     let data: String =
         (0..60).map(|i| 0.05 * f64::from(i)).map(|u| format!("{u},{}\n", 1.0 / (1.0 + u * u))).collect();
     scratch.file("data.csv", data);
-    let text = probe(&["--table", "data.csv", "--c", "0.62"]);
+    let text = scratch.run(&format!("{point} --table data.csv")).ends_with(0).out;
     assert!(
         text.contains("1 found, count not proved: nothing is proved where the maximum of x2 is in 0 to 0.58"),
         "{text}"
@@ -193,14 +177,10 @@ fn a_law_without_eps_is_read_as_small_on_request() {
     scratch.run(&["report", "small.h5", "--out", "report"]).ends_with(0);
     let report = scratch.read("report/report.html");
     assert!(report.contains("phi read as 1 + eps F(u)"), "{report}");
-    let point =
-        ["--law", "exponential", "--epsilon", "0.1", "--mu", "0.6", "--vs", "1", "--eta", "0", "--V", "0.5"];
-    let probe = |extra: &[&str]| {
-        let words = [&["probe"], &point[..], &["--c", "1"], extra].concat();
-        scratch.run(&words).ends_with(0).out
-    };
+    let point = "probe --law exponential --epsilon 0.1 --mu 0.6 --vs 1 --eta 0 --V 0.5 --c 1";
+    let probe = |more: &str| scratch.run(&format!("{point} {more}")).ends_with(0).out;
     let line = |text: &str| text.lines().find(|line| line.starts_with("  perturbation ")).unwrap().to_owned();
-    let (plain, small) = (line(&probe(&[])), line(&probe(&["--small", "eps"])));
+    let (plain, small) = (line(&probe("")), line(&probe("--small eps")));
     assert!(plain.contains("undecided") && !plain.contains("read as"), "{plain}");
     assert!(small.contains("present") && small.contains("phi read as 1 + eps F(u)"), "{small}");
     scratch.file("wrong.toml", format!("{friction}small = \"mu\"\n{GRID}"));
@@ -236,8 +216,7 @@ fn rows_of_one_slip_speed_are_averaged() {
     let scratch = Scratch::new();
     let probe = |rows: &str| {
         scratch.file("pad.csv", rows);
-        let point = ["--epsilon", "1", "--V", "0.2", "--c", "0.1", "--json"];
-        scratch.run(&[&["probe", "--table", "pad.csv", "--static", "1"], &point[..]].concat())
+        scratch.run("probe --table pad.csv --static 1 --epsilon 1 --V 0.2 --c 0.1 --json")
     };
     // Squares about the means: 2 (0.01)^2 at 0.1 and 2 (0.02)^2 at 0.5; five rows more than speeds.
     let repeated = "u,mu\n0,1\n0,1\n0.1,0.91\n0.1,0.9\n0.1,0.89\n0.5,0.82\n0.5,0.78\n0.5,0.8\n1,0.8\n";
@@ -247,7 +226,7 @@ fn rows_of_one_slip_speed_are_averaged() {
         .concat();
     let means = format!("u,mu,se\n{rows}");
     let [one, other] = [repeated, &means].map(|rows| {
-        let answer: serde_json::Value = serde_json::from_str(&probe(rows).ends_with(0).out).unwrap();
+        let answer = probe(rows).ends_with(0).json();
         let of = &answer["sensitivity"]["standard_error"]["value"];
         of.as_f64().unwrap_or_else(|| panic!("{answer}"))
     });
@@ -267,9 +246,7 @@ fn tables_as_spreadsheets_write_them_are_read() {
     let scratch = Scratch::new();
     let probe = |bytes: &[u8]| {
         scratch.file("pad.csv", bytes);
-        scratch
-            .run(&["probe", "--table", "pad.csv", "--epsilon", "1", "--V", "0.2", "--c", "0.1"])
-            .ends_with(0)
+        scratch.run("probe --table pad.csv --epsilon 1 --V 0.2 --c 0.1").ends_with(0)
     };
     let plain = probe(b"u,mu\n0,1\n0.1,0.9\n0.5,0.8\n1,0.8\n");
     let odd = probe(b"Rig 7\r\nu;mu;n\r\n0,5;0,8;3\r\n0;1;3\r\n0,1;0,9;3\r\n1;0,8;3\r\n");

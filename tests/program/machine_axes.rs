@@ -192,14 +192,13 @@ fn inputs_are_in_the_units_that_people_have() {
     let map = MapFile::open(&scratch.path().join("map.h5")).unwrap();
     let ratio = map.real_slice("critical_damping_ratio_simulation", &[Pick::Node(1)]).unwrap()[[]];
     let name = "critical_damping_ratio_simulation";
-    let plot =
-        ["plot", "map.h5", "--x", "belt_speed", "--variable", name, "--out", "c.svg", "--data", "c.csv"];
+    let plot = format!("plot map.h5 --x belt_speed --variable {name} --out c.svg --data c.csv");
     scratch.run(&plot).ends_with(0);
     let drawn = scratch.read("c.csv");
     let speeds: Vec<&str> = drawn.lines().map(|line| line.split(',').next().unwrap()).collect();
     assert_eq!(speeds, ["belt_speed [rpm]", "20.0", "40.0", "60.0"], "{drawn}");
-    let point = ["probe", "--machine", "people.toml", "--json", "--set", "belt_speed=40 rpm"];
-    let told: serde_json::Value = serde_json::from_str(&scratch.run(&point).ends_with(0).out).unwrap();
+    let point = ["probe", "--machine", "people.toml", "--set", "belt_speed=40 rpm"];
+    let told = scratch.json(&point);
     let critical = told["machine"]["critical_damping"].as_f64().unwrap();
     assert!(
         (told["machine"]["critical_damping_ratio"].as_f64().unwrap() - ratio).abs() < 1e-9 * ratio,
@@ -325,9 +324,8 @@ fn the_file_has_its_axes_in_si_units() {
     let fixed = "mass stiffness static_friction kinetic_friction stribeck_velocity strengthening";
     assert_eq!(attribute("critical_damping_simulation", "coordinates"), fixed);
     // The drawing, and the report, of another plane than belt speed and damping.
-    let plot =
-        ["plot", "map.h5", "--x", "normal_force", "--y", "damping", "--variable", "regime", "--curves"];
-    scratch.run(&[&plot[..], &["--out", "p.svg"]].concat()).ends_with(0);
+    let plot = "plot map.h5 --x normal_force --y damping --variable regime --curves --out p.svg";
+    scratch.run(plot).ends_with(0);
     assert!(scratch.read("p.svg").contains("normal force, N"));
     scratch.run(&["report", "map.h5", "--out", "report"]).ends_with(0);
     assert!(scratch.read("report/figures/regimes.svg").contains(">stick-slip<"));

@@ -3,7 +3,6 @@
 use std::collections::HashMap;
 
 use crate::command::Scratch;
-use serde_json::Value;
 use slipmap::dataset::auxiliary::PROBABILITY;
 use slipmap::store::{MapFile, Pick};
 
@@ -29,10 +28,6 @@ fn data(unit: f64) -> String {
     (0..=50).map(row).collect()
 }
 
-fn json(scratch: &Scratch, arguments: &[&str]) -> Value {
-    serde_json::from_str(&scratch.run(&[arguments, &["--json"]].concat()).ends_with(0).out).unwrap()
-}
-
 #[test]
 fn one_friction_in_every_form_is_one_machine() {
     let scratch = Scratch::new();
@@ -53,11 +48,11 @@ fn one_friction_in_every_form_is_one_machine() {
     for (name, text) in &all {
         let file = format!("{name}.toml");
         scratch.file(&file, text);
-        let probed = json(&scratch, &["probe", "--machine", &file]);
+        let probed = scratch.json(&["probe", "--machine", &file]);
         critical.insert(*name, probed["machine"]["critical_damping"].as_f64().unwrap());
         // The same value comes from the page and from a map, which has its axes in SI units.
         if matches!(*name, "formula" | "alone") {
-            let page = json(&scratch, &["machine", &file, "--out", "page.html", "--overwrite"]);
+            let page = scratch.json(&["machine", &file, "--out", "page.html", "--overwrite"]);
             let number = |key: &str| page[key].as_f64().unwrap();
             assert!((number("may_stick_slip_below_damping") / critical[name] - 1.0).abs() < 1e-8, "{name}");
             // The damping at which steady slip turns stable is the weakening of the force at belt speed.
@@ -66,18 +61,10 @@ fn one_friction_in_every_form_is_one_machine() {
             let error = if *name == "formula" { 1e-12 } else { 5e-3 };
             assert!((number("always_stick_slips_below_damping") / hopf - 1.0).abs() < error, "{name}");
         }
-        let output = format!("output.path={name}.h5");
-        let small = [
-            "--set",
-            &output,
-            "--set",
-            "machine.belt_speed=[0.1, 0.2]",
-            "--set",
-            "machine.damping=[0.0, 4.0]",
-        ];
-        let fields = ["--set", "output.fields=['verdict', 'critical_damping']", "--quiet"];
-        scratch.run(&[&["run", file.as_str()], &small[..], &fields].concat()).ends_with(0);
         let path = format!("{name}.h5");
+        let small = "--set machine.belt_speed=[0.1,0.2] --set machine.damping=[0.0,4.0]";
+        let fields = "--set output.fields=['verdict','critical_damping']";
+        scratch.run(&format!("run {file} --set output.path={path} {small} {fields} --quiet")).ends_with(0);
         scratch.run(&["check", &path]).ends_with(0);
         let map = MapFile::open(&scratch.path().join(&path)).unwrap();
         // A force stays one in its map.
@@ -87,17 +74,8 @@ fn one_friction_in_every_form_is_one_machine() {
         assert_eq!(axes, [("belt_speed", &[0.1, 0.2][..]), ("damping", &[0.0, 4.0])]);
         assert!(!map.has_probability());
         // A figure and its numbers in SI units.
-        let plot = [
-            "plot",
-            &path,
-            "--x",
-            "belt_speed",
-            "--variable",
-            "critical_damping_simulation",
-            "--out",
-            "c.svg",
-        ];
-        scratch.run(&[&plot[..], &["--data", "c.csv", "--overwrite"]].concat()).ends_with(0);
+        let plot = format!("plot {path} --x belt_speed --variable critical_damping_simulation");
+        scratch.run(&format!("{plot} --out c.svg --data c.csv --overwrite")).ends_with(0);
         let table = scratch.read("c.csv");
         assert!(table.starts_with("belt_speed [m/s],critical_damping_simulation [N s/m]"), "{table}");
     }
@@ -210,7 +188,7 @@ fn a_table_of_machines_is_answered_in_si_units() {
         csv::Reader::from_reader(text.as_bytes()).deserialize().map(Result::unwrap).collect();
     for (row, (speed, mass)) in rows.iter().zip([("0.05", "2"), ("0.2", "4")]) {
         let [speed, mass] = [format!("belt_speed={speed}"), format!("mass={mass}")];
-        let alone = json(&scratch, &["probe", "--machine", "machine.toml", "--set", &speed, "--set", &mass]);
+        let alone = scratch.json(&["probe", "--machine", "machine.toml", "--set", &speed, "--set", &mass]);
         for (column, key) in
             [("critical_damping [N s/m]", "critical_damping"), ("stick_time [s]", "stick_time")]
         {
@@ -251,7 +229,7 @@ fn a_map_of_an_uncertain_machine_has_its_probability() {
         for (j, damping) in ["2", "8"].into_iter().enumerate() {
             let [speed, damping] = [format!("belt_speed={speed}"), format!("damping={damping}")];
             let page = ["machine", "machine.toml", "--set", &speed, "--set", &damping, "--draws", "2000"];
-            let risk = &json(&scratch, &page)["risk"];
+            let risk = &scratch.json(&page)["risk"];
             let (here, p) = (risk["probability"]["value"].as_f64().unwrap(), stored[[i, j]]);
             // Four standard errors of the difference from that of 10000 draws.
             assert!((here - p).abs() <= 4.0 * (1.2 * p * (1.0 - p) / 2000.0).sqrt() + 1e-3, "{here} {p}");
@@ -267,7 +245,7 @@ fn a_map_of_an_uncertain_machine_has_its_probability() {
     scratch.file("value.toml", text("belt_speed = { value = 0.2, sd = 0.03 }"));
     let page = |file: &str, speed: &str| {
         let speed = format!("belt_speed={speed}");
-        json(&scratch, &["machine", file, "--set", &speed, "--draws", "1000"])["risk"].clone()
+        scratch.json(&["machine", file, "--set", &speed, "--draws", "1000"])["risk"].clone()
     };
     assert!(page("range.toml", "0.1") == page("value.toml", "0.1") && page("range.toml", "0.1").is_object());
     let damping = text("belt_speed = 0.1")
@@ -275,7 +253,7 @@ fn a_map_of_an_uncertain_machine_has_its_probability() {
     scratch.file("damping.toml", damping);
     scratch.run(&["run", "damping.toml"]).refuses(&["damping.toml:8:11", "sd", "write one value"]);
     let run = ["run", "range.toml", "--set", "machine.damping=[2.0, 8.0]", "--set", "output.path=range.h5"];
-    let told = json(&scratch, &[&run[..], &["--dry-run"]].concat());
+    let told = scratch.json(&[&run[..], &["--dry-run"]].concat());
     assert!(told["beside"]["probability"].is_string(), "{told}");
 
     let plot = ["plot", "map.h5", "--x", "belt_speed", "--y", "damping", "--variable", PROBABILITY];
@@ -293,9 +271,8 @@ fn measured_friction_with_standard_errors_makes_a_machine_uncertain() {
     let text = |file: &str| machine(&format!("law = \"table\"\nfile = \"{file}\""), "");
     scratch.file("exact.toml", text("exact.csv"));
     scratch.file("measured.toml", text("measured.csv"));
-    let page = |file: &str| {
-        json(&scratch, &["machine", file, "--draws", "500", "--out", "page.html", "--overwrite"])
-    };
+    let page =
+        |file: &str| scratch.json(&["machine", file, "--draws", "500", "--out", "page.html", "--overwrite"]);
     assert!(page("exact.toml")["risk"].is_null());
     // Exact rows leave the curve between them open.
     let exact = scratch.read("page.html");
@@ -315,7 +292,7 @@ fn measured_friction_with_standard_errors_makes_a_machine_uncertain() {
     assert!((0.9..1.1).contains(&both), "{told}");
     // The damping that five per cent of normal deviations exceed.
     let rare = ["machine", "measured.toml", "--draws", "1000", "--rare", "0.05"];
-    let rare = json(&scratch, &rare)["risk"]["rare_by"][0]["damping"].clone();
+    let rare = scratch.json(&rare)["risk"]["rare_by"][0]["damping"].clone();
     let expected = critical + 1.644_853_6 * error;
     let [low, high] = [0, 1].map(|i| rare["limits_95"][i].as_f64().unwrap());
     // Twice the sampling limits.
@@ -338,9 +315,9 @@ fn measured_friction_with_standard_errors_makes_a_machine_uncertain() {
     );
     // The probabilities of the map are told before the run, and in its measured cost.
     let run = ["run", "measured.toml", "--set", "output.path=map.h5", "--quiet"];
-    let told = json(&scratch, &[&run[..], &["--dry-run"]].concat());
+    let told = scratch.json(&[&run[..], &["--dry-run"]].concat());
     assert!(told["beside"]["probability"].as_str().unwrap().contains(" draws in each column"), "{told}");
-    let told = json(&scratch, &run);
+    let told = scratch.json(&run);
     assert!(told["stages"]["probability"].as_f64().is_some_and(|seconds| seconds > 0.0), "{told}");
     assert!(MapFile::open(&scratch.path().join("map.h5")).unwrap().has_probability());
 }
@@ -362,7 +339,7 @@ fn a_wrong_section_is_named_before_the_friction() {
     // As `slipmap run` takes it.
     scratch.file("right.toml", &right);
     let shares = ["damping=2", "machine.damping=2"].map(|set| {
-        json(&scratch, &["machine", "right.toml", "--set", set])["damping_over_critical"].as_f64().unwrap()
+        scratch.json(&["machine", "right.toml", "--set", set])["damping_over_critical"].as_f64().unwrap()
     });
     assert_eq!(shares[0], shares[1]);
 }

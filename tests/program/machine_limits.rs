@@ -15,8 +15,7 @@ fn machine(rows: &str) -> Scratch {
 }
 
 fn page(scratch: &Scratch, more: &[&str]) -> Value {
-    let all: Vec<&str> = ["machine", "pad.toml", "--json"].iter().chain(more).copied().collect();
-    serde_json::from_str(&scratch.run(&all).ends_with(0).out).unwrap()
+    scratch.json(&[&["machine", "pad.toml"], more].concat())
 }
 
 /// What a page of HTML says, without its tags.

@@ -134,7 +134,7 @@ fn a_server_that_dies_during_a_run_costs_no_finished_tile() {
     let server = Server::start(&scratch).expect("a second time");
     let resumed =
         scratch.run(&[&["run", "job.toml", "--resume", "--json"], &THERE[..]].concat()).ends_with(0);
-    let summary: serde_json::Value = serde_json::from_str(&resumed.out).unwrap();
+    let summary = resumed.json();
     assert!(summary["resumed_tiles"].as_u64() > Some(0), "{summary}");
     drop(server);
     assert_same(&scratch.path().join("disk/map.h5"), &scratch.path().join("reference.h5"));

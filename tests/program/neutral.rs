@@ -1,7 +1,5 @@
 //! Steady slip that neither attracts nor repels: `probe`, the machine's page and maps say so, and agree.
 
-use serde_json::Value;
-
 use crate::command::Scratch;
 
 const START: &str =
@@ -31,11 +29,8 @@ fn probe_and_machine_agree_without_damping() {
     let mut neutral = 0;
     for text in machines(&scratch) {
         scratch.file("m.toml", &text);
-        let json = |arguments: &[&str]| -> Value {
-            serde_json::from_str(&scratch.run(arguments).ends_with(0).out).unwrap()
-        };
-        let page = json(&["machine", "m.toml", "--json"]);
-        let probe = json(&["probe", "--machine", "m.toml", "--json"]);
+        let page = scratch.json("machine m.toml");
+        let probe = scratch.json("probe --machine m.toml");
         let label = format!("{text}\n{page}\n{}", probe["equilibrium"]);
         assert_eq!(page["regime"], probe["regime"], "{label}");
         assert_eq!(page["regime"], probe["machine"]["regime"], "{label}");
@@ -117,10 +112,9 @@ fn regimes_that_rest_on_a_conjecture_say_so() {
         scratch.file("m.toml", text);
         let page = scratch.run(&["machine", "m.toml"]).ends_with(0).out;
         assert_eq!(page.contains("regimes and limits assume"), assumes, "{page}");
-        let speed = "machine.belt_speed={from = 0.05, to = 0.1, points = 2}";
-        let mut run = vec!["run", "m.toml", "--quiet", "--overwrite"];
-        run.extend(["--set", speed, "--set", "output.path=m.h5", "--set", "output.fields=[\"regime\"]"]);
-        scratch.run(&run).ends_with(0);
+        let speed = "machine.belt_speed={from=0.05,to=0.1,points=2}";
+        let what = "--set output.path=m.h5 --set output.fields=[\"regime\"]";
+        scratch.run(&format!("run m.toml --quiet --overwrite --set {speed} {what}")).ends_with(0);
         let map = hdf5::File::open(scratch.path().join("m.h5")).unwrap();
         assert_eq!(map.dataset("regime").unwrap().attr("conjecture").is_ok(), assumes);
     }

@@ -35,7 +35,7 @@ fn run(arguments: &[String], more: &[&str]) -> Run {
 fn json(changes: &[(&str, f64)]) -> Value {
     let run = run(&probe(changes), &["--json"]).ends_with(0);
     assert_eq!(run.err, "");
-    serde_json::from_str(&run.out).unwrap()
+    run.json()
 }
 
 #[test]
@@ -247,25 +247,10 @@ fn a_table_keeps_its_columns_and_gains_the_answers() {
     );
     let mut added: Vec<String> =
         usual().iter().flat_map(|name| [format!("verdict_{name}"), format!("margin_{name}")]).collect();
-    added.extend(
-        [
-            "critical_c",
-            "critical_c_error",
-            "regime",
-            "landing_x1",
-            "stick_time",
-            "slip_time",
-            "crossings",
-            "slip_cycles",
-        ]
-        .map(str::to_owned),
-    );
-    added
-        .extend(["period", "amplitude_x1", "amplitude_x2", "multiplier"].map(|name| format!("cycle_{name}")));
-    added.extend(
-        ["boundary_velocity", "boundary_multiplier", "kick_forward", "kick_backward", "growth_time"]
-            .map(str::to_owned),
-    );
+    let others = "critical_c critical_c_error regime landing_x1 stick_time slip_time crossings slip_cycles \
+                  cycle_period cycle_amplitude_x1 cycle_amplitude_x2 cycle_multiplier boundary_velocity \
+                  boundary_multiplier kick_forward kick_backward growth_time";
+    added.extend(others.split(' ').map(str::to_owned));
     added.extend(usual().iter().map(|name| format!("epsilon_limit_{name}")));
     assert_eq!(header.iter().skip(kept).collect::<Vec<_>>(), added);
 

@@ -177,7 +177,7 @@ fn boxes_of_every_law_are_proved_and_their_certificates_checked() {
         scratch.file("job.toml", job);
         scratch
             .file("friction.csv", "0,0.4\n0.02,0.37\n0.05,0.34\n0.1,0.31\n0.2,0.285\n0.4,0.27\n0.8,0.262\n");
-        let printed: Value = serde_json::from_str(&run(&scratch, &["job.toml", "--json"]).out).unwrap();
+        let printed = run(&scratch, &["job.toml", "--json"]).json();
         let share = |name: &str| printed["proved"][name].as_f64().unwrap();
         let (present, absent, undecided) = (share("present"), share("absent"), share("undecided_at_most"));
         assert!(present > 0.1 && absent > 0.1 && undecided < 0.2, "{printed}");
@@ -210,21 +210,7 @@ const CANCEL: [&str; 4] = [
 fn formulas_that_cancel_are_no_friction_laws_anywhere() {
     let scratch = Scratch::new();
     let probe = |phi: &str| {
-        scratch.run(&[
-            "probe",
-            "--law",
-            "expression",
-            "--phi",
-            phi,
-            "--epsilon",
-            "1",
-            "--V",
-            "1",
-            "--c",
-            "0.05",
-            "--proof",
-            "c.json",
-        ])
+        scratch.run(&format!("probe --law expression --phi {phi} --epsilon 1 --V 1 --c 0.05 --proof c.json"))
     };
     for phi in CANCEL {
         probe(phi).refuses(&["--phi: phi(0) is 1 only up to rounding", "terms cancel"]);

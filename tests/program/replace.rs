@@ -17,19 +17,8 @@ fn figures_and_tables_never_replace_what_is_read() {
     let before: Vec<Vec<u8>> =
         scratch.names().iter().map(|name| fs::read(scratch.path().join(name)).unwrap()).collect();
     let plot = |out: &str| {
-        scratch.run(&[
-            "plot",
-            "map.h5",
-            "--x",
-            "gamma",
-            "--y",
-            "c",
-            "--variable",
-            "verdict_symmetric",
-            "--out",
-            out,
-            "--overwrite",
-        ])
+        let plot = "plot map.h5 --x gamma --y c --variable verdict_symmetric --overwrite";
+        scratch.run(&format!("{plot} --out {out}"))
     };
     let points = |out: &str| scratch.run(&["probe", "--points", "points.csv", "--out", out, "--overwrite"]);
     plot("map.h5").refuses(&["map.h5: this is what is read"]);

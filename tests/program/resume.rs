@@ -211,7 +211,7 @@ fn an_interrupted_run_keeps_finished_tiles_and_names_the_command_to_continue() {
     }
     let run = scratch.run(&["run", "job.toml", "--resume", "--json"]).ends_with(0);
     assert!(run.err.contains("tiles finished"), "{}", run.err);
-    let summary: serde_json::Value = serde_json::from_str(&run.out).unwrap();
+    let summary = run.json();
     assert!(summary["resumed_tiles"].as_u64() > Some(0));
     assert_eq!(summary["audit"]["cells"], 50, "the audits of all runs count");
     assert_eq!(scratch.names(), ["job.toml", "map.h5", "reference.h5"]);

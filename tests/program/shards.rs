@@ -39,7 +39,7 @@ fn merges(scratch: &Scratch, reference: &Path) {
 }
 
 fn status(scratch: &Scratch) -> Value {
-    serde_json::from_str(&scratch.run(&["status", "job.toml", "--json"]).ends_with(0).out).unwrap()
+    scratch.json("status job.toml")
 }
 
 /// Two at a time, as on two cores.

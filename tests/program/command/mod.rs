@@ -3,6 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
+use serde_json::Value;
+
 /// A probe of the point used in the README.
 pub const PROBE: [&str; 13] = [
     "probe",
@@ -19,6 +21,47 @@ pub const PROBE: [&str; 13] = [
     "--c",
     "0.5",
 ];
+
+/// The arguments of a command, as a list, or as the line that one types where none of them contains a space.
+pub trait Words {
+    fn words(&self) -> Vec<&str>;
+}
+
+impl Words for str {
+    fn words(&self) -> Vec<&str> {
+        self.split_whitespace().collect()
+    }
+}
+
+impl Words for String {
+    fn words(&self) -> Vec<&str> {
+        self.as_str().words()
+    }
+}
+
+impl Words for [&str] {
+    fn words(&self) -> Vec<&str> {
+        self.to_vec()
+    }
+}
+
+impl<const N: usize> Words for [&str; N] {
+    fn words(&self) -> Vec<&str> {
+        self.to_vec()
+    }
+}
+
+impl Words for Vec<&str> {
+    fn words(&self) -> Vec<&str> {
+        self.clone()
+    }
+}
+
+impl<T: Words + ?Sized> Words for &T {
+    fn words(&self) -> Vec<&str> {
+        (**self).words()
+    }
+}
 
 /// A scratch folder in which the program runs.
 pub struct Scratch {
@@ -57,14 +100,22 @@ impl Scratch {
         names
     }
 
-    pub fn command(&self, arguments: &[&str]) -> Command {
+    pub fn command(&self, arguments: &(impl Words + ?Sized)) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_slipmap"));
-        command.args(arguments).current_dir(self.path()).stdin(Stdio::null());
+        command.args(arguments.words()).current_dir(self.path()).stdin(Stdio::null());
         command
     }
 
-    pub fn run(&self, arguments: &[&str]) -> Run {
+    pub fn run(&self, arguments: &(impl Words + ?Sized)) -> Run {
         Run::of(self.command(arguments).output().unwrap())
+    }
+
+    /// What a command with `--json` prints.
+    #[track_caller]
+    pub fn json(&self, arguments: &(impl Words + ?Sized)) -> Value {
+        let mut words = arguments.words();
+        words.push("--json");
+        self.run(&words).ends_with(0).json()
     }
 }
 
@@ -102,6 +153,11 @@ impl Run {
     pub fn ends_with(self, code: i32) -> Self {
         assert_eq!(self.code, code, "\nstdout:\n{}\nstderr:\n{}", self.out, self.err);
         self
+    }
+
+    /// The JSON on standard output.
+    pub fn json(&self) -> Value {
+        serde_json::from_str(&self.out).unwrap_or_else(|error| panic!("{error} in\n{}", self.out))
     }
 
     /// Asserts bad input: exit code 2, nothing on standard output, one message that contains every one of
