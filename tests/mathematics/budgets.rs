@@ -3,20 +3,19 @@
 
 use cpu_time::ThreadTime;
 use slipmap::certify::Guarantee;
-use slipmap::friction::{Expression, Law, Table};
+use slipmap::friction::{Law, Table};
 use slipmap::map::{Grid, Method, Verdict};
 use slipmap::point::Point;
 use slipmap::probe::{Answer, Probe};
 use slipmap::simulate::Fate;
 use slipmap::witness;
 
-use crate::sample::{Random, Sampling};
+use crate::sample::{Random, Sampling, formula};
 
 const TOLERANCE: f64 = 1e-9;
 
 /// Laws of every kind, the parameters of formulas fixed.
 fn laws() -> Vec<Law> {
-    let formula = |text: &str| Law::Expression(Expression::new(text, 1.0).unwrap());
     let data: Vec<(f64, f64)> = (0..40)
         .map(|i| {
             let u = 0.25 * f64::from(i);

@@ -12,7 +12,7 @@ use slipmap::witness::{self, Ending, Phase, Start, trace};
 
 use crate::crossing::{Loop, crossing_loop};
 use crate::runge_kutta::step;
-use crate::sample::{Random, Sampling};
+use crate::sample::{Random, Sampling, returns};
 
 fn column(law: &Law, parameters: &[f64], belt_speed: f64) -> Column {
     law.column(&law.point(1.0, parameters, belt_speed, 0.0).unwrap())
@@ -31,15 +31,6 @@ fn says(fate: &Fate) -> Option<Decision> {
     match fate {
         Fate::Sticks(_) => Some(Decision::Present),
         Fate::SpiralsInward | Fate::CrossesForever => Some(Decision::Absent),
-        Fate::TooCloseToCall | Fate::Failed(_) => None,
-    }
-}
-
-/// Whether the orbit from the exit point comes back to the belt line.
-fn returns(fate: &Fate) -> Option<bool> {
-    match fate {
-        Fate::Sticks(_) | Fate::CrossesForever => Some(true),
-        Fate::SpiralsInward => Some(false),
         Fate::TooCloseToCall | Fate::Failed(_) => None,
     }
 }

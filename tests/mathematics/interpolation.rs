@@ -2,20 +2,21 @@
 //! critical damping and backbone, and with the direct engine.
 
 use slipmap::filippov::Oscillator;
-use slipmap::friction::{Expression, Law, Table};
+use slipmap::friction::{Law, Table};
 use slipmap::map::{
-    Account, Control, Each, Engine, Field, Grid, Method, Plan, Queue, Regime, TileData, Verdict,
+    Account, Control, Each, Engine, Field, Grid, Method, Plan, Queue, Regime, TileData, Verdict, unravel,
 };
 use slipmap::simulate::{critical_damping, flow};
 use std::sync::Mutex;
 
-use crate::sample::Random;
+use crate::sample::{Random, formula};
 
 fn computed(grid: &Grid, engine: Engine, audited: usize) -> (Vec<(Verdict, Regime)>, Account) {
     of_fields(grid, engine, audited, &[Field::Regime])
 }
 
-fn verdicts(grid: &Grid, engine: Engine) -> (Vec<Verdict>, Account) {
+/// The verdicts of the simulation in the cells of a grid.
+pub fn verdicts(grid: &Grid, engine: Engine) -> (Vec<Verdict>, Account) {
     let (cells, account) = of_fields(grid, engine, 0, &[]);
     (cells.into_iter().map(|(verdict, _)| verdict).collect(), account)
 }
@@ -43,10 +44,6 @@ fn of_fields(
 
 fn nodes(from: f64, to: f64, points: usize) -> Vec<f64> {
     (0..points).map(|i| from + (to - from) * (i as f64 + 0.5) / points as f64).collect()
-}
-
-fn formula(text: &str) -> Law {
-    Law::Expression(Expression::new(text, 1.0).unwrap())
 }
 
 /// Grids with several regimes: planes of single cells, and columns with two dampings.
@@ -158,19 +155,7 @@ fn regimes_of_columns_that_share_their_cycles_are_those_of_single_points() {
         let (found, _) = computed(&grid, Engine::CriticalSurface, 0);
         let mut seen = Vec::new();
         for (cell, &(_, regime)) in found.iter().enumerate() {
-            let mut rest = cell;
-            let mut index: Vec<usize> = grid
-                .shape()
-                .iter()
-                .rev()
-                .map(|length| {
-                    let at = rest % length;
-                    rest /= length;
-                    at
-                })
-                .collect();
-            index.reverse();
-            let point = grid.point(&index);
+            let point = grid.point(&unravel(cell, &grid.shape()));
             let oscillator = Oscillator::new(&law, &point);
             let alone = slipmap::map::regime(&oscillator, &flow(&oscillator, 1e-9));
             assert_eq!(regime, alone, "{law:?} {point:?}");
