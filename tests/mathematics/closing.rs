@@ -11,7 +11,7 @@ use slipmap::simulate::slip_cycle::slip_cycles;
 use slipmap::simulate::{Fate, critical_damping, exceeds, flow};
 use slipmap::witness;
 
-use crate::sample::{Random, Sampling, formula, returns};
+use crate::sample::{Random, Sampling, at_one, formula, returns};
 
 /// Columns of every law but Stribeck's, `strong` times as weakening as usual.
 fn columns(count: usize, strong: f64) -> Vec<Column> {
@@ -286,8 +286,7 @@ fn cycles_at_a_narrow_dip_are_counted() {
         0.2837982264060425,
         0.015677402555442616,
     ];
-    let point = law.point(1.0, &parameters, 0.4104212212654299, 0.34211090458474824).unwrap();
-    let oscillator = Oscillator::new(&law, &point);
+    let oscillator = at_one(&law, &parameters, 0.4104212212654299, 0.34211090458474824);
     let answer = flow(&oscillator, 1e-9);
     assert_eq!(slip_cycle_count(&oscillator, &answer), Some(3));
     assert_eq!(regime(&oscillator, &answer), Regime::EquilibriumPureSlipAndStickSlip);

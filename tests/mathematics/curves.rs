@@ -12,6 +12,8 @@ use slipmap::simulate::slip_cycle::slip_cycles;
 use slipmap::simulate::{Fate, critical_damping};
 use slipmap::witness;
 
+use crate::sample::{at_one, formula};
+
 const TOLERANCE: f64 = 1e-11;
 
 /// A number between two others.
@@ -53,10 +55,7 @@ fn the_hopf_line_of_a_law_that_fades_is_traced_once() {
     for speeds in [[0.002, 0.2], [0.005, 0.2], [0.005, 0.1], [0.01, 1.0]] {
         let at = |[x, y]: [f64; 2]| {
             let speed = between(speeds, x) / velocity;
-            Oscillator::new(
-                &Law::Exponential,
-                &Law::Exponential.point(1.0, &law, speed, between([0.0, 0.1], y)).unwrap(),
-            )
+            at_one(&Law::Exponential, &law, speed, between([0.0, 0.1], y))
         };
         let curves = Bifurcation::Hopf.curves(&at, TOLERANCE);
         assert!(curves.len() <= 1, "{speeds:?}: {}", curves.len());
@@ -161,8 +160,8 @@ fn grazing_is_the_critical_damping_in_planes_with_and_without_c() {
     }
 }
 
-/// On one side of every point of the curves of a kind, over belt speeds and dampings, the direct engine finds a fate
-/// that `is_so`, and not on the other.
+/// On one side of every point of the curves of a kind, over belt speeds and dampings, the direct engine finds a
+/// fate that `is_so`, and not on the other.
 fn direct_simulation_confirms(
     kind: Bifurcation,
     [speeds, cs]: [[f64; 2]; 2],
@@ -243,21 +242,13 @@ fn two_slip_cycles_vanish_at_a_fold() {
 /// Laws with branches that are short, end in cusps next to each other, or lie within the range of a few data.
 #[test]
 fn every_fold_of_the_backbone_lies_on_a_curve_and_every_curve_on_folds() {
-    let formula = |text: &str| Law::Expression(Expression::new(text, 1.0).unwrap());
-    let data = [
-        (0.0, 1.0),
-        (0.41124, 0.84299),
-        (0.73349, 0.74412),
-        (1.22768, 0.59853),
-        (2.09413, 0.60322),
-        (2.30025, 0.54711),
-        (3.56488, 0.53804),
-        (3.82221, 0.51708),
-        (4.05677, 0.55698),
-        (4.15869, 0.49449),
-        (4.54192, 0.48455),
-        (6.5, 0.51276),
+    let places =
+        [0.0, 0.41124, 0.73349, 1.22768, 2.09413, 2.30025, 3.56488, 3.82221, 4.05677, 4.15869, 4.54192, 6.5];
+    let friction = [
+        1.0, 0.84299, 0.74412, 0.59853, 0.60322, 0.54711, 0.53804, 0.51708, 0.55698, 0.49449, 0.48455,
+        0.51276,
     ];
+    let data: Vec<(f64, f64)> = places.into_iter().zip(friction).collect();
     let (mut seen, mut asked) = (0, 0);
     for (law, speeds, highest) in [
         (formula("0.79444+0.20556*exp(-u/1.7489)+0.034417*(1-cos(5.55185*u))"), [0.1, 3.0], 0.5),

@@ -12,7 +12,7 @@ use slipmap::witness::{self, Ending, Phase, Start, trace};
 
 use crate::crossing::{Loop, crossing_loop};
 use crate::runge_kutta::step;
-use crate::sample::{Random, Sampling, returns};
+use crate::sample::{Random, Sampling, at_one, returns};
 
 fn column(law: &Law, parameters: &[f64], belt_speed: f64) -> Column {
     law.column(&law.point(1.0, parameters, belt_speed, 0.0).unwrap())
@@ -147,8 +147,7 @@ fn the_backward_turn_is_the_inverse_of_the_critical_damping() {
 #[test]
 fn loops_may_lead_outward_where_nothing_repels() {
     let law = formula("0.7 + 1.54255992*(exp(-u/0.0270794132) - 1)", 1.0);
-    let point = law.point(1.0, &[], 5.899_526_36, 0.02).unwrap();
-    let oscillator = Oscillator::new(&law, &point);
+    let oscillator = at_one(&law, &[], 5.899_526_36, 0.02);
     let drop = oscillator.drop();
     let end = |y: f64| match crossing_loop(&oscillator, y - drop, 1e-11).unwrap() {
         Loop::Crosses(beyond_exit) => Some(beyond_exit + drop),

@@ -331,8 +331,8 @@ fn balance_gap(sample: &Sample) -> f64 {
     13.0 / 48.0 * (epsilon * belt_speed).powi(4) * gamma * gamma * sample.drop_rate() * odd * odd
 }
 
-/// c* less the edge of a test follows gamma (1 - alpha) k^order (first + second k + third k^2 + ...), the series
-/// with c_HB in place of c*, which alternates and falls.
+/// c* less the edge of a test follows gamma (1 - alpha) k^order (first + second k + third k^2 + ...), the
+/// series with c_HB in place of c*, which alternates and falls.
 fn check_series(name: &str, edge: fn(&Sample) -> f64, order: i32, [first, second, third]: [f64; 3]) {
     let expansions: Vec<_> = halvings(0.02)
         .map(|sample| {

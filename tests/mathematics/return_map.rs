@@ -1,7 +1,7 @@
 //! The return map and the critical damping compared with the extended-precision reference.
 
 use crate::reference::{ReferenceFate, critical_points, margin_points};
-use crate::sample::{ENGINES, formula};
+use crate::sample::{ENGINES, at_one, formula};
 use slipmap::filippov::Oscillator;
 use slipmap::friction::{Column, Law};
 use slipmap::point::{Point, ScaledGroups};
@@ -16,7 +16,8 @@ fn critical_damping_to_twelve_digits() {
             let found = critical_damping(&Law::Stribeck.column(&point.at(0.0)), tolerance).unwrap();
             let error = (found.c - point.critical_c).abs();
             assert!(error <= found.error, "{tolerance:e} {point:?}: {found:?} is off by {error:e}");
-            // c* is the difference of terms of size A / eps; twelve digits of it, or of those where they cancel.
+            // c* is the difference of terms of size A / eps; twelve digits of it, or of those where they
+            // cancel.
             assert!(tolerance > 1e-15 || error < 1e-12 * point.critical_c, "{point:?}: {error:e}");
         }
     }
@@ -101,7 +102,7 @@ fn crossings_next_to_the_end_of_the_stick_segment_are_told_beyond_the_error() {
     let c = 0.008_231_009_388_862_14;
     let point = |c: f64| {
         let law = [0.0, 6.595376183578907e-06, 0.5064229895966048];
-        Oscillator::new(&Law::Stribeck, &Law::Stribeck.point(1.0, &law, 27.350261448670107, c).unwrap())
+        at_one(&Law::Stribeck, &law, 27.350261448670107, c)
     };
     let crossings = |fate: Fate| match fate {
         Fate::Sticks(landing) => landing.crossings,

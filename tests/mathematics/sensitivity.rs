@@ -155,8 +155,8 @@ fn the_standard_error_is_that_of_tables_whose_data_are_moved() {
     // Differences of critical dampings that are known to 1e-13, over changes of 1e-6.
     assert!((standard_error.value / expected - 1.0).abs() < 1e-6, "{standard_error:?} {expected}");
     // Each datum but the first, which is the unit of friction.
-    for i in 1..data.len() {
-        let difference = change(i) / errors[i];
+    for (i, error) in errors.iter().enumerate().skip(1) {
+        let difference = change(i) / error;
         assert!((found.by_data[i].value - difference).abs() < 1e-6 * (1.0 + difference.abs()), "{i}");
     }
     assert!(found.by_parameters.is_empty());

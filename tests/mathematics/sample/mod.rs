@@ -27,6 +27,11 @@ pub fn formula(text: &str) -> Law {
     Law::Expression(Expression::new(text, 1.0).unwrap())
 }
 
+/// The oscillator of a law at eps = 1.
+pub fn at_one(law: &Law, parameters: &[f64], belt_speed: f64, damping: f64) -> Oscillator {
+    Oscillator::new(law, &law.point(1.0, parameters, belt_speed, damping).unwrap())
+}
+
 /// The six parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
