@@ -44,7 +44,7 @@ fn line(line: &str) -> String {
 fn refused(text: impl AsRef<[u8]>, parts: &[&str]) {
     let scratch = Scratch::new();
     scratch.file("bad.toml", text);
-    scratch.run(&["run", "bad.toml"]).refuses(parts).refuses(&["help: "]);
+    scratch.run("run bad.toml").refuses(parts).refuses(&["help: "]);
     assert_eq!(scratch.names(), ["bad.toml"], "something was written");
 }
 
@@ -70,27 +70,19 @@ fn override_refused(set: &str, parts: &[&str]) {
 fn missing_axes_and_sections() {
     refused(with("beta", ""), &["bad.toml:4:", "`beta` is missing from [grid]", ":\n    beta = 1.0\n"]);
     refused("title = \"x\"\n", &["bad.toml:1:1", "`epsilon` is missing from [grid]"]);
-    refused("", &["bad.toml:1:1", "`epsilon` is missing from [grid]"]);
 }
 
 #[test]
 fn unknown_keys_name_the_nearest() {
-    refused(
-        with("alpha", "alfa = 0.5"),
-        &["bad.toml:6:1", "unknown key `alfa` in [grid]", "nearest valid key is `alpha`"],
-    );
-    refused(
-        with("title", "titel = \"x\""),
-        &["bad.toml:1:1", "unknown key `titel`", "nearest valid key is `title`"],
-    );
-    refused(
-        with("tolerance", "tolerence = 1e-9"),
-        &["bad.toml:15:1", "`tolerence` in [simulation]", "`tolerance`"],
-    );
-    refused(
-        with("[audit]", "[audits]"),
-        &["bad.toml:16:", "unknown key `audits`", "nearest valid key is `audit`"],
-    );
+    for (key, line, place, unknown) in [
+        ("alpha", "alfa = 0.5", "bad.toml:6:1", "unknown key `alfa` in [grid]"),
+        ("title", "titel = \"x\"", "bad.toml:1:1", "unknown key `titel`"),
+        ("tolerance", "tolerence = 1e-9", "bad.toml:15:1", "unknown key `tolerence` in [simulation]"),
+        ("[audit]", "[audits]", "bad.toml:16:", "unknown key `audits`"),
+    ] {
+        let nearest = format!("nearest valid key is `{}`", key.trim_matches(['[', ']']));
+        refused(with(key, line), &[place, unknown, &nearest]);
+    }
     refused(with("cells", "tolerance = 1e-9"), &["bad.toml:17:1", "`tolerance` belongs in [simulation]"]);
     refused(with("cells", "title = \"x\""), &["bad.toml:17:1", "belongs at the top of the file"]);
     wrong(
@@ -214,8 +206,8 @@ fn unreadable_files() {
     refused("[grid]\nc = 1\nc = 2\n", &["bad.toml:3:1", "not valid TOML", "duplicate"]);
     refused(b"# h\xc3\xa9\ntitle = \"\xff\"\n", &["bad.toml:2:10", "not UTF-8"]);
     let scratch = Scratch::new();
-    scratch.run(&["run", "none.toml"]).refuses(&["none.toml: there is no such file", "help: "]);
-    scratch.run(&["run", "."]).refuses(&[".: this is a folder", "help: "]);
+    scratch.run("run none.toml").refuses(&["none.toml: there is no such file", "help: "]);
+    scratch.run("run .").refuses(&[".: this is a folder", "help: "]);
     assert!(scratch.names().is_empty());
 }
 
@@ -245,7 +237,7 @@ fn an_override_of_one_key_leaves_the_blame_for_others_in_the_file() {
 fn overrides_rescue_a_bad_file() {
     let scratch = Scratch::new();
     scratch.file("bad.toml", line("beta = -1"));
-    scratch.run(&["run", "bad.toml", "--dry-run", "--set", "grid.beta=0.25"]).ends_with(0);
+    scratch.run("run bad.toml --dry-run --set grid.beta=0.25").ends_with(0);
 }
 
 #[test]
@@ -260,7 +252,7 @@ fn outputs_that_cannot_be_written() {
     let scratch = Scratch::new();
     scratch.file("legal.toml", line("path = \"sub\""));
     std::fs::create_dir(scratch.path().join("sub")).unwrap();
-    scratch.run(&["run", "legal.toml"]).refuses(&["legal.toml:19:8", "this is a folder"]);
+    scratch.run("run legal.toml").refuses(&["legal.toml:19:8", "this is a folder"]);
 }
 
 #[test]

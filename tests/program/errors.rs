@@ -7,7 +7,7 @@ use serde_json::Value;
 use slipmap::map::Verdict;
 use slipmap::store::MapFile;
 
-use crate::command::Scratch;
+use crate::command::{Says, Scratch};
 
 /// eps c* of friction that drops by j as slip begins, for V/j = 2, and what vs = 1e-4 and 1e-9 may add.
 const OF_DROP: f64 = 0.035_876_191_808_776;
@@ -31,8 +31,8 @@ fn a_map_has_the_errors_of_its_critical_dampings() {
                [methods]\nrun = [\"symmetric\", \"simulation\"]\n\
                [output]\npath = \"map.h5\"\nfields = [\"verdict\", \"critical_c\"]\n";
     scratch.file("job.toml", job);
-    let run = scratch.run(&["run", "job.toml", "--quiet"]).ends_with(1).out;
-    assert!(run.contains("withheld in 1 of 3 columns, since its error is more than 1 % of it"), "{run}");
+    let run = scratch.run("run job.toml --quiet").ends_with(1).out;
+    run.says(&["withheld in 1 of 3 columns, since its error is more than 1 % of it"]);
     let map = MapFile::open(&scratch.path().join("map.h5")).unwrap();
     let cells = [0..1, 0..1, 0..3, 0..1, 0..1, 0..2];
     let all = &cells[..5];
@@ -127,7 +127,7 @@ fn a_machine_has_the_errors_of_its_limits() {
     let (value, error) =
         (number("may_stick_slip_below_damping"), number("may_stick_slip_below_damping_error"));
     assert!((value - OF_DROP).abs() <= error + 5.0 * ADDS[1].1, "{value} {error}");
-    let text = scratch.run(&["probe", "--machine", "steep.toml"]).ends_with(0).out;
+    let text = scratch.run("probe --machine steep.toml").ends_with(0).out;
     let [shown, shown_error] = told(text.lines().find(|line| line.contains("critical damping ")).unwrap());
     assert!(
         (shown - value).abs() <= shown_error && (shown - OF_DROP).abs() <= shown_error + 5.0 * ADDS[1].1,
@@ -165,15 +165,15 @@ fn a_machine_has_the_errors_of_its_limits() {
     assert!(found["may_stick_slip_below_damping_error"].as_f64().unwrap() > 0.01 * OF_DROP, "{found}");
     assert_eq!(found["limits"]["may_stick_slip_below_damping"]["status"], "not_determined");
     let reason = found["limits"]["may_stick_slip_below_damping"]["reason"].as_str().unwrap();
-    let text = scratch.run(&["probe", "--machine", "too_steep.toml"]).ends_with(0).out;
+    let text = scratch.run("probe --machine too_steep.toml").ends_with(0).out;
     let line = text.lines().find(|line| line.trim_start().starts_with("critical damping  ")).unwrap();
     assert!(line.contains(" not told: its error, "), "{text}");
-    let page = scratch.run(&["machine", "too_steep.toml"]).ends_with(0).out;
+    let page = scratch.run("machine too_steep.toml").ends_with(0).out;
     assert!(
         page.contains(&format!("not determined: {reason}")) && reason.ends_with(" is more than 1 % of it"),
         "{page}"
     );
-    assert!(page.contains("no critical damping is known next to it"), "{page}");
+    page.says(&["no critical damping is known next to it"]);
 }
 
 /// The page prints digits that are known, in its headline too, and withholds sensitivities that are not.
@@ -181,9 +181,9 @@ fn a_machine_has_the_errors_of_its_limits() {
 fn the_page_of_a_machine_has_no_digits_that_are_not_known() {
     let scratch = Scratch::new();
     scratch.file("steep.toml", machine(0.2, 1e-9));
-    let page = scratch.run(&["machine", "steep.toml"]).ends_with(0).out;
+    let page = scratch.run("machine steep.toml").ends_with(0).out;
     let headline = page.lines().nth(1).unwrap();
-    assert!(headline.contains("; more than 0.035") && headline.contains(" ends stick-slip"), "{headline}");
+    headline.says(&["; more than 0.035", " ends stick-slip"]);
     let line = page.lines().find(|line| line.contains("may stick-slip below damping")).unwrap();
     assert!(line.contains(" ± ") || line.contains("numerical error"), "{line}");
     for of in scratch.json("machine steep.toml")["sensitivities"].as_array().unwrap() {
@@ -197,7 +197,7 @@ fn the_page_of_a_machine_has_no_digits_that_are_not_known() {
     }
     // Where it is known to more digits than are printed, they are printed alone.
     scratch.file("mild.toml", machine(0.2, 0.05));
-    let page = scratch.run(&["machine", "mild.toml"]).ends_with(0).out;
+    let page = scratch.run("machine mild.toml").ends_with(0).out;
     assert!(!page.lines().nth(1).unwrap().contains(" ± "), "{page}");
     assert!(!page.contains("not known: its error"), "{page}");
 }

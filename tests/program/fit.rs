@@ -1,6 +1,6 @@
 //! Laws fitted to measured friction, and what a machine makes of them, through the real binary.
 
-use crate::command::{Scratch, random};
+use crate::command::{Says, Scratch, random};
 
 /// The critical dampings, in N s/m, at 0.06 and 0.2 m/s of the law below, on 0.4 kg and 3e5 N/m.
 const CRITICAL: [(&str, f64); 2] = [("belt_speed=0.06", 3012.0), ("belt_speed=0.2", 439.3)];
@@ -63,24 +63,24 @@ fn a_fit_carries_its_errors_to_the_page() {
     let probed = scratch.json(&probe);
     assert_eq!(&probed["machine"]["regimes_left_open_by_data"], open);
     let told = scratch.run(&probe).ends_with(0).out;
-    assert!(told.contains(" by the fit, whose errors leave it open; possible as well: "), "{told}");
+    told.says(&[" by the fit, whose errors leave it open; possible as well: "]);
     // A value of its own takes the place of the fitted one.
     let own = ["probe", "--machine", "rig.toml", "--set", "F_k=650"];
     assert!(scratch.run(&own).ends_with(0).out.contains("F_k = 650 "));
     let law = scratch.read("law.toml");
     scratch.file("bad.toml", format!("{MACHINE}{}", law.replace("covariance = [", "covariance = [[1.0],")));
-    scratch.run(&["machine", "bad.toml"]).refuses(&["bad.toml:", "no covariance of 4 parameters"]);
+    scratch.run("machine bad.toml").refuses(&["bad.toml:", "no covariance of 4 parameters"]);
     scratch.file("bad.toml", format!("{MACHINE}{}", law.replace("v_s = ", "v_x = ")));
-    scratch.run(&["machine", "bad.toml"]).refuses(&["bad.toml:", "v_x"]);
+    scratch.run("machine bad.toml").refuses(&["bad.toml:", "v_x"]);
     // A law that there is not is refused before any file is read.
-    scratch.run(&["fit", "none.csv", "--law", "cubic"]).refuses(&["there is no such law", "lorentzian"]);
+    scratch.run("fit none.csv --law cubic").refuses(&["there is no such law", "lorentzian"]);
     // The machine that `slipmap init` writes, with the fit in place of its coefficients.
-    scratch.run(&["init", "machine"]).ends_with(0);
-    scratch.run(&["fit", "rig.csv", "--machine", "machine.toml", "--out", "fitted.toml"]).ends_with(0);
+    scratch.run("init machine").ends_with(0);
+    scratch.run("fit rig.csv --machine machine.toml --out fitted.toml").ends_with(0);
     let fitted = scratch.read("fitted.toml");
     assert!(fitted.contains("mass = 2.0                # kg") && fitted.ends_with(&law), "{fitted}");
-    scratch.run(&["probe", "--machine", "fitted.toml"]).ends_with(0);
-    scratch.run(&["fit", "rig.csv", "--out", "law.toml"]).refuses(&["law.toml", "--overwrite"]);
+    scratch.run("probe --machine fitted.toml").ends_with(0);
+    scratch.run("fit rig.csv --out law.toml").refuses(&["law.toml", "--overwrite"]);
 }
 
 /// Rows every 0.1 m/s, twice the speed over which friction falls: what the curve between them could be is part of
@@ -98,5 +98,5 @@ fn rows_far_apart_leave_the_curve_open() {
         (of("may_stick_slip_below_damping"), of("may_stick_slip_below_damping_standard_error"));
     assert!((value - expected).abs() < 2.0 * error, "{value} {error}");
     let words = scratch.read("page.html");
-    assert!(words.contains("measure between") && words.contains("0 and 0.1 m/s"), "{words}");
+    words.says(&["measure between", "0 and 0.1 m/s"]);
 }

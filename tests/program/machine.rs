@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use crate::command::Scratch;
+use crate::command::{Says, Scratch};
 use serde_json::Value;
 use slipmap::friction::Law;
 use slipmap::machine::{Dimension, Machine, Motion, Units};
@@ -30,8 +30,8 @@ fn examples_are_mapped_checked_and_probed_in_si_units() {
     ] {
         let scratch = Scratch::new();
         scratch.file("machine.toml", example(name));
-        scratch.run(&["run", "machine.toml", "--set", "output.path=map.h5"]).ends_with(0);
-        scratch.run(&["check", "map.h5"]).ends_with(0);
+        scratch.run("run machine.toml --set output.path=map.h5").ends_with(0);
+        scratch.run("check map.h5").ends_with(0);
         let map = MapFile::open(&scratch.path().join("map.h5")).unwrap();
         assert_eq!(map.grid().shape(), [speeds, dampings], "{name}");
 
@@ -82,13 +82,11 @@ fn examples_are_mapped_checked_and_probed_in_si_units() {
         let plot = "plot map.h5 --x belt_speed --y damping --variable regime --curves --out p.svg";
         scratch.run(plot).ends_with(0);
         let figure = scratch.read("p.svg");
-        for words in [
+        figure.says(&[
             "grazing",
             &format!("{}, {}", motion.words("belt_speed"), motion.unit(Dimension::Velocity)),
             &format!("damping, {}", motion.unit(Dimension::Damping)),
-        ] {
-            assert!(figure.contains(words), "{name}: no {words}");
-        }
+        ]);
         let mut met = 0;
         for row in rows(&scratch.read("p.csv")).iter().filter(|row| row["curve"] == "grazing_sliding") {
             let number = |key: &str| row[key].parse::<f64>().unwrap();
@@ -108,9 +106,7 @@ fn examples_are_mapped_checked_and_probed_in_si_units() {
         // The text output has the same numbers.
         let text = scratch.run(&at(speed, damping)).ends_with(0).out;
         let speed = if motion == Motion::Rotation { "critical rotary speed" } else { "critical belt speed" };
-        for part in ["in SI units", speed, motion.unit(Dimension::Damping), "Hz", "amplitude"] {
-            assert!(text.contains(part), "{part} is not in\n{text}");
-        }
+        text.says(&["in SI units", speed, motion.unit(Dimension::Damping), "Hz", "amplitude"]);
     }
 }
 
@@ -161,7 +157,7 @@ fn a_report_has_a_table_in_si_units() {
     let small = "--set machine.belt_speed=[0.05,0.1,0.4] --set machine.damping=[0.0,20.0]";
     let run = format!("run machine.toml --set output.path=map.h5 {small}");
     scratch.run(&run).ends_with(0);
-    scratch.run(&["report", "map.h5", "--out", "report"]).ends_with(0);
+    scratch.run("report map.h5 --out report").ends_with(0);
     let table = rows(&scratch.read("report/tables/machine.csv"));
     let speeds: Vec<f64> = table.iter().map(|row| row["belt_speed [m/s]"].parse().unwrap()).collect();
     assert_eq!(speeds.len(), 3);
@@ -183,18 +179,18 @@ fn a_report_has_a_table_in_si_units() {
         close(shown, answer["machine"][key].as_f64().unwrap(), 1e-6);
     }
     let failures = scratch.read("report/tables/failures.csv");
-    assert!(failures.contains("cells whose regime is not determined,0"), "{failures}");
+    failures.says(&["cells whose regime is not determined,0"]);
     let words = scratch.read("report/report.html");
-    assert!(words.contains("What the machine does at damping 20 N s/m, in SI units"), "{words}");
+    words.says(&["What the machine does at damping 20 N s/m, in SI units"]);
     assert!(
         words.contains("<dt>amplitude</dt>") && words.contains(" at belt speed 0.1 m/s and damping 20 N s/m")
     );
     // Where the mass varies, the machine of the report is that of its figures, and named.
     let masses = "--overwrite --set machine.mass=[1.0,4.0] --set machine.belt_speed=[0.1,0.2]";
     scratch.run(&format!("{run} {masses}")).ends_with(0);
-    scratch.run(&["report", "map.h5", "--out", "report", "--overwrite"]).ends_with(0);
+    scratch.run("report map.h5 --out report --overwrite").ends_with(0);
     let words = scratch.read("report/report.html");
-    assert!(words.contains("What the machine does at damping 20 N s/m, mass = 1 kg"), "{words}");
+    words.says(&["What the machine does at damping 20 N s/m, mass = 1 kg"]);
     let answer = scratch.json(&format!("{probe} --set mass=1"));
     let frequency = answer["machine"]["natural_frequency"].as_f64().unwrap();
     assert!(
@@ -236,7 +232,7 @@ fn what_rotates_has_an_inertia() {
     scratch.file("both.toml", named.replace("\nmass = ", "\ninertia = 1\nmass = "));
     probe("both.toml", &[]).refuses(&["both.toml", "the same quantity"]);
     scratch.file("pad.toml", example("brake_pad").replace("\nmass = ", "\ninertia = "));
-    scratch.run(&["probe", "--machine", "pad.toml"]).refuses(&["pad.toml", "inertia", "motion", "rotation"]);
+    scratch.run("probe --machine pad.toml").refuses(&["pad.toml", "inertia", "motion", "rotation"]);
 }
 
 #[test]
@@ -248,7 +244,7 @@ fn bad_machines_are_refused_with_their_place() {
     let with = |from: &str, to: &str| {
         assert!(good.contains(from), "{from}");
         scratch.file("bad.toml", good.replace(from, to));
-        scratch.run(&["run", "bad.toml"])
+        scratch.run("run bad.toml")
     };
     with("mass = 2.0", "mass = -2.0").refuses(&["bad.toml:4:8", "mass must be greater than 0", "kg"]);
     with("mass = 2.0", "mass = \"2 m\"").refuses(&["bad.toml:4:8", "\"2 m\"", "no unit of mass"]);
@@ -289,9 +285,9 @@ fn bad_machines_are_refused_with_their_place() {
     with("mass = 2.0", "mass = { value = 2.0 }").refuses(&["`sd` is missing", "sd = 0.1"]);
     with("mass = 2.0", "mass = { min = 3.0, max = 2.0 }")
         .refuses(&["bad.toml:4:8", "min must be at most max"]);
-    scratch.run(&["probe", "--machine", "none.toml"]).refuses(&["none.toml"]);
+    scratch.run("probe --machine none.toml").refuses(&["none.toml"]);
     scratch.file("grid.toml", "[grid]\nepsilon = 1.0\n");
-    scratch.run(&["probe", "--machine", "grid.toml"]).refuses(&["grid.toml", "[machine]"]);
+    scratch.run("probe --machine grid.toml").refuses(&["grid.toml", "[machine]"]);
     assert_eq!(scratch.names(), ["bad.toml", "good.toml", "grid.toml"]);
 }
 
@@ -352,7 +348,7 @@ fn a_page_assesses_a_machine() {
     assert_eq!(proved.unwrap()["verdict"], probed["methods"]["validated"]["verdict"]);
     assert_eq!(proved.unwrap()["verdict"], "present");
     let text = run(&["--out", "page.html"]).ends_with(0).out;
-    assert!(text.contains("present, proved by validated"), "{text}");
+    text.says(&["present, proved by validated"]);
     let parts = ["Limits", "may stick-slip below damping", "N s/m", "kick that starts it", "What is proved"];
     assert!(!text.contains("stribeck velocity") && text.matches("Stribeck velocity").count() == 2, "{text}");
     for part in parts {
@@ -380,7 +376,7 @@ fn a_page_assesses_a_machine() {
     scratch.file("uncertain.toml", uncertain);
     let risk = "machine uncertain.toml --set belt_speed=0.2 --set damping=250 --draws 2000";
     let words = scratch.run(risk).ends_with(0).out;
-    assert!(words.contains("for the nominal values. With their spreads it may stick-slip"), "{words}");
+    words.says(&["for the nominal values. With their spreads it may stick-slip"]);
     let answer = scratch.json(risk);
     let found = &answer["risk"]["probability"];
     let [low, high] = [0, 1].map(|i| found["limits_95"][i].as_f64().unwrap());
@@ -400,7 +396,7 @@ fn a_machine_is_plotted_in_its_units() {
     // One damping: a line over the speed instead of an area, with every unit named.
     let plot = "plot map.h5 --x belt_speed --y damping --variable critical_damping_simulation";
     let run = scratch.run(&format!("{plot} --out a.svg --data a.csv")).ends_with(0);
-    assert!(run.err.contains("damping has one node"), "{}", run.err);
+    run.err.says(&["damping has one node"]);
     let figure = scratch.read("a.svg");
     assert!(figure.contains("belt speed, m/s") && figure.contains("simulation, N s/m"));
     let table = rows(&scratch.read("a.csv"));
@@ -455,8 +451,8 @@ fn the_command_for_a_failed_cell_of_a_machine_asks_about_it() {
                 [friction]\nlaw = \"table\"\nfile = \"pad.csv\"\n[methods]\nrun = [\"simulation\"]\n[output]\npath = \"pad.h5\"\n\
                 [curves]\nplanes = [{ x = \"belt_speed\", y = \"damping\" }]\n";
     scratch.file("pad.toml", text);
-    let run = scratch.run(&["run", "pad.toml"]);
-    assert!(run.out.contains("curves over belt_speed and damping"), "{}", run.out);
+    let run = scratch.run("run pad.toml");
+    run.out.says(&["curves over belt_speed and damping"]);
     let command =
         run.out.lines().find_map(|line| line.split_once("simulation: slipmap ")).map(|found| found.1);
     let command =
@@ -466,14 +462,14 @@ fn the_command_for_a_failed_cell_of_a_machine_asks_about_it() {
         "{command}"
     );
     let answer = scratch.run(&command).out;
-    assert!(answer.contains("the orbit leaves the data"), "{answer}");
+    answer.says(&["the orbit leaves the data"]);
     // The command contains the values that the run overrode.
     let set = ["--set", "machine.normal_force=950", "--set", "output.path='set.h5'"];
     let run = scratch.run(&[&["run", "pad.toml"], &set[..]].concat());
     let command = "probe --machine 'pad.toml' --set damping=0 --set normal_force=950 --set belt_speed=0.599";
-    assert!(run.out.contains(command), "{}", run.out);
+    run.out.says(&[command]);
     // The known part of an undetermined regime is printed.
-    assert!(answer.contains("whether other cycles attract is not determined"), "{answer}");
+    answer.says(&["whether other cycles attract is not determined"]);
 }
 
 /// Where an orbit leaves the data, the required slip speed is reported in SI units; data up to it suffice.
@@ -496,8 +492,7 @@ fn an_engineer_is_told_how_far_to_measure() {
     let text = scratch.run(probe).ends_with(0).out;
     let line = text.lines().find(|line| line.contains("measure friction up to"));
     assert!(line.is_some_and(|line| line.contains(&digits) && line.contains("m/s")), "{text}");
-    let page = scratch.run(&["machine", "pad.toml"]).ends_with(0).out;
-    assert!(page.contains("which end at slip speed 1.2 m/s") && page.contains(&words), "{page}");
+    scratch.run("machine pad.toml").ends_with(0).out.says(&["which end at slip speed 1.2 m/s", &words]);
     scratch.file("pad.csv", format!("{rows}{needed},{}\n", 0.27 - 0.01 / 0.6 * (needed - 1.2)));
     let after = answer();
     assert!(after["machine"]["needed_slip_speed"].is_null(), "{after}");
@@ -515,15 +510,13 @@ fn a_page_of_data_that_end_early_says_what_is_known() {
          [friction]\nlaw = \"table\"\nfile = \"early.csv\"\nquantity = \"force\"\n",
     );
     let page = scratch.run("machine early.toml --draws 100 --out page.html").ends_with(0).out;
-    for known in [
+    page.says(&[
         "steady slip is unstable below damping",
         "may stick-slip below damping",
         "measure up to about 0.386 m/s",
         "probability that it may stick-slip",
         "not determined: no critical damping was found for any draw",
-    ] {
-        assert!(page.contains(known), "{known}\n{page}");
-    }
+    ]);
     let answer = scratch.json("machine early.toml --draws 100");
     assert!(answer["risk"].is_null() && answer["steady_slip_unstable_below_damping"].is_f64(), "{answer}");
 }
@@ -556,7 +549,7 @@ fn an_undetermined_regime_has_its_reasons() {
     assert_eq!(told["regime_reasons"], serde_json::json!(whys));
     assert_eq!(told["kick_reason"], of(&page, "kick that starts it")[0].as_str());
     let vibrates = told["limits"]["vibrates_below_damping"]["reason"].as_str().unwrap();
-    assert!(page.contains(&format!("not determined: {vibrates}")), "{page}");
+    page.says(&[&format!("not determined: {vibrates}")]);
     assert_eq!(answer["regime_known"], of(&probed, "what is known of it")[0].as_str());
     assert!(
         answer["regime_reason"].as_str().unwrap().starts_with("stick-slip cycle: the orbit leaves the data")
@@ -586,7 +579,7 @@ fn the_standard_error_of_a_machine_is_told_alike() {
     let text = "[machine]\nmass = 2\nstiffness = 5e5\nnormal_force = 1000\nbelt_speed = 0.15\ndamping = 30\n\
                 [friction]\nlaw = \"table\"\nfile = \"pad.csv\"\n";
     scratch.file("pad.toml", text);
-    let probe = scratch.run(&["probe", "--machine", "pad.toml"]).ends_with(0).out;
+    let probe = scratch.run("probe --machine pad.toml").ends_with(0).out;
     let line = probe.lines().find(|line| line.trim_start().starts_with("critical damping ")).unwrap();
     let error = line.split_once("+- ").unwrap().1.split(' ').next().unwrap();
     let page = scratch.json("machine pad.toml");

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use crate::command::Scratch;
+use crate::command::{Says, Scratch};
 use slipmap::dataset::auxiliary::PROBABILITY;
 use slipmap::store::{MapFile, Pick};
 
@@ -88,7 +88,7 @@ fn one_friction_in_every_form_is_one_machine() {
     assert!(alone.contains("friction force") && !alone.contains("normal force"), "{alone}");
     let table = ["machine", "table.toml", "--set", "normal_force=1", "--set", "belt_speed=0.004"];
     let table = scratch.run(&table).ends_with(0).out;
-    assert!(table.contains("coefficient of friction") && table.contains("normal force"), "{table}");
+    table.says(&["coefficient of friction", "normal force"]);
 }
 
 #[test]
@@ -96,8 +96,8 @@ fn what_a_machine_of_a_law_needs_is_told_at_once() {
     let scratch = Scratch::new();
     let refused = |text: String, parts: &[&str]| {
         scratch.file("bad.toml", text);
-        scratch.run(&["run", "bad.toml"]).refuses(parts);
-        scratch.run(&["machine", "bad.toml"]).refuses(parts);
+        scratch.run("run bad.toml").refuses(parts);
+        scratch.run("machine bad.toml").refuses(parts);
     };
     let formula = |phi: &str, more: &str| machine(&format!("law = \"expression\"\nphi = \"{phi}\""), more);
     refused(machine("law = \"table\"", ""), &["`file` is missing", "m/s", "quantity", "mass, stiffness"]);
@@ -136,7 +136,7 @@ fn what_a_machine_of_a_law_needs_is_told_at_once() {
     ] {
         scratch.file("mu.csv", format!("{header}\n0,0.4\n0.5,0.35\n1.5,0.3\n"));
         scratch.file("good.toml", table(""));
-        scratch.run(&["probe", "--machine", "good.toml"]).ends_with(0);
+        scratch.run("probe --machine good.toml").ends_with(0);
     }
     scratch.file("mu.csv", "0,-0.4\n0.05,0.35\n0.3,0.3\n");
     refused(table(""), &["mu.csv:1", "at rest is -0.4", "greater than 0"]);
@@ -144,7 +144,7 @@ fn what_a_machine_of_a_law_needs_is_told_at_once() {
     let dimensionless =
         "[friction]\nlaw = \"table\"\nfile = \"mu.csv\"\nquantity = \"force\"\n[grid]\nepsilon = 1.0\n";
     scratch.file("bad.toml", dimensionless);
-    scratch.run(&["run", "bad.toml"]).refuses(&["quantity", "leave it out"]);
+    scratch.run("run bad.toml").refuses(&["quantity", "leave it out"]);
 }
 
 #[test]
@@ -217,8 +217,8 @@ fn a_map_of_an_uncertain_machine_has_its_probability() {
         .replace("belt_speed = 0.1", "belt_speed = [0.1, 0.2]")
         .replace("damping = 4.0", "damping = [2.0, 8.0]");
     scratch.file("machine.toml", text);
-    scratch.run(&["run", "machine.toml", "--set", "output.path=map.h5", "--quiet"]).ends_with(0);
-    scratch.run(&["check", "map.h5"]).ends_with(0);
+    scratch.run("run machine.toml --set output.path=map.h5 --quiet").ends_with(0);
+    scratch.run("check map.h5").ends_with(0);
     let map = MapFile::open(&scratch.path().join("map.h5")).unwrap();
     let mut at = vec![Pick::Node(0); map.grid().axes().len()];
     let rank = at.len();
@@ -251,7 +251,7 @@ fn a_map_of_an_uncertain_machine_has_its_probability() {
     let damping = text("belt_speed = 0.1")
         .replace("damping = 4.0", "damping = { from = 1.0, to = 9.0, points = 3, sd = 1.0 }");
     scratch.file("damping.toml", damping);
-    scratch.run(&["run", "damping.toml"]).refuses(&["damping.toml:8:11", "sd", "write one value"]);
+    scratch.run("run damping.toml").refuses(&["damping.toml:8:11", "sd", "write one value"]);
     let run = ["run", "range.toml", "--set", "machine.damping=[2.0, 8.0]", "--set", "output.path=range.h5"];
     let told = scratch.json(&[&run[..], &["--dry-run"]].concat());
     assert!(told["beside"]["probability"].is_string(), "{told}");
@@ -276,13 +276,13 @@ fn measured_friction_with_standard_errors_makes_a_machine_uncertain() {
     assert!(page("exact.toml")["risk"].is_null());
     // Exact rows leave the curve between them open.
     let exact = scratch.read("page.html");
-    assert!(exact.contains("by what the curve between the rows could be"), "{exact}");
+    exact.says(&["by what the curve between the rows could be"]);
     let page = page("measured.toml");
     let critical = page["may_stick_slip_below_damping"].as_f64().unwrap();
     let error = page["risk"]["critical_damping_standard_error"].as_f64().unwrap();
     assert!(error > 0.0, "{page}");
     // The critical damping and its ratio have one relative error, up to the roundings to two digits of both.
-    let told = scratch.run(&["probe", "--machine", "measured.toml"]).ends_with(0).out;
+    let told = scratch.run("probe --machine measured.toml").ends_with(0).out;
     let relative = |name: &str| {
         let line = told.lines().find_map(|line| line.trim().strip_prefix(name)).unwrap();
         let numbers: Vec<f64> = line.split_whitespace().filter_map(|word| word.parse().ok()).collect();
@@ -298,14 +298,14 @@ fn measured_friction_with_standard_errors_makes_a_machine_uncertain() {
     // Twice the sampling limits.
     assert!((rare["value"].as_f64().unwrap() - expected).abs() < high - low, "{rare} {expected}");
     let words = scratch.read("page.html");
-    assert!(words.contains("standard error of critical damping"), "{words}");
+    words.says(&["standard error of critical damping"]);
     assert!(page["may_stick_slip_below_damping_error"].as_f64().is_some_and(|e| e > 0.0), "{page}");
     assert!(words.contains(" by the standard errors of the data"), "of the critical damping: {words}");
-    assert!(words.contains("limits in brackets"), "{words}");
+    words.says(&["limits in brackets"]);
     // Errors of the computation are told only where they are not far smaller than those of the data.
     let numerical = ["numerical error", "largest error met"];
     assert!(!numerical.iter().any(|of| words.contains(of)), "{words}");
-    assert!(words.contains("for the curve through the data"), "{words}");
+    words.says(&["for the curve through the data"]);
     assert_eq!(page["may_stick_slip_below_damping_standard_error"].as_f64(), Some(error), "{page}");
     let slope = &page["steady_slip_unstable_below_damping_standard_error"];
     assert!(slope.as_f64().is_some_and(|slope| slope > 0.0 && slope != error), "{page}");
@@ -335,7 +335,7 @@ fn a_wrong_section_is_named_before_the_friction() {
         scratch.run(arguments).refuses(&parts);
     }
     scratch.file("both.toml", format!("{right}[grid]\nV = 1.0\n"));
-    scratch.run(&["run", "both.toml"]).refuses(&["both.toml:4:", "leave the other out"]);
+    scratch.run("run both.toml").refuses(&["both.toml:4:", "leave the other out"]);
     // As `slipmap run` takes it.
     scratch.file("right.toml", &right);
     let shares = ["damping=2", "machine.damping=2"].map(|set| {

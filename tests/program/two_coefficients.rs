@@ -20,7 +20,7 @@ fn published_machines_have_their_numbers() {
         let text =
             format!("[friction]\nlaw = \"coulomb\"\n[machine]\nmotion = \"{motion}\"\n{mass}\n{numbers}\n");
         scratch.file("machine.toml", text);
-        scratch.json(&["machine", "machine.toml"])
+        scratch.json("machine machine.toml")
     };
     let block = machine([
         "translation",
@@ -43,7 +43,7 @@ fn published_machines_have_their_numbers() {
     ]);
     // It sticks while the spring takes up twice the drop: 2 (0.5 - 0.3) 9.81 / (50 * 0.05).
     near(&pull["stick_time"], 1.5696, 1e-9);
-    let page = scratch.run(&["machine", "machine.toml"]).ends_with(0).out;
+    let page = scratch.run("machine machine.toml").ends_with(0).out;
     assert!(!page.contains("Stribeck velocity"), "{page}");
 }
 
@@ -73,7 +73,7 @@ fn the_exponent_of_the_fall_is_a_parameter() {
         "[friction]\nlaw = \"exponential\"\n[grid]\nepsilon = 1.0\nmu = 0.6\nvs = 0.3\neta = 0.02\nexponent = [1.0, 1.5, 3.0]\n\
          V = 0.5\nc = [0.05, 0.1]\n[output]\npath = \"map.h5\"\nfields = [\"critical_c\"]",
     );
-    scratch.run(&["run", "map.toml", "--quiet"]).ends_with(0);
+    scratch.run("run map.toml --quiet").ends_with(0);
     let map = MapFile::open(&scratch.path().join("map.h5")).unwrap();
     let grid = map.grid();
     assert_eq!(grid.law(), &Law::Stretched);
@@ -189,12 +189,12 @@ fn a_smoothed_law_rests_at_its_peak() {
         )
     };
     scratch.file("job.toml", job(""));
-    scratch.run(&["run", "job.toml"]).refuses(&["vanishes at rest", "rest = \"peak\""]);
+    scratch.run("run job.toml").refuses(&["vanishes at rest", "rest = \"peak\""]);
     scratch.file("job.toml", job("rest = \"peak\"\nstatic = 0.5"));
-    scratch.run(&["run", "job.toml"]).refuses(&["written twice"]);
+    scratch.run("run job.toml").refuses(&["written twice"]);
     scratch.file("job.toml", job("rest = \"peak\""));
-    scratch.run(&["run", "job.toml", "--quiet"]).ends_with(0);
-    scratch.run(&["check", "peak.h5"]).ends_with(0);
+    scratch.run("run job.toml --quiet").ends_with(0);
+    scratch.run("check peak.h5").ends_with(0);
 }
 
 /// Slip speeds below the peak are those of constant friction, of which nothing is proved: the belt is neutral. At V = 0.1 the
@@ -228,8 +228,8 @@ fn a_map_over_the_drop_is_that_of_its_points() {
                V = [0.2, 1.0]\nc = [0.01, 0.1, 0.3]\n\
                [output]\npath = \"map.h5\"\nfields = [\"verdict\", \"critical_c\", \"regime\", \"basin\"]\n";
     scratch.file("job.toml", job);
-    scratch.run(&["run", "job.toml", "--quiet"]).ends_with(0);
-    scratch.run(&["check", "map.h5"]).ends_with(0);
+    scratch.run("run job.toml --quiet").ends_with(0);
+    scratch.run("check map.h5").ends_with(0);
     let map = MapFile::open(&scratch.path().join("map.h5")).unwrap();
     let grid = map.grid();
     let names: Vec<_> = grid.axes().iter().map(|axis| axis.name.clone()).collect();

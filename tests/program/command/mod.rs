@@ -1,7 +1,8 @@
 //! Runs the real binary in a scratch folder.
 
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
+use std::process::{Child, Command, Output, Stdio};
+use std::time::{Duration, Instant};
 
 use serde_json::Value;
 
@@ -110,12 +111,46 @@ impl Scratch {
         Run::of(self.command(arguments).output().unwrap())
     }
 
+    /// Starts a command, whose output [`Run::after`] has.
+    pub fn start(&self, arguments: &(impl Words + ?Sized)) -> Child {
+        self.command(arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()
+    }
+
     /// What a command with `--json` prints.
     #[track_caller]
     pub fn json(&self, arguments: &(impl Words + ?Sized)) -> Value {
         let mut words = arguments.words();
         words.push("--json");
         self.run(&words).ends_with(0).json()
+    }
+}
+
+/// A text of which parts are known.
+pub trait Says {
+    /// Asserts that it has every one of `parts`, and shows it otherwise.
+    fn says(&self, parts: &[impl AsRef<str>]);
+}
+
+impl Says for str {
+    #[track_caller]
+    fn says(&self, parts: &[impl AsRef<str>]) {
+        for part in parts.iter().map(AsRef::as_ref) {
+            assert!(self.contains(part), "no `{part}` in\n{self}");
+        }
+    }
+}
+
+/// Sends a process a signal, such as `-INT`, that of Ctrl-C.
+pub fn signal(child: &Child, name: &str) {
+    assert!(Command::new("kill").args([name, &child.id().to_string()]).status().unwrap().success());
+}
+
+/// Waits until the journals in a folder have grown to more bytes than these.
+pub fn wait_for_journals(folder: &Path, bytes: u64) {
+    let start = Instant::now();
+    while journal_bytes(folder) < bytes {
+        assert!(start.elapsed() < Duration::from_secs(100), "no tiles were ever finished");
+        std::thread::sleep(Duration::from_millis(2));
     }
 }
 
@@ -148,6 +183,11 @@ impl Run {
         }
     }
 
+    /// What a command that was started printed until its end.
+    pub fn after(child: Child) -> Self {
+        Self::of(child.wait_with_output().unwrap())
+    }
+
     /// Asserts that the run ended with `code`, and shows its output otherwise.
     #[track_caller]
     pub fn ends_with(self, code: i32) -> Self {
@@ -167,9 +207,7 @@ impl Run {
         let run = self.ends_with(2);
         assert_eq!(run.out, "", "a refusal prints no data");
         assert_eq!(run.err.matches("error:").count(), 1, "one message:\n{}", run.err);
-        for part in parts {
-            assert!(run.err.contains(part), "no `{part}` in\n{}", run.err);
-        }
+        run.err.says(parts);
         run
     }
 }
